@@ -1,0 +1,2 @@
+//! The `unic` command.
+fn main() {}

@@ -1,0 +1,285 @@
+//! Skinning weights and linear blend skinning.
+
+use crate::transform::Rigid;
+use glam::{Mat3A, Quat, Vec3, Vec3A};
+use thiserror::Error;
+
+/// Sparse skinning weights: for every vertex the joints that move it, weights summing to one.
+///
+/// Rows hold their entries by descending weight, joints without weight are left out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SkinningWeights {
+    joint_count: usize,
+    /// Row i is `starts[i]..starts[i + 1]`.
+    starts: Vec<u32>,
+    joints: Vec<u16>,
+    weights: Vec<f32>,
+}
+
+/// What is wrong with skinning weights.
+#[derive(Debug, Error, PartialEq)]
+pub enum WeightsError {
+    /// The array is not vertices × joints.
+    #[error("skinning weights: expected {expected} numbers (vertices x joints), found {found}")]
+    Shape {
+        /// vertices × joints.
+        expected: usize,
+        /// Numbers found.
+        found: usize,
+    },
+    /// Negative, NaN or infinite.
+    #[error("skinning weights: weight {weight} of vertex {vertex} is negative or not finite")]
+    Value {
+        /// The vertex.
+        vertex: usize,
+        /// The weight found.
+        weight: f32,
+    },
+    /// A vertex that no joint moves.
+    #[error("skinning weights: vertex {vertex} has no weight on any joint")]
+    Empty {
+        /// The vertex.
+        vertex: usize,
+    },
+    /// More joints than a u16 can number, or an index beyond them.
+    #[error("skinning weights: joint {joint} of vertex {vertex} is not among the {joints} joints")]
+    Joint {
+        /// The vertex.
+        vertex: usize,
+        /// The index found.
+        joint: usize,
+        /// Number of joints.
+        joints: usize,
+    },
+}
+
+impl SkinningWeights {
+    /// From a dense row-major array of vertices × joints; rows are normalised to one.
+    ///
+    /// # Errors
+    /// Wrong length, weights that are negative or not finite, vertices without weight.
+    pub fn from_dense(dense: &[f32], vertices: usize, joints: usize) -> Result<Self, WeightsError> {
+        if vertices.checked_mul(joints) != Some(dense.len()) || joints == 0 {
+            return Err(WeightsError::Shape {
+                expected: vertices.saturating_mul(joints),
+                found: dense.len(),
+            });
+        }
+        let rows = dense.chunks_exact(joints);
+        Self::from_rows(joints, rows.map(|row| row.iter().copied().enumerate()))
+    }
+
+    /// From rows of (joint, weight); rows are normalised to one.
+    ///
+    /// # Errors
+    /// As [`SkinningWeights::from_dense`], and joints out of range.
+    pub fn from_rows<Row>(
+        joint_count: usize,
+        rows: impl Iterator<Item = Row>,
+    ) -> Result<Self, WeightsError>
+    where
+        Row: Iterator<Item = (usize, f32)>,
+    {
+        let mut all = Self {
+            joint_count,
+            starts: vec![0],
+            joints: Vec::new(),
+            weights: Vec::new(),
+        };
+        let mut entries = Vec::new();
+        for (vertex, row) in rows.enumerate() {
+            entries.clear();
+            for (joint, weight) in row {
+                check_entry(vertex, joint, weight, joint_count)?;
+                if weight > 0.0 {
+                    entries.push((joint as u16, weight));
+                }
+            }
+            all.push_row(vertex, &mut entries)?;
+        }
+        Ok(all)
+    }
+
+    fn push_row(&mut self, vertex: usize, row: &mut [(u16, f32)]) -> Result<(), WeightsError> {
+        let sum: f32 = row.iter().map(|(_, w)| w).sum();
+        if sum <= 0.0 || !sum.is_finite() {
+            return Err(WeightsError::Empty { vertex });
+        }
+        row.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        for &(joint, weight) in row.iter() {
+            self.joints.push(joint);
+            self.weights.push(weight / sum);
+        }
+        self.starts.push(self.joints.len() as u32);
+        Ok(())
+    }
+
+    /// Number of vertices.
+    pub fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// No vertices.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of joints J that the rows refer to.
+    pub fn joint_count(&self) -> usize {
+        self.joint_count
+    }
+
+    /// (joint, weight) of one vertex, by descending weight.
+    pub fn row(&self, vertex: usize) -> impl ExactSizeIterator<Item = (usize, f32)> + Clone {
+        let range = self.starts[vertex] as usize..self.starts[vertex + 1] as usize;
+        (self.joints[range.clone()].iter().zip(&self.weights[range]))
+            .map(|(&j, &w)| (usize::from(j), w))
+    }
+
+    /// Dense row-major vertices × joints, as files hold them.
+    pub fn to_dense(&self) -> Vec<f32> {
+        let mut dense = vec![0.0; self.len() * self.joint_count];
+        for (vertex, row) in dense.chunks_exact_mut(self.joint_count).enumerate() {
+            self.row(vertex).for_each(|(j, w)| row[j] = w);
+        }
+        dense
+    }
+
+    /// Rows of at most `count` joints without weights below `least`, normalised again.
+    /// The heaviest joint always stays.
+    pub fn pruned(&self, count: usize, least: f32) -> Self {
+        let mut pruned = Self {
+            joint_count: self.joint_count,
+            starts: vec![0],
+            joints: Vec::new(),
+            weights: Vec::new(),
+        };
+        for vertex in 0..self.len() {
+            let kept = (self.row(vertex).take(count.max(1)).enumerate())
+                .take_while(|(rank, (_, w))| *rank == 0 || *w >= least)
+                .map(|(_, entry)| entry);
+            let sum: f32 = kept.clone().map(|(_, w)| w).sum();
+            for (joint, weight) in kept {
+                pruned.joints.push(joint as u16);
+                pruned.weights.push(weight / sum);
+            }
+            pruned.starts.push(pruned.joints.len() as u32);
+        }
+        pruned
+    }
+
+    /// Position of one vertex by linear blend skinning: Σ_j w_j · world_from_rest_j (rest).
+    pub fn position(&self, vertex: usize, rest: Vec3, world_from_rest: &[Rigid]) -> Vec3 {
+        (self.row(vertex))
+            .map(|(j, w)| world_from_rest[j].point(rest) * w)
+            .sum()
+    }
+
+    /// Rotation of one vertex's skinning: the normalised blend of its joints' rotations, each
+    /// brought to the hemisphere of the heaviest joint's.
+    ///
+    /// Unlike the blended matrix it is a rotation whatever the pose, so that displacements kept in
+    /// its frame have the length that they have in the world.
+    pub fn rotation(&self, vertex: usize, world_from_rest: &[Rigid]) -> Quat {
+        let mut row = self.row(vertex);
+        let Some((first, weight)) = row.next() else {
+            return Quat::IDENTITY;
+        };
+        let leading = world_from_rest[first].rotation;
+        let sum = row.fold(leading * weight, |sum, (j, w)| {
+            let q = world_from_rest[j].rotation;
+            let sign = if q.dot(leading) < 0.0 { -w } else { w };
+            sum + q * sign
+        });
+        // The leading joint has the largest weight and every term a non-negative share along it.
+        sum.normalize()
+    }
+
+    /// Linear blend skinning of all vertices: `rest` in bind-pose space to `world`, metres.
+    ///
+    /// # Panics
+    /// When `rest` has another number of vertices than the weights.
+    pub fn skin(&self, rest: &[Vec3], world_from_rest: &[Rigid], world: &mut Vec<Vec3>) {
+        assert_eq!(rest.len(), self.len(), "vertices to skin");
+        let columns: Vec<(Mat3A, Vec3A)> = (world_from_rest.iter())
+            .map(|t| (Mat3A::from_quat(t.rotation), t.translation.into()))
+            .collect();
+        world.clear();
+        world.extend(rest.iter().enumerate().map(|(vertex, &point)| {
+            let point = Vec3A::from(point);
+            let blend = |sum, (j, w): (usize, f32)| sum + (columns[j].0 * point + columns[j].1) * w;
+            Vec3::from(self.row(vertex).fold(Vec3A::ZERO, blend))
+        }));
+    }
+}
+
+fn check_entry(
+    vertex: usize,
+    joint: usize,
+    weight: f32,
+    joints: usize,
+) -> Result<(), WeightsError> {
+    if joint >= joints || joint > usize::from(u16::MAX) {
+        return Err(WeightsError::Joint {
+            vertex,
+            joint,
+            joints,
+        });
+    }
+    if !weight.is_finite() || weight < 0.0 {
+        return Err(WeightsError::Value { vertex, weight });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn two_joints() -> (SkinningWeights, Vec<Rigid>) {
+        let weights = SkinningWeights::from_dense(&[1.0, 0.0, 0.5, 0.5, 1.0, 3.0], 3, 2).unwrap();
+        let turn = Rigid::new(Quat::from_rotation_y(1.2), Vec3::new(0.1, 0.2, 0.3));
+        (weights, vec![Rigid::IDENTITY, turn])
+    }
+
+    #[test]
+    fn skinning_blends_positions_and_normalises_rows() {
+        let (weights, transforms) = two_joints();
+        let rest = [Vec3::X, Vec3::Y, Vec3::Z];
+        let mut world = Vec::new();
+        weights.skin(&rest, &transforms, &mut world);
+        let turned = transforms[1].point(Vec3::Z);
+        assert!((world[0] - Vec3::X).length() < 1e-6);
+        assert!((world[2] - (Vec3::Z * 0.25 + turned * 0.75)).length() < 1e-6);
+        for (v, position) in world.iter().enumerate() {
+            assert!((weights.position(v, rest[v], &transforms) - *position).length() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn the_blended_rotation_ignores_the_sign_of_quaternions() {
+        let (weights, mut transforms) = two_joints();
+        let before = weights.rotation(1, &transforms);
+        transforms[1].rotation = -transforms[1].rotation;
+        let after = weights.rotation(1, &transforms);
+        assert!(before.dot(after).abs() > 1.0 - 1e-6);
+        assert!((before.angle_between(Quat::IDENTITY) - 0.6).abs() < 1e-3);
+    }
+
+    #[test]
+    fn dense_round_trip_and_pruning() {
+        let (weights, _) = two_joints();
+        assert_eq!(weights.to_dense(), [1.0, 0.0, 0.5, 0.5, 0.25, 0.75]);
+        assert_eq!(weights.pruned(1, 0.0).to_dense(), [1.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+        assert_eq!(weights.pruned(2, 0.3).to_dense()[4..], [0.0, 1.0]);
+    }
+
+    #[test]
+    fn bad_weights_are_refused() {
+        let from = |dense: &[f32]| SkinningWeights::from_dense(dense, 1, 2);
+        assert!(matches!(from(&[1.0]), Err(WeightsError::Shape { .. })));
+        assert!(matches!(from(&[1.0, -0.1]), Err(WeightsError::Value { .. })));
+        assert!(matches!(from(&[f32::NAN, 1.0]), Err(WeightsError::Value { .. })));
+        assert_eq!(from(&[0.0, 0.0]), Err(WeightsError::Empty { vertex: 0 }));
+    }
+}

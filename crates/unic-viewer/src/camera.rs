@@ -1,0 +1,224 @@
+use glam::{Mat3, Vec2, Vec3};
+
+use crate::ViewerError;
+
+/// Distance of the near clipping plane, metres. The depth test uses 1/distance, so a small value
+/// costs no precision.
+const NEAR_M: f32 = 0.01;
+
+/// Vertical angle of view of [`Camera::framing`], radians: a portrait lens that keeps proportions.
+const FRAMING_FOV: f32 = 0.52;
+
+/// Part of the picture that [`Camera::framing`] fills; the rest is margin.
+const FRAMING_FILL: f32 = 0.9;
+
+/// A perspective camera without roll.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    eye: Vec3,
+    /// Columns: right, up, back (towards the viewer); the camera looks along its −Z.
+    world_from_camera: Mat3,
+    tan_half_fov: f32,
+}
+
+impl Camera {
+    /// A camera at `eye` (world, metres) that looks at `target`, with the vertical angle of view
+    /// `vertical_fov` in radians. Looking straight up or down, +X is to the right.
+    ///
+    /// # Errors
+    /// [`ViewerError::Camera`] if a value is not finite, `eye` is `target`, or the angle is not
+    /// inside 0 to π.
+    pub fn look_at(eye: Vec3, target: Vec3, vertical_fov: f32) -> Result<Self, ViewerError> {
+        let back = (eye - target).try_normalize().ok_or_else(|| ViewerError::Camera {
+            expected: "finite and distinct eye and target",
+            found: format!("eye {eye}, target {target}"),
+        })?;
+        let right = Vec3::Y.cross(back).try_normalize().unwrap_or(Vec3::X);
+        Self::new(eye, right, back, vertical_fov)
+    }
+
+    /// A camera that sees the whole box, aimed at its centre. `azimuth` (radians) turns the eye
+    /// around +Y: 0 looks at the front of a character that faces +Z, π/2 at its left side, from
+    /// +X. `elevation` (radians) lifts the eye above the horizon. `aspect` is width / height of
+    /// the picture. To follow a character, frame it once and use [`Camera::moved_by`].
+    ///
+    /// # Errors
+    /// [`ViewerError::Camera`] if a value is not finite, `bounds_min` exceeds `bounds_max`, or
+    /// `aspect` is not positive.
+    pub fn framing(
+        bounds_min: Vec3,
+        bounds_max: Vec3,
+        azimuth: f32,
+        elevation: f32,
+        aspect: f32,
+    ) -> Result<Self, ViewerError> {
+        check_framing(bounds_min, bounds_max, [azimuth, elevation], aspect)?;
+        let (sin_a, cos_a) = azimuth.sin_cos();
+        let (sin_e, cos_e) = elevation.sin_cos();
+        let back = Vec3::new(cos_e * sin_a, sin_e, cos_e * cos_a);
+        let aimed = Self::new(Vec3::ZERO, Vec3::new(cos_a, 0.0, -sin_a), back, FRAMING_FOV)?;
+        let half = (bounds_max - bounds_min) * 0.5;
+        let distance = aimed.fitting_distance(half, aspect).max(2.0 * NEAR_M);
+        Ok(aimed.moved_by(bounds_min + half + back * distance))
+    }
+
+    fn new(eye: Vec3, right: Vec3, back: Vec3, vertical_fov: f32) -> Result<Self, ViewerError> {
+        let tan_half_fov = (vertical_fov * 0.5).tan();
+        if !(vertical_fov > 0.0 && vertical_fov < std::f32::consts::PI) {
+            return Err(ViewerError::Camera {
+                expected: "a vertical angle of view between 0 and pi radians",
+                found: vertical_fov.to_string(),
+            });
+        }
+        let world_from_camera = Mat3::from_cols(right, back.cross(right), back);
+        Ok(Self { eye, world_from_camera, tan_half_fov })
+    }
+
+    /// Smallest distance from the centre of a box with half extents `half` at which its eight
+    /// corners project inside the picture.
+    fn fitting_distance(&self, half: Vec3, aspect: f32) -> f32 {
+        let tan_y = self.tan_half_fov * FRAMING_FILL;
+        let distance_for = |corner: u32| {
+            let sign = |axis: u32| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+            let corner = half * Vec3::new(sign(0), sign(1), sign(2));
+            let p = self.world_from_camera.transpose() * corner;
+            p.z + (p.x.abs() / (tan_y * aspect)).max(p.y.abs() / tan_y)
+        };
+        (0..8).map(distance_for).fold(0.0, f32::max)
+    }
+
+    /// The same view from a place that is `offset` metres away: follow a character by its root's
+    /// displacement.
+    #[must_use]
+    pub fn moved_by(self, offset: Vec3) -> Self {
+        Self { eye: self.eye + offset, ..self }
+    }
+
+    /// Position of the eye, world, metres.
+    pub fn eye(&self) -> Vec3 {
+        self.eye
+    }
+
+    /// Unit direction of the view, world.
+    pub fn forward(&self) -> Vec3 {
+        -self.world_from_camera.z_axis
+    }
+
+    pub(crate) fn right(&self) -> Vec3 {
+        self.world_from_camera.x_axis
+    }
+
+    /// Where a world point appears in a picture of `width` × `height` pixels: pixels from the top
+    /// left corner, +Y down; `None` for what lies in front of the near plane. The result may be
+    /// outside the picture.
+    pub fn project(&self, point: Vec3, width: u32, height: u32) -> Option<Vec2> {
+        let view = self.view(width, height);
+        let clip = view.clip_from_world(point);
+        (clip.z >= NEAR_M).then(|| view.pixel_from_clip(clip))
+    }
+
+    pub(crate) fn view(&self, width: u32, height: u32) -> View {
+        let size = Vec2::new(width as f32, height as f32);
+        let tan = Vec2::new(self.tan_half_fov * size.x / size.y, self.tan_half_fov);
+        View { camera: *self, tan, size }
+    }
+}
+
+fn check_framing(min: Vec3, max: Vec3, angles: [f32; 2], aspect: f32) -> Result<(), ViewerError> {
+    let boxed = min.is_finite() && max.is_finite() && min.cmple(max).all();
+    if boxed && angles.iter().all(|angle| angle.is_finite()) && aspect.is_finite() && aspect > 0.0 {
+        return Ok(());
+    }
+    Err(ViewerError::Camera {
+        expected: "a finite box with min <= max, finite angles and a positive aspect",
+        found: format!("box {min} to {max}, angles {angles:?}, aspect {aspect}"),
+    })
+}
+
+/// A camera together with the picture that it fills.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct View {
+    camera: Camera,
+    tan: Vec2,
+    size: Vec2,
+}
+
+impl View {
+    pub(crate) const NEAR: f32 = NEAR_M;
+
+    pub(crate) fn eye(&self) -> Vec3 {
+        self.camera.eye
+    }
+
+    /// Homogeneous (x, y, w): x/w and y/w are within ±1 inside the picture, w is the distance
+    /// along the view in metres.
+    pub(crate) fn clip_from_world(&self, point: Vec3) -> Vec3 {
+        let p = self.camera.world_from_camera.transpose() * (point - self.camera.eye);
+        Vec3::new(p.x / self.tan.x, p.y / self.tan.y, -p.z)
+    }
+
+    pub(crate) fn pixel_from_clip(&self, clip: Vec3) -> Vec2 {
+        let ndc = Vec2::new(clip.x, -clip.y) / clip.z;
+        (ndc * 0.5 + 0.5) * self.size
+    }
+
+    /// World direction through a point of the picture, not normalised.
+    pub(crate) fn ray(&self, pixel: Vec2) -> Vec3 {
+        let ndc = pixel / self.size * 2.0 - 1.0;
+        let xy = Vec2::new(ndc.x, -ndc.y) * self.tan;
+        self.camera.world_from_camera * xy.extend(-1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn framing_contains_all_corners_and_one_touches_the_margin() {
+        let (min, max) = (Vec3::new(-0.4, 0.0, -0.2), Vec3::new(0.5, 1.8, 0.3));
+        for (azimuth, elevation) in [(0.0, 0.0), (0.7, 0.3), (-2.0, -0.5), (3.0, 1.57)] {
+            let camera = Camera::framing(min, max, azimuth, elevation, 0.75).unwrap();
+            let mut widest = 0.0_f32;
+            for corner in 0..8 {
+                let pick = |axis: usize| if corner >> axis & 1 == 0 { min[axis] } else { max[axis] };
+                let point = Vec3::new(pick(0), pick(1), pick(2));
+                let pixel = camera.project(point, 600, 800).unwrap();
+                let ndc = (pixel / Vec2::new(300.0, 400.0) - 1.0).abs();
+                widest = widest.max(ndc.max_element());
+            }
+            assert!((widest - FRAMING_FILL).abs() < 1e-3, "{widest}");
+        }
+    }
+
+    #[test]
+    fn image_axes_follow_the_conventions() {
+        let camera = Camera::framing(-Vec3::ONE, Vec3::ONE, 0.0, 0.0, 1.0).unwrap();
+        let centre = camera.project(Vec3::ZERO, 100, 100).unwrap();
+        assert!((centre - Vec2::splat(50.0)).length() < 1e-3);
+        assert!(camera.project(Vec3::X, 100, 100).unwrap().x > 50.0);
+        assert!(camera.project(Vec3::Y, 100, 100).unwrap().y < 50.0);
+        let side = Camera::framing(-Vec3::ONE, Vec3::ONE, 1.570_796, 0.0, 1.0).unwrap();
+        assert!(side.eye().x > 1.0);
+        assert!(side.project(Vec3::Z, 100, 100).unwrap().x < 50.0);
+    }
+
+    #[test]
+    fn rays_and_projection_are_inverse() {
+        let camera = Camera::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::Y, 0.8).unwrap();
+        let pixel = Vec2::new(123.25, 45.5);
+        let point = camera.eye() + camera.view(320, 200).ray(pixel) * 2.5;
+        assert!((camera.project(point, 320, 200).unwrap() - pixel).length() < 1e-3);
+    }
+
+    #[test]
+    fn invalid_cameras_are_refused() {
+        assert!(Camera::look_at(Vec3::ONE, Vec3::ONE, 0.5).is_err());
+        assert!(Camera::look_at(Vec3::ONE, Vec3::ZERO, 0.0).is_err());
+        assert!(Camera::look_at(Vec3::NAN, Vec3::ZERO, 0.5).is_err());
+        assert!(Camera::look_at(Vec3::Y, Vec3::ZERO, 0.5).is_ok());
+        assert!(Camera::framing(Vec3::ONE, Vec3::ZERO, 0.0, 0.0, 1.0).is_err());
+        assert!(Camera::framing(Vec3::ZERO, Vec3::ONE, 0.0, 0.0, 0.0).is_err());
+        assert!(Camera::framing(Vec3::ZERO, Vec3::ZERO, 0.0, 0.0, 1.0).is_ok());
+    }
+}

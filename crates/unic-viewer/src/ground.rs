@@ -1,0 +1,197 @@
+//! The floor: shadows and a grid laid over the background.
+
+use glam::{Vec2, Vec3};
+
+use crate::camera::View;
+use crate::light::Sphere;
+use crate::raster::{ScreenPoint, ScreenTriangle, depth_map};
+use crate::surface::Surface;
+
+/// Distance of the grid lines, metres.
+const GRID_M: f32 = 0.5;
+
+/// Width of a grid line, metres.
+const LINE_M: f32 = 0.006;
+
+/// Part of the light that a grid line and the shadows take away.
+const LINE_DARKNESS: f32 = 0.22;
+const KEY_DARKNESS: f32 = 0.42;
+const SKY_DARKNESS: f32 = 0.38;
+
+/// Blur radius of the key light's shadow and of the occlusion of the sky, metres.
+const KEY_BLUR_M: f32 = 0.025;
+const SKY_BLUR_M: f32 = 0.14;
+
+/// Pixels a side of a shadow map.
+const MAP_SIDE: usize = 512;
+
+/// A horizontal plane that receives shadows and fades out around the scene.
+pub(crate) struct Floor {
+    height: f32,
+    centre: Vec2,
+    fade_radius: f32,
+    key_shadow: Shadow,
+    sky_shadow: Shadow,
+}
+
+impl Floor {
+    pub(crate) fn new(surfaces: &[Surface], sphere: Sphere, height: f32, to_key: Vec3) -> Self {
+        Self {
+            height,
+            centre: plan(sphere.centre),
+            fade_radius: 1.5 + 1.5 * sphere.radius,
+            key_shadow: Shadow::new(surfaces, height, to_key, KEY_BLUR_M),
+            sky_shadow: Shadow::new(surfaces, height, Vec3::Y, SKY_BLUR_M),
+        }
+    }
+
+    /// Part of the background's light that the floor leaves at a pixel, 0 to 1.
+    pub(crate) fn transmission(&self, view: &View, pixel: Vec2) -> f32 {
+        let Some(hit) = self.hit(view, pixel) else { return 1.0 };
+        let distance = hit.distance(self.centre) / self.fade_radius;
+        if distance >= 1.0 {
+            return 1.0;
+        }
+        let fade = (1.0 - distance * distance) * (1.0 - distance * distance);
+        let key = 1.0 - KEY_DARKNESS * self.key_shadow.at(hit);
+        let sky = 1.0 - SKY_DARKNESS * self.sky_shadow.at(hit);
+        let line = 1.0 - LINE_DARKNESS * fade * self.lines(view, pixel, hit);
+        key * sky * line
+    }
+
+    /// Where the ray through a pixel meets the floor, seen from above (x, z).
+    fn hit(&self, view: &View, pixel: Vec2) -> Option<Vec2> {
+        let ray = view.ray(pixel);
+        let t = (self.height - view.eye().y) / ray.y;
+        (ray.y < 0.0 && t > 0.0).then(|| plan(view.eye() + ray * t))
+    }
+
+    /// Part of the pixel's footprint that grid lines cover.
+    fn lines(&self, view: &View, pixel: Vec2, hit: Vec2) -> f32 {
+        let step = |to: Vec2| self.hit(view, pixel + to).map(|next| (next - hit).abs());
+        let (Some(right), Some(down)) = (step(Vec2::X), step(Vec2::Y)) else { return 0.0 };
+        let footprint = (right + down).max(Vec2::splat(1e-5));
+        let x = line_coverage(hit.x, footprint.x);
+        let z = line_coverage(hit.y, footprint.y);
+        x + z - x * z
+    }
+}
+
+fn plan(point: Vec3) -> Vec2 {
+    Vec2::new(point.x, point.z)
+}
+
+/// Part of an interval of length `width` around `at` that lies on lines [`LINE_M`] wide centred on
+/// the multiples of [`GRID_M`]: a box filter of the line pattern in closed form.
+fn line_coverage(at: f32, width: f32) -> f32 {
+    let duty = LINE_M / GRID_M;
+    let integral = |t: f32| t.floor() * duty + (t - t.floor()).min(duty);
+    let centred = (at + 0.5 * LINE_M) / GRID_M;
+    let half = 0.5 * width / GRID_M;
+    ((integral(centred + half) - integral(centred - half)) / (2.0 * half)).clamp(0.0, 1.0)
+}
+
+/// A blurred parallel projection of all surfaces onto the floor.
+struct Shadow {
+    first: Vec2,
+    texels_a_metre: f32,
+    /// Coverage 0 to 1, (MAP_SIDE × MAP_SIDE), rows along z.
+    coverage: Vec<f32>,
+}
+
+impl Shadow {
+    fn new(surfaces: &[Surface], height: f32, to_light: Vec3, blur_m: f32) -> Self {
+        let project = |p: Vec3| plan(p - to_light * ((p.y - height) / to_light.y));
+        let (min, max) = surfaces
+            .iter()
+            .flat_map(|surface| surface.vertices)
+            .map(|&vertex| project(vertex))
+            .filter(|p| p.is_finite())
+            .fold((Vec2::MAX, Vec2::MIN), |(min, max), p| (min.min(p), max.max(p)));
+        let margin = 4.0 * blur_m;
+        let first = min - margin;
+        let extent = (max - min).max_element().max(0.0) + 2.0 * margin;
+        let texels_a_metre = MAP_SIDE as f32 / extent;
+        let screen_point = |corner: Vec3| ScreenPoint {
+            pixel: (project(corner) - first) * texels_a_metre,
+            nearness: 1.0,
+        };
+        let triangles: Vec<ScreenTriangle> = surfaces
+            .iter()
+            .flat_map(|surface| surface.faces.iter().map(|&face| surface.corners(face)))
+            .filter_map(|corners| ScreenTriangle::new(corners.map(screen_point)))
+            .collect();
+        let mut coverage = depth_map(&triangles, MAP_SIDE);
+        coverage.iter_mut().for_each(|n| *n = f32::from(n.is_finite()));
+        blur(&mut coverage, (blur_m * texels_a_metre).round() as usize);
+        Self { first, texels_a_metre, coverage }
+    }
+
+    /// Bilinear coverage at a point of the floor, 0 outside the map.
+    fn at(&self, point: Vec2) -> f32 {
+        let texel = (point - self.first) * self.texels_a_metre - 0.5;
+        let limit = (MAP_SIDE - 1) as f32;
+        if !(texel.min_element() >= 0.0 && texel.max_element() < limit) {
+            return 0.0;
+        }
+        let (base, fraction) = (texel.floor(), texel - texel.floor());
+        let corner = base.y as usize * MAP_SIDE + base.x as usize;
+        let row = |start: usize| {
+            self.coverage[start] * (1.0 - fraction.x) + self.coverage[start + 1] * fraction.x
+        };
+        row(corner) * (1.0 - fraction.y) + row(corner + MAP_SIDE) * fraction.y
+    }
+}
+
+/// Three box filters in each direction, close to a Gaussian.
+fn blur(map: &mut [f32], radius: usize) {
+    for _ in 0..2 {
+        for row in map.chunks_exact_mut(MAP_SIDE) {
+            (0..3).for_each(|_| box_filter(row, radius));
+        }
+        transpose(map);
+    }
+}
+
+/// Running mean over 2·radius + 1 elements; elements beyond the ends count as zero.
+fn box_filter(row: &mut [f32], radius: usize) {
+    let source: [f32; MAP_SIDE] = std::array::from_fn(|i| row[i]);
+    let scale = 1.0 / (2 * radius + 1) as f32;
+    let mut sum: f32 = source.iter().take(radius).sum();
+    for (i, out) in row.iter_mut().enumerate() {
+        sum += source.get(i + radius).copied().unwrap_or(0.0);
+        *out = sum * scale;
+        sum -= i.checked_sub(radius).map_or(0.0, |first| source[first]);
+    }
+}
+
+fn transpose(map: &mut [f32]) {
+    for y in 0..MAP_SIDE {
+        for x in 0..y {
+            map.swap(y * MAP_SIDE + x, x * MAP_SIDE + y);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blur_keeps_the_sum() {
+        let mut map = vec![0.0; MAP_SIDE * MAP_SIDE];
+        map[200 * MAP_SIDE + 300] = 1.0;
+        blur(&mut map, 7);
+        assert!((map.iter().sum::<f32>() - 1.0).abs() < 1e-3);
+        assert!(map[200 * MAP_SIDE + 300] > map[205 * MAP_SIDE + 300]);
+        assert_eq!(map[200 * MAP_SIDE + 330], 0.0);
+    }
+
+    #[test]
+    fn line_coverage_is_the_exact_mean() {
+        assert!((line_coverage(0.0, 1e-4) - 1.0).abs() < 1e-3);
+        assert!(line_coverage(0.25, 0.1) < 1e-6);
+        assert!((line_coverage(0.1, GRID_M * 40.0) - LINE_M / GRID_M).abs() < 1e-4);
+        assert!((line_coverage(GRID_M, 4.0 * LINE_M) - 0.25).abs() < 1e-3);
+    }
+}
