@@ -1,10 +1,11 @@
 //! Rigid transforms named so that products read: `world_from_joint * joint_from_point`.
 
 use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
 use std::ops::Mul;
 
 /// A rotation followed by a translation, in metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rigid {
     /// Unit quaternion.
     pub rotation: Quat,

@@ -22,7 +22,7 @@ pub(crate) struct Buffer {
 impl Buffer {
     /// Zeros, rounded up to whole cache lines.
     pub(crate) fn zeros(floats: usize) -> Self {
-        let lines = bytemuck::zeroed_vec(floats.div_ceil(Line::FLOATS));
+        let lines = vec![Line::zeroed(); floats.div_ceil(Line::FLOATS)];
         Self { lines }
     }
 

@@ -45,5 +45,9 @@ pub(crate) fn expect_length(what: &'static str, expected: usize, found: usize) -
     if expected == found {
         return Ok(());
     }
-    Err(KernelError::Length { what, expected, found })
+    Err(KernelError::Length {
+        what,
+        expected,
+        found,
+    })
 }

@@ -17,7 +17,10 @@ pub enum InstructionSet {
 impl InstructionSet {
     /// The widest set that this processor runs.
     pub fn detect() -> Self {
-        [Self::Avx512, Self::Avx2].into_iter().find(|set| set.is_available()).unwrap_or(Self::Portable)
+        [Self::Avx512, Self::Avx2]
+            .into_iter()
+            .find(|set| set.is_available())
+            .unwrap_or(Self::Portable)
     }
 
     /// Whether this processor runs the set.
@@ -52,8 +55,10 @@ pub(crate) trait Lanes: Copy {
     unsafe fn relu(self) -> Self;
     /// self where `gate` > 0, else 0.
     unsafe fn where_positive(self, gate: Self) -> Self;
-    /// Asks for a cache line ahead of use; never faults.
+    /// Asks for a cache line in the first-level cache; never faults.
     unsafe fn prefetch(line: *const f32);
+    /// The same in the second-level cache.
+    unsafe fn prefetch_far(line: *const f32);
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -61,7 +66,10 @@ macro_rules! x86_lanes {
     ($register:ty, $count:literal, $load:ident, $store:ident, $splat:ident, $add:ident, $fma:ident, $max:ident,
      $zero:ident, |$value:ident, $gate:ident| $gated:expr) => {
         // SAFETY (all blocks below): the trait's contract, passed on to the intrinsic.
-        #[allow(clippy::undocumented_unsafe_blocks, reason = "one contract for all, stated above")]
+        #[allow(
+            clippy::undocumented_unsafe_blocks,
+            reason = "one contract for all, stated above"
+        )]
         impl Lanes for $register {
             const COUNT: usize = $count;
             #[inline(always)]
@@ -98,21 +106,40 @@ macro_rules! x86_lanes {
             unsafe fn prefetch(line: *const f32) {
                 unsafe { _mm_prefetch::<_MM_HINT_T0>(line.cast()) }
             }
+            #[inline(always)]
+            unsafe fn prefetch_far(line: *const f32) {
+                unsafe { _mm_prefetch::<_MM_HINT_T1>(line.cast()) }
+            }
         }
     };
 }
 
 #[cfg(target_arch = "x86_64")]
 x86_lanes!(
-    __m512, 16, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_set1_ps, _mm512_add_ps, _mm512_fmadd_ps, _mm512_max_ps,
+    __m512,
+    16,
+    _mm512_loadu_ps,
+    _mm512_storeu_ps,
+    _mm512_set1_ps,
+    _mm512_add_ps,
+    _mm512_fmadd_ps,
+    _mm512_max_ps,
     _mm512_setzero_ps,
     |value, gate| _mm512_maskz_mov_ps(_mm512_cmp_ps_mask::<_CMP_GT_OQ>(gate, _mm512_setzero_ps()), value)
 );
 
 #[cfg(target_arch = "x86_64")]
 x86_lanes!(
-    __m256, 8, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_set1_ps, _mm256_add_ps, _mm256_fmadd_ps, _mm256_max_ps,
-    _mm256_setzero_ps, |value, gate| _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(gate, _mm256_setzero_ps()), value)
+    __m256,
+    8,
+    _mm256_loadu_ps,
+    _mm256_storeu_ps,
+    _mm256_set1_ps,
+    _mm256_add_ps,
+    _mm256_fmadd_ps,
+    _mm256_max_ps,
+    _mm256_setzero_ps,
+    |value, gate| _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(gate, _mm256_setzero_ps()), value)
 );
 
 /// Four lanes in plain Rust.
@@ -149,8 +176,12 @@ impl Lanes for Quad {
     }
     #[inline(always)]
     unsafe fn where_positive(self, gate: Self) -> Self {
-        Self(std::array::from_fn(|i| if gate.0[i] > 0.0 { self.0[i] } else { 0.0 }))
+        Self(std::array::from_fn(
+            |i| if gate.0[i] > 0.0 { self.0[i] } else { 0.0 },
+        ))
     }
     #[inline(always)]
     unsafe fn prefetch(_line: *const f32) {}
+    #[inline(always)]
+    unsafe fn prefetch_far(_line: *const f32) {}
 }

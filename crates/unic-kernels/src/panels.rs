@@ -18,10 +18,12 @@ pub(crate) struct Panels {
 impl Panels {
     /// Panels for the given parts in order; every part starts a panel of its own.
     pub(crate) fn of(parts: &[usize]) -> Self {
-        let widths = parts.iter().flat_map(|&part| {
-            (0..part).step_by(PANEL).map(move |start| PANEL.min(part - start))
-        });
-        Self { widths: widths.collect() }
+        let widths = parts
+            .iter()
+            .flat_map(|&part| (0..part).step_by(PANEL).map(move |start| PANEL.min(part - start)));
+        Self {
+            widths: widths.collect(),
+        }
     }
 
     /// Number of panels.

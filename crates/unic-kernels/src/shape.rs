@@ -56,8 +56,14 @@ impl LinearMap {
 
 impl FieldShape {
     /// The published field: 3 + 128 inputs, eight hidden layers of 256, skip before the sixth map, 3 outputs.
-    pub const PAPER: Self =
-        Self { point_inputs: 3, latent: 128, hidden: 256, hidden_layers: 8, skip: Some(5), outputs: 3 };
+    pub const PAPER: Self = Self {
+        point_inputs: 3,
+        latent: 128,
+        hidden: 256,
+        hidden_layers: 8,
+        skip: Some(5),
+        outputs: 3,
+    };
 
     /// Largest width accepted for any layer: bounds what a damaged file can make the field allocate.
     pub const MAX_WIDTH: usize = 4096;
@@ -83,7 +89,9 @@ impl FieldShape {
     /// Map `i` is what PyTorch would call `field.{i}.weight` and `field.{i}.bias`.
     pub fn layout(&self) -> Vec<LinearMap> {
         let mut start = 0;
-        (0..=self.hidden_layers).map(|index| self.linear_map(index, &mut start)).collect()
+        (0..=self.hidden_layers)
+            .map(|index| self.linear_map(index, &mut start))
+            .collect()
     }
 
     /// Length of the flat parameter vector.
@@ -94,24 +102,51 @@ impl FieldShape {
     /// Floating-point operations of one point's forward pass, a multiply-add counted as two, without the latent's
     /// share, which is computed once per group. Forward and backward together take three times as many.
     pub fn flops_per_point(&self) -> u64 {
-        self.layout().iter().map(|map| 2 * (map.varying_inputs() * map.outputs) as u64).sum()
+        self.layout()
+            .iter()
+            .map(|map| 2 * (map.varying_inputs() * map.outputs) as u64)
+            .sum()
     }
 
     fn linear_map(&self, index: usize, start: &mut usize) -> LinearMap {
         let takes_input = index == 0 || self.skip == Some(index);
         let hidden_inputs = if index == 0 { 0 } else { self.hidden };
-        let (point_inputs, latent_inputs) = if takes_input { (self.point_inputs, self.latent) } else { (0, 0) };
-        let outputs = if index == self.hidden_layers { self.outputs } else { self.hidden };
+        let (point_inputs, latent_inputs) = if takes_input {
+            (self.point_inputs, self.latent)
+        } else {
+            (0, 0)
+        };
+        let outputs = if index == self.hidden_layers {
+            self.outputs
+        } else {
+            self.hidden
+        };
         let weight = *start..*start + outputs * (hidden_inputs + point_inputs + latent_inputs);
         let bias = weight.end..weight.end + outputs;
         *start = bias.end;
-        LinearMap { hidden_inputs, point_inputs, latent_inputs, outputs, weight, bias }
+        LinearMap {
+            hidden_inputs,
+            point_inputs,
+            latent_inputs,
+            outputs,
+            weight,
+            bias,
+        }
     }
 }
 
-fn within(what: &'static str, found: usize, range: std::ops::RangeInclusive<usize>) -> Result<(), KernelError> {
+fn within(
+    what: &'static str,
+    found: usize,
+    range: std::ops::RangeInclusive<usize>,
+) -> Result<(), KernelError> {
     if range.contains(&found) {
         return Ok(());
     }
-    Err(KernelError::Size { what, min: *range.start(), max: *range.end(), found })
+    Err(KernelError::Size {
+        what,
+        min: *range.start(),
+        max: *range.end(),
+        found,
+    })
 }

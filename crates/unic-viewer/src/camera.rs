@@ -29,10 +29,12 @@ impl Camera {
     /// [`ViewerError::Camera`] if a value is not finite, `eye` is `target`, or the angle is not
     /// inside 0 to π.
     pub fn look_at(eye: Vec3, target: Vec3, vertical_fov: f32) -> Result<Self, ViewerError> {
-        let back = (eye - target).try_normalize().ok_or_else(|| ViewerError::Camera {
-            expected: "finite and distinct eye and target",
-            found: format!("eye {eye}, target {target}"),
-        })?;
+        let back = (eye - target)
+            .try_normalize()
+            .ok_or_else(|| ViewerError::Camera {
+                expected: "finite and distinct eye and target",
+                found: format!("eye {eye}, target {target}"),
+            })?;
         let right = Vec3::Y.cross(back).try_normalize().unwrap_or(Vec3::X);
         Self::new(eye, right, back, vertical_fov)
     }
@@ -71,7 +73,11 @@ impl Camera {
             });
         }
         let world_from_camera = Mat3::from_cols(right, back.cross(right), back);
-        Ok(Self { eye, world_from_camera, tan_half_fov })
+        Ok(Self {
+            eye,
+            world_from_camera,
+            tan_half_fov,
+        })
     }
 
     /// Smallest distance from the centre of a box with half extents `half` at which its eight
@@ -91,7 +97,10 @@ impl Camera {
     /// displacement.
     #[must_use]
     pub fn moved_by(self, offset: Vec3) -> Self {
-        Self { eye: self.eye + offset, ..self }
+        Self {
+            eye: self.eye + offset,
+            ..self
+        }
     }
 
     /// Position of the eye, world, metres.
@@ -120,7 +129,11 @@ impl Camera {
     pub(crate) fn view(&self, width: u32, height: u32) -> View {
         let size = Vec2::new(width as f32, height as f32);
         let tan = Vec2::new(self.tan_half_fov * size.x / size.y, self.tan_half_fov);
-        View { camera: *self, tan, size }
+        View {
+            camera: *self,
+            tan,
+            size,
+        }
     }
 }
 
@@ -177,11 +190,17 @@ mod tests {
     #[test]
     fn framing_contains_all_corners_and_one_touches_the_margin() {
         let (min, max) = (Vec3::new(-0.4, 0.0, -0.2), Vec3::new(0.5, 1.8, 0.3));
-        for (azimuth, elevation) in [(0.0, 0.0), (0.7, 0.3), (-2.0, -0.5), (3.0, 1.57)] {
+        for (azimuth, elevation) in [(0.0, 0.0), (0.7, 0.3), (-2.0, -0.5), (3.0, 1.5)] {
             let camera = Camera::framing(min, max, azimuth, elevation, 0.75).unwrap();
             let mut widest = 0.0_f32;
             for corner in 0..8 {
-                let pick = |axis: usize| if corner >> axis & 1 == 0 { min[axis] } else { max[axis] };
+                let pick = |axis: usize| {
+                    if corner >> axis & 1 == 0 {
+                        min[axis]
+                    } else {
+                        max[axis]
+                    }
+                };
                 let point = Vec3::new(pick(0), pick(1), pick(2));
                 let pixel = camera.project(point, 600, 800).unwrap();
                 let ndc = (pixel / Vec2::new(300.0, 400.0) - 1.0).abs();
@@ -198,7 +217,7 @@ mod tests {
         assert!((centre - Vec2::splat(50.0)).length() < 1e-3);
         assert!(camera.project(Vec3::X, 100, 100).unwrap().x > 50.0);
         assert!(camera.project(Vec3::Y, 100, 100).unwrap().y < 50.0);
-        let side = Camera::framing(-Vec3::ONE, Vec3::ONE, 1.570_796, 0.0, 1.0).unwrap();
+        let side = Camera::framing(-Vec3::ONE, Vec3::ONE, std::f32::consts::FRAC_PI_2, 0.0, 1.0).unwrap();
         assert!(side.eye().x > 1.0);
         assert!(side.project(Vec3::Z, 100, 100).unwrap().x < 50.0);
     }

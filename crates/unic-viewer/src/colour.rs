@@ -35,14 +35,20 @@ pub fn heat_colour(ratio: f32) -> [f32; 3] {
 /// If `max_m` is not positive, every positive error has the colour of the light end.
 pub fn heat_colours(errors_m: &[f32], max_m: f32) -> Vec<[f32; 3]> {
     let scale = 1.0 / max_m.max(f32::MIN_POSITIVE);
-    let ratio = |error: f32| if error.is_finite() { error.max(0.0) * scale } else { f32::NAN };
+    let ratio = |error: f32| {
+        if error.is_finite() {
+            error.max(0.0) * scale
+        } else {
+            f32::NAN
+        }
+    };
     errors_m.iter().map(|&error| heat_colour(ratio(error))).collect()
 }
 
 /// Linear light of an sRGB colour in 0..1 (IEC 61966-2-1). NaN becomes 0.
 pub(crate) fn linear_from_srgb(colour: [f32; 3]) -> Vec3 {
     Vec3::from(colour.map(|encoded| {
-        let encoded = encoded.max(0.0).min(1.0);
+        let encoded = if encoded > 0.0 { encoded.min(1.0) } else { 0.0 };
         if encoded <= 0.040_45 {
             encoded / 12.92
         } else {
@@ -72,7 +78,9 @@ static ENCODING: LazyLock<Vec<u8>> = LazyLock::new(|| {
 pub(crate) fn srgb_from_linear(linear: Vec3) -> [u8; 3] {
     let scaled = linear.clamp(Vec3::ZERO, Vec3::ONE) * ENCODING_STEPS as f32 + 0.5;
     // A float-to-integer cast saturates and maps NaN to 0, so the index stays inside the table.
-    scaled.to_array().map(|value| ENCODING[(value as usize).min(ENCODING_STEPS)])
+    scaled
+        .to_array()
+        .map(|value| ENCODING[(value as usize).min(ENCODING_STEPS)])
 }
 
 #[cfg(test)]
@@ -87,8 +95,9 @@ mod tests {
 
     #[test]
     fn heat_ramp_lightness_rises_nearly_evenly() {
-        let ramp: Vec<f32> =
-            (0..HEAT_RAMP.len()).map(|i| lightness(heat_colour(i as f32 / 5.0))).collect();
+        let ramp: Vec<f32> = (0..HEAT_RAMP.len())
+            .map(|i| lightness(heat_colour(i as f32 / 5.0)))
+            .collect();
         for pair in ramp.windows(2) {
             assert!((8.0..20.0).contains(&(pair[1] - pair[0])), "{ramp:?}");
         }

@@ -27,7 +27,11 @@ impl Image {
     pub fn filled(width: u32, height: u32, colour: [u8; 3]) -> Result<Self, ViewerError> {
         check_size(u64::from(width), u64::from(height))?;
         let pixels = vec![colour; width as usize * height as usize];
-        Ok(Self { width, height, pixels })
+        Ok(Self {
+            width,
+            height,
+            pixels,
+        })
     }
 
     /// Width in pixels.
@@ -137,8 +141,10 @@ impl Image {
     pub fn save_png(&self, path: impl AsRef<Path>) -> Result<(), ViewerError> {
         let path = path.as_ref();
         let bytes = self.encode_png()?;
-        write_atomically(path, &bytes)
-            .map_err(|source| ViewerError::Write { path: path.to_owned(), source })
+        write_atomically(path, &bytes).map_err(|source| ViewerError::Write {
+            path: path.to_owned(),
+            source,
+        })
     }
 }
 
@@ -147,7 +153,11 @@ pub(crate) fn check_size(width: u64, height: u64) -> Result<(), ViewerError> {
     if allowed.contains(&width) && allowed.contains(&height) {
         return Ok(());
     }
-    Err(ViewerError::ImageSize { width, height, max: MAX_IMAGE_SIDE })
+    Err(ViewerError::ImageSize {
+        width,
+        height,
+        max: MAX_IMAGE_SIDE,
+    })
 }
 
 /// The indices within `0..limit` of a span that starts at `start`; empty if there are none.

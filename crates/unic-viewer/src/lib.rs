@@ -29,7 +29,7 @@
 //!
 //! What it does: near clipping, watertight coverage in fixed point, four samples a pixel,
 //! perspective-correct attributes, a key light with a shadow map, a fill light, hemispheric
-//! ambient light, back faces slightly darker, soft shadows and a metre grid on the ground.
+//! ambient light, back faces slightly darker, soft shadows and a half-metre grid on the ground.
 //! What it does not do: transparency, textures, intersection of the ground with geometry (the
 //! ground lies behind everything, so that feet below the floor stay visible).
 //!
@@ -37,7 +37,6 @@
 //! threads.
 
 #![forbid(unsafe_code)]
-#![warn(missing_docs)]
 
 mod camera;
 mod colour;

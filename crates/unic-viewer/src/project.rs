@@ -39,8 +39,11 @@ impl Pieces {
     pub(crate) fn new(surfaces: &[Surface], view: &View) -> Self {
         let mut pieces = Self::default();
         for (index, surface) in (0..).zip(surfaces) {
-            let clip: Vec<Vec3> =
-                surface.vertices.iter().map(|&vertex| view.clip_from_world(vertex)).collect();
+            let clip: Vec<Vec3> = surface
+                .vertices
+                .iter()
+                .map(|&vertex| view.clip_from_world(vertex))
+                .collect();
             for (face, corners) in (0..).zip(surface.faces) {
                 let corners = corners.map(|corner| clip[corner as usize]);
                 pieces.add(view, [index, face], corners);
@@ -54,14 +57,28 @@ impl Pieces {
             return;
         }
         let whole = [
-            Corner { clip: corners[0], weights: Vec3::X },
-            Corner { clip: corners[1], weights: Vec3::Y },
-            Corner { clip: corners[2], weights: Vec3::Z },
+            Corner {
+                clip: corners[0],
+                weights: Vec3::X,
+            },
+            Corner {
+                clip: corners[1],
+                weights: Vec3::Y,
+            },
+            Corner {
+                clip: corners[2],
+                weights: Vec3::Z,
+            },
         ];
-        if whole.iter().all(|corner| PLANES.iter().all(|plane| plane(corner.clip) >= 0.0)) {
+        if whole
+            .iter()
+            .all(|corner| PLANES.iter().all(|plane| plane(corner.clip) >= 0.0))
+        {
             return self.push(view, [surface, face], whole);
         }
-        let polygon = PLANES.iter().fold(whole.to_vec(), |polygon, plane| cut(&polygon, *plane));
+        let polygon = PLANES
+            .iter()
+            .fold(whole.to_vec(), |polygon, plane| cut(&polygon, *plane));
         for pair in polygon.get(1..).unwrap_or_default().windows(2) {
             self.push(view, [surface, face], [polygon[0], pair[0], pair[1]]);
         }
@@ -75,7 +92,11 @@ impl Pieces {
         if let Some(triangle) = ScreenTriangle::new(points) {
             self.triangles.push(triangle);
             let corners = corners.map(|corner| corner.weights);
-            self.pieces.push(Piece { surface, face, corners });
+            self.pieces.push(Piece {
+                surface,
+                face,
+                corners,
+            });
         }
     }
 }

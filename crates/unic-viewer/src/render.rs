@@ -35,7 +35,11 @@ impl<'a> Scene<'a> {
     /// The surfaces on a ground at height 0, before a neutral background.
     pub fn new(surfaces: &'a [Surface<'a>]) -> Self {
         let background = [[0.80, 0.81, 0.825], [0.93, 0.925, 0.915]];
-        Self { surfaces, ground: Ground::Height(0.0), background }
+        Self {
+            surfaces,
+            ground: Ground::Height(0.0),
+            background,
+        }
     }
 }
 
@@ -46,12 +50,7 @@ impl<'a> Scene<'a> {
 /// # Errors
 /// [`ViewerError::ImageSize`], [`ViewerError::Length`] if normals or colours are not one a
 /// vertex, [`ViewerError::FaceIndex`]. Faces with a non-finite vertex are skipped.
-pub fn render(
-    scene: &Scene,
-    camera: &Camera,
-    width: u32,
-    height: u32,
-) -> Result<Image, ViewerError> {
+pub fn render(scene: &Scene, camera: &Camera, width: u32, height: u32) -> Result<Image, ViewerError> {
     let mut image = Image::filled(width, height, [0; 3])?;
     scene.surfaces.iter().try_for_each(Surface::check)?;
     let frame = Frame::new(scene, camera, width, height);
@@ -83,14 +82,18 @@ impl<'a> Frame<'a> {
     fn new(scene: &Scene<'a>, camera: &Camera, width: u32, height: u32) -> Self {
         let view = camera.view(width, height);
         let sphere = bounding_sphere(scene.surfaces);
-        let around = sphere.unwrap_or(Sphere { centre: Vec3::ZERO, radius: 1.0 });
+        let around = sphere.unwrap_or(Sphere {
+            centre: Vec3::ZERO,
+            radius: 1.0,
+        });
         let surfaces = scene.surfaces;
-        let floor = match scene.ground {
+        let floor = || match scene.ground {
             Ground::Height(height) if height.is_finite() && sphere.is_some() => {
                 Some(Floor::new(surfaces, around, height, key_direction(camera)))
             }
             _ => None,
         };
+        let (lights, floor) = rayon::join(|| Lights::new(surfaces, around, camera), floor);
         Self {
             surfaces,
             albedo: surfaces.iter().map(Surface::linear_albedo).collect(),
@@ -99,7 +102,7 @@ impl<'a> Frame<'a> {
             height: height as usize,
             background: scene.background.map(linear_from_srgb),
             pieces: Pieces::new(surfaces, &view),
-            lights: Lights::new(surfaces, around, camera),
+            lights,
             floor,
         }
     }
@@ -130,7 +133,8 @@ impl<'a> Frame<'a> {
             let colour = if sample.triangle == Sample::EMPTY.triangle {
                 self.background(pixel)
             } else {
-                self.lights.shade(&self.point(sample.triangle as usize, pixel, middle))
+                self.lights
+                    .shade(&self.point(sample.triangle as usize, pixel, middle))
             };
             sum += colour * (count as f32 * 0.25);
         }
@@ -141,7 +145,9 @@ impl<'a> Frame<'a> {
         let [top, bottom] = self.background;
         let centre = pixel.as_vec2() + Vec2::splat(0.5);
         let colour = top.lerp(bottom, centre.y / self.height as f32);
-        self.floor.as_ref().map_or(colour, |floor| colour * floor.transmission(&self.view, centre))
+        self.floor
+            .as_ref()
+            .map_or(colour, |floor| colour * floor.transmission(&self.view, centre))
     }
 
     fn point(&self, triangle: usize, pixel: IVec2, offset: IVec2) -> Point {
@@ -153,14 +159,24 @@ impl<'a> Frame<'a> {
         let position = blend(corners, weights);
         let to_eye = (self.view.eye() - position).normalize_or_zero();
         let front = face_normal(corners).unwrap_or(to_eye);
-        let side = if front.dot(to_eye) < 0.0 { Side::Back } else { Side::Front };
+        let side = if front.dot(to_eye) < 0.0 {
+            Side::Back
+        } else {
+            Side::Front
+        };
         let flat = if side == Side::Back { -front } else { front };
         let smooth = blend(face.map(|index| surface.normals[index as usize]), weights);
         let albedo = match self.albedo[piece.surface as usize].as_slice() {
             [solid] => *solid,
             colours => blend(face.map(|index| colours[index as usize]), weights),
         };
-        Point { position, normal: towards(smooth, flat), to_eye, albedo, side }
+        Point {
+            position,
+            normal: towards(smooth, flat),
+            to_eye,
+            albedo,
+            side,
+        }
     }
 }
 
@@ -180,7 +196,12 @@ fn bounding_sphere(surfaces: &[Surface]) -> Option<Sphere> {
     let vertices = surfaces.iter().flat_map(|surface| surface.vertices);
     let (min, max) = vertices
         .filter(|vertex| vertex.is_finite())
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), &v| (min.min(v), max.max(v)));
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), &v| {
+            (min.min(v), max.max(v))
+        });
     let half = (max - min) * 0.5;
-    half.is_finite().then(|| Sphere { centre: min + half, radius: half.length().max(1e-3) * 1.01 })
+    half.is_finite().then(|| Sphere {
+        centre: min + half,
+        radius: half.length().max(1e-3) * 1.01,
+    })
 }

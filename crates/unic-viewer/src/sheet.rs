@@ -23,13 +23,17 @@ pub fn grid(images: &[Image], columns: usize, gap: u32) -> Result<Image, ViewerE
         let gaps = cells.saturating_sub(1).saturating_mul(u64::from(gap));
         cells.saturating_mul(u64::from(cell)).saturating_add(gaps)
     };
-    let (width, height) =
-        (span(columns, cell_width), span(images.len().div_ceil(columns), cell_height));
+    let (width, height) = (
+        span(columns, cell_width),
+        span(images.len().div_ceil(columns), cell_height),
+    );
+    let start = |cells: usize, cell: u32| cells as u64 * (u64::from(cell) + u64::from(gap));
     check_size(width, height)?;
     let mut sheet = Image::filled(width as u32, height as u32, PAPER)?;
     for (i, image) in images.iter().enumerate() {
-        let left = (i % columns) as u32 * (cell_width + gap) + (cell_width - image.width()) / 2;
-        let top = (i / columns) as u32 * (cell_height + gap) + (cell_height - image.height()) / 2;
+        // The start of the last cell is inside the sheet, so these fit an i32.
+        let left = start(i % columns, cell_width) + u64::from((cell_width - image.width()) / 2);
+        let top = start(i / columns, cell_height) + u64::from((cell_height - image.height()) / 2);
         sheet.draw_image(left as i32, top as i32, image);
     }
     Ok(sheet)
@@ -55,19 +59,25 @@ impl Image {
     pub fn draw_colour_bar(&mut self, x: i32, y: i32, length: u32, scale: u32, max_m: f32) {
         let (length, scale) = (length.min(crate::MAX_IMAGE_SIDE), scale.min(64));
         let thickness = 12 * scale;
-        self.fill_rect(x - 1, y - 1, length + 2, thickness + 2, INK);
+        self.fill_rect(
+            x.saturating_sub(1),
+            y.saturating_sub(1),
+            length + 2,
+            thickness + 2,
+            INK,
+        );
         for step in 0..length {
             let ratio = step as f32 / (length.max(2) - 1) as f32;
             let colour = heat_colour(ratio).map(|value| (value * 255.0).round() as u8);
-            self.fill_rect(x + step as i32, y, 1, thickness, colour);
+            self.fill_rect(x.saturating_add(step as i32), y, 1, thickness, colour);
         }
-        let top = y + (thickness + 3 * scale) as i32;
+        let top = y.saturating_add((thickness + 3 * scale) as i32);
         let max_mm = max_m * 1000.0;
         for (ratio, unit) in [(0.0, ""), (0.5, ""), (1.0, " mm")] {
             let text = format!("{}{unit}", figure(max_mm * ratio));
             let width = (text.len() as u32 * CELL_WIDTH - 1) * scale;
             let left = (ratio * length.saturating_sub(width) as f32).round() as i32;
-            self.draw_text(x + left, top, scale, INK, &text);
+            self.draw_text(x.saturating_add(left), top, scale, INK, &text);
         }
     }
 }
@@ -75,7 +85,11 @@ impl Image {
 /// At most one decimal place, none where it would be zero.
 fn figure(value: f32) -> String {
     let rounded = (value * 10.0).round() / 10.0;
-    if rounded.fract() == 0.0 { format!("{rounded:.0}") } else { format!("{rounded:.1}") }
+    if rounded.fract() == 0.0 {
+        format!("{rounded:.0}")
+    } else {
+        format!("{rounded:.1}")
+    }
 }
 
 #[cfg(test)]
@@ -85,8 +99,10 @@ mod tests {
     #[test]
     fn grid_places_cells_and_gaps() {
         let colours = [[200, 0, 0], [0, 200, 0], [0, 0, 200]];
-        let tiles: Vec<Image> =
-            colours.iter().map(|&colour| Image::filled(4, 3, colour).unwrap()).collect();
+        let tiles: Vec<Image> = colours
+            .iter()
+            .map(|&colour| Image::filled(4, 3, colour).unwrap())
+            .collect();
         let sheet = grid(&tiles, 2, 1).unwrap();
         assert_eq!((sheet.width(), sheet.height()), (9, 7));
         assert_eq!(sheet.pixel(3, 2), Some(colours[0]));
@@ -108,7 +124,14 @@ mod tests {
     fn colour_bar_runs_from_dark_to_light_and_is_cut_at_the_border() {
         let mut image = Image::filled(120, 40, PAPER).unwrap();
         image.draw_colour_bar(10, 4, 100, 1, 0.02);
-        let value = |x| image.pixel(x, 8).unwrap().iter().map(|&c| u32::from(c)).sum::<u32>();
+        let value = |x| {
+            image
+                .pixel(x, 8)
+                .unwrap()
+                .iter()
+                .map(|&c| u32::from(c))
+                .sum::<u32>()
+        };
         assert!(value(10) < value(60) && value(60) < value(109));
         image.draw_colour_bar(-50, -5, 1000, 3, f32::NAN);
     }

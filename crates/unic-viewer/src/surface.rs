@@ -40,9 +40,7 @@ impl Surface<'_> {
     pub(crate) fn linear_albedo(&self) -> Vec<Vec3> {
         match self.colour {
             Colouring::Solid(colour) => vec![linear_from_srgb(colour)],
-            Colouring::PerVertex(colours) => {
-                colours.iter().map(|&colour| linear_from_srgb(colour)).collect()
-            }
+            Colouring::PerVertex(colours) => colours.iter().map(|&colour| linear_from_srgb(colour)).collect(),
         }
     }
 
@@ -64,12 +62,16 @@ pub fn vertex_normals(vertices: &[Vec3], faces: &[[u32; 3]]) -> Result<Vec<Vec3>
     let mut normals = vec![Vec3::ZERO; vertices.len()];
     for face in faces {
         let corners = face.map(|index| vertices[index as usize]);
-        let Some(normal) = face_normal(corners) else { continue };
+        let Some(normal) = face_normal(corners) else {
+            continue;
+        };
         for (corner, &index) in face.iter().enumerate() {
             normals[index as usize] += normal * corner_angle(corners, corner);
         }
     }
-    normals.iter_mut().for_each(|normal| *normal = normal.normalize_or_zero());
+    normals
+        .iter_mut()
+        .for_each(|normal| *normal = normal.normalize_or_zero());
     Ok(normals)
 }
 
@@ -87,13 +89,21 @@ fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(),
     if expected == found {
         return Ok(());
     }
-    Err(ViewerError::Length { what, expected, found })
+    Err(ViewerError::Length {
+        what,
+        expected,
+        found,
+    })
 }
 
 fn check_faces(faces: &[[u32; 3]], vertices: usize) -> Result<(), ViewerError> {
     for (face, corners) in faces.iter().enumerate() {
         if let Some(&index) = corners.iter().find(|&&index| index as usize >= vertices) {
-            return Err(ViewerError::FaceIndex { face, index, vertices });
+            return Err(ViewerError::FaceIndex {
+                face,
+                index,
+                vertices,
+            });
         }
     }
     Ok(())

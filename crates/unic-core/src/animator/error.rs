@@ -1,0 +1,36 @@
+//! What an animator refuses.
+
+use thiserror::Error;
+
+/// Input that does not belong to the animator's model.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum AnimatorError {
+    /// A pose of another skeleton.
+    #[error("animator: expected a pose of {expected} joints, found {found}")]
+    Joints {
+        /// Joints of the model.
+        expected: usize,
+        /// Joints of the pose.
+        found: usize,
+    },
+    /// A pose or ground height that is no number, or rotations that are none.
+    #[error("animator: expected finite numbers and unit rotations in the pose, found others")]
+    Pose,
+    /// Positions of another mesh.
+    #[error("animator: expected {expected} vertex positions, found {found}")]
+    Vertices {
+        /// Vertices of the model.
+        expected: usize,
+        /// Positions given.
+        found: usize,
+    },
+    /// NaN or infinity.
+    #[error("animator: the position of vertex {vertex} is not finite")]
+    Position {
+        /// The vertex.
+        vertex: usize,
+    },
+    /// A saved state of another model.
+    #[error("animator: expected a state of this model, found one of another: {0}")]
+    State(String),
+}

@@ -1,0 +1,54 @@
+//! What an animator remembers from one step to the next.
+
+use super::AnimatorError;
+use crate::{
+    model::Model,
+    motion::{MotionInput, MotionState},
+};
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// Everything that the next step depends on; serialise it to save a game or to cut a clip.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AnimatorState {
+    pub(super) motion: MotionState,
+    /// Has no step been taken since the reset?
+    pub(super) at_start: bool,
+    pub(super) vertices: Vec<VertexState>,
+}
+
+/// State of one vertex: positions in the motion vector's frame, or displacements.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct VertexState {
+    /// At t.
+    pub(super) value: Vec3,
+    /// At t − 1.
+    pub(super) previous: Vec3,
+}
+
+impl AnimatorState {
+    pub(super) fn start(model: &Model, input: &MotionInput) -> Self {
+        Self {
+            motion: MotionState::start(&model.config.motion, &model.character.skeleton, input),
+            at_start: true,
+            vertices: vec![VertexState::default(); model.vertex_count()],
+        }
+    }
+
+    pub(super) fn check(&self, model: &Model) -> Result<(), AnimatorError> {
+        let skeleton = &model.character.skeleton;
+        let other = |e: crate::motion::MotionError| AnimatorError::State(e.to_string());
+        self.motion.check(skeleton).map_err(other)?;
+        let (expected, found) = (model.vertex_count(), self.vertices.len());
+        if expected != found {
+            return Err(AnimatorError::Vertices { expected, found });
+        }
+        let finite = |v: &VertexState| v.value.is_finite() && v.previous.is_finite();
+        match self.vertices.iter().position(|v| !finite(v)) {
+            None => Ok(()),
+            Some(vertex) => Err(AnimatorError::Position { vertex }),
+        }
+    }
+}

@@ -1,0 +1,280 @@
+//! Bounding volume hierarchy: four children a node, built once, refitted as the items move.
+
+use glam::Vec3;
+use std::ops::Range;
+
+/// Most items in one leaf. With four, a leaf of triangles costs about as much as a node.
+const LEAF_ITEMS: usize = 4;
+
+/// Entries of a traversal's stack: every level leaves at most three behind, and halving 2³² items
+/// twice a level ends after 16 levels.
+const STACK_ENTRIES: usize = 64;
+
+/// Axis-aligned box, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Aabb {
+    pub(crate) min: Vec3,
+    pub(crate) max: Vec3,
+}
+
+impl Aabb {
+    /// Holds nothing and is infinitely far from everything.
+    pub(crate) const EMPTY: Self = Self {
+        min: Vec3::INFINITY,
+        max: Vec3::NEG_INFINITY,
+    };
+
+    /// The smallest box around points; coordinates that are NaN count for nothing.
+    pub(crate) fn around(points: &[Vec3]) -> Self {
+        points
+            .iter()
+            .fold(Self::EMPTY, |b, &p| b.union(Self { min: p, max: p }))
+    }
+
+    fn union(self, other: Self) -> Self {
+        // f32::min and f32::max return the other operand when one is NaN, glam's need not.
+        let pick =
+            |a: Vec3, b: Vec3, f: fn(f32, f32) -> f32| Vec3::new(f(a.x, b.x), f(a.y, b.y), f(a.z, b.z));
+        Self {
+            min: pick(self.min, other.min, f32::min),
+            max: pick(self.max, other.max, f32::max),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Child {
+    Empty,
+    Node(u32),
+    /// Entries `first..first + count` of the tree's order.
+    Leaf {
+        first: u32,
+        count: u32,
+    },
+}
+
+/// Boxes of four children by coordinate, so that one distance computation serves all four.
+#[derive(Clone, Debug)]
+struct Node {
+    min: [[f32; 4]; 3],
+    max: [[f32; 4]; 3],
+    children: [Child; 4],
+}
+
+/// A tree over numbered items. It knows their order and boxes; its owner knows what they are.
+#[derive(Clone, Debug)]
+pub(crate) struct Bvh {
+    /// A child always follows its parent, so that a walk from the end refits from the leaves up.
+    nodes: Vec<Node>,
+    /// The items, leaf after leaf.
+    order: Vec<u32>,
+}
+
+impl Bvh {
+    /// Splits the items at medians of their centres; [`Bvh::refit`] must follow.
+    pub(crate) fn build(centres: &[Vec3]) -> Self {
+        let mut tree = Self {
+            nodes: Vec::new(),
+            order: (0..centres.len() as u32).collect(),
+        };
+        if !centres.is_empty() {
+            tree.split(centres, 0..centres.len());
+        }
+        tree
+    }
+
+    fn split(&mut self, centres: &[Vec3], range: Range<usize>) -> u32 {
+        let index = self.nodes.len();
+        self.nodes.push(Node::EMPTY);
+        let middle = halve(&mut self.order, centres, range.clone());
+        let (left, right) = (range.start..middle, middle..range.end);
+        let quarter = halve(&mut self.order, centres, left.clone());
+        let three_quarters = halve(&mut self.order, centres, right.clone());
+        let quarters = [
+            left.start..quarter,
+            quarter..left.end,
+            right.start..three_quarters,
+            three_quarters..right.end,
+        ];
+        self.nodes[index].children = quarters.map(|part| match part.len() {
+            0 => Child::Empty,
+            count @ 1..=LEAF_ITEMS => Child::Leaf {
+                first: part.start as u32,
+                count: count as u32,
+            },
+            _ => Child::Node(self.split(centres, part)),
+        });
+        index as u32
+    }
+
+    /// Recomputes every box from those of the items.
+    pub(crate) fn refit(&mut self, box_of_item: impl Fn(u32) -> Aabb) {
+        for index in (0..self.nodes.len()).rev() {
+            for lane in 0..4 {
+                let bounds = match self.nodes[index].children[lane] {
+                    Child::Empty => Aabb::EMPTY,
+                    Child::Node(child) => self.nodes[child as usize].bounds(),
+                    Child::Leaf { first, count } => self.order[first as usize..][..count as usize]
+                        .iter()
+                        .fold(Aabb::EMPTY, |b, &item| b.union(box_of_item(item))),
+                };
+                self.nodes[index].set(lane, bounds);
+            }
+        }
+    }
+
+    /// Calls `visit` with the items of every leaf whose box is no farther from `p` than the bound;
+    /// `visit` takes and returns the bound, a squared distance in m².
+    ///
+    /// A leaf at exactly the bound is visited: ties are the visitor's to decide.
+    pub(crate) fn nearest(&self, p: Vec3, mut bound: f32, mut visit: impl FnMut(&[u32], f32) -> f32) {
+        let mut stack = [(0.0, Child::Empty); STACK_ENTRIES];
+        let mut height = 0;
+        if !self.nodes.is_empty() {
+            stack[0] = (0.0, Child::Node(0));
+            height = 1;
+        }
+        while height > 0 {
+            height -= 1;
+            let (distance, child) = stack[height];
+            if distance > bound {
+                continue;
+            }
+            match child {
+                Child::Empty => {}
+                Child::Leaf { first, count } => {
+                    bound = visit(&self.order[first as usize..][..count as usize], bound);
+                }
+                Child::Node(node) => {
+                    height = self.nodes[node as usize].push_children(p, bound, &mut stack, height);
+                }
+            }
+        }
+    }
+}
+
+impl Node {
+    const EMPTY: Self = Self {
+        min: [[f32::INFINITY; 4]; 3],
+        max: [[f32::NEG_INFINITY; 4]; 3],
+        children: [Child::Empty; 4],
+    };
+
+    fn set(&mut self, lane: usize, bounds: Aabb) {
+        for axis in 0..3 {
+            self.min[axis][lane] = bounds.min[axis];
+            self.max[axis][lane] = bounds.max[axis];
+        }
+    }
+
+    fn bounds(&self) -> Aabb {
+        let fold = |lanes: [[f32; 4]; 3], start, f: fn(f32, f32) -> f32| {
+            Vec3::from(lanes.map(|lane| lane.into_iter().fold(start, f)))
+        };
+        Aabb {
+            min: fold(self.min, f32::INFINITY, f32::min),
+            max: fold(self.max, f32::NEG_INFINITY, f32::max),
+        }
+    }
+
+    /// Squared distances from `p` to the four boxes, in the order of operations in which
+    /// [`squared_length`] measures a point: rounding is monotone, so no box is farther than what
+    /// it holds, to the last bit.
+    fn squared_distances(&self, p: Vec3) -> [f32; 4] {
+        let mut sum = [0.0; 4];
+        for ((min, max), p) in self.min.iter().zip(&self.max).zip(p.to_array()) {
+            for (lane, sum) in sum.iter_mut().enumerate() {
+                let (below, above) = (min[lane] - p, p - max[lane]);
+                let outside = if below > above { below } else { above };
+                let outside = if outside > 0.0 { outside } else { 0.0 };
+                *sum += outside * outside;
+            }
+        }
+        sum
+    }
+
+    /// Pushes the children within the bound, the nearest last; returns the stack's new height.
+    fn push_children(
+        &self,
+        p: Vec3,
+        bound: f32,
+        stack: &mut [(f32, Child); STACK_ENTRIES],
+        bottom: usize,
+    ) -> usize {
+        let mut top = bottom;
+        for (distance, child) in self.squared_distances(p).into_iter().zip(self.children) {
+            if distance > bound {
+                continue;
+            }
+            let mut at = top;
+            while at > bottom && stack[at - 1].0 < distance {
+                stack[at] = stack[at - 1];
+                at -= 1;
+            }
+            stack[at] = (distance, child);
+            top += 1;
+        }
+        top
+    }
+}
+
+/// |v|² in m², summed in the order x, y, z that the boxes use.
+pub(crate) fn squared_length(v: Vec3) -> f32 {
+    v.x * v.x + v.y * v.y + v.z * v.z
+}
+
+/// Puts the lower half of `range`, along the axis of widest spread, before the upper half.
+fn halve(order: &mut [u32], centres: &[Vec3], range: Range<usize>) -> usize {
+    let middle = range.start + range.len() / 2;
+    let part = &mut order[range.clone()];
+    if part.len() < 2 {
+        return range.end;
+    }
+    let spread = (part.iter()).fold(Aabb::EMPTY, |b, &item| {
+        b.union(Aabb::around(&[centres[item as usize]]))
+    });
+    let axis = (spread.max - spread.min).max_position();
+    part.select_nth_unstable_by(middle - range.start, |&a, &b| {
+        let (x, y) = (centres[a as usize][axis], centres[b as usize][axis]);
+        x.total_cmp(&y).then(a.cmp(&b))
+    });
+    middle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn tree_over(points: &[Vec3]) -> Bvh {
+        let mut tree = Bvh::build(points);
+        tree.refit(|item| Aabb::around(&[points[item as usize]]));
+        tree
+    }
+
+    proptest! {
+        #[test]
+        fn every_item_is_in_one_leaf(count in 0usize..400) {
+            let points: Vec<Vec3> = (0..count).map(|i| Vec3::splat((i % 7) as f32)).collect();
+            let mut seen = vec![0; count];
+            let tree = tree_over(&points);
+            tree.nearest(Vec3::ZERO, f32::INFINITY, |items, bound| {
+                assert!(items.len() <= LEAF_ITEMS);
+                items.iter().for_each(|&item| seen[item as usize] += 1);
+                bound
+            });
+            prop_assert!(seen.iter().all(|&n| n == 1));
+        }
+    }
+
+    #[test]
+    fn far_leaves_are_not_visited() {
+        let points: Vec<Vec3> = (0..4096).map(|i| Vec3::X * i as f32).collect();
+        let mut visited = 0;
+        tree_over(&points).nearest(Vec3::X * 100.2, 1.0, |items, bound| {
+            visited += items.len();
+            bound
+        });
+        assert!((2..=12).contains(&visited), "{visited} of 4096 items visited");
+    }
+}

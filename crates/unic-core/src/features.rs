@@ -1,0 +1,231 @@
+//! What the field reads of a vertex: one path for training and runtime.
+//!
+//! Training gathers [`PointFrame`]s and calls [`write_frame_inputs`] for the vertices of a batch;
+//! the animator does the same for all vertices. The part that depends on the state is a few
+//! multiplications ([`StateInputs`]), which training repeats on tensors so that gradients flow.
+
+use crate::{
+    character::Garment,
+    config::{DisplacementConfig, PointInput},
+    transform::Rigid,
+};
+use glam::{Quat, Vec3};
+
+/// Where the skeleton carries one garment vertex: the frame that its displacement lives in.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PointFrame {
+    /// LBS_i(rest), world, metres.
+    pub skinned: Vec3,
+    /// R_i: world from the vertex's own frame.
+    pub rotation: Quat,
+}
+
+impl PointFrame {
+    /// The frame of one vertex under `world_from_rest` of every joint.
+    pub fn new(garment: &Garment, vertex: usize, world_from_rest: &[Rigid]) -> Self {
+        let rest = garment.rest.vertices[vertex];
+        Self {
+            skinned: garment.weights.position(vertex, rest, world_from_rest),
+            rotation: garment.weights.rotation(vertex, world_from_rest),
+        }
+    }
+
+    /// u = R_iᵀ (x − LBS_i(rest)) for a world position x.
+    pub fn displacement(&self, world: Vec3) -> Vec3 {
+        self.rotation.inverse() * (world - self.skinned)
+    }
+
+    /// x = LBS_i(rest) + R_i u.
+    pub fn position(&self, displacement: Vec3) -> Vec3 {
+        self.skinned + self.rotation * displacement
+    }
+}
+
+/// A vertex's frames at t, t − 1 and t − 2: enough for the velocity and acceleration of its skinning.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PointHistory {
+    /// At t.
+    pub now: PointFrame,
+    /// LBS_i(rest) at t − 1.
+    pub before: Vec3,
+    /// LBS_i(rest) at t − 2.
+    pub earlier: Vec3,
+}
+
+impl PointHistory {
+    /// Moves on by one frame. On the first step after a reset the frame before the previous one is
+    /// not known: the point then moves steadily, as v_0 is v_1 in the motion vector.
+    pub fn advance(&mut self, now: PointFrame, first_step: bool) {
+        self.earlier = self.before;
+        self.before = self.now.skinned;
+        self.now = now;
+        if first_step {
+            self.earlier = self.before * 2.0 - now.skinned;
+        }
+    }
+}
+
+/// Maps rest positions into [−1, 1]³ by the rest shape's bounding box, one scale for all axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestBox {
+    /// Centre, metres.
+    pub centre: Vec3,
+    /// Half the longest side, metres.
+    pub half_extent: f32,
+}
+
+impl RestBox {
+    /// Bounding box of the rest shape that the model is trained on.
+    pub fn of(vertices: &[Vec3]) -> Self {
+        let first = vertices.first().copied().unwrap_or_default();
+        let low = vertices.iter().fold(first, |a, &b| a.min(b));
+        let high = vertices.iter().fold(first, |a, &b| a.max(b));
+        Self {
+            centre: (low + high) / 2.0,
+            half_extent: ((high - low).max_element() / 2.0).max(f32::MIN_POSITIVE),
+        }
+    }
+
+    /// Position within the box.
+    pub fn normalised(&self, rest: Vec3) -> Vec3 {
+        (rest - self.centre) / self.half_extent
+    }
+}
+
+/// Unit of [`PointInput::SkinVelocity`], m/s: a brisk run, so that inputs stay of order one.
+const VELOCITY_UNIT: f32 = 2.0;
+/// Unit of [`PointInput::SkinAcceleration`], m/s²: two g, a hard landing or a sharp arm swing.
+const ACCELERATION_UNIT: f32 = 20.0;
+/// Frames that [`PointInput::Velocity`] is measured in: a change of one scale in three frames is one.
+const VELOCITY_FRAMES: f32 = 3.0;
+
+/// Writes the inputs that do not depend on the state, in the configuration's order, three numbers each.
+pub fn write_frame_inputs(
+    config: &DisplacementConfig,
+    rest: Vec3,
+    history: &PointHistory,
+    dt: f32,
+    out: &mut [f32],
+) {
+    let own_from_world = history.now.rotation.inverse();
+    let velocity = || (history.now.skinned - history.before) / dt;
+    let inputs = config.inputs.iter().filter(|input| !input.is_state());
+    for (input, out) in inputs.zip(out.chunks_exact_mut(3)) {
+        let value = match input {
+            PointInput::Rest => rest,
+            PointInput::Up => own_from_world * Vec3::Y,
+            PointInput::SkinVelocity => own_from_world * velocity() / VELOCITY_UNIT,
+            PointInput::SkinAcceleration => {
+                let before = (history.before - history.earlier) / dt;
+                own_from_world * (velocity() - before) / dt / ACCELERATION_UNIT
+            }
+            PointInput::Displacement | PointInput::Velocity => continue,
+        };
+        out.copy_from_slice(&value.to_array());
+    }
+}
+
+/// Factors that turn the displacements d_{t−1} and d_{t−2} into the leading inputs of the field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateInputs {
+    /// Input = `displacement` · d_{t−1}, where the configuration has it.
+    pub displacement: Option<f32>,
+    /// Input = `velocity` · (d_{t−1} − d_{t−2}), where the configuration has it.
+    pub velocity: Option<f32>,
+    /// Does the displacement stand before the velocity?
+    pub displacement_first: bool,
+}
+
+impl StateInputs {
+    /// Factors of a configuration.
+    pub fn new(config: &DisplacementConfig) -> Self {
+        let at = |input| config.inputs.iter().position(|i| *i == input);
+        let (displacement, velocity) = (at(PointInput::Displacement), at(PointInput::Velocity));
+        Self {
+            displacement: displacement.map(|_| 1.0 / config.scale_m),
+            velocity: velocity.map(|_| 1.0 / (config.scale_m * VELOCITY_FRAMES)),
+            displacement_first: displacement < velocity || velocity.is_none(),
+        }
+    }
+
+    /// Writes the leading inputs of one vertex.
+    pub fn write(&self, displacement: Vec3, previous: Vec3, out: &mut [f32]) {
+        let first = self.displacement.map(|k| displacement * k);
+        let second = self.velocity.map(|k| (displacement - previous) * k);
+        let ordered = if self.displacement_first {
+            [first, second]
+        } else {
+            [second, first]
+        };
+        for (value, out) in ordered.into_iter().flatten().zip(out.chunks_exact_mut(3)) {
+            out.copy_from_slice(&value.to_array());
+        }
+    }
+}
+
+/// Shortens a field output to `limit`; exact below it.
+pub fn limited(output: Vec3, limit: f32) -> Vec3 {
+    output.clamp_length_max(limit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn config(inputs: Vec<PointInput>) -> DisplacementConfig {
+        DisplacementConfig {
+            memory_s: 0.1,
+            scale_m: 0.05,
+            output_limit: 3.0,
+            inputs,
+        }
+    }
+
+    #[test]
+    fn frame_inputs_are_invariant_to_a_rigid_motion_about_the_vertical() {
+        use PointInput::{Rest, SkinAcceleration, SkinVelocity, Up};
+        let config = config(vec![Rest, Up, SkinVelocity, SkinAcceleration]);
+        let move_by = Rigid::new(Quat::from_rotation_y(2.0), Vec3::new(3.0, 0.0, -1.0));
+        let history = PointHistory {
+            now: PointFrame {
+                skinned: Vec3::new(0.1, 1.0, 0.2),
+                rotation: Quat::from_rotation_x(0.4),
+            },
+            before: Vec3::new(0.05, 0.98, 0.2),
+            earlier: Vec3::new(0.02, 0.99, 0.21),
+        };
+        let moved = PointHistory {
+            now: PointFrame {
+                skinned: move_by.point(history.now.skinned),
+                rotation: move_by.rotation * history.now.rotation,
+            },
+            before: move_by.point(history.before),
+            earlier: move_by.point(history.earlier),
+        };
+        let (mut a, mut b) = ([0.0; 12], [0.0; 12]);
+        write_frame_inputs(&config, Vec3::ONE, &history, 1.0 / 30.0, &mut a);
+        write_frame_inputs(&config, Vec3::ONE, &moved, 1.0 / 30.0, &mut b);
+        for (a, b) in a.iter().zip(b) {
+            assert!((a - b).abs() < 2e-4, "{a} {b}");
+        }
+        let world = Vec3::new(0.3, 0.9, 0.1);
+        let (u, v) = (
+            history.now.displacement(world),
+            moved.now.displacement(move_by.point(world)),
+        );
+        assert!((u - v).length() < 1e-6);
+        assert!((history.now.position(u) - world).length() < 1e-6);
+    }
+
+    #[test]
+    fn state_inputs_follow_the_order_of_the_configuration() {
+        use PointInput::{Displacement, Velocity};
+        let mut out = [0.0; 6];
+        let inputs = StateInputs::new(&config(vec![Velocity, Displacement]));
+        inputs.write(Vec3::X * 0.05, Vec3::ZERO, &mut out);
+        assert!((out[0] - 1.0 / 3.0).abs() < 1e-6 && (out[3] - 1.0).abs() < 1e-6);
+        let inputs = StateInputs::new(&config(vec![Displacement]));
+        inputs.write(Vec3::X * 0.05, Vec3::ZERO, &mut out[..3]);
+        assert!((out[0] - 1.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,225 @@
+//! The trained asset: everything that the runtime needs, immutable and shared by all instances.
+
+use crate::{
+    character::{Character, Garment},
+    config::{ConfigError, ModelConfig},
+    features::RestBox,
+    mesh::TriMesh,
+    motion::{MotionError, Normalisation, motion_len},
+    network::{Encoder, Field, LayerError, Linear},
+    surface_map::{SurfaceMap, SurfaceMapError},
+};
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Where a model comes from; shown by `unic inspect`, read by nobody else.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct About {
+    /// Name of the capture.
+    #[serde(default)]
+    pub name: String,
+    /// Source and licence of the training data.
+    #[serde(default)]
+    pub provenance: String,
+    /// Training settings and results, as the trainer wrote them.
+    #[serde(default)]
+    pub training: serde_json::Value,
+}
+
+/// The parts of a model, as training leaves them or a file holds them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelParts {
+    /// Sizes and meanings.
+    pub config: ModelConfig,
+    /// Body and skeleton.
+    pub character: Character,
+    /// Rest shape and skinning weights.
+    pub garment: Garment,
+    /// ū: mean displacement of each vertex from its skinned rest position, metres, in the vertex's
+    /// rotated frame; zeros where the state is a position.
+    pub mean_displacement: Vec<Vec3>,
+    /// Bounding box that rest positions are scaled to.
+    pub rest_box: RestBox,
+    /// Statistics of the motion vector.
+    pub normalisation: Normalisation,
+    /// Linear maps of the encoder.
+    pub encoder: Vec<Linear>,
+    /// Linear maps of the field.
+    pub field: Vec<Linear>,
+    /// Provenance.
+    pub about: About,
+}
+
+/// A checked model, ready to run. Share it by `Arc` between [`crate::animator::Animator`]s.
+#[derive(Clone, Debug)]
+pub struct Model {
+    pub(crate) config: ModelConfig,
+    pub(crate) character: Character,
+    pub(crate) garment: Garment,
+    pub(crate) mean_displacement: Vec<Vec3>,
+    pub(crate) rest_box: RestBox,
+    pub(crate) normalisation: Normalisation,
+    pub(crate) encoder: Encoder,
+    pub(crate) field: Field,
+    pub(crate) about: About,
+}
+
+/// Parts that do not fit together.
+#[derive(Debug, Error, PartialEq)]
+pub enum ModelError {
+    /// A configuration that means nothing.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A layer of another size than the configuration's.
+    #[error(transparent)]
+    Layer(#[from] LayerError),
+    /// Two arrays that should have the same length.
+    #[error("model: expected {expected} {what}, found {found}")]
+    Count {
+        /// What is counted.
+        what: &'static str,
+        /// By the other parts.
+        expected: usize,
+        /// In this part.
+        found: usize,
+    },
+    /// A mesh that nothing can be carried over from or to.
+    #[error(transparent)]
+    Surface(#[from] SurfaceMapError),
+    /// A motion vector that cannot be made for this skeleton.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// NaN or infinity.
+    #[error("model: {0} has numbers that are not finite")]
+    NotFinite(&'static str),
+}
+
+impl Model {
+    /// Checks that the parts fit together and packs the networks for this machine.
+    ///
+    /// # Errors
+    /// Sizes that differ from the configuration's or from one another, numbers that are not finite.
+    pub fn new(parts: ModelParts) -> Result<Self, ModelError> {
+        let joints = parts.character.skeleton.len();
+        parts.config.check(joints)?;
+        parts.config.motion.check(&parts.character.skeleton)?;
+        check_counts(&parts, joints)?;
+        check_finite(&parts)?;
+        let config = parts.config;
+        let inputs = 2 * motion_len(joints);
+        let channels = config.encoder.channels;
+        Ok(Self {
+            encoder: Encoder::new(&config.encoder, inputs, parts.encoder)?,
+            field: Field::new(&config.field, config.state.input_len(), channels, parts.field)?,
+            config,
+            character: parts.character,
+            garment: parts.garment,
+            mean_displacement: parts.mean_displacement,
+            rest_box: parts.rest_box,
+            normalisation: parts.normalisation,
+            about: parts.about,
+        })
+    }
+
+    /// The parts again, for writing or changing them.
+    pub fn to_parts(&self) -> ModelParts {
+        ModelParts {
+            config: self.config.clone(),
+            character: self.character.clone(),
+            garment: self.garment.clone(),
+            mean_displacement: self.mean_displacement.clone(),
+            rest_box: self.rest_box,
+            normalisation: self.normalisation.clone(),
+            encoder: self.encoder.layers().to_vec(),
+            field: self.field.layers().to_vec(),
+            about: self.about.clone(),
+        }
+    }
+
+    /// Sizes and meanings.
+    pub fn config(&self) -> &ModelConfig {
+        &self.config
+    }
+
+    /// The body that the garment is worn on.
+    pub fn character(&self) -> &Character {
+        &self.character
+    }
+
+    /// Rest shape and skinning weights of the garment.
+    pub fn garment(&self) -> &Garment {
+        &self.garment
+    }
+
+    /// Provenance.
+    pub fn about(&self) -> &About {
+        &self.about
+    }
+
+    /// Number of garment vertices V.
+    pub fn vertex_count(&self) -> usize {
+        self.garment.rest.vertices.len()
+    }
+
+    /// Number of trained numbers, encoder and field.
+    pub fn parameter_count(&self) -> usize {
+        let count = |l: &Linear| l.weight.len() + l.bias.len();
+        self.encoder.layers().iter().chain(self.field.layers()).map(count).sum()
+    }
+
+    /// The same model on another mesh of the same garment, given in the same rest space: a field
+    /// does not know about meshes. Skinning weights and mean displacements are taken from the
+    /// closest points of the rest shape that the model was trained on.
+    ///
+    /// # Errors
+    /// A rest shape without a usable face; points that are not finite.
+    pub fn with_mesh(&self, mesh: TriMesh) -> Result<Self, ModelError> {
+        let map = SurfaceMap::new(&self.garment.rest, &mesh.vertices)?;
+        let mut parts = self.to_parts();
+        map.vectors(&self.mean_displacement, &mut parts.mean_displacement)?;
+        parts.garment.weights = map.weights(&self.garment.weights)?;
+        parts.garment.rest = mesh;
+        Self::new(parts)
+    }
+}
+
+fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
+    let vertices = parts.garment.rest.vertices.len();
+    let body = parts.character.body.vertices.len();
+    let motion = motion_len(joints);
+    let counts = [
+        ("garment vertices or more", 1, vertices.min(1)),
+        ("rows of garment skinning weights", vertices, parts.garment.weights.len()),
+        ("joints in the garment's skinning weights", joints, parts.garment.weights.joint_count()),
+        ("mean displacements", vertices, parts.mean_displacement.len()),
+        ("rows of body skinning weights", body, parts.character.weights.len()),
+        ("joints in the body's skinning weights", joints, parts.character.weights.joint_count()),
+        ("means of the motion vector", motion, parts.normalisation.mean.len()),
+        ("deviations of the motion vector", motion, parts.normalisation.std.len()),
+    ];
+    match counts.into_iter().find(|(_, expected, found)| expected != found) {
+        None => Ok(()),
+        Some((what, expected, found)) => Err(ModelError::Count { what, expected, found }),
+    }
+}
+
+fn check_finite(parts: &ModelParts) -> Result<(), ModelError> {
+    let finite = |values: &[f32]| values.iter().all(|x| x.is_finite());
+    let layers = |layers: &[Linear]| layers.iter().all(|l| finite(&l.weight) && finite(&l.bias));
+    let points = |points: &[Vec3]| points.iter().all(|p| p.is_finite());
+    let normalisation = &parts.normalisation;
+    let checks = [
+        ("the encoder", layers(&parts.encoder)),
+        ("the field", layers(&parts.field)),
+        ("the rest shape", points(&parts.garment.rest.vertices)),
+        ("the mean displacement", points(&parts.mean_displacement)),
+        ("the body", points(&parts.character.body.vertices)),
+        ("the normalisation", finite(&normalisation.mean) && finite(&normalisation.std)),
+        ("the bounding box", parts.rest_box.centre.is_finite() && parts.rest_box.half_extent > 0.0),
+    ];
+    match checks.into_iter().find(|(_, finite)| !finite) {
+        None => Ok(()),
+        Some((what, _)) => Err(ModelError::NotFinite(what)),
+    }
+}

@@ -1,0 +1,121 @@
+//! Statistics that bring the motion vector to order one.
+
+use super::{MotionError, MotionSlices, motion_len};
+use serde::{Deserialize, Serialize};
+
+/// Standard deviations below this are rounding noise of an element that training never moves: f32
+/// resolves 2e-6 m at 30 m from the origin. Such elements are only centred.
+const LEAST_STD: f64 = 1e-5;
+
+/// Mean and standard deviation of every element of the motion vector over the training frames:
+/// c ↦ (c − mean) / std. Rotations and contacts have mean 0 and standard deviation 1, so that they
+/// stay as they are; see [`MotionSlices::normalised`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Normalisation {
+    /// One an element, in its own unit.
+    pub mean: Vec<f32>,
+    /// One an element, in its own unit, above zero.
+    pub std: Vec<f32>,
+}
+
+impl Normalisation {
+    /// The one that changes nothing, for a skeleton with this many joints.
+    pub fn identity(joints: usize) -> Self {
+        Self {
+            mean: vec![0.0; motion_len(joints)],
+            std: vec![1.0; motion_len(joints)],
+        }
+    }
+
+    /// Statistics over motion vectors of a skeleton with this many joints: the population's
+    /// standard deviation, in one pass in f64 (Welford's recurrence). Elements that do not vary
+    /// take 1; without any vector it is the identity.
+    ///
+    /// # Errors
+    /// Vectors of another length, elements that are not finite.
+    pub fn fit<'a>(joints: usize, vectors: impl IntoIterator<Item = &'a [f32]>) -> Result<Self, MotionError> {
+        let mut moments = Moments::new(motion_len(joints));
+        for vector in vectors {
+            moments.add(vector)?;
+        }
+        let mut fitted = Self::identity(joints);
+        for element in MotionSlices::new(joints).normalised().flatten() {
+            fitted.mean[element] = moments.mean[element] as f32;
+            let std = (moments.squares[element] / moments.count.max(1.0)).sqrt();
+            if std >= LEAST_STD {
+                fitted.std[element] = std as f32;
+            }
+        }
+        Ok(fitted)
+    }
+
+    /// Normalises a motion vector in place.
+    pub fn apply(&self, vector: &mut [f32]) {
+        debug_assert_eq!(vector.len(), self.mean.len());
+        for ((c, mean), std) in vector.iter_mut().zip(&self.mean).zip(&self.std) {
+            *c = (*c - mean) / std;
+        }
+    }
+
+    /// What a normalisation that comes from a file must satisfy.
+    ///
+    /// # Errors
+    /// Another length than the skeleton's motion vector, means that are not finite, standard
+    /// deviations that are not finite and above zero.
+    pub fn check(&self, joints: usize) -> Result<(), MotionError> {
+        check_length("normalisation means", motion_len(joints), self.mean.len())?;
+        check_length("normalisation deviations", motion_len(joints), self.std.len())?;
+        let usable = |what, element: Option<usize>| match element {
+            None => Ok(()),
+            Some(element) => Err(MotionError::NotFinite { what, element }),
+        };
+        let deviation = |s: &f32| !(s.is_finite() && *s > 0.0);
+        usable("mean", self.mean.iter().position(|m| !m.is_finite()))?;
+        usable("standard deviation", self.std.iter().position(deviation))
+    }
+}
+
+/// Running mean and sum of squared deviations of every element.
+struct Moments {
+    count: f64,
+    mean: Vec<f64>,
+    squares: Vec<f64>,
+}
+
+impl Moments {
+    fn new(len: usize) -> Self {
+        Self {
+            count: 0.0,
+            mean: vec![0.0; len],
+            squares: vec![0.0; len],
+        }
+    }
+
+    fn add(&mut self, vector: &[f32]) -> Result<(), MotionError> {
+        check_length("a motion vector", self.mean.len(), vector.len())?;
+        if let Some(element) = vector.iter().position(|value| !value.is_finite()) {
+            let what = "motion vector element";
+            return Err(MotionError::NotFinite { what, element });
+        }
+        self.count += 1.0;
+        let moments = self.mean.iter_mut().zip(&mut self.squares);
+        for ((mean, squares), &value) in moments.zip(vector) {
+            let before = f64::from(value) - *mean;
+            *mean += before / self.count;
+            *squares += before * (f64::from(value) - *mean);
+        }
+        Ok(())
+    }
+}
+
+fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), MotionError> {
+    if expected == found {
+        return Ok(());
+    }
+    Err(MotionError::Length {
+        what,
+        expected,
+        found,
+    })
+}

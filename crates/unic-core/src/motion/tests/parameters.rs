@@ -1,0 +1,121 @@
+//! Specifications and normalisations: how they are measured, and what is refused.
+
+use super::*;
+use crate::{mesh::TriMesh, skinning::SkinningWeights};
+
+fn character() -> Character {
+    let skeleton = skeleton(&[2, 0, -1]);
+    let vertices = vec![Vec3::Y * 0.3, Vec3::Y * 1.8, Vec3::X];
+    Character {
+        body: TriMesh::new(vertices, vec![[0, 1, 2]]).unwrap(),
+        weights: SkinningWeights::from_dense(&[1.0; 9], 3, 3).unwrap(),
+        skeleton,
+    }
+}
+
+#[test]
+fn rest_heights_are_measured_from_the_lowest_vertex() {
+    let mut character = character();
+    let build = |contacts, character: &Character| {
+        MotionSpec::new(
+            MotionLayout::Heading,
+            VelocityScheme::Backward,
+            contacts,
+            character,
+        )
+    };
+    let spec = build([0, 1, 2, 1], &character).unwrap();
+    let joints = character.skeleton.joints();
+    assert_eq!(spec.contact_rest_heights_m[1], joints[1].y);
+    character.body.vertices[2].y = 0.2;
+    let raised = Vec3::Y * 5.0;
+    character.body.vertices.iter_mut().for_each(|v| *v += raised);
+    let spec = build([0; 4], &character).unwrap();
+    assert!((spec.contact_rest_heights_m[0] - (character.skeleton.joints()[0].y - 5.2)).abs() < 1e-5);
+    let refused = build([0, 1, 2, 3], &character);
+    assert_eq!(refused, Err(MotionError::ContactJoint { joint: 3, joints: 3 }));
+}
+
+#[test]
+fn specifications_and_states_of_files_are_checked() {
+    let character = character();
+    let mut spec = spec(VARIANTS[0], 3);
+    assert_eq!(spec.check(&character.skeleton), Ok(()));
+    let text = serde_json::to_string(&spec).unwrap();
+    assert_eq!(serde_json::from_str::<MotionSpec>(&text).unwrap(), spec);
+    assert!(text.contains(r#""layout":"paper","velocity":"forward""#));
+    let unknown = text.replace("layout", "layuot");
+    assert!(serde_json::from_str::<MotionSpec>(&unknown).is_err());
+    spec.contact_rest_heights_m[2] = f32::NAN;
+    let found = spec.check(&character.skeleton);
+    assert!(matches!(found, Err(MotionError::NotFinite { element: 2, .. })));
+    let pose = character.skeleton.bind_pose();
+    let start = MotionInput {
+        pose: &pose,
+        next_pose: None,
+        ground_height: 0.0,
+        dt: 0.1,
+    };
+    let state = MotionState::start(&spec, &character.skeleton, &start);
+    let found = state.check(&skeleton(&SMPL_PARENTS));
+    assert!(matches!(
+        found,
+        Err(MotionError::Length {
+            expected: 24,
+            found: 3,
+            ..
+        })
+    ));
+}
+
+#[test]
+fn normalised_elements_have_mean_zero_and_deviation_one() {
+    let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
+    let spec = spec(VARIANTS[3], 24);
+    let vectors = streamed(&spec, &skeleton, &poses, Source::Clip);
+    let fitted = Normalisation::fit(24, vectors.iter().map(Vec::as_slice)).unwrap();
+    let mut scaled = vectors.clone();
+    scaled.iter_mut().for_each(|c| fitted.apply(c));
+    let normalised: Vec<usize> = MotionSlices::new(24).normalised().flatten().collect();
+    for i in 0..motion_len(24) {
+        if !normalised.contains(&i) {
+            assert!(vectors.iter().zip(&scaled).all(|(a, b)| a[i] == b[i]));
+            continue;
+        }
+        let column = || scaled.iter().map(|c| f64::from(c[i]));
+        let mean = column().sum::<f64>() / FRAMES as f64;
+        let variance = column().map(|x| (x - mean).powi(2)).sum::<f64>() / FRAMES as f64;
+        // The root's x and z are zero in this layout: they stay zero.
+        let expected = if [0, 2].contains(&i) { 0.0 } else { 1.0 };
+        assert!(
+            mean.abs() < 1e-4 && (variance - expected).abs() < 1e-3,
+            "{i}: {mean} {variance}"
+        );
+    }
+}
+
+#[test]
+fn normalisations_are_checked() {
+    assert_eq!(Normalisation::fit(3, []), Ok(Normalisation::identity(3)));
+    let wrong = Normalisation::fit(3, [&[0.0; 42][..]]);
+    assert!(matches!(
+        wrong,
+        Err(MotionError::Length {
+            expected: 43,
+            found: 42,
+            ..
+        })
+    ));
+    let mut vector = [0.0; 43];
+    vector[7] = f32::INFINITY;
+    let wrong = Normalisation::fit(3, [&vector[..]]);
+    assert!(matches!(wrong, Err(MotionError::NotFinite { element: 7, .. })));
+    let mut normalisation = Normalisation::identity(3);
+    assert_eq!(normalisation.check(3), Ok(()));
+    assert!(normalisation.check(4).is_err());
+    normalisation.std[5] = 0.0;
+    assert!(matches!(
+        normalisation.check(3),
+        Err(MotionError::NotFinite { element: 5, .. })
+    ));
+}

@@ -1,0 +1,416 @@
+//! Closest point on a triangle mesh, with its side.
+
+use crate::{
+    bvh::{Aabb, Bvh},
+    mesh::TriMesh,
+    topology::weld,
+    triangle::{Triangle, TrianglePoint},
+};
+use glam::Vec3;
+
+pub use crate::triangle::Feature;
+
+/// A posed triangle mesh that answers closest-point queries.
+///
+/// The tree and the connectivity are made once, over the bind pose; [`Surface::refit`] follows the
+/// pose without allocating. Faces with a corner that is not finite are never the answer.
+///
+/// The side is that of the angle-weighted pseudonormal of the feature hit, face, edge or vertex
+/// (Bærentzen & Aanæs 2005, "Signed distance computation using the angle weighted pseudonormal"):
+/// exact for closed meshes without self-intersection. Where a body folds into itself, or beside
+/// the rim of an open mesh, it is the side of the nearest sheet.
+///
+/// ```
+/// use glam::Vec3;
+/// use unic_core::{mesh::TriMesh, surface::Surface};
+///
+/// let corners = vec![Vec3::ZERO, Vec3::Z, Vec3::X];
+/// let floor = Surface::build(&TriMesh::new(corners, vec![[0, 1, 2]])?);
+/// let hit = floor.closest(Vec3::new(0.25, -0.5, 0.25)).unwrap();
+/// assert_eq!(hit.signed_distance, -0.5);
+/// assert_eq!(hit.normal, Vec3::Y);
+/// # Ok::<(), unic_core::mesh::MeshError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Surface {
+    tree: Bvh,
+    faces: Vec<[u32; 3]>,
+    /// Each face, posed.
+    triangles: Vec<Triangle>,
+    /// `faces` with vertices at the same place in the bind pose made one, so that a seam whose
+    /// vertices are split still has two sides to average.
+    welded: Vec<[u32; 3]>,
+    /// Faces around welded vertex i are `around[starts[i]..starts[i + 1]]`.
+    starts: Vec<u32>,
+    around: Vec<u32>,
+    vertex_count: usize,
+}
+
+/// The point of a [`Surface`] that is closest to a query point p.
+///
+/// Faces are compared by squared distances in f32, which tell two places on the surface apart when
+/// they are some 3e-4 · `distance` from each other: across an edge `point` is that exact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// The face it lies on; the lowest index among faces at exactly the same distance.
+    pub face: u32,
+    /// Weights of the face's corners: none negative, sum one.
+    pub barycentric: Vec3,
+    /// Position, metres.
+    pub point: Vec3,
+    /// Unit pseudonormal of the feature hit, outwards; zero where all faces around are degenerate.
+    pub normal: Vec3,
+    /// |p − point|, metres.
+    pub distance: f32,
+    /// `distance`, negative when p is on the inner side of `normal`.
+    pub signed_distance: f32,
+    /// The part of the face that `point` lies on.
+    pub feature: Feature,
+}
+
+/// Best face found so far: ordered by distance, then by index.
+#[derive(Clone, Copy)]
+struct Candidate {
+    face: u32,
+    hit: TrianglePoint,
+}
+
+impl Surface {
+    /// Builds the tree over a mesh in its bind pose.
+    ///
+    /// # Panics
+    /// When a face names a vertex that does not exist; [`TriMesh::check`] tells.
+    pub fn build(bind: &TriMesh) -> Self {
+        let corners = |f: &[u32; 3]| f.map(|v| bind.vertices[v as usize]);
+        let centres: Vec<Vec3> = (bind.faces.iter())
+            .map(|f| corners(f).iter().sum::<Vec3>() / 3.0)
+            .collect();
+        let first_at = weld(&bind.vertices);
+        let welded: Vec<_> = bind
+            .faces
+            .iter()
+            .map(|f| f.map(|v| first_at[v as usize]))
+            .collect();
+        let (starts, around) = faces_around(bind.vertices.len(), &welded);
+        let mut surface = Self {
+            tree: Bvh::build(&centres),
+            faces: bind.faces.clone(),
+            triangles: Vec::new(),
+            welded,
+            starts,
+            around,
+            vertex_count: bind.vertices.len(),
+        };
+        surface.refit(&bind.vertices);
+        surface
+    }
+
+    /// Poses the mesh: new positions for the vertices of the bind pose, metres.
+    ///
+    /// # Panics
+    /// When the number of vertices is another.
+    pub fn refit(&mut self, vertices: &[Vec3]) {
+        assert_eq!(vertices.len(), self.vertex_count, "vertices to refit");
+        self.triangles.clear();
+        let corners = |f: &[u32; 3]| f.map(|v| vertices[v as usize]);
+        self.triangles
+            .extend(self.faces.iter().map(|f| Triangle::new(corners(f))));
+        self.tree
+            .refit(|face| Aabb::around(&self.triangles[face as usize].corners()));
+    }
+
+    /// Faces of the mesh: three vertices each.
+    pub fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
+    /// The closest point to `p`; none when there is no finite face, or `p` is not finite or too far
+    /// away for its squared distance to be.
+    pub fn closest(&self, p: Vec3) -> Option<SurfacePoint> {
+        self.search(p, f32::INFINITY, None)
+    }
+
+    /// The same answer as [`Surface::closest`], to the bit, sooner when `seed` is a face near it,
+    /// such as last frame's. A seed that is no face is ignored.
+    pub fn closest_from(&self, p: Vec3, seed: u32) -> Option<SurfacePoint> {
+        let start = self.triangles.get(seed as usize).map(|triangle| Candidate {
+            face: seed,
+            hit: triangle.closest(p),
+        });
+        let start = start.filter(|c| c.hit.squared_distance.is_finite());
+        self.search(p, f32::INFINITY, start)
+    }
+
+    /// The closest point to `p` if it is at most `radius` metres away. The smaller the radius,
+    /// the sooner a far point is done.
+    pub fn closest_within(&self, p: Vec3, radius: f32) -> Option<SurfacePoint> {
+        let found = self.search(p, radius * radius, None);
+        found.filter(|hit| hit.distance <= radius)
+    }
+
+    fn search(&self, p: Vec3, bound: f32, start: Option<Candidate>) -> Option<SurfacePoint> {
+        if !p.is_finite() {
+            return None;
+        }
+        let mut best = start;
+        let bound = start.map_or(bound, |c| c.hit.squared_distance);
+        self.tree.nearest(p, bound, |faces, mut bound| {
+            for &face in faces {
+                let hit = self.triangles[face as usize].closest(p);
+                let found = hit.squared_distance;
+                let lower = best.is_none_or(|best| face < best.face);
+                if found < bound || (found == bound && lower) {
+                    best = Some(Candidate { face, hit });
+                    bound = found;
+                }
+            }
+            bound
+        });
+        // Squared distances beyond f32 are infinite, and any face as good as another.
+        best.filter(|best| best.hit.squared_distance.is_finite())
+            .map(|best| self.surface_point(best))
+    }
+
+    fn surface_point(&self, Candidate { face, hit }: Candidate) -> SurfacePoint {
+        let [a, b, c] = self.triangles[face as usize].corners();
+        let weights = hit.barycentric;
+        let normal = self.pseudonormal(face, hit.feature);
+        let distance = hit.squared_distance.sqrt();
+        // `offset` leads from p to the surface: along the normal when p is inside.
+        let inside = hit.offset.dot(normal) > 0.0;
+        SurfacePoint {
+            face,
+            barycentric: weights,
+            point: a * weights.x + b * weights.y + c * weights.z,
+            normal,
+            distance,
+            signed_distance: if inside { -distance } else { distance },
+            feature: hit.feature,
+        }
+    }
+
+    /// Sum of the unit normals of the faces that share the feature; at a vertex each is weighted
+    /// by its angle there.
+    fn pseudonormal(&self, face: u32, feature: Feature) -> Vec3 {
+        let corner = |k: u8| self.welded[face as usize][usize::from(k % 3)];
+        let sum: Vec3 = match feature {
+            Feature::Face => self.face_normal(face),
+            Feature::Edge(k) => self
+                .faces_at(corner(k))
+                .filter(|&f| self.welded[f as usize].contains(&corner(k + 1)))
+                .map(|f| self.face_normal(f))
+                .sum(),
+            Feature::Vertex(k) => self
+                .faces_at(corner(k))
+                .map(|f| self.face_normal(f) * self.angle_at(f, corner(k)))
+                .sum(),
+        };
+        sum.normalize_or_zero()
+    }
+
+    fn faces_at(&self, welded: u32) -> impl Iterator<Item = u32> {
+        let at = |i: u32| self.starts[i as usize] as usize;
+        self.around[at(welded)..at(welded + 1)].iter().copied()
+    }
+
+    fn face_normal(&self, face: u32) -> Vec3 {
+        self.triangles[face as usize].normal()
+    }
+
+    /// Angle of a face at one of its welded vertices, radians.
+    fn angle_at(&self, face: u32, welded: u32) -> f32 {
+        let corners = self.triangles[face as usize].corners();
+        let at = self.welded[face as usize]
+            .iter()
+            .position(|&v| v == welded)
+            .unwrap_or(0);
+        let (u, v) = (
+            corners[(at + 1) % 3] - corners[at],
+            corners[(at + 2) % 3] - corners[at],
+        );
+        // Unlike the arc cosine, exact at small angles.
+        u.cross(v).length().atan2(u.dot(v))
+    }
+}
+
+/// Faces around each vertex, in compressed rows; a face that names a vertex twice is there once.
+fn faces_around(vertex_count: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
+    let mut pairs: Vec<(u32, u32)> = (faces.iter().enumerate())
+        .flat_map(|(face, corners)| corners.map(|v| (v, face as u32)))
+        .collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    let starts = (0..=vertex_count as u32)
+        .map(|v| pairs.partition_point(|&(at, _)| at < v) as u32)
+        .collect();
+    (starts, pairs.into_iter().map(|(_, face)| face).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes::{cube, point, sphere, winding_number};
+    use proptest::{collection::vec, prelude::*};
+
+    fn nearest_of_all(mesh: &TriMesh, p: Vec3) -> (u32, f32) {
+        let corners = |f: &[u32; 3]| f.map(|v| mesh.vertices[v as usize]);
+        let hit = |f: &[u32; 3]| Triangle::new(corners(f)).closest(p);
+        (mesh.faces.iter().enumerate())
+            .map(|(i, f)| (i as u32, hit(f).squared_distance))
+            .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))
+            .map(|(i, squared)| (i, squared.sqrt()))
+            .unwrap()
+    }
+
+    /// A closed, star-shaped, very uneven surface: many reflex edges and saddle vertices.
+    fn bumpy(radii: &[f32]) -> TriMesh {
+        let mut mesh = sphere(1, 1.0);
+        mesh.vertices
+            .iter_mut()
+            .zip(radii.iter().cycle())
+            .for_each(|(v, r)| *v *= *r);
+        mesh
+    }
+
+    proptest! {
+        #[test]
+        fn agrees_with_looking_at_every_face(
+            corners in vec(point(1.0), 3..240), moved in vec(point(1.0), 240), p in point(1.5),
+        ) {
+            let faces = (0..corners.len() as u32 / 3).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
+            let mut mesh = TriMesh::new(corners, faces.collect()).unwrap();
+            let mut surface = Surface::build(&mesh);
+            for _ in 0..2 {
+                let hit = surface.closest(p).unwrap();
+                prop_assert_eq!((hit.face, hit.distance), nearest_of_all(&mesh, p));
+                prop_assert!(((hit.point - p).length() - hit.distance).abs() < 1e-5);
+                for seed in (0..mesh.faces.len() as u32).step_by(7).chain([u32::MAX]) {
+                    prop_assert_eq!(surface.closest_from(p, seed), Some(hit));
+                }
+                let (short, enough) = (hit.distance * 0.999, hit.distance * 1.001 + 1e-6);
+                prop_assert_eq!(surface.closest_within(p, enough), Some(hit));
+                prop_assert_eq!(surface.closest_within(p, short).is_some(), hit.distance == 0.0);
+                let count = mesh.vertices.len();
+                mesh.vertices.copy_from_slice(&moved[..count]);
+                surface.refit(&mesh.vertices);
+            }
+        }
+
+        #[test]
+        fn the_side_is_that_of_the_winding_number(
+            radii in vec(0.4f32..1.6, 42), directions in vec(point(1.0), 40), scale in -3..2,
+        ) {
+            let mut mesh = bumpy(&radii);
+            let scale = 10f32.powi(scale);
+            mesh.vertices.iter_mut().for_each(|v| *v *= scale);
+            let surface = Surface::build(&mesh);
+            for direction in directions {
+                let p = direction * 1.7 * scale;
+                let hit = surface.closest(p).unwrap();
+                if hit.distance > 1e-4 * scale {
+                    let inside = winding_number(&mesh, p) > 0.5;
+                    prop_assert_eq!(hit.signed_distance < 0.0, inside, "{:?} at {}", hit, p);
+                }
+            }
+        }
+
+        #[test]
+        fn a_hair_from_edges_and_vertices_the_side_is_still_right(
+            radii in vec(0.4f32..1.6, 42), face in 0usize..80, t in 0.0f32..1.0, offset in point(1e-3),
+        ) {
+            let mesh = bumpy(&radii);
+            let surface = Surface::build(&mesh);
+            let [a, b, _] = mesh.faces[face].map(|v| mesh.vertices[v as usize]);
+            for p in [a + offset, a.lerp(b, t) + offset] {
+                let hit = surface.closest(p).unwrap();
+                if hit.distance > 2e-6 {
+                    let inside = winding_number(&mesh, p) > 0.5;
+                    prop_assert_eq!(hit.signed_distance < 0.0, inside, "{:?} at {}", hit, p);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn distances_to_a_cube_have_closed_forms() {
+        let cube = Surface::build(&cube());
+        for (p, signed, normal) in [
+            (Vec3::new(0.1, 0.2, 1.5), 0.5, Vec3::Z),
+            (Vec3::new(0.1, 0.2, 0.75), -0.25, Vec3::Z),
+            (
+                Vec3::new(2.0, 2.0, 0.1),
+                2f32.sqrt(),
+                Vec3::new(1.0, 1.0, 0.0).normalize(),
+            ),
+            (Vec3::splat(-2.0), 3f32.sqrt(), -Vec3::ONE.normalize()),
+        ] {
+            let hit = cube.closest(p).unwrap();
+            assert!((hit.signed_distance - signed).abs() < 1e-6, "{hit:?}");
+            assert!((hit.normal - normal).length() < 1e-6, "{hit:?}");
+        }
+    }
+
+    #[test]
+    fn split_seams_do_not_change_the_normals() {
+        let welded = cube();
+        let vertices = welded
+            .faces
+            .iter()
+            .flatten()
+            .map(|&v| welded.vertices[v as usize])
+            .collect();
+        let faces = (0..welded.faces.len() as u32)
+            .map(|f| [3 * f, 3 * f + 1, 3 * f + 2])
+            .collect();
+        let (whole, split) = (
+            Surface::build(&welded),
+            Surface::build(&TriMesh::new(vertices, faces).unwrap()),
+        );
+        for p in [
+            Vec3::splat(2.0),
+            Vec3::new(2.0, -2.0, 0.1),
+            Vec3::new(0.0, 0.1, -0.9),
+        ] {
+            assert_eq!(whole.closest(p), split.closest(p));
+        }
+    }
+
+    #[test]
+    fn a_sphere_is_round_to_within_its_facets() {
+        let sphere = Surface::build(&sphere(4, 0.3));
+        for i in 0..500 {
+            let t = i as f32;
+            let p = Vec3::new((t * 0.7).sin(), (t * 1.3).cos(), (t * 2.1).sin()) * 0.4;
+            let hit = sphere.closest(p).unwrap();
+            assert!((hit.signed_distance - (p.length() - 0.3)).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_no_answer() {
+        let mut mesh = cube();
+        let mut surface = Surface::build(&mesh);
+        assert_eq!(surface.closest(Vec3::new(f32::NAN, 0.0, 0.0)), None);
+        assert_eq!(surface.closest_from(Vec3::INFINITY, 0), None);
+        mesh.vertices[0] = Vec3::new(f32::NAN, 0.0, 0.0);
+        surface.refit(&mesh.vertices);
+        let hit = surface.closest(Vec3::NEG_X).unwrap();
+        assert!(hit.point.is_finite() && !mesh.faces[hit.face as usize].contains(&0));
+        surface.refit(&[Vec3::NAN; 8]);
+        assert_eq!(surface.closest(Vec3::ZERO), None);
+        assert_eq!(Surface::build(&TriMesh::default()).closest(Vec3::ZERO), None);
+    }
+
+    #[test]
+    fn a_degenerate_face_among_sound_ones_changes_no_answer() {
+        let sound = cube();
+        let mut broken = sound.clone();
+        broken.faces.extend([[0, 1, 1], [2, 2, 2]]);
+        let (sound, broken) = (Surface::build(&sound), Surface::build(&broken));
+        for i in 0..200 {
+            let t = i as f32;
+            let p = Vec3::new((t * 0.7).sin(), (t * 1.3).cos(), (t * 2.1).sin()) * 1.6;
+            assert_eq!(sound.closest(p), broken.closest(p));
+        }
+    }
+}

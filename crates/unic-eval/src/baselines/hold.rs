@@ -1,0 +1,35 @@
+//! The garment that does not move.
+
+use crate::{
+    kinematics::PreparedClip,
+    predictor::{Mode, Predictor, PredictorError},
+};
+use glam::Vec3;
+
+/// The true previous frame, carried rigidly by the heading frame: what doing nothing costs a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Hold;
+
+impl Predictor for Hold {
+    fn modes(&self) -> &[Mode] {
+        &[Mode::OneStep]
+    }
+
+    fn start(&mut self, _: &PreparedClip, _: Mode) -> Result<(), PredictorError> {
+        Ok(())
+    }
+
+    fn predict(
+        &mut self,
+        clip: &PreparedClip,
+        frame: usize,
+        positions: &mut Vec<Vec3>,
+    ) -> Result<(), PredictorError> {
+        let world_from_heading = |t| clip.kinematics.world_from_heading(t);
+        let now_from_before = world_from_heading(frame) * world_from_heading(frame - 1).inverse();
+        let before = clip.captured.garment.frame(frame - 1);
+        positions.clear();
+        positions.extend(before.iter().map(|&x| now_from_before.point(x)));
+        Ok(())
+    }
+}

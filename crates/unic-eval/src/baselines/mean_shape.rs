@@ -1,0 +1,53 @@
+//! The mean training frame.
+
+use crate::{
+    kinematics::PreparedClip,
+    pca::mean,
+    predictor::{Mode, Predictor, PredictorError},
+    training::{HeadingPositions, TrainingSet},
+};
+use glam::Vec3;
+
+/// One shape, carried rigidly by the heading frame.
+#[derive(Clone, Debug)]
+pub struct MeanShape {
+    /// In the heading frame, metres from the root joint.
+    shape: Vec<Vec3>,
+}
+
+impl MeanShape {
+    /// Mean over all training frames.
+    pub fn fit(set: &TrainingSet) -> Self {
+        let frames = set.frames();
+        Self {
+            shape: points(&mean(&HeadingPositions { set, frames })).collect(),
+        }
+    }
+}
+
+/// Consecutive x, y, z as points.
+pub(super) fn points(numbers: &[f32]) -> impl Iterator<Item = Vec3> {
+    numbers.chunks_exact(3).map(Vec3::from_slice)
+}
+
+impl Predictor for MeanShape {
+    fn modes(&self) -> &[Mode] {
+        &[Mode::FreeRunning]
+    }
+
+    fn start(&mut self, _: &PreparedClip, _: Mode) -> Result<(), PredictorError> {
+        Ok(())
+    }
+
+    fn predict(
+        &mut self,
+        clip: &PreparedClip,
+        frame: usize,
+        positions: &mut Vec<Vec3>,
+    ) -> Result<(), PredictorError> {
+        let world_from_heading = clip.kinematics.world_from_heading(frame);
+        positions.clear();
+        positions.extend(self.shape.iter().map(|&x| world_from_heading.point(x)));
+        Ok(())
+    }
+}

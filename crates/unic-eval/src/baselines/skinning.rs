@@ -1,0 +1,104 @@
+//! Garments that follow the skeleton and nothing else.
+
+use super::mean_shape::points;
+use crate::{
+    kinematics::PreparedClip,
+    pca::mean,
+    predictor::{Mode, Predictor, PredictorError},
+    training::{Displacements, TrainingSet, write_displacements},
+};
+use glam::Vec3;
+use std::sync::Arc;
+use unic_core::{character::Garment, features::PointFrame, transform::Rigid};
+
+/// Linear blend skinning with a displacement that never changes: x_i = LBS_i(rest) + R_i u_i.
+#[derive(Clone, Debug)]
+pub struct Skinning {
+    garment: Arc<Garment>,
+    displacement: Displacement,
+}
+
+#[derive(Clone, Debug)]
+enum Displacement {
+    /// None: the rest shape itself.
+    Zero,
+    /// The same in every clip, x y z of every vertex, metres.
+    Fixed(Vec<f32>),
+    /// The clip's own in frame 0.
+    First(Vec<f32>),
+}
+
+impl Skinning {
+    /// The rest shape.
+    pub fn rest(garment: &Arc<Garment>) -> Self {
+        Self::new(garment, Displacement::Zero)
+    }
+
+    /// The mean displacement of all training frames.
+    pub fn mean(garment: &Arc<Garment>, set: &TrainingSet) -> Self {
+        let frames = set.frames();
+        let mean = mean(&Displacements { set, frames });
+        Self::new(garment, Displacement::Fixed(mean))
+    }
+
+    /// The displacement of frame 0 of the clip at hand.
+    pub fn first(garment: &Arc<Garment>) -> Self {
+        Self::new(garment, Displacement::First(Vec::new()))
+    }
+
+    fn new(garment: &Arc<Garment>, displacement: Displacement) -> Self {
+        Self {
+            garment: Arc::clone(garment),
+            displacement,
+        }
+    }
+}
+
+/// Displacements of a frame of any clip, x y z of every vertex, metres.
+pub(super) fn displacements(garment: &Garment, clip: &PreparedClip, frame: usize) -> Vec<f32> {
+    let mut all = vec![0.0; 3 * garment.rest.vertices.len()];
+    write_displacements(garment, clip, frame, 0..all.len(), &mut all);
+    all
+}
+
+/// World positions of displacements.
+pub(super) fn place(
+    garment: &Garment,
+    displacements: &[f32],
+    world_from_rest: &[Rigid],
+    positions: &mut Vec<Vec3>,
+) {
+    let vertices = points(displacements).enumerate();
+    positions.clear();
+    positions.extend(vertices.map(|(v, u)| PointFrame::new(garment, v, world_from_rest).position(u)));
+}
+
+impl Predictor for Skinning {
+    fn modes(&self) -> &[Mode] {
+        &[Mode::FreeRunning]
+    }
+
+    fn start(&mut self, clip: &PreparedClip, _: Mode) -> Result<(), PredictorError> {
+        if let Displacement::First(first) = &mut self.displacement {
+            *first = displacements(&self.garment, clip, 0);
+        }
+        Ok(())
+    }
+
+    fn predict(
+        &mut self,
+        clip: &PreparedClip,
+        frame: usize,
+        positions: &mut Vec<Vec3>,
+    ) -> Result<(), PredictorError> {
+        let Garment { rest, weights } = &*self.garment;
+        let world_from_rest = clip.kinematics.world_from_rest(frame);
+        match &self.displacement {
+            Displacement::Zero => weights.skin(&rest.vertices, world_from_rest, positions),
+            Displacement::Fixed(u) | Displacement::First(u) => {
+                place(&self.garment, u, world_from_rest, positions);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,121 @@
+//! What the skeleton does in a clip, computed once and shared by everything that is evaluated on it.
+
+use unic_core::{
+    clip::Clip,
+    motion::{MotionInput, MotionSpec, MotionState, motion_len},
+    skeleton::Skeleton,
+    transform::Rigid,
+};
+use unic_io::CapturedClip;
+
+/// Joint transforms, heading frames and motion vectors of every frame of a clip.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClipKinematics {
+    joints: usize,
+    /// T × J.
+    world_from_rest: Vec<Rigid>,
+    world_from_heading: Vec<Rigid>,
+    /// T × (12 J + 7).
+    motion: Vec<f32>,
+}
+
+impl ClipKinematics {
+    /// Of a clip of this skeleton. `spec` has the heading layout; the heading frame of a frame has
+    /// its origin at the root joint.
+    pub fn new(spec: &MotionSpec, skeleton: &Skeleton, clip: &Clip) -> Self {
+        let mut all = Self {
+            joints: skeleton.len(),
+            world_from_rest: Vec::new(),
+            world_from_heading: Vec::new(),
+            motion: Vec::new(),
+        };
+        let mut state: Option<MotionState> = None;
+        for (frame, pose) in clip.poses.iter().enumerate() {
+            let input = MotionInput {
+                pose,
+                next_pose: clip.poses.get(frame + 1),
+                ground_height: clip.ground_height,
+                dt: 1.0 / clip.fps,
+            };
+            match &mut state {
+                None => all.push(skeleton, state.insert(MotionState::start(spec, skeleton, &input))),
+                Some(state) => {
+                    state.advance(spec, skeleton, &input);
+                    // Frame 0's velocities are known from frame 1 on.
+                    all.motion.truncate((frame - 1) * motion_len(skeleton.len()));
+                    all.motion.extend(state.pair().0);
+                    all.push(skeleton, state);
+                }
+            }
+        }
+        all
+    }
+
+    fn push(&mut self, skeleton: &Skeleton, state: &MotionState) {
+        let mut world_from_rest = Vec::new();
+        skeleton.world_from_rest(state.world_from_joint(), &mut world_from_rest);
+        self.world_from_rest.append(&mut world_from_rest);
+        self.world_from_heading.push(state.world_from_frame());
+        self.motion.extend(state.pair().1);
+    }
+
+    /// Number of frames T.
+    pub fn len(&self) -> usize {
+        self.world_from_heading.len()
+    }
+
+    /// No frames at all.
+    pub fn is_empty(&self) -> bool {
+        self.world_from_heading.is_empty()
+    }
+
+    /// `world_from_rest` of every joint in one frame.
+    pub fn world_from_rest(&self, frame: usize) -> &[Rigid] {
+        &self.world_from_rest[frame * self.joints..(frame + 1) * self.joints]
+    }
+
+    /// Heading frame: yaw about +Y, origin at the root joint.
+    pub fn world_from_heading(&self, frame: usize) -> Rigid {
+        self.world_from_heading[frame]
+    }
+
+    /// Motion vector c_t of one frame, not normalised.
+    pub fn motion(&self, frame: usize) -> &[f32] {
+        let len = motion_len(self.joints);
+        &self.motion[frame * len..(frame + 1) * len]
+    }
+}
+
+/// A clip of a capture with its kinematics.
+#[derive(Clone, Debug)]
+pub struct PreparedClip {
+    /// Motion and garment.
+    pub captured: CapturedClip,
+    /// One entry a frame.
+    pub kinematics: ClipKinematics,
+}
+
+impl PreparedClip {
+    /// See [`ClipKinematics::new`].
+    pub fn new(spec: &MotionSpec, skeleton: &Skeleton, captured: CapturedClip) -> Self {
+        Self {
+            kinematics: ClipKinematics::new(spec, skeleton, &captured.clip),
+            captured,
+        }
+    }
+
+    /// Name, without folder or extension.
+    pub fn name(&self) -> &str {
+        &self.captured.clip.name
+    }
+
+    /// Number of frames with both a pose and a garment.
+    pub fn len(&self) -> usize {
+        self.kinematics.len().min(self.captured.garment.len())
+    }
+
+    /// No frames at all.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}

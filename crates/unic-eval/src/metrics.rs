@@ -1,0 +1,382 @@
+//! The numbers of an evaluation, and the sums that they are made of.
+
+use crate::predictor::Mode;
+use serde::{Deserialize, Deserializer, Serialize};
+
+/// Millimetres a metre: metrics are accumulated in metres and printed in millimetres.
+const MM: f64 = 1e3;
+
+/// Slack in frames when a frame's time is compared with a whole second, for rates like 29.97.
+const FRAME_SLACK: f64 = 1e-6;
+
+/// How far a prediction is from the truth; the fields' names and order are a public JSON contract.
+///
+/// With e = ‖predicted − truth‖ of one vertex in one frame. Frame 0 is given to every predictor
+/// and not counted. A value that is not finite (a diverged model) is `null` in JSON and NaN here.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Metrics {
+    /// Square root of the mean of e² over frames and vertices, mm: the main number.
+    #[serde(deserialize_with = "number")]
+    pub rmse_mm: f64,
+    /// RMSE of single coordinates, mm: `rmse_mm` / √3.
+    #[serde(deserialize_with = "number")]
+    pub rmse_per_coordinate_mm: f64,
+    /// Mean of e, mm (TailorNet's metric).
+    #[serde(deserialize_with = "number")]
+    pub mean_vertex_error_mm: f64,
+    /// Mean over frames of the frame's RMSE, mm.
+    #[serde(deserialize_with = "number")]
+    pub mean_frame_rmse_mm: f64,
+    /// Symmetric vertex-to-vertex Hausdorff distance of each frame, averaged over frames, mm.
+    #[serde(deserialize_with = "number")]
+    pub hausdorff_mm: f64,
+    /// Garment vertices inside the body by the nearest body vertex's tangent plane, % of all.
+    #[serde(deserialize_with = "number")]
+    pub intersecting_vertices_percent_paper: f64,
+    /// Garment vertices inside the body by the sign at the closest surface point, % of all.
+    #[serde(deserialize_with = "number")]
+    pub intersecting_vertices_percent_closest: f64,
+    /// Frames with any vertex inside by the closest surface point, %.
+    #[serde(deserialize_with = "number")]
+    pub intersecting_frames_percent: f64,
+    /// Mean depth below the body's surface of the vertices inside, mm; 0 when none is.
+    #[serde(deserialize_with = "number")]
+    pub mean_depth_mm: f64,
+    /// Largest depth below the body's surface, mm.
+    #[serde(deserialize_with = "number")]
+    pub max_depth_mm: f64,
+    /// RMS second difference over time, divided by the truth's; 1 is as lively as the truth.
+    #[serde(deserialize_with = "number")]
+    pub jitter_ratio: f64,
+    /// Mean of |l − l_truth| / l_truth over the garment's edges, %.
+    #[serde(deserialize_with = "number")]
+    pub edge_length_error_percent: f64,
+    /// RMSE over the second that ends 1 s into a free run, mm; `None` where no clip lasts that
+    /// long, and in one-step evaluation. The next three likewise.
+    pub rmse_mm_at_1s: Option<f64>,
+    /// RMSE over the fifth second, mm.
+    pub rmse_mm_at_5s: Option<f64>,
+    /// RMSE over the tenth second, mm.
+    pub rmse_mm_at_10s: Option<f64>,
+    /// RMSE over the sixtieth second, mm.
+    pub rmse_mm_at_60s: Option<f64>,
+    /// RMSE of each second of a free run, mm; the last second may be a part of one. Empty in
+    /// one-step evaluation.
+    #[serde(deserialize_with = "numbers")]
+    pub drift_mm: Vec<f64>,
+}
+
+fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
+fn numbers<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
+    let all: Vec<Option<f64>> = Vec::deserialize(deserializer)?;
+    Ok(all.into_iter().map(|n| n.unwrap_or(f64::NAN)).collect())
+}
+
+/// One predicted frame against the truth, as sums in metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameSums {
+    /// Garment vertices V.
+    pub vertices: usize,
+    /// Σ e², m².
+    pub squared: f64,
+    /// Σ e, m.
+    pub distance: f64,
+    /// Symmetric Hausdorff distance, m.
+    pub hausdorff: f64,
+    /// Vertices inside by the paper's test.
+    pub inside_paper: usize,
+    /// Vertices inside by the closest surface point.
+    pub inside_closest: usize,
+    /// Σ depth of the vertices inside by the closest surface point, m.
+    pub depth: f64,
+    /// Largest such depth, m.
+    pub max_depth: f64,
+    /// Σ |l − l_truth| / l_truth.
+    pub edge_error: f64,
+    /// Edges in that sum.
+    pub edges: usize,
+    /// Σ ‖x_t − 2 x_{t−1} + x_{t−2}‖² of prediction and truth, m²; zero for the first frames.
+    pub second_difference: [f64; 2],
+}
+
+/// Accumulates the frames of one clip.
+#[derive(Clone, Debug)]
+pub struct ClipMetrics {
+    fps: f64,
+    mode: Mode,
+    last_frame: usize,
+    sums: PooledMetrics,
+}
+
+impl ClipMetrics {
+    /// Nothing counted yet; `fps` is the clip's frame rate.
+    pub fn new(fps: f32, mode: Mode) -> Self {
+        Self {
+            fps: f64::from(fps),
+            mode,
+            last_frame: 0,
+            sums: PooledMetrics::default(),
+        }
+    }
+
+    /// Counts frame `frame`; frame 0 is ignored. Frames come in ascending order.
+    pub fn add(&mut self, frame: usize, measured: &FrameSums) {
+        if frame == 0 || measured.vertices == 0 {
+            return;
+        }
+        self.last_frame = frame;
+        self.sums.add(measured);
+        if self.mode == Mode::FreeRunning {
+            self.sums.second(self.second_of(frame)).add(measured);
+        }
+    }
+
+    /// The clip's sums, ready to be pooled with other clips'.
+    pub fn finish(mut self) -> PooledMetrics {
+        // A second is whole when the frame after the clip's last would belong to a later one.
+        let whole = self.second_of(self.last_frame + 1);
+        for second in self.sums.seconds.iter_mut().take(whole) {
+            second.whole = second.part;
+        }
+        self.sums
+    }
+
+    /// Second k holds the frames at times in (k, k + 1].
+    fn second_of(&self, frame: usize) -> usize {
+        let end = (frame as f64 - FRAME_SLACK) / self.fps;
+        end.max(0.0).floor() as usize
+    }
+}
+
+/// Squared error and number of samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Squared {
+    sum: f64,
+    samples: usize,
+}
+
+impl Squared {
+    fn rmse_mm(&self) -> Option<f64> {
+        (self.samples > 0).then(|| MM * (self.sum / self.samples as f64).sqrt())
+    }
+
+    fn pool(&mut self, other: &Self) {
+        self.sum += other.sum;
+        self.samples += other.samples;
+    }
+}
+
+/// One second of the drift curve: over all clips, and over those that last to its end.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Second {
+    part: Squared,
+    whole: Squared,
+}
+
+impl Second {
+    fn add(&mut self, frame: &FrameSums) {
+        self.part.pool(&Squared {
+            sum: frame.squared,
+            samples: frame.vertices,
+        });
+    }
+}
+
+/// Sums over any number of clips. Clips are pooled by adding sums, never by averaging averages,
+/// so a long clip counts for more than a short one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PooledMetrics {
+    frames: usize,
+    frames_inside: usize,
+    frame_rmse: f64,
+    total: FrameSums,
+    seconds: Vec<Second>,
+}
+
+impl PooledMetrics {
+    /// Adds another clip's sums.
+    pub fn pool(&mut self, other: &Self) {
+        self.frames += other.frames;
+        self.frames_inside += other.frames_inside;
+        self.frame_rmse += other.frame_rmse;
+        self.total.pool(&other.total);
+        for (k, second) in other.seconds.iter().enumerate() {
+            let mine = self.second(k);
+            mine.part.pool(&second.part);
+            mine.whole.pool(&second.whole);
+        }
+    }
+
+    /// Number of frames counted.
+    pub fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// The metrics of everything pooled so far; NaN where nothing was.
+    pub fn metrics(&self) -> Metrics {
+        let total = &self.total;
+        let a_vertex = 1.0 / total.vertices as f64;
+        let a_frame = 1.0 / self.frames as f64;
+        let rmse_mm = MM * (total.squared * a_vertex).sqrt();
+        let at = |second: usize| self.seconds.get(second - 1)?.whole.rmse_mm();
+        let drift = |s: &Second| s.part.rmse_mm().unwrap_or(f64::NAN);
+        Metrics {
+            rmse_mm,
+            rmse_per_coordinate_mm: rmse_mm / 3.0_f64.sqrt(),
+            mean_vertex_error_mm: MM * total.distance * a_vertex,
+            mean_frame_rmse_mm: MM * self.frame_rmse * a_frame,
+            hausdorff_mm: MM * total.hausdorff * a_frame,
+            intersecting_vertices_percent_paper: 100.0 * total.inside_paper as f64 * a_vertex,
+            intersecting_vertices_percent_closest: 100.0 * total.inside_closest as f64 * a_vertex,
+            intersecting_frames_percent: 100.0 * self.frames_inside as f64 * a_frame,
+            mean_depth_mm: MM * total.depth / total.inside_closest.max(1) as f64,
+            max_depth_mm: MM * total.max_depth,
+            jitter_ratio: ratio(total.second_difference),
+            edge_length_error_percent: 100.0 * total.edge_error / total.edges.max(1) as f64,
+            rmse_mm_at_1s: at(1),
+            rmse_mm_at_5s: at(5),
+            rmse_mm_at_10s: at(10),
+            rmse_mm_at_60s: at(60),
+            drift_mm: self.seconds.iter().map(drift).collect(),
+        }
+    }
+
+    fn add(&mut self, frame: &FrameSums) {
+        self.frames += 1;
+        self.frames_inside += usize::from(frame.inside_closest > 0);
+        self.frame_rmse += (frame.squared / frame.vertices as f64).sqrt();
+        self.total.pool(frame);
+    }
+
+    fn second(&mut self, k: usize) -> &mut Second {
+        if self.seconds.len() <= k {
+            self.seconds.resize(k + 1, Second::default());
+        }
+        &mut self.seconds[k]
+    }
+}
+
+impl FrameSums {
+    fn pool(&mut self, other: &Self) {
+        self.vertices += other.vertices;
+        self.squared += other.squared;
+        self.distance += other.distance;
+        self.hausdorff += other.hausdorff;
+        self.inside_paper += other.inside_paper;
+        self.inside_closest += other.inside_closest;
+        self.depth += other.depth;
+        self.max_depth = self.max_depth.max(other.max_depth);
+        self.edge_error += other.edge_error;
+        self.edges += other.edges;
+        for (sum, more) in (self.second_difference.iter_mut()).zip(other.second_difference) {
+            *sum += more;
+        }
+    }
+}
+
+/// RMS ratio of two sums of squares. A prediction as still as a still truth has ratio 1.
+fn ratio([predicted, truth]: [f64; 2]) -> f64 {
+    if predicted == 0.0 && truth == 0.0 {
+        return 1.0;
+    }
+    (predicted / truth).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ten vertices, each `error` metres off.
+    fn off_by(error: f64) -> FrameSums {
+        FrameSums {
+            vertices: 10,
+            squared: 10.0 * error * error,
+            distance: 10.0 * error,
+            ..FrameSums::default()
+        }
+    }
+
+    /// Frames 0..count at `fps`; the error in millimetres is the second that the frame belongs to.
+    fn drifting(fps: f32, count: usize) -> PooledMetrics {
+        let mut clip = ClipMetrics::new(fps, Mode::FreeRunning);
+        for t in 0..count {
+            let second = (t as f64 / f64::from(fps) - 1e-9).ceil();
+            clip.add(t, &off_by(if t == 0 { 99.0 } else { second * 1e-3 }));
+        }
+        clip.finish()
+    }
+
+    fn close(a: Option<f64>, b: f64) -> bool {
+        a.is_some_and(|a| (a - b).abs() < 1e-9)
+    }
+
+    #[test]
+    fn windows_end_at_their_second_and_need_all_of_it() {
+        for fps in [24.0, 30.0, 60.0] {
+            let frames = 10 * fps as usize + 1;
+            let m = drifting(fps, frames).metrics();
+            assert!(close(m.rmse_mm_at_1s, 1.0) && close(m.rmse_mm_at_5s, 5.0), "{m:?}");
+            assert!(close(m.rmse_mm_at_10s, 10.0));
+            assert_eq!(m.rmse_mm_at_60s, None);
+            assert_eq!(m.drift_mm.len(), 10);
+            assert_eq!(drifting(fps, frames - 1).metrics().rmse_mm_at_10s, None);
+            assert_eq!(drifting(fps, frames - 1).metrics().drift_mm.len(), 10);
+        }
+        // 29.97 frames a second: no frame falls on a whole second.
+        assert!(close(drifting(29.97, 151).metrics().rmse_mm_at_5s, 5.0));
+    }
+
+    #[test]
+    fn one_step_has_no_drift() {
+        let mut clip = ClipMetrics::new(30.0, Mode::OneStep);
+        (1..100).for_each(|t| clip.add(t, &off_by(1e-3)));
+        let m = clip.finish().metrics();
+        assert_eq!((m.rmse_mm_at_1s, m.drift_mm.len()), (None, 0));
+        assert!((m.rmse_mm - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn clips_are_pooled_by_sums() {
+        let clip = |frames: usize, error: f64| {
+            let mut clip = ClipMetrics::new(10.0, Mode::FreeRunning);
+            (0..=frames).for_each(|t| clip.add(t, &off_by(error)));
+            clip.finish()
+        };
+        let (long, short) = (clip(60, 1e-3), clip(20, 3e-3));
+        let mut all = long.clone();
+        all.pool(&short);
+        let m = all.metrics();
+        assert!((m.rmse_mm - ((60.0 + 20.0 * 9.0) / 80.0_f64).sqrt()).abs() < 1e-9);
+        assert!((m.mean_vertex_error_mm - (60.0 + 20.0 * 3.0) / 80.0).abs() < 1e-9);
+        assert!((m.mean_frame_rmse_mm - 1.5).abs() < 1e-9);
+        // Second 5 is the long clip's alone.
+        assert!(close(m.rmse_mm_at_5s, 1.0) && close(m.rmse_mm_at_1s, 5.0_f64.sqrt()));
+        let mut other = short;
+        other.pool(&long);
+        assert_eq!(other.frames(), 80);
+        assert!((other.metrics().rmse_mm - m.rmse_mm).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_json_contract() {
+        let mut clip = ClipMetrics::new(30.0, Mode::FreeRunning);
+        clip.add(1, &off_by(f64::NAN));
+        let text = serde_json::to_string(&clip.finish().metrics()).unwrap();
+        let key = |part: &str| part.rsplit('"').next().map(str::to_owned);
+        let keys: Vec<_> = text.split("\":").filter_map(key).collect();
+        let expected = "rmse_mm rmse_per_coordinate_mm mean_vertex_error_mm mean_frame_rmse_mm \
+            hausdorff_mm intersecting_vertices_percent_paper intersecting_vertices_percent_closest \
+            intersecting_frames_percent mean_depth_mm max_depth_mm jitter_ratio \
+            edge_length_error_percent rmse_mm_at_1s rmse_mm_at_5s rmse_mm_at_10s rmse_mm_at_60s \
+            drift_mm";
+        assert_eq!(keys[..keys.len() - 1].join(" "), expected);
+        assert!(text.contains("\"rmse_mm\":null") && text.contains("\"drift_mm\":[null]"));
+        let back: Metrics = serde_json::from_str(&text).unwrap();
+        assert!(back.rmse_mm.is_nan() && back.drift_mm[0].is_nan());
+        assert_eq!(back.hausdorff_mm, 0.0);
+    }
+}

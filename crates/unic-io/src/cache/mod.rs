@@ -1,0 +1,9 @@
+//! Vertex animations in the forms that other programs exchange: `.pc2`, `.npz`, `.npy` and
+//! folders of OBJ files.
+
+mod read;
+mod write;
+
+pub use read::{VertexCache, read_vertex_cache};
+pub(crate) use read::{frames_of, obj_files};
+pub use write::{NpzAnimationWriter, ObjFolderWriter, VertexCacheWriter};

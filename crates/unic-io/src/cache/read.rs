@@ -1,0 +1,148 @@
+//! Reading vertex animations.
+
+use crate::{
+    error::{Error, Result},
+    frames::VertexFrames,
+    npy::Dim,
+    npz::Npz,
+    obj, pc2,
+};
+use std::path::{Path, PathBuf};
+use unic_core::mesh::TriMesh;
+
+/// Names under which npz files hold a vertex animation.
+const NPZ_NAMES: [&str; 4] = ["vertices", "garment", "sim_res", "verts"];
+
+/// A vertex animation as a file holds it, in that file's units and axes.
+#[derive(Clone, Debug)]
+pub struct VertexCache {
+    /// The positions.
+    pub frames: VertexFrames,
+    /// Frames per second, where the file says.
+    pub fps: Option<f32>,
+    /// First frame with its faces, where the file has faces.
+    pub mesh: Option<TriMesh>,
+}
+
+/// Reads a vertex animation: `.pc2`, `.npz` (arrays `vertices`, `garment`, `sim_res` or `verts` of
+/// shape (T, V, 3)), `.npy`, or a folder of OBJ files in the order of their names.
+///
+/// # Errors
+/// A file that is none of these, is damaged, or changes its number of vertices.
+pub fn read_vertex_cache(path: &Path) -> Result<VertexCache> {
+    if path.is_dir() {
+        return read_obj_folder(path);
+    }
+    match path.extension().and_then(|e| e.to_str()) {
+        Some("pc2") => Ok(bare(pc2::read_pc2(path)?.frames)),
+        Some("npy") => Ok(bare(VertexFrames::open_npy(path)?)),
+        Some("npz") => read_npz(path),
+        other => Err(Error::content(
+            path,
+            "a vertex cache (.pc2, .npz, .npy or a folder of .obj)",
+            other.map_or("no file ending".into(), |e| format!(".{e}")),
+        )),
+    }
+}
+
+fn bare(frames: VertexFrames) -> VertexCache {
+    VertexCache {
+        frames,
+        fps: None,
+        mesh: None,
+    }
+}
+
+fn read_npz(path: &Path) -> Result<VertexCache> {
+    let mut npz = Npz::open(path)?;
+    let name = npz.first_of(&NPZ_NAMES).unwrap_or(NPZ_NAMES[0]);
+    let frames = frames_of(&mut npz, name)?;
+    let fps = match npz.first_of(&["fps", "mocap_framerate", "mocap_frame_rate"]) {
+        Some(key) => Some(npz.number(key)? as f32),
+        None => None,
+    };
+    let mesh = if npz.contains("faces") {
+        let faces = npz.array::<u32>("faces", &[Dim::Any("F"), Dim::Is(3)])?;
+        let faces = faces.data.chunks_exact(3).map(|f| [f[0], f[1], f[2]]);
+        let vertices = (frames.iter().next()).map(<[_]>::to_vec).unwrap_or_default();
+        Some(
+            TriMesh::new(vertices, faces.collect()).map_err(|source| Error::Mesh {
+                path: path.to_path_buf(),
+                source,
+            })?,
+        )
+    } else {
+        None
+    };
+    Ok(VertexCache { frames, fps, mesh })
+}
+
+/// An array of shape (T, V, 3) as frames.
+pub(crate) fn frames_of(npz: &mut Npz, name: &str) -> Result<VertexFrames> {
+    let array = npz.array::<f32>(name, &[Dim::Any("T"), Dim::Any("V"), Dim::Is(3)])?;
+    let [len, vertex_count] = [array.shape[0], array.shape[1]];
+    VertexFrames::new(array.data, len, vertex_count)
+        .ok_or_else(|| npz.array_error(name, "at least one vertex a frame", "none"))
+}
+
+fn read_obj_folder(folder: &Path) -> Result<VertexCache> {
+    let files = obj_files(folder)?;
+    let Some(first) = files.first() else {
+        return Err(Error::content(folder, "a folder of .obj files", "none"));
+    };
+    let mesh = obj::read_obj(first)?;
+    let mut data: Vec<f32> = Vec::new();
+    for file in &files {
+        let vertices = obj::read_obj(file)?.vertices;
+        if vertices.len() != mesh.vertices.len() {
+            let expected = format!("{} vertices as in the first frame", mesh.vertices.len());
+            return Err(Error::content(file, expected, vertices.len().to_string()));
+        }
+        data.extend_from_slice(bytemuck::cast_slice(&vertices));
+    }
+    let frames = VertexFrames::new(data, files.len(), mesh.vertices.len())
+        .ok_or_else(|| Error::content(folder, "at least one vertex a frame", "none"))?;
+    Ok(VertexCache {
+        frames,
+        fps: None,
+        mesh: Some(mesh),
+    })
+}
+
+/// OBJ files of a folder, by the number at the end of their names and then by name: `f2` stands
+/// before `f10`.
+pub(crate) fn obj_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(folder).map_err(Error::io(folder, "list"))?;
+    let mut files = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(Error::io(folder, "list"))?.path();
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
+            files.push(path);
+        }
+    }
+    files.sort_by_cached_key(|path| (frame_number(path), path.clone()));
+    Ok(files)
+}
+
+fn frame_number(path: &Path) -> Option<u64> {
+    let stem = path.file_stem()?.to_str()?;
+    let digits = stem.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    stem[digits..].parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_ordered_by_number() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["f10.obj", "f2.obj", "f1.OBJ", "readme.txt"] {
+            std::fs::write(folder.path().join(name), "v 0 0 0\n").unwrap();
+        }
+        let names: Vec<_> = (obj_files(folder.path()).unwrap().iter())
+            .map(|p| p.file_name().unwrap().to_str().unwrap().to_string())
+            .collect();
+        assert_eq!(names, ["f1.OBJ", "f2.obj", "f10.obj"]);
+    }
+}

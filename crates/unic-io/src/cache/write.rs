@@ -1,0 +1,195 @@
+//! Writing vertex animations, one frame at a time.
+
+use crate::{
+    atomic::{AtomicFile, parent_folder},
+    error::{Error, Result},
+    frames::check_vertex_count,
+    npz::NpzWriter,
+    obj,
+    pc2::Pc2Writer,
+};
+use glam::Vec3;
+use std::{
+    fs::File,
+    io::{BufWriter, Seek, Write},
+    path::{Path, PathBuf},
+};
+use tempfile::TempDir;
+use unic_core::mesh::TriMesh;
+
+/// Writes a vertex animation in the form that its path's ending names.
+///
+/// Nothing appears under that path before [`VertexCacheWriter::finish`].
+#[derive(Debug)]
+pub enum VertexCacheWriter {
+    /// `.pc2`: positions alone.
+    Pc2(Pc2Writer),
+    /// `.npz`: positions, faces and frame rate.
+    Npz(NpzAnimationWriter),
+    /// No ending: a folder with one OBJ a frame.
+    ObjFolder(ObjFolderWriter),
+}
+
+impl VertexCacheWriter {
+    /// Starts an animation of `mesh`, whose own positions are not written.
+    ///
+    /// # Errors
+    /// Another ending than `.pc2`, `.npz` or none; the folder cannot be written to.
+    pub fn create(path: &Path, mesh: &TriMesh, fps: f32) -> Result<Self> {
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match ending.as_deref() {
+            Some("pc2") => Pc2Writer::create(path, mesh.vertices.len(), 0.0, 1.0).map(Self::Pc2),
+            Some("npz") => NpzAnimationWriter::create(path, mesh, fps).map(Self::Npz),
+            None => ObjFolderWriter::create(path, mesh).map(Self::ObjFolder),
+            Some(other) => Err(Error::content(
+                path,
+                "a path that ends in .pc2, in .npz or in no ending (a folder of OBJ files)",
+                format!(".{other}"),
+            )),
+        }
+    }
+
+    /// Adds a frame: one position a vertex of the mesh, metres.
+    ///
+    /// # Errors
+    /// Another number of vertices; the file cannot be written.
+    pub fn push(&mut self, frame: &[Vec3]) -> Result<()> {
+        match self {
+            Self::Pc2(writer) => writer.push(frame),
+            Self::Npz(writer) => writer.push(frame),
+            Self::ObjFolder(writer) => writer.push(frame),
+        }
+    }
+
+    /// Completes the animation.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn finish(self) -> Result<()> {
+        match self {
+            Self::Pc2(writer) => writer.finish(),
+            Self::Npz(writer) => writer.finish(),
+            Self::ObjFolder(writer) => writer.finish(),
+        }
+    }
+}
+
+/// Writes `vertices` (T, V, 3) f32, `faces` (F, 3) i32 and `fps` to a `.npz` file.
+///
+/// The frames wait in an unnamed file of the same folder, because the header of a compressed
+/// array must know T.
+#[derive(Debug)]
+pub struct NpzAnimationWriter {
+    path: PathBuf,
+    frames: BufWriter<File>,
+    faces: Vec<[u32; 3]>,
+    vertex_count: usize,
+    fps: f32,
+    len: usize,
+}
+
+impl NpzAnimationWriter {
+    /// Starts a file.
+    ///
+    /// # Errors
+    /// The folder cannot be written to.
+    pub fn create(path: &Path, mesh: &TriMesh, fps: f32) -> Result<Self> {
+        let folder = parent_folder(path);
+        std::fs::create_dir_all(folder).map_err(Error::io(folder, "create folder"))?;
+        let frames = tempfile::tempfile_in(folder).map_err(Error::io(path, "create"))?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            frames: BufWriter::new(frames),
+            faces: mesh.faces.clone(),
+            vertex_count: mesh.vertices.len(),
+            fps,
+            len: 0,
+        })
+    }
+
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// Another number of vertices; the file cannot be written.
+    pub fn push(&mut self, frame: &[Vec3]) -> Result<()> {
+        check_vertex_count(&self.path, self.vertex_count, frame)?;
+        (self.frames.write_all(bytemuck::cast_slice(frame))).map_err(Error::io(&self.path, "write"))?;
+        self.len += 1;
+        Ok(())
+    }
+
+    /// Completes the file.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn finish(self) -> Result<()> {
+        let failed = |e| Error::io(&self.path, "write")(e);
+        let mut frames = self.frames.into_inner().map_err(|e| failed(e.into_error()))?;
+        frames.rewind().map_err(failed)?;
+        let mut npz = NpzWriter::create(&self.path)?;
+        npz.f32s_from("vertices", &[self.len, self.vertex_count, 3], &mut frames)?;
+        let faces: Vec<i32> = self.faces.as_flattened().iter().map(|&i| i as i32).collect();
+        npz.i32s("faces", &[self.faces.len(), 3], &faces)?;
+        npz.f64s("fps", &[], &[f64::from(self.fps)])?;
+        npz.finish()
+    }
+}
+
+/// Writes `frame_0000.obj`, `frame_0001.obj`, ... into a folder that appears when it is complete.
+#[derive(Debug)]
+pub struct ObjFolderWriter {
+    folder: TempDir,
+    target: PathBuf,
+    mesh: TriMesh,
+    len: usize,
+}
+
+impl ObjFolderWriter {
+    /// Starts a folder.
+    ///
+    /// # Errors
+    /// There is something of that name already; its parent cannot be written to.
+    pub fn create(target: &Path, mesh: &TriMesh) -> Result<Self> {
+        if target.exists() {
+            return Err(Error::content(target, "no such folder yet", "one of this name"));
+        }
+        let parent = parent_folder(target);
+        std::fs::create_dir_all(parent).map_err(Error::io(parent, "create folder"))?;
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".frames.").suffix(".tmp");
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+        let folder = builder.tempdir_in(parent).map_err(Error::io(target, "create"))?;
+        Ok(Self {
+            folder,
+            target: target.to_path_buf(),
+            mesh: mesh.clone(),
+            len: 0,
+        })
+    }
+
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// Another number of vertices; the file cannot be written.
+    pub fn push(&mut self, frame: &[Vec3]) -> Result<()> {
+        check_vertex_count(&self.target, self.mesh.vertices.len(), frame)?;
+        let path = self.folder.path().join(format!("frame_{:04}.obj", self.len));
+        let mut file = AtomicFile::create(&path)?;
+        obj::write_mesh(&mut file, &self.mesh, frame).map_err(Error::io(&path, "write"))?;
+        self.len += 1;
+        file.finish()
+    }
+
+    /// Gives the folder its name.
+    ///
+    /// # Errors
+    /// It cannot be renamed.
+    pub fn finish(self) -> Result<()> {
+        let target = self.target;
+        // Kept only once renamed: a failed rename must still be cleaned up.
+        std::fs::rename(self.folder.path(), &target).map_err(Error::io(&target, "rename to"))?;
+        let _ = self.folder.keep();
+        Ok(())
+    }
+}

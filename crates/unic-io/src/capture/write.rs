@@ -1,0 +1,182 @@
+//! Writing captures.
+
+use super::{
+    garment::{self, VertexAttributes},
+    layout,
+    manifest::{JointReference, Manifest, Split, Splits, check_clip_name},
+};
+use crate::{
+    character::write_character,
+    error::{Error, Result},
+    frames::VertexFramesWriter,
+    motion,
+    npz::NpzWriter,
+};
+use glam::Vec3;
+use std::path::{Path, PathBuf};
+use unic_core::{
+    character::{Character, Garment},
+    clip::Clip,
+    skeleton::Skeleton,
+};
+
+/// A capture being written. `capture.toml` comes last: a folder without it is not a capture.
+#[derive(Debug)]
+pub struct CaptureWriter {
+    root: PathBuf,
+    manifest: Manifest,
+    joints: usize,
+    vertices: usize,
+}
+
+impl CaptureWriter {
+    /// Starts a capture: writes the character and the garment. The manifest's splits and joint
+    /// names are filled in by the writer; its contact joints are checked.
+    ///
+    /// # Errors
+    /// The folder holds a capture already or cannot be written to; a manifest that could not be
+    /// read again.
+    pub fn create(
+        root: &Path,
+        manifest: Manifest,
+        character: &Character,
+        garment: &Garment,
+        attributes: &VertexAttributes,
+    ) -> Result<Self> {
+        let path = layout::manifest(root);
+        if path.exists() {
+            return Err(Error::content(
+                root,
+                "a folder without a capture",
+                "capture.toml in it",
+            ));
+        }
+        let manifest = completed(manifest, &path, &character.skeleton)?;
+        write_character(&layout::character(root), character)?;
+        garment::write(root, garment, attributes)?;
+        Ok(Self {
+            root: root.to_path_buf(),
+            manifest,
+            joints: character.skeleton.len(),
+            vertices: garment.rest.vertices.len(),
+        })
+    }
+
+    /// Starts a clip; its garment frames are then pushed one by one. Several clips may be written
+    /// at the same time. `wind` is a velocity a frame, m/s.
+    ///
+    /// # Errors
+    /// A name that is taken or no file name, another frame rate or number of joints than the
+    /// capture's, fewer than two frames.
+    pub fn begin_clip(&mut self, clip: &Clip, split: Split, wind: Option<&[Vec3]>) -> Result<ClipWriter> {
+        self.check(clip, wind)?;
+        let path = layout::clip_garment(&self.root, &clip.name);
+        let frames = VertexFramesWriter::create(&path, self.vertices)?;
+        self.manifest.splits.of_mut(split).push(clip.name.clone());
+        Ok(ClipWriter {
+            path: layout::clip(&self.root, &clip.name),
+            clip: clip.clone(),
+            wind: wind.map(<[Vec3]>::to_vec),
+            frames,
+        })
+    }
+
+    /// Writes `capture.toml`.
+    ///
+    /// # Errors
+    /// A clip that was begun and not finished; the file cannot be written.
+    pub fn finish(self) -> Result<()> {
+        for (name, _) in self.manifest.splits.iter() {
+            let path = layout::clip(&self.root, name);
+            if !path.is_file() {
+                return Err(Error::content(&path, "a finished clip", "none"));
+            }
+        }
+        self.manifest.write(&layout::manifest(&self.root))
+    }
+
+    fn check(&self, clip: &Clip, wind: Option<&[Vec3]>) -> Result<()> {
+        check_clip_name(&self.root, &clip.name)?;
+        let path = layout::clip(&self.root, &clip.name);
+        let error = |expected: String, found: String| Err(Error::content(&path, expected, found));
+        if self.manifest.splits.split_of(&clip.name).is_some() {
+            return error("a new name".into(), format!("a second clip `{}`", clip.name));
+        }
+        if clip.fps != self.manifest.fps {
+            return error(
+                format!("{} frames per second", self.manifest.fps),
+                clip.fps.to_string(),
+            );
+        }
+        if clip.len() < 2 {
+            return error("at least two frames".into(), clip.len().to_string());
+        }
+        if let Some(pose) = clip.poses.iter().find(|p| p.local.len() != self.joints) {
+            return error(format!("{} joints", self.joints), pose.local.len().to_string());
+        }
+        match wind {
+            Some(wind) if wind.len() != clip.len() => {
+                error(format!("wind for {} frames", clip.len()), wind.len().to_string())
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+fn completed(mut manifest: Manifest, path: &Path, skeleton: &Skeleton) -> Result<Manifest> {
+    manifest.joint_names = skeleton.names().to_vec();
+    let contacts = manifest.contacts(path, skeleton)?;
+    manifest.contact_joints = Some(contacts.map(JointReference::Index));
+    manifest.splits = Splits::default();
+    Ok(manifest)
+}
+
+/// One clip being written.
+#[derive(Debug)]
+pub struct ClipWriter {
+    path: PathBuf,
+    clip: Clip,
+    wind: Option<Vec<Vec3>>,
+    frames: VertexFramesWriter,
+}
+
+impl ClipWriter {
+    /// Adds the garment of the next frame, metres, world space.
+    ///
+    /// # Errors
+    /// Another number of vertices, positions that are not finite; the file cannot be written.
+    pub fn push(&mut self, garment: &[Vec3]) -> Result<()> {
+        if let Some(vertex) = garment.iter().position(|v| !v.is_finite()) {
+            let found = format!(
+                "vertex {vertex} at {} in frame {}",
+                garment[vertex],
+                self.frames.len()
+            );
+            return Err(Error::content(&self.path, "finite positions", found));
+        }
+        self.frames.push(garment)
+    }
+
+    /// Completes the clip.
+    ///
+    /// # Errors
+    /// More or fewer frames than the clip has; the files cannot be written.
+    pub fn finish(self) -> Result<()> {
+        let frames = self.clip.len();
+        if self.frames.len() != frames {
+            let expected = format!("{frames} garment frames");
+            return Err(Error::content(
+                &self.path,
+                expected,
+                self.frames.len().to_string(),
+            ));
+        }
+        self.frames.finish()?;
+        let mut npz = NpzWriter::create(&self.path)?;
+        motion::write_arrays(&mut npz, &self.clip)?;
+        if let Some(wind) = &self.wind {
+            npz.f32s("wind", &[frames, 3], bytemuck::cast_slice(wind))?;
+        }
+        npz.finish()
+    }
+}

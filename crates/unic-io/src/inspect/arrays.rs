@@ -1,0 +1,154 @@
+//! Numpy files and vertex animations.
+
+use super::{Kind, Report, mesh, motion};
+use crate::{
+    cache::read_vertex_cache,
+    character::read_character,
+    frames::VertexFrames,
+    npy::{self, Header},
+    npz::Npz,
+    pc2,
+};
+use glam::Vec3;
+use std::path::Path;
+use unic_core::character::Character;
+
+pub(super) fn npz(path: &Path) -> Report {
+    let mut report = Report::new(path, Kind::Npz);
+    let Some(mut npz) = report.take(Npz::open(path)) else {
+        return report;
+    };
+    let kind = kind_of(&npz);
+    report.kind = kind;
+    for name in npz.names().to_vec() {
+        if let Some(header) = report.take(npz.header(&name)) {
+            array(&mut report, &name, &header);
+        }
+    }
+    match kind {
+        Kind::Character => {
+            if let Some(character) = report.take(read_character(path)) {
+                describe_character(&mut report, &character);
+            }
+        }
+        Kind::Motion => motion::describe(&mut report, &mut npz),
+        Kind::VertexAnimation => vertex_cache(&mut report),
+        _ => {}
+    }
+    report
+}
+
+fn kind_of(npz: &Npz) -> Kind {
+    let has = |names: &[&str]| names.iter().all(|n| npz.contains(n));
+    if has(&["vertices", "joints", "weights"]) {
+        Kind::Character
+    } else if has(&["poses"]) || has(&["pose"]) {
+        Kind::Motion
+    } else if has(&["vertices", "fps"]) {
+        Kind::VertexAnimation
+    } else if has(&["weights"]) || has(&["pinned"]) || has(&["mask"]) {
+        Kind::Garment
+    } else {
+        Kind::Npz
+    }
+}
+
+fn array(report: &mut Report, name: &str, header: &Header) {
+    let order = if header.fortran_order {
+        ", Fortran order"
+    } else {
+        ""
+    };
+    let shape = npy::shape_text(&header.shape);
+    report.fact(
+        format!("array {name}"),
+        format!("{} {shape}{order}", header.dtype),
+    );
+    if matches!(header.dtype.kind, npy::Kind::Object | npy::Kind::Other) {
+        let dtype = header.dtype;
+        report.problem(format!("array `{name}`: expected numbers or text, found {dtype}"));
+    }
+}
+
+pub(super) fn describe_character(report: &mut Report, character: &Character) {
+    let Character {
+        body,
+        skeleton,
+        weights,
+    } = character;
+    mesh::describe(report, "body", body);
+    let names = skeleton.names().join(" ");
+    report.fact("joints", format!("{} ({names})", skeleton.len()));
+    let posed = skeleton.rest_pose().iter().any(|r| r.length() > 1e-4);
+    report.fact("bind pose", if posed { "posed (rest_pose)" } else { "zero" });
+    let most = (0..weights.len())
+        .map(|v| weights.row(v).len())
+        .max()
+        .unwrap_or(0);
+    report.fact("joints a vertex", format!("at most {most}"));
+    let height = mesh::bounds(&body.vertices).map_or(0.0, |(low, high)| high.y - low.y);
+    if !(0.3..=3.0).contains(&height) {
+        report.problem(format!(
+            "character: expected a height from 0.3 m to 3 m, found {height} (units, or another up axis?)"
+        ));
+    }
+}
+
+pub(super) fn npy(path: &Path) -> Report {
+    let mut report = Report::new(path, Kind::Npy);
+    if let Some(header) = report.take(npy::read_npy_header(path)) {
+        array(&mut report, "data", &header);
+        if header.shape.len() == 3 && header.shape[2] == 3 {
+            vertex_cache(&mut report);
+        }
+    }
+    report
+}
+
+pub(super) fn mesh_sequence(folder: &Path) -> Report {
+    let mut report = Report::new(folder, Kind::MeshSequence);
+    vertex_cache(&mut report);
+    report
+}
+
+pub(super) fn point_cache(path: &Path) -> Report {
+    let mut report = Report::new(path, Kind::PointCache);
+    if let Some(cache) = report.take(pc2::read_pc2(path)) {
+        report.fact("start frame", cache.start_frame);
+        report.fact("frames a sample", cache.frames_per_sample);
+        describe_frames(&mut report, &cache.frames);
+    }
+    report
+}
+
+fn vertex_cache(report: &mut Report) {
+    let path = report.path.clone();
+    let Some(cache) = report.take(read_vertex_cache(&path)) else {
+        return;
+    };
+    describe_frames(report, &cache.frames);
+    if let Some(fps) = cache.fps {
+        report.fact("frames per second", fps);
+        report.fact("seconds", cache.frames.len().saturating_sub(1) as f32 / fps);
+    }
+    if let Some(mesh) = &cache.mesh {
+        mesh::describe(report, "mesh", mesh);
+    }
+}
+
+fn describe_frames(report: &mut Report, frames: &VertexFrames) {
+    report.fact("frames", frames.len());
+    report.fact("vertices", frames.vertex_count());
+    if let Some((t, v)) = frames.first_not_finite() {
+        let found = frames.frame(t)[v];
+        let place = format!("frame {t}, vertex {v}");
+        report.problem(format!("{place}: expected a finite position, found {found}"));
+        return;
+    }
+    let all = frames.iter().flatten().copied();
+    let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let (low, high) = all.fold(start, |(low, high), v| (low.min(v), high.max(v)));
+    if !frames.is_empty() {
+        report.fact("extent", mesh::extent_text(low, high));
+    }
+}

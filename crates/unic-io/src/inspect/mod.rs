@@ -1,0 +1,198 @@
+//! What a file holds, and what is wrong with it.
+
+mod arrays;
+mod capture;
+mod mesh;
+mod model;
+mod motion;
+
+use crate::{
+    atomic::parent_folder,
+    cache,
+    error::{Error, Result},
+};
+use serde::{Serialize, Serializer};
+use std::{
+    fmt::{self, Display},
+    fs::File,
+    io::Read,
+    path::{Path, PathBuf},
+};
+
+/// What was found at a path.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Report {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What it is.
+    pub kind: Kind,
+    /// Name and value of what it holds, in reading order; an object in JSON.
+    #[serde(serialize_with = "as_object")]
+    pub facts: Vec<(String, String)>,
+    /// One sentence for each thing that is wrong; empty when nothing is.
+    pub problems: Vec<String>,
+}
+
+/// What a file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// A folder with `capture.toml`.
+    Capture,
+    /// An npz with vertices, joints and weights.
+    Character,
+    /// An npz with poses.
+    Motion,
+    /// An npz with weights or attributes of garment vertices.
+    Garment,
+    /// An npz with positions over time.
+    VertexAnimation,
+    /// Any other npz.
+    Npz,
+    /// One numpy array.
+    Npy,
+    /// An OBJ file.
+    Mesh,
+    /// A folder of OBJ files.
+    MeshSequence,
+    /// A PC2 file.
+    PointCache,
+    /// A trained model: safetensors.
+    Model,
+    /// None of these.
+    Unknown,
+}
+
+impl Report {
+    pub(crate) fn new(path: &Path, kind: Kind) -> Self {
+        Self {
+            path: path.to_path_buf(),
+            kind,
+            facts: Vec::new(),
+            problems: Vec::new(),
+        }
+    }
+
+    pub(crate) fn fact(&mut self, name: impl Into<String>, value: impl Display) {
+        self.facts.push((name.into(), value.to_string()));
+    }
+
+    pub(crate) fn problem(&mut self, sentence: impl Display) {
+        self.problems.push(sentence.to_string());
+    }
+
+    /// Value of a result; its error becomes a problem.
+    pub(crate) fn take<T, E: Display>(&mut self, result: std::result::Result<T, E>) -> Option<T> {
+        result.map_err(|e| self.problem(e)).ok()
+    }
+
+    /// The first fact of a name.
+    pub fn get(&self, name: &str) -> Option<&str> {
+        self.facts
+            .iter()
+            .find(|(n, _)| n == name)
+            .map(|(_, value)| value.as_str())
+    }
+}
+
+fn as_object<S: Serializer>(
+    facts: &[(String, String)],
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_map(facts.iter().map(|(name, value)| (name, value)))
+}
+
+impl Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Kind::Capture => "capture",
+            Kind::Character => "character",
+            Kind::Motion => "motion",
+            Kind::Garment => "garment arrays",
+            Kind::VertexAnimation => "vertex animation",
+            Kind::Npz => "npz archive",
+            Kind::Npy => "numpy array",
+            Kind::Mesh => "OBJ mesh",
+            Kind::MeshSequence => "OBJ sequence",
+            Kind::PointCache => "PC2 point cache",
+            Kind::Model => "model",
+            Kind::Unknown => "unknown",
+        })
+    }
+}
+
+impl Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: {}", self.path.display(), self.kind)?;
+        let width = self
+            .facts
+            .iter()
+            .map(|(name, _)| name.chars().count())
+            .max()
+            .unwrap_or(0);
+        for (name, value) in &self.facts {
+            writeln!(f, "  {name:width$}  {value}")?;
+        }
+        match self.problems.as_slice() {
+            [] => writeln!(f, "no problems found"),
+            problems => problems.iter().try_for_each(|p| writeln!(f, "problem: {p}")),
+        }
+    }
+}
+
+/// Looks at a file or folder of any kind that the project knows.
+///
+/// What is wrong with it becomes [`Report::problems`]; only a path that cannot be opened at all is
+/// an error.
+///
+/// # Errors
+/// No such file or folder.
+pub fn inspect(path: &Path) -> Result<Report> {
+    if path.is_dir() {
+        return inspect_folder(path);
+    }
+    if path.file_name().is_some_and(|n| n == "capture.toml") {
+        return inspect_folder(parent_folder(path));
+    }
+    let mut start = Vec::new();
+    let file = File::open(path).map_err(Error::io(path, "open"))?;
+    file.take(12)
+        .read_to_end(&mut start)
+        .map_err(Error::io(path, "read"))?;
+    Ok(if start.starts_with(b"PK") {
+        arrays::npz(path)
+    } else if start.starts_with(b"\x93NUMPY") {
+        arrays::npy(path)
+    } else if start.starts_with(b"POINTCACHE2") {
+        arrays::point_cache(path)
+    } else if start.get(8) == Some(&b'{') {
+        model::inspect(path)
+    } else if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
+        mesh::inspect(path)
+    } else {
+        unknown(path, &start)
+    })
+}
+
+fn inspect_folder(folder: &Path) -> Result<Report> {
+    if folder.join("capture.toml").exists() {
+        return Ok(capture::inspect(folder));
+    }
+    if cache::obj_files(folder)?.is_empty() {
+        let mut report = Report::new(folder, Kind::Unknown);
+        report.problem("expected a folder with capture.toml or .obj files, found neither");
+        return Ok(report);
+    }
+    Ok(arrays::mesh_sequence(folder))
+}
+
+fn unknown(path: &Path, start: &[u8]) -> Report {
+    let mut report = Report::new(path, Kind::Unknown);
+    report.problem(format!(
+        "{}: expected an npz, npy, OBJ, PC2 or model file or a capture folder, found a file that \
+         begins with \"{}\"",
+        path.display(),
+        start.escape_ascii()
+    ));
+    report
+}

@@ -1,0 +1,75 @@
+//! Motion files.
+
+use super::Report;
+use crate::{
+    motion::{MotionArrays, POSE_NAMES},
+    npz::Npz,
+};
+use glam::Vec3;
+use unic_core::clip::Clip;
+
+/// Faster than any runner: a jump in the data, or another unit.
+const FASTEST_ROOT: f32 = 15.0;
+
+pub(super) fn describe(report: &mut Report, npz: &mut Npz) {
+    let name = npz.first_of(&POSE_NAMES).unwrap_or(POSE_NAMES[0]);
+    let Some(header) = report.take(npz.header(name)) else {
+        return;
+    };
+    let numbers = header
+        .shape
+        .iter()
+        .skip(1)
+        .try_fold(1_usize, |n, &e| n.checked_mul(e));
+    let numbers = numbers.unwrap_or(0);
+    report.fact("layout", layout_text(numbers));
+    // 75 numbers are 24 joints and a translation.
+    let joints = if numbers == 75 { 24 } else { numbers / 3 };
+    if let Some(arrays) = report.take(MotionArrays::read(npz, joints)) {
+        let notes = arrays.notes.clone();
+        notes.iter().for_each(|note| report.fact("note", note));
+        describe_clip(report, &arrays.into_clip(String::new()));
+    }
+}
+
+fn layout_text(numbers: usize) -> String {
+    let family = match numbers {
+        72 => "SMPL, 24 joints".into(),
+        75 => "SMPL, 24 joints and the translation".into(),
+        156 => "SMPL-H, 52 joints".into(),
+        165 => "SMPL-X, 55 joints".into(),
+        _ => format!("{} joints", numbers / 3),
+    };
+    format!("{numbers} numbers a frame: {family}")
+}
+
+fn describe_clip(report: &mut Report, clip: &Clip) {
+    report.fact("frames", clip.len());
+    report.fact("frames per second", clip.fps);
+    report.fact("seconds", format!("{:.2}", clip.seconds()));
+    let ups = clip
+        .poses
+        .iter()
+        .filter_map(|p| p.local.first())
+        .map(|&q| q * Vec3::Y);
+    let up = ups.sum::<Vec3>() / clip.len() as f32;
+    let axis = if up.z > up.y { "Z" } else { "Y" };
+    report.fact(
+        "up axis",
+        format!("{axis}, guessed from the root's mean up direction {up:.2}"),
+    );
+    let steps = clip
+        .poses
+        .windows(2)
+        .map(|p| p[0].trans.distance(p[1].trans) * clip.fps);
+    let fastest = steps.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+    if let Some((t, speed)) = fastest {
+        report.fact("fastest root", format!("{speed:.2} m/s at frame {t}"));
+        if speed > FASTEST_ROOT {
+            report.problem(format!(
+                "motion: expected a root slower than {FASTEST_ROOT} m/s, found {speed:.1} m/s at \
+                 frame {t}: a jump, or not metres?"
+            ));
+        }
+    }
+}

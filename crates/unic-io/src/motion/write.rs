@@ -1,0 +1,41 @@
+//! Writing motion files.
+
+use super::GROUND_HEIGHT_NAME;
+use crate::{error::Result, npz::NpzWriter};
+use glam::{Quat, Vec3};
+use std::path::Path;
+use unic_core::clip::Clip;
+
+/// Writes a clip as [`import_motion`](super::import_motion) reads it, atomically: `poses` (T, 3J),
+/// `trans` (T, 3), `mocap_framerate`, `ground_height`.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_motion(path: &Path, clip: &Clip) -> Result<()> {
+    let mut npz = NpzWriter::create(path)?;
+    write_arrays(&mut npz, clip)?;
+    npz.finish()
+}
+
+/// `poses`, `trans`, `mocap_framerate` and `ground_height` of a clip.
+pub(crate) fn write_arrays(npz: &mut NpzWriter, clip: &Clip) -> Result<()> {
+    let joints = clip.poses.first().map_or(0, |p| p.local.len());
+    let trans: Vec<Vec3> = clip.poses.iter().map(|p| p.trans).collect();
+    let rotations: Vec<Vec3> = (clip.poses.iter())
+        .flat_map(|p| p.local.iter().map(|&q| axis_angle(q)))
+        .collect();
+    npz.f32s(
+        "poses",
+        &[clip.len(), 3 * joints],
+        bytemuck::cast_slice(&rotations),
+    )?;
+    npz.f32s("trans", &[clip.len(), 3], bytemuck::cast_slice(&trans))?;
+    npz.f64s("mocap_framerate", &[], &[f64::from(clip.fps)])?;
+    npz.f64s(GROUND_HEIGHT_NAME, &[], &[f64::from(clip.ground_height)])
+}
+
+/// Axis-angle of at most half a turn.
+fn axis_angle(rotation: Quat) -> Vec3 {
+    let nearest = if rotation.w < 0.0 { -rotation } else { rotation };
+    nearest.to_scaled_axis()
+}

@@ -1,0 +1,304 @@
+//! The header of a `.npy` stream: a Python dictionary literal of three keys.
+
+use std::{
+    fmt::{self, Display},
+    io::{self, Read},
+};
+
+/// Numpy's own limit is 10,000 characters unless told otherwise.
+const LONGEST_HEADER: usize = 1 << 16;
+
+/// More dimensions than numpy allows.
+const MOST_DIMENSIONS: usize = 64;
+
+/// What a `.npy` stream declares about itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Header {
+    /// Type of the elements.
+    pub dtype: Dtype,
+    /// The first index varies fastest.
+    pub fortran_order: bool,
+    /// Extent of each dimension; empty for a single number.
+    pub shape: Vec<usize>,
+    /// Bytes before the first element.
+    pub length: usize,
+}
+
+/// Type of an element: kind, size and byte order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dtype {
+    /// Class of type.
+    pub kind: Kind,
+    /// Bytes an element.
+    pub size: usize,
+    /// Most significant byte first.
+    pub big_endian: bool,
+}
+
+/// Class of an element's type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// `b`: one byte, 0 or 1.
+    Bool,
+    /// `i`: signed, 1 to 8 bytes.
+    Signed,
+    /// `u`: unsigned, 1 to 8 bytes.
+    Unsigned,
+    /// `f`: IEEE 754, 2, 4 or 8 bytes.
+    Float,
+    /// `U`: text in UTF-32 code units, padded with zeros.
+    Text,
+    /// `S`: bytes, padded with zeros.
+    Bytes,
+    /// `O`: pickled Python objects, which are never read.
+    Object,
+    /// Complex numbers, dates, structures and whatever else numpy knows.
+    Other,
+}
+
+impl Header {
+    /// Number of elements; `None` when it does not fit.
+    pub fn element_count(&self) -> Option<usize> {
+        (self.shape.iter()).try_fold(1_usize, |n, &extent| n.checked_mul(extent))
+    }
+
+    /// Bytes of all elements; `None` when that does not fit.
+    pub fn data_length(&self) -> Option<u64> {
+        let bytes = self.element_count()?.checked_mul(self.dtype.size)?;
+        u64::try_from(bytes).ok()
+    }
+
+    /// Reads and parses a header.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::InvalidData`] with what was expected and found; errors of the reader.
+    pub(crate) fn read(reader: &mut impl Read) -> io::Result<Self> {
+        let mut start = [0; 8];
+        reader.read_exact(&mut start)?;
+        if &start[..6] != b"\x93NUMPY" {
+            return Err(invalid("no numpy array (it does not begin with \\x93NUMPY)"));
+        }
+        let (text_length, prefix) = read_text_length(reader, start[6])?;
+        if text_length > LONGEST_HEADER {
+            return Err(invalid(format!("a header of {text_length} bytes")));
+        }
+        let mut text = vec![0; text_length];
+        reader.read_exact(&mut text)?;
+        let text = String::from_utf8_lossy(&text);
+        let (dtype, fortran_order, shape) =
+            parse(&text).ok_or_else(|| invalid(format!("the header {:?}", text.trim())))?;
+        Ok(Self {
+            dtype,
+            fortran_order,
+            shape,
+            length: prefix + text_length,
+        })
+    }
+}
+
+fn invalid(found: impl Into<String>) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, found.into())
+}
+
+fn read_text_length(reader: &mut impl Read, version: u8) -> io::Result<(usize, usize)> {
+    match version {
+        1 => {
+            let mut length = [0; 2];
+            reader.read_exact(&mut length)?;
+            Ok((usize::from(u16::from_le_bytes(length)), 10))
+        }
+        2 | 3 => {
+            let mut length = [0; 4];
+            reader.read_exact(&mut length)?;
+            Ok((u32::from_le_bytes(length) as usize, 12))
+        }
+        other => Err(invalid(format!("version {other} of numpy's format"))),
+    }
+}
+
+/// `{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4), }`, keys in any order.
+fn parse(text: &str) -> Option<(Dtype, bool, Vec<usize>)> {
+    let descr = value_of(text, "descr")?;
+    let fortran = value_of(text, "fortran_order")?;
+    let fortran_order = if fortran.starts_with("True") {
+        true
+    } else if fortran.starts_with("False") {
+        false
+    } else {
+        return None;
+    };
+    let shape = parse_shape(value_of(text, "shape")?)?;
+    Some((Dtype::parse(descr)?, fortran_order, shape))
+}
+
+fn value_of<'a>(text: &'a str, key: &str) -> Option<&'a str> {
+    let quoted = |quote: char| format!("{quote}{key}{quote}");
+    let after = (text.split_once(&quoted('\''))).or_else(|| text.split_once(&quoted('"')))?;
+    Some(after.1.trim_start().strip_prefix(':')?.trim_start())
+}
+
+fn parse_shape(value: &str) -> Option<Vec<usize>> {
+    let (inside, _) = value.strip_prefix('(')?.split_once(')')?;
+    let extents = inside.split(',').map(str::trim).filter(|e| !e.is_empty());
+    let shape: Option<Vec<usize>> = extents
+        // Python 2 wrote long integers as `3L`.
+        .map(|e| e.trim_end_matches('L').parse().ok())
+        .collect();
+    shape.filter(|s| s.len() <= MOST_DIMENSIONS)
+}
+
+impl Dtype {
+    fn parse(value: &str) -> Option<Self> {
+        let quote = value.chars().next()?;
+        if quote == '[' {
+            return Some(Self::opaque(Kind::Other));
+        }
+        if quote != '\'' && quote != '"' {
+            return None;
+        }
+        let (code, _) = value[1..].split_once(quote)?;
+        let digits = code.find(|c: char| c.is_ascii_digit()).unwrap_or(code.len());
+        let (letters, digits) = code.split_at(digits);
+        let kind = match letters.chars().next_back()? {
+            'b' => Kind::Bool,
+            'i' => Kind::Signed,
+            'u' => Kind::Unsigned,
+            'f' => Kind::Float,
+            'U' => Kind::Text,
+            'S' | 'a' => Kind::Bytes,
+            'O' => return Some(Self::opaque(Kind::Object)),
+            _ => return Some(Self::opaque(Kind::Other)),
+        };
+        let count: usize = digits.parse().ok()?;
+        let size = match kind {
+            Kind::Text => count.checked_mul(4)?,
+            _ => count,
+        };
+        let dtype = Self {
+            kind,
+            size,
+            big_endian: letters.starts_with('>'),
+        };
+        dtype.has_sound_size().then_some(dtype)
+    }
+
+    fn opaque(kind: Kind) -> Self {
+        Self {
+            kind,
+            size: 0,
+            big_endian: false,
+        }
+    }
+
+    fn has_sound_size(&self) -> bool {
+        match self.kind {
+            Kind::Bool => self.size == 1,
+            Kind::Signed | Kind::Unsigned => matches!(self.size, 1 | 2 | 4 | 8),
+            // Long doubles (12 or 16 bytes) differ from machine to machine and are refused later.
+            Kind::Float => self.size > 0,
+            _ => true,
+        }
+    }
+
+    /// The code numpy writes, such as `<f4`.
+    pub fn code(&self) -> String {
+        let order = match (self.size, self.big_endian) {
+            (0 | 1, _) => '|',
+            (_, true) => '>',
+            (_, false) => '<',
+        };
+        let (letter, count) = match self.kind {
+            Kind::Bool => ('b', self.size),
+            Kind::Signed => ('i', self.size),
+            Kind::Unsigned => ('u', self.size),
+            Kind::Float => ('f', self.size),
+            Kind::Text => ('U', self.size / 4),
+            Kind::Bytes => ('S', self.size),
+            Kind::Object => return "O".into(),
+            Kind::Other => return "V".into(),
+        };
+        format!("{order}{letter}{count}")
+    }
+}
+
+impl Display for Dtype {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let bits = self.size * 8;
+        match self.kind {
+            Kind::Bool => write!(f, "bool"),
+            Kind::Signed => write!(f, "int{bits}"),
+            Kind::Unsigned => write!(f, "uint{bits}"),
+            Kind::Float => write!(f, "float{bits}"),
+            Kind::Text => write!(f, "text"),
+            Kind::Bytes => write!(f, "byte strings"),
+            Kind::Object => write!(f, "pickled Python objects"),
+            Kind::Other => write!(f, "a structured or complex type"),
+        }
+    }
+}
+
+/// `(150, 72)`, `(3,)`, `()`: as Python prints it.
+pub(crate) fn shape_text(shape: &[usize]) -> String {
+    match shape {
+        [only] => format!("({only},)"),
+        _ => {
+            let extents: Vec<String> = shape.iter().map(usize::to_string).collect();
+            format!("({})", extents.join(", "))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header_of(text: &str) -> io::Result<Header> {
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((text.len() as u16).to_le_bytes());
+        bytes.extend(text.as_bytes());
+        Header::read(&mut bytes.as_slice())
+    }
+
+    #[test]
+    fn keys_stand_in_any_order() {
+        let header = header_of("{'shape': (3L, 4), \"fortran_order\": True, 'descr': '>i2'}\n");
+        let header = header.unwrap();
+        assert_eq!((header.shape, header.fortran_order), (vec![3, 4], true));
+        assert_eq!(header.dtype.code(), ">i2");
+    }
+
+    #[test]
+    fn what_is_not_a_header_is_refused() {
+        for text in [
+            "",
+            "{'descr': '<f4', 'fortran_order': False, 'shape': (-1,)}",
+            "{'descr': '<f4', 'fortran_order': 1, 'shape': (1,)}",
+            "{'descr': '<i3', 'fortran_order': False, 'shape': (1,)}",
+            "{'descr': 'é', 'fortran_order': False, 'shape': (1,)",
+            "{'fortran_order': False, 'shape': (1,)}",
+        ] {
+            let read = header_of(text);
+            let opaque = matches!(&read, Ok(h) if h.dtype.kind == Kind::Other);
+            assert!(read.is_err() || opaque, "{text}");
+        }
+    }
+
+    #[test]
+    fn products_that_overflow_have_no_size() {
+        let huge = header_of("{'descr': '<f8', 'fortran_order': False, 'shape': (4294967296, 4294967296)}");
+        assert_eq!(huge.unwrap().data_length(), None);
+    }
+
+    #[test]
+    fn objects_and_structures_are_recognised() {
+        for (code, kind) in [
+            ("'|O'", Kind::Object),
+            ("[('a', '<f4')]", Kind::Other),
+            ("'<c16'", Kind::Other),
+            ("'<M8[ns]'", Kind::Other),
+        ] {
+            let text = format!("{{'descr': {code}, 'fortran_order': False, 'shape': (1,)}}");
+            assert_eq!(header_of(&text).unwrap().dtype.kind, kind);
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! `.npz`: a zip archive of `.npy` streams.
+
+mod read;
+mod write;
+
+pub use read::Npz;
+pub use write::NpzWriter;

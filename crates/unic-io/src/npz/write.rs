@@ -1,0 +1,166 @@
+//! Writing `.npz` archives.
+
+use crate::{
+    atomic::AtomicFile,
+    error::{Error, Result},
+    npy,
+};
+use std::{
+    io::{Read, Write},
+    path::{Path, PathBuf},
+};
+use zip::{CompressionMethod, ZipWriter, result::ZipError, write::SimpleFileOptions};
+
+/// From this size on an entry needs zip's 64-bit fields.
+const LARGE: u64 = 1 << 31;
+
+/// A `.npz` file being written: deflated, atomic, the same bytes for the same arrays.
+///
+/// Nothing appears under the file's name before [`NpzWriter::finish`].
+#[derive(Debug)]
+pub struct NpzWriter {
+    path: PathBuf,
+    zip: ZipWriter<AtomicFile>,
+}
+
+impl NpzWriter {
+    /// Starts an archive.
+    ///
+    /// # Errors
+    /// The folder cannot be written to.
+    pub fn create(path: &Path) -> Result<Self> {
+        Ok(Self {
+            path: path.to_path_buf(),
+            zip: ZipWriter::new(AtomicFile::create(path)?),
+        })
+    }
+
+    /// Adds an array of f32.
+    ///
+    /// # Errors
+    /// A shape that does not hold `data`; the file cannot be written.
+    pub fn f32s(&mut self, name: &str, shape: &[usize], data: &[f32]) -> Result<()> {
+        self.array(name, "<f4", shape, data)
+    }
+
+    /// Adds an array of f64.
+    ///
+    /// # Errors
+    /// As [`NpzWriter::f32s`].
+    pub fn f64s(&mut self, name: &str, shape: &[usize], data: &[f64]) -> Result<()> {
+        self.array(name, "<f8", shape, data)
+    }
+
+    /// Adds an array of i32.
+    ///
+    /// # Errors
+    /// As [`NpzWriter::f32s`].
+    pub fn i32s(&mut self, name: &str, shape: &[usize], data: &[i32]) -> Result<()> {
+        self.array(name, "<i4", shape, data)
+    }
+
+    /// Adds a one-dimensional array of u32.
+    ///
+    /// # Errors
+    /// As [`NpzWriter::f32s`].
+    pub fn u32s(&mut self, name: &str, data: &[u32]) -> Result<()> {
+        self.array(name, "<u4", &[data.len()], data)
+    }
+
+    /// Adds a one-dimensional array of truth values.
+    ///
+    /// # Errors
+    /// As [`NpzWriter::f32s`].
+    pub fn bools(&mut self, name: &str, data: &[bool]) -> Result<()> {
+        let bytes: Vec<u8> = data.iter().map(|&b| u8::from(b)).collect();
+        self.array(name, "|b1", &[data.len()], &bytes)
+    }
+
+    /// Adds a one-dimensional array of text, as numpy's `U`.
+    ///
+    /// # Errors
+    /// As [`NpzWriter::f32s`].
+    pub fn text(&mut self, name: &str, texts: &[String]) -> Result<()> {
+        let longest = texts.iter().map(|t| t.chars().count()).max().unwrap_or(0);
+        // numpy refuses to map text of no width; one character is what it writes itself.
+        let width = longest.max(1);
+        let mut units: Vec<u32> = Vec::with_capacity(texts.len() * width);
+        for text in texts {
+            let end = units.len() + width;
+            units.extend(text.chars().map(u32::from));
+            units.resize(end, 0);
+        }
+        let header = npy::header_bytes(&format!("<U{width}"), &[texts.len()]);
+        self.entry(name, &header, bytemuck::cast_slice(&units))
+    }
+
+    /// Adds an array of f32 whose little-endian bytes come from a reader.
+    ///
+    /// # Errors
+    /// More or fewer bytes than the shape holds; the file cannot be written.
+    pub(crate) fn f32s_from(&mut self, name: &str, shape: &[usize], bytes: &mut impl Read) -> Result<()> {
+        let expected = 4 * shape.iter().product::<usize>() as u64;
+        self.start(name, expected)?;
+        let path = self.path.clone();
+        let failed = |e| Error::io(&path, "write")(e);
+        (self.zip.write_all(&npy::header_bytes("<f4", shape))).map_err(failed)?;
+        let found = std::io::copy(bytes, &mut self.zip).map_err(failed)?;
+        if found == expected {
+            return Ok(());
+        }
+        Err(Error::content(
+            &path,
+            format!("{expected} bytes of frames"),
+            found.to_string(),
+        ))
+    }
+
+    /// Writes the directory and gives the file its name.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn finish(self) -> Result<()> {
+        let path = self.path;
+        self.zip.finish().map_err(|e| write_error(&path, e))?.finish()
+    }
+
+    fn array<T: bytemuck::NoUninit>(
+        &mut self,
+        name: &str,
+        code: &str,
+        shape: &[usize],
+        data: &[T],
+    ) -> Result<()> {
+        if shape.iter().product::<usize>() != data.len() {
+            let expected = format!("as many elements as shape {} holds", npy::shape_text(shape));
+            return Err(Error::Array {
+                path: self.path.clone(),
+                array: name.into(),
+                expected,
+                found: data.len().to_string(),
+            });
+        }
+        self.entry(name, &npy::header_bytes(code, shape), bytemuck::cast_slice(data))
+    }
+
+    fn entry(&mut self, name: &str, header: &[u8], data: &[u8]) -> Result<()> {
+        self.start(name, data.len() as u64)?;
+        for bytes in [header, data] {
+            self.zip
+                .write_all(bytes)
+                .map_err(Error::io(&self.path, "write"))?;
+        }
+        Ok(())
+    }
+
+    fn start(&mut self, name: &str, length: u64) -> Result<()> {
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Deflated)
+            .large_file(length >= LARGE);
+        (self.zip.start_file(format!("{name}.npy"), options)).map_err(|e| write_error(&self.path, e))
+    }
+}
+
+fn write_error(path: &Path, error: ZipError) -> Error {
+    Error::io(path, "write")(error.into())
+}

@@ -1,0 +1,8 @@
+//! Wavefront OBJ: one triangle mesh, its vertices in the order of the file.
+
+mod read;
+mod write;
+
+pub use read::{parse_obj, read_obj};
+pub(crate) use write::write_mesh;
+pub use write::write_obj;

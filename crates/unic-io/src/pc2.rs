@@ -1,0 +1,189 @@
+//! PC2 point caches, as Blender and 3ds Max read and write them.
+//!
+//! Little endian: `POINTCACHE2\0`, i32 version 1, i32 points, f32 start frame, f32 frames a
+//! sample, i32 samples, then x, y, z as f32, sample by sample.
+
+use crate::{
+    atomic::AtomicFile,
+    error::{Error, Result},
+    frames::{VertexFrames, check_vertex_count},
+};
+use glam::Vec3;
+use std::{
+    fs::File,
+    io::{Read, Seek, SeekFrom, Write},
+    path::{Path, PathBuf},
+};
+
+const MAGIC: &[u8; 12] = b"POINTCACHE2\0";
+const HEADER_LENGTH: usize = 32;
+
+/// A point cache; positions are in the units and axes of whoever wrote it.
+#[derive(Clone, Debug)]
+pub struct Pc2 {
+    /// Frame number of the first sample.
+    pub start_frame: f32,
+    /// Frames of the scene from one sample to the next: 1 for one sample a frame.
+    pub frames_per_sample: f32,
+    /// One frame a sample, mapped from the file.
+    pub frames: VertexFrames,
+}
+
+/// Opens a point cache.
+///
+/// # Errors
+/// No such file, no point cache, a size that contradicts the header.
+pub fn read_pc2(path: &Path) -> Result<Pc2> {
+    let header = Header::read(path)?;
+    Ok(Pc2 {
+        start_frame: header.start_frame,
+        frames_per_sample: header.frames_per_sample,
+        frames: VertexFrames::map(path, HEADER_LENGTH, header.samples, header.points)?,
+    })
+}
+
+struct Header {
+    points: usize,
+    start_frame: f32,
+    frames_per_sample: f32,
+    samples: usize,
+}
+
+impl Header {
+    fn read(path: &Path) -> Result<Self> {
+        let mut bytes = Vec::new();
+        let file = File::open(path).map_err(Error::io(path, "open"))?;
+        (file.take(HEADER_LENGTH as u64).read_to_end(&mut bytes)).map_err(Error::io(path, "read"))?;
+        let Ok(bytes) = <[u8; HEADER_LENGTH]>::try_from(bytes) else {
+            return Err(Error::content(path, "a PC2 point cache", "fewer than 32 bytes"));
+        };
+        if &bytes[..12] != MAGIC {
+            let found = "a file that does not begin with POINTCACHE2";
+            return Err(Error::content(path, "a PC2 point cache", found));
+        }
+        Self::parse(path, &bytes)
+    }
+
+    fn parse(path: &Path, bytes: &[u8; HEADER_LENGTH]) -> Result<Self> {
+        let word = |at: usize| [bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]];
+        let int = |at: usize| i32::from_le_bytes(word(at));
+        let float = |at: usize| f32::from_le_bytes(word(at));
+        if int(12) != 1 {
+            return Err(Error::content(
+                path,
+                "version 1 of PC2",
+                format!("version {}", int(12)),
+            ));
+        }
+        match (usize::try_from(int(16)), usize::try_from(int(28))) {
+            (Ok(points), Ok(samples)) if points > 0 => Ok(Self {
+                points,
+                start_frame: float(20),
+                frames_per_sample: float(24),
+                samples,
+            }),
+            _ => Err(Error::content(
+                path,
+                "at least one point and a count of samples",
+                format!("{} points and {} samples", int(16), int(28)),
+            )),
+        }
+    }
+}
+
+/// Writes a point cache, one frame at a time, atomically.
+#[derive(Debug)]
+pub struct Pc2Writer {
+    file: AtomicFile,
+    path: PathBuf,
+    points: usize,
+    samples: i32,
+}
+
+/// Where the number of samples stands in the header.
+const SAMPLES_AT: u64 = 28;
+
+impl Pc2Writer {
+    /// Starts a cache of `points` vertices whose first sample belongs to frame `start`, `rate`
+    /// frames of the scene a sample.
+    ///
+    /// # Errors
+    /// More points than the format can count; the folder cannot be written to.
+    pub fn create(path: &Path, points: usize, start: f32, rate: f32) -> Result<Self> {
+        let Ok(count) = i32::try_from(points) else {
+            let found = points.to_string();
+            return Err(Error::content(path, "at most 2147483647 points", found));
+        };
+        let mut writer = Self {
+            file: AtomicFile::create(path)?,
+            path: path.to_path_buf(),
+            points,
+            samples: 0,
+        };
+        writer.write(MAGIC)?;
+        writer.write(&1_i32.to_le_bytes())?;
+        writer.write(&count.to_le_bytes())?;
+        writer.write(&start.to_le_bytes())?;
+        writer.write(&rate.to_le_bytes())?;
+        writer.write(&0_i32.to_le_bytes())?;
+        Ok(writer)
+    }
+
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// Another number of vertices; the file cannot be written.
+    pub fn push(&mut self, frame: &[Vec3]) -> Result<()> {
+        check_vertex_count(&self.path, self.points, frame)?;
+        self.write(bytemuck::cast_slice(frame))?;
+        self.samples += 1;
+        Ok(())
+    }
+
+    /// Writes the number of samples and gives the file its name.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn finish(mut self) -> Result<()> {
+        (self.file.seek(SeekFrom::Start(SAMPLES_AT))).map_err(Error::io(&self.path, "write"))?;
+        let samples = self.samples;
+        self.write(&samples.to_le_bytes())?;
+        self.file.finish()
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<()> {
+        self.file.write_all(bytes).map_err(Error::io(&self.path, "write"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cache_comes_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.pc2");
+        let mut writer = Pc2Writer::create(&path, 2, 1.0, 1.0).unwrap();
+        let frames = [[Vec3::X, Vec3::Y], [Vec3::Z, Vec3::splat(0.1)]];
+        frames.iter().for_each(|f| writer.push(f).unwrap());
+        writer.finish().unwrap();
+        let cache = read_pc2(&path).unwrap();
+        assert_eq!((cache.start_frame, cache.frames_per_sample), (1.0, 1.0));
+        assert!(cache.frames.iter().eq(frames.iter().map(|f| f.as_slice())));
+    }
+
+    #[test]
+    fn a_header_that_lies_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.pc2");
+        Pc2Writer::create(&path, 3, 0.0, 1.0).unwrap().finish().unwrap();
+        let good = std::fs::read(&path).unwrap();
+        for (at, value) in [(12, 2), (16, 0), (16, -1), (28, -1), (28, i32::MAX)] {
+            let mut bytes = good.clone();
+            bytes[at..at + 4].copy_from_slice(&i32::to_le_bytes(value));
+            std::fs::write(&path, bytes).unwrap();
+            assert!(read_pc2(&path).is_err(), "{value} at {at}");
+        }
+    }
+}

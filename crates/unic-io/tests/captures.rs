@@ -1,0 +1,198 @@
+//! Contract: a capture that the writer writes is the capture that the reader reads; what does not
+//! fit together is refused in one sentence that names the file.
+
+mod common;
+
+use common::{largest_differences, small_character, small_clip, small_frame, small_garment};
+use glam::Vec3;
+use std::path::Path;
+use unic_io::{
+    Capture, CaptureWriter, Error, Manifest, NpzWriter, Split,
+    capture::{VertexAttributes, WeightsSource},
+};
+
+fn manifest() -> Manifest {
+    use unic_io::capture::JointReference::{Index, Name};
+    let mut manifest = Manifest::new("small", 30.0);
+    manifest.provenance = "made by a test, \"public domain\"\n".into();
+    manifest.contact_joints = Some([Index(0), Name("knée".into()), Index(0), Index(1)]);
+    manifest
+}
+
+fn attributes() -> VertexAttributes {
+    VertexAttributes {
+        pinned: Some(vec![true, false, false, true]),
+        groups: Some(vec![0, 0, 7, u32::MAX]),
+        mask: None,
+    }
+}
+
+fn write(root: &Path, clips: &[(&str, Split)]) {
+    let (character, garment) = (small_character(), small_garment());
+    let mut writer = CaptureWriter::create(root, manifest(), &character, &garment, &attributes()).unwrap();
+    for (i, &(name, split)) in clips.iter().enumerate() {
+        let clip = small_clip(name, 5 + i);
+        let wind = vec![Vec3::new(1.0, 0.0, i as f32); clip.len()];
+        let mut frames = writer
+            .begin_clip(&clip, split, (i == 0).then_some(&wind))
+            .unwrap();
+        for t in 0..clip.len() {
+            frames.push(&small_frame(t)).unwrap();
+        }
+        frames.finish().unwrap();
+    }
+    assert!(Capture::open(root).is_err(), "no capture before capture.toml");
+    writer.finish().unwrap();
+}
+
+#[test]
+fn a_capture_comes_back() {
+    let root = tempfile::tempdir().unwrap();
+    write(
+        root.path(),
+        &[
+            ("walk", Split::Train),
+            ("rün", Split::Validation),
+            ("a b", Split::Test),
+        ],
+    );
+    let capture = Capture::open(root.path()).unwrap();
+    assert_eq!(capture.character, small_character());
+    assert_eq!(capture.garment, small_garment());
+    assert_eq!(capture.weights_source, WeightsSource::File);
+    assert_eq!(capture.attributes, attributes());
+    assert_eq!(capture.contact_joints, [0, 1, 0, 1]);
+    assert_eq!(capture.manifest.provenance, manifest().provenance);
+    assert_eq!(capture.clip_names(Split::Validation), ["rün"]);
+    assert_eq!(capture.clips_on_disk().unwrap(), ["a b", "rün", "walk"]);
+
+    let walk = capture.load_clip("walk").unwrap();
+    let (angle, distance) = largest_differences(&walk.clip, &small_clip("walk", 5));
+    assert!(angle < 1e-6 && distance == 0.0, "{angle} {distance}");
+    assert_eq!((walk.clip.fps, walk.clip.ground_height), (30.0, -0.125));
+    assert!(walk.garment.is_mapped());
+    assert!((0..5).all(|t| walk.garment.frame(t) == small_frame(t)));
+    assert_eq!(walk.wind, Some(vec![Vec3::X; 5]));
+    assert!(capture.load_clip("a b").unwrap().wind.is_none());
+}
+
+#[test]
+fn the_same_capture_has_the_same_bytes() {
+    let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    for root in [&a, &b] {
+        write(root.path(), &[("walk", Split::Train)]);
+    }
+    for file in [
+        "capture.toml",
+        "character.npz",
+        "garment.obj",
+        "garment.npz",
+        "clips/walk.npz",
+    ] {
+        let bytes = |root: &tempfile::TempDir| std::fs::read(root.path().join(file)).unwrap();
+        assert_eq!(bytes(&a), bytes(&b), "{file}");
+    }
+}
+
+/// Opens the capture, loads `walk`, and returns the message of what went wrong.
+fn message(root: &Path) -> String {
+    let opened = Capture::open(root).and_then(|c| c.load_clip("walk").map(|_| ()));
+    let message = opened.map_or_else(|e: Error| e.to_string(), |()| "nothing went wrong".into());
+    assert!(!message.contains('\n'), "{message}");
+    message
+}
+
+fn replace_clip(root: &Path, fill: impl FnOnce(&mut NpzWriter)) {
+    let mut npz = NpzWriter::create(&root.join("clips/walk.npz")).unwrap();
+    fill(&mut npz);
+    npz.finish().unwrap();
+}
+
+#[test]
+fn clips_that_do_not_fit_are_refused() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    write(root, &[("walk", Split::Train)]);
+    let check = |rate: f64, joints: usize, frames: usize, expected: &str| {
+        replace_clip(root, |npz| {
+            let zeros = vec![0.0; frames * 3 * joints];
+            npz.f32s("poses", &[frames, joints, 3], &zeros).unwrap();
+            npz.f32s("trans", &[frames, 3], &vec![0.0; frames * 3]).unwrap();
+            npz.f64s("mocap_framerate", &[], &[rate]).unwrap();
+        });
+        let found = message(root);
+        assert!(found.contains(expected), "{found}");
+    };
+    check(30.0, 2, 5, "nothing went wrong");
+    check(
+        60.0,
+        2,
+        5,
+        "expected the capture's 30 frames per second, found 60",
+    );
+    check(30.0, 3, 5, "6 numbers a frame");
+    check(30.0, 2, 6, "(6, 4, 3), found shape (5, 4, 3)");
+    check(30.0, 2, 1, "at least two frames");
+    check(f64::NAN, 2, 5, "finite");
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_found() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    write(root, &[("walk", Split::Train)]);
+    let path = root.join("clips/walk.garment.npy");
+    let mut bytes = std::fs::read(&path).unwrap();
+    let at = bytes.len() - 8;
+    bytes[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+    std::fs::write(&path, bytes).unwrap();
+    let found = message(root);
+    assert!(found.contains("frame 4, vertex 3"), "{found}");
+}
+
+#[test]
+fn splits_name_clips_that_are_there() {
+    let root = tempfile::tempdir().unwrap();
+    write(root.path(), &[("walk", Split::Train)]);
+    std::fs::rename(
+        root.path().join("clips/walk.npz"),
+        root.path().join("clips/run.npz"),
+    )
+    .unwrap();
+    let found = message(root.path());
+    assert!(
+        found.contains("clips/walk.npz") && found.contains("train"),
+        "{found}"
+    );
+}
+
+#[test]
+fn the_writer_refuses_what_the_reader_would() {
+    let root = tempfile::tempdir().unwrap();
+    let (character, garment) = (small_character(), small_garment());
+    let create = || CaptureWriter::create(root.path(), manifest(), &character, &garment, &attributes());
+    let mut writer = create().unwrap();
+    let clip = small_clip("walk", 3);
+    let mut frames = writer.begin_clip(&clip, Split::Train, None).unwrap();
+    assert!(
+        writer.begin_clip(&clip, Split::Test, None).is_err(),
+        "the same name twice"
+    );
+    assert!(
+        writer
+            .begin_clip(&small_clip("../walk", 3), Split::Test, None)
+            .is_err()
+    );
+    assert!(
+        writer
+            .begin_clip(&small_clip("run", 1), Split::Test, None)
+            .is_err()
+    );
+    assert!(frames.push(&[Vec3::ZERO]).is_err(), "too few vertices");
+    assert!(frames.push(&[Vec3::NAN; 4]).is_err());
+    frames.push(&small_frame(0)).unwrap();
+    assert!(frames.finish().is_err(), "one frame of three");
+    assert!(writer.finish().is_err(), "an unfinished clip");
+    write(root.path(), &[("walk", Split::Train)]);
+    assert!(create().is_err(), "a capture is not overwritten");
+}

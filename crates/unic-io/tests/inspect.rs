@@ -1,0 +1,149 @@
+//! Contract: inspection names the kind of every file, and says what is wrong with it.
+
+mod common;
+
+use common::{small_character, small_clip, small_frame, small_garment};
+use glam::Vec3;
+use std::path::Path;
+use unic_io::{
+    CaptureWriter, Manifest, NpzWriter, Split,
+    capture::{JointReference, VertexAttributes},
+    inspect::{Kind, Report, inspect},
+    write_motion, write_obj,
+};
+
+fn problems(report: &Report) -> String {
+    report.problems.join("\n")
+}
+
+fn capture(root: &Path, garment_offset: Vec3) {
+    let mut manifest = Manifest::new("small", 30.0);
+    manifest.contact_joints = Some([0, 1, 0, 1].map(JointReference::Index));
+    manifest.provenance = "a test".into();
+    let (character, garment) = (small_character(), small_garment());
+    let attributes = VertexAttributes::default();
+    let mut writer = CaptureWriter::create(root, manifest, &character, &garment, &attributes).unwrap();
+    for (name, split) in [("walk", Split::Train), ("run", Split::Test)] {
+        let mut clip = writer.begin_clip(&small_clip(name, 3), split, None).unwrap();
+        for t in 0..3 {
+            let frame: Vec<Vec3> = small_frame(t).iter().map(|v| v + garment_offset).collect();
+            clip.push(&frame).unwrap();
+        }
+        clip.finish().unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn a_clip_of_no_split_and_a_garment_far_away_are_problems() {
+    let root = tempfile::tempdir().unwrap();
+    capture(root.path(), Vec3::X * 50.0);
+    let clip = root.path().join("clips/walk.npz");
+    std::fs::copy(clip, root.path().join("clips/stray.npz")).unwrap();
+    let report = inspect(root.path()).unwrap();
+    assert_eq!(report.kind, Kind::Capture);
+    let found = problems(&report);
+    for words in [
+        "clip `stray`: expected it in a split",
+        "stray.garment.npy beside it, found neither",
+        "clip `walk`: expected the garment near the posed body",
+    ] {
+        assert!(found.contains(words), "{found}");
+    }
+    assert!(
+        report
+            .get("clip run")
+            .unwrap()
+            .contains("3 frames, 0.07 s, test, mapped")
+    );
+}
+
+#[test]
+fn a_damaged_capture_is_a_report_and_not_an_error() {
+    let root = tempfile::tempdir().unwrap();
+    capture(root.path(), Vec3::ZERO);
+    std::fs::write(root.path().join("garment.obj"), "v 0 0\n").unwrap();
+    let report = inspect(&root.path().join("capture.toml")).unwrap();
+    assert!(problems(&report).contains("garment.obj: expected a finite number in line 1"));
+    assert_eq!(report.problems.len(), 1);
+}
+
+#[test]
+fn meshes_in_centimetres_are_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    let mut mesh = small_garment().rest;
+    mesh.vertices.iter_mut().for_each(|v| *v *= 100.0);
+    mesh.vertices.push(Vec3::ZERO);
+    mesh.faces.push([0, 0, 1]);
+    mesh.uvs = None;
+    write_obj(&path, &mesh).unwrap();
+    let report = inspect(&path).unwrap();
+    let found = problems(&report);
+    for words in ["centimetres?", "found 1 without", "found 1 vertices without"] {
+        assert!(found.contains(words), "{found}");
+    }
+    assert_eq!(report.get("mesh"), Some("5 vertices, 3 triangles, no UVs"));
+}
+
+#[test]
+fn jumps_of_the_root_are_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("walk.npz");
+    let mut clip = small_clip("walk", 6);
+    write_motion(&path, &clip).unwrap();
+    assert_eq!(inspect(&path).unwrap().problems, Vec::<String>::new());
+    clip.poses[3].trans.x += 1.0;
+    write_motion(&path, &clip).unwrap();
+    let report = inspect(&path).unwrap();
+    assert_eq!(report.kind, Kind::Motion);
+    assert!(problems(&report).contains("at frame 2: a jump"), "{report}");
+}
+
+#[test]
+fn archives_are_told_apart_by_their_arrays() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.npz");
+    for (names, kind) in [
+        (&["pinned", "mask"][..], Kind::Garment),
+        (&["weights"], Kind::Garment),
+        (&["anything"], Kind::Npz),
+        (&["vertices", "fps"], Kind::VertexAnimation),
+        (&["vertices", "joints", "weights"], Kind::Character),
+        (&["poses"], Kind::Motion),
+    ] {
+        let mut npz = NpzWriter::create(&path).unwrap();
+        names.iter().for_each(|name| npz.bools(name, &[true]).unwrap());
+        npz.finish().unwrap();
+        let report = inspect(&path).unwrap();
+        assert_eq!(report.kind, kind, "{names:?}");
+        assert_eq!(report.get(&format!("array {}", names[0])), Some("bool (1,)"));
+    }
+}
+
+#[test]
+fn a_model_shows_its_metadata() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.unic");
+    let header = r#"{"__metadata__":{"unic":"{\"version\":1,\"name\":\"shirt\"}","license":"MIT"},
+        "field.0.weight":{"dtype":"F32","shape":[2,3],"data_offsets":[0,24]}}"#;
+    let mut bytes = (header.len() as u64).to_le_bytes().to_vec();
+    bytes.extend(header.bytes());
+    bytes.extend([0; 24]);
+    std::fs::write(&path, bytes).unwrap();
+    let report = inspect(&path).unwrap();
+    assert_eq!((report.kind, report.get("license")), (Kind::Model, Some("MIT")));
+    assert_eq!(report.get("unic.version"), Some("1"));
+    assert_eq!(report.get("tensor field.0.weight"), Some("F32 [2,3]"));
+}
+
+#[test]
+fn reports_are_json_objects() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("notes.txt");
+    std::fs::write(&path, "hello").unwrap();
+    let json = serde_json::to_value(inspect(&path).unwrap()).unwrap();
+    assert_eq!(json["kind"], "unknown");
+    assert!(json["facts"].is_object() && json["problems"][0].is_string());
+    assert!(inspect(&folder.path().join("absent")).is_err());
+}

@@ -1,0 +1,210 @@
+//! The field written down naively in f64: the reference of every test.
+
+#![allow(clippy::unwrap_used, reason = "a failed set-up fails the run")]
+#![allow(dead_code, reason = "each test file uses its part")]
+
+use unic_kernels::*;
+
+/// Numbers in ±scale from a seed (splitmix64).
+pub(crate) fn numbers(count: usize, scale: f64, seed: u64) -> Vec<f32> {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mixed = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (mixed ^ (mixed >> 31)) as f64 / u64::MAX as f64
+    };
+    (0..count)
+        .map(|_| (scale * (2.0 * next() - 1.0)) as f32)
+        .collect()
+}
+
+/// A field's data for some groups of points.
+pub(crate) struct Case {
+    pub(crate) shape: FieldShape,
+    pub(crate) groups: usize,
+    pub(crate) points_per_group: usize,
+    pub(crate) parameters: Vec<f32>,
+    pub(crate) points: Vec<f32>,
+    pub(crate) latents: Vec<f32>,
+}
+
+impl Case {
+    pub(crate) fn new(shape: FieldShape, groups: usize, points_per_group: usize, seed: u64) -> Self {
+        let spread = (6.0 / shape.hidden as f64).sqrt();
+        Self {
+            shape,
+            groups,
+            points_per_group,
+            parameters: numbers(shape.parameter_count(), spread, seed),
+            points: numbers(groups * points_per_group * shape.point_inputs, 1.0, seed + 1),
+            latents: numbers(groups * shape.latent, 1.0, seed + 2),
+        }
+    }
+
+    pub(crate) fn batch(&self) -> Batch<'_> {
+        Batch {
+            points: &self.points,
+            latents: &self.latents,
+            points_per_group: self.points_per_group,
+        }
+    }
+
+    pub(crate) fn output_count(&self) -> usize {
+        self.groups * self.points_per_group * self.shape.outputs
+    }
+
+    pub(crate) fn field(&self) -> Field {
+        self.field_on(InstructionSet::detect())
+    }
+
+    pub(crate) fn field_on(&self, set: InstructionSet) -> Field {
+        let mut field = Field::with_instructions(self.shape, set).unwrap();
+        field.load(&self.parameters).unwrap();
+        field
+    }
+
+    /// Outputs and the gradients of Σ output · output_gradient, by reverse accumulation in f64.
+    pub(crate) fn reference(&self, output_gradients: &[f32]) -> Reference {
+        let shape = &self.shape;
+        let mut result = Reference {
+            outputs: Vec::new(),
+            points: vec![0.0; self.points.len()],
+            latents: vec![0.0; self.latents.len()],
+            parameters: vec![0.0; self.parameters.len()],
+        };
+        for point in 0..self.groups * self.points_per_group {
+            let group = point / self.points_per_group;
+            let trace = self.trace(point, group);
+            result.outputs.extend(&trace[shape.hidden_layers + 1]);
+            let range = point * shape.outputs..(point + 1) * shape.outputs;
+            self.reverse(point, group, &trace, &output_gradients[range], &mut result);
+        }
+        result
+    }
+
+    /// Values of the hidden layers (entry i + 1 is map i's output) and of the head; entry 0 is empty.
+    fn trace(&self, point: usize, group: usize) -> Vec<Vec<f64>> {
+        let mut values = vec![Vec::new()];
+        for (index, map) in self.shape.layout().iter().enumerate() {
+            let input = self.map_input(index, point, group, &values[index]);
+            let output = (0..map.outputs).map(|row| {
+                let weight =
+                    &self.parameters[map.weight.clone()][row * map.inputs()..(row + 1) * map.inputs()];
+                let sum = weight
+                    .iter()
+                    .zip(&input)
+                    .map(|(&w, x)| f64::from(w) * x)
+                    .sum::<f64>();
+                let value = sum + f64::from(self.parameters[map.bias.start + row]);
+                if index < self.shape.hidden_layers {
+                    value.max(0.0)
+                } else {
+                    value
+                }
+            });
+            values.push(output.collect());
+        }
+        values
+    }
+
+    fn map_input(&self, index: usize, point: usize, group: usize, hidden: &[f64]) -> Vec<f64> {
+        let (p, l) = (self.shape.point_inputs, self.shape.latent);
+        let mut input = hidden.to_vec();
+        if index == 0 || self.shape.skip == Some(index) {
+            input.extend(
+                self.points[point * p..(point + 1) * p]
+                    .iter()
+                    .map(|&x| f64::from(x)),
+            );
+            input.extend(
+                self.latents[group * l..(group + 1) * l]
+                    .iter()
+                    .map(|&z| f64::from(z)),
+            );
+        }
+        input
+    }
+
+    fn reverse(&self, point: usize, group: usize, trace: &[Vec<f64>], seed: &[f32], result: &mut Reference) {
+        let (p, l) = (self.shape.point_inputs, self.shape.latent);
+        let mut gradient: Vec<f64> = seed.iter().map(|&g| f64::from(g)).collect();
+        for (index, map) in self.shape.layout().iter().enumerate().rev() {
+            let input = self.map_input(index, point, group, &trace[index]);
+            let mut below = vec![0.0; map.inputs()];
+            for (row, g) in gradient.iter().enumerate() {
+                result.parameters[map.bias.start + row] += g;
+                for column in 0..map.inputs() {
+                    let place = map.weight.start + row * map.inputs() + column;
+                    result.parameters[place] += g * input[column];
+                    below[column] += g * f64::from(self.parameters[place]);
+                }
+            }
+            let (hidden, rest) = below.split_at(map.hidden_inputs);
+            let (x, z) = rest.split_at(map.point_inputs);
+            x.iter()
+                .zip(&mut result.points[point * p..])
+                .for_each(|(g, sum)| *sum += g);
+            z.iter()
+                .zip(&mut result.latents[group * l..])
+                .for_each(|(g, sum)| *sum += g);
+            let gate = hidden.iter().zip(&trace[index]);
+            gradient = gate
+                .map(|(g, value)| if *value > 0.0 { *g } else { 0.0 })
+                .collect();
+        }
+    }
+}
+
+/// What the reference computes.
+pub(crate) struct Reference {
+    pub(crate) outputs: Vec<f64>,
+    pub(crate) points: Vec<f64>,
+    pub(crate) latents: Vec<f64>,
+    pub(crate) parameters: Vec<f64>,
+}
+
+/// What the kernels compute.
+#[derive(PartialEq, Debug)]
+pub(crate) struct Computed {
+    pub(crate) outputs: Vec<f32>,
+    pub(crate) points: Vec<f32>,
+    pub(crate) latents: Vec<f32>,
+    pub(crate) parameters: Vec<f32>,
+}
+
+/// Forward and backward, the parameters' gradient on top of `before`.
+pub(crate) fn compute(
+    case: &Case,
+    field: &Field,
+    saved: &mut Saved,
+    output_gradients: &[f32],
+    before: f32,
+) -> Computed {
+    let mut result = Computed {
+        outputs: vec![f32::NAN; case.output_count()],
+        points: vec![f32::NAN; case.points.len()],
+        latents: vec![f32::NAN; case.latents.len()],
+        parameters: vec![before; case.parameters.len()],
+    };
+    field.forward(&case.batch(), &mut result.outputs, saved).unwrap();
+    let gradients = Gradients {
+        points: &mut result.points,
+        latents: &mut result.latents,
+        parameters: &mut result.parameters,
+    };
+    let scratch = &mut BackwardScratch::default();
+    field
+        .backward(&case.batch(), saved, output_gradients, gradients, scratch)
+        .unwrap();
+    result
+}
+
+/// ‖found − expected‖ / ‖expected‖.
+pub(crate) fn relative_error(found: &[f32], expected: &[f64]) -> f64 {
+    assert_eq!(found.len(), expected.len());
+    let square = |values: &mut dyn Iterator<Item = f64>| values.map(|value| value * value).sum::<f64>();
+    let error = square(&mut found.iter().zip(expected).map(|(f, e)| f64::from(*f) - e));
+    let size = square(&mut expected.iter().copied());
+    (error / size.max(f64::MIN_POSITIVE)).sqrt()
+}

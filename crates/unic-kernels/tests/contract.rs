@@ -1,0 +1,205 @@
+//! Contract: the same bytes for every thread count, instruction set and retention; gradients of parameters add up,
+//! the others are overwritten; empty batches work; misfits are refused by name and leave everything untouched.
+
+#![allow(clippy::unwrap_used, reason = "a failed set-up fails the run")]
+
+mod common;
+
+use common::{Case, compute, numbers};
+use unic_kernels::*;
+
+const SHAPE: FieldShape = FieldShape {
+    point_inputs: 3,
+    latent: 5,
+    hidden: 40,
+    hidden_layers: 3,
+    skip: Some(2),
+    outputs: 3,
+};
+
+fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .unwrap()
+        .install(run)
+}
+
+#[test]
+fn same_bytes_for_any_number_of_threads() {
+    let case = Case::new(SHAPE, 7, 900, 1);
+    let gradients = numbers(case.output_count(), 1.0, 2);
+    let run = || compute(&case, &case.field(), &mut Saved::default(), &gradients, 0.0);
+    let one = on_threads(1, run);
+    for threads in [2, 3, 8] {
+        assert!(one == on_threads(threads, run), "{threads} threads");
+    }
+}
+
+#[test]
+fn same_bytes_on_every_instruction_set() {
+    let shapes = [
+        SHAPE,
+        FieldShape {
+            hidden: 17,
+            point_inputs: 34,
+            outputs: 5,
+            ..SHAPE
+        },
+    ];
+    for case in shapes.map(|shape| Case::new(shape, 3, 75, 1)) {
+        let gradients = numbers(case.output_count(), 1.0, 2);
+        let run = |set| compute(&case, &case.field_on(set), &mut Saved::default(), &gradients, 0.0);
+        let portable = run(InstructionSet::Portable);
+        for set in [InstructionSet::Avx512, InstructionSet::Avx2] {
+            match set.is_available() {
+                true => assert!(portable == run(set), "{set:?}"),
+                false => eprintln!("skipped: {set:?} is not available"),
+            }
+        }
+    }
+}
+
+#[test]
+fn recomputing_gives_the_same_bytes_without_keeping_activations() {
+    let case = Case::new(SHAPE, 3, 500, 1);
+    let gradients = numbers(case.output_count(), 1.0, 2);
+    let (mut kept, mut none) = (Saved::default(), Saved::new(Retention::Recompute));
+    let expected = compute(&case, &case.field(), &mut kept, &gradients, 0.0);
+    assert!(expected == compute(&case, &case.field(), &mut none, &gradients, 0.0));
+    assert!(none.bytes() * 100 < kept.bytes());
+}
+
+#[test]
+fn reused_buffers_leave_no_trace() {
+    let gradients = numbers(9_000, 1.0, 2);
+    let mut saved = Saved::default();
+    for (groups, points) in [(2, 900), (1, 7), (5, 300)] {
+        let case = Case::new(SHAPE, groups, points, 1);
+        let gradients = &gradients[..case.output_count()];
+        let fresh = compute(&case, &case.field(), &mut Saved::default(), gradients, 0.0);
+        assert!(fresh == compute(&case, &case.field(), &mut saved, gradients, 0.0));
+    }
+}
+
+#[test]
+fn parameter_gradients_add_up() {
+    let case = Case::new(SHAPE, 2, 40, 1);
+    let gradients = numbers(case.output_count(), 1.0, 2);
+    let from_zero = compute(&case, &case.field(), &mut Saved::default(), &gradients, 0.0);
+    let from_ten = compute(&case, &case.field(), &mut Saved::default(), &gradients, 10.0);
+    assert_eq!(from_zero.points, from_ten.points);
+    assert_eq!(from_zero.latents, from_ten.latents);
+    for (zero, ten) in from_zero.parameters.iter().zip(&from_ten.parameters) {
+        assert!((zero + 10.0 - ten).abs() < 1e-4, "{zero} {ten}");
+    }
+}
+
+#[test]
+fn an_empty_batch_changes_no_parameter_gradient() {
+    for (groups, points) in [(0, 0), (0, 10), (3, 0)] {
+        let case = Case::new(SHAPE, groups, points, 1);
+        let found = compute(&case, &case.field(), &mut Saved::default(), &[], 4.0);
+        assert!(found.parameters.iter().all(|&gradient| gradient == 4.0));
+        assert!(found.latents.iter().all(|&gradient| gradient == 0.0));
+    }
+}
+
+#[test]
+fn a_diverged_input_shows_in_the_output() {
+    let mut case = Case::new(SHAPE, 1, 30, 1);
+    case.points[3 * 4] = f32::NAN;
+    let mut outputs = vec![0.0; case.output_count()];
+    case.field().infer(&case.batch(), &mut outputs).unwrap();
+    let spoilt: Vec<usize> = (0..30)
+        .filter(|point| outputs[point * 3..point * 3 + 3].iter().any(|y| y.is_nan()))
+        .collect();
+    assert_eq!(spoilt, [4]);
+}
+
+#[test]
+fn misfits_are_refused() {
+    let case = Case::new(SHAPE, 2, 10, 1);
+    let mut field = case.field();
+    let mut saved = Saved::default();
+    let mut outputs = vec![7.0; case.output_count() - 1];
+    let error = field
+        .forward(&case.batch(), &mut outputs, &mut saved)
+        .unwrap_err();
+    assert_eq!(
+        error,
+        KernelError::Length {
+            what: "outputs",
+            expected: 60,
+            found: 59
+        }
+    );
+    assert!(outputs.iter().all(|&output| output == 7.0));
+    assert!(matches!(
+        field.load(&[0.0]),
+        Err(KernelError::Length {
+            what: "parameters",
+            found: 1,
+            ..
+        })
+    ));
+    let short = Batch {
+        latents: &case.latents[1..],
+        ..case.batch()
+    };
+    assert!(matches!(
+        field.infer(&short, &mut outputs),
+        Err(KernelError::Length { what: "latents", .. })
+    ));
+    let gradients = Gradients {
+        points: &mut [0.0; 60],
+        latents: &mut [0.0; 10],
+        parameters: &mut [],
+    };
+    let result = field.backward(
+        &case.batch(),
+        &saved,
+        &[0.0; 60],
+        gradients,
+        &mut BackwardScratch::default(),
+    );
+    assert!(matches!(result, Err(KernelError::Saved { .. })));
+}
+
+#[test]
+fn impossible_shapes_are_refused() {
+    for shape in [
+        FieldShape { hidden: 0, ..SHAPE },
+        FieldShape {
+            point_inputs: usize::MAX,
+            ..SHAPE
+        },
+        FieldShape {
+            skip: Some(0),
+            ..SHAPE
+        },
+        FieldShape {
+            skip: Some(4),
+            ..SHAPE
+        },
+    ] {
+        assert!(
+            matches!(Field::new(shape), Err(KernelError::Size { .. })),
+            "{shape:?}"
+        );
+    }
+}
+
+#[test]
+fn the_published_field_costs_what_is_published() {
+    assert_eq!(FieldShape::PAPER.flops_per_point(), 922_112);
+    let shapes: Vec<_> = FieldShape::PAPER
+        .layout()
+        .iter()
+        .map(|map| (map.outputs, map.inputs()))
+        .collect();
+    assert_eq!(
+        (shapes[0], shapes[1], shapes[5], shapes[8]),
+        ((256, 131), (256, 256), (256, 387), (3, 256))
+    );
+}

@@ -1,0 +1,276 @@
+//! One training step's data: windows of consecutive frames, a random subset of vertices in each.
+//!
+//! Rows of all arrays are windows × points, window by window; motion vectors are frame-major
+//! (all windows of frame 1, all of frame 2, ...), so that one frame of the rollout is a contiguous
+//! block.
+
+use crate::{
+    config::TrainConfig,
+    dataset::Dataset,
+    mirror::mirrored,
+    noise::SmoothNoise,
+    stream::{Stream, generator},
+};
+use glam::Vec3;
+use rand::{RngExt, rngs::ChaCha8Rng};
+use rayon::prelude::*;
+use unic_core::{
+    config::{DisplacementConfig, StateConfig},
+    features::{PointFrame, PointHistory, write_frame_inputs},
+};
+
+/// Where a window lies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Window {
+    /// Index of the training clip.
+    pub clip: usize,
+    /// Frame that the rollout starts from; the first predicted one is the next.
+    pub start: usize,
+    /// Seen in the mirror?
+    pub mirrored: bool,
+    /// Vertices, each once.
+    pub points: Vec<u32>,
+}
+
+/// Data of one step, on the host.
+#[derive(Clone, Debug, Default)]
+pub struct Batch {
+    /// The windows.
+    pub windows: Vec<Window>,
+    /// Points of each window.
+    pub points: usize,
+    /// Frames K of the rollout.
+    pub frames: usize,
+    /// Pairs (c_{t−1}, c_t), normalised: [K · W, 2 D].
+    pub motion: Vec<f32>,
+    /// Inputs of the field that do not depend on the state, a frame: [W · n, F].
+    pub frame_inputs: Vec<Vec<f32>>,
+    /// States that the rollout should reach, a frame: [W · n, 3].
+    pub targets: Vec<Vec<f32>>,
+    /// State at the start: [W · n, 3].
+    pub start: Vec<f32>,
+    /// State a frame earlier: [W · n, 3].
+    pub before_start: Vec<f32>,
+}
+
+/// What one window contributes.
+struct Gathered {
+    frame_inputs: Vec<Vec<f32>>,
+    /// States at start − 1, start, start + 1, ..., start + K.
+    states: Vec<Vec<f32>>,
+}
+
+impl Batch {
+    /// The batch of one step: a function of the seed and the step alone.
+    pub fn gather(data: &Dataset, config: &TrainConfig, step: u64) -> Self {
+        let frames = config.unroll(step).min(data.longest_unroll());
+        let windows = draw_windows(data, config, step, frames);
+        let points = windows.first().map_or(0, |w| w.points.len());
+        let gathered: Vec<Gathered> = windows.par_iter().map(|w| gather_window(data, w, frames)).collect();
+        let stack = |frame: usize, of: &dyn Fn(&Gathered, usize) -> Vec<f32>| -> Vec<f32> {
+            gathered.iter().flat_map(|g| of(g, frame)).collect()
+        };
+        let state = |g: &Gathered, frame: usize| g.states[frame].clone();
+        let input = |g: &Gathered, frame: usize| g.frame_inputs[frame].clone();
+        let mut batch = Self {
+            points,
+            frames,
+            motion: motion_pairs(data, &windows, frames),
+            frame_inputs: (0..frames).map(|k| stack(k, &input)).collect(),
+            targets: (0..frames).map(|k| stack(k + 2, &state)).collect(),
+            start: stack(1, &state),
+            before_start: stack(0, &state),
+            windows,
+        };
+        batch.add_noise(data, config, step);
+        batch
+    }
+
+    /// Rows of the per-point arrays.
+    pub fn rows(&self) -> usize {
+        self.windows.len() * self.points
+    }
+
+    fn add_noise(&mut self, data: &Dataset, config: &TrainConfig, step: u64) {
+        let deviation = config.regularisation.state_noise_m;
+        if deviation > 0.0 {
+            let mut rng = generator(config.seed, Stream::StateNoise, step);
+            let rest = &data.capture.garment.rest.vertices;
+            let rows = self.start.chunks_exact_mut(3 * self.points);
+            for ((window, start), before) in
+                self.windows.iter().zip(rows).zip(self.before_start.chunks_exact_mut(3 * self.points))
+            {
+                let noise = SmoothNoise::draw(&mut rng, deviation);
+                for ((vertex, start), before) in
+                    window.points.iter().zip(start.chunks_exact_mut(3)).zip(before.chunks_exact_mut(3))
+                {
+                    let (now, earlier) = noise.at(rest[*vertex as usize]);
+                    (0..3).for_each(|i| start[i] += now[i]);
+                    (0..3).for_each(|i| before[i] += earlier[i]);
+                }
+            }
+        }
+        let deviation = config.regularisation.motion_noise;
+        if deviation > 0.0 {
+            let mut rng = generator(config.seed, Stream::MotionNoise, step);
+            self.motion.iter_mut().for_each(|c| *c += deviation * crate::noise::normal(&mut rng));
+        }
+    }
+}
+
+fn draw_windows(data: &Dataset, config: &TrainConfig, step: u64, frames: usize) -> Vec<Window> {
+    let mut rng = generator(config.seed, Stream::Windows, step);
+    // Every start of every clip is equally likely.
+    let starts: Vec<usize> = data.clips.iter().map(|c| c.len().saturating_sub(frames)).collect();
+    let total: usize = starts.iter().sum();
+    let vertices = data.capture.garment.rest.vertices.len();
+    let points = config.batch.points.min(vertices);
+    let mirrors = data.mirrors();
+    (0..config.batch.windows)
+        .map(|_| {
+            let (clip, start) = locate(&starts, rng.random_range(0..total.max(1)));
+            let mirrored = rng.random::<bool>() && mirrors;
+            Window { clip, start, mirrored, points: draw_points(&mut rng, vertices, points) }
+        })
+        .collect()
+}
+
+fn locate(starts: &[usize], mut index: usize) -> (usize, usize) {
+    for (clip, &count) in starts.iter().enumerate() {
+        if index < count {
+            return (clip, index);
+        }
+        index -= count;
+    }
+    (0, 0)
+}
+
+fn draw_points(rng: &mut ChaCha8Rng, vertices: usize, points: usize) -> Vec<u32> {
+    if points == vertices {
+        return (0..vertices as u32).collect();
+    }
+    let chosen = rand::seq::index::sample(rng, vertices, points);
+    chosen.into_iter().map(|v| v as u32).collect()
+}
+
+fn motion_pairs(data: &Dataset, windows: &[Window], frames: usize) -> Vec<f32> {
+    let mut pairs = Vec::with_capacity(frames * windows.len() * 2 * data.normalisation.mean.len());
+    for k in 0..frames {
+        for w in windows {
+            let vectors = &data.motion[w.clip];
+            pairs.extend_from_slice(vectors.frame(w.start + k, w.mirrored));
+            pairs.extend_from_slice(vectors.frame(w.start + k + 1, w.mirrored));
+        }
+    }
+    pairs
+}
+
+fn gather_window(data: &Dataset, window: &Window, frames: usize) -> Gathered {
+    match &data.config.state {
+        StateConfig::Position => gather_positions(data, window, frames),
+        StateConfig::Displacement(config) => gather_displacements(data, config, window, frames),
+    }
+}
+
+fn gather_positions(data: &Dataset, window: &Window, frames: usize) -> Gathered {
+    let clip = &data.clips[window.clip];
+    let positions = |t: usize| {
+        let frame_from_world = clip.kinematics.world_from_heading(t).inverse();
+        let garment = clip.captured.garment.frame(t);
+        let place = |&v: &u32| {
+            let p = frame_from_world.point(garment[v as usize]);
+            if window.mirrored { mirrored(p) } else { p }
+        };
+        flat(window.points.iter().map(place))
+    };
+    let before = window.start.saturating_sub(1);
+    Gathered {
+        frame_inputs: vec![Vec::new(); frames],
+        states: std::iter::once(before).chain(window.start..=window.start + frames).map(positions).collect(),
+    }
+}
+
+fn gather_displacements(
+    data: &Dataset,
+    config: &DisplacementConfig,
+    window: &Window,
+    frames: usize,
+) -> Gathered {
+    let inputs = 3 * config.inputs.iter().filter(|i| !i.is_state()).count();
+    let rows = window.points.len();
+    let mut gathered = Gathered {
+        frame_inputs: vec![vec![0.0; rows * inputs]; frames],
+        states: vec![vec![0.0; rows * 3]; frames + 2],
+    };
+    for (row, &vertex) in window.points.iter().enumerate() {
+        let mut track = Track::new(data, window, vertex as usize);
+        track.write_state(row, &mut gathered.states[0]);
+        if window.start > 0 {
+            track.advance();
+        }
+        track.write_state(row, &mut gathered.states[1]);
+        for k in 0..frames {
+            track.advance();
+            track.write_state(row, &mut gathered.states[k + 2]);
+            let out = &mut gathered.frame_inputs[k][row * inputs..(row + 1) * inputs];
+            track.write_inputs(config, out);
+        }
+    }
+    gathered
+}
+
+/// One vertex followed through a window.
+struct Track<'a> {
+    data: &'a Dataset,
+    window: &'a Window,
+    vertex: usize,
+    frame: usize,
+    history: PointHistory,
+}
+
+impl<'a> Track<'a> {
+    /// At the frame before the window's start, or at the start where there is none.
+    fn new(data: &'a Dataset, window: &'a Window, vertex: usize) -> Self {
+        let frame = window.start.saturating_sub(1);
+        let mut track = Self { data, window, vertex, frame, history: PointHistory::default() };
+        let now = track.point_frame();
+        track.history = PointHistory { now, before: now.skinned, earlier: now.skinned };
+        track
+    }
+
+    fn point_frame(&self) -> PointFrame {
+        let kinematics = &self.data.clips[self.window.clip].kinematics;
+        PointFrame::new(&self.data.capture.garment, self.vertex, kinematics.world_from_rest(self.frame))
+    }
+
+    fn advance(&mut self) {
+        self.frame += 1;
+        self.history.advance(self.point_frame(), self.frame == 1);
+    }
+
+    /// d = u − ū, mirrored with the window.
+    fn write_state(&self, row: usize, out: &mut [f32]) {
+        let world = self.data.clips[self.window.clip].captured.garment.frame(self.frame)[self.vertex];
+        let d = self.history.now.displacement(world) - self.data.mean_displacement[self.vertex];
+        let d = if self.window.mirrored { mirrored(d) } else { d };
+        out[3 * row..3 * row + 3].copy_from_slice(&d.to_array());
+    }
+
+    /// The mirrored vertex has M·rest, and M times every vector of its own frame.
+    fn write_inputs(&self, config: &DisplacementConfig, out: &mut [f32]) {
+        let rest = self.data.capture.garment.rest.vertices[self.vertex];
+        // A reflection of the normalised position, then once more with all vectors below.
+        let rest = match self.window.mirrored {
+            true => mirrored(self.data.rest_box.normalised(mirrored(rest))),
+            false => self.data.rest_box.normalised(rest),
+        };
+        write_frame_inputs(config, rest, &self.history, 1.0 / self.data.config.fps, out);
+        if self.window.mirrored {
+            out.chunks_exact_mut(3).for_each(|v| v[0] = -v[0]);
+        }
+    }
+}
+
+fn flat(points: impl Iterator<Item = Vec3>) -> Vec<f32> {
+    points.flat_map(|p| p.to_array()).collect()
+}

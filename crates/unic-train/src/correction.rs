@@ -1,0 +1,115 @@
+//! Intersection handling inside training: the paper's, its corrections without gradient.
+
+use crate::{batch::{Batch, Window}, dataset::Dataset, error::TrainError, mirror::mirrored};
+use burn::tensor::Tensor;
+use glam::Vec3;
+use rayon::prelude::*;
+use std::{collections::HashMap, sync::{Arc, Mutex}};
+use unic_core::{
+    config::StateConfig,
+    features::PointFrame,
+    intersection::{BodySnapshot, PaperIntersection},
+};
+
+/// Posed bodies of training frames, the most recent ones kept.
+#[derive(Default)]
+pub struct Bodies(Mutex<HashMap<(usize, usize), Arc<BodySnapshot>>>);
+
+/// Posed bodies kept at most: about 0.5 GB for a body of 7 thousand vertices.
+const MOST_BODIES: usize = 1500;
+
+impl Bodies {
+    fn of(&self, data: &Dataset, clip: usize, frame: usize) -> Arc<BodySnapshot> {
+        // A poisoned lock means that a thread panicked in `insert`; the map is sound all the same.
+        let lock = || self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(body) = lock().get(&(clip, frame)) {
+            return body.clone();
+        }
+        let character = &data.capture.character;
+        let mut vertices = Vec::new();
+        let transforms = data.clips[clip].kinematics.world_from_rest(frame);
+        character.weights.skin(&character.body.vertices, transforms, &mut vertices);
+        let mut body = BodySnapshot::default();
+        body.prepare(&vertices, &character.body.faces);
+        let body = Arc::new(body);
+        let mut bodies = lock();
+        if bodies.len() >= MOST_BODIES {
+            bodies.clear();
+        }
+        bodies.insert((clip, frame), body.clone());
+        body
+    }
+}
+
+/// The rule and where bodies come from.
+pub struct Correction<'a> {
+    /// Training data.
+    pub data: &'a Dataset,
+    /// Posed bodies, kept from step to step.
+    pub bodies: &'a Bodies,
+    /// The paper's rule.
+    pub rule: PaperIntersection,
+}
+
+impl Correction<'_> {
+    /// What has to be added to the states of frame `k` of the rollout, [rows · 3]: zero outside the body.
+    ///
+    /// # Errors
+    /// None on the CPU; a device may fail to hand its values over.
+    pub fn of(&self, batch: &Batch, k: usize, states: Tensor<2>) -> Result<Vec<f32>, TrainError> {
+        let states = states.inner().into_data();
+        // States are made of f32 tensors alone.
+        let states = states.as_slice::<f32>().expect("f32 states");
+        let mut corrections = vec![0.0; states.len()];
+        let rows = 3 * batch.points;
+        (corrections.par_chunks_mut(rows).zip(states.par_chunks(rows)).zip(&batch.windows))
+            .for_each(|((corrections, states), window)| self.window(window, k, states, corrections));
+        Ok(corrections)
+    }
+
+    fn window(&self, window: &Window, k: usize, states: &[f32], corrections: &mut [f32]) {
+        let frame = window.start + k + 1;
+        let body = self.bodies.of(self.data, window.clip, frame);
+        let points = states.chunks_exact(3).zip(corrections.chunks_exact_mut(3));
+        for (&vertex, (state, correction)) in window.points.iter().zip(points) {
+            let side = |v: Vec3| if window.mirrored { mirrored(v) } else { v };
+            let state = side(Vec3::from_slice(state));
+            let place = self.place(window.clip, frame, vertex as usize);
+            if let Some(moved) = self.rule.correct(&body, place.to_world(state)) {
+                let change = side(place.to_state(moved) - state);
+                correction.copy_from_slice(&change.to_array());
+            }
+        }
+    }
+
+    fn place(&self, clip: usize, frame: usize, vertex: usize) -> Place {
+        let kinematics = &self.data.clips[clip].kinematics;
+        match self.data.config.state {
+            StateConfig::Position => {
+                let world_from_frame = kinematics.world_from_heading(frame);
+                Place(
+                    PointFrame { skinned: world_from_frame.translation, rotation: world_from_frame.rotation },
+                    Vec3::ZERO,
+                )
+            }
+            StateConfig::Displacement(_) => {
+                let garment = &self.data.capture.garment;
+                let point = PointFrame::new(garment, vertex, kinematics.world_from_rest(frame));
+                Place(point, self.data.mean_displacement[vertex])
+            }
+        }
+    }
+}
+
+/// A frame and an offset in it: world = frame · (offset + state).
+struct Place(PointFrame, Vec3);
+
+impl Place {
+    fn to_world(&self, state: Vec3) -> Vec3 {
+        self.0.position(self.1 + state)
+    }
+
+    fn to_state(&self, world: Vec3) -> Vec3 {
+        self.0.displacement(world) - self.1
+    }
+}

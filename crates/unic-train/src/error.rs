@@ -1,0 +1,63 @@
+//! Why a run cannot start or go on.
+
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// One sentence each.
+#[derive(Debug, Error)]
+pub enum TrainError {
+    /// A file that cannot be read or written.
+    #[error(transparent)]
+    File(#[from] unic_io::Error),
+    /// A capture without training clips.
+    #[error("{capture}: expected at least one clip in splits.train, found none")]
+    NoClips {
+        /// The capture's folder.
+        capture: PathBuf,
+    },
+    /// Clips too short to train on.
+    #[error("{capture}: expected training clips of at least 2 frames, found one of {frames}")]
+    ShortClip {
+        /// The capture's folder.
+        capture: PathBuf,
+        /// Frames of the shortest clip.
+        frames: usize,
+    },
+    /// Settings out of range or unreadable.
+    #[error(transparent)]
+    Settings(#[from] crate::config::SettingsError),
+    /// A model that means nothing.
+    #[error(transparent)]
+    Config(#[from] unic_core::config::ConfigError),
+    /// Motion vectors that cannot be made.
+    #[error(transparent)]
+    Motion(#[from] unic_core::motion::MotionError),
+    /// Parts that do not fit together.
+    #[error(transparent)]
+    Model(#[from] unic_core::model::ModelError),
+    /// A model that cannot be written.
+    #[error(transparent)]
+    ModelFile(#[from] unic_core::ModelFileError),
+    /// A rollout that the animator refuses.
+    #[error("validation: {0}")]
+    Animator(#[from] unic_core::animator::AnimatorError),
+    /// Sizes that the field's kernels refuse.
+    #[error(transparent)]
+    Kernel(#[from] unic_kernels::KernelError),
+    /// The loss is no number any more.
+    #[error("training diverged: the loss of step {step} is {loss}; try a smaller optimiser.learning_rate or a smaller optimiser.clip_norm")]
+    Diverged {
+        /// The step.
+        step: u64,
+        /// Its loss.
+        loss: f32,
+    },
+    /// A checkpoint of another run, or damaged.
+    #[error("{path}: expected a checkpoint of this run, found {found}")]
+    Checkpoint {
+        /// The file.
+        path: PathBuf,
+        /// What is there.
+        found: String,
+    },
+}

@@ -1,0 +1,188 @@
+//! Left-right mirroring of training data.
+//!
+//! With M the reflection of x, a mirrored garment vertex has M·rest, M·u and rotation M R M: nothing
+//! has to be simulated, skinned or looked up again, and the mesh need not be symmetric, since the
+//! field is pointwise. The motion vector mirrors by swapping joints and flipping signs.
+
+use glam::Vec3;
+use unic_core::{
+    motion::{MotionSlices, motion_len},
+    skeleton::Skeleton,
+};
+
+/// Mirrors motion vectors of one skeleton: `out[i] = sign[i] · c[source[i]]`.
+#[derive(Clone, Debug)]
+pub struct MirrorMap {
+    source: Vec<usize>,
+    sign: Vec<f32>,
+}
+
+/// Signs of a polar vector (positions, velocities), an axial vector (angular velocity) and the
+/// first two rows of a rotation under x ↦ −x.
+const POLAR: [f32; 3] = [-1.0, 1.0, 1.0];
+const AXIAL: [f32; 3] = [1.0, -1.0, -1.0];
+const ROTATION: [f32; 6] = [1.0, -1.0, -1.0, -1.0, 1.0, 1.0];
+
+impl MirrorMap {
+    /// From joint names: `L_knee`/`R_knee`, `LeftFoot`/`RightFoot`, `hand.l`/`hand.r`, ...
+    /// None when a joint that names a side has no counterpart, or no joint names a side.
+    pub fn new(skeleton: &Skeleton) -> Option<Self> {
+        let counterparts = counterparts(skeleton.names())?;
+        let slices = MotionSlices::new(skeleton.len());
+        let mut map = Self {
+            source: (0..motion_len(skeleton.len())).collect(),
+            sign: vec![1.0; motion_len(skeleton.len())],
+        };
+        map.block(slices.root_position.start, slices.root_position.start, &POLAR);
+        map.block(slices.root_velocity.start, slices.root_velocity.start, &POLAR);
+        map.block(slices.root_orientation.start, slices.root_orientation.start, &ROTATION);
+        map.block(slices.root_angular_velocity.start, slices.root_angular_velocity.start, &AXIAL);
+        let locals: Vec<usize> = (0..skeleton.len()).filter(|j| *j != skeleton.root()).collect();
+        let slot = |joint: usize| locals.iter().position(|j| *j == joint);
+        for (to, &joint) in locals.iter().enumerate() {
+            let from = slot(counterparts[joint])?;
+            let rotations = slices.joint_rotations.start;
+            map.block(rotations + 6 * to, rotations + 6 * from, &ROTATION);
+            for start in [slices.joint_positions.start, slices.joint_velocities.start] {
+                map.block(start + 3 * to, start + 3 * from, &POLAR);
+            }
+        }
+        // Contacts are left ankle, left foot, right ankle, right foot.
+        let contacts = slices.contacts.start;
+        map.source[contacts..].copy_from_slice(&[contacts + 2, contacts + 3, contacts, contacts + 1]);
+        Some(map)
+    }
+
+    fn block(&mut self, to: usize, from: usize, signs: &[f32]) {
+        for (i, sign) in signs.iter().enumerate() {
+            self.source[to + i] = from + i;
+            self.sign[to + i] = *sign;
+        }
+    }
+
+    /// The motion vector of the mirrored motion.
+    pub fn apply(&self, vector: &[f32]) -> Vec<f32> {
+        let pairs = self.source.iter().zip(&self.sign);
+        pairs.map(|(&from, sign)| vector[from] * sign).collect()
+    }
+}
+
+/// A point or displacement on the other side.
+pub fn mirrored(vector: Vec3) -> Vec3 {
+    Vec3::new(-vector.x, vector.y, vector.z)
+}
+
+fn counterparts(names: &[String]) -> Option<Vec<usize>> {
+    let all: Option<Vec<usize>> = (names.iter().enumerate())
+        .map(|(joint, name)| match other_side(name) {
+            None => Some(joint),
+            Some(other) => names.iter().position(|n| n.eq_ignore_ascii_case(&other)),
+        })
+        .collect();
+    all.filter(|all| all.iter().enumerate().any(|(joint, other)| joint != *other))
+}
+
+/// The name on the other side, if the name has a side. Compared without case.
+fn other_side(name: &str) -> Option<String> {
+    let lower = name.to_ascii_lowercase();
+    for (left, right) in [("left", "right"), ("l_", "r_"), ("l.", "r.")] {
+        for (from, to) in [(left, right), (right, left)] {
+            let stem = lower.rsplit(':').next().unwrap_or(&lower);
+            if let Some(rest) = stem.strip_prefix(from) {
+                return Some(format!("{}{to}{rest}", &lower[..lower.len() - stem.len()]));
+            }
+        }
+    }
+    for (left, right) in [("_l", "_r"), (".l", ".r"), ("_left", "_right")] {
+        for (from, to) in [(left, right), (right, left)] {
+            if let Some(rest) = lower.strip_suffix(from) {
+                return Some(format!("{rest}{to}"));
+            }
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Quat;
+    use unic_core::{
+        motion::{MotionInput, MotionLayout, MotionSpec, MotionState, VelocityScheme},
+        skeleton::{Pose, SkeletonParts},
+    };
+
+    /// A symmetric stick figure with two legs and two arms.
+    fn figure() -> Skeleton {
+        let names = ["pelvis", "L_leg", "R_leg", "spine", "L_arm", "R_arm"];
+        Skeleton::new(SkeletonParts {
+            names: names.map(String::from).to_vec(),
+            parents: vec![-1, 0, 0, 0, 3, 3],
+            joints: vec![
+                Vec3::new(0.0, 1.0, 0.0),
+                Vec3::new(0.1, 0.5, 0.02),
+                Vec3::new(-0.1, 0.5, 0.02),
+                Vec3::new(0.0, 1.4, 0.0),
+                Vec3::new(0.4, 1.4, 0.1),
+                Vec3::new(-0.4, 1.4, 0.1),
+            ],
+            rest_pose: vec![],
+        })
+        .unwrap()
+    }
+
+    fn mirrored_pose(pose: &Pose) -> Pose {
+        let swap = [0, 2, 1, 3, 5, 4];
+        let flip = |q: Quat| Quat::from_xyzw(q.x, -q.y, -q.z, q.w);
+        Pose {
+            trans: mirrored(pose.trans),
+            local: swap.map(|j| flip(pose.local[j])).to_vec(),
+        }
+    }
+
+    fn vectors(layout: MotionLayout, poses: &[Pose]) -> Vec<Vec<f32>> {
+        let spec = MotionSpec {
+            layout,
+            velocity: VelocityScheme::Backward,
+            contact_joints: [1, 1, 2, 2],
+            contact_rest_heights_m: [0.0; 4],
+        };
+        let skeleton = figure();
+        let input = |pose| MotionInput { pose, next_pose: None, ground_height: 0.45, dt: 1.0 / 30.0 };
+        let mut state = MotionState::start(&spec, &skeleton, &input(&poses[0]));
+        (poses[1..].iter())
+            .map(|pose| {
+                state.advance(&spec, &skeleton, &input(pose));
+                state.pair().1.to_vec()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_mirrored_vector_is_the_vector_of_the_mirrored_motion() {
+        let pose = |t: f32| Pose {
+            trans: Vec3::new(t, 0.1 * t.sin(), 2.0 * t),
+            local: (0..6).map(|j| Quat::from_scaled_axis(Vec3::new(0.3, 1.1, -0.7) * (t + j as f32).sin())).collect(),
+        };
+        let poses: Vec<Pose> = (0..5).map(|f| pose(f as f32 / 7.0)).collect();
+        let other: Vec<Pose> = poses.iter().map(mirrored_pose).collect();
+        let map = MirrorMap::new(&figure()).unwrap();
+        for layout in [MotionLayout::Heading, MotionLayout::Paper] {
+            for (a, b) in vectors(layout, &poses).iter().zip(vectors(layout, &other)) {
+                for (i, (a, b)) in map.apply(a).iter().zip(&b).enumerate() {
+                    assert!((a - b).abs() < 2e-4, "{layout:?} number {i}: {a} {b}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn sides_are_read_from_common_names() {
+        assert_eq!(other_side("L_knee").as_deref(), Some("r_knee"));
+        assert_eq!(other_side("mixamorig:RightFoot").as_deref(), Some("mixamorig:leftfoot"));
+        assert_eq!(other_side("hand.L").as_deref(), Some("hand.r"));
+        assert_eq!(other_side("spine"), None);
+        assert!(counterparts(&["pelvis".into(), "spine".into()]).is_none());
+        assert!(counterparts(&["pelvis".into(), "L_leg".into()]).is_none());
+    }
+}

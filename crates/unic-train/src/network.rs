@@ -1,0 +1,257 @@
+//! The networks in training: Burn modules with parameters and noise of our own making.
+
+use crate::{
+    config::RegularisationConfig,
+    error::TrainError,
+    field_op::fused,
+    stream::{Stream, generator},
+};
+use burn::module::{Module, Param, ParamId};
+use burn::nn::Linear;
+use burn::tensor::{Device, Int, Tensor, TensorData, activation};
+use rand::RngExt;
+use unic_core::{config::ModelConfig, motion::motion_len, network};
+use unic_kernels::FieldShape;
+
+/// Sizes of both networks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NetworkShape {
+    /// Widths of the encoder from input to logits.
+    pub encoder: Vec<usize>,
+    /// Channels of the latent vector.
+    pub channels: usize,
+    /// Categories a channel.
+    pub categories: usize,
+    /// The field.
+    pub field: FieldShape,
+}
+
+impl NetworkShape {
+    /// Of a model for a skeleton with this many joints.
+    pub fn new(config: &ModelConfig, joints: usize) -> Self {
+        Self {
+            encoder: config.encoder.widths(2 * motion_len(joints)),
+            channels: config.encoder.channels,
+            categories: config.encoder.categories,
+            field: FieldShape {
+                point_inputs: config.state.input_len(),
+                latent: config.encoder.channels,
+                hidden: config.field.width,
+                hidden_layers: config.field.hidden_layers,
+                skip: config.field.skip,
+                outputs: 3,
+            },
+        }
+    }
+}
+
+/// Encoder and field. The field's parameters are one flat vector (`FieldShape::layout`), so that
+/// its fused operation has three parents instead of twenty.
+#[derive(Module, Debug)]
+pub struct Network {
+    encoder: Vec<Linear>,
+    field: Param<Tensor<1>>,
+}
+
+/// One parameter tensor by name, row-major.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// `encoder.0.weight` ([in, out]), ..., `field` (flat).
+    pub name: String,
+    /// Sizes.
+    pub shape: Vec<usize>,
+    /// Values.
+    pub values: Vec<f32>,
+}
+
+/// The random part of one step's forward pass, on the host: from (seed, step) alone.
+pub struct StepNoise {
+    /// Dropout factors of each encoder layer's input, [rows, width]; absent where nothing is dropped.
+    masks: Vec<Option<Vec<f32>>>,
+    /// Gumbel noise, [rows, channels, categories].
+    gumbel: Vec<f32>,
+}
+
+impl StepNoise {
+    /// For `frames` × `windows` rows, frame-major.
+    pub fn draw(
+        shape: &NetworkShape,
+        config: &RegularisationConfig,
+        [frames, windows]: [usize; 2],
+        [seed, step]: [u64; 2],
+    ) -> Self {
+        let mut rng = generator(seed, Stream::Dropout, step);
+        let drawn = if config.dropout_by_window { 1 } else { frames };
+        let layers = shape.encoder.len() - 1;
+        let masks = (shape.encoder[..layers].iter().enumerate())
+            .map(|(layer, width)| {
+                let rate = if layer == 0 { config.input_dropout } else { config.dropout };
+                (rate > 0.0).then(|| {
+                    let keep = 1.0 / (1.0 - rate);
+                    let factor = |_| if rng.random::<f32>() < rate { 0.0 } else { keep };
+                    let mask: Vec<f32> = (0..drawn * windows * width).map(factor).collect();
+                    mask.repeat(frames / drawn)
+                })
+            })
+            .collect();
+        let mut rng = generator(seed, Stream::Gumbel, step);
+        let count = frames * windows * shape.channels * shape.categories;
+        Self { masks, gumbel: (0..count).map(|_| gumbel(rng.random())).collect() }
+    }
+}
+
+/// −ln(−ln u), u kept away from 0 and 1.
+fn gumbel(u: f32) -> f32 {
+    -(-u.clamp(1e-7, 1.0 - 1e-7).ln()).ln()
+}
+
+impl Network {
+    /// Uniform in ±1/√inputs for weights and biases, the authors' framework's default.
+    pub fn new(shape: &NetworkShape, seed: u64, device: &Device) -> Self {
+        let uniform = |layer: u64, count: usize, inputs: usize| -> Vec<f32> {
+            let mut rng = generator(seed, Stream::Parameters, layer);
+            let bound = 1.0 / (inputs as f32).sqrt();
+            (0..count).map(|_| (2.0 * rng.random::<f32>() - 1.0) * bound).collect()
+        };
+        let encoder = (shape.encoder.windows(2).enumerate())
+            .map(|(i, w)| {
+                let id = 2 * i as u64;
+                Linear {
+                    weight: parameter(1 + id, uniform(id, w[0] * w[1], w[0]), [w[0], w[1]], device),
+                    bias: Some(parameter(2 + id, uniform(id + 1, w[1], w[0]), [w[1]], device)),
+                }
+            })
+            .collect();
+        let mut field = vec![0.0; shape.field.parameter_count()];
+        for (i, map) in shape.field.layout().iter().enumerate() {
+            let id = FIELD_ID + 2 * i as u64;
+            let weight = uniform(id, map.weight.len(), map.inputs());
+            field[map.weight.clone()].copy_from_slice(&weight);
+            field[map.bias.clone()].copy_from_slice(&uniform(id + 1, map.bias.len(), map.inputs()));
+        }
+        let count = field.len();
+        Self { encoder, field: parameter(FIELD_ID, field, [count], device) }
+    }
+
+    /// Latent vectors z [rows, C] of motion pairs [rows, 2 D].
+    ///
+    /// One logit of each channel is picked by argmax of logit + noise; gradients flow through the
+    /// picked logit (reference: straight pick of the raw logit, temperature 1).
+    pub fn latents(&self, shape: &NetworkShape, motion: Tensor<2>, noise: Option<&StepNoise>) -> Tensor<2> {
+        let device = motion.device();
+        let rows = motion.dims()[0];
+        let last = self.encoder.len() - 1;
+        let mut hidden = motion;
+        for (i, layer) in self.encoder.iter().enumerate() {
+            if let Some(mask) = noise.and_then(|n| n.masks[i].as_ref()) {
+                let data = TensorData::new(mask.clone(), hidden.dims());
+                hidden = hidden * Tensor::from_data(data, &device);
+            }
+            hidden = layer.forward(hidden);
+            if i < last {
+                hidden = elu(hidden);
+            }
+        }
+        let sizes = [rows, shape.channels, shape.categories];
+        let logits: Tensor<3> = hidden.reshape(sizes); // [rows, C, K]
+        let mut scores = logits.clone().inner();
+        if let Some(noise) = noise {
+            let data = TensorData::new(noise.gumbel.clone(), sizes);
+            let device = scores.device();
+            scores = scores + Tensor::from_data(data, &device);
+        }
+        let picked: Tensor<3, Int> = scores.argmax(2); // [rows, C, 1]
+        logits.gather(2, picked).squeeze_dim::<2>(2)
+    }
+
+    /// The field over points [G·n, P] with latents [G, C]: [G·n, 3].
+    ///
+    /// # Errors
+    /// Sizes that do not fit the shape.
+    pub fn field(&self, shape: &NetworkShape, points: Tensor<2>, latents: Tensor<2>) -> Result<Tensor<2>, TrainError> {
+        Ok(fused(shape.field, points, latents, self.field.val())?)
+    }
+
+    /// All parameters, in a fixed order.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        let mut all = Vec::new();
+        for (i, layer) in self.encoder.iter().enumerate() {
+            all.push(host(format!("encoder.{i}.weight"), &layer.weight));
+            if let Some(bias) = &layer.bias {
+                all.push(host(format!("encoder.{i}.bias"), bias));
+            }
+        }
+        all.push(host("field".into(), &self.field));
+        all
+    }
+
+    /// A network with these values, in the order of [`Network::parameters`].
+    ///
+    /// # Panics
+    /// When a value has another number of elements; callers check names and lengths first.
+    pub fn with_parameters(shape: &NetworkShape, values: &[Vec<f32>], device: &Device) -> Self {
+        let mut values = values.iter().cloned();
+        let mut next = || values.next().unwrap_or_default();
+        let encoder = (shape.encoder.windows(2).enumerate())
+            .map(|(i, w)| Linear {
+                weight: parameter(1 + 2 * i as u64, next(), [w[0], w[1]], device),
+                bias: Some(parameter(2 + 2 * i as u64, next(), [w[1]], device)),
+            })
+            .collect();
+        let count = shape.field.parameter_count();
+        Self { encoder, field: parameter(FIELD_ID, next(), [count], device) }
+    }
+}
+
+/// Layers as the model file holds them: weights [out, in].
+pub fn model_layers(shape: &NetworkShape, values: &[Vec<f32>]) -> (Vec<network::Linear>, Vec<network::Linear>) {
+    let encoder = (shape.encoder.windows(2).zip(values.chunks(2)))
+        .map(|(w, pair)| network::Linear {
+            inputs: w[0],
+            outputs: w[1],
+            weight: transposed(&pair[0], w[1]),
+            bias: pair[1].clone(),
+        })
+        .collect();
+    let flat = &values[2 * (shape.encoder.len() - 1)];
+    let field = (shape.field.layout().iter())
+        .map(|map| network::Linear {
+            inputs: map.inputs(),
+            outputs: map.outputs,
+            weight: flat[map.weight.clone()].to_vec(),
+            bias: flat[map.bias.clone()].to_vec(),
+        })
+        .collect();
+    (encoder, field)
+}
+
+/// Parameter ids are fixed, so that records repeat from run to run; the encoder's start at 1.
+const FIELD_ID: u64 = 1000;
+
+fn parameter<const D: usize>(id: u64, values: Vec<f32>, shape: [usize; D], device: &Device) -> Param<Tensor<D>> {
+    let tensor = Tensor::<D>::from_data(TensorData::new(values, shape), device);
+    let tensor = if device.is_autodiff() { tensor.require_grad() } else { tensor };
+    Param::initialized(ParamId::from(id), tensor)
+}
+
+fn host<const D: usize>(name: String, parameter: &Param<Tensor<D>>) -> Parameter {
+    let values = parameter.val().inner().try_into_vec_as::<f32>();
+    Parameter {
+        name,
+        shape: parameter.dims().to_vec(),
+        // Parameters are made as f32 above and never change their type.
+        values: values.expect("f32 parameters"),
+    }
+}
+
+/// ELU with α = 1 whose gradient stays finite: Burn's own takes exp of positive inputs too, whose
+/// gradient is 0 · ∞ above 88.
+fn elu(x: Tensor<2>) -> Tensor<2> {
+    activation::relu(x.clone()) + (x.clamp_max(0.0).exp() - 1.0)
+}
+
+/// Rows of `columns` numbers to columns.
+fn transposed(values: &[f32], columns: usize) -> Vec<f32> {
+    let rows = values.len() / columns.max(1);
+    (0..columns).flat_map(|c| (0..rows).map(move |r| values[r * columns + c])).collect()
+}

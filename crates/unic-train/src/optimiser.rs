@@ -1,0 +1,112 @@
+//! AdamW over a Burn module, one pass over memory: gradients from Burn's autodiff, the update fused.
+//!
+//! Equal to Burn's own AdamW (tested), which goes over each parameter several times and is three to
+//! eight times slower on the paper's encoder of 23 million numbers.
+
+use crate::{config::OptimiserConfig, error::TrainError, network::Network};
+use burn::backend::{Flex, tensor::FloatTensor};
+use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
+use burn::optim::GradientsParams;
+use burn::tensor::Tensor;
+use unic_kernels::{AdamW, adamw_step, global_norm};
+
+/// Running means of the gradient and of its square, in the order of the network's parameters.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Moments {
+    /// Of the gradient.
+    pub first: Vec<Vec<f32>>,
+    /// Of the squared gradient.
+    pub second: Vec<Vec<f32>>,
+}
+
+impl Moments {
+    /// Zeros for a network.
+    pub fn new(network: &Network) -> Self {
+        let zeros: Vec<Vec<f32>> = network.parameters().iter().map(|p| vec![0.0; p.values.len()]).collect();
+        Self { first: zeros.clone(), second: zeros }
+    }
+}
+
+/// Updates the network with the gradients of one loss; `step` counts from 0. Returns the network
+/// and the gradient's global norm before clipping.
+///
+/// # Errors
+/// None for moments of this network.
+pub fn update(
+    network: Network,
+    gradients: GradientsParams,
+    moments: &mut Moments,
+    config: &OptimiserConfig,
+    learning_rate: f64,
+    step: u64,
+) -> Result<(Network, f64), TrainError> {
+    let mut collected = Collected { gradients, values: Vec::new() };
+    network.visit(&mut collected);
+    let slices: Vec<&[f32]> = collected.values.iter().map(|g| values(g)).collect();
+    let norm = global_norm(&slices);
+    let clip = config.clip_norm > 0.0 && norm > config.clip_norm;
+    let settings = AdamW { lr: learning_rate as f32, weight_decay: config.weight_decay, ..AdamW::default() };
+    let mut updated = Updated {
+        gradients: &slices,
+        moments,
+        settings,
+        step: u32::try_from(step + 1).unwrap_or(u32::MAX),
+        scale: if clip { (config.clip_norm / norm) as f32 } else { 1.0 },
+        index: 0,
+        result: Ok(()),
+    };
+    let network = network.map(&mut updated);
+    updated.result?;
+    Ok((network, norm))
+}
+
+/// Gradients in the order of the parameters, contiguous.
+struct Collected {
+    gradients: GradientsParams,
+    values: Vec<FloatTensor<Flex>>,
+}
+
+impl ModuleVisitor for Collected {
+    fn visit_float<const D: usize>(&mut self, parameter: &Param<Tensor<D>>) {
+        let gradient = self.gradients.remove::<D>(parameter.id).unwrap_or_else(|| parameter.val().inner().zeros_like());
+        // Training on the CPU: the only device that this update is for.
+        let gradient = gradient.try_into_primitive::<Flex>().expect("CPU tensors");
+        self.values.push(gradient.to_contiguous());
+    }
+}
+
+struct Updated<'a> {
+    gradients: &'a [&'a [f32]],
+    moments: &'a mut Moments,
+    settings: AdamW,
+    step: u32,
+    scale: f32,
+    index: usize,
+    result: Result<(), TrainError>,
+}
+
+impl ModuleMapper for Updated<'_> {
+    fn map_float<const D: usize>(&mut self, parameter: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        let (id, tensor, mapper) = parameter.consume();
+        let mut tensor = tensor.inner().try_into_primitive::<Flex>().expect("CPU tensors").to_contiguous();
+        let step = adamw_step(
+            tensor.storage_mut::<f32>(),
+            self.gradients[self.index],
+            &mut self.moments.first[self.index],
+            &mut self.moments.second[self.index],
+            &self.settings,
+            self.step,
+            self.scale,
+        );
+        if let Err(error) = step {
+            self.result = Err(error.into());
+        }
+        self.index += 1;
+        let tensor = Tensor::<D>::from_primitive::<Flex>(tensor).autodiff().require_grad();
+        Param::from_mapped_value(id, tensor, mapper)
+    }
+}
+
+fn values(tensor: &FloatTensor<Flex>) -> &[f32] {
+    tensor.as_slice::<f32>().expect("contiguous f32 values")
+}

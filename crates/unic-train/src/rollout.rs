@@ -1,0 +1,123 @@
+//! The loss of one step: windows rolled out from their start by the model's own predictions.
+
+use crate::{
+    batch::Batch,
+    config::LossConfig,
+    correction::Correction,
+    error::TrainError,
+    network::{Network, NetworkShape, StepNoise},
+};
+use burn::tensor::{Device, Tensor, TensorData};
+use unic_core::{
+    config::{DisplacementConfig, ModelConfig, StateConfig},
+    features::StateInputs,
+};
+
+/// How windows are rolled out.
+pub struct Rollout<'a> {
+    /// Sizes.
+    pub shape: &'a NetworkShape,
+    /// State and update rule.
+    pub config: &'a ModelConfig,
+    /// Weights of the loss terms.
+    pub loss: &'a LossConfig,
+    /// Intersection handling, from its step on.
+    pub correction: Option<&'a Correction<'a>>,
+}
+
+impl Rollout<'_> {
+    /// λ times the mean squared error over frames, points and coordinates (paper, eq. output; the
+    /// release's mean over coordinates), plus the same of frame-to-frame differences.
+    ///
+    /// # Errors
+    /// Sizes that do not fit the network.
+    pub fn loss(
+        &self,
+        network: &Network,
+        batch: &Batch,
+        noise: Option<&StepNoise>,
+        device: &Device,
+    ) -> Result<Tensor<1>, TrainError> {
+        let rows = batch.rows();
+        let windows = batch.windows.len();
+        let pairs = batch.frames * windows;
+        let motion = tensor(&batch.motion, [pairs, batch.motion.len() / pairs.max(1)], device);
+        let latents = network.latents(self.shape, motion, noise); // [K · W, C]
+        let mut state = tensor(&batch.start, [rows, 3], device);
+        let mut previous = tensor(&batch.before_start, [rows, 3], device);
+        let mut before_target = tensor(&batch.start, [rows, 3], device);
+        let mut total: Option<Tensor<1>> = None;
+        for k in 0..batch.frames {
+            let latent = latents.clone().slice([k * windows..(k + 1) * windows]);
+            let points = self.points(&state, &previous, &batch.frame_inputs[k], device);
+            let output = network.field(self.shape, points, latent)?;
+            let mut next = self.updated(state.clone(), output);
+            if let Some(correction) = self.correction {
+                next = next.clone() + tensor(&correction.of(batch, k, next)?, [rows, 3], device);
+            }
+            let target = tensor(&batch.targets[k], [rows, 3], device);
+            let mut term = mean_square(next.clone() - target.clone()) * self.loss.position;
+            if self.loss.velocity > 0.0 {
+                let change = (next.clone() - state.clone()) - (target.clone() - before_target);
+                term = term + mean_square(change) * self.loss.velocity;
+            }
+            total = Some(match total {
+                None => term,
+                Some(sum) => sum + term,
+            });
+            before_target = target;
+            previous = state;
+            state = next;
+        }
+        let zero = || Tensor::from_data(TensorData::new(vec![0.0f32], [1]), device);
+        Ok(total.unwrap_or_else(zero) / batch.frames.max(1) as f64)
+    }
+
+    /// Inputs of the field [rows, P]: those of the state, through which gradients flow, then the rest.
+    fn points(&self, state: &Tensor<2>, previous: &Tensor<2>, inputs: &[f32], device: &Device) -> Tensor<2> {
+        let StateConfig::Displacement(config) = &self.config.state else {
+            return state.clone();
+        };
+        let factors = StateInputs::new(config);
+        let rows = state.dims()[0];
+        let displacement = factors.displacement.map(|k| state.clone() * k);
+        let velocity = factors.velocity.map(|k| (state.clone() - previous.clone()) * k);
+        let mut parts: Vec<Tensor<2>> = match factors.displacement_first {
+            true => [displacement, velocity],
+            false => [velocity, displacement],
+        }
+        .into_iter()
+        .flatten()
+        .collect();
+        if !inputs.is_empty() {
+            parts.push(tensor(inputs, [rows, inputs.len() / rows], device));
+        }
+        Tensor::cat(parts, 1)
+    }
+
+    fn updated(&self, state: Tensor<2>, output: Tensor<2>) -> Tensor<2> {
+        match &self.config.state {
+            StateConfig::Position => state + output,
+            StateConfig::Displacement(config) => {
+                let decay = config.decay(1.0 / self.config.fps);
+                state * decay + limited(output, config) * config.scale_m
+            }
+        }
+    }
+}
+
+/// As `unic_core::features::limited`.
+fn limited(output: Tensor<2>, config: &DisplacementConfig) -> Tensor<2> {
+    // The small constant keeps the gradient of the root finite at zero; it shortens nothing.
+    let length = (output.clone().powi_scalar(2).sum_dim(1) + 1e-12).sqrt(); // [rows, 1]
+    let factor = (length.recip() * config.output_limit).clamp_max(1.0);
+    output * factor
+}
+
+fn mean_square(x: Tensor<2>) -> Tensor<1> {
+    x.powi_scalar(2).mean()
+}
+
+fn tensor(values: &[f32], shape: [usize; 2], device: &Device) -> Tensor<2> {
+    Tensor::from_data(TensorData::new(values.to_vec(), shape), device)
+}

@@ -1,0 +1,35 @@
+//! Free-running error during training, by the animator that users run.
+
+use crate::error::TrainError;
+use std::sync::Arc;
+use unic_core::{
+    animator::{Animator, Start, StepInput},
+    model::Model,
+};
+use unic_eval::PreparedClip;
+
+/// RMSE in metres of a model that runs free from frame 0 through every clip, frame 0 not counted.
+///
+/// # Errors
+/// Clips of another skeleton or garment.
+pub fn free_running_rmse(model: &Arc<Model>, clips: &[PreparedClip]) -> Result<f64, TrainError> {
+    let (mut squares, mut count) = (0.0, 0usize);
+    for clip in clips {
+        let mut animator = Animator::new(model.clone());
+        let garment = &clip.captured.garment;
+        let motion = &clip.captured.clip;
+        let input = |t: usize| StepInput {
+            pose: &motion.poses[t],
+            next_pose: motion.poses.get(t + 1),
+            ground_height: motion.ground_height,
+        };
+        animator.reset(&input(0), Start::Positions(garment.frame(0)))?;
+        for t in 1..clip.len() {
+            let predicted = animator.step(&input(t))?.positions;
+            let errors = predicted.iter().zip(garment.frame(t)).map(|(p, g)| f64::from(p.distance_squared(*g)));
+            squares += errors.sum::<f64>();
+            count += predicted.len();
+        }
+    }
+    Ok((squares / count.max(1) as f64).sqrt())
+}
