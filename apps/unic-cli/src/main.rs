@@ -1,2 +1,42 @@
-//! The `unic` command.
-fn main() {}
+//! The `unic` command: train, evaluate and animate neural garments.
+
+mod args;
+mod commands;
+mod failure;
+mod interrupt;
+mod model_file;
+mod output;
+mod pictures;
+mod progress;
+mod run_folder;
+mod settings;
+mod worst_frames;
+
+use anyhow::{Context, Result};
+use args::{Args, Command};
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    failure::install_panic_hook();
+    let args = Args::parse();
+    let result = prepare(&args).and_then(|()| run(&args.command));
+    failure::exit_code(result)
+}
+
+fn prepare(args: &Args) -> Result<()> {
+    interrupt::listen()?;
+    let Some(threads) = args.threads else { return Ok(()) };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get());
+    pool.build_global().context("--threads: the threads cannot be started")
+}
+
+fn run(command: &Command) -> Result<()> {
+    match command {
+        Command::Train(args) => commands::train::run(args),
+        Command::Eval(args) => commands::eval::run(args),
+        Command::Animate(args) => commands::animate::run(args),
+        Command::Inspect(args) => commands::inspect::run(args),
+        Command::Completions { shell } => commands::completions(*shell),
+    }
+}

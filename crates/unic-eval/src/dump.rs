@@ -67,10 +67,7 @@ impl Dump {
                 Ok(())
             }
             Event::Predicted {
-                row,
-                mode,
-                positions,
-                ..
+                row, mode, positions, ..
             } => match &mut self.clip {
                 Some(clip) => clip.push(array_name(row, mode), positions),
                 None => Ok(()),

@@ -37,16 +37,20 @@
 //! ```
 
 pub mod baselines;
+mod bench;
 mod dump;
 mod error;
 mod evaluate;
 mod kinematics;
 mod measure;
 mod metrics;
+mod model;
 mod pca;
 mod predictor;
 mod regression;
 mod report;
+#[cfg(test)]
+mod synthetic;
 mod training;
 
 pub use dump::Dump;
@@ -55,6 +59,7 @@ pub use evaluate::{Event, MODEL, Observer, Row, evaluate, training_set};
 pub use kinematics::{ClipKinematics, PreparedClip};
 pub use measure::{FrameContext, MeasureScratch, Prediction};
 pub use metrics::{ClipMetrics, FrameSums, Metrics, PooledMetrics};
+pub use model::{FrameRateError, ModelPredictor};
 pub use pca::{PrincipalComponents, SampleMatrix, mean};
 pub use predictor::{Mode, Predictor, PredictorError};
 pub use regression::{LinearMap, Moments};

@@ -74,8 +74,8 @@ impl FrameContext {
         self.truth_lengths.clear();
         let lengths = self.edges.iter().map(|e| length(&self.truth, e));
         self.truth_lengths.extend(lengths);
-        self.truth_second_difference = (frame >= 3)
-            .then(|| second_difference(&self.truth, [truth(frame - 1), truth(frame - 2)]));
+        self.truth_second_difference =
+            (frame >= 3).then(|| second_difference(&self.truth, [truth(frame - 1), truth(frame - 2)]));
     }
 
     /// Compares a prediction of the prepared frame.
@@ -130,7 +130,11 @@ fn farthest(from: &[Vec3], to: &[Vec3], tree: &ClosestVertex, known: f32) -> f32
     let start = first.map_or(known, |i| known.max(nearest(i)));
     (0..from.len()).fold(start, |most, i| {
         // NaN is no bound: such a vertex is looked up and found infinitely far.
-        if bound(i) <= most { most } else { most.max(nearest(i)) }
+        if bound(i) <= most {
+            most
+        } else {
+            most.max(nearest(i))
+        }
     })
 }
 
@@ -163,7 +167,9 @@ impl Body {
         let body = &character.body;
         let mut face_of_vertex = vec![u32::MAX; body.vertices.len()];
         for (face, corners) in body.faces.iter().enumerate() {
-            corners.iter().for_each(|&v| face_of_vertex[v as usize] = face as u32);
+            corners
+                .iter()
+                .for_each(|&v| face_of_vertex[v as usize] = face as u32);
         }
         Self {
             faces: body.faces.clone(),
@@ -213,3 +219,6 @@ impl Body {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -319,7 +319,10 @@ mod tests {
         for fps in [24.0, 30.0, 60.0] {
             let frames = 10 * fps as usize + 1;
             let m = drifting(fps, frames).metrics();
-            assert!(close(m.rmse_mm_at_1s, 1.0) && close(m.rmse_mm_at_5s, 5.0), "{m:?}");
+            assert!(
+                close(m.rmse_mm_at_1s, 1.0) && close(m.rmse_mm_at_5s, 5.0),
+                "{m:?}"
+            );
             assert!(close(m.rmse_mm_at_10s, 10.0));
             assert_eq!(m.rmse_mm_at_60s, None);
             assert_eq!(m.drift_mm.len(), 10);

@@ -105,7 +105,10 @@ pub fn mean(samples: &impl SampleMatrix) -> Vec<f32> {
         }
         sum.into_iter().map(move |s| (s / rows.max(1) as f64) as f32)
     };
-    let blocks: Vec<_> = blocks(samples.columns()).into_par_iter().map(block_mean).collect();
+    let blocks: Vec<_> = blocks(samples.columns())
+        .into_par_iter()
+        .map(block_mean)
+        .collect();
     blocks.into_iter().flatten().collect()
 }
 
@@ -184,7 +187,9 @@ fn combine(samples: &impl SampleMatrix, mean: &[f32], weights: &Mat<f64>) -> Vec
         let piece = weights.transpose() * block;
         for k in 0..count {
             let row = &mut components[k * columns..][range.clone()];
-            row.iter_mut().enumerate().for_each(|(c, out)| *out = piece[(k, c)] as f32);
+            row.iter_mut()
+                .enumerate()
+                .for_each(|(c, out)| *out = piece[(k, c)] as f32);
         }
     }
     components
@@ -214,14 +219,19 @@ mod tests {
 
     fn centred_matrix(rows: &Rows) -> Mat<f64> {
         let mean = mean(rows);
-        Mat::from_fn(rows.rows(), rows.columns(), |t, c| f64::from(rows.0[t][c]) - f64::from(mean[c]))
+        Mat::from_fn(rows.rows(), rows.columns(), |t, c| {
+            f64::from(rows.0[t][c]) - f64::from(mean[c])
+        })
     }
 
     fn residual(pca: &PrincipalComponents, rows: &Rows) -> f64 {
         let mut again = Vec::new();
         let error = |row: &Vec<f32>, again: &mut Vec<f32>| {
             pca.reconstruct(&pca.project(row), again);
-            row.iter().zip(again).map(|(a, b)| f64::from(*a - *b).powi(2)).sum::<f64>()
+            row.iter()
+                .zip(again)
+                .map(|(a, b)| f64::from(*a - *b).powi(2))
+                .sum::<f64>()
         };
         rows.0.iter().map(|row| error(row, &mut again)).sum()
     }
@@ -235,7 +245,7 @@ mod tests {
         ) {
             let value = |t: usize, c: usize| {
                 let x = (seed as usize + 31 * t + 17 * c) as f32;
-                (x * 0.7).sin() + (x * x * 0.013).cos() + if c % 3 == 0 { t as f32 * 0.05 } else { 0.0 }
+                (x * 0.7).sin() + (x * x * 0.013).cos() + if c.is_multiple_of(3) { t as f32 * 0.05 } else { 0.0 }
             };
             let rows = Rows((0..samples).map(|t| (0..columns).map(|c| value(t, c)).collect()).collect());
             let pca = PrincipalComponents::fit(&rows, 5);

@@ -47,7 +47,10 @@ impl Moments {
         for set in sets {
             all.count += set.count;
             all.inputs.iter_mut().zip(&set.inputs).for_each(|(a, b)| *a += b);
-            all.outputs.iter_mut().zip(&set.outputs).for_each(|(a, b)| *a += b);
+            all.outputs
+                .iter_mut()
+                .zip(&set.outputs)
+                .for_each(|(a, b)| *a += b);
             all.inputs_inputs += &set.inputs_inputs;
             all.inputs_outputs += &set.inputs_outputs;
         }
@@ -77,9 +80,7 @@ impl Moments {
 }
 
 fn column_sums(matrix: MatRef<'_, f64>) -> Vec<f64> {
-    (matrix.col_iter())
-        .map(|column| column.iter().sum())
-        .collect()
+    (matrix.col_iter()).map(|column| column.iter().sum()).collect()
 }
 
 impl LinearMap {

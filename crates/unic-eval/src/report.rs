@@ -1,10 +1,6 @@
 //! The result of an evaluation: JSON for programs, a table for people.
 
-use crate::{
-    evaluate::MODEL,
-    metrics::Metrics,
-    predictor::Mode,
-};
+use crate::{evaluate::MODEL, metrics::Metrics, predictor::Mode};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display, Formatter, Write};
@@ -50,7 +46,10 @@ impl Scores {
     /// Every row in every mode, the model first.
     pub fn rows(&self) -> impl Iterator<Item = (&str, Mode, &Metrics)> {
         let model = self.model.iter().map(|by_mode| (MODEL, by_mode));
-        let baselines = self.baselines.iter().map(|(name, by_mode)| (name.as_str(), by_mode));
+        let baselines = self
+            .baselines
+            .iter()
+            .map(|(name, by_mode)| (name.as_str(), by_mode));
         model.chain(baselines).flat_map(|(name, by_mode)| {
             let one_step = by_mode.one_step.iter().map(|m| (Mode::OneStep, m));
             let free_running = by_mode.free_running.iter().map(|m| (Mode::FreeRunning, m));
@@ -100,7 +99,9 @@ impl Display for Scores {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let mut lines = vec![header(COLUMNS.iter().map(|(heading, ..)| (*heading).to_owned()))];
         for (name, mode, metrics) in self.rows() {
-            let cells = COLUMNS.iter().map(|(_, digits, value)| cell(value(metrics), *digits));
+            let cells = COLUMNS
+                .iter()
+                .map(|(_, digits, value)| cell(value(metrics), *digits));
             lines.push(line(name, mode, cells));
         }
         write_aligned(f, "mm", &lines)?;

@@ -27,9 +27,8 @@ pub struct FrameIndex {
 impl TrainingSet {
     /// Every frame of every training clip.
     pub fn frames(&self) -> Vec<FrameIndex> {
-        let frames = |(clip, c): (usize, &PreparedClip)| {
-            (0..c.len()).map(move |frame| FrameIndex { clip, frame })
-        };
+        let frames =
+            |(clip, c): (usize, &PreparedClip)| (0..c.len()).map(move |frame| FrameIndex { clip, frame });
         self.train.iter().enumerate().flat_map(frames).collect()
     }
 

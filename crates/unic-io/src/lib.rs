@@ -8,7 +8,7 @@
 //! | meshes, `.obj` | [`read_obj`], [`write_obj`] |
 //! | vertex animations, `.pc2`, `.npz`, `.npy`, folders of `.obj` | [`cache`], [`pc2`], [`frames`] |
 //! | numpy arrays | [`npz`], [`npy`] |
-//! | whatever it is, and what is wrong with it | [`inspect`] |
+//! | whatever it is, and what is wrong with it | [`inspect()`] |
 //!
 //! Everything is metres, +Y up, right-handed once it is read; importers say what they converted.
 //! Writers are atomic: a file appears whole or not at all. Readers trust nothing: sizes are

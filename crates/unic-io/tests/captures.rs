@@ -1,6 +1,8 @@
 //! Contract: a capture that the writer writes is the capture that the reader reads; what does not
 //! fit together is refused in one sentence that names the file.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
 mod common;
 
 use common::{largest_differences, small_character, small_clip, small_frame, small_garment};
@@ -148,6 +150,35 @@ fn numbers_that_are_not_finite_are_found() {
     std::fs::write(&path, bytes).unwrap();
     let found = message(root);
     assert!(found.contains("frame 4, vertex 3"), "{found}");
+}
+
+#[test]
+fn a_body_of_its_own_is_read_and_checked() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    write(root, &[("walk", Split::Train)]);
+    let with_body = |vertices: usize| {
+        replace_clip(root, |npz| {
+            npz.f32s("poses", &[5, 6], &[0.0; 30]).unwrap();
+            npz.f32s("trans", &[5, 3], &[0.0; 15]).unwrap();
+            npz.f64s("mocap_frame_rate", &[1], &[30.0]).unwrap();
+            npz.f32s("body", &[5, vertices, 3], &vec![0.5; 15 * vertices])
+                .unwrap();
+        });
+    };
+    with_body(4);
+    let body = Capture::open(root)
+        .and_then(|c| c.load_clip("walk"))
+        .unwrap()
+        .body
+        .unwrap();
+    assert_eq!(body.frame(4), [Vec3::splat(0.5); 4]);
+    with_body(5);
+    let found = message(root);
+    assert!(
+        found.contains("`body`: expected shape (5, 4, 3), found shape (5, 5, 3)"),
+        "{found}"
+    );
 }
 
 #[test]

@@ -3,6 +3,8 @@
 //! Small files of every kind are cut at every byte and have bits flipped; an allocator that counts
 //! watches. What an undamaged reading takes is the measure.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
 mod common;
 
 use common::{small_character, small_clip, small_frame, small_garment};
@@ -183,6 +185,25 @@ fn headers_that_lie_about_their_size_are_refused() {
         std::fs::write(&path, bytes).unwrap();
         read_every_way(&path);
         assert!(read_vertex_cache(&path).is_err(), "{shape}");
+    }
+}
+
+#[test]
+fn arrays_without_extent_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("empty.npz");
+    for shape in [&[4, 0][..], &[4, 0, 3], &[0, 6], &[0], &[], &[1 << 40, 0, 3]] {
+        let mut npz = NpzWriter::create(&path).unwrap();
+        let data = vec![0.0; shape.iter().product()];
+        for name in [
+            "poses", "trans", "fps", "vertices", "faces", "joints", "parents", "weights",
+        ] {
+            npz.f32s(name, shape, &data).unwrap();
+        }
+        npz.finish().unwrap();
+        read_every_way(&path);
+        assert!(read_character(&path).is_err());
+        assert!(read_vertex_cache(&path).is_err());
     }
 }
 

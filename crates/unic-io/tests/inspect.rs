@@ -1,5 +1,7 @@
 //! Contract: inspection names the kind of every file, and says what is wrong with it.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
 mod common;
 
 use common::{small_character, small_clip, small_frame, small_garment};

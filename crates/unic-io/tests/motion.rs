@@ -1,5 +1,7 @@
 //! Contract: a motion in any layout and axis convention of the SMPL family becomes the same clip.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
 mod common;
 
 use common::{data, largest_differences, small_character, small_clip};

@@ -1,6 +1,8 @@
 //! Contract: numpy reads what this crate writes, and this crate reads what numpy writes. The other
 //! side is `numpy_interop.py`; without Python and numpy the tests are skipped.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
 mod common;
 
 use common::{small_character, small_clip, small_frame, small_garment};

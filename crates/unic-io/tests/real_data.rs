@@ -1,5 +1,7 @@
 //! Contract: the real captures and the files that other programs wrote are read exactly.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
 mod common;
 
 use common::data;

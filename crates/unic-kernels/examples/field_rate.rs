@@ -9,7 +9,7 @@ use unic_kernels::*;
 /// Clock rates and neighbours move: each repeat measures the peak anew, and medians are taken of the shares.
 const REPEATS: usize = 9;
 
-/// Seconds of one repeat, and the peak in FLOP/s just before it.
+/// Seconds of one repeat, and the peak of all threads together, in FLOP/s, just before it.
 struct Run {
     peak: f64,
     infer: f64,
@@ -42,14 +42,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         let runs = pool.install(|| measure(shape, groups, points))?;
         println!(
-            "{threads} thread(s), {:.1} GFLOP/s of peak a thread",
+            "{threads} thread(s), peak {:.1} GFLOP/s",
             1e-9 * median(&runs, |run| run.peak)
         );
         let rate = |name: &str, flops: f64, seconds: fn(&Run) -> f64| {
             let gflops = 1e-9 * flops / median(&runs, seconds);
-            let share = median(&runs, |run| {
-                100.0 * flops / seconds(run) / (run.peak * threads as f64)
-            });
+            let share = median(&runs, |run| 100.0 * flops / seconds(run) / run.peak);
             println!("  {name:<22} {gflops:7.1} GFLOP/s  {share:5.1} % of peak");
         };
         rate("infer", forward, |run| run.infer);
@@ -82,7 +80,7 @@ fn measure(shape: FieldShape, groups: usize, points_per_group: usize) -> Result<
     let (mut kept, mut none) = (Saved::default(), Saved::new(Retention::Recompute));
     let mut scratch = BackwardScratch::default();
     let mut run = || {
-        let peak = fma_peak();
+        let peak = rayon::broadcast(|_| fma_peak()).iter().sum();
         let infer = timed(|| field.infer(&batch, &mut outputs))?;
         let forward = timed(|| field.forward(&batch, &mut outputs, &mut kept))?;
         field.forward(&batch, &mut outputs, &mut none)?;

@@ -61,7 +61,11 @@ pub(super) struct SeriesSet {
 impl InputScale {
     fn fit(set: &TrainingSet) -> Self {
         let frames = set.frames();
-        let vectors = || frames.iter().map(|f| set.train[f.clip].kinematics.motion(f.frame));
+        let vectors = || {
+            frames
+                .iter()
+                .map(|f| set.train[f.clip].kinematics.motion(f.frame))
+        };
         let len = vectors().next().map_or(0, <[f32]>::len);
         let count = frames.len().max(1) as f64;
         let mean_of = |value: &dyn Fn(usize, f64) -> f64| -> Vec<f64> {
@@ -105,7 +109,8 @@ impl ComponentModel {
 
     /// Components of the true displacement.
     pub(super) fn truth(&self, clip: &PreparedClip, frame: usize) -> Vec<f64> {
-        self.components.project(&displacements(&self.garment, clip, frame))
+        self.components
+            .project(&displacements(&self.garment, clip, frame))
     }
 
     fn series(&self, clip: &PreparedClip) -> Series {

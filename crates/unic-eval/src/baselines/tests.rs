@@ -10,14 +10,19 @@ const INPUTS: usize = 5;
 /// An input that excites every direction, different for each clip.
 fn input(clip: usize, t: usize) -> Vec<f64> {
     let phase = |i: usize| (t * (i + 2)) as f64 * 0.37 + (clip * 7 + i) as f64;
-    (0..INPUTS).map(|i| phase(i).sin() + 0.3 * (1.7 * phase(i)).cos()).collect()
+    (0..INPUTS)
+        .map(|i| phase(i).sin() + 0.3 * (1.7 * phase(i)).cos())
+        .collect()
 }
 
 /// z = B x + b, plus A z' where `memory` is not zero; A turns and shrinks.
 fn system(x: &[f64], previous: &[f64], memory: f64) -> Vec<f64> {
     let driven = |k: usize| -> f64 {
         let terms = x.iter().enumerate();
-        0.02 * (k + 1) as f64 + terms.map(|(i, x)| x * 0.05 * ((3 * k + i) as f64).cos()).sum::<f64>()
+        0.02 * (k + 1) as f64
+            + terms
+                .map(|(i, x)| x * 0.05 * ((3 * k + i) as f64).cos())
+                .sum::<f64>()
     };
     let [p, q, r] = [previous[0], previous[1], previous[2]];
     let turned = [0.8 * p - 0.6 * q, 0.6 * p + 0.8 * q, r];
@@ -26,7 +31,7 @@ fn system(x: &[f64], previous: &[f64], memory: f64) -> Vec<f64> {
 
 fn series(clip: usize, frames: usize, memory: f64) -> Series {
     let inputs: Vec<_> = (1..frames).map(|t| input(clip, t)).collect();
-    let mut components = vec![vec![0.1, -0.2, 0.05 * clip as f64]];
+    let mut components = vec![vec![0.1, -0.2, 0.02 * (clip % 5) as f64]];
     for x in &inputs {
         components.push(system(x, components.last().unwrap(), memory));
     }

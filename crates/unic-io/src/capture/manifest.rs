@@ -181,13 +181,7 @@ impl Manifest {
     /// no file names, clips in two splits.
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(Error::io(path, "open"))?;
-        let manifest: Self = toml::from_str(&text).map_err(|e| {
-            let line = e.span().map_or(0, |span| {
-                text[..span.start.min(text.len())].lines().count().max(1)
-            });
-            let message = e.message().lines().collect::<Vec<_>>().join(", ");
-            Error::content(path, "a capture manifest", format!("{message} (line {line})"))
-        })?;
+        let manifest: Self = toml::from_str(&text).map_err(|e| toml_error(path, &text, &e))?;
         manifest.check(path)?;
         Ok(manifest)
     }
@@ -240,6 +234,14 @@ impl Manifest {
         }
         Ok(contacts)
     }
+}
+
+/// In one line, with the number of the line that it is about.
+fn toml_error(path: &Path, text: &str, error: &toml::de::Error) -> Error {
+    let before = error.span().and_then(|span| text.get(..span.start));
+    let line = before.map_or(1, |before| before.matches('\n').count() + 1);
+    let message = error.message().lines().collect::<Vec<_>>().join(", ");
+    Error::content(path, "a capture manifest", format!("{message} (line {line})"))
 }
 
 fn index_of(path: &Path, reference: &JointReference, skeleton: &Skeleton) -> Result<usize> {

@@ -42,7 +42,7 @@ impl PoseLayout {
     fn of(numbers: usize, joints: usize) -> Option<Self> {
         let smpl = joints == SMPL_JOINT_NAMES.len();
         match numbers {
-            n if Some(n) == joints.checked_mul(3) => Some(Self::Native),
+            n if n > 0 && Some(n) == joints.checked_mul(3) => Some(Self::Native),
             75 if smpl => Some(Self::SmplWithTranslation),
             156 if smpl => Some(Self::SmplH),
             165 if smpl => Some(Self::SmplX),

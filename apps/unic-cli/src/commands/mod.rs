@@ -1,0 +1,18 @@
+//! One module a subcommand.
+
+pub(crate) mod animate;
+pub(crate) mod eval;
+pub(crate) mod inspect;
+pub(crate) mod train;
+
+use crate::{args::Args, output};
+use anyhow::Result;
+use clap::CommandFactory;
+use clap_complete::{Shell, generate};
+
+/// Prints the completion script of a shell.
+pub(crate) fn completions(shell: Shell) -> Result<()> {
+    let mut script = Vec::new();
+    generate(shell, &mut Args::command(), "unic", &mut script);
+    output::print(&String::from_utf8_lossy(&script))
+}

@@ -1,0 +1,31 @@
+//! Ctrl-C and SIGTERM: the first asks the program to save and stop, the second ends it at once.
+
+use crate::{failure::Interrupted, output::say};
+use anyhow::{Context, Result};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static ASKED: AtomicBool = AtomicBool::new(false);
+
+/// Listens from here on.
+pub(crate) fn listen() -> Result<()> {
+    ctrlc::set_handler(|| {
+        if ASKED.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+        say("unic: stopping; once more to stop at once");
+    })
+    .context("Ctrl-C cannot be listened to")
+}
+
+/// Has anyone asked to stop?
+pub(crate) fn is_asked() -> bool {
+    ASKED.load(Ordering::SeqCst)
+}
+
+/// An error once somebody has asked to stop: for work that leaves nothing to save.
+pub(crate) fn check() -> Result<(), Interrupted> {
+    match is_asked() {
+        true => Err(Interrupted("interrupted; nothing was written".into())),
+        false => Ok(()),
+    }
+}

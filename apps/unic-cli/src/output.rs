@@ -1,0 +1,24 @@
+//! Writing to the terminal without ever failing because somebody hung up.
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+use std::io::{self, ErrorKind, Write};
+
+/// A line on stderr. Where stderr is closed there is nobody to tell.
+pub(crate) fn say(line: &str) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// Text on stdout. A closed pipe (`| head`) is the reader's way to say that it has enough.
+pub(crate) fn print(text: &str) -> Result<()> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("stdout cannot be written"),
+        _ => Ok(()),
+    }
+}
+
+/// One JSON object on stdout.
+pub(crate) fn print_json(value: &impl Serialize) -> Result<()> {
+    print(&format!("{}\n", serde_json::to_string_pretty(value)?))
+}

@@ -1,0 +1,88 @@
+//! A trained model as a row of the table.
+
+use crate::{
+    kinematics::PreparedClip,
+    predictor::{Mode, Predictor, PredictorError},
+};
+use glam::Vec3;
+use std::sync::Arc;
+use thiserror::Error;
+use unic_core::{
+    animator::{Animator, Start, StepInput},
+    model::Model,
+};
+
+/// A clip at another rate than the model ticks.
+#[derive(Debug, Error, PartialEq)]
+#[error("expected a clip at the model's {expected} frames per second, found {found}")]
+pub struct FrameRateError {
+    /// The model's.
+    pub expected: f32,
+    /// The clip's.
+    pub found: f32,
+}
+
+/// Runs a model as an engine would: one animator, reset on frame 0 and stepped once a frame.
+#[derive(Clone, Debug)]
+pub struct ModelPredictor {
+    animator: Animator,
+    mode: Mode,
+}
+
+impl ModelPredictor {
+    /// With the model's own intersection handling.
+    pub fn new(model: Arc<Model>) -> Self {
+        Self::from_animator(Animator::new(model))
+    }
+
+    /// With an animator's settings.
+    pub fn from_animator(animator: Animator) -> Self {
+        Self {
+            animator,
+            mode: Mode::FreeRunning,
+        }
+    }
+}
+
+fn input(clip: &PreparedClip, frame: usize) -> StepInput<'_> {
+    let clip = &clip.captured.clip;
+    StepInput {
+        pose: &clip.poses[frame],
+        next_pose: clip.poses.get(frame + 1),
+        ground_height: clip.ground_height,
+    }
+}
+
+impl Predictor for ModelPredictor {
+    fn modes(&self) -> &[Mode] {
+        &[Mode::OneStep, Mode::FreeRunning]
+    }
+
+    fn start(&mut self, clip: &PreparedClip, mode: Mode) -> Result<(), PredictorError> {
+        let (expected, found) = (self.animator.model().config().fps, clip.captured.clip.fps);
+        // Rates such as 29.97 are rounded differently by different tools.
+        if (expected - found).abs() > 1e-3 * expected {
+            return Err(FrameRateError { expected, found }.into());
+        }
+        self.mode = mode;
+        let first = Start::Positions(clip.captured.garment.frame(0));
+        self.animator.reset(&input(clip, 0), first)?;
+        Ok(())
+    }
+
+    fn predict(
+        &mut self,
+        clip: &PreparedClip,
+        frame: usize,
+        positions: &mut Vec<Vec3>,
+    ) -> Result<(), PredictorError> {
+        if self.mode == Mode::OneStep {
+            self.animator
+                .set_garment(clip.captured.garment.frame(frame - 1))?;
+        }
+        let garment = self.animator.step(&input(clip, frame))?;
+        positions.clear();
+        positions.extend_from_slice(garment.positions);
+        Ok(())
+    }
+}

@@ -1,0 +1,260 @@
+//! Evaluations end to end on a small capture written to disk: rows that must be exact are, the
+//! result has the same bytes for any number of threads, and failures name their row.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
+use glam::{Quat, Vec3};
+use std::path::Path;
+use unic_core::{
+    character::{Character, Garment},
+    clip::Clip,
+    mesh::TriMesh,
+    skeleton::{Pose, Skeleton, SkeletonParts},
+    skinning::SkinningWeights,
+};
+use unic_eval::{
+    Error, Evaluation, Event, Mode, Predictor, PredictorError, PreparedClip, Row, baselines, evaluate,
+    training_set,
+};
+use unic_io::{Capture, CaptureWriter, Manifest, Split};
+
+/// Follows the garment's own joints rigidly, or swings on top of that.
+#[derive(Clone, Copy)]
+enum Motion {
+    Rigid,
+    Swinging,
+}
+
+fn character() -> Character {
+    let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+    let faces = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+    let skeleton = Skeleton::new(SkeletonParts {
+        names: vec!["hip".into(), "foot".into()],
+        parents: vec![-1, 0],
+        joints: vec![Vec3::ZERO, Vec3::NEG_Y],
+        ..SkeletonParts::default()
+    });
+    Character {
+        body: TriMesh::new(corners, faces).unwrap(),
+        skeleton: skeleton.unwrap(),
+        weights: SkinningWeights::from_dense(&[1.0, 0.0].repeat(4), 4, 2).unwrap(),
+    }
+}
+
+fn garment() -> Garment {
+    let vertices = (0..8)
+        .map(|i| Vec3::new((i % 2) as f32, 2.0, (i / 2) as f32 * 0.5))
+        .collect();
+    let faces = (0..3).flat_map(|r| [[2 * r, 2 * r + 2, 2 * r + 1], [2 * r + 1, 2 * r + 2, 2 * r + 3]]);
+    Garment {
+        rest: TriMesh::new(vertices, faces.collect()).unwrap(),
+        weights: SkinningWeights::from_dense(&[1.0, 0.0].repeat(8), 8, 2).unwrap(),
+    }
+}
+
+fn clip(name: &str, seed: usize) -> Clip {
+    let pose = |t: usize| {
+        let t = (t + 13 * seed) as f32;
+        Pose {
+            trans: Vec3::new(0.02 * t, 0.0, (0.1 * t).sin()),
+            local: vec![
+                Quat::from_rotation_y(0.05 * t),
+                Quat::from_rotation_x((0.3 * t).sin()),
+            ],
+        }
+    };
+    Clip {
+        name: name.into(),
+        fps: 30.0,
+        poses: (0..70).map(pose).collect(),
+        ground_height: 0.0,
+    }
+}
+
+fn write_capture(folder: &Path, motion: Motion) -> Capture {
+    let (character, garment) = (character(), garment());
+    let mut manifest = Manifest::new("small", 30.0);
+    manifest.contact_joints = Some([1; 4].map(unic_io::capture::JointReference::Index));
+    let attributes = Default::default();
+    let mut writer = CaptureWriter::create(folder, manifest, &character, &garment, &attributes).unwrap();
+    let splits = [
+        ("a", Split::Train),
+        ("b", Split::Train),
+        ("c", Split::Test),
+        ("d", Split::Test),
+    ];
+    for (seed, (name, split)) in splits.into_iter().enumerate() {
+        let clip = clip(name, seed);
+        let mut frames = writer.begin_clip(&clip, split, None).unwrap();
+        for pose in &clip.poses {
+            let (mut joints, mut transforms, mut positions) = (Vec::new(), Vec::new(), Vec::new());
+            character.skeleton.forward_kinematics(pose, &mut joints);
+            character.skeleton.world_from_rest(&joints, &mut transforms);
+            garment
+                .weights
+                .skin(&garment.rest.vertices, &transforms, &mut positions);
+            if let Motion::Swinging = motion {
+                let swing = pose.local[1].to_scaled_axis().x;
+                positions
+                    .iter_mut()
+                    .for_each(|p| *p += pose.local[0] * Vec3::Z * 0.1 * swing);
+            }
+            frames.push(&positions).unwrap();
+        }
+        frames.finish().unwrap();
+    }
+    writer.finish().unwrap();
+    Capture::open(folder).unwrap()
+}
+
+fn evaluation(capture: &Capture) -> Evaluation {
+    let mut rows = baselines::fit(&training_set(capture).unwrap());
+    let clips = capture.clip_names(Split::Test).to_vec();
+    evaluate(capture, &mut rows, &clips, &mut |_| Ok(())).unwrap()
+}
+
+fn rmse(evaluation: &Evaluation, row: &str) -> f64 {
+    let by_mode = &evaluation.pooled.baselines[row];
+    by_mode
+        .free_running
+        .as_ref()
+        .or(by_mode.one_step.as_ref())
+        .unwrap()
+        .rmse_mm
+}
+
+#[test]
+fn a_rigid_garment_is_exact_for_every_baseline() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = write_capture(folder.path(), Motion::Rigid);
+    let evaluation = evaluation(&capture);
+    let names: Vec<_> = evaluation.pooled.baselines.keys().map(String::as_str).collect();
+    let expected = "hold mean_shape skinning skinning_mean skinning_first ridge linear_dynamics";
+    assert_eq!(names.join(" "), expected);
+    for name in names {
+        assert!(
+            rmse(&evaluation, name) < 1e-2,
+            "{name}: {} mm",
+            rmse(&evaluation, name)
+        );
+    }
+    assert_eq!(evaluation.clips.keys().collect::<Vec<_>>(), ["c", "d"]);
+}
+
+#[test]
+fn regressions_learn_what_the_pose_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = write_capture(folder.path(), Motion::Swinging);
+    let evaluation = evaluation(&capture);
+    assert!(rmse(&evaluation, "skinning_mean") > 50.0);
+    assert!(rmse(&evaluation, "ridge") < 10.0, "{evaluation}");
+    assert!(rmse(&evaluation, "linear_dynamics") < 10.0, "{evaluation}");
+}
+
+#[test]
+fn the_same_bytes_for_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = write_capture(folder.path(), Motion::Swinging);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| serde_json::to_string(&evaluation(&capture)).unwrap())
+    };
+    let one = with(1);
+    assert!(
+        one.starts_with("{\"baselines\":{\"hold\":{\"one_step\":{\"rmse_mm\":"),
+        "{one}"
+    );
+    assert_eq!(one, with(2));
+    assert_eq!(one, with(5));
+}
+
+/// Gives the truth, as far as it may see it, and fails on demand.
+struct Truth {
+    fails_at: Option<usize>,
+    vertices: usize,
+}
+
+impl Predictor for Truth {
+    fn modes(&self) -> &[Mode] {
+        &[Mode::OneStep, Mode::FreeRunning]
+    }
+
+    fn start(&mut self, _: &PreparedClip, _: Mode) -> Result<(), PredictorError> {
+        Ok(())
+    }
+
+    fn predict(
+        &mut self,
+        clip: &PreparedClip,
+        frame: usize,
+        positions: &mut Vec<Vec3>,
+    ) -> Result<(), PredictorError> {
+        if self.fails_at == Some(frame) {
+            return Err("out of cloth".into());
+        }
+        positions.clear();
+        positions.extend_from_slice(&clip.captured.garment.frame(frame)[..self.vertices]);
+        Ok(())
+    }
+}
+
+fn run_truth(capture: &Capture, truth: Truth, seen: &mut Vec<usize>) -> unic_eval::Result<Evaluation> {
+    let clips = capture.clip_names(Split::Test).to_vec();
+    let mut observe = |event: &Event| {
+        if let Event::Predicted {
+            mode: Mode::FreeRunning,
+            frame,
+            ..
+        } = event
+        {
+            seen.push(*frame);
+        }
+        Ok(())
+    };
+    evaluate(capture, &mut [Row::model(truth)], &clips, &mut observe)
+}
+
+#[test]
+fn a_perfect_model_has_no_error_and_the_truth_s_jitter() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = write_capture(folder.path(), Motion::Swinging);
+    let mut seen = Vec::new();
+    let truth = Truth {
+        fails_at: None,
+        vertices: 8,
+    };
+    let model = run_truth(&capture, truth, &mut seen)
+        .unwrap()
+        .pooled
+        .model
+        .unwrap();
+    for metrics in [model.one_step.unwrap(), model.free_running.unwrap()] {
+        assert_eq!((metrics.rmse_mm, metrics.hausdorff_mm), (0.0, 0.0));
+        assert_eq!(
+            (metrics.jitter_ratio, metrics.edge_length_error_percent),
+            (1.0, 0.0)
+        );
+    }
+    assert_eq!(seen, [(1..70).collect::<Vec<_>>(), (1..70).collect()].concat());
+}
+
+#[test]
+fn failures_name_the_row_and_the_clip() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = write_capture(folder.path(), Motion::Rigid);
+    let run = |fails_at, vertices| {
+        run_truth(&capture, Truth { fails_at, vertices }, &mut Vec::new())
+            .unwrap_err()
+            .to_string()
+    };
+    assert_eq!(run(Some(40), 8), "model on clip c: out of cloth");
+    assert_eq!(
+        run(None, 5),
+        "model on clip c: expected 8 garment vertices, found 5"
+    );
+    let none = evaluate(&capture, &mut [], &[], &mut |_| Ok(()));
+    assert!(matches!(none, Err(Error::NoClips { .. })));
+}
