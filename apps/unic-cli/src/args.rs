@@ -110,7 +110,12 @@ pub(crate) struct EvalArgs {
     #[arg(long, value_enum, default_value_t = SplitName::Test)]
     pub(crate) split: SplitName,
     /// Clips to measure on by name, whatever their split.
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',', conflicts_with = "split")]
+    #[arg(
+        long,
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        conflicts_with = "split"
+    )]
     pub(crate) clips: Vec<String>,
     /// What becomes of vertices inside the body [default: as the model was trained for].
     #[arg(long, value_enum, conflicts_with = "baselines")]
@@ -267,7 +272,9 @@ fn parse_budget(text: &str) -> Result<Duration, String> {
 }
 
 fn parse_frames(text: &str) -> Result<Range<usize>, String> {
-    let parsed = text.split_once("..").and_then(|(a, b)| Some(a.parse().ok()?..b.parse().ok()?));
+    let parsed = text
+        .split_once("..")
+        .and_then(|(a, b)| Some(a.parse().ok()?..b.parse().ok()?));
     let range: Option<Range<usize>> = parsed.filter(|r: &Range<usize>| r.start < r.end);
     range.ok_or_else(|| "two whole numbers A..B with A below B are needed, such as 60..240".into())
 }

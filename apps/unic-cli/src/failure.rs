@@ -2,7 +2,10 @@
 
 use crate::output::say;
 use anyhow::{Error, Result};
-use std::{panic, process::ExitCode};
+use std::{
+    panic::{self, AssertUnwindSafe},
+    process::ExitCode,
+};
 use thiserror::Error;
 
 /// A command line that cannot be meant: exit code 2, as for those that clap refuses.
@@ -20,11 +23,17 @@ const MISUSED: u8 = 2;
 /// 128 + SIGINT, as shells report it.
 const INTERRUPTED: u8 = 130;
 
-/// Tells why a command failed, if it did, and gives the exit code.
-pub(crate) fn exit_code(result: Result<()>) -> ExitCode {
-    let Err(error) = result else { return ExitCode::SUCCESS };
-    say(&format!("unic: {}", sentence(&error)));
-    ExitCode::from(code(&error))
+/// Runs a command, tells why it failed if it did, and gives the exit code.
+pub(crate) fn exit_code(command: impl FnOnce() -> Result<()>) -> ExitCode {
+    match panic::catch_unwind(AssertUnwindSafe(command)) {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(error)) => {
+            say(&format!("unic: {}", sentence(&error)));
+            ExitCode::from(code(&error))
+        }
+        // The hook has told already.
+        Err(_) => ExitCode::from(FAILED),
+    }
 }
 
 fn code(error: &Error) -> u8 {
@@ -47,9 +56,16 @@ fn sentence(error: &Error) -> String {
 
 /// TOML's errors quote the source over several lines: those that begin with a margin go.
 pub(crate) fn one_line(text: &str) -> String {
-    let quoted = |line: &&str| line.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' ').starts_with('|');
+    let quoted = |line: &&str| {
+        line.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' ')
+            .starts_with('|')
+    };
     let lines: Vec<&str> = text.lines().filter(|line| !quoted(line)).map(str::trim).collect();
-    lines.into_iter().filter(|line| !line.is_empty()).collect::<Vec<_>>().join(": ")
+    lines
+        .into_iter()
+        .filter(|line| !line.is_empty())
+        .collect::<Vec<_>>()
+        .join(": ")
 }
 
 /// The last resort: a panic is one sentence too.
@@ -57,7 +73,10 @@ pub(crate) fn install_panic_hook() {
     panic::set_hook(Box::new(|info| {
         let place = info.location().map(|l| format!(" at {l}")).unwrap_or_default();
         let what = info.payload_as_str().unwrap_or("no message");
-        say(&format!("unic: internal error{place}: {}; please report it", one_line(what)));
+        say(&format!(
+            "unic: internal error{place}: {}; please report it",
+            one_line(what)
+        ));
     }));
 }
 
@@ -83,6 +102,9 @@ mod tests {
             source: Box::new(Interrupted("stopped".into())),
         };
         let error = Error::from(inside);
-        assert_eq!((code(&error), sentence(&error).as_str()), (INTERRUPTED, "stopped"));
+        assert_eq!(
+            (code(&error), sentence(&error).as_str()),
+            (INTERRUPTED, "stopped")
+        );
     }
 }

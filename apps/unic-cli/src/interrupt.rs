@@ -25,7 +25,9 @@ pub(crate) fn is_asked() -> bool {
 /// An error once somebody has asked to stop: for work that leaves nothing to save.
 pub(crate) fn check() -> Result<(), Interrupted> {
     match is_asked() {
-        true => Err(Interrupted("interrupted; nothing was written".into())),
+        true => Err(Interrupted(
+            "interrupted; no unfinished file is left behind".into(),
+        )),
         false => Ok(()),
     }
 }

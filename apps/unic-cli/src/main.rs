@@ -20,15 +20,17 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     failure::install_panic_hook();
     let args = Args::parse();
-    let result = prepare(&args).and_then(|()| run(&args.command));
-    failure::exit_code(result)
+    failure::exit_code(|| prepare(&args).and_then(|()| run(&args.command)))
 }
 
 fn prepare(args: &Args) -> Result<()> {
     interrupt::listen()?;
-    let Some(threads) = args.threads else { return Ok(()) };
+    let Some(threads) = args.threads else {
+        return Ok(());
+    };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get());
-    pool.build_global().context("--threads: the threads cannot be started")
+    pool.build_global()
+        .context("--threads: the threads cannot be started")
 }
 
 fn run(command: &Command) -> Result<()> {

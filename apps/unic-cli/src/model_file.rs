@@ -24,7 +24,9 @@ const RELAXATION_M: f32 = 0.005;
 /// The paper's handling with the model's own distance where it has one.
 pub(crate) fn paper_intersection(model: &Model) -> IntersectionMode {
     match model.config().intersection {
-        IntersectionMode::Off => IntersectionMode::Paper { relaxation_m: RELAXATION_M },
+        IntersectionMode::Off => IntersectionMode::Paper {
+            relaxation_m: RELAXATION_M,
+        },
         own => own,
     }
 }

@@ -1,7 +1,7 @@
 //! Progress on stderr: a bar with time left on a terminal, a line now and then elsewhere.
 
 use crate::output::say;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use std::{
     io::{IsTerminal, stderr},
     time::{Duration, Instant},
@@ -11,71 +11,99 @@ use std::{
 const LINE_INTERVAL: Duration = Duration::from_secs(15);
 
 /// Work with a known length.
-pub(crate) struct Progress {
-    title: String,
-    total: u64,
-    display: Display,
-}
-
-enum Display {
+pub(crate) enum Progress {
+    /// On a terminal.
     Bar(ProgressBar),
-    Lines { last: Instant },
+    /// In a log.
+    Lines(Lines),
 }
 
 impl Progress {
     /// Starts at `done` of `total`.
     pub(crate) fn new(title: &str, done: u64, total: u64) -> Self {
-        let display = match stderr().is_terminal() {
-            true => Display::Bar(bar(title, done, total)),
-            false => Display::Lines { last: Instant::now() },
-        };
-        Self { title: title.to_owned(), total, display }
+        match stderr().is_terminal() {
+            true => Self::Bar(bar(title, done, total)),
+            false => Self::Lines(Lines::new(title, done, total)),
+        }
     }
 
     /// `done` units are done; `message` is made only when it is shown.
     pub(crate) fn set(&mut self, done: u64, message: impl Fn() -> String) {
-        match &mut self.display {
-            Display::Bar(bar) => {
+        match self {
+            Self::Bar(bar) => {
                 bar.set_position(done);
                 bar.set_message(message());
             }
-            Display::Lines { last } if last.elapsed() >= LINE_INTERVAL => {
-                *last = Instant::now();
-                say(&format!("{} {done}/{}  {}", self.title, self.total, message()).trim_end().to_owned());
+            Self::Lines(lines) if lines.last.elapsed() >= LINE_INTERVAL => {
+                lines.last = Instant::now();
+                lines.write(done, &message());
             }
-            Display::Lines { .. } => {}
+            Self::Lines(_) => {}
         }
     }
 
-    /// A line that stays.
-    pub(crate) fn note(&self, line: &str) {
-        match &self.display {
-            Display::Bar(bar) => bar.suspend(|| say(line)),
-            Display::Lines { .. } => say(line),
+    /// Something that a log should hold; a bar shows it in its message already.
+    pub(crate) fn log(&self, done: u64, message: &str) {
+        if let Self::Lines(lines) = self {
+            lines.write(done, message);
         }
-    }
-
-    /// Notes are for people who have no bar to look at.
-    pub(crate) fn has_bar(&self) -> bool {
-        matches!(self.display, Display::Bar(_))
     }
 }
 
 impl Drop for Progress {
-    /// Errors that end the work find a clean line.
+    /// What follows, errors included, finds a clean line.
     fn drop(&mut self) {
-        if let Display::Bar(bar) = &self.display {
+        if let Self::Bar(bar) = self {
             bar.finish_and_clear();
         }
     }
 }
 
 fn bar(title: &str, done: u64, total: u64) -> ProgressBar {
-    let bar = ProgressBar::new(total).with_prefix(title.to_owned()).with_position(done);
+    let bar = ProgressBar::new(total)
+        .with_prefix(title.to_owned())
+        .with_position(done);
     let template = "{prefix} {wide_bar:.cyan/dim} {pos}/{len}  {msg}  {eta} left";
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style.progress_chars("━╸─"));
     }
     bar.reset_eta();
     bar
+}
+
+/// Lines of a log.
+pub(crate) struct Lines {
+    title: String,
+    first: u64,
+    total: u64,
+    started: Instant,
+    last: Instant,
+}
+
+impl Lines {
+    fn new(title: &str, first: u64, total: u64) -> Self {
+        let now = Instant::now();
+        Self {
+            title: title.to_owned(),
+            first,
+            total,
+            started: now,
+            last: now,
+        }
+    }
+
+    fn write(&self, done: u64, message: &str) {
+        let left = time_left(
+            self.started.elapsed(),
+            done.saturating_sub(self.first),
+            self.total.saturating_sub(done),
+        );
+        let left = left.map_or_else(String::new, |left| format!("  {} left", HumanDuration(left)));
+        say(&format!("{} {done}/{}  {message}{left}", self.title, self.total));
+    }
+}
+
+/// At the pace so far.
+fn time_left(elapsed: Duration, done: u64, to_do: u64) -> Option<Duration> {
+    (done > 0 && to_do > 0).then(|| elapsed.mul_f64(to_do as f64 / done as f64))
 }

@@ -65,6 +65,9 @@ struct Scratch {
     encoder: EncoderScratch,
     latent: Vec<f32>,
     biases: FieldBiases,
+    coefficients: Vec<f32>,
+    /// Displacements of the prior in the current frame.
+    prior: Vec<Vec3>,
     body_vertices: Vec<Vec3>,
     body: BodySnapshot,
     positions: Vec<Vec3>,
@@ -142,7 +145,9 @@ impl Animator {
         let (spec, skeleton) = (&model.config.motion, &model.character.skeleton);
         self.state.motion.advance(spec, skeleton, &motion_input(model, input));
         self.carry();
-        self.state.at_start = false;
+        if self.state.at_start {
+            self.complete_start();
+        }
         self.encode();
         self.deform();
         self.handle_intersections();
@@ -226,6 +231,8 @@ impl Animator {
         let garment = &model.garment;
         scratch.histories.resize(model.vertex_count(), PointHistory::default());
         let motion = &state.motion;
+        let (before, now) = motion.pair();
+        write_pair(model, [before, now], &mut scratch.encoder_input);
         for world_from_joint in [motion.previous_world_from_joint(), motion.world_from_joint()] {
             skeleton.world_from_rest(world_from_joint, &mut scratch.world_from_rest);
             let transforms = &scratch.world_from_rest;
@@ -235,6 +242,7 @@ impl Animator {
                 }
             });
         }
+        self.hang();
     }
 
     /// Point histories of the new frame.
@@ -251,16 +259,43 @@ impl Animator {
         });
     }
 
-    /// Motion vectors to the latent vector, folded into the field's biases.
-    fn encode(&mut self) {
-        let Self { model, state, scratch, .. } = self;
-        let (before, now) = state.motion.pair();
-        scratch.encoder_input.clear();
-        for vector in [before, now] {
-            let start = scratch.encoder_input.len();
-            scratch.encoder_input.extend_from_slice(vector);
-            model.normalisation.apply(&mut scratch.encoder_input[start..]);
+    /// On the first step the velocities of frame 0 are known at last, and with them where the prior
+    /// put the garment there: states are counted from it anew, the garment stays.
+    fn complete_start(&mut self) {
+        let before = std::mem::take(&mut self.scratch.prior);
+        let (first, _) = self.state.motion.pair();
+        write_pair(&self.model, [first, first], &mut self.scratch.encoder_input);
+        self.hang();
+        for (vertex, (old, new)) in self.state.vertices.iter_mut().zip(before.iter().zip(&self.scratch.prior)) {
+            vertex.value += *old - *new;
+            vertex.previous = vertex.value;
         }
+        self.state.at_start = false;
+    }
+
+    /// Where the prior puts the garment for the motion in `encoder_input`.
+    fn hang(&mut self) {
+        let Self { model, scratch, .. } = self;
+        if model.config.state == StateConfig::Position {
+            return;
+        }
+        let prior = &model.prior;
+        prior.coefficients(&scratch.encoder_input, &mut scratch.coefficients);
+        scratch.prior.resize(model.vertex_count(), Vec3::ZERO);
+        let coefficients = &scratch.coefficients;
+        for_each_tile(&mut scratch.prior, |first, tile| {
+            for (i, displacement) in tile.iter_mut().enumerate() {
+                *displacement = prior.displacement(first + i, coefficients);
+            }
+        });
+    }
+
+    /// Motion vectors to the prior's shapes and to the latent vector, folded into the field's biases.
+    fn encode(&mut self) {
+        let (before, now) = self.state.motion.pair();
+        write_pair(&self.model, [before, now], &mut self.scratch.encoder_input);
+        self.hang();
+        let Self { model, scratch, .. } = self;
         scratch.latent.resize(model.config.encoder.channels, 0.0);
         model.encoder.encode(&scratch.encoder_input, &mut scratch.encoder, &mut scratch.latent);
         model.field.fold(&scratch.latent, &mut scratch.biases);
@@ -290,16 +325,11 @@ impl Animator {
         let character = &model.character;
         character.weights.skin(&character.body.vertices, &scratch.world_from_rest, &mut scratch.body_vertices);
         scratch.body.prepare(&scratch.body_vertices, &character.body.faces);
-        let (body, histories) = (&scratch.body, &scratch.histories);
-        let world_from_frame = state.motion.world_from_frame();
+        let body = &scratch.body;
+        let at = Places::new(model, scratch, state.motion.world_from_frame());
         for_each_tile(&mut state.vertices, |first, vertices| {
             for (i, vertex) in vertices.iter_mut().enumerate() {
-                let place = Place {
-                    model,
-                    vertex: first + i,
-                    frame: &histories[first + i].now,
-                    world_from_frame,
-                };
+                let place = at.of(first + i);
                 if let Some(corrected) = rule.correct(body, place.to_world(vertex.value)) {
                     vertex.value = place.to_state(corrected);
                 }
@@ -308,20 +338,14 @@ impl Animator {
     }
 
     fn place(&mut self, positions: &[Vec3]) {
-        let world_from_frame = self.state.motion.world_from_frame();
+        let at = Places::new(&self.model, &self.scratch, self.state.motion.world_from_frame());
         for (vertex, state) in self.state.vertices.iter_mut().enumerate() {
-            let place = Place {
-                model: &self.model,
-                vertex,
-                frame: &self.scratch.histories[vertex].now,
-                world_from_frame,
-            };
-            state.value = place.to_state(positions[vertex]);
+            state.value = at.of(vertex).to_state(positions[vertex]);
         }
     }
 
     fn place_mean_shape(&mut self) {
-        let mean = self.model.mean_displacement.iter();
+        let mean = self.model.prior.mean.iter();
         let frames = self.scratch.histories.iter().map(|h| h.now);
         let positions: Vec<Vec3> = frames.zip(mean).map(|(f, &u)| f.position(u)).collect();
         self.place(&positions);
@@ -330,50 +354,64 @@ impl Animator {
     /// World positions and normals of the current state.
     fn finish(&mut self) -> GarmentFrame<'_> {
         let Self { model, state, scratch, .. } = self;
-        let world_from_frame = state.motion.world_from_frame();
-        let (vertices, histories) = (&state.vertices, &scratch.histories);
-        scratch.positions.resize(vertices.len(), Vec3::ZERO);
-        for_each_tile(&mut scratch.positions, |first, positions| {
+        let vertices = &state.vertices;
+        let mut positions = std::mem::take(&mut scratch.positions);
+        positions.resize(vertices.len(), Vec3::ZERO);
+        let at = Places::new(model, scratch, state.motion.world_from_frame());
+        for_each_tile(&mut positions, |first, positions| {
             for (i, position) in positions.iter_mut().enumerate() {
-                let place = Place {
-                    model,
-                    vertex: first + i,
-                    frame: &histories[first + i].now,
-                    world_from_frame,
-                };
+                let place = at.of(first + i);
                 *position = place.to_world(vertices[first + i].value);
             }
         });
+        scratch.positions = positions;
         vertex_normals(&scratch.positions, &model.garment.rest.faces, &mut scratch.normals);
         self.garment()
     }
 }
 
-/// Between the state of one vertex and its world position.
-struct Place<'a> {
-    model: &'a Model,
-    vertex: usize,
-    frame: &'a PointFrame,
-    world_from_frame: Rigid,
+/// Between states and world positions in one frame.
+enum Places<'a> {
+    /// States are positions in the frame of the motion vector.
+    Frame(Rigid),
+    /// States are displacements from where the prior puts each vertex, in its own frame.
+    Points { histories: &'a [PointHistory], prior: &'a [Vec3] },
 }
 
-impl Place<'_> {
-    fn to_world(&self, value: Vec3) -> Vec3 {
-        match self.model.config.state {
-            StateConfig::Position => self.world_from_frame.point(value),
+/// Between the state of one vertex and its world position: world = frame · (offset + state).
+struct Place {
+    frame: PointFrame,
+    offset: Vec3,
+}
+
+impl<'a> Places<'a> {
+    fn new(model: &Model, scratch: &'a Scratch, world_from_frame: Rigid) -> Self {
+        match model.config.state {
+            StateConfig::Position => Self::Frame(world_from_frame),
             StateConfig::Displacement(_) => {
-                self.frame.position(self.model.mean_displacement[self.vertex] + value)
+                Self::Points { histories: &scratch.histories, prior: &scratch.prior }
             }
         }
     }
 
-    fn to_state(&self, world: Vec3) -> Vec3 {
-        match self.model.config.state {
-            StateConfig::Position => self.world_from_frame.inverse().point(world),
-            StateConfig::Displacement(_) => {
-                self.frame.displacement(world) - self.model.mean_displacement[self.vertex]
-            }
+    fn of(&self, vertex: usize) -> Place {
+        match self {
+            Self::Frame(frame) => Place {
+                frame: PointFrame { skinned: frame.translation, rotation: frame.rotation },
+                offset: Vec3::ZERO,
+            },
+            Self::Points { histories, prior } => Place { frame: histories[vertex].now, offset: prior[vertex] },
         }
+    }
+}
+
+impl Place {
+    fn to_world(&self, state: Vec3) -> Vec3 {
+        self.frame.position(self.offset + state)
+    }
+
+    fn to_state(&self, world: Vec3) -> Vec3 {
+        self.frame.displacement(world) - self.offset
     }
 }
 
@@ -428,6 +466,16 @@ impl Tile<'_> {
                 value * decay + limited(output, config.output_limit) * config.scale_m
             }
         }
+    }
+}
+
+/// Two motion vectors side by side, normalised.
+fn write_pair(model: &Model, pair: [&[f32]; 2], out: &mut Vec<f32>) {
+    out.clear();
+    for vector in pair {
+        let start = out.len();
+        out.extend_from_slice(vector);
+        model.normalisation.apply(&mut out[start..]);
     }
 }
 

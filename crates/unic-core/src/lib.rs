@@ -7,6 +7,7 @@ pub mod features;
 pub mod model;
 mod model_file;
 pub mod network;
+pub mod prior;
 pub mod clip;
 pub mod heading;
 pub mod mesh;

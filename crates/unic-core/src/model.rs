@@ -7,6 +7,7 @@ use crate::{
     mesh::TriMesh,
     motion::{MotionError, Normalisation, motion_len},
     network::{Encoder, Field, LayerError, Linear},
+    prior::LinearPrior,
     surface_map::{SurfaceMap, SurfaceMapError},
 };
 use glam::Vec3;
@@ -36,9 +37,8 @@ pub struct ModelParts {
     pub character: Character,
     /// Rest shape and skinning weights.
     pub garment: Garment,
-    /// ū: mean displacement of each vertex from its skinned rest position, metres, in the vertex's
-    /// rotated frame; zeros where the state is a position.
-    pub mean_displacement: Vec<Vec3>,
+    /// Where the garment hangs in a given motion; zeros where the state is a position.
+    pub prior: LinearPrior,
     /// Bounding box that rest positions are scaled to.
     pub rest_box: RestBox,
     /// Statistics of the motion vector.
@@ -57,7 +57,7 @@ pub struct Model {
     pub(crate) config: ModelConfig,
     pub(crate) character: Character,
     pub(crate) garment: Garment,
-    pub(crate) mean_displacement: Vec<Vec3>,
+    pub(crate) prior: LinearPrior,
     pub(crate) rest_box: RestBox,
     pub(crate) normalisation: Normalisation,
     pub(crate) encoder: Encoder,
@@ -115,7 +115,7 @@ impl Model {
             config,
             character: parts.character,
             garment: parts.garment,
-            mean_displacement: parts.mean_displacement,
+            prior: parts.prior,
             rest_box: parts.rest_box,
             normalisation: parts.normalisation,
             about: parts.about,
@@ -128,7 +128,7 @@ impl Model {
             config: self.config.clone(),
             character: self.character.clone(),
             garment: self.garment.clone(),
-            mean_displacement: self.mean_displacement.clone(),
+            prior: self.prior.clone(),
             rest_box: self.rest_box,
             normalisation: self.normalisation.clone(),
             encoder: self.encoder.layers().to_vec(),
@@ -169,7 +169,7 @@ impl Model {
     }
 
     /// The same model on another mesh of the same garment, given in the same rest space: a field
-    /// does not know about meshes. Skinning weights and mean displacements are taken from the
+    /// does not know about meshes. Skinning weights and the prior's shapes are taken from the
     /// closest points of the rest shape that the model was trained on.
     ///
     /// # Errors
@@ -177,7 +177,7 @@ impl Model {
     pub fn with_mesh(&self, mesh: TriMesh) -> Result<Self, ModelError> {
         let map = SurfaceMap::new(&self.garment.rest, &mesh.vertices)?;
         let mut parts = self.to_parts();
-        map.vectors(&self.mean_displacement, &mut parts.mean_displacement)?;
+        parts.prior = self.prior.on_mesh(&map)?;
         parts.garment.weights = map.weights(&self.garment.weights)?;
         parts.garment.rest = mesh;
         Self::new(parts)
@@ -192,7 +192,11 @@ fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
         ("garment vertices or more", 1, vertices.min(1)),
         ("rows of garment skinning weights", vertices, parts.garment.weights.len()),
         ("joints in the garment's skinning weights", joints, parts.garment.weights.joint_count()),
-        ("mean displacements", vertices, parts.mean_displacement.len()),
+        ("mean displacements", vertices, parts.prior.mean.len()),
+        ("displacement shapes", vertices * parts.prior.len(), parts.prior.shapes.len()),
+        ("inputs of the prior", 2 * motion, parts.prior.map.inputs),
+        ("weights of the prior", 2 * motion * parts.prior.len(), parts.prior.map.weight.len()),
+        ("biases of the prior", parts.prior.len(), parts.prior.map.bias.len()),
         ("rows of body skinning weights", body, parts.character.weights.len()),
         ("joints in the body's skinning weights", joints, parts.character.weights.joint_count()),
         ("means of the motion vector", motion, parts.normalisation.mean.len()),
@@ -213,9 +217,11 @@ fn check_finite(parts: &ModelParts) -> Result<(), ModelError> {
         ("the encoder", layers(&parts.encoder)),
         ("the field", layers(&parts.field)),
         ("the rest shape", points(&parts.garment.rest.vertices)),
-        ("the mean displacement", points(&parts.mean_displacement)),
+        ("the prior", points(&parts.prior.mean) && points(&parts.prior.shapes)),
+        ("the prior's map", layers(std::slice::from_ref(&parts.prior.map))),
         ("the body", points(&parts.character.body.vertices)),
         ("the normalisation", finite(&normalisation.mean) && finite(&normalisation.std)),
+        ("the limit of the normalisation", normalisation.limit.is_none_or(|l| l > 0.0)),
         ("the bounding box", parts.rest_box.centre.is_finite() && parts.rest_box.half_extent > 0.0),
     ];
     match checks.into_iter().find(|(_, finite)| !finite) {

@@ -11,6 +11,7 @@ use crate::{
     model::{About, Model, ModelError, ModelParts},
     motion::Normalisation,
     network::Linear,
+    prior::LinearPrior,
     skeleton::{Skeleton, SkeletonError, SkeletonParts},
     skinning::{SkinningWeights, WeightsError},
 };
@@ -94,6 +95,9 @@ impl Model {
         tensors.layers("field", &parts.field);
         tensors.floats("motion.mean", &parts.normalisation.mean);
         tensors.floats("motion.std", &parts.normalisation.std);
+        if let Some(limit) = parts.normalisation.limit {
+            tensors.floats("motion.limit", &[limit]);
+        }
         tensors.character(&parts.character);
         tensors.garment(&parts);
         let views: Result<Vec<_>, _> = (tensors.0.iter())
@@ -117,13 +121,17 @@ impl Model {
             normalisation: Normalisation {
                 mean: file.vector("motion.mean")?,
                 std: file.vector("motion.std")?,
+                limit: match file.0.tensor("motion.limit") {
+                    Ok(_) => Some(file.floats("motion.limit", &[1])?[0]),
+                    Err(_) => None,
+                },
             },
             character: file.character(metadata.joint_names)?,
             garment: Garment {
                 rest: file.garment_mesh()?,
                 weights: file.weights("garment")?,
             },
-            mean_displacement: file.points("garment.mean_displacement")?,
+            prior: file.prior()?,
             rest_box: RestBox {
                 centre: Vec3::from_slice(&rest_box),
                 half_extent: rest_box[3],
@@ -210,6 +218,15 @@ impl Tensors {
         self.weights("character", &character.weights);
     }
 
+    fn prior(&mut self, prior: &LinearPrior) {
+        self.points("prior.mean", &prior.mean);
+        if !prior.is_empty() {
+            let shape = [prior.mean.len(), prior.len(), 3];
+            self.push("prior.shapes", Dtype::F32, &shape, &prior.shapes);
+            self.layers("prior", std::slice::from_ref(&prior.map));
+        }
+    }
+
     fn garment(&mut self, parts: &ModelParts) {
         let mesh = &parts.garment.rest;
         self.points("garment.vertices", &mesh.vertices);
@@ -219,7 +236,7 @@ impl Tensors {
             self.push("garment.uv.coordinates", Dtype::F32, &shape, &uvs.coordinates);
             self.faces("garment.uv.faces", &uvs.faces);
         }
-        self.points("garment.mean_displacement", &parts.mean_displacement);
+        self.prior(&parts.prior);
         let b = parts.rest_box;
         self.floats("garment.rest_box", &[b.centre.x, b.centre.y, b.centre.z, b.half_extent]);
         self.weights("garment", &parts.garment.weights);
@@ -282,6 +299,19 @@ impl Source<'_> {
             })
         };
         (0..count).map(layer).collect()
+    }
+
+    fn prior(&self) -> Result<LinearPrior, ModelFileError> {
+        let mean = self.points("prior.mean")?;
+        if self.0.tensor("prior.shapes").is_err() {
+            return Ok(LinearPrior::constant(mean, 2 * self.vector("motion.mean")?.len()));
+        }
+        let shapes = self.floats("prior.shapes", &[mean.len(), 0, 3])?;
+        Ok(LinearPrior {
+            shapes: shapes.chunks_exact(3).map(Vec3::from_slice).collect(),
+            map: self.layers("prior", 1)?.swap_remove(0),
+            mean,
+        })
     }
 
     fn weights(&self, owner: &str) -> Result<SkinningWeights, ModelFileError> {

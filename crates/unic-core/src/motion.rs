@@ -29,7 +29,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 
-pub use normalisation::Normalisation;
+pub use normalisation::{Normalisation, NormalisationRule, NormalisedElements, ROUNDING_STD};
 pub use state::{MotionInput, MotionState};
 
 use crate::{character::Character, skeleton::Skeleton};

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use unic_core::{
     config::{EncoderConfig, FieldConfig, PointInput},
-    motion::{MotionLayout, VelocityScheme},
+    motion::{MotionLayout, NormalisationRule, NormalisedElements, VelocityScheme},
 };
 
 /// Everything that a run depends on beside its capture.
@@ -39,6 +39,8 @@ pub struct ModelSettings {
     pub layout: MotionLayout,
     /// Direction of differences in the motion vector.
     pub velocity: VelocityScheme,
+    /// Scaling of the motion vector.
+    pub normalisation: NormalisationRule,
     /// Motion encoder.
     pub encoder: EncoderConfig,
     /// Deformation field.
@@ -309,6 +311,7 @@ fn paper() -> TrainConfig {
         model: ModelSettings {
             layout: MotionLayout::Paper,
             velocity: VelocityScheme::Forward,
+            normalisation: NormalisationRule::PAPER,
             encoder: EncoderConfig { hidden: vec![4096, 4096], channels: 128, categories: 8 },
             field: FieldConfig { width: 256, hidden_layers: 8, skip: Some(5) },
             state: StateSettings::Position,
@@ -345,6 +348,7 @@ fn standard() -> TrainConfig {
         model: ModelSettings {
             layout: MotionLayout::Heading,
             velocity: VelocityScheme::Backward,
+            normalisation: NormalisationRule { elements: NormalisedElements::All, least_std: 0.02, limit: Some(3.0) },
             encoder: EncoderConfig { hidden: vec![512, 512], channels: 64, categories: 8 },
             field: FieldConfig { width: 128, hidden_layers: 6, skip: Some(3) },
             state: StateSettings::Displacement {

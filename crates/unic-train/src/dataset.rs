@@ -77,7 +77,7 @@ impl Dataset {
         let (clips, validation) = (load(&train)?, load(&validation)?);
         let joints = capture.character.skeleton.len();
         let vectors = clips.iter().flat_map(|c| (0..c.len()).map(|t| c.kinematics.motion(t)));
-        let normalisation = Normalisation::fit(joints, vectors)?;
+        let normalisation = Normalisation::fit(joints, settings.model.normalisation, vectors)?;
         let mirror = settings.regularisation.mirror;
         let mirror = mirror.then(|| MirrorMap::new(&capture.character.skeleton)).flatten();
         let motion = clips.iter().map(|c| motion_vectors(c, &normalisation, mirror.as_ref())).collect();

@@ -5,7 +5,39 @@ use serde::{Deserialize, Serialize};
 
 /// Standard deviations below this are rounding noise of an element that training never moves: f32
 /// resolves 2e-6 m at 30 m from the origin. Such elements are only centred.
-const LEAST_STD: f64 = 1e-5;
+pub const ROUNDING_STD: f32 = 1e-5;
+
+/// Which elements a [`Normalisation`] scales, and how far.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NormalisationRule {
+    /// Elements that are centred and scaled.
+    pub elements: NormalisedElements,
+    /// Least standard deviation that an element is divided by, in its own unit. An element that
+    /// hardly moves in training must not become large when it does move later; 2 cm (or 0.02 of
+    /// anything else) is less than what moves a garment. [`ROUNDING_STD`] scales everything.
+    pub least_std: f32,
+    /// Largest magnitude of a normalised element, if limited: a motion far from training must not
+    /// drive the networks where they have never been.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit: Option<f32>,
+}
+
+/// Elements of the motion vector that are centred and scaled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NormalisedElements {
+    /// Positions and velocities, as published; rotations and contacts stay as they are.
+    PositionsAndVelocities,
+    /// All of them.
+    All,
+}
+
+impl NormalisationRule {
+    /// The published one.
+    pub const PAPER: Self =
+        Self { elements: NormalisedElements::PositionsAndVelocities, least_std: ROUNDING_STD, limit: None };
+}
 
 /// Mean and standard deviation of every element of the motion vector over the training frames:
 /// c ↦ (c − mean) / std. Rotations and contacts have mean 0 and standard deviation 1, so that they
@@ -17,6 +49,8 @@ pub struct Normalisation {
     pub mean: Vec<f32>,
     /// One an element, in its own unit, above zero.
     pub std: Vec<f32>,
+    /// Largest magnitude of a normalised element, if limited.
+    pub limit: Option<f32>,
 }
 
 impl Normalisation {
@@ -25,26 +59,37 @@ impl Normalisation {
         Self {
             mean: vec![0.0; motion_len(joints)],
             std: vec![1.0; motion_len(joints)],
+            limit: None,
         }
     }
 
-    /// Statistics over motion vectors of a skeleton with this many joints: the population's
+    /// Statistics by a rule over motion vectors of a skeleton with this many joints: the population's
     /// standard deviation, in one pass in f64 (Welford's recurrence). Elements that do not vary
     /// take 1; without any vector it is the identity.
     ///
     /// # Errors
     /// Vectors of another length, elements that are not finite.
-    pub fn fit<'a>(joints: usize, vectors: impl IntoIterator<Item = &'a [f32]>) -> Result<Self, MotionError> {
+    pub fn fit<'a>(
+        joints: usize,
+        rule: NormalisationRule,
+        vectors: impl IntoIterator<Item = &'a [f32]>,
+    ) -> Result<Self, MotionError> {
         let mut moments = Moments::new(motion_len(joints));
         for vector in vectors {
             moments.add(vector)?;
         }
-        let mut fitted = Self::identity(joints);
-        for element in MotionSlices::new(joints).normalised().flatten() {
+        let mut fitted = Self { limit: rule.limit, ..Self::identity(joints) };
+        let mut normalise = |element: usize| {
             fitted.mean[element] = moments.mean[element] as f32;
-            let std = (moments.squares[element] / moments.count.max(1.0)).sqrt();
-            if std >= LEAST_STD {
-                fitted.std[element] = std as f32;
+            let std = (moments.squares[element] / moments.count.max(1.0)).sqrt() as f32;
+            if std >= ROUNDING_STD {
+                fitted.std[element] = std.max(rule.least_std);
+            }
+        };
+        match rule.elements {
+            NormalisedElements::All => (0..motion_len(joints)).for_each(normalise),
+            NormalisedElements::PositionsAndVelocities => {
+                MotionSlices::new(joints).normalised().flatten().for_each(&mut normalise);
             }
         }
         Ok(fitted)
@@ -55,6 +100,9 @@ impl Normalisation {
         debug_assert_eq!(vector.len(), self.mean.len());
         for ((c, mean), std) in vector.iter_mut().zip(&self.mean).zip(&self.std) {
             *c = (*c - mean) / std;
+        }
+        if let Some(limit) = self.limit {
+            vector.iter_mut().for_each(|c| *c = c.clamp(-limit, limit));
         }
     }
 

@@ -73,7 +73,7 @@ fn normalised_elements_have_mean_zero_and_deviation_one() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
     let spec = spec(VARIANTS[3], 24);
     let vectors = streamed(&spec, &skeleton, &poses, Source::Clip);
-    let fitted = Normalisation::fit(24, vectors.iter().map(Vec::as_slice)).unwrap();
+    let fitted = Normalisation::fit(24, NormalisationRule::PAPER, vectors.iter().map(Vec::as_slice)).unwrap();
     let mut scaled = vectors.clone();
     scaled.iter_mut().for_each(|c| fitted.apply(c));
     let normalised: Vec<usize> = MotionSlices::new(24).normalised().flatten().collect();
@@ -96,8 +96,8 @@ fn normalised_elements_have_mean_zero_and_deviation_one() {
 
 #[test]
 fn normalisations_are_checked() {
-    assert_eq!(Normalisation::fit(3, []), Ok(Normalisation::identity(3)));
-    let wrong = Normalisation::fit(3, [&[0.0; 42][..]]);
+    assert_eq!(Normalisation::fit(3, NormalisationRule::PAPER, []), Ok(Normalisation::identity(3)));
+    let wrong = Normalisation::fit(3, NormalisationRule::PAPER, [&[0.0; 42][..]]);
     assert!(matches!(
         wrong,
         Err(MotionError::Length {
@@ -108,7 +108,7 @@ fn normalisations_are_checked() {
     ));
     let mut vector = [0.0; 43];
     vector[7] = f32::INFINITY;
-    let wrong = Normalisation::fit(3, [&vector[..]]);
+    let wrong = Normalisation::fit(3, NormalisationRule::PAPER, [&vector[..]]);
     assert!(matches!(wrong, Err(MotionError::NotFinite { element: 7, .. })));
     let mut normalisation = Normalisation::identity(3);
     assert_eq!(normalisation.check(3), Ok(()));

@@ -1,0 +1,319 @@
+//! `unic animate`.
+
+use crate::{
+    args::{AnimateArgs, IntersectionName},
+    interrupt, model_file,
+    output::{print, print_json, say},
+    pictures::{CLOTH, GAP, Place, Shot, Studio},
+    progress::Progress,
+};
+use anyhow::{Result, anyhow, bail};
+use glam::Vec3;
+use serde::Serialize;
+use std::{
+    ffi::OsString,
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Instant,
+};
+use unic_core::{
+    animator::{Animator, Start, StepInput},
+    clip::Clip,
+    config::IntersectionMode,
+    model::Model,
+};
+use unic_io::{MotionOptions, VertexCacheWriter, import_motion, read_obj, read_vertex_cache, write_obj};
+use unic_viewer::grid;
+
+/// Pictures in the strip.
+const SHOTS: usize = 8;
+
+/// Animates and writes.
+pub(crate) fn run(args: &AnimateArgs) -> Result<()> {
+    let started = Instant::now();
+    let model = Arc::new(read_model(args)?);
+    let clip = read_motion(args, &model)?;
+    let start = args
+        .start
+        .as_ref()
+        .map(|path| read_start(path, &model))
+        .transpose()?;
+    let mut files = Files::create(args, &model)?;
+    let shots = animate(args, &model, &clip, start.as_deref(), &mut files)?;
+    let picture = draw(&model, &clip, &shots)?;
+    let written = files.finish(&model, &picture)?;
+    let seconds = started.elapsed().as_secs_f64();
+    show(
+        args,
+        &Summary {
+            frames: clip.len(),
+            fps: clip.fps,
+            vertices: model.vertex_count(),
+            seconds,
+            written,
+        },
+    )
+}
+
+fn read_model(args: &AnimateArgs) -> Result<Model> {
+    let model = model_file::read(&args.model)?;
+    let Some(path) = &args.mesh else { return Ok(model) };
+    let mesh = read_obj(path)?;
+    model
+        .with_mesh(mesh)
+        .map_err(|e| anyhow!("{}: {e}", path.display()))
+}
+
+fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
+    let options = MotionOptions {
+        fps: Some(model.config().fps),
+        up: args.up.into(),
+        ..MotionOptions::default()
+    };
+    let import = import_motion(&args.motion, model.character(), &options)?;
+    import
+        .notes
+        .iter()
+        .for_each(|note| say(&format!("{}: {note}", args.motion.display())));
+    let mut clip = import.clip;
+    let Some(range) = args.frames.clone() else {
+        return Ok(clip);
+    };
+    if range.end > clip.len() {
+        let (path, fps) = (args.motion.display(), clip.fps);
+        bail!(
+            "{path}: expected --frames within 0..{} at {fps} fps, found {}..{}",
+            clip.len(),
+            range.start,
+            range.end
+        );
+    }
+    clip.poses = clip.poses[range].to_vec();
+    Ok(clip)
+}
+
+/// Positions of the first frame, or of the only one.
+fn read_start(path: &Path, model: &Model) -> Result<Vec<Vec3>> {
+    let is_obj = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"));
+    let positions = match is_obj {
+        true => read_obj(path)?.vertices,
+        false => first_frame(path)?,
+    };
+    let (expected, found) = (model.vertex_count(), positions.len());
+    if expected != found {
+        bail!(
+            "{}: expected a garment of {expected} vertices to start from, found {found}",
+            path.display()
+        );
+    }
+    match positions.iter().position(|p| !p.is_finite()) {
+        None => Ok(positions),
+        Some(vertex) => bail!(
+            "{}: expected finite positions, found vertex {vertex} at none",
+            path.display()
+        ),
+    }
+}
+
+/// A clip of a capture may have its garment in a file beside it.
+fn first_frame(path: &Path) -> Result<Vec<Vec3>> {
+    let mapped = path.with_extension("garment.npy");
+    let source = if path.extension().is_some_and(|e| e == "npz") && mapped.exists() {
+        &mapped
+    } else {
+        path
+    };
+    let cache = read_vertex_cache(source)?;
+    match cache.frames.iter().next() {
+        Some(frame) => Ok(frame.to_vec()),
+        None => bail!("{}: expected at least one frame, found none", source.display()),
+    }
+}
+
+/// Steps through the clip; pictures are kept at even distances.
+fn animate(
+    args: &AnimateArgs,
+    model: &Arc<Model>,
+    clip: &Clip,
+    start: Option<&[Vec3]>,
+    files: &mut Files,
+) -> Result<Vec<(usize, Shot)>> {
+    let mut animator = animator(args, model);
+    let mut progress = Progress::new("animating", 0, clip.len() as u64);
+    let picture_frames = evenly_spread(clip.len(), SHOTS);
+    let mut shots = Vec::new();
+    let mut body = Vec::new();
+    for (t, pose) in clip.poses.iter().enumerate() {
+        interrupt::check()?;
+        let input = StepInput {
+            pose,
+            next_pose: clip.poses.get(t + 1),
+            ground_height: clip.ground_height,
+        };
+        let garment = match t {
+            0 => animator.reset(&input, start.map_or(Start::MeanShape, Start::Positions)),
+            _ => animator.step(&input),
+        };
+        let garment = garment
+            .map_err(|e| anyhow!("{}: {e}", args.motion.display()))?
+            .positions
+            .to_vec();
+        animator.body(&mut body);
+        files.push(&garment, &body)?;
+        if picture_frames.contains(&t) {
+            let place = Place::new(&model.character().skeleton, pose);
+            shots.push((
+                t,
+                Shot {
+                    body: body.clone(),
+                    garment,
+                    place,
+                },
+            ));
+        }
+        progress.set(t as u64 + 1, String::new);
+    }
+    Ok(shots)
+}
+
+fn animator(args: &AnimateArgs, model: &Arc<Model>) -> Animator {
+    let mut animator = Animator::new(model.clone());
+    match args.intersection {
+        Some(IntersectionName::Off) => animator.set_intersection(IntersectionMode::Off),
+        Some(IntersectionName::Paper) => animator.set_intersection(model_file::paper_intersection(model)),
+        None => {}
+    }
+    animator
+}
+
+/// The first frame, the last one, and others between.
+fn evenly_spread(len: usize, count: usize) -> Vec<usize> {
+    let mut frames: Vec<usize> = (0..count)
+        .map(|i| i * len.saturating_sub(1) / (count - 1).max(1))
+        .collect();
+    frames.dedup();
+    frames
+}
+
+fn draw(model: &Model, clip: &Clip, shots: &[(usize, Shot)]) -> Result<Vec<u8>> {
+    let all: Vec<Shot> = shots.iter().map(|(_, shot)| shot.clone()).collect();
+    let studio = Studio::new(model.character(), model.garment(), clip.ground_height, &all)?;
+    let tile =
+        |(t, shot): &(usize, Shot)| studio.picture(shot, CLOTH, &format!("{:.2} s", *t as f32 / clip.fps));
+    let tiles = shots.iter().map(tile).collect::<Result<Vec<_>>>()?;
+    Ok(grid(&tiles, tiles.len(), GAP)?.encode_png()?)
+}
+
+/// The animations being written; nothing appears before [`Files::finish`].
+struct Files {
+    garment: VertexCacheWriter,
+    body: VertexCacheWriter,
+    garment_path: PathBuf,
+    body_path: PathBuf,
+    picture_path: PathBuf,
+}
+
+impl Files {
+    fn create(args: &AnimateArgs, model: &Model) -> Result<Self> {
+        let body_path = beside(&args.out);
+        let fps = model.config().fps;
+        Ok(Self {
+            garment: VertexCacheWriter::create(&args.out, &model.garment().rest, fps)?,
+            body: VertexCacheWriter::create(&body_path, &model.character().body, fps)?,
+            picture_path: args
+                .picture
+                .clone()
+                .unwrap_or_else(|| args.out.with_extension("png")),
+            garment_path: args.out.clone(),
+            body_path,
+        })
+    }
+
+    fn push(&mut self, garment: &[Vec3], body: &[Vec3]) -> Result<()> {
+        self.garment.push(garment)?;
+        Ok(self.body.push(body)?)
+    }
+
+    fn finish(self, model: &Model, picture: &[u8]) -> Result<Vec<PathBuf>> {
+        let is_pc2 = matches!(self.garment, VertexCacheWriter::Pc2(_));
+        let mut written = vec![self.garment_path, self.body_path];
+        self.garment.finish()?;
+        self.body.finish()?;
+        if is_pc2 {
+            // A point cache has no faces: these are the meshes that it deforms.
+            let meshes = [&model.garment().rest, &model.character().body];
+            for (i, mesh) in meshes.into_iter().enumerate() {
+                let path = written[i].with_extension("obj");
+                write_obj(&path, mesh)?;
+                written.push(path);
+            }
+        }
+        unic_io::atomic::write(&self.picture_path, picture)?;
+        written.push(self.picture_path);
+        Ok(written)
+    }
+}
+
+/// `walk.body.pc2` for `walk.pc2`, `frames_body` for a folder `frames`.
+fn beside(path: &Path) -> PathBuf {
+    let mut name: OsString = path.file_stem().unwrap_or_default().to_owned();
+    match path.extension() {
+        Some(extension) => {
+            name.push(".body.");
+            name.push(extension);
+        }
+        None => name.push("_body"),
+    }
+    path.with_file_name(name)
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Summary {
+    frames: usize,
+    fps: f32,
+    vertices: usize,
+    /// Of the whole command.
+    seconds: f64,
+    /// Garment, body, their meshes for .pc2, picture.
+    written: Vec<PathBuf>,
+}
+
+fn show(args: &AnimateArgs, summary: &Summary) -> Result<()> {
+    if args.json {
+        return print_json(summary);
+    }
+    let Summary {
+        frames,
+        fps,
+        vertices,
+        seconds,
+        written,
+    } = summary;
+    let paths: Vec<String> = written
+        .iter()
+        .map(|path| format!("  {}\n", path.display()))
+        .collect();
+    print(&format!(
+        "{frames} frames of {vertices} vertices at {fps} fps in {seconds:.1} s\n{}",
+        paths.concat()
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_body_goes_beside_the_garment() {
+        assert_eq!(beside(Path::new("a/walk.pc2")), Path::new("a/walk.body.pc2"));
+        assert_eq!(beside(Path::new("frames")), Path::new("frames_body"));
+    }
+
+    #[test]
+    fn pictures_are_spread_over_any_clip() {
+        assert_eq!(evenly_spread(15, 8), [0, 2, 4, 6, 8, 10, 12, 14]);
+        assert_eq!(evenly_spread(2, 8), [0, 1]);
+        assert_eq!(evenly_spread(1, 8), [0]);
+    }
+}

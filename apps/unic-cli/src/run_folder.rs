@@ -1,0 +1,224 @@
+//! The folder of a training run, beside its model: `tshirt.run` for `tshirt.unic`.
+//!
+//! ```text
+//! run.toml        capture, clips and preset: what a resumed run must find again
+//! config.toml     all settings; there from the moment that training starts
+//! metrics.jsonl   one JSON object a line
+//! checkpoints/    the two newest
+//! log.txt         what ran when, on which machine
+//! lock            held while a process trains into the folder
+//! ```
+
+mod metrics;
+mod record;
+
+pub(crate) use metrics::MetricsLog;
+pub(crate) use record::RunRecord;
+
+use anyhow::{Context, Result, anyhow, bail};
+use std::{
+    fs::{self, File, OpenOptions, TryLockError},
+    io::Write,
+    path::{Path, PathBuf},
+    time::SystemTime,
+};
+use unic_io::atomic::{self, AtomicFile};
+use unic_train::TrainConfig;
+
+/// What becomes of a run that is there already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Earlier {
+    /// It stays, and is an error.
+    Refuse,
+    /// It is thrown away once the new one starts.
+    Overwrite,
+    /// It goes on.
+    Resume,
+}
+
+/// A run's folder, locked against other processes.
+#[derive(Debug)]
+pub(crate) struct RunFolder {
+    path: PathBuf,
+    earlier: Earlier,
+    lock: File,
+}
+
+impl RunFolder {
+    /// Locks the folder beside the model `out` and checks that both can be written, so that no
+    /// training is lost for want of a place.
+    pub(crate) fn open(out: &Path, earlier: Earlier) -> Result<Self> {
+        let path = path_beside(out)?;
+        check_earlier(out, &path, earlier)?;
+        drop(AtomicFile::create(out)?);
+        fs::create_dir_all(&path)
+            .map_err(|e| anyhow!("{}: cannot create the folder: {e}", path.display()))?;
+        let lock = lock(&path)?;
+        drop(AtomicFile::create(&path.join("checkpoints").join("writable"))?);
+        Ok(Self { path, earlier, lock })
+    }
+
+    /// The folder itself.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Settings in TOML.
+    pub(crate) fn config(&self) -> PathBuf {
+        self.path.join("config.toml")
+    }
+
+    /// Where the trainer keeps its checkpoints.
+    pub(crate) fn checkpoints(&self) -> PathBuf {
+        self.path.join("checkpoints")
+    }
+
+    /// Losses and validation errors.
+    pub(crate) fn metrics(&self) -> PathBuf {
+        self.path.join("metrics.jsonl")
+    }
+
+    /// The settings of the run that is there.
+    pub(crate) fn stored_config(&self) -> Result<TrainConfig> {
+        let path = self.config();
+        let text = fs::read_to_string(&path).map_err(|e| anyhow!("{}: cannot read: {e}", path.display()))?;
+        TrainConfig::from_toml(&text).map_err(|e| anyhow!("{}: {e}", path.display()))
+    }
+
+    /// The record of the run that is there.
+    pub(crate) fn stored_record(&self) -> Result<RunRecord> {
+        RunRecord::read(&self.path.join("run.toml"))
+    }
+
+    /// Begins a new run: from here on there is something to resume.
+    pub(crate) fn begin(&self, config: &TrainConfig, record: &RunRecord) -> Result<()> {
+        if self.earlier == Earlier::Overwrite {
+            self.clear()?;
+        }
+        record.write(&self.path.join("run.toml"))?;
+        Ok(atomic::write(&self.config(), config.to_toml().as_bytes())?)
+    }
+
+    /// Adds a line to the log.
+    pub(crate) fn log(&self, line: &str) -> Result<()> {
+        let path = self.path.join("log.txt");
+        let now = humantime::format_rfc3339_seconds(SystemTime::now());
+        let mut file = OpenOptions::new().create(true).append(true).open(&path)?;
+        writeln!(file, "{now} {line}").with_context(|| format!("{}: cannot write", path.display()))
+    }
+
+    fn clear(&self) -> Result<()> {
+        let checkpoints = fs::read_dir(self.checkpoints())?
+            .flatten()
+            .map(|entry| entry.path());
+        let files = ["config.toml", "run.toml", "metrics.jsonl", "log.txt"].map(|name| self.path.join(name));
+        for file in files.into_iter().chain(checkpoints).filter(|file| file.exists()) {
+            fs::remove_file(&file).map_err(|e| anyhow!("{}: cannot remove: {e}", file.display()))?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for RunFolder {
+    /// A run that never began leaves no folder; `remove_dir` spares folders that hold anything.
+    fn drop(&mut self) {
+        if !self.config().exists() {
+            let _ = fs::remove_file(self.path.join("lock"));
+            let _ = fs::remove_dir(self.checkpoints());
+            let _ = fs::remove_dir(&self.path);
+        }
+        let _ = self.lock.unlock();
+    }
+}
+
+fn path_beside(out: &Path) -> Result<PathBuf> {
+    let path = out.with_extension("run");
+    if out.is_dir() || out.file_name().is_none() || path == out {
+        bail!(
+            "{}: expected the name of a model file such as NAME.unic, found a folder's",
+            out.display()
+        );
+    }
+    Ok(path)
+}
+
+fn check_earlier(out: &Path, path: &Path, earlier: Earlier) -> Result<()> {
+    let has_run = path.join("config.toml").exists();
+    let shown = path.display();
+    match earlier {
+        Earlier::Refuse if has_run => bail!(
+            "{shown}: expected no earlier run, found one; --resume goes on with it, --overwrite throws it away"
+        ),
+        Earlier::Refuse if out.exists() => {
+            bail!(
+                "{}: expected no such model yet, found one; --overwrite replaces it",
+                out.display()
+            )
+        }
+        Earlier::Resume if !has_run => bail!("{shown}: expected a run to resume, found none"),
+        _ => Ok(()),
+    }
+}
+
+fn lock(path: &Path) -> Result<File> {
+    let file = path.join("lock");
+    let lock = File::create(&file).map_err(|e| anyhow!("{}: cannot create: {e}", file.display()))?;
+    match lock.try_lock() {
+        Ok(()) => Ok(lock),
+        Err(TryLockError::WouldBlock) => {
+            bail!(
+                "{}: expected nobody else to train here, found another process that does",
+                path.display()
+            )
+        }
+        // File systems without locks: nothing to be gained by refusing to train.
+        Err(TryLockError::Error(_)) => Ok(lock),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use unic_train::Preset;
+
+    fn begun(out: &Path) -> RunFolder {
+        let folder = RunFolder::open(out, Earlier::Overwrite).unwrap();
+        folder
+            .begin(&TrainConfig::preset(Preset::Tiny), &RunRecord::default())
+            .unwrap();
+        folder
+    }
+
+    #[test]
+    fn one_process_at_a_time() {
+        let parent = tempfile::tempdir().unwrap();
+        let out = parent.path().join("a.unic");
+        let folder = begun(&out);
+        let error = RunFolder::open(&out, Earlier::Resume).unwrap_err().to_string();
+        assert!(error.contains("another process"), "{error}");
+        drop(folder);
+        assert!(RunFolder::open(&out, Earlier::Resume).is_ok());
+    }
+
+    #[test]
+    fn an_earlier_run_is_lost_on_request_alone() {
+        let parent = tempfile::tempdir().unwrap();
+        let out = parent.path().join("a.unic");
+        assert!(RunFolder::open(&out, Earlier::Resume).is_err());
+        drop(begun(&out));
+        fs::write(out.with_extension("run").join("metrics.jsonl"), "{}\n").unwrap();
+        assert!(RunFolder::open(&out, Earlier::Refuse).is_err());
+        // Opening to overwrite loses nothing yet: the new run may fail before it begins.
+        drop(RunFolder::open(&out, Earlier::Overwrite).unwrap());
+        assert!(out.with_extension("run").join("metrics.jsonl").exists());
+        drop(begun(&out));
+        assert!(!out.with_extension("run").join("metrics.jsonl").exists());
+    }
+
+    #[test]
+    fn a_run_that_never_began_leaves_nothing() {
+        let parent = tempfile::tempdir().unwrap();
+        drop(RunFolder::open(&parent.path().join("a.unic"), Earlier::Refuse).unwrap());
+        assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 0);
+    }
+}

@@ -1,0 +1,150 @@
+//! Training settings from the command line.
+
+use crate::{
+    args::{PresetName, TrainArgs},
+    failure::{Usage, one_line},
+};
+use anyhow::{Result, anyhow};
+use std::{fs, path::Path};
+use toml::{Table, Value};
+use unic_train::{SettingsError, TrainConfig};
+
+/// Settings of a new run: the preset, then `--config`, then `--set`, `--seed` and `--steps`.
+pub(crate) fn of_new_run(args: &TrainArgs) -> Result<TrainConfig> {
+    let preset = args.preset.unwrap_or(PresetName::Standard);
+    overlaid(args, TrainConfig::preset(preset.into()))
+}
+
+/// Settings of a run to go on with: `stored`, which the command line may repeat but not change.
+pub(crate) fn of_resumed_run(args: &TrainArgs, stored: TrainConfig, path: &Path) -> Result<TrainConfig> {
+    let asked = overlaid(args, stored.clone())?;
+    let (old, new) = (table(&stored)?, table(&asked)?);
+    let Some((key, old, new)) = first_difference(&old, &new) else {
+        return Ok(stored);
+    };
+    let path = path.display();
+    Err(Usage(format!(
+        "{path}: expected --resume to keep {key} = {old}, found {new} asked for"
+    ))
+    .into())
+}
+
+fn overlaid(args: &TrainArgs, base: TrainConfig) -> Result<TrainConfig> {
+    let config = match &args.config {
+        Some(path) => with_file(&base, path)?,
+        None => base,
+    };
+    let mut assignments = args.set.clone();
+    assignments.extend(args.seed.map(|seed| format!("seed={seed}")));
+    assignments.extend(args.steps.map(|steps| format!("optimiser.steps={steps}")));
+    Ok(config
+        .with_assignments(&assignments)
+        .map_err(|e| Usage(one_line(&e.to_string())))?)
+}
+
+/// A complete file stands for itself, so that an optional key that it lacks is absent; a partial
+/// one is laid over `base`.
+fn with_file(base: &TrainConfig, path: &Path) -> Result<TrainConfig> {
+    let failed = |what: String| anyhow!("{}: {}", path.display(), one_line(&what));
+    let text = fs::read_to_string(path).map_err(|e| failed(format!("cannot read the settings: {e}")))?;
+    if let Ok(config) = TrainConfig::from_toml(&text) {
+        return Ok(config);
+    }
+    let file: Table = toml::from_str(&text).map_err(|e: toml::de::Error| failed(e.to_string()))?;
+    let mut all = table(base)?;
+    overlay(&mut all, file);
+    TrainConfig::from_toml(&toml::to_string(&all)?).map_err(|e: SettingsError| failed(e.to_string()))
+}
+
+fn table(config: &TrainConfig) -> Result<Table> {
+    Ok(Table::try_from(config)?)
+}
+
+fn overlay(base: &mut Table, over: Table) {
+    for (key, value) in over {
+        match (base.get_mut(&key), value) {
+            (Some(Value::Table(base)), Value::Table(over)) => overlay(base, over),
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
+    }
+}
+
+/// Dotted key and both values of the first key that differs.
+fn first_difference(old: &Table, new: &Table) -> Option<(String, String, String)> {
+    let text = |value: Option<&Value>| value.map_or("nothing".into(), Value::to_string);
+    let keys = old.keys().chain(new.keys().filter(|key| !old.contains_key(*key)));
+    keys.filter(|key| old.get(*key) != new.get(*key))
+        .find_map(|key| match (old.get(key), new.get(key)) {
+            (Some(Value::Table(old)), Some(Value::Table(new))) => {
+                first_difference(old, new).map(|(below, old, new)| (format!("{key}.{below}"), old, new))
+            }
+            (old, new) => Some((key.clone(), text(old), text(new))),
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::{Args, Command};
+    use clap::Parser;
+
+    fn args(line: &str) -> TrainArgs {
+        match Args::parse_from(format!("unic train c {line}").split_whitespace()).command {
+            Command::Train(args) => args,
+            other => unreachable!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn later_sources_win() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        fs::write(&path, "seed = 5\n[optimiser]\nsteps = 70\nclip_norm = 2.0\n").unwrap();
+        let line = format!(
+            "--preset tiny --config {} --set optimiser.clip_norm=3 --steps 80",
+            path.display()
+        );
+        let config = of_new_run(&args(&line.replace("=3 ", "=3.0 "))).unwrap();
+        let tiny = TrainConfig::preset(unic_train::Preset::Tiny);
+        assert_eq!(
+            (config.seed, config.optimiser.steps, config.optimiser.clip_norm),
+            (5, 80, 3.0)
+        );
+        assert_eq!(config.model, tiny.model);
+    }
+
+    #[test]
+    fn a_complete_file_owes_the_preset_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        let tiny = TrainConfig::preset(unic_train::Preset::Tiny);
+        fs::write(&path, tiny.to_toml()).unwrap();
+        assert_eq!(
+            of_new_run(&args(&format!("--config {}", path.display()))).unwrap(),
+            tiny
+        );
+        fs::write(&path, "[optimiser]\nstepz = 7\n").unwrap();
+        let error = of_new_run(&args(&format!("--config {}", path.display())))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("s.toml") && error.contains("stepz") && !error.contains('\n'),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn resuming_may_repeat_settings_and_not_change_them() {
+        let stored = of_new_run(&args("--preset tiny --steps 40 --seed 3")).unwrap();
+        let resumed = |line: &str| of_resumed_run(&args(line), stored.clone(), Path::new("config.toml"));
+        assert_eq!(resumed("").unwrap(), stored);
+        assert_eq!(resumed("--steps 40 --set keep=best").unwrap(), stored);
+        let error = resumed("--seed 3 --set batch.points=9").unwrap_err().to_string();
+        assert!(
+            error.contains("batch.points = 64") && error.contains("found 9"),
+            "{error}"
+        );
+    }
+}

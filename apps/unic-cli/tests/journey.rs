@@ -1,0 +1,302 @@
+//! The main job as a user does it: inspect, train, evaluate, animate; the JSON keys are a contract.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::*;
+use serde_json::Value;
+use std::{path::Path, process::Stdio, sync::LazyLock};
+use tempfile::TempDir;
+
+/// A capture and a model trained on it, shared by the tests of this file.
+static TRAINED: LazyLock<TempDir> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture(folder.path());
+    train(folder.path(), "tube.unic", "--steps 120");
+    folder
+});
+
+const METRICS: [&str; 12] = [
+    "rmse_mm",
+    "mean_vertex_error_mm",
+    "hausdorff_mm",
+    "intersecting_vertices_percent_paper",
+    "intersecting_vertices_percent_closest",
+    "intersecting_frames_percent",
+    "jitter_ratio",
+    "rmse_mm_at_1s",
+    "rmse_mm_at_5s",
+    "rmse_mm_at_10s",
+    "rmse_mm_at_60s",
+    "drift_mm",
+];
+
+const BASELINES: [(&str, &str); 7] = [
+    ("hold", "one_step"),
+    ("mean_shape", "free_running"),
+    ("skinning", "free_running"),
+    ("skinning_mean", "free_running"),
+    ("skinning_first", "free_running"),
+    ("ridge", "free_running"),
+    ("linear_dynamics", "free_running"),
+];
+
+fn assert_metrics(value: &Value) {
+    for key in METRICS {
+        assert!(value.get(key).is_some(), "{key} in {value}");
+    }
+    assert!(value["rmse_mm"].as_f64().unwrap() >= 0.0);
+}
+
+fn assert_baselines(scores: &Value) {
+    for (name, mode) in BASELINES {
+        assert_metrics(&scores["baselines"][name][mode]);
+    }
+}
+
+#[test]
+fn training_leaves_a_model_and_its_run() {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture(folder.path());
+    let summary = train(folder.path(), "m.unic", "--steps 60");
+    for key in [
+        "model",
+        "run",
+        "bytes",
+        "parameters",
+        "steps",
+        "seconds",
+        "validation_clips",
+        "validation_rmse_mm",
+    ] {
+        assert!(summary.get(key).is_some(), "{key} in {summary}");
+    }
+    assert_eq!(
+        (&summary["steps"], &summary["validation_clips"][0]),
+        (&60.into(), &"three".into())
+    );
+    let run = folder.path().join("m.run");
+    let metrics = std::fs::read_to_string(run.join("metrics.jsonl")).unwrap();
+    let lines: Vec<Value> = metrics
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let steps = |key: &str| -> Vec<u64> {
+        lines
+            .iter()
+            .filter(|l| l.get(key).is_some())
+            .map(|l| l["step"].as_u64().unwrap())
+            .collect()
+    };
+    assert_eq!(steps("validation_rmse_mm"), [20, 40, 60]);
+    assert_eq!(steps("loss"), [50]);
+    assert!(
+        std::fs::read_to_string(run.join("config.toml"))
+            .unwrap()
+            .contains("steps = 60")
+    );
+    assert!(
+        std::fs::read_to_string(run.join("log.txt"))
+            .unwrap()
+            .contains("threads")
+    );
+    assert!(run.join("checkpoints").join("step-00000060.safetensors").exists());
+}
+
+#[test]
+fn a_budget_becomes_a_number_of_steps() {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture(folder.path());
+    let summary = train(folder.path(), "m.unic", "--budget 2s");
+    let steps = summary["steps"].as_u64().unwrap();
+    assert!(steps > 1);
+    let config = std::fs::read_to_string(folder.path().join("m.run/config.toml")).unwrap();
+    assert!(config.contains(&format!("steps = {steps}\n")), "{config}");
+}
+
+#[test]
+fn evaluation_has_every_key_of_the_contract() {
+    let folder = TRAINED.path();
+    let scores = json(folder, "eval tube.unic tube --json");
+    for mode in ["one_step", "free_running"] {
+        assert_metrics(&scores["model"][mode]);
+        assert_metrics(&scores["clips"]["four"]["model"][mode]);
+    }
+    assert_baselines(&scores);
+    assert_baselines(&scores["clips"]["five"]);
+    assert!(scores["timing"]["frame_ms"].as_f64().unwrap() > 0.0);
+    // Three seconds of training must beat the shape that knows nothing.
+    let rmse = |row: &Value| row["free_running"]["rmse_mm"].as_f64().unwrap();
+    assert!(
+        rmse(&scores["model"]) < rmse(&scores["baselines"]["skinning"]),
+        "{scores}"
+    );
+}
+
+#[test]
+fn baselines_stand_alone() {
+    let folder = TRAINED.path();
+    let scores = json(folder, "eval --baselines tube --json --split validation");
+    assert_baselines(&scores);
+    assert!(scores.get("model").is_none() && scores["clips"].get("three").is_some());
+    let table = succeeds(folder, "eval --baselines tube --clips four");
+    assert!(
+        table.contains("linear_dynamics") && table.contains("rmse"),
+        "{table}"
+    );
+}
+
+#[test]
+fn evaluation_keeps_positions_and_pictures_on_request() {
+    let folder = TRAINED.path();
+    let table = succeeds(
+        folder,
+        "eval tube.unic tube --dump dump --pictures worst --intersection off",
+    );
+    assert!(table.contains("model") && table.contains("ms (median"), "{table}");
+    for clip in ["four", "five"] {
+        let dump = unic_io::Npz::open(&folder.join(format!("dump/{clip}.npz"))).unwrap();
+        assert!(
+            dump.contains("model.free_running") && dump.contains("truth"),
+            "{:?}",
+            dump.names()
+        );
+        assert_png(&folder.join(format!("worst/{clip}.png")));
+    }
+}
+
+fn assert_png(path: &Path) {
+    let bytes = std::fs::read(path).unwrap();
+    assert!(
+        bytes.starts_with(b"\x89PNG") && bytes.len() > 10_000,
+        "{}",
+        path.display()
+    );
+}
+
+#[test]
+fn animations_come_in_every_form_with_the_body_and_a_picture() {
+    let folder = TRAINED.path();
+    for (out, body) in [
+        ("a.pc2", "a.body.pc2"),
+        ("b.npz", "b.body.npz"),
+        ("frames", "frames_body"),
+    ] {
+        let line = format!("animate tube.unic --motion tube/clips/four.npz --out {out} --json");
+        let summary = json(folder, &line);
+        assert_eq!(summary["frames"], FRAMES);
+        let cache = |name: &str| unic_io::read_vertex_cache(&folder.join(name)).unwrap().frames;
+        assert_eq!((cache(out).len(), cache(out).vertex_count()), (FRAMES, VERTICES));
+        assert_eq!((cache(body).len(), cache(body).vertex_count()), (FRAMES, 90));
+        assert_png(&folder.join(out).with_extension("png"));
+        let written = summary["written"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|path| path.as_str().unwrap());
+        for path in written.filter(|path| !path.ends_with(".png")) {
+            succeeds(folder, &format!("inspect {path}"));
+        }
+    }
+    assert_eq!(
+        unic_io::read_obj(&folder.join("a.obj")).unwrap().vertices.len(),
+        VERTICES
+    );
+    assert_eq!(
+        unic_io::read_obj(&folder.join("a.body.obj"))
+            .unwrap()
+            .vertices
+            .len(),
+        90
+    );
+}
+
+#[test]
+fn a_start_is_the_first_frame_and_ranges_cut() {
+    let folder = TRAINED.path();
+    let start = "--start tube/clips/five.npz --picture p.png";
+    succeeds(
+        folder,
+        &format!("animate tube.unic --motion tube/clips/five.npz --out s.npz {start} --frames 0..12"),
+    );
+    let found = unic_io::read_vertex_cache(&folder.join("s.npz")).unwrap().frames;
+    let truth = unic_io::frames::VertexFrames::open_npy(&folder.join("tube/clips/five.garment.npy")).unwrap();
+    assert_eq!(found.len(), 12);
+    let largest = found
+        .frame(0)
+        .iter()
+        .zip(truth.frame(0))
+        .map(|(a, b)| a.distance(*b))
+        .fold(0.0, f32::max);
+    assert!(largest < 1e-5, "{largest} m");
+    assert_png(&folder.join("p.png"));
+    assert!(!folder.join("s.png").exists());
+}
+
+#[test]
+fn another_mesh_of_the_garment_can_be_animated() {
+    let folder = TRAINED.path();
+    let mut mesh = garment().rest;
+    mesh.vertices.truncate(48);
+    mesh.faces.retain(|face| face.iter().all(|&v| v < 48));
+    unic_io::write_obj(&folder.join("short.obj"), &mesh).unwrap();
+    let motion = "animate tube.unic --motion tube/clips/four.npz";
+    succeeds(folder, &format!("{motion} --out short.npz --mesh short.obj"));
+    succeeds(folder, &format!("{motion} --out whole.npz"));
+    let cache = |name: &str| unic_io::read_vertex_cache(&folder.join(name)).unwrap().frames;
+    let (short, whole) = (cache("short.npz"), cache("whole.npz"));
+    for t in 0..FRAMES {
+        let pairs = short.frame(t).iter().zip(whole.frame(t));
+        assert!(
+            pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max) < 1e-3,
+            "frame {t}"
+        );
+    }
+}
+
+#[test]
+fn every_file_of_a_run_can_be_inspected() {
+    let folder = TRAINED.path();
+    for (path, kind) in [
+        ("tube", "capture"),
+        ("tube/character.npz", "character"),
+        ("tube/garment.obj", "mesh"),
+        ("tube/clips/one.npz", "motion"),
+        ("tube.unic", "model"),
+    ] {
+        let report = json(folder, &format!("inspect {path} --json"));
+        assert_eq!(
+            (
+                report["kind"].as_str(),
+                report["problems"].as_array().unwrap().len()
+            ),
+            (Some(kind), 0),
+            "{report}"
+        );
+    }
+    assert!(succeeds(folder, "inspect tube.unic").contains("parameters"));
+}
+
+#[test]
+fn completions_and_help_print() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(succeeds(folder.path(), "completions bash").contains("--baselines"));
+    assert!(succeeds(folder.path(), "train --help").contains("--resume"));
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_error() {
+    let mut child = command(TRAINED.path(), "inspect tube.unic");
+    let mut child = child
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}

@@ -1,0 +1,121 @@
+//! Runs repeat: the same seed, another number of threads and an interruption all lead to the same
+//! tensors, bit for bit.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::*;
+use std::{
+    fs,
+    path::Path,
+    process::{Child, Command, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+#[test]
+fn the_same_seed_gives_the_same_tensors_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture(folder.path());
+    let trained = |out: &str, more: &str| {
+        train(folder.path(), out, &format!("--steps 30 {more}"));
+        tensors(&folder.path().join(out))
+    };
+    let first = trained("a.unic", "--threads 2");
+    assert!(
+        first == trained("b.unic", "--threads 2"),
+        "the same command twice"
+    );
+    assert!(first == trained("c.unic", "--threads 1"), "two threads and one");
+    assert!(first != trained("d.unic", "--threads 2 --seed 9"), "another seed");
+}
+
+/// The signal that Ctrl-C sends.
+fn interrupt(child: &Child) {
+    let killed = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(killed.success());
+}
+
+/// Waits until a file has a line.
+fn wait_for_line(path: &Path) {
+    let started = Instant::now();
+    while !fs::read_to_string(path).is_ok_and(|text| text.contains('\n')) {
+        assert!(
+            started.elapsed() < Duration::from_secs(120),
+            "{} stays empty",
+            path.display()
+        );
+        sleep(Duration::from_millis(5));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_goes_on_to_the_same_model() {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture(folder.path());
+    let folder = folder.path();
+    train(folder, "whole.unic", "--steps 150");
+    let mut command = command(folder, &format!("train tube {SHORT} --steps 150 --out cut.unic"));
+    let child = command
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    wait_for_line(&folder.join("cut.run/metrics.jsonl"));
+    interrupt(&child);
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    assert!(
+        stderr.contains("unic train tube --out cut.unic --resume"),
+        "{stderr}"
+    );
+    assert!(!folder.join("cut.unic").exists());
+
+    let refused = unic(folder, "train tube --preset tiny --out cut.unic");
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--resume"));
+
+    succeeds(folder, "train tube --out cut.unic --resume");
+    assert!(tensors(&folder.join("whole.unic")) == tensors(&folder.join("cut.unic")));
+    assert_eq!(curve(folder, "whole"), curve(folder, "cut"));
+}
+
+/// Steps and values of the validations of a run.
+fn curve(folder: &Path, run: &str) -> Vec<(u64, f64)> {
+    let text = fs::read_to_string(folder.join(format!("{run}.run/metrics.jsonl"))).unwrap();
+    let lines = text
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    lines
+        .filter_map(|l| Some((l["step"].as_u64()?, l["validation_rmse_mm"].as_f64()?)))
+        .collect()
+}
+
+#[test]
+fn a_finished_run_is_not_lost_by_accident() {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture(folder.path());
+    let folder = folder.path();
+    train(folder, "m.unic", "--steps 20");
+    let before = fs::read(folder.join("m.unic")).unwrap();
+    for (line, code) in [
+        ("train tube --preset tiny --out m.unic", 1),
+        ("train tube --preset paper --out m.unic --resume", 2),
+        ("train tube --steps 21 --out m.unic --resume", 2),
+        ("train tube --out other.unic --resume", 1),
+    ] {
+        assert_eq!(unic(folder, line).status.code(), Some(code), "{line}");
+        assert_eq!(fs::read(folder.join("m.unic")).unwrap(), before, "{line}");
+    }
+    succeeds(
+        folder,
+        "train tube --preset tiny --steps 20 --out m.unic --resume",
+    );
+    train(folder, "m.unic", "--steps 10 --overwrite");
+    assert_ne!(fs::read(folder.join("m.unic")).unwrap(), before);
+}
