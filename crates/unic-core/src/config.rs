@@ -72,7 +72,7 @@ pub enum StateConfig {
 /// x_i = LBS_i(rest) + R_i (p_i + d_i) and d_t = γ d_{t−1} + s · field(...), γ = exp(−dt / memory).
 ///
 /// p is the model's [`crate::prior::LinearPrior`]. The field's output is bounded in length by
-/// `output_limit`, so |d| ≤ s · output_limit / (1 − γ) for ever.
+/// `output_limit`, so |d_t| ≤ γ^t |d_0| + s · output_limit / (1 − γ) for ever.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DisplacementConfig {
@@ -167,32 +167,89 @@ pub struct ConfigError {
 
 /// Widths beyond this are refused: a damaged file must not ask for terabytes.
 const LARGEST_WIDTH: usize = 1 << 16;
+/// Ticks so short that accelerations, differences over dt², lose their meaning in f32.
+const FASTEST_FPS: f32 = 10_000.0;
 
 impl ModelConfig {
     /// # Errors
     /// Names the value, what it must be and what it is.
     pub fn check(&self, joints: usize) -> Result<(), ConfigError> {
         let positive = |what, value: f32| check(what, "above 0", value, value > 0.0 && value.is_finite());
-        positive("fps", self.fps)?;
-        let widths = self.encoder.hidden.iter();
-        for &width in widths.chain([&self.encoder.channels, &self.encoder.categories, &self.field.width]) {
-            check("a layer's width", "1 to 65536", width, (1..=LARGEST_WIDTH).contains(&width))?;
+        check(
+            "fps",
+            "1 to 10000",
+            self.fps,
+            (1.0..=FASTEST_FPS).contains(&self.fps),
+        )?;
+        let EncoderConfig {
+            hidden,
+            channels,
+            categories,
+        } = &self.encoder;
+        for &width in hidden.iter().chain([channels, categories, &self.field.width]) {
+            check(
+                "a layer's width",
+                "1 to 65536",
+                width,
+                (1..=LARGEST_WIDTH).contains(&width),
+            )?;
         }
+        let logits = channels.saturating_mul(*categories);
+        check(
+            "channels x categories",
+            "at most 65536",
+            logits,
+            logits <= LARGEST_WIDTH,
+        )?;
         let layers = self.field.hidden_layers;
-        check("field.hidden_layers", "1 to 64", layers, (1..=64).contains(&layers))?;
+        check(
+            "field.hidden_layers",
+            "1 to 64",
+            layers,
+            (1..=64).contains(&layers),
+        )?;
         if let Some(skip) = self.field.skip {
-            check("field.skip", "from 1 to the last hidden layer", skip, (1..layers).contains(&skip))?;
+            check(
+                "field.skip",
+                "from 1 to the last hidden layer",
+                skip,
+                (1..layers).contains(&skip),
+            )?;
         }
         for joint in self.motion.contact_joints {
-            check("motion.contact_joints", "joints of the skeleton", joint, joint < joints)?;
+            check(
+                "motion.contact_joints",
+                "joints of the skeleton",
+                joint,
+                joint < joints,
+            )?;
         }
         if let StateConfig::Displacement(d) = &self.state {
             positive("state.scale_m", d.scale_m)?;
             positive("state.output_limit", d.output_limit)?;
-            check("state.memory_s", "0 or more", d.memory_s, d.memory_s >= 0.0 && d.memory_s.is_finite())?;
+            // In f32 a very long memory is an integrator, whose errors grow without bound.
+            let forgets = d.memory_s >= 0.0 && d.decay(1.0 / self.fps) < 1.0;
+            check(
+                "state.memory_s",
+                "0 or more, and short enough to forget",
+                d.memory_s,
+                forgets,
+            )?;
             check_inputs(&d.inputs)?;
         }
-        Ok(())
+        self.intersection.check()
+    }
+}
+
+impl IntersectionMode {
+    /// # Errors
+    /// A relaxation that is negative or not finite.
+    pub fn check(self) -> Result<(), ConfigError> {
+        let Self::Paper { relaxation_m } = self else {
+            return Ok(());
+        };
+        let holds = relaxation_m >= 0.0 && relaxation_m.is_finite();
+        check("intersection.relaxation_m", "0 or more", relaxation_m, holds)
     }
 }
 
@@ -200,7 +257,12 @@ fn check_inputs(inputs: &[PointInput]) -> Result<(), ConfigError> {
     let sorted = inputs.is_sorted_by_key(|input| !input.is_state());
     let expected = "without repetition and with displacement and velocity first";
     let distinct = (1..inputs.len()).all(|i| !inputs[..i].contains(&inputs[i]));
-    check("state.inputs", expected, format_args!("{inputs:?}"), sorted && distinct)?;
+    check(
+        "state.inputs",
+        expected,
+        format_args!("{inputs:?}"),
+        sorted && distinct,
+    )?;
     check("state.inputs", "at least one", inputs.len(), !inputs.is_empty())
 }
 
@@ -218,4 +280,109 @@ fn check(
         expected: expected.to_owned(),
         found: format!("{found:?}"),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::{MotionLayout, VelocityScheme};
+
+    fn config() -> ModelConfig {
+        ModelConfig {
+            fps: 30.0,
+            motion: MotionSpec {
+                layout: MotionLayout::Heading,
+                velocity: VelocityScheme::Backward,
+                contact_joints: [0, 1, 2, 3],
+                contact_rest_heights_m: [0.1; 4],
+            },
+            encoder: EncoderConfig {
+                hidden: vec![8],
+                channels: 4,
+                categories: 3,
+            },
+            field: FieldConfig {
+                width: 8,
+                hidden_layers: 3,
+                skip: Some(2),
+            },
+            state: StateConfig::Displacement(DisplacementConfig {
+                memory_s: 0.1,
+                scale_m: 0.05,
+                output_limit: 3.0,
+                inputs: vec![PointInput::Velocity, PointInput::Displacement, PointInput::Rest],
+            }),
+            intersection: IntersectionMode::Paper { relaxation_m: 0.005 },
+        }
+    }
+
+    fn refused(change: impl FnOnce(&mut ModelConfig, &mut DisplacementConfig)) -> &'static str {
+        let mut config = config();
+        let StateConfig::Displacement(mut state) = config.state.clone() else {
+            unreachable!("the configuration above");
+        };
+        change(&mut config, &mut state);
+        config.state = StateConfig::Displacement(state);
+        config.check(5).unwrap_err().what
+    }
+
+    #[test]
+    fn every_value_that_means_nothing_is_named() {
+        assert_eq!(config().check(5), Ok(()));
+        assert_eq!(refused(|c, _| c.fps = f32::NAN), "fps");
+        assert_eq!(refused(|c, _| c.fps = 0.0), "fps");
+        assert_eq!(refused(|c, _| c.encoder.hidden = vec![0]), "a layer's width");
+        assert_eq!(refused(|c, _| c.field.width = usize::MAX), "a layer's width");
+        assert_eq!(
+            refused(|c, _| (c.encoder.channels, c.encoder.categories) = (1 << 16, 2)),
+            "channels x categories"
+        );
+        assert_eq!(
+            refused(|c, _| c.field.hidden_layers = usize::MAX),
+            "field.hidden_layers"
+        );
+        assert_eq!(refused(|c, _| c.field.skip = Some(3)), "field.skip");
+        assert_eq!(
+            refused(|c, _| c.motion.contact_joints[2] = 5),
+            "motion.contact_joints"
+        );
+        assert_eq!(refused(|_, s| s.scale_m = -0.1), "state.scale_m");
+        assert_eq!(
+            refused(|_, s| s.output_limit = f32::INFINITY),
+            "state.output_limit"
+        );
+        assert_eq!(refused(|_, s| s.memory_s = 1e9), "state.memory_s");
+        assert_eq!(refused(|_, s| s.memory_s = f32::NAN), "state.memory_s");
+        assert_eq!(refused(|_, s| s.inputs.clear()), "state.inputs");
+        assert_eq!(refused(|_, s| s.inputs.push(PointInput::Rest)), "state.inputs");
+        assert_eq!(refused(|_, s| s.inputs.reverse()), "state.inputs");
+        let relaxation_m = f32::NAN;
+        let named = refused(|c, _| c.intersection = IntersectionMode::Paper { relaxation_m });
+        assert_eq!(named, "intersection.relaxation_m");
+    }
+
+    #[test]
+    fn state_inputs_are_the_leading_ones() {
+        assert_eq!(
+            (config().state.input_len(), config().state.state_input_len()),
+            (9, 6)
+        );
+        assert_eq!(
+            (
+                StateConfig::Position.input_len(),
+                StateConfig::Position.state_input_len()
+            ),
+            (3, 3)
+        );
+    }
+
+    #[test]
+    fn a_memory_of_one_tick_decays_by_e() {
+        let StateConfig::Displacement(mut state) = config().state else {
+            unreachable!("the configuration above");
+        };
+        assert!((state.decay(0.1) - (-1f32).exp()).abs() < 1e-6);
+        state.memory_s = 0.0;
+        assert_eq!(state.decay(0.1), 0.0);
+    }
 }

@@ -163,9 +163,13 @@ impl StateInputs {
     }
 }
 
-/// Shortens a field output to `limit`; exact below it.
+/// Shortens a field output to `limit`; exact below it. An output that is not finite, or whose square is
+/// not, counts as zero: a state forgets whatever is finite, but it would keep a NaN for ever.
 pub fn limited(output: Vec3, limit: f32) -> Vec3 {
-    output.clamp_length_max(limit)
+    match output.length_squared().is_finite() {
+        true => output.clamp_length_max(limit),
+        false => Vec3::ZERO,
+    }
 }
 
 #[cfg(test)]
@@ -215,6 +219,38 @@ mod tests {
         );
         assert!((u - v).length() < 1e-6);
         assert!((history.now.position(u) - world).length() < 1e-6);
+    }
+
+    #[test]
+    fn outputs_are_limited_whatever_they_are() {
+        let short = Vec3::new(0.1, -0.2, 0.3);
+        assert_eq!(limited(short, 2.0), short);
+        assert!((limited(Vec3::new(30.0, 0.0, -40.0), 2.0) - Vec3::new(1.2, 0.0, -1.6)).length() < 1e-6);
+        for lost in [
+            Vec3::NAN,
+            Vec3::INFINITY,
+            Vec3::X * f32::NEG_INFINITY,
+            Vec3::Y * 1e30,
+        ] {
+            assert_eq!(limited(lost, 2.0), Vec3::ZERO);
+        }
+    }
+
+    #[test]
+    fn the_first_step_has_no_acceleration_and_later_ones_are_second_differences() {
+        let frame = |x: f32| PointFrame {
+            skinned: Vec3::X * x,
+            rotation: Quat::IDENTITY,
+        };
+        let mut history = PointHistory::default();
+        history.advance(frame(1.0), false);
+        history.advance(frame(1.5), true);
+        assert_eq!(
+            (history.now.skinned, history.before, history.earlier),
+            (Vec3::X * 1.5, Vec3::X, Vec3::X * 0.5)
+        );
+        history.advance(frame(1.8), false);
+        assert_eq!((history.before, history.earlier), (Vec3::X * 1.5, Vec3::X));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use crate::{
     character::{Character, Garment},
     config::{ConfigError, ModelConfig},
     features::RestBox,
-    mesh::TriMesh,
+    mesh::{MeshError, TriMesh},
     motion::{MotionError, Normalisation, motion_len},
     network::{Encoder, Field, LayerError, Linear},
     prior::LinearPrior,
@@ -84,15 +84,18 @@ pub enum ModelError {
         /// In this part.
         found: usize,
     },
+    /// A face that names no vertex, a position that is not finite.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// A mesh that nothing can be carried over from or to.
     #[error(transparent)]
     Surface(#[from] SurfaceMapError),
-    /// A motion vector that cannot be made for this skeleton.
+    /// A motion vector that cannot be made for this skeleton, statistics that cannot normalise it.
     #[error(transparent)]
     Motion(#[from] MotionError),
-    /// NaN or infinity.
-    #[error("model: {0} has numbers that are not finite")]
-    NotFinite(&'static str),
+    /// NaN or infinity, or zero and less where a size or a limit is meant.
+    #[error("model: {0} has numbers that are not usable")]
+    Unusable(&'static str),
 }
 
 impl Model {
@@ -104,8 +107,11 @@ impl Model {
         let joints = parts.character.skeleton.len();
         parts.config.check(joints)?;
         parts.config.motion.check(&parts.character.skeleton)?;
+        parts.garment.rest.check()?;
+        parts.character.body.check()?;
         check_counts(&parts, joints)?;
-        check_finite(&parts)?;
+        parts.normalisation.check(joints)?;
+        check_numbers(&parts)?;
         let config = parts.config;
         let inputs = 2 * motion_len(joints);
         let channels = config.encoder.channels;
@@ -165,7 +171,12 @@ impl Model {
     /// Number of trained numbers, encoder and field.
     pub fn parameter_count(&self) -> usize {
         let count = |l: &Linear| l.weight.len() + l.bias.len();
-        self.encoder.layers().iter().chain(self.field.layers()).map(count).sum()
+        self.encoder
+            .layers()
+            .iter()
+            .chain(self.field.layers())
+            .map(count)
+            .sum()
     }
 
     /// The same model on another mesh of the same garment, given in the same rest space: a field
@@ -190,42 +201,78 @@ fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
     let motion = motion_len(joints);
     let counts = [
         ("garment vertices or more", 1, vertices.min(1)),
-        ("rows of garment skinning weights", vertices, parts.garment.weights.len()),
-        ("joints in the garment's skinning weights", joints, parts.garment.weights.joint_count()),
+        (
+            "rows of garment skinning weights",
+            vertices,
+            parts.garment.weights.len(),
+        ),
+        (
+            "joints in the garment's skinning weights",
+            joints,
+            parts.garment.weights.joint_count(),
+        ),
         ("mean displacements", vertices, parts.prior.mean.len()),
-        ("displacement shapes", vertices * parts.prior.len(), parts.prior.shapes.len()),
+        (
+            "displacement shapes",
+            vertices * parts.prior.len(),
+            parts.prior.shapes.len(),
+        ),
         ("inputs of the prior", 2 * motion, parts.prior.map.inputs),
-        ("weights of the prior", 2 * motion * parts.prior.len(), parts.prior.map.weight.len()),
-        ("biases of the prior", parts.prior.len(), parts.prior.map.bias.len()),
-        ("rows of body skinning weights", body, parts.character.weights.len()),
-        ("joints in the body's skinning weights", joints, parts.character.weights.joint_count()),
-        ("means of the motion vector", motion, parts.normalisation.mean.len()),
-        ("deviations of the motion vector", motion, parts.normalisation.std.len()),
+        (
+            "weights of the prior",
+            2 * motion * parts.prior.len(),
+            parts.prior.map.weight.len(),
+        ),
+        (
+            "biases of the prior",
+            parts.prior.len(),
+            parts.prior.map.bias.len(),
+        ),
+        (
+            "rows of body skinning weights",
+            body,
+            parts.character.weights.len(),
+        ),
+        (
+            "joints in the body's skinning weights",
+            joints,
+            parts.character.weights.joint_count(),
+        ),
     ];
     match counts.into_iter().find(|(_, expected, found)| expected != found) {
         None => Ok(()),
-        Some((what, expected, found)) => Err(ModelError::Count { what, expected, found }),
+        Some((what, expected, found)) => Err(ModelError::Count {
+            what,
+            expected,
+            found,
+        }),
     }
 }
 
-fn check_finite(parts: &ModelParts) -> Result<(), ModelError> {
+fn check_numbers(parts: &ModelParts) -> Result<(), ModelError> {
     let finite = |values: &[f32]| values.iter().all(|x| x.is_finite());
     let layers = |layers: &[Linear]| layers.iter().all(|l| finite(&l.weight) && finite(&l.bias));
     let points = |points: &[Vec3]| points.iter().all(|p| p.is_finite());
-    let normalisation = &parts.normalisation;
+    let positive = |x: f32| x.is_finite() && x > 0.0;
     let checks = [
         ("the encoder", layers(&parts.encoder)),
         ("the field", layers(&parts.field)),
-        ("the rest shape", points(&parts.garment.rest.vertices)),
-        ("the prior", points(&parts.prior.mean) && points(&parts.prior.shapes)),
+        (
+            "the prior",
+            points(&parts.prior.mean) && points(&parts.prior.shapes),
+        ),
         ("the prior's map", layers(std::slice::from_ref(&parts.prior.map))),
-        ("the body", points(&parts.character.body.vertices)),
-        ("the normalisation", finite(&normalisation.mean) && finite(&normalisation.std)),
-        ("the limit of the normalisation", normalisation.limit.is_none_or(|l| l > 0.0)),
-        ("the bounding box", parts.rest_box.centre.is_finite() && parts.rest_box.half_extent > 0.0),
+        (
+            "the limit of the normalisation",
+            parts.normalisation.limit.is_none_or(positive),
+        ),
+        (
+            "the bounding box",
+            parts.rest_box.centre.is_finite() && positive(parts.rest_box.half_extent),
+        ),
     ];
-    match checks.into_iter().find(|(_, finite)| !finite) {
+    match checks.into_iter().find(|(_, usable)| !usable) {
         None => Ok(()),
-        Some((what, _)) => Err(ModelError::NotFinite(what)),
+        Some((what, _)) => Err(ModelError::Unusable(what)),
     }
 }

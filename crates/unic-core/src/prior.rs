@@ -24,8 +24,17 @@ pub struct LinearPrior {
 impl LinearPrior {
     /// The mean alone, without shapes; `inputs` is twice the length of the motion vector.
     pub fn constant(mean: Vec<Vec3>, inputs: usize) -> Self {
-        let map = Linear { inputs, outputs: 0, weight: Vec::new(), bias: Vec::new() };
-        Self { mean, shapes: Vec::new(), map }
+        let map = Linear {
+            inputs,
+            outputs: 0,
+            weight: Vec::new(),
+            bias: Vec::new(),
+        };
+        Self {
+            mean,
+            shapes: Vec::new(),
+            map,
+        }
     }
 
     /// Number of shapes K.
@@ -51,7 +60,10 @@ impl LinearPrior {
     /// Displacement of one vertex.
     pub fn displacement(&self, vertex: usize, coefficients: &[f32]) -> Vec3 {
         let shapes = &self.shapes[vertex * self.len()..(vertex + 1) * self.len()];
-        shapes.iter().zip(coefficients).fold(self.mean[vertex], |sum, (s, &a)| sum + *s * a)
+        shapes
+            .iter()
+            .zip(coefficients)
+            .fold(self.mean[vertex], |sum, (s, &a)| sum + *s * a)
     }
 
     /// The same prior on another mesh of the garment.
@@ -59,7 +71,11 @@ impl LinearPrior {
     /// # Errors
     /// A map of another mesh.
     pub fn on_mesh(&self, map: &SurfaceMap) -> Result<Self, SurfaceMapError> {
-        let mut moved = Self { mean: Vec::new(), shapes: Vec::new(), map: self.map.clone() };
+        let mut moved = Self {
+            mean: Vec::new(),
+            shapes: Vec::new(),
+            map: self.map.clone(),
+        };
         map.vectors(&self.mean, &mut moved.mean)?;
         let (count, vertices) = (self.len(), moved.mean.len());
         moved.shapes.resize(count * vertices, Vec3::ZERO);
@@ -84,7 +100,12 @@ mod tests {
         LinearPrior {
             mean: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
             shapes: [[Vec3::X, Vec3::Y], [Vec3::Z, Vec3::X], [Vec3::ONE, Vec3::ZERO]].concat(),
-            map: Linear { inputs: 2, outputs: 2, weight: vec![1.0, 2.0, 0.0, -1.0], bias: vec![0.5, 0.0] },
+            map: Linear {
+                inputs: 2,
+                outputs: 2,
+                weight: vec![1.0, 2.0, 0.0, -1.0],
+                bias: vec![0.5, 0.0],
+            },
         }
     }
 
@@ -96,7 +117,10 @@ mod tests {
         assert_eq!(prior().displacement(1, &coefficients), Vec3::new(-2.0, 0.0, 7.5));
         LinearPrior::constant(vec![Vec3::Y], 4).coefficients(&[0.0; 4], &mut coefficients);
         assert!(coefficients.is_empty());
-        assert_eq!(LinearPrior::constant(vec![Vec3::Y], 4).displacement(0, &coefficients), Vec3::Y);
+        assert_eq!(
+            LinearPrior::constant(vec![Vec3::Y], 4).displacement(0, &coefficients),
+            Vec3::Y
+        );
     }
 
     #[test]

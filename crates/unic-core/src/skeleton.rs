@@ -336,10 +336,7 @@ fn single_root(parents: &[Option<usize>]) -> Result<usize, SkeletonError> {
 }
 
 /// Parents before children, whatever the order in the file.
-fn topological_order(
-    parents: &[Option<usize>],
-    root: usize,
-) -> Result<Vec<usize>, SkeletonError> {
+fn topological_order(parents: &[Option<usize>], root: usize) -> Result<Vec<usize>, SkeletonError> {
     let mut order = vec![root];
     let mut next = 0;
     while let Some(&parent) = order.get(next) {

@@ -69,14 +69,11 @@ impl SkinningWeights {
         Self::from_rows(joints, rows.map(|row| row.iter().copied().enumerate()))
     }
 
-    /// From rows of (joint, weight); rows are normalised to one.
+    /// From rows of (joint, weight); rows are normalised to one, and those that are stay to the bit.
     ///
     /// # Errors
     /// As [`SkinningWeights::from_dense`], and joints out of range.
-    pub fn from_rows<Row>(
-        joint_count: usize,
-        rows: impl Iterator<Item = Row>,
-    ) -> Result<Self, WeightsError>
+    pub fn from_rows<Row>(joint_count: usize, rows: impl Iterator<Item = Row>) -> Result<Self, WeightsError>
     where
         Row: Iterator<Item = (usize, f32)>,
     {
@@ -106,9 +103,13 @@ impl SkinningWeights {
             return Err(WeightsError::Empty { vertex });
         }
         row.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        // Rounding leaves the sum of a normalised row beside one: dividing again would change it anew
+        // each time that it is written and read.
+        let is_normalised = (sum - 1.0).abs() <= row.len() as f32 * f32::EPSILON;
+        let scale = if is_normalised { 1.0 } else { sum };
         for &(joint, weight) in row.iter() {
             self.joints.push(joint);
-            self.weights.push(weight / sum);
+            self.weights.push(weight / scale);
         }
         self.starts.push(self.joints.len() as u32);
         Ok(())
@@ -132,8 +133,7 @@ impl SkinningWeights {
     /// (joint, weight) of one vertex, by descending weight.
     pub fn row(&self, vertex: usize) -> impl ExactSizeIterator<Item = (usize, f32)> + Clone {
         let range = self.starts[vertex] as usize..self.starts[vertex + 1] as usize;
-        (self.joints[range.clone()].iter().zip(&self.weights[range]))
-            .map(|(&j, &w)| (usize::from(j), w))
+        (self.joints[range.clone()].iter().zip(&self.weights[range])).map(|(&j, &w)| (usize::from(j), w))
     }
 
     /// Dense row-major vertices × joints, as files hold them.
@@ -213,12 +213,7 @@ impl SkinningWeights {
     }
 }
 
-fn check_entry(
-    vertex: usize,
-    joint: usize,
-    weight: f32,
-    joints: usize,
-) -> Result<(), WeightsError> {
+fn check_entry(vertex: usize, joint: usize, weight: f32, joints: usize) -> Result<(), WeightsError> {
     if joint >= joints || joint > usize::from(u16::MAX) {
         return Err(WeightsError::Joint {
             vertex,

@@ -41,15 +41,15 @@ pub struct Batch {
     pub points: usize,
     /// Frames K of the rollout.
     pub frames: usize,
-    /// Pairs (c_{t−1}, c_t), normalised: [K · W, 2 D].
+    /// Pairs (c_{t−1}, c_t), normalised: `[K · W, 2 D]`.
     pub motion: Vec<f32>,
     /// Inputs of the field that do not depend on the state, a frame: [W · n, F].
     pub frame_inputs: Vec<Vec<f32>>,
-    /// States that the rollout should reach, a frame: [W · n, 3].
+    /// States that the rollout should reach, a frame: `[W · n, 3]`.
     pub targets: Vec<Vec<f32>>,
-    /// State at the start: [W · n, 3].
+    /// State at the start: `[W · n, 3]`.
     pub start: Vec<f32>,
-    /// State a frame earlier: [W · n, 3].
+    /// State a frame earlier: `[W · n, 3]`.
     pub before_start: Vec<f32>,
 }
 
@@ -65,25 +65,42 @@ impl Batch {
     pub fn gather(data: &Dataset, config: &TrainConfig, step: u64) -> Self {
         let frames = config.unroll(step).min(data.longest_unroll());
         let windows = draw_windows(data, config, step, frames);
-        let points = windows.first().map_or(0, |w| w.points.len());
-        let gathered: Vec<Gathered> = windows.par_iter().map(|w| gather_window(data, w, frames)).collect();
-        let stack = |frame: usize, of: &dyn Fn(&Gathered, usize) -> Vec<f32>| -> Vec<f32> {
-            gathered.iter().flat_map(|g| of(g, frame)).collect()
-        };
-        let state = |g: &Gathered, frame: usize| g.states[frame].clone();
-        let input = |g: &Gathered, frame: usize| g.frame_inputs[frame].clone();
-        let mut batch = Self {
-            points,
-            frames,
-            motion: motion_pairs(data, &windows, frames),
-            frame_inputs: (0..frames).map(|k| stack(k, &input)).collect(),
-            targets: (0..frames).map(|k| stack(k + 2, &state)).collect(),
-            start: stack(1, &state),
-            before_start: stack(0, &state),
-            windows,
-        };
+        let mut batch = Self::of_windows(data, windows, frames);
         batch.add_noise(data, config, step);
         batch
+    }
+
+    /// Given windows as they are, without noise; all have as many points, and `frames` more frames
+    /// after their start.
+    pub fn of_windows(data: &Dataset, windows: Vec<Window>, frames: usize) -> Self {
+        let gathered: Vec<Gathered> = windows
+            .par_iter()
+            .map(|w| gather_window(data, w, frames))
+            .collect();
+        let states = |frame: usize| {
+            gathered
+                .iter()
+                .map(|g| g.states[frame].as_slice())
+                .collect::<Vec<_>>()
+                .concat()
+        };
+        let inputs = |k: usize| {
+            gathered
+                .iter()
+                .map(|g| g.frame_inputs[k].as_slice())
+                .collect::<Vec<_>>()
+                .concat()
+        };
+        Self {
+            points: windows.first().map_or(0, |w| w.points.len()),
+            frames,
+            motion: motion_pairs(data, &windows, frames),
+            frame_inputs: (0..frames).map(inputs).collect(),
+            targets: (0..frames).map(|k| states(k + 2)).collect(),
+            start: states(1),
+            before_start: states(0),
+            windows,
+        }
     }
 
     /// Rows of the per-point arrays.
@@ -92,28 +109,34 @@ impl Batch {
     }
 
     fn add_noise(&mut self, data: &Dataset, config: &TrainConfig, step: u64) {
-        let deviation = config.regularisation.state_noise_m;
-        if deviation > 0.0 {
+        let noise = &config.regularisation;
+        if noise.state_noise_m > 0.0 {
             let mut rng = generator(config.seed, Stream::StateNoise, step);
-            let rest = &data.capture.garment.rest.vertices;
-            let rows = self.start.chunks_exact_mut(3 * self.points);
-            for ((window, start), before) in
-                self.windows.iter().zip(rows).zip(self.before_start.chunks_exact_mut(3 * self.points))
-            {
-                let noise = SmoothNoise::draw(&mut rng, deviation);
-                for ((vertex, start), before) in
-                    window.points.iter().zip(start.chunks_exact_mut(3)).zip(before.chunks_exact_mut(3))
-                {
-                    let (now, earlier) = noise.at(rest[*vertex as usize]);
-                    (0..3).for_each(|i| start[i] += now[i]);
-                    (0..3).for_each(|i| before[i] += earlier[i]);
-                }
-            }
+            self.add_state_noise(data, &mut rng, noise.state_noise_m);
         }
-        let deviation = config.regularisation.motion_noise;
-        if deviation > 0.0 {
+        if noise.motion_noise > 0.0 {
             let mut rng = generator(config.seed, Stream::MotionNoise, step);
-            self.motion.iter_mut().for_each(|c| *c += deviation * crate::noise::normal(&mut rng));
+            self.motion
+                .iter_mut()
+                .for_each(|c| *c += noise.motion_noise * crate::noise::normal(&mut rng));
+        }
+    }
+
+    fn add_state_noise(&mut self, data: &Dataset, rng: &mut ChaCha8Rng, deviation_m: f32) {
+        let rest = &data.capture.garment.rest.vertices;
+        let row = 3 * self.points.max(1);
+        let rows = self
+            .start
+            .chunks_exact_mut(row)
+            .zip(self.before_start.chunks_exact_mut(row));
+        for (window, (start, before)) in self.windows.iter().zip(rows) {
+            let noise = SmoothNoise::draw(rng, deviation_m);
+            let states = start.chunks_exact_mut(3).zip(before.chunks_exact_mut(3));
+            for (&vertex, (start, before)) in window.points.iter().zip(states) {
+                let (now, earlier) = noise.at(rest[vertex as usize]);
+                (0..3).for_each(|i| start[i] += now[i]);
+                (0..3).for_each(|i| before[i] += earlier[i]);
+            }
         }
     }
 }
@@ -121,7 +144,11 @@ impl Batch {
 fn draw_windows(data: &Dataset, config: &TrainConfig, step: u64, frames: usize) -> Vec<Window> {
     let mut rng = generator(config.seed, Stream::Windows, step);
     // Every start of every clip is equally likely.
-    let starts: Vec<usize> = data.clips.iter().map(|c| c.len().saturating_sub(frames)).collect();
+    let starts: Vec<usize> = data
+        .clips
+        .iter()
+        .map(|c| c.len().saturating_sub(frames))
+        .collect();
     let total: usize = starts.iter().sum();
     let vertices = data.capture.garment.rest.vertices.len();
     let points = config.batch.points.min(vertices);
@@ -130,7 +157,12 @@ fn draw_windows(data: &Dataset, config: &TrainConfig, step: u64, frames: usize) 
         .map(|_| {
             let (clip, start) = locate(&starts, rng.random_range(0..total.max(1)));
             let mirrored = rng.random::<bool>() && mirrors;
-            Window { clip, start, mirrored, points: draw_points(&mut rng, vertices, points) }
+            Window {
+                clip,
+                start,
+                mirrored,
+                points: draw_points(&mut rng, vertices, points),
+            }
         })
         .collect()
 }
@@ -186,7 +218,10 @@ fn gather_positions(data: &Dataset, window: &Window, frames: usize) -> Gathered 
     let before = window.start.saturating_sub(1);
     Gathered {
         frame_inputs: vec![Vec::new(); frames],
-        states: std::iter::once(before).chain(window.start..=window.start + frames).map(positions).collect(),
+        states: std::iter::once(before)
+            .chain(window.start..=window.start + frames)
+            .map(positions)
+            .collect(),
     }
 }
 
@@ -232,15 +267,29 @@ impl<'a> Track<'a> {
     /// At the frame before the window's start, or at the start where there is none.
     fn new(data: &'a Dataset, window: &'a Window, vertex: usize) -> Self {
         let frame = window.start.saturating_sub(1);
-        let mut track = Self { data, window, vertex, frame, history: PointHistory::default() };
+        let mut track = Self {
+            data,
+            window,
+            vertex,
+            frame,
+            history: PointHistory::default(),
+        };
         let now = track.point_frame();
-        track.history = PointHistory { now, before: now.skinned, earlier: now.skinned };
+        track.history = PointHistory {
+            now,
+            before: now.skinned,
+            earlier: now.skinned,
+        };
         track
     }
 
     fn point_frame(&self) -> PointFrame {
         let kinematics = &self.data.clips[self.window.clip].kinematics;
-        PointFrame::new(&self.data.capture.garment, self.vertex, kinematics.world_from_rest(self.frame))
+        PointFrame::new(
+            &self.data.capture.garment,
+            self.vertex,
+            kinematics.world_from_rest(self.frame),
+        )
     }
 
     fn advance(&mut self) {
@@ -248,10 +297,15 @@ impl<'a> Track<'a> {
         self.history.advance(self.point_frame(), self.frame == 1);
     }
 
-    /// d = u − ū, mirrored with the window.
+    /// d = u − p, mirrored with the window.
     fn write_state(&self, row: usize, out: &mut [f32]) {
-        let world = self.data.clips[self.window.clip].captured.garment.frame(self.frame)[self.vertex];
-        let d = self.history.now.displacement(world) - self.data.mean_displacement[self.vertex];
+        let world = self.data.clips[self.window.clip]
+            .captured
+            .garment
+            .frame(self.frame)[self.vertex];
+        let coefficients = &self.data.coefficients[self.window.clip][self.frame];
+        let d =
+            self.history.now.displacement(world) - self.data.prior.displacement(self.vertex, coefficients);
         let d = if self.window.mirrored { mirrored(d) } else { d };
         out[3 * row..3 * row + 3].copy_from_slice(&d.to_array());
     }

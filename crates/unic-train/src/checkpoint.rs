@@ -41,7 +41,10 @@ const KEPT: usize = 2;
 impl Checkpoint {
     /// One group of tensors.
     pub fn group(&self, name: &str) -> Option<&Vec<Vec<f32>>> {
-        self.groups.iter().find(|(n, _)| n == name).map(|(_, tensors)| tensors)
+        self.groups
+            .iter()
+            .find(|(n, _)| n == name)
+            .map(|(_, tensors)| tensors)
     }
 
     /// Writes `folder/step-00001234.safetensors` under a temporary name, syncs and renames it, and
@@ -51,7 +54,10 @@ impl Checkpoint {
     /// The folder cannot be written to; older checkpoints stay.
     pub fn write(&self, folder: &Path) -> Result<PathBuf, TrainError> {
         let path = folder.join(format!("step-{:08}.safetensors", self.progress.step));
-        let bytes = self.to_bytes().map_err(|found| TrainError::Checkpoint { path: path.clone(), found })?;
+        let bytes = self.to_bytes().map_err(|found| TrainError::Checkpoint {
+            path: path.clone(),
+            found,
+        })?;
         unic_io::atomic::write(&path, &bytes)?;
         let mut all = checkpoints(folder);
         all.truncate(all.len().saturating_sub(KEPT));
@@ -78,14 +84,20 @@ impl Checkpoint {
     }
 
     fn read(path: &Path) -> Result<Self, TrainError> {
-        let wrong = |found: String| TrainError::Checkpoint { path: path.to_owned(), found };
+        let wrong = |found: String| TrainError::Checkpoint {
+            path: path.to_owned(),
+            found,
+        };
         let bytes = fs::read(path).map_err(|e| wrong(e.to_string()))?;
         Self::from_bytes(&bytes).map_err(wrong)
     }
 
     fn to_bytes(&self) -> Result<Vec<u8>, String> {
         let named = self.groups.iter().flat_map(|(group, tensors)| {
-            tensors.iter().enumerate().map(move |(i, tensor)| (format!("{group}.{i:03}"), tensor))
+            tensors
+                .iter()
+                .enumerate()
+                .map(move |(i, tensor)| (format!("{group}.{i:03}"), tensor))
         });
         let views: Result<Vec<_>, _> = named
             .map(|(name, values)| {
@@ -109,12 +121,18 @@ impl Checkpoint {
         names.sort_unstable();
         let mut groups: Vec<(String, Vec<Vec<f32>>)> = Vec::new();
         for name in names {
-            let (group, _) = name.rsplit_once('.').ok_or_else(|| format!("a tensor named {name}"))?;
+            let (group, _) = name
+                .rsplit_once('.')
+                .ok_or_else(|| format!("a tensor named {name}"))?;
             let view = file.tensor(name).map_err(|e| e.to_string())?;
             if view.dtype() != Dtype::F32 {
                 return Err(format!("tensor {name} of type {:?}", view.dtype()));
             }
-            let values = view.data().chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+            let values = view
+                .data()
+                .chunks_exact(4)
+                .map(bytemuck::pod_read_unaligned)
+                .collect();
             match groups.last_mut().filter(|(last, _)| last == group) {
                 Some((_, tensors)) => tensors.push(values),
                 None => groups.push((group.to_owned(), vec![values])),
@@ -127,7 +145,10 @@ impl Checkpoint {
 /// Checkpoints of a folder, oldest first.
 fn checkpoints(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(|path| is_checkpoint(path)).collect();
+    let mut paths: Vec<PathBuf> = entries
+        .map(|entry| entry.path())
+        .filter(|path| is_checkpoint(path))
+        .collect();
     paths.sort();
     paths
 }
@@ -145,7 +166,12 @@ mod tests {
     fn checkpoint(step: u64) -> Checkpoint {
         let config = TrainConfig::preset(Preset::Tiny);
         Checkpoint {
-            progress: Progress { step, config, seconds: 1.25, best: Some((0.0421, 7)) },
+            progress: Progress {
+                step,
+                config,
+                seconds: 1.25,
+                best: Some((0.0421, 7)),
+            },
             groups: vec![
                 ("average".into(), vec![vec![1.0, -2.5], vec![f32::MIN_POSITIVE]]),
                 ("parameters".into(), (0..12).map(|i| vec![i as f32; 3]).collect()),
@@ -171,8 +197,15 @@ mod tests {
     #[test]
     fn damaged_checkpoints_alone_are_an_error_that_names_the_file() {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("step-00000001.safetensors"), b"nothing of the kind").unwrap();
+        fs::write(
+            folder.path().join("step-00000001.safetensors"),
+            b"nothing of the kind",
+        )
+        .unwrap();
         let error = Checkpoint::newest(folder.path()).unwrap_err().to_string();
-        assert!(error.contains("step-00000001.safetensors") && error.contains("expected"), "{error}");
+        assert!(
+            error.contains("step-00000001.safetensors") && error.contains("expected"),
+            "{error}"
+        );
     }
 }

@@ -59,6 +59,8 @@ pub enum StateSettings {
     Displacement {
         /// Time constant of forgetting, seconds.
         memory_s: f32,
+        /// Shapes of the linear prior; 0 leaves the mean alone.
+        prior_shapes: usize,
         /// Inputs of the field.
         inputs: Vec<PointInput>,
     },
@@ -243,14 +245,65 @@ impl TrainConfig {
             ("batch.unroll_last", b.unroll_last, 1 << 10),
         ];
         for (what, found, most) in counts {
-            ensure(what, "1 or more, and not absurd", found, (1..=most).contains(&found))?;
+            ensure(
+                what,
+                "1 or more, and not absurd",
+                found,
+                (1..=most).contains(&found),
+            )?;
         }
         ensure("optimiser.steps", "1 or more", o.steps, o.steps > 0)?;
-        ensure("validate_every", "1 or more", self.validate_every, self.validate_every > 0)?;
-        ensure("optimiser.learning_rate", "above 0", o.learning_rate, o.learning_rate > 0.0)?;
-        ensure("regularisation.dropout", "at least 0 and below 1", r.dropout, share(r.dropout))?;
-        ensure("regularisation.input_dropout", "at least 0 and below 1", r.input_dropout, share(r.input_dropout))?;
-        ensure("regularisation.average", "at least 0 and below 1", r.average, (0.0..1.0).contains(&r.average))
+        ensure(
+            "validate_every",
+            "1 or more",
+            self.validate_every,
+            self.validate_every > 0,
+        )?;
+        let rate = o.learning_rate;
+        ensure(
+            "optimiser.learning_rate",
+            "above 0",
+            rate,
+            rate > 0.0 && rate.is_finite(),
+        )?;
+        for (what, found) in self.amounts() {
+            ensure(what, "0 or more", found, found >= 0.0 && found.is_finite())?;
+        }
+        ensure(
+            "regularisation.dropout",
+            "at least 0 and below 1",
+            r.dropout,
+            share(r.dropout),
+        )?;
+        ensure(
+            "regularisation.input_dropout",
+            "at least 0 and below 1",
+            r.input_dropout,
+            share(r.input_dropout),
+        )?;
+        ensure(
+            "regularisation.average",
+            "at least 0 and below 1",
+            r.average,
+            (0.0..1.0).contains(&r.average),
+        )
+    }
+
+    /// Values of which any amount will do.
+    fn amounts(&self) -> [(&'static str, f64); 10] {
+        let (o, r) = (&self.optimiser, &self.regularisation);
+        [
+            ("optimiser.final_learning_rate", o.final_learning_rate),
+            ("optimiser.half_periods", o.half_periods),
+            ("optimiser.weight_decay", o.weight_decay.into()),
+            ("optimiser.clip_norm", o.clip_norm),
+            ("batch.unroll_grown", self.batch.unroll_grown),
+            ("regularisation.state_noise_m", r.state_noise_m.into()),
+            ("regularisation.motion_noise", r.motion_noise.into()),
+            ("loss.position", self.loss.position.into()),
+            ("loss.velocity", self.loss.velocity.into()),
+            ("intersection.relaxation_m", self.intersection.relaxation_m.into()),
+        ]
     }
 
     /// Frames that windows are rolled out over at a step.
@@ -283,7 +336,11 @@ fn ensure(
         return Ok(());
     }
     let found = found.to_string();
-    Err(SettingsError::Value { what, expected, found })
+    Err(SettingsError::Value {
+        what,
+        expected,
+        found,
+    })
 }
 
 /// A TOML value, or a string where it is none: `keep=best` needs no quotes.
@@ -312,8 +369,16 @@ fn paper() -> TrainConfig {
             layout: MotionLayout::Paper,
             velocity: VelocityScheme::Forward,
             normalisation: NormalisationRule::PAPER,
-            encoder: EncoderConfig { hidden: vec![4096, 4096], channels: 128, categories: 8 },
-            field: FieldConfig { width: 256, hidden_layers: 8, skip: Some(5) },
+            encoder: EncoderConfig {
+                hidden: vec![4096, 4096],
+                channels: 128,
+                categories: 8,
+            },
+            field: FieldConfig {
+                width: 256,
+                hidden_layers: 8,
+                skip: Some(5),
+            },
             state: StateSettings::Position,
         },
         optimiser: OptimiserConfig {
@@ -325,7 +390,13 @@ fn paper() -> TrainConfig {
             weight_decay: 1e-4,
             clip_norm: 0.0,
         },
-        batch: BatchConfig { windows: 128, points: 256, unroll_first: 1, unroll_last: 1, unroll_grown: 1.0 },
+        batch: BatchConfig {
+            windows: 128,
+            points: 256,
+            unroll_first: 1,
+            unroll_last: 1,
+            unroll_grown: 1.0,
+        },
         regularisation: RegularisationConfig {
             dropout: 0.25,
             input_dropout: 0.25,
@@ -335,8 +406,15 @@ fn paper() -> TrainConfig {
             mirror: false,
             average: 0.0,
         },
-        loss: LossConfig { position: 1e4, velocity: 0.0 },
-        intersection: IntersectionConfig { from_step: None, relaxation_m: 0.005, at_inference: true },
+        loss: LossConfig {
+            position: 1e4,
+            velocity: 0.0,
+        },
+        intersection: IntersectionConfig {
+            from_step: None,
+            relaxation_m: 0.005,
+            at_inference: true,
+        },
         keep: Keep::Last,
         validate_every: 500,
     }
@@ -348,35 +426,58 @@ fn standard() -> TrainConfig {
         model: ModelSettings {
             layout: MotionLayout::Heading,
             velocity: VelocityScheme::Backward,
-            normalisation: NormalisationRule { elements: NormalisedElements::All, least_std: 0.02, limit: Some(3.0) },
-            encoder: EncoderConfig { hidden: vec![512, 512], channels: 64, categories: 8 },
-            field: FieldConfig { width: 128, hidden_layers: 6, skip: Some(3) },
+            normalisation: NormalisationRule {
+                elements: NormalisedElements::All,
+                least_std: 0.02,
+                limit: Some(5.0),
+            },
+            encoder: EncoderConfig {
+                hidden: vec![256],
+                channels: 32,
+                categories: 8,
+            },
+            field: FieldConfig {
+                width: 64,
+                hidden_layers: 4,
+                skip: None,
+            },
             state: StateSettings::Displacement {
-                memory_s: 0.15,
+                memory_s: 2.0,
+                prior_shapes: 32,
                 inputs: vec![Displacement, Velocity, Rest, Up, SkinVelocity],
             },
         },
         optimiser: OptimiserConfig {
-            steps: 6000,
-            learning_rate: 1e-3,
+            steps: 1200,
+            learning_rate: 3e-4,
             final_learning_rate: 1e-6,
             half_periods: 1.0,
             warmup_steps: 100,
             weight_decay: 1e-2,
             clip_norm: 1.0,
         },
-        batch: BatchConfig { windows: 32, points: 128, unroll_first: 2, unroll_last: 12, unroll_grown: 0.6 },
+        batch: BatchConfig {
+            windows: 32,
+            points: 64,
+            unroll_first: 8,
+            unroll_last: 24,
+            unroll_grown: 0.6,
+        },
         regularisation: RegularisationConfig {
-            dropout: 0.25,
-            input_dropout: 0.25,
+            dropout: 0.5,
+            input_dropout: 0.5,
             dropout_by_window: true,
             state_noise_m: 0.01,
             motion_noise: 0.0,
             mirror: true,
-            average: 0.999,
+            average: 0.99,
         },
-        loss: LossConfig { position: 1e4, velocity: 0.0 },
+        loss: LossConfig {
+            position: 1e4,
+            velocity: 0.0,
+        },
         keep: Keep::Best,
+        validate_every: 100,
         ..paper()
     }
 }
@@ -385,13 +486,30 @@ fn tiny() -> TrainConfig {
     let standard = standard();
     TrainConfig {
         model: ModelSettings {
-            encoder: EncoderConfig { hidden: vec![128], channels: 32, categories: 8 },
-            field: FieldConfig { width: 64, hidden_layers: 4, skip: None },
+            encoder: EncoderConfig {
+                hidden: vec![128],
+                channels: 32,
+                categories: 8,
+            },
+            field: FieldConfig {
+                width: 32,
+                hidden_layers: 4,
+                skip: None,
+            },
             ..standard.model
         },
-        optimiser: OptimiserConfig { steps: 600, ..standard.optimiser },
-        batch: BatchConfig { windows: 16, points: 64, unroll_last: 6, ..standard.batch },
-        validate_every: 200,
+        optimiser: OptimiserConfig {
+            steps: 300,
+            ..standard.optimiser
+        },
+        batch: BatchConfig {
+            windows: 16,
+            points: 64,
+            unroll_first: 4,
+            unroll_last: 12,
+            ..standard.batch
+        },
+        validate_every: 100,
         ..standard
     }
 }
@@ -415,8 +533,20 @@ mod tests {
         let set = |text: &str| config.with_assignments(&[text.to_owned()]);
         assert_eq!(set("optimiser.steps=7").unwrap().optimiser.steps, 7);
         assert_eq!(set("keep = last").unwrap().keep, Keep::Last);
-        assert_eq!(set("intersection.from_step=5").unwrap().intersection.from_step, Some(5));
-        for wrong in ["steps", "optimiser.stepz=7", "nowhere.steps=7", "optimiser.steps=x", "batch.points=0"] {
+        assert_eq!(
+            set("intersection.from_step=5").unwrap().intersection.from_step,
+            Some(5)
+        );
+        for wrong in [
+            "steps",
+            "optimiser.stepz=7",
+            "nowhere.steps=7",
+            "optimiser.steps=x",
+            "batch.points=0",
+            "loss.velocity=-1",
+            "optimiser.clip_norm=nan",
+            "optimiser.learning_rate=inf",
+        ] {
             assert!(set(wrong).is_err(), "{wrong}");
         }
     }
@@ -435,7 +565,10 @@ mod tests {
     fn unrolling_grows_to_its_full_length() {
         let config = TrainConfig::preset(Preset::Standard);
         assert_eq!(config.unroll(0), config.batch.unroll_first);
-        assert_eq!(config.unroll(config.optimiser.steps - 1), config.batch.unroll_last);
+        assert_eq!(
+            config.unroll(config.optimiser.steps - 1),
+            config.batch.unroll_last
+        );
         assert_eq!(TrainConfig::preset(Preset::Paper).unroll(10), 1);
     }
 }

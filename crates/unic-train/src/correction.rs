@@ -1,10 +1,17 @@
 //! Intersection handling inside training: the paper's, its corrections without gradient.
 
-use crate::{batch::{Batch, Window}, dataset::Dataset, error::TrainError, mirror::mirrored};
+use crate::{
+    batch::{Batch, Window},
+    dataset::Dataset,
+    mirror::mirrored,
+};
 use burn::tensor::Tensor;
 use glam::Vec3;
 use rayon::prelude::*;
-use std::{collections::HashMap, sync::{Arc, Mutex}};
+use std::{
+    collections::HashMap,
+    sync::{Arc, Mutex},
+};
 use unic_core::{
     config::StateConfig,
     features::PointFrame,
@@ -28,7 +35,9 @@ impl Bodies {
         let character = &data.capture.character;
         let mut vertices = Vec::new();
         let transforms = data.clips[clip].kinematics.world_from_rest(frame);
-        character.weights.skin(&character.body.vertices, transforms, &mut vertices);
+        character
+            .weights
+            .skin(&character.body.vertices, transforms, &mut vertices);
         let mut body = BodySnapshot::default();
         body.prepare(&vertices, &character.body.faces);
         let body = Arc::new(body);
@@ -52,19 +61,20 @@ pub struct Correction<'a> {
 }
 
 impl Correction<'_> {
-    /// What has to be added to the states of frame `k` of the rollout, [rows · 3]: zero outside the body.
-    ///
-    /// # Errors
-    /// None on the CPU; a device may fail to hand its values over.
-    pub fn of(&self, batch: &Batch, k: usize, states: Tensor<2>) -> Result<Vec<f32>, TrainError> {
+    /// What has to be added to the states of frame `k` of the rollout [W·n, 3]: zero outside the
+    /// body. Plain numbers, so no gradient flows through it.
+    pub fn of(&self, batch: &Batch, k: usize, states: Tensor<2>) -> Vec<f32> {
         let states = states.inner().into_data();
         // States are made of f32 tensors alone.
         let states = states.as_slice::<f32>().expect("f32 states");
         let mut corrections = vec![0.0; states.len()];
         let rows = 3 * batch.points;
-        (corrections.par_chunks_mut(rows).zip(states.par_chunks(rows)).zip(&batch.windows))
-            .for_each(|((corrections, states), window)| self.window(window, k, states, corrections));
-        Ok(corrections)
+        (corrections
+            .par_chunks_mut(rows)
+            .zip(states.par_chunks(rows))
+            .zip(&batch.windows))
+        .for_each(|((corrections, states), window)| self.window(window, k, states, corrections));
+        corrections
     }
 
     fn window(&self, window: &Window, k: usize, states: &[f32], corrections: &mut [f32]) {
@@ -88,14 +98,18 @@ impl Correction<'_> {
             StateConfig::Position => {
                 let world_from_frame = kinematics.world_from_heading(frame);
                 Place(
-                    PointFrame { skinned: world_from_frame.translation, rotation: world_from_frame.rotation },
+                    PointFrame {
+                        skinned: world_from_frame.translation,
+                        rotation: world_from_frame.rotation,
+                    },
                     Vec3::ZERO,
                 )
             }
             StateConfig::Displacement(_) => {
                 let garment = &self.data.capture.garment;
                 let point = PointFrame::new(garment, vertex, kinematics.world_from_rest(frame));
-                Place(point, self.data.mean_displacement[vertex])
+                let coefficients = &self.data.coefficients[clip][frame];
+                Place(point, self.data.prior.displacement(vertex, coefficients))
             }
         }
     }

@@ -4,18 +4,20 @@ use crate::{
     config::{ModelSettings, StateSettings, TrainConfig},
     error::TrainError,
     mirror::MirrorMap,
+    prior::{FittedPrior, fit_prior},
+    scales::{Scales, measure},
     stream::{Stream, generator},
 };
 use glam::Vec3;
 use rand::RngExt;
 use rayon::prelude::*;
 use unic_core::{
-    character::Garment,
     config::{DisplacementConfig, IntersectionMode, ModelConfig, StateConfig},
-    features::{PointFrame, RestBox},
-    motion::{MotionSpec, Normalisation},
+    features::RestBox,
+    motion::{MotionSpec, Normalisation, motion_len},
+    prior::LinearPrior,
 };
-use unic_eval::PreparedClip;
+use unic_eval::{PreparedClip, TrainingSet};
 use unic_io::{Capture, Split};
 
 /// Clips to train and to validate on, and the measured parts of the model.
@@ -32,8 +34,10 @@ pub struct Dataset {
     pub normalisation: Normalisation,
     /// Normalised motion vectors of each training clip, T × D.
     pub motion: Vec<MotionVectors>,
-    /// ū of each vertex, zeros where the state is a position.
-    pub mean_displacement: Vec<Vec3>,
+    /// Where the garment hangs in a given motion, as the finished model has it.
+    pub prior: LinearPrior,
+    /// Coefficients of the prior by training clip and frame, fitted without that clip.
+    pub coefficients: Vec<Vec<Vec<f32>>>,
     /// Bounding box of the rest shape.
     pub rest_box: RestBox,
 }
@@ -47,6 +51,19 @@ pub struct MotionVectors {
 }
 
 impl MotionVectors {
+    fn new(clip: &PreparedClip, normalisation: &Normalisation, mirror: Option<&MirrorMap>) -> Self {
+        let normalised = |mut vector: Vec<f32>| {
+            normalisation.apply(&mut vector);
+            vector
+        };
+        let frames = || (0..clip.len()).map(|t| clip.kinematics.motion(t));
+        Self {
+            len: normalisation.mean.len(),
+            plain: frames().flat_map(|c| normalised(c.to_vec())).collect(),
+            mirrored: mirror.map(|m| frames().flat_map(|c| normalised(m.apply(c))).collect()),
+        }
+    }
+
     /// The vector of one frame; the mirrored one where there is a mirror map.
     pub fn frame(&self, frame: usize, mirrored: bool) -> &[f32] {
         let all = self.mirrored.as_ref().filter(|_| mirrored).unwrap_or(&self.plain);
@@ -67,31 +84,33 @@ impl Dataset {
             &capture.character,
         )?;
         let (train, validation) = split(&capture, settings.seed)?;
-        let load = |names: &[String]| -> Result<Vec<PreparedClip>, TrainError> {
-            let prepare = |name: &String| {
-                let captured = capture.load_clip(name)?;
-                Ok(PreparedClip::new(&spec, &capture.character.skeleton, captured))
-            };
-            names.par_iter().map(prepare).collect()
-        };
-        let (clips, validation) = (load(&train)?, load(&validation)?);
+        let (clips, validation) = (
+            load(&capture, &spec, &train)?,
+            load(&capture, &spec, &validation)?,
+        );
         let joints = capture.character.skeleton.len();
-        let vectors = clips.iter().flat_map(|c| (0..c.len()).map(|t| c.kinematics.motion(t)));
+        let vectors = clips
+            .iter()
+            .flat_map(|c| (0..c.len()).map(|t| c.kinematics.motion(t)));
         let normalisation = Normalisation::fit(joints, settings.model.normalisation, vectors)?;
         let mirror = settings.regularisation.mirror;
-        let mirror = mirror.then(|| MirrorMap::new(&capture.character.skeleton)).flatten();
-        let motion = clips.iter().map(|c| motion_vectors(c, &normalisation, mirror.as_ref())).collect();
-        let measured = measure(&settings.model, &capture, &clips);
-        let config = model_config(settings, spec, &capture, measured.as_ref());
+        let mirror = mirror
+            .then(|| MirrorMap::new(&capture.character.skeleton))
+            .flatten();
+        let motion: Vec<MotionVectors> = clips
+            .iter()
+            .map(|c| MotionVectors::new(c, &normalisation, mirror.as_ref()))
+            .collect();
+        let fitted = fitted_prior(&settings.model, &capture, &clips, &motion);
+        let scales = measure(&settings.model, &capture, &clips, &fitted);
+        let config = model_config(settings, spec, &capture, scales.as_ref());
         config.check(joints)?;
         Ok(Self {
             config,
             normalisation,
             motion,
-            mean_displacement: measured.map_or_else(
-                || vec![Vec3::ZERO; capture.garment.rest.vertices.len()],
-                |m| m.mean,
-            ),
+            prior: fitted.prior,
+            coefficients: fitted.left_out,
             rest_box: RestBox::of(&capture.garment.rest.vertices),
             clips,
             validation,
@@ -106,7 +125,11 @@ impl Dataset {
 
     /// Frames of the longest window that fits every clip, the first frame not counted.
     pub fn longest_unroll(&self) -> usize {
-        self.clips.iter().map(|c| c.len().saturating_sub(1)).min().unwrap_or(0)
+        self.clips
+            .iter()
+            .map(|c| c.len().saturating_sub(1))
+            .min()
+            .unwrap_or(0)
     }
 
     /// Seconds of training motion.
@@ -122,7 +145,9 @@ fn split(capture: &Capture, seed: u64) -> Result<(Vec<String>, Vec<String>), Tra
     let mut train = capture.clip_names(Split::Train).to_vec();
     let mut validation = capture.clip_names(Split::Validation).to_vec();
     if train.is_empty() {
-        return Err(TrainError::NoClips { capture: capture.root.clone() });
+        return Err(TrainError::NoClips {
+            capture: capture.root.clone(),
+        });
     }
     if validation.is_empty() {
         let drawn = generator(seed, Stream::Validation, 0).random_range(0..train.len());
@@ -134,80 +159,54 @@ fn split(capture: &Capture, seed: u64) -> Result<(Vec<String>, Vec<String>), Tra
     Ok((train, validation))
 }
 
-fn motion_vectors(clip: &PreparedClip, normalisation: &Normalisation, mirror: Option<&MirrorMap>) -> MotionVectors {
-    let normalised = |mut vector: Vec<f32>| {
-        normalisation.apply(&mut vector);
-        vector
+fn load(capture: &Capture, spec: &MotionSpec, names: &[String]) -> Result<Vec<PreparedClip>, TrainError> {
+    let prepare = |name: &String| {
+        let captured = capture.load_clip(name)?;
+        Ok(PreparedClip::new(spec, &capture.character.skeleton, captured))
     };
-    let frames = || (0..clip.len()).map(|t| clip.kinematics.motion(t));
-    MotionVectors {
-        len: normalisation.mean.len(),
-        plain: frames().flat_map(|c| normalised(c.to_vec())).collect(),
-        mirrored: mirror.map(|m| frames().flat_map(|c| normalised(m.apply(c))).collect()),
+    names.par_iter().map(prepare).collect()
+}
+
+fn fitted_prior(
+    model: &ModelSettings,
+    capture: &Capture,
+    clips: &[PreparedClip],
+    motion: &[MotionVectors],
+) -> FittedPrior {
+    match model.state {
+        StateSettings::Displacement { prior_shapes, .. } => {
+            let garment = capture.garment.clone();
+            let set = TrainingSet {
+                garment,
+                train: clips.to_vec(),
+                validation: Vec::new(),
+            };
+            fit_prior(&set, motion, prior_shapes)
+        }
+        StateSettings::Position => {
+            let zeros = vec![Vec3::ZERO; capture.garment.rest.vertices.len()];
+            let inputs = 2 * motion_len(capture.character.skeleton.len());
+            FittedPrior {
+                prior: LinearPrior::constant(zeros, inputs),
+                left_out: clips.iter().map(|c| vec![Vec::new(); c.len()]).collect(),
+            }
+        }
     }
-}
-
-/// What a displacement state needs to know of the training frames.
-struct Measured {
-    mean: Vec<Vec3>,
-    scale_m: f32,
-    output_limit: f32,
-}
-
-/// Share by which a field output may exceed the largest one of training.
-const OUTPUT_MARGIN: f32 = 1.25;
-
-fn measure(settings: &ModelSettings, capture: &Capture, clips: &[PreparedClip]) -> Option<Measured> {
-    let StateSettings::Displacement { memory_s, ref inputs } = settings.state else {
-        return None;
-    };
-    let decay = DisplacementConfig { memory_s, scale_m: 1.0, output_limit: 1.0, inputs: inputs.clone() }
-        .decay(1.0 / capture.manifest.fps);
-    let vertices = capture.garment.rest.vertices.len();
-    let by_vertex: Vec<(Vec3, f64, f32)> =
-        (0..vertices).into_par_iter().map(|v| measure_vertex(&capture.garment, clips, v, decay)).collect();
-    let variance: f64 = by_vertex.iter().map(|m| m.1).sum::<f64>() / (3 * vertices).max(1) as f64;
-    let scale_m = (variance.sqrt() as f32).max(1e-4);
-    let largest = by_vertex.iter().map(|m| m.2).fold(0.0, f32::max);
-    Some(Measured {
-        mean: by_vertex.into_iter().map(|m| m.0).collect(),
-        scale_m,
-        output_limit: OUTPUT_MARGIN * largest / scale_m,
-    })
-}
-
-/// Mean displacement of a vertex, mean squared deviation from it, and the longest field output
-/// |d_t − γ d_{t−1}| that training would ask for.
-fn measure_vertex(garment: &Garment, clips: &[PreparedClip], vertex: usize, decay: f32) -> (Vec3, f64, f32) {
-    let displacement = |clip: &PreparedClip, t: usize| {
-        let frame = PointFrame::new(garment, vertex, clip.kinematics.world_from_rest(t));
-        frame.displacement(clip.captured.garment.frame(t)[vertex])
-    };
-    let tracks: Vec<Vec<Vec3>> = (clips.iter())
-        .map(|clip| (0..clip.len()).map(|t| displacement(clip, t)).collect())
-        .collect();
-    let count = tracks.iter().map(Vec::len).sum::<usize>().max(1);
-    let sum = tracks.iter().flatten().fold(glam::DVec3::ZERO, |sum, u| sum + u.as_dvec3());
-    let mean = (sum / count as f64).as_vec3();
-    let variance = tracks.iter().flatten().map(|&u| f64::from((u - mean).length_squared())).sum::<f64>();
-    let steps = tracks.iter().flat_map(|track| track.windows(2));
-    let output = |pair: &[Vec3]| ((pair[1] - mean) - (pair[0] - mean) * decay).length();
-    (mean, variance / count as f64, steps.map(output).fold(0.0, f32::max))
 }
 
 fn model_config(
     settings: &TrainConfig,
     spec: MotionSpec,
     capture: &Capture,
-    measured: Option<&Measured>,
+    scales: Option<&Scales>,
 ) -> ModelConfig {
     let model = &settings.model;
-    let state = match (&model.state, measured) {
-        (StateSettings::Displacement { memory_s, inputs }, Some(measured)) => {
+    let state = match (&model.state, scales) {
+        (StateSettings::Displacement { memory_s, inputs, .. }, Some(scales)) => {
             StateConfig::Displacement(DisplacementConfig {
                 memory_s: *memory_s,
-                scale_m: measured.scale_m,
-                output_limit: measured.output_limit,
+                scale_m: scales.scale_m,
+                output_limit: scales.output_limit,
                 inputs: inputs.clone(),
             })
         }
@@ -220,7 +219,9 @@ fn model_config(
         field: model.field,
         state,
         intersection: match settings.intersection.at_inference {
-            true => IntersectionMode::Paper { relaxation_m: settings.intersection.relaxation_m },
+            true => IntersectionMode::Paper {
+                relaxation_m: settings.intersection.relaxation_m,
+            },
             false => IntersectionMode::Off,
         },
     }

@@ -44,13 +44,17 @@ pub enum TrainError {
     /// Sizes that the field's kernels refuse.
     #[error(transparent)]
     Kernel(#[from] unic_kernels::KernelError),
-    /// The loss is no number any more.
-    #[error("training diverged: the loss of step {step} is {loss}; try a smaller optimiser.learning_rate or a smaller optimiser.clip_norm")]
+    /// A number of the loss or its gradient is not finite any more.
+    #[error(
+        "training diverged: the {what} of step {step} is {value}; try a smaller optimiser.learning_rate or a smaller optimiser.clip_norm"
+    )]
     Diverged {
         /// The step.
         step: u64,
-        /// Its loss.
-        loss: f32,
+        /// Which number.
+        what: &'static str,
+        /// What it is.
+        value: f64,
     },
     /// A checkpoint of another run, or damaged.
     #[error("{path}: expected a checkpoint of this run, found {found}")]

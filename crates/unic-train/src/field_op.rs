@@ -10,49 +10,104 @@ use burn::backend::autodiff::{
     ops::{Backward, Ops, OpsKind},
 };
 use burn::backend::{Autodiff, Flex, TensorMetadata, ops::FloatTensorOps, tensor::FloatTensor};
-use burn::tensor::{Tensor, TensorData, activation};
-use std::{fmt, sync::Arc};
+use burn::tensor::{Shape, Tensor, TensorData, activation};
+use std::{
+    fmt,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
 use unic_kernels::{BackwardScratch, Batch, Field, FieldShape, Gradients, KernelError, Saved};
 
-/// `points` [G·n, P], `latents` [G, L], `parameters` [K] (flat, by `FieldShape::layout`) to [G·n, 3],
-/// on CPU tensors, fused.
-///
-/// # Errors
-/// Sizes that do not fit the shape.
-pub fn fused(
-    shape: FieldShape,
+/// The field with its parameters packed for the processor: once a step, for all frames of a rollout.
+#[derive(Clone)]
+pub struct PackedField {
+    field: Arc<Field>,
+    parameters: Tensor<1>,
+}
+
+impl PackedField {
+    /// From parameters `[K]` on the CPU, flat by [`FieldShape::layout`].
+    ///
+    /// # Errors
+    /// Sizes out of range, another number of parameters.
+    ///
+    /// # Panics
+    /// Of a tensor that is not on the CPU; [`composed`] is for other devices.
+    pub fn new(shape: FieldShape, parameters: Tensor<1>) -> Result<Self, KernelError> {
+        let (values, _) = cpu(parameters.clone().autodiff()).into_parts();
+        let mut field = Field::new(shape)?;
+        field.load(slice(&values.to_contiguous()))?;
+        Ok(Self {
+            field: Arc::new(field),
+            parameters,
+        })
+    }
+
+    /// Points `[G·n, P]` and latents `[G, L]` on the CPU to `[G·n, O]`, point p of group p / n.
+    /// Gradients flow to all three.
+    ///
+    /// # Errors
+    /// Sizes that do not fit the shape.
+    ///
+    /// # Panics
+    /// Of tensors that are not on the CPU.
+    pub fn forward(&self, points: Tensor<2>, latents: Tensor<2>) -> Result<Tensor<2>, KernelError> {
+        let points_per_group = points.dims()[0] / latents.dims()[0].max(1);
+        let (points, points_node) = cpu(points.autodiff()).into_parts();
+        let (latents, latents_node) = cpu(latents.autodiff()).into_parts();
+        let (parameters, parameters_node) = cpu(self.parameters.clone().autodiff()).into_parts();
+        let (points, latents) = (points.to_contiguous(), latents.to_contiguous());
+        let batch = Batch {
+            points: slice(&points),
+            latents: slice(&latents),
+            points_per_group,
+        };
+        let sizes = [points.shape()[0], self.field.shape().outputs];
+        let mut outputs = vec![0.0; sizes[0] * sizes[1]];
+        let mut saved = ACTIVATIONS.take();
+        self.field.forward(&batch, &mut outputs, &mut saved)?;
+        let outputs = primitive(outputs, sizes);
+        let nodes = [points_node, latents_node, parameters_node];
+        let tensor = match FusedField
+            .prepare::<NoCheckpointing>(nodes)
+            .compute_bound()
+            .stateful()
+        {
+            OpsKind::Tracked(prepared) => {
+                let forward = Arc::new(Forward {
+                    field: self.field.clone(),
+                    saved,
+                    points_per_group,
+                });
+                let count = parameters.shape();
+                prepared.finish(
+                    State {
+                        forward,
+                        points,
+                        latents,
+                        parameters: count,
+                    },
+                    outputs,
+                )
+            }
+            OpsKind::UnTracked(prepared) => prepared.finish(outputs),
+        };
+        Ok(Tensor::from_primitive::<Autodiff<Flex>>(tensor))
+    }
+}
+
+impl fmt::Debug for PackedField {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "packed field of {:?}", self.field.shape())
+    }
+}
+
+/// The same of Burn's own operations, on any device; parameters `[K]` flat.
+pub fn composed(
+    shape: &FieldShape,
     points: Tensor<2>,
     latents: Tensor<2>,
     parameters: Tensor<1>,
-) -> Result<Tensor<2>, KernelError> {
-    let groups = latents.dims()[0];
-    let points_per_group = points.dims()[0] / groups.max(1);
-    let (points, points_node) = cpu(points.autodiff()).into_parts();
-    let (latents, latents_node) = cpu(latents.autodiff()).into_parts();
-    let (parameters, parameters_node) = cpu(parameters.autodiff()).into_parts();
-    let (points, latents, parameters) =
-        (points.to_contiguous(), latents.to_contiguous(), parameters.to_contiguous());
-    let mut field = Field::new(shape)?;
-    field.load(slice(&parameters))?;
-    let batch = Batch { points: slice(&points), latents: slice(&latents), points_per_group };
-    let rows = points.shape()[0];
-    let mut outputs = vec![0.0; rows * shape.outputs];
-    let mut saved = Saved::default();
-    field.forward(&batch, &mut outputs, &mut saved)?;
-    let outputs = primitive(outputs, [rows, shape.outputs]);
-    let nodes = [points_node, latents_node, parameters_node];
-    let tensor = match FusedField.prepare::<NoCheckpointing>(nodes).compute_bound().stateful() {
-        OpsKind::Tracked(prepared) => {
-            let forward = Arc::new(Forward { field, saved, points_per_group });
-            prepared.finish(State { forward, points, latents, parameters }, outputs)
-        }
-        OpsKind::UnTracked(prepared) => prepared.finish(outputs),
-    };
-    Ok(Tensor::from_primitive::<Autodiff<Flex>>(tensor))
-}
-
-/// The same of Burn's own operations, on any device.
-pub fn composed(shape: &FieldShape, points: Tensor<2>, latents: Tensor<2>, parameters: Tensor<1>) -> Tensor<2> {
+) -> Tensor<2> {
     let [groups, latent] = latents.dims();
     let rows = points.dims()[0];
     let spread: Tensor<3> = latents.unsqueeze_dim(1);
@@ -60,11 +115,25 @@ pub fn composed(shape: &FieldShape, points: Tensor<2>, latents: Tensor<2>, param
     let input = Tensor::cat(vec![points, spread], 1); // [G·n, P + L]
     let last = shape.hidden_layers;
     (shape.layout().iter().enumerate()).fold(input.clone(), |hidden, (i, map)| {
-        let hidden = if shape.skip == Some(i) { Tensor::cat(vec![hidden, input.clone()], 1) } else { hidden };
-        let weight = parameters.clone().slice([map.weight.clone()]).reshape([map.outputs, map.inputs()]);
-        let bias = parameters.clone().slice([map.bias.clone()]).reshape([1, map.outputs]);
+        let hidden = if shape.skip == Some(i) {
+            Tensor::cat(vec![hidden, input.clone()], 1)
+        } else {
+            hidden
+        };
+        let weight = parameters
+            .clone()
+            .slice([map.weight.clone()])
+            .reshape([map.outputs, map.inputs()]);
+        let bias = parameters
+            .clone()
+            .slice([map.bias.clone()])
+            .reshape([1, map.outputs]);
         let output = hidden.matmul(weight.transpose()) + bias;
-        if i < last { activation::relu(output) } else { output }
+        if i < last {
+            activation::relu(output)
+        } else {
+            output
+        }
     })
 }
 
@@ -73,9 +142,43 @@ struct FusedField;
 
 /// What the forward pass leaves for the backward pass.
 struct Forward {
-    field: Field,
+    field: Arc<Field>,
     saved: Saved,
     points_per_group: usize,
+}
+
+impl Drop for Forward {
+    fn drop(&mut self) {
+        ACTIVATIONS.put(std::mem::take(&mut self.saved));
+    }
+}
+
+/// Buffers that are not in use. A step's activations are tens of megabytes; fresh from the system
+/// they cost a page fault every 4 KB, which is a fifth of the step.
+struct Spare<T>(Mutex<Vec<T>>);
+
+static ACTIVATIONS: Spare<Saved> = Spare(Mutex::new(Vec::new()));
+static SCRATCH: Spare<BackwardScratch> = Spare(Mutex::new(Vec::new()));
+
+/// Buffers kept at most: more than a rollout has frames.
+const MOST_SPARE: usize = 64;
+
+impl<T: Default> Spare<T> {
+    fn take(&self) -> T {
+        self.all().pop().unwrap_or_default()
+    }
+
+    fn put(&self, buffer: T) {
+        let mut all = self.all();
+        if all.len() < MOST_SPARE {
+            all.push(buffer);
+        }
+    }
+
+    /// A poisoned lock means that a thread panicked while it held a sound list of buffers.
+    fn all(&self) -> MutexGuard<'_, Vec<T>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Clones share everything: tensors are counted references.
@@ -84,7 +187,8 @@ struct State {
     forward: Arc<Forward>,
     points: FloatTensor<Flex>,
     latents: FloatTensor<Flex>,
-    parameters: FloatTensor<Flex>,
+    /// Their values are in the packed field.
+    parameters: Shape,
 }
 
 impl fmt::Debug for State {
@@ -98,29 +202,36 @@ impl Backward<Flex, 3> for FusedField {
 
     fn backward(self, ops: Ops<State, 3>, registry: &mut Registry, _: &mut Checkpointer) {
         let upstream = registry.consume::<Flex>(&ops.node).to_contiguous();
-        let State { forward, points, latents, parameters } = ops.state;
+        let State {
+            forward,
+            points,
+            latents,
+            parameters,
+        } = ops.state;
         let batch = Batch {
             points: slice(&points),
             latents: slice(&latents),
             points_per_group: forward.points_per_group,
         };
-        let sources = [&points, &latents, &parameters];
-        let [mut to_points, mut to_latents, mut to_parameters] =
-            sources.map(|t| vec![0.0; t.shape().num_elements()]);
+        let shapes = [points.shape(), latents.shape(), parameters];
+        let zeros = |shape: &Shape| vec![0.0; shape.num_elements()];
+        let [mut to_points, mut to_latents, mut to_parameters] = shapes.each_ref().map(zeros);
         let gradients = Gradients {
             points: &mut to_points,
             latents: &mut to_latents,
             parameters: &mut to_parameters,
         };
-        let scratch = &mut BackwardScratch::default();
-        let done = forward.field.backward(&batch, &forward.saved, slice(&upstream), gradients, scratch);
+        let mut scratch = SCRATCH.take();
+        let done = forward
+            .field
+            .backward(&batch, &forward.saved, slice(&upstream), gradients, &mut scratch);
+        SCRATCH.put(scratch);
         // The forward pass has checked every size that this pass sees again.
         debug_assert!(done.is_ok(), "{done:?}");
         let values = [to_points, to_latents, to_parameters];
-        for ((node, source), values) in ops.parents.into_iter().zip(sources).zip(values) {
+        for ((node, shape), values) in ops.parents.into_iter().zip(shapes).zip(values) {
             if let Some(node) = node {
-                let data = TensorData::new(values, source.shape());
-                registry.register::<Flex>(node.id, Flex::float_from_data(data, &Default::default()));
+                registry.register::<Flex>(node.id, primitive(values, shape));
             }
         }
     }
@@ -128,13 +239,17 @@ impl Backward<Flex, 3> for FusedField {
 
 /// The CPU's representation of a tensor that takes part in a graph.
 fn cpu<const D: usize>(tensor: Tensor<D>) -> FloatTensor<Autodiff<Flex>> {
-    tensor.try_into_primitive::<Autodiff<Flex>>().expect("callers pass CPU tensors")
+    // Documented: a tensor of another device is a mistake in the program, not in its input.
+    tensor
+        .try_into_primitive::<Autodiff<Flex>>()
+        .expect("CPU tensors")
 }
 
 fn slice(tensor: &FloatTensor<Flex>) -> &[f32] {
+    // Every caller makes it contiguous first, and nothing here is of another type.
     tensor.as_slice::<f32>().expect("contiguous f32 values")
 }
 
-fn primitive<const D: usize>(values: Vec<f32>, shape: [usize; D]) -> FloatTensor<Flex> {
-    Flex::float_from_data(TensorData::new(values, shape), &Default::default())
+fn primitive(values: Vec<f32>, shape: impl Into<Shape>) -> FloatTensor<Flex> {
+    Flex::float_from_data(TensorData::new(values, shape.into()), &Default::default())
 }

@@ -35,8 +35,16 @@ impl MirrorMap {
         };
         map.block(slices.root_position.start, slices.root_position.start, &POLAR);
         map.block(slices.root_velocity.start, slices.root_velocity.start, &POLAR);
-        map.block(slices.root_orientation.start, slices.root_orientation.start, &ROTATION);
-        map.block(slices.root_angular_velocity.start, slices.root_angular_velocity.start, &AXIAL);
+        map.block(
+            slices.root_orientation.start,
+            slices.root_orientation.start,
+            &ROTATION,
+        );
+        map.block(
+            slices.root_angular_velocity.start,
+            slices.root_angular_velocity.start,
+            &AXIAL,
+        );
         let locals: Vec<usize> = (0..skeleton.len()).filter(|j| *j != skeleton.root()).collect();
         let slot = |joint: usize| locals.iter().position(|j| *j == joint);
         for (to, &joint) in locals.iter().enumerate() {
@@ -148,7 +156,12 @@ mod tests {
             contact_rest_heights_m: [0.0; 4],
         };
         let skeleton = figure();
-        let input = |pose| MotionInput { pose, next_pose: None, ground_height: 0.45, dt: 1.0 / 30.0 };
+        let input = |pose| MotionInput {
+            pose,
+            next_pose: None,
+            ground_height: 0.45,
+            dt: 1.0 / 30.0,
+        };
         let mut state = MotionState::start(&spec, &skeleton, &input(&poses[0]));
         (poses[1..].iter())
             .map(|pose| {
@@ -162,7 +175,9 @@ mod tests {
     fn the_mirrored_vector_is_the_vector_of_the_mirrored_motion() {
         let pose = |t: f32| Pose {
             trans: Vec3::new(t, 0.1 * t.sin(), 2.0 * t),
-            local: (0..6).map(|j| Quat::from_scaled_axis(Vec3::new(0.3, 1.1, -0.7) * (t + j as f32).sin())).collect(),
+            local: (0..6)
+                .map(|j| Quat::from_scaled_axis(Vec3::new(0.3, 1.1, -0.7) * (t + j as f32).sin()))
+                .collect(),
         };
         let poses: Vec<Pose> = (0..5).map(|f| pose(f as f32 / 7.0)).collect();
         let other: Vec<Pose> = poses.iter().map(mirrored_pose).collect();
@@ -179,7 +194,10 @@ mod tests {
     #[test]
     fn sides_are_read_from_common_names() {
         assert_eq!(other_side("L_knee").as_deref(), Some("r_knee"));
-        assert_eq!(other_side("mixamorig:RightFoot").as_deref(), Some("mixamorig:leftfoot"));
+        assert_eq!(
+            other_side("mixamorig:RightFoot").as_deref(),
+            Some("mixamorig:leftfoot")
+        );
         assert_eq!(other_side("hand.L").as_deref(), Some("hand.r"));
         assert_eq!(other_side("spine"), None);
         assert!(counterparts(&["pelvis".into(), "spine".into()]).is_none());

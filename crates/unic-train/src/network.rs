@@ -3,14 +3,18 @@
 use crate::{
     config::RegularisationConfig,
     error::TrainError,
-    field_op::fused,
+    field_op::PackedField,
     stream::{Stream, generator},
 };
 use burn::module::{Module, Param, ParamId};
 use burn::nn::Linear;
 use burn::tensor::{Device, Int, Tensor, TensorData, activation};
 use rand::RngExt;
-use unic_core::{config::ModelConfig, motion::motion_len, network};
+use unic_core::{
+    config::{ModelConfig, StateConfig},
+    motion::motion_len,
+    network,
+};
 use unic_kernels::FieldShape;
 
 /// Sizes of both networks.
@@ -24,6 +28,9 @@ pub struct NetworkShape {
     pub categories: usize,
     /// The field.
     pub field: FieldShape,
+    /// Does the field's head start at zero, so that a new model moves nothing? Where the state is a
+    /// displacement; the paper's field starts as random as its other layers.
+    pub zero_head: bool,
 }
 
 impl NetworkShape {
@@ -41,6 +48,7 @@ impl NetworkShape {
                 skip: config.field.skip,
                 outputs: 3,
             },
+            zero_head: config.state != StateConfig::Position,
         }
     }
 }
@@ -53,10 +61,20 @@ pub struct Network {
     field: Param<Tensor<1>>,
 }
 
+impl Default for Network {
+    /// No layer at all: what stands in while a network is moved out to be updated.
+    fn default() -> Self {
+        Self {
+            encoder: Vec::new(),
+            field: parameter(FIELD_ID, vec![0.0], [1], &Device::flex()),
+        }
+    }
+}
+
 /// One parameter tensor by name, row-major.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// `encoder.0.weight` ([in, out]), ..., `field` (flat).
+    /// `encoder.0.weight` (`[in, out]`), ..., `field` (flat).
     pub name: String,
     /// Sizes.
     pub shape: Vec<usize>,
@@ -66,9 +84,9 @@ pub struct Parameter {
 
 /// The random part of one step's forward pass, on the host: from (seed, step) alone.
 pub struct StepNoise {
-    /// Dropout factors of each encoder layer's input, [rows, width]; absent where nothing is dropped.
+    /// Dropout factors of each encoder layer's input, `[rows, width]`; absent where nothing is dropped.
     masks: Vec<Option<Vec<f32>>>,
-    /// Gumbel noise, [rows, channels, categories].
+    /// Gumbel noise, `[rows, channels, categories]`.
     gumbel: Vec<f32>,
 }
 
@@ -85,7 +103,11 @@ impl StepNoise {
         let layers = shape.encoder.len() - 1;
         let masks = (shape.encoder[..layers].iter().enumerate())
             .map(|(layer, width)| {
-                let rate = if layer == 0 { config.input_dropout } else { config.dropout };
+                let rate = if layer == 0 {
+                    config.input_dropout
+                } else {
+                    config.dropout
+                };
                 (rate > 0.0).then(|| {
                     let keep = 1.0 / (1.0 - rate);
                     let factor = |_| if rng.random::<f32>() < rate { 0.0 } else { keep };
@@ -96,7 +118,10 @@ impl StepNoise {
             .collect();
         let mut rng = generator(seed, Stream::Gumbel, step);
         let count = frames * windows * shape.channels * shape.categories;
-        Self { masks, gumbel: (0..count).map(|_| gumbel(rng.random())).collect() }
+        Self {
+            masks,
+            gumbel: (0..count).map(|_| gumbel(rng.random())).collect(),
+        }
     }
 }
 
@@ -111,7 +136,9 @@ impl Network {
         let uniform = |layer: u64, count: usize, inputs: usize| -> Vec<f32> {
             let mut rng = generator(seed, Stream::Parameters, layer);
             let bound = 1.0 / (inputs as f32).sqrt();
-            (0..count).map(|_| (2.0 * rng.random::<f32>() - 1.0) * bound).collect()
+            (0..count)
+                .map(|_| (2.0 * rng.random::<f32>() - 1.0) * bound)
+                .collect()
         };
         let encoder = (shape.encoder.windows(2).enumerate())
             .map(|(i, w)| {
@@ -129,11 +156,19 @@ impl Network {
             field[map.weight.clone()].copy_from_slice(&weight);
             field[map.bias.clone()].copy_from_slice(&uniform(id + 1, map.bias.len(), map.inputs()));
         }
+        if shape.zero_head {
+            let head = shape.field.layout().pop();
+            head.into_iter()
+                .for_each(|h| field[h.weight.start..h.bias.end].fill(0.0));
+        }
         let count = field.len();
-        Self { encoder, field: parameter(FIELD_ID, field, [count], device) }
+        Self {
+            encoder,
+            field: parameter(FIELD_ID, field, [count], device),
+        }
     }
 
-    /// Latent vectors z [rows, C] of motion pairs [rows, 2 D].
+    /// Latent vectors z `[rows, C]` of motion pairs `[rows, 2 D]`.
     ///
     /// One logit of each channel is picked by argmax of logit + noise; gradients flow through the
     /// picked logit (reference: straight pick of the raw logit, temperature 1).
@@ -164,12 +199,12 @@ impl Network {
         logits.gather(2, picked).squeeze_dim::<2>(2)
     }
 
-    /// The field over points [G·n, P] with latents [G, C]: [G·n, 3].
+    /// The field, packed for one step.
     ///
     /// # Errors
     /// Sizes that do not fit the shape.
-    pub fn field(&self, shape: &NetworkShape, points: Tensor<2>, latents: Tensor<2>) -> Result<Tensor<2>, TrainError> {
-        Ok(fused(shape.field, points, latents, self.field.val())?)
+    pub fn field(&self, shape: &NetworkShape) -> Result<PackedField, TrainError> {
+        Ok(PackedField::new(shape.field, self.field.val())?)
     }
 
     /// All parameters, in a fixed order.
@@ -183,6 +218,11 @@ impl Network {
         }
         all.push(host("field".into(), &self.field));
         all
+    }
+
+    /// Values of all parameters, in the order of [`Network::parameters`].
+    pub fn values(&self) -> Vec<Vec<f32>> {
+        self.parameters().into_iter().map(|p| p.values).collect()
     }
 
     /// A network with these values, in the order of [`Network::parameters`].
@@ -199,12 +239,18 @@ impl Network {
             })
             .collect();
         let count = shape.field.parameter_count();
-        Self { encoder, field: parameter(FIELD_ID, next(), [count], device) }
+        Self {
+            encoder,
+            field: parameter(FIELD_ID, next(), [count], device),
+        }
     }
 }
 
-/// Layers as the model file holds them: weights [out, in].
-pub fn model_layers(shape: &NetworkShape, values: &[Vec<f32>]) -> (Vec<network::Linear>, Vec<network::Linear>) {
+/// Layers as the model file holds them: weights `[out, in]`.
+pub(crate) fn model_layers(
+    shape: &NetworkShape,
+    values: &[Vec<f32>],
+) -> (Vec<network::Linear>, Vec<network::Linear>) {
     let encoder = (shape.encoder.windows(2).zip(values.chunks(2)))
         .map(|(w, pair)| network::Linear {
             inputs: w[0],
@@ -228,9 +274,18 @@ pub fn model_layers(shape: &NetworkShape, values: &[Vec<f32>]) -> (Vec<network::
 /// Parameter ids are fixed, so that records repeat from run to run; the encoder's start at 1.
 const FIELD_ID: u64 = 1000;
 
-fn parameter<const D: usize>(id: u64, values: Vec<f32>, shape: [usize; D], device: &Device) -> Param<Tensor<D>> {
+fn parameter<const D: usize>(
+    id: u64,
+    values: Vec<f32>,
+    shape: [usize; D],
+    device: &Device,
+) -> Param<Tensor<D>> {
     let tensor = Tensor::<D>::from_data(TensorData::new(values, shape), device);
-    let tensor = if device.is_autodiff() { tensor.require_grad() } else { tensor };
+    let tensor = if device.is_autodiff() {
+        tensor.require_grad()
+    } else {
+        tensor
+    };
     Param::initialized(ParamId::from(id), tensor)
 }
 
@@ -253,5 +308,10 @@ fn elu(x: Tensor<2>) -> Tensor<2> {
 /// Rows of `columns` numbers to columns.
 fn transposed(values: &[f32], columns: usize) -> Vec<f32> {
     let rows = values.len() / columns.max(1);
-    (0..columns).flat_map(|c| (0..rows).map(move |r| values[r * columns + c])).collect()
+    (0..columns)
+        .flat_map(|c| (0..rows).map(move |r| values[r * columns + c]))
+        .collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -47,7 +47,10 @@ impl SmoothNoise {
     pub fn draw(rng: &mut impl Rng, deviation_m: f32) -> Self {
         let strength = deviation_m * normal(rng).abs();
         let waves = (0..WAVES).map(|_| Wave::draw(rng, strength)).collect();
-        Self { waves, earlier: 1.0 + 0.2 * normal(rng) }
+        Self {
+            waves,
+            earlier: 1.0 + 0.2 * normal(rng),
+        }
     }
 
     /// Noise of a vertex now and a frame earlier, metres.

@@ -22,42 +22,63 @@ pub struct Moments {
 impl Moments {
     /// Zeros for a network.
     pub fn new(network: &Network) -> Self {
-        let zeros: Vec<Vec<f32>> = network.parameters().iter().map(|p| vec![0.0; p.values.len()]).collect();
-        Self { first: zeros.clone(), second: zeros }
+        let zeros: Vec<Vec<f32>> = network
+            .parameters()
+            .iter()
+            .map(|p| vec![0.0; p.values.len()])
+            .collect();
+        Self {
+            first: zeros.clone(),
+            second: zeros,
+        }
     }
 }
 
-/// Updates the network with the gradients of one loss; `step` counts from 0. Returns the network
-/// and the gradient's global norm before clipping.
+/// Updates the network with the gradients of one loss; `step` counts from 0. Returns the gradient's
+/// global norm before clipping; one that is not finite leaves everything as it was.
+///
+/// Parameters that no other network shares are updated where they lie.
 ///
 /// # Errors
 /// None for moments of this network.
 pub fn update(
-    network: Network,
+    network: &mut Network,
     gradients: GradientsParams,
     moments: &mut Moments,
     config: &OptimiserConfig,
     learning_rate: f64,
     step: u64,
-) -> Result<(Network, f64), TrainError> {
-    let mut collected = Collected { gradients, values: Vec::new() };
+) -> Result<f64, TrainError> {
+    let mut collected = Collected {
+        gradients,
+        values: Vec::new(),
+    };
     network.visit(&mut collected);
-    let slices: Vec<&[f32]> = collected.values.iter().map(|g| values(g)).collect();
+    let slices: Vec<&[f32]> = collected.values.iter().map(values).collect();
     let norm = global_norm(&slices);
+    if !norm.is_finite() {
+        return Ok(norm);
+    }
     let clip = config.clip_norm > 0.0 && norm > config.clip_norm;
-    let settings = AdamW { lr: learning_rate as f32, weight_decay: config.weight_decay, ..AdamW::default() };
     let mut updated = Updated {
         gradients: &slices,
         moments,
-        settings,
+        settings: AdamW {
+            lr: learning_rate as f32,
+            weight_decay: config.weight_decay,
+            ..AdamW::default()
+        },
         step: u32::try_from(step + 1).unwrap_or(u32::MAX),
-        scale: if clip { (config.clip_norm / norm) as f32 } else { 1.0 },
+        scale: if clip {
+            (config.clip_norm / norm) as f32
+        } else {
+            1.0
+        },
         index: 0,
         result: Ok(()),
     };
-    let network = network.map(&mut updated);
-    updated.result?;
-    Ok((network, norm))
+    *network = std::mem::take(network).map(&mut updated);
+    updated.result.map(|()| norm)
 }
 
 /// Gradients in the order of the parameters, contiguous.
@@ -68,7 +89,10 @@ struct Collected {
 
 impl ModuleVisitor for Collected {
     fn visit_float<const D: usize>(&mut self, parameter: &Param<Tensor<D>>) {
-        let gradient = self.gradients.remove::<D>(parameter.id).unwrap_or_else(|| parameter.val().inner().zeros_like());
+        let gradient = self
+            .gradients
+            .remove::<D>(parameter.id)
+            .unwrap_or_else(|| parameter.val().inner().zeros_like());
         // Training on the CPU: the only device that this update is for.
         let gradient = gradient.try_into_primitive::<Flex>().expect("CPU tensors");
         self.values.push(gradient.to_contiguous());
@@ -88,7 +112,12 @@ struct Updated<'a> {
 impl ModuleMapper for Updated<'_> {
     fn map_float<const D: usize>(&mut self, parameter: Param<Tensor<D>>) -> Param<Tensor<D>> {
         let (id, tensor, mapper) = parameter.consume();
-        let mut tensor = tensor.inner().try_into_primitive::<Flex>().expect("CPU tensors").to_contiguous();
+        // As above.
+        let mut tensor = tensor
+            .inner()
+            .try_into_primitive::<Flex>()
+            .expect("CPU tensors")
+            .to_contiguous();
         let step = adamw_step(
             tensor.storage_mut::<f32>(),
             self.gradients[self.index],
@@ -102,11 +131,14 @@ impl ModuleMapper for Updated<'_> {
             self.result = Err(error.into());
         }
         self.index += 1;
-        let tensor = Tensor::<D>::from_primitive::<Flex>(tensor).autodiff().require_grad();
+        let tensor = Tensor::<D>::from_primitive::<Flex>(tensor)
+            .autodiff()
+            .require_grad();
         Param::from_mapped_value(id, tensor, mapper)
     }
 }
 
 fn values(tensor: &FloatTensor<Flex>) -> &[f32] {
+    // Made contiguous above; parameters and gradients are f32.
     tensor.as_slice::<f32>().expect("contiguous f32 values")
 }

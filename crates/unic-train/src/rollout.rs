@@ -26,6 +26,38 @@ pub struct Rollout<'a> {
 }
 
 impl Rollout<'_> {
+    /// States of every frame, K × `[W·n, 3]`, predicted from the batch's start alone.
+    ///
+    /// # Errors
+    /// Sizes that do not fit the network.
+    pub fn states(
+        &self,
+        network: &Network,
+        batch: &Batch,
+        noise: Option<&StepNoise>,
+        device: &Device,
+    ) -> Result<Vec<Tensor<2>>, TrainError> {
+        let windows = batch.windows.len();
+        let pairs = batch.frames * windows;
+        let motion = tensor(&batch.motion, [pairs, batch.motion.len() / pairs.max(1)], device);
+        let latents = network.latents(self.shape, motion, noise); // [K · W, C]
+        let field = network.field(self.shape)?;
+        let (mut previous, mut state) = (points(&batch.before_start, device), points(&batch.start, device));
+        let mut states = Vec::with_capacity(batch.frames);
+        for k in 0..batch.frames {
+            let latent = latents.clone().narrow(0, k * windows, windows);
+            let inputs = self.inputs(&state, &previous, &batch.frame_inputs[k], device);
+            let output = field.forward(inputs, latent)?;
+            let mut next = self.updated(state.clone(), output);
+            if let Some(correction) = self.correction {
+                next = next.clone() + points(&correction.of(batch, k, next), device);
+            }
+            previous = std::mem::replace(&mut state, next.clone());
+            states.push(next);
+        }
+        Ok(states)
+    }
+
     /// λ times the mean squared error over frames, points and coordinates (paper, eq. output; the
     /// release's mean over coordinates), plus the same of frame-to-frame differences.
     ///
@@ -38,43 +70,24 @@ impl Rollout<'_> {
         noise: Option<&StepNoise>,
         device: &Device,
     ) -> Result<Tensor<1>, TrainError> {
-        let rows = batch.rows();
-        let windows = batch.windows.len();
-        let pairs = batch.frames * windows;
-        let motion = tensor(&batch.motion, [pairs, batch.motion.len() / pairs.max(1)], device);
-        let latents = network.latents(self.shape, motion, noise); // [K · W, C]
-        let mut state = tensor(&batch.start, [rows, 3], device);
-        let mut previous = tensor(&batch.before_start, [rows, 3], device);
-        let mut before_target = tensor(&batch.start, [rows, 3], device);
-        let mut total: Option<Tensor<1>> = None;
-        for k in 0..batch.frames {
-            let latent = latents.clone().slice([k * windows..(k + 1) * windows]);
-            let points = self.points(&state, &previous, &batch.frame_inputs[k], device);
-            let output = network.field(self.shape, points, latent)?;
-            let mut next = self.updated(state.clone(), output);
-            if let Some(correction) = self.correction {
-                next = next.clone() + tensor(&correction.of(batch, k, next)?, [rows, 3], device);
-            }
-            let target = tensor(&batch.targets[k], [rows, 3], device);
-            let mut term = mean_square(next.clone() - target.clone()) * self.loss.position;
+        let states = self.states(network, batch, noise, device)?;
+        let start = points(&batch.start, device);
+        let (mut before, mut before_target) = (start.clone(), start);
+        let mut total = Tensor::from_data(TensorData::new(vec![0.0f32], [1]), device);
+        for (state, target) in states.into_iter().zip(&batch.targets) {
+            let target = points(target, device);
+            total = total + mean_square(state.clone() - target.clone()) * self.loss.position;
             if self.loss.velocity > 0.0 {
-                let change = (next.clone() - state.clone()) - (target.clone() - before_target);
-                term = term + mean_square(change) * self.loss.velocity;
+                let change = (state.clone() - before) - (target.clone() - before_target);
+                total = total + mean_square(change) * self.loss.velocity;
             }
-            total = Some(match total {
-                None => term,
-                Some(sum) => sum + term,
-            });
-            before_target = target;
-            previous = state;
-            state = next;
+            (before, before_target) = (state, target);
         }
-        let zero = || Tensor::from_data(TensorData::new(vec![0.0f32], [1]), device);
-        Ok(total.unwrap_or_else(zero) / batch.frames.max(1) as f64)
+        Ok(total / batch.frames.max(1) as f64)
     }
 
     /// Inputs of the field [rows, P]: those of the state, through which gradients flow, then the rest.
-    fn points(&self, state: &Tensor<2>, previous: &Tensor<2>, inputs: &[f32], device: &Device) -> Tensor<2> {
+    fn inputs(&self, state: &Tensor<2>, previous: &Tensor<2>, inputs: &[f32], device: &Device) -> Tensor<2> {
         let StateConfig::Displacement(config) = &self.config.state else {
             return state.clone();
         };
@@ -90,7 +103,7 @@ impl Rollout<'_> {
         .flatten()
         .collect();
         if !inputs.is_empty() {
-            parts.push(tensor(inputs, [rows, inputs.len() / rows], device));
+            parts.push(tensor(inputs, [rows, inputs.len() / rows.max(1)], device));
         }
         Tensor::cat(parts, 1)
     }
@@ -116,6 +129,11 @@ fn limited(output: Tensor<2>, config: &DisplacementConfig) -> Tensor<2> {
 
 fn mean_square(x: Tensor<2>) -> Tensor<1> {
     x.powi_scalar(2).mean()
+}
+
+/// Three numbers a row.
+fn points(values: &[f32], device: &Device) -> Tensor<2> {
+    tensor(values, [values.len() / 3, 3], device)
 }
 
 fn tensor(values: &[f32], shape: [usize; 2], device: &Device) -> Tensor<2> {

@@ -26,7 +26,10 @@ pub fn free_running_rmse(model: &Arc<Model>, clips: &[PreparedClip]) -> Result<f
         animator.reset(&input(0), Start::Positions(garment.frame(0)))?;
         for t in 1..clip.len() {
             let predicted = animator.step(&input(t))?.positions;
-            let errors = predicted.iter().zip(garment.frame(t)).map(|(p, g)| f64::from(p.distance_squared(*g)));
+            let errors = predicted
+                .iter()
+                .zip(garment.frame(t))
+                .map(|(p, g)| f64::from(p.distance_squared(*g)));
             squares += errors.sum::<f64>();
             count += predicted.len();
         }

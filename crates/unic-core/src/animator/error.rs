@@ -13,8 +13,10 @@ pub enum AnimatorError {
         /// Joints of the pose.
         found: usize,
     },
-    /// A pose or ground height that is no number, or rotations that are none.
-    #[error("animator: expected finite numbers and unit rotations in the pose, found others")]
+    /// A pose or ground height that is no number or absurdly far off, or rotations that are none.
+    #[error(
+        "animator: expected unit rotations and finite numbers within 1000 km of the origin in the pose, found others"
+    )]
     Pose,
     /// Positions of another mesh.
     #[error("animator: expected {expected} vertex positions, found {found}")]

@@ -35,8 +35,11 @@ pub enum NormalisedElements {
 
 impl NormalisationRule {
     /// The published one.
-    pub const PAPER: Self =
-        Self { elements: NormalisedElements::PositionsAndVelocities, least_std: ROUNDING_STD, limit: None };
+    pub const PAPER: Self = Self {
+        elements: NormalisedElements::PositionsAndVelocities,
+        least_std: ROUNDING_STD,
+        limit: None,
+    };
 }
 
 /// Mean and standard deviation of every element of the motion vector over the training frames:
@@ -78,7 +81,10 @@ impl Normalisation {
         for vector in vectors {
             moments.add(vector)?;
         }
-        let mut fitted = Self { limit: rule.limit, ..Self::identity(joints) };
+        let mut fitted = Self {
+            limit: rule.limit,
+            ..Self::identity(joints)
+        };
         let mut normalise = |element: usize| {
             fitted.mean[element] = moments.mean[element] as f32;
             let std = (moments.squares[element] / moments.count.max(1.0)).sqrt() as f32;
@@ -89,7 +95,10 @@ impl Normalisation {
         match rule.elements {
             NormalisedElements::All => (0..motion_len(joints)).for_each(normalise),
             NormalisedElements::PositionsAndVelocities => {
-                MotionSlices::new(joints).normalised().flatten().for_each(&mut normalise);
+                MotionSlices::new(joints)
+                    .normalised()
+                    .flatten()
+                    .for_each(&mut normalise);
             }
         }
         Ok(fitted)

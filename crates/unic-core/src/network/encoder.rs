@@ -91,7 +91,8 @@ fn apply(layer: &Linear, input: &[f32], output: &mut [f32]) {
     rows(0, output);
 }
 
-fn dot(instructions: Instructions, a: &[f32], b: &[f32]) -> f32 {
+/// Σ a_i b_i over the shorter length.
+pub(super) fn dot(instructions: Instructions, a: &[f32], b: &[f32]) -> f32 {
     match instructions {
         // SAFETY: `instructions` comes from detection on this machine.
         #[cfg(target_arch = "x86_64")]
@@ -106,19 +107,22 @@ fn dot(instructions: Instructions, a: &[f32], b: &[f32]) -> f32 {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f")]
-unsafe fn dot_avx512(a: &[f32], b: &[f32]) -> f32 {
+fn dot_avx512(a: &[f32], b: &[f32]) -> f32 {
     // SAFETY: the caller has AVX-512F.
     unsafe { dot_of::<std::arch::x86_64::__m512>(a, b) }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-unsafe fn dot_avx2(a: &[f32], b: &[f32]) -> f32 {
+fn dot_avx2(a: &[f32], b: &[f32]) -> f32 {
     // SAFETY: the caller has AVX2 and FMA.
     unsafe { dot_of::<std::arch::x86_64::__m256>(a, b) }
 }
 
 /// Four running sums hide the latency of the multiply-add.
+///
+/// # Safety
+/// The machine has the instructions of `V`.
 #[inline(always)]
 unsafe fn dot_of<V: Vector>(a: &[f32], b: &[f32]) -> f32 {
     let count = a.len().min(b.len());
@@ -154,7 +158,10 @@ mod tests {
             let (a, b) = (wave(count, 0.1), wave(count, 2.0));
             let exact: f64 = a.iter().zip(&b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
             for set in Instructions::available() {
-                assert!((f64::from(dot(set, &a, &b)) - exact).abs() < 1e-4, "{set:?} {count}");
+                assert!(
+                    (f64::from(dot(set, &a, &b)) - exact).abs() < 1e-4,
+                    "{set:?} {count}"
+                );
             }
         }
     }

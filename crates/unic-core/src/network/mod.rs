@@ -25,7 +25,9 @@ pub struct Linear {
 
 /// A layer of another size than the configuration says.
 #[derive(Debug, Error, PartialEq)]
-#[error("network: {layer} must map {expected_inputs} to {expected_outputs} numbers, found {inputs} to {outputs}")]
+#[error(
+    "network: {layer} must map {expected_inputs} to {expected_outputs} numbers, found {inputs} to {outputs}"
+)]
 pub struct LayerError {
     /// Name of the layer.
     pub layer: String,
@@ -48,9 +50,8 @@ pub(crate) fn check_layers(
     for (i, &(expected_inputs, expected_outputs)) in expected.iter().enumerate() {
         let found = layers.get(i);
         let (inputs, outputs) = found.map_or((0, 0), |l| (l.inputs, l.outputs));
-        let lengths = found.is_some_and(|l| {
-            l.weight.len() == l.inputs * l.outputs && l.bias.len() == l.outputs
-        });
+        let lengths =
+            found.is_some_and(|l| l.weight.len() == l.inputs * l.outputs && l.bias.len() == l.outputs);
         if (inputs, outputs) != (expected_inputs, expected_outputs) || !lengths {
             return Err(LayerError {
                 layer: format!("{name}.{i}"),

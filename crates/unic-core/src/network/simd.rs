@@ -19,23 +19,30 @@ pub enum Instructions {
 impl Instructions {
     /// The widest that this machine has.
     pub fn best() -> Self {
-        Self::available()[0]
+        Self::available().next().unwrap_or(Self::Portable)
     }
 
     /// All that this machine has, widest first.
-    pub fn available() -> Vec<Self> {
-        let mut sets = Vec::new();
+    pub fn available() -> impl Iterator<Item = Self> {
+        Self::ALL.iter().copied().filter(|set| set.is_available())
+    }
+
+    const ALL: &[Self] = &[
         #[cfg(target_arch = "x86_64")]
-        {
-            if is_x86_feature_detected!("avx512f") {
-                sets.push(Self::Avx512);
-            }
-            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-                sets.push(Self::Avx2);
-            }
+        Self::Avx512,
+        #[cfg(target_arch = "x86_64")]
+        Self::Avx2,
+        Self::Portable,
+    ];
+
+    fn is_available(self) -> bool {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => is_x86_feature_detected!("avx512f"),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            Self::Portable => true,
         }
-        sets.push(Self::Portable);
-        sets
     }
 }
 

@@ -96,7 +96,10 @@ fn normalised_elements_have_mean_zero_and_deviation_one() {
 
 #[test]
 fn normalisations_are_checked() {
-    assert_eq!(Normalisation::fit(3, NormalisationRule::PAPER, []), Ok(Normalisation::identity(3)));
+    assert_eq!(
+        Normalisation::fit(3, NormalisationRule::PAPER, []),
+        Ok(Normalisation::identity(3))
+    );
     let wrong = Normalisation::fit(3, NormalisationRule::PAPER, [&[0.0; 42][..]]);
     assert!(matches!(
         wrong,

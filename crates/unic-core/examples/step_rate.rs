@@ -1,0 +1,128 @@
+//! How fast the runtime is here: the field's rate on one thread beside the machine's multiply-add
+//! peak, and the time of an animator's step.
+//!
+//! ```text
+//! cargo run --release -p unic-core --example step_rate
+//! ```
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use glam::Vec3;
+use std::{hint::black_box, sync::Arc, time::Instant};
+use unic_core::{
+    animator::{Animator, Start},
+    config::*,
+    model::Model,
+    motion::{MotionLayout, MotionSpec, VelocityScheme},
+    network::{Field, FieldBiases, FieldScratch, Linear, TILE},
+};
+
+/// The paper's field: 8 layers of 256, the input again before the sixth, 128 numbers of latent.
+const PAPER_FIELD: FieldConfig = FieldConfig {
+    width: 256,
+    hidden_layers: 8,
+    skip: Some(5),
+};
+const LATENT: usize = 128;
+const ROUNDS: usize = 61;
+
+fn main() {
+    field_rate();
+    for vertices in [3_020, 3_660, 62_000] {
+        step_time("paper", vertices, IntersectionMode::Off);
+        step_time("paper", vertices, IntersectionMode::Paper { relaxation_m: 0.005 });
+        step_time("second order", vertices, IntersectionMode::Off);
+    }
+}
+
+/// Median of rounds, each beside a fresh measurement of the peak: clock rates move, and so does
+/// what else the machine is doing.
+fn field_rate() {
+    let (field, flop) = paper_field();
+    let mut biases = FieldBiases::default();
+    field.fold(&[0.1; LATENT], &mut biases);
+    let inputs = [[0.3; TILE]; 3];
+    let (mut scratch, mut outputs) = (FieldScratch::default(), [[0.0; TILE]; 3]);
+    let mut round = || {
+        let peak = unic_kernels::fma_peak();
+        let (start, tiles) = (Instant::now(), 1_000 / TILE);
+        for _ in 0..tiles {
+            field.evaluate(&biases, black_box(&inputs), &mut scratch, &mut outputs);
+            black_box(&outputs);
+        }
+        let rate = (tiles * TILE) as f64 * flop / start.elapsed().as_secs_f64();
+        (rate / peak, rate)
+    };
+    let mut rounds: Vec<(f64, f64)> = (0..ROUNDS).map(|_| round()).collect();
+    rounds.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (share, rate) = rounds[ROUNDS / 2];
+    println!(
+        "field, one thread: {:.0} GFLOP/s, {:.0} % of the peak",
+        rate / 1e9,
+        share * 100.0
+    );
+}
+
+/// With the FLOP of one vertex once the latent is folded into the biases: 922,112 in the paper's sizes.
+fn paper_field() -> (Field, f64) {
+    let mut noise = common::Noise(1);
+    let mut linear = |inputs: usize, outputs: usize| Linear {
+        inputs,
+        outputs,
+        weight: (0..inputs * outputs).map(|_| noise.number() * 0.1).collect(),
+        bias: vec![0.0; outputs],
+    };
+    let input = 3 + LATENT;
+    let mut layers = vec![linear(input, 256)];
+    layers.extend((1..8).map(|i| linear(if i == 5 { 256 + input } else { 256 }, 256)));
+    layers.push(linear(256, 3));
+    let multiply_adds: usize = layers.iter().map(|l| l.weight.len()).sum::<usize>() - 2 * 256 * LATENT;
+    (
+        Field::new(&PAPER_FIELD, 3, LATENT, layers).expect("sizes of the paper"),
+        2.0 * multiply_adds as f64,
+    )
+}
+
+/// Median milliseconds of a step in the paper's sizes, on all threads of the rayon pool.
+fn step_time(variant: &str, vertices: usize, intersection: IntersectionMode) {
+    let variant = common::variant(variant);
+    let character = common::character();
+    let config = ModelConfig {
+        fps: 30.0,
+        motion: MotionSpec::new(
+            MotionLayout::Heading,
+            VelocityScheme::Backward,
+            [2, 2, 3, 3],
+            &character,
+        )
+        .expect("joints of the character"),
+        encoder: EncoderConfig {
+            hidden: vec![512, 512],
+            channels: LATENT,
+            categories: 16,
+        },
+        field: PAPER_FIELD,
+        state: variant.state,
+        intersection,
+    };
+    let garment = common::tube(vertices / 20, 20, 0.27);
+    let prior = common::prior(garment.rest.vertices.len(), 0);
+    let parts = common::with_networks(config, garment, prior, Some(5.0));
+    let mut animator = Animator::new(Arc::new(Model::new(parts).expect("parts that fit")));
+    let poses = common::motion(40);
+    animator
+        .reset(&common::input(&poses, 0), Start::MeanShape)
+        .expect("a sound pose");
+    let mut times: Vec<f64> = (1..poses.len())
+        .map(|t| {
+            let start = Instant::now();
+            let frame = animator.step(&common::input(&poses, t)).expect("a sound pose");
+            black_box(frame.positions.iter().copied().sum::<Vec3>());
+            start.elapsed().as_secs_f64() * 1e3
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    let (middle, name) = (times[times.len() / 2], variant.name);
+    println!("step, {vertices} vertices, {name}, intersection {intersection:?}: {middle:.2} ms");
+}

@@ -1,0 +1,96 @@
+//! One tick of the field on a tile of vertices.
+
+use super::state::VertexState;
+use crate::{
+    config::{DisplacementConfig, StateConfig},
+    features::{PointHistory, StateInputs, limited, write_frame_inputs},
+    model::Model,
+    network::{FieldBiases, FieldScratch, TILE},
+};
+use glam::Vec3;
+
+/// What the field sees of one frame.
+pub(super) struct FieldFrame<'a> {
+    pub(super) model: &'a Model,
+    pub(super) biases: &'a FieldBiases,
+    pub(super) histories: &'a [PointHistory],
+}
+
+/// Buffers for a tile on its way through the field.
+#[derive(Clone, Debug, Default)]
+pub(super) struct TileScratch {
+    /// Channel by channel, as the field reads them.
+    inputs: Vec<[f32; TILE]>,
+    /// Of one vertex.
+    point: Vec<f32>,
+    field: FieldScratch,
+}
+
+impl FieldFrame<'_> {
+    /// Moves up to [`TILE`] vertices on by one tick; `first` is the index of the first.
+    pub(super) fn advance(&self, first: usize, vertices: &mut [VertexState], scratch: &mut TileScratch) {
+        self.gather(first, vertices, scratch);
+        let mut outputs = [[0.0; TILE]; 3];
+        let TileScratch { inputs, field, .. } = scratch;
+        self.model
+            .field
+            .evaluate(self.biases, inputs, field, &mut outputs);
+        for (lane, vertex) in vertices.iter_mut().enumerate() {
+            let output = Vec3::from_array(outputs.map(|channel| channel[lane]));
+            *vertex = VertexState {
+                value: self.updated(vertex.value, output),
+                previous: vertex.value,
+            };
+        }
+    }
+
+    fn gather(&self, first: usize, vertices: &[VertexState], scratch: &mut TileScratch) {
+        let TileScratch { inputs, point, .. } = scratch;
+        inputs.resize(self.model.field.point_inputs(), [0.0; TILE]);
+        point.resize(inputs.len(), 0.0);
+        for (lane, vertex) in vertices.iter().enumerate() {
+            self.write_inputs(first + lane, vertex, point);
+            inputs
+                .iter_mut()
+                .zip(&*point)
+                .for_each(|(channel, x)| channel[lane] = *x);
+        }
+    }
+
+    fn write_inputs(&self, index: usize, vertex: &VertexState, out: &mut [f32]) {
+        match &self.model.config.state {
+            StateConfig::Position => out.copy_from_slice(&vertex.value.to_array()),
+            StateConfig::Displacement(config) => self.write_displacement_inputs(config, index, vertex, out),
+        }
+    }
+
+    fn write_displacement_inputs(
+        &self,
+        config: &DisplacementConfig,
+        index: usize,
+        vertex: &VertexState,
+        out: &mut [f32],
+    ) {
+        let model = self.model;
+        let (state, frame) = out.split_at_mut(model.config.state.state_input_len());
+        StateInputs::new(config).write(vertex.value, vertex.previous, state);
+        let rest = model.rest_box.normalised(model.garment.rest.vertices[index]);
+        write_frame_inputs(
+            config,
+            rest,
+            &self.histories[index],
+            1.0 / model.config.fps,
+            frame,
+        );
+    }
+
+    fn updated(&self, value: Vec3, output: Vec3) -> Vec3 {
+        match &self.model.config.state {
+            StateConfig::Position => value + output,
+            StateConfig::Displacement(config) => {
+                let decay = config.decay(1.0 / self.model.config.fps);
+                value * decay + limited(output, config.output_limit) * config.scale_m
+            }
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Tensors on their way into a file.
+
+use crate::{
+    character::Character, model::ModelParts, motion::Normalisation, network::Linear, prior::LinearPrior,
+    skinning::SkinningWeights,
+};
+use glam::Vec3;
+use safetensors::{Dtype, SafeTensorError, tensor::TensorView};
+use std::collections::HashMap;
+
+/// The file of a model with the given metadata.
+pub(super) fn serialised(
+    parts: &ModelParts,
+    metadata: HashMap<String, String>,
+) -> Result<Vec<u8>, SafeTensorError> {
+    let mut tensors = Tensors::default();
+    tensors.layers("encoder", &parts.encoder);
+    tensors.layers("field", &parts.field);
+    tensors.normalisation(&parts.normalisation);
+    tensors.character(&parts.character);
+    tensors.garment(parts);
+    let views: Result<Vec<_>, SafeTensorError> = (tensors.0.iter())
+        .map(|t| {
+            Ok((
+                t.name.as_str(),
+                TensorView::new(t.dtype, t.shape.clone(), &t.bytes)?,
+            ))
+        })
+        .collect();
+    safetensors::serialize(views?, Some(metadata))
+}
+
+struct Stored {
+    name: String,
+    dtype: Dtype,
+    shape: Vec<usize>,
+    bytes: Vec<u8>,
+}
+
+#[derive(Default)]
+struct Tensors(Vec<Stored>);
+
+impl Tensors {
+    fn push<T: bytemuck::NoUninit>(&mut self, name: &str, dtype: Dtype, shape: &[usize], data: &[T]) {
+        self.0.push(Stored {
+            name: name.to_owned(),
+            dtype,
+            shape: shape.to_vec(),
+            bytes: bytemuck::cast_slice(data).to_vec(),
+        });
+    }
+
+    fn floats(&mut self, name: &str, data: &[f32]) {
+        self.push(name, Dtype::F32, &[data.len()], data);
+    }
+
+    fn points(&mut self, name: &str, points: &[Vec3]) {
+        self.push(name, Dtype::F32, &[points.len(), 3], points);
+    }
+
+    fn faces(&mut self, name: &str, faces: &[[u32; 3]]) {
+        self.push(name, Dtype::U32, &[faces.len(), 3], faces);
+    }
+
+    fn layers(&mut self, network: &str, layers: &[Linear]) {
+        for (i, layer) in layers.iter().enumerate() {
+            let shape = [layer.outputs, layer.inputs];
+            self.push(
+                &format!("{network}.{i}.weight"),
+                Dtype::F32,
+                &shape,
+                &layer.weight,
+            );
+            self.floats(&format!("{network}.{i}.bias"), &layer.bias);
+        }
+    }
+
+    fn weights(&mut self, owner: &str, weights: &SkinningWeights) {
+        let rows = || (0..weights.len()).flat_map(|v| weights.row(v));
+        let counts: Vec<u32> = (0..weights.len()).map(|v| weights.row(v).len() as u32).collect();
+        let joints: Vec<u16> = rows().map(|(j, _)| j as u16).collect();
+        let values: Vec<f32> = rows().map(|(_, w)| w).collect();
+        self.push(
+            &format!("{owner}.skinning.counts"),
+            Dtype::U32,
+            &[counts.len()],
+            &counts,
+        );
+        self.push(
+            &format!("{owner}.skinning.joints"),
+            Dtype::U16,
+            &[joints.len()],
+            &joints,
+        );
+        self.floats(&format!("{owner}.skinning.weights"), &values);
+    }
+
+    fn normalisation(&mut self, normalisation: &Normalisation) {
+        self.floats("motion.mean", &normalisation.mean);
+        self.floats("motion.std", &normalisation.std);
+        if let Some(limit) = normalisation.limit {
+            self.floats("motion.limit", &[limit]);
+        }
+    }
+
+    fn character(&mut self, character: &Character) {
+        let parts = character.skeleton.to_parts();
+        self.points("character.vertices", &character.body.vertices);
+        self.faces("character.faces", &character.body.faces);
+        self.points("character.joints", &parts.joints);
+        self.points("character.rest_pose", &parts.rest_pose);
+        self.push(
+            "character.parents",
+            Dtype::I64,
+            &[parts.parents.len()],
+            &parts.parents,
+        );
+        self.weights("character", &character.weights);
+    }
+
+    fn prior(&mut self, prior: &LinearPrior) {
+        self.points("prior.mean", &prior.mean);
+        if !prior.is_empty() {
+            let shape = [prior.mean.len(), prior.len(), 3];
+            self.push("prior.shapes", Dtype::F32, &shape, &prior.shapes);
+            self.layers("prior", std::slice::from_ref(&prior.map));
+        }
+    }
+
+    fn garment(&mut self, parts: &ModelParts) {
+        let mesh = &parts.garment.rest;
+        self.points("garment.vertices", &mesh.vertices);
+        self.faces("garment.faces", &mesh.faces);
+        if let Some(uvs) = &mesh.uvs {
+            let shape = [uvs.coordinates.len(), 2];
+            self.push("garment.uv.coordinates", Dtype::F32, &shape, &uvs.coordinates);
+            self.faces("garment.uv.faces", &uvs.faces);
+        }
+        self.prior(&parts.prior);
+        let b = parts.rest_box;
+        self.floats(
+            "garment.rest_box",
+            &[b.centre.x, b.centre.y, b.centre.z, b.half_extent],
+        );
+        self.weights("garment", &parts.garment.weights);
+    }
+}

@@ -1,0 +1,524 @@
+//! The animator's contract: a step is the documented formulas, states continue to the byte, inputs
+//! that do not belong are refused and change nothing, and no motion drives a displacement away.
+
+#![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
+
+mod common;
+#[path = "common/reference.rs"]
+mod reference;
+
+use common::*;
+use glam::{Quat, Vec3};
+use reference::Reference;
+use std::sync::Arc;
+use unic_core::{
+    animator::{Animator, AnimatorError, AnimatorState, Start, StepInput},
+    config::{IntersectionMode, StateConfig},
+    intersection::{BodySnapshot, PaperIntersection},
+    model::Model,
+    skeleton::Pose,
+    subdivide::subdivided,
+};
+
+/// Positions of the animator against the reference, metres: rounding of positions near 1 m, carried
+/// on by networks that do not shrink it.
+const TOLERANCE: f64 = 5e-5;
+
+#[test]
+fn a_step_is_the_documented_formulas() {
+    let poses = motion(21);
+    for variant in variants() {
+        let model = model(&variant);
+        let mut reference = Reference::new(&model, &input(&poses, 0));
+        let mut animator = Animator::new(Arc::clone(&model));
+        animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+        let mut moved = 0.0f32;
+        for t in 1..poses.len() {
+            let expected: Vec<Vec3> = reference
+                .step(&input(&poses, t))
+                .iter()
+                .map(|p| p.as_vec3())
+                .collect();
+            let before = animator.garment().positions.to_vec();
+            let found = animator.step(&input(&poses, t)).unwrap().positions;
+            let error = largest_distance(found, &expected);
+            assert!(
+                f64::from(error) < TOLERANCE,
+                "{}, frame {t}: {error} m",
+                variant.name
+            );
+            moved = moved.max(largest_distance(found, &before));
+        }
+        assert!(
+            moved > 0.02,
+            "{}: a garment that hardly moves tests nothing: {moved} m",
+            variant.name
+        );
+        let limit_counts = variant.name == "short limit";
+        assert!(
+            !limit_counts || reference.limited > 50,
+            "{} outputs limited",
+            reference.limited
+        );
+    }
+}
+
+#[test]
+fn teacher_forcing_sees_given_positions_alone() {
+    let poses = motion(12);
+    for variant in variants() {
+        let model = model(&variant);
+        let (mut noise, rest) = (Noise(1), model.garment().rest.vertices.clone());
+        let mut reference = Reference::new(&model, &input(&poses, 0));
+        let mut animator = Animator::new(Arc::clone(&model));
+        animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+        for t in 1..poses.len() {
+            let expected: Vec<Vec3> = reference
+                .step(&input(&poses, t))
+                .iter()
+                .map(|p| p.as_vec3())
+                .collect();
+            let error = largest_distance(animator.step(&input(&poses, t)).unwrap().positions, &expected);
+            assert!(
+                f64::from(error) < TOLERANCE,
+                "{}, frame {t}: {error} m",
+                variant.name
+            );
+            let given: Vec<Vec3> = rest
+                .iter()
+                .map(|v| *v + poses[t].trans + noise.vector() * 0.03)
+                .collect();
+            reference.set_garment(&given);
+            animator.set_garment(&given).unwrap();
+            assert!(largest_distance(animator.garment().positions, &given) < 1e-5);
+        }
+    }
+}
+
+#[test]
+fn the_same_inputs_give_the_same_bytes_on_any_number_of_threads() {
+    let poses = motion(8);
+    for variant in variants() {
+        let model = model(&variant);
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| {
+                let mut animator = Animator::new(Arc::clone(&model));
+                animator.set_intersection(IntersectionMode::Paper { relaxation_m: 0.005 });
+                run(&mut animator, &poses);
+                (bits(animator.garment()), animator.state().clone())
+            })
+        };
+        let one = on(1);
+        for threads in [2, 5] {
+            assert!(on(threads) == one, "{}, {threads} threads", variant.name);
+        }
+    }
+}
+
+#[test]
+fn a_reset_forgets_everything() {
+    let poses = motion(10);
+    for variant in variants() {
+        let mut animator = Animator::new(model(&variant));
+        let first = run(&mut animator, &poses);
+        let state = animator.state().clone();
+        assert_eq!(run(&mut animator, &poses), first, "{}", variant.name);
+        assert_eq!(animator.state(), &state);
+    }
+}
+
+#[test]
+fn a_saved_state_continues_to_the_byte() {
+    let poses = motion(10);
+    for variant in variants() {
+        let model = model(&variant);
+        // Before the first step too: the start is completed by it.
+        for cut in [0, 1, 2, 5] {
+            let mut animator = Animator::new(Arc::clone(&model));
+            run(&mut animator, &poses[..=cut]);
+            let saved = serde_json::to_string(animator.state()).unwrap();
+            let at_cut = bits(animator.garment());
+            let go_on = |animator: &mut Animator| -> Vec<_> {
+                (cut + 1..poses.len())
+                    .map(|t| {
+                        animator.step(&input(&poses, t)).unwrap();
+                        bits(animator.garment())
+                    })
+                    .collect()
+            };
+            let expected = go_on(&mut animator);
+            let state: AnimatorState = serde_json::from_str(&saved).unwrap();
+            for mut other in [animator, Animator::new(Arc::clone(&model))] {
+                other.restore(state.clone()).unwrap();
+                assert!(bits(other.garment()) == at_cut, "{}, cut at {cut}", variant.name);
+                assert!(go_on(&mut other) == expected, "{}, cut at {cut}", variant.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn animators_that_share_a_model_are_independent() {
+    let model = model(&variant("second order"));
+    let (poses, mut others) = (motion(8), motion(16));
+    others.reverse();
+    let alone = run(&mut Animator::new(Arc::clone(&model)), &poses);
+    let (mut a, mut b) = (
+        Animator::new(Arc::clone(&model)),
+        Animator::new(Arc::clone(&model)),
+    );
+    a.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+    b.reset(&input(&others, 0), Start::MeanShape).unwrap();
+    for (t, alone) in alone.iter().enumerate().skip(1) {
+        b.step(&input(&others, t)).unwrap();
+        assert_eq!(a.step(&input(&poses, t)).unwrap().positions, alone);
+        b.step(&input(&others, t + 7)).unwrap();
+    }
+}
+
+#[test]
+fn given_positions_are_reproduced_at_the_start_and_stay_when_it_is_completed() {
+    let poses = motion(6);
+    for variant in variants() {
+        let model = model(&variant);
+        let mut noise = Noise(2);
+        let given: Vec<Vec3> = model
+            .garment()
+            .rest
+            .vertices
+            .iter()
+            .map(|v| *v + noise.vector() * 0.05)
+            .collect();
+        let mut animator = Animator::new(Arc::clone(&model));
+        // A state left over from elsewhere must not shine through.
+        run(&mut animator, &poses);
+        let found = animator
+            .reset(&input(&poses, 0), Start::Positions(&given))
+            .unwrap();
+        assert!(
+            largest_distance(found.positions, &given) < 1e-5,
+            "{}",
+            variant.name
+        );
+    }
+}
+
+/// A garment that the field does not move and the decay does not pull keeps the place that it was
+/// given, although the prior of frame 0 is only known at frame 1.
+#[test]
+fn completing_the_start_moves_nothing() {
+    let poses = motion(3);
+    let still = [poses[0].clone(), poses[1].clone()];
+    let mut parts = parts(&variant("second order"));
+    let StateConfig::Displacement(config) = &mut parts.config.state else {
+        unreachable!()
+    };
+    // d_1 is d_0 to 1 part in 30,000.
+    config.memory_s = 1000.0;
+    let last = parts.field.last_mut().unwrap();
+    last.weight.fill(0.0);
+    last.bias.fill(0.0);
+    let model = Arc::new(Model::new(parts).unwrap());
+    let mut reference = Reference::new(&model, &input(&still, 0));
+    let mut animator = Animator::new(Arc::clone(&model));
+    let start = animator
+        .reset(&input(&still, 0), Start::MeanShape)
+        .unwrap()
+        .positions
+        .to_vec();
+    let expected: Vec<Vec3> = reference
+        .step(&input(&still, 1))
+        .iter()
+        .map(|p| p.as_vec3())
+        .collect();
+    assert!(largest_distance(animator.step(&input(&still, 1)).unwrap().positions, &expected) < 1e-5);
+    // The body stands still: frames 0 and 1 have the same pose, the prior the same shape.
+    let stand = [poses[0].clone(), poses[0].clone()];
+    animator.reset(&input(&stand, 0), Start::MeanShape).unwrap();
+    let found = animator.step(&input(&stand, 1)).unwrap().positions;
+    assert!(largest_distance(found, &start) < 1e-5);
+}
+
+fn posed_body(animator: &Animator) -> BodySnapshot {
+    let (mut vertices, mut body) = (Vec::new(), BodySnapshot::default());
+    animator.body(&mut vertices);
+    body.prepare(&vertices, &animator.model().character().body.faces);
+    body
+}
+
+/// A garment that hangs 9 cm too far in.
+fn tight(name: &str) -> Arc<Model> {
+    let mut parts = parts(&variant(name));
+    let inwards = |v: &Vec3| -v.with_y(0.0).normalize() * 0.09;
+    parts.prior.mean = parts.garment.rest.vertices.iter().map(inwards).collect();
+    Arc::new(Model::new(parts).unwrap())
+}
+
+#[test]
+fn paper_mode_leaves_no_vertex_inside_and_enters_the_state() {
+    let rule = PaperIntersection { relaxation_m: 0.005 };
+    let poses = motion(15);
+    for name in ["position in the heading frame", "second order", "pose only"] {
+        let model = tight(name);
+        let (mut paper, mut off) = (Animator::new(Arc::clone(&model)), Animator::new(model));
+        paper.set_intersection(IntersectionMode::Paper {
+            relaxation_m: rule.relaxation_m,
+        });
+        for animator in [&mut paper, &mut off] {
+            animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+        }
+        for t in 1..poses.len() {
+            let found = paper.step(&input(&poses, t)).unwrap().positions.to_vec();
+            let left = off.step(&input(&poses, t)).unwrap().positions.to_vec();
+            let body = posed_body(&off);
+            assert!(
+                left.iter().any(|&p| body.is_inside(p)),
+                "{name}, frame {t}: nothing to correct"
+            );
+            assert!(!found.iter().any(|&p| body.is_inside(p)), "{name}, frame {t}");
+            let corrected: Vec<Vec3> = left
+                .iter()
+                .map(|&p| rule.correct(&body, p).unwrap_or(p))
+                .collect();
+            assert!(largest_distance(&found, &corrected) < 1e-4, "{name}, frame {t}");
+            // The next step starts from the corrected garment.
+            off.set_garment(&corrected).unwrap();
+        }
+    }
+}
+
+#[test]
+fn what_does_not_belong_is_refused_and_changes_nothing() {
+    let (poses, model) = (motion(6), model(&variant("second order")));
+    let mut animator = Animator::new(Arc::clone(&model));
+    let expected = run(&mut animator, &poses);
+    run(&mut animator, &poses[..4]);
+    let (state, shown) = (animator.state().clone(), bits(animator.garment()));
+
+    let vertices = model.vertex_count();
+    let mut fewer = poses[4].clone();
+    fewer.local.pop();
+    let joints = AnimatorError::Joints {
+        expected: JOINTS,
+        found: JOINTS - 1,
+    };
+    let changed = |change: &dyn Fn(&mut Pose)| {
+        let mut pose = poses[4].clone();
+        change(&mut pose);
+        pose
+    };
+    let bad = [
+        (fewer, joints),
+        (changed(&|p| p.trans.x = f32::NAN), AnimatorError::Pose),
+        (changed(&|p| p.trans.y = 1e30), AnimatorError::Pose),
+        (
+            changed(&|p| p.local[2] = Quat::from_xyzw(0.0, f32::NAN, 0.0, 1.0)),
+            AnimatorError::Pose,
+        ),
+        (
+            changed(&|p| p.local[2] = Quat::from_xyzw(0.0, 0.0, 0.0, 0.0)),
+            AnimatorError::Pose,
+        ),
+    ];
+    for (pose, error) in &bad {
+        let alone = StepInput {
+            pose,
+            next_pose: None,
+            ground_height: 0.0,
+        };
+        let ahead = StepInput {
+            pose: &poses[4],
+            next_pose: Some(pose),
+            ground_height: 0.0,
+        };
+        for input in [alone, ahead] {
+            assert_eq!(animator.step(&input).unwrap_err(), *error);
+            assert_eq!(animator.reset(&input, Start::MeanShape).unwrap_err(), *error);
+        }
+    }
+    for ground_height in [f32::NAN, f32::INFINITY, 1e20] {
+        let input = StepInput {
+            ground_height,
+            ..input(&poses, 4)
+        };
+        assert_eq!(animator.step(&input).unwrap_err(), AnimatorError::Pose);
+    }
+    let mut positions = vec![Vec3::ZERO; vertices];
+    positions[7].z = f32::INFINITY;
+    let count = AnimatorError::Vertices {
+        expected: vertices,
+        found: 3,
+    };
+    for (positions, error) in [
+        (&positions[..], AnimatorError::Position { vertex: 7 }),
+        (&positions[..3], count),
+    ] {
+        assert_eq!(animator.set_garment(positions).unwrap_err(), error);
+        assert_eq!(
+            animator
+                .reset(&input(&poses, 0), Start::Positions(positions))
+                .unwrap_err(),
+            error
+        );
+    }
+    let mesh = subdivided(&model.garment().rest).0;
+    let foreign = Animator::new(Arc::new(model.with_mesh(mesh).unwrap()))
+        .state()
+        .clone();
+    assert!(matches!(
+        animator.restore(foreign),
+        Err(AnimatorError::Vertices { .. })
+    ));
+
+    assert_eq!(animator.state(), &state);
+    assert!(bits(animator.garment()) == shown);
+    for (t, expected) in expected.iter().enumerate().skip(4) {
+        assert_eq!(animator.step(&input(&poses, t)).unwrap().positions, expected);
+    }
+}
+
+/// Lengths of the states of all vertices.
+fn state_lengths(animator: &Animator) -> Vec<f32> {
+    let state = serde_json::to_value(animator.state()).unwrap();
+    let vertices = state["vertices"].as_array().unwrap();
+    let value = |v: &serde_json::Value| serde_json::from_value::<Vec3>(v["value"].clone()).unwrap();
+    vertices.iter().map(|v| value(v).length()).collect()
+}
+
+#[test]
+fn no_motion_drives_a_displacement_beyond_its_bound() {
+    for name in [
+        "second order",
+        "short limit",
+        "displacement in the paper's layout",
+    ] {
+        let variant = variant(name);
+        let StateConfig::Displacement(config) = &variant.state else {
+            unreachable!()
+        };
+        let bound = config.scale_m * config.output_limit / (1.0 - config.decay(1.0 / FPS));
+        let mut animator = Animator::new(model(&variant));
+        let mut noise = Noise(9);
+        let (mut start, mut longest) = (0.0f32, 0.0f32);
+        let decay = config.decay(1.0 / FPS);
+        for step in 0..2000 {
+            // Ever farther teleports, to the edge of what is accepted.
+            let reach = 10f32.powf(7.9 * step as f32 / 2000.0 - 2.0);
+            let local = (0..JOINTS)
+                .map(|_| Quat::from_scaled_axis(noise.vector() * 3.0))
+                .collect();
+            let pose = Pose {
+                trans: noise.vector() * reach,
+                local,
+            };
+            let frame = animator
+                .step(&StepInput {
+                    pose: &pose,
+                    next_pose: None,
+                    ground_height: 0.0,
+                })
+                .unwrap();
+            assert!(
+                frame.positions.iter().chain(frame.normals).all(|p| p.is_finite()),
+                "{name}, step {step}"
+            );
+            let length = state_lengths(&animator).into_iter().fold(0.0, f32::max);
+            start = if step == 0 { length } else { start * decay };
+            assert!(
+                length <= (start + bound) * 1.0001,
+                "{name}, step {step}: {length} m, bound {bound} m"
+            );
+            longest = longest.max(length - start);
+        }
+        assert!(
+            longest > 0.3 * bound,
+            "{name}: the bound of {bound} m is never neared, {longest} m"
+        );
+    }
+}
+
+/// The whole motion turned about the vertical and moved sideways.
+fn moved(poses: &[Pose], root: Vec3, yaw: f32, by: Vec3) -> Vec<Pose> {
+    let turn = Quat::from_rotation_y(yaw);
+    let pose = |pose: &Pose| {
+        let mut moved = pose.clone();
+        moved.local[0] = turn * pose.local[0];
+        moved.trans = turn * (root + pose.trans) + by - root;
+        moved
+    };
+    poses.iter().map(pose).collect()
+}
+
+#[test]
+fn the_garment_moves_along_when_the_world_is_turned_and_shifted() {
+    let poses = motion(40);
+    for variant in variants() {
+        let model = model(&variant);
+        let root = model.character().skeleton.joints()[0];
+        let (yaw, by) = (2.2, Vec3::new(2.0, 0.0, -3.0));
+        let own = run(&mut Animator::new(Arc::clone(&model)), &poses);
+        let there = run(
+            &mut Animator::new(Arc::clone(&model)),
+            &moved(&poses, root, yaw, by),
+        );
+        for (t, (own, there)) in own.iter().zip(&there).enumerate() {
+            let along: Vec<Vec3> = own.iter().map(|p| Quat::from_rotation_y(yaw) * *p + by).collect();
+            let error = largest_distance(&along, there);
+            assert!(error < 1e-4, "{}, frame {t}: {error} m", variant.name);
+        }
+    }
+}
+
+#[test]
+fn another_mesh_of_the_same_garment_moves_the_same_way() {
+    let poses = motion(30);
+    for variant in variants() {
+        let model = model(&variant);
+        let rest = model.garment().rest.clone();
+        let own = run(&mut Animator::new(Arc::clone(&model)), &poses);
+        let same = Arc::new(model.with_mesh(rest.clone()).unwrap());
+        let (finer, parents) = subdivided(&rest);
+        let finer = Arc::new(model.with_mesh(finer).unwrap());
+        assert_eq!(finer.vertex_count(), parents.len());
+        let same = run(&mut Animator::new(same), &poses);
+        let finer = run(&mut Animator::new(finer), &poses);
+        for t in 0..poses.len() {
+            let (on_same, on_finer) = (
+                largest_distance(&own[t], &same[t]),
+                largest_distance(&own[t], &finer[t][..rest.vertices.len()]),
+            );
+            assert!(
+                on_same < 1e-4 && on_finer < 1e-4,
+                "{}, frame {t}: {on_same} {on_finer} m",
+                variant.name
+            );
+        }
+    }
+}
+
+#[test]
+fn a_step_allocates_nothing_once_it_is_warm() {
+    let poses = motion(12);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| {
+        for variant in variants() {
+            let mut animator = Animator::new(model(&variant));
+            animator.set_intersection(IntersectionMode::Paper { relaxation_m: 0.005 });
+            run(&mut animator, &poses[..4]);
+            let counted = allocation_counter::measure(|| {
+                for t in 4..poses.len() {
+                    animator.step(&input(&poses, t)).unwrap();
+                }
+            });
+            assert_eq!(
+                counted.count_total, 0,
+                "{}: {} bytes",
+                variant.name, counted.bytes_total
+            );
+        }
+    });
+}

@@ -1,0 +1,404 @@
+//! A small random character that wears a tube, random models of every kind for it, and motions.
+
+#![allow(
+    dead_code,
+    unreachable_pub,
+    reason = "every test binary and example uses a part of it"
+)]
+#![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
+
+use glam::{Quat, Vec3};
+use std::f32::consts::TAU;
+use std::sync::Arc;
+use unic_core::{
+    animator::{Animator, GarmentFrame, Start, StepInput},
+    character::{Character, Garment},
+    config::*,
+    features::RestBox,
+    mesh::TriMesh,
+    model::{About, Model, ModelParts},
+    motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
+    network::Linear,
+    prior::LinearPrior,
+    skeleton::{Pose, Skeleton, SkeletonParts},
+    skinning::SkinningWeights,
+};
+
+/// Pelvis, chest, left foot, right foot, head.
+pub const JOINTS: usize = 5;
+pub const FPS: f32 = 30.0;
+
+/// What the variants of a model differ in.
+#[derive(Clone, Debug)]
+pub struct Variant {
+    pub name: &'static str,
+    pub layout: MotionLayout,
+    pub velocity: VelocityScheme,
+    pub state: StateConfig,
+    /// Shapes of the prior; none is the mean alone.
+    pub shapes: usize,
+    /// Of the normalised motion vector.
+    pub limit: Option<f32>,
+}
+
+/// Both states, with and without prior shapes, both layouts.
+pub fn variants() -> Vec<Variant> {
+    use MotionLayout::{Heading, Paper};
+    use PointInput::*;
+    use VelocityScheme::{Backward, Forward};
+    let second_order = displacement(
+        0.1,
+        3.0,
+        &[Displacement, Velocity, Rest, Up, SkinVelocity, SkinAcceleration],
+    );
+    // The velocity first, and a limit that is often reached.
+    let short = displacement(0.05, 0.4, &[Velocity, Displacement, SkinVelocity, Rest]);
+    let pose_only = displacement(0.0, 2.0, &[Rest, Up]);
+    let variant = |name, layout, velocity, state, shapes, limit| Variant {
+        name,
+        layout,
+        velocity,
+        state,
+        shapes,
+        limit,
+    };
+    vec![
+        variant("paper", Paper, Forward, StateConfig::Position, 0, None),
+        variant(
+            "position in the heading frame",
+            Heading,
+            Backward,
+            StateConfig::Position,
+            0,
+            Some(5.0),
+        ),
+        variant(
+            "second order",
+            Heading,
+            Backward,
+            second_order.clone(),
+            3,
+            Some(4.0),
+        ),
+        variant(
+            "second order, mean alone",
+            Heading,
+            Backward,
+            second_order,
+            0,
+            None,
+        ),
+        variant("short limit", Heading, Forward, short.clone(), 2, Some(3.0)),
+        variant(
+            "displacement in the paper's layout",
+            Paper,
+            Backward,
+            short,
+            2,
+            None,
+        ),
+        variant("pose only", Heading, Backward, pose_only, 1, Some(5.0)),
+    ]
+}
+
+fn displacement(memory_s: f32, output_limit: f32, inputs: &[PointInput]) -> StateConfig {
+    StateConfig::Displacement(DisplacementConfig {
+        memory_s,
+        scale_m: 0.05,
+        output_limit,
+        inputs: inputs.to_vec(),
+    })
+}
+
+pub fn variant(name: &str) -> Variant {
+    variants().into_iter().find(|v| v.name == name).unwrap()
+}
+
+/// A model of a variant with a garment of 13 × 12 vertices: three tiles, the last one part full.
+pub fn parts(variant: &Variant) -> ModelParts {
+    let config = ModelConfig {
+        fps: FPS,
+        motion: motion_spec(variant),
+        encoder: EncoderConfig {
+            hidden: vec![24, 16],
+            channels: 6,
+            categories: 4,
+        },
+        field: FieldConfig {
+            width: 18,
+            hidden_layers: 4,
+            skip: Some(2),
+        },
+        state: variant.state.clone(),
+        intersection: IntersectionMode::Off,
+    };
+    let garment = tube(13, 12, 0.27);
+    let prior = prior(garment.rest.vertices.len(), variant.shapes);
+    with_networks(config, garment, prior, variant.limit)
+}
+
+/// A model of the sizes in `config`, with random networks.
+pub fn with_networks(
+    config: ModelConfig,
+    garment: Garment,
+    prior: LinearPrior,
+    limit: Option<f32>,
+) -> ModelParts {
+    let (inputs, points) = (2 * motion_len(JOINTS), config.state.input_len());
+    let widths = config.encoder.widths(inputs);
+    let encoder = widths
+        .windows(2)
+        .enumerate()
+        .map(|(i, w)| linear(w[0], w[1], 1.2, 100 + i as u64));
+    let field_widths = field_sizes(&config.field, points + config.encoder.channels);
+    // The paper's state integrates its outputs: small ones keep the test within the motion's size.
+    let gain = if config.state == StateConfig::Position {
+        0.02
+    } else {
+        1.5
+    };
+    let last = config.field.hidden_layers;
+    let field = field_widths
+        .iter()
+        .enumerate()
+        .map(|(i, &(a, b))| linear(a, b, if i == last { gain } else { 1.4 }, 200 + i as u64));
+    ModelParts {
+        encoder: encoder.collect(),
+        field: field.collect(),
+        rest_box: RestBox::of(&garment.rest.vertices),
+        normalisation: normalisation(limit),
+        character: character(),
+        garment,
+        prior,
+        about: About {
+            name: "tube".into(),
+            provenance: "made up".into(),
+            training: serde_json::json!({"x": 0.1}),
+        },
+        config,
+    }
+}
+
+fn field_sizes(config: &FieldConfig, input: usize) -> Vec<(usize, usize)> {
+    let inputs = |i: usize| match i {
+        0 => input,
+        i if config.skip == Some(i) => config.width + input,
+        _ => config.width,
+    };
+    let outputs = |i: usize| {
+        if i == config.hidden_layers {
+            3
+        } else {
+            config.width
+        }
+    };
+    (0..=config.hidden_layers)
+        .map(|i| (inputs(i), outputs(i)))
+        .collect()
+}
+
+pub fn model(variant: &Variant) -> Arc<Model> {
+    Arc::new(Model::new(parts(variant)).unwrap())
+}
+
+fn motion_spec(variant: &Variant) -> MotionSpec {
+    let (layout, velocity) = (variant.layout, variant.velocity);
+    MotionSpec::new(layout, velocity, [2, 2, 3, 3], &character()).unwrap()
+}
+
+/// Numbers in −1..1 that look random and are the same everywhere (splitmix64).
+pub struct Noise(pub u64);
+
+impl Noise {
+    pub fn number(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut bits = self.0;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((bits ^ (bits >> 31)) >> 40) as f32 / (1u64 << 23) as f32 - 1.0
+    }
+
+    pub fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.number(), self.number(), self.number())
+    }
+}
+
+/// Weights whose outputs are about `gain` times as large as the inputs.
+fn linear(inputs: usize, outputs: usize, gain: f32, seed: u64) -> Linear {
+    let mut noise = Noise(seed);
+    let spread = gain * (3.0 / inputs as f32).sqrt();
+    Linear {
+        inputs,
+        outputs,
+        weight: (0..inputs * outputs).map(|_| noise.number() * spread).collect(),
+        bias: (0..outputs).map(|_| noise.number() * 0.2 * gain).collect(),
+    }
+}
+
+fn normalisation(limit: Option<f32>) -> Normalisation {
+    let mut noise = Noise(300);
+    let mut normalisation = Normalisation::identity(JOINTS);
+    normalisation
+        .mean
+        .iter_mut()
+        .for_each(|m| *m = 0.2 * noise.number());
+    normalisation
+        .std
+        .iter_mut()
+        .for_each(|s| *s = 1.0 + 0.5 * noise.number());
+    normalisation.limit = limit;
+    normalisation
+}
+
+/// A few centimetres of mean displacement and of each shape.
+pub fn prior(vertices: usize, shapes: usize) -> LinearPrior {
+    let mut noise = Noise(400);
+    let inputs = 2 * motion_len(JOINTS);
+    LinearPrior {
+        mean: (0..vertices).map(|_| noise.vector() * 0.02).collect(),
+        shapes: (0..vertices * shapes).map(|_| noise.vector() * 0.02).collect(),
+        map: linear(inputs, shapes, 0.7, 401),
+    }
+}
+
+/// A body of 0.2 m radius around the y axis, from 0.1 to 1.7 m: an ellipsoid, so that it is convex.
+pub fn character() -> Character {
+    let (rings, segments) = (15, 16);
+    let radius = |height: f32| 0.2 * (1.0 - ((height - 0.9) / 0.8).powi(2)).max(0.0).sqrt();
+    let heights: Vec<f32> = (1..rings)
+        .map(|i| 0.9 - 0.8 * (TAU / 2.0 * i as f32 / rings as f32).cos())
+        .collect();
+    let mut body = lathe(&heights, segments, radius);
+    let (bottom, top) = (body.vertices.len() as u32, body.vertices.len() as u32 + 1);
+    body.vertices.extend([Vec3::Y * 0.1, Vec3::Y * 1.7]);
+    let last = (heights.len() as u32 - 1) * segments as u32;
+    for i in 0..segments as u32 {
+        let next = (i + 1) % segments as u32;
+        body.faces
+            .extend([[bottom, i, next], [top, last + next, last + i]]);
+    }
+    Character {
+        weights: weights(&body.vertices),
+        skeleton: skeleton(),
+        body,
+    }
+}
+
+/// A garment around the body, open at both ends.
+pub fn tube(rings: usize, segments: usize, radius: f32) -> Garment {
+    let heights: Vec<f32> = (0..rings)
+        .map(|i| 0.5 + 0.8 * i as f32 / (rings - 1) as f32)
+        .collect();
+    let rest = lathe(&heights, segments, |_| radius);
+    Garment {
+        weights: weights(&rest.vertices),
+        rest,
+    }
+}
+
+/// Rings of vertices at the given heights, bottom up, faces outwards.
+fn lathe(heights: &[f32], segments: usize, radius: impl Fn(f32) -> f32) -> TriMesh {
+    let point = |y: f32, i: usize| {
+        let (sine, cosine) = (TAU * i as f32 / segments as f32).sin_cos();
+        Vec3::new(radius(y) * sine, y, radius(y) * cosine)
+    };
+    let vertices = heights
+        .iter()
+        .flat_map(|&y| (0..segments).map(move |i| (y, i)))
+        .map(|(y, i)| point(y, i));
+    let at = |ring: usize, i: usize| (ring * segments + i % segments) as u32;
+    let quads = (1..heights.len()).flat_map(|ring| (0..segments).map(move |i| (ring, i)));
+    let faces = quads.flat_map(|(ring, i)| {
+        let [a, b, c, d] = [at(ring - 1, i), at(ring - 1, i + 1), at(ring, i + 1), at(ring, i)];
+        [[a, b, c], [a, c, d]]
+    });
+    TriMesh::new(vertices.collect(), faces.collect()).unwrap()
+}
+
+const JOINT_PLACES: [Vec3; JOINTS] = [
+    Vec3::new(0.0, 0.9, 0.0),
+    Vec3::new(0.0, 1.2, 0.02),
+    Vec3::new(0.08, 0.15, 0.0),
+    Vec3::new(-0.08, 0.15, 0.0),
+    Vec3::new(0.0, 1.55, 0.01),
+];
+
+/// With a bind pose that is not zero.
+fn skeleton() -> Skeleton {
+    let mut noise = Noise(500);
+    Skeleton::new(SkeletonParts {
+        names: vec![],
+        parents: vec![-1, 0, 0, 0, 1],
+        joints: JOINT_PLACES.to_vec(),
+        rest_pose: (0..JOINTS).map(|_| noise.vector() * 0.3).collect(),
+    })
+    .unwrap()
+}
+
+/// Smooth in space, two to five joints a vertex.
+fn weights(vertices: &[Vec3]) -> SkinningWeights {
+    let near = |v: Vec3, joint: Vec3| (-(v - joint).length_squared() / 0.08).exp();
+    let rows = vertices.iter().map(|&v| {
+        let row: Vec<(usize, f32)> = JOINT_PLACES.iter().map(|&j| near(v, j)).enumerate().collect();
+        row.into_iter()
+            .filter(|(joint, weight)| *joint == 0 || *weight > 0.01)
+    });
+    SkinningWeights::from_rows(JOINTS, rows).unwrap()
+}
+
+/// Swings of every joint, a walk in a circle, now and then a halt.
+pub fn motion(frames: usize) -> Vec<Pose> {
+    let mut noise = Noise(600);
+    let swings: Vec<(Vec3, f32)> = (0..JOINTS)
+        .map(|_| (noise.vector() * 0.5, 3.0 * noise.number()))
+        .collect();
+    let pose = |frame: usize| {
+        let t = frame as f32 / FPS;
+        let time = 4.0 * t - (4.0 * t).sin();
+        let mut local: Vec<Quat> = (swings.iter())
+            .map(|&(axis, phase)| Quat::from_scaled_axis(axis * (time + phase).sin()))
+            .collect();
+        local[0] = Quat::from_rotation_y(0.4 * time) * local[0];
+        Pose {
+            trans: Vec3::new((0.3 * time).sin(), 0.05 * (2.0 * time).sin(), (0.3 * time).cos()),
+            local,
+        }
+    };
+    (0..frames).map(pose).collect()
+}
+
+/// Frame `t` of a clip; the next pose is given where there is one.
+pub fn input(poses: &[Pose], t: usize) -> StepInput<'_> {
+    StepInput {
+        pose: &poses[t],
+        next_pose: poses.get(t + 1),
+        ground_height: 0.02,
+    }
+}
+
+/// Resets to the mean shape at frame 0 and steps through the clip; positions of every frame.
+pub fn run(animator: &mut Animator, poses: &[Pose]) -> Vec<Vec<Vec3>> {
+    let start = animator
+        .reset(&input(poses, 0), Start::MeanShape)
+        .unwrap()
+        .positions
+        .to_vec();
+    let mut frames = vec![start];
+    frames.extend((1..poses.len()).map(|t| animator.step(&input(poses, t)).unwrap().positions.to_vec()));
+    frames
+}
+
+/// The bits of a frame: equality of these is equality to the byte, NaN and signed zero included.
+pub fn bits(frame: GarmentFrame<'_>) -> Vec<[u32; 3]> {
+    let bits = |v: &Vec3| v.to_array().map(f32::to_bits);
+    frame.positions.iter().chain(frame.normals).map(bits).collect()
+}
+
+/// Largest distance between two lists of points, metres.
+pub fn largest_distance(a: &[Vec3], b: &[Vec3]) -> f32 {
+    assert_eq!(a.len(), b.len());
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (*a - *b).length())
+        .fold(0.0, f32::max)
+}

@@ -1,0 +1,336 @@
+//! The documented formulas in f64, one vertex at a time: slow, and independent of the crate but for
+//! the motion vector, whose own tests compare it with matrices.
+
+#![allow(unreachable_pub, reason = "a module of test binaries")]
+#![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
+
+use glam::{DQuat, DVec3, Quat, Vec3};
+use unic_core::{
+    animator::StepInput,
+    config::{DisplacementConfig, PointInput, StateConfig},
+    model::{Model, ModelParts},
+    motion::{MotionInput, MotionState},
+    network::Linear,
+    skeleton::Pose,
+};
+
+/// An animator without intersection handling.
+pub struct Reference {
+    parts: ModelParts,
+    motion: MotionState,
+    /// Skinned points of all frames so far.
+    skinned: Vec<Vec<DVec3>>,
+    /// Rotations of the vertices in the present frame.
+    rotations: Vec<DQuat>,
+    /// States of all frames so far: positions in the motion's frame, or displacements.
+    states: Vec<Vec<DVec3>>,
+    /// World positions of the first frame.
+    start: Vec<DVec3>,
+    /// How many outputs were shortened to the limit.
+    pub limited: usize,
+}
+
+impl Reference {
+    /// Frame 0, the garment at its mean shape.
+    pub fn new(model: &Model, input: &StepInput) -> Self {
+        let parts = model.to_parts();
+        let motion = MotionState::start(
+            &parts.config.motion,
+            &parts.character.skeleton,
+            &tick(&parts, input),
+        );
+        let (skinned, rotations) = skin(&parts, input.pose);
+        let mean = parts.prior.mean.iter().map(|u| u.as_dvec3());
+        let start = skinned
+            .iter()
+            .zip(&rotations)
+            .zip(mean)
+            .map(|((x, r), u)| *x + *r * u)
+            .collect();
+        let mut reference = Self {
+            parts,
+            motion,
+            skinned: vec![skinned],
+            rotations,
+            states: vec![],
+            start,
+            limited: 0,
+        };
+        if reference.parts.config.state == StateConfig::Position {
+            reference.states = vec![reference.to_frame(&reference.start.clone())];
+        }
+        reference
+    }
+
+    /// The next frame; world positions.
+    pub fn step(&mut self, input: &StepInput) -> Vec<DVec3> {
+        let frame_0 = std::mem::take(&mut self.rotations);
+        self.motion.advance(
+            &self.parts.config.motion,
+            &self.parts.character.skeleton,
+            &tick(&self.parts, input),
+        );
+        let (skinned, rotations) = skin(&self.parts, input.pose);
+        self.skinned.push(skinned);
+        self.rotations = rotations;
+        let (before, now) = self.motion.pair();
+        let pair = [self.normalised(before), self.normalised(now)].concat();
+        let latent = self.latent(&pair);
+        if self.states.is_empty() {
+            // The displacement at frame 0 is counted from the prior of c_0, now that it is complete.
+            let still = [self.normalised(before), self.normalised(before)].concat();
+            let prior = self.prior(&still);
+            let vertices = self
+                .start
+                .iter()
+                .zip(&self.skinned[0])
+                .zip(frame_0.iter().zip(&prior));
+            self.states.push(
+                vertices
+                    .map(|((x, s), (r, p))| r.inverse() * (*x - *s) - *p)
+                    .collect(),
+            );
+        }
+        let outputs: Vec<DVec3> = (0..self.start.len()).map(|i| self.field(i, &latent)).collect();
+        let next = outputs
+            .into_iter()
+            .enumerate()
+            .map(|(i, output)| self.updated(i, output))
+            .collect();
+        self.states.push(next);
+        self.positions(&pair)
+    }
+
+    /// Replaces the garment of the present frame.
+    pub fn set_garment(&mut self, positions: &[Vec3]) {
+        let world: Vec<DVec3> = positions.iter().map(|p| p.as_dvec3()).collect();
+        let state = match self.parts.config.state {
+            StateConfig::Position => self.to_frame(&world),
+            StateConfig::Displacement(_) => {
+                let (before, now) = self.motion.pair();
+                let prior = self.prior(&[self.normalised(before), self.normalised(now)].concat());
+                let place =
+                    |i: usize| self.rotations[i].inverse() * (world[i] - self.skinned_at(1)[i]) - prior[i];
+                (0..world.len()).map(place).collect()
+            }
+        };
+        *self.states.last_mut().unwrap() = state;
+    }
+
+    /// Skinned points `back` frames ago, 1 being the present frame.
+    fn skinned_at(&self, back: usize) -> &[DVec3] {
+        &self.skinned[self.skinned.len() - back]
+    }
+
+    fn to_frame(&self, world: &[DVec3]) -> Vec<DVec3> {
+        let frame = self.motion.world_from_frame();
+        let (rotation, translation) = (unit(frame.rotation), frame.translation.as_dvec3());
+        world
+            .iter()
+            .map(|x| rotation.inverse() * (*x - translation))
+            .collect()
+    }
+
+    fn positions(&self, pair: &[f64]) -> Vec<DVec3> {
+        let states = self.states.last().unwrap();
+        if self.parts.config.state == StateConfig::Position {
+            let frame = self.motion.world_from_frame();
+            let (rotation, translation) = (unit(frame.rotation), frame.translation.as_dvec3());
+            return states.iter().map(|v| rotation * *v + translation).collect();
+        }
+        let prior = self.prior(pair);
+        let place = |i: usize| self.skinned_at(1)[i] + self.rotations[i] * (prior[i] + states[i]);
+        (0..states.len()).map(place).collect()
+    }
+
+    fn normalised(&self, vector: &[f32]) -> Vec<f64> {
+        let n = &self.parts.normalisation;
+        let limit = n.limit.map_or(f64::INFINITY, f64::from);
+        let one = |(c, (m, s)): (&f32, (&f32, &f32))| (f64::from(*c) - f64::from(*m)) / f64::from(*s);
+        vector
+            .iter()
+            .zip(n.mean.iter().zip(&n.std))
+            .map(one)
+            .map(|x| x.clamp(-limit, limit))
+            .collect()
+    }
+
+    fn prior(&self, pair: &[f64]) -> Vec<DVec3> {
+        let prior = &self.parts.prior;
+        let a = if prior.is_empty() {
+            vec![]
+        } else {
+            product(&prior.map, pair)
+        };
+        let shape = |i: usize, k: usize| prior.shapes[i * a.len() + k].as_dvec3();
+        let vertex =
+            |i: usize| (0..a.len()).fold(prior.mean[i].as_dvec3(), |sum, k| sum + shape(i, k) * a[k]);
+        (0..prior.mean.len()).map(vertex).collect()
+    }
+
+    /// Linear maps with ELU between them, then the largest of each channel's logits.
+    fn latent(&self, pair: &[f64]) -> Vec<f64> {
+        let (last, hidden) = self.parts.encoder.split_last().unwrap();
+        let elu = |x: f64| if x > 0.0 { x } else { x.exp() - 1.0 };
+        let x = hidden.iter().fold(pair.to_vec(), |x, layer| {
+            product(layer, &x).into_iter().map(elu).collect()
+        });
+        let logits = product(last, &x);
+        let channels = logits.chunks_exact(self.parts.config.encoder.categories);
+        channels
+            .map(|c| c.iter().copied().fold(f64::MIN, f64::max))
+            .collect()
+    }
+
+    fn field(&self, vertex: usize, latent: &[f64]) -> DVec3 {
+        let input = [self.point_inputs(vertex), latent.to_vec()].concat();
+        let (last, hidden) = self.parts.field.split_last().unwrap();
+        let mut x = input.clone();
+        for (i, layer) in hidden.iter().enumerate() {
+            if self.parts.config.field.skip == Some(i) {
+                x.extend(&input);
+            }
+            x = product(layer, &x).into_iter().map(|y| y.max(0.0)).collect();
+        }
+        DVec3::from_slice(&product(last, &x))
+    }
+
+    fn point_inputs(&self, vertex: usize) -> Vec<f64> {
+        match &self.parts.config.state {
+            StateConfig::Position => self.states.last().unwrap()[vertex].to_array().to_vec(),
+            StateConfig::Displacement(config) => {
+                let inputs = config.inputs.iter();
+                inputs
+                    .flat_map(|&input| self.point_input(config, input, vertex).to_array())
+                    .collect()
+            }
+        }
+    }
+
+    fn point_input(&self, config: &DisplacementConfig, input: PointInput, vertex: usize) -> DVec3 {
+        let (own_from_world, fps) = (self.rotations[vertex].inverse(), f64::from(self.parts.config.fps));
+        let scale = f64::from(config.scale_m);
+        let d = |back: usize| self.states[self.states.len().saturating_sub(back)][vertex];
+        let x = |back: usize| self.skinned_at(back)[vertex];
+        let known = self.skinned.len();
+        match input {
+            PointInput::Displacement => d(1) / scale,
+            PointInput::Velocity if self.states.len() < 2 => DVec3::ZERO,
+            PointInput::Velocity => (d(1) - d(2)) / (3.0 * scale),
+            PointInput::Rest => self.rest(vertex),
+            PointInput::Up => own_from_world * DVec3::Y,
+            PointInput::SkinVelocity => own_from_world * (x(1) - x(2)) * fps / 2.0,
+            PointInput::SkinAcceleration if known < 3 => DVec3::ZERO,
+            PointInput::SkinAcceleration => own_from_world * (x(1) - 2.0 * x(2) + x(3)) * fps * fps / 20.0,
+        }
+    }
+
+    /// Centred in the bounding box, its longest side from −1 to 1.
+    fn rest(&self, vertex: usize) -> DVec3 {
+        let rest: Vec<DVec3> = self
+            .parts
+            .garment
+            .rest
+            .vertices
+            .iter()
+            .map(|v| v.as_dvec3())
+            .collect();
+        let low = rest.iter().fold(DVec3::MAX, |a, b| a.min(*b));
+        let high = rest.iter().fold(DVec3::MIN, |a, b| a.max(*b));
+        (rest[vertex] - (low + high) / 2.0) * 2.0 / (high - low).max_element()
+    }
+
+    fn updated(&mut self, vertex: usize, output: DVec3) -> DVec3 {
+        let value = self.states.last().unwrap()[vertex];
+        let StateConfig::Displacement(config) = &self.parts.config.state else {
+            return value + output;
+        };
+        let (limit, memory) = (f64::from(config.output_limit), f64::from(config.memory_s));
+        let decay = if memory > 0.0 {
+            (-1.0 / (f64::from(self.parts.config.fps) * memory)).exp()
+        } else {
+            0.0
+        };
+        self.limited += usize::from(output.length() > limit);
+        value * decay + output * (limit / output.length()).min(1.0) * f64::from(config.scale_m)
+    }
+}
+
+fn tick<'a>(parts: &ModelParts, input: &StepInput<'a>) -> MotionInput<'a> {
+    let StepInput {
+        pose,
+        next_pose,
+        ground_height,
+    } = *input;
+    MotionInput {
+        pose,
+        next_pose,
+        ground_height,
+        dt: 1.0 / parts.config.fps,
+    }
+}
+
+fn product(layer: &Linear, x: &[f64]) -> Vec<f64> {
+    assert_eq!(layer.inputs, x.len());
+    let rows = layer.weight.chunks_exact(layer.inputs).zip(&layer.bias);
+    rows.map(|(row, b)| f64::from(*b) + row.iter().zip(x).map(|(w, x)| f64::from(*w) * x).sum::<f64>())
+        .collect()
+}
+
+fn unit(rotation: Quat) -> DQuat {
+    rotation.as_dquat().normalize()
+}
+
+/// Skinned points and rotations of the garment's vertices: forward kinematics with a rest pose,
+/// linear blend skinning, and the blend of quaternions on the heaviest joint's side.
+fn skin(parts: &ModelParts, pose: &Pose) -> (Vec<DVec3>, Vec<DQuat>) {
+    let skeleton = &parts.character.skeleton;
+    let joints: Vec<DVec3> = skeleton.joints().iter().map(|j| j.as_dvec3()).collect();
+    let rest_local: Vec<DQuat> = skeleton
+        .rest_pose()
+        .iter()
+        .map(|a| DQuat::from_scaled_axis(a.as_dvec3()))
+        .collect();
+    let (mut g, mut g0, mut p) = (vec![], vec![], vec![]);
+    // Parents stand before their children here.
+    for (j, parent) in skeleton.parents().iter().enumerate() {
+        let local = unit(pose.local[j]);
+        let (rotation, rest, place) = match *parent {
+            None => (local, rest_local[j], joints[j] + pose.trans.as_dvec3()),
+            Some(q) => {
+                let (gq, rest): (DQuat, DQuat) = (g[q], g0[q]);
+                let offset: DVec3 = gq * (rest.inverse() * (joints[j] - joints[q]));
+                (gq * local, rest * rest_local[j], p[q] + offset)
+            }
+        };
+        g.push(rotation);
+        g0.push(rest);
+        p.push(place);
+    }
+    let turn: Vec<DQuat> = g.iter().zip(&g0).map(|(g, g0)| *g * g0.inverse()).collect();
+    let weights = parts.garment.weights.to_dense();
+    let rows = weights
+        .chunks_exact(skeleton.len())
+        .zip(&parts.garment.rest.vertices);
+    let vertex = |(row, rest): (&[f32], &Vec3)| {
+        let row: Vec<f64> = row.iter().map(|w| f64::from(*w)).collect();
+        let moved = |j: usize| turn[j] * (rest.as_dvec3() - joints[j]) + p[j];
+        let heaviest = (0..row.len())
+            .rev()
+            .max_by(|a, b| row[*a].total_cmp(&row[*b]))
+            .unwrap();
+        let side = |j: usize| {
+            if turn[j].dot(turn[heaviest]) < 0.0 {
+                -turn[j]
+            } else {
+                turn[j]
+            }
+        };
+        let point: DVec3 = (0..row.len()).map(|j| moved(j) * row[j]).sum();
+        let rotation = (0..row.len()).fold(DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), |sum, j| {
+            sum + side(j) * row[j]
+        });
+        (point, rotation.normalize())
+    };
+    rows.map(vertex).unzip()
+}

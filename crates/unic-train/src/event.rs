@@ -1,0 +1,64 @@
+//! What a run says while it goes on, and what its listeners answer.
+
+use std::path::Path;
+
+/// What a run tells its listeners.
+#[derive(Clone, Debug)]
+pub enum Event<'a> {
+    /// A step is done.
+    Step {
+        /// Steps done so far.
+        step: u64,
+        /// Loss of the step.
+        loss: f32,
+        /// Global norm of the gradient before clipping.
+        gradient_norm: f64,
+        /// Learning rate of the step.
+        learning_rate: f64,
+        /// Seconds that the step took.
+        seconds: f64,
+    },
+    /// The free-running error on the validation clips.
+    Validated {
+        /// Steps done so far.
+        step: u64,
+        /// RMSE, metres.
+        rmse: f64,
+        /// Smallest so far, metres.
+        best: f64,
+        /// Seconds that the validation took.
+        seconds: f64,
+    },
+    /// A checkpoint is on disk.
+    Saved {
+        /// Steps done so far.
+        step: u64,
+        /// The file.
+        path: &'a Path,
+    },
+}
+
+/// A listener's answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Control {
+    /// Go on.
+    Continue,
+    /// Save a checkpoint and return.
+    Stop,
+}
+
+/// How a call of [`crate::Trainer::run`] ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// All steps are done.
+    Finished,
+    /// A listener stopped the run; a checkpoint is on disk.
+    Stopped,
+}
+
+impl Control {
+    /// Stop if either of two answers says so.
+    pub(crate) fn and(self, other: Self) -> Self {
+        if self == Self::Stop { self } else { other }
+    }
+}

@@ -1,0 +1,85 @@
+//! The size of the displacements that a model is to work with.
+
+use crate::{
+    config::{ModelSettings, StateSettings},
+    prior::FittedPrior,
+};
+use glam::Vec3;
+use rayon::prelude::*;
+use unic_core::{character::Garment, config::DisplacementConfig, features::PointFrame};
+use unic_eval::PreparedClip;
+use unic_io::Capture;
+
+/// What a displacement state needs to know of the training frames.
+pub(crate) struct Scales {
+    /// Root mean square of a coordinate of the state, metres.
+    pub(crate) scale_m: f32,
+    /// Longest field output that training asks for and a margin, in units of `scale_m`.
+    pub(crate) output_limit: f32,
+}
+
+/// Share by which a field output may exceed the largest one of training.
+const OUTPUT_MARGIN: f32 = 1.25;
+
+/// Scales below a tenth of a millimetre would blow rounding up to the size of folds, metres.
+const LEAST_SCALE_M: f32 = 1e-4;
+
+/// None for states that are positions.
+pub(crate) fn measure(
+    settings: &ModelSettings,
+    capture: &Capture,
+    clips: &[PreparedClip],
+    fitted: &FittedPrior,
+) -> Option<Scales> {
+    let StateSettings::Displacement {
+        memory_s, ref inputs, ..
+    } = settings.state
+    else {
+        return None;
+    };
+    let decay = DisplacementConfig {
+        memory_s,
+        scale_m: 1.0,
+        output_limit: 1.0,
+        inputs: inputs.clone(),
+    }
+    .decay(1.0 / capture.manifest.fps);
+    let vertices = capture.garment.rest.vertices.len();
+    let by_vertex: Vec<(f64, f32)> = (0..vertices)
+        .into_par_iter()
+        .map(|v| measure_vertex(&capture.garment, clips, fitted, v, decay))
+        .collect();
+    let variance: f64 = by_vertex.iter().map(|m| m.0).sum::<f64>() / (3 * vertices).max(1) as f64;
+    let scale_m = (variance.sqrt() as f32).max(LEAST_SCALE_M);
+    let largest = by_vertex.iter().map(|m| m.1).fold(0.0, f32::max);
+    Some(Scales {
+        scale_m,
+        // One unit at least, so that a garment that never leaves its prior makes a model too.
+        output_limit: (OUTPUT_MARGIN * largest / scale_m).max(1.0),
+    })
+}
+
+/// Mean squared state |d|² of a vertex, and the longest field output |d_t − γ d_{t−1}| that
+/// training would ask for.
+fn measure_vertex(
+    garment: &Garment,
+    clips: &[PreparedClip],
+    fitted: &FittedPrior,
+    vertex: usize,
+    decay: f32,
+) -> (f64, f32) {
+    let (mut squares, mut count, mut largest) = (0.0, 0usize, 0.0f32);
+    for (clip, coefficients) in clips.iter().zip(&fitted.left_out) {
+        let mut previous: Option<Vec3> = None;
+        for (t, coefficients) in coefficients.iter().enumerate() {
+            let frame = PointFrame::new(garment, vertex, clip.kinematics.world_from_rest(t));
+            let d = frame.displacement(clip.captured.garment.frame(t)[vertex])
+                - fitted.prior.displacement(vertex, coefficients);
+            squares += f64::from(d.length_squared());
+            count += 1;
+            largest = previous.map_or(largest, |before| largest.max((d - before * decay).length()));
+            previous = Some(d);
+        }
+    }
+    (squares / count.max(1) as f64, largest)
+}

@@ -1,0 +1,194 @@
+//! Contract: the gradient of a whole rollout is the slope of its loss, and intersection handling
+//! shifts states without taking part in the gradient.
+
+#![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
+
+mod common;
+
+use burn::optim::GradientsParams;
+use burn::tensor::Tensor;
+use common::{dataset, device, network, numbers, relative_error, small, without_noise};
+use unic_core::{config::StateConfig, intersection::PaperIntersection};
+use unic_train::*;
+
+/// Frames that are rolled out.
+const UNROLL: usize = 3;
+
+/// One batch with fixed noise: the loss is a function of the parameters.
+struct Fixture {
+    data: Dataset,
+    config: TrainConfig,
+    shape: NetworkShape,
+    network: Network,
+    batch: Batch,
+    noise: StepNoise,
+}
+
+impl Fixture {
+    fn new(mut config: TrainConfig, frames: usize) -> Self {
+        config.batch.unroll_first = frames;
+        config.batch.unroll_last = frames;
+        config.loss.velocity = 0.5 * config.loss.position;
+        let data = dataset(&config);
+        let (shape, network) = network(&data, 5);
+        let batch = Batch::gather(&data, &config, 0);
+        let noise = StepNoise::draw(
+            &shape,
+            &config.regularisation,
+            [batch.frames, batch.windows.len()],
+            [1, 0],
+        );
+        Self {
+            data,
+            config,
+            shape,
+            network,
+            batch,
+            noise,
+        }
+    }
+
+    fn rollout<'a>(&'a self, correction: Option<&'a Correction<'a>>) -> Rollout<'a> {
+        Rollout {
+            shape: &self.shape,
+            config: &self.data.config,
+            loss: &self.config.loss,
+            correction,
+        }
+    }
+
+    fn loss(&self, rollout: &Rollout, network: &Network, batch: &Batch) -> Tensor<1> {
+        rollout
+            .loss(network, batch, Some(&self.noise), &device())
+            .unwrap()
+    }
+
+    /// By the network's own update rule: after one step from zero the first moment is g / 10.
+    fn gradient(&self, rollout: &Rollout, batch: &Batch) -> Vec<f32> {
+        let mut config = self.config.optimiser.clone();
+        config.clip_norm = 0.0;
+        let (mut network, mut moments) = (self.network.clone(), Moments::new(&self.network));
+        let gradients = GradientsParams::from_grads(self.loss(rollout, &network, batch).backward(), &network);
+        update(&mut network, gradients, &mut moments, &config, 1e-3, 0).unwrap();
+        moments.first.concat().iter().map(|m| 10.0 * m).collect()
+    }
+
+    /// Loss with the parameters moved along a direction.
+    fn moved(&self, direction: &[f32], step: f32) -> f64 {
+        let mut rest = direction;
+        let mut values = self.network.values();
+        for tensor in &mut values {
+            let (own, others) = rest.split_at(tensor.len());
+            tensor.iter_mut().zip(own).for_each(|(x, d)| *x += step * d);
+            rest = others;
+        }
+        let network = Network::with_parameters(&self.shape, &values, &device());
+        f64::from(
+            self.loss(&self.rollout(None), &network, &self.batch)
+                .into_scalar::<f32>(),
+        )
+    }
+}
+
+/// Compares slopes along random halves of the gradient, where they are large against rounding.
+fn assert_gradient_is_slope(fixture: &Fixture) {
+    let gradient = fixture.gradient(&fixture.rollout(None), &fixture.batch);
+    let norm = gradient.iter().map(|g| g * g).sum::<f32>().sqrt();
+    assert!(norm > 0.0);
+    for seed in 0..4 {
+        let chosen = numbers(gradient.len(), 1.0, seed);
+        let direction: Vec<f32> = gradient
+            .iter()
+            .zip(chosen)
+            .map(|(g, c)| if c > 0.0 { g / norm } else { 0.0 })
+            .collect();
+        let expected: f64 = gradient
+            .iter()
+            .zip(&direction)
+            .map(|(g, d)| f64::from(*g) * f64::from(*d))
+            .sum();
+        // Small against the parameters, so that few ReLUs and no picked category change.
+        let step = 1e-3;
+        let slope =
+            (fixture.moved(&direction, step) - fixture.moved(&direction, -step)) / f64::from(2.0 * step);
+        assert!(
+            (slope / expected - 1.0).abs() < 0.01,
+            "direction {seed}: slope {slope}, gradient {expected}"
+        );
+    }
+}
+
+#[test]
+fn the_gradient_of_a_position_rollout_is_its_slope() {
+    assert_gradient_is_slope(&Fixture::new(small(Preset::Paper), UNROLL));
+}
+
+/// The output limit of a displacement state, in units of its scale.
+fn displacement(output_limit: f32) -> Fixture {
+    let mut fixture = Fixture::new(small(Preset::Tiny), UNROLL);
+    let StateConfig::Displacement(config) = &mut fixture.data.config.state else {
+        panic!("a position state")
+    };
+    config.output_limit = output_limit;
+    fixture
+}
+
+#[test]
+fn the_gradient_of_a_displacement_rollout_is_its_slope_far_below_the_limit() {
+    assert_gradient_is_slope(&displacement(1e3));
+}
+
+#[test]
+fn the_gradient_of_a_displacement_rollout_is_its_slope_at_the_limit() {
+    let (limited, free) = (displacement(0.02), displacement(1e3));
+    let loss = |f: &Fixture| f.moved(&vec![0.0; f.network.values().concat().len()], 0.0);
+    assert!(loss(&limited) != loss(&free), "the limit is not reached");
+    assert_gradient_is_slope(&limited);
+}
+
+/// With corrections δ of one frame, the loss is that of targets shifted by −δ, and so is its gradient.
+#[test]
+fn corrections_are_constants_to_the_gradient() {
+    for preset in common::PRESETS {
+        let mut fixture = Fixture::new(without_noise(small(preset)), 1);
+        fixture.config.loss.velocity = 0.0;
+        let bodies = Bodies::default();
+        // A relaxation so large that every vertex inside is thrown far out.
+        let rule = PaperIntersection { relaxation_m: 0.05 };
+        let correction = Correction {
+            data: &fixture.data,
+            bodies: &bodies,
+            rule,
+        };
+        let states = |rollout: &Rollout| -> Vec<f32> {
+            let states = rollout
+                .states(&fixture.network, &fixture.batch, Some(&fixture.noise), &device())
+                .unwrap();
+            states[0].clone().inner().try_into_vec_as().unwrap()
+        };
+        let (free, corrected) = (fixture.rollout(None), fixture.rollout(Some(&correction)));
+        let (before, after) = (states(&free), states(&corrected));
+        let moved = before.iter().zip(&after).filter(|(a, b)| a != b).count();
+        assert!(
+            moved > 0 && moved < before.len(),
+            "{preset:?}: {moved} of {} moved",
+            before.len()
+        );
+        let mut shifted = fixture.batch.clone();
+        let shifts = before.iter().zip(&after);
+        shifted.targets[0]
+            .iter_mut()
+            .zip(shifts)
+            .for_each(|(t, (a, b))| *t -= b - a);
+        let with = fixture.gradient(&corrected, &fixture.batch);
+        let without = fixture.gradient(&free, &fixture.batch);
+        assert!(
+            relative_error(&with, &fixture.gradient(&free, &shifted)) < 1e-4,
+            "{preset:?}"
+        );
+        assert!(
+            relative_error(&with, &without) > 1e-2,
+            "{preset:?}: corrections without effect"
+        );
+    }
+}

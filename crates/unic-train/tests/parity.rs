@@ -1,0 +1,177 @@
+//! Contract: what training rolls out is what the animator plays, over a whole clip, for both states,
+//! trained or not, with and without intersection handling.
+
+#![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
+
+mod common;
+
+use common::*;
+use glam::Vec3;
+use std::sync::Arc;
+use unic_core::{
+    animator::{Animator, Start, StepInput},
+    config::StateConfig,
+    features::PointFrame,
+    intersection::PaperIntersection,
+    model::Model,
+};
+use unic_train::*;
+
+/// Largest distance between the two, metres.
+const TOLERANCE_M: f32 = 1e-4;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Intersections {
+    Stay,
+    Handled,
+}
+
+/// World positions of every frame after the first, from the tensors of training.
+fn by_tensors(trainer: &Trainer, clip: usize, intersections: Intersections) -> Vec<Vec<Vec3>> {
+    let (data, config) = (trainer.data(), trainer.config());
+    let points: Vec<u32> = (0..VERTICES as u32).collect();
+    let window = Window {
+        clip,
+        start: 0,
+        mirrored: false,
+        points,
+    };
+    let batch = Batch::of_windows(data, vec![window], data.clips[clip].len() - 1);
+    let bodies = Bodies::default();
+    let rule = PaperIntersection {
+        relaxation_m: config.intersection.relaxation_m,
+    };
+    let correction = Correction {
+        data,
+        bodies: &bodies,
+        rule,
+    };
+    let rollout = Rollout {
+        shape: &NetworkShape::new(&data.config, data.capture.character.skeleton.len()),
+        config: &data.config,
+        loss: &config.loss,
+        correction: (intersections == Intersections::Handled).then_some(&correction),
+    };
+    let states = rollout
+        .states(trainer.network(), &batch, None, &device())
+        .unwrap();
+    let values = states
+        .into_iter()
+        .map(|s| s.inner().try_into_vec_as::<f32>().unwrap());
+    values
+        .enumerate()
+        .map(|(k, values)| world(data, clip, k + 1, &values))
+        .collect()
+}
+
+fn world(data: &Dataset, clip: usize, frame: usize, states: &[f32]) -> Vec<Vec3> {
+    let kinematics = &data.clips[clip].kinematics;
+    let position = |(vertex, state): (usize, &[f32])| {
+        let state = Vec3::from_slice(state);
+        match &data.config.state {
+            StateConfig::Position => kinematics.world_from_heading(frame).point(state),
+            StateConfig::Displacement(_) => {
+                let own = PointFrame::new(&data.capture.garment, vertex, kinematics.world_from_rest(frame));
+                own.position(data.prior.displacement(vertex, &data.coefficients[clip][frame]) + state)
+            }
+        }
+    };
+    states.chunks_exact(3).enumerate().map(position).collect()
+}
+
+/// The same by the animator that users run.
+fn by_animator(model: Model, trainer: &Trainer, clip: usize) -> Vec<Vec<Vec3>> {
+    let captured = &trainer.data().clips[clip].captured;
+    let motion = &captured.clip;
+    let input = |t: usize| StepInput {
+        pose: &motion.poses[t],
+        next_pose: motion.poses.get(t + 1),
+        ground_height: motion.ground_height,
+    };
+    let mut animator = Animator::new(Arc::new(model));
+    animator
+        .reset(&input(0), Start::Positions(captured.garment.frame(0)))
+        .unwrap();
+    (1..motion.len())
+        .map(|t| animator.step(&input(t)).unwrap().positions.to_vec())
+        .collect()
+}
+
+fn largest_difference(a: &[Vec<Vec3>], b: &[Vec<Vec3>]) -> f32 {
+    assert_eq!(a.len(), b.len());
+    a.iter()
+        .flatten()
+        .zip(b.iter().flatten())
+        .map(|(a, b)| a.distance(*b))
+        .fold(0.0, f32::max)
+}
+
+/// The coefficients of the finished model in place of those that leave each clip out, since the
+/// animator has the finished prior.
+fn with_final_prior(mut data: Dataset) -> Dataset {
+    for (motion, coefficients) in data.motion.iter().zip(&mut data.coefficients) {
+        for (t, out) in coefficients.iter_mut().enumerate() {
+            let pair = [t.saturating_sub(1), t].map(|t| motion.frame(t, false)).concat();
+            data.prior.coefficients(&pair, out);
+        }
+    }
+    data
+}
+
+fn assert_parity(preset: Preset, shapes: usize, steps: u64, intersections: Intersections) {
+    let mut config = small(preset);
+    config.optimiser.steps = steps.max(1);
+    // Large enough that the head, where it starts at zero, is random after a step.
+    config.optimiser.learning_rate = 0.03;
+    config.optimiser.warmup_steps = 0;
+    config.optimiser.final_learning_rate = 1e-3;
+    config.keep = Keep::Last;
+    config.regularisation.average = 0.0;
+    config.intersection.at_inference = intersections == Intersections::Handled;
+    if let StateSettings::Displacement { prior_shapes, .. } = &mut config.model.state {
+        *prior_shapes = shapes;
+    }
+    let mut trainer = Trainer::new(with_final_prior(dataset(&config)), config).unwrap();
+    if steps > 0 {
+        run(&mut trainer);
+    }
+    for clip in 0..2 {
+        let tensors = by_tensors(&trainer, clip, intersections);
+        let animator = by_animator(trainer.model().unwrap(), &trainer, clip);
+        let difference = largest_difference(&tensors, &animator);
+        let case = format!("{preset:?}, {shapes} shapes, {steps} steps, {intersections:?}");
+        assert!(difference < TOLERANCE_M, "{case}: {difference} m");
+        let start = trainer.data().clips[clip].captured.garment.frame(0);
+        let moved = animator[FRAMES - 2]
+            .iter()
+            .zip(start)
+            .map(|(a, b)| a.distance(*b))
+            .fold(0.0, f32::max);
+        assert!(moved > 0.05, "{case}: the garment stands still");
+        if intersections == Intersections::Handled {
+            let free = by_tensors(&trainer, clip, Intersections::Stay);
+            assert!(
+                largest_difference(&free, &tensors) > 1e-3,
+                "{case}: nothing to handle"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_animator_plays_what_a_random_network_rolls_out() {
+    for intersections in [Intersections::Stay, Intersections::Handled] {
+        assert_parity(Preset::Paper, 0, 0, intersections);
+        assert_parity(Preset::Tiny, 0, 1, intersections);
+        assert_parity(Preset::Tiny, 4, 1, intersections);
+    }
+}
+
+#[test]
+fn the_animator_plays_what_a_trained_network_rolls_out() {
+    for intersections in [Intersections::Stay, Intersections::Handled] {
+        assert_parity(Preset::Paper, 0, 50, intersections);
+        assert_parity(Preset::Tiny, 0, 50, intersections);
+        assert_parity(Preset::Tiny, 4, 50, intersections);
+    }
+}

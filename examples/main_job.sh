@@ -1,0 +1,18 @@
+#!/bin/sh
+# The main job on a capture: learn the garment, measure it on clips that it has never seen, animate
+# it on any motion.
+#
+#   examples/main_job.sh CAPTURE MOTION.npz [BUDGET] [OUT]
+#
+# CAPTURE is a folder (docs/capture.md), BUDGET training time (45m), OUT the folder of the results.
+set -eu
+capture=${1:?CAPTURE, a folder with capture.toml}
+motion=${2:?MOTION.npz, poses for the same skeleton}
+budget=${3:-45m}
+out=${4:-runs/$(basename "$capture")}
+
+cargo build --release -p unic-cli
+unic=${CARGO_TARGET_DIR:-target}/release/unic
+"$unic" train "$capture" --budget "$budget" --out "$out/garment.unic"
+"$unic" eval "$out/garment.unic" "$capture" --pictures "$out/worst"
+"$unic" animate "$out/garment.unic" --motion "$motion" --out "$out/garment.pc2"

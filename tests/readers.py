@@ -1,0 +1,320 @@
+"""Reads what `unic` writes, and writes what it reads, without any of its code.
+
+Contract: a capture written by numpy alone, by docs/capture.md, trains; the model's tensors are those
+of docs/model-file.md; the settings of every preset are those of docs/training.md; animations in all
+three forms hold the same positions; the body in them follows the kinematics of docs/capture.md; the
+errors that `unic eval` prints are those of the positions that it dumps.
+
+    python3 tests/readers.py target/release/unic
+"""
+
+import json
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+import tomllib
+from pathlib import Path
+
+import numpy as np
+from safetensors import safe_open
+
+UNIC = str(Path(sys.argv[1]).resolve())
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+PRESETS = ["paper", "standard", "tiny"]
+FPS, FRAMES = 30, 40
+
+
+def unic(*arguments):
+    """Runs the program; its JSON object."""
+    done = subprocess.run([UNIC, *map(str, arguments), "--json"], capture_output=True, text=True)
+    assert done.returncode == 0, f"unic {arguments}: {done.stderr}"
+    return json.loads(done.stdout)
+
+
+# ---- a capture: a swaying column of four joints in a wide tube ---------------------------------
+
+
+def tube(radius, heights, around=16):
+    """Vertices and outward faces of an open cylinder about +Y."""
+    angle = 2 * np.pi * np.arange(around) / around
+    ring = np.stack([radius * np.sin(angle), 0 * angle, radius * np.cos(angle)], axis=1)
+    vertices = np.concatenate([ring + [0, y, 0] for y in heights])
+    faces = []
+    for row in range(len(heights) - 1):
+        for i in range(around):
+            a, b = row * around + i, row * around + (i + 1) % around
+            faces += [[a, b, b + around], [a, b + around, a + around]]
+    return vertices.astype(np.float32), np.array(faces, np.int32)
+
+
+def write_character(path):
+    vertices, faces = tube(0.15, np.linspace(0, 1.6, 17))
+    joints = np.array([[0, y, 0] for y in (0.9, 0.5, 1.1, 1.4)], np.float32)
+    nearness = np.exp(-(((vertices[:, None, 1] - joints[None, :, 1]) / 0.15) ** 2))
+    weights = nearness / nearness.sum(axis=1, keepdims=True)
+    rest_pose = np.array([[0, 0.2, 0], [0.1, 0, 0], [0, 0, 0.3], [0, -0.2, 0.1]], np.float32)
+    parents = np.array([-1, 0, 0, 2])
+    np.savez(path, vertices=vertices, faces=faces, joints=joints, parents=parents,
+             weights=weights.astype(np.float32), rest_pose=rest_pose)
+
+
+def motion(seed):
+    """Smooth random poses (T, 3 J) and translations (T, 3)."""
+    random = np.random.default_rng(seed)
+    t = np.arange(FRAMES)[:, None] / FPS
+    wave = lambda size, n: size * np.sin(2 * np.pi * random.uniform(0.3, 1.5, n) * t + random.uniform(0, 6, n))
+    return wave(0.4, 12), wave(0.3, 3) * [1, 0.1, 1]
+
+
+def write_clip(folder, name, seed, garment_rest, character):
+    poses, trans = motion(seed)
+    weights = character["weights"]
+    nearest = np.linalg.norm(garment_rest[:, None] - character["vertices"][None], axis=2).argmin(axis=1)
+    garment = skinned(character, poses, trans, garment_rest, weights[nearest])
+    garment += 0.02 * np.sin(4 * garment[:, :, 1:2] + np.arange(FRAMES)[:, None, None] / 5)
+    np.savez(folder / f"{name}.npz", poses=poses, trans=trans, mocap_framerate=float(FPS))
+    np.save(folder / f"{name}.garment.npy", garment.astype(np.float32))
+
+
+def write_capture(root):
+    (root / "clips").mkdir(parents=True)
+    (root / "capture.toml").write_text(
+        'version = 1\nname = "tube"\nfps = 30.0\nup = "y"\nunits = "metres"\n'
+        'provenance = "made by tests/readers.py"\ncontact_joints = [1, 1, 1, 1]\n'
+        '[splits]\ntrain = ["a", "b"]\nvalidation = ["c"]\ntest = ["d"]\n')
+    write_character(root / "character.npz")
+    vertices, faces = tube(0.2, np.linspace(0.6, 1.4, 9))
+    lines = [f"v {x} {y} {z}" for x, y, z in vertices] + [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    (root / "garment.obj").write_text("\n".join(lines) + "\n")
+    character = np.load(root / "character.npz")
+    for seed, name in enumerate("abcd"):
+        write_clip(root / "clips", name, seed, vertices, character)
+
+
+# ---- kinematics, from docs/capture.md ----------------------------------------------------------
+
+
+def matrices(axis_angles):
+    """Rotation matrices of axis-angle vectors (..., 3), by Rodrigues' formula."""
+    angle = np.linalg.norm(axis_angles, axis=-1, keepdims=True)
+    x, y, z = np.moveaxis(axis_angles / np.maximum(angle, 1e-12), -1, 0)
+    o = np.zeros_like(x)
+    k = np.stack([o, -z, y, z, o, -x, -y, x, o], axis=-1).reshape(*x.shape, 3, 3)
+    s, c = np.sin(angle)[..., None], np.cos(angle)[..., None]
+    return np.eye(3) + s * k + (1 - c) * (k @ k)
+
+
+def globals_of(local, parents):
+    turned = []
+    for j, parent in enumerate(parents):
+        turned.append(local[j] if parent < 0 else turned[parent] @ local[j])
+    return turned
+
+
+def skinned(character, poses, trans, rest, weights):
+    """World positions (T, V, 3) of vertices given in the rest pose."""
+    joints, parents = character["joints"].astype(float), character["parents"]
+    bind = globals_of(matrices(character["rest_pose"].astype(float)), parents)
+    frames = []
+    for local, offset in zip(matrices(poses.reshape(len(poses), -1, 3)), trans):
+        turned, places, moved = globals_of(local, parents), [], 0
+        for j, parent in enumerate(parents):
+            places.append(joints[j] + offset if parent < 0 else
+                          places[parent] + turned[parent] @ bind[parent].T @ (joints[j] - joints[parent]))
+            rigid = (rest - joints[j]) @ (turned[j] @ bind[j].T).T + places[j]
+            moved = moved + weights[:, j:j + 1] * rigid
+        frames.append(moved)
+    return np.stack(frames)
+
+
+# ---- tables of the documentation ---------------------------------------------------------------
+
+
+def table(page, first_column):
+    """Rows of the table whose first heading is given, as lists of cells."""
+    rows, inside = [], False
+    for line in (DOCS / page).read_text().splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")] if line.startswith("|") else []
+        if cells and cells[0] == first_column:
+            inside = True
+        elif inside and not cells:
+            inside = False
+        elif inside and not set(cells[0]) <= set("-: "):
+            rows.append(cells)
+    assert rows, f"{page}: a table that begins with {first_column}"
+    return rows
+
+
+def flattened(value, prefix=""):
+    if not isinstance(value, dict):
+        return {prefix: value}
+    parts = (flattened(inner, f"{prefix}.{key}" if prefix else key) for key, inner in value.items())
+    return {key: leaf for part in parts for key, leaf in part.items()}
+
+
+def bound(size, letters):
+    """A size such as 3, V or 2D."""
+    number, letter = re.fullmatch(r"(\d*)([A-Z]?)", size).groups()
+    return int(number or 1) * (letters[letter] if letter else 1)
+
+
+# ---- checks ------------------------------------------------------------------------------------
+
+
+def check_settings(folder, preset):
+    """docs/training.md against config.toml; `optimiser.steps` is what this script asks for."""
+    stored = flattened(tomllib.loads((folder / f"{preset}.run/config.toml").read_text()))
+    column = 1 + PRESETS.index(preset)
+    told = {row[0].strip("`"): row[column].strip("`") for row in table("training.md", "setting")}
+    told = {key: tomllib.loads(f"v = {value}")["v"] for key, value in told.items() if value != "absent"}
+    told["optimiser.steps"] = stored["optimiser.steps"]
+    assert told == stored, f"{preset}: {set(map(str, told.items())) ^ set(map(str, stored.items()))}"
+
+
+def check_tensors(path):
+    """docs/model-file.md against the file: every tensor has its row, of this type and shape."""
+    rows = []
+    for name, dtype, shape, *_ in table("model-file.md", "tensor"):
+        pattern = re.escape(name.strip("`")).replace("N", r"\d+")
+        rows.append((pattern, dtype, [size for size in shape.split(" × ")]))
+    types = {"f32": np.float32, "u16": np.uint16, "u32": np.uint32, "i64": np.int64}
+    with safe_open(path, "np") as file:
+        names = list(file.keys())
+        letters = {}
+        found = {}
+        for name in names:
+            matching = [row for row in rows if re.fullmatch(row[0], name)]
+            assert len(matching) == 1, f"{name} has {len(matching)} rows in model-file.md"
+            found[name] = (file.get_tensor(name), matching[0])
+        for tensor, (_, dtype, shape) in found.values():
+            assert tensor.dtype == types[dtype] and tensor.ndim == len(shape), (tensor.dtype, dtype)
+            letters.update({size: n for size, n in zip(shape, tensor.shape) if re.fullmatch("[A-Z]", size)})
+        for name, (tensor, (_, _, shape)) in found.items():
+            sizes = [n if size == "·" else bound(size, letters) for size, n in zip(shape, tensor.shape)]
+            assert list(tensor.shape) == sizes, f"{name}: {tensor.shape}, {shape} with {letters}"
+        metadata = json.loads(file.metadata()["unic"])
+    assert set(metadata) == {row[0].strip("`") for row in table("model-file.md", "key")}, set(metadata)
+    for owner in ("character", "garment"):
+        counts, weights = (found[f"{owner}.skinning.{part}"][0] for part in ("counts", "weights"))
+        counts = counts.astype(int)
+        sums = np.add.reduceat(weights, np.concatenate([[0], np.cumsum(counts[:-1])]))
+        assert counts.sum() == len(weights) and np.abs(sums - 1).max() < 1e-5, owner
+
+
+def read_pc2(path):
+    data = path.read_bytes()
+    signature, version, points, start, rate, samples = struct.unpack_from("<12siiffi", data)
+    assert (signature, version, start, rate) == (b"POINTCACHE2\0", 1, 0.0, 1.0), data[:32]
+    return np.frombuffer(data, "<f4", offset=32).reshape(samples, points, 3)
+
+
+def read_obj(path):
+    lines = [line.split() for line in path.read_text().splitlines()]
+    vertices = [[float(x) for x in line[1:4]] for line in lines if line[:1] == ["v"]]
+    faces = [[int(corner.split("/")[0]) - 1 for corner in line[1:]] for line in lines if line[:1] == ["f"]]
+    return np.array(vertices), np.array(faces)
+
+
+def check_animations(folder, capture):
+    """Three forms of one animation, garment and body; the picture is a PNG."""
+    model, clip = folder / "tiny.unic", capture / "clips/d.npz"
+    for out in ("d.npz", "d.pc2", "d"):
+        unic("animate", model, "--motion", clip, "--up", "y", "--out", folder / out)
+    for part, folder_part in (("", ""), (".body", "_body")):
+        npz = np.load(folder / f"d{part}.npz")
+        positions, faces = npz["vertices"], npz["faces"]
+        assert positions.dtype == np.float32 and len(positions) == FRAMES and npz["fps"] == FPS
+        assert np.isfinite(positions).all()
+        assert np.array_equal(read_pc2(folder / f"d{part}.pc2"), positions)
+        objs = sorted((folder / f"d{folder_part}").glob("frame_*.obj"))
+        assert len(objs) == FRAMES
+        for frame, path in enumerate(objs):
+            vertices, obj_faces = read_obj(path)
+            assert np.abs(vertices - positions[frame]).max() < 1e-6 and np.array_equal(obj_faces, faces)
+        mesh_faces = read_obj(folder / f"d{part}.obj")[1]
+        assert np.array_equal(mesh_faces, faces)
+    assert (folder / "d.png").read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
+
+
+def check_body(folder, capture):
+    """The body beside the garment is the one that numpy skins."""
+    character, (poses, trans) = np.load(capture / "character.npz"), motion(3)
+    expected = skinned(character, poses, trans, character["vertices"].astype(float), character["weights"])
+    error = np.abs(np.load(folder / "d.body.npz")["vertices"] - expected).max()
+    assert error < 2e-6, f"{error} m"
+
+
+METRICS = {
+    "rmse_mm", "mean_vertex_error_mm", "hausdorff_mm", "intersecting_vertices_percent_paper",
+    "intersecting_vertices_percent_closest", "intersecting_frames_percent", "jitter_ratio",
+    "rmse_mm_at_1s", "rmse_mm_at_5s", "rmse_mm_at_10s", "rmse_mm_at_60s", "drift_mm",
+}
+BASELINES = {
+    "hold": "one_step", "mean_shape": "free_running", "skinning": "free_running",
+    "skinning_mean": "free_running", "ridge": "free_running", "linear_dynamics": "free_running",
+}
+
+
+def check_scores(scores):
+    rows = [scores["model"]["one_step"], scores["model"]["free_running"]]
+    rows += [scores["baselines"][name][mode] for name, mode in BASELINES.items()]
+    for row in rows:
+        assert METRICS <= set(row), METRICS - set(row)
+
+
+def check_evaluation(folder, capture):
+    """Keys, and the errors once more from the dumped positions."""
+    scores = unic("eval", folder / "tiny.unic", capture, "--dump", folder / "dump")
+    check_scores(scores)
+    check_scores(scores["clips"]["d"])
+    dump = np.load(folder / "dump/d.npz")
+    truth = np.load(capture / "clips/d.garment.npy")
+    assert np.array_equal(dump["truth"], truth)
+    rows = {f"{name}.{mode}": m for name, modes in scores["baselines"].items() for mode, m in modes.items()}
+    rows |= {f"model.{mode}": m for mode, m in scores["model"].items()}
+    assert set(dump.files) == {"truth", *rows}, dump.files
+    for name, metrics in rows.items():
+        error = np.linalg.norm(dump[name][1:].astype(float) - truth[1:], axis=2)
+        second = error[:FPS]
+        for key, value in (("rmse_mm", np.sqrt((error**2).mean())), ("mean_vertex_error_mm", error.mean()),
+                           ("rmse_mm_at_1s", np.sqrt((second**2).mean()))):
+            if metrics[key] is not None:
+                assert abs(metrics[key] - 1e3 * value) < 1e-3, (name, key, metrics[key], 1e3 * value)
+
+
+def checks(folder):
+    """Names and functions, in the order that they build on one another."""
+    capture = folder / "tube"
+
+    def trains(preset):
+        unic("train", capture, "--preset", preset, "--steps", 2, "--out", folder / f"{preset}.unic")
+
+    yield "a capture written by numpy", lambda: (write_capture(capture), unic("inspect", capture))
+    for preset in PRESETS:
+        yield f"training with preset {preset}", lambda: trains(preset)
+        yield f"settings of preset {preset}", lambda: check_settings(folder, preset)
+        yield f"tensors of a model of preset {preset}", lambda: check_tensors(folder / f"{preset}.unic")
+    yield "animations in three forms", lambda: check_animations(folder, capture)
+    yield "the body's kinematics", lambda: check_body(folder, capture)
+    yield "evaluation", lambda: check_evaluation(folder, capture)
+
+
+def main():
+    passed = failed = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for name, check in checks(Path(folder)):
+            try:
+                check()
+                passed += 1
+                print(f"{name}: ok")
+            except Exception as error:  # one failed check must not hide the others
+                failed += 1
+                print(f"{name}: FAILED\n  {type(error).__name__}: {error}")
+    print(f"readers: {passed} passed, {failed} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
