@@ -4,15 +4,16 @@
 #
 #   examples/main_job.sh CAPTURE MOTION.npz [BUDGET] [OUT]
 #
-# CAPTURE is a folder (docs/capture.md), BUDGET training time (45m), OUT the folder of the results.
+# CAPTURE is a folder (docs/capture.md), BUDGET training time such as 45m in place of the preset's
+# number of steps ("" keeps it), OUT the folder of the results.
 set -eu
 capture=${1:?CAPTURE, a folder with capture.toml}
 motion=${2:?MOTION.npz, poses for the same skeleton}
-budget=${3:-45m}
+budget=${3:-}
 out=${4:-runs/$(basename "$capture")}
 
 cargo build --release -p unic-cli
 unic=${CARGO_TARGET_DIR:-target}/release/unic
-"$unic" train "$capture" --budget "$budget" --out "$out/garment.unic"
+"$unic" train "$capture" ${budget:+--budget "$budget"} --out "$out/garment.unic"
 "$unic" eval "$out/garment.unic" "$capture" --pictures "$out/worst"
 "$unic" animate "$out/garment.unic" --motion "$motion" --out "$out/garment.pc2"

@@ -133,3 +133,8 @@ mod triangle;
 pub mod weights;
 
 pub use model_file::{FORMAT_VERSION, ModelFileError};
+
+// The page's snippets compile against this crate.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/embedding.md")]
+struct Embedding;

@@ -420,6 +420,9 @@ fn paper() -> TrainConfig {
     }
 }
 
+/// Small and briefly trained on purpose. Chosen by leaving clips out of the T-shirt in the shared
+/// data (35 s of motion in all): wider networks and more steps fit the training clips better and
+/// unseen ones worse, long rollouts and a long memory help, and so does the prior.
 fn standard() -> TrainConfig {
     use PointInput::{Displacement, Rest, SkinVelocity, Up, Velocity};
     TrainConfig {
@@ -432,12 +435,12 @@ fn standard() -> TrainConfig {
                 limit: Some(5.0),
             },
             encoder: EncoderConfig {
-                hidden: vec![256],
+                hidden: vec![128],
                 channels: 32,
                 categories: 8,
             },
             field: FieldConfig {
-                width: 64,
+                width: 32,
                 hidden_layers: 4,
                 skip: None,
             },
@@ -448,7 +451,7 @@ fn standard() -> TrainConfig {
             },
         },
         optimiser: OptimiserConfig {
-            steps: 1200,
+            steps: 300,
             learning_rate: 3e-4,
             final_learning_rate: 1e-6,
             half_periods: 1.0,
@@ -457,7 +460,7 @@ fn standard() -> TrainConfig {
             clip_norm: 1.0,
         },
         batch: BatchConfig {
-            windows: 32,
+            windows: 16,
             points: 64,
             unroll_first: 8,
             unroll_last: 24,
@@ -470,14 +473,14 @@ fn standard() -> TrainConfig {
             state_noise_m: 0.01,
             motion_noise: 0.0,
             mirror: true,
-            average: 0.99,
+            average: 0.98,
         },
         loss: LossConfig {
             position: 1e4,
             velocity: 0.0,
         },
-        keep: Keep::Best,
-        validate_every: 100,
+        keep: Keep::Last,
+        validate_every: 50,
         ..paper()
     }
 }
@@ -487,8 +490,8 @@ fn tiny() -> TrainConfig {
     TrainConfig {
         model: ModelSettings {
             encoder: EncoderConfig {
-                hidden: vec![128],
-                channels: 32,
+                hidden: vec![64],
+                channels: 16,
                 categories: 8,
             },
             field: FieldConfig {
@@ -499,17 +502,17 @@ fn tiny() -> TrainConfig {
             ..standard.model
         },
         optimiser: OptimiserConfig {
-            steps: 300,
+            steps: 100,
             ..standard.optimiser
         },
         batch: BatchConfig {
-            windows: 16,
+            windows: 8,
             points: 64,
             unroll_first: 4,
             unroll_last: 12,
             ..standard.batch
         },
-        validate_every: 100,
+        validate_every: 50,
         ..standard
     }
 }
