@@ -140,7 +140,7 @@ mod tests {
         let stored = of_new_run(&args("--preset tiny --steps 40 --seed 3")).unwrap();
         let resumed = |line: &str| of_resumed_run(&args(line), stored.clone(), Path::new("config.toml"));
         assert_eq!(resumed("").unwrap(), stored);
-        assert_eq!(resumed("--steps 40 --set keep=best").unwrap(), stored);
+        assert_eq!(resumed("--steps 40 --set keep=last").unwrap(), stored);
         let error = resumed("--seed 3 --set batch.points=9").unwrap_err().to_string();
         assert!(
             error.contains("batch.points = 64") && error.contains("found 9"),

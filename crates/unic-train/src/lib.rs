@@ -66,7 +66,7 @@
 //! **Sizes.** W windows of K + 1 frames and n vertices each give field batches of W · n points; the field
 //! is pointwise, so any subset of the vertices will do.
 //!
-//! **Rates.** `cargo run --release -p unic-train --example step_rate` prints them beside the machine's
+//! **Rates.** `cargo run --release -p unic-train --example training_rate` prints them beside the machine's
 //! multiply-add peak.
 //!
 //! **Limits.** Training runs on the CPU: the field's fused operation ([`PackedField`]) and the update are

@@ -2,7 +2,7 @@
 //! peak, and the time of an animator's step.
 //!
 //! ```text
-//! cargo run --release -p unic-core --example step_rate
+//! cargo run --release -p unic-core --example animator_rate
 //! ```
 
 #[path = "../tests/common/mod.rs"]

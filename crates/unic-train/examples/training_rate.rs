@@ -1,6 +1,6 @@
 //! Prints the rates of a training step beside the multiply-add peak of the same process.
 //!
-//! `cargo run --release -p unic-train --example step_rate -- [--json] [CAPTURE]`
+//! `cargo run --release -p unic-train --example training_rate -- [--json] [CAPTURE]`
 //!
 //! The field's forward and backward: fused through Burn's autodiff, composed of Burn's own operations,
 //! and the bare kernels; then whole optimiser steps of the presets on a capture, where there is one.
