@@ -14,6 +14,10 @@ out=${4:-runs/$(basename "$capture")}
 
 cargo build --release -p unic-cli
 unic=${CARGO_TARGET_DIR:-target}/release/unic
-"$unic" train "$capture" ${budget:+--budget "$budget"} --out "$out/garment.unic"
+if [ -f "$out/garment.run/config.toml" ]; then
+    "$unic" train "$capture" --resume --out "$out/garment.unic"
+else
+    "$unic" train "$capture" ${budget:+--budget "$budget"} --out "$out/garment.unic"
+fi
 "$unic" eval "$out/garment.unic" "$capture" --pictures "$out/worst"
 "$unic" animate "$out/garment.unic" --motion "$motion" --out "$out/garment.pc2"

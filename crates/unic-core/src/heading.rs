@@ -58,7 +58,7 @@ impl Heading {
         }
     }
 
-    /// `world_from_heading`: the rotation by the yaw about +Y.
+    /// `world_from_frame`: the rotation by the yaw about +Y.
     pub fn rotation(&self) -> Quat {
         Quat::from_rotation_y(self.yaw)
     }

@@ -14,19 +14,18 @@ pub struct ClipKinematics {
     joints: usize,
     /// T × J.
     world_from_rest: Vec<Rigid>,
-    world_from_heading: Vec<Rigid>,
+    world_from_frame: Vec<Rigid>,
     /// T × (12 J + 7).
     motion: Vec<f32>,
 }
 
 impl ClipKinematics {
-    /// Of a clip of this skeleton. `spec` has the heading layout; the heading frame of a frame has
-    /// its origin at the root joint.
+    /// Of a clip of this skeleton: the heading layout for baselines, a model's own for its training.
     pub fn new(spec: &MotionSpec, skeleton: &Skeleton, clip: &Clip) -> Self {
         let mut all = Self {
             joints: skeleton.len(),
             world_from_rest: Vec::new(),
-            world_from_heading: Vec::new(),
+            world_from_frame: Vec::new(),
             motion: Vec::new(),
         };
         let mut state: Option<MotionState> = None;
@@ -55,18 +54,18 @@ impl ClipKinematics {
         let mut world_from_rest = Vec::new();
         skeleton.world_from_rest(state.world_from_joint(), &mut world_from_rest);
         self.world_from_rest.append(&mut world_from_rest);
-        self.world_from_heading.push(state.world_from_frame());
+        self.world_from_frame.push(state.world_from_frame());
         self.motion.extend(state.pair().1);
     }
 
     /// Number of frames T.
     pub fn len(&self) -> usize {
-        self.world_from_heading.len()
+        self.world_from_frame.len()
     }
 
     /// No frames at all.
     pub fn is_empty(&self) -> bool {
-        self.world_from_heading.is_empty()
+        self.world_from_frame.is_empty()
     }
 
     /// `world_from_rest` of every joint in one frame.
@@ -74,9 +73,10 @@ impl ClipKinematics {
         &self.world_from_rest[frame * self.joints..(frame + 1) * self.joints]
     }
 
-    /// Heading frame: yaw about +Y, origin at the root joint.
-    pub fn world_from_heading(&self, frame: usize) -> Rigid {
-        self.world_from_heading[frame]
+    /// Frame of the motion vector: in the heading layout yaw about +Y with its origin at the root
+    /// joint, in the paper's the sequence's first root frame; see `MotionState::world_from_frame`.
+    pub fn world_from_frame(&self, frame: usize) -> Rigid {
+        self.world_from_frame[frame]
     }
 
     /// Motion vector c_t of one frame, not normalised.

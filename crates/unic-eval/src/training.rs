@@ -85,7 +85,7 @@ impl SampleMatrix for HeadingPositions<'_> {
     fn read(&self, row: usize, columns: Range<usize>, out: &mut [f32]) {
         let FrameIndex { clip, frame } = self.frames[row];
         let clip = &self.set.train[clip];
-        let heading_from_world = clip.kinematics.world_from_heading(frame).inverse();
+        let heading_from_world = clip.kinematics.world_from_frame(frame).inverse();
         let world = &clip.captured.garment.frame(frame)[vertices(&columns)];
         for (x, out) in world.iter().zip(out.chunks_exact_mut(3)) {
             out.copy_from_slice(&heading_from_world.point(*x).to_array());

@@ -207,7 +207,7 @@ fn gather_window(data: &Dataset, window: &Window, frames: usize) -> Gathered {
 fn gather_positions(data: &Dataset, window: &Window, frames: usize) -> Gathered {
     let clip = &data.clips[window.clip];
     let positions = |t: usize| {
-        let frame_from_world = clip.kinematics.world_from_heading(t).inverse();
+        let frame_from_world = clip.kinematics.world_from_frame(t).inverse();
         let garment = clip.captured.garment.frame(t);
         let place = |&v: &u32| {
             let p = frame_from_world.point(garment[v as usize]);

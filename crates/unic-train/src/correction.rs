@@ -43,7 +43,8 @@ impl Bodies {
         let body = Arc::new(body);
         let mut bodies = lock();
         if bodies.len() >= MOST_BODIES {
-            bodies.clear();
+            let any = bodies.keys().next().copied();
+            any.and_then(|key| bodies.remove(&key));
         }
         bodies.insert((clip, frame), body.clone());
         body
@@ -96,7 +97,7 @@ impl Correction<'_> {
         let kinematics = &self.data.clips[clip].kinematics;
         match self.data.config.state {
             StateConfig::Position => {
-                let world_from_frame = kinematics.world_from_heading(frame);
+                let world_from_frame = kinematics.world_from_frame(frame);
                 Place(
                     PointFrame {
                         skinned: world_from_frame.translation,

@@ -123,12 +123,13 @@ impl Dataset {
         self.motion.iter().all(|m| m.mirrored.is_some())
     }
 
-    /// Frames of the longest window that fits every clip, the first frame not counted.
+    /// Frames of the longest window that fits a clip, the first frame not counted. Windows are drawn
+    /// from the clips that they fit: one short clip does not shorten all rollouts.
     pub fn longest_unroll(&self) -> usize {
         self.clips
             .iter()
             .map(|c| c.len().saturating_sub(1))
-            .min()
+            .max()
             .unwrap_or(0)
     }
 

@@ -46,7 +46,7 @@ pub enum TrainError {
     Kernel(#[from] unic_kernels::KernelError),
     /// A number of the loss or its gradient is not finite any more.
     #[error(
-        "training diverged: the {what} of step {step} is {value}; try a smaller optimiser.learning_rate or a smaller optimiser.clip_norm"
+        "training diverged: the {what} of step {step} is {value}; try a smaller optimiser.learning_rate or an optimiser.clip_norm such as 1"
     )]
     Diverged {
         /// The step.

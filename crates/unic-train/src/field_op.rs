@@ -227,7 +227,7 @@ impl Backward<Flex, 3> for FusedField {
             .backward(&batch, &forward.saved, slice(&upstream), gradients, &mut scratch);
         SCRATCH.put(scratch);
         // The forward pass has checked every size that this pass sees again.
-        debug_assert!(done.is_ok(), "{done:?}");
+        assert!(done.is_ok(), "{done:?}");
         let values = [to_points, to_latents, to_parameters];
         for ((node, shape), values) in ops.parents.into_iter().zip(shapes).zip(values) {
             if let Some(node) = node {

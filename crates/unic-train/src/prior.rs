@@ -18,6 +18,9 @@ pub struct FittedPrior {
 /// Frames that the shapes are computed from at most, evenly spread.
 const MOST_FRAMES: usize = 2000;
 
+/// Pieces that a lone clip is cut into, to leave out one at a time.
+const PIECES: usize = 4;
+
 /// Ridge strengths to choose from, in units of an input's variance.
 const STRENGTHS: [f64; 9] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0];
 
@@ -26,9 +29,13 @@ const STRENGTHS: [f64; 9] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 30
 pub fn fit_prior(set: &TrainingSet, motion: &[MotionVectors], shapes: usize) -> FittedPrior {
     let frames = set.spread_frames(MOST_FRAMES);
     let components = PrincipalComponents::fit(&Displacements { set, frames }, shapes);
-    let series: Vec<Series> = (0..set.train.len())
+    let clips: Vec<Series> = (0..set.train.len())
         .map(|clip| Series::new(set, clip, &motion[clip], &components))
         .collect();
+    let series = match clips.as_slice() {
+        [only] => only.cut(PIECES),
+        _ => clips,
+    };
     let moments: Vec<Moments> = series.iter().map(Series::moments).collect();
     let pooled = |left_out: Option<usize>| {
         let kept = moments
@@ -56,9 +63,12 @@ pub fn fit_prior(set: &TrainingSet, motion: &[MotionVectors], shapes: usize) -> 
         .into_iter()
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map_or(STRENGTHS[4], |best| best.1);
-    let left_out = (series.iter().zip(maps(strength)))
+    let mut left_out: Vec<Vec<Vec<f32>>> = (series.iter().zip(maps(strength)))
         .map(|(s, map)| s.coefficients(map.as_ref()))
         .collect();
+    if set.train.len() == 1 {
+        left_out = vec![left_out.concat()];
+    }
     let inputs = 2 * motion.first().map_or(0, |m| m.len);
     let map = pooled(None).and_then(|m| m.solve(strength));
     FittedPrior {
@@ -76,6 +86,18 @@ struct Series {
 }
 
 impl Series {
+    /// Consecutive pieces, `count` at most.
+    fn cut(&self, count: usize) -> Vec<Self> {
+        let frames = self.inputs.len().div_ceil(count).max(1);
+        let pieces = self.inputs.chunks(frames).zip(self.components.chunks(frames));
+        pieces
+            .map(|(inputs, components)| Self {
+                inputs: inputs.to_vec(),
+                components: components.to_vec(),
+            })
+            .collect()
+    }
+
     fn new(set: &TrainingSet, clip: usize, motion: &MotionVectors, components: &PrincipalComponents) -> Self {
         let prepared = &set.train[clip];
         let pair = |t: usize| {

@@ -261,7 +261,8 @@ impl Trainer {
         let parameters = self.average.clone().unwrap_or_else(|| self.network.values());
         let model = Arc::new(self.model_of(&parameters)?);
         let rmse = free_running_rmse(&model, &self.data.validation)?;
-        let smaller = self.best.as_ref().is_none_or(|best| rmse < best.rmse);
+        // A free run that has left the numbers is no result to keep, nor one that JSON can hold.
+        let smaller = rmse.is_finite() && self.best.as_ref().is_none_or(|best| rmse < best.rmse);
         if smaller {
             self.best = Some(Best {
                 rmse,
@@ -302,7 +303,8 @@ impl Trainer {
             "steps": self.step,
             "seconds": self.seconds,
             "validation_clips": self.data.validation.iter().map(|c| c.name()).collect::<Vec<_>>(),
-            "validation_rmse_mm": self.best.as_ref().map(|b| 1e3 * b.rmse),
+            "best_validation_rmse_mm": self.best.as_ref().map(|b| 1e3 * b.rmse),
+            "best_validation_step": self.best.as_ref().map(|b| b.step),
         });
         Ok(Model::new(ModelParts {
             config: self.data.config.clone(),

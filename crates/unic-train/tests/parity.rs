@@ -69,7 +69,7 @@ fn world(data: &Dataset, clip: usize, frame: usize, states: &[f32]) -> Vec<Vec3>
     let position = |(vertex, state): (usize, &[f32])| {
         let state = Vec3::from_slice(state);
         match &data.config.state {
-            StateConfig::Position => kinematics.world_from_heading(frame).point(state),
+            StateConfig::Position => kinematics.world_from_frame(frame).point(state),
             StateConfig::Displacement(_) => {
                 let own = PointFrame::new(&data.capture.garment, vertex, kinematics.world_from_rest(frame));
                 own.position(data.prior.displacement(vertex, &data.coefficients[clip][frame]) + state)

@@ -216,14 +216,12 @@ struct Files {
 impl Files {
     fn create(args: &AnimateArgs, model: &Model) -> Result<Self> {
         let body_path = beside(&args.out);
+        refuse_inputs(args, &body_path)?;
         let fps = model.config().fps;
         Ok(Self {
             garment: VertexCacheWriter::create(&args.out, &model.garment().rest, fps)?,
             body: VertexCacheWriter::create(&body_path, &model.character().body, fps)?,
-            picture_path: args
-                .picture
-                .clone()
-                .unwrap_or_else(|| args.out.with_extension("png")),
+            picture_path: picture_path(args),
             garment_path: args.out.clone(),
             body_path,
         })
@@ -251,6 +249,40 @@ impl Files {
         unic_io::atomic::write(&self.picture_path, picture)?;
         written.push(self.picture_path);
         Ok(written)
+    }
+}
+
+fn picture_path(args: &AnimateArgs) -> PathBuf {
+    let default = || args.out.with_extension("png");
+    args.picture.clone().unwrap_or_else(default)
+}
+
+/// No output may be one of the files that are read: an artist's motion or mesh is never lost.
+fn refuse_inputs(args: &AnimateArgs, body: &Path) -> Result<()> {
+    let mut outputs = vec![args.out.clone(), body.to_owned(), picture_path(args)];
+    if args.out.extension().is_some_and(|e| e == "pc2") {
+        outputs.extend([args.out.with_extension("obj"), body.with_extension("obj")]);
+    }
+    let inputs = [
+        Some(&args.model),
+        Some(&args.motion),
+        args.mesh.as_ref(),
+        args.start.as_ref(),
+    ];
+    let real: Vec<PathBuf> = inputs
+        .into_iter()
+        .flatten()
+        .filter_map(|p| p.canonicalize().ok())
+        .collect();
+    match outputs
+        .iter()
+        .find(|path| path.canonicalize().is_ok_and(|path| real.contains(&path)))
+    {
+        None => Ok(()),
+        Some(path) => bail!(
+            "{}: expected an output that is none of the inputs, found one of them",
+            path.display()
+        ),
     }
 }
 

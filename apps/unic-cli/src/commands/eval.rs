@@ -11,7 +11,7 @@ use crate::{
 use anyhow::{Result, anyhow, bail};
 use gallery::Gallery;
 use serde::Serialize;
-use std::{path::Path, sync::Arc, time::Instant};
+use std::{collections::HashSet, path::Path, sync::Arc, time::Instant};
 use unic_core::{
     animator::{Animator, Start, StepInput},
     config::IntersectionMode,
@@ -45,7 +45,10 @@ fn clip_names(args: &EvalArgs, capture: &Capture) -> Result<Vec<String>> {
     let split = Split::from(args.split);
     let names = match args.clips.as_slice() {
         [] => capture.clip_names(split).to_vec(),
-        named => named.to_vec(),
+        named => {
+            let mut seen = HashSet::new();
+            named.iter().filter(|name| seen.insert(*name)).cloned().collect()
+        }
     };
     if names.is_empty() {
         let path = args.capture.join("capture.toml");

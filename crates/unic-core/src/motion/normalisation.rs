@@ -43,8 +43,9 @@ impl NormalisationRule {
 }
 
 /// Mean and standard deviation of every element of the motion vector over the training frames:
-/// c ↦ (c − mean) / std. Rotations and contacts have mean 0 and standard deviation 1, so that they
-/// stay as they are; see [`MotionSlices::normalised`].
+/// c ↦ (c − mean) / std. With [`NormalisedElements::PositionsAndVelocities`] rotations and
+/// contacts have mean 0 and standard deviation 1, so that they stay as they are; see
+/// [`MotionSlices::normalised`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Normalisation {

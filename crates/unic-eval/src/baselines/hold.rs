@@ -25,8 +25,8 @@ impl Predictor for Hold {
         frame: usize,
         positions: &mut Vec<Vec3>,
     ) -> Result<(), PredictorError> {
-        let world_from_heading = |t| clip.kinematics.world_from_heading(t);
-        let now_from_before = world_from_heading(frame) * world_from_heading(frame - 1).inverse();
+        let world_from_frame = |t| clip.kinematics.world_from_frame(t);
+        let now_from_before = world_from_frame(frame) * world_from_frame(frame - 1).inverse();
         let before = clip.captured.garment.frame(frame - 1);
         positions.clear();
         positions.extend(before.iter().map(|&x| now_from_before.point(x)));

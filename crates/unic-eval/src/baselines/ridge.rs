@@ -18,6 +18,8 @@ use std::sync::Arc;
 pub struct ComponentRegression {
     model: Arc<ComponentModel>,
     fitted: Option<Fitted>,
+    modes: &'static [Mode],
+    mode: Mode,
     /// Components of the frame predicted last.
     state: Vec<f64>,
     displacements: Vec<f32>,
@@ -36,6 +38,12 @@ impl ComponentRegression {
 
     fn new(model: &Arc<ComponentModel>, series: &SeriesSet, feedback: Feedback) -> Self {
         Self {
+            modes: match feedback {
+                // Without feedback both modes are one.
+                Feedback::None => &[Mode::FreeRunning],
+                Feedback::Previous => &[Mode::OneStep, Mode::FreeRunning],
+            },
+            mode: Mode::FreeRunning,
             model: Arc::clone(model),
             fitted: Fitted::new(series, feedback),
             state: Vec::new(),
@@ -52,10 +60,11 @@ impl ComponentRegression {
 
 impl Predictor for ComponentRegression {
     fn modes(&self) -> &[Mode] {
-        &[Mode::FreeRunning]
+        self.modes
     }
 
-    fn start(&mut self, clip: &PreparedClip, _: Mode) -> Result<(), PredictorError> {
+    fn start(&mut self, clip: &PreparedClip, mode: Mode) -> Result<(), PredictorError> {
+        self.mode = mode;
         self.state = self.model.truth(clip, 0);
         Ok(())
     }
@@ -67,6 +76,9 @@ impl Predictor for ComponentRegression {
         positions: &mut Vec<Vec3>,
     ) -> Result<(), PredictorError> {
         let model = &self.model;
+        if self.mode == Mode::OneStep {
+            self.state = model.truth(clip, frame - 1);
+        }
         self.state = match &self.fitted {
             Some(fitted) => fitted.next(&model.inputs(clip, frame), &self.state),
             None => Vec::new(),
