@@ -289,6 +289,26 @@ fn places_that_cannot_be_written() {
 }
 
 #[test]
+fn outputs_that_would_replace_an_input() {
+    let folder = fresh();
+    let clip = "tube/clips/four.npz";
+    assert!(ANIMATE.contains(clip), "{ANIMATE}");
+    let before = fs::read(folder.path().join(clip)).unwrap();
+    fails(
+        folder.path(),
+        &ANIMATE.replace("a.pc2", clip),
+        "none of the inputs",
+    );
+    fs::copy(
+        folder.path().join("tube/garment.obj"),
+        folder.path().join("a.obj"),
+    )
+    .unwrap();
+    fails(folder.path(), &format!("{ANIMATE} --mesh a.obj"), "a.obj");
+    assert_eq!(fs::read(folder.path().join(clip)).unwrap(), before);
+}
+
+#[test]
 fn captures_without_clips() {
     let folder = fresh();
     let path = folder.path().join("tube/capture.toml");

@@ -129,3 +129,14 @@ fn without_shapes_the_prior_is_the_mean() {
         assert!((data.prior.displacement(vertex, &[]) - expected).length() < 1e-5);
     }
 }
+
+#[test]
+fn a_lone_clip_is_cut_into_pieces_so_that_its_coefficients_agree_with_the_models() {
+    let data = linear_data(&[1.0], 4);
+    let left_out = share(&data, 0, &data.coefficients[0]);
+    let fitted = share(&data, 0, &final_coefficients(&data, 0));
+    assert!(
+        left_out > 0.7 && (left_out - fitted).abs() < 0.3,
+        "{left_out} {fitted}"
+    );
+}
