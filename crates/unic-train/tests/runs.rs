@@ -166,8 +166,11 @@ fn captures_without_enough_to_train_on_are_refused() {
     // Captures hold no clip of one frame, but a caller may cut one.
     let mut captured = data.clips[0].captured.clone();
     captured.clip.poses.truncate(1);
-    data.clips[0] =
-        unic_eval::PreparedClip::new(&data.config.motion, &data.capture.character.skeleton, captured);
+    data.clips = vec![unic_eval::PreparedClip::new(
+        &data.config.motion,
+        &data.capture.character.skeleton,
+        captured,
+    )];
     let error = Trainer::new(data, config).err().unwrap();
     assert!(
         matches!(error, TrainError::ShortClip { frames: 1, .. }),
