@@ -41,6 +41,39 @@ impl PointFrame {
     }
 }
 
+/// Where the state of one vertex is counted from: world = origin + rotation · (offset + state).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    frame: PointFrame,
+    offset: Vec3,
+}
+
+impl Place {
+    /// Of a state that is a position in the frame of the motion vector.
+    pub fn in_frame(world_from_frame: Rigid) -> Self {
+        let (skinned, rotation) = (world_from_frame.translation, world_from_frame.rotation);
+        Self {
+            frame: PointFrame { skinned, rotation },
+            offset: Vec3::ZERO,
+        }
+    }
+
+    /// Of a state that is a displacement from where the prior puts the vertex, in its own frame.
+    pub fn at_point(frame: PointFrame, prior: Vec3) -> Self {
+        Self { frame, offset: prior }
+    }
+
+    /// World position of a state, metres.
+    pub fn to_world(&self, state: Vec3) -> Vec3 {
+        self.frame.position(self.offset + state)
+    }
+
+    /// State of a world position.
+    pub fn to_state(&self, world: Vec3) -> Vec3 {
+        self.frame.displacement(world) - self.offset
+    }
+}
+
 /// A vertex's frames at t, t − 1 and t − 2: enough for the velocity and acceleration of its skinning.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PointHistory {

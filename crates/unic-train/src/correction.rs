@@ -14,7 +14,7 @@ use std::{
 };
 use unic_core::{
     config::StateConfig,
-    features::PointFrame,
+    features::{Place, PointFrame},
     intersection::{BodySnapshot, PaperIntersection},
 };
 
@@ -96,35 +96,13 @@ impl Correction<'_> {
     fn place(&self, clip: usize, frame: usize, vertex: usize) -> Place {
         let kinematics = &self.data.clips[clip].kinematics;
         match self.data.config.state {
-            StateConfig::Position => {
-                let world_from_frame = kinematics.world_from_frame(frame);
-                Place(
-                    PointFrame {
-                        skinned: world_from_frame.translation,
-                        rotation: world_from_frame.rotation,
-                    },
-                    Vec3::ZERO,
-                )
-            }
+            StateConfig::Position => Place::in_frame(kinematics.world_from_frame(frame)),
             StateConfig::Displacement(_) => {
                 let garment = &self.data.capture.garment;
                 let point = PointFrame::new(garment, vertex, kinematics.world_from_rest(frame));
                 let coefficients = &self.data.coefficients[clip][frame];
-                Place(point, self.data.prior.displacement(vertex, coefficients))
+                Place::at_point(point, self.data.prior.displacement(vertex, coefficients))
             }
         }
-    }
-}
-
-/// A frame and an offset in it: world = frame · (offset + state).
-struct Place(PointFrame, Vec3);
-
-impl Place {
-    fn to_world(&self, state: Vec3) -> Vec3 {
-        self.0.position(self.1 + state)
-    }
-
-    fn to_state(&self, world: Vec3) -> Vec3 {
-        self.0.displacement(world) - self.1
     }
 }

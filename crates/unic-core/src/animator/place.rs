@@ -2,7 +2,7 @@
 
 use crate::{
     config::StateConfig,
-    features::{PointFrame, PointHistory},
+    features::{Place, PointHistory},
     model::Model,
     transform::Rigid,
 };
@@ -17,12 +17,6 @@ pub(super) enum Places<'a> {
         histories: &'a [PointHistory],
         prior: &'a [Vec3],
     },
-}
-
-/// Where the state of one vertex is counted from: world = origin + rotation · (offset + state).
-pub(super) struct Place {
-    frame: PointFrame,
-    offset: Vec3,
 }
 
 impl<'a> Places<'a> {
@@ -40,27 +34,8 @@ impl<'a> Places<'a> {
 
     pub(super) fn of(&self, vertex: usize) -> Place {
         match self {
-            Self::Frame(frame) => Place {
-                frame: PointFrame {
-                    skinned: frame.translation,
-                    rotation: frame.rotation,
-                },
-                offset: Vec3::ZERO,
-            },
-            Self::Points { histories, prior } => Place {
-                frame: histories[vertex].now,
-                offset: prior[vertex],
-            },
+            Self::Frame(frame) => Place::in_frame(*frame),
+            Self::Points { histories, prior } => Place::at_point(histories[vertex].now, prior[vertex]),
         }
-    }
-}
-
-impl Place {
-    pub(super) fn to_world(&self, state: Vec3) -> Vec3 {
-        self.frame.position(self.offset + state)
-    }
-
-    pub(super) fn to_state(&self, world: Vec3) -> Vec3 {
-        self.frame.displacement(world) - self.offset
     }
 }
