@@ -8,6 +8,7 @@ mod common;
 use common::{largest_differences, small_character, small_clip, small_frame, small_garment};
 use glam::Vec3;
 use std::path::Path;
+use unic_core::clip::Clip;
 use unic_io::{
     Capture, CaptureWriter, Error, Manifest, NpzWriter, Split,
     capture::{VertexAttributes, WeightsSource},
@@ -226,4 +227,37 @@ fn the_writer_refuses_what_the_reader_would() {
     assert!(writer.finish().is_err(), "an unfinished clip");
     write(root.path(), &[("walk", Split::Train)]);
     assert!(create().is_err(), "a capture is not overwritten");
+}
+
+#[test]
+fn finished_clips_are_kept_and_unfinished_ones_are_not() {
+    let root = tempfile::tempdir().unwrap();
+    let (character, garment) = (small_character(), small_garment());
+    let create =
+        || CaptureWriter::create(root.path(), manifest(), &character, &garment, &attributes()).unwrap();
+    let (walk, run) = (small_clip("walk", 3), small_clip("run", 4));
+    let finish = |writer: &mut CaptureWriter, clip: &Clip| {
+        let mut frames = writer.begin_clip(clip, Split::Train, None).unwrap();
+        (0..clip.len()).for_each(|t| frames.push(&small_frame(t)).unwrap());
+        frames.finish().unwrap();
+    };
+    let mut interrupted = create();
+    finish(&mut interrupted, &walk);
+    drop(interrupted.begin_clip(&run, Split::Test, None).unwrap());
+
+    let mut writer = create();
+    assert!(
+        writer.keep_clip(&small_clip("walk", 9), Split::Train).is_err(),
+        "another length"
+    );
+    assert!(writer.keep_clip(&walk, Split::Train).unwrap());
+    assert!(writer.keep_clip(&walk, Split::Test).is_err(), "twice");
+    assert!(
+        !writer.keep_clip(&run, Split::Test).unwrap(),
+        "it was never finished"
+    );
+    finish(&mut writer, &run);
+    writer.finish().unwrap();
+    let capture = Capture::open(root.path()).unwrap();
+    assert_eq!(capture.clip_names(Split::Train), ["walk", "run"]);
 }

@@ -10,7 +10,8 @@ use crate::{
     error::{Error, Result},
     frames::VertexFramesWriter,
     motion,
-    npz::NpzWriter,
+    npy::{read_npy_header, shape_text},
+    npz::{Npz, NpzWriter},
 };
 use glam::Vec3;
 use std::path::{Path, PathBuf};
@@ -79,6 +80,30 @@ impl CaptureWriter {
             wind: wind.map(<[Vec3]>::to_vec),
             frames,
         })
+    }
+
+    /// Takes a clip that an earlier writer finished in this folder, as work that goes on after an
+    /// interruption does; false where there is none.
+    ///
+    /// # Errors
+    /// As [`CaptureWriter::begin_clip`]; a clip of another length or garment.
+    pub fn keep_clip(&mut self, clip: &Clip, split: Split) -> Result<bool> {
+        // A clip's motion is written after its garment: where it is, both are whole.
+        let path = layout::clip(&self.root, &clip.name);
+        if !path.is_file() {
+            return Ok(false);
+        }
+        self.check(clip, None)?;
+        let frames = Npz::open(&path)?.header("poses")?.shape.first().copied();
+        let garment = read_npy_header(&layout::clip_garment(&self.root, &clip.name))?.shape;
+        let expected = (Some(clip.len()), vec![clip.len(), self.vertices, 3]);
+        if (frames, &garment) != (expected.0, &expected.1) {
+            let found = format!("{} poses and {}", frames.unwrap_or(0), shape_text(&garment));
+            let expected = format!("{} poses and {}", clip.len(), shape_text(&expected.1));
+            return Err(Error::content(&path, expected, found));
+        }
+        self.manifest.splits.of_mut(split).push(clip.name.clone());
+        Ok(true)
     }
 
     /// Writes `capture.toml`.
