@@ -14,7 +14,7 @@ pub use state::AnimatorState;
 use crate::{
     character::Character,
     config::{IntersectionMode, StateConfig},
-    features::{PointFrame, PointHistory},
+    features::{Past, PointFrame, PointHistory},
     intersection::{BodySnapshot, PaperIntersection},
     mesh::vertex_normals,
     model::Model,
@@ -85,6 +85,11 @@ impl Animator {
     /// The shared asset.
     pub fn model(&self) -> &Arc<Model> {
         &self.model
+    }
+
+    /// Intersection handling in force: the model's own, unless replaced.
+    pub fn intersection(&self) -> IntersectionMode {
+        self.intersection
     }
 
     /// Replaces the model's intersection handling; kept over resets. `mode` passes
@@ -202,7 +207,7 @@ impl Animator {
             let transforms = &scratch.world_from_rest;
             for_each_tile(&mut scratch.histories, |first, tile| {
                 for (i, history) in tile.iter_mut().enumerate() {
-                    history.advance(PointFrame::new(garment, first + i, transforms), false);
+                    history.advance(PointFrame::new(garment, first + i, transforms), Past::TwoFrames);
                 }
             });
         }
@@ -220,10 +225,13 @@ impl Animator {
         let skeleton = &model.character.skeleton;
         skeleton.world_from_rest(state.motion.world_from_joint(), &mut scratch.world_from_rest);
         let (garment, transforms) = (&model.garment, &scratch.world_from_rest);
-        let first_step = state.at_start;
+        let past = match state.at_start {
+            true => Past::OneFrame,
+            false => Past::TwoFrames,
+        };
         for_each_tile(&mut scratch.histories, |first, tile| {
             for (i, history) in tile.iter_mut().enumerate() {
-                history.advance(PointFrame::new(garment, first + i, transforms), first_step);
+                history.advance(PointFrame::new(garment, first + i, transforms), past);
             }
         });
     }

@@ -42,6 +42,30 @@ impl Aabb {
     }
 }
 
+/// A half line: origin + t · direction, t ≥ 0.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ray {
+    pub(crate) origin: Vec3,
+    pub(crate) direction: Vec3,
+    /// One over the direction by coordinate, finite.
+    inverse: Vec3,
+}
+
+impl Ray {
+    /// Stands for a zero in the direction: its inverse times any length in metres is finite, so
+    /// that no box test meets 0 · ∞.
+    const LEAST: f32 = 1e-30;
+
+    pub(crate) fn new(origin: Vec3, direction: Vec3) -> Self {
+        let inverse = |x: f32| if x.abs() < Self::LEAST { Self::LEAST } else { x }.recip();
+        Self {
+            origin,
+            direction,
+            inverse: Vec3::from(direction.to_array().map(inverse)),
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 enum Child {
     Empty,
@@ -127,7 +151,23 @@ impl Bvh {
     /// `visit` takes and returns the bound, a squared distance in m².
     ///
     /// A leaf at exactly the bound is visited: ties are the visitor's to decide.
-    pub(crate) fn nearest(&self, p: Vec3, mut bound: f32, mut visit: impl FnMut(&[u32], f32) -> f32) {
+    pub(crate) fn nearest(&self, p: Vec3, bound: f32, visit: impl FnMut(&[u32], f32) -> f32) {
+        self.walk(|node| node.squared_distances(p), bound, visit);
+    }
+
+    /// As [`Bvh::nearest`] for the items that a ray meets: the bound, which must be finite, and
+    /// what `visit` returns are multiples of the ray's direction.
+    pub(crate) fn along(&self, ray: &Ray, bound: f32, visit: impl FnMut(&[u32], f32) -> f32) {
+        self.walk(|node| node.entries(ray), bound, visit);
+    }
+
+    /// Leaves in the order of `distances`, which must grow from a box to those inside it.
+    fn walk(
+        &self,
+        distances: impl Fn(&Node) -> [f32; 4],
+        mut bound: f32,
+        mut visit: impl FnMut(&[u32], f32) -> f32,
+    ) {
         let mut stack = [(0.0, Child::Empty); STACK_ENTRIES];
         let mut height = 0;
         if !self.nodes.is_empty() {
@@ -146,7 +186,8 @@ impl Bvh {
                     bound = visit(&self.order[first as usize..][..count as usize], bound);
                 }
                 Child::Node(node) => {
-                    height = self.nodes[node as usize].push_children(p, bound, &mut stack, height);
+                    let node = &self.nodes[node as usize];
+                    height = node.push_children(distances(node), bound, &mut stack, height);
                 }
             }
         }
@@ -193,16 +234,39 @@ impl Node {
         sum
     }
 
+    /// Where the ray enters each of the four boxes, as a multiple of its direction: zero from
+    /// inside, infinity past the box.
+    fn entries(&self, ray: &Ray) -> [f32; 4] {
+        let (mut near, mut far) = ([0.0f32; 4], [f32::INFINITY; 4]);
+        for axis in 0..3 {
+            let (origin, inverse) = (ray.origin[axis], ray.inverse[axis]);
+            for lane in 0..4 {
+                let a = (self.min[axis][lane] - origin) * inverse;
+                let b = (self.max[axis][lane] - origin) * inverse;
+                let (enter, leave) = if a < b { (a, b) } else { (b, a) };
+                near[lane] = if enter > near[lane] { enter } else { near[lane] };
+                far[lane] = if leave < far[lane] { leave } else { far[lane] };
+            }
+        }
+        std::array::from_fn(|lane| {
+            if near[lane] <= far[lane] {
+                near[lane]
+            } else {
+                f32::INFINITY
+            }
+        })
+    }
+
     /// Pushes the children within the bound, the nearest last; returns the stack's new height.
     fn push_children(
         &self,
-        p: Vec3,
+        distances: [f32; 4],
         bound: f32,
         stack: &mut [(f32, Child); STACK_ENTRIES],
         bottom: usize,
     ) -> usize {
         let mut top = bottom;
-        for (distance, child) in self.squared_distances(p).into_iter().zip(self.children) {
+        for (distance, child) in distances.into_iter().zip(self.children) {
             if distance > bound {
                 continue;
             }

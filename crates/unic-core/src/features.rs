@@ -85,16 +85,25 @@ pub struct PointHistory {
     pub earlier: Vec3,
 }
 
+/// How far back a point is known when it moves on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Past {
+    /// One frame: the first step after a reset.
+    OneFrame,
+    /// Two frames and more: every later step.
+    TwoFrames,
+}
+
 impl PointHistory {
-    /// Moves on by one frame. On the first step after a reset the frame before the previous one is
-    /// not known: the point then moves steadily, as v_0 is v_1 in the motion vector.
-    pub fn advance(&mut self, now: PointFrame, first_step: bool) {
-        self.earlier = self.before;
+    /// Moves on by one frame. Where the frame before the previous one is not known, the point has
+    /// moved steadily, as v_0 is v_1 in the motion vector.
+    pub fn advance(&mut self, now: PointFrame, past: Past) {
+        self.earlier = match past {
+            Past::OneFrame => self.now.skinned * 2.0 - now.skinned,
+            Past::TwoFrames => self.before,
+        };
         self.before = self.now.skinned;
         self.now = now;
-        if first_step {
-            self.earlier = self.before * 2.0 - now.skinned;
-        }
     }
 }
 
@@ -165,8 +174,17 @@ pub struct StateInputs {
     pub displacement: Option<f32>,
     /// Input = `velocity` · (d_{t−1} − d_{t−2}), where the configuration has it.
     pub velocity: Option<f32>,
-    /// Does the displacement stand before the velocity?
-    pub displacement_first: bool,
+    /// Which of them stands first.
+    pub order: StateOrder,
+}
+
+/// Order of the two inputs that come from the state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StateOrder {
+    /// d_{t−1}, then its change.
+    DisplacementFirst,
+    /// The change, then d_{t−1}.
+    VelocityFirst,
 }
 
 impl StateInputs {
@@ -174,23 +192,31 @@ impl StateInputs {
     pub fn new(config: &DisplacementConfig) -> Self {
         let at = |input| config.inputs.iter().position(|i| *i == input);
         let (displacement, velocity) = (at(PointInput::Displacement), at(PointInput::Velocity));
+        let order = match (displacement, velocity) {
+            (Some(displacement), Some(velocity)) if velocity < displacement => StateOrder::VelocityFirst,
+            _ => StateOrder::DisplacementFirst,
+        };
         Self {
             displacement: displacement.map(|_| 1.0 / config.scale_m),
             velocity: velocity.map(|_| 1.0 / (config.scale_m * VELOCITY_FRAMES)),
-            displacement_first: displacement < velocity || velocity.is_none(),
+            order,
         }
+    }
+
+    /// The two inputs as the configuration orders them.
+    pub fn ordered<T>(&self, displacement: Option<T>, velocity: Option<T>) -> impl Iterator<Item = T> {
+        let ordered = match self.order {
+            StateOrder::DisplacementFirst => [displacement, velocity],
+            StateOrder::VelocityFirst => [velocity, displacement],
+        };
+        ordered.into_iter().flatten()
     }
 
     /// Writes the leading inputs of one vertex.
     pub fn write(&self, displacement: Vec3, previous: Vec3, out: &mut [f32]) {
-        let first = self.displacement.map(|k| displacement * k);
-        let second = self.velocity.map(|k| (displacement - previous) * k);
-        let ordered = if self.displacement_first {
-            [first, second]
-        } else {
-            [second, first]
-        };
-        for (value, out) in ordered.into_iter().flatten().zip(out.chunks_exact_mut(3)) {
+        let change = self.velocity.map(|k| (displacement - previous) * k);
+        let ordered = self.ordered(self.displacement.map(|k| displacement * k), change);
+        for (value, out) in ordered.zip(out.chunks_exact_mut(3)) {
             out.copy_from_slice(&value.to_array());
         }
     }
@@ -276,13 +302,13 @@ mod tests {
             rotation: Quat::IDENTITY,
         };
         let mut history = PointHistory::default();
-        history.advance(frame(1.0), false);
-        history.advance(frame(1.5), true);
+        history.advance(frame(1.0), Past::TwoFrames);
+        history.advance(frame(1.5), Past::OneFrame);
         assert_eq!(
             (history.now.skinned, history.before, history.earlier),
             (Vec3::X * 1.5, Vec3::X, Vec3::X * 0.5)
         );
-        history.advance(frame(1.8), false);
+        history.advance(frame(1.8), Past::TwoFrames);
         assert_eq!((history.before, history.earlier), (Vec3::X * 1.5, Vec3::X));
     }
 

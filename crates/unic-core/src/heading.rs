@@ -58,6 +58,11 @@ impl Heading {
         }
     }
 
+    /// Is the yaw a number? A heading from a file may hold anything.
+    pub fn is_finite(&self) -> bool {
+        self.yaw.is_finite()
+    }
+
     /// `world_from_frame`: the rotation by the yaw about +Y.
     pub fn rotation(&self) -> Quat {
         Quat::from_rotation_y(self.yaw)

@@ -83,7 +83,8 @@
 //!   motion vector that the networks read.
 //! - [`mesh`], [`skinning`], [`weights`], [`character`]: the body and the garment, and how the skeleton
 //!   carries them. [`topology`], [`subdivide`], [`surface_map`]: other meshes of the same garment.
-//! - [`closest`], [`surface`], [`intersection`]: nearest points, inside and outside.
+//! - [`closest`], [`surface`], [`intersection`], [`folds`]: nearest points, inside and outside, and where
+//!   a body touches itself.
 //! - [`config`], [`features`], [`prior`], [`network`]: what a model is made of. [`features`] is used by
 //!   training too, so that both read the same numbers.
 //! - [`model`], [`animator`]: the trained asset and its instances.
@@ -112,6 +113,7 @@ pub mod closest;
 pub mod config;
 mod diffusion;
 pub mod features;
+pub mod folds;
 pub mod heading;
 pub mod intersection;
 pub mod mesh;

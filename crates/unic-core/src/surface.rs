@@ -4,11 +4,13 @@ use crate::{
     bvh::{Aabb, Bvh},
     mesh::TriMesh,
     topology::weld,
-    triangle::{Triangle, TrianglePoint},
 };
 use glam::Vec3;
 
-pub use crate::triangle::Feature;
+mod ray;
+
+pub use crate::triangle::{Feature, Triangle, TrianglePoint};
+pub use ray::RayHit;
 
 /// A posed triangle mesh that answers closest-point queries.
 ///

@@ -1,6 +1,6 @@
 //! Closest point on one triangle.
 
-use crate::bvh::squared_length;
+use crate::bvh::{Ray, squared_length};
 use glam::Vec3;
 
 /// Height over longest edge below which a triangle counts as its edges: in f32 the direction of
@@ -21,13 +21,15 @@ pub enum Feature {
 
 /// Closest point of a triangle to a point p.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TrianglePoint {
+pub struct TrianglePoint {
     /// Closest point minus p, metres.
-    pub(crate) offset: Vec3,
+    pub offset: Vec3,
     /// |offset|², m²; NaN for a triangle that is not finite.
-    pub(crate) squared_distance: f32,
-    pub(crate) barycentric: Vec3,
-    pub(crate) feature: Feature,
+    pub squared_distance: f32,
+    /// Weights of the corners: none negative, sum one.
+    pub barycentric: Vec3,
+    /// The part of the triangle that the point lies on.
+    pub feature: Feature,
 }
 
 impl TrianglePoint {
@@ -40,16 +42,24 @@ impl TrianglePoint {
 }
 
 /// A posed triangle, ready for queries.
+///
+/// ```
+/// use glam::Vec3;
+/// use unic_core::surface::{Feature, Triangle};
+///
+/// let hit = Triangle::new([Vec3::ZERO, Vec3::X, Vec3::Y]).closest(Vec3::new(0.5, -1.0, 0.0));
+/// assert_eq!((hit.offset, hit.feature), (Vec3::Y, Feature::Edge(0)));
+/// ```
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Triangle {
+pub struct Triangle {
     corners: [Vec3; 3],
     /// (b − a) × (c − a), the normal with twice the area for its length; zero when degenerate.
     area_normal: Vec3,
 }
 
 impl Triangle {
-    /// A triangle with a corner that is not finite is never near anything.
-    pub(crate) fn new(corners: [Vec3; 3]) -> Self {
+    /// From its corners, metres. One with a corner that is not finite is never near anything.
+    pub fn new(corners: [Vec3; 3]) -> Self {
         if !corners.iter().all(|c| c.is_finite()) {
             return Self {
                 corners: [Vec3::NAN; 3],
@@ -72,9 +82,30 @@ impl Triangle {
         self.corners
     }
 
+    /// The normal with twice the area for its length, m²; zero when degenerate.
+    pub(crate) fn area_normal(&self) -> Vec3 {
+        self.area_normal
+    }
+
     /// Unit normal; zero when degenerate.
-    pub(crate) fn normal(&self) -> Vec3 {
+    pub fn normal(&self) -> Vec3 {
         self.area_normal.normalize_or_zero()
+    }
+
+    /// Where a ray passes through, as a multiple of its direction, and the cosine of direction and
+    /// normal times their lengths: positive from behind. None past it, before the ray's origin,
+    /// or for a degenerate triangle.
+    ///
+    /// Corners are taken relative to the origin, so that the three volumes whose signs decide have
+    /// the same bits for the two triangles at an edge: no ray slips between them.
+    pub(crate) fn crossing(&self, ray: &Ray) -> Option<(f32, f32)> {
+        let [a, b, c] = self.relative_to(ray.origin);
+        let along = ray.direction.dot(self.area_normal);
+        let t = a.dot(self.area_normal) / along;
+        let side = |u: Vec3, v: Vec3| ray.direction.dot(u.cross(v));
+        let sides = [side(a, b), side(b, c), side(c, a)];
+        let through = sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0);
+        (through && t >= 0.0 && along != 0.0).then_some((t, along))
     }
 
     /// The closest point to `p`, degenerate or not.
@@ -82,8 +113,8 @@ impl Triangle {
     /// Inside the prism over the triangle it is p's projection, else the nearest point of the
     /// edges that p is beyond. Everything is computed relative to `p`, so that errors scale with
     /// the distance to the triangle and not with the distance to the origin.
-    pub(crate) fn closest(&self, p: Vec3) -> TrianglePoint {
-        let corners = self.corners.map(|v| v - p);
+    pub fn closest(&self, p: Vec3) -> TrianglePoint {
+        let corners = self.relative_to(p);
         let mut found = self.closest_relative(corners);
         // Rounding may carry a point a hair out of the triangle's box; kept inside, it is never
         // nearer than the box, so that a search over boxes finds the same answer by any route.
@@ -91,6 +122,12 @@ impl Triangle {
         found.offset = found.offset.max(a.min(b).min(c)).min(a.max(b).max(c));
         found.squared_distance = squared_length(found.offset);
         found
+    }
+
+    // Written out: `map` over an array of three is not always inlined here.
+    fn relative_to(&self, p: Vec3) -> [Vec3; 3] {
+        let [a, b, c] = self.corners;
+        [a - p, b - p, c - p]
     }
 
     /// For corners relative to the query point.

@@ -208,10 +208,10 @@ impl MotionState {
         self.previous_world_from_frame
     }
 
-    /// Does a state that comes from a file belong to this skeleton?
+    /// Does a state that comes from a file belong to this skeleton, and is it made of numbers?
     ///
     /// # Errors
-    /// Arrays of another length.
+    /// Arrays of another length; a yaw, a height, transforms or vectors that are not finite.
     pub fn check(&self, skeleton: &Skeleton) -> Result<(), MotionError> {
         let (joints, numbers) = (skeleton.len(), motion_len(skeleton.len()));
         let lengths = [
@@ -221,12 +221,41 @@ impl MotionState {
             ("the previous motion vector", numbers, self.previous_vector.len()),
         ];
         match lengths.into_iter().find(|(_, expected, found)| expected != found) {
-            None => Ok(()),
+            None => self.check_numbers(),
             Some((what, expected, found)) => Err(MotionError::Length {
                 what,
                 expected,
                 found,
             }),
+        }
+    }
+
+    fn check_numbers(&self) -> Result<(), MotionError> {
+        let finite = |t: &Rigid| t.rotation.is_finite() && t.translation.is_finite();
+        let frames = [self.world_from_frame, self.previous_world_from_frame];
+        let first_lost = [
+            ("heading", (!self.heading.is_finite()).then_some(0)),
+            ("ground height", (!self.ground_height.is_finite()).then_some(0)),
+            ("frame", frames.iter().position(|t| !finite(t))),
+            ("joint", self.world_from_joint.iter().position(|t| !finite(t))),
+            (
+                "previous joint",
+                self.previous_world_from_joint.iter().position(|t| !finite(t)),
+            ),
+            (
+                "motion vector element",
+                self.vector.iter().position(|x| !x.is_finite()),
+            ),
+            (
+                "previous motion vector element",
+                self.previous_vector.iter().position(|x| !x.is_finite()),
+            ),
+        ]
+        .into_iter()
+        .find_map(|(what, element)| Some((what, element?)));
+        match first_lost {
+            None => Ok(()),
+            Some((what, element)) => Err(MotionError::NotFinite { what, element }),
         }
     }
 }

@@ -66,6 +66,23 @@ fn specifications_and_states_of_files_are_checked() {
             ..
         })
     ));
+    let text = serde_json::to_value(&state).unwrap();
+    for path in [
+        "/heading/yaw",
+        "/ground_height",
+        "/vector/4",
+        "/world_from_joint/1/translation/0",
+    ] {
+        let mut damaged = text.clone();
+        // JSON has no infinity; a number beyond f32 becomes one.
+        *damaged.pointer_mut(path).unwrap() = 1e300.into();
+        let damaged: MotionState = serde_json::from_value(damaged).unwrap();
+        let found = damaged.check(&character.skeleton);
+        assert!(
+            matches!(found, Err(MotionError::NotFinite { .. })),
+            "{path}: {found:?}"
+        );
+    }
 }
 
 #[test]
