@@ -4,7 +4,9 @@
 //! |---|---|
 //! | a garment moving on a character, the project's own folder | [`capture`] |
 //! | a skinned body, `character.npz` | [`read_character`], [`write_character`] |
-//! | motion as AMASS and the SMPL family store it | [`import_motion`], [`write_motion`] |
+//! | motion as AMASS and the SMPL family store it, or BVH of any skeleton | [`import_motion`], [`write_motion`] |
+//! | a BVH file as it is; how it comes onto a character | [`Bvh`], [`retarget`] |
+//! | short motions made long | [`looped`] |
 //! | meshes, `.obj` | [`read_obj`], [`write_obj`] |
 //! | vertex animations, `.pc2`, `.npz`, `.npy`, folders of `.obj` | [`cache`], [`pc2`], [`frames`] |
 //! | numpy arrays | [`npz`], [`npy`] |
@@ -62,6 +64,7 @@
 compile_error!("unic-io supports little-endian machines only");
 
 pub mod atomic;
+pub mod bvh;
 pub mod cache;
 pub mod capture;
 mod character;
@@ -73,6 +76,7 @@ pub mod npy;
 pub mod npz;
 mod obj;
 pub mod pc2;
+pub mod retarget;
 
 pub use cache::{VertexCache, VertexCacheWriter, read_vertex_cache};
 pub use capture::{Capture, CaptureWriter, CapturedClip, Manifest, Split};
@@ -81,6 +85,11 @@ pub use error::{Error, Result};
 pub use frames::{GarmentFrames, VertexFrames};
 pub use inspect::inspect;
 
-pub use motion::{MotionImport, MotionOptions, PoseLayout, Seating, UpAxis, import_motion, write_motion};
+pub use bvh::Bvh;
+pub use motion::{
+    Cycle, Feet, LowPass, MotionImport, MotionOptions, PoseLayout, Repeat, Seating, UpAxis, import_motion, looped,
+    write_motion,
+};
+pub use retarget::{BoneMap, FootMeasure, measure_feet};
 pub use npz::{Npz, NpzWriter};
-pub use obj::{parse_obj, read_obj, write_obj};
+pub use obj::{parse_obj, read_obj, write_obj, write_obj_to};

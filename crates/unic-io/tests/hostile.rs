@@ -94,9 +94,13 @@ fn small_files(folder: &Path) -> Vec<PathBuf> {
     let header = r#"{"__metadata__":{"unic":"{\"version\":1}"},"a":{"dtype":"F32"}}"#;
     model.extend(format!("{header:64}").bytes());
     std::fs::write(at("model.unic"), model).unwrap();
+    let bvh = "HIERARCHY\nROOT a\n{\nOFFSET 0 1 0\nCHANNELS 4 Yposition Zrotation Xrotation Yrotation\nEnd Site\n\
+               {\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 3\nFrame Time: .01\n1 2 3 4\n1 3 4 5\n1 4 5 6\n";
+    std::fs::write(at("walk.bvh"), bvh).unwrap();
     let names = [
         "character.npz",
         "motion.npz",
+        "walk.bvh",
         "garment.obj",
         "frames.npy",
         "cache.pc2",

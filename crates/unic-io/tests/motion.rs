@@ -75,6 +75,7 @@ fn amass_files_become_the_clip_that_they_were_made_from() {
             fps: Some(30.0),
             up: UpAxis::Auto,
             seating: Seating::Keep,
+            ..MotionOptions::default()
         };
         let import = import_motion(&path, &character, &options).unwrap();
         let (angle, distance) = largest_differences(&import.clip, &expected(&clip));

@@ -43,6 +43,15 @@ pub(super) struct GarmentFiles {
     pub(super) attributes: VertexAttributes,
 }
 
+/// Reads `garment.obj` and, where there is one, `garment.npz` of a folder, as a capture has them.
+///
+/// # Errors
+/// Missing or damaged files, arrays of another number of vertices or joints.
+pub fn read_garment(folder: &Path, character: &Character) -> Result<(Garment, VertexAttributes)> {
+    let files = read(folder, character)?;
+    Ok((files.garment, files.attributes))
+}
+
 pub(super) fn read(root: &Path, character: &Character) -> Result<GarmentFiles> {
     let rest = obj::read_obj(&layout::garment_mesh(root))?;
     let path = layout::garment_arrays(root);

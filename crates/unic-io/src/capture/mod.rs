@@ -15,7 +15,7 @@ mod manifest;
 mod read;
 mod write;
 
-pub use garment::{VertexAttributes, WeightsSource, default_weights};
+pub use garment::{VertexAttributes, WeightsSource, default_weights, read_garment};
 pub use manifest::{CAPTURE_VERSION, JointReference, Manifest, Split, Splits, Units, Up};
 pub use read::{Capture, CapturedClip, ClipSummary};
 pub use write::{CaptureWriter, ClipWriter};

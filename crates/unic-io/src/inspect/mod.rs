@@ -10,6 +10,7 @@ use crate::{
     atomic::parent_folder,
     cache,
     error::{Error, Result},
+    motion::is_bvh,
 };
 use serde::{Serialize, Serializer};
 use std::{
@@ -41,7 +42,7 @@ pub enum Kind {
     Capture,
     /// An npz with vertices, joints and weights.
     Character,
-    /// An npz with poses.
+    /// An npz with poses, or BVH.
     Motion,
     /// An npz with weights or attributes of garment vertices.
     Garment,
@@ -165,6 +166,8 @@ pub fn inspect(path: &Path) -> Result<Report> {
         arrays::npy(path)
     } else if start.starts_with(b"POINTCACHE2") {
         arrays::point_cache(path)
+    } else if is_bvh(path)? {
+        motion::bvh(path)
     } else if start.get(8) == Some(&b'{') {
         model::inspect(path)
     } else if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
@@ -189,7 +192,7 @@ fn inspect_folder(folder: &Path) -> Result<Report> {
 fn unknown(path: &Path, start: &[u8]) -> Report {
     let mut report = Report::new(path, Kind::Unknown);
     report.problem(format!(
-        "{}: expected an npz, npy, OBJ, PC2 or model file or a capture folder, found a file that \
+        "{}: expected an npz, npy, OBJ, PC2, BVH or model file or a capture folder, found a file that \
          begins with \"{}\"",
         path.display(),
         start.escape_ascii()

@@ -1,11 +1,14 @@
 //! Motion files.
 
-use super::Report;
+use super::{Kind, Report};
 use crate::{
-    motion::{MotionArrays, POSE_NAMES},
+    bvh::Bvh,
+    motion::{MotionArrays, POSE_NAMES, UpAxis},
     npz::Npz,
+    retarget::{BoneMap, Source},
 };
 use glam::Vec3;
+use std::path::Path;
 use unic_core::clip::Clip;
 
 /// Faster than any runner: a jump in the data, or another unit.
@@ -30,6 +33,28 @@ pub(super) fn describe(report: &mut Report, npz: &mut Npz) {
         notes.iter().for_each(|note| report.fact("note", note));
         describe_clip(report, &arrays.into_clip(String::new()));
     }
+}
+
+/// A BVH file: its skeleton, and what an import would take it for.
+pub(super) fn bvh(path: &Path) -> Report {
+    let mut report = Report::new(path, Kind::Motion);
+    let Some(bvh) = report.take(Bvh::read(path)) else {
+        return report;
+    };
+    report.fact("layout", "BVH");
+    report.fact("joints", bvh.joints().len());
+    report.fact("channels", bvh.channel_count());
+    report.fact("frames", bvh.len());
+    report.fact("frames per second", bvh.fps());
+    report.fact(
+        "seconds",
+        format!("{:.2}", bvh.len().saturating_sub(1) as f32 / bvh.fps()),
+    );
+    let source = Source::new(path, &bvh, &BoneMap::default(), UpAxis::Auto);
+    if let Some(source) = report.take(source) {
+        source.notes.iter().for_each(|note| report.fact("note", note));
+    }
+    report
 }
 
 fn layout_text(numbers: usize) -> String {

@@ -5,4 +5,4 @@ mod write;
 
 pub use read::{parse_obj, read_obj};
 pub(crate) use write::write_mesh;
-pub use write::write_obj;
+pub use write::{write_obj, write_obj_to};

@@ -18,8 +18,16 @@ use unic_core::mesh::TriMesh;
 /// The file cannot be written.
 pub fn write_obj(path: &Path, mesh: &TriMesh) -> Result<()> {
     let mut file = AtomicFile::create(path)?;
-    write_mesh(&mut file, mesh, &mesh.vertices).map_err(Error::io(path, "write"))?;
+    write_obj_to(&mut file, mesh).map_err(Error::io(path, "write"))?;
     file.finish()
+}
+
+/// Writes a mesh to a file that is open already; see [`write_obj`].
+///
+/// # Errors
+/// As `out`.
+pub fn write_obj_to(out: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {
+    write_mesh(out, mesh, &mesh.vertices)
 }
 
 /// The mesh with other positions.

@@ -101,3 +101,72 @@ pub(crate) fn largest_differences(a: &Clip, b: &Clip) -> (f32, f32) {
     }
     (angle, distance)
 }
+
+/// A person of plain proportions in a T-pose with SMPL's 24 joints; the body is a box from the ground
+/// to the head that moves with the pelvis, and two soles.
+pub(crate) fn humanoid() -> Character {
+    let half = |joints: [[f32; 3]; 9]| joints.map(Vec3::from_array);
+    let [hip, knee, ankle, foot, collar, shoulder, elbow, wrist, hand] = half([
+        [0.09, 0.90, 0.0],
+        [0.10, 0.49, 0.01],
+        [0.10, 0.08, -0.02],
+        [0.11, 0.02, 0.12],
+        [0.05, 1.40, 0.0],
+        [0.18, 1.42, -0.01],
+        [0.45, 1.42, -0.02],
+        [0.71, 1.42, 0.0],
+        [0.80, 1.41, 0.0],
+    ]);
+    let right = |p: Vec3| Vec3::new(-p.x, p.y, p.z);
+    let middle = |y: f32, z: f32| Vec3::new(0.0, y, z);
+    let joints = vec![
+        middle(0.97, 0.0),
+        hip,
+        right(hip),
+        middle(1.08, -0.01),
+        knee,
+        right(knee),
+        middle(1.20, -0.02),
+        ankle,
+        right(ankle),
+        middle(1.28, -0.01),
+        foot,
+        right(foot),
+        middle(1.48, -0.02),
+        collar,
+        right(collar),
+        middle(1.57, 0.01),
+        shoulder,
+        right(shoulder),
+        elbow,
+        right(elbow),
+        wrist,
+        right(wrist),
+        hand,
+        right(hand),
+    ];
+    let parents = [
+        -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
+    ];
+    // A triangle under each foot and one through the pelvis, each rigid.
+    let corners = [(10, 0.0), (11, 0.0), (0, 0.97)].map(|(joint, y)| {
+        let at = |p: Vec3| Vec3::new(p.x, y, p.z);
+        let centre = at(joints[joint]);
+        (joint, [centre, centre + Vec3::Z * 0.05, centre + Vec3::X * 0.02])
+    });
+    let vertices: Vec<Vec3> = corners.iter().flat_map(|(_, c)| *c).collect();
+    let mut weights = vec![0.0; vertices.len() * 24];
+    for (vertex, (joint, _)) in corners.iter().flat_map(|c| [c, c, c]).enumerate() {
+        weights[24 * vertex + joint] = 1.0;
+    }
+    let skeleton = SkeletonParts {
+        parents: parents.to_vec(),
+        joints,
+        ..SkeletonParts::default()
+    };
+    Character {
+        body: TriMesh::new(vertices, vec![[0, 1, 2], [3, 4, 5], [6, 7, 8]]).unwrap(),
+        skeleton: Skeleton::new(skeleton).unwrap(),
+        weights: SkinningWeights::from_dense(&weights, 9, 24).unwrap(),
+    }
+}

@@ -1,0 +1,50 @@
+//! Forward kinematics.
+
+use super::{Bvh, BvhJoint, Channel};
+use glam::{Quat, Vec3};
+use unic_core::transform::Rigid;
+
+impl Bvh {
+    /// `world_from_joint` of every joint in one frame, in the file's unit and axes, into `out`.
+    ///
+    /// # Panics
+    /// When `frame` is not below [`len`](Self::len).
+    pub fn world_from_joint(&self, frame: usize, out: &mut Vec<Rigid>) {
+        let values = &self.values[frame * self.channels..(frame + 1) * self.channels];
+        self.accumulate(out, |joint| joint.parent_from_joint(values));
+    }
+
+    /// The same in the zero pose: all rotations zero, all joints at their offsets.
+    pub fn world_from_joint_at_zero(&self, out: &mut Vec<Rigid>) {
+        self.accumulate(out, |joint| Rigid::new(Quat::IDENTITY, joint.offset));
+    }
+
+    fn accumulate(&self, out: &mut Vec<Rigid>, parent_from_joint: impl Fn(&BvhJoint) -> Rigid) {
+        out.clear();
+        for joint in &self.joints {
+            let local = parent_from_joint(joint);
+            // Parents stand before their children.
+            out.push(joint.parent.map_or(local, |parent| out[parent] * local));
+        }
+    }
+}
+
+impl BvhJoint {
+    /// From the numbers of one frame.
+    fn parent_from_joint(&self, values: &[f32]) -> Rigid {
+        let mut translation = self.offset;
+        let mut rotation = Quat::IDENTITY;
+        for (channel, &value) in self.channels.iter().zip(&values[self.first_channel..]) {
+            match channel {
+                Channel::Position(axis) => translation[axis.index()] = value,
+                Channel::Rotation(axis) => rotation *= about(axis.vector(), value),
+            }
+        }
+        Rigid::new(rotation.normalize(), translation)
+    }
+}
+
+fn about(axis: Vec3, degrees: f32) -> Quat {
+    // Files count whole turns: angles of many turns lose their digits in f32 radians.
+    Quat::from_axis_angle(axis, f64::from(degrees).rem_euclid(360.0).to_radians() as f32)
+}
