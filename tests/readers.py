@@ -260,6 +260,7 @@ BASELINES = {
 def check_scores(scores):
     rows = [scores["model"]["one_step"], scores["model"]["free_running"]]
     rows += [scores["baselines"][name][mode] for name, mode in BASELINES.items()]
+    rows.append(scores["baselines"]["prior"]["free_running"])  # of a displacement model
     for row in rows:
         assert METRICS <= set(row), METRICS - set(row)
 

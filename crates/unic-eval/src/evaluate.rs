@@ -16,6 +16,9 @@ use unic_io::{Capture, Split};
 /// Name of the row that stands beside the baselines.
 pub const MODEL: &str = "model";
 
+/// Name of the row of a displacement model's prior on its own, first of the baselines.
+pub const PRIOR: &str = "prior";
+
 /// A predictor with its name in the table.
 pub struct Row {
     /// As in JSON; [`MODEL`] or a baseline's.

@@ -58,6 +58,11 @@ impl ClipKinematics {
         self.motion.extend(state.pair().1);
     }
 
+    /// Number of joints J.
+    pub fn joints(&self) -> usize {
+        self.joints
+    }
+
     /// Number of frames T.
     pub fn len(&self) -> usize {
         self.world_from_frame.len()

@@ -38,6 +38,7 @@
 
 pub mod baselines;
 mod bench;
+mod coverage;
 mod dump;
 mod error;
 mod evaluate;
@@ -53,13 +54,14 @@ mod report;
 mod synthetic;
 mod training;
 
+pub use coverage::{Coverage, CoverageReport, Excess, KindShare, Place, Stretch, Unit, capture_clips};
 pub use dump::Dump;
 pub use error::{Error, Result};
-pub use evaluate::{Event, MODEL, Observer, Row, evaluate, training_set};
+pub use evaluate::{Event, MODEL, Observer, PRIOR, Row, evaluate, training_set};
 pub use kinematics::{ClipKinematics, PreparedClip};
 pub use measure::{FrameContext, MeasureScratch, Prediction};
 pub use metrics::{ClipMetrics, FrameSums, Metrics, PooledMetrics};
-pub use model::{FrameRateError, ModelPredictor};
+pub use model::{FrameRateError, ModelPredictor, PriorPredictor};
 pub use pca::{PrincipalComponents, SampleMatrix, mean};
 pub use predictor::{Mode, Predictor, PredictorError};
 pub use regression::{LinearMap, Moments};

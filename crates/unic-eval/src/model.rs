@@ -9,7 +9,8 @@ use std::sync::Arc;
 use thiserror::Error;
 use unic_core::{
     animator::{Animator, Start, StepInput},
-    model::Model,
+    config::StateConfig,
+    model::{Model, ModelError},
 };
 
 /// A clip at another rate than the model ticks.
@@ -41,6 +42,54 @@ impl ModelPredictor {
             animator,
             mode: Mode::FreeRunning,
         }
+    }
+}
+
+/// A displacement model's linear prior on its own: the state is zero in every frame, so that the
+/// garment hangs where the motion says on average. What the field has to beat.
+#[derive(Clone, Debug)]
+pub struct PriorPredictor(ModelPredictor);
+
+impl PriorPredictor {
+    /// Of an animator's model, with its intersection handling; `None` where the state is no
+    /// displacement and there is no prior.
+    ///
+    /// # Errors
+    /// None for a model that has been read or trained.
+    pub fn new(animator: &Animator) -> Result<Option<Self>, ModelError> {
+        let mut parts = animator.model().to_parts();
+        let StateConfig::Displacement(config) = &mut parts.config.state else {
+            return Ok(None);
+        };
+        // Nothing is remembered, and nothing is added.
+        config.memory_s = 0.0;
+        if let Some(head) = parts.field.last_mut() {
+            head.weight.fill(0.0);
+            head.bias.fill(0.0);
+        }
+        let mut prior = Animator::new(Arc::new(Model::new(parts)?));
+        prior.set_intersection(animator.intersection());
+        Ok(Some(Self(ModelPredictor::from_animator(prior))))
+    }
+}
+
+impl Predictor for PriorPredictor {
+    /// Without a state both modes are one.
+    fn modes(&self) -> &[Mode] {
+        &[Mode::FreeRunning]
+    }
+
+    fn start(&mut self, clip: &PreparedClip, mode: Mode) -> Result<(), PredictorError> {
+        self.0.start(clip, mode)
+    }
+
+    fn predict(
+        &mut self,
+        clip: &PreparedClip,
+        frame: usize,
+        positions: &mut Vec<Vec3>,
+    ) -> Result<(), PredictorError> {
+        self.0.predict(clip, frame, positions)
     }
 }
 

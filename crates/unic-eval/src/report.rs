@@ -8,7 +8,7 @@ use std::fmt::{self, Display, Formatter, Write};
 /// All numbers of an evaluation; its JSON form is a public contract:
 /// `{"model": {"one_step": M, "free_running": M}, "baselines": {NAME: {MODE: M}}, "clips": {CLIP:
 /// the same for one clip}}` with M as [`Metrics`]. Rows without a mode lack its key; without a
-/// model there is no `"model"`.
+/// model there is no `"model"`; a displacement model's prior on its own is the baseline `"prior"`.
 ///
 /// [`Display`] gives the table and the drift curves.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -16,7 +16,8 @@ use unic_eval::{
     Error, Evaluation, Event, Mode, Predictor, PredictorError, PreparedClip, Row, baselines, evaluate,
     training_set,
 };
-use unic_io::{Capture, CaptureWriter, Manifest, Split};
+use unic_io::{Capture, Split};
+use unic_testdata::{Figure, Take};
 
 /// Follows the garment's own joints rigidly, or swings on top of that.
 #[derive(Clone, Copy)]
@@ -25,7 +26,8 @@ enum Motion {
     Swinging,
 }
 
-fn character() -> Character {
+/// A tetrahedron in a strip that follows its root alone, so that every baseline can be exact.
+fn figure() -> Figure {
     let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
     let faces = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
     let skeleton = Skeleton::new(SkeletonParts {
@@ -34,21 +36,23 @@ fn character() -> Character {
         joints: vec![Vec3::ZERO, Vec3::NEG_Y],
         ..SkeletonParts::default()
     });
-    Character {
-        body: TriMesh::new(corners, faces).unwrap(),
-        skeleton: skeleton.unwrap(),
-        weights: SkinningWeights::from_dense(&[1.0, 0.0].repeat(4), 4, 2).unwrap(),
-    }
-}
-
-fn garment() -> Garment {
-    let vertices = (0..8)
+    let root_alone =
+        |vertices: usize| SkinningWeights::from_dense(&[1.0, 0.0].repeat(vertices), vertices, 2).unwrap();
+    let strip = (0..8)
         .map(|i| Vec3::new((i % 2) as f32, 2.0, (i / 2) as f32 * 0.5))
         .collect();
-    let faces = (0..3).flat_map(|r| [[2 * r, 2 * r + 2, 2 * r + 1], [2 * r + 1, 2 * r + 2, 2 * r + 3]]);
-    Garment {
-        rest: TriMesh::new(vertices, faces.collect()).unwrap(),
-        weights: SkinningWeights::from_dense(&[1.0, 0.0].repeat(8), 8, 2).unwrap(),
+    let squares = (0..3).flat_map(|r| [[2 * r, 2 * r + 2, 2 * r + 1], [2 * r + 1, 2 * r + 2, 2 * r + 3]]);
+    Figure {
+        character: Character {
+            body: TriMesh::new(corners, faces).unwrap(),
+            skeleton: skeleton.unwrap(),
+            weights: root_alone(4),
+        },
+        garment: Garment {
+            rest: TriMesh::new(strip, squares.collect()).unwrap(),
+            weights: root_alone(8),
+        },
+        contact_joints: [1; 4],
     }
 }
 
@@ -72,39 +76,27 @@ fn clip(name: &str, seed: usize) -> Clip {
 }
 
 fn write_capture(folder: &Path, motion: Motion) -> Capture {
-    let (character, garment) = (character(), garment());
-    let mut manifest = Manifest::new("small", 30.0);
-    manifest.contact_joints = Some([1; 4].map(unic_io::capture::JointReference::Index));
-    let attributes = Default::default();
-    let mut writer = CaptureWriter::create(folder, manifest, &character, &garment, &attributes).unwrap();
+    let figure = figure();
     let splits = [
         ("a", Split::Train),
         ("b", Split::Train),
         ("c", Split::Test),
         ("d", Split::Test),
     ];
-    for (seed, (name, split)) in splits.into_iter().enumerate() {
+    let take = |(seed, (name, split)): (usize, (&str, Split))| {
         let clip = clip(name, seed);
-        let mut frames = writer.begin_clip(&clip, split, None).unwrap();
-        for pose in &clip.poses {
-            let (mut joints, mut transforms, mut positions) = (Vec::new(), Vec::new(), Vec::new());
-            character.skeleton.forward_kinematics(pose, &mut joints);
-            character.skeleton.world_from_rest(&joints, &mut transforms);
-            garment
-                .weights
-                .skin(&garment.rest.vertices, &transforms, &mut positions);
-            if let Motion::Swinging = motion {
+        let mut garment = figure.skinned(&clip);
+        if let Motion::Swinging = motion {
+            for (positions, pose) in garment.iter_mut().zip(&clip.poses) {
                 let swing = pose.local[1].to_scaled_axis().x;
-                positions
-                    .iter_mut()
-                    .for_each(|p| *p += pose.local[0] * Vec3::Z * 0.1 * swing);
+                let offset = pose.local[0] * Vec3::Z * 0.1 * swing;
+                positions.iter_mut().for_each(|p| *p += offset);
             }
-            frames.push(&positions).unwrap();
         }
-        frames.finish().unwrap();
-    }
-    writer.finish().unwrap();
-    Capture::open(folder).unwrap()
+        (Take { clip, garment }, split)
+    };
+    let takes: Vec<_> = splits.into_iter().enumerate().map(take).collect();
+    unic_testdata::write_capture(&folder.join("small"), &figure, &takes)
 }
 
 fn evaluation(capture: &Capture) -> Evaluation {

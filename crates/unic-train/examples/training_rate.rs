@@ -18,7 +18,7 @@ type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 /// Medians are taken over so many repeats, after one that warms up.
 const REPEATS: usize = 7;
-/// Windows and points of the field's step: the batch of the `standard` preset.
+/// Windows and points of the field's step, the same for all shapes.
 const GROUPS: usize = 32;
 const POINTS: usize = 128;
 const CAPTURE: &str = concat!(
@@ -91,16 +91,9 @@ fn main() -> Result<()> {
 }
 
 fn measure(threads: usize, capture: &Path) -> Result<Report> {
-    let standard = FieldShape {
-        point_inputs: 15,
-        latent: 64,
-        hidden: 128,
-        hidden_layers: 6,
-        skip: Some(3),
-        outputs: 3,
-    };
     let mut field = Vec::new();
-    for (name, shape) in [("paper", FieldShape::PAPER), ("128 x 6", standard)] {
+    for (name, preset) in [("paper", Preset::Paper), ("standard", Preset::Standard)] {
+        let shape = field_shape(&TrainConfig::preset(preset).model);
         let row = |how, time: Time| {
             let flops = 3.0 * (GROUPS * POINTS) as f64 * shape.flops_per_point() as f64;
             let gflops = 1e-6 * flops / time.cpu_ms;
@@ -131,6 +124,21 @@ fn measure(threads: usize, capture: &Path) -> Result<Report> {
         field,
         steps,
     })
+}
+
+fn field_shape(model: &ModelSettings) -> FieldShape {
+    let inputs = match &model.state {
+        StateSettings::Position => 1,
+        StateSettings::Displacement { inputs, .. } => inputs.len(),
+    };
+    FieldShape {
+        point_inputs: 3 * inputs,
+        latent: model.encoder.channels,
+        hidden: model.field.width,
+        hidden_layers: model.field.hidden_layers,
+        skip: model.field.skip,
+        outputs: 3,
+    }
 }
 
 fn bare(shape: FieldShape) -> Result<Time> {
@@ -193,7 +201,7 @@ fn through_burn(shape: FieldShape, fused: bool) -> Result<Time> {
 /// By the parts that the trainer is made of.
 fn whole_step(preset: Preset, capture: &Path) -> Result<StepRow> {
     let config = TrainConfig::preset(preset);
-    let data = Dataset::new(unic_io::Capture::open(capture)?, &config)?;
+    let data = Dataset::new(unic_io::Capture::open(capture)?, &config, Fit::HeldOut)?;
     let shape = NetworkShape::new(&data.config, data.capture.character.skeleton.len());
     let network = Network::new(&shape, config.seed, &Device::flex().autodiff());
     let moments = Moments::new(&network);

@@ -7,7 +7,7 @@
 use crate::{
     config::TrainConfig,
     dataset::Dataset,
-    mirror::mirrored,
+    mirror::View,
     noise::SmoothNoise,
     stream::{Stream, generator},
 };
@@ -16,7 +16,7 @@ use rand::{RngExt, rngs::ChaCha8Rng};
 use rayon::prelude::*;
 use unic_core::{
     config::{DisplacementConfig, StateConfig},
-    features::{PointFrame, PointHistory, write_frame_inputs},
+    features::{Past, PointFrame, PointHistory, write_frame_inputs},
 };
 
 /// Where a window lies.
@@ -26,8 +26,8 @@ pub struct Window {
     pub clip: usize,
     /// Frame that the rollout starts from; the first predicted one is the next.
     pub start: usize,
-    /// Seen in the mirror?
-    pub mirrored: bool,
+    /// As captured, or mirrored.
+    pub view: View,
     /// Vertices, each once.
     pub points: Vec<u32>,
 }
@@ -156,11 +156,14 @@ fn draw_windows(data: &Dataset, config: &TrainConfig, step: u64, frames: usize) 
     (0..config.batch.windows)
         .map(|_| {
             let (clip, start) = locate(&starts, rng.random_range(0..total.max(1)));
-            let mirrored = rng.random::<bool>() && mirrors;
+            let view = match rng.random::<bool>() && mirrors {
+                true => View::Mirrored,
+                false => View::Direct,
+            };
             Window {
                 clip,
                 start,
-                mirrored,
+                view,
                 points: draw_points(&mut rng, vertices, points),
             }
         })
@@ -190,8 +193,8 @@ fn motion_pairs(data: &Dataset, windows: &[Window], frames: usize) -> Vec<f32> {
     for k in 0..frames {
         for w in windows {
             let vectors = &data.motion[w.clip];
-            pairs.extend_from_slice(vectors.frame(w.start + k, w.mirrored));
-            pairs.extend_from_slice(vectors.frame(w.start + k + 1, w.mirrored));
+            pairs.extend_from_slice(vectors.frame(w.start + k, w.view));
+            pairs.extend_from_slice(vectors.frame(w.start + k + 1, w.view));
         }
     }
     pairs
@@ -209,10 +212,7 @@ fn gather_positions(data: &Dataset, window: &Window, frames: usize) -> Gathered 
     let positions = |t: usize| {
         let frame_from_world = clip.kinematics.world_from_frame(t).inverse();
         let garment = clip.captured.garment.frame(t);
-        let place = |&v: &u32| {
-            let p = frame_from_world.point(garment[v as usize]);
-            if window.mirrored { mirrored(p) } else { p }
-        };
+        let place = |&v: &u32| window.view.of(frame_from_world.point(garment[v as usize]));
         flat(window.points.iter().map(place))
     };
     let before = window.start.saturating_sub(1);
@@ -294,7 +294,11 @@ impl<'a> Track<'a> {
 
     fn advance(&mut self) {
         self.frame += 1;
-        self.history.advance(self.point_frame(), self.frame == 1);
+        let past = match self.frame {
+            1 => Past::OneFrame,
+            _ => Past::TwoFrames,
+        };
+        self.history.advance(self.point_frame(), past);
     }
 
     /// d = u − p, mirrored with the window.
@@ -306,20 +310,17 @@ impl<'a> Track<'a> {
         let coefficients = &self.data.coefficients[self.window.clip][self.frame];
         let d =
             self.history.now.displacement(world) - self.data.prior.displacement(self.vertex, coefficients);
-        let d = if self.window.mirrored { mirrored(d) } else { d };
-        out[3 * row..3 * row + 3].copy_from_slice(&d.to_array());
+        out[3 * row..3 * row + 3].copy_from_slice(&self.window.view.of(d).to_array());
     }
 
     /// The mirrored vertex has M·rest, and M times every vector of its own frame.
     fn write_inputs(&self, config: &DisplacementConfig, out: &mut [f32]) {
         let rest = self.data.capture.garment.rest.vertices[self.vertex];
-        // A reflection of the normalised position, then once more with all vectors below.
-        let rest = match self.window.mirrored {
-            true => mirrored(self.data.rest_box.normalised(mirrored(rest))),
-            false => self.data.rest_box.normalised(rest),
-        };
+        // Of the mirrored position, in the view that all vectors are turned to below.
+        let view = self.window.view;
+        let rest = view.of(self.data.rest_box.normalised(view.of(rest)));
         write_frame_inputs(config, rest, &self.history, 1.0 / self.data.config.fps, out);
-        if self.window.mirrored {
+        if view == View::Mirrored {
             out.chunks_exact_mut(3).for_each(|v| v[0] = -v[0]);
         }
     }

@@ -1,6 +1,6 @@
 //! Checkpoints: everything that a run goes on from, in one safetensors file.
 
-use crate::{config::TrainConfig, error::TrainError};
+use crate::{config::TrainConfig, error::TrainError, fit::Fit};
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 use serde::{Deserialize, Serialize};
 use std::{
@@ -23,6 +23,8 @@ pub struct Checkpoint {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Progress {
+    /// Which fit of the run it is.
+    pub fit: Fit,
     /// Steps done.
     pub step: u64,
     /// Settings of the run.
@@ -167,6 +169,7 @@ mod tests {
         let config = TrainConfig::preset(Preset::Tiny);
         Checkpoint {
             progress: Progress {
+                fit: Fit::HeldOut,
                 step,
                 config,
                 seconds: 1.25,

@@ -3,7 +3,6 @@
 use crate::{
     batch::{Batch, Window},
     dataset::Dataset,
-    mirror::mirrored,
 };
 use burn::tensor::Tensor;
 use glam::Vec3;
@@ -83,11 +82,10 @@ impl Correction<'_> {
         let body = self.bodies.of(self.data, window.clip, frame);
         let points = states.chunks_exact(3).zip(corrections.chunks_exact_mut(3));
         for (&vertex, (state, correction)) in window.points.iter().zip(points) {
-            let side = |v: Vec3| if window.mirrored { mirrored(v) } else { v };
-            let state = side(Vec3::from_slice(state));
+            let state = window.view.of(Vec3::from_slice(state));
             let place = self.place(window.clip, frame, vertex as usize);
             if let Some(moved) = self.rule.correct(&body, place.to_world(state)) {
-                let change = side(place.to_state(moved) - state);
+                let change = window.view.of(place.to_state(moved) - state);
                 correction.copy_from_slice(&change.to_array());
             }
         }

@@ -3,13 +3,12 @@
 use crate::{
     config::{ModelSettings, StateSettings, TrainConfig},
     error::TrainError,
-    mirror::MirrorMap,
+    fit::{Fit, FitClips},
+    mirror::{MirrorMap, View},
     prior::{FittedPrior, fit_prior},
     scales::{Scales, measure},
-    stream::{Stream, generator},
 };
 use glam::Vec3;
-use rand::RngExt;
 use rayon::prelude::*;
 use unic_core::{
     config::{DisplacementConfig, IntersectionMode, ModelConfig, StateConfig},
@@ -18,17 +17,19 @@ use unic_core::{
     prior::LinearPrior,
 };
 use unic_eval::{PreparedClip, TrainingSet};
-use unic_io::{Capture, Split};
+use unic_io::Capture;
 
 /// Clips to train and to validate on, and the measured parts of the model.
 pub struct Dataset {
     /// The capture that it comes from.
     pub capture: Capture,
+    /// The fit that it is for.
+    pub fit: Fit,
     /// The model's configuration, scales filled in.
     pub config: ModelConfig,
     /// Training clips.
     pub clips: Vec<PreparedClip>,
-    /// Clips that the free-running error is validated on; never trained on.
+    /// Clips that the free-running error is validated on; a fit on all clips has none.
     pub validation: Vec<PreparedClip>,
     /// Statistics of the training clips' motion vectors.
     pub normalisation: Normalisation,
@@ -65,28 +66,31 @@ impl MotionVectors {
     }
 
     /// The vector of one frame; the mirrored one where there is a mirror map.
-    pub fn frame(&self, frame: usize, mirrored: bool) -> &[f32] {
-        let all = self.mirrored.as_ref().filter(|_| mirrored).unwrap_or(&self.plain);
+    pub fn frame(&self, frame: usize, view: View) -> &[f32] {
+        let all = match (view, &self.mirrored) {
+            (View::Mirrored, Some(mirrored)) => mirrored,
+            _ => &self.plain,
+        };
         &all[frame * self.len..(frame + 1) * self.len]
     }
 }
 
 impl Dataset {
-    /// Opens the training and validation clips; test clips stay closed.
+    /// Opens the training and validation clips of a fit; test clips stay closed.
     ///
     /// # Errors
     /// Clips that cannot be read, no clip to train on, settings that fit no network.
-    pub fn new(capture: Capture, settings: &TrainConfig) -> Result<Self, TrainError> {
+    pub fn new(capture: Capture, settings: &TrainConfig, fit: Fit) -> Result<Self, TrainError> {
         let spec = MotionSpec::new(
             settings.model.layout,
             settings.model.velocity,
             capture.contact_joints,
             &capture.character,
         )?;
-        let (train, validation) = split(&capture, settings.seed)?;
+        let names = FitClips::new(&capture, fit, settings.seed)?;
         let (clips, validation) = (
-            load(&capture, &spec, &train)?,
-            load(&capture, &spec, &validation)?,
+            load(&capture, &spec, &names.train)?,
+            load(&capture, &spec, &names.validation)?,
         );
         let joints = capture.character.skeleton.len();
         let vectors = clips
@@ -115,6 +119,7 @@ impl Dataset {
             clips,
             validation,
             capture,
+            fit,
         })
     }
 
@@ -138,26 +143,6 @@ impl Dataset {
         let frames: usize = self.clips.iter().map(PreparedClip::len).sum();
         frames as f64 / f64::from(self.config.fps)
     }
-}
-
-/// Names of the clips to train and to validate on: the capture's validation clips, else one
-/// training clip drawn by the seed. A single training clip is both, which is better than nothing.
-fn split(capture: &Capture, seed: u64) -> Result<(Vec<String>, Vec<String>), TrainError> {
-    let mut train = capture.clip_names(Split::Train).to_vec();
-    let mut validation = capture.clip_names(Split::Validation).to_vec();
-    if train.is_empty() {
-        return Err(TrainError::NoClips {
-            capture: capture.root.clone(),
-        });
-    }
-    if validation.is_empty() {
-        let drawn = generator(seed, Stream::Validation, 0).random_range(0..train.len());
-        validation = vec![train[drawn].clone()];
-        if train.len() > 1 {
-            train.remove(drawn);
-        }
-    }
-    Ok((train, validation))
 }
 
 fn load(capture: &Capture, spec: &MotionSpec, names: &[String]) -> Result<Vec<PreparedClip>, TrainError> {

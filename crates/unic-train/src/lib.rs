@@ -1,7 +1,8 @@
 //! Training of neural garments: from a capture to a model that `unic-core` animates.
 //!
-//! The only crate that knows Burn. A [`Dataset`] opens the training and validation clips of a capture
-//! and measures what a model needs of them; a [`Trainer`] runs a [`TrainConfig`] on it and tells its
+//! The only crate that knows Burn. A run is one [`Fit`] or two ([`Fit::of_run`]): with validation clips
+//! held out, which tells the error on unseen motion, then on all clips. A [`Dataset`] opens the clips of a
+//! fit and measures what a model needs of them; a [`Trainer`] runs a [`TrainConfig`] on it and tells its
 //! listener what happens; [`Trainer::model`] is the result.
 //!
 //! ```
@@ -30,11 +31,11 @@
 //! #     out.finish()?;
 //! # }
 //! # writer.finish()?;
-//! use unic_train::{Control, Dataset, Event, Preset, TrainConfig, Trainer};
+//! use unic_train::{Control, Dataset, Event, Fit, Preset, TrainConfig, Trainer};
 //!
 //! let settings = ["optimiser.steps=3".to_owned(), "model.encoder.hidden=[16]".to_owned()];
 //! let config = TrainConfig::preset(Preset::Tiny).with_assignments(&settings)?;
-//! let data = Dataset::new(unic_io::Capture::open(&root)?, &config)?;
+//! let data = Dataset::new(unic_io::Capture::open(&root)?, &config, Fit::HeldOut)?;
 //! let mut trainer = Trainer::new(data, config)?;
 //! trainer.run(None, &mut |event| {
 //!     if let Event::Validated { step, rmse, .. } = event {
@@ -51,6 +52,7 @@
 //! | what | where |
 //! |---|---|
 //! | settings and presets: `paper`, `standard`, `tiny` | [`TrainConfig`], [`Preset`] |
+//! | which clips are held out, and when | [`Fit`], [`Refit`] |
 //! | one step's windows, and the noise on them | [`Batch`], [`StepNoise`] |
 //! | motion encoder and deformation field | [`Network`], [`PackedField`] |
 //! | free running through a window, and its loss | [`Rollout`], [`Correction`] |
@@ -80,6 +82,7 @@ mod dataset;
 mod error;
 mod event;
 mod field_op;
+mod fit;
 mod mirror;
 mod network;
 mod noise;
@@ -94,20 +97,21 @@ mod validation;
 pub use batch::{Batch, Window};
 pub use checkpoint::{Checkpoint, Progress};
 pub use config::{
-    BatchConfig, IntersectionConfig, Keep, LossConfig, ModelSettings, OptimiserConfig, Preset,
-    RegularisationConfig, SettingsError, StateSettings, TrainConfig,
+    BatchConfig, IntersectionConfig, Keep, LossConfig, ModelSettings, OptimiserConfig, Preset, Refit,
+    RegularisationConfig, SettingsError, StateSettings, TrainConfig, ValidationConfig,
 };
 pub use correction::{Bodies, Correction};
 pub use dataset::{Dataset, MotionVectors};
 pub use error::TrainError;
 pub use event::{Control, Event, Outcome};
 pub use field_op::{PackedField, composed};
-pub use mirror::{MirrorMap, mirrored};
+pub use fit::Fit;
+pub use mirror::{MirrorMap, View, mirrored};
 pub use network::{Network, NetworkShape, Parameter, StepNoise};
 pub use noise::SmoothNoise;
 pub use optimiser::{Moments, update};
 pub use prior::{FittedPrior, fit_prior};
 pub use rollout::Rollout;
 pub use stream::{Stream, generator};
-pub use trainer::Trainer;
-pub use validation::free_running_rmse;
+pub use trainer::{Pace, Trainer};
+pub use validation::{Validation, free_running_rmse};

@@ -75,6 +75,25 @@ impl MirrorMap {
     }
 }
 
+/// How a training window is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum View {
+    /// As it was captured.
+    Direct,
+    /// With left and right exchanged.
+    Mirrored,
+}
+
+impl View {
+    /// A point or displacement in this view. Its own inverse.
+    pub fn of(self, vector: Vec3) -> Vec3 {
+        match self {
+            Self::Direct => vector,
+            Self::Mirrored => mirrored(vector),
+        }
+    }
+}
+
 /// A point or displacement on the other side.
 pub fn mirrored(vector: Vec3) -> Vec3 {
     Vec3::new(-vector.x, vector.y, vector.z)

@@ -1,6 +1,6 @@
 //! Fits the linear part of a model to the training clips.
 
-use crate::dataset::MotionVectors;
+use crate::{dataset::MotionVectors, mirror::View};
 use glam::Vec3;
 use rayon::prelude::*;
 use unic_core::{features::PointFrame, network::Linear, prior::LinearPrior};
@@ -101,7 +101,7 @@ impl Series {
     fn new(set: &TrainingSet, clip: usize, motion: &MotionVectors, components: &PrincipalComponents) -> Self {
         let prepared = &set.train[clip];
         let pair = |t: usize| {
-            let both = [t.saturating_sub(1), t].map(|t| motion.frame(t, false));
+            let both = [t.saturating_sub(1), t].map(|t| motion.frame(t, View::Direct));
             both.concat().into_iter().map(f64::from).collect()
         };
         let project = |t: usize| {

@@ -95,13 +95,7 @@ impl Rollout<'_> {
         let rows = state.dims()[0];
         let displacement = factors.displacement.map(|k| state.clone() * k);
         let velocity = factors.velocity.map(|k| (state.clone() - previous.clone()) * k);
-        let mut parts: Vec<Tensor<2>> = match factors.displacement_first {
-            true => [displacement, velocity],
-            false => [velocity, displacement],
-        }
-        .into_iter()
-        .flatten()
-        .collect();
+        let mut parts: Vec<Tensor<2>> = factors.ordered(displacement, velocity).collect();
         if !inputs.is_empty() {
             parts.push(tensor(inputs, [rows, inputs.len() / rows.max(1)], device));
         }

@@ -1,6 +1,10 @@
 //! The training loop. It emits events; command line, log and tests listen.
 
+mod export;
+mod pace;
 mod resume;
+
+pub use pace::Pace;
 
 use crate::{
     batch::Batch,
@@ -9,20 +13,17 @@ use crate::{
     dataset::Dataset,
     error::TrainError,
     event::{Control, Event, Outcome},
-    network::{Network, NetworkShape, StepNoise, model_layers},
+    network::{Network, NetworkShape, StepNoise},
     optimiser::{Moments, update},
     rollout::Rollout,
-    validation::free_running_rmse,
+    validation::{Validation, free_running_rmse},
 };
 use burn::optim::GradientsParams;
 use burn::tensor::{Device, Tensor};
 use std::{mem::take, path::Path, sync::Arc, time::Instant};
-use unic_core::{
-    intersection::PaperIntersection,
-    model::{About, Model, ModelParts},
-};
+use unic_core::intersection::PaperIntersection;
 
-/// A run: data, networks, optimiser.
+/// One fit of a run: data, networks, optimiser.
 pub struct Trainer {
     config: TrainConfig,
     data: Dataset,
@@ -35,6 +36,7 @@ pub struct Trainer {
     step: u64,
     seconds: f64,
     bodies: Bodies,
+    validation: Option<Validation>,
 }
 
 #[derive(Clone)]
@@ -48,7 +50,7 @@ struct Best {
 const CHECKPOINT_SECONDS: f64 = 120.0;
 
 impl Trainer {
-    /// A run at its beginning.
+    /// A fit at its beginning.
     ///
     /// # Errors
     /// Settings that fit no network, clips too short to train on.
@@ -77,6 +79,7 @@ impl Trainer {
             step: 0,
             seconds: 0.0,
             bodies: Bodies::default(),
+            validation: None,
             config,
             data,
             shape,
@@ -90,7 +93,7 @@ impl Trainer {
         &self.network
     }
 
-    /// Settings of the run.
+    /// Settings of the run, which all of its fits share.
     pub fn config(&self) -> &TrainConfig {
         &self.config
     }
@@ -110,34 +113,6 @@ impl Trainer {
         self.seconds
     }
 
-    /// Steps that fit into a wall-clock budget on this machine, by timing a few of them (they are
-    /// not kept). The schedule depends on the number of steps alone, so that a run can be resumed.
-    ///
-    /// # Errors
-    /// As [`Trainer::run`].
-    pub fn steps_within(&self, seconds: f64) -> Result<u64, TrainError> {
-        const SAMPLES: u64 = 5;
-        let steps = self.config.optimiser.steps;
-        let (mut network, mut moments) = (self.network.clone(), self.moments.clone());
-        let mut total = 0.0;
-        for i in 0..SAMPLES {
-            let at = steps * (2 * i + 1) / (2 * SAMPLES);
-            // Twice: the first one warms caches and allocates.
-            self.stepped(&mut network, &mut moments, at)?;
-            let started = Instant::now();
-            self.stepped(&mut network, &mut moments, at)?;
-            total += started.elapsed().as_secs_f64();
-        }
-        let started = Instant::now();
-        free_running_rmse(
-            &Arc::new(self.model_of(&self.network.values())?),
-            &self.data.validation,
-        )?;
-        let validation = started.elapsed().as_secs_f64() / self.config.validate_every as f64;
-        let per_step = total / SAMPLES as f64 + validation;
-        Ok(((seconds / per_step) as u64).max(1))
-    }
-
     /// Runs to the last step, or until a listener says stop. With a folder, checkpoints go there.
     ///
     /// # Errors
@@ -148,14 +123,15 @@ impl Trainer {
         listen: &mut dyn FnMut(&Event) -> Control,
     ) -> Result<Outcome, TrainError> {
         let mut saved_at = Instant::now();
-        if self.step == 0 && self.config.keep == Keep::Best && self.best.is_none() {
+        if self.step == 0 && self.config.keep == Keep::Best && self.best.is_none() && self.validates() {
             // A new displacement model is its prior: training must beat that to be kept.
             let _ = self.validate(listen)?;
         }
         while self.step < self.config.optimiser.steps {
             let mut control = self.advance(listen)?;
             let last = self.step == self.config.optimiser.steps;
-            if last || self.step.is_multiple_of(self.config.validate_every) {
+            let validation_due = last || self.step.is_multiple_of(self.config.validation.every);
+            if validation_due && self.validates() {
                 control = control.and(self.validate(listen)?);
             }
             let due = saved_at.elapsed().as_secs_f64() > CHECKPOINT_SECONDS;
@@ -256,9 +232,14 @@ impl Trainer {
         }
     }
 
+    /// Is there any clip to validate on?
+    fn validates(&self) -> bool {
+        !self.data.validation.is_empty()
+    }
+
     fn validate(&mut self, listen: &mut dyn FnMut(&Event) -> Control) -> Result<Control, TrainError> {
         let started = Instant::now();
-        let parameters = self.average.clone().unwrap_or_else(|| self.network.values());
+        let parameters = self.averaged();
         let model = Arc::new(self.model_of(&parameters)?);
         let rmse = free_running_rmse(&model, &self.data.validation)?;
         // A free run that has left the numbers is no result to keep, nor one that JSON can hold.
@@ -279,48 +260,6 @@ impl Trainer {
             best,
             seconds,
         }))
-    }
-
-    /// The model as the settings want it kept: the last or the best parameters, averaged or not.
-    ///
-    /// # Errors
-    /// None for a run that has not diverged.
-    pub fn model(&self) -> Result<Model, TrainError> {
-        match (&self.best, self.config.keep) {
-            (Some(best), Keep::Best) => self.model_of(&best.parameters),
-            _ => match &self.average {
-                Some(average) => self.model_of(average),
-                None => self.model_of(&self.network.values()),
-            },
-        }
-    }
-
-    fn model_of(&self, parameters: &[Vec<f32>]) -> Result<Model, TrainError> {
-        let capture = &self.data.capture;
-        let (encoder, field) = model_layers(&self.shape, parameters);
-        let training = serde_json::json!({
-            "settings": self.config,
-            "steps": self.step,
-            "seconds": self.seconds,
-            "validation_clips": self.data.validation.iter().map(|c| c.name()).collect::<Vec<_>>(),
-            "best_validation_rmse_mm": self.best.as_ref().map(|b| 1e3 * b.rmse),
-            "best_validation_step": self.best.as_ref().map(|b| b.step),
-        });
-        Ok(Model::new(ModelParts {
-            config: self.data.config.clone(),
-            character: capture.character.clone(),
-            garment: capture.garment.clone(),
-            prior: self.data.prior.clone(),
-            rest_box: self.data.rest_box,
-            normalisation: self.data.normalisation.clone(),
-            encoder,
-            field,
-            about: About {
-                name: capture.manifest.name.clone(),
-                provenance: capture.manifest.provenance.clone(),
-                training,
-            },
-        })?)
     }
 }
 

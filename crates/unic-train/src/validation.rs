@@ -1,12 +1,24 @@
 //! Free-running error during training, by the animator that users run.
 
-use crate::error::TrainError;
+use crate::{error::TrainError, fit::Fit};
+use serde::Serialize;
 use std::sync::Arc;
 use unic_core::{
     animator::{Animator, Start, StepInput},
     model::Model,
 };
 use unic_eval::PreparedClip;
+
+/// How well a run does on motion that it has not seen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Validation {
+    /// The fit that was measured.
+    pub fit: Fit,
+    /// The clips that it was measured on.
+    pub clips: Vec<String>,
+    /// Free-running RMSE, millimetres.
+    pub rmse_mm: f64,
+}
 
 /// RMSE in metres of a model that runs free from frame 0 through every clip, frame 0 not counted.
 ///

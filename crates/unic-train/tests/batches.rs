@@ -99,15 +99,15 @@ fn a_mirrored_window_is_a_window_of_the_mirrored_clip() {
         let points: Vec<u32> = (0..VERTICES as u32).collect();
         let opposites = points.iter().map(|p| opposite(*p)).collect();
         for start in [0, 1, 9] {
-            let window = |clip, mirrored, points: &Vec<u32>| Window {
+            let window = |clip, view, points: &Vec<u32>| Window {
                 clip,
                 start,
-                mirrored,
+                view,
                 points: points.clone(),
             };
-            let mirrored = Batch::of_windows(&data, vec![window(1, true, &points)], 4);
-            let image = Batch::of_windows(&data, vec![window(3, false, &opposites)], 4);
-            let plain = Batch::of_windows(&data, vec![window(1, false, &points)], 4);
+            let mirrored = Batch::of_windows(&data, vec![window(1, View::Mirrored, &points)], 4);
+            let image = Batch::of_windows(&data, vec![window(3, View::Direct, &opposites)], 4);
+            let plain = Batch::of_windows(&data, vec![window(1, View::Direct, &points)], 4);
             assert_close("motion", &mirrored.motion, &image.motion);
             assert_close("start", &mirrored.start, &image.start);
             assert_close(
@@ -144,7 +144,7 @@ fn a_window_from_frame_0_starts_at_rest() {
             let window = Window {
                 clip: 0,
                 start,
-                mirrored: false,
+                view: View::Direct,
                 points: vec![0, 7, 31],
             };
             Batch::of_windows(&data, vec![window], 2)

@@ -33,7 +33,7 @@ fn by_tensors(trainer: &Trainer, clip: usize, intersections: Intersections) -> V
     let window = Window {
         clip,
         start: 0,
-        mirrored: false,
+        view: View::Direct,
         points,
     };
     let batch = Batch::of_windows(data, vec![window], data.clips[clip].len() - 1);
@@ -111,7 +111,9 @@ fn largest_difference(a: &[Vec<Vec3>], b: &[Vec<Vec3>]) -> f32 {
 fn with_final_prior(mut data: Dataset) -> Dataset {
     for (motion, coefficients) in data.motion.iter().zip(&mut data.coefficients) {
         for (t, out) in coefficients.iter_mut().enumerate() {
-            let pair = [t.saturating_sub(1), t].map(|t| motion.frame(t, false)).concat();
+            let pair = [t.saturating_sub(1), t]
+                .map(|t| motion.frame(t, View::Direct))
+                .concat();
             data.prior.coefficients(&pair, out);
         }
     }

@@ -1,5 +1,6 @@
 //! Contract: the prior recovers a garment that hangs linearly in the motion, its training
-//! coefficients know nothing of the clip's own relation, and without shapes it is the mean.
+//! coefficients know nothing of the clip's own relation, without shapes it is the mean, and as a row of
+//! an evaluation it knows neither the field nor where the garment was.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -8,7 +9,9 @@ mod common;
 use common::*;
 use glam::{Quat, Vec3};
 use std::f32::consts::TAU;
+use unic_core::animator::Animator;
 use unic_core::features::PointFrame;
+use unic_eval::{Mode, Predictor, PriorPredictor};
 use unic_io::Split;
 use unic_train::*;
 
@@ -80,7 +83,9 @@ fn share(data: &Dataset, clip: usize, coefficients: &[Vec<f32>]) -> f32 {
 fn final_coefficients(data: &Dataset, clip: usize) -> Vec<Vec<f32>> {
     let motion = &data.motion[clip];
     let of = |t: usize| {
-        let pair = [t.saturating_sub(1), t].map(|t| motion.frame(t, false)).concat();
+        let pair = [t.saturating_sub(1), t]
+            .map(|t| motion.frame(t, View::Direct))
+            .concat();
         let mut out = Vec::new();
         data.prior.coefficients(&pair, &mut out);
         out
@@ -139,4 +144,41 @@ fn a_lone_clip_is_cut_into_pieces_so_that_its_coefficients_agree_with_the_models
         left_out > 0.7 && (left_out - fitted).abs() < 0.3,
         "{left_out} {fitted}"
     );
+}
+
+fn trained(preset: Preset) -> (Trainer, Animator) {
+    let mut config = small(preset);
+    config.optimiser.learning_rate = 1e-2;
+    let mut trainer = Trainer::new(dataset(&config), config).unwrap();
+    run(&mut trainer);
+    let animator = Animator::new(std::sync::Arc::new(trainer.model().unwrap()));
+    (trainer, animator)
+}
+
+#[test]
+fn the_prior_alone_is_the_prior_of_the_motion_alone() {
+    let (trainer, animator) = trained(Preset::Tiny);
+    let mut row = PriorPredictor::new(&animator).unwrap().unwrap();
+    assert_eq!(row.modes(), [Mode::FreeRunning]);
+    let data = trainer.data();
+    let (clip, coefficients) = (&data.clips[1], final_coefficients(data, 1));
+    row.start(clip, Mode::FreeRunning).unwrap();
+    let mut positions = Vec::new();
+    for (t, coefficients) in coefficients.iter().enumerate().skip(1) {
+        row.predict(clip, t, &mut positions).unwrap();
+        for (vertex, found) in positions.iter().enumerate() {
+            let frame = PointFrame::new(&data.capture.garment, vertex, clip.kinematics.world_from_rest(t));
+            let expected = frame.position(data.prior.displacement(vertex, coefficients));
+            assert!(
+                found.distance(expected) < 1e-5,
+                "frame {t}, vertex {vertex}: {found} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_model_of_positions_has_no_prior() {
+    let (_, animator) = trained(Preset::Paper);
+    assert!(PriorPredictor::new(&animator).unwrap().is_none());
 }

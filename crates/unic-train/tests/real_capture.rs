@@ -12,7 +12,7 @@ use unic_core::{
 };
 use unic_eval::PreparedClip;
 use unic_io::{Capture, Split};
-use unic_train::{Control, Dataset, Preset, TrainConfig, Trainer};
+use unic_train::{Control, Dataset, Fit, Preset, TrainConfig, Trainer};
 
 /// Model and unseen clip; none where the shared data is missing.
 fn trained() -> Option<(Arc<Model>, PreparedClip)> {
@@ -27,7 +27,7 @@ fn trained() -> Option<(Arc<Model>, PreparedClip)> {
     let config = TrainConfig::preset(Preset::Tiny)
         .with_assignments(&settings)
         .unwrap();
-    let data = Dataset::new(capture, &config).unwrap();
+    let data = Dataset::new(capture, &config, Fit::HeldOut).unwrap();
     let skeleton = data.capture.character.skeleton.clone();
     let test = PreparedClip::new(&data.config.motion, &skeleton, test);
     let mut trainer = Trainer::new(data, config).unwrap();

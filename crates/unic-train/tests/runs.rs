@@ -147,7 +147,7 @@ fn a_learning_rate_beyond_reason_is_reported_as_divergence() {
         let mut config = small(preset);
         config.optimiser.learning_rate = 1e30;
         config.optimiser.clip_norm = 0.0;
-        config.validate_every = 1000;
+        config.validation.every = 1000;
         let error = trainer(&config)
             .run(None, &mut |_| Control::Continue)
             .unwrap_err();
@@ -156,11 +156,135 @@ fn a_learning_rate_beyond_reason_is_reported_as_divergence() {
     }
 }
 
+/// Positions so far away that squared errors overflow, from frame 1 on.
+fn beyond_numbers(clip: &unic_eval::PreparedClip) -> unic_eval::PreparedClip {
+    let mut clip = clip.clone();
+    let frames = clip.captured.garment.len();
+    let mut numbers: Vec<f32> = (clip.captured.garment.frame(0).iter())
+        .flat_map(|v| v.to_array())
+        .collect();
+    numbers.resize(frames * numbers.len(), 1e30);
+    clip.captured.garment = unic_io::GarmentFrames::new(numbers, frames, VERTICES).unwrap();
+    clip
+}
+
+#[test]
+fn checkpoints_of_a_run_without_a_finite_validation_error_read_back() {
+    for (preset, keep) in [(Preset::Paper, Keep::Last), (Preset::Tiny, Keep::Best)] {
+        let mut config = small(preset);
+        config.keep = keep;
+        let lost = |config: &TrainConfig| {
+            let mut data = dataset(config);
+            data.validation = vec![beyond_numbers(&data.validation[0])];
+            Trainer::new(data, config.clone()).unwrap()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let mut errors = Vec::new();
+        let mut listen = |event: &Event| {
+            if let Event::Validated { rmse, .. } = event {
+                errors.push(*rmse);
+            }
+            Control::Continue
+        };
+        lost(&config).run(Some(folder.path()), &mut listen).unwrap();
+        assert!(
+            !errors.is_empty() && errors.iter().all(|e| e.is_infinite()),
+            "{errors:?}"
+        );
+        let checkpoint = Checkpoint::newest(folder.path()).unwrap().unwrap();
+        assert_eq!(
+            (checkpoint.progress.best, checkpoint.progress.step),
+            (None, config.optimiser.steps)
+        );
+        let mut resumed = lost(&config);
+        resumed.resume(checkpoint, folder.path()).unwrap();
+        assert!(resumed.model().unwrap().to_bytes().is_ok());
+    }
+}
+
+/// Three clips to train on and none to validate, and settings that want a second fit.
+fn undivided() -> (tempfile::TempDir, unic_io::Capture, TrainConfig) {
+    let takes: Vec<_> = (0..3)
+        .map(|i| (take(&format!("take{i}"), i, FRAMES), Split::Train))
+        .collect();
+    let (folder, capture) = capture(&takes);
+    let mut config = small(Preset::Tiny);
+    config.validation.refit = Refit::AllClips;
+    (folder, capture, config)
+}
+
+#[test]
+fn a_drawn_clip_is_held_out_of_the_first_fit_and_back_in_the_second() {
+    let (_folder, capture, config) = undivided();
+    let [first, second] = Fit::of_run(&capture, &config) else {
+        panic!("two fits")
+    };
+    let names = |clips: &[unic_eval::PreparedClip]| -> Vec<String> {
+        clips.iter().map(|c| c.name().to_owned()).collect()
+    };
+    let held_out = Dataset::new(capture.clone(), &config, *first).unwrap();
+    assert_eq!((held_out.clips.len(), held_out.validation.len()), (2, 1));
+    assert!(!names(&held_out.clips).contains(&names(&held_out.validation)[0]));
+    let all = Dataset::new(capture.clone(), &config, *second).unwrap();
+    assert_eq!(names(&all.clips), capture.clip_names(Split::Train));
+    assert!(all.validation.is_empty());
+    // Without the clip everything measured is another's.
+    assert_ne!(held_out.normalisation, all.normalisation);
+    assert_ne!(held_out.prior, all.prior);
+}
+
+#[test]
+fn one_fit_is_all_where_nothing_is_drawn() {
+    let (_folder, undivided, mut config) = undivided();
+    let one = |takes: &[(Take, Split)], config: &TrainConfig| {
+        let (_folder, capture) = capture(takes);
+        assert_eq!(Fit::of_run(&capture, config), [Fit::HeldOut]);
+    };
+    one(&[(take("alone", 0, FRAMES), Split::Train)], &config);
+    let named = [
+        (take("a", 0, FRAMES), Split::Train),
+        (take("b", 1, FRAMES), Split::Train),
+        (take("c", 2, FRAMES), Split::Validation),
+    ];
+    one(&named, &config);
+    config.validation.refit = Refit::Never;
+    assert_eq!(Fit::of_run(&undivided, &config), [Fit::HeldOut]);
+}
+
+#[test]
+fn a_fit_on_all_clips_validates_nothing_and_tells_the_error_before() {
+    let (_folder, capture, config) = undivided();
+    let data = Dataset::new(capture, &config, Fit::AllClips).unwrap();
+    let mut trainer = Trainer::new(data, config).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let mut listen = |event: &Event| {
+        assert!(!matches!(event, Event::Validated { .. }), "{event:?}");
+        Control::Continue
+    };
+    trainer.run(Some(folder.path()), &mut listen).unwrap();
+    assert_eq!(trainer.validation().unwrap(), None);
+    trainer.set_validation(Validation {
+        fit: Fit::HeldOut,
+        clips: vec!["take1".into()],
+        rmse_mm: 41.5,
+    });
+    let training = trainer.model().unwrap().about().training.clone();
+    assert_eq!(training["fit"], "all_clips");
+    assert_eq!(training["training_clips"].as_array().unwrap().len(), 3);
+    assert_eq!(training["validation"]["fit"], "held_out");
+    assert_eq!(training["validation"]["rmse_mm"], 41.5);
+    // A checkpoint of the other fit is not mistaken for one of this.
+    let mut checkpoint = Checkpoint::newest(folder.path()).unwrap().unwrap();
+    checkpoint.progress.fit = Fit::HeldOut;
+    let error = trainer.resume(checkpoint, folder.path()).unwrap_err().to_string();
+    assert!(error.contains("another fit"), "{error}");
+}
+
 #[test]
 fn captures_without_enough_to_train_on_are_refused() {
     let config = small(Preset::Tiny);
     let (_folder, none) = capture(&[(take("one", 0, FRAMES), Split::Test)]);
-    let error = Dataset::new(none, &config).err().unwrap();
+    let error = Dataset::new(none, &config, Fit::HeldOut).err().unwrap();
     assert!(matches!(error, TrainError::NoClips { .. }), "{error}");
     let mut data = dataset(&config);
     // Captures hold no clip of one frame, but a caller may cut one.

@@ -9,7 +9,10 @@ use crate::{
 };
 use rayon::prelude::*;
 use std::sync::Arc;
-use unic_core::character::Garment;
+use unic_core::{
+    character::Garment,
+    motion::{Normalisation, NormalisationRule, NormalisedElements},
+};
 
 /// Principal components of the displacement.
 pub const COMPONENTS: usize = 60;
@@ -19,25 +22,23 @@ pub const COMPONENTS: usize = 60;
 /// components hardly change: neighbouring frames are alike.
 pub const MOST_GRAM_FRAMES: usize = 2000;
 
-/// Least standard deviation that an input is divided by, in its own unit: m, m/s, rad/s or 1.
+/// Every number of the motion vector is scaled, rotations and contacts included. The least standard
+/// deviation that an input is divided by is in its own unit: m, m/s, rad/s or 1.
 ///
 /// An input that training hardly moves, such as the wrist's rotation in a run, would otherwise be
 /// blown up by a new motion: on the T-shirt in the shared data ridge then errs by 120 mm and more.
-const LEAST_DEVIATION: f64 = 0.02;
-
-/// Standardisation of every number of the motion vector, rotations and contacts included.
-#[derive(Clone, Debug)]
-struct InputScale {
-    mean: Vec<f64>,
-    deviation: Vec<f64>,
-}
+const INPUT_SCALE: NormalisationRule = NormalisationRule {
+    elements: NormalisedElements::All,
+    least_std: 0.02,
+    limit: None,
+};
 
 /// Principal components of the garment's displacement and the scale of the motion vectors.
 #[derive(Clone, Debug)]
 pub struct ComponentModel {
     pub(super) garment: Arc<Garment>,
     pub(super) components: PrincipalComponents,
-    scale: InputScale,
+    scale: Normalisation,
 }
 
 /// One clip as the regressions see it.
@@ -58,36 +59,14 @@ pub(super) struct SeriesSet {
     pub(super) validation: Vec<Series>,
 }
 
-impl InputScale {
-    fn fit(set: &TrainingSet) -> Self {
-        let frames = set.frames();
-        let vectors = || {
-            frames
-                .iter()
-                .map(|f| set.train[f.clip].kinematics.motion(f.frame))
-        };
-        let len = vectors().next().map_or(0, <[f32]>::len);
-        let count = frames.len().max(1) as f64;
-        let mean_of = |value: &dyn Fn(usize, f64) -> f64| -> Vec<f64> {
-            let mut sums = vec![0.0; len];
-            for c in vectors() {
-                (sums.iter_mut().zip(c).enumerate()).for_each(|(i, (s, x))| *s += value(i, f64::from(*x)));
-            }
-            sums.into_iter().map(|s| s / count).collect()
-        };
-        let mean = mean_of(&|_, x| x);
-        let variance = mean_of(&|i, x| (x - mean[i]).powi(2));
-        let deviation = |v: f64| v.sqrt().max(LEAST_DEVIATION);
-        Self {
-            deviation: variance.into_iter().map(deviation).collect(),
-            mean,
-        }
-    }
-
-    fn apply(&self, vector: &[f32]) -> impl Iterator<Item = f64> {
-        let scales = self.mean.iter().zip(&self.deviation);
-        (vector.iter().zip(scales)).map(|(x, (mean, deviation))| (f64::from(*x) - mean) / deviation)
-    }
+fn input_scale(set: &TrainingSet) -> Normalisation {
+    let joints = set.train.first().map_or(0, |clip| clip.kinematics.joints());
+    let frames = set.frames();
+    let vectors = frames
+        .iter()
+        .map(|f| set.train[f.clip].kinematics.motion(f.frame));
+    // Clips are read with finite poses alone; without statistics the inputs stay as they are.
+    Normalisation::fit(joints, INPUT_SCALE, vectors).unwrap_or_else(|_| Normalisation::identity(joints))
 }
 
 impl ComponentModel {
@@ -97,14 +76,19 @@ impl ComponentModel {
         Self {
             garment: Arc::new(set.garment.clone()),
             components: PrincipalComponents::fit(&Displacements { set, frames }, COMPONENTS),
-            scale: InputScale::fit(set),
+            scale: input_scale(set),
         }
     }
 
     /// (c_{t−1}, c_t), standardised.
     pub(super) fn inputs(&self, clip: &PreparedClip, frame: usize) -> Vec<f64> {
         let both = [frame - 1, frame].map(|t| clip.kinematics.motion(t));
-        both.into_iter().flat_map(|c| self.scale.apply(c)).collect()
+        let scaled = |c: &[f32]| {
+            let mut c = c.to_vec();
+            self.scale.apply(&mut c);
+            c.into_iter().map(f64::from)
+        };
+        both.into_iter().flat_map(scaled).collect()
     }
 
     /// Components of the true displacement.

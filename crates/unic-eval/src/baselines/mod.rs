@@ -10,6 +10,10 @@
 //! | `ridge` | the displacement by ridge regression from two motion vectors |
 //! | `linear_dynamics` | the same with the previous displacement as a further input |
 //!
+//! Beside a displacement model stands one more row, `prior`: the model's own linear prior without its
+//! field and its state ([`PriorPredictor`](crate::PriorPredictor)). It is fitted as the model is, and
+//! tells how much of the model's error the field has taken away.
+//!
 //! A displacement is u of x_i = LBS_i(rest) + R_i u_i, R_i the blended rotation of vertex i. The
 //! regressions predict its [`COMPONENTS`] leading principal components. Their strength is chosen by
 //! the free-running error on the capture's validation clips, or without any by leaving out one

@@ -10,16 +10,19 @@ use crate::{
 use std::path::{Path, PathBuf};
 
 impl Trainer {
-    /// Goes on from a checkpoint of a run with the same settings, to the same result as if the run
+    /// Goes on from a checkpoint of the same fit with the same settings, to the same result as if it
     /// had never stopped.
     ///
     /// # Errors
-    /// A checkpoint of other settings or another network.
+    /// A checkpoint of another fit, other settings or another network.
     pub fn resume(&mut self, checkpoint: Checkpoint, path: &Path) -> Result<(), TrainError> {
         let wrong = |found: &str| TrainError::Checkpoint {
             path: path.to_owned(),
             found: found.to_owned(),
         };
+        if checkpoint.progress.fit != self.data.fit {
+            return Err(wrong("one of another fit"));
+        }
         if checkpoint.progress.config != self.config {
             return Err(wrong("one of other settings"));
         }
@@ -61,6 +64,7 @@ impl Trainer {
         groups.extend(self.best.clone().map(|b| ("best".to_owned(), b.parameters)));
         groups.sort_by(|a, b| a.0.cmp(&b.0));
         let progress = Progress {
+            fit: self.data.fit,
             step: self.step,
             config: self.config.clone(),
             seconds: self.seconds,

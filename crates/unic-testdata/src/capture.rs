@@ -1,0 +1,80 @@
+//! Takes of a figure, written as a capture.
+
+use glam::Vec3;
+use std::path::Path;
+use tempfile::TempDir;
+use unic_core::{
+    character::{Character, Garment},
+    clip::Clip,
+    skeleton::Pose,
+};
+use unic_io::{Capture, CaptureWriter, Manifest, Split, capture::JointReference};
+
+/// Who wears what.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// The body.
+    pub character: Character,
+    /// What it wears.
+    pub garment: Garment,
+    /// L ankle, L foot, R ankle, R foot.
+    pub contact_joints: [usize; 4],
+}
+
+/// A motion with the garment on it.
+#[derive(Clone, Debug)]
+pub struct Take {
+    /// The motion.
+    pub clip: Clip,
+    /// World positions by frame, metres.
+    pub garment: Vec<Vec<Vec3>>,
+}
+
+impl Figure {
+    /// The garment's rest shape by linear blend skinning in every frame of a clip.
+    pub fn skinned(&self, clip: &Clip) -> Vec<Vec<Vec3>> {
+        let skeleton = &self.character.skeleton;
+        let frame = |pose: &Pose| {
+            let (mut joints, mut transforms, mut positions) = (Vec::new(), Vec::new(), Vec::new());
+            skeleton.forward_kinematics(pose, &mut joints);
+            skeleton.world_from_rest(&joints, &mut transforms);
+            let Garment { rest, weights } = &self.garment;
+            weights.skin(&rest.vertices, &transforms, &mut positions);
+            positions
+        };
+        clip.poses.iter().map(frame).collect()
+    }
+}
+
+/// Writes the capture `root`, named as its folder, and opens it.
+///
+/// # Panics
+/// When anything of it cannot be written or read again.
+pub fn write_capture(root: &Path, figure: &Figure, takes: &[(Take, Split)]) -> Capture {
+    let name = root.file_name().unwrap().to_string_lossy();
+    let fps = takes.first().map_or(crate::FPS, |(take, _)| take.clip.fps);
+    let mut manifest = Manifest::new(name.as_ref(), fps);
+    manifest.provenance = "made by a test".into();
+    manifest.contact_joints = Some(figure.contact_joints.map(JointReference::Index));
+    let Figure {
+        character, garment, ..
+    } = figure;
+    let mut writer = CaptureWriter::create(root, manifest, character, garment, &Default::default()).unwrap();
+    for (take, split) in takes {
+        let mut out = writer.begin_clip(&take.clip, *split, None).unwrap();
+        take.garment.iter().for_each(|frame| out.push(frame).unwrap());
+        out.finish().unwrap();
+    }
+    writer.finish().unwrap();
+    Capture::open(root).unwrap()
+}
+
+/// [`write_capture`] into a folder that goes with the first value; clips stay mapped when it does.
+///
+/// # Panics
+/// As [`write_capture`].
+pub fn capture(figure: &Figure, takes: &[(Take, Split)]) -> (TempDir, Capture) {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = write_capture(&folder.path().join("tube"), figure, takes);
+    (folder, capture)
+}

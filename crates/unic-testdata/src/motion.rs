@@ -1,0 +1,52 @@
+//! What the figure in the tube does.
+
+use crate::capture::{Figure, Take};
+use glam::{Quat, Vec3};
+use unic_core::{clip::Clip, skeleton::Pose};
+
+/// Frames a second of every clip.
+pub const FPS: f32 = 30.0;
+
+/// Time constant of the tube's memory, seconds.
+const MEMORY_S: f32 = 0.2;
+/// Swing of the lowest ring at 1 m/s, metres.
+const SWING_M: f32 = -0.1;
+
+/// Bows, leans and turns in a slow walk, the arms on their own; `seed` shifts it in time.
+pub fn clip(name: &str, seed: usize, frames: usize) -> Clip {
+    let pose = |t: usize| {
+        let s = (t + 17 * seed) as f32 / FPS;
+        let local = vec![
+            Quat::from_rotation_y(0.5 * (2.0 * s).cos()),
+            Quat::from_rotation_x(0.4 * (5.0 * s).sin()) * Quat::from_rotation_z(0.3 * (4.0 * s).sin()),
+            Quat::from_rotation_z(0.6 * (3.0 * s).sin()),
+            Quat::from_rotation_z(0.5 * (7.0 * s).cos()),
+            Quat::from_rotation_x(0.5 * (6.0 * s).sin()),
+            Quat::from_rotation_x(-0.4 * (6.0 * s).sin()),
+        ];
+        let trans = Vec3::new(0.1 * (3.0 * s).sin(), 0.02 * (6.0 * s).cos(), 0.4 * s);
+        Pose { trans, local }
+    };
+    Clip {
+        name: name.into(),
+        fps: FPS,
+        poses: (0..frames).map(pose).collect(),
+        ground_height: 0.0,
+    }
+}
+
+/// [`clip`] with the tube on it: the lower rings swing after the hip with a memory of 0.2 s.
+pub fn take(name: &str, seed: usize, frames: usize) -> Take {
+    let figure = Figure::tube();
+    let clip = clip(name, seed, frames);
+    let (rest, mut swing) = (&figure.garment.rest, Vec3::ZERO);
+    let mut garment = figure.skinned(&clip);
+    for (t, positions) in garment.iter_mut().enumerate() {
+        let velocity = (clip.poses[t].trans - clip.poses[t.saturating_sub(1)].trans) * FPS;
+        swing += ((velocity * SWING_M) - swing) * (1.0 - f32::exp(-1.0 / (MEMORY_S * FPS)));
+        for (position, rest) in positions.iter_mut().zip(&rest.vertices) {
+            *position += swing * (1.4 - rest.y) / 0.7;
+        }
+    }
+    Take { clip, garment }
+}

@@ -1,0 +1,125 @@
+//! Which settings a run can be made from.
+
+use super::{Keep, Refit, TrainConfig};
+use thiserror::Error;
+
+/// Settings that no run can be made from.
+#[derive(Debug, Error)]
+pub enum SettingsError {
+    /// Not TOML of this shape.
+    #[error("training settings: {0}")]
+    Toml(#[from] toml::de::Error),
+    /// A `key=value` that is none.
+    #[error("expected key=value with a dotted key such as optimiser.steps=1000, found `{0}`")]
+    Assignment(String),
+    /// A value out of range.
+    #[error("training settings: {what} must be {expected}, found {found}")]
+    Value {
+        /// Dotted key.
+        what: &'static str,
+        /// What it must be.
+        expected: &'static str,
+        /// What it is.
+        found: String,
+    },
+}
+
+/// Most vertices that a step may roll out, every frame of every window counted: three times the
+/// published batch of 1.2 million. The paper's field keeps 8 KB a vertex for the backward pass.
+const MOST_VERTEX_FRAMES: usize = 1 << 22;
+
+impl TrainConfig {
+    /// # Errors
+    /// The first value out of range.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        let o = &self.optimiser;
+        self.check_batch()?;
+        for (what, found) in [
+            ("optimiser.steps", o.steps),
+            ("validation.every", self.validation.every),
+        ] {
+            ensure(what, "1 or more", found, found > 0)?;
+        }
+        let rate = o.learning_rate;
+        let usable = rate > 0.0 && rate.is_finite();
+        ensure("optimiser.learning_rate", "above 0", rate, usable)?;
+        for (what, found) in self.amounts() {
+            ensure(what, "0 or more", found, found >= 0.0 && found.is_finite())?;
+        }
+        for (what, found) in self.shares() {
+            ensure(what, "at least 0 and below 1", found, (0.0..1.0).contains(&found))?;
+        }
+        // A fit on all clips has none to tell the best parameters by.
+        let refits_best = self.keep == Keep::Best && self.validation.refit == Refit::AllClips;
+        ensure(
+            "validation.refit",
+            "\"never\" where keep is \"best\"",
+            "\"all_clips\"",
+            !refits_best,
+        )
+    }
+
+    fn check_batch(&self) -> Result<(), SettingsError> {
+        let b = &self.batch;
+        let counts = [
+            ("batch.windows", "1 to 65536", b.windows, 1 << 16),
+            ("batch.points", "1 to 1048576", b.points, 1 << 20),
+            ("batch.unroll_first", "1 to 1024", b.unroll_first, 1 << 10),
+            ("batch.unroll_last", "1 to 1024", b.unroll_last, 1 << 10),
+        ];
+        for (what, expected, found, most) in counts {
+            ensure(what, expected, found, (1..=most).contains(&found))?;
+        }
+        let frames = b.unroll_first.max(b.unroll_last);
+        let product = b.windows.saturating_mul(b.points).saturating_mul(frames);
+        ensure(
+            "the product of batch.windows, batch.points and the longer batch.unroll",
+            "4194304 or less, so that a step fits in memory",
+            product,
+            product <= MOST_VERTEX_FRAMES,
+        )
+    }
+
+    /// Values of which any amount will do.
+    fn amounts(&self) -> [(&'static str, f64); 10] {
+        let (o, r) = (&self.optimiser, &self.regularisation);
+        [
+            ("optimiser.final_learning_rate", o.final_learning_rate),
+            ("optimiser.half_periods", o.half_periods),
+            ("optimiser.weight_decay", o.weight_decay.into()),
+            ("optimiser.clip_norm", o.clip_norm),
+            ("batch.unroll_grown", self.batch.unroll_grown),
+            ("regularisation.state_noise_m", r.state_noise_m.into()),
+            ("regularisation.motion_noise", r.motion_noise.into()),
+            ("loss.position", self.loss.position.into()),
+            ("loss.velocity", self.loss.velocity.into()),
+            ("intersection.relaxation_m", self.intersection.relaxation_m.into()),
+        ]
+    }
+
+    fn shares(&self) -> [(&'static str, f64); 3] {
+        let r = &self.regularisation;
+        [
+            ("regularisation.dropout", r.dropout.into()),
+            ("regularisation.input_dropout", r.input_dropout.into()),
+            ("regularisation.average", r.average),
+        ]
+    }
+}
+
+fn ensure(
+    what: &'static str,
+    expected: &'static str,
+    found: impl std::fmt::Display,
+    holds: bool,
+) -> Result<(), SettingsError> {
+    if holds {
+        return Ok(());
+    }
+    let found = found.to_string();
+    Err(SettingsError::Value {
+        what,
+        expected,
+        found,
+    })
+}

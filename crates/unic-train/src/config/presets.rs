@@ -1,0 +1,194 @@
+//! The presets: named settings to start from.
+
+use super::{
+    BatchConfig, IntersectionConfig, Keep, LossConfig, ModelSettings, OptimiserConfig, Refit,
+    RegularisationConfig, StateSettings, TrainConfig, ValidationConfig,
+};
+use unic_core::{
+    config::{EncoderConfig, FieldConfig, PointInput},
+    motion::{MotionLayout, NormalisationRule, NormalisedElements, VelocityScheme},
+};
+
+/// Named starting points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preset {
+    /// The published method with its sizes, for comparison.
+    Paper,
+    /// The best that we know; see ARCHITECTURE.md.
+    Standard,
+    /// Small, for slow machines and tests.
+    Tiny,
+}
+
+impl TrainConfig {
+    /// The settings of a preset.
+    pub fn preset(preset: Preset) -> Self {
+        match preset {
+            Preset::Paper => paper(),
+            Preset::Standard => standard(),
+            Preset::Tiny => tiny(),
+        }
+    }
+}
+
+/// Sizes, optimiser, schedule and teacher forcing of the paper (section 4.1) and the authors'
+/// release; a batch is subsampled, which the pointwise field allows.
+fn paper() -> TrainConfig {
+    TrainConfig {
+        seed: 1,
+        model: ModelSettings {
+            layout: MotionLayout::Paper,
+            velocity: VelocityScheme::Forward,
+            normalisation: NormalisationRule::PAPER,
+            encoder: EncoderConfig {
+                hidden: vec![4096, 4096],
+                channels: 128,
+                categories: 8,
+            },
+            field: FieldConfig {
+                width: 256,
+                hidden_layers: 8,
+                skip: Some(5),
+            },
+            state: StateSettings::Position,
+        },
+        optimiser: OptimiserConfig {
+            steps: 3000,
+            learning_rate: 1e-4,
+            final_learning_rate: 1e-6,
+            half_periods: 3.0,
+            warmup_steps: 0,
+            weight_decay: 1e-4,
+            clip_norm: 0.0,
+        },
+        batch: BatchConfig {
+            windows: 128,
+            points: 256,
+            unroll_first: 1,
+            unroll_last: 1,
+            unroll_grown: 1.0,
+        },
+        regularisation: RegularisationConfig {
+            dropout: 0.25,
+            input_dropout: 0.25,
+            dropout_by_window: false,
+            state_noise_m: 0.0,
+            motion_noise: 0.0,
+            mirror: false,
+            average: 0.0,
+        },
+        loss: LossConfig {
+            position: 1e4,
+            velocity: 0.0,
+        },
+        intersection: IntersectionConfig {
+            from_step: None,
+            relaxation_m: 0.005,
+            at_inference: true,
+        },
+        keep: Keep::Last,
+        validation: ValidationConfig {
+            every: 500,
+            refit: Refit::Never,
+        },
+    }
+}
+
+/// Small and briefly trained on purpose. Chosen by leaving clips out of the T-shirt in the shared
+/// data (35 s of motion in all): wider networks and more steps fit the training clips better and
+/// unseen ones worse, long rollouts and a long memory help, and so does the prior.
+fn standard() -> TrainConfig {
+    use PointInput::{Displacement, Rest, SkinVelocity, Up, Velocity};
+    TrainConfig {
+        model: ModelSettings {
+            layout: MotionLayout::Heading,
+            velocity: VelocityScheme::Backward,
+            normalisation: NormalisationRule {
+                elements: NormalisedElements::All,
+                least_std: 0.02,
+                limit: Some(5.0),
+            },
+            encoder: EncoderConfig {
+                hidden: vec![128],
+                channels: 32,
+                categories: 8,
+            },
+            field: FieldConfig {
+                width: 32,
+                hidden_layers: 4,
+                skip: None,
+            },
+            state: StateSettings::Displacement {
+                memory_s: 2.0,
+                prior_shapes: 32,
+                inputs: vec![Displacement, Velocity, Rest, Up, SkinVelocity],
+            },
+        },
+        optimiser: OptimiserConfig {
+            steps: 300,
+            learning_rate: 3e-4,
+            final_learning_rate: 1e-6,
+            half_periods: 1.0,
+            warmup_steps: 100,
+            weight_decay: 1e-2,
+            clip_norm: 1.0,
+        },
+        batch: BatchConfig {
+            windows: 16,
+            points: 64,
+            unroll_first: 8,
+            unroll_last: 24,
+            unroll_grown: 0.6,
+        },
+        regularisation: RegularisationConfig {
+            dropout: 0.5,
+            input_dropout: 0.5,
+            dropout_by_window: true,
+            state_noise_m: 0.01,
+            motion_noise: 0.0,
+            mirror: true,
+            average: 0.98,
+        },
+        loss: LossConfig {
+            position: 1e4,
+            velocity: 0.0,
+        },
+        keep: Keep::Last,
+        validation: ValidationConfig {
+            every: 50,
+            refit: Refit::AllClips,
+        },
+        ..paper()
+    }
+}
+
+fn tiny() -> TrainConfig {
+    let standard = standard();
+    TrainConfig {
+        model: ModelSettings {
+            encoder: EncoderConfig {
+                hidden: vec![64],
+                channels: 16,
+                categories: 8,
+            },
+            field: FieldConfig {
+                width: 32,
+                hidden_layers: 4,
+                skip: None,
+            },
+            ..standard.model
+        },
+        optimiser: OptimiserConfig {
+            steps: 100,
+            ..standard.optimiser
+        },
+        batch: BatchConfig {
+            windows: 8,
+            points: 64,
+            unroll_first: 4,
+            unroll_last: 12,
+            ..standard.batch
+        },
+        ..standard
+    }
+}

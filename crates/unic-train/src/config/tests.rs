@@ -1,0 +1,89 @@
+use super::*;
+
+#[test]
+fn presets_survive_their_own_file() {
+    for preset in [Preset::Paper, Preset::Standard, Preset::Tiny] {
+        let config = TrainConfig::preset(preset);
+        config.check().unwrap();
+        assert_eq!(TrainConfig::from_toml(&config.to_toml()).unwrap(), config);
+    }
+}
+
+#[test]
+fn assignments_reach_nested_keys_and_refuse_unknown_ones() {
+    let config = TrainConfig::preset(Preset::Tiny);
+    let set = |text: &str| config.with_assignments(&[text.to_owned()]);
+    assert_eq!(set("optimiser.steps=7").unwrap().optimiser.steps, 7);
+    assert_eq!(set("keep = last").unwrap().keep, Keep::Last);
+    assert_eq!(
+        set("intersection.from_step=5").unwrap().intersection.from_step,
+        Some(5)
+    );
+    for wrong in [
+        "steps",
+        "optimiser.stepz=7",
+        "nowhere.steps=7",
+        "optimiser.steps=x",
+        "batch.points=0",
+        "loss.velocity=-1",
+        "optimiser.clip_norm=nan",
+        "optimiser.learning_rate=inf",
+        "validation.every=0",
+        "validation.refit=maybe",
+    ] {
+        assert!(set(wrong).is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn the_schedule_of_the_paper_rises_again() {
+    let config = TrainConfig::preset(Preset::Paper);
+    let third = config.optimiser.steps / 3;
+    assert!((config.learning_rate(0) - 1e-4).abs() < 1e-12);
+    assert!((config.learning_rate(third) - 1e-6).abs() < 1e-9);
+    assert!((config.learning_rate(2 * third) - 1e-4).abs() < 1e-9);
+    assert!((config.learning_rate(3 * third) - 1e-6).abs() < 1e-9);
+}
+
+#[test]
+fn unrolling_grows_to_its_full_length() {
+    let config = TrainConfig::preset(Preset::Standard);
+    assert_eq!(config.unroll(0), config.batch.unroll_first);
+    assert_eq!(
+        config.unroll(config.optimiser.steps - 1),
+        config.batch.unroll_last
+    );
+    assert_eq!(TrainConfig::preset(Preset::Paper).unroll(10), 1);
+}
+
+#[test]
+fn a_step_that_no_memory_holds_is_refused_by_its_product() {
+    let config = TrainConfig::preset(Preset::Paper);
+    let set = |points: usize, unroll: usize| {
+        let lines = [
+            format!("batch.points={points}"),
+            format!("batch.unroll_last={unroll}"),
+        ];
+        config.with_assignments(&lines)
+    };
+    // 128 windows: the published batch of 1.2 million vertices fits.
+    assert!(set(9_375, 1).is_ok());
+    assert!(set(1 << 15, 1).is_ok());
+    let error = set(1 << 15, 2).unwrap_err().to_string();
+    assert!(
+        error.contains("product") && error.contains("found 8388608"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_best_parameters_need_a_clip_to_be_told_by() {
+    let config = TrainConfig::preset(Preset::Standard);
+    let set = |lines: &[&str]| {
+        let lines: Vec<String> = lines.iter().map(|l| (*l).to_owned()).collect();
+        config.with_assignments(&lines)
+    };
+    let error = set(&["keep=best"]).unwrap_err().to_string();
+    assert!(error.contains("validation.refit"), "{error}");
+    assert!(set(&["keep=best", "validation.refit=never"]).is_ok());
+}

@@ -1,0 +1,55 @@
+//! Settings as TOML, whole and one key at a time.
+
+use super::{SettingsError, TrainConfig};
+
+impl TrainConfig {
+    /// These settings with `key=value` assignments, keys dotted as in the TOML file.
+    ///
+    /// # Errors
+    /// Assignments that are none, keys that do not exist, values of another type or out of range.
+    pub fn with_assignments(&self, assignments: &[String]) -> Result<Self, SettingsError> {
+        let mut table = toml::Table::try_from(self).map_err(|e| SettingsError::Assignment(e.to_string()))?;
+        for assignment in assignments {
+            let wrong = || SettingsError::Assignment(assignment.clone());
+            let (key, value) = assignment.split_once('=').ok_or_else(wrong)?;
+            let value = parse_value(value.trim());
+            assign(&mut table, key.trim(), value).ok_or_else(wrong)?;
+        }
+        let config: Self = table.try_into()?;
+        config.check()?;
+        Ok(config)
+    }
+
+    /// Reads a complete settings file.
+    ///
+    /// # Errors
+    /// Missing or unknown keys, values of another type or out of range.
+    pub fn from_toml(text: &str) -> Result<Self, SettingsError> {
+        let config: Self = toml::from_str(text)?;
+        config.check()?;
+        Ok(config)
+    }
+
+    /// The settings as a file that [`TrainConfig::from_toml`] reads.
+    pub fn to_toml(&self) -> String {
+        // Only maps with keys that are no strings cannot be written, and there are none.
+        toml::to_string_pretty(self).unwrap_or_default()
+    }
+}
+
+/// A TOML value, or a string where it is none: `keep=best` needs no quotes.
+fn parse_value(text: &str) -> toml::Value {
+    let document: Result<toml::Table, _> = toml::from_str(&format!("value = {text}"));
+    let value = document.ok().and_then(|mut table| table.remove("value"));
+    value.unwrap_or_else(|| toml::Value::String(text.to_owned()))
+}
+
+fn assign(table: &mut toml::Table, key: &str, value: toml::Value) -> Option<()> {
+    match key.split_once('.') {
+        Some((head, rest)) => assign(table.get_mut(head)?.as_table_mut()?, rest, value),
+        None => {
+            table.insert(key.to_owned(), value);
+            Some(())
+        }
+    }
+}

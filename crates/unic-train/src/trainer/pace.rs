@@ -1,0 +1,72 @@
+//! How fast a machine trains.
+
+use super::Trainer;
+use crate::{error::TrainError, fit::Fit, validation::free_running_rmse};
+use std::{sync::Arc, time::Instant};
+
+/// Wall-clock seconds on this machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    /// An optimiser step, averaged over the run: windows grow.
+    pub step: f64,
+    /// A validation.
+    pub validation: f64,
+}
+
+impl Pace {
+    /// Steps of each fit so that all fits of a run fit into `seconds`, one at least. `every`: steps from
+    /// one validation to the next.
+    pub fn steps_within(&self, seconds: f64, fits: &[Fit], every: u64) -> u64 {
+        let of_a_fit = |fit: &Fit| match fit {
+            Fit::HeldOut => self.step + self.validation / every as f64,
+            Fit::AllClips => self.step,
+        };
+        let all: f64 = fits.iter().map(of_a_fit).sum();
+        ((seconds / all) as u64).max(1)
+    }
+}
+
+impl Trainer {
+    /// Times a few steps, which are not kept, and a validation.
+    ///
+    /// # Errors
+    /// As [`Trainer::run`].
+    pub fn pace(&self) -> Result<Pace, TrainError> {
+        const SAMPLES: u64 = 5;
+        let steps = self.config.optimiser.steps;
+        let (mut network, mut moments) = (self.network.clone(), self.moments.clone());
+        let mut total = 0.0;
+        for i in 0..SAMPLES {
+            let at = steps * (2 * i + 1) / (2 * SAMPLES);
+            // Twice: the first one warms caches and allocates.
+            self.stepped(&mut network, &mut moments, at)?;
+            let started = Instant::now();
+            self.stepped(&mut network, &mut moments, at)?;
+            total += started.elapsed().as_secs_f64();
+        }
+        let started = Instant::now();
+        let model = Arc::new(self.model_of(&self.network.values())?);
+        free_running_rmse(&model, &self.data.validation)?;
+        Ok(Pace {
+            step: total / SAMPLES as f64,
+            validation: started.elapsed().as_secs_f64(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_fits_share_a_budget() {
+        let pace = Pace {
+            step: 0.1,
+            validation: 2.0,
+        };
+        let both = [Fit::HeldOut, Fit::AllClips];
+        assert_eq!(pace.steps_within(60.5, &both[..1], 20), 302);
+        assert_eq!(pace.steps_within(60.5, &both, 20), 201);
+        assert_eq!(pace.steps_within(-1.0, &both, 20), 1);
+    }
+}
