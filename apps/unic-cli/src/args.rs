@@ -2,13 +2,19 @@
 
 use clap::{Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use std::{num::NonZeroUsize, ops::Range, path::PathBuf, time::Duration};
+use std::{
+    num::{NonZeroU32, NonZeroUsize},
+    ops::Range,
+    path::PathBuf,
+    time::Duration,
+};
 use unic_io::{Split, UpAxis};
 
 /// Learns how one garment moves on one character, and animates it on any motion in real time.
 ///
 /// A capture (a folder with capture.toml) goes in, a model (.unic) comes out:
 ///
+///   unic simulate --out captures/tshirt               makes one: no files are needed
 ///   unic inspect captures/tshirt                      what is there, and what is wrong with it
 ///   unic eval --baselines captures/tshirt             the numbers to beat
 ///   unic train captures/tshirt --budget 45m           writes tshirt.unic
@@ -26,6 +32,7 @@ pub(crate) struct Args {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    Simulate(SimulateArgs),
     Train(TrainArgs),
     Eval(EvalArgs),
     Animate(AnimateArgs),
@@ -37,11 +44,107 @@ pub(crate) enum Command {
     },
 }
 
+/// Simulate a garment on a character: make a capture to train on.
+///
+/// Each motion becomes a clip. The garment's rest shape lies in the character's rest pose and may
+/// cut into the body; every clip begins with a settling phase in which it leaves the body and the
+/// character goes over to the clip's first pose. Ctrl-C keeps the clips that are finished; --resume
+/// makes the others.
+///
+/// Examples:
+///   unic simulate --out captures/human_tshirt
+///   unic simulate --garment skirt --motion walk.npz run.bvh --test run --out captures/skirt
+///   unic simulate --character rig.npz --garment coat.obj --material denim --motion *.npz --out captures/coat
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct SimulateArgs {
+    /// The character: character.npz, a folder that holds one, or the built-in `human`.
+    #[arg(long, value_name = "FILE.npz|FOLDER|human", default_value = "human")]
+    pub(crate) character: PathBuf,
+    /// The garment: an .obj, a folder with garment.obj and perhaps garment.npz (`pinned` vertices are
+    /// held on the body), or built in: tshirt, skirt, pleated_dress, tulle_skirt, robe.
+    #[arg(long, value_name = "FILE.obj|FOLDER|NAME", default_value = "tshirt")]
+    pub(crate) garment: PathBuf,
+    /// Motions: npz or bvh [default: built-in idle, walks, runs, turns, jumps and dances].
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub(crate) motion: Vec<PathBuf>,
+    /// The folder to write.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// What the whole garment is made of [default: what its maker says, else cotton].
+    #[arg(long, value_enum)]
+    pub(crate) material: Option<MaterialName>,
+    /// Clips held out for evaluation, by name [default: the last one].
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(crate) test: Vec<String>,
+    /// Clips that training watches, by name.
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(crate) validation: Vec<String>,
+    /// Frames a second of the capture.
+    #[arg(long, value_name = "FPS", default_value_t = 30.0)]
+    pub(crate) fps: f32,
+    /// Only the first seconds of each motion.
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    pub(crate) seconds: Option<f32>,
+    /// Which axis points up in the motion files.
+    #[arg(long, value_enum, default_value_t = UpName::Auto)]
+    pub(crate) up: UpName,
+    /// Steady wind, m/s.
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+    pub(crate) wind: Option<glam::Vec3>,
+    /// Solver steps a frame [default: 20].
+    #[arg(long, value_name = "N")]
+    pub(crate) substeps: Option<NonZeroU32>,
+    /// Distance between cloth and body, mm [default: the material's].
+    #[arg(long, value_name = "MM")]
+    pub(crate) thickness: Option<f32>,
+    /// Does the cloth touch itself?
+    #[arg(long, value_enum, default_value_t = Switch::On)]
+    pub(crate) self_collision: Switch,
+    /// Draw each clip: one PNG strip a clip in this folder.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) pictures: Option<PathBuf>,
+    /// Go on with an interrupted simulation in the folder.
+    #[arg(long, conflicts_with = "overwrite")]
+    pub(crate) resume: bool,
+    /// Replace the capture in the folder.
+    #[arg(long)]
+    pub(crate) overwrite: bool,
+    /// Print one JSON object about the result on stdout.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// [`unic_sim::Material`] by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MaterialName {
+    /// Shirting.
+    Cotton,
+    /// Trouser twill.
+    Denim,
+    /// Light and limp.
+    Silk,
+    /// Net, stiff for its weight.
+    Tulle,
+}
+
+/// On or off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Switch {
+    /// Yes.
+    On,
+    /// No.
+    Off,
+}
+
 /// Train a model on a capture.
 ///
 /// Beside the model lies the run's folder (tshirt.run for tshirt.unic): settings in config.toml,
 /// curves in metrics.jsonl, checkpoints, log.txt. Ctrl-C saves a checkpoint; --resume goes on from
 /// it to the same result as if nothing had happened.
+///
+/// Without validation clips in the capture, one training clip is held out to measure the error on
+/// unseen motion; then the model is trained once more on all clips (validation.refit).
 ///
 /// Examples:
 ///   unic train captures/tshirt --preset tiny
@@ -88,7 +191,8 @@ pub(crate) struct TrainArgs {
 /// Measure a model beside all baselines.
 ///
 /// Every row is measured one-step (each frame from the true one before it) and free-running (from
-/// frame 0 alone), which is the one that counts. Lengths are in millimetres.
+/// frame 0 alone), which is the one that counts. Lengths are in millimetres. The row `prior` is what
+/// the model's linear part says on its own, without the network's field.
 ///
 /// Examples:
 ///   unic eval --baselines captures/tshirt
@@ -133,10 +237,10 @@ pub(crate) struct EvalArgs {
 
 /// Animate a garment on a motion.
 ///
-/// The motion is an npz file with poses and trans, as AMASS and captures have it; it is resampled to
-/// the model's frame rate. The body goes beside the garment (walk.body.pc2 for walk.pc2), and so
-/// does a picture (walk.png). For .pc2, walk.obj and walk.body.obj are the meshes that the caches
-/// belong to.
+/// The motion is an npz file with poses and trans, as AMASS and captures have it, or a BVH file of
+/// any skeleton; it is resampled to the model's frame rate. The body goes beside the garment
+/// (walk.body.pc2 for walk.pc2), and so does a picture (walk.png). For .pc2, walk.obj and
+/// walk.body.obj are the meshes that the caches belong to.
 ///
 /// Examples:
 ///   unic animate tshirt.unic --motion walk.npz --out walk.pc2
@@ -147,9 +251,12 @@ pub(crate) struct EvalArgs {
 pub(crate) struct AnimateArgs {
     /// The model (.unic).
     pub(crate) model: PathBuf,
-    /// The motion: npz with poses (T, 3J), trans (T, 3) and a frame rate.
-    #[arg(long, value_name = "FILE.npz")]
+    /// The motion: npz with poses (T, 3J), trans (T, 3) and a frame rate, or BVH of any skeleton.
+    #[arg(long, value_name = "FILE.npz|FILE.bvh")]
     pub(crate) motion: PathBuf,
+    /// Joints of a BVH file whose names do not tell what they are (TOML).
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) bone_map: Option<PathBuf>,
     /// The animation: .pc2, .npz, or a folder of OBJ files.
     #[arg(long, value_name = "FILE.pc2|FILE.npz|FOLDER")]
     pub(crate) out: PathBuf,
@@ -182,10 +289,27 @@ pub(crate) struct AnimateArgs {
 ///
 /// Knows captures, characters, motions, meshes, vertex animations, numpy arrays and models. The
 /// exit code is 1 where something is wrong.
+///
+/// With --coverage it says how much of a motion lies within what a capture has seen, and what the
+/// capture lacks.
+///
+/// Examples:
+///   unic inspect captures/tshirt
+///   unic inspect walk.bvh --json
+///   unic inspect --coverage captures/tshirt cartwheel.bvh
+///   unic inspect --coverage captures/tshirt            its test clips by its training clips
 #[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
 pub(crate) struct InspectArgs {
-    /// The file or folder.
-    pub(crate) path: PathBuf,
+    /// The file or folder; with --coverage any number of motions [default: the capture's test clips].
+    #[arg(required_unless_present = "coverage")]
+    pub(crate) path: Vec<PathBuf>,
+    /// Compare motions with the training clips of this capture.
+    #[arg(long, value_name = "CAPTURE")]
+    pub(crate) coverage: Option<PathBuf>,
+    /// Joints of BVH files whose names do not tell what they are (TOML).
+    #[arg(long, value_name = "FILE.toml", requires = "coverage")]
+    pub(crate) bone_map: Option<PathBuf>,
     /// Print one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,
@@ -243,6 +367,17 @@ impl From<PresetName> for unic_train::Preset {
     }
 }
 
+impl From<MaterialName> for unic_sim::Material {
+    fn from(name: MaterialName) -> Self {
+        match name {
+            MaterialName::Cotton => Self::COTTON,
+            MaterialName::Denim => Self::DENIM,
+            MaterialName::Silk => Self::SILK,
+            MaterialName::Tulle => Self::TULLE,
+        }
+    }
+}
+
 impl From<SplitName> for Split {
     fn from(name: SplitName) -> Self {
         match name {
@@ -269,6 +404,22 @@ fn parse_budget(text: &str) -> Result<Duration, String> {
         true => Err("a time above zero, such as 45m, is needed".into()),
         false => Ok(budget),
     }
+}
+
+fn parse_seconds(text: &str) -> Result<f32, String> {
+    let seconds: Option<f32> = text.parse().ok().filter(|s: &f32| s.is_finite() && *s > 0.0);
+    seconds.ok_or_else(|| "a number of seconds above zero is needed, such as 10".into())
+}
+
+fn parse_vector(text: &str) -> Result<glam::Vec3, String> {
+    let numbers: Vec<f32> = text
+        .split(',')
+        .map_while(|part| part.trim().parse().ok())
+        .collect();
+    let vector = <[f32; 3]>::try_from(numbers).ok().map(glam::Vec3::from);
+    vector
+        .filter(|v| v.is_finite())
+        .ok_or_else(|| "three numbers X,Y,Z are needed, such as 0,0,-3".into())
 }
 
 fn parse_frames(text: &str) -> Result<Range<usize>, String> {

@@ -1,4 +1,4 @@
-//! The `unic` command: train, evaluate and animate neural garments.
+//! The `unic` command: simulate, train, evaluate and animate neural garments.
 
 mod args;
 mod commands;
@@ -35,6 +35,7 @@ fn prepare(args: &Args) -> Result<()> {
 
 fn run(command: &Command) -> Result<()> {
     match command {
+        Command::Simulate(args) => commands::simulate::run(args),
         Command::Train(args) => commands::train::run(args),
         Command::Eval(args) => commands::eval::run(args),
         Command::Animate(args) => commands::animate::run(args),

@@ -116,6 +116,15 @@ impl<'a> Studio<'a> {
     }
 }
 
+/// The first frame, the last one, and others between.
+pub(crate) fn evenly_spread(len: usize, count: usize) -> Vec<usize> {
+    let mut frames: Vec<usize> = (0..count)
+        .map(|i| i * len.saturating_sub(1) / (count - 1).max(1))
+        .collect();
+    frames.dedup();
+    frames
+}
+
 /// Box around all shots, seen from their anchors.
 fn bounds(shots: &[Shot]) -> (Vec3, Vec3) {
     let mut all = Bounds::EMPTY;
@@ -184,5 +193,12 @@ mod tests {
         ];
         assert_eq!(bounds(&shots), (Vec3::ZERO, Vec3::splat(1.5)));
         assert_eq!(bounds(&[]), (-Vec3::ONE, Vec3::ONE));
+    }
+
+    #[test]
+    fn pictures_are_spread_over_any_clip() {
+        assert_eq!(evenly_spread(15, 8), [0, 2, 4, 6, 8, 10, 12, 14]);
+        assert_eq!(evenly_spread(2, 8), [0, 1]);
+        assert_eq!(evenly_spread(1, 8), [0]);
     }
 }

@@ -4,7 +4,7 @@
 //! run.toml        capture, clips and preset: what a resumed run must find again
 //! config.toml     all settings; there from the moment that training starts
 //! metrics.jsonl   one JSON object a line
-//! checkpoints/    the two newest
+//! checkpoints/    the two newest of each fit, in held_out/ and all_clips/
 //! log.txt         what ran when, on which machine
 //! lock            held while a process trains into the folder
 //! ```
@@ -12,7 +12,7 @@
 mod metrics;
 mod record;
 
-pub(crate) use metrics::MetricsLog;
+pub(crate) use metrics::{MetricsLog, Moment};
 pub(crate) use record::RunRecord;
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -23,7 +23,7 @@ use std::{
     time::SystemTime,
 };
 use unic_io::atomic::{self, AtomicFile};
-use unic_train::TrainConfig;
+use unic_train::{Fit, TrainConfig};
 
 /// What becomes of a run that is there already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,9 +68,9 @@ impl RunFolder {
         self.path.join("config.toml")
     }
 
-    /// Where the trainer keeps its checkpoints.
-    pub(crate) fn checkpoints(&self) -> PathBuf {
-        self.path.join("checkpoints")
+    /// Where the trainer keeps the checkpoints of a fit.
+    pub(crate) fn checkpoints(&self, fit: Fit) -> PathBuf {
+        self.path.join("checkpoints").join(fit.name())
     }
 
     /// Losses and validation errors.
@@ -108,9 +108,10 @@ impl RunFolder {
     }
 
     fn clear(&self) -> Result<()> {
-        let checkpoints = fs::read_dir(self.checkpoints())?
-            .flatten()
-            .map(|entry| entry.path());
+        let checkpoints = [Fit::HeldOut, Fit::AllClips]
+            .into_iter()
+            .flat_map(|fit| fs::read_dir(self.checkpoints(fit)))
+            .flat_map(|entries| entries.flatten().map(|entry| entry.path()));
         let files = ["config.toml", "run.toml", "metrics.jsonl", "log.txt"].map(|name| self.path.join(name));
         for file in files.into_iter().chain(checkpoints).filter(|file| file.exists()) {
             fs::remove_file(&file).map_err(|e| anyhow!("{}: cannot remove: {e}", file.display()))?;
@@ -124,7 +125,7 @@ impl Drop for RunFolder {
     fn drop(&mut self) {
         if !self.config().exists() {
             let _ = fs::remove_file(self.path.join("lock"));
-            let _ = fs::remove_dir(self.checkpoints());
+            let _ = fs::remove_dir(self.path.join("checkpoints"));
             let _ = fs::remove_dir(&self.path);
         }
         let _ = self.lock.unlock();

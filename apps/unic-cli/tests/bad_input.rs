@@ -153,10 +153,10 @@ fn write_clip(path: &Path, frames: usize, joints: usize, value: f32) {
 fn motions_that_do_not_fit() {
     let folder = fresh();
     for (name, frames, joints, value) in [
-        ("joints", 30, 5, 0.0),
-        ("empty", 0, 4, 0.0),
-        ("short", 1, 4, 0.0),
-        ("nan", 30, 4, f32::NAN),
+        ("joints", 30, JOINTS + 1, 0.0),
+        ("empty", 0, JOINTS, 0.0),
+        ("short", 1, JOINTS, 0.0),
+        ("nan", 30, JOINTS, f32::NAN),
     ] {
         let file = format!("{name}.npz");
         write_clip(&folder.path().join(&file), frames, joints, value);
@@ -194,8 +194,8 @@ fn a_character_that_does_not_fit_its_weights() {
     let mut npz = NpzWriter::create(&path).unwrap();
     npz.f32s("vertices", &[3, 3], &[0.0; 9]).unwrap();
     npz.i32s("faces", &[1, 3], &[0, 1, 2]).unwrap();
-    npz.f32s("joints", &[4, 3], &[0.0; 12]).unwrap();
-    npz.i32s("parents", &[4], &[-1, 0, 0, 0]).unwrap();
+    npz.f32s("joints", &[JOINTS, 3], &[0.0; 3 * JOINTS]).unwrap();
+    npz.i32s("parents", &[JOINTS], &[-1, 0, 0, 0, 0, 0]).unwrap();
     npz.f32s("weights", &[3, 5], &[0.2; 15]).unwrap();
     npz.text("joint_names", character.skeleton.names()).unwrap();
     npz.finish().unwrap();
@@ -255,6 +255,21 @@ fn settings_that_mean_nothing() {
         "batch.points",
     );
     fails(folder.path(), &format!("{TRAIN} --set seed"), "seed");
+    fails(
+        folder.path(),
+        &format!("{TRAIN} --set batch.windows=60000 --set batch.points=1000"),
+        "product of batch.windows, batch.points",
+    );
+    fails(
+        folder.path(),
+        &format!("{TRAIN} --set keep=best"),
+        "validation.refit must be \"never\"",
+    );
+    fails(
+        folder.path(),
+        &format!("{TRAIN} --set validation.refit=sometimes"),
+        "all_clips",
+    );
     fs::write(folder.path().join("s.toml"), "[optimiser]\nsteps = \"many\"\n").unwrap();
     fails(folder.path(), &format!("{TRAIN} --config s.toml"), "s.toml");
 }
@@ -285,6 +300,12 @@ fn places_that_cannot_be_written() {
         "tube.unic",
     );
     fails(folder.path(), &ANIMATE.replace("a.pc2", "a.abc"), "a.abc");
+    // The picture is the last file to be named, and the first that there is no place for.
+    fails(
+        folder.path(),
+        &format!("{ANIMATE} --picture tube.unic/a.png"),
+        "tube.unic",
+    );
     fails(folder.path(), &ANIMATE.replace("a.pc2", "tube"), "tube");
 }
 

@@ -64,8 +64,11 @@ fn training_leaves_a_model_and_its_run() {
         "run",
         "bytes",
         "parameters",
+        "fit",
+        "training_clips",
         "steps",
         "seconds",
+        "validation_fit",
         "validation_clips",
         "validation_rmse_mm",
     ] {
@@ -100,7 +103,56 @@ fn training_leaves_a_model_and_its_run() {
             .unwrap()
             .contains("threads")
     );
-    assert!(run.join("checkpoints").join("step-00000060.safetensors").exists());
+    assert!(
+        run.join("checkpoints/held_out/step-00000060.safetensors")
+            .exists()
+    );
+    // The capture names its validation clip: it stays out, and one fit is all.
+    assert_eq!(
+        (&summary["fit"], &summary["validation_fit"]),
+        (&"held_out".into(), &"held_out".into())
+    );
+    assert!(!run.join("checkpoints/all_clips").exists());
+}
+
+#[test]
+fn a_drawn_validation_clip_goes_back_into_the_model() {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture_without_validation(folder.path());
+    let folder = folder.path();
+    let summary = train(folder, "m.unic", "--steps 60");
+    assert_eq!(
+        (&summary["fit"], &summary["validation_fit"], &summary["steps"]),
+        (&"all_clips".into(), &"held_out".into(), &60.into())
+    );
+    assert_eq!(summary["training_clips"].as_array().unwrap().len(), 3);
+    assert_eq!(summary["validation_clips"].as_array().unwrap().len(), 1);
+    // The error is that of the same run without a second fit, and so is the time less.
+    let once = train(folder, "once.unic", "--steps 60 --set validation.refit=never");
+    assert_eq!(once["fit"], "held_out");
+    assert_eq!(once["training_clips"].as_array().unwrap().len(), 2);
+    for key in ["validation_clips", "validation_rmse_mm"] {
+        assert_eq!(once[key], summary[key], "{key}");
+    }
+    assert_ne!(
+        tensors(&folder.join("once.unic")),
+        tensors(&folder.join("m.unic"))
+    );
+    // Nothing is validated in the second fit; its steps count from its own beginning.
+    let metrics = std::fs::read_to_string(folder.join("m.run/metrics.jsonl")).unwrap();
+    let lines = metrics
+        .lines()
+        .map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let places: Vec<(String, u64)> = lines
+        .map(|l| (l["fit"].as_str().unwrap().to_owned(), l["step"].as_u64().unwrap()))
+        .collect();
+    let held_out = [20, 40, 50, 60].map(|step| ("held_out".to_owned(), step));
+    assert_eq!(places[..4], held_out);
+    assert_eq!(places[4..], [("all_clips".to_owned(), 50)]);
+    let training = &metadata(&folder.join("m.unic"))["about"]["training"];
+    assert_eq!(training["fit"], "all_clips");
+    assert_eq!(training["validation"]["fit"], "held_out");
+    assert_eq!(training["validation"]["rmse_mm"], summary["validation_rmse_mm"]);
 }
 
 #[test]
@@ -115,6 +167,18 @@ fn a_budget_becomes_a_number_of_steps() {
 }
 
 #[test]
+fn both_fits_share_the_budget() {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture_without_validation(folder.path());
+    let summary = train(folder.path(), "m.unic", "--budget 4s");
+    assert_eq!(summary["fit"], "all_clips");
+    assert!(summary["steps"].as_u64().unwrap() > 1);
+    // Steps are timed while other tests run: twice as slow is no surprise.
+    let seconds = summary["seconds"].as_f64().unwrap();
+    assert!(seconds < 8.0, "{seconds}");
+}
+
+#[test]
 fn evaluation_has_every_key_of_the_contract() {
     let folder = TRAINED.path();
     let scores = json(folder, "eval tube.unic tube --json");
@@ -124,6 +188,7 @@ fn evaluation_has_every_key_of_the_contract() {
     }
     assert_baselines(&scores);
     assert_baselines(&scores["clips"]["five"]);
+    assert_metrics(&scores["baselines"]["prior"]["free_running"]);
     assert!(scores["timing"]["frame_ms"].as_f64().unwrap() > 0.0);
     // Three seconds of training must beat the shape that knows nothing.
     let rmse = |row: &Value| row["free_running"]["rmse_mm"].as_f64().unwrap();
@@ -138,6 +203,7 @@ fn baselines_stand_alone() {
     let folder = TRAINED.path();
     let scores = json(folder, "eval --baselines tube --json --split validation");
     assert_baselines(&scores);
+    assert!(scores["baselines"].get("prior").is_none());
     assert!(scores.get("model").is_none() && scores["clips"].get("three").is_some());
     let table = succeeds(folder, "eval --baselines tube --clips four");
     assert!(
@@ -187,7 +253,10 @@ fn animations_come_in_every_form_with_the_body_and_a_picture() {
         assert_eq!(summary["frames"], FRAMES);
         let cache = |name: &str| unic_io::read_vertex_cache(&folder.join(name)).unwrap().frames;
         assert_eq!((cache(out).len(), cache(out).vertex_count()), (FRAMES, VERTICES));
-        assert_eq!((cache(body).len(), cache(body).vertex_count()), (FRAMES, 90));
+        assert_eq!(
+            (cache(body).len(), cache(body).vertex_count()),
+            (FRAMES, BODY_VERTICES)
+        );
         assert_png(&folder.join(out).with_extension("png"));
         let written = summary["written"]
             .as_array()
@@ -207,7 +276,7 @@ fn animations_come_in_every_form_with_the_body_and_a_picture() {
             .unwrap()
             .vertices
             .len(),
-        90
+        BODY_VERTICES
     );
 }
 

@@ -39,17 +39,34 @@ fn interrupt(child: &Child) {
     assert!(killed.success());
 }
 
-/// Waits until a file has a line.
-fn wait_for_line(path: &Path) {
+/// Waits until a file has a line with this in it.
+fn wait_for_line(path: &Path, word: &str) {
     let started = Instant::now();
-    while !fs::read_to_string(path).is_ok_and(|text| text.contains('\n')) {
+    let is_there = |text: String| text.lines().any(|line| line.contains(word));
+    while !fs::read_to_string(path).is_ok_and(is_there) {
         assert!(
             started.elapsed() < Duration::from_secs(120),
-            "{} stays empty",
+            "{} has no {word}",
             path.display()
         );
         sleep(Duration::from_millis(5));
     }
+}
+
+/// Runs `line` until its metrics have a line with `word`, then sends what Ctrl-C sends; stderr.
+fn interrupted(folder: &Path, line: &str, metrics: &str, word: &str) -> String {
+    let mut command = command(folder, line);
+    let child = command
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    wait_for_line(&folder.join(metrics), word);
+    interrupt(&child);
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    stderr
 }
 
 #[cfg(unix)]
@@ -59,17 +76,8 @@ fn an_interrupted_run_goes_on_to_the_same_model() {
     write_capture(folder.path());
     let folder = folder.path();
     train(folder, "whole.unic", "--steps 150");
-    let mut command = command(folder, &format!("train tube {SHORT} --steps 150 --out cut.unic"));
-    let child = command
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    wait_for_line(&folder.join("cut.run/metrics.jsonl"));
-    interrupt(&child);
-    let output = child.wait_with_output().unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    let line = format!("train tube {SHORT} --steps 150 --out cut.unic");
+    let stderr = interrupted(folder, &line, "cut.run/metrics.jsonl", "held_out");
     assert!(
         stderr.contains("unic train tube --out cut.unic --resume"),
         "{stderr}"
@@ -83,6 +91,39 @@ fn an_interrupted_run_goes_on_to_the_same_model() {
     succeeds(folder, "train tube --out cut.unic --resume");
     assert!(tensors(&folder.join("whole.unic")) == tensors(&folder.join("cut.unic")));
     assert_eq!(curve(folder, "whole"), curve(folder, "cut"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_of_two_fits_can_be_interrupted_in_either() {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture_without_validation(folder.path());
+    let folder = folder.path();
+    let whole = train(folder, "whole.unic", "--steps 150");
+    let line = format!("train tube {SHORT} --steps 150 --out cut.unic");
+    let metrics = "cut.run/metrics.jsonl";
+    interrupted(folder, &line, metrics, "held_out");
+    let resume = "train tube --out cut.unic --resume";
+    let stderr = interrupted(folder, resume, metrics, "all_clips");
+    assert!(stderr.contains("of the fit on all clips"), "{stderr}");
+    assert!(!folder.join("cut.unic").exists());
+    let cut = json(folder, &format!("{resume} --json"));
+    assert!(tensors(&folder.join("whole.unic")) == tensors(&folder.join("cut.unic")));
+    assert_eq!(curve(folder, "whole"), curve(folder, "cut"));
+    for key in [
+        "fit",
+        "training_clips",
+        "steps",
+        "validation_clips",
+        "validation_rmse_mm",
+    ] {
+        assert_eq!(whole[key], cut[key], "{key}");
+    }
+    // A finished run that is resumed tells the same once more.
+    assert_eq!(
+        json(folder, &format!("{resume} --json"))["validation_rmse_mm"],
+        whole["validation_rmse_mm"]
+    );
 }
 
 /// Steps and values of the validations of a run.
@@ -118,4 +159,17 @@ fn a_finished_run_is_not_lost_by_accident() {
     );
     train(folder, "m.unic", "--steps 10 --overwrite");
     assert_ne!(fs::read(folder.join("m.unic")).unwrap(), before);
+}
+
+#[test]
+fn a_run_does_not_go_on_with_clips_that_have_changed_sides() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = write_capture_without_validation(folder.path());
+    train(folder.path(), "m.unic", "--steps 10");
+    fs::remove_dir_all(root).unwrap();
+    write_capture(folder.path());
+    let refused = unic(folder.path(), "train tube --out m.unic --resume");
+    let stderr = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("training clips"), "{stderr}");
 }

@@ -1,5 +1,29 @@
-//! A procedural human, garments and motion.
+//! A procedural human, garments and motion, for when there are none.
+//!
+//! Everything is made from parameters: nothing is read from a file, and the same parameters give the
+//! same bytes.
+//!
+//! ```
+//! use unic_builtin::{garments::TShirt, human::{HumanParameters, human}};
+//!
+//! // A skinned human in a T-pose, its 24 joints in SMPL's order.
+//! let character = human(&HumanParameters::default())?;
+//!
+//! // A garment is cut to the body that it is for, whoever made that.
+//! let shirt = TShirt { sleeve_m: 0.16, ..TShirt::default() }.make(&character)?;
+//! let sleeve = shirt.part("sleeve_left").map(|part| shirt.vertices_of(part).count());
+//! assert!(sleeve > Some(100));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! - [`human`]: the body, from height, shoulder width and girths.
+//! - [`garments`]: T-shirt, skirts, dress and robe for any character with SMPL's joints, and what
+//!   they are made with: slices of the body, grids of cloth, seams.
+//! - [`motion`]: clips for the same skeleton.
+//!
+//! Metres, +Y up, facing +Z, left is +X; garments are in the character's bind-pose space.
 
 pub mod garments;
 pub mod human;
+mod implicit;
 pub mod motion;

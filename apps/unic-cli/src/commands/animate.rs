@@ -4,7 +4,7 @@ use crate::{
     args::{AnimateArgs, IntersectionName},
     interrupt, model_file,
     output::{print, print_json, say},
-    pictures::{CLOTH, GAP, Place, Shot, Studio},
+    pictures::{CLOTH, GAP, Place, Shot, Studio, evenly_spread},
     progress::Progress,
 };
 use anyhow::{Result, anyhow, bail};
@@ -12,6 +12,7 @@ use glam::Vec3;
 use serde::Serialize;
 use std::{
     ffi::OsString,
+    io::Write,
     path::{Path, PathBuf},
     sync::Arc,
     time::Instant,
@@ -20,9 +21,13 @@ use unic_core::{
     animator::{Animator, Start, StepInput},
     clip::Clip,
     config::IntersectionMode,
+    mesh::TriMesh,
     model::Model,
 };
-use unic_io::{MotionOptions, VertexCacheWriter, import_motion, read_obj, read_vertex_cache, write_obj};
+use unic_io::{
+    BoneMap, MotionOptions, VertexCacheWriter, atomic::AtomicFile, import_motion, read_obj,
+    read_vertex_cache, write_obj_to,
+};
 use unic_viewer::grid;
 
 /// Pictures in the strip.
@@ -41,7 +46,7 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<()> {
     let mut files = Files::create(args, &model)?;
     let shots = animate(args, &model, &clip, start.as_deref(), &mut files)?;
     let picture = draw(&model, &clip, &shots)?;
-    let written = files.finish(&model, &picture)?;
+    let written = files.finish(&picture)?;
     let seconds = started.elapsed().as_secs_f64();
     show(
         args,
@@ -68,6 +73,7 @@ fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
     let options = MotionOptions {
         fps: Some(model.config().fps),
         up: args.up.into(),
+        bones: bone_map(args.bone_map.as_deref())?,
         ..MotionOptions::default()
     };
     let import = import_motion(&args.motion, model.character(), &options)?;
@@ -90,6 +96,11 @@ fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
     }
     clip.poses = clip.poses[range].to_vec();
     Ok(clip)
+}
+
+/// Of a file, or none: names alone tell.
+pub(crate) fn bone_map(path: Option<&Path>) -> Result<BoneMap> {
+    Ok(path.map(BoneMap::read).transpose()?.unwrap_or_default())
 }
 
 /// Positions of the first frame, or of the only one.
@@ -186,15 +197,6 @@ fn animator(args: &AnimateArgs, model: &Arc<Model>) -> Animator {
     animator
 }
 
-/// The first frame, the last one, and others between.
-fn evenly_spread(len: usize, count: usize) -> Vec<usize> {
-    let mut frames: Vec<usize> = (0..count)
-        .map(|i| i * len.saturating_sub(1) / (count - 1).max(1))
-        .collect();
-    frames.dedup();
-    frames
-}
-
 fn draw(model: &Model, clip: &Clip, shots: &[(usize, Shot)]) -> Result<Vec<u8>> {
     let all: Vec<Shot> = shots.iter().map(|(_, shot)| shot.clone()).collect();
     let studio = Studio::new(model.character(), model.garment(), clip.ground_height, &all)?;
@@ -204,26 +206,33 @@ fn draw(model: &Model, clip: &Clip, shots: &[(usize, Shot)]) -> Result<Vec<u8>> 
     Ok(grid(&tiles, tiles.len(), GAP)?.encode_png()?)
 }
 
-/// The animations being written; nothing appears before [`Files::finish`].
+/// The files being written: all are open before a frame is made, and nothing appears before
+/// [`Files::finish`].
 struct Files {
     garment: VertexCacheWriter,
     body: VertexCacheWriter,
-    garment_path: PathBuf,
-    body_path: PathBuf,
-    picture_path: PathBuf,
+    /// A point cache has no faces: these are the meshes that the two caches deform.
+    meshes: Vec<AtomicFile>,
+    picture: AtomicFile,
+    /// Garment, body, meshes, picture.
+    paths: Vec<PathBuf>,
 }
 
 impl Files {
     fn create(args: &AnimateArgs, model: &Model) -> Result<Self> {
-        let body_path = beside(&args.out);
-        refuse_inputs(args, &body_path)?;
+        let paths = outputs(args);
+        refuse_inputs(args, &paths)?;
         let fps = model.config().fps;
+        let meshes = [&model.garment().rest, &model.character().body];
+        let [garment, body] = [0, 1].map(|i| VertexCacheWriter::create(&paths[i], meshes[i], fps));
+        let (mesh_paths, picture_path) = (&paths[2..paths.len() - 1], &paths[paths.len() - 1]);
+        let mesh = |(path, mesh): (&PathBuf, &TriMesh)| mesh_file(path, mesh);
         Ok(Self {
-            garment: VertexCacheWriter::create(&args.out, &model.garment().rest, fps)?,
-            body: VertexCacheWriter::create(&body_path, &model.character().body, fps)?,
-            picture_path: picture_path(args),
-            garment_path: args.out.clone(),
-            body_path,
+            garment: garment?,
+            body: body?,
+            meshes: mesh_paths.iter().zip(meshes).map(mesh).collect::<Result<_>>()?,
+            picture: AtomicFile::create(picture_path)?,
+            paths,
         })
     }
 
@@ -232,37 +241,44 @@ impl Files {
         Ok(self.body.push(body)?)
     }
 
-    fn finish(self, model: &Model, picture: &[u8]) -> Result<Vec<PathBuf>> {
-        let is_pc2 = matches!(self.garment, VertexCacheWriter::Pc2(_));
-        let mut written = vec![self.garment_path, self.body_path];
+    /// Everything is written before the first file gets its name.
+    fn finish(mut self, picture: &[u8]) -> Result<Vec<PathBuf>> {
+        let failed = |path: &Path, e: std::io::Error| anyhow!("{}: cannot write: {e}", path.display());
+        let target = self.picture.target().to_owned();
+        (self.picture.write_all(picture)).map_err(|e| failed(&target, e))?;
         self.garment.finish()?;
         self.body.finish()?;
-        if is_pc2 {
-            // A point cache has no faces: these are the meshes that it deforms.
-            let meshes = [&model.garment().rest, &model.character().body];
-            for (i, mesh) in meshes.into_iter().enumerate() {
-                let path = written[i].with_extension("obj");
-                write_obj(&path, mesh)?;
-                written.push(path);
-            }
+        for file in self.meshes.into_iter().chain([self.picture]) {
+            file.finish()?;
         }
-        unic_io::atomic::write(&self.picture_path, picture)?;
-        written.push(self.picture_path);
-        Ok(written)
+        Ok(self.paths)
     }
 }
 
-fn picture_path(args: &AnimateArgs) -> PathBuf {
-    let default = || args.out.with_extension("png");
-    args.picture.clone().unwrap_or_else(default)
+fn mesh_file(path: &Path, mesh: &TriMesh) -> Result<AtomicFile> {
+    let mut file = AtomicFile::create(path)?;
+    write_obj_to(&mut file, mesh).map_err(|e| anyhow!("{}: cannot write: {e}", path.display()))?;
+    Ok(file)
+}
+
+/// Garment, body, the meshes of point caches, picture.
+fn outputs(args: &AnimateArgs) -> Vec<PathBuf> {
+    let body = beside(&args.out);
+    let picture = args.picture.clone();
+    let picture = picture.unwrap_or_else(|| args.out.with_extension("png"));
+    let is_pc2 = args
+        .out
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("pc2"));
+    let meshes = match is_pc2 {
+        true => vec![args.out.with_extension("obj"), body.with_extension("obj")],
+        false => Vec::new(),
+    };
+    [vec![args.out.clone(), body], meshes, vec![picture]].concat()
 }
 
 /// No output may be one of the files that are read: an artist's motion or mesh is never lost.
-fn refuse_inputs(args: &AnimateArgs, body: &Path) -> Result<()> {
-    let mut outputs = vec![args.out.clone(), body.to_owned(), picture_path(args)];
-    if args.out.extension().is_some_and(|e| e == "pc2") {
-        outputs.extend([args.out.with_extension("obj"), body.with_extension("obj")]);
-    }
+fn refuse_inputs(args: &AnimateArgs, outputs: &[PathBuf]) -> Result<()> {
     let inputs = [
         Some(&args.model),
         Some(&args.motion),
@@ -340,12 +356,5 @@ mod tests {
     fn the_body_goes_beside_the_garment() {
         assert_eq!(beside(Path::new("a/walk.pc2")), Path::new("a/walk.body.pc2"));
         assert_eq!(beside(Path::new("frames")), Path::new("frames_body"));
-    }
-
-    #[test]
-    fn pictures_are_spread_over_any_clip() {
-        assert_eq!(evenly_spread(15, 8), [0, 2, 4, 6, 8, 10, 12, 14]);
-        assert_eq!(evenly_spread(2, 8), [0, 1]);
-        assert_eq!(evenly_spread(1, 8), [0]);
     }
 }

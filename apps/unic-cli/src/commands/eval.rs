@@ -18,7 +18,8 @@ use unic_core::{
     model::Model,
 };
 use unic_eval::{
-    Dump, Evaluation, Event, Mode, ModelPredictor, PredictorError, Row, baselines, evaluate, training_set,
+    Dump, Evaluation, Event, Mode, ModelPredictor, PRIOR, PredictorError, PriorPredictor, Row, baselines,
+    evaluate, training_set,
 };
 use unic_io::{Capture, Split};
 
@@ -100,11 +101,16 @@ fn check_fit(model: &Model, path: &Path, capture: &Capture) -> Result<()> {
 }
 
 fn rows(capture: &Capture, animator: Option<&Animator>) -> Result<Vec<Row>> {
-    let model = animator.map(|animator| Row::model(ModelPredictor::from_animator(animator.clone())));
+    let mut rows = Vec::new();
+    if let Some(animator) = animator {
+        rows.push(Row::model(ModelPredictor::from_animator(animator.clone())));
+        let prior = PriorPredictor::new(animator)?;
+        rows.extend(prior.map(|prior| Row::baseline(PRIOR, prior)));
+    }
     let set = training_set(capture)?;
     say("fitting the baselines on the training clips");
-    let baselines = baselines::fit(&set);
-    Ok(model.into_iter().chain(baselines).collect())
+    rows.extend(baselines::fit(&set));
+    Ok(rows)
 }
 
 /// What happens while frames are measured.

@@ -1,12 +1,35 @@
 //! `unic inspect`.
 
-use crate::{args::InspectArgs, model_file, output};
+use crate::{
+    args::InspectArgs,
+    commands::animate::bone_map,
+    failure::Usage,
+    model_file,
+    output::{self, say},
+};
 use anyhow::{Result, bail};
-use unic_io::inspect::{Kind, Report};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use unic_eval::{Coverage, CoverageReport, capture_clips};
+use unic_io::{
+    Capture, MotionOptions, Split, import_motion,
+    inspect::{Kind, Report},
+};
 
 /// Prints what is there; an error where something is wrong with it.
 pub(crate) fn run(args: &InspectArgs) -> Result<()> {
-    let mut report = unic_io::inspect(&args.path)?;
+    match (&args.coverage, args.path.as_slice()) {
+        (Some(capture), motions) => coverage(args, capture, motions),
+        (None, [path]) => inspect(args, path),
+        (None, paths) => {
+            let found = paths.len();
+            Err(Usage(format!("expected one file or folder to inspect, found {found}")).into())
+        }
+    }
+}
+
+fn inspect(args: &InspectArgs, path: &Path) -> Result<()> {
+    let mut report = unic_io::inspect(path)?;
     if report.kind == Kind::Model && report.problems.is_empty() {
         open_model(&mut report);
     }
@@ -35,4 +58,58 @@ fn open_model(report: &mut Report) {
         }
         Err(error) => report.problems.push(error.to_string()),
     }
+}
+
+/// What `--coverage --json` prints.
+#[derive(Serialize)]
+struct Covered<'a> {
+    capture: &'a Path,
+    /// In standard deviations of the training frames; distances below are relative to it.
+    seen_distance: f32,
+    motions: &'a [CoverageReport],
+}
+
+/// Compares motions, or the capture's own test clips, with its training clips.
+fn coverage(args: &InspectArgs, path: &Path, motions: &[PathBuf]) -> Result<()> {
+    let capture = Capture::open(path)?;
+    let coverage = Coverage::of(&capture)?;
+    let clips = match motions {
+        [] => capture_clips(&capture, Split::Test)?,
+        _ => {
+            let options = MotionOptions {
+                fps: Some(capture.manifest.fps),
+                bones: bone_map(args.bone_map.as_deref())?,
+                ..MotionOptions::default()
+            };
+            let read = |motion: &PathBuf| -> Result<_> {
+                let import = import_motion(motion, &capture.character, &options)?;
+                let notes = import.notes.iter();
+                notes.for_each(|note| say(&format!("{}: {note}", motion.display())));
+                Ok(import.clip)
+            };
+            motions.iter().map(read).collect::<Result<Vec<_>>>()?
+        }
+    };
+    if clips.is_empty() {
+        bail!(
+            "{}: expected test clips or motions to compare, found none",
+            path.display()
+        );
+    }
+    if coverage.is_sparse() {
+        say(&format!(
+            "{}: its clips have little in common, so that a motion counts as seen even when it is not much like them",
+            path.display()
+        ));
+    }
+    let reports: Vec<CoverageReport> = clips.iter().map(|clip| coverage.assess(clip)).collect();
+    if args.json {
+        return output::print_json(&Covered {
+            capture: path,
+            seen_distance: coverage.seen_distance(),
+            motions: &reports,
+        });
+    }
+    let texts: Vec<String> = reports.iter().map(ToString::to_string).collect();
+    output::print(&texts.join("\n"))
 }

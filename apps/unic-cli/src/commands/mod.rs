@@ -3,6 +3,7 @@
 pub(crate) mod animate;
 pub(crate) mod eval;
 pub(crate) mod inspect;
+pub(crate) mod simulate;
 pub(crate) mod train;
 
 use crate::{args::Args, output};

@@ -1,38 +1,54 @@
 //! `unic train`.
 
+mod listener;
+mod result;
+
 use crate::{
     args::TrainArgs,
     failure::{Interrupted, Usage},
-    interrupt, model_file,
-    output::{print, print_json, say},
-    progress::Progress,
-    run_folder::{Earlier, MetricsLog, RunFolder, RunRecord},
+    interrupt,
+    output::say,
+    run_folder::{Earlier, RunFolder, RunRecord},
     settings,
 };
-use anyhow::{Error, Result};
+use anyhow::Result;
 use clap::ValueEnum;
-use serde::Serialize;
+use listener::Listener;
+use result::Trained;
 use std::{
     path::{Path, PathBuf},
-    sync::Arc,
-    time::Duration,
+    time::{Duration, Instant},
 };
 use unic_io::Capture;
-use unic_train::{Checkpoint, Control, Dataset, Event, Outcome, TrainConfig, Trainer, free_running_rmse};
+use unic_train::{Checkpoint, Dataset, Fit, Outcome, TrainConfig, Trainer, Validation};
 
 /// Trains and writes the model.
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
+    let started = Instant::now();
     let capture = Capture::open(&args.capture)?;
     let out = args.out.clone().unwrap_or_else(|| default_out(&capture));
     let folder = RunFolder::open(&out, earlier(args))?;
-    let mut trainer = match args.resume {
-        true => resumed(args, capture, &folder)?,
-        false => begun(args, capture, &folder)?,
+    let record = RunRecord::new(&capture, preset_name(args))?;
+    interrupt::check()?;
+    let config = match args.resume {
+        true => settings_of_the_run(args, &record, &folder)?,
+        false => settings_of_a_new_run(args, &capture, started)?,
     };
-    folder.log(&machine())?;
-    say(&summary(&trainer, &out)?);
-    train(&mut trainer, &folder, &resume_command(args, &out))?;
-    deliver(args, &trainer, &folder, &out)
+    let run = Run {
+        fits: Fit::of_run(&capture, &config),
+        resume_command: resume_command(args, &out),
+        capture,
+        config,
+        folder,
+        out,
+    };
+    let first = run.load(run.fits[0])?;
+    interrupt::check()?;
+    if !args.resume {
+        run.folder.begin(&run.config, &record)?;
+    }
+    run.folder.log(&machine())?;
+    run.train(first)?.deliver(args)
 }
 
 fn earlier(args: &TrainArgs) -> Earlier {
@@ -56,45 +72,45 @@ fn default_out(capture: &Capture) -> PathBuf {
     PathBuf::from(format!("{name}.unic"))
 }
 
-fn begun(args: &TrainArgs, capture: Capture, folder: &RunFolder) -> Result<Trainer> {
-    let mut config = settings::of_new_run(args)?;
-    let record = RunRecord::new(&capture, preset_name(args))?;
-    if let Some(budget) = args.budget {
-        config.optimiser.steps = steps_within(&capture, &config, budget)?;
-    }
-    let trainer = Trainer::new(Dataset::new(capture, &config)?, config.clone())?;
-    folder.begin(&config, &record)?;
-    Ok(trainer)
-}
-
 fn preset_name(args: &TrainArgs) -> String {
     let value = args.preset.and_then(|preset| preset.to_possible_value());
     value.map_or_else(|| "standard".to_owned(), |value| value.get_name().to_owned())
 }
 
-fn steps_within(capture: &Capture, config: &TrainConfig, budget: Duration) -> Result<u64> {
-    say("timing a few steps to fill the budget");
-    let trial = Trainer::new(Dataset::new(capture.clone(), config)?, config.clone())?;
-    Ok(trial.steps_within(budget.as_secs_f64())?)
+fn settings_of_a_new_run(args: &TrainArgs, capture: &Capture, started: Instant) -> Result<TrainConfig> {
+    let mut config = settings::of_new_run(args)?;
+    if let Some(budget) = args.budget {
+        config.optimiser.steps = steps_within(capture, &config, budget, started)?;
+    }
+    Ok(config)
 }
 
-fn resumed(args: &TrainArgs, capture: Capture, folder: &RunFolder) -> Result<Trainer> {
+/// Steps that leave the budget the time for loading, and for every fit.
+fn steps_within(capture: &Capture, config: &TrainConfig, budget: Duration, started: Instant) -> Result<u64> {
+    say("timing a few steps to fill the budget");
+    let fits = Fit::of_run(capture, config);
+    let loading = Instant::now();
+    let data = Dataset::new(capture.clone(), config, fits[0])?;
+    let loading = loading.elapsed();
+    interrupt::check()?;
+    let pace = Trainer::new(data, config.clone())?.pace()?;
+    interrupt::check()?;
+    let spent = started.elapsed() + loading * fits.len() as u32;
+    let left = budget.saturating_sub(spent).as_secs_f64();
+    Ok(pace.steps_within(left, fits, config.validation.every))
+}
+
+fn settings_of_the_run(args: &TrainArgs, now: &RunRecord, folder: &RunFolder) -> Result<TrainConfig> {
     let record = folder.stored_record()?;
-    if args.preset.is_some() && preset_name(args) != record.preset {
-        let (path, preset) = (folder.path().display(), &record.preset);
-        let asked = preset_name(args);
+    if args.preset.is_some() && now.preset != record.preset {
+        let (path, kept, asked) = (folder.path().display(), &record.preset, &now.preset);
         return Err(Usage(format!(
-            "{path}: expected --resume to keep the preset {preset}, found {asked} asked for"
+            "{path}: expected --resume to keep the preset {kept}, found {asked} asked for"
         ))
         .into());
     }
-    record.check(&RunRecord::new(&capture, record.preset.clone())?, &args.capture)?;
-    let config = settings::of_resumed_run(args, folder.stored_config()?, &folder.config())?;
-    let mut trainer = Trainer::new(Dataset::new(capture, &config)?, config)?;
-    if let Some(checkpoint) = Checkpoint::newest(&folder.checkpoints())? {
-        trainer.resume(checkpoint, &folder.checkpoints())?;
-    }
-    Ok(trainer)
+    record.check(now, &args.capture)?;
+    settings::of_resumed_run(args, folder.stored_config()?, &folder.config())
 }
 
 /// One line about the program and the machine.
@@ -123,161 +139,108 @@ fn resume_command(args: &TrainArgs, out: &Path) -> String {
     )
 }
 
-/// What is about to happen.
-fn summary(trainer: &Trainer, out: &Path) -> Result<String> {
-    let data = trainer.data();
-    let names = data
-        .validation
-        .iter()
-        .map(|clip| clip.name())
-        .collect::<Vec<_>>()
-        .join(", ");
-    let (capture, steps) = (&data.capture, trainer.config().optimiser.steps);
-    let done = match trainer.step() {
-        0 => String::new(),
-        step => format!(", {step} of them done"),
-    };
-    Ok(format!(
-        "{}: {} vertices, {} joints, {} fps\n\
-         training on {} clips, {:.1} s of motion; validating on {names}\n\
-         {} parameters, {steps} steps{done}, seed {}\n\
-         the model will be {}, its run {}",
-        capture.manifest.name,
-        capture.garment.rest.vertices.len(),
-        capture.character.skeleton.len(),
-        capture.manifest.fps,
-        data.clips.len(),
-        data.seconds(),
-        trainer.model()?.parameter_count(),
-        trainer.config().seed,
-        out.display(),
-        out.with_extension("run").display(),
-    ))
+/// A run: the same settings for one fit or two, in one folder.
+struct Run {
+    capture: Capture,
+    config: TrainConfig,
+    fits: &'static [Fit],
+    folder: RunFolder,
+    out: PathBuf,
+    resume_command: String,
 }
 
-fn train(trainer: &mut Trainer, folder: &RunFolder, resume: &str) -> Result<()> {
-    let total = trainer.config().optimiser.steps;
-    let mut listener = Listener {
-        progress: Progress::new("training", trainer.step(), total),
-        metrics: MetricsLog::open(&folder.metrics(), trainer.step(), trainer.seconds())?,
-        loss: None,
-        validation: None,
-        error: None,
-    };
-    let outcome = trainer.run(Some(&folder.checkpoints()), &mut |event| listener.listen(event));
-    let Listener { progress, error, .. } = listener;
-    drop(progress);
-    match (outcome?, error) {
-        (_, Some(error)) => Err(error),
-        (Outcome::Finished, None) => Ok(()),
-        (Outcome::Stopped, None) => {
-            let step = trainer.step();
-            folder.log(&format!("stopped at step {step} of {total}"))?;
-            Err(Interrupted(format!(
-                "stopped at step {step} of {total}, which is saved; go on with `{resume}`"
-            ))
-            .into())
-        }
+impl Run {
+    /// A fit at its beginning.
+    fn load(&self, fit: Fit) -> Result<Trainer> {
+        let data = Dataset::new(self.capture.clone(), &self.config, fit)?;
+        Ok(Trainer::new(data, self.config.clone())?)
     }
-}
 
-/// Shows and keeps what the trainer tells.
-struct Listener {
-    progress: Progress,
-    metrics: MetricsLog,
-    /// Running mean.
-    loss: Option<f64>,
-    /// Newest and smallest free-running error, mm.
-    validation: Option<(f64, f64)>,
-    error: Option<Error>,
-}
-
-/// Share of a new loss in the running mean that is shown.
-const LOSS_SHARE: f64 = 0.02;
-
-impl Listener {
-    fn listen(&mut self, event: &Event) -> Control {
-        self.show(event);
-        if let Err(error) = self.metrics.observe(event) {
-            self.error.get_or_insert(error);
+    /// Trains all fits, each from where its newest checkpoint has left it; the last one is the model.
+    fn train(&self, first: Trainer) -> Result<Trained<'_>> {
+        let mut listener = Listener::new(
+            self.folder.metrics(),
+            self.fits.len(),
+            self.config.optimiser.steps,
+        );
+        let mut trainer = self.resumed(first)?;
+        say(&result::summary(self, &trainer)?);
+        let mut earlier_seconds = 0.0;
+        self.fit(&mut trainer, &mut listener, earlier_seconds)?;
+        let validation = self.validated(&trainer)?;
+        for &fit in &self.fits[1..] {
+            earlier_seconds += trainer.seconds();
+            self.stop_if_asked(&trainer)?;
+            trainer = self.resumed(self.load(fit)?)?;
+            self.stop_if_asked(&trainer)?;
+            self.fit(&mut trainer, &mut listener, earlier_seconds)?;
         }
-        match interrupt::is_asked() || self.error.is_some() {
-            true => Control::Stop,
-            false => Control::Continue,
+        drop(listener);
+        trainer.set_validation(validation.clone());
+        Ok(Trained {
+            run: self,
+            seconds: earlier_seconds + trainer.seconds(),
+            trainer,
+            validation,
+        })
+    }
+
+    fn resumed(&self, mut trainer: Trainer) -> Result<Trainer> {
+        let folder = self.folder.checkpoints(trainer.data().fit);
+        if let Some(checkpoint) = Checkpoint::newest(&folder)? {
+            trainer.resume(checkpoint, &folder)?;
+        }
+        Ok(trainer)
+    }
+
+    fn fit(&self, trainer: &mut Trainer, listener: &mut Listener, earlier_seconds: f64) -> Result<()> {
+        listener.begin(trainer, earlier_seconds)?;
+        let folder = self.folder.checkpoints(trainer.data().fit);
+        let outcome = trainer.run(Some(&folder), &mut |event| listener.listen(event));
+        match (outcome?, listener.error.take()) {
+            (_, Some(error)) => Err(error),
+            (Outcome::Finished, None) => Ok(()),
+            (Outcome::Stopped, None) => Err(self.stopped(trainer)?.into()),
         }
     }
 
-    fn show(&mut self, event: &Event) {
-        match *event {
-            Event::Step { step, loss, .. } => {
-                let mean = self.loss.get_or_insert(f64::from(loss));
-                *mean += LOSS_SHARE * (f64::from(loss) - *mean);
-                let (loss, validation) = (self.loss, self.validation);
-                self.progress.set(step, || message(loss, validation));
-            }
-            Event::Validated { step, rmse, best, .. } => {
-                self.validation = Some((1e3 * rmse, 1e3 * best));
-                self.progress.log(step, &message(self.loss, self.validation));
-            }
-            Event::Saved { .. } => {}
+    /// The error on the clips that the first fit held out.
+    fn validated(&self, trainer: &Trainer) -> Result<Validation> {
+        // Without a clip held out there would be no first fit to measure.
+        let validation = trainer.validation()?.unwrap_or(Validation {
+            fit: trainer.data().fit,
+            clips: Vec::new(),
+            rmse_mm: f64::NAN,
+        });
+        self.folder.log(&format!(
+            "{}: {:.2} mm on {} after {:.0} s",
+            validation.fit.name(),
+            validation.rmse_mm,
+            validation.clips.join(", "),
+            trainer.seconds()
+        ))?;
+        Ok(validation)
+    }
+
+    /// Between fits everything is saved.
+    fn stop_if_asked(&self, trainer: &Trainer) -> Result<()> {
+        match interrupt::is_asked() {
+            true => Err(self.stopped(trainer)?.into()),
+            false => Ok(()),
         }
     }
-}
 
-fn message(loss: Option<f64>, validation: Option<(f64, f64)>) -> String {
-    let loss = loss.map_or_else(String::new, |loss| format!("loss {loss:.3}"));
-    match validation {
-        None => loss,
-        Some((now, best)) => format!("{loss}  free-running {now:.2} mm, best {best:.2} mm"),
+    fn stopped(&self, trainer: &Trainer) -> Result<Interrupted> {
+        let (step, total) = (trainer.step(), self.config.optimiser.steps);
+        let fit = match trainer.data().fit {
+            Fit::HeldOut => "",
+            Fit::AllClips => " of the fit on all clips",
+        };
+        self.folder
+            .log(&format!("stopped at step {step} of {total}{fit}"))?;
+        Ok(Interrupted(format!(
+            "stopped at step {step} of {total}{fit}, which is saved; go on with `{}`",
+            self.resume_command
+        )))
     }
-}
-
-/// What `--json` prints.
-#[derive(Serialize)]
-struct Summary<'a> {
-    model: &'a Path,
-    run: &'a Path,
-    bytes: usize,
-    parameters: usize,
-    steps: u64,
-    seconds: f64,
-    validation_clips: Vec<&'a str>,
-    validation_rmse_mm: f64,
-}
-
-fn deliver(args: &TrainArgs, trainer: &Trainer, folder: &RunFolder, out: &Path) -> Result<()> {
-    let model = Arc::new(trainer.model()?);
-    let validation = &trainer.data().validation;
-    let summary = Summary {
-        model: out,
-        run: folder.path(),
-        bytes: model_file::write(out, &model)?,
-        parameters: model.parameter_count(),
-        steps: trainer.step(),
-        seconds: trainer.seconds(),
-        validation_clips: validation.iter().map(|clip| clip.name()).collect(),
-        validation_rmse_mm: 1e3 * free_running_rmse(&model, validation)?,
-    };
-    folder.log(&format!(
-        "finished: {:.2} mm after {:.0} s",
-        summary.validation_rmse_mm, summary.seconds
-    ))?;
-    match args.json {
-        true => print_json(&summary),
-        false => print(&closing_words(&summary, &args.capture)),
-    }
-}
-
-fn closing_words(summary: &Summary, capture: &Path) -> String {
-    let (model, capture) = (summary.model.display(), capture.display());
-    let time = humantime::format_duration(Duration::from_secs(summary.seconds.round() as u64));
-    format!(
-        "{model}: {:.1} MB, {} steps in {time}, {:.2} mm free-running on {}\n\
-         next: unic eval {model} {capture}\n\
-         \x20     unic animate {model} --motion MOTION.npz --out GARMENT.pc2\n",
-        summary.bytes as f64 / 1e6,
-        summary.steps,
-        summary.validation_rmse_mm,
-        summary.validation_clips.join(", "),
-    )
 }

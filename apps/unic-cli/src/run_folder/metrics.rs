@@ -9,36 +9,50 @@ use std::{
     path::{Path, PathBuf},
 };
 use unic_io::atomic;
-use unic_train::Event;
+use unic_train::{Event, Fit};
 
 /// Steps that a line about training is the mean of.
 const STEPS_A_LINE: u64 = 50;
 
-/// Writes one JSON object a line: `step`, `loss`, `gradient_norm` (means over the steps since the
-/// line before), `learning_rate`, `seconds` every 50 steps; `step`, `validation_rmse_mm`, `best_mm`,
-/// `seconds` a validation. `seconds` counts from the beginning of the run, over all resumes.
+/// Writes one JSON object a line: `fit`, `step`, `loss`, `gradient_norm` (means over the steps since
+/// the line before), `learning_rate`, `seconds` every 50 steps; `fit`, `step`, `validation_rmse_mm`,
+/// `best_mm`, `seconds` a validation. `step` counts from the beginning of the fit, `seconds` from that
+/// of the run, over all fits and resumes.
 pub(crate) struct MetricsLog {
     path: PathBuf,
     file: File,
+    fit: Fit,
     seconds: f64,
     loss: f64,
     gradient_norm: f64,
     steps: u64,
 }
 
+/// Where a run is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moment {
+    /// The fit that trains.
+    pub(crate) fit: Fit,
+    /// Its steps done.
+    pub(crate) step: u64,
+    /// Training time of the run so far.
+    pub(crate) seconds: f64,
+}
+
 /// The part of a line that says where it belongs.
-#[derive(Deserialize)]
+#[derive(Deserialize, PartialEq, PartialOrd)]
 struct Line {
+    fit: Fit,
     step: u64,
 }
 
 impl MetricsLog {
-    /// Goes on after `step` and `seconds`: later lines, and a line that a crash has cut short, go.
-    pub(crate) fn open(path: &Path, step: u64, seconds: f64) -> Result<Self> {
+    /// Goes on from a moment: later lines, and a line that a crash has cut short, go.
+    pub(crate) fn open(path: &Path, now: Moment) -> Result<Self> {
         let failed = |e: std::io::Error| anyhow!("{}: cannot write: {e}", path.display());
         if path.exists() {
             let text = fs::read_to_string(path).map_err(failed)?;
-            atomic::write(path, kept(&text, step).as_bytes())?;
+            atomic::write(path, kept(&text, now).as_bytes())?;
         }
         let file = OpenOptions::new()
             .create(true)
@@ -49,7 +63,8 @@ impl MetricsLog {
         Ok(Self {
             path,
             file,
-            seconds,
+            fit: now.fit,
+            seconds: now.seconds,
             loss: 0.0,
             gradient_norm: 0.0,
             steps: 0,
@@ -85,7 +100,8 @@ impl MetricsLog {
                 self.seconds += seconds;
                 let (rmse, best, seconds) = (1e3 * rmse, 1e3 * best, self.seconds);
                 self.write(&json!({
-                    "step": step, "validation_rmse_mm": rmse, "best_mm": best, "seconds": seconds
+                    "fit": self.fit, "step": step,
+                    "validation_rmse_mm": rmse, "best_mm": best, "seconds": seconds
                 }))
             }
             Event::Saved { .. } => Ok(()),
@@ -95,6 +111,7 @@ impl MetricsLog {
     fn write_step(&mut self, step: u64, learning_rate: f64) -> Result<()> {
         let mean = |sum: f64| sum / self.steps as f64;
         let line = json!({
+            "fit": self.fit,
             "step": step,
             "loss": mean(self.loss),
             "gradient_norm": mean(self.gradient_norm),
@@ -114,9 +131,13 @@ impl MetricsLog {
     }
 }
 
-/// The whole lines up to a step.
-fn kept(text: &str, step: u64) -> String {
-    let belongs = |line: &&str| serde_json::from_str::<Line>(line).is_ok_and(|line| line.step <= step);
+/// The whole lines up to a moment.
+fn kept(text: &str, now: Moment) -> String {
+    let last = Line {
+        fit: now.fit,
+        step: now.step,
+    };
+    let belongs = |line: &&str| serde_json::from_str::<Line>(line).is_ok_and(|line| line <= last);
     text.lines()
         .filter(belongs)
         .map(|line| format!("{line}\n"))
@@ -126,6 +147,10 @@ fn kept(text: &str, step: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn moment(fit: Fit, step: u64, seconds: f64) -> Moment {
+        Moment { fit, step, seconds }
+    }
 
     fn step(step: u64, loss: f32) -> Event<'static> {
         Event::Step {
@@ -141,7 +166,7 @@ mod tests {
     fn lines_are_means_and_go_on_where_the_checkpoint_does() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.jsonl");
-        let mut log = MetricsLog::open(&path, 0, 0.0).unwrap();
+        let mut log = MetricsLog::open(&path, moment(Fit::HeldOut, 0, 0.0)).unwrap();
         for i in 1..=100 {
             log.observe(&step(i, if i <= 50 { 4.0 } else { (i % 2) as f32 }))
                 .unwrap();
@@ -155,14 +180,34 @@ mod tests {
         .unwrap();
         let text = fs::read_to_string(&path).unwrap();
         let lines: Vec<serde_json::Value> = text.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
-        let means =
-            json!({"step": 100, "loss": 0.5, "gradient_norm": 1.0, "learning_rate": 0.5, "seconds": 200.0});
+        let means = json!({"fit": "held_out", "step": 100, "loss": 0.5, "gradient_norm": 1.0, "learning_rate": 0.5, "seconds": 200.0});
         assert_eq!(lines[1], means);
-        let validated = json!({"step": 100, "validation_rmse_mm": 500.0, "best_mm": 250.0, "seconds": 201.0});
+        let validated = json!({"fit": "held_out", "step": 100, "validation_rmse_mm": 500.0, "best_mm": 250.0, "seconds": 201.0});
         assert_eq!(lines[2], validated);
         fs::write(&path, format!("{text}{{\"step\": 1")).unwrap();
-        MetricsLog::open(&path, 60, 120.0).unwrap();
+        MetricsLog::open(&path, moment(Fit::HeldOut, 60, 120.0)).unwrap();
         let after = fs::read_to_string(&path).unwrap();
         assert_eq!(after.lines().collect::<Vec<_>>(), [text.lines().next().unwrap()]);
+    }
+
+    #[test]
+    fn a_second_fit_keeps_the_lines_of_the_first() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("metrics.jsonl");
+        for fit in [Fit::HeldOut, Fit::AllClips] {
+            let mut log = MetricsLog::open(&path, moment(fit, 0, 0.0)).unwrap();
+            (1..=100).for_each(|i| log.observe(&step(i, 1.0)).unwrap());
+        }
+        let lines = || -> Vec<(Fit, u64)> {
+            let text = fs::read_to_string(&path).unwrap();
+            let line = |l: &str| serde_json::from_str::<Line>(l).unwrap();
+            text.lines().map(line).map(|l| (l.fit, l.step)).collect()
+        };
+        let [first, second] = [Fit::HeldOut, Fit::AllClips].map(|fit| [(fit, 50), (fit, 100)]);
+        assert_eq!(lines(), [first, second].concat());
+        MetricsLog::open(&path, moment(Fit::AllClips, 60, 0.0)).unwrap();
+        assert_eq!(lines(), [&first[..], &second[..1]].concat());
+        MetricsLog::open(&path, moment(Fit::HeldOut, 60, 0.0)).unwrap();
+        assert_eq!(lines(), first[..1]);
     }
 }

@@ -2,7 +2,7 @@
 
 use anyhow::{Result, anyhow, bail};
 use serde::{Deserialize, Serialize};
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{fs, path::Path};
 use unic_io::{Capture, Split, atomic};
 
 /// The capture as it was when the run began, and the preset by name.
@@ -19,24 +19,28 @@ pub(crate) struct RunRecord {
     pub(crate) joints: usize,
     /// Vertices of the garment.
     pub(crate) vertices: usize,
-    /// Frames of each clip that training opens, by name.
-    pub(crate) clips: BTreeMap<String, usize>,
+    /// Training clips with their frames, in the capture's order: the seed draws from it.
+    pub(crate) train: Vec<String>,
+    /// Validation clips likewise.
+    pub(crate) validation: Vec<String>,
 }
 
 impl RunRecord {
     /// Reads the headers of the training and validation clips.
     pub(crate) fn new(capture: &Capture, preset: String) -> Result<Self> {
-        let names = [Split::Train, Split::Validation]
-            .into_iter()
-            .flat_map(|split| capture.clip_names(split));
-        let frames = |name: &String| Ok((name.clone(), capture.summarise_clip(name)?.pose_frames));
+        let clip = |name: &String| {
+            let frames = capture.summarise_clip(name)?.pose_frames;
+            Ok(format!("{name}: {frames} frames"))
+        };
+        let clips = |split| capture.clip_names(split).iter().map(clip).collect::<Result<_>>();
         Ok(Self {
             preset,
             capture: capture.manifest.name.clone(),
             fps: capture.manifest.fps,
             joints: capture.character.skeleton.len(),
             vertices: capture.garment.rest.vertices.len(),
-            clips: names.map(frames).collect::<Result<_>>()?,
+            train: clips(Split::Train)?,
+            validation: clips(Split::Validation)?,
         })
     }
 
@@ -60,10 +64,11 @@ impl RunRecord {
                 self.vertices.to_string(),
                 now.vertices.to_string(),
             ),
+            ("training clips", self.train.join(", "), now.train.join(", ")),
             (
-                "clips and frames",
-                format!("{:?}", self.clips),
-                format!("{:?}", now.clips),
+                "validation clips",
+                self.validation.join(", "),
+                now.validation.join(", "),
             ),
         ];
         match parts.into_iter().find(|(_, old, new)| old != new) {

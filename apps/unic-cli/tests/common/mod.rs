@@ -1,146 +1,54 @@
 //! A small synthetic capture, and the program driven as a user does.
 #![allow(
     dead_code,
+    unused_imports,
     reason = "every test file is a program of its own and uses a part of this"
 )]
 
-use glam::{Quat, Vec3};
 use std::{
-    f32::consts::TAU,
     path::{Path, PathBuf},
     process::{Command, Output},
 };
-use unic_core::{
-    character::{Character, Garment},
-    clip::Clip,
-    mesh::TriMesh,
-    skeleton::{Pose, Skeleton, SkeletonParts},
-    skinning::SkinningWeights,
-};
-use unic_io::{CaptureWriter, Manifest, Split, capture::JointReference};
+use unic_core::character::{Character, Garment};
+use unic_io::Split;
+pub(crate) use unic_testdata::{BODY_VERTICES, FPS, JOINTS, VERTICES};
+use unic_testdata::{Figure, take};
 
 pub(crate) const FRAMES: usize = 30;
-pub(crate) const FPS: f32 = 30.0;
-/// Vertices of the garment.
-pub(crate) const VERTICES: usize = 60;
-
-/// A tube around +Y of `rings` × `sides` vertices.
-fn tube(radius: f32, from: f32, to: f32, [rings, sides]: [u32; 2]) -> TriMesh {
-    let vertex = |i: u32| {
-        let (sin, cos) = (TAU * (i % sides) as f32 / sides as f32).sin_cos();
-        let y = from + (to - from) * (i / sides) as f32 / (rings - 1) as f32;
-        Vec3::new(radius * sin, y, radius * cos)
-    };
-    let quad = |i: u32| {
-        let (ring, side) = (i / sides, i % sides);
-        let [a, b] = [ring * sides + side, ring * sides + (side + 1) % sides];
-        [[a, b, b + sides], [a, b + sides, a + sides]]
-    };
-    let vertices = (0..rings * sides).map(vertex).collect();
-    TriMesh::new(vertices, (0..(rings - 1) * sides).flat_map(quad).collect()).unwrap()
-}
-
-/// Blends from the first joint to the second between 0.9 m and 1.3 m.
-fn weights(mesh: &TriMesh) -> SkinningWeights {
-    let row = |v: &Vec3| {
-        let upper = ((v.y - 0.9) / 0.4).clamp(0.0, 1.0);
-        [1.0 - upper, upper, 0.0, 0.0]
-    };
-    let dense: Vec<f32> = mesh.vertices.iter().flat_map(row).collect();
-    SkinningWeights::from_dense(&dense, mesh.vertices.len(), 4).unwrap()
-}
 
 pub(crate) fn character() -> Character {
-    let body = tube(0.15, 0.0, 1.6, [9, 10]);
-    let skeleton = Skeleton::new(SkeletonParts {
-        names: ["hip", "chest", "L_foot", "R_foot"].map(str::to_owned).to_vec(),
-        parents: vec![-1, 0, 0, 0],
-        joints: vec![Vec3::Y * 0.9, Vec3::Y * 1.2, Vec3::X * 0.1, Vec3::X * -0.1],
-        ..SkeletonParts::default()
-    });
-    Character {
-        weights: weights(&body),
-        body,
-        skeleton: skeleton.unwrap(),
-    }
+    Figure::tube().character
 }
 
 pub(crate) fn garment() -> Garment {
-    let rest = tube(0.2, 0.7, 1.4, [5, 12]);
-    Garment {
-        weights: weights(&rest),
-        rest,
-    }
-}
-
-/// A slow walk with a bow; `seed` shifts it in time.
-pub(crate) fn clip(name: &str, seed: usize) -> Clip {
-    let pose = |t: usize| {
-        let s = (t + 17 * seed) as f32 / FPS;
-        let bow = Quat::from_rotation_x(0.4 * (5.0 * s).sin());
-        let turn = Quat::from_rotation_y(0.5 * (2.0 * s).cos());
-        let local = vec![turn, bow, Quat::IDENTITY, Quat::IDENTITY];
-        Pose {
-            trans: Vec3::new(0.1 * (3.0 * s).sin(), 0.0, 0.4 * s),
-            local,
-        }
-    };
-    Clip {
-        name: name.into(),
-        fps: FPS,
-        poses: (0..FRAMES).map(pose).collect(),
-        ground_height: 0.0,
-    }
-}
-
-/// The skinned garment, its lower rings swinging after the hip with a memory of 0.2 s.
-fn frames(clip: &Clip, character: &Character, garment: &Garment) -> Vec<Vec<Vec3>> {
-    let mut swing = Vec3::ZERO;
-    let frame = |t: usize| {
-        let pose = &clip.poses[t];
-        let velocity = (pose.trans - clip.poses[t.saturating_sub(1)].trans) * FPS;
-        swing += ((velocity * -0.1) - swing) * (1.0 - f32::exp(-1.0 / (0.2 * FPS)));
-        let (mut joints, mut transforms, mut positions) = (Vec::new(), Vec::new(), Vec::new());
-        character.skeleton.forward_kinematics(pose, &mut joints);
-        character.skeleton.world_from_rest(&joints, &mut transforms);
-        garment
-            .weights
-            .skin(&garment.rest.vertices, &transforms, &mut positions);
-        let low = |rest: &Vec3| (1.4 - rest.y) / 0.7;
-        positions
-            .iter_mut()
-            .zip(&garment.rest.vertices)
-            .for_each(|(p, rest)| *p += swing * low(rest));
-        positions
-    };
-    (0..clip.len()).map(frame).collect()
+    Figure::tube().garment
 }
 
 /// Writes the capture `folder`/tube: two training clips, one to validate, two to test.
 pub(crate) fn write_capture(folder: &Path) -> PathBuf {
+    write_splits(folder, Split::Validation)
+}
+
+/// The same with the clip "three" to train on, so that the seed draws one to validate.
+pub(crate) fn write_capture_without_validation(folder: &Path) -> PathBuf {
+    write_splits(folder, Split::Train)
+}
+
+fn write_splits(folder: &Path, third: Split) -> PathBuf {
     let root = folder.join("tube");
-    let (character, garment) = (character(), garment());
-    let mut manifest = Manifest::new("tube", FPS);
-    manifest.provenance = "made by a test".into();
-    manifest.contact_joints = Some([2, 2, 3, 3].map(JointReference::Index));
-    let mut writer =
-        CaptureWriter::create(&root, manifest, &character, &garment, &Default::default()).unwrap();
     let splits = [
         ("one", Split::Train),
         ("two", Split::Train),
-        ("three", Split::Validation),
+        ("three", third),
         ("four", Split::Test),
         ("five", Split::Test),
     ];
-    for (seed, (name, split)) in splits.into_iter().enumerate() {
-        let clip = clip(name, seed);
-        let mut out = writer.begin_clip(&clip, split, None).unwrap();
-        frames(&clip, &character, &garment)
-            .iter()
-            .for_each(|frame| out.push(frame).unwrap());
-        out.finish().unwrap();
-    }
-    writer.finish().unwrap();
+    let takes: Vec<_> = splits
+        .into_iter()
+        .enumerate()
+        .map(|(seed, (name, split))| (take(name, seed, FRAMES), split))
+        .collect();
+    unic_testdata::write_capture(&root, &Figure::tube(), &takes);
     root
 }
 
@@ -173,7 +81,7 @@ pub(crate) fn json(folder: &Path, line: &str) -> serde_json::Value {
 }
 
 /// Settings that make a run of seconds.
-pub(crate) const SHORT: &str = "--preset tiny --set optimiser.warmup_steps=5 --set validate_every=20";
+pub(crate) const SHORT: &str = "--preset tiny --set optimiser.warmup_steps=5 --set validation.every=20";
 
 /// Trains `out` on tube.
 pub(crate) fn train(folder: &Path, out: &str, more: &str) -> serde_json::Value {
@@ -192,4 +100,11 @@ pub(crate) fn tensors(path: &Path) -> Vec<(String, Vec<u8>)> {
     all.sort();
     assert!(all.len() > 8);
     all
+}
+
+/// What a model tells about itself.
+pub(crate) fn metadata(path: &Path) -> serde_json::Value {
+    let bytes = std::fs::read(path).unwrap();
+    let (_, header) = safetensors::SafeTensors::read_metadata(&bytes).unwrap();
+    serde_json::from_str(&header.metadata().as_ref().unwrap()["unic"]).unwrap()
 }

@@ -1,0 +1,177 @@
+//! `unic simulate`.
+
+mod folder;
+mod inputs;
+mod report;
+mod soundness;
+mod work;
+
+use crate::{
+    args::{SimulateArgs, Switch},
+    output::say,
+};
+use anyhow::{Result, anyhow};
+use folder::Found;
+use inputs::{Cut, Job};
+use std::{sync::Arc, time::Instant};
+use unic_core::{character::Character, surface::Surface};
+use unic_io::{CaptureWriter, Manifest};
+use unic_sim::{
+    Attachment, Cloth, ClothSpec, Material, SimulationSettings,
+    contact::{ContactSettings, Friction},
+    self_contact::SelfContactSettings,
+};
+use work::Workshop;
+
+/// Pictures of a clip.
+const SHOTS: usize = 8;
+/// Held vertices give by this much for each newton, m/N: elastic in a waistband.
+const ATTACHMENT_COMPLIANCE: f32 = 1e-3;
+
+/// Simulates every motion and writes a capture.
+pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
+    let started = Instant::now();
+    let character = inputs::character(args)?;
+    let cut = inputs::garment(args, &character)?;
+    let jobs = inputs::jobs(args, &character)?;
+    let settings = settings(args, &cut);
+    let record = folder::record(args, &cut, &jobs, &settings);
+    let cloth = cloth(&cut, &character).map_err(|e| anyhow!("{}: {e}", args.garment.display()))?;
+    let found = folder::open(args, &record)?;
+    if found == Found::Unfinished {
+        folder::check_same_inputs(&args.out, &character, &cut)?;
+    }
+    let mut writer = CaptureWriter::create(
+        &args.out,
+        manifest(args, &record),
+        &character,
+        &cut.garment,
+        &cut.attributes,
+    )?;
+    let (left, kept) = keep_finished(&mut writer, &jobs)?;
+    announce(&cut, &jobs, kept);
+    let workshop = Workshop {
+        character: Arc::new(character),
+        cut: &cut,
+        cloth: Arc::new(cloth),
+        settings,
+        wind: args.wind.unwrap_or_default(),
+        shots: args.pictures.as_ref().map_or(0, |_| SHOTS),
+    };
+    let made = workshop.make(&left, kept, &mut writer)?;
+    writer.finish()?;
+    folder::close(&args.out)?;
+    report::draw(args, &workshop, &made)?;
+    report::show(args, &workshop, &made, started.elapsed())
+}
+
+fn settings(args: &SimulateArgs, cut: &Cut) -> SimulationSettings {
+    let default = SimulationSettings::default();
+    // What most of the garment is made of touches the body.
+    let material = most_common(&cut.materials);
+    SimulationSettings {
+        fps: args.fps,
+        substeps_per_interval: args.substeps.map_or(default.substeps_per_interval, |n| {
+            n.get().div_ceil(default.intervals_per_frame)
+        }),
+        contact: Some(ContactSettings {
+            thickness_m: args.thickness.map_or(material.thickness, |mm| mm / 1000.0),
+            body_friction: Friction {
+                r#static: material.static_friction,
+                dynamic: material.sliding_friction,
+            },
+            ..ContactSettings::default()
+        }),
+        self_contact: (args.self_collision == Switch::On).then(|| SelfContactSettings {
+            thickness_m: material.thickness,
+            ..SelfContactSettings::default()
+        }),
+        ..default
+    }
+}
+
+fn most_common(materials: &[Material]) -> Material {
+    let count = |material: &Material| materials.iter().filter(|m| *m == material).count();
+    let distinct = distinct(materials);
+    let most = distinct.into_iter().max_by_key(|material| count(material));
+    most.unwrap_or(Material::COTTON)
+}
+
+fn distinct(materials: &[Material]) -> Vec<Material> {
+    let mut distinct: Vec<Material> = Vec::new();
+    for material in materials {
+        if !distinct.contains(material) {
+            distinct.push(*material);
+        }
+    }
+    distinct
+}
+
+/// The garment as the solver wants it: pinned vertices follow the body where they touch it at rest.
+fn cloth(cut: &Cut, character: &Character) -> Result<Cloth, unic_sim::ClothError> {
+    let materials = distinct(&cut.materials);
+    let index = |material: &Material| materials.iter().position(|m| m == material).unwrap_or(0) as u16;
+    let face_materials = cut.materials.iter().map(index).collect();
+    let surface = Surface::build(&character.body);
+    let pinned = cut.attributes.pinned.iter().flatten().enumerate();
+    let held = pinned.filter(|(_, pinned)| **pinned).map(|(v, _)| v);
+    let attachments = held.filter_map(|v| {
+        let point = surface.closest(cut.garment.rest.vertices[v])?;
+        Some(Attachment {
+            vertex: v as u32,
+            face: point.face,
+            barycentric: point.barycentric,
+            offset: point.signed_distance,
+            compliance: ATTACHMENT_COMPLIANCE,
+        })
+    });
+    Cloth::new(&ClothSpec {
+        rest: cut.garment.rest.clone(),
+        attachments: attachments.collect(),
+        rest_angle_share: 1.0,
+        pins: Vec::new(),
+        materials,
+        face_materials,
+    })
+}
+
+fn manifest(args: &SimulateArgs, record: &toml::Table) -> Manifest {
+    let name = args.out.file_name().unwrap_or_default().to_string_lossy();
+    let mut manifest = Manifest::new(name, args.fps);
+    manifest.provenance = format!(
+        "garment {} on character {}, simulated by unic {}",
+        args.garment.display(),
+        args.character.display(),
+        env!("CARGO_PKG_VERSION")
+    );
+    manifest.source = record.clone();
+    manifest
+}
+
+/// The clips that are still to be made, and the number of frames that are there.
+fn keep_finished<'a>(writer: &mut CaptureWriter, jobs: &'a [Job]) -> Result<(Vec<&'a Job>, u64)> {
+    let mut frames = 0;
+    let mut left = Vec::new();
+    for job in jobs {
+        match writer.keep_clip(&job.clip, job.split)? {
+            true => frames += job.clip.len() as u64,
+            false => left.push(job),
+        }
+    }
+    Ok((left, frames))
+}
+
+fn announce(cut: &Cut, jobs: &[Job], kept: u64) {
+    let seconds: f32 = jobs.iter().map(|job| job.clip.seconds()).sum();
+    let vertices = cut.garment.rest.vertices.len();
+    say(&format!(
+        "{} clips, {seconds:.0} s of motion, {vertices} vertices",
+        jobs.len()
+    ));
+    if kept > 0 {
+        say(&format!("{kept} frames are there already"));
+    }
+    for job in jobs.iter().filter(|job| job.split != unic_io::Split::Train) {
+        say(&format!("{} is held out for {}", job.clip.name, job.split.name()));
+    }
+}

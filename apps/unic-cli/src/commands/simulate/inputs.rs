@@ -1,0 +1,229 @@
+//! What is simulated: character, garment, motions.
+
+use crate::{args::SimulateArgs, failure::Usage, output::say};
+use anyhow::{Result, anyhow};
+use std::path::{Path, PathBuf};
+use unic_builtin::{
+    garments::{Fabric, FlaredSkirt, GarmentError, GarmentMesh, PleatedDress, Robe, TShirt, TulleSkirt},
+    human::{HumanParameters, human},
+    motion::standard_set,
+};
+use unic_core::{
+    character::{Character, Garment},
+    clip::Clip,
+    mesh::TriMesh,
+};
+use unic_io::{
+    MotionOptions, Split,
+    capture::{VertexAttributes, default_weights, read_garment},
+    import_motion, read_character, read_obj,
+};
+use unic_sim::Material;
+
+/// The built-in character's name on the command line.
+const HUMAN: &str = "human";
+
+/// The built-in garments by their names on the command line.
+const GARMENTS: [(&str, Maker); 5] = [
+    ("tshirt", |c| TShirt::default().make(c)),
+    ("skirt", |c| FlaredSkirt::default().make(c)),
+    ("pleated_dress", |c| PleatedDress::default().make(c)),
+    ("tulle_skirt", |c| TulleSkirt::default().make(c)),
+    ("robe", |c| Robe::default().make(c)),
+];
+
+type Maker = fn(&Character) -> Result<GarmentMesh, GarmentError>;
+
+/// Seed of the built-in motions: everybody has the same.
+const MOTION_SEED: u64 = 1;
+
+/// A garment with all that a simulation needs to know of it.
+pub(super) struct Cut {
+    /// Rest shape and skinning weights.
+    pub(super) garment: Garment,
+    /// What goes into `garment.npz`.
+    pub(super) attributes: VertexAttributes,
+    /// One a face.
+    pub(super) materials: Vec<Material>,
+    /// What the part numbers of `attributes.groups` are called; empty where nobody has named them.
+    pub(super) parts: Vec<String>,
+}
+
+/// A motion and what it is for.
+pub(super) struct Job {
+    /// At the capture's frame rate.
+    pub(super) clip: Clip,
+    /// Split of the capture.
+    pub(super) split: Split,
+    /// Where it comes from.
+    pub(super) source: String,
+}
+
+/// The character: built in, a file, or a folder with `character.npz`.
+pub(super) fn character(args: &SimulateArgs) -> Result<Character> {
+    if args.character.as_os_str() == HUMAN && !args.character.exists() {
+        return Ok(human(&HumanParameters::default())?);
+    }
+    let path = inside(&args.character, "character.npz");
+    Ok(read_character(&path)?)
+}
+
+/// The garment: built in, an .obj, or a folder with `garment.obj` and perhaps `garment.npz`.
+pub(super) fn garment(args: &SimulateArgs, character: &Character) -> Result<Cut> {
+    let name = args.garment.to_string_lossy();
+    match GARMENTS.iter().find(|(built_in, _)| *built_in == name) {
+        Some((_, make)) if !args.garment.exists() => built_in(args, make(character)?, character),
+        _ => users(args, character),
+    }
+}
+
+fn built_in(args: &SimulateArgs, made: GarmentMesh, character: &Character) -> Result<Cut> {
+    let pinned = made.attached();
+    let attributes = VertexAttributes {
+        pinned: pinned.contains(&true).then_some(pinned),
+        groups: (made.parts.len() > 1).then(|| made.part_of_vertex.clone()),
+        mask: None,
+    };
+    let fabric_of = |face: &[u32; 3]| {
+        let parts = face.map(|v| made.part_of_vertex[v as usize]);
+        // A face across a seam is of the part that has more of it.
+        let part = if parts[1] == parts[2] { parts[1] } else { parts[0] };
+        args.material
+            .map_or_else(|| material(made.parts[part as usize].fabric), Material::from)
+    };
+    Ok(Cut {
+        materials: made.mesh.faces.iter().map(fabric_of).collect(),
+        parts: made.parts.iter().map(|p| p.name.clone()).collect(),
+        garment: dressed(made.mesh, character, &args.garment)?,
+        attributes,
+    })
+}
+
+fn users(args: &SimulateArgs, character: &Character) -> Result<Cut> {
+    let (garment, attributes) = if args.garment.is_dir() {
+        read_garment(&args.garment, character)?
+    } else if args.garment.exists() || args.garment.extension().is_some() {
+        let mesh = read_obj(&args.garment)?;
+        (
+            dressed(mesh, character, &args.garment)?,
+            VertexAttributes::default(),
+        )
+    } else {
+        let names: Vec<&str> = GARMENTS.iter().map(|(name, _)| *name).collect();
+        let expected = names.join(", ");
+        let found = args.garment.display();
+        return Err(Usage(format!(
+            "--garment: expected an .obj file, a folder with garment.obj, or one of {expected}; found {found}"
+        ))
+        .into());
+    };
+    let material = args.material.map_or(Material::COTTON, Material::from);
+    Ok(Cut {
+        materials: vec![material; garment.rest.faces.len()],
+        parts: Vec::new(),
+        garment,
+        attributes,
+    })
+}
+
+fn dressed(rest: TriMesh, character: &Character, path: &Path) -> Result<Garment> {
+    let weights = default_weights(&rest, character).map_err(|e| anyhow!("{}: {e}", path.display()))?;
+    Ok(Garment { rest, weights })
+}
+
+fn material(fabric: Fabric) -> Material {
+    match fabric {
+        Fabric::Cotton => Material::COTTON,
+        Fabric::Denim => Material::DENIM,
+        Fabric::Silk => Material::SILK,
+        Fabric::Tulle => Material::TULLE,
+    }
+}
+
+/// The motions with their splits, in the order of the command line.
+pub(super) fn jobs(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>> {
+    let mut jobs = match args.motion.is_empty() {
+        true => built_in_motions(args, character)?,
+        false => users_motions(args, character)?,
+    };
+    name_splits(args, &mut jobs)?;
+    if let Some(seconds) = args.seconds {
+        jobs.iter_mut().for_each(|job| {
+            let frames = (seconds * job.clip.fps).ceil() as usize;
+            job.clip.poses.truncate(frames.max(2));
+        });
+    }
+    Ok(jobs)
+}
+
+/// The standard set, with its own test clips.
+fn built_in_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>> {
+    let set = standard_set(character, MOTION_SEED, args.fps)?;
+    let job = |split| {
+        move |clip| Job {
+            clip,
+            split,
+            source: "built in".into(),
+        }
+    };
+    let train = set.train.into_iter().map(job(Split::Train));
+    Ok(train.chain(set.test.into_iter().map(job(Split::Test))).collect())
+}
+
+/// The last of several is held out: without a clip that training does not see nothing could be
+/// measured.
+fn users_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>> {
+    let motions = args.motion.iter().enumerate();
+    let is_last = |i: usize| i > 0 && i + 1 == args.motion.len();
+    let job = |(i, path): (usize, &PathBuf)| {
+        Ok(Job {
+            clip: motion(args, path, character)?,
+            split: if is_last(i) { Split::Test } else { Split::Train },
+            source: path.display().to_string(),
+        })
+    };
+    motions.map(job).collect()
+}
+
+fn motion(args: &SimulateArgs, path: &Path, character: &Character) -> Result<Clip> {
+    let options = MotionOptions {
+        fps: Some(args.fps),
+        up: args.up.into(),
+        ..MotionOptions::default()
+    };
+    let import = import_motion(path, character, &options)?;
+    for note in &import.notes {
+        say(&format!("{}: {note}", path.display()));
+    }
+    Ok(import.clip)
+}
+
+/// `--test` and `--validation` say which clips are which.
+fn name_splits(args: &SimulateArgs, jobs: &mut [Job]) -> Result<()> {
+    let mut named = args.test.iter().chain(&args.validation);
+    if let Some(name) = named.find(|name| !jobs.iter().any(|job| job.clip.name == **name)) {
+        let names: Vec<&str> = jobs.iter().map(|job| job.clip.name.as_str()).collect();
+        let names = names.join(", ");
+        let text = format!("--test and --validation: expected names among {names}; found {name}");
+        return Err(Usage(text).into());
+    }
+    for job in jobs {
+        job.split = if args.validation.contains(&job.clip.name) {
+            Split::Validation
+        } else if args.test.contains(&job.clip.name) {
+            Split::Test
+        } else if args.test.is_empty() {
+            job.split
+        } else {
+            Split::Train
+        };
+    }
+    Ok(())
+}
+
+fn inside(path: &Path, name: &str) -> PathBuf {
+    match path.is_dir() {
+        true => path.join(name),
+        false => path.to_owned(),
+    }
+}

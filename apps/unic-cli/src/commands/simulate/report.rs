@@ -1,0 +1,91 @@
+//! What is said about a finished capture.
+
+use super::work::{Made, Workshop};
+use crate::{
+    args::SimulateArgs,
+    output::{print, print_json},
+    pictures::{CLOTH, GAP, Shot, Studio},
+};
+use anyhow::{Context, Result};
+use serde::Serialize;
+use std::{fs, path::PathBuf, time::Duration};
+use unic_viewer::grid;
+
+#[derive(Serialize)]
+struct Summary<'a> {
+    capture: PathBuf,
+    vertices: usize,
+    fps: f32,
+    /// Of the whole command.
+    seconds: f64,
+    clips: &'a [Made],
+}
+
+/// One strip a clip.
+pub(super) fn draw(args: &SimulateArgs, workshop: &Workshop, made: &[Made]) -> Result<()> {
+    let Some(folder) = &args.pictures else {
+        return Ok(());
+    };
+    fs::create_dir_all(folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    for clip in made {
+        let shots: Vec<Shot> = clip.shots.iter().map(|(_, shot)| shot.clone()).collect();
+        let studio = Studio::new(&workshop.character, &workshop.cut.garment, 0.0, &shots)?;
+        let tiles = (clip.shots.iter())
+            .map(|(t, shot)| studio.picture(shot, CLOTH, &format!("{:.2} s", *t as f32 / args.fps)))
+            .collect::<Result<Vec<_>>>()?;
+        let picture = grid(&tiles, tiles.len(), GAP)?.encode_png()?;
+        unic_io::atomic::write(&folder.join(format!("{}.png", clip.clip)), &picture)?;
+    }
+    Ok(())
+}
+
+/// A line a clip on stdout, or one JSON object; `simulation.json` keeps the latter.
+pub(super) fn show(args: &SimulateArgs, workshop: &Workshop, made: &[Made], took: Duration) -> Result<()> {
+    let summary = Summary {
+        capture: args.out.clone(),
+        vertices: workshop.cut.garment.rest.vertices.len(),
+        fps: args.fps,
+        seconds: took.as_secs_f64(),
+        clips: made,
+    };
+    let json = serde_json::to_string_pretty(&summary)?;
+    unic_io::atomic::write(&args.out.join("simulation.json"), json.as_bytes())?;
+    match args.json {
+        true => print_json(&summary),
+        false => print(&text(&summary)),
+    }
+}
+
+fn text(summary: &Summary) -> String {
+    let width = summary
+        .clips
+        .iter()
+        .map(|c| c.clip.len())
+        .max()
+        .unwrap_or(0)
+        .max(4);
+    let mut text = format!(
+        "{:width$}  split       frames  CPU s/frame  inside %  deepest mm  strain p99 %  hem mm  top m/s\n",
+        "clip"
+    );
+    for c in summary.clips {
+        let s = &c.soundness;
+        text += &format!(
+            "{:width$}  {:10}  {:6}  {:11.4}  {:8.3}  {:10.1}  {:12.1}  {:6.0}  {:7.1}\n",
+            c.clip,
+            c.split,
+            c.frames,
+            c.cpu_s_per_frame,
+            s.inside_percent,
+            s.deepest_mm,
+            s.strain_p99_percent,
+            s.hem_change_mm,
+            s.top_speed_m_per_s,
+        );
+    }
+    text + &format!(
+        "{} written in {:.0} s\n",
+        summary.capture.display(),
+        summary.seconds
+    )
+}

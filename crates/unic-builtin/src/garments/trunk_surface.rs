@@ -1,0 +1,267 @@
+//! The trunk's convex outlines as one smooth surface to lay cloth over.
+
+use super::{BodyShape, GarmentError};
+use glam::Vec3;
+use std::{f32::consts::TAU, ops::Range};
+
+/// Directions in which an outline is known.
+const DIRECTIONS: usize = 180;
+
+/// Distance between outlines, metres.
+const STEP_M: f32 = 0.01;
+
+/// Passes of the 1-2-1 filter over heights: a standard deviation of 2 cm.
+const HEIGHT_PASSES: usize = 8;
+
+/// Passes of the same filter over directions, which rounds the corners of a hull: 4 degrees.
+const ANGLE_PASSES: usize = 8;
+
+/// The convex outline of the trunk at every height, as cloth that hangs from the waist meets it:
+/// below the waist outlines never shrink, and in every direction they follow a taut line.
+///
+/// A place on it is named by a height and the share u of the outline's length, 0 at the front (+Z)
+/// and growing towards the left (+X); any real u is taken modulo one.
+#[derive(Clone, Debug)]
+pub(crate) struct TrunkSurface {
+    lowest: f32,
+    outlines: Vec<Outline>,
+}
+
+/// A place on a surface with the unit normal there, pointing away from the body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spot {
+    pub(crate) position: Vec3,
+    pub(crate) normal: Vec3,
+}
+
+impl Spot {
+    /// The point `level` metres off the surface.
+    pub(crate) fn at(self, level: f32) -> Vec3 {
+        self.position + self.normal * level
+    }
+
+    pub(crate) fn lerp(self, other: Self, t: f32) -> Self {
+        Self {
+            position: self.position.lerp(other.position, t),
+            normal: self.normal.lerp(other.normal, t).normalize_or(self.normal),
+        }
+    }
+}
+
+/// Points of one closed convex curve by direction of their normal; the first is repeated at the end.
+#[derive(Clone, Debug)]
+struct Outline {
+    points: Vec<Vec3>,
+    /// Length of the curve up to each point, metres.
+    along: Vec<f32>,
+}
+
+impl TrunkSurface {
+    /// Outlines for the given heights (world y, metres), with the waist among them. From `straight`
+    /// upward the outline is one, around all that is there.
+    ///
+    /// # Errors
+    /// No trunk at one of the heights.
+    pub(crate) fn new(
+        body: &BodyShape,
+        heights: Range<f32>,
+        waist: f32,
+        straight: f32,
+    ) -> Result<Self, GarmentError> {
+        let lowest = heights.start;
+        let count = ((heights.end - lowest) / STEP_M).ceil().clamp(1.0, 1000.0) as usize + 1;
+        let height = |row: usize| lowest + row as f32 * STEP_M;
+        let mut supports = Vec::with_capacity(count);
+        for row in 0..count {
+            supports.push(support(body, height(row).min(heights.end))?);
+        }
+        hang(&mut supports, ((waist - lowest) / STEP_M) as usize);
+        let straight = ((straight - lowest) / STEP_M).clamp(0.0, count as f32) as usize;
+        enclose(&mut supports[straight..]);
+        (0..HEIGHT_PASSES).for_each(|_| smooth_heights(&mut supports));
+        let outlines = supports.iter().enumerate();
+        Ok(Self {
+            lowest,
+            outlines: outlines.map(|(row, s)| Outline::new(s, height(row))).collect(),
+        })
+    }
+
+    /// The place at a height and a share of the outline; heights outside the range are those of its
+    /// ends.
+    pub(crate) fn spot(&self, height: f32, u: f32) -> Spot {
+        let (row, t) = self.row(height);
+        self.outlines[row].spot(u).lerp(self.outlines[row + 1].spot(u), t)
+    }
+
+    /// Length of the outline at a height, `level` metres off the surface.
+    pub(crate) fn circumference(&self, height: f32, level: f32) -> f32 {
+        let (row, t) = self.row(height);
+        let of = |row: usize| self.outlines[row].length();
+        // Cauchy: an offset adds the same to the support in every direction.
+        of(row) * (1.0 - t) + of(row + 1) * t + TAU * level
+    }
+
+    /// Share of the outline at which its normal points to the left.
+    pub(crate) fn left_side(&self, height: f32) -> f32 {
+        let (row, t) = self.row(height);
+        let of = |row: usize| {
+            let outline = &self.outlines[row];
+            outline.along[DIRECTIONS / 4] / outline.length()
+        };
+        of(row) * (1.0 - t) + of(row + 1) * t
+    }
+
+    fn row(&self, height: f32) -> (usize, f32) {
+        let last = self.outlines.len() - 1;
+        let at = ((height - self.lowest) / STEP_M).clamp(0.0, last as f32);
+        let row = (at as usize).min(last - 1);
+        (row, at - row as f32)
+    }
+}
+
+impl Outline {
+    /// The envelope p(θ) = h n + h' n' of a support function h about the vertical axis.
+    fn new(support: &[f32], height: f32) -> Self {
+        let step = TAU / DIRECTIONS as f32;
+        let of = |k: usize| support[k % DIRECTIONS];
+        let point = |k: usize| {
+            let slope = (of(k + 1) - of(k + DIRECTIONS - 1)) / (2.0 * step);
+            let normal = direction(k as f32);
+            let tangent = Vec3::Y.cross(normal);
+            Vec3::Y * height + normal * of(k) + tangent * slope
+        };
+        let points: Vec<Vec3> = (0..=DIRECTIONS).map(point).collect();
+        let mut along = vec![0.0];
+        for pair in points.windows(2) {
+            along.push(along[along.len() - 1] + pair[0].distance(pair[1]));
+        }
+        Self { points, along }
+    }
+
+    fn length(&self) -> f32 {
+        self.along[DIRECTIONS]
+    }
+
+    fn spot(&self, u: f32) -> Spot {
+        let along = u.rem_euclid(1.0) * self.length();
+        let next = self.along.partition_point(|a| *a <= along).clamp(1, DIRECTIONS);
+        let (from, to) = (self.along[next - 1], self.along[next]);
+        let t = ((along - from) / (to - from).max(1e-9)).clamp(0.0, 1.0);
+        Spot {
+            position: self.points[next - 1].lerp(self.points[next], t),
+            normal: direction((next - 1) as f32 + t),
+        }
+    }
+}
+
+/// Unit vector at the angle 2πk / [`DIRECTIONS`] from the front towards the left.
+fn direction(k: f32) -> Vec3 {
+    let (sin, cos) = (TAU * k / DIRECTIONS as f32).sin_cos();
+    Vec3::new(sin, 0.0, cos)
+}
+
+/// Support function about the world's vertical axis: rings have origins of their own.
+fn support(body: &BodyShape, height: f32) -> Result<Vec<f32>, GarmentError> {
+    let ring = body.trunk_ring(height)?;
+    let reach = |k: usize| {
+        let angle = TAU * k as f32 / DIRECTIONS as f32;
+        ring.support(angle) + ring.origin().dot(direction(k as f32))
+    };
+    let mut support: Vec<f32> = (0..DIRECTIONS).map(reach).collect();
+    for _ in 0..ANGLE_PASSES {
+        let of = |k: usize| support[k % DIRECTIONS];
+        let mean = |k: usize| 0.5 * of(k) + 0.25 * (of(k + 1) + of(k + DIRECTIONS - 1));
+        support = (0..DIRECTIONS).map(mean).collect();
+    }
+    Ok(support)
+}
+
+/// Makes all outlines the smallest around all of them: the maximum of support functions is that of
+/// the hull.
+fn enclose(supports: &mut [Vec<f32>]) {
+    for k in 0..DIRECTIONS {
+        let most = supports.iter().map(|s| s[k]).fold(f32::MIN, f32::max);
+        supports.iter_mut().for_each(|s| s[k] = most);
+    }
+}
+
+/// Below the waist, in every direction, the least function of the height that is concave, does not
+/// fall towards the hem, and is nowhere less than the support: a string drawn over hips and legs.
+fn hang(supports: &mut [Vec<f32>], waist: usize) {
+    let top = waist.min(supports.len() - 1);
+    for k in 0..DIRECTIONS {
+        let mut reach: Vec<f32> = supports[..=top].iter().rev().map(|s| s[k]).collect();
+        for down in 1..reach.len() {
+            reach[down] = reach[down].max(reach[down - 1]);
+        }
+        let taut = concave_majorant(&reach);
+        let below = supports[..=top].iter_mut().rev();
+        below.zip(taut).for_each(|(support, reach)| support[k] = reach);
+    }
+}
+
+/// The least concave sequence that is nowhere less than the given one.
+fn concave_majorant(values: &[f32]) -> Vec<f32> {
+    let mut corners: Vec<usize> = Vec::new();
+    let slope = |a: usize, b: usize| (values[b] - values[a]) / (b - a) as f32;
+    for i in 0..values.len() {
+        while let [.., a, b] = corners[..]
+            && slope(a, b) <= slope(b, i)
+        {
+            corners.pop();
+        }
+        corners.push(i);
+    }
+    let mut majorant = vec![values[0]];
+    for pair in corners.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        majorant.extend((a + 1..=b).map(|i| values[a] + slope(a, b) * (i - a) as f32));
+    }
+    majorant
+}
+
+fn smooth_heights(supports: &mut [Vec<f32>]) {
+    let before = supports.to_vec();
+    for row in 1..supports.len() - 1 {
+        for k in 0..DIRECTIONS {
+            supports[row][k] = 0.5 * before[row][k] + 0.25 * (before[row - 1][k] + before[row + 1][k]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_majorant_is_a_string_over_the_values() {
+        assert_eq!(
+            concave_majorant(&[0.0, 3.0, 3.5, 2.0, 5.0]),
+            [0.0, 3.0, 3.6666667, 4.3333335, 5.0]
+        );
+        assert_eq!(concave_majorant(&[1.0]), [1.0]);
+    }
+
+    #[test]
+    fn an_ellipse_is_walked_evenly_and_offset_along_its_normals() {
+        let support = |k: usize| (direction(k as f32) * Vec3::new(0.2, 0.0, 0.1)).length();
+        let supports: Vec<f32> = (0..DIRECTIONS).map(support).collect();
+        let outlines = (0..3)
+            .map(|row| Outline::new(&supports, row as f32 * STEP_M))
+            .collect();
+        let trunk = TrunkSurface {
+            lowest: 0.0,
+            outlines,
+        };
+        assert!((trunk.circumference(0.01, 0.03) - (0.9688 + TAU * 0.03)).abs() < 2e-3);
+        assert!((trunk.left_side(0.005) - 0.25).abs() < 1e-3);
+        for k in 0..16 {
+            let spot = trunk.spot(0.015, k as f32 / 16.0);
+            let on = spot.position / Vec3::new(0.2, 1.0, 0.1);
+            assert!((on.with_y(0.0).length() - 1.0).abs() < 2e-3);
+            assert!((spot.position.y - 0.015).abs() < 1e-6);
+            let gradient = spot.position / Vec3::new(0.04, 1.0, 0.01);
+            assert!(gradient.with_y(0.0).normalize().dot(spot.normal) > 0.999);
+        }
+    }
+}

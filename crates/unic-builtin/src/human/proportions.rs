@@ -1,0 +1,140 @@
+//! Where the joints are.
+
+use super::{HumanError, HumanParameters};
+use glam::Vec3;
+
+/// Parents in SMPL's joint order.
+pub(super) const PARENTS: [i64; 24] = [
+    -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
+];
+
+/// Height of the body that all constants of this module's siblings are given for, metres.
+const STANDARD_HEIGHT_M: f32 = 1.70;
+
+/// Girths that the unscaled lofts of the trunk have, metres.
+const STANDARD_CHEST_M: f32 = 0.975;
+const STANDARD_WAIST_M: f32 = 0.72;
+const STANDARD_HIP_M: f32 = 0.965;
+
+/// Skeleton and widths of one body.
+///
+/// Segment lengths follow the fractions of the stature of Drillis & Contini 1966, "Body segment
+/// parameters", as tabulated in Winter, "Biomechanics and Motor Control of Human Movement": knee
+/// 0.285, hip 0.530, shoulder 0.818, upper arm 0.172 (between joint centres), forearm 0.146.
+#[derive(Clone, Debug)]
+pub(super) struct Proportions {
+    /// Height over the standard height; everything is first made at the standard height.
+    pub(super) scale: f32,
+    /// Joints in metres.
+    pub(super) joints: [Vec3; 24],
+    /// x of the fingertips at the standard height.
+    pub(super) fingertip: f32,
+    /// How far the shoulder joints are out from their standard place, at the standard height.
+    pub(super) shoulder_shift: f32,
+    /// Girth of chest, waist and hips over the standard ones.
+    pub(super) girths: [f32; 3],
+}
+
+/// Joints on the midline and on the left at the standard height, by SMPL's index.
+const JOINTS: [(usize, [f32; 3]); 14] = [
+    (0, [0.0, 0.935, 0.0]),
+    (1, [0.088, 0.885, 0.0]),
+    (3, [0.0, 1.02, -0.012]),
+    (4, [0.094, 0.484, 0.004]),
+    (6, [0.0, 1.115, -0.018]),
+    (7, [0.1, 0.077, -0.026]),
+    (9, [0.0, 1.225, -0.022]),
+    (10, [0.112, 0.022, 0.1]),
+    (12, [0.0, 1.45, -0.03]),
+    (13, [0.055, 1.385, -0.02]),
+    (15, [0.0, 1.525, -0.008]),
+    (16, [0.165, 1.385, -0.02]),
+    (18, [0.455, 1.385, -0.026]),
+    (20, [0.703, 1.385, -0.02]),
+];
+
+/// From the wrist to the knuckles, metres at the standard height.
+const PALM_M: f32 = 0.086;
+
+/// Standard half of the distance between the shoulder joints.
+const SHOULDER_M: f32 = 0.165;
+
+impl Proportions {
+    pub(super) fn new(parameters: &HumanParameters) -> Result<Self, HumanError> {
+        let scale = parameters.height_m / STANDARD_HEIGHT_M;
+        check("height_m", parameters.height_m, 1.2, 2.2)?;
+        check(
+            "shoulder_width_m",
+            parameters.shoulder_width_m,
+            0.26 * scale,
+            0.44 * scale,
+        )?;
+        check("chest_m", parameters.chest_m, 0.75 * scale, 1.2 * scale)?;
+        check("waist_m", parameters.waist_m, 0.6 * scale, 1.1 * scale)?;
+        check("hip_m", parameters.hip_m, 0.85 * scale, 1.15 * scale)?;
+        let shoulder_shift = 0.5 * parameters.shoulder_width_m / scale - SHOULDER_M;
+        Ok(Self {
+            scale,
+            joints: joints(shoulder_shift).map(|joint| joint * scale),
+            fingertip: 0.892 + shoulder_shift,
+            shoulder_shift,
+            girths: [
+                parameters.chest_m / STANDARD_CHEST_M / scale,
+                parameters.waist_m / STANDARD_WAIST_M / scale,
+                parameters.hip_m / STANDARD_HIP_M / scale,
+            ],
+        })
+    }
+
+    /// A place of the standard body, the arms moved in to theirs.
+    pub(super) fn standard(&self, p: Vec3) -> Vec3 {
+        let p = p / self.scale;
+        let rise = |x: f32| x.clamp(0.0, 1.0) * x.clamp(0.0, 1.0) * (3.0 - 2.0 * x.clamp(0.0, 1.0));
+        // The shift grows along the collar bones; below them the chest keeps its girth, and the arm
+        // is moved as a whole. No slope reaches one: no two places have the same image.
+        let (out, up) = (p.x.abs() / SHOULDER_M, rise((p.y - 1.25) / 0.11));
+        let share = out.min(1.0) * (up + (1.0 - up) * rise((p.x.abs() - SHOULDER_M) / 0.12));
+        p - Vec3::X * (self.shoulder_shift * share * p.x.signum())
+    }
+
+    /// Wanted edge length, metres: finer where the shape is, on hands, face and feet.
+    pub(super) fn wanted_edge(&self, p: Vec3) -> f32 {
+        let q = self.standard(p);
+        let towards = |from: f32, to: f32, t: f32| from + (to - from) * t.clamp(0.0, 1.0);
+        let trunk = 0.0235;
+        let arm = towards(trunk, 0.0195, (q.x - 0.15) / 0.1);
+        let hand = towards(arm, 0.0085, (q.x - 0.62) / 0.09);
+        let head = towards(trunk, 0.0114, (q.y - 1.41) / 0.07);
+        let foot = towards(trunk, 0.013, (0.2 - q.y) / 0.1);
+        self.scale * hand.min(head).min(foot)
+    }
+}
+
+fn check(name: &'static str, found: f32, least: f32, most: f32) -> Result<(), HumanError> {
+    if (least..=most).contains(&found) {
+        return Ok(());
+    }
+    Err(HumanError::Measure {
+        name,
+        found,
+        least,
+        most,
+    })
+}
+
+/// All joints at the standard height.
+fn joints(shoulder_shift: f32) -> [Vec3; 24] {
+    let mut joints = [Vec3::ZERO; 24];
+    for (index, place) in JOINTS {
+        let mut place = Vec3::from(place);
+        if index >= 16 {
+            place.x += shoulder_shift;
+        }
+        joints[index] = place;
+    }
+    joints[22] = joints[20] + Vec3::new(PALM_M, -0.002, 0.0);
+    for left in [1, 4, 7, 10, 13, 16, 18, 20, 22] {
+        joints[left + 1] = joints[left] * Vec3::new(-1.0, 1.0, 1.0);
+    }
+    joints
+}

@@ -1,0 +1,395 @@
+//! A motion as a function of time.
+
+use super::{
+    channel::{Channel, Gestures, Side},
+    curve::{Knot, Spline, Track},
+    foot::Foot,
+    footsteps::{Course, Jump},
+    gait::GRAVITY,
+    path::{Path, Station, on_ground},
+    rig::{Arm, Posture, Rig},
+};
+use glam::Quat;
+use unic_core::{clip::Clip, skeleton::Pose};
+
+/// Share of the straight leg that a standing leg spans: knees are never locked.
+const STANDING_REACH: f64 = 0.990;
+
+/// The most that a leg on the ground spans in a walk.
+const WALKING_REACH: f64 = 0.993;
+
+/// The most that it spans in a run, where knees land and leave bent.
+const RUNNING_REACH: f64 = 0.978;
+
+/// The pelvis sinks this much below standing height for a walk at 1 m/s, metres.
+const WALKING_DROP: f64 = 0.010;
+
+/// Likewise for a run.
+const RUNNING_DROP: f64 = 0.035;
+
+/// Habits of one person; see [`Timeline`](super::Timeline).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Habit {
+    /// Factor on step rhythm.
+    pub(super) tempo: f64,
+    /// Factor on the swing of the arms.
+    pub(super) arm_swing: f64,
+    /// Further lean of the trunk, radians.
+    pub(super) lean: f64,
+    /// Elbow angle at rest, radians.
+    pub(super) elbow: f64,
+    pub(super) first: Side,
+}
+
+/// What a timeline turns into before a body performs it.
+#[derive(Clone, Debug)]
+pub(super) struct Script {
+    pub(super) gestures: Gestures,
+    pub(super) jumps: Vec<Jump>,
+    pub(super) habit: Habit,
+    pub(super) seconds: f64,
+}
+
+/// A motion of one character, twice continuously differentiable in time but for the moments of
+/// landing: sampled at any rate it is the same motion.
+#[derive(Clone, Debug)]
+pub struct Performance {
+    rig: Rig,
+    script: Script,
+    path: Path,
+    feet: [Foot; 2],
+    tracks: Tracks,
+}
+
+/// Signals that follow from the steps.
+#[derive(Clone, Debug)]
+struct Tracks {
+    /// Left foot ahead of the right one, metres.
+    ahead: Track,
+    /// Support to the left of the path, metres.
+    support: Track,
+    /// Left leg loaded minus right leg loaded, −1 to 1.
+    load: Track,
+    /// Height of the pelvis joint without the share of flight, metres.
+    height: Track,
+    /// Vertical motion about flights, metres.
+    flight: Spline,
+}
+
+impl Performance {
+    pub(super) fn new(rig: Rig, script: Script) -> Self {
+        let path = Path::new(&script.gestures, script.seconds);
+        let course = Course {
+            gestures: &script.gestures,
+            path: &path,
+            jumps: &script.jumps,
+            stature: rig.stature,
+            soles: &rig.soles,
+            half_width: rig.half_width(),
+            tempo: script.habit.tempo,
+            first: script.habit.first,
+        };
+        let feet = course.plan(script.seconds);
+        let flight = flight(&feet, &script);
+        let tracks = Tracks::new(&script, &path, &feet, flight);
+        let mut performance = Self {
+            rig,
+            script,
+            path,
+            feet,
+            tracks,
+        };
+        performance.tracks.height = performance.height_track();
+        performance
+    }
+
+    /// Length in seconds.
+    pub fn seconds(&self) -> f32 {
+        self.script.seconds as f32
+    }
+
+    /// The pose at a time in seconds; before the start and after the end the character stands still.
+    /// The ground is at height zero.
+    pub fn pose_at(&self, seconds: f32) -> Pose {
+        self.pose(f64::from(seconds))
+    }
+
+    /// Samples the motion from its start to its end.
+    ///
+    /// # Panics
+    /// When `fps` is not positive.
+    pub fn clip(&self, name: &str, fps: f32) -> Clip {
+        assert!(fps > 0.0, "frames per second");
+        // A thousandth of a frame of slack keeps the last frame when the length is a whole number.
+        let frames = (self.script.seconds * f64::from(fps) + 1e-3) as usize + 1;
+        Clip {
+            name: name.into(),
+            fps,
+            poses: (0..frames)
+                .map(|f| self.pose(f as f64 / f64::from(fps)))
+                .collect(),
+            ground_height: 0.0,
+        }
+    }
+
+    /// Whether a foot carries weight at a time: it then stays in its place, apart from its roll over
+    /// heel and ball.
+    pub fn is_planted(&self, side: Side, seconds: f32) -> bool {
+        self.feet[side.index()].is_planted(f64::from(seconds))
+    }
+
+    fn pose(&self, t: f64) -> Pose {
+        let t = t.clamp(0.0, self.script.seconds);
+        let state = self.state(t);
+        let height = self.tracks.height.at(t) + self.tracks.flight.at(t);
+        let pelvis = self.pelvis(&state);
+        self.rig.pose(&Posture {
+            position: on_ground(self.ground_point(&state), height),
+            pelvis,
+            chest: self.chest(&state),
+            head: self.head(&state),
+            arms: Side::BOTH.map(|side| self.arm(&state, side)),
+            feet: Side::BOTH.map(|side| {
+                let i = side.index();
+                self.feet[i].at(t, &self.rig.soles[i])
+            }),
+        })
+    }
+
+    fn state(&self, t: f64) -> State {
+        let channel = |channel| self.script.gestures.at(channel, t);
+        let speed = channel(Channel::Speed);
+        let speed_near = |dt: f64| self.script.gestures.at(Channel::Speed, t + dt);
+        let turn_rate = channel(Channel::TurnRate);
+        State {
+            t,
+            station: self.path.at(&self.script.gestures, t),
+            speed,
+            run: self.rig.stature.running_weight(speed),
+            acceleration: (speed_near(0.06) - speed_near(-0.06)) / 0.12,
+            turn_rate,
+            bank: (0.6 * speed * turn_rate / GRAVITY).tanh(),
+            ahead: self.tracks.ahead.at(t),
+        }
+    }
+
+    fn channel(&self, channel: Channel, state: &State) -> f64 {
+        self.script.gestures.at(channel, state.t)
+    }
+
+    /// World x and z of the pelvis joint.
+    fn ground_point(&self, state: &State) -> glam::DVec2 {
+        // Towards the centre of a curve, as the whole body leans into it.
+        let inward = 0.45 * state.bank;
+        let sway = self.channel(Channel::Sway, state) + 0.6 * self.tracks.support.at(state.t);
+        let shift = self.channel(Channel::Shift, state) + 0.012 * state.acceleration.tanh();
+        state.station.offset(sway + inward, shift)
+    }
+
+    fn lean(&self, state: &State) -> f64 {
+        let habit = self.script.habit.lean + 0.03 * (state.speed / 1.4).min(1.5) + 0.10 * state.run;
+        let effort = 0.09 * (0.5 * state.acceleration).tanh();
+        habit + effort + self.channel(Channel::Lean, state)
+    }
+
+    fn pelvis(&self, state: &State) -> Quat {
+        let yaw = -0.13 * state.ahead * (1.0 - 0.3 * state.run) + self.channel(Channel::HipTurn, state);
+        let sway = self.channel(Channel::Sway, state);
+        let list = 0.045 * self.tracks.load.at(state.t) + 0.9 * sway.clamp(-0.2, 0.2);
+        let roll = list - state.bank + 0.25 * self.channel(Channel::SideBend, state);
+        turned(state, yaw, 0.4 * self.lean(state), roll)
+    }
+
+    fn chest(&self, state: &State) -> Quat {
+        let twist = self.channel(Channel::Twist, state) + 0.4 * self.channel(Channel::HipTurn, state);
+        let yaw = (0.10 + 0.04 * state.run) * state.ahead + twist;
+        let counter = 0.35 * self.channel(Channel::Sway, state);
+        let roll = self.channel(Channel::SideBend, state) - state.bank - counter;
+        turned(state, yaw, self.lean(state), roll)
+    }
+
+    fn head(&self, state: &State) -> Quat {
+        let into_turn = 0.3 * state.turn_rate.tanh();
+        let yaw =
+            self.channel(Channel::LookYaw, state) + into_turn + 0.45 * self.channel(Channel::Twist, state);
+        let bow = self.channel(Channel::LookDown, state) + 0.25 * self.lean(state);
+        let roll = 0.35 * self.channel(Channel::SideBend, state) - 0.3 * state.bank;
+        turned(state, yaw, bow, roll)
+    }
+
+    fn arm(&self, state: &State, side: Side) -> Arm {
+        let swing = -f64::from(side.sign()) * (state.ahead / 0.9).tanh() * self.script.habit.arm_swing;
+        let lean = self.lean(state);
+        let flexion = (0.52 + 0.12 * state.run) * swing + 0.02 + 0.5 * lean - 0.15 * state.run;
+        let elbow = self.script.habit.elbow + 0.22 * swing * (1.0 - state.run) + 1.25 * state.run;
+        Arm {
+            flexion: (flexion + self.channel(Channel::Flexion(side), state)) as f32,
+            abduction: (0.13 + 0.04 * state.run + self.channel(Channel::Abduction(side), state)) as f32,
+            rotation: (0.12 + 0.25 * state.run + self.channel(Channel::Rotation(side), state)) as f32,
+            elbow: (elbow + self.channel(Channel::Elbow(side), state)) as f32,
+        }
+    }
+
+    /// Height of the pelvis that the steps allow: as high as for standing, no higher than the legs
+    /// on the ground reach.
+    fn height_track(&self) -> Track {
+        let run = |t: f64| {
+            self.rig
+                .stature
+                .running_weight(self.script.gestures.at(Channel::Speed, t))
+        };
+        let wish = |t: f64| self.wished_height(&self.state(t));
+        let raw = Track::sample(self.script.seconds, wish);
+        let walking = raw.clone().eroded(0.075).smoothed(0.075);
+        // A run's rise and fall is that of its flights: between them the height hardly changes.
+        let running = raw.eroded(0.30).smoothed(0.30);
+        Track::sample(self.script.seconds, |t| {
+            let weight = run(t);
+            walking.at(t) * (1.0 - weight) + running.at(t) * weight
+        })
+    }
+
+    fn wished_height(&self, state: &State) -> f64 {
+        let drop = WALKING_DROP * (state.speed + 0.3 * state.turn_rate.abs()).min(1.4) * (1.0 - state.run)
+            + RUNNING_DROP * state.run;
+        let crouch = self.channel(Channel::Crouch, state).max(0.0);
+        let standing = self.standing_height() - drop - crouch;
+        let flight = self.tracks.flight.at(state.t);
+        (Side::BOTH.into_iter())
+            .filter(|side| self.feet[side.index()].is_planted(state.t))
+            .map(|side| self.reachable(state, side) - flight)
+            .fold(standing, f64::min)
+    }
+
+    fn standing_height(&self) -> f64 {
+        let stature = &self.rig.stature;
+        let ankle = self.rig.soles[0].ankle.y.min(self.rig.soles[1].ankle.y);
+        STANDING_REACH * stature.leg + f64::from(ankle - self.rig.hip(Side::Left).y)
+    }
+
+    /// Highest pelvis from which one leg reaches its ankle.
+    fn reachable(&self, state: &State, side: Side) -> f64 {
+        let i = side.index();
+        let foot = self.feet[i].at(state.t, &self.rig.soles[i]);
+        let hip = self.pelvis(state) * self.rig.hip(side);
+        let below = on_ground(self.ground_point(state), 0.0) + hip;
+        let away = f64::from((foot.ankle - below).with_y(0.0).length());
+        let share = WALKING_REACH + (RUNNING_REACH - WALKING_REACH) * state.run;
+        let reach = share * self.rig.stature.leg;
+        let rise = (reach * reach - away * away).max(0.0).sqrt();
+        f64::from(foot.ankle.y - hip.y) + rise
+    }
+}
+
+/// What most parts of the body depend on.
+struct State {
+    t: f64,
+    station: Station,
+    speed: f64,
+    run: f64,
+    acceleration: f64,
+    turn_rate: f64,
+    bank: f64,
+    ahead: f64,
+}
+
+/// Turned from the heading by `yaw`, then leant forward, then rolled to the right.
+fn turned(state: &State, yaw: f64, lean: f64, roll: f64) -> Quat {
+    Quat::from_rotation_y((state.station.heading + yaw) as f32)
+        * Quat::from_rotation_x(lean as f32)
+        * Quat::from_rotation_z(roll as f32)
+}
+
+impl Tracks {
+    fn new(script: &Script, path: &Path, feet: &[Foot; 2], flight: Spline) -> Self {
+        let planted = |t: f64| [0, 1].map(|i| f64::from(u8::from(feet[i].is_planted(t))));
+        let relative = |t: f64| {
+            let station = path.at(&script.gestures, t);
+            let place = |i: usize| feet[i].base(t).0.position - station.position;
+            [0, 1].map(|i| (place(i).dot(station.left()), place(i).dot(station.forward())))
+        };
+        let support = |t: f64| {
+            let ([l, r], [(left, _), (right, _)]) = (planted(t), relative(t));
+            (l * left + r * right) / (l + r).max(1.0)
+        };
+        let sample = |signal: &dyn Fn(f64) -> f64| Track::sample(script.seconds, signal);
+        Self {
+            ahead: sample(&|t| relative(t)[0].1 - relative(t)[1].1).smoothed(0.1),
+            support: sample(&support).smoothed(0.3),
+            load: sample(&|t| planted(t)[0] - planted(t)[1]).smoothed(0.16),
+            height: sample(&|_| 0.0),
+            flight,
+        }
+    }
+}
+
+/// Knots of the pelvis's vertical motion: ballistic while both feet are off the ground, a quintic
+/// that takes up the landing and pushes off again between.
+fn flight(feet: &[Foot; 2], script: &Script) -> Spline {
+    let mut knots: Vec<Knot> = Vec::new();
+    for (takeoff, landing) in flights(feet) {
+        let jump = script.jumps.iter().find(|j| (j.takeoff - takeoff).abs() < 1e-6);
+        let rest_before = knots.last().map(|k| k.time);
+        let since = rest_before.map_or(f64::INFINITY, |t| takeoff - t);
+        if jump.is_some() || since > 0.55 {
+            if let Some(landed) = rest_before {
+                knots.push(Knot::rest(landed + 0.45 * since.min(1.0), 0.0));
+            }
+            knots.extend(preparation(takeoff, jump));
+        }
+        let tall = jump.map_or(0.0, |_| 0.06);
+        knots.extend(ballistic(takeoff, landing, tall));
+        if let Some(jump) = jump {
+            knots.push(Knot::rest(landing + 0.24, -0.8 * jump.crouch));
+        }
+    }
+    if let Some(last) = knots.last().copied() {
+        knots.push(Knot::rest(last.time + 0.6, 0.0));
+    }
+    Spline { knots }
+}
+
+fn preparation(takeoff: f64, jump: Option<&Jump>) -> Vec<Knot> {
+    match jump {
+        None => vec![Knot::rest(takeoff - 0.3, 0.0)],
+        Some(jump) => vec![
+            Knot::rest(takeoff - 0.95, 0.0),
+            Knot::rest(takeoff - 0.34, -jump.crouch),
+        ],
+    }
+}
+
+fn ballistic(takeoff: f64, landing: f64, value: f64) -> [Knot; 2] {
+    let velocity = 0.5 * GRAVITY * (landing - takeoff);
+    [(takeoff, velocity), (landing, -velocity)].map(|(time, velocity)| Knot {
+        time,
+        value,
+        velocity,
+        acceleration: -GRAVITY,
+    })
+}
+
+/// Intervals without a foot on the ground, by time.
+fn flights(feet: &[Foot; 2]) -> Vec<(f64, f64)> {
+    let of = |foot: &Foot| foot.swings.iter().map(|s| (s.lift, s.land)).collect::<Vec<_>>();
+    let [left, right] = [of(&feet[0]), of(&feet[1])];
+    let mut both: Vec<(f64, f64)> = left
+        .iter()
+        .flat_map(|a| right.iter().map(move |b| (a.0.max(b.0), a.1.min(b.1))))
+        .filter(|(takeoff, landing)| landing - takeoff > 1e-3)
+        .collect();
+    both.sort_by(|a, b| a.0.total_cmp(&b.0));
+    both
+}
+
+impl Script {
+    /// The quiet motion that never stops: breath.
+    pub(super) fn breathe(&mut self) {
+        let whole = (0.0, self.seconds);
+        self.gestures.wave(Channel::Lean, whole, -0.010, [0.26, 0.0]);
+        for side in Side::BOTH {
+            self.gestures
+                .wave(Channel::Abduction(side), whole, 0.012, [0.26, 0.0]);
+        }
+    }
+}

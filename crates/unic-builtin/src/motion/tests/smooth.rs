@@ -1,0 +1,65 @@
+//! Motions start and end at rest, nothing moves faster than people can, and accelerations do not jump.
+
+use super::figure::{bodies, every_kind, figure, perform, travel};
+use crate::motion::Performance;
+use unic_core::skeleton::Pose;
+
+/// No joint of a sprinter turns faster, rad/s: knees reach about 20 (Novacheck 1998, Gait & Posture 7).
+const FASTEST_JOINT: f32 = 30.0;
+
+fn fastest(a: &Pose, b: &Pose, seconds: f32) -> f32 {
+    // The root turns with the whole body and has no joint's limit.
+    let angles = (a.local.iter().zip(&b.local).skip(1)).map(|(a, b)| a.angle_between(*b));
+    angles.fold(0.0, f32::max) / seconds
+}
+
+#[test]
+fn joints_stay_within_physiological_rates() {
+    for body in bodies() {
+        let clip = perform(&body, every_kind()).clip("", 120.0);
+        let mut most = (0.0, 0.0);
+        for (f, pair) in clip.poses.windows(2).enumerate() {
+            assert!(pair[0].is_valid());
+            let rate = fastest(&pair[0], &pair[1], 1.0 / 120.0);
+            most = if rate > most.0 {
+                (rate, f as f32 / 120.0)
+            } else {
+                most
+            };
+        }
+        println!("fastest joint {:.1} rad/s at {:.2} s", most.0, most.1);
+        assert!(most.0 < FASTEST_JOINT, "{} rad/s at {} s", most.0, most.1);
+    }
+}
+
+#[test]
+fn motions_start_and_end_at_rest() {
+    for body in bodies() {
+        let motion = perform(&body, [travel(3.0, 0.3, 5.0)]);
+        let end = motion.seconds();
+        for (a, b) in [(0.0, 0.02), (end - 0.02, end)] {
+            let (a, b) = (motion.pose_at(a), motion.pose_at(b));
+            assert!(a.trans.distance(b.trans) < 0.02 * 0.02);
+            assert!(fastest(&a, &b, 0.02) < 0.05);
+        }
+    }
+}
+
+/// Largest change of the pelvis's vertical acceleration from one sample to the next.
+fn largest_jump(motion: &Performance, rate: f64, from: f64, to: f64) -> f64 {
+    let height = |i: i64| f64::from(motion.pose_at((i as f64 / rate) as f32).trans.y);
+    let third = |i: i64| height(i + 3) - 3.0 * height(i + 2) + 3.0 * height(i + 1) - height(i);
+    let frames = (from * rate) as i64..(to * rate) as i64;
+    frames.map(|i| (third(i) * rate * rate).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_pelvis_accelerates_without_jumps() {
+    for speed in [1.4, 3.0] {
+        let motion = perform(&figure(), [travel(speed, 0.0, 6.0)]);
+        // Half the interval halves the change of a continuous acceleration and keeps a jump.
+        let [coarse, fine] = [60.0, 120.0].map(|rate| largest_jump(&motion, rate, 0.5, 7.0));
+        assert!(fine < 0.75 * coarse, "{speed} m/s: {coarse} then {fine} m/s2");
+        assert!(fine < 12.0, "{fine} m/s2");
+    }
+}

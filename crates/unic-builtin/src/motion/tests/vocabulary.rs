@@ -1,0 +1,89 @@
+//! Timelines and the standard set: repeatable, valid, refused for other skeletons.
+
+use super::figure::{every_kind, figure, perform, travel};
+use crate::motion::{Action, ArmRaise, MotionError, Performer, Side, Timeline, standard_set};
+use proptest::prelude::*;
+use std::collections::HashSet;
+use unic_core::{skeleton::Skeleton, skinning::SkinningWeights};
+
+#[test]
+fn the_standard_set_is_complete_and_repeatable() {
+    let body = figure();
+    let set = standard_set(&body, 3, 30.0).unwrap();
+    let seconds: f32 = set.train.iter().map(|c| c.seconds()).sum();
+    assert!((360.0..=480.0).contains(&seconds), "{seconds} s");
+    let all = || set.train.iter().chain(&set.test);
+    let names: HashSet<&str> = all().map(|c| c.name.as_str()).collect();
+    assert_eq!(names.len(), set.train.len() + set.test.len());
+    assert!(all().all(|c| c.fps == 30.0 && c.poses.iter().all(|p| p.is_valid())));
+    assert_eq!(set, standard_set(&body, 3, 30.0).unwrap());
+    assert_ne!(set, standard_set(&body, 4, 30.0).unwrap());
+}
+
+#[test]
+fn any_rate_samples_the_same_motion() {
+    let motion = perform(&figure(), every_kind());
+    let (slow, fast) = (motion.clip("slow", 25.0), motion.clip("fast", 100.0));
+    assert!(
+        slow.poses
+            .iter()
+            .zip(fast.poses.iter().step_by(4))
+            .all(|(a, b)| a == b)
+    );
+    assert!((slow.seconds() - motion.seconds()).abs() < 1.0 / 25.0);
+}
+
+#[test]
+fn hands_go_where_they_are_raised_to() {
+    let body = figure();
+    let hand = |raise| {
+        let motion = perform(&body, [Action::RaiseArms(raise)]);
+        let pose = motion.pose_at(0.5 * motion.seconds());
+        super::figure::joints(&body, &pose)[20].translation
+    };
+    assert!(hand(ArmRaise::Overhead).y > 1.75);
+    assert!(hand(ArmRaise::Sideways).x > 0.6);
+    assert!(hand(ArmRaise::Forward).z > 0.4);
+    assert!(hand(ArmRaise::Wave(Side::Left)).y > 1.4);
+    assert!(hand(ArmRaise::Wave(Side::Right)).y < 1.1);
+}
+
+#[test]
+fn other_skeletons_are_refused() {
+    let mut body = figure();
+    let mut parts = body.skeleton.to_parts();
+    parts.parents[15] = 9;
+    body.skeleton = Skeleton::new(parts).unwrap();
+    let expected = MotionError::Parent {
+        joint: 15,
+        expected: Some(12),
+        found: Some(9),
+    };
+    assert_eq!(Performer::new(&body).unwrap_err(), expected);
+    let mut body = figure();
+    let rows = body.body.vertices.len();
+    let dense: Vec<f32> = (0..rows * 24).map(|i| f32::from(u8::from(i % 24 == 0))).collect();
+    body.weights = SkinningWeights::from_dense(&dense, rows, 24).unwrap();
+    assert_eq!(Performer::new(&body).unwrap_err(), MotionError::NoFeet);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Whatever is asked for, poses are finite and the pelvis stays within the body's height.
+    #[test]
+    fn every_timeline_is_a_valid_motion(
+        seed in any::<u64>(), speed in 0.0_f32..6.0, turn_rate in -1.5_f32..1.5, height in 0.0_f32..0.8,
+    ) {
+        let performer = Performer::new(&figure()).unwrap();
+        let timeline = Timeline::new(seed)
+            .then(travel(speed, turn_rate, 3.0))
+            .then(Action::Stop { seconds: 0.0 })
+            .then(Action::Jump { height })
+            .then(Action::Dance { seconds: 3.0, beats_per_minute: 300.0 * height });
+        for pose in timeline.perform(&performer).clip("any", 10.0).poses {
+            prop_assert!(pose.is_valid());
+            prop_assert!((-0.75..=0.95).contains(&pose.trans.y), "{}", pose.trans.y);
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Constraints sorted into colours, so that those of one colour share no particle.
+
+/// Splits `constraints` (the particles of each) into colours, greedily and in order: indices of the
+/// constraints of each colour, ascending. Every constraint is in exactly one colour and no two of
+/// a colour name the same particle.
+pub(crate) fn colours<const N: usize>(constraints: &[[u32; N]], particle_count: usize) -> Vec<Vec<u32>> {
+    let mut waiting: Vec<u32> = (0..constraints.len() as u32).collect();
+    let mut taken_by = vec![u32::MAX; particle_count];
+    let mut colours = Vec::new();
+    while !waiting.is_empty() {
+        let colour = colours.len() as u32;
+        let mut chosen = Vec::new();
+        waiting.retain(|&constraint| {
+            let particles = &constraints[constraint as usize];
+            let is_free = particles.iter().all(|&p| taken_by[p as usize] != colour);
+            if is_free {
+                particles.iter().for_each(|&p| taken_by[p as usize] = colour);
+                chosen.push(constraint);
+            }
+            !is_free
+        });
+        colours.push(chosen);
+    }
+    colours
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::{collection::vec, prelude::*};
+
+    proptest! {
+        #[test]
+        fn colours_cover_all_and_share_nothing(
+            constraints in vec([0u32..40, 40..80, 80..120], 0..200),
+        ) {
+            let colours = colours(&constraints, 120);
+            let mut seen: Vec<u32> = colours.concat();
+            seen.sort_unstable();
+            prop_assert_eq!(seen, (0..constraints.len() as u32).collect::<Vec<_>>());
+            for colour in colours {
+                let mut particles: Vec<u32> =
+                    colour.iter().flat_map(|&c| constraints[c as usize]).collect();
+                let count = particles.len();
+                particles.sort_unstable();
+                particles.dedup();
+                prop_assert_eq!(particles.len(), count);
+            }
+        }
+    }
+}

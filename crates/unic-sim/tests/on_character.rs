@@ -1,0 +1,142 @@
+//! Cloth on a character: it settles, follows, and does not creep.
+
+mod common;
+
+use glam::{Quat, Vec3};
+use std::{f32::consts::TAU, path::PathBuf, sync::Arc};
+use unic_core::{
+    character::Character,
+    folds::Folds,
+    mesh::TriMesh,
+    skeleton::{Pose, Skeleton, SkeletonParts},
+    skinning::SkinningWeights,
+    surface::Surface,
+};
+use unic_io::Capture;
+use unic_sim::{Attachment, Cloth, ClothSpec, Material, Simulation, SimulationError, SimulationSettings};
+
+/// A tube around the vertical, facing outwards, from `top` down.
+fn tube(around: u32, along: u32, radius: f32, top: f32, length: f32) -> TriMesh {
+    let place = |i: u32| {
+        let angle = TAU * (i % around) as f32 / around as f32;
+        let height = top - length * (i / around) as f32 / (along - 1) as f32;
+        Vec3::new(radius * angle.sin(), height, radius * angle.cos())
+    };
+    let at = |x: u32, y: u32| y * around + x % around;
+    let squares = (0..along - 1).flat_map(|y| (0..around).map(move |x| (x, y)));
+    let faces = squares.flat_map(|(x, y)| {
+        let [a, b, c, d] = [at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y)];
+        [[a, b, c], [a, c, d]]
+    });
+    TriMesh::new((0..around * along).map(place).collect(), faces.collect()).unwrap()
+}
+
+/// One joint at the height of 1 m.
+fn pillar() -> Arc<Character> {
+    let body = tube(32, 40, 0.1, 1.2, 1.2);
+    let count = body.vertices.len();
+    let parts = SkeletonParts {
+        parents: vec![-1],
+        joints: vec![Vec3::Y],
+        ..Default::default()
+    };
+    Arc::new(Character {
+        skeleton: Skeleton::new(parts).unwrap(),
+        weights: SkinningWeights::from_dense(&vec![1.0; count], count, 1).unwrap(),
+        body,
+    })
+}
+
+fn standing(at: Vec3, turn: f32) -> Pose {
+    Pose {
+        trans: at,
+        local: vec![Quat::from_rotation_y(turn)],
+    }
+}
+
+#[test]
+fn a_waistband_follows_the_body() {
+    let character = pillar();
+    let skirt = tube(40, 20, 0.12, 1.0, 0.4);
+    let surface = Surface::build(&character.body);
+    let attach = |vertex: u32| {
+        let place = skirt.vertices[vertex as usize];
+        Attachment::to_nearest(vertex, place, &character.body, &surface).unwrap()
+    };
+    let spec = ClothSpec {
+        attachments: (0..40).map(attach).collect(),
+        ..ClothSpec::new(skirt.clone(), Material::COTTON)
+    };
+    let cloth = Arc::new(Cloth::new(&spec).unwrap());
+    let mut simulation =
+        Simulation::on_character(cloth, Arc::clone(&character), SimulationSettings::default()).unwrap();
+    let (at, turn) = (Vec3::new(3.0, 0.1, -2.0), 2.5);
+    simulation.settle(&standing(at, turn), &standing(at, turn)).unwrap();
+    let mut worst = 0.0f32;
+    for frame in 0..=30 {
+        let (at, turn) = (at + Vec3::X * 0.04 * frame as f32, turn + 0.05 * frame as f32);
+        let garment = simulation.step_frame(&standing(at, turn), Vec3::ZERO).unwrap();
+        for v in 0..40 {
+            let rest = skirt.vertices[v] - Vec3::Y;
+            let expected = Quat::from_rotation_y(turn) * rest + Vec3::Y + at;
+            worst = worst.max(garment[v].distance(expected));
+        }
+        assert!(garment.iter().all(|v| v.y > 0.5), "frame {frame}: the skirt has slid");
+    }
+    assert!(worst < 1e-3, "{worst}");
+}
+
+#[test]
+fn a_clip_begins_the_same_whatever_was_before() {
+    let cloth = Arc::new(Cloth::new(&ClothSpec::new(tube(30, 12, 0.11, 1.0, 0.2), Material::SILK)).unwrap());
+    let mut one = Simulation::on_character(cloth, pillar(), SimulationSettings::default()).unwrap();
+    let poses = [0.0, 0.1].map(|x| standing(Vec3::X * x, 0.3));
+    let first = one.settle(&poses[0], &poses[1]).unwrap().to_vec();
+    one.step_frame(&standing(Vec3::Z * 0.1, 1.0), Vec3::Z).unwrap();
+    assert_eq!(one.settle(&poses[0], &poses[1]).unwrap(), first);
+}
+
+#[test]
+fn poses_must_fit_the_character() {
+    let cloth = Arc::new(Cloth::new(&ClothSpec::new(tube(8, 3, 0.2, 1.0, 0.1), Material::SILK)).unwrap());
+    let mut alone = Simulation::new(Arc::clone(&cloth), SimulationSettings::default()).unwrap();
+    let pose = standing(Vec3::ZERO, 0.0);
+    let refused = alone.settle(&pose, &pose).map(|_| ());
+    assert!(matches!(refused, Err(SimulationError::NoCharacter { .. })));
+    let mut worn = Simulation::on_character(cloth, pillar(), SimulationSettings::default()).unwrap();
+    for bad in [Pose { trans: Vec3::NAN, ..pose.clone() }, Pose { local: vec![], ..pose }] {
+        let refused = worn.step_frame(&bad, Vec3::ZERO).map(|_| ());
+        assert!(matches!(refused, Err(SimulationError::Pose { expected: 1, .. })));
+    }
+}
+
+#[test]
+fn a_shirt_whose_rest_shape_cuts_into_the_body_is_worn_outside() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/captures/tshirt_blender");
+    if !folder.exists() {
+        eprintln!("skipped: {} is not there", folder.display());
+        return;
+    }
+    let capture = Capture::open(&folder).unwrap();
+    let clip = capture.load_clip("run_02_03").unwrap().clip;
+    let cloth = Cloth::new(&ClothSpec::new(capture.garment.rest.clone(), Material::COTTON)).unwrap();
+    let character = Arc::new(capture.character.clone());
+    let mut simulation =
+        Simulation::on_character(Arc::new(cloth), character, SimulationSettings::default()).unwrap();
+    simulation.settle(&clip.poses[0], &clip.poses[1]).unwrap();
+    let (mut deep, mut counted) = (0, 0);
+    let mut surface = Surface::build(&capture.character.body);
+    for pose in &clip.poses[1..30] {
+        simulation.step_frame(pose, Vec3::ZERO).unwrap();
+        surface.refit(simulation.body().unwrap());
+        let mut folds = Folds::default();
+        folds.find(&surface);
+        let hits = simulation.vertices().iter().filter_map(|&v| surface.closest(v));
+        for hit in hits.filter(|hit| !folds.has_face(hit.face)) {
+            counted += 1;
+            deep += u32::from(hit.signed_distance < -1e-3);
+        }
+    }
+    let share = f64::from(deep) / f64::from(counted);
+    assert!(share < 5e-3, "{share}");
+}
