@@ -8,7 +8,7 @@ use std::{
     path::PathBuf,
     time::Duration,
 };
-use unic_io::{Split, UpAxis};
+use unic_io::{Split, UpAxis, capture::JointReference};
 
 /// Learns how one garment moves on one character, and animates it on any motion in real time.
 ///
@@ -80,6 +80,10 @@ pub(crate) struct SimulateArgs {
     /// Clips that training watches, by name.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(crate) validation: Vec<String>,
+    /// Joints that touch the ground, left ankle and foot, right ankle and foot, by name or by number
+    /// [default: those of SMPL's names, or of its order for 24 joints].
+    #[arg(long, value_name = "L,L,R,R", value_parser = parse_contacts)]
+    pub(crate) contacts: Option<[JointReference; 4]>,
     /// Frames a second of the capture.
     #[arg(long, value_name = "FPS", default_value_t = 30.0)]
     pub(crate) fps: f32,
@@ -409,6 +413,16 @@ fn parse_budget(text: &str) -> Result<Duration, String> {
 fn parse_seconds(text: &str) -> Result<f32, String> {
     let seconds: Option<f32> = text.parse().ok().filter(|s: &f32| s.is_finite() && *s > 0.0);
     seconds.ok_or_else(|| "a number of seconds above zero is needed, such as 10".into())
+}
+
+fn parse_contacts(text: &str) -> Result<[JointReference; 4], String> {
+    let joint = |name: &str| match name.parse() {
+        Ok(index) => JointReference::Index(index),
+        Err(_) => JointReference::Name(name.to_owned()),
+    };
+    let joints: Vec<JointReference> = text.split(',').map(|name| joint(name.trim())).collect();
+    <[JointReference; 4]>::try_from(joints)
+        .map_err(|found| format!("four joints are needed, such as 7,10,8,11; found {}", found.len()))
 }
 
 fn parse_vector(text: &str) -> Result<glam::Vec3, String> {

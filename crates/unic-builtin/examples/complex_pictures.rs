@@ -58,14 +58,6 @@ fn draw<E: Error + 'static>(
     );
     let views = VIEWS.map(|[azimuth, elevation]| view(character, &garment, azimuth, elevation));
     let views = views.into_iter().collect::<Result<Vec<_>, _>>()?;
-    if std::env::var("ZOOM").is_ok() {
-        for azimuth in [0.0, 0.7, 3.14] {
-            let low = Vec3::new(-0.25, 1.1, -0.15);
-            let high = Vec3::new(0.25, 1.6, 0.15);
-            view_box(character, &garment, azimuth, 0.3, [low, high])?
-                .save_png(&folder.join(format!("{name}_zoom_{azimuth}.png")))?;
-        }
-    }
     grid(&views, 2, 8)?.save_png(&folder.join(format!("{name}.png")))?;
     Ok(())
 }

@@ -1,9 +1,10 @@
-//! Strips of procedural motion on a body.
+//! Strips of procedural motion on a body: the built-in one, or one from a file.
 //!
-//! `cargo run --release -p unic-builtin --example motion_pictures -- FOLDER CHARACTER.npz [CLIP]`
+//! `cargo run --release -p unic-builtin --example motion_pictures -- FOLDER [CHARACTER.npz] [CLIP]...`
 
 use glam::Vec3;
 use std::path::{Path, PathBuf};
+use unic_builtin::human::{HumanParameters, human};
 use unic_builtin::motion::{Performer, standard_set};
 use unic_core::{character::Character, clip::Clip, skeleton::Pose};
 use unic_viewer::{
@@ -28,7 +29,7 @@ const STRIPS: [(&str, f32, f32, f32); 14] = [
     ("run_speeds", 22.0, 0.0625, 1.57),
     ("run_speeds", 12.0, 0.0625, 0.2),
     ("squats_jumps", 4.2, 0.15, 1.2),
-    ("arms_trunk", 0.5, 1.1, 0.3),
+    ("arms_trunk", 13.0, 2.1, 0.5),
     ("sprint_stop", 4.4, 0.15, 1.4),
     ("turn_on_spot", 0.5, 0.25, 0.3),
     ("dance", 4.0, 0.35, 0.2),
@@ -38,10 +39,13 @@ const PICTURES: usize = 12;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [folder, character, only @ ..] = arguments.as_slice() else {
-        return Err("usage: motion_pictures FOLDER CHARACTER.npz [CLIP]".into());
+    let [folder, names @ ..] = arguments.as_slice() else {
+        return Err("usage: motion_pictures FOLDER [CHARACTER.npz] [CLIP]...".into());
     };
-    let character = unic_io::read_character(Path::new(character))?;
+    let (character, only) = match names {
+        [file, only @ ..] if file.ends_with(".npz") => (unic_io::read_character(Path::new(file))?, only),
+        only => (human(&HumanParameters::default())?, only),
+    };
     println!("{:?}", Performer::new(&character)?.stature());
     let set = standard_set(&character, SEED, FPS)?;
     for clip in set.train.iter().chain(&set.test) {

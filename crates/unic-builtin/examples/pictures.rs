@@ -3,7 +3,7 @@
 //! `cargo run --release -p unic-builtin --example pictures -- FOLDER`
 
 use glam::Vec3;
-use std::{error::Error, path::Path, time::Instant};
+use std::{error::Error, f32::consts::PI, path::Path, time::Instant};
 use unic_builtin::{
     garments::{FlaredSkirt, GarmentMesh, TShirt},
     human::{HumanParameters, human},
@@ -106,7 +106,7 @@ fn rest_sheet(character: &Character) -> Result<Image, Box<dyn Error>> {
         ("front", 0.0),
         ("three quarters", 0.7),
         ("left", 1.571),
-        ("back", 3.142),
+        ("back", PI),
     ];
     let tile = |(name, azimuth): (&str, f32)| -> Result<Image, Box<dyn Error>> {
         let surfaces = [(rest.as_slice(), character.body.faces.as_slice(), SKIN)];

@@ -22,10 +22,16 @@ fn main() -> Result<(), Failure> {
         return Ok(());
     }
     let (limit, names) = arguments()?;
-    rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .use_current_thread()
+        .build_global()?;
     let capture = Capture::open(&folder)?;
     let scene = Scene::new(&capture)?;
-    println!("{:>16} frames  cpu ms  >1 mm %  deepest mm   p99 %   p1 %  worst %  hem before/after cm", "");
+    println!(
+        "{:>16} frames  cpu ms  >1 mm %  deepest mm   p99 %   p1 %  worst %  hem before/after cm",
+        ""
+    );
     for name in names {
         if folder.join("clips").join(format!("{name}.npz")).exists() {
             let clip = capture.load_clip(&name)?;
@@ -52,7 +58,16 @@ fn arguments() -> Result<(usize, Vec<String>), Failure> {
         names.drain(..2);
     }
     if names.is_empty() {
-        names = ["run_02_03", "jump_02_04", "dance_55_01", "Walk1", "TurnOnSpot1", "Run1"].map(String::from).to_vec();
+        names = [
+            "run_02_03",
+            "jump_02_04",
+            "dance_55_01",
+            "Walk1",
+            "TurnOnSpot1",
+            "Run1",
+        ]
+        .map(String::from)
+        .to_vec();
     }
     Ok((limit, names))
 }
@@ -71,7 +86,11 @@ impl<'a> Scene<'a> {
         let rest = &capture.garment.rest;
         let length = |[a, b]: [u32; 2]| rest.vertices[a as usize].distance(rest.vertices[b as usize]);
         let cloth = Cloth::new(&ClothSpec::new(rest.clone(), Material::COTTON))?;
-        println!("{} particles, constraints {:?}", cloth.particle_count(), cloth.constraint_counts());
+        println!(
+            "{} particles, constraints {:?}",
+            cloth.particle_count(),
+            cloth.constraint_counts()
+        );
         Ok(Self {
             capture,
             cloth: Arc::new(cloth),
@@ -85,7 +104,9 @@ impl<'a> Scene<'a> {
         let (mut joints, mut rest, mut vertices) = (Vec::new(), Vec::new(), Vec::new());
         character.skeleton.forward_kinematics(pose, &mut joints);
         character.skeleton.world_from_rest(&joints, &mut rest);
-        character.weights.skin(&character.body.vertices, &rest, &mut vertices);
+        character
+            .weights
+            .skin(&character.body.vertices, &rest, &mut vertices);
         vertices
     }
 
@@ -121,7 +142,8 @@ impl<'a> Scene<'a> {
     fn stand_before_and_after(&self, poses: &[Pose]) -> Result<[f32; 2], Failure> {
         let character = Arc::new(self.capture.character.clone());
         let settings = SimulationSettings::default();
-        let mut simulation = Simulation::on_character(Arc::clone(&self.cloth), Arc::clone(&character), settings)?;
+        let mut simulation =
+            Simulation::on_character(Arc::clone(&self.cloth), Arc::clone(&character), settings)?;
         let stand = |like: &Pose| {
             let mut pose = like.clone();
             pose.local[1..].clone_from_slice(&character.skeleton.bind_pose().local[1..]);
@@ -160,14 +182,18 @@ fn hem(rest: &TriMesh) -> Vec<u32> {
     }
     let mut loops: Vec<Vec<u32>> = Vec::new();
     for [a, b] in rims {
-        let (mut with, without): (Vec<_>, Vec<_>) =
-            loops.into_iter().partition(|l: &Vec<u32>| l.contains(&a) || l.contains(&b));
+        let (mut with, without): (Vec<_>, Vec<_>) = loops
+            .into_iter()
+            .partition(|l: &Vec<u32>| l.contains(&a) || l.contains(&b));
         with.push(vec![a, b]);
         loops = without;
         loops.push(with.concat());
     }
     let height = |l: &Vec<u32>| l.iter().map(|&v| rest.vertices[v as usize].y).sum::<f32>() / l.len() as f32;
-    loops.into_iter().min_by(|a, b| height(a).total_cmp(&height(b))).unwrap_or_default()
+    loops
+        .into_iter()
+        .min_by(|a, b| height(a).total_cmp(&height(b)))
+        .unwrap_or_default()
 }
 
 /// What is counted over the frames of a clip.
@@ -194,7 +220,9 @@ impl Tally {
             self.deep += usize::from(hit.signed_distance < -1e-3);
             self.deepest = self.deepest.max(-hit.signed_distance);
         }
-        let strain = |([a, b], rest): &([u32; 2], f32)| garment[*a as usize].distance(garment[*b as usize]) / rest - 1.0;
+        let strain = |([a, b], rest): &([u32; 2], f32)| {
+            garment[*a as usize].distance(garment[*b as usize]) / rest - 1.0
+        };
         self.strains.extend(scene.edges.iter().map(strain));
         self.frames += 1;
     }
@@ -224,5 +252,8 @@ fn cpu_seconds() -> f64 {
     let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let nanoseconds = told.and_then(|t| t.split(' ').next().and_then(|n| n.parse::<f64>().ok()));
     static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
-    nanoseconds.map_or_else(|| START.get_or_init(Instant::now).elapsed().as_secs_f64(), |n| n * 1e-9)
+    nanoseconds.map_or_else(
+        || START.get_or_init(Instant::now).elapsed().as_secs_f64(),
+        |n| n * 1e-9,
+    )
 }

@@ -13,13 +13,17 @@ use unic_core::{
     skeleton::{Pose, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
-use unic_sim::{Cloth, ClothSpec, Material, Simulation, SimulationSettings, self_contact::SelfContactSettings};
+use unic_sim::{
+    Cloth, ClothSpec, Material, Simulation, SimulationSettings, self_contact::SelfContactSettings,
+};
 
 type Failure = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), Failure> {
     let frames: u32 = std::env::args().nth(1).map_or(Ok(20), |n| n.parse())?;
-    println!("vertices  constraints (triangles, hinges, aggregates)  build s  threads  self  wall ms  cpu ms a frame");
+    println!(
+        "vertices  constraints (triangles, hinges, aggregates)  build s  threads  self  wall ms  cpu ms a frame"
+    );
     for (around, along) in [(76, 48), (240, 145), (312, 190), (322, 194)] {
         let skirt = tube(around, along, |t| (0.13 + 0.35 * t, 1.0 - 0.6 * t));
         let start = Instant::now();
@@ -51,24 +55,38 @@ fn rate(cloth: &Arc<Cloth>, own: bool, frames: u32) -> Result<[f64; 2], String> 
     };
     let failed = |e: &dyn std::fmt::Display| e.to_string();
     let character = Arc::new(pillar().map_err(|e| failed(&e))?);
-    let mut simulation = Simulation::on_character(Arc::clone(cloth), character, settings).map_err(|e| failed(&e))?;
+    let mut simulation =
+        Simulation::on_character(Arc::clone(cloth), character, settings).map_err(|e| failed(&e))?;
     let pose = |frame: u32| Pose {
         trans: Vec3::ZERO,
         local: vec![Quat::from_rotation_y(0.5 * (frame as f32 / 5.0).sin())],
     };
-    let mut step = |frame| simulation.step_frame(&pose(frame), Vec3::ZERO).map(|_| ()).map_err(|e| failed(&e));
+    let mut step = |frame| {
+        simulation
+            .step_frame(&pose(frame), Vec3::ZERO)
+            .map(|_| ())
+            .map_err(|e| failed(&e))
+    };
     (1..10).try_for_each(&mut step)?;
     let (start, cpu) = (Instant::now(), cpu_seconds());
     (10..10 + frames).try_for_each(step)?;
     let scale = 1e3 / f64::from(frames);
-    Ok([start.elapsed().as_secs_f64() * scale, (cpu_seconds() - cpu) * scale])
+    Ok([
+        start.elapsed().as_secs_f64() * scale,
+        (cpu_seconds() - cpu) * scale,
+    ])
 }
 
 /// CPU time of the process, seconds; zero where the system does not tell. In ticks of 10 ms.
 fn cpu_seconds() -> f64 {
     let told = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields = told.rsplit(')').next().unwrap_or_default().split_whitespace();
-    fields.skip(11).take(2).filter_map(|n| n.parse::<f64>().ok()).sum::<f64>() / 100.0
+    fields
+        .skip(11)
+        .take(2)
+        .filter_map(|n| n.parse::<f64>().ok())
+        .sum::<f64>()
+        / 100.0
 }
 
 /// A tube around the vertical: radius and height as functions of the way down, 0 to 1.

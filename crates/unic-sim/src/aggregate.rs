@@ -98,7 +98,9 @@ impl Level {
         (positions.par_iter_mut().zip(&self.shares))
             .with_min_len(2048)
             .for_each(|(position, shares)| {
-                *position += (shares.iter()).map(|&(c, share)| moves[c as usize] * share).sum::<Vec3>();
+                *position += (shares.iter())
+                    .map(|&(c, share)| moves[c as usize] * share)
+                    .sum::<Vec3>();
             });
     }
 }
@@ -120,7 +122,6 @@ impl Pair {
         true
     }
 }
-
 
 #[cfg(test)]
 mod tests;

@@ -80,7 +80,11 @@ impl Drag {
         let force = |(face, &mass): (&[u32; 3], &f32)| {
             let [a, b, c] = face.map(|p| particles.positions[p as usize]);
             let area_normal = (b - a).cross(c - a);
-            let velocity = face.iter().map(|&p| particles.velocities[p as usize]).sum::<Vec3>() / 3.0;
+            let velocity = face
+                .iter()
+                .map(|&p| particles.velocities[p as usize])
+                .sum::<Vec3>()
+                / 3.0;
             let area = 0.5 * area_normal.length();
             // Stretched cloth catches more air than it weighs for.
             let area_density = mass / area.max(f32::MIN_POSITIVE);

@@ -209,11 +209,7 @@ impl Cloth {
 
     /// Number of constraints: triangles, hinges, and pairs of aggregates.
     pub fn constraint_counts(&self) -> [usize; 3] {
-        [
-            self.stretch.len(),
-            self.bend.len(),
-            self.aggregates.pair_count(),
-        ]
+        [self.stretch.len(), self.bend.len(), self.aggregates.pair_count()]
     }
 
     /// The material that covers most of the cloth: its thickness and friction are those of contact.
@@ -227,7 +223,6 @@ impl Cloth {
         vertices.extend(self.particle_of_vertex.iter().map(|&p| particles[p as usize]));
     }
 }
-
 
 #[cfg(test)]
 mod tests;

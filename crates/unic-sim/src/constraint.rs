@@ -71,9 +71,9 @@ impl<'a> Points<'a> {
     /// The indices are of particles that no other thread touches meanwhile.
     #[inline(always)]
     pub(crate) unsafe fn shift(&self, indices: &[u32; WIDTH], by: Lanes3) {
-        for lane in 0..WIDTH {
+        for (lane, &index) in indices.iter().enumerate() {
             // SAFETY: the caller's.
-            unsafe { *self.positions.add(indices[lane] as usize) += by.lane(lane) };
+            unsafe { *self.positions.add(index as usize) += by.lane(lane) };
         }
     }
 }
@@ -133,7 +133,11 @@ impl<B: Block<N>, const N: usize> Coloured<B, N> {
 
     /// One Gauss-Seidel sweep over all constraints.
     pub(crate) fn solve(&self, particles: &mut Particles, seconds: f32) {
-        assert_eq!(particles.positions.len(), self.particle_count, "particles to move");
+        assert_eq!(
+            particles.positions.len(),
+            self.particle_count,
+            "particles to move"
+        );
         let points = Points::new(particles);
         for colour in &self.colours {
             // SAFETY: indices were checked against the particle count when the colours were

@@ -20,17 +20,17 @@ macro_rules! lane_by_lane {
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
                 for lane in 0..WIDTH {
-                    self.0[lane] = self.0[lane] $op other.0[lane];
+                    self.0[lane] $op other.0[lane];
                 }
                 self
             }
         }
     };
 }
-lane_by_lane!(Add, add, +);
-lane_by_lane!(Sub, sub, -);
-lane_by_lane!(Mul, mul, *);
-lane_by_lane!(Div, div, /);
+lane_by_lane!(Add, add, +=);
+lane_by_lane!(Sub, sub, -=);
+lane_by_lane!(Mul, mul, *=);
+lane_by_lane!(Div, div, /=);
 
 impl AddAssign for Lanes {
     #[inline(always)]
@@ -138,8 +138,8 @@ impl Lanes3 {
             y: Lanes::ZERO,
             z: Lanes::ZERO,
         };
-        for lane in 0..WIDTH {
-            let p = point(indices[lane]);
+        for (lane, &index) in indices.iter().enumerate() {
+            let p = point(index);
             all.x.0[lane] = p.x;
             all.y.0[lane] = p.y;
             all.z.0[lane] = p.z;

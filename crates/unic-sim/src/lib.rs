@@ -73,7 +73,7 @@
 //!
 //! Steps are of first order and damp fast oscillation. With one sweep a step, a constraint is at most as
 //! stiff as inertia lets it be: stretch is helped by the aggregates, bending is not. On triangles of
-//! side h, bending keeps its stiffness B while B Δt² is well below some 0.02 · density · h⁴: 20 steps a
+//! side h, bending keeps its stiffness B while B Δt² is well below some 0.03 · density · h⁴: 20 steps a
 //! frame do for cotton from 1 cm upwards; denim or finer triangles want more, or hang softer than they
 //! are. Cloth does not harden, tear or keep creases.
 

@@ -84,7 +84,9 @@ impl Simulation {
         settings: SimulationSettings,
     ) -> Result<Self, SimulationError> {
         settings.check()?;
-        let self_contacts = settings.self_contact.map(|own| SelfContacts::new(&cloth.rest, own));
+        let self_contacts = settings
+            .self_contact
+            .map(|own| SelfContacts::new(&cloth.rest, own));
         let mut simulation = Self {
             self_contacts,
             particles: Particles {
@@ -228,12 +230,7 @@ impl Simulation {
         Ok(&self.vertices)
     }
 
-    fn frame(
-        &mut self,
-        next: Option<&Pose>,
-        wind: Vec3,
-        damping_per_s: f32,
-    ) -> Result<(), SimulationError> {
+    fn frame(&mut self, next: Option<&Pose>, wind: Vec3, damping_per_s: f32) -> Result<(), SimulationError> {
         if !wind.is_finite() {
             return Err(SimulationError::Wind);
         }
@@ -291,7 +288,11 @@ impl Simulation {
         }
         let mean = (momentum / mass).as_vec3();
         let (velocities, inverse_masses) = (&mut self.particles.velocities, &self.particles.inverse_masses);
-        for (v, _) in velocities.iter_mut().zip(inverse_masses).filter(|(_, w)| **w > 0.0) {
+        for (v, _) in velocities
+            .iter_mut()
+            .zip(inverse_masses)
+            .filter(|(_, w)| **w > 0.0)
+        {
             *v += (mean - *v) * share;
         }
     }

@@ -1,6 +1,6 @@
 //! Cloth on a character: it settles, follows, and does not creep.
 
-mod common;
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use glam::{Quat, Vec3};
 use std::{f32::consts::TAU, path::PathBuf, sync::Arc};
@@ -71,7 +71,9 @@ fn a_waistband_follows_the_body() {
     let mut simulation =
         Simulation::on_character(cloth, Arc::clone(&character), SimulationSettings::default()).unwrap();
     let (at, turn) = (Vec3::new(3.0, 0.1, -2.0), 2.5);
-    simulation.settle(&standing(at, turn), &standing(at, turn)).unwrap();
+    simulation
+        .settle(&standing(at, turn), &standing(at, turn))
+        .unwrap();
     let mut worst = 0.0f32;
     for frame in 0..=30 {
         let (at, turn) = (at + Vec3::X * 0.04 * frame as f32, turn + 0.05 * frame as f32);
@@ -81,7 +83,10 @@ fn a_waistband_follows_the_body() {
             let expected = Quat::from_rotation_y(turn) * rest + Vec3::Y + at;
             worst = worst.max(garment[v].distance(expected));
         }
-        assert!(garment.iter().all(|v| v.y > 0.5), "frame {frame}: the skirt has slid");
+        assert!(
+            garment.iter().all(|v| v.y > 0.5),
+            "frame {frame}: the skirt has slid"
+        );
     }
     assert!(worst < 1e-3, "{worst}");
 }
@@ -104,7 +109,16 @@ fn poses_must_fit_the_character() {
     let refused = alone.settle(&pose, &pose).map(|_| ());
     assert!(matches!(refused, Err(SimulationError::NoCharacter { .. })));
     let mut worn = Simulation::on_character(cloth, pillar(), SimulationSettings::default()).unwrap();
-    for bad in [Pose { trans: Vec3::NAN, ..pose.clone() }, Pose { local: vec![], ..pose }] {
+    for bad in [
+        Pose {
+            trans: Vec3::NAN,
+            ..pose.clone()
+        },
+        Pose {
+            local: vec![],
+            ..pose
+        },
+    ] {
         let refused = worn.step_frame(&bad, Vec3::ZERO).map(|_| ());
         assert!(matches!(refused, Err(SimulationError::Pose { expected: 1, .. })));
     }
@@ -112,7 +126,8 @@ fn poses_must_fit_the_character() {
 
 #[test]
 fn a_shirt_whose_rest_shape_cuts_into_the_body_is_worn_outside() {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/captures/tshirt_blender");
+    let folder =
+        PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/captures/tshirt_blender");
     if !folder.exists() {
         eprintln!("skipped: {} is not there", folder.display());
         return;

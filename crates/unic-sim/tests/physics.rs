@@ -73,7 +73,7 @@ fn elastica(overhang: f64, bending_length: f64) -> f64 {
 #[test]
 fn a_cantilever_bends_as_the_elastica_and_as_peirce_measured() {
     let material = Material {
-        bending_damping_s: 0.02,
+        bending_damping_s: 0.0,
         ..Material::COTTON
     };
     let weight = material.area_density * 9.81;
@@ -90,16 +90,23 @@ fn a_cantilever_bends_as_the_elastica_and_as_peirce_measured() {
     let length = (columns - 1) as f32 * side - clamp;
     let settings = SimulationSettings {
         substeps_per_interval: 40,
-        damping_per_s: 8.0,
+        damping_per_s: 6.0,
         ..vacuum()
     };
-    let mut strip = pinned(sheet(columns, 5, side), material, settings, |v| v.x <= clamp + 1e-5);
+    let mut strip = pinned(sheet(columns, 17, side), material, settings, |v| {
+        v.x <= clamp + 1e-5
+    });
     run(&mut strip, 2.0);
-    let tip = strip.vertices()[columns as usize * 2 + columns as usize - 1] - Vec3::X * clamp;
+    let tip = strip.vertices()[columns as usize * 8 + columns as usize - 1] - Vec3::X * clamp;
     let found = (-tip.y).atan2(tip.x).to_degrees();
-    let expected = elastica(f64::from(length), f64::from(bending_length)).to_degrees() as f32;
-    assert!((found - expected).abs() < 2.0, "{found} {expected}");
-    assert!((found - 41.5).abs() < 3.0, "{found}, Peirce 41.5");
+    // A strip is free to curve across as well. Hinges on equilateral triangles have the energy of a
+    // plate with Poisson's ratio ⅓: 8/9 of the stiffness of a wide specimen, which Kawabata measures.
+    let narrow = f64::from(bending_length) * (8.0f64 / 9.0).cbrt();
+    let expected = elastica(f64::from(length), narrow).to_degrees() as f32;
+    assert!((found - expected).abs() < 3.0, "{found} {expected}");
+    let angle = found.to_radians();
+    let peirce = length * ((0.5 * angle).cos() / (8.0 * angle.tan())).cbrt();
+    assert!((peirce / bending_length - 1.0).abs() < 0.06, "{peirce} {bending_length}");
 }
 
 /// Share of the ring between disc and specimen that a drooping specimen still covers, seen from
@@ -142,7 +149,12 @@ fn drapemeter(material: Material, settings: SimulationSettings) -> Simulation {
         *v -= middle + Vec3::Y * 1e-4 * (i as f32 * 12.9898).sin();
     }
     let is_in = |v: &u32| mesh.vertices[*v as usize].with_y(0.0).length() < 0.15;
-    let faces: Vec<[u32; 3]> = mesh.faces.iter().filter(|f| f.iter().all(is_in)).copied().collect();
+    let faces: Vec<[u32; 3]> = mesh
+        .faces
+        .iter()
+        .filter(|f| f.iter().all(is_in))
+        .copied()
+        .collect();
     mesh.faces = faces;
     pinned(mesh, material, settings, |v| v.with_y(0.0).length() <= 0.09)
 }
@@ -162,7 +174,11 @@ fn specimens_drape_as_in_the_laboratory() {
         run(&mut specimen, 2.5);
         drape_coefficient(&specimen, 0.09, 0.15)
     };
-    let (cotton, denim, silk) = (drape(Material::COTTON), drape(Material::DENIM), drape(Material::SILK));
+    let (cotton, denim, silk) = (
+        drape(Material::COTTON),
+        drape(Material::DENIM),
+        drape(Material::SILK),
+    );
     eprintln!("drape coefficients: cotton {cotton:.3}, denim {denim:.3}, silk {silk:.3}");
     assert!((0.3..0.7).contains(&cotton), "cotton {cotton}");
     assert!((0.55..0.95).contains(&denim), "denim {denim}");
@@ -187,7 +203,11 @@ fn half_the_substep_leaves_a_settled_drape_where_it_is() {
         cloth.vertices().to_vec()
     };
     let (coarse, fine) = (settled(5), settled(10));
-    let worst = coarse.iter().zip(&fine).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+    let worst = coarse
+        .iter()
+        .zip(&fine)
+        .map(|(a, b)| a.distance(*b))
+        .fold(0.0, f32::max);
     assert!(worst < 3e-3, "{worst}");
 }
 

@@ -48,6 +48,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
         &cut.garment,
         &cut.attributes,
     )?;
+    folder::begin(&args.out, &record)?;
     let (left, kept) = keep_finished(&mut writer, &jobs)?;
     announce(&cut, &jobs, kept);
     let workshop = Workshop {
@@ -145,6 +146,7 @@ fn manifest(args: &SimulateArgs, record: &toml::Table) -> Manifest {
         env!("CARGO_PKG_VERSION")
     );
     manifest.source = record.clone();
+    manifest.contact_joints.clone_from(&args.contacts);
     manifest
 }
 

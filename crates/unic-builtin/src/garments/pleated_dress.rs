@@ -143,7 +143,7 @@ impl Cut<'_> {
         let girth = self
             .trunk
             .circumference(0.5 * (self.waist + self.top), self.dress.ease_m);
-        let straps = 4.0 * self.dress.strap_m * self.shoulders.front_length(STRAP_MIDDLE);
+        let straps = 4.0 * self.dress.strap_m * self.shoulders.front_length(self.strap_middle());
         let area = skirt + girth * (self.top - self.waist) + straps;
         (area / self.dress.vertices as f32).sqrt()
     }
@@ -184,10 +184,10 @@ impl Cut<'_> {
             let height = self.hem + v * (self.waist - self.hem);
             let pleat = self.pleat(v);
             let point = columns.point(&pleat, column);
-            let spot = self
-                .trunk
-                .spot(height, (number as f32 + point.x / pleat.face) / pleats as f32);
-            spot.at(self.level(height) + point.y)
+            let level = self.level(height);
+            let share = (number as f32 + point.x / pleat.face) / pleats as f32;
+            let spot = self.trunk.spot_under(height, share, level);
+            spot.at(level + point.y)
         };
         let slants = self.slants(rows);
         let pattern = |u: f32, v: f32| {
@@ -195,7 +195,10 @@ impl Cut<'_> {
             let pleat = self.pleat(v);
             let along = number as f32 * pleat.length() + columns.along(&pleat, column);
             // Rows are centred on one another, as the pattern of a flared skirt is.
-            Vec2::new(along - 0.5 * pleat.length() * pleats as f32, slants[(v * rows as f32).round() as usize])
+            Vec2::new(
+                along - 0.5 * pleat.length() * pleats as f32,
+                slants[(v * rows as f32).round() as usize],
+            )
         };
         sewing.grid(part, shape, place, pattern)
     }
@@ -230,7 +233,8 @@ impl Cut<'_> {
             // The skirt's faces set the distance at the waist.
             let seam = (1.0 - 4.0 * v).max(0.0).powi(2);
             let level = self.dress.ease_m + seam * (FACE_LEVEL_M - self.dress.ease_m);
-            self.trunk.spot(height, u + seam * 1.2 / columns).at(level)
+            let share = u + seam * 1.2 / columns;
+            self.trunk.spot_under(height, share, level).at(level)
         };
         let girth = |v: f32| {
             let height = self.waist + v * (self.top - self.waist);
@@ -252,11 +256,11 @@ impl Cut<'_> {
         let columns = even(self.dress.strap_m / spacing);
         let front = self.edge_columns(bodice, columns, 0.0, sign);
         let back = self.edge_columns(bodice, columns, 0.5, sign);
-        let x = |vertex: u32, sewing: &Sewing| sewing.position(vertex).x / self.shoulders.half_width();
+        let x = |vertex: u32, sewing: &Sewing| self.shoulders.across(sewing.position(vertex).x);
         let feet: Vec<[f32; 2]> = (front.iter().zip(&back))
             .map(|(f, b)| [x(*f, sewing), x(*b, sewing)])
             .collect();
-        let length = 2.0 * self.shoulders.front_length(STRAP_MIDDLE);
+        let length = 2.0 * self.shoulders.front_length(self.strap_middle());
         let shape = GridShape {
             columns,
             rows: (length / edge).round().max(4.0) as usize,
@@ -272,6 +276,11 @@ impl Cut<'_> {
         sewing.sew(&front, &strap.row(0))?;
         sewing.sew(&back, &strap.row(shape.rows))?;
         Ok(shape)
+    }
+
+    /// Where a strap's middle lies across the shoulders.
+    fn strap_middle(&self) -> f32 {
+        self.shoulders.across(STRAP_MIDDLE * self.shoulders.half_width())
     }
 
     /// Vertices of the bodice's upper edge under a strap, at the front (`middle` 0) or the back (0.5),

@@ -94,7 +94,11 @@ impl Robe {
             underarm - STRAIGHT_M,
         )?;
         let neck_half_m = neck_half_width(character) + NECK_EASE_M;
-        let shoulders = ShoulderSurface::new(character, &trunk, [underarm, LEVEL_M, neck_half_m]);
+        let shoulders = ShoulderSurface::new(
+            character,
+            &trunk,
+            [underarm, LEVEL_M, neck_half_m - 0.6 * NECK_EASE_M],
+        );
         let skin = Surface::build(&character.body);
         with_vertices(self.vertices, (2.9 / self.vertices as f32).sqrt(), |edge| {
             let cut = Cut {
@@ -179,6 +183,24 @@ fn neck_half_width(character: &Character) -> f32 {
     let vertices = character.body.vertices.iter().enumerate();
     let widths = vertices.filter(is_neck).map(|(_, p)| p.x.abs());
     widths.fold(0.04, f32::max).min(0.09)
+}
+
+/// A strip of triangles between two rows in the same direction, with the shorter diagonals; `second`
+/// lies on the side to which v grows.
+fn strip(sewing: &mut Sewing, first: &[(u32, Vec2)], second: &[(u32, Vec2)]) {
+    let (mut i, mut j) = (0, 0);
+    while i + 1 < first.len() || j + 1 < second.len() {
+        let between = |a: (u32, Vec2), b: (u32, Vec2)| sewing.position(a.0).distance(sewing.position(b.0));
+        let first_goes = match (first.get(i + 1), second.get(j + 1)) {
+            (Some(&a), Some(&b)) => between(a, second[j]) <= between(first[i], b),
+            (next, _) => next.is_some(),
+        };
+        let (a, b) = (first[i], second[j]);
+        let c = if first_goes { first[i + 1] } else { second[j + 1] };
+        sewing.face([a.0, c.0, b.0], [a.1, c.1, b.1]);
+        i += usize::from(first_goes);
+        j += usize::from(!first_goes);
+    }
 }
 
 /// A row of vertices laid flat: x runs along the row, zero at the share `anchor` of its length.

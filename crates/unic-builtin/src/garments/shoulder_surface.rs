@@ -2,7 +2,7 @@
 
 use super::trunk_surface::{Spot, TrunkSurface};
 use glam::{Vec2, Vec3};
-use std::f32::consts::TAU;
+use std::f32::consts::{FRAC_PI_2, TAU};
 use unic_core::{character::Character, surface::Surface};
 
 /// The neck joint in SMPL's order: what lies lower is shoulder.
@@ -37,8 +37,8 @@ const CIRCLE: usize = 12;
 /// A surface over both shoulders: in every plane x = constant the tightest path over the body from
 /// the front of a trunk outline to its back.
 ///
-/// A place on it is named by the share a of the half width, from −1 (right armhole) over 0 (midplane)
-/// to 1 (left armhole), and t along the path: 0 at the front, 0.5 on the ridge, 1 at the back. Nearer to
+/// A place on it is named by a = 2/π asin(x / half width), from −1 (right armhole) over 0 (midplane) to
+/// 1 (left armhole), which is finer where outlines turn to the side, and t along the path: 0 at the front, 0.5 on the ridge, 1 at the back. Nearer to
 /// the midplane than the neck reaches, the ridge is the neck's front for t < 0.5 and its back from there.
 #[derive(Clone, Debug)]
 pub(crate) struct ShoulderSurface {
@@ -56,7 +56,7 @@ impl ShoulderSurface {
         trunk: &TrunkSurface,
         [height, level, neck_half_m]: [f32; 3],
     ) -> Self {
-        let side = trunk.left_side(height);
+        let side = trunk.left_side(height, 0.0);
         let half_width = trunk.spot(height, side).at(level).x;
         let faces = yoke_faces(character);
         let hull = |x: f32| {
@@ -70,7 +70,7 @@ impl ShoulderSurface {
         let highest = |path: &[Vec2]| path.iter().map(|p| p.y).fold(f32::MIN, f32::max);
         let nape = highest(&hull(neck_half_m.min(half_width)));
         let path = |slice: usize| {
-            let x = half_width * slice as f32 / SLICES as f32;
+            let x = half_width * (FRAC_PI_2 * slice as f32 / SLICES as f32).sin();
             let hull = hull(x);
             let ridge = if x < neck_half_m { nape } else { f32::MAX };
             let even = resampled(&hull, ridge.min(highest(&hull)));
@@ -98,6 +98,12 @@ impl ShoulderSurface {
         self.half_width
     }
 
+    /// The coordinate a of a place with the given x, metres.
+    pub(crate) fn across(&self, x: f32) -> f32 {
+        (x / self.half_width).clamp(-1.0, 1.0).asin() / FRAC_PI_2
+    }
+
+    /// World position at (a, t).
     pub(crate) fn position(&self, a: f32, t: f32) -> Vec3 {
         let across = (a.abs() * SLICES as f32).clamp(0.0, SLICES as f32);
         let i = (across as usize).min(SLICES - 1);
@@ -166,7 +172,7 @@ fn yoke_faces(character: &Character) -> Vec<[u32; 3]> {
 
 /// The points (z, y) of the trunk outline at `height` with the given x, front and back.
 fn feet(trunk: &TrunkSurface, height: f32, level: f32, x: f32) -> [Vec2; 2] {
-    let side = trunk.left_side(height);
+    let side = trunk.left_side(height, 0.0);
     [0.0, 0.5].map(|middle| {
         // x grows from the midplane to the side along either half of the outline.
         let (mut near, mut far) = (middle, side);
@@ -271,13 +277,13 @@ fn even_steps(path: &[Vec2]) -> Vec<Vec2> {
     (0..=HALF_PATH).map(at).collect()
 }
 
-/// The 1-2-1 filter over slices; the midplane mirrors, the armhole's slice stays, and so do the feet.
+/// The 1-2-1 filter over slices; the midplane mirrors, and the feet stay.
 fn smooth_slices(paths: &mut [Vec<Vec3>]) {
     let before = paths.to_vec();
-    for slice in 0..SLICES {
+    for slice in 0..=SLICES {
         for j in 1..2 * HALF_PATH + 1 {
             let inner = before[slice.abs_diff(1)][j];
-            let outer = before[slice + 1][j];
+            let outer = before[(slice + 1).min(SLICES)][j];
             let mean = before[slice][j] * 0.5 + (inner + outer) * 0.25;
             paths[slice][j] = Vec3::new(before[slice][j].x, mean.y, mean.z);
         }

@@ -89,8 +89,14 @@ impl TrunkSurface {
     /// The place at a height and a share of the outline; heights outside the range are those of its
     /// ends.
     pub(crate) fn spot(&self, height: f32, u: f32) -> Spot {
+        self.spot_under(height, u, 0.0)
+    }
+
+    /// The place under the share u of the length of the outline `level` metres off the surface.
+    pub(crate) fn spot_under(&self, height: f32, u: f32, level: f32) -> Spot {
         let (row, t) = self.row(height);
-        self.outlines[row].spot(u).lerp(self.outlines[row + 1].spot(u), t)
+        let of = |row: usize| self.outlines[row].spot(u, level);
+        of(row).lerp(of(row + 1), t)
     }
 
     /// Length of the outline at a height, `level` metres off the surface.
@@ -101,12 +107,12 @@ impl TrunkSurface {
         of(row) * (1.0 - t) + of(row + 1) * t + TAU * level
     }
 
-    /// Share of the outline at which its normal points to the left.
-    pub(crate) fn left_side(&self, height: f32) -> f32 {
+    /// Share of the outline `level` metres off the surface at which its normal points to the left.
+    pub(crate) fn left_side(&self, height: f32, level: f32) -> f32 {
         let (row, t) = self.row(height);
         let of = |row: usize| {
             let outline = &self.outlines[row];
-            outline.along[DIRECTIONS / 4] / outline.length()
+            (outline.along[DIRECTIONS / 4] + 0.25 * TAU * level) / (outline.length() + TAU * level)
         };
         of(row) * (1.0 - t) + of(row + 1) * t
     }
@@ -142,14 +148,23 @@ impl Outline {
         self.along[DIRECTIONS]
     }
 
-    fn spot(&self, u: f32) -> Spot {
-        let along = u.rem_euclid(1.0) * self.length();
-        let next = self.along.partition_point(|a| *a <= along).clamp(1, DIRECTIONS);
-        let (from, to) = (self.along[next - 1], self.along[next]);
-        let t = ((along - from) / (to - from).max(1e-9)).clamp(0.0, 1.0);
+    fn spot(&self, u: f32, level: f32) -> Spot {
+        // An offset curve is longer by the offset times the angle turned.
+        let along = |k: usize| self.along[k] + level * TAU * k as f32 / DIRECTIONS as f32;
+        let s = u.rem_euclid(1.0) * along(DIRECTIONS);
+        let (mut last, mut next) = (0, DIRECTIONS);
+        while next - last > 1 {
+            let middle = last.midpoint(next);
+            if along(middle) <= s {
+                last = middle;
+            } else {
+                next = middle;
+            }
+        }
+        let t = ((s - along(last)) / (along(next) - along(last)).max(1e-9)).clamp(0.0, 1.0);
         Spot {
-            position: self.points[next - 1].lerp(self.points[next], t),
-            normal: direction((next - 1) as f32 + t),
+            position: self.points[last].lerp(self.points[next], t),
+            normal: direction(last as f32 + t),
         }
     }
 }
@@ -254,7 +269,7 @@ mod tests {
             outlines,
         };
         assert!((trunk.circumference(0.01, 0.03) - (0.9688 + TAU * 0.03)).abs() < 2e-3);
-        assert!((trunk.left_side(0.005) - 0.25).abs() < 1e-3);
+        assert!((trunk.left_side(0.005, 0.02) - 0.25).abs() < 1e-3);
         for k in 0..16 {
             let spot = trunk.spot(0.015, k as f32 / 16.0);
             let on = spot.position / Vec3::new(0.2, 1.0, 0.1);

@@ -5,8 +5,9 @@ mod surface;
 use super::{
     BodyShape, Fabric, GarmentError, GarmentMesh, Measurements, Part, Side, check_range, flatten::pattern,
 };
-use crate::implicit::{Beyond, Lattice, Patch, Sizing, Surfaces, mirrored, polygonise, remesh};
+use crate::implicit::{Beyond, Field, Lattice, Patch, Sizing, Surfaces, mirrored, polygonise, remesh};
 use glam::Vec3;
+use std::ops::Range;
 use surface::{ShirtSurface, Shoulder};
 use unic_core::{character::Character, mesh::TriMesh};
 
@@ -114,15 +115,7 @@ impl TShirt {
                 &beyond_sleeve,
             ],
         };
-        let step = 0.7 * self.edge_m;
-        let reach = shoulder.joint + shoulder.arm * (sleeve + 0.15);
-        let lattice = Lattice {
-            origin: Vec3::new(-3.0 * step, hem - 3.0 * step, -0.35),
-            end: Vec3::new(reach.x + 0.05, neck.top + 2.0 * step, 0.35),
-            step,
-        };
-        let (vertices, faces) = polygonise(&surface, lattice);
-        let mut patch = Patch::new(vertices, faces);
+        let mut patch = self.polygonised(&surface, &shoulder, hem..neck.top);
         patch.cut(&surfaces, MIDPLANE, &[BACK], Beyond::Remove);
         patch.cut(&surfaces, NECK, &[BACK], Beyond::Remove);
         patch.cut(&surfaces, SIDE_SEAM, &[BACK], Beyond::Label(FRONT));
@@ -139,6 +132,20 @@ impl TShirt {
             },
         );
         Ok(patch)
+    }
+
+    /// More than the left half, from below the hem to above the neck and beyond the sleeve.
+    fn polygonised(&self, surface: &Field, shoulder: &Shoulder, heights: Range<f32>) -> Patch {
+        // Smaller than the edges wanted: remeshing goes down to them.
+        let step = 0.7 * self.edge_m;
+        let reach = shoulder.joint + shoulder.arm * (self.sleeve_m + 0.15);
+        let lattice = Lattice {
+            origin: Vec3::new(-3.0 * step, heights.start - 3.0 * step, shoulder.joint.z - 0.35),
+            end: Vec3::new(reach.x + 0.05, heights.end + 2.0 * step, shoulder.joint.z + 0.35),
+            step,
+        };
+        let (vertices, faces) = polygonise(surface, lattice);
+        Patch::new(vertices, faces)
     }
 }
 

@@ -2,8 +2,7 @@
 
 use super::{
     BodyShape, Fabric, GarmentError, GarmentMesh, Grid, GridShape, Sewing, Wrap, check_range,
-    trunk_surface::TrunkSurface,
-    vertex_budget::with_vertices,
+    trunk_surface::TrunkSurface, vertex_budget::with_vertices,
 };
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
@@ -167,7 +166,9 @@ impl Cut<'_> {
                 .map(|(i, place)| (sewing.vertex(part, *place), origin(layer) + flat(i)))
                 .collect();
             above.push((above[0].0, origin(layer) + flat(places.len())));
-            sewing.strip(&below, &above);
+            if row > 0 {
+                sewing.strip(&below, &above);
+            }
             below = above;
         }
         below

@@ -2,8 +2,9 @@
 
 use super::{
     proportions::Proportions,
-    shape::{Loft, Shape, Station, smooth_min},
+    shape::{Loft, Shape, Station},
 };
+use crate::implicit::smooth_min;
 use glam::Vec3;
 
 /// Which chain of joints carries a piece.
@@ -37,6 +38,23 @@ pub(super) struct Anatomy {
 
 /// Round transition between the sides of the feet and their soles, metres.
 const SOLE_ROUNDING_M: f32 = 0.012;
+
+/// Sections of the trunk: height, half width, depth to the front and to the back, metres.
+const TRUNK: [[f32; 4]; 13] = [
+    [0.855, 0.128, 0.074, 0.092],
+    [0.888, 0.153, 0.086, 0.106],
+    [0.920, 0.164, 0.092, 0.112],
+    [0.970, 0.162, 0.096, 0.100],
+    [1.020, 0.146, 0.094, 0.084],
+    [1.070, 0.134, 0.090, 0.082],
+    [1.130, 0.137, 0.094, 0.090],
+    [1.200, 0.150, 0.104, 0.102],
+    [1.270, 0.162, 0.108, 0.112],
+    [1.330, 0.165, 0.098, 0.114],
+    [1.375, 0.150, 0.078, 0.106],
+    [1.408, 0.104, 0.058, 0.090],
+    [1.435, 0.066, 0.044, 0.074],
+];
 
 impl Anatomy {
     pub(super) fn new(proportions: &Proportions) -> Self {
@@ -105,23 +123,7 @@ impl Anatomy {
     }
 
     fn trunk(&mut self) {
-        // Height, half width, depth to the front and to the back.
-        let sections = [
-            [0.855, 0.128, 0.074, 0.092],
-            [0.888, 0.153, 0.086, 0.106],
-            [0.920, 0.164, 0.092, 0.112],
-            [0.970, 0.162, 0.096, 0.100],
-            [1.020, 0.146, 0.094, 0.084],
-            [1.070, 0.134, 0.090, 0.082],
-            [1.130, 0.137, 0.094, 0.090],
-            [1.200, 0.150, 0.104, 0.102],
-            [1.270, 0.162, 0.108, 0.112],
-            [1.330, 0.165, 0.098, 0.114],
-            [1.375, 0.150, 0.078, 0.106],
-            [1.408, 0.104, 0.058, 0.090],
-            [1.435, 0.066, 0.044, 0.074],
-        ];
-        let stations = sections.map(|[along, side, front, back]| {
+        let stations = TRUNK.map(|[along, side, front, back]| {
             let girth = girth_factor(self.proportions.girths, along);
             Station {
                 along,
@@ -139,6 +141,10 @@ impl Anatomy {
             stations: stations.to_vec(),
         };
         self.add(Segment::Trunk, 0.03, Shape::Loft(trunk));
+        self.muscles();
+    }
+
+    fn muscles(&mut self) {
         let [chest, waist, hip] = self.proportions.girths;
         let seg = Segment::Trunk;
         // Buttocks, pectorals, shoulder blades, belly.
@@ -205,7 +211,7 @@ impl Anatomy {
             pitch: 0.0,
         };
         self.hollows.push((socket, 0.020));
-        // Nose, mouth, ears.
+        // Nose, cheeks and mouth, ears.
         self.cone(
             seg,
             0.012,
@@ -213,6 +219,7 @@ impl Anatomy {
             [0.007, 0.0105],
         );
         self.ellipsoid(seg, 0.008, [0.008, 1.551, 0.095], [0.0105, 0.0075, 0.0105], 0.0);
+        self.ellipsoid(seg, 0.030, [0.030, 1.532, 0.036], [0.024, 0.032, 0.030], 0.0);
         self.ellipsoid(seg, 0.024, [0.0, 1.529, 0.058], [0.029, 0.032, 0.029], 0.0);
         self.ellipsoid(seg, 0.010, [0.075, 1.572, -0.012], [0.0085, 0.030, 0.018], -0.25);
     }

@@ -172,13 +172,6 @@ fn hermite(values: [f32; 2], slopes: [f32; 2], t: f32) -> f32 {
         + slopes[1] * (t3 - t2)
 }
 
-/// Smooth minimum that differs from the minimum only where the two are within `reach` of each other,
-/// by at most a quarter of it (Quilez, "smooth minimum", the quadratic one).
-pub(super) fn smooth_min(a: f32, b: f32, reach: f32) -> f32 {
-    let overlap = (reach - (a - b).abs()).max(0.0);
-    a.min(b) - overlap * overlap / (4.0 * reach)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -21,3 +21,10 @@ use glam::Vec3;
 
 /// A scalar field in metres, negative inside; near its zero set its gradient should be about one.
 pub(crate) type Field<'a> = dyn Fn(Vec3) -> f32 + Sync + 'a;
+
+/// Smooth minimum that differs from the minimum only where the two are within `reach` of each other,
+/// by at most a quarter of it (Quilez, "smooth minimum", the quadratic one).
+pub(crate) fn smooth_min(a: f32, b: f32, reach: f32) -> f32 {
+    let overlap = (reach - (a - b).abs()).max(0.0);
+    a.min(b) - overlap * overlap / (4.0 * reach)
+}

@@ -396,3 +396,66 @@ fn normal([a, b, c]: [Vec3; 3]) -> Vec3 {
 fn goes(face: [u32; 3], a: u32, b: u32) -> bool {
     (0..3).any(|k| (face[k], face[(k + 1) % 3]) == (a, b))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::implicit::{Beyond, Lattice, mirrored, polygonise};
+    use unic_core::topology::edges;
+
+    /// A ball, its half cut at the midplane, cut off at the top and with a seam around it.
+    #[test]
+    fn curves_and_the_surface_keep_their_vertices() {
+        let ball = |p: Vec3| p.length() - 0.3;
+        let (midplane, top, seam) = (|p: Vec3| -p.x, |p: Vec3| p.y - 0.2, |p: Vec3| p.z + 0.05);
+        let surfaces = Surfaces {
+            surface: &ball,
+            cuts: vec![&midplane, &top, &seam],
+        };
+        let lattice = Lattice {
+            origin: Vec3::new(-0.03, -0.35, -0.35),
+            end: Vec3::splat(0.35),
+            step: 0.012,
+        };
+        let (vertices, faces) = polygonise(&ball, lattice);
+        let mut patch = Patch::new(vertices, faces);
+        patch.cut(&surfaces, 0, &[0], Beyond::Remove);
+        patch.cut(&surfaces, 1, &[0], Beyond::Remove);
+        patch.cut(&surfaces, 2, &[0], Beyond::Label(1));
+        let edge = |_: Vec3| 0.02;
+        remesh(
+            &mut patch,
+            &surfaces,
+            Sizing {
+                edge: &edge,
+                rounds: 6,
+            },
+        );
+        for (&p, &bits) in patch.vertices.iter().zip(&patch.bits) {
+            assert!(ball(p).abs() < 1e-4, "{p} off the ball");
+            for (cut, field) in surfaces.cuts.iter().enumerate() {
+                assert!(bits & 1 << cut == 0 || field(p).abs() < 1e-3, "{p} off cut {cut}");
+            }
+        }
+        let (whole, image) = mirrored(&patch, 0, |label| label);
+        let edges = edges(&whole.faces);
+        let euler = whole.vertices.len() as i64 + whole.faces.len() as i64 - edges.len() as i64;
+        assert_eq!(euler, 1, "a disc");
+        let is_own_inverse = |(v, &i): (usize, &u32)| image[i as usize] as usize == v;
+        assert!(image.iter().enumerate().all(is_own_inverse));
+        let length = |[a, b]: &[u32; 2]| whole.vertices[*a as usize].distance(whole.vertices[*b as usize]);
+        let (short, long) = edges
+            .iter()
+            .map(length)
+            .fold((1f32, 0f32), |(s, l), x| (s.min(x), l.max(x)));
+        assert!(
+            short > 0.4 * 0.02 && long < 1.6 * 0.02,
+            "edges from {short} to {long}"
+        );
+        // Faces of the front and the back lie on their own sides of the seam.
+        for (face, label) in whole.faces.iter().zip(&whole.labels) {
+            let middle = face.iter().map(|&v| whole.vertices[v as usize]).sum::<Vec3>() / 3.0;
+            assert_eq!(*label == 1, seam(middle) > 0.0);
+        }
+    }
+}

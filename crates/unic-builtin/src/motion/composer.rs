@@ -16,17 +16,20 @@ const ACCELERATION: f64 = 1.5;
 /// Largest rate of the heading on the spot, rad/s.
 const SPOT_RATE: f64 = 1.2;
 
+/// Stand before the first action, seconds: the first step is planned ahead of the path that needs it.
+const LEAD_IN_S: f64 = 1.1;
+
 /// The time after braking until the last step is done, seconds.
-const CLOSING_STEP_S: f64 = 0.9;
+pub(super) const CLOSING_STEP_S: f64 = 0.9;
 
 /// Writes one action after another.
 pub(super) struct Composer {
-    now: f64,
+    pub(super) now: f64,
     speed: f64,
     turn_rate: f64,
     stature: Stature,
-    random: Random,
-    gestures: Gestures,
+    pub(super) random: Random,
+    pub(super) gestures: Gestures,
     jumps: Vec<Jump>,
     habit: Habit,
 }
@@ -46,7 +49,7 @@ impl Composer {
             },
         };
         Self {
-            now: 0.4,
+            now: LEAD_IN_S,
             speed: 0.0,
             turn_rate: 0.0,
             stature,
@@ -287,86 +290,6 @@ impl Composer {
         }
         self.now = span.1 + 0.2;
     }
-
-    fn dance(&mut self, seconds: f64, beat_hz: f64) {
-        let beat_hz = beat_hz.clamp(0.8, 2.5);
-        let end = self.now + seconds;
-        let whole = (self.now, end);
-        self.gestures.hold(Channel::Crouch, whole, 0.6, 0.035);
-        self.gestures.wave(Channel::Crouch, whole, 0.022, [beat_hz, 0.0]);
-        let figure = 8.0 / beat_hz;
-        while self.now + 0.5 * figure < end {
-            let span = (self.now, (self.now + figure).min(end));
-            let kind = self.random.below(4);
-            self.figure(kind, span, beat_hz);
-            self.now = span.1 - 0.3;
-        }
-        self.now = end + CLOSING_STEP_S;
-    }
-
-    fn figure(&mut self, kind: usize, span: (f64, f64), beat_hz: f64) {
-        match kind {
-            0 => self.hips(span, beat_hz),
-            1 => self.side_steps(span, beat_hz),
-            2 => self.turning_figure(span, beat_hz),
-            _ => self.arm_figure(span, beat_hz),
-        }
-    }
-
-    fn hips(&mut self, span: (f64, f64), beat_hz: f64) {
-        let slow = 0.5 * beat_hz;
-        self.gestures.wave(Channel::Sway, span, 0.05, [slow, 0.0]);
-        self.gestures.wave(Channel::HipTurn, span, 0.22, [slow, 0.5 * PI]);
-        self.gestures.wave(Channel::SideBend, span, 0.10, [slow, 0.0]);
-        for side in Side::BOTH {
-            let phase = 0.5 * PI * (1.0 - f64::from(side.sign()));
-            self.gestures.hold(Channel::Elbow(side), span, 0.7, 1.1);
-            self.gestures.hold(Channel::Abduction(side), span, 0.7, 0.2);
-            self.gestures
-                .wave(Channel::Flexion(side), span, 0.35, [slow, phase]);
-        }
-    }
-
-    fn side_steps(&mut self, span: (f64, f64), beat_hz: f64) {
-        let side = self.random.sign();
-        self.gestures
-            .wave(Channel::Strafe, span, 0.38 * side, [0.25 * beat_hz, 0.0]);
-        self.gestures
-            .wave(Channel::Twist, span, 0.15, [0.5 * beat_hz, 0.0]);
-        for side in Side::BOTH {
-            self.gestures.hold(Channel::Elbow(side), span, 0.7, 0.7);
-            self.gestures.hold(Channel::Abduction(side), span, 0.7, 0.35);
-            self.gestures
-                .wave(Channel::Abduction(side), span, 0.3, [0.5 * beat_hz, 0.0]);
-        }
-    }
-
-    fn turning_figure(&mut self, span: (f64, f64), beat_hz: f64) {
-        let rate = self.random.sign() * self.random.between(0.7, 1.1);
-        self.gestures.hold(Channel::TurnRate, span, 0.8, rate);
-        for side in Side::BOTH {
-            self.gestures.hold(Channel::Abduction(side), span, 0.9, 1.1);
-            self.gestures.hold(Channel::Elbow(side), span, 0.9, 0.3);
-        }
-        self.gestures
-            .wave(Channel::SideBend, span, 0.08, [0.5 * beat_hz, 0.0]);
-    }
-
-    fn arm_figure(&mut self, span: (f64, f64), beat_hz: f64) {
-        let slow = 0.25 * beat_hz;
-        self.gestures.wave(Channel::Twist, span, 0.28, [slow, 0.0]);
-        self.gestures
-            .wave(Channel::Sway, span, 0.04, [0.5 * beat_hz, 0.0]);
-        for side in Side::BOTH {
-            let phase = 0.5 * PI * (1.0 - f64::from(side.sign()));
-            self.gestures.hold(Channel::Flexion(side), span, 0.9, 1.4);
-            self.gestures
-                .wave(Channel::Flexion(side), span, 0.9, [slow, phase]);
-            self.gestures.hold(Channel::Elbow(side), span, 0.9, 0.6);
-            self.gestures
-                .wave(Channel::Elbow(side), span, 0.3, [0.5 * beat_hz, phase]);
-        }
-    }
 }
 
 /// Channels of one arm of a raise, radians.
@@ -380,6 +303,6 @@ fn raised(raise: ArmRaise, side: Side) -> Vec<(Channel, f64)> {
         ArmRaise::Star => vec![(abduction, 2.6)],
         ArmRaise::Wave(waving) if waving == side => vec![(abduction, 1.5), (elbow, 1.2), (rotation, -1.4)],
         ArmRaise::Wave(_) => Vec::new(),
-        ArmRaise::Akimbo => vec![(abduction, 0.7), (flexion, -0.35), (elbow, 1.6), (rotation, 0.75)],
+        ArmRaise::Akimbo => vec![(abduction, 0.7), (flexion, -0.35), (elbow, 1.6), (rotation, 0.6)],
     }
 }

@@ -27,6 +27,10 @@ pub(super) struct Swing {
     pub(super) flat: f64,
     pub(super) from: Print,
     pub(super) to: Print,
+    /// When the leg goes over from carrying weight to swinging: a leg that swings yields sooner.
+    pub(super) leave: (f64, f64),
+    /// And when it goes back.
+    pub(super) arrive: (f64, f64),
     /// Shares of the swing in which the foot gathers speed and loses it.
     pub(super) ramps: [f64; 2],
     /// Height of the arc, metres.
@@ -126,9 +130,8 @@ impl Swing {
     }
 
     fn airborne(&self, t: f64) -> f64 {
-        let swing = self.land - self.lift;
-        let rise = step_between(t, self.lift, self.lift + 0.1 * swing);
-        rise - step_between(t, self.land - 0.3 * swing, self.land)
+        let [leave, arrive] = [self.leave, self.arrive];
+        step_between(t, leave.0, leave.1) - step_between(t, arrive.0, arrive.1)
     }
 
     /// Pitch of the sole, heel up.

@@ -175,7 +175,17 @@ impl Course<'_> {
                 flat: land + (0.2 * gait.duty / gait.stride_hz).min(0.13),
                 from,
                 to,
-                ramps: if is_run { [0.26, 0.2] } else { [0.36, 0.3] },
+                leave: if is_run {
+                    fast(lift)
+                } else {
+                    (lift, lift + 0.1 * swing)
+                },
+                arrive: if is_run {
+                    fast(land)
+                } else {
+                    (land - 0.3 * swing, land)
+                },
+                ramps: if is_run { [0.28, 0.28] } else { [0.36, 0.33] },
                 height: if is_run {
                     (0.07 * self.speed(lift) - 0.1).max(0.05)
                 } else {
@@ -198,6 +208,8 @@ impl Course<'_> {
             flat: jump.landing + 0.1,
             from,
             to: self.home(side, jump.landing),
+            leave: fast(jump.takeoff),
+            arrive: fast(jump.landing),
             ramps: [0.14, 0.14],
             height: 0.9 * super::gait::GRAVITY * flight * flight / 8.0,
             detour: 0.0,
@@ -226,6 +238,11 @@ impl Course<'_> {
         }
         swing
     }
+}
+
+/// The moment around which a leg in a hurry takes up its weight, or gives it up, seconds.
+fn fast(contact: f64) -> (f64, f64) {
+    (contact - 0.03, contact + 0.03)
 }
 
 /// Middle of the stance that follows a swing from `lift` on.

@@ -10,12 +10,25 @@
 //! are off the ground; two-bone inverse kinematics joins it to the feet; arms and chest swing against
 //! the legs; the head stays level.
 //!
+//! ```
+//! use unic_builtin::human::{HumanParameters, human};
+//! use unic_builtin::motion::{Action, Performer, Timeline};
+//!
+//! let performer = Performer::new(&human(&HumanParameters::default())?)?;
+//! let walk = Action::Travel { speed: 1.4, turn_rate: 0.2, seconds: 5.0 };
+//! let performance = Timeline::new(7).then(walk).then(Action::Jump { height: 0.2 }).perform(&performer);
+//! let clip = performance.clip("walk_and_jump", 30.0);
+//! assert_eq!(clip.fps, 30.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! [`standard_set`] gives several minutes of all kinds, to train on and to test on.
 
 mod action;
 mod channel;
 mod composer;
 mod curve;
+mod dance;
 mod foot;
 mod footsteps;
 mod gait;
@@ -26,6 +39,7 @@ mod rig;
 mod sole;
 mod standard;
 mod timeline;
+mod tracks;
 
 #[cfg(test)]
 mod tests;

@@ -1,4 +1,5 @@
-//! Motions hold on every body: a T-posed figure made here, and the real body where its file is there.
+//! Motions hold on every body: a T-posed figure made here, the built-in human, and a body in an A-pose
+//! where its file is there.
 
 mod contact;
 mod figure;

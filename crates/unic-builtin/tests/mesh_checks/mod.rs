@@ -1,5 +1,6 @@
 //! What tests ask of meshes.
 
+#![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 #![allow(dead_code, reason = "each test file asks only some of it")]
 
 use glam::Vec3;

@@ -53,7 +53,9 @@ fn cloth_that_is_not_stretched_is_left_alone() {
 #[test]
 fn what_is_pulled_back_keeps_its_momenta() {
     let sheet = sheet(40, 50, 0.01);
-    let masses: Vec<f32> = (0..sheet.vertices.len()).map(|i| 1e-4 * (1 + i % 3) as f32).collect();
+    let masses: Vec<f32> = (0..sheet.vertices.len())
+        .map(|i| 1e-4 * (1 + i % 3) as f32)
+        .collect();
     let aggregates = Aggregates::build(&sheet, &masses, &vec![false; masses.len()]);
     let stretched = |v: &Vec3| Vec3::new(v.x, v.y * 1.1, (v.x * 20.0).sin() * 0.01);
     let before: Vec<Vec3> = sheet.vertices.iter().map(stretched).collect();
@@ -98,7 +100,10 @@ fn a_hole_lets_cloth_part_farther_than_the_line_across_it() {
     let level = aggregates.levels.last().unwrap();
     let centre = |c: u32| -> Vec3 {
         let members = level.starts[c as usize] as usize..level.starts[c as usize + 1] as usize;
-        level.members[members].iter().map(|&(p, w)| holed.vertices[p as usize] * w).sum()
+        level.members[members]
+            .iter()
+            .map(|&(p, w)| holed.vertices[p as usize] * w)
+            .sum()
     };
     for pair in &level.pairs {
         let [a, b] = pair.ends.map(centre);

@@ -83,11 +83,7 @@ impl<'a> Unfolder<'a> {
             }
         }
         sides.sort_unstable();
-        Self {
-            mesh,
-            sides,
-            face_at,
-        }
+        Self { mesh, sides, face_at }
     }
 
     /// Lays out what is within `radius` metres of a particle, which goes to the origin: faces in
@@ -179,7 +175,11 @@ mod tests {
         let side = TAU * radius / around as f32;
         let place = |i: u32| {
             let angle = TAU * (i % around) as f32 / around as f32;
-            Vec3::new(radius * angle.cos(), side * (i / around) as f32, radius * angle.sin())
+            Vec3::new(
+                radius * angle.cos(),
+                side * (i / around) as f32,
+                radius * angle.sin(),
+            )
         };
         let at = |x: u32, y: u32| y * around + x % around;
         let squares = (0..along).flat_map(|y| (0..around).map(move |x| (x, y)));

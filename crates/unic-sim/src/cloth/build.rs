@@ -4,11 +4,7 @@ use super::{Cloth, ClothError, ClothSpec, hinges::hinges, order};
 use crate::{
     Material,
     aggregate::Aggregates,
-    constraint::{
-        Coloured,
-        bend::Bend,
-        stretch::Stretch,
-    },
+    constraint::{Coloured, bend::Bend, stretch::Stretch},
 };
 use glam::{Mat2, Vec3};
 use unic_core::mesh::{TriMesh, Uvs};
@@ -36,7 +32,9 @@ pub(super) fn cloth(spec: &ClothSpec) -> Result<Cloth, ClothError> {
     let pins: Vec<(u32, u32)> = spec.pins.iter().map(|&v| (v, of_vertex(v))).collect();
     (pins.iter()).for_each(|&(_, particle)| inverse_masses[particle as usize] = 0.0);
     let mut attachments = spec.attachments.clone();
-    attachments.iter_mut().for_each(|a| a.vertex = of_vertex(a.vertex));
+    attachments
+        .iter_mut()
+        .for_each(|a| a.vertex = of_vertex(a.vertex));
     attachments.sort_by_key(|a| a.vertex);
     attachments.dedup_by_key(|a| a.vertex);
     let is_held: Vec<bool> = (0..places.len() as u32)
@@ -183,7 +181,10 @@ fn bends(faces: &[Face], triangles: &[[u32; 3]], places: &[Vec3], rest_angle_sha
             other.sort_unstable();
             other == corners
         };
-        faces[from..].iter().find(is_it).map_or(faces[0].material, |f| f.material)
+        faces[from..]
+            .iter()
+            .find(is_it)
+            .map_or(faces[0].material, |f| f.material)
     };
     let bend = |particles: [u32; 4]| {
         let [a, b, left, right] = particles;
@@ -213,5 +214,9 @@ fn widest_material(spec: &ClothSpec, faces: &[Face], stretch: &[Stretch]) -> Mat
         of_it.map(|(_, s)| s.area).sum()
     };
     let by_area = |a: &&Material, b: &&Material| area(a).total_cmp(&area(b));
-    spec.materials.iter().max_by(by_area).copied().unwrap_or(Material::COTTON)
+    spec.materials
+        .iter()
+        .max_by(by_area)
+        .copied()
+        .unwrap_or(Material::COTTON)
 }

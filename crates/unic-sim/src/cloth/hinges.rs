@@ -24,10 +24,10 @@ mod tests {
     #[test]
     fn manifold_edges_have_one_hinge_rims_none_and_others_a_chain() {
         assert_eq!(hinges(&[[0, 1, 2], [2, 1, 3]]), [[1, 2, 0, 3]]);
-        assert_eq!(hinges(&[[0, 1, 2], [0, 1, 3], [1, 0, 4]]), [
-            [0, 1, 2, 3],
-            [0, 1, 3, 4]
-        ]);
+        assert_eq!(
+            hinges(&[[0, 1, 2], [0, 1, 3], [1, 0, 4]]),
+            [[0, 1, 2, 3], [0, 1, 3, 4]]
+        );
         // A face given twice bends with nothing.
         assert!(hinges(&[[0, 1, 2], [2, 0, 1]]).is_empty());
     }

@@ -17,7 +17,14 @@ fn mass_is_density_times_area_a_third_to_each_corner() {
 
 #[test]
 fn panels_are_sewn_where_they_meet() {
-    let corners = [[0.0, 0.0], [0.1, 0.0], [0.0, 0.1], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1]];
+    let corners = [
+        [0.0, 0.0],
+        [0.1, 0.0],
+        [0.0, 0.1],
+        [0.1, 0.0],
+        [0.1, 0.1],
+        [0.0, 0.1],
+    ];
     let vertices = corners.map(|[x, y]| Vec3::new(x, y, 0.0)).to_vec();
     let mesh = TriMesh::new(vertices, vec![[0, 1, 2], [3, 4, 5]]).unwrap();
     let cloth = Cloth::new(&ClothSpec::new(mesh, Material::COTTON)).unwrap();
@@ -46,11 +53,29 @@ fn bad_descriptions_are_refused() {
     };
     assert!(matches!(refused(|s| s.rest.faces.clear()), ClothError::Empty));
     assert!(matches!(refused(|s| s.rest.faces[0][0] = 9), ClothError::Mesh(_)));
-    assert!(matches!(refused(|s| s.pins.push(3)), ClothError::Vertex { vertex: 3, vertices: 3 }));
-    assert!(matches!(refused(|s| s.face_materials = vec![0; 2]), ClothError::FaceMaterials { .. }));
-    assert!(matches!(refused(|s| s.face_materials.push(1)), ClothError::NoMaterial { .. }));
-    assert!(matches!(refused(|s| s.materials.clear()), ClothError::NoMaterial { .. }));
-    assert!(matches!(refused(|s| s.materials[0].thickness = f32::NAN), ClothError::Material { .. }));
+    assert!(matches!(
+        refused(|s| s.pins.push(3)),
+        ClothError::Vertex {
+            vertex: 3,
+            vertices: 3
+        }
+    ));
+    assert!(matches!(
+        refused(|s| s.face_materials = vec![0; 2]),
+        ClothError::FaceMaterials { .. }
+    ));
+    assert!(matches!(
+        refused(|s| s.face_materials.push(1)),
+        ClothError::NoMaterial { .. }
+    ));
+    assert!(matches!(
+        refused(|s| s.materials.clear()),
+        ClothError::NoMaterial { .. }
+    ));
+    assert!(matches!(
+        refused(|s| s.materials[0].thickness = f32::NAN),
+        ClothError::Material { .. }
+    ));
     let no_uvs = |s: &mut ClothSpec| s.rest.uvs = Some(Default::default());
     assert_eq!(refused(no_uvs), ClothError::Uvs { face: 0 });
 }

@@ -11,11 +11,12 @@ const LEAST_AREA: f32 = 0.05;
 
 /// A hinge: an edge and the corners opposite to it.
 ///
-/// The energy is ½ k (θ − θ₀)² with k = 2 B |e|² / (A₁ + A₂): Grinspun et al. 2003 ("Discrete shells",
-/// §2, 3 |e|²/Ā times a stiffness) with the factor ⅔ that makes the stiffness Kawabata's B. On a
-/// mesh of equilateral triangles of side a, a cylinder of curvature κ bends a hinge across its axis
-/// at angle ψ by θ = κ cos²ψ · a/√3; each of the three directions has 2/(√3 a²) hinges an area, and
-/// Σ cos⁴ψ = 9/8, so that the energy per area with 3 |e|²/Ā would be ½ · 1.5 B κ².
+/// The energy is ½ k (θ − θ₀)² with k = B |e|² / (A₁ + A₂), the shape of Grinspun et al. 2003
+/// ("Discrete shells", §2) with the factor that makes B Kawabata's. Vertices of equilateral
+/// triangles of side a on a cylinder of curvature κ whose axis is along edges: those hinges have
+/// θ = √3/2 κ a, the others none, and there are 2/(√3 a²) of them an area, each with
+/// k = 2 B/√3: the energy per area is ½ B κ². It is the same for every direction of the axis, and for
+/// squares cut in two that bend about their sides.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bend {
     /// The edge's ends, then the third corners of the triangle on its left and on its right.
@@ -48,7 +49,7 @@ impl Bend {
         if smaller <= 1e-3 * e.length_squared() {
             return None;
         }
-        let k = 4.0 * stiffness * e.length_squared() / (doubled[0] + doubled[1]);
+        let k = 2.0 * stiffness * e.length_squared() / (doubled[0] + doubled[1]);
         Some(Self {
             particles,
             rest_angle: rest_angle_share * angle(corners),
@@ -128,9 +129,10 @@ impl Block<4> for BendBlock {
         }
     }
 
-    /// With γ = τ/Δt the friction adds γ ∇C · (x − x_start) to C and γ to the mobility's factor:
-    /// Macklin et al. 2016, eq. 26, where γ = α̃ β̃ / Δt and the damping coefficient is τ times the
-    /// stiffness.
+    /// First the friction, −τ/α · dC/dt, as an impulse of its own: with γ = τ/Δt it is
+    /// −γ ∇C · (x − x_start) / (γ Σ w |∇C|² + α/Δt²). Then the angle, from where that leaves it. Solved as
+    /// one (Macklin et al. 2016, eq. 26), friction would divide the stiffness of a hinge that is at rest by
+    /// up to 1 + γ, as there is one sweep a substep.
     #[inline(always)]
     unsafe fn solve(&self, points: &Points<'_>, seconds: f32) {
         // SAFETY: the caller's.
@@ -143,18 +145,17 @@ impl Block<4> for BendBlock {
         let gamma = self.damping * Lanes::splat(seconds.recip());
         let mut mobility = Lanes::ZERO;
         let mut change = Lanes::ZERO;
-        for corner in 0..4 {
-            let gradient = gradients[corner];
+        for (corner, gradient) in gradients.into_iter().enumerate() {
             mobility += self.inverse_masses[corner] * gradient.dot(gradient);
             // SAFETY: the caller's.
             let start = unsafe { points.gather_previous(&self.particles[corner]) };
             change += gradient.dot(x[corner] - start);
         }
         let compliance = self.compliance * Lanes::splat((seconds * seconds).recip());
-        let damped = (Lanes::splat(1.0) + gamma) * mobility;
-        let lambda = multiplier(violation + gamma * change, damped, compliance);
-        for corner in 0..4 {
-            let by = gradients[corner] * (self.inverse_masses[corner] * lambda);
+        let friction = multiplier(gamma * change, gamma * mobility, compliance);
+        let lambda = friction + multiplier(violation + mobility * friction, mobility, compliance);
+        for (corner, gradient) in gradients.into_iter().enumerate() {
+            let by = gradient * (self.inverse_masses[corner] * lambda);
             // SAFETY: the caller's.
             unsafe { points.shift(&self.particles[corner], by) };
         }
@@ -190,7 +191,6 @@ fn wrapped(angle: Lanes) -> Lanes {
     let angle = half.choose_less(angle, angle - turn, angle);
     angle.choose_less(-half, angle + turn, angle)
 }
-
 
 #[cfg(test)]
 mod tests;

@@ -160,6 +160,5 @@ impl Block<3> for StretchBlock {
     }
 }
 
-
 #[cfg(test)]
 mod tests;

@@ -104,9 +104,24 @@ impl SimulationSettings {
                 self.substeps_per_interval > 0,
                 "at least one",
             ),
-            ("gravity", self.gravity.length(), self.gravity.is_finite(), "finite"),
-            ("max_speed", self.max_speed, positive(self.max_speed), "more than zero"),
-            ("settle.start_s", settle.start_s, positive(settle.start_s), "more than zero"),
+            (
+                "gravity",
+                self.gravity.length(),
+                self.gravity.is_finite(),
+                "finite",
+            ),
+            (
+                "max_speed",
+                self.max_speed,
+                positive(self.max_speed),
+                "more than zero",
+            ),
+            (
+                "settle.start_s",
+                settle.start_s,
+                positive(settle.start_s),
+                "more than zero",
+            ),
         ];
         let others = [
             ("air.density", self.air.density),

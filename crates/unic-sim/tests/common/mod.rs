@@ -4,6 +4,7 @@
     unreachable_pub,
     reason = "each test file uses its own part, and is a crate"
 )]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use glam::Vec3;
 use std::sync::Arc;

@@ -46,7 +46,6 @@ pub(super) fn open(args: &SimulateArgs, record: &toml::Table) -> Result<Found> {
     let path = out.join(UNFINISHED);
     if !path.exists() {
         fs::create_dir_all(out).with_context(|| format!("{}: the folder cannot be made", out.display()))?;
-        atomic::write(&path, toml::to_string(record)?.as_bytes())?;
         return Ok(Found::Nothing);
     }
     if !args.resume {
@@ -58,6 +57,12 @@ pub(super) fn open(args: &SimulateArgs, record: &toml::Table) -> Result<Found> {
     }
     same_record(&path, record)?;
     Ok(Found::Unfinished)
+}
+
+/// From here on there is something to resume.
+pub(super) fn begin(out: &Path, record: &toml::Table) -> Result<()> {
+    let text = toml::to_string(record)?;
+    Ok(atomic::write(&out.join(UNFINISHED), text.as_bytes())?)
 }
 
 /// The first setting or input that is another than before would make another capture.

@@ -146,6 +146,7 @@ pub(super) fn jobs(args: &SimulateArgs, character: &Character) -> Result<Vec<Job
         true => built_in_motions(args, character)?,
         false => users_motions(args, character)?,
     };
+    refuse_namesakes(&jobs)?;
     name_splits(args, &mut jobs)?;
     if let Some(seconds) = args.seconds {
         jobs.iter_mut().for_each(|job| {
@@ -196,6 +197,19 @@ fn motion(args: &SimulateArgs, path: &Path, character: &Character) -> Result<Cli
         say(&format!("{}: {note}", path.display()));
     }
     Ok(import.clip)
+}
+
+fn refuse_namesakes(jobs: &[Job]) -> Result<()> {
+    let mut names: Vec<&str> = jobs.iter().map(|job| job.clip.name.as_str()).collect();
+    names.sort_unstable();
+    match names.windows(2).find(|pair| pair[0] == pair[1]) {
+        None => Ok(()),
+        Some(pair) => {
+            let name = pair[0];
+            let text = format!("--motion: expected files of different names, found {name} twice");
+            Err(Usage(text).into())
+        }
+    }
 }
 
 /// `--test` and `--validation` say which clips are which.

@@ -1,6 +1,6 @@
 //! The band along both fronts' edges and around the neck.
 
-use super::{Cut, LEVEL_M, torso::Torso};
+use super::{Cut, LEVEL_M, strip, torso::Torso};
 use crate::garments::{Fabric, Sewing, shoulder_surface::off_the_skin};
 use glam::{Vec2, Vec3};
 
@@ -32,7 +32,7 @@ impl Cut<'_> {
             let above: Vec<(u32, Vec2)> = (0..feet.len())
                 .map(|i| (sewing.vertex(part, place(i)), flat(i, row)))
                 .collect();
-            sewing.strip(&below, &above);
+            strip(sewing, &below, &above);
             below = above;
         }
     }

@@ -30,9 +30,15 @@ impl Cut<'_> {
         };
         let place = |u: f32, v: f32| {
             let height = bottom + v * (top - bottom);
-            self.trunk.spot(height, u).at(self.sash_level(height, u))
+            self.trunk
+                .spot_under(height, u, self.level(height))
+                .at(self.sash_level(height, u))
         };
-        let pattern = |u: f32, v: f32| ORIGIN + Vec2::new(u * girth, v * (top - bottom));
+        let pattern = |u: f32, v: f32| {
+            let height = bottom + v * (top - bottom);
+            let girth = self.trunk.circumference(height, self.sash_level(height, 0.0));
+            ORIGIN + Vec2::new((u - 0.5) * girth, v * (top - bottom))
+        };
         let sash = sewing.grid(part, shape, place, pattern);
         let all: Vec<u32> = (0..=shape.rows).flat_map(|row| sash.row(row)).collect();
         sewing.attach("sash", &all);
@@ -88,7 +94,7 @@ impl Cut<'_> {
             };
             let girth_here = self.trunk.circumference(height, self.sash_level(height, 0.0));
             self.trunk
-                .spot(height, beyond * girth / girth_here)
+                .spot_under(height, beyond * girth / girth_here, self.level(height))
                 .at(self.sash_level(height, 0.0) + fold)
         };
         let origin = ORIGIN + Vec2::new(1.5 + 0.2 * sign, 0.0);

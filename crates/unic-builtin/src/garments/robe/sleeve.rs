@@ -1,11 +1,11 @@
 //! A sleeve that widens towards the wrist.
 
-use super::{Cut, LEVEL_M, Row, laid_flat, smooth};
+use super::{Cut, LEVEL_M, Row, laid_flat, smooth, strip};
 use crate::garments::{GarmentError, Sewing, Side, shoulder_surface::off_the_skin};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// Points of a section from its lowest to its highest point.
+/// Points of a section from its lowest to its highest point, which has this number.
 const HALF_SECTION: usize = 48;
 
 /// Distance along the arm over which the armhole's shape gives way to the sleeve's, metres.
@@ -29,6 +29,8 @@ struct Arm<'a, 'b> {
     to: f32,
     /// The arm at even stations from `from` to `to`: its middle off the bone, and its radius, metres.
     girths: Vec<(Vec3, f32)>,
+    /// Horizontal direction from the sleeve's beginning to its end, unit: all sections are across it.
+    outward: Vec3,
     /// Depth of the sleeve under the bone at its beginning, metres.
     depth: f32,
 }
@@ -44,10 +46,12 @@ impl Cut<'_> {
         let arm = Arm::new(self, side)?;
         let seam: Vec<Vec3> = armhole.iter().map(|&v| sewing.position(v)).collect();
         let begin = arm.section(0.0);
-        let squares = self.squares(arm.mean_length());
+        let slope = arm.slope();
+        // Sections hang straight down: where the arm slopes, rows are nearer than their vertices.
+        let squares = self.squares(arm.mean_length() * (0.4 + 0.6 * slope.y));
         let origin = Vec2::new(1.2 * side.sign(), -1.5);
-        let mut below = closed_row(sewing, armhole, origin);
-        let mut before = resampled(&seam, HALF_SECTION);
+        let mut below = closed_row(sewing, armhole, slope, origin);
+        let mut top = begin[HALF_SECTION];
         let mut y = 0.0;
         for row in 1..=squares {
             let s = row as f32 / squares as f32;
@@ -60,11 +64,12 @@ impl Cut<'_> {
                 off_the_skin(self.skin, point, 0.8 * LEVEL_M)
             };
             let vertices: Vec<u32> = (0..count).map(|i| sewing.vertex(part, place(i))).collect();
-            let here = resampled(&(0..count).map(place).collect::<Vec<_>>(), HALF_SECTION);
-            y += mean_distance(&before, &here);
-            let above = closed_row(sewing, &vertices, origin + Vec2::Y * y);
-            sewing.strip(&below, &above);
-            (below, before) = (above, here);
+            // Whatever the arm's slope here, areas are kept.
+            y += (section[HALF_SECTION] - top).dot(arm.outward) / slope.y.max(0.3);
+            top = section[HALF_SECTION];
+            let above = closed_row(sewing, &vertices, slope, origin + Vec2::Y * y);
+            strip(sewing, &below, &above);
+            below = above;
         }
         Ok(())
     }
@@ -86,19 +91,22 @@ impl<'a, 'b> Arm<'a, 'b> {
             .map(girth)
             .collect::<Result<Vec<_>, GarmentError>>()?;
         (0..GIRTH_PASSES).for_each(|_| smooth_girths(&mut girths));
-        let depth = cut.body.on_arm(side, from).0.y - cut.underarm;
+        let [begin, end] = [from, to].map(|along| cut.body.on_arm(side, along).0);
+        let outward = (end - begin).with_y(0.0).normalize_or(Vec3::X * side.sign());
+        let depth = begin.y - cut.underarm;
         Ok(Self {
             cut,
             side,
             from,
             to,
             girths,
+            outward,
             depth,
         })
     }
 
     /// The sleeve's section at the share s of its length: a drop around the arm that hangs straight
-    /// down, in the vertical plane across the arm's horizontal direction. A closed loop from the lowest
+    /// down, in a vertical plane across the sleeve. A closed loop from the lowest
     /// point in the armhole's direction.
     fn section(&self, s: f32) -> Vec<Vec3> {
         let (middle, axis) = self
@@ -107,11 +115,13 @@ impl<'a, 'b> Arm<'a, 'b> {
             .on_arm(self.side, self.from + s * (self.to - self.from));
         let (off_bone, radius) = self.girth(s);
         let middle = middle + off_bone;
-        let outward = axis.with_y(0.0).normalize_or(Vec3::X * self.side.sign());
+        let outward = self.outward;
         // u × v is outward with v along the arm: u rises on the side of across.
         let across = outward.cross(Vec3::Y);
         let radius = radius + LEVEL_M + 0.004;
         let top = radius / axis.with_y(0.0).length().max(0.4);
+        // An arm that bends forward meets the plane of the section aslant.
+        let across = across / axis.with_y(0.0).normalize_or(outward).dot(outward).max(0.6);
         let depth = self.depth + s * (self.cut.robe.sleeve_m - self.depth);
         let point = |half: f32| {
             let rise = 0.5 - 0.5 * (PI * half).cos();
@@ -136,6 +146,14 @@ impl<'a, 'b> Arm<'a, 'b> {
         let (i, t) = (at as usize, at.fract());
         let ((a, p), (b, q)) = (self.girths[i], self.girths[i + 1]);
         (a.lerp(b, t), p + (q - p) * t)
+    }
+
+    /// The direction straight down, seen on the sleeve laid out with its upper edge along y: cosine and
+    /// sine of the angle between.
+    fn slope(&self) -> Vec2 {
+        let edge = self.section(1.0)[HALF_SECTION] - self.section(0.0)[HALF_SECTION];
+        let along = -edge.normalize_or(Vec3::X).y;
+        Vec2::new(along, (1.0 - along * along).max(0.0).sqrt())
     }
 
     /// Mean of the lengths along the sleeve's top and bottom.
@@ -184,9 +202,12 @@ fn resampled(ring: &[Vec3], count: usize) -> Vec<Vec3> {
     (0..count).map(point).collect()
 }
 
-/// A closed row laid flat, its first vertex named again at the end.
-fn closed_row(sewing: &Sewing, vertices: &[u32], origin: Vec2) -> Row {
+/// A closed row laid flat on both sides of the sleeve's upper edge, its first vertex named again at the
+/// end.
+fn closed_row(sewing: &Sewing, vertices: &[u32], slope: Vec2, origin: Vec2) -> Row {
     let mut closed = vertices.to_vec();
     closed.extend(vertices.first());
-    laid_flat(sewing, &closed, 0.5, origin)
+    let straight = laid_flat(sewing, &closed, 0.5, Vec2::ZERO);
+    let sheared = |x: f32| origin + Vec2::new(x * slope.y, x.abs() * slope.x);
+    straight.into_iter().map(|(v, p)| (v, sheared(p.x))).collect()
 }

@@ -1,11 +1,14 @@
 //! Back and fronts, from the hem over the shoulders.
 
-use super::{Cut, LAYER_GAP_M, laid_flat, smooth};
+use super::{Cut, LAYER_GAP_M, laid_flat, smooth, strip};
 use crate::garments::{Fabric, Sewing};
 use glam::{Vec2, Vec3};
 
 /// Distance from the side seam within which the left front rises over the right one, metres.
 const RISE_M: f32 = 0.06;
+
+/// Points at which a line across the shoulders is followed to find its length.
+const FINE: usize = 128;
 
 /// Where the three panels' patterns lie.
 const ORIGINS: [Vec2; 3] = [Vec2::new(-1.5, 0.0), Vec2::ZERO, Vec2::new(1.5, 0.0)];
@@ -81,7 +84,7 @@ impl Cut<'_> {
     /// Share of a layer's gap by which what lies on the right front is raised, at |u| from the middle.
     pub(super) fn rise(&self, height: f32, u: f32) -> f32 {
         let girth = self.trunk.circumference(height, self.level(height));
-        smooth((self.trunk.left_side(height) - u) * girth / RISE_M)
+        smooth((self.trunk.left_side(height, self.level(height)) - u) * girth / RISE_M)
     }
 
     /// How far the fronts reach beyond the middle at a distance above the waist along the front,
@@ -92,10 +95,11 @@ impl Cut<'_> {
         self.robe.overlap_m - t * (self.robe.overlap_m + self.neck_half_m)
     }
 
-    /// Share of the shoulder's half width at which the left front's edge lies.
+    /// Where the left front's edge lies across the shoulders.
     fn yoke_edge(&self, t: f32) -> f32 {
         let along = 2.0 * t * self.shoulders.front_length(0.3);
-        -self.reach(self.underarm - self.waist + along) / self.shoulders.half_width()
+        self.shoulders
+            .across(-self.reach(self.underarm - self.waist + along))
     }
 }
 
@@ -116,12 +120,14 @@ impl Layout<'_, '_> {
         let level = cut.level(height);
         let girth = cut.trunk.circumference(height, level);
         let reach = cut.reach(height - cut.waist) / girth;
-        let side = cut.trunk.left_side(height);
+        let side = cut.trunk.left_side(height, level);
         let ends = [-reach, side, 1.0 - side, 1.0 + reach];
         let place = |u: f32| {
             // Beyond u = 1 the right front goes on; shares of the left front are near zero.
             let rise = if u < 0.5 { cut.rise(height, u) } else { 0.0 };
-            cut.trunk.spot(height, u).at(level + LAYER_GAP_M * rise)
+            cut.trunk
+                .spot_under(height, u, level)
+                .at(level + LAYER_GAP_M * rise)
         };
         let mut panels: [Vec<u32>; 3] = Default::default();
         for panel in 0..3 {
@@ -167,10 +173,11 @@ impl Layout<'_, '_> {
     }
 
     fn yoke_beyond(&self, t: f32) -> [Vec<Vec3>; 2] {
-        let (cut, rows) = (self.cut, self.collar_rows());
-        let step = cut.robe.collar_m / (rows as f32 * cut.shoulders.half_width());
+        let (shoulders, rows) = (self.cut.shoulders, self.collar_rows());
+        let edge = shoulders.position(self.cut.yoke_edge(t), t).x;
+        let x = |row: usize| edge - self.cut.robe.collar_m * row as f32 / rows as f32;
         [(0, 1.0), (2, -1.0)].map(|(panel, sign)| {
-            let a = |row: usize| sign * (cut.yoke_edge(t) - step * row as f32);
+            let a = |row: usize| sign * shoulders.across(x(row));
             (1..=rows).map(|row| self.yoke_place(panel, a(row), t)).collect()
         })
     }
@@ -190,13 +197,20 @@ impl Layout<'_, '_> {
         [left, across, right]
     }
 
-    /// A line of vertices of a panel at constant t.
+    /// A line of vertices of a panel at constant t, by even steps.
     fn yoke_line(&self, sewing: &mut Sewing, panel: usize, [from, to]: [f32; 2], t: f32) -> Vec<u32> {
-        let cut = self.cut;
-        let squares = cut.squares((to - from).abs() * cut.shoulders.half_width() * self.stretch(t));
+        let at = |i: usize| self.yoke_place(panel, from + (to - from) * i as f32 / FINE as f32, t);
+        let fine: Vec<Vec3> = (0..=FINE).map(at).collect();
+        let mut along = vec![0.0];
+        for pair in fine.windows(2) {
+            along.push(along[along.len() - 1] + pair[0].distance(pair[1]));
+        }
+        let squares = self.cut.squares(along[FINE]);
         let place = |i: usize| {
-            let a = from + (to - from) * i as f32 / squares as f32;
-            self.yoke_place(panel, a, t)
+            let s = along[FINE] * i as f32 / squares as f32;
+            let next = along.partition_point(|a| *a < s).clamp(1, FINE);
+            let t = (s - along[next - 1]) / (along[next] - along[next - 1]).max(1e-9);
+            fine[next - 1].lerp(fine[next], t.min(1.0))
         };
         (0..=squares)
             .map(|i| sewing.vertex(self.parts[panel], place(i)))
@@ -205,16 +219,8 @@ impl Layout<'_, '_> {
 
     /// The left front lies on the right one up to where their collars part.
     fn yoke_rise(&self, a: f32, t: f32) -> f32 {
-        let from_armhole = (1.0 - a) * self.cut.shoulders.half_width();
+        let from_armhole = self.cut.shoulders.half_width() - self.cut.shoulders.position(a, t).x;
         smooth(from_armhole / RISE_M) * (1.0 - smooth((t - 0.36) / 0.12))
-    }
-
-    /// Length along the surface for each metre of x.
-    fn stretch(&self, t: f32) -> f32 {
-        let shoulders = self.cut.shoulders;
-        let at = |i: usize| shoulders.position(0.3 + 0.07 * i as f32, t);
-        let length: f32 = (0..10).map(|i| at(i).distance(at(i + 1))).sum();
-        length / (0.7 * shoulders.half_width())
     }
 
     fn panels(&self, sewing: &mut Sewing, rows: &[Rows]) {
@@ -237,7 +243,7 @@ impl Layout<'_, '_> {
                     false => yoke_step,
                 };
                 let above = flat(sewing, &rows[j], y);
-                sewing.strip(&below, &above);
+                strip(sewing, &below, &above);
                 below = above;
             }
         }

@@ -1,6 +1,9 @@
 //! The implicit surface of a shirt and the surfaces that cut it.
 
-use crate::garments::{BodyShape, GarmentError, Measurements, Ring, Side, ring::DIRECTIONS};
+use crate::{
+    garments::{BodyShape, GarmentError, Measurements, Ring, Side, ring::DIRECTIONS},
+    implicit::smooth_min,
+};
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use unic_core::{character::Character, surface::Surface};
@@ -159,12 +162,6 @@ fn smooth_along(supports: &mut [Vec<f32>]) {
             }
         }
     }
-}
-
-/// Smooth minimum, as of the human's anatomy.
-fn smooth_min(a: f32, b: f32, reach: f32) -> f32 {
-    let overlap = (reach - (a - b).abs()).max(0.0);
-    a.min(b) - overlap * overlap / (4.0 * reach)
 }
 
 /// Where the left sleeve begins and how it runs.

@@ -1,5 +1,6 @@
 //! Bodies to test on, and what is measured on them.
 
+use crate::human::{HumanParameters, human};
 use crate::motion::{Action, Performance, Performer, Timeline};
 use glam::Vec3;
 use std::path::Path;
@@ -69,10 +70,10 @@ pub(super) fn figure() -> Character {
     }
 }
 
-/// The figure, and the real body if its file is there.
+/// The figure, the built-in human, and the real body if its file is there.
 pub(super) fn bodies() -> Vec<Character> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/body/character.npz");
-    let mut bodies = vec![figure()];
+    let mut bodies = vec![figure(), human(&HumanParameters::default()).unwrap()];
     match unic_io::read_character(&path) {
         Ok(body) => bodies.push(body),
         Err(_) => eprintln!("skipped: the real body, {} is not there", path.display()),

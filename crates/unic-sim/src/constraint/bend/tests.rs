@@ -17,10 +17,7 @@ const FLAT: [Vec3; 4] = [
 /// The angle by the arc tangent of its sine and cosine.
 fn angle([a, b, left, right]: [DVec3; 4]) -> f64 {
     let e = (b - a).normalize();
-    let (n, m) = (
-        e.cross(left - a).normalize(),
-        (right - a).cross(e).normalize(),
-    );
+    let (n, m) = (e.cross(left - a).normalize(), (right - a).cross(e).normalize());
     n.cross(m).dot(e).atan2(n.dot(m))
 }
 

@@ -1,0 +1,184 @@
+//! `unic simulate` makes captures that everything else takes, the same bytes for any number of
+//! threads and after an interruption, and loses nothing without being asked.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::*;
+use std::{
+    fs,
+    path::Path,
+    process::{Output, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+use unic_io::{Capture, Split, write_character, write_motion, write_obj};
+
+const INPUTS: &str = "--character body.npz --garment tube.obj --contacts 4,4,5,5";
+
+/// A character, a garment and three motions, the last of them short.
+fn inputs(folder: &Path) {
+    write_character(&folder.join("body.npz"), &character()).unwrap();
+    write_obj(&folder.join("tube.obj"), &garment().rest).unwrap();
+    for (seed, (name, frames)) in [("one", 60), ("two", 50), ("three", 20)].into_iter().enumerate() {
+        let clip = unic_testdata::clip(name, seed, frames);
+        write_motion(&folder.join(format!("{name}.npz")), &clip).unwrap();
+    }
+}
+
+fn simulate(folder: &Path, more: &str) -> Output {
+    let line = format!("simulate {INPUTS} --motion one.npz two.npz three.npz {more}");
+    command(folder, &line).output().unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// All files of a capture but the report, whose timings differ.
+fn bytes(root: &Path) -> Vec<(String, Vec<u8>)> {
+    let list =
+        |folder: &Path| -> Vec<_> { fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect() };
+    let mut files: Vec<_> = [list(root), list(&root.join("clips"))].concat();
+    files.retain(|path| path.is_file() && !path.ends_with("simulation.json"));
+    files.sort();
+    let named = |path: std::path::PathBuf| {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        (name, fs::read(path).unwrap())
+    };
+    files.into_iter().map(named).collect()
+}
+
+#[test]
+fn a_capture_is_made_that_trains() {
+    let folder = tempfile::tempdir().unwrap();
+    inputs(folder.path());
+    let output = simulate(folder.path(), "--out made/tube --pictures strips --json");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["clips"][2]["clip"], "three");
+    assert!(summary["clips"][0]["cpu_s_per_frame"].as_f64().unwrap() > 0.0);
+
+    let root = folder.path().join("made/tube");
+    let capture = Capture::open(&root).unwrap();
+    assert_eq!(capture.clip_names(Split::Train), ["one", "two"]);
+    assert_eq!(capture.clip_names(Split::Test), ["three"], "the last is held out");
+    let clip = capture.load_clip("one").unwrap();
+    assert_eq!((clip.garment.len(), clip.garment.vertex_count()), (60, VERTICES));
+    let moved = clip.garment.frame(0)[0].distance(clip.garment.frame(59)[0]);
+    assert!(moved > 0.01, "the garment goes with its wearer: {moved} m");
+    assert!(folder.path().join("strips/two.png").exists());
+
+    let inspected = command(folder.path(), "inspect made/tube").output().unwrap();
+    assert!(inspected.status.success(), "{}", stderr(&inspected));
+    let trained = command(folder.path(), "train made/tube --preset tiny --steps 4")
+        .output()
+        .unwrap();
+    assert!(trained.status.success(), "{}", stderr(&trained));
+}
+
+#[test]
+fn threads_and_interruptions_change_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    inputs(folder.path());
+    assert!(simulate(folder.path(), "--out a --threads 1").status.success());
+    let expected = bytes(&folder.path().join("a"));
+    assert_eq!(
+        expected.len(),
+        3 + 2 * 3,
+        "capture.toml, character, garment, clips"
+    );
+
+    let line = format!("simulate {INPUTS} --motion one.npz two.npz three.npz --threads 2 --out");
+    let mut child = command(folder.path(), &format!("{line} b"))
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let started = Instant::now();
+    while !folder.path().join("b/clips/two.npz").exists() && child.try_wait().unwrap().is_none() {
+        assert!(
+            started.elapsed() < Duration::from_secs(120),
+            "no clip is finished"
+        );
+        sleep(Duration::from_millis(2));
+    }
+    // Finished by then or not: the result is the same.
+    let _ = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    let status = child.wait().unwrap();
+    if !status.success() {
+        assert_eq!(status.code(), Some(130));
+        assert!(
+            Capture::open(&folder.path().join("b")).is_err(),
+            "no capture before the last clip"
+        );
+        let again = command(folder.path(), &format!("{line} b")).output().unwrap();
+        assert!(stderr(&again).contains("--resume"), "{}", stderr(&again));
+        let other = command(folder.path(), &format!("{line} b --resume --substeps 8"))
+            .output()
+            .unwrap();
+        assert!(stderr(&other).contains("settings"), "{}", stderr(&other));
+        let resumed = command(folder.path(), &format!("{line} b --resume"))
+            .output()
+            .unwrap();
+        assert!(resumed.status.success(), "{}", stderr(&resumed));
+    }
+    let name_free = |files: Vec<(String, Vec<u8>)>| -> Vec<_> {
+        files
+            .into_iter()
+            .filter(|(name, _)| name != "capture.toml")
+            .collect()
+    };
+    assert!(name_free(bytes(&folder.path().join("b"))) == name_free(expected));
+}
+
+#[test]
+fn what_cannot_be_meant_is_said_in_one_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    inputs(folder.path());
+    let refused = |line: &str, words: &[&str]| {
+        let output = command(folder.path(), &format!("simulate {line}"))
+            .output()
+            .unwrap();
+        let text = stderr(&output);
+        let last = text.lines().last().unwrap_or_default();
+        assert!(!output.status.success(), "{line}");
+        assert!(words.iter().all(|word| last.contains(word)), "{line}: {text}");
+    };
+    refused("--garment cape --out a", &["cape", "tshirt, skirt"]);
+    refused(
+        &format!("{INPUTS} --motion one.npz --test four --out a"),
+        &["four", "one"],
+    );
+    refused(&format!("{INPUTS} --motion one.npz one.npz --out a"), &["one"]);
+    refused("--character nobody.npz --out a", &["nobody.npz"]);
+    refused(
+        "--character body.npz --garment tube.obj --motion none.npz --out a",
+        &["none.npz"],
+    );
+    refused("--character body.npz --out a", &["24 joints"]);
+    refused(
+        "--character body.npz --garment tube.obj --motion one.npz --out a",
+        &["contact_joints", "6 joints"],
+    );
+    assert!(!folder.path().join("a/capture.toml").exists());
+
+    assert!(simulate(folder.path(), "--out b --seconds 0.1").status.success());
+    let before = bytes(&folder.path().join("b"));
+    refused(
+        &format!("{INPUTS} --motion one.npz --out b"),
+        &["b", "--overwrite"],
+    );
+    assert!(bytes(&folder.path().join("b")) == before);
+    fs::write(folder.path().join("b/notes.txt"), "mine").unwrap();
+    assert!(
+        simulate(folder.path(), "--out b --seconds 0.2 --overwrite")
+            .status
+            .success()
+    );
+    assert!(
+        folder.path().join("b/notes.txt").exists(),
+        "only the capture's files go"
+    );
+}
