@@ -8,7 +8,7 @@ use std::{
     path::PathBuf,
     time::Duration,
 };
-use unic_io::{Split, UpAxis, capture::JointReference};
+use unic_io::{LowPass, Split, UpAxis, capture::JointReference};
 
 /// Learns how one garment moves on one character, and animates it on any motion in real time.
 ///
@@ -90,9 +90,8 @@ pub(crate) struct SimulateArgs {
     /// Only the first seconds of each motion.
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f32>,
-    /// Which axis points up in the motion files.
-    #[arg(long, value_enum, default_value_t = UpName::Auto)]
-    pub(crate) up: UpName,
+    #[command(flatten)]
+    pub(crate) reading: MotionArgs,
     /// Steady wind, m/s.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
     pub(crate) wind: Option<glam::Vec3>,
@@ -258,9 +257,6 @@ pub(crate) struct AnimateArgs {
     /// The motion: npz with poses (T, 3J), trans (T, 3) and a frame rate, or BVH of any skeleton.
     #[arg(long, value_name = "FILE.npz|FILE.bvh")]
     pub(crate) motion: PathBuf,
-    /// Joints of a BVH file whose names do not tell what they are (TOML).
-    #[arg(long, value_name = "FILE.toml")]
-    pub(crate) bone_map: Option<PathBuf>,
     /// The animation: .pc2, .npz, or a folder of OBJ files.
     #[arg(long, value_name = "FILE.pc2|FILE.npz|FOLDER")]
     pub(crate) out: PathBuf,
@@ -270,9 +266,8 @@ pub(crate) struct AnimateArgs {
     /// Where the picture goes [default: beside the animation].
     #[arg(long, value_name = "FILE.png")]
     pub(crate) picture: Option<PathBuf>,
-    /// Which axis points up in the motion file.
-    #[arg(long, value_enum, default_value_t = UpName::Auto)]
-    pub(crate) up: UpName,
+    #[command(flatten)]
+    pub(crate) reading: MotionArgs,
     /// What becomes of vertices inside the body [default: as the model was trained for].
     #[arg(long, value_enum)]
     pub(crate) intersection: Option<IntersectionName>,
@@ -311,12 +306,29 @@ pub(crate) struct InspectArgs {
     /// Compare motions with the training clips of this capture.
     #[arg(long, value_name = "CAPTURE")]
     pub(crate) coverage: Option<PathBuf>,
-    /// Joints of BVH files whose names do not tell what they are (TOML).
-    #[arg(long, value_name = "FILE.toml", requires = "coverage")]
-    pub(crate) bone_map: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: MotionArgs,
     /// Print one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// How motion files are read.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Motion files")]
+pub(crate) struct MotionArgs {
+    /// Which axis points up in the motion file.
+    #[arg(long, value_enum, default_value_t = UpName::Auto)]
+    pub(crate) up: UpName,
+    /// Joints of a BVH file whose names do not tell what they are (TOML).
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) bone_map: Option<PathBuf>,
+    /// Take out what is faster than this many Hz; 0 takes out nothing [default: 10 for BVH].
+    #[arg(long, value_name = "HZ", value_parser = parse_low_pass)]
+    pub(crate) low_pass: Option<LowPass>,
+    /// Repeat the best cycle of a short motion this often, ends blended.
+    #[arg(long, value_name = "TIMES")]
+    pub(crate) repeat: Option<NonZeroUsize>,
 }
 
 /// [`unic_train::Preset`] by name.
@@ -407,6 +419,14 @@ fn parse_budget(text: &str) -> Result<Duration, String> {
     match budget.is_zero() {
         true => Err("a time above zero, such as 45m, is needed".into()),
         false => Ok(budget),
+    }
+}
+
+fn parse_low_pass(text: &str) -> Result<LowPass, String> {
+    match text.parse::<f32>() {
+        Ok(0.0) => Ok(LowPass::Off),
+        Ok(hertz) if hertz.is_finite() && hertz > 0.0 => Ok(LowPass::Hertz(hertz)),
+        _ => Err("a frequency in Hz is needed, such as 8, or 0 for none".into()),
     }
 }
 

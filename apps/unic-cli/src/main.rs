@@ -5,6 +5,7 @@ mod commands;
 mod failure;
 mod interrupt;
 mod model_file;
+mod motion_file;
 mod output;
 mod pictures;
 mod progress;

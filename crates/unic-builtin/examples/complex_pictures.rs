@@ -23,7 +23,7 @@ const CLOTH: [[f32; 3]; 8] = [
 ];
 
 /// Azimuth and elevation of each view, radians.
-const VIEWS: [[f32; 2]; 4] = [[0.0, 0.1], [0.8, 0.1], [1.57, 0.1], [3.14, 0.1]];
+const VIEWS: [[f32; 2]; 4] = [[0.0, 0.1], [0.8, 0.1], [1.5, 0.1], [3.3, 0.1]];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -58,7 +58,7 @@ fn draw<E: Error + 'static>(
     );
     let views = VIEWS.map(|[azimuth, elevation]| view(character, &garment, azimuth, elevation));
     let views = views.into_iter().collect::<Result<Vec<_>, _>>()?;
-    grid(&views, 2, 8)?.save_png(&folder.join(format!("{name}.png")))?;
+    grid(&views, 2, 8)?.save_png(folder.join(format!("{name}.png")))?;
     Ok(())
 }
 
@@ -67,19 +67,6 @@ fn view(
     garment: &GarmentMesh,
     azimuth: f32,
     elevation: f32,
-) -> Result<Image, Box<dyn Error>> {
-    let vertices = &garment.mesh.vertices;
-    let low = vertices.iter().fold(Vec3::MAX, |low, v| low.min(*v));
-    let high = vertices.iter().fold(Vec3::MIN, |high, v| high.max(*v));
-    view_box(character, garment, azimuth, elevation, [low, high])
-}
-
-fn view_box(
-    character: &Character,
-    garment: &GarmentMesh,
-    azimuth: f32,
-    elevation: f32,
-    [low, high]: [Vec3; 2],
 ) -> Result<Image, Box<dyn Error>> {
     let body = &character.body;
     let cloth = &garment.mesh;
@@ -100,6 +87,8 @@ fn view_box(
             colour: Colouring::PerVertex(&colours),
         },
     ];
+    let low = cloth.vertices.iter().fold(Vec3::MAX, |low, v| low.min(*v));
+    let high = cloth.vertices.iter().fold(Vec3::MIN, |high, v| high.max(*v));
     let margin = Vec3::splat(0.03);
     let camera = Camera::framing(low - margin, high + margin, azimuth, elevation, 1.0)?;
     Ok(render(&Scene::new(&surfaces), &camera, 900, 900)?)

@@ -106,7 +106,10 @@ fn a_cantilever_bends_as_the_elastica_and_as_peirce_measured() {
     assert!((found - expected).abs() < 3.0, "{found} {expected}");
     let angle = found.to_radians();
     let peirce = length * ((0.5 * angle).cos() / (8.0 * angle.tan())).cbrt();
-    assert!((peirce / bending_length - 1.0).abs() < 0.06, "{peirce} {bending_length}");
+    assert!(
+        (peirce / bending_length - 1.0).abs() < 0.06,
+        "{peirce} {bending_length}"
+    );
 }
 
 /// Share of the ring between disc and specimen that a drooping specimen still covers, seen from

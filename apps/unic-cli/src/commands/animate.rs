@@ -2,8 +2,8 @@
 
 use crate::{
     args::{AnimateArgs, IntersectionName},
-    interrupt, model_file,
-    output::{print, print_json, say},
+    interrupt, model_file, motion_file,
+    output::{print, print_json},
     pictures::{CLOTH, GAP, Place, Shot, Studio, evenly_spread},
     progress::Progress,
 };
@@ -24,10 +24,7 @@ use unic_core::{
     mesh::TriMesh,
     model::Model,
 };
-use unic_io::{
-    BoneMap, MotionOptions, VertexCacheWriter, atomic::AtomicFile, import_motion, read_obj,
-    read_vertex_cache, write_obj_to,
-};
+use unic_io::{VertexCacheWriter, atomic::AtomicFile, read_obj, read_vertex_cache, write_obj_to};
 use unic_viewer::grid;
 
 /// Pictures in the strip.
@@ -70,18 +67,8 @@ fn read_model(args: &AnimateArgs) -> Result<Model> {
 }
 
 fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
-    let options = MotionOptions {
-        fps: Some(model.config().fps),
-        up: args.up.into(),
-        bones: bone_map(args.bone_map.as_deref())?,
-        ..MotionOptions::default()
-    };
-    let import = import_motion(&args.motion, model.character(), &options)?;
-    import
-        .notes
-        .iter()
-        .for_each(|note| say(&format!("{}: {note}", args.motion.display())));
-    let mut clip = import.clip;
+    let fps = model.config().fps;
+    let mut clip = motion_file::read(&args.motion, model.character(), fps, &args.reading)?;
     let Some(range) = args.frames.clone() else {
         return Ok(clip);
     };
@@ -96,11 +83,6 @@ fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
     }
     clip.poses = clip.poses[range].to_vec();
     Ok(clip)
-}
-
-/// Of a file, or none: names alone tell.
-pub(crate) fn bone_map(path: Option<&Path>) -> Result<BoneMap> {
-    Ok(path.map(BoneMap::read).transpose()?.unwrap_or_default())
 }
 
 /// Positions of the first frame, or of the only one.

@@ -2,9 +2,8 @@
 
 use crate::{
     args::InspectArgs,
-    commands::animate::bone_map,
     failure::Usage,
-    model_file,
+    model_file, motion_file,
     output::{self, say},
 };
 use anyhow::{Result, bail};
@@ -12,7 +11,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use unic_eval::{Coverage, CoverageReport, capture_clips};
 use unic_io::{
-    Capture, MotionOptions, Split, import_motion,
+    Capture, Split,
     inspect::{Kind, Report},
 };
 
@@ -76,17 +75,8 @@ fn coverage(args: &InspectArgs, path: &Path, motions: &[PathBuf]) -> Result<()> 
     let clips = match motions {
         [] => capture_clips(&capture, Split::Test)?,
         _ => {
-            let options = MotionOptions {
-                fps: Some(capture.manifest.fps),
-                bones: bone_map(args.bone_map.as_deref())?,
-                ..MotionOptions::default()
-            };
-            let read = |motion: &PathBuf| -> Result<_> {
-                let import = import_motion(motion, &capture.character, &options)?;
-                let notes = import.notes.iter();
-                notes.for_each(|note| say(&format!("{}: {note}", motion.display())));
-                Ok(import.clip)
-            };
+            let fps = capture.manifest.fps;
+            let read = |path: &PathBuf| motion_file::read(path, &capture.character, fps, &args.reading);
             motions.iter().map(read).collect::<Result<Vec<_>>>()?
         }
     };

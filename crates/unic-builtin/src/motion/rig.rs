@@ -119,7 +119,7 @@ impl Rig {
         let local = |j: usize| PARENTS[j].map_or(world[j], |p| world[p].inverse() * world[j]);
         Pose {
             trans: posture.position - self.joints[0],
-            local: (0..JOINTS).map(|j| local(j).normalize()).collect(),
+            local: (0..JOINTS).map(|j| shortest(local(j).normalize())).collect(),
         }
     }
 
@@ -183,6 +183,11 @@ impl Rig {
         };
         [basis(knee), basis(down * d - knee)]
     }
+}
+
+/// The same rotation with an angle of at most π, for whoever reads it as an axis and an angle.
+fn shortest(rotation: Quat) -> Quat {
+    if rotation.w < 0.0 { -rotation } else { rotation }
 }
 
 /// The arm's axis (±X) turned from the T-pose to hang at the side, lifted sideways by the abduction.

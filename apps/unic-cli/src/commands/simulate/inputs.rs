@@ -1,6 +1,6 @@
 //! What is simulated: character, garment, motions.
 
-use crate::{args::SimulateArgs, failure::Usage, output::say};
+use crate::{args::SimulateArgs, failure::Usage, motion_file};
 use anyhow::{Result, anyhow};
 use std::path::{Path, PathBuf};
 use unic_builtin::{
@@ -14,9 +14,9 @@ use unic_core::{
     mesh::TriMesh,
 };
 use unic_io::{
-    MotionOptions, Split,
+    Split,
     capture::{VertexAttributes, default_weights, read_garment},
-    import_motion, read_character, read_obj,
+    read_character, read_obj,
 };
 use unic_sim::Material;
 
@@ -178,25 +178,12 @@ fn users_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>>
     let is_last = |i: usize| i > 0 && i + 1 == args.motion.len();
     let job = |(i, path): (usize, &PathBuf)| {
         Ok(Job {
-            clip: motion(args, path, character)?,
+            clip: motion_file::read(path, character, args.fps, &args.reading)?,
             split: if is_last(i) { Split::Test } else { Split::Train },
             source: path.display().to_string(),
         })
     };
     motions.map(job).collect()
-}
-
-fn motion(args: &SimulateArgs, path: &Path, character: &Character) -> Result<Clip> {
-    let options = MotionOptions {
-        fps: Some(args.fps),
-        up: args.up.into(),
-        ..MotionOptions::default()
-    };
-    let import = import_motion(path, character, &options)?;
-    for note in &import.notes {
-        say(&format!("{}: {note}", path.display()));
-    }
-    Ok(import.clip)
 }
 
 fn refuse_namesakes(jobs: &[Job]) -> Result<()> {

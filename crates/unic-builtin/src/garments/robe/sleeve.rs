@@ -50,9 +50,9 @@ impl Cut<'_> {
         // Sections hang straight down: where the arm slopes, rows are nearer than their vertices.
         let squares = self.squares(arm.mean_length() * (0.4 + 0.6 * slope.y));
         let origin = Vec2::new(1.2 * side.sign(), -1.5);
-        let mut below = closed_row(sewing, armhole, slope, origin);
-        let mut top = begin[HALF_SECTION];
-        let mut y = 0.0;
+        let mut below = closed_row(sewing, armhole, slope, [origin; 3]);
+        let mut before = resampled(&seam, HALF_SECTION);
+        let mut laid = [origin; 3];
         for row in 1..=squares {
             let s = row as f32 / squares as f32;
             let section = arm.section(s);
@@ -64,10 +64,19 @@ impl Cut<'_> {
                 off_the_skin(self.skin, point, 0.8 * LEVEL_M)
             };
             let vertices: Vec<u32> = (0..count).map(|i| sewing.vertex(part, place(i))).collect();
-            // Whatever the arm's slope here, areas are kept.
-            y += (section[HALF_SECTION] - top).dot(arm.outward) / slope.y.max(0.3);
-            top = section[HALF_SECTION];
-            let above = closed_row(sewing, &vertices, slope, origin + Vec2::Y * y);
+            // Whatever the arm's slope and bend here, areas are kept.
+            let here: Vec<Vec3> = vertices.iter().map(|&v| sewing.position(v)).collect();
+            let here = resampled(&here, HALF_SECTION);
+            let run = |points: std::ops::Range<usize>| {
+                let steps = points.clone().map(|i| (here[i] - before[i]).dot(arm.outward));
+                steps.sum::<f32>() / points.len() as f32 / slope.y.max(0.3)
+            };
+            let (quarter, half) = (HALF_SECTION / 4, HALF_SECTION / 2);
+            laid[0].y += run(quarter / 2..half - quarter / 2);
+            laid[1].y += run(half - 1..half + 2);
+            laid[2].y += run(half + quarter / 2..HALF_SECTION - quarter / 2);
+            let above = closed_row(sewing, &vertices, slope, laid);
+            before = here;
             strip(sewing, &below, &above);
             below = above;
         }
@@ -203,11 +212,16 @@ fn resampled(ring: &[Vec3], count: usize) -> Vec<Vec3> {
 }
 
 /// A closed row laid flat on both sides of the sleeve's upper edge, its first vertex named again at the
-/// end.
-fn closed_row(sewing: &Sewing, vertices: &[u32], slope: Vec2, origin: Vec2) -> Row {
+/// end: with the given origins for its first half, the edge, and its second half.
+fn closed_row(sewing: &Sewing, vertices: &[u32], slope: Vec2, origins: [Vec2; 3]) -> Row {
     let mut closed = vertices.to_vec();
     closed.extend(vertices.first());
     let straight = laid_flat(sewing, &closed, 0.5, Vec2::ZERO);
-    let sheared = |x: f32| origin + Vec2::new(x * slope.y, x.abs() * slope.x);
+    let half = straight.first().map_or(1.0, |(_, p)| p.x.abs().max(1e-6));
+    let sheared = |x: f32| {
+        let side = if x < 0.0 { origins[0] } else { origins[2] };
+        let origin = origins[1].lerp(side, (4.0 * x.abs() / half).min(1.0));
+        origin + Vec2::new(x * slope.y, x.abs() * slope.x)
+    };
     straight.into_iter().map(|(v, p)| (v, sheared(p.x))).collect()
 }
