@@ -12,14 +12,23 @@ use std::{
     thread::sleep,
     time::{Duration, Instant},
 };
-use unic_io::{Capture, Split, write_character, write_motion, write_obj};
+use unic_io::{Capture, NpzWriter, Split, write_character, write_motion, write_obj};
 
-const INPUTS: &str = "--character body.npz --garment tube.obj --contacts 4,4,5,5";
+const INPUTS: &str = "--character body.npz --garment tube --contacts 4,4,5,5";
 
 /// A character, a garment and three motions, the last of them short.
 fn inputs(folder: &Path) {
     write_character(&folder.join("body.npz"), &character()).unwrap();
-    write_obj(&folder.join("tube.obj"), &garment().rest).unwrap();
+    let rest = garment().rest;
+    write_obj(&folder.join("tube.obj"), &rest).unwrap();
+    // The same as a folder, with the topmost ring held: a tube without shoulders falls down.
+    fs::create_dir(folder.join("tube")).unwrap();
+    write_obj(&folder.join("tube/garment.obj"), &rest).unwrap();
+    let top = rest.vertices.iter().map(|v| v.y).fold(0.0, f32::max);
+    let held: Vec<bool> = rest.vertices.iter().map(|v| v.y > top - 1e-3).collect();
+    let mut arrays = NpzWriter::create(&folder.join("tube/garment.npz")).unwrap();
+    arrays.bools("pinned", &held).unwrap();
+    arrays.finish().unwrap();
     for (seed, (name, frames)) in [("one", 60), ("two", 50), ("three", 20)].into_iter().enumerate() {
         let clip = unic_testdata::clip(name, seed, frames);
         write_motion(&folder.join(format!("{name}.npz")), &clip).unwrap();
@@ -85,7 +94,7 @@ fn threads_and_interruptions_change_nothing() {
     let expected = bytes(&folder.path().join("a"));
     assert_eq!(
         expected.len(),
-        3 + 2 * 3,
+        4 + 2 * 3,
         "capture.toml, character, garment, clips"
     );
 
