@@ -1,0 +1,50 @@
+//! `unic animate`.
+
+use super::{IntersectionName, MotionArgs, parse};
+use std::{ops::Range, path::PathBuf};
+
+/// Animate a garment on a motion.
+///
+/// The motion is an npz file with poses and trans, as AMASS and captures have it, or a BVH file of
+/// any skeleton; it is resampled to the model's frame rate. The body goes beside the garment
+/// (walk.body.pc2 for walk.pc2), and so does a picture (walk.png). For .pc2, walk.obj and
+/// walk.body.obj are the meshes that the caches belong to.
+///
+/// Examples:
+///   unic animate tshirt.unic --motion walk.npz --out walk.pc2
+///   unic animate tshirt.unic --motion amass/run.npz --up z --frames 60..240 --out frames
+///   unic animate tshirt.unic --motion walk.npz --mesh tshirt_fine.obj --out walk_fine.npz
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct AnimateArgs {
+    /// The model (.unic).
+    pub(crate) model: PathBuf,
+    /// The motion: npz with poses (T, 3J), trans (T, 3) and a frame rate, or BVH of any skeleton.
+    #[arg(long, value_name = "FILE.npz|FILE.bvh")]
+    pub(crate) motion: PathBuf,
+    /// The animation: .pc2, .npz, or a folder of OBJ files.
+    #[arg(long, value_name = "FILE.pc2|FILE.npz|FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Another mesh of the same garment, in the same rest space.
+    #[arg(long, value_name = "OTHER.obj")]
+    pub(crate) mesh: Option<PathBuf>,
+    /// Where the picture goes [default: beside the animation].
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) picture: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: MotionArgs,
+    /// What becomes of vertices inside the body [default: as the model was trained for].
+    #[arg(long, value_enum)]
+    pub(crate) intersection: Option<IntersectionName>,
+    /// The garment at the first frame, in world space: .obj, or the first frame of a .pc2, a .npy or
+    /// an npz (a capture's clip) [default: the mean shape of training].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) start: Option<PathBuf>,
+    /// Only these frames of the motion, counted from 0 at the model's frame rate, the last one
+    /// excluded; the garment starts at the first of them.
+    #[arg(long, value_name = "A..B", value_parser = parse::frames)]
+    pub(crate) frames: Option<Range<usize>>,
+    /// Print one JSON object about the result on stdout.
+    #[arg(long)]
+    pub(crate) json: bool,
+}

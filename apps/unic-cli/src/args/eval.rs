@@ -1,0 +1,51 @@
+//! `unic eval`.
+
+use super::{IntersectionName, SplitName};
+use std::path::PathBuf;
+
+/// Measure a model beside all baselines.
+///
+/// Every row is measured one-step (each frame from the true one before it) and free-running (from
+/// frame 0 alone), which is the one that counts. Lengths are in millimetres. The row `prior` is what
+/// the model's linear part says on its own, without the network's field.
+///
+/// Examples:
+///   unic eval --baselines captures/tshirt
+///   unic eval tshirt.unic captures/tshirt
+///   unic eval tshirt.unic captures/tshirt --pictures worst --json > numbers.json
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment, allow_missing_positional = true)]
+pub(crate) struct EvalArgs {
+    /// The model (.unic).
+    #[arg(required_unless_present = "baselines", conflicts_with = "baselines")]
+    pub(crate) model: Option<PathBuf>,
+    /// Folder of the capture.
+    #[arg(required = true)]
+    pub(crate) capture: PathBuf,
+    /// The baselines alone, without a model.
+    #[arg(long)]
+    pub(crate) baselines: bool,
+    /// Clips to measure on.
+    #[arg(long, value_enum, default_value_t = SplitName::Test)]
+    pub(crate) split: SplitName,
+    /// Clips to measure on by name, whatever their split.
+    #[arg(
+        long,
+        value_name = "NAME,...",
+        value_delimiter = ',',
+        conflicts_with = "split"
+    )]
+    pub(crate) clips: Vec<String>,
+    /// What becomes of vertices inside the body [default: as the model was trained for].
+    #[arg(long, value_enum, conflicts_with = "baselines")]
+    pub(crate) intersection: Option<IntersectionName>,
+    /// Keep every predicted position: one npz a clip in this folder.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) dump: Option<PathBuf>,
+    /// Draw the model's worst free-running frames: one PNG a clip in this folder.
+    #[arg(long, value_name = "DIR", conflicts_with = "baselines")]
+    pub(crate) pictures: Option<PathBuf>,
+    /// Print the numbers as one JSON object on stdout.
+    #[arg(long)]
+    pub(crate) json: bool,
+}

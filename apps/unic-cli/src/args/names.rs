@@ -1,0 +1,109 @@
+//! Values by name.
+
+use clap::ValueEnum;
+use unic_io::{Split, UpAxis};
+
+/// [`unic_sim::Material`] by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MaterialName {
+    /// Shirting.
+    Cotton,
+    /// Trouser twill.
+    Denim,
+    /// Light and limp.
+    Silk,
+    /// Net, stiff for its weight.
+    Tulle,
+}
+
+/// On or off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Switch {
+    /// Yes.
+    On,
+    /// No.
+    Off,
+}
+
+/// [`unic_train::Preset`] by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PresetName {
+    /// The published method with its sizes, for comparison.
+    Paper,
+    /// The best that we know.
+    Standard,
+    /// Small, for slow machines and first tries.
+    Tiny,
+}
+
+/// [`Split`] by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SplitName {
+    /// What nothing was fitted on.
+    Test,
+    /// What training watches.
+    Validation,
+    /// What training fits.
+    Train,
+}
+
+/// [`unic_core::config::IntersectionMode`] by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum IntersectionName {
+    /// They stay there.
+    Off,
+    /// They are dragged out over the tangent plane of the nearest body vertex, as in the paper.
+    Paper,
+}
+
+/// [`UpAxis`] by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum UpName {
+    /// Whichever the body's up direction follows on average.
+    Auto,
+    /// As here.
+    Y,
+    /// As in AMASS.
+    Z,
+}
+
+impl From<PresetName> for unic_train::Preset {
+    fn from(name: PresetName) -> Self {
+        match name {
+            PresetName::Paper => Self::Paper,
+            PresetName::Standard => Self::Standard,
+            PresetName::Tiny => Self::Tiny,
+        }
+    }
+}
+
+impl From<MaterialName> for unic_sim::Material {
+    fn from(name: MaterialName) -> Self {
+        match name {
+            MaterialName::Cotton => Self::COTTON,
+            MaterialName::Denim => Self::DENIM,
+            MaterialName::Silk => Self::SILK,
+            MaterialName::Tulle => Self::TULLE,
+        }
+    }
+}
+
+impl From<SplitName> for Split {
+    fn from(name: SplitName) -> Self {
+        match name {
+            SplitName::Test => Self::Test,
+            SplitName::Validation => Self::Validation,
+            SplitName::Train => Self::Train,
+        }
+    }
+}
+
+impl From<UpName> for UpAxis {
+    fn from(name: UpName) -> Self {
+        match name {
+            UpName::Auto => Self::Auto,
+            UpName::Y => Self::Y,
+            UpName::Z => Self::Z,
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Values that are no plain numbers or paths.
+
+use std::{ops::Range, time::Duration};
+use unic_io::{LowPass, capture::JointReference};
+
+pub(super) fn budget(text: &str) -> Result<Duration, String> {
+    let budget = humantime::parse_duration(text).map_err(|e| format!("{e}; write 90s, 45m or 1h 30m"))?;
+    match budget.is_zero() {
+        true => Err("a time above zero, such as 45m, is needed".into()),
+        false => Ok(budget),
+    }
+}
+
+pub(super) fn low_pass(text: &str) -> Result<LowPass, String> {
+    match text.parse::<f32>() {
+        Ok(0.0) => Ok(LowPass::Off),
+        Ok(hertz) if hertz.is_finite() && hertz > 0.0 => Ok(LowPass::Hertz(hertz)),
+        _ => Err("a frequency in Hz is needed, such as 8, or 0 for none".into()),
+    }
+}
+
+pub(super) fn seconds(text: &str) -> Result<f32, String> {
+    let seconds: Option<f32> = text.parse().ok().filter(|s: &f32| s.is_finite() && *s > 0.0);
+    seconds.ok_or_else(|| "a number of seconds above zero is needed, such as 10".into())
+}
+
+pub(super) fn contacts(text: &str) -> Result<[JointReference; 4], String> {
+    let joint = |name: &str| match name.parse() {
+        Ok(index) => JointReference::Index(index),
+        Err(_) => JointReference::Name(name.to_owned()),
+    };
+    let joints: Vec<JointReference> = text.split(',').map(|name| joint(name.trim())).collect();
+    <[JointReference; 4]>::try_from(joints)
+        .map_err(|found| format!("four joints are needed, such as 7,10,8,11; found {}", found.len()))
+}
+
+pub(super) fn vector(text: &str) -> Result<glam::Vec3, String> {
+    let numbers: Vec<f32> = text
+        .split(',')
+        .map_while(|part| part.trim().parse().ok())
+        .collect();
+    let vector = <[f32; 3]>::try_from(numbers).ok().map(glam::Vec3::from);
+    vector
+        .filter(|v| v.is_finite())
+        .ok_or_else(|| "three numbers X,Y,Z are needed, such as 0,0,-3".into())
+}
+
+pub(super) fn frames(text: &str) -> Result<Range<usize>, String> {
+    let parsed = text
+        .split_once("..")
+        .and_then(|(a, b)| Some(a.parse().ok()?..b.parse().ok()?));
+    let range: Option<Range<usize>> = parsed.filter(|r: &Range<usize>| r.start < r.end);
+    range.ok_or_else(|| "two whole numbers A..B with A below B are needed, such as 60..240".into())
+}
