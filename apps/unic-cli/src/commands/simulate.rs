@@ -117,13 +117,11 @@ fn cloth(cut: &Cut, character: &Character) -> Result<Cloth, unic_sim::ClothError
     let pinned = cut.attributes.pinned.iter().flatten().enumerate();
     let held = pinned.filter(|(_, pinned)| **pinned).map(|(v, _)| v);
     let attachments = held.filter_map(|v| {
-        let point = surface.closest(cut.garment.rest.vertices[v])?;
+        let place = cut.garment.rest.vertices[v];
+        let attachment = Attachment::to_nearest(v as u32, place, &character.body, &surface)?;
         Some(Attachment {
-            vertex: v as u32,
-            face: point.face,
-            barycentric: point.barycentric,
-            offset: point.signed_distance,
             compliance: ATTACHMENT_COMPLIANCE,
+            ..attachment
         })
     });
     Cloth::new(&ClothSpec {
