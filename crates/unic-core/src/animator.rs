@@ -2,8 +2,11 @@
 
 mod deform;
 mod error;
+mod garment;
 mod input;
+mod intersections;
 mod place;
+mod scratch;
 mod state;
 mod tiles;
 
@@ -11,23 +14,12 @@ pub use error::AnimatorError;
 pub use input::{GarmentFrame, Start, StepInput};
 pub use state::AnimatorState;
 
-use crate::{
-    character::Character,
-    config::{IntersectionMode, StateConfig},
-    features::{Past, PointFrame, PointHistory},
-    intersection::{BodySnapshot, PaperIntersection},
-    mesh::vertex_normals,
-    model::Model,
-    motion::MotionInput,
-    network::{EncoderScratch, FieldBiases},
-    transform::Rigid,
-};
-use deform::{FieldFrame, TileScratch};
+use crate::{config::IntersectionMode, model::Model, motion::MotionInput};
 use glam::Vec3;
 use input::check_positions;
-use place::Places;
+use intersections::pose_body;
+use scratch::Scratch;
 use std::sync::Arc;
-use tiles::{for_each_tile, for_each_tile_with};
 
 /// One garment in motion: a shared [`Model`], its own state and scratch memory.
 ///
@@ -40,26 +32,6 @@ pub struct Animator {
     intersection: IntersectionMode,
     state: AnimatorState,
     scratch: Scratch,
-}
-
-/// Buffers that any state can be continued with: derived from the state, or free of meaning
-/// between steps.
-#[derive(Clone, Debug, Default)]
-struct Scratch {
-    world_from_rest: Vec<Rigid>,
-    histories: Vec<PointHistory>,
-    encoder_input: Vec<f32>,
-    encoder: EncoderScratch,
-    latent: Vec<f32>,
-    biases: FieldBiases,
-    tiles: Vec<TileScratch>,
-    coefficients: Vec<f32>,
-    /// Displacements of the prior in the current frame.
-    prior: Vec<Vec3>,
-    body_vertices: Vec<Vec3>,
-    body: BodySnapshot,
-    positions: Vec<Vec3>,
-    normals: Vec<Vec3>,
 }
 
 impl Animator {
@@ -184,235 +156,6 @@ impl Animator {
     /// World positions of the body's vertices in the current pose.
     pub fn body(&self, positions: &mut Vec<Vec3>) {
         pose_body(&self.model.character, &self.scratch.world_from_rest, positions);
-    }
-
-    /// Rebuilds what derives from the state: transforms and point histories.
-    fn refresh(&mut self) {
-        let Self {
-            model,
-            state,
-            scratch,
-            ..
-        } = self;
-        let skeleton = &model.character.skeleton;
-        let garment = &model.garment;
-        scratch
-            .histories
-            .resize(model.vertex_count(), PointHistory::default());
-        let motion = &state.motion;
-        let (before, now) = motion.pair();
-        write_pair(model, [before, now], &mut scratch.encoder_input);
-        for world_from_joint in [motion.previous_world_from_joint(), motion.world_from_joint()] {
-            skeleton.world_from_rest(world_from_joint, &mut scratch.world_from_rest);
-            let transforms = &scratch.world_from_rest;
-            for_each_tile(&mut scratch.histories, |first, tile| {
-                for (i, history) in tile.iter_mut().enumerate() {
-                    history.advance(PointFrame::new(garment, first + i, transforms), Past::TwoFrames);
-                }
-            });
-        }
-        self.hang();
-    }
-
-    /// Point histories of the new frame.
-    fn carry(&mut self) {
-        let Self {
-            model,
-            state,
-            scratch,
-            ..
-        } = self;
-        let skeleton = &model.character.skeleton;
-        skeleton.world_from_rest(state.motion.world_from_joint(), &mut scratch.world_from_rest);
-        let (garment, transforms) = (&model.garment, &scratch.world_from_rest);
-        let past = match state.at_start {
-            true => Past::OneFrame,
-            false => Past::TwoFrames,
-        };
-        for_each_tile(&mut scratch.histories, |first, tile| {
-            for (i, history) in tile.iter_mut().enumerate() {
-                history.advance(PointFrame::new(garment, first + i, transforms), past);
-            }
-        });
-    }
-
-    /// On the first step the velocities of frame 0 are known at last, and with them where the prior
-    /// put the garment there: states are counted from it anew, the garment stays.
-    fn complete_start(&mut self) {
-        let before = std::mem::take(&mut self.scratch.prior);
-        let (first, _) = self.state.motion.pair();
-        write_pair(&self.model, [first, first], &mut self.scratch.encoder_input);
-        self.hang();
-        for (vertex, (old, new)) in self
-            .state
-            .vertices
-            .iter_mut()
-            .zip(before.iter().zip(&self.scratch.prior))
-        {
-            vertex.value += *old - *new;
-            vertex.previous = vertex.value;
-        }
-        self.state.at_start = false;
-    }
-
-    /// Where the prior puts the garment for the motion in `encoder_input`.
-    fn hang(&mut self) {
-        let Self { model, scratch, .. } = self;
-        if model.config.state == StateConfig::Position {
-            return;
-        }
-        let prior = &model.prior;
-        prior.coefficients(&scratch.encoder_input, &mut scratch.coefficients);
-        scratch.prior.resize(model.vertex_count(), Vec3::ZERO);
-        let coefficients = &scratch.coefficients;
-        for_each_tile(&mut scratch.prior, |first, tile| {
-            for (i, displacement) in tile.iter_mut().enumerate() {
-                *displacement = prior.displacement(first + i, coefficients);
-            }
-        });
-    }
-
-    /// Motion vectors to the prior's shapes and to the latent vector, folded into the field's biases.
-    fn encode(&mut self) {
-        let (before, now) = self.state.motion.pair();
-        write_pair(&self.model, [before, now], &mut self.scratch.encoder_input);
-        self.hang();
-        let Self { model, scratch, .. } = self;
-        scratch.latent.resize(model.config.encoder.channels, 0.0);
-        model
-            .encoder
-            .encode(&scratch.encoder_input, &mut scratch.encoder, &mut scratch.latent);
-        model.field.fold(&scratch.latent, &mut scratch.biases);
-    }
-
-    /// The field over all vertices, tile by tile.
-    fn deform(&mut self) {
-        let Self {
-            model,
-            state,
-            scratch,
-            ..
-        } = self;
-        let frame = FieldFrame {
-            model,
-            biases: &scratch.biases,
-            histories: &scratch.histories,
-        };
-        for_each_tile_with(
-            &mut state.vertices,
-            &mut scratch.tiles,
-            |first, vertices, buffers| {
-                frame.advance(first, vertices, buffers);
-            },
-        );
-    }
-
-    fn handle_intersections(&mut self) {
-        let IntersectionMode::Paper { relaxation_m } = self.intersection else {
-            return;
-        };
-        let rule = PaperIntersection { relaxation_m };
-        let Self {
-            model,
-            state,
-            scratch,
-            ..
-        } = self;
-        let character = &model.character;
-        pose_body(character, &scratch.world_from_rest, &mut scratch.body_vertices);
-        scratch
-            .body
-            .prepare(&scratch.body_vertices, &character.body.faces);
-        let body = &scratch.body;
-        let at = Places::new(
-            model,
-            &scratch.histories,
-            &scratch.prior,
-            state.motion.world_from_frame(),
-        );
-        for_each_tile(&mut state.vertices, |first, vertices| {
-            for (i, vertex) in vertices.iter_mut().enumerate() {
-                let place = at.of(first + i);
-                if let Some(corrected) = rule.correct(body, place.to_world(vertex.value)) {
-                    vertex.value = place.to_state(corrected);
-                }
-            }
-        });
-    }
-
-    fn place(&mut self, positions: &[Vec3]) {
-        let Self {
-            model,
-            state,
-            scratch,
-            ..
-        } = self;
-        let at = Places::new(
-            model,
-            &scratch.histories,
-            &scratch.prior,
-            state.motion.world_from_frame(),
-        );
-        for (vertex, (state, position)) in state.vertices.iter_mut().zip(positions).enumerate() {
-            state.value = at.of(vertex).to_state(*position);
-        }
-    }
-
-    fn place_mean_shape(&mut self) {
-        let mean = self.model.prior.mean.iter();
-        let frames = self.scratch.histories.iter().map(|h| h.now);
-        let positions: Vec<Vec3> = frames.zip(mean).map(|(f, &u)| f.position(u)).collect();
-        self.place(&positions);
-    }
-
-    /// World positions and normals of the current state.
-    fn finish(&mut self) -> GarmentFrame<'_> {
-        let Self {
-            model,
-            state,
-            scratch,
-            ..
-        } = self;
-        let vertices = &state.vertices;
-        let at = Places::new(
-            model,
-            &scratch.histories,
-            &scratch.prior,
-            state.motion.world_from_frame(),
-        );
-        scratch.positions.resize(vertices.len(), Vec3::ZERO);
-        for_each_tile(&mut scratch.positions, |first, positions| {
-            for (i, position) in positions.iter_mut().enumerate() {
-                *position = at.of(first + i).to_world(vertices[first + i].value);
-            }
-        });
-        vertex_normals(
-            &scratch.positions,
-            &model.garment.rest.faces,
-            &mut scratch.normals,
-        );
-        self.garment()
-    }
-}
-
-/// Skinned body, world space, on all threads.
-fn pose_body(character: &Character, world_from_rest: &[Rigid], positions: &mut Vec<Vec3>) {
-    let (weights, rest) = (&character.weights, &character.body.vertices);
-    positions.resize(rest.len(), Vec3::ZERO);
-    for_each_tile(positions, |first, tile| {
-        for (vertex, position) in (first..).zip(tile) {
-            *position = weights.position(vertex, rest[vertex], world_from_rest);
-        }
-    });
-}
-
-/// Two motion vectors side by side, normalised.
-fn write_pair(model: &Model, pair: [&[f32]; 2], out: &mut Vec<f32>) {
-    out.clear();
-    for vector in pair {
-        let start = out.len();
-        out.extend_from_slice(vector);
-        model.normalisation.apply(&mut out[start..]);
     }
 }
 

@@ -87,9 +87,9 @@ pub use inspect::inspect;
 
 pub use bvh::Bvh;
 pub use motion::{
-    Cycle, Feet, LowPass, MotionImport, MotionOptions, PoseLayout, Repeat, Seating, UpAxis, import_motion, looped,
-    write_motion,
+    Cycle, Feet, LowPass, MotionImport, MotionOptions, PoseLayout, Repeat, Seating, UpAxis, import_motion,
+    looped, write_motion,
 };
-pub use retarget::{BoneMap, FootMeasure, measure_feet};
 pub use npz::{Npz, NpzWriter};
 pub use obj::{parse_obj, read_obj, write_obj, write_obj_to};
+pub use retarget::{BoneMap, FootMeasure, measure_feet};

@@ -26,7 +26,8 @@ const STRAP_MIDDLE: f32 = 0.56;
 /// Only the visible faces of the pleats are sewn to the bodice: the fold behind each hangs from its two
 /// ends and leaves an opening at the waist, as a pleat that nobody has tacked down.
 ///
-/// Parts: `bodice`, `strap_left`, `strap_right`, `skirt`. Attachment: `waist`, the pleats' upper edge.
+/// Parts: `bodice`, `strap_left`, `strap_right`, `skirt`. Attachments: `waist`, the pleats' upper edge,
+/// and `chest`, the bodice's, which an elastic holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PleatedDress {
     /// Vertices to aim for; the result is within one percent.
@@ -133,6 +134,7 @@ impl Cut<'_> {
             .collect();
         sewing.sew(&visible, &bodice.row(0))?;
         sewing.attach("waist", &waist);
+        sewing.attach("chest", &bodice.row(bodice.shape().rows));
         sewing.finish()
     }
 

@@ -116,21 +116,12 @@ impl TShirt {
             ],
         };
         let mut patch = self.polygonised(&surface, &shoulder, hem..neck.top);
-        patch.cut(&surfaces, MIDPLANE, &[BACK], Beyond::Remove);
-        patch.cut(&surfaces, NECK, &[BACK], Beyond::Remove);
-        patch.cut(&surfaces, SIDE_SEAM, &[BACK], Beyond::Label(FRONT));
-        patch.cut(&surfaces, ARMHOLE, &[BACK, FRONT], Beyond::Label(SLEEVE));
-        patch.cut(&surfaces, HEM, &[BACK, FRONT], Beyond::Remove);
-        patch.cut(&surfaces, SLEEVE_END, &[SLEEVE, SLEEVE + FRONT], Beyond::Remove);
-        let edge = |_: Vec3| self.edge_m;
-        remesh(
-            &mut patch,
-            &surfaces,
-            Sizing {
-                edge: &edge,
-                rounds: 8,
-            },
-        );
+        cut_panels(&mut patch, &surfaces);
+        let sizing = Sizing {
+            edge: &|_| self.edge_m,
+            rounds: 8,
+        };
+        remesh(&mut patch, &surfaces, sizing);
         Ok(patch)
     }
 
@@ -147,6 +138,16 @@ impl TShirt {
         let (vertices, faces) = polygonise(surface, lattice);
         Patch::new(vertices, faces)
     }
+}
+
+/// Cuts the left half out and tells its panels apart.
+fn cut_panels(patch: &mut Patch, surfaces: &Surfaces) {
+    patch.cut(surfaces, MIDPLANE, &[BACK], Beyond::Remove);
+    patch.cut(surfaces, NECK, &[BACK], Beyond::Remove);
+    patch.cut(surfaces, SIDE_SEAM, &[BACK], Beyond::Label(FRONT));
+    patch.cut(surfaces, ARMHOLE, &[BACK, FRONT], Beyond::Label(SLEEVE));
+    patch.cut(surfaces, HEM, &[BACK, FRONT], Beyond::Remove);
+    patch.cut(surfaces, SLEEVE_END, &[SLEEVE, SLEEVE + FRONT], Beyond::Remove);
 }
 
 /// Directions of u and v of a panel seen from outside; v is along the trunk upward, along a sleeve

@@ -14,7 +14,7 @@ const LAYERS: usize = 4;
 const GATHERS: f32 = 26.0;
 
 /// How much further down each layer under the outermost begins, metres.
-const STAGGER_M: f32 = 0.017;
+const STAGGER_M: f32 = 0.022;
 
 /// How much shorter each layer is than the one under it, metres.
 const TIER_M: f32 = 0.018;
@@ -54,8 +54,8 @@ impl Default for TulleSkirt {
         Self {
             vertices: 59_000,
             length_m: 0.48,
-            flare: 0.5,
-            gather: 0.17,
+            flare: 0.36,
+            gather: 0.2,
         }
     }
 }

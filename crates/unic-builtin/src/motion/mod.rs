@@ -36,6 +36,7 @@ mod path;
 mod performance;
 mod random;
 mod rig;
+mod script;
 mod sole;
 mod standard;
 mod timeline;

@@ -6,7 +6,7 @@ use super::{
     footsteps::Jump,
     gait::GRAVITY,
     path::Path,
-    performance::Script,
+    script::Script,
 };
 
 /// Signals that follow from the steps.

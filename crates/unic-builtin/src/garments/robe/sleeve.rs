@@ -68,7 +68,7 @@ impl Cut<'_> {
             let here: Vec<Vec3> = vertices.iter().map(|&v| sewing.position(v)).collect();
             let here = resampled(&here, HALF_SECTION);
             let run = |points: std::ops::Range<usize>| {
-                let steps = points.clone().map(|i| (here[i] - before[i]).dot(arm.outward));
+                let steps = points.clone().map(|i| (here[i] - before[i]).with_y(0.0).length());
                 steps.sum::<f32>() / points.len() as f32 / slope.y.max(0.3)
             };
             let (quarter, half) = (HALF_SECTION / 4, HALF_SECTION / 2);

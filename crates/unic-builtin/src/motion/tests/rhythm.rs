@@ -39,6 +39,23 @@ fn rhythm_and_flight_follow_speed() {
     }
 }
 
+/// Gray, Price & Jenkins, "Predicting temporal gait kinematics from running velocity": strides a second
+/// and duty of ten men at 3 to 8 m/s.
+#[test]
+fn running_is_near_that_of_measured_runners() {
+    let stature = Performer::new(&bodies()[0]).unwrap().stature();
+    for v in [3.0, 3.5, 4.0, 4.5, 5.0] {
+        let gait = stature.gait(v, 0.0);
+        let stride_hz = 0.026 * v * v - 0.111 * v + 1.398;
+        let duty = 0.004 * v * v - 0.061 * v + 0.50;
+        assert!(
+            (gait.stride_hz / stride_hz - 1.0).abs() < 0.04,
+            "{v} m/s: {gait:?}"
+        );
+        assert!((gait.duty / duty - 1.0).abs() < 0.06, "{v} m/s: {gait:?}");
+    }
+}
+
 #[test]
 fn a_steady_stride_repeats_and_mirrors() {
     for body in bodies() {

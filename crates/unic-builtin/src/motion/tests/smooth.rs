@@ -4,7 +4,8 @@ use super::figure::{bodies, every_kind, figure, perform, travel};
 use crate::motion::Performance;
 use unic_core::skeleton::Pose;
 
-/// No joint of a sprinter turns faster, rad/s: knees reach about 20 (Novacheck 1998, Gait & Posture 7).
+/// A bound on the rate of any joint, rad/s: half as much again as the 20 or so typical of the knees of
+/// sprinters.
 const FASTEST_JOINT: f32 = 30.0;
 
 fn fastest(a: &Pose, b: &Pose, seconds: f32) -> f32 {

@@ -1,0 +1,88 @@
+//! The states of all vertices: stepped, placed, and shown in the world.
+
+use super::{
+    Animator, GarmentFrame,
+    deform::FieldFrame,
+    place::Places,
+    tiles::{for_each_tile, for_each_tile_with},
+};
+use crate::mesh::vertex_normals;
+use glam::Vec3;
+
+impl Animator {
+    /// The field over all vertices, tile by tile.
+    pub(super) fn deform(&mut self) {
+        let Self {
+            model,
+            state,
+            scratch,
+            ..
+        } = self;
+        let frame = FieldFrame {
+            model,
+            biases: &scratch.biases,
+            histories: &scratch.histories,
+        };
+        for_each_tile_with(
+            &mut state.vertices,
+            &mut scratch.tiles,
+            |first, vertices, buffers| {
+                frame.advance(first, vertices, buffers);
+            },
+        );
+    }
+
+    pub(super) fn place(&mut self, positions: &[Vec3]) {
+        let Self {
+            model,
+            state,
+            scratch,
+            ..
+        } = self;
+        let at = Places::new(
+            model,
+            &scratch.histories,
+            &scratch.prior,
+            state.motion.world_from_frame(),
+        );
+        for (vertex, (state, position)) in state.vertices.iter_mut().zip(positions).enumerate() {
+            state.value = at.of(vertex).to_state(*position);
+        }
+    }
+
+    pub(super) fn place_mean_shape(&mut self) {
+        let mean = self.model.prior.mean.iter();
+        let frames = self.scratch.histories.iter().map(|h| h.now);
+        let positions: Vec<Vec3> = frames.zip(mean).map(|(f, &u)| f.position(u)).collect();
+        self.place(&positions);
+    }
+
+    /// World positions and normals of the current state.
+    pub(super) fn finish(&mut self) -> GarmentFrame<'_> {
+        let Self {
+            model,
+            state,
+            scratch,
+            ..
+        } = self;
+        let vertices = &state.vertices;
+        let at = Places::new(
+            model,
+            &scratch.histories,
+            &scratch.prior,
+            state.motion.world_from_frame(),
+        );
+        scratch.positions.resize(vertices.len(), Vec3::ZERO);
+        for_each_tile(&mut scratch.positions, |first, positions| {
+            for (i, position) in positions.iter_mut().enumerate() {
+                *position = at.of(first + i).to_world(vertices[first + i].value);
+            }
+        });
+        vertex_normals(
+            &scratch.positions,
+            &model.garment.rest.faces,
+            &mut scratch.normals,
+        );
+        self.garment()
+    }
+}

@@ -1,0 +1,72 @@
+//! The phases in which the feet of a clip stand.
+
+use super::{
+    FootMeasure,
+    flat::lay_toes,
+    foot::{Foot, Track, tracks},
+    held::held,
+    pelvis::lower_pelvis,
+    phases::phases,
+};
+use glam::Vec3;
+use std::ops::Range;
+use unic_core::{clip::Clip, skeleton::Skeleton, transform::Rigid};
+
+/// Phases in which the feet of a clip stand.
+pub(super) struct Contacts {
+    feet: Vec<Foot>,
+    phases: Vec<Vec<Range<usize>>>,
+}
+
+impl Contacts {
+    /// The clip stands on its `ground_height`.
+    pub(super) fn find(clip: &Clip, skeleton: &Skeleton, feet: Vec<Foot>) -> Self {
+        let tracks = tracks(clip, skeleton, &feet);
+        let phases = (tracks.iter().zip(&feet))
+            .map(|(track, foot)| phases(&track.balls, foot.ball_height + clip.ground_height, clip.fps))
+            .collect();
+        Self { feet, phases }
+    }
+
+    pub(super) fn measure(&self, clip: &Clip, skeleton: &Skeleton) -> FootMeasure {
+        let tracks = tracks(clip, skeleton, &self.feet);
+        let (mut measure, mut steps, mut frames) = (FootMeasure::default(), 0, 0);
+        for ((track, foot), phases) in tracks.iter().zip(&self.feet).zip(&self.phases) {
+            let above = |p: &Vec3| p.y - clip.ground_height - foot.ball_height;
+            let depth = track.balls.iter().map(|p| -above(p)).fold(0.0, f32::max);
+            measure.deepest = measure.deepest.max(depth);
+            for standing in phases.iter().filter_map(|p| track.balls.get(p.clone())) {
+                let moved = standing
+                    .windows(2)
+                    .map(|p| (p[1] - p[0]).reject_from(Vec3::Y).length());
+                measure.slide += moved.sum::<f32>();
+                measure.height_error += standing.iter().map(|p| above(p).abs()).sum::<f32>();
+                steps += standing.len() - 1;
+                frames += standing.len();
+            }
+        }
+        measure.standing_seconds = steps as f32 / clip.fps;
+        measure.slide /= measure.standing_seconds.max(f32::MIN_POSITIVE);
+        measure.height_error /= frames.max(1) as f32;
+        measure
+    }
+
+    pub(super) fn hold(&self, clip: &mut Clip, skeleton: &Skeleton) {
+        let tracks = tracks(clip, skeleton, &self.feet);
+        let targets: Vec<Track> = (tracks.iter().zip(&self.feet).zip(&self.phases))
+            .map(|((track, foot), phases)| held(track, foot, phases, clip.fps))
+            .collect();
+        lower_pelvis(clip, skeleton, &self.feet, &targets);
+        let mut world: Vec<Rigid> = Vec::new();
+        for (frame, pose) in clip.poses.iter_mut().enumerate() {
+            skeleton.forward_kinematics(pose, &mut world);
+            for (foot, target) in self.feet.iter().zip(&targets) {
+                let ends = (target.ankles[frame], target.balls[frame]);
+                foot.leg.reach(skeleton, pose, &world, ends);
+            }
+        }
+        for foot in &self.feet {
+            lay_toes(clip, skeleton, foot);
+        }
+    }
+}
