@@ -1,79 +1,132 @@
-//! CPU time of a frame for flared skirts of several sizes on a walking pillar, by threads and with
-//! and without self-contact.
+//! Time of a frame for the built-in garments on the built-in human, walking, by threads and with and
+//! without self-contact.
 //!
 //! ```text
-//! cargo run --release -p unic-sim --example sim_rate -- [FRAMES]
+//! cargo run --release -p unic-sim --example sim_rate -- [FRAMES [GARMENT...]]
 //! ```
 
-use glam::{Quat, Vec3};
-use std::{f32::consts::TAU, sync::Arc, time::Instant};
-use unic_core::{
-    character::Character,
-    mesh::TriMesh,
-    skeleton::{Pose, Skeleton, SkeletonParts},
-    skinning::SkinningWeights,
+use glam::Vec3;
+use std::{sync::Arc, time::Instant};
+use unic_builtin::{
+    garments::{Fabric, GarmentError, GarmentMesh, PleatedDress, Robe, TShirt, TulleSkirt},
+    human::human,
+    motion::standard_set,
 };
+use unic_core::{character::Character, skeleton::Pose, surface::Surface};
 use unic_sim::{
-    Cloth, ClothSpec, Material, Simulation, SimulationSettings, self_contact::SelfContactSettings,
+    Attachment, Cloth, ClothSpec, Material, SettleSettings, Simulation, SimulationSettings,
+    self_contact::SelfContactSettings,
 };
 
 type Failure = Box<dyn std::error::Error>;
+type Maker = fn(&Character) -> Result<GarmentMesh, GarmentError>;
+
+const GARMENTS: [(&str, Maker); 4] = [
+    ("tshirt", |c| TShirt::default().make(c)),
+    ("pleated_dress", |c| PleatedDress::default().make(c)),
+    ("tulle_skirt", |c| TulleSkirt::default().make(c)),
+    ("robe", |c| Robe::default().make(c)),
+];
+
+/// Enough to lie on the body; what is measured does not need to be at rest.
+const SETTLE: SettleSettings = SettleSettings {
+    hold_s: 0.3,
+    move_s: 0.5,
+    rest_s: 0.0,
+    start_s: 0.1,
+    damping_per_s: 5.0,
+};
 
 fn main() -> Result<(), Failure> {
-    let frames: u32 = std::env::args().nth(1).map_or(Ok(20), |n| n.parse())?;
+    let mut arguments = std::env::args().skip(1);
+    let frames = arguments.next().map_or(Ok(20), |n| n.parse())?;
+    let named: Vec<String> = arguments.collect();
+    let character = Arc::new(human(&Default::default())?);
+    let clip = &standard_set(&character, 1, 30.0)?.train[1];
     println!(
-        "vertices  constraints (triangles, hinges, aggregates)  build s  threads  self  wall ms  cpu ms a frame"
+        "on {} of {} body vertices",
+        clip.name,
+        character.body.vertices.len()
     );
-    for (around, along) in [(76, 48), (240, 145), (312, 190), (322, 194)] {
-        let skirt = tube(around, along, |t| (0.13 + 0.35 * t, 1.0 - 0.6 * t));
+    println!("garment        vertices  build ms  self  threads   wall ms    cpu ms  a frame");
+    let is_wanted = |name: &str| named.is_empty() || named.iter().any(|n| n == name);
+    for (name, make) in GARMENTS.iter().filter(|(name, _)| is_wanted(name)) {
+        let spec = spec(&make(&character)?, &character);
         let start = Instant::now();
-        let pins = (0..around).collect();
-        let cloth = Cloth::new(&ClothSpec {
-            pins,
-            ..ClothSpec::new(skirt, Material::COTTON)
-        })?;
-        let build = start.elapsed().as_secs_f64();
-        let cloth = Arc::new(cloth);
-        for (threads, own) in [(1, false), (2, false), (1, true), (2, true)] {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-            let [wall, cpu] = pool.install(|| rate(&cloth, own, frames))?;
-            println!(
-                "{:>8}  {:>24?}  {build:>6.2}  {threads:>7}  {own:>5}  {wall:>7.1}  {cpu:>7.1}",
-                cloth.vertex_count(),
-                cloth.constraint_counts(),
-            );
+        let cloth = Arc::new(Cloth::new(&spec)?);
+        let build_ms = 1e3 * start.elapsed().as_secs_f64();
+        for own in [false, true] {
+            let settled = settled(&cloth, &character, &clip.poses, own)?;
+            for threads in [1, 2] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+                let poses = &clip.poses[1..=frames];
+                let [wall, cpu] = pool.install(|| rate(settled.clone(), poses))?;
+                let (vertices, own) = (cloth.vertex_count(), if own { "on" } else { "off" });
+                println!(
+                    "{name:<13}  {vertices:>8}  {build_ms:>8.0}  {own:>4}  {threads:>7}  {wall:>8.1}  {cpu:>8.1}"
+                );
+            }
         }
     }
     Ok(())
 }
 
-/// Wall and CPU milliseconds a frame.
-fn rate(cloth: &Arc<Cloth>, own: bool, frames: u32) -> Result<[f64; 2], String> {
+/// What is attached follows the body; each part is of its own fabric.
+fn spec(made: &GarmentMesh, character: &Character) -> ClothSpec {
+    let body = &character.body;
+    let surface = Surface::build(body);
+    let held = (0..).zip(made.attached()).filter(|(_, is_held)| *is_held);
+    let attachments = held.filter_map(|(vertex, _)| {
+        Attachment::to_nearest(vertex, made.mesh.vertices[vertex as usize], body, &surface)
+    });
+    let part_of = |face: &[u32; 3]| made.part_of_vertex[face[0] as usize] as u16;
+    ClothSpec {
+        materials: made.parts.iter().map(|part| material(part.fabric)).collect(),
+        face_materials: made.mesh.faces.iter().map(part_of).collect(),
+        attachments: attachments.collect(),
+        ..ClothSpec::new(made.mesh.clone(), Material::COTTON)
+    }
+}
+
+fn material(fabric: Fabric) -> Material {
+    match fabric {
+        Fabric::Cotton => Material::COTTON,
+        Fabric::Denim => Material::DENIM,
+        Fabric::Silk => Material::SILK,
+        Fabric::Tulle => Material::TULLE,
+    }
+}
+
+/// A garment at the first of the poses.
+fn settled(
+    cloth: &Arc<Cloth>,
+    character: &Arc<Character>,
+    poses: &[Pose],
+    own: bool,
+) -> Result<Simulation, Failure> {
     let settings = SimulationSettings {
-        self_contact: own.then(SelfContactSettings::default),
+        self_contact: own.then(|| SelfContactSettings {
+            thickness_m: cloth.material().thickness,
+            ..Default::default()
+        }),
+        settle: SETTLE,
         ..Default::default()
     };
-    let failed = |e: &dyn std::fmt::Display| e.to_string();
-    let character = Arc::new(pillar().map_err(|e| failed(&e))?);
-    let mut simulation =
-        Simulation::on_character(Arc::clone(cloth), character, settings).map_err(|e| failed(&e))?;
-    let pose = |frame: u32| Pose {
-        trans: Vec3::ZERO,
-        local: vec![Quat::from_rotation_y(0.5 * (frame as f32 / 5.0).sin())],
-    };
-    let mut step = |frame| {
-        simulation
-            .step_frame(&pose(frame), Vec3::ZERO)
-            .map(|_| ())
-            .map_err(|e| failed(&e))
-    };
-    (1..10).try_for_each(&mut step)?;
+    let mut simulation = Simulation::on_character(Arc::clone(cloth), Arc::clone(character), settings)?;
+    simulation.settle(&poses[0], &poses[1])?;
+    Ok(simulation)
+}
+
+/// Wall and CPU milliseconds a frame.
+fn rate(mut simulation: Simulation, poses: &[Pose]) -> Result<[f64; 2], unic_sim::SimulationError> {
     let (start, cpu) = (Instant::now(), cpu_seconds());
-    (10..10 + frames).try_for_each(step)?;
-    let scale = 1e3 / f64::from(frames);
+    for pose in poses {
+        simulation.step_frame(pose, Vec3::ZERO)?;
+    }
+    let a_frame = 1e3 / poses.len() as f64;
     Ok([
-        start.elapsed().as_secs_f64() * scale,
-        (cpu_seconds() - cpu) * scale,
+        start.elapsed().as_secs_f64() * a_frame,
+        (cpu_seconds() - cpu) * a_frame,
     ])
 }
 
@@ -81,46 +134,6 @@ fn rate(cloth: &Arc<Cloth>, own: bool, frames: u32) -> Result<[f64; 2], String> 
 fn cpu_seconds() -> f64 {
     let told = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields = told.rsplit(')').next().unwrap_or_default().split_whitespace();
-    fields
-        .skip(11)
-        .take(2)
-        .filter_map(|n| n.parse::<f64>().ok())
-        .sum::<f64>()
-        / 100.0
-}
-
-/// A tube around the vertical: radius and height as functions of the way down, 0 to 1.
-fn tube(around: u32, along: u32, shape: impl Fn(f32) -> (f32, f32)) -> TriMesh {
-    let place = |i: u32| {
-        let (radius, height) = shape((i / around) as f32 / (along - 1) as f32);
-        let angle = TAU * (i % around) as f32 / around as f32;
-        Vec3::new(radius * angle.sin(), height, radius * angle.cos())
-    };
-    let at = |x: u32, y: u32| y * around + x % around;
-    let squares = (0..along - 1).flat_map(|y| (0..around).map(move |x| (x, y)));
-    let faces = squares.flat_map(|(x, y)| {
-        let [a, b, c, d] = [at(x, y), at(x, y + 1), at(x + 1, y + 1), at(x + 1, y)];
-        [[a, b, c], [a, c, d]]
-    });
-    TriMesh {
-        vertices: (0..around * along).map(place).collect(),
-        faces: faces.collect(),
-        uvs: None,
-    }
-}
-
-/// A leg to wear a skirt on, of some 4,000 vertices and one joint.
-fn pillar() -> Result<Character, Failure> {
-    let body = tube(64, 60, |t| (0.11 + 0.03 * (9.0 * t).sin(), 1.1 - 1.1 * t));
-    let count = body.vertices.len();
-    let parts = SkeletonParts {
-        parents: vec![-1],
-        joints: vec![Vec3::Y],
-        ..Default::default()
-    };
-    Ok(Character {
-        skeleton: Skeleton::new(parts)?,
-        weights: SkinningWeights::from_dense(&vec![1.0; count], count, 1)?,
-        body,
-    })
+    let ticks = fields.skip(11).take(2).filter_map(|n| n.parse::<f64>().ok());
+    ticks.sum::<f64>() / 100.0
 }

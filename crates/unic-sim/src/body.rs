@@ -143,12 +143,14 @@ impl BodyInterval {
 }
 
 /// Σ weightₖ · valueₖ over the corners of a face.
+#[inline]
 pub(crate) fn blend(values: &[Vec3], face: [u32; 3], weights: Vec3) -> Vec3 {
     let [a, b, c] = corners_of(values, face);
     a * weights.x + b * weights.y + c * weights.z
 }
 
 /// Values at the corners of a face. Written out: `map` over an array of three is not always inlined.
+#[inline]
 pub(crate) fn corners_of(values: &[Vec3], face: [u32; 3]) -> [Vec3; 3] {
     let [a, b, c] = face;
     [values[a as usize], values[b as usize], values[c as usize]]

@@ -92,6 +92,16 @@ impl Lanes {
         self
     }
 
+    /// A bit for each lane that is zero or less, the first lane lowest; none for NaN.
+    #[inline(always)]
+    pub(crate) fn not_above_zero(self) -> u32 {
+        let mut bits = 0;
+        for lane in 0..WIDTH {
+            bits |= u32::from(self.0[lane] <= 0.0) << lane;
+        }
+        bits
+    }
+
     /// `if_less` where self < bound, else `otherwise`.
     #[inline(always)]
     pub(crate) fn choose_less(self, bound: Self, if_less: Self, mut otherwise: Self) -> Self {
@@ -145,6 +155,31 @@ impl Lanes3 {
             all.z.0[lane] = p.z;
         }
         all
+    }
+
+    /// Neighbours from `first` on, from one list an axis; each must hold [`WIDTH`] of them.
+    #[inline(always)]
+    pub(crate) fn load(axes: &[Vec<f32>; 3], first: usize) -> Self {
+        let of = |axis: &Vec<f32>| {
+            let mut lanes = Lanes::ZERO;
+            lanes.0.copy_from_slice(&axis[first..first + WIDTH]);
+            lanes
+        };
+        let [x, y, z] = axes;
+        Self {
+            x: of(x),
+            y: of(y),
+            z: of(z),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn splat(v: Vec3) -> Self {
+        Self {
+            x: Lanes::splat(v.x),
+            y: Lanes::splat(v.y),
+            z: Lanes::splat(v.z),
+        }
     }
 
     #[inline(always)]

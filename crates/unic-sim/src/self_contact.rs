@@ -2,6 +2,10 @@
 
 mod grid;
 mod pairs;
+mod points;
+mod rest_shape;
+mod search;
+mod sieve;
 
 use crate::{
     Particles,
@@ -9,8 +13,9 @@ use crate::{
     contact::{Friction, Gap},
 };
 use glam::Vec3;
-use pairs::{Pair, Pairs, RestShape};
+use pairs::{Pair, Pairs};
 use rayon::prelude::*;
+use rest_shape::RestShape;
 use unic_core::mesh::TriMesh;
 
 /// Pairs that one thread takes at a time.
@@ -219,7 +224,7 @@ impl Substep<'_> {
     fn impulse(&self, pair: &Pair) -> Option<Impulse> {
         let face = self.faces[pair.face as usize];
         let after = Configuration::of(&self.particles.positions, pair, face);
-        if after.height(pair) >= pair.thickness_m {
+        if after.is_clear(pair) {
             return None;
         }
         let weights = after.barycentric(pair)?;
@@ -233,7 +238,7 @@ impl Substep<'_> {
         let particles = [pair.vertex, face[0], face[1], face[2]];
         let shares = [1.0, -weights.x, -weights.y, -weights.z];
         let inverse_mass = self.inverse_mass(particles, shares)?;
-        let normal = after.normal * pair.side;
+        let normal = after.normal() * pair.side;
         let relative = after.offset(weights) - before.offset(weights);
         let slip = relative - normal * relative.dot(normal);
         let friction = self.friction.correction(slip, push.total - push.recovered);
@@ -259,32 +264,43 @@ impl Substep<'_> {
 struct Configuration {
     /// The face's corners relative to the vertex, metres.
     corners: [Vec3; 3],
-    /// Unit; zero for a degenerate face.
-    normal: Vec3,
     /// (b − a) × (c − a), m².
     area_normal: Vec3,
 }
 
 impl Configuration {
+    #[inline]
     fn of(positions: &[Vec3], pair: &Pair, face: [u32; 3]) -> Self {
         let vertex = positions[pair.vertex as usize];
         let [a, b, c] = corners_of(positions, face);
-        let corners = [a - vertex, b - vertex, c - vertex];
-        let area_normal = (b - a).cross(c - a);
         Self {
-            corners,
-            normal: area_normal.normalize_or_zero(),
-            area_normal,
+            corners: [a - vertex, b - vertex, c - vertex],
+            area_normal: (b - a).cross(c - a),
         }
     }
 
+    /// The vertex is far enough over the face's plane: [`Self::height`] is at least the pair's
+    /// thickness, told without a root, as it is for most pairs.
+    #[inline]
+    fn is_clear(&self, pair: &Pair) -> bool {
+        let height = -self.corners[0].dot(self.area_normal) * pair.side;
+        height >= 0.0 && height * height >= pair.thickness_m.powi(2) * self.area_normal.length_squared()
+    }
+
+    /// Unit; zero for a degenerate face.
+    fn normal(&self) -> Vec3 {
+        self.area_normal.normalize_or_zero()
+    }
+
     /// Of the vertex over the face's plane, on the pair's side, metres.
+    #[inline]
     fn height(&self, pair: &Pair) -> f32 {
-        -self.corners[0].dot(self.normal) * pair.side
+        -self.corners[0].dot(self.normal()) * pair.side
     }
 
     /// Weights of the vertex's projection, clamped into the face; none when it is beyond its rim, or
     /// beside the face and far enough away from it.
+    #[inline]
     fn barycentric(&self, pair: &Pair) -> Option<Vec3> {
         let ([a, b, c], normal) = (self.corners, self.area_normal);
         let inverse = normal.length_squared().recip();
@@ -301,6 +317,7 @@ impl Configuration {
     }
 
     /// The vertex as seen from a point of the face, metres.
+    #[inline]
     fn offset(&self, weights: Vec3) -> Vec3 {
         let [a, b, c] = self.corners;
         -(a * weights.x + b * weights.y + c * weights.z)

@@ -245,11 +245,10 @@ impl Search<'_> {
         let near = (self.spacing / SPACING * 1.5).powi(2);
         [0.25, 0.5, 0.75].into_iter().all(|t| {
             let point = end * t;
-            let is_close = |p: &u32| {
-                let place = self.chart.place(*p);
-                place.is_some_and(|at| at.distance_squared(point) <= near)
-            };
-            self.chart.reached.iter().any(is_close)
+            self.chart
+                .laid
+                .iter()
+                .any(|at| at.distance_squared(point) <= near)
         })
     }
 }

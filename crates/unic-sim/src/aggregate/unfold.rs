@@ -9,6 +9,8 @@ pub(super) struct Unfolder<'a> {
     mesh: &'a TriMesh,
     /// Edges, lower end first, with a face each; sorted.
     sides: Vec<([u32; 2], u32)>,
+    /// Where the sides of each face's three edges begin.
+    sides_at: Vec<[u32; 3]>,
     /// A face of each particle.
     face_at: Vec<u32>,
 }
@@ -22,6 +24,8 @@ pub(super) struct Chart {
     current: u32,
     /// Particles laid out, in order.
     pub(super) reached: Vec<u32>,
+    /// Where they lie.
+    pub(super) laid: Vec<Vec2>,
     heap: BinaryHeap<Reverse<Step>>,
 }
 
@@ -49,11 +53,13 @@ impl Chart {
             visited_in: vec![0; mesh.faces.len()],
             current: 0,
             reached: Vec::new(),
+            laid: Vec::new(),
             heap: BinaryHeap::new(),
         }
     }
 
     /// Where a particle lies; none when it was not reached.
+    #[inline]
     pub(super) fn place(&self, particle: u32) -> Option<Vec2> {
         let p = particle as usize;
         (self.placed_in[p] == self.current).then(|| self.places[p])
@@ -63,11 +69,13 @@ impl Chart {
         self.places[particle as usize] = place;
         self.placed_in[particle as usize] = self.current;
         self.reached.push(particle);
+        self.laid.push(place);
     }
 
     fn clear(&mut self) {
         self.current += 1;
         self.reached.clear();
+        self.laid.clear();
         self.heap.clear();
     }
 }
@@ -78,12 +86,28 @@ impl<'a> Unfolder<'a> {
         let mut sides = Vec::with_capacity(3 * mesh.faces.len());
         for (face, &[a, b, c]) in mesh.faces.iter().enumerate() {
             for [p, q] in [[a, b], [b, c], [c, a]] {
-                sides.push(([p.min(q), p.max(q)], face as u32));
+                sides.push((ends(p, q), face as u32));
                 face_at[p as usize] = face_at[p as usize].min(face as u32);
             }
         }
         sides.sort_unstable();
-        Self { mesh, sides, face_at }
+        let mut sides_at = vec![[0; 3]; mesh.faces.len()];
+        let mut first = 0;
+        for (at, &(edge, face)) in sides.iter().enumerate() {
+            if sides[first].0 != edge {
+                first = at;
+            }
+            let corners = mesh.faces[face as usize];
+            for k in (0..3).filter(|&k| ends(corners[k], corners[(k + 1) % 3]) == edge) {
+                sides_at[face as usize][k] = first as u32;
+            }
+        }
+        Self {
+            mesh,
+            sides,
+            sides_at,
+            face_at,
+        }
     }
 
     /// Lays out what is within `radius` metres of a particle, which goes to the origin: faces in
@@ -103,7 +127,14 @@ impl<'a> Unfolder<'a> {
         chart.put(next, edge[1]);
         chart.put(third, last);
         chart.visited_in[self.face_at[origin as usize] as usize] = chart.current;
-        self.push_around([origin, next, third], [edge[0], edge[1], last], radius, chart);
+        let from = self.face_at[origin as usize];
+        self.push_around(
+            from,
+            [origin, next, third],
+            [edge[0], edge[1], last],
+            radius,
+            chart,
+        );
         while let Some(Reverse(step)) = chart.heap.pop() {
             if chart.visited_in[step.face as usize] == chart.current {
                 continue;
@@ -113,17 +144,17 @@ impl<'a> Unfolder<'a> {
             if chart.place(step.corners[2]).is_none() {
                 chart.put(step.corners[2], places[2]);
             }
-            self.push_around(step.corners, places, radius, chart);
+            self.push_around(step.face, step.corners, places, radius, chart);
         }
     }
 
-    /// Offers the faces across the edges of a face that is laid out.
-    fn push_around(&self, corners: [u32; 3], places: [Vec2; 3], radius: f32, chart: &mut Chart) {
+    /// Offers the faces across the edges of the face `from`, which is laid out.
+    fn push_around(&self, from: u32, corners: [u32; 3], places: [Vec2; 3], radius: f32, chart: &mut Chart) {
         for turn in 0..3 {
             let at = [turn, (turn + 1) % 3];
             let (edge, laid) = (at.map(|k| corners[k]), at.map(|k| places[k]));
             let inner = places[(turn + 2) % 3];
-            for face in self.faces_of([edge[0].min(edge[1]), edge[0].max(edge[1])]) {
+            for face in self.faces_of(from, ends(edge[0], edge[1])) {
                 if chart.visited_in[face as usize] == chart.current {
                     continue;
                 }
@@ -154,15 +185,23 @@ impl<'a> Unfolder<'a> {
         start + flat * along + across * if is_left { -height } else { height }
     }
 
-    fn faces_of(&self, edge: [u32; 2]) -> impl Iterator<Item = u32> {
-        let from = self.sides.partition_point(|(e, _)| *e < edge);
-        let same = self.sides[from..].iter().take_while(move |(e, _)| *e == edge);
+    /// Faces at an edge of a face.
+    fn faces_of(&self, face: u32, edge: [u32; 2]) -> impl Iterator<Item = u32> {
+        let corners = self.mesh.faces[face as usize];
+        let k = (0..3).find(|&k| ends(corners[k], corners[(k + 1) % 3]) == edge);
+        let first = k.map_or(self.sides.len(), |k| self.sides_at[face as usize][k] as usize);
+        let same = self.sides[first..].iter().take_while(move |(e, _)| *e == edge);
         same.map(|(_, face)| *face)
     }
 
     fn place_of(&self, particle: u32) -> Vec3 {
         self.mesh.vertices[particle as usize]
     }
+}
+
+/// An edge, its lower end first.
+fn ends(p: u32, q: u32) -> [u32; 2] {
+    [p.min(q), p.max(q)]
 }
 
 #[cfg(test)]

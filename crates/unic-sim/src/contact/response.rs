@@ -20,6 +20,7 @@ impl Friction {
 
     /// The tangential correction to a `slip` over a surface that the normal correction
     /// `pressed_m` presses against, metres both: sticks within the cone, else slides.
+    #[inline]
     pub(crate) fn correction(self, slip: Vec3, pressed_m: f32) -> Vec3 {
         let length = slip.length();
         if length <= self.r#static * pressed_m {
@@ -55,6 +56,7 @@ pub(crate) struct Push {
 
 impl Gap {
     /// What must be added to the gap; none when it is allowed as it is.
+    #[inline]
     pub(crate) fn push(self) -> Option<Push> {
         let floor = self.before.min(0.0);
         let allowed = (floor + self.recovery_m).min(0.0);

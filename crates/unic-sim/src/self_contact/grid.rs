@@ -1,115 +1,114 @@
-//! Points by the cell of a uniform grid that they lie in.
+//! Particles by the cell of a uniform grid that they lie in.
 
+use super::points::Points;
 use glam::Vec3;
+use std::ops::Range;
 
-/// Largest number of cells that a query looks into one by one: beyond it, all points are looked at.
-const MOST_CELLS: u64 = 4096;
-
-/// Cells along an axis, on each side of the origin: 21 bits an axis fill a key.
+/// Cells along an axis, on each side of the origin, that an index can tell apart.
 const HALF_AXIS: f32 = (1 << 20) as f32;
 
-/// A hashed grid, rebuilt without allocating once its buffers have grown.
+/// Cells of the grid are as many as points times this, within these bounds along an axis.
+const CELLS_A_POINT: f32 = 4.0;
+const SIDES: [usize; 2] = [8, 64];
+
+/// A grid that repeats in all directions, rebuilt without allocating once its buffers have grown.
+///
+/// Space is cut into cubes of `side`³ cells that lie on top of one another, so that any extent
+/// fits: a cell holds the points of all cells that it stands for, and who looks into it must look
+/// at where they are. Cells that follow one another along z do so in memory.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PointGrid {
     cell_m: f32,
-    /// Points of bucket i are `entries[starts[i]..starts[i + 1]]`.
+    /// A power of two.
+    side: usize,
+    /// Points of cell i are `starts[i]..starts[i + 1]` of `points`.
     starts: Vec<u32>,
-    entries: Vec<Entry>,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    key: u64,
-    position: Vec3,
-    index: u32,
-}
-
-impl Entry {
-    const NONE: Self = Self {
-        key: 0,
-        position: Vec3::ZERO,
-        index: 0,
-    };
+    points: Points,
 }
 
 impl PointGrid {
     /// Sorts points into cells of `cell_m` metres; those that are not finite are in none.
-    pub(super) fn build(&mut self, points: &[Vec3], cell_m: f32) {
+    pub(super) fn build(&mut self, points: &[Vec3], velocities: &[Vec3], cell_m: f32) {
         self.cell_m = cell_m;
-        let buckets = (2 * points.len()).next_power_of_two();
+        let side = (CELLS_A_POINT * points.len() as f32).cbrt() as usize;
+        self.side = side.next_power_of_two().clamp(SIDES[0], SIDES[1]);
+        self.count(points);
+        let count = self.starts.last().map_or(0, |&count| count as usize);
+        self.points.reset(count);
+        // Backwards, so that every cell ends up in the order of the points.
+        for (index, (&position, &velocity)) in points.iter().zip(velocities).enumerate().rev() {
+            if position.is_finite() {
+                let cell = self.index(self.cell(position));
+                self.starts[cell] -= 1;
+                self.points
+                    .set(self.starts[cell] as usize, index as u32, position, velocity);
+            }
+        }
+    }
+
+    /// The points, by cell.
+    pub(super) fn points(&self) -> &Points {
+        &self.points
+    }
+
+    /// Leaves the end of each cell in `starts`.
+    fn count(&mut self, points: &[Vec3]) {
         self.starts.clear();
-        self.starts.resize(buckets + 1, 0);
-        let finite = || points.iter().enumerate().filter(|(_, p)| p.is_finite());
-        for (_, &p) in finite() {
-            let bucket = bucket(key(self.cell(p)), buckets);
-            self.starts[bucket] += 1;
+        self.starts.resize(self.side.pow(3) + 1, 0);
+        for &point in points.iter().filter(|p| p.is_finite()) {
+            let cell = self.index(self.cell(point));
+            self.starts[cell] += 1;
         }
         let mut sum = 0;
         for start in &mut self.starts {
             sum += *start;
             *start = sum;
         }
-        self.entries.clear();
-        self.entries.resize(sum as usize, Entry::NONE);
-        // Backwards, so that every bucket ends up in the order of the points.
-        for (index, &position) in points.iter().enumerate().rev() {
-            if position.is_finite() {
-                let key = key(self.cell(position));
-                let start = &mut self.starts[bucket(key, buckets)];
-                *start -= 1;
-                self.entries[*start as usize] = Entry {
-                    key,
-                    position,
-                    index: index as u32,
-                };
-            }
-        }
     }
 
-    /// Calls `visit` with every point of the box from `low` to `high`, always in the same order.
-    pub(super) fn in_box(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(u32, Vec3)) {
+    /// Calls `visit` with ranges of points that hold those of the box from `low` to `high` and
+    /// others, none twice, always in the same order.
+    #[inline]
+    pub(super) fn around(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(Range<usize>)) {
         let (first, last) = (self.cell(low), self.cell(high));
-        let mut visit_within = |entry: &Entry| {
-            if entry.position.cmpge(low).all() && entry.position.cmple(high).all() {
-                visit(entry.index, entry.position);
-            }
-        };
-        let counts = [0, 1, 2].map(|k| (last[k] - first[k] + 1).max(0) as u64);
-        if counts.iter().product::<u64>() > MOST_CELLS {
-            self.entries.iter().for_each(visit_within);
-            return;
+        let side = self.side as i32;
+        if (0..3).any(|axis| last[axis] - first[axis] >= side) {
+            return visit(0..self.points.len());
         }
         for x in first[0]..=last[0] {
             for y in first[1]..=last[1] {
-                for z in first[2]..=last[2] {
-                    self.in_cell(key([x, y, z])).for_each(&mut visit_within);
+                let [from, to] = [first[2], last[2]].map(|z| self.index([x, y, z]));
+                if from <= to {
+                    visit(self.row(from..to + 1));
+                } else {
+                    // Around the end of the grid: the row goes on at its beginning.
+                    let row = self.index([x, y, 0]);
+                    visit(self.row(from..row + self.side));
+                    visit(self.row(row..to + 1));
                 }
             }
         }
     }
 
-    fn in_cell(&self, key: u64) -> impl Iterator<Item = &Entry> {
-        let bucket = bucket(key, self.starts.len() - 1);
-        let row = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
-        self.entries[row].iter().filter(move |entry| entry.key == key)
+    #[inline]
+    fn row(&self, cells: Range<usize>) -> Range<usize> {
+        self.starts[cells.start] as usize..self.starts[cells.end] as usize
     }
 
+    #[inline]
     fn cell(&self, p: Vec3) -> [i32; 3] {
         (p / self.cell_m)
+            .floor()
+            .clamp(Vec3::splat(-HALF_AXIS), Vec3::splat(HALF_AXIS - 1.0))
             .to_array()
-            .map(|x| x.floor().clamp(-HALF_AXIS, HALF_AXIS - 1.0) as i32)
+            .map(|x| x as i32)
     }
-}
 
-fn key(cell: [i32; 3]) -> u64 {
-    let axis = |x: i32| (x + HALF_AXIS as i32) as u64;
-    axis(cell[0]) << 42 | axis(cell[1]) << 21 | axis(cell[2])
-}
-
-/// Fibonacci hashing: the upper bits of a product with 2⁶⁴ over the golden ratio.
-fn bucket(key: u64, buckets: usize) -> usize {
-    let hash = key.wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    (hash >> 32) as usize & (buckets - 1)
+    #[inline]
+    fn index(&self, cell: [i32; 3]) -> usize {
+        let [x, y, z] = cell.map(|x| x as usize & (self.side - 1));
+        (x * self.side + y) * self.side + z
+    }
 }
 
 #[cfg(test)]
@@ -129,14 +128,16 @@ mod tests {
         ) {
             let (low, high) = (a.min(b), a.max(b));
             let mut grid = PointGrid::default();
-            grid.build(&points, cell_m);
+            let velocities: Vec<Vec3> = points.iter().map(|p| -p).collect();
+            grid.build(&points, &velocities, cell_m);
+            let is_in = |p: Vec3| p.cmpge(low).all() && p.cmple(high).all();
             let mut found = Vec::new();
-            grid.in_box(low, high, |index, position| {
-                assert_eq!(points[index as usize], position);
-                found.push(index);
+            grid.around(low, high, |range| for entry in range {
+                let (index, point) = (grid.points().index(entry), grid.points().point(entry));
+                assert_eq!(point, (points[index as usize], velocities[index as usize]));
+                found.extend(is_in(point.0).then_some(index));
             });
             found.sort_unstable();
-            let is_in = |p: Vec3| p.cmpge(low).all() && p.cmple(high).all();
             let expected: Vec<u32> = (0..points.len() as u32).filter(|&i| is_in(points[i as usize])).collect();
             prop_assert_eq!(found, expected);
         }
@@ -145,9 +146,10 @@ mod tests {
     #[test]
     fn what_is_not_finite_is_nowhere() {
         let mut grid = PointGrid::default();
-        grid.build(&[Vec3::NAN, Vec3::INFINITY, Vec3::ONE * 1e20], 0.1);
+        let points = [Vec3::NAN, Vec3::INFINITY, Vec3::ONE * 1e20];
+        grid.build(&points, &points, 0.1);
         let mut found = 0;
-        grid.in_box(Vec3::MIN, Vec3::MAX, |_, _| found += 1);
+        grid.around(Vec3::MIN, Vec3::MAX, |range| found += range.len());
         assert_eq!(found, 1);
     }
 }
