@@ -70,7 +70,7 @@ impl Gauge {
 
     /// The next frame; `root` is where the root joint is.
     pub(super) fn push(&mut self, body: &[Vec3], garment: &[Vec3], root: Vec3) {
-        if self.frames % STRIDE == 0 {
+        if self.frames.is_multiple_of(STRIDE) {
             self.measure_depth(body, garment);
             self.measure_strain(garment);
         }
