@@ -4,9 +4,10 @@ use serde::{Deserialize, Serialize};
 
 /// A woven or knitted fabric.
 ///
-/// The presets follow the Kawabata evaluation system (S. Kawabata, "The Standardization and Analysis
-/// of Hand Evaluation", 1980), whose sheets give bending rigidity B in gf·cm²/cm (9.81e-5 N·m) and
-/// shear rigidity G in gf/(cm·degree) (56.2 N/m a radian). Tension is that of small loads, where
+/// The presets have values typical of such fabrics in the units of the Kawabata evaluation system
+/// (S. Kawabata, "The Standardization and Analysis of Hand Evaluation", 1980), whose sheets give
+/// bending rigidity B in gf·cm²/cm (9.81e-5 N·m) and shear rigidity G in gf/(cm·degree) (56.2 N/m a
+/// radian); single fabrics differ by a factor of two and more. Tension is that of small loads, where
 /// crimp straightens; the moduli at the sheets' 500 gf/cm are several times higher and no garment
 /// gets there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,7 +50,7 @@ impl Material {
         sliding_friction: 0.4,
     };
 
-    /// Trouser twill: 400 g/m², B about 0.8 gf·cm²/cm, G about 4 gf/(cm·degree).
+    /// A heavy, stiff twill: 400 g/m², B about 0.8 gf·cm²/cm, G about 4 gf/(cm·degree).
     pub const DENIM: Self = Self {
         area_density: 0.4,
         warp_stiffness: 3000.0,

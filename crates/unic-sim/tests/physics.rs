@@ -164,9 +164,8 @@ fn drapemeter(material: Material, settings: SimulationSettings) -> Simulation {
 
 #[test]
 fn specimens_drape_as_in_the_laboratory() {
-    // Cusick 1965 ("The dependence of fabric drape on bending and shear stiffness", J. Text. Inst.
-    // 56, T596) measured coefficients from about 30 % for limp fabrics, with bending lengths below
-    // 2 cm, to 90 % and more for stiff ones.
+    // Coefficients typical of the instrument of Cusick 1965 ("The dependence of fabric drape on bending
+    // and shear stiffness", J. Text. Inst. 56, T596): limp fabrics about 30 %, stiff ones about 90 %.
     let settings = || SimulationSettings {
         substeps_per_interval: 20,
         damping_per_s: 3.0,
