@@ -171,6 +171,15 @@ fn what_cannot_be_meant_is_said_in_one_sentence() {
         "--character body.npz --garment tube.obj --motion one.npz --out a",
         &["contact_joints", "6 joints"],
     );
+    for wrong in [
+        "--thickness nan",
+        "--thickness=-5",
+        "--substeps 4000000000",
+        "--seconds 0",
+        "--wind 1,2",
+    ] {
+        refused(&format!("{INPUTS} --motion one.npz --out a {wrong}"), &["help"]);
+    }
     assert!(!folder.path().join("a/capture.toml").exists());
 
     assert!(simulate(folder.path(), "--out b --seconds 0.1").status.success());
@@ -190,4 +199,33 @@ fn what_cannot_be_meant_is_said_in_one_sentence() {
         folder.path().join("b/notes.txt").exists(),
         "only the capture's files go"
     );
+}
+
+#[test]
+fn nothing_of_anybody_is_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    inputs(folder.path());
+    let tube = folder.path().join("tube");
+    let before = fs::read(tube.join("garment.obj")).unwrap();
+    for more in ["", "--overwrite"] {
+        let output = simulate(folder.path(), &format!("--out tube {more}"));
+        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+        assert!(
+            stderr(&output).contains("none of the inputs"),
+            "{}",
+            stderr(&output)
+        );
+    }
+    assert!(fs::read(tube.join("garment.obj")).unwrap() == before);
+
+    // Clips that are there already are somebody's, unless this simulation has made them.
+    fs::create_dir_all(folder.path().join("c/clips")).unwrap();
+    fs::copy(
+        folder.path().join("one.npz"),
+        folder.path().join("c/clips/one.npz"),
+    )
+    .unwrap();
+    let output = simulate(folder.path(), "--out c");
+    assert!(stderr(&output).contains("clips/one.npz"), "{}", stderr(&output));
+    assert!(!folder.path().join("c/capture.toml").exists());
 }

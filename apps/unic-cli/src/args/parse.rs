@@ -34,6 +34,11 @@ pub(super) fn contacts(text: &str) -> Result<[JointReference; 4], String> {
         .map_err(|found| format!("four joints are needed, such as 7,10,8,11; found {}", found.len()))
 }
 
+pub(super) fn thickness(text: &str) -> Result<f32, String> {
+    let mm: Option<f32> = text.parse().ok().filter(|mm| (0.0..=50.0).contains(mm));
+    mm.ok_or_else(|| "a distance from 0 to 50 mm is needed, such as 3".into())
+}
+
 pub(super) fn vector(text: &str) -> Result<glam::Vec3, String> {
     let numbers: Vec<f32> = text
         .split(',')

@@ -1,7 +1,7 @@
 //! `unic simulate`.
 
 use super::{MaterialName, MotionArgs, Switch, parse};
-use std::{num::NonZeroU32, path::PathBuf};
+use std::path::PathBuf;
 use unic_io::capture::JointReference;
 
 /// Simulate a garment on a character: make a capture to train on.
@@ -55,11 +55,11 @@ pub(crate) struct SimulateArgs {
     /// Steady wind, m/s.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true)]
     pub(crate) wind: Option<glam::Vec3>,
-    /// Solver steps a frame [default: 20].
-    #[arg(long, value_name = "N")]
-    pub(crate) substeps: Option<NonZeroU32>,
-    /// Distance between cloth and body, mm [default: the material's].
-    #[arg(long, value_name = "MM")]
+    /// Solver steps a frame, 1 to 1000 [default: 20].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) substeps: Option<u32>,
+    /// Distance between cloth and body, mm, up to 50 [default: the material's].
+    #[arg(long, value_name = "MM", value_parser = parse::thickness)]
     pub(crate) thickness: Option<f32>,
     /// Does the cloth touch itself?
     #[arg(long, value_enum, default_value_t = Switch::On)]

@@ -34,7 +34,7 @@ pub(crate) struct TrainArgs {
     /// Seed of everything random.
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
-    /// Optimiser steps of the whole run.
+    /// Optimiser steps of each fit.
     #[arg(long, value_name = "N")]
     pub(crate) steps: Option<u64>,
     /// Wall-clock time to fill instead: as many steps as this machine makes in e.g. 90s, 45m or 1h 30m.

@@ -35,6 +35,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     let cut = inputs::garment(args, &character)?;
     let jobs = inputs::jobs(args, &character)?;
     let settings = settings(args, &cut);
+    report::open(args)?;
     let record = folder::record(args, &cut, &jobs, &settings);
     let cloth = cloth(&cut, &character).map_err(|e| anyhow!("{}: {e}", args.garment.display()))?;
     let found = folder::open(args, &record)?;
@@ -49,7 +50,10 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
         &cut.attributes,
     )?;
     folder::begin(&args.out, &record)?;
-    let (left, kept) = keep_finished(&mut writer, &jobs)?;
+    let (left, kept) = match found {
+        Found::Unfinished => keep_finished(&mut writer, &jobs)?,
+        Found::Nothing => (jobs.iter().collect(), 0),
+    };
     announce(&cut, &jobs, kept);
     let workshop = Workshop {
         character: Arc::new(character),
@@ -62,8 +66,10 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     let made = workshop.make(&left, kept, &mut writer)?;
     writer.finish()?;
     folder::close(&args.out)?;
+    let summary = report::Summary::new(args, &workshop, &made, started.elapsed());
+    report::keep(&summary)?;
     report::draw(args, &workshop, &made)?;
-    report::show(args, &workshop, &made, started.elapsed())
+    report::show(args, &summary)
 }
 
 fn settings(args: &SimulateArgs, cut: &Cut) -> SimulationSettings {
@@ -73,7 +79,7 @@ fn settings(args: &SimulateArgs, cut: &Cut) -> SimulationSettings {
     SimulationSettings {
         fps: args.fps,
         substeps_per_interval: args.substeps.map_or(default.substeps_per_interval, |n| {
-            n.get().div_ceil(default.intervals_per_frame)
+            n.div_ceil(default.intervals_per_frame)
         }),
         contact: Some(ContactSettings {
             thickness_m: args.thickness.map_or(material.thickness, |mm| mm / 1000.0),

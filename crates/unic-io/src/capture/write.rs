@@ -9,7 +9,7 @@ use crate::{
     character::write_character,
     error::{Error, Result},
     frames::VertexFramesWriter,
-    motion,
+    motion::{self, MotionArrays},
     npy::{read_npy_header, shape_text},
     npz::{Npz, NpzWriter},
 };
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use unic_core::{
     character::{Character, Garment},
     clip::Clip,
-    skeleton::Skeleton,
+    skeleton::{Pose, Skeleton},
 };
 
 /// A capture being written. `capture.toml` comes last: a folder without it is not a capture.
@@ -94,13 +94,16 @@ impl CaptureWriter {
             return Ok(false);
         }
         self.check(clip, None)?;
-        let frames = Npz::open(&path)?.header("poses")?.shape.first().copied();
+        let mut npz = Npz::open(&path)?;
+        let kept = MotionArrays::read(&mut npz, self.joints)?.into_clip(clip.name.clone());
         let garment = read_npy_header(&layout::clip_garment(&self.root, &clip.name))?.shape;
-        let expected = (Some(clip.len()), vec![clip.len(), self.vertices, 3]);
-        if (frames, &garment) != (expected.0, &expected.1) {
-            let found = format!("{} poses and {}", frames.unwrap_or(0), shape_text(&garment));
-            let expected = format!("{} poses and {}", clip.len(), shape_text(&expected.1));
-            return Err(Error::content(&path, expected, found));
+        let expected = [clip.len(), self.vertices, 3];
+        if garment != expected {
+            let expected = format!("a garment of shape {}", shape_text(&expected));
+            return Err(Error::content(&path, expected, shape_text(&garment)));
+        }
+        if !is_same_motion(&kept, clip) {
+            return Err(Error::content(&path, "the motion that is asked for", "another"));
         }
         self.manifest.splits.of_mut(split).push(clip.name.clone());
         Ok(true)
@@ -146,6 +149,15 @@ impl CaptureWriter {
             _ => Ok(()),
         }
     }
+}
+
+/// Up to what rotations lose on their way through axis-angle vectors.
+fn is_same_motion(kept: &Clip, clip: &Clip) -> bool {
+    let close = |(a, b): (&Pose, &Pose)| {
+        let turned = a.local.iter().zip(&b.local).map(|(a, b)| a.angle_between(*b));
+        a.trans.distance(b.trans) < 1e-5 && turned.fold(0.0, f32::max) < 2e-3
+    };
+    kept.len() == clip.len() && kept.poses.iter().zip(&clip.poses).all(close)
 }
 
 fn completed(mut manifest: Manifest, path: &Path, skeleton: &Skeleton) -> Result<Manifest> {

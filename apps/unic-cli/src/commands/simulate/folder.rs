@@ -14,8 +14,12 @@ use std::{
     path::{Path, PathBuf},
 };
 use toml::Value;
-use unic_core::character::Character;
-use unic_io::{atomic, capture::read_garment, read_character};
+use unic_core::character::{Character, Garment};
+use unic_io::{
+    atomic,
+    capture::{VertexAttributes, read_garment},
+    read_character,
+};
 use unic_sim::SimulationSettings;
 
 const UNFINISHED: &str = "simulation.toml";
@@ -33,6 +37,7 @@ pub(super) enum Found {
 /// Looks at the folder, empties it where `--overwrite` says so, and refuses what would be lost.
 pub(super) fn open(args: &SimulateArgs, record: &toml::Table) -> Result<Found> {
     let out = &args.out;
+    refuse_inputs_inside(args)?;
     if args.overwrite {
         clear(out)?;
     }
@@ -45,6 +50,7 @@ pub(super) fn open(args: &SimulateArgs, record: &toml::Table) -> Result<Found> {
     }
     let path = out.join(UNFINISHED);
     if !path.exists() {
+        refuse_foreign(out)?;
         fs::create_dir_all(out).with_context(|| format!("{}: the folder cannot be made", out.display()))?;
         return Ok(Found::Nothing);
     }
@@ -57,6 +63,40 @@ pub(super) fn open(args: &SimulateArgs, record: &toml::Table) -> Result<Found> {
     }
     same_record(&path, record)?;
     Ok(Found::Unfinished)
+}
+
+/// What is read must not be what is written: nobody's character or motion is ever lost.
+fn refuse_inputs_inside(args: &SimulateArgs) -> Result<()> {
+    let Ok(out) = args.out.canonicalize() else {
+        return Ok(());
+    };
+    let inputs = [&args.character, &args.garment].into_iter().chain(&args.motion);
+    let inside = |path: &&PathBuf| path.canonicalize().is_ok_and(|path| path.starts_with(&out));
+    match inputs.into_iter().find(inside) {
+        None => Ok(()),
+        Some(input) => {
+            let text = format!(
+                "--out: expected a folder that holds none of the inputs, found {}",
+                input.display()
+            );
+            Err(Usage(text).into())
+        }
+    }
+}
+
+/// Files of a capture that no simulation has begun are somebody's work.
+fn refuse_foreign(out: &Path) -> Result<()> {
+    match files(out).into_iter().find(|path| path.exists()) {
+        None => Ok(()),
+        Some(path) => {
+            let text = format!(
+                "{}: expected no files of a capture, found {}; --overwrite replaces them",
+                out.display(),
+                path.display()
+            );
+            Err(Usage(text).into())
+        }
+    }
 }
 
 /// From here on there is something to resume.
@@ -95,13 +135,19 @@ pub(super) fn check_same_inputs(out: &Path, character: &Character, cut: &Cut) ->
         );
     }
     let path = out.join("garment.obj");
-    if path.exists() && read_garment(out, character)?.0.rest.vertices != cut.garment.rest.vertices {
+    if path.exists() && !is_same_garment(&read_garment(out, character)?, cut) {
         bail!(
             "{}: expected the garment of the unfinished simulation, found another",
             path.display()
         );
     }
     Ok(())
+}
+
+/// Skinning weights play no part in a simulation.
+fn is_same_garment((garment, attributes): &(Garment, VertexAttributes), cut: &Cut) -> bool {
+    let (before, now) = (&garment.rest, &cut.garment.rest);
+    before.vertices == now.vertices && before.faces == now.faces && *attributes == cut.attributes
 }
 
 /// `simulation.toml` has served its purpose.
@@ -157,6 +203,7 @@ fn settings_table(args: &SimulateArgs, cut: &Cut, settings: &SimulationSettings)
         ("self_collision", Value::Boolean(settings.self_contact.is_some())),
         ("wind_m_per_s", Value::Array(wind)),
         ("materials", Value::Array(materials)),
+        ("motion_files", Value::String(format!("{:?}", args.reading))),
     ]
     .map(|(key, value)| (key.to_owned(), value))
     .into_iter()
@@ -165,6 +212,14 @@ fn settings_table(args: &SimulateArgs, cut: &Cut, settings: &SimulationSettings)
 
 /// Removes the files of a capture and nothing else: the folder may hold more.
 fn clear(out: &Path) -> Result<()> {
+    for path in files(out).iter().filter(|path| path.exists()) {
+        fs::remove_file(path).with_context(|| format!("{} cannot be removed", path.display()))?;
+    }
+    Ok(())
+}
+
+/// Paths of the files that a simulation writes, whether they are there or not.
+fn files(out: &Path) -> Vec<PathBuf> {
     let named = [
         FINISHED,
         UNFINISHED,
@@ -180,8 +235,5 @@ fn clear(out: &Path) -> Result<()> {
             paths.push(entry.path());
         }
     }
-    for path in paths.iter().filter(|path| path.exists()) {
-        fs::remove_file(path).with_context(|| format!("{} cannot be removed", path.display()))?;
-    }
-    Ok(())
+    paths
 }

@@ -11,8 +11,9 @@ use serde::Serialize;
 use std::{fs, path::PathBuf, time::Duration};
 use unic_viewer::grid;
 
+/// What `--json` prints and `simulation.json` keeps: the clips that this run has made.
 #[derive(Serialize)]
-struct Summary<'a> {
+pub(super) struct Summary<'a> {
     capture: PathBuf,
     vertices: usize,
     fps: f32,
@@ -21,12 +22,31 @@ struct Summary<'a> {
     clips: &'a [Made],
 }
 
+impl<'a> Summary<'a> {
+    pub(super) fn new(args: &SimulateArgs, workshop: &Workshop, made: &'a [Made], took: Duration) -> Self {
+        Self {
+            capture: args.out.clone(),
+            vertices: workshop.cut.garment.rest.vertices.len(),
+            fps: args.fps,
+            seconds: took.as_secs_f64(),
+            clips: made,
+        }
+    }
+}
+
+/// Before the work begins: a folder that cannot be made is found out now.
+pub(super) fn open(args: &SimulateArgs) -> Result<()> {
+    let Some(folder) = &args.pictures else {
+        return Ok(());
+    };
+    fs::create_dir_all(folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))
+}
+
 /// One strip a clip.
 pub(super) fn draw(args: &SimulateArgs, workshop: &Workshop, made: &[Made]) -> Result<()> {
     let Some(folder) = &args.pictures else {
         return Ok(());
     };
-    fs::create_dir_all(folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
     for clip in made {
         let shots: Vec<Shot> = clip.shots.iter().map(|(_, shot)| shot.clone()).collect();
         let studio = Studio::new(&workshop.character, &workshop.cut.garment, 0.0, &shots)?;
@@ -39,20 +59,20 @@ pub(super) fn draw(args: &SimulateArgs, workshop: &Workshop, made: &[Made]) -> R
     Ok(())
 }
 
-/// A line a clip on stdout, or one JSON object; `simulation.json` keeps the latter.
-pub(super) fn show(args: &SimulateArgs, workshop: &Workshop, made: &[Made], took: Duration) -> Result<()> {
-    let summary = Summary {
-        capture: args.out.clone(),
-        vertices: workshop.cut.garment.rest.vertices.len(),
-        fps: args.fps,
-        seconds: took.as_secs_f64(),
-        clips: made,
-    };
-    let json = serde_json::to_string_pretty(&summary)?;
-    unic_io::atomic::write(&args.out.join("simulation.json"), json.as_bytes())?;
+/// Writes `simulation.json`.
+pub(super) fn keep(summary: &Summary) -> Result<()> {
+    let json = serde_json::to_string_pretty(summary)?;
+    Ok(unic_io::atomic::write(
+        &summary.capture.join("simulation.json"),
+        json.as_bytes(),
+    )?)
+}
+
+/// A line a clip on stdout, or one JSON object.
+pub(super) fn show(args: &SimulateArgs, summary: &Summary) -> Result<()> {
     match args.json {
-        true => print_json(&summary),
-        false => print(&text(&summary)),
+        true => print_json(summary),
+        false => print(&text(summary)),
     }
 }
 

@@ -93,13 +93,27 @@ impl Workshop<'_> {
             Ok(pool) => pool,
             Err(error) => return fail(bench, anyhow!("threads cannot be started: {error}")),
         };
-        while let Some(next) = take(bench) {
+        while let Some(next) = self.take(bench) {
             let made = next.and_then(|(job, writer)| pool.install(|| self.clip(job, writer, bench)));
             match made {
                 Ok(made) => lock(bench).made.push(made),
                 Err(error) => return fail(bench, error),
             }
         }
+    }
+
+    /// The next clip with its files; none when there is no more to do.
+    fn take<'a>(&self, bench: &Mutex<Bench<'a, '_>>) -> Option<Result<(&'a Job, ClipWriter)>> {
+        let mut bench = lock(bench);
+        if bench.failure.is_some() {
+            return None;
+        }
+        let job = bench.queue.pop_front()?;
+        let wind = vec![self.wind; job.clip.len()];
+        let wind = (self.wind != Vec3::ZERO).then_some(wind.as_slice());
+        // Begun in the order of the queue, so that the capture lists its clips in one order.
+        let writer = bench.writer.begin_clip(&job.clip, job.split, wind);
+        Some(writer.map(|writer| (job, writer)).map_err(Into::into))
     }
 
     fn clip(&self, job: &Job, mut writer: ClipWriter, bench: &Mutex<Bench>) -> Result<Made> {
@@ -155,18 +169,6 @@ impl Workshop<'_> {
 fn in_order(mut made: Vec<Made>, jobs: &[&Job]) -> Vec<Made> {
     made.sort_by_key(|made| jobs.iter().position(|job| job.clip.name == made.clip));
     made
-}
-
-/// The next clip with its files; none when there is no more to do.
-fn take<'a>(bench: &Mutex<Bench<'a, '_>>) -> Option<Result<(&'a Job, ClipWriter)>> {
-    let mut bench = lock(bench);
-    if bench.failure.is_some() {
-        return None;
-    }
-    let job = bench.queue.pop_front()?;
-    // Begun in the order of the queue, so that the capture lists its clips in one order.
-    let writer = bench.writer.begin_clip(&job.clip, job.split, None);
-    Some(writer.map(|writer| (job, writer)).map_err(Into::into))
 }
 
 /// An error once another thread has failed or somebody has asked to stop.
