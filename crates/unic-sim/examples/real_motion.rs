@@ -8,9 +8,12 @@
 
 use glam::Vec3;
 use std::{path::PathBuf, sync::Arc, time::Instant};
-use unic_core::{folds::Folds, mesh::TriMesh, skeleton::Pose, surface::Surface, topology::edges};
+use unic_core::{mesh::TriMesh, skeleton::Pose, topology::edges};
 use unic_io::{Capture, MotionOptions, import_motion};
-use unic_sim::{Cloth, ClothSpec, Material, Simulation, SimulationSettings};
+use unic_sim::{
+    Cloth, ClothSpec, Material, Simulation, SimulationSettings,
+    soundness::{Gauge, Soundness},
+};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -29,17 +32,23 @@ fn main() -> Result<(), Failure> {
     let capture = Capture::open(&folder)?;
     let scene = Scene::new(&capture)?;
     println!(
-        "{:>16} frames  cpu ms  >1 mm %  deepest mm   p99 %   p1 %  worst %  hem before/after cm",
+        "{:>16} frames  cpu ms  >1 mm %  deepest mm   p99 %  hem before/after cm",
         ""
     );
     for name in names {
         if folder.join("clips").join(format!("{name}.npz")).exists() {
             let clip = capture.load_clip(&name)?;
-            let mut blender = Tally::default();
+            let mut blender = scene.gauge(clip.clip.fps);
             for (pose, garment) in clip.clip.poses.iter().zip(clip.garment.iter()) {
-                blender.add(&scene, &scene.skinned(pose), garment);
+                blender.push(&scene.skinned(pose), garment, scene.pelvis(pose));
             }
-            blender.print(&format!("{name} (B)"), 0.0, None);
+            print(
+                &format!("{name} (B)"),
+                clip.garment.len(),
+                0.0,
+                &blender.finish(),
+                None,
+            );
             scene.run(&name, &clip.clip.poses, limit)?;
         } else {
             let file = data.join("motion/locomotion").join(format!("{name}.npz"));
@@ -76,15 +85,12 @@ fn arguments() -> Result<(usize, Vec<String>), Failure> {
 struct Scene<'a> {
     capture: &'a Capture,
     cloth: Arc<Cloth>,
-    /// Edges of the rest shape and their lengths.
-    edges: Vec<([u32; 2], f32)>,
     hem: Vec<u32>,
 }
 
 impl<'a> Scene<'a> {
     fn new(capture: &'a Capture) -> Result<Self, Failure> {
         let rest = &capture.garment.rest;
-        let length = |[a, b]: [u32; 2]| rest.vertices[a as usize].distance(rest.vertices[b as usize]);
         let cloth = Cloth::new(&ClothSpec::new(rest.clone(), Material::COTTON))?;
         println!(
             "{} particles, constraints {:?}",
@@ -94,9 +100,16 @@ impl<'a> Scene<'a> {
         Ok(Self {
             capture,
             cloth: Arc::new(cloth),
-            edges: edges(&rest.faces).into_iter().map(|e| (e, length(e))).collect(),
             hem: hem(rest),
         })
+    }
+
+    fn gauge(&self, fps: f32) -> Gauge {
+        Gauge::new(&self.capture.character, &self.capture.garment.rest, fps)
+    }
+
+    fn pelvis(&self, pose: &Pose) -> Vec3 {
+        self.capture.character.skeleton.joints()[0] + pose.trans
     }
 
     fn skinned(&self, pose: &Pose) -> Vec<Vec3> {
@@ -112,29 +125,30 @@ impl<'a> Scene<'a> {
 
     /// Mean height of the hem over the pelvis, metres.
     fn hem_height(&self, garment: &[Vec3], pose: &Pose) -> f32 {
-        let pelvis = self.capture.character.skeleton.joints()[0] + pose.trans;
         let mean = self.hem.iter().map(|&v| garment[v as usize].y).sum::<f32>() / self.hem.len() as f32;
-        mean - pelvis.y
+        mean - self.pelvis(pose).y
     }
 
     fn run(&self, name: &str, poses: &[Pose], limit: usize) -> Result<(), Failure> {
         let character = Arc::new(self.capture.character.clone());
         let settings = SimulationSettings::default();
+        let fps = settings.fps;
         let mut simulation = Simulation::on_character(Arc::clone(&self.cloth), character, settings)?;
         let garment = simulation.settle(&poses[0], &poses[1])?;
-        let mut tally = Tally::default();
-        tally.add(self, &self.skinned(&poses[0]), garment);
+        let mut gauge = self.gauge(fps);
+        gauge.push(&self.skinned(&poses[0]), garment, self.pelvis(&poses[0]));
         let poses = &poses[..poses.len().min(limit)];
         let mut seconds = 0.0;
         for pose in &poses[1..] {
             let start = cpu_seconds();
             simulation.step_frame(pose, Vec3::ZERO)?;
             seconds += cpu_seconds() - start;
-            let body = simulation.body().ok_or("no body")?.to_vec();
-            tally.add(self, &body, simulation.vertices());
+            let body = simulation.body().ok_or("no body")?;
+            gauge.push(body, simulation.vertices(), self.pelvis(pose));
         }
         let hem = self.stand_before_and_after(poses)?;
-        tally.print(name, seconds / (poses.len() - 1) as f64, Some(hem));
+        let cpu_s = seconds / (poses.len() - 1) as f64;
+        print(name, poses.len(), cpu_s, &gauge.finish(), Some(hem));
         Ok(())
     }
 
@@ -196,54 +210,17 @@ fn hem(rest: &TriMesh) -> Vec<u32> {
         .unwrap_or_default()
 }
 
-/// What is counted over the frames of a clip.
-#[derive(Default)]
-struct Tally {
-    frames: usize,
-    vertices: usize,
-    deep: usize,
-    deepest: f32,
-    strains: Vec<f32>,
-}
-
-impl Tally {
-    fn add(&mut self, scene: &Scene<'_>, body: &[Vec3], garment: &[Vec3]) {
-        let mut surface = Surface::build(&scene.capture.character.body);
-        surface.refit(body);
-        let mut folds = Folds::default();
-        folds.find(&surface);
-        for &v in garment {
-            let Some(hit) = surface.closest(v).filter(|hit| !folds.has_face(hit.face)) else {
-                continue;
-            };
-            self.vertices += 1;
-            self.deep += usize::from(hit.signed_distance < -1e-3);
-            self.deepest = self.deepest.max(-hit.signed_distance);
-        }
-        let strain = |([a, b], rest): &([u32; 2], f32)| {
-            garment[*a as usize].distance(garment[*b as usize]) / rest - 1.0
-        };
-        self.strains.extend(scene.edges.iter().map(strain));
-        self.frames += 1;
-    }
-
-    fn print(&mut self, name: &str, cpu_s: f64, hem: Option<[f32; 2]>) {
-        self.strains.sort_by(f32::total_cmp);
-        let at = |share: f64| self.strains[((self.strains.len() - 1) as f64 * share) as usize] * 100.0;
-        print!(
-            "{name:>16} {:>6} {:>7.1} {:>8.2} {:>11.1} {:>7.1} {:>6.1} {:>8.0}",
-            self.frames,
-            cpu_s * 1e3,
-            100.0 * self.deep as f64 / self.vertices as f64,
-            self.deepest * 1e3,
-            at(0.99),
-            at(0.01),
-            at(1.0),
-        );
-        match hem {
-            Some([before, after]) => println!("  {:.1} / {:.1}", before * 100.0, after * 100.0),
-            None => println!(),
-        }
+fn print(name: &str, frames: usize, cpu_s: f64, sound: &Soundness, hem: Option<[f32; 2]>) {
+    print!(
+        "{name:>16} {frames:>6} {:>7.1} {:>8.2} {:>11.1} {:>7.1}",
+        cpu_s * 1e3,
+        sound.inside_percent,
+        sound.deepest_mm,
+        sound.strain_p99_percent,
+    );
+    match hem {
+        Some([before, after]) => println!("  {:.1} / {:.1}", before * 100.0, after * 100.0),
+        None => println!(),
     }
 }
 

@@ -56,6 +56,7 @@
 //! - **Aggregates**: coarse groups of particles that may not part farther than the cloth between them
 //!   is long; they carry the weight of long fine garments, which triangle after triangle would
 //!   stretch like rubber.
+//! - **Soundness**: [`soundness`] counts penetration, strain and creeping of what came out.
 //! - **Contact**: [`contact`] with the [`body`] and the ground, [`self_contact`] of the cloth, both with
 //!   Coulomb friction.
 //! - [`Air`]: drag of still air and wind, by triangle.
@@ -90,6 +91,7 @@ mod material;
 mod particles;
 pub mod self_contact;
 mod simulation;
+pub mod soundness;
 
 pub use air::Air;
 pub use cloth::{Attachment, Cloth, ClothError, ClothSpec};

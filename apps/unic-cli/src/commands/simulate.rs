@@ -3,7 +3,6 @@
 mod folder;
 mod inputs;
 mod report;
-mod soundness;
 mod work;
 
 use crate::{

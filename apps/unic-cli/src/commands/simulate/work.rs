@@ -1,9 +1,6 @@
 //! Clips to be made, and the threads that make them.
 
-use super::{
-    inputs::{Cut, Job},
-    soundness::{Gauge, Soundness},
-};
+use super::inputs::{Cut, Job};
 use crate::{
     failure::Interrupted,
     interrupt,
@@ -21,7 +18,10 @@ use std::{
 };
 use unic_core::character::Character;
 use unic_io::{CaptureWriter, capture::ClipWriter};
-use unic_sim::{Cloth, Simulation, SimulationSettings};
+use unic_sim::{
+    Cloth, Simulation, SimulationSettings,
+    soundness::{Gauge, Soundness},
+};
 
 /// Everything that all clips share.
 pub(super) struct Workshop<'a> {

@@ -7,7 +7,7 @@ use unic_core::{character::Character, folds::Folds, mesh::TriMesh, surface::Surf
 /// A vertex deeper than this counts as inside the body, metres.
 const DEEP_M: f32 = 0.001;
 /// Frames between two that are measured: closest points cost more than the simulation's own.
-pub(super) const STRIDE: usize = 5;
+const STRIDE: usize = 5;
 /// Of the edges' strains, the one that is reported.
 const STRAIN_QUANTILE: f64 = 0.99;
 /// Strains are counted in bins of this width, up to [`BINS`] of them.
@@ -15,23 +15,24 @@ const STRAIN_BIN: f32 = 1e-3;
 const BINS: usize = 2000;
 
 /// Numbers of one clip.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct Soundness {
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Soundness {
     /// Vertices more than 1 mm inside the body, where it does not fold into itself, % of all.
-    pub(super) inside_percent: f64,
+    pub inside_percent: f64,
     /// The deepest of them, mm.
-    pub(super) deepest_mm: f32,
+    pub deepest_mm: f32,
     /// Stretch of an edge against its rest length that 99 % of all edges stay below, %.
-    pub(super) strain_p99_percent: f64,
+    pub strain_p99_percent: f64,
     /// Change of the garment's lowest point against the root joint, last frame against first, mm:
     /// creeping, where the clip ends as it began.
-    pub(super) hem_change_mm: f32,
+    pub hem_change_mm: f32,
     /// The fastest vertex between two frames, m/s.
-    pub(super) top_speed_m_per_s: f32,
+    pub top_speed_m_per_s: f32,
 }
 
-/// Gathers the numbers frame by frame.
-pub(super) struct Gauge {
+/// Gathers the numbers of a clip frame by frame; depth and strain at every fifth.
+#[derive(Debug)]
+pub struct Gauge {
     surface: Surface,
     folds: Folds,
     edges: Vec<([u32; 2], f32)>,
@@ -47,10 +48,15 @@ pub(super) struct Gauge {
 }
 
 impl Gauge {
-    pub(super) fn new(character: &Character, rest: &TriMesh, fps: f32) -> Self {
+    /// For a garment with this rest shape on this character, at `fps` frames a second.
+    pub fn new(character: &Character, rest: &TriMesh, fps: f32) -> Self {
+        Self::of(&character.body, rest, fps)
+    }
+
+    fn of(body: &TriMesh, rest: &TriMesh, fps: f32) -> Self {
         let length = |[a, b]: [u32; 2]| rest.vertices[a as usize].distance(rest.vertices[b as usize]);
         Self {
-            surface: Surface::build(&character.body),
+            surface: Surface::build(body),
             folds: Folds::default(),
             edges: (edges(&rest.faces).into_iter())
                 .map(|edge| (edge, length(edge)))
@@ -68,8 +74,9 @@ impl Gauge {
         }
     }
 
-    /// The next frame; `root` is where the root joint is.
-    pub(super) fn push(&mut self, body: &[Vec3], garment: &[Vec3], root: Vec3) {
+    /// The next frame: vertices of the body and of the garment, and the root joint, world space,
+    /// metres.
+    pub fn push(&mut self, body: &[Vec3], garment: &[Vec3], root: Vec3) {
         if self.frames.is_multiple_of(STRIDE) {
             self.measure_depth(body, garment);
             self.measure_strain(garment);
@@ -107,7 +114,8 @@ impl Gauge {
         }
     }
 
-    pub(super) fn finish(self) -> Soundness {
+    /// The numbers; zeros where there was no frame.
+    pub fn finish(self) -> Soundness {
         let [first, last] = self.hems.unwrap_or_default();
         Soundness {
             inside_percent: 100.0 * self.inside as f64 / self.measured.max(1) as f64,
@@ -142,5 +150,24 @@ mod tests {
         assert!((quantile(&bins) - 0.008).abs() < 1e-9);
         bins[3] = 1000;
         assert!((quantile(&bins) - 0.004).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_inside_stretched_and_fast_is_counted() {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z].map(|v| v - 0.2);
+        let faces = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        let body = TriMesh::new(corners.to_vec(), faces).unwrap();
+        let rest = TriMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();
+        let mut gauge = Gauge::of(&body, &rest, 10.0);
+        let garment = |x: f32| [Vec3::new(x, 0.0, 0.0), Vec3::X * 1.5, Vec3::Y];
+        gauge.push(&body.vertices, &garment(0.0), Vec3::ZERO);
+        gauge.push(&body.vertices, &garment(-0.1), Vec3::Y * 0.25);
+        let sound = gauge.finish();
+        assert!((sound.inside_percent - 100.0 / 3.0).abs() < 1e-9, "{sound:?}");
+        assert!(
+            sound.deepest_mm > 100.0 && sound.strain_p99_percent > 49.0,
+            "{sound:?}"
+        );
+        assert!((sound.hem_change_mm + 250.0).abs() < 1e-3 && (sound.top_speed_m_per_s - 1.0).abs() < 1e-5);
     }
 }
