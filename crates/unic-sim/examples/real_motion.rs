@@ -8,11 +8,11 @@
 
 use glam::Vec3;
 use std::{path::PathBuf, sync::Arc, time::Instant};
-use unic_core::{mesh::TriMesh, skeleton::Pose, topology::edges};
+use unic_core::skeleton::Pose;
 use unic_io::{Capture, MotionOptions, import_motion};
 use unic_sim::{
     Cloth, ClothSpec, Material, Simulation, SimulationSettings,
-    soundness::{Gauge, Soundness},
+    soundness::{Gauge, Soundness, Standing},
 };
 
 type Failure = Box<dyn std::error::Error>;
@@ -31,16 +31,13 @@ fn main() -> Result<(), Failure> {
         .build_global()?;
     let capture = Capture::open(&folder)?;
     let scene = Scene::new(&capture)?;
-    println!(
-        "{:>16} frames  cpu ms  >1 mm %  deepest mm   p99 %  hem before/after cm",
-        ""
-    );
+    println!("{:>16} frames  cpu ms  >1 mm %  deepest mm   p99 %  creep mm", "");
     for name in names {
         if folder.join("clips").join(format!("{name}.npz")).exists() {
             let clip = capture.load_clip(&name)?;
             let mut blender = scene.gauge(clip.clip.fps);
             for (pose, garment) in clip.clip.poses.iter().zip(clip.garment.iter()) {
-                blender.push(&scene.skinned(pose), garment, scene.pelvis(pose));
+                blender.push(&scene.skinned(pose), garment);
             }
             print(
                 &format!("{name} (B)"),
@@ -85,7 +82,7 @@ fn arguments() -> Result<(usize, Vec<String>), Failure> {
 struct Scene<'a> {
     capture: &'a Capture,
     cloth: Arc<Cloth>,
-    hem: Vec<u32>,
+    standing: Standing,
 }
 
 impl<'a> Scene<'a> {
@@ -97,19 +94,18 @@ impl<'a> Scene<'a> {
             cloth.particle_count(),
             cloth.constraint_counts()
         );
+        let cloth = Arc::new(cloth);
+        let character = Arc::new(capture.character.clone());
         Ok(Self {
             capture,
-            cloth: Arc::new(cloth),
-            hem: hem(rest),
+            standing: Standing::new(&cloth, &character, &SimulationSettings::default(), || true)?
+                .ok_or("not finished")?,
+            cloth,
         })
     }
 
     fn gauge(&self, fps: f32) -> Gauge {
         Gauge::new(&self.capture.character, &self.capture.garment.rest, fps)
-    }
-
-    fn pelvis(&self, pose: &Pose) -> Vec3 {
-        self.capture.character.skeleton.joints()[0] + pose.trans
     }
 
     fn skinned(&self, pose: &Pose) -> Vec<Vec3> {
@@ -123,12 +119,6 @@ impl<'a> Scene<'a> {
         vertices
     }
 
-    /// Mean height of the hem over the pelvis, metres.
-    fn hem_height(&self, garment: &[Vec3], pose: &Pose) -> f32 {
-        let mean = self.hem.iter().map(|&v| garment[v as usize].y).sum::<f32>() / self.hem.len() as f32;
-        mean - self.pelvis(pose).y
-    }
-
     fn run(&self, name: &str, poses: &[Pose], limit: usize) -> Result<(), Failure> {
         let character = Arc::new(self.capture.character.clone());
         let settings = SimulationSettings::default();
@@ -136,7 +126,7 @@ impl<'a> Scene<'a> {
         let mut simulation = Simulation::on_character(Arc::clone(&self.cloth), character, settings)?;
         let garment = simulation.settle(&poses[0], &poses[1])?;
         let mut gauge = self.gauge(fps);
-        gauge.push(&self.skinned(&poses[0]), garment, self.pelvis(&poses[0]));
+        gauge.push(&self.skinned(&poses[0]), garment);
         let poses = &poses[..poses.len().min(limit)];
         let mut seconds = 0.0;
         for pose in &poses[1..] {
@@ -144,73 +134,20 @@ impl<'a> Scene<'a> {
             simulation.step_frame(pose, Vec3::ZERO)?;
             seconds += cpu_seconds() - start;
             let body = simulation.body().ok_or("no body")?;
-            gauge.push(body, simulation.vertices(), self.pelvis(pose));
+            gauge.push(body, simulation.vertices());
         }
-        let hem = self.stand_before_and_after(poses)?;
+        let (skeleton, last) = (&self.capture.character.skeleton, &poses[poses.len() - 1]);
+        for pose in Standing::way_from(skeleton, last, fps) {
+            simulation.step_frame(&pose, Vec3::ZERO)?;
+        }
+        let creep_mm = self.standing.creep_mm(&simulation, skeleton, last);
         let cpu_s = seconds / (poses.len() - 1) as f64;
-        print(name, poses.len(), cpu_s, &gauge.finish(), Some(hem));
+        print(name, poses.len(), cpu_s, &gauge.finish(), Some(creep_mm));
         Ok(())
     }
-
-    /// Height of the hem after standing in the bind pose before the clip, and after it.
-    fn stand_before_and_after(&self, poses: &[Pose]) -> Result<[f32; 2], Failure> {
-        let character = Arc::new(self.capture.character.clone());
-        let settings = SimulationSettings::default();
-        let mut simulation =
-            Simulation::on_character(Arc::clone(&self.cloth), Arc::clone(&character), settings)?;
-        let stand = |like: &Pose| {
-            let mut pose = like.clone();
-            pose.local[1..].clone_from_slice(&character.skeleton.bind_pose().local[1..]);
-            pose
-        };
-        let (first, last) = (&poses[0], &poses[poses.len() - 1]);
-        let standing = stand(first);
-        simulation.settle(&standing, &standing)?;
-        for _ in 0..30 {
-            simulation.step_frame(&standing, Vec3::ZERO)?;
-        }
-        let before = self.hem_height(simulation.vertices(), &standing);
-        for t in 1..=30 {
-            simulation.step_frame(&standing.interpolate(first, t as f32 / 30.0), Vec3::ZERO)?;
-        }
-        for pose in &poses[1..] {
-            simulation.step_frame(pose, Vec3::ZERO)?;
-        }
-        let standing = stand(last);
-        for t in 1..=60 {
-            let t = (t as f32 / 30.0).min(1.0);
-            simulation.step_frame(&last.interpolate(&standing, t), Vec3::ZERO)?;
-        }
-        Ok([before, self.hem_height(simulation.vertices(), &standing)])
-    }
 }
 
-/// The rim with the lowest mean height.
-fn hem(rest: &TriMesh) -> Vec<u32> {
-    let mut rims: Vec<[u32; 2]> = Vec::new();
-    for &edge in &edges(&rest.faces) {
-        let of_it = rest.faces.iter().filter(|f| edge.iter().all(|v| f.contains(v)));
-        if of_it.count() == 1 {
-            rims.push(edge);
-        }
-    }
-    let mut loops: Vec<Vec<u32>> = Vec::new();
-    for [a, b] in rims {
-        let (mut with, without): (Vec<_>, Vec<_>) = loops
-            .into_iter()
-            .partition(|l: &Vec<u32>| l.contains(&a) || l.contains(&b));
-        with.push(vec![a, b]);
-        loops = without;
-        loops.push(with.concat());
-    }
-    let height = |l: &Vec<u32>| l.iter().map(|&v| rest.vertices[v as usize].y).sum::<f32>() / l.len() as f32;
-    loops
-        .into_iter()
-        .min_by(|a, b| height(a).total_cmp(&height(b)))
-        .unwrap_or_default()
-}
-
-fn print(name: &str, frames: usize, cpu_s: f64, sound: &Soundness, hem: Option<[f32; 2]>) {
+fn print(name: &str, frames: usize, cpu_s: f64, sound: &Soundness, creep_mm: Option<f32>) {
     print!(
         "{name:>16} {frames:>6} {:>7.1} {:>8.2} {:>11.1} {:>7.1}",
         cpu_s * 1e3,
@@ -218,8 +155,8 @@ fn print(name: &str, frames: usize, cpu_s: f64, sound: &Soundness, hem: Option<[
         sound.deepest_mm,
         sound.strain_p99_percent,
     );
-    match hem {
-        Some([before, after]) => println!("  {:.1} / {:.1}", before * 100.0, after * 100.0),
+    match creep_mm {
+        Some(creep_mm) => println!(" {creep_mm:>7.1}"),
         None => println!(),
     }
 }

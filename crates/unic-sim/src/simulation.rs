@@ -14,6 +14,7 @@ use crate::{
     self_contact::SelfContacts,
 };
 use approach::Approach;
+pub(crate) use approach::heading;
 use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -187,6 +188,21 @@ impl Simulation {
     /// # Errors
     /// No character, poses that do not fit it, an explosion.
     pub fn settle(&mut self, first: &Pose, second: &Pose) -> Result<&[Vec3], SimulationError> {
+        self.settle_while(first, second, || true)?;
+        Ok(&self.vertices)
+    }
+
+    /// [`Simulation::settle`], which asks before each of its frames whether to go on. Returns whether
+    /// it came to its end.
+    ///
+    /// # Errors
+    /// Those of [`Simulation::settle`].
+    pub fn settle_while(
+        &mut self,
+        first: &Pose,
+        second: &Pose,
+        mut goes_on: impl FnMut() -> bool,
+    ) -> Result<bool, SimulationError> {
         let Some(wearer) = &mut self.wearer else {
             return Err(SimulationError::NoCharacter { what: "settling" });
         };
@@ -200,11 +216,14 @@ impl Simulation {
         self.place(|rest| world_from_rest.point(rest));
         let frames = (approach.seconds() * fps).ceil() as i32;
         for frame in 1 - frames..=0 {
+            if !goes_on() {
+                return Ok(false);
+            }
             let time = frame as f32 / fps;
             let damping = approach.damping_per_s(time, self.settings.damping_per_s);
             self.frame(Some(&approach.pose(time)), Vec3::ZERO, damping)?;
         }
-        Ok(&self.vertices)
+        Ok(true)
     }
 
     /// One frame: the character goes over to `next`, in a wind of m/s. Returns the positions of the

@@ -13,7 +13,10 @@ use unic_core::{
     surface::Surface,
 };
 use unic_io::Capture;
-use unic_sim::{Attachment, Cloth, ClothSpec, Material, Simulation, SimulationError, SimulationSettings};
+use unic_sim::{
+    Attachment, Cloth, ClothSpec, Material, Simulation, SimulationError, SimulationSettings,
+    soundness::Standing,
+};
 
 /// A tube around the vertical, facing outwards, from `top` down.
 fn tube(around: u32, along: u32, radius: f32, top: f32, length: f32) -> TriMesh {
@@ -98,6 +101,60 @@ fn a_clip_begins_the_same_whatever_was_before() {
     let first = one.settle(&poses[0], &poses[1]).unwrap().to_vec();
     one.step_frame(&standing(Vec3::Z * 0.1, 1.0), Vec3::Z).unwrap();
     assert_eq!(one.settle(&poses[0], &poses[1]).unwrap(), first);
+}
+
+#[test]
+fn creeping_is_what_stays_after_the_character_stands_again() {
+    let character = pillar();
+    let skirt = tube(30, 12, 0.11, 1.0, 0.3);
+    let surface = Surface::build(&character.body);
+    let attach = |v: u32| Attachment::to_nearest(v, skirt.vertices[v as usize], &character.body, &surface);
+    let spec = ClothSpec {
+        attachments: (0..30).filter_map(attach).collect(),
+        ..ClothSpec::new(skirt.clone(), Material::COTTON)
+    };
+    let cloth = Arc::new(Cloth::new(&spec).unwrap());
+    let settings = SimulationSettings::default();
+    let before = Standing::new(&cloth, &character, &settings, || true)
+        .unwrap()
+        .unwrap();
+    let mut simulation = Simulation::on_character(cloth, Arc::clone(&character), settings).unwrap();
+    let poses: Vec<Pose> = (0..=20)
+        .map(|t| standing(Vec3::new(0.05 * t as f32, 0.02 * t as f32, 0.0), 0.1 * t as f32))
+        .collect();
+    simulation.settle(&poses[0], &poses[1]).unwrap();
+    for pose in &poses[1..] {
+        simulation.step_frame(pose, Vec3::ZERO).unwrap();
+    }
+    let last = &poses[20];
+    for pose in Standing::way_from(&character.skeleton, last, 30.0) {
+        simulation.step_frame(&pose, Vec3::ZERO).unwrap();
+    }
+    let creep = |simulation: &Simulation| before.creep_mm(simulation, &character.skeleton, last);
+    assert!(creep(&simulation).abs() < 2.0, "{} mm", creep(&simulation));
+    simulation.place(|rest| rest + last.trans);
+    let low = creep(&simulation);
+    simulation.place(|rest| rest + last.trans + Vec3::Y * 0.03);
+    let raised = creep(&simulation) - low;
+    assert!((raised - 30.0).abs() < 0.01, "{raised} mm");
+}
+
+#[test]
+fn measuring_stops_when_it_is_told_to() {
+    let cloth = Arc::new(Cloth::new(&ClothSpec::new(tube(8, 3, 0.2, 1.0, 0.1), Material::SILK)).unwrap());
+    let settings = SimulationSettings::default();
+    let frames = Standing::frames(&settings);
+    let mut left = frames;
+    let mut goes_on = || {
+        left -= 1;
+        left > frames / 2
+    };
+    assert!(
+        Standing::new(&cloth, &pillar(), &settings, &mut goes_on)
+            .unwrap()
+            .is_none()
+    );
+    assert_eq!(left, frames / 2);
 }
 
 #[test]

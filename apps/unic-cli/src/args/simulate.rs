@@ -25,8 +25,11 @@ pub(crate) struct SimulateArgs {
     /// held on the body), or built in: tshirt, skirt, pleated_dress, tulle_skirt, robe.
     #[arg(long, value_name = "FILE.obj|FOLDER|NAME", default_value = "tshirt")]
     pub(crate) garment: PathBuf,
-    /// Motions: npz or bvh [default: built-in idle, walks, runs, turns, jumps and dances].
-    #[arg(long, value_name = "FILE", num_args = 1..)]
+    /// Motions: npz or bvh, or names of built-in ones: idle, walk_speeds, walk_circles, walk_slalom,
+    /// walk_starts_stops, run_speeds, run_circles, run_slalom, run_starts_stops, squats_jumps,
+    /// arms_trunk, mixed, sprint_stop, turn_on_spot, dance [default: all of these, the last three to
+    /// test].
+    #[arg(long, value_name = "FILE|NAME", num_args = 1..)]
     pub(crate) motion: Vec<PathBuf>,
     /// The folder to write.
     #[arg(long, value_name = "FOLDER")]

@@ -54,7 +54,7 @@ impl Approach {
 
     /// Time from the start to the clip's first pose.
     pub(super) fn seconds(&self) -> f32 {
-        self.settings.hold_s + self.settings.move_s + self.settings.rest_s
+        self.settings.seconds()
     }
 
     /// Pose at `time` seconds; zero is the clip's first pose.
@@ -94,7 +94,7 @@ impl Approach {
 }
 
 /// The turn about the vertical that leaves a rotation facing the same way.
-fn heading(rotation: Quat) -> Quat {
+pub(crate) fn heading(rotation: Quat) -> Quat {
     let forward = rotation * Vec3::Z;
     // Lying on the back or face, the feet tell: their direction is against the head's.
     let forward = if forward.y.abs() < 0.9 {

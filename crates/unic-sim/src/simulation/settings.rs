@@ -72,6 +72,13 @@ impl Default for SettleSettings {
     }
 }
 
+impl SettleSettings {
+    /// Time of it all.
+    pub fn seconds(&self) -> f32 {
+        self.hold_s + self.move_s + self.rest_s
+    }
+}
+
 impl SimulationSettings {
     /// Length of a substep, seconds.
     pub fn substep_s(&self) -> f32 {

@@ -144,7 +144,7 @@ fn material(fabric: Fabric) -> Material {
 pub(super) fn jobs(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>> {
     let mut jobs = match args.motion.is_empty() {
         true => built_in_motions(args, character)?,
-        false => users_motions(args, character)?,
+        false => named_motions(args, character)?,
     };
     refuse_namesakes(&jobs)?;
     name_splits(args, &mut jobs)?;
@@ -171,19 +171,41 @@ fn built_in_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Jo
     Ok(train.chain(set.test.into_iter().map(job(Split::Test))).collect())
 }
 
-/// The last of several is held out: without a clip that training does not see nothing could be
-/// measured.
-fn users_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>> {
-    let motions = args.motion.iter().enumerate();
+/// Files and built-in clips. The last of several is held out: without a clip that training does not
+/// see nothing could be measured.
+fn named_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>> {
     let is_last = |i: usize| i > 0 && i + 1 == args.motion.len();
-    let job = |(i, path): (usize, &PathBuf)| {
-        Ok(Job {
-            clip: motion_file::read(path, character, args.fps, &args.reading)?,
-            split: if is_last(i) { Split::Test } else { Split::Train },
-            source: path.display().to_string(),
-        })
-    };
-    motions.map(job).collect()
+    let mut built_in = None;
+    let mut jobs = Vec::new();
+    for (i, path) in args.motion.iter().enumerate() {
+        let (clip, source) = if path.exists() || path.extension().is_some() {
+            let clip = motion_file::read(path, character, args.fps, &args.reading)?;
+            (clip, path.display().to_string())
+        } else {
+            let clips = match built_in.take() {
+                Some(clips) => clips,
+                None => built_in_motions(args, character)?,
+            };
+            let clip = built_in_clip(&clips, path)?;
+            built_in = Some(clips);
+            (clip, "built in".into())
+        };
+        let split = if is_last(i) { Split::Test } else { Split::Train };
+        jobs.push(Job { clip, split, source });
+    }
+    Ok(jobs)
+}
+
+fn built_in_clip(jobs: &[Job], name: &Path) -> Result<Clip> {
+    match jobs.iter().find(|job| name.as_os_str() == job.clip.name.as_str()) {
+        Some(job) => Ok(job.clip.clone()),
+        None => {
+            let names: Vec<&str> = jobs.iter().map(|job| job.clip.name.as_str()).collect();
+            let (names, found) = (names.join(", "), name.display());
+            let text = format!("--motion: expected a file or one of {names}; found {found}");
+            Err(Usage(text).into())
+        }
+    }
 }
 
 fn refuse_namesakes(jobs: &[Job]) -> Result<()> {

@@ -85,13 +85,13 @@ fn text(summary: &Summary) -> String {
         .unwrap_or(0)
         .max(4);
     let mut text = format!(
-        "{:width$}  split       frames  CPU s/frame  inside %  deepest mm  strain p99 %  hem mm  top m/s\n",
+        "{:width$}  split       frames  CPU s/frame  inside %  deepest mm  strain p99 %  creep mm  top m/s\n",
         "clip"
     );
     for c in summary.clips {
         let s = &c.soundness;
         text += &format!(
-            "{:width$}  {:10}  {:6}  {:11.4}  {:8.3}  {:10.1}  {:12.1}  {:6.0}  {:7.1}\n",
+            "{:width$}  {:10}  {:6}  {:11.4}  {:8.3}  {:10.1}  {:12.1}  {:8.1}  {:7.1}\n",
             c.clip,
             c.split,
             c.frames,
@@ -99,7 +99,7 @@ fn text(summary: &Summary) -> String {
             s.inside_percent,
             s.deepest_mm,
             s.strain_p99_percent,
-            s.hem_change_mm,
+            c.creep_mm,
             s.top_speed_m_per_s,
         );
     }

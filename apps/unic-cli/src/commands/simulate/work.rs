@@ -16,11 +16,11 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
     thread,
 };
-use unic_core::character::Character;
+use unic_core::{character::Character, clip::Clip};
 use unic_io::{CaptureWriter, capture::ClipWriter};
 use unic_sim::{
     Cloth, Simulation, SimulationSettings,
-    soundness::{Gauge, Soundness},
+    soundness::{Gauge, Soundness, Standing},
 };
 
 /// Everything that all clips share.
@@ -44,6 +44,8 @@ pub(super) struct Made {
     pub(super) cpu_s_per_frame: f64,
     #[serde(flatten)]
     pub(super) soundness: Soundness,
+    /// How much higher the hem hangs after the clip when the character stands again, mm.
+    pub(super) creep_mm: f32,
     #[serde(skip)]
     pub(super) shots: Vec<(usize, Shot)>,
 }
@@ -62,6 +64,10 @@ impl Workshop<'_> {
     /// Makes all clips, as many at a time as there are threads; the order of the capture is that of
     /// `jobs`. The first failure stops the others at their next frame.
     pub(super) fn make(&self, jobs: &[&Job], done: u64, writer: &mut CaptureWriter) -> Result<Vec<Made>> {
+        if jobs.is_empty() {
+            return Ok(Vec::new());
+        }
+        let standing = &self.standing()?;
         let to_do: u64 = jobs.iter().map(|job| job.clip.len() as u64).sum();
         let bench = Mutex::new(Bench {
             queue: jobs.iter().copied().collect(),
@@ -78,7 +84,7 @@ impl Workshop<'_> {
                 let bench = &bench;
                 // Threads that are left over help inside the first clips.
                 let share = threads / workers + usize::from(worker < threads % workers);
-                scope.spawn(move || self.work(share, bench));
+                scope.spawn(move || self.work(share, standing, bench));
             }
         });
         let bench = bench.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -88,13 +94,27 @@ impl Workshop<'_> {
         }
     }
 
-    fn work(&self, threads: usize, bench: &Mutex<Bench>) {
+    /// What creeping is measured against.
+    fn standing(&self) -> Result<Standing> {
+        let mut progress = Progress::new("settling", 0, Standing::frames(&self.settings));
+        let mut frames = 0;
+        let goes_on = || {
+            progress.set(frames, || "standing".into());
+            frames += 1;
+            !interrupt::is_asked()
+        };
+        let standing = Standing::new(&self.cloth, &self.character, &self.settings, goes_on)?;
+        standing.ok_or_else(interrupted)
+    }
+
+    fn work(&self, threads: usize, standing: &Standing, bench: &Mutex<Bench>) {
         let pool = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
             Ok(pool) => pool,
             Err(error) => return fail(bench, anyhow!("threads cannot be started: {error}")),
         };
         while let Some(next) = self.take(bench) {
-            let made = next.and_then(|(job, writer)| pool.install(|| self.clip(job, writer, bench)));
+            let made =
+                next.and_then(|(job, writer)| pool.install(|| self.clip(job, writer, standing, bench)));
             match made {
                 Ok(made) => lock(bench).made.push(made),
                 Err(error) => return fail(bench, error),
@@ -116,7 +136,13 @@ impl Workshop<'_> {
         Some(writer.map(|writer| (job, writer)).map_err(Into::into))
     }
 
-    fn clip(&self, job: &Job, mut writer: ClipWriter, bench: &Mutex<Bench>) -> Result<Made> {
+    fn clip(
+        &self,
+        job: &Job,
+        mut writer: ClipWriter,
+        standing: &Standing,
+        bench: &Mutex<Bench>,
+    ) -> Result<Made> {
         let clip = &job.clip;
         let named = |e: unic_sim::SimulationError| anyhow!("clip {}: {e}", clip.name);
         let mut settings = self.settings.clone();
@@ -132,15 +158,20 @@ impl Workshop<'_> {
             go_on(bench)?;
             let started = cpu_time_s();
             match t {
-                0 => simulation.settle(pose, &clip.poses[1]),
-                _ => simulation.step_frame(pose, self.wind),
+                0 => {
+                    let next = &clip.poses[1];
+                    simulation
+                        .settle_while(pose, next, || go_on(bench).is_ok())
+                        .map(drop)
+                }
+                _ => simulation.step_frame(pose, self.wind).map(drop),
             }
             .map_err(named)?;
+            go_on(bench)?;
             cpu_s += cpu_time_s() - started;
             let (body, garment) = (simulation.body().unwrap_or_default(), simulation.vertices());
             writer.push(garment)?;
-            let root = self.character.skeleton.joints()[self.character.skeleton.root()] + pose.trans;
-            gauge.push(body, garment, root);
+            gauge.push(body, garment);
             if wanted.contains(&t) {
                 let place = Place::new(&self.character.skeleton, pose);
                 shots.push((
@@ -161,8 +192,27 @@ impl Workshop<'_> {
             frames: clip.len(),
             cpu_s_per_frame: cpu_s / clip.len() as f64,
             soundness: gauge.finish(),
+            creep_mm: self.creep_mm(standing, &mut simulation, clip, bench)?,
             shots,
         })
+    }
+}
+
+impl Workshop<'_> {
+    /// Stands the character up at the end of its clip.
+    fn creep_mm(
+        &self,
+        standing: &Standing,
+        simulation: &mut Simulation,
+        clip: &Clip,
+        bench: &Mutex<Bench>,
+    ) -> Result<f32> {
+        let (skeleton, last) = (&self.character.skeleton, &clip.poses[clip.len() - 1]);
+        for pose in Standing::way_from(skeleton, last, clip.fps) {
+            go_on(bench)?;
+            simulation.step_frame(&pose, self.wind)?;
+        }
+        Ok(standing.creep_mm(simulation, skeleton, last))
     }
 }
 
@@ -174,13 +224,17 @@ fn in_order(mut made: Vec<Made>, jobs: &[&Job]) -> Vec<Made> {
 /// An error once another thread has failed or somebody has asked to stop.
 fn go_on(bench: &Mutex<Bench>) -> Result<()> {
     if interrupt::is_asked() {
-        let text = "interrupted; finished clips are kept, the same command with --resume goes on";
-        return Err(Interrupted(text.into()).into());
+        return Err(interrupted());
     }
     match lock(bench).failure {
         None => Ok(()),
         Some(_) => Err(anyhow!("another clip failed")),
     }
+}
+
+fn interrupted() -> anyhow::Error {
+    let text = "interrupted; finished clips are kept, the same command with --resume goes on";
+    Interrupted(text.into()).into()
 }
 
 fn advance(bench: &Mutex<Bench>, clip: &str) {
