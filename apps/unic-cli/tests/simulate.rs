@@ -87,6 +87,17 @@ fn a_capture_is_made_that_trains() {
 }
 
 #[test]
+fn built_in_motions_go_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = "simulate --garment skirt --motion dance idle --seconds 0.1 --out made";
+    let output = command(folder.path(), line).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let capture = Capture::open(&folder.path().join("made")).unwrap();
+    assert_eq!(capture.clip_names(Split::Train), ["dance"]);
+    assert_eq!(capture.clip_names(Split::Test), ["idle"]);
+}
+
+#[test]
 fn threads_and_interruptions_change_nothing() {
     let folder = tempfile::tempdir().unwrap();
     inputs(folder.path());
@@ -133,6 +144,15 @@ fn threads_and_interruptions_change_nothing() {
             .unwrap();
         assert!(resumed.status.success(), "{}", stderr(&resumed));
     }
+    let report = fs::read(folder.path().join("b/simulation.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
+    let clips: Vec<_> = report["clips"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|c| &c["clip"])
+        .collect();
+    assert_eq!(clips, ["one", "two", "three"], "kept clips are reported too");
     let name_free = |files: Vec<(String, Vec<u8>)>| -> Vec<_> {
         files
             .into_iter()
@@ -156,6 +176,10 @@ fn what_cannot_be_meant_is_said_in_one_sentence() {
         assert!(words.iter().all(|word| last.contains(word)), "{line}: {text}");
     };
     refused("--garment cape --out a", &["cape", "tshirt, skirt"]);
+    refused(
+        "--motion moonwalk --out a",
+        &["moonwalk", "walk_circles", "dance"],
+    );
     refused(
         &format!("{INPUTS} --motion one.npz --test four --out a"),
         &["four", "one"],

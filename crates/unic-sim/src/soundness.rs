@@ -5,7 +5,7 @@ mod standing;
 pub use standing::Standing;
 
 use glam::Vec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use unic_core::{character::Character, folds::Folds, mesh::TriMesh, surface::Surface, topology::edges};
 
 /// A vertex deeper than this counts as inside the body, metres.
@@ -19,7 +19,7 @@ const STRAIN_BIN: f32 = 1e-3;
 const BINS: usize = 2000;
 
 /// Numbers of one clip.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Soundness {
     /// Vertices more than 1 mm inside the body, where it does not fold into itself, % of all.
     pub inside_percent: f64,

@@ -12,6 +12,7 @@ use crate::{
 use anyhow::{Result, anyhow};
 use folder::Found;
 use inputs::{Cut, Job};
+use report::Summary;
 use std::{sync::Arc, time::Instant};
 use unic_core::{character::Character, surface::Surface};
 use unic_io::{CaptureWriter, Manifest};
@@ -20,7 +21,7 @@ use unic_sim::{
     contact::{ContactSettings, Friction},
     self_contact::SelfContactSettings,
 };
-use work::Workshop;
+use work::{Kept, Row, Workshop};
 
 /// Pictures of a clip.
 const SHOTS: usize = 8;
@@ -50,10 +51,10 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     )?;
     folder::begin(&args.out, &record)?;
     let (left, kept) = match found {
-        Found::Unfinished => keep_finished(&mut writer, &jobs)?,
-        Found::Nothing => (jobs.iter().collect(), 0),
+        Found::Unfinished => keep_finished(args, &mut writer, &jobs)?,
+        Found::Nothing => (jobs.iter().collect(), Kept::default()),
     };
-    announce(&cut, &jobs, kept);
+    announce(&cut, &jobs, &kept);
     let workshop = Workshop {
         character: Arc::new(character),
         cut: &cut,
@@ -62,10 +63,14 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
         wind: args.wind.unwrap_or_default(),
         shots: args.pictures.as_ref().map_or(0, |_| SHOTS),
     };
-    let made = workshop.make(&left, kept, &mut writer)?;
+    let vertices = cut.garment.rest.vertices.len();
+    let keep = |rows: &[Row]| report::keep(&Summary::new(args, vertices, rows, started.elapsed()));
+    let mut rows = kept.rows.clone();
+    let made = workshop.make(&left, kept, &mut writer, &keep)?;
     writer.finish()?;
     folder::close(&args.out)?;
-    let summary = report::Summary::new(args, &workshop, &made, started.elapsed());
+    rows.extend(made.iter().map(|made| made.row.clone()));
+    let summary = Summary::new(args, vertices, &rows, started.elapsed()).sorted(&jobs);
     report::keep(&summary)?;
     report::draw(args, &workshop, &made)?;
     report::show(args, &summary)
@@ -153,28 +158,36 @@ fn manifest(args: &SimulateArgs, record: &toml::Table) -> Manifest {
     manifest
 }
 
-/// The clips that are still to be made, and the number of frames that are there.
-fn keep_finished<'a>(writer: &mut CaptureWriter, jobs: &'a [Job]) -> Result<(Vec<&'a Job>, u64)> {
-    let mut frames = 0;
+/// The clips that are still to be made, and what is there of the others.
+fn keep_finished<'a>(
+    args: &SimulateArgs,
+    writer: &mut CaptureWriter,
+    jobs: &'a [Job],
+) -> Result<(Vec<&'a Job>, Kept)> {
+    let mut kept = Kept::default();
     let mut left = Vec::new();
+    let rows = report::rows(&args.out);
     for job in jobs {
-        match writer.keep_clip(&job.clip, job.split)? {
-            true => frames += job.clip.len() as u64,
-            false => left.push(job),
+        if writer.keep_clip(&job.clip, job.split)? {
+            kept.frames += job.clip.len() as u64;
+            kept.rows
+                .extend(rows.iter().find(|row| row.clip == job.clip.name).cloned());
+        } else {
+            left.push(job);
         }
     }
-    Ok((left, frames))
+    Ok((left, kept))
 }
 
-fn announce(cut: &Cut, jobs: &[Job], kept: u64) {
+fn announce(cut: &Cut, jobs: &[Job], kept: &Kept) {
     let seconds: f32 = jobs.iter().map(|job| job.clip.seconds()).sum();
     let vertices = cut.garment.rest.vertices.len();
     say(&format!(
         "{} clips, {seconds:.0} s of motion, {vertices} vertices",
         jobs.len()
     ));
-    if kept > 0 {
-        say(&format!("{kept} frames are there already"));
+    if kept.frames > 0 {
+        say(&format!("{} frames are there already", kept.frames));
     }
     for job in jobs.iter().filter(|job| job.split != unic_io::Split::Train) {
         say(&format!("{} is held out for {}", job.clip.name, job.split.name()));

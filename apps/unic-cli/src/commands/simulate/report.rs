@@ -1,17 +1,26 @@
 //! What is said about a finished capture.
 
-use super::work::{Made, Workshop};
+use super::{
+    inputs::Job,
+    work::{Made, Row, Workshop},
+};
 use crate::{
     args::SimulateArgs,
     output::{print, print_json},
     pictures::{CLOTH, GAP, Shot, Studio},
 };
 use anyhow::{Context, Result};
-use serde::Serialize;
-use std::{fs, path::PathBuf, time::Duration};
+use serde::{Deserialize, Serialize};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    time::Duration,
+};
 use unic_viewer::grid;
 
-/// What `--json` prints and `simulation.json` keeps: the clips that this run has made.
+const FILE: &str = "simulation.json";
+
+/// What `--json` prints and `simulation.json` keeps.
 #[derive(Serialize)]
 pub(super) struct Summary<'a> {
     capture: PathBuf,
@@ -19,19 +28,38 @@ pub(super) struct Summary<'a> {
     fps: f32,
     /// Of the whole command.
     seconds: f64,
-    clips: &'a [Made],
+    /// In the order of the capture.
+    clips: Vec<&'a Row>,
 }
 
 impl<'a> Summary<'a> {
-    pub(super) fn new(args: &SimulateArgs, workshop: &Workshop, made: &'a [Made], took: Duration) -> Self {
+    /// Of the clips that are finished so far.
+    pub(super) fn new(args: &SimulateArgs, vertices: usize, rows: &'a [Row], took: Duration) -> Self {
         Self {
             capture: args.out.clone(),
-            vertices: workshop.cut.garment.rest.vertices.len(),
+            vertices,
             fps: args.fps,
             seconds: took.as_secs_f64(),
-            clips: made,
+            clips: rows.iter().collect(),
         }
     }
+
+    /// The same, sorted as `jobs` are.
+    pub(super) fn sorted(mut self, jobs: &[Job]) -> Self {
+        let place = |row: &Row| jobs.iter().position(|job| job.clip.name == row.clip);
+        self.clips.sort_by_key(|row| place(row));
+        self
+    }
+}
+
+/// Rows of an earlier run; none where it has not written any.
+pub(super) fn rows(folder: &Path) -> Vec<Row> {
+    #[derive(Deserialize)]
+    struct Before {
+        clips: Vec<Row>,
+    }
+    let text = fs::read_to_string(folder.join(FILE)).unwrap_or_default();
+    serde_json::from_str::<Before>(&text).map_or(Vec::new(), |before| before.clips)
 }
 
 /// Before the work begins: a folder that cannot be made is found out now.
@@ -54,7 +82,7 @@ pub(super) fn draw(args: &SimulateArgs, workshop: &Workshop, made: &[Made]) -> R
             .map(|(t, shot)| studio.picture(shot, CLOTH, &format!("{:.2} s", *t as f32 / args.fps)))
             .collect::<Result<Vec<_>>>()?;
         let picture = grid(&tiles, tiles.len(), GAP)?.encode_png()?;
-        unic_io::atomic::write(&folder.join(format!("{}.png", clip.clip)), &picture)?;
+        unic_io::atomic::write(&folder.join(format!("{}.png", clip.row.clip)), &picture)?;
     }
     Ok(())
 }
@@ -63,7 +91,7 @@ pub(super) fn draw(args: &SimulateArgs, workshop: &Workshop, made: &[Made]) -> R
 pub(super) fn keep(summary: &Summary) -> Result<()> {
     let json = serde_json::to_string_pretty(summary)?;
     Ok(unic_io::atomic::write(
-        &summary.capture.join("simulation.json"),
+        &summary.capture.join(FILE),
         json.as_bytes(),
     )?)
 }
@@ -88,7 +116,7 @@ fn text(summary: &Summary) -> String {
         "{:width$}  split       frames  CPU s/frame  inside %  deepest mm  strain p99 %  creep mm  top m/s\n",
         "clip"
     );
-    for c in summary.clips {
+    for c in &summary.clips {
         let s = &c.soundness;
         text += &format!(
             "{:width$}  {:10}  {:6}  {:11.4}  {:8.3}  {:10.1}  {:12.1}  {:8.1}  {:7.1}\n",

@@ -10,16 +10,16 @@ use crate::{
 use anyhow::{Result, anyhow};
 use glam::Vec3;
 use rustix::time::{ClockId, clock_gettime};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::{
     collections::VecDeque,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
     thread,
 };
 use unic_core::{character::Character, clip::Clip};
 use unic_io::{CaptureWriter, capture::ClipWriter};
 use unic_sim::{
-    Cloth, Simulation, SimulationSettings,
+    Cloth, Simulation, SimulationError, SimulationSettings,
     soundness::{Gauge, Soundness, Standing},
 };
 
@@ -34,11 +34,11 @@ pub(super) struct Workshop<'a> {
     pub(super) shots: usize,
 }
 
-/// What came out of one clip.
-#[derive(Serialize)]
-pub(super) struct Made {
+/// What came out of one clip, as numbers.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Row {
     pub(super) clip: String,
-    pub(super) split: &'static str,
+    pub(super) split: String,
     pub(super) frames: usize,
     /// CPU time of the simulation for a frame, settling included, seconds.
     pub(super) cpu_s_per_frame: f64,
@@ -46,16 +46,38 @@ pub(super) struct Made {
     pub(super) soundness: Soundness,
     /// How much higher the hem hangs after the clip when the character stands again, mm.
     pub(super) creep_mm: f32,
-    #[serde(skip)]
+}
+
+/// A clip that this run has made.
+pub(super) struct Made {
+    pub(super) row: Row,
     pub(super) shots: Vec<(usize, Shot)>,
 }
 
-/// What the threads share while they work.
+/// What an earlier run has left to go on from.
+#[derive(Default)]
+pub(super) struct Kept {
+    pub(super) frames: u64,
+    pub(super) rows: Vec<Row>,
+}
+
+/// Where rows go as soon as there is another one.
+pub(super) type Keep<'a> = &'a (dyn Fn(&[Row]) -> Result<()> + Sync);
+
+/// What the threads share.
+struct Shift<'a, 'w> {
+    standing: Standing,
+    keep: Keep<'a>,
+    bench: Mutex<Bench<'a, 'w>>,
+}
+
+/// What they change while they work.
 struct Bench<'a, 'w> {
     queue: VecDeque<&'a Job>,
     writer: &'w mut CaptureWriter,
     progress: Progress,
     frames_done: u64,
+    rows: Vec<Row>,
     made: Vec<Made>,
     failure: Option<anyhow::Error>,
 }
@@ -63,34 +85,46 @@ struct Bench<'a, 'w> {
 impl Workshop<'_> {
     /// Makes all clips, as many at a time as there are threads; the order of the capture is that of
     /// `jobs`. The first failure stops the others at their next frame.
-    pub(super) fn make(&self, jobs: &[&Job], done: u64, writer: &mut CaptureWriter) -> Result<Vec<Made>> {
+    pub(super) fn make<'a>(
+        &self,
+        jobs: &[&'a Job],
+        kept: Kept,
+        writer: &mut CaptureWriter,
+        keep: Keep<'a>,
+    ) -> Result<Vec<Made>> {
         if jobs.is_empty() {
             return Ok(Vec::new());
         }
-        let standing = &self.standing()?;
+        let standing = self.standing()?;
         let to_do: u64 = jobs.iter().map(|job| job.clip.len() as u64).sum();
-        let bench = Mutex::new(Bench {
+        let bench = Bench {
             queue: jobs.iter().copied().collect(),
             writer,
-            progress: Progress::new("simulating", done, done + to_do),
-            frames_done: done,
+            progress: Progress::new("simulating", kept.frames, kept.frames + to_do),
+            frames_done: kept.frames,
+            rows: kept.rows,
             made: Vec::new(),
             failure: None,
-        });
+        };
+        let shift = Shift {
+            standing,
+            keep,
+            bench: Mutex::new(bench),
+        };
         let threads = rayon::current_num_threads();
         let workers = jobs.len().clamp(1, threads);
         thread::scope(|scope| {
             for worker in 0..workers {
-                let bench = &bench;
+                let shift = &shift;
                 // Threads that are left over help inside the first clips.
                 let share = threads / workers + usize::from(worker < threads % workers);
-                scope.spawn(move || self.work(share, standing, bench));
+                scope.spawn(move || self.work(share, shift));
             }
         });
-        let bench = bench.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let bench = shift.bench.into_inner().unwrap_or_else(PoisonError::into_inner);
         match bench.failure {
             Some(error) => Err(error),
-            None => Ok(in_order(bench.made, jobs)),
+            None => Ok(bench.made),
         }
     }
 
@@ -107,141 +141,146 @@ impl Workshop<'_> {
         standing.ok_or_else(interrupted)
     }
 
-    fn work(&self, threads: usize, standing: &Standing, bench: &Mutex<Bench>) {
+    fn work(&self, threads: usize, shift: &Shift) {
         let pool = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
             Ok(pool) => pool,
-            Err(error) => return fail(bench, anyhow!("threads cannot be started: {error}")),
+            Err(error) => return shift.fail(anyhow!("threads cannot be started: {error}")),
         };
-        while let Some(next) = self.take(bench) {
-            let made =
-                next.and_then(|(job, writer)| pool.install(|| self.clip(job, writer, standing, bench)));
+        while let Some(next) = shift.take(self.wind) {
+            let made = next.and_then(|(job, writer)| pool.install(|| self.clip(job, writer, shift)));
             match made {
-                Ok(made) => lock(bench).made.push(made),
-                Err(error) => return fail(bench, error),
+                Ok(made) => shift.lock().made.push(made),
+                Err(error) => return shift.fail(error),
             }
         }
     }
 
-    /// The next clip with its files; none when there is no more to do.
-    fn take<'a>(&self, bench: &Mutex<Bench<'a, '_>>) -> Option<Result<(&'a Job, ClipWriter)>> {
-        let mut bench = lock(bench);
-        if bench.failure.is_some() {
-            return None;
-        }
-        let job = bench.queue.pop_front()?;
-        let wind = vec![self.wind; job.clip.len()];
-        let wind = (self.wind != Vec3::ZERO).then_some(wind.as_slice());
-        // Begun in the order of the queue, so that the capture lists its clips in one order.
-        let writer = bench.writer.begin_clip(&job.clip, job.split, wind);
-        Some(writer.map(|writer| (job, writer)).map_err(Into::into))
-    }
-
-    fn clip(
-        &self,
-        job: &Job,
-        mut writer: ClipWriter,
-        standing: &Standing,
-        bench: &Mutex<Bench>,
-    ) -> Result<Made> {
+    fn clip(&self, job: &Job, mut writer: ClipWriter, shift: &Shift) -> Result<Made> {
         let clip = &job.clip;
-        let named = |e: unic_sim::SimulationError| anyhow!("clip {}: {e}", clip.name);
-        let mut settings = self.settings.clone();
-        if let Some(contact) = &mut settings.contact {
-            contact.ground_height_m = Some(clip.ground_height);
-        }
-        let (cloth, character) = (Arc::clone(&self.cloth), Arc::clone(&self.character));
-        let mut simulation = Simulation::on_character(cloth, character, settings).map_err(named)?;
+        let named = |e: SimulationError| anyhow!("clip {}: {e}", clip.name);
+        let mut simulation = self.simulation(clip).map_err(named)?;
         let mut gauge = Gauge::new(&self.character, &self.cut.garment.rest, clip.fps);
         let wanted = evenly_spread(clip.len(), self.shots);
         let (mut shots, mut cpu_s) = (Vec::new(), 0.0);
-        for (t, pose) in clip.poses.iter().enumerate() {
-            go_on(bench)?;
+        for t in 0..clip.len() {
+            shift.go_on()?;
             let started = cpu_time_s();
-            match t {
-                0 => {
-                    let next = &clip.poses[1];
-                    simulation
-                        .settle_while(pose, next, || go_on(bench).is_ok())
-                        .map(drop)
-                }
-                _ => simulation.step_frame(pose, self.wind).map(drop),
-            }
-            .map_err(named)?;
-            go_on(bench)?;
+            self.step(&mut simulation, clip, t, shift).map_err(named)?;
             cpu_s += cpu_time_s() - started;
+            shift.go_on()?;
             let (body, garment) = (simulation.body().unwrap_or_default(), simulation.vertices());
             writer.push(garment)?;
             gauge.push(body, garment);
             if wanted.contains(&t) {
-                let place = Place::new(&self.character.skeleton, pose);
-                shots.push((
-                    t,
-                    Shot {
-                        body: body.to_vec(),
-                        garment: garment.to_vec(),
-                        place,
-                    },
-                ));
+                let place = Place::new(&self.character.skeleton, &clip.poses[t]);
+                let (body, garment) = (body.to_vec(), garment.to_vec());
+                shots.push((t, Shot { body, garment, place }));
             }
-            advance(bench, &clip.name);
+            shift.advance(&clip.name);
         }
-        writer.finish()?;
-        Ok(Made {
+        let row = Row {
             clip: clip.name.clone(),
-            split: job.split.name(),
+            split: job.split.name().to_owned(),
             frames: clip.len(),
             cpu_s_per_frame: cpu_s / clip.len() as f64,
             soundness: gauge.finish(),
-            creep_mm: self.creep_mm(standing, &mut simulation, clip, bench)?,
-            shots,
-        })
+            creep_mm: self.creep_mm(&mut simulation, clip, shift)?,
+        };
+        shift.record(&row)?;
+        writer.finish()?;
+        Ok(Made { row, shots })
     }
-}
 
-impl Workshop<'_> {
-    /// Stands the character up at the end of its clip.
-    fn creep_mm(
+    fn simulation(&self, clip: &Clip) -> Result<Simulation, SimulationError> {
+        let mut settings = self.settings.clone();
+        if let Some(contact) = &mut settings.contact {
+            contact.ground_height_m = Some(clip.ground_height);
+        }
+        Simulation::on_character(Arc::clone(&self.cloth), Arc::clone(&self.character), settings)
+    }
+
+    /// Frame `t`: the first is what settling leads to.
+    fn step(
         &self,
-        standing: &Standing,
         simulation: &mut Simulation,
         clip: &Clip,
-        bench: &Mutex<Bench>,
-    ) -> Result<f32> {
+        t: usize,
+        shift: &Shift,
+    ) -> Result<(), SimulationError> {
+        let pose = &clip.poses[t];
+        match t {
+            0 => simulation
+                .settle_while(pose, &clip.poses[1], || shift.go_on().is_ok())
+                .map(drop),
+            _ => simulation.step_frame(pose, self.wind).map(drop),
+        }
+    }
+
+    /// Stands the character up at the end of its clip.
+    fn creep_mm(&self, simulation: &mut Simulation, clip: &Clip, shift: &Shift) -> Result<f32> {
         let (skeleton, last) = (&self.character.skeleton, &clip.poses[clip.len() - 1]);
         for pose in Standing::way_from(skeleton, last, clip.fps) {
-            go_on(bench)?;
+            shift.go_on()?;
             simulation.step_frame(&pose, self.wind)?;
         }
-        Ok(standing.creep_mm(simulation, skeleton, last))
+        Ok(shift.standing.creep_mm(simulation, skeleton, last))
     }
 }
 
-fn in_order(mut made: Vec<Made>, jobs: &[&Job]) -> Vec<Made> {
-    made.sort_by_key(|made| jobs.iter().position(|job| job.clip.name == made.clip));
-    made
-}
-
-/// An error once another thread has failed or somebody has asked to stop.
-fn go_on(bench: &Mutex<Bench>) -> Result<()> {
-    if interrupt::is_asked() {
-        return Err(interrupted());
+impl<'a, 'w> Shift<'a, 'w> {
+    /// The next clip with its files; none when there is no more to do.
+    fn take(&self, wind: Vec3) -> Option<Result<(&'a Job, ClipWriter)>> {
+        let mut bench = self.lock();
+        if bench.failure.is_some() {
+            return None;
+        }
+        let job = bench.queue.pop_front()?;
+        let winds = vec![wind; job.clip.len()];
+        let winds = (wind != Vec3::ZERO).then_some(winds.as_slice());
+        // Begun in the order of the queue, so that the capture lists its clips in one order.
+        let writer = bench.writer.begin_clip(&job.clip, job.split, winds);
+        Some(writer.map(|writer| (job, writer)).map_err(Into::into))
     }
-    match lock(bench).failure {
-        None => Ok(()),
-        Some(_) => Err(anyhow!("another clip failed")),
+
+    /// Before the clip's motion is in the folder: a finished clip has its row, whenever a run is
+    /// interrupted.
+    fn record(&self, row: &Row) -> Result<()> {
+        let mut bench = self.lock();
+        bench.rows.push(row.clone());
+        (self.keep)(&bench.rows)
+    }
+
+    /// An error once another thread has failed or somebody has asked to stop.
+    fn go_on(&self) -> Result<()> {
+        if interrupt::is_asked() {
+            return Err(interrupted());
+        }
+        match self.lock().failure {
+            None => Ok(()),
+            Some(_) => Err(anyhow!("another clip failed")),
+        }
+    }
+
+    fn advance(&self, clip: &str) {
+        let mut bench = self.lock();
+        bench.frames_done += 1;
+        let done = bench.frames_done;
+        bench.progress.set(done, || clip.to_owned());
+    }
+
+    /// The first failure counts: others follow from it.
+    fn fail(&self, error: anyhow::Error) {
+        self.lock().failure.get_or_insert(error);
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Bench<'a, 'w>> {
+        self.bench.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 fn interrupted() -> anyhow::Error {
     let text = "interrupted; finished clips are kept, the same command with --resume goes on";
     Interrupted(text.into()).into()
-}
-
-fn advance(bench: &Mutex<Bench>, clip: &str) {
-    let mut bench = lock(bench);
-    bench.frames_done += 1;
-    let done = bench.frames_done;
-    bench.progress.set(done, || clip.to_owned());
 }
 
 /// CPU time of the threads of this pool so far, seconds.
@@ -251,13 +290,4 @@ fn cpu_time_s() -> f64 {
         time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
     };
     rayon::broadcast(seconds).iter().sum()
-}
-
-/// The first failure counts: others follow from it.
-fn fail(bench: &Mutex<Bench>, error: anyhow::Error) {
-    lock(bench).failure.get_or_insert(error);
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
