@@ -129,7 +129,7 @@ impl Surface {
     /// The closest point to `p`; none when there is no finite face, or `p` is not finite or too far
     /// away for its squared distance to be.
     pub fn closest(&self, p: Vec3) -> Option<SurfacePoint> {
-        self.search(p, f32::INFINITY, None)
+        self.search(p, f32::INFINITY, None, |_| true)
     }
 
     /// The same answer as [`Surface::closest`], to the bit, sooner when `seed` is a face near it,
@@ -140,24 +140,36 @@ impl Surface {
             hit: triangle.closest(p),
         });
         let start = start.filter(|c| c.hit.squared_distance.is_finite());
-        self.search(p, f32::INFINITY, start)
+        self.search(p, f32::INFINITY, start, |_| true)
     }
 
     /// The closest point to `p` if it is at most `radius` metres away. The smaller the radius,
     /// the sooner a far point is done.
     pub fn closest_within(&self, p: Vec3, radius: f32) -> Option<SurfacePoint> {
-        let found = self.search(p, radius * radius, None);
+        self.closest_where(p, radius, |_| true)
+    }
+
+    /// [`Surface::closest_within`] among the faces that `counts` names. Where the closest of them
+    /// touches faces that do not count, their side of it is still told by all of them.
+    pub fn closest_where(&self, p: Vec3, radius: f32, counts: impl Fn(u32) -> bool) -> Option<SurfacePoint> {
+        let found = self.search(p, radius * radius, None, counts);
         found.filter(|hit| hit.distance <= radius)
     }
 
-    fn search(&self, p: Vec3, bound: f32, start: Option<Candidate>) -> Option<SurfacePoint> {
+    fn search(
+        &self,
+        p: Vec3,
+        bound: f32,
+        start: Option<Candidate>,
+        counts: impl Fn(u32) -> bool,
+    ) -> Option<SurfacePoint> {
         if !p.is_finite() {
             return None;
         }
         let mut best = start;
         let bound = start.map_or(bound, |c| c.hit.squared_distance);
         self.tree.nearest(p, bound, |faces, mut bound| {
-            for &face in faces {
+            for &face in faces.iter().filter(|&&face| counts(face)) {
                 let hit = self.triangles[face as usize].closest(p);
                 let found = hit.squared_distance;
                 let lower = best.is_none_or(|best| face < best.face);

@@ -12,6 +12,7 @@ use unic_core::skeleton::Pose;
 use unic_io::{Capture, MotionOptions, import_motion};
 use unic_sim::{
     Cloth, ClothSpec, Material, Simulation, SimulationSettings,
+    self_contact::SelfContactSettings,
     soundness::{Gauge, Soundness, Standing},
 };
 
@@ -56,6 +57,15 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
+/// With the cloth's contact with itself where `SELF_CONTACT` is set: Blender's figures are without.
+fn settings() -> SimulationSettings {
+    let has_self_contact = std::env::var_os("SELF_CONTACT").is_some();
+    SimulationSettings {
+        self_contact: has_self_contact.then(SelfContactSettings::default),
+        ..Default::default()
+    }
+}
+
 fn arguments() -> Result<(usize, Vec<String>), Failure> {
     let mut names: Vec<String> = std::env::args().skip(1).collect();
     let mut limit = usize::MAX;
@@ -98,8 +108,7 @@ impl<'a> Scene<'a> {
         let character = Arc::new(capture.character.clone());
         Ok(Self {
             capture,
-            standing: Standing::new(&cloth, &character, &SimulationSettings::default(), || true)?
-                .ok_or("not finished")?,
+            standing: Standing::new(&cloth, &character, &settings(), || true)?.ok_or("not finished")?,
             cloth,
         })
     }
@@ -121,7 +130,7 @@ impl<'a> Scene<'a> {
 
     fn run(&self, name: &str, poses: &[Pose], limit: usize) -> Result<(), Failure> {
         let character = Arc::new(self.capture.character.clone());
-        let settings = SimulationSettings::default();
+        let settings = settings();
         let fps = settings.fps;
         let mut simulation = Simulation::on_character(Arc::clone(&self.cloth), character, settings)?;
         let garment = simulation.settle(&poses[0], &poses[1])?;

@@ -3,6 +3,7 @@
 mod detect;
 mod response;
 mod substep;
+mod visitors;
 mod walk;
 
 use crate::{
@@ -13,10 +14,12 @@ use detect::{BodyMotion, Detection, Nearby};
 use rayon::prelude::*;
 use substep::Substep;
 use unic_core::{folds::Folds, mesh::TriMesh, surface::Surface};
+use visitors::Visitors;
 use walk::FaceGraph;
 
 pub use response::Friction;
 pub(crate) use response::Gap;
+pub(crate) use visitors::Limbs;
 
 /// Particles that one thread takes at a time: whole cache lines of each array.
 const CHUNK: usize = 256;
@@ -75,6 +78,8 @@ impl Default for ContactSettings {
 /// - In folds of the body ([`Folds`], found again every thirtieth of a second) there is no room:
 ///   there a penetration may not grow, is not undone, and nothing rubs. Cloth caught in an
 ///   armpit goes with it and is pushed out when the arm is lifted.
+/// - On a character, a bare limb that comes too close to a dressed part passes through the cloth, as
+///   captured arms pass through bellies: between the two there would be no room.
 ///
 /// The same bytes for any number of threads: particles do not see each other.
 ///
@@ -108,6 +113,7 @@ pub struct BodyContacts {
     surface: Surface,
     folds: Folds,
     folds_age_s: f32,
+    visitors: Visitors,
     before: PosedBody,
     after: PosedBody,
     posed_at: f32,
@@ -133,9 +139,18 @@ impl BodyContacts {
             surface: Surface::build(body),
             folds: Folds::default(),
             folds_age_s: f32::INFINITY,
+            visitors: Visitors::default(),
             before: PosedBody::default(),
             after: PosedBody::default(),
             posed_at: f32::NAN,
+        }
+    }
+
+    /// Lets bare limbs that come too close to dressed parts pass through the cloth.
+    pub(crate) fn with_limbs(self, limbs: Limbs) -> Self {
+        Self {
+            visitors: Visitors::new(limbs),
+            ..self
         }
     }
 
@@ -176,6 +191,7 @@ impl BodyContacts {
         self.surface.refit(interval.start());
         if self.folds_age_s >= FOLD_PERIOD_S * 0.999 {
             self.folds.find(&self.surface);
+            self.visitors.find(&self.surface, &self.folds, interval.start());
             self.folds_age_s = 0.0;
         }
         self.folds_age_s += seconds;
@@ -185,6 +201,7 @@ impl BodyContacts {
         let detection = Detection {
             surface: &self.surface,
             graph: &self.graph,
+            visitors: &self.visitors,
             start: interval.start(),
             before: std::mem::replace(&mut self.motion, motion),
             motion,

@@ -2,6 +2,7 @@
 
 use super::{
     SIDE_DEPTH_M,
+    visitors::Visitors,
     walk::{FaceGraph, NO_FACE},
 };
 use crate::body::BodyInterval;
@@ -106,6 +107,7 @@ impl BodyMotion {
 pub(super) struct Detection<'a> {
     pub(super) surface: &'a Surface,
     pub(super) graph: &'a FaceGraph,
+    pub(super) visitors: &'a Visitors,
     /// The body's vertices at the start.
     pub(super) start: &'a [Vec3],
     /// In the interval before.
@@ -124,6 +126,12 @@ impl Detection<'_> {
         nearby.clearance_m -= self.before.approach_m(position - nearby.position);
         nearby.position = position;
         let reach = self.thickness_m + self.motion.approach_m(velocity * self.seconds) + SLACK_M;
+        if self.visitors.pass(index, nearby.face) {
+            *nearby = Nearby {
+                position,
+                ..Nearby::UNKNOWN
+            };
+        }
         let period = (SEARCH_PERIOD_S / self.seconds).round().max(1.0) as usize;
         let may_wait = nearby.is_within_reach && !(self.interval + index).is_multiple_of(period);
         if may_wait && self.stays_near(nearby, position, reach) {
@@ -134,7 +142,7 @@ impl Detection<'_> {
             return;
         }
         let radius = reach.max(SIDE_DEPTH_M);
-        let Some(hit) = self.closest(nearby.face, position, radius) else {
+        let Some(hit) = self.closest(nearby.face, index, position, radius) else {
             (nearby.face, nearby.clearance_m) = (NO_FACE, radius);
             return;
         };
@@ -165,12 +173,17 @@ impl Detection<'_> {
         stays
     }
 
-    fn closest(&self, seed: u32, position: Vec3, radius: f32) -> Option<SurfacePoint> {
-        if seed == NO_FACE {
-            return self.surface.closest_within(position, radius);
+    fn closest(&self, seed: u32, index: usize, position: Vec3, radius: f32) -> Option<SurfacePoint> {
+        let hit = match seed {
+            NO_FACE => self.surface.closest_within(position, radius),
+            seed => self.surface.closest_from(position, seed),
+        };
+        let hit = hit.filter(|hit| hit.distance <= radius)?;
+        if !self.visitors.pass(index, hit.face) {
+            return Some(hit);
         }
-        let hit = self.surface.closest_from(position, seed);
-        hit.filter(|hit| hit.distance <= radius)
+        let stops = |face| !self.visitors.pass(index, face);
+        self.surface.closest_where(position, radius, stops)
     }
 
     /// The face of `hit`, unless the particle is inside the body and that face looks away from the

@@ -3,7 +3,7 @@
 use crate::{
     Attachment, Particles, SimulationError,
     body::BodyInterval,
-    contact::{BodyContacts, ContactSettings},
+    contact::{BodyContacts, ContactSettings, Limbs},
 };
 use glam::Vec3;
 use std::sync::Arc;
@@ -24,14 +24,15 @@ pub(super) struct Wearer {
 }
 
 impl Wearer {
-    /// In the bind pose.
-    pub(super) fn new(character: Arc<Character>, particle_count: usize, contact: ContactSettings) -> Self {
+    /// In the bind pose, wearing particles that are there at `rest`.
+    pub(super) fn new(character: Arc<Character>, rest: &[Vec3], contact: ContactSettings) -> Self {
         let pose = character.skeleton.bind_pose();
+        let contacts = BodyContacts::new(&character.body, rest.len(), contact);
         Self {
             next: pose.clone(),
             pose,
             body: BodyInterval::new(&character.body),
-            contacts: BodyContacts::new(&character.body, particle_count, contact),
+            contacts: contacts.with_limbs(Limbs::new(&character, rest)),
             world_from_joint: Vec::new(),
             world_from_rest: Vec::new(),
             vertices: character.body.vertices.clone(),
