@@ -20,4 +20,4 @@ else
     "$unic" train "$capture" ${budget:+--budget "$budget"} --out "$out/garment.unic"
 fi
 "$unic" eval "$out/garment.unic" "$capture" --pictures "$out/worst"
-"$unic" animate "$out/garment.unic" --motion "$motion" --out "$out/garment.pc2"
+"$unic" animate "$out/garment.unic" --motion "$motion" --out "$out/garment.pc2" --overwrite

@@ -2,12 +2,13 @@
 
 Contract: a capture written by numpy alone, by docs/capture.md, trains; the model's tensors are those
 of docs/model-file.md; the settings of every preset are those of docs/training.md; animations in all
-three forms hold the same positions; the body in them follows the kinematics of docs/capture.md; the
+forms hold the same positions; the body in them follows the kinematics of docs/capture.md; the
 errors that `unic eval` prints are those of the positions that it dumps.
 
     python3 tests/readers.py target/release/unic
 """
 
+import importlib.util
 import json
 import re
 import struct
@@ -19,6 +20,8 @@ from pathlib import Path
 
 import numpy as np
 from safetensors import safe_open
+
+from gltf import Glb
 
 UNIC = str(Path(sys.argv[1]).resolve())
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -33,7 +36,7 @@ def unic(*arguments):
     return json.loads(done.stdout)
 
 
-# ---- a capture: a swaying column of four joints in a wide tube ---------------------------------
+# ---- a capture: a swaying column of six joints in a wide tube  ---------------------------------
 
 
 def tube(radius, heights, around=16):
@@ -49,13 +52,24 @@ def tube(radius, heights, around=16):
     return vertices.astype(np.float32), np.array(faces, np.int32)
 
 
+def unrolled(faces, around=16):
+    """Texture coordinates of a tube that is cut open, and their numbers at the corners of the faces."""
+    rows = faces.max() // around + 1
+    uvs = np.array([[i / around, row / rows] for row in range(rows) for i in range(around + 1)])
+    row, i = faces // around, faces % around
+    # A face that closes the ring ends at the far side of the cut.
+    i = np.where((i == 0) & (i.max(axis=1, keepdims=True) == around - 1), around, i)
+    return uvs, row * (around + 1) + i
+
+
 def write_character(path):
     vertices, faces = tube(0.15, np.linspace(0, 1.6, 17))
-    joints = np.array([[0, y, 0] for y in (0.9, 0.5, 1.1, 1.4)], np.float32)
-    nearness = np.exp(-(((vertices[:, None, 1] - joints[None, :, 1]) / 0.15) ** 2))
+    joints = np.array([[0, y, 0] for y in (0.9, 0.5, 1.1, 1.4, 0.2, 1.55)], np.float32)
+    nearness = np.exp(-(((vertices[:, None, 1] - joints[None, :, 1]) / 0.3) ** 2))
     weights = nearness / nearness.sum(axis=1, keepdims=True)
-    rest_pose = np.array([[0, 0.2, 0], [0.1, 0, 0], [0, 0, 0.3], [0, -0.2, 0.1]], np.float32)
-    parents = np.array([-1, 0, 0, 2])
+    rest_pose = np.array([[0, 0.2, 0], [0.1, 0, 0], [0, 0, 0.3], [0, -0.2, 0.1], [0, 0, 0.1], [0.2, 0, 0]],
+                         np.float32)
+    parents = np.array([-1, 0, 0, 2, 1, 3])
     np.savez(path, vertices=vertices, faces=faces, joints=joints, parents=parents,
              weights=weights.astype(np.float32), rest_pose=rest_pose)
 
@@ -65,7 +79,7 @@ def motion(seed):
     random = np.random.default_rng(seed)
     t = np.arange(FRAMES)[:, None] / FPS
     wave = lambda size, n: size * np.sin(2 * np.pi * random.uniform(0.3, 1.5, n) * t + random.uniform(0, 6, n))
-    return wave(0.4, 12), wave(0.3, 3) * [1, 0.1, 1]
+    return wave(0.4, 18), wave(0.3, 3) * [1, 0.1, 1]
 
 
 def write_clip(folder, name, seed, garment_rest, character):
@@ -86,7 +100,9 @@ def write_capture(root):
         '[splits]\ntrain = ["a", "b"]\nvalidation = ["c"]\ntest = ["d"]\n')
     write_character(root / "character.npz")
     vertices, faces = tube(0.2, np.linspace(0.6, 1.4, 9))
-    lines = [f"v {x} {y} {z}" for x, y, z in vertices] + [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    uvs, corners = unrolled(faces)
+    lines = [f"v {x} {y} {z}" for x, y, z in vertices] + [f"vt {u} {v}" for u, v in uvs]
+    lines += ["f " + " ".join(f"{v}/{vt}" for v, vt in zip(*f)) for f in zip(faces + 1, corners + 1)]
     (root / "garment.obj").write_text("\n".join(lines) + "\n")
     character = np.load(root / "character.npz")
     for seed, name in enumerate("abcd"):
@@ -218,10 +234,12 @@ def read_obj(path):
 
 
 def check_animations(folder, capture):
-    """Three forms of one animation, garment and body; the picture is a PNG."""
+    """Garment and body are the same in every form; the picture is a PNG."""
     model, clip = folder / "tiny.unic", capture / "clips/d.npz"
-    for out in ("d.npz", "d.pc2", "d"):
-        unic("animate", model, "--motion", clip, "--up", "y", "--out", folder / out)
+    for out in ("d.npz", "d.pc2", "d", "d.glb"):
+        picture = folder / f"{out}.png"
+        unic("animate", model, "--motion", clip, "--up", "y", "--out", folder / out, "--picture", picture)
+        assert picture.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
     for part, folder_part in (("", ""), (".body", "_body")):
         npz = np.load(folder / f"d{part}.npz")
         positions, faces = npz["vertices"], npz["faces"]
@@ -235,7 +253,37 @@ def check_animations(folder, capture):
             assert np.abs(vertices - positions[frame]).max() < 1e-6 and np.array_equal(obj_faces, faces)
         mesh_faces = read_obj(folder / f"d{part}.obj")[1]
         assert np.array_equal(mesh_faces, faces)
-    assert (folder / "d.png").read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
+
+
+def check_glb(folder, capture):
+    """The animated GLB against the npz: each frame, the texture, and what trimesh makes of it."""
+    glb = Glb(folder / "d.glb")
+    garment, body = (np.load(folder / f"d{part}.npz")["vertices"] for part in ("", ".body"))
+    assert np.allclose(glb.times, np.arange(FRAMES) / FPS), glb.times
+    for frame in range(FRAMES):
+        error = np.abs(glb.garment(frame)[:garment.shape[1]] - garment[frame]).max()
+        assert error < 1e-6, f"garment, frame {frame}: {error} m"
+        error = np.abs(glb.body(frame) - body[frame]).max()
+        assert error < 3e-6, f"body, frame {frame}: {error} m"
+    corners = glb.array(glb.primitive("garment")["indices"]).reshape(-1, 3)
+    faces = np.load(folder / "d.npz")["faces"]
+    expected_uvs, numbers = unrolled(faces)
+    assert np.allclose(glb.attribute("garment", "TEXCOORD_0")[corners], expected_uvs[numbers] * [1, -1] + [0, 1])
+    assert np.allclose(glb.garment(FRAMES - 1)[corners], garment[-1][faces], atol=1e-6)
+    assert "JOINTS_1" in glb.primitive("body")["attributes"]
+
+
+def check_trimesh(folder, capture):
+    """A reader without animation sees the garment's first frame and the body's bind pose."""
+    import trimesh
+
+    scene = trimesh.load(folder / "d.glb", process=False)
+    garment, faces = (np.load(folder / "d.npz")[name] for name in ("vertices", "faces"))
+    meshes = {name: scene.geometry[geometry].copy().apply_transform(transform) for name in ("garment", "body")
+              for transform, geometry in [scene.graph[name]]}
+    assert np.abs(meshes["garment"].triangles - garment[0][faces]).max() < 1e-6
+    rest = np.load(capture / "character.npz")
+    assert np.abs(meshes["body"].triangles - rest["vertices"][rest["faces"]]).max() < 1e-6
 
 
 def check_body(folder, capture):
@@ -297,7 +345,12 @@ def checks(folder):
         yield f"training with preset {preset}", lambda: trains(preset)
         yield f"settings of preset {preset}", lambda: check_settings(folder, preset)
         yield f"tensors of a model of preset {preset}", lambda: check_tensors(folder / f"{preset}.unic")
-    yield "animations in three forms", lambda: check_animations(folder, capture)
+    yield "animations as npz, PC2 and OBJ", lambda: check_animations(folder, capture)
+    yield "animations as GLB", lambda: check_glb(folder, capture)
+    if importlib.util.find_spec("trimesh"):
+        yield "GLB in trimesh", lambda: check_trimesh(folder, capture)
+    else:
+        print("skipped: no trimesh")
     yield "the body's kinematics", lambda: check_body(folder, capture)
     yield "evaluation", lambda: check_evaluation(folder, capture)
 

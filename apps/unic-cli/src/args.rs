@@ -1,6 +1,7 @@
 //! The command line.
 
 mod animate;
+mod demo;
 mod eval;
 mod inspect;
 mod motion;
@@ -10,6 +11,7 @@ mod simulate;
 mod train;
 
 pub(crate) use animate::AnimateArgs;
+pub(crate) use demo::{DemoArgs, DemoGarment};
 pub(crate) use eval::EvalArgs;
 pub(crate) use inspect::InspectArgs;
 pub(crate) use motion::MotionArgs;
@@ -25,7 +27,8 @@ use std::num::NonZeroUsize;
 ///
 /// A capture (a folder with capture.toml) goes in, a model (.unic) comes out:
 ///
-///   unic simulate --out captures/tshirt               makes one: no files are needed
+///   unic demo                                         all of it in minutes: no files are needed
+///   unic simulate --out captures/tshirt               makes a capture
 ///   unic inspect captures/tshirt                      what is there, and what is wrong with it
 ///   unic eval --baselines captures/tshirt             the numbers to beat
 ///   unic train captures/tshirt --budget 45m           writes tshirt.unic
@@ -43,6 +46,7 @@ pub(crate) struct Args {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    Demo(DemoArgs),
     Simulate(SimulateArgs),
     Train(TrainArgs),
     Eval(EvalArgs),

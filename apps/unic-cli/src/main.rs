@@ -36,6 +36,7 @@ fn prepare(args: &Args) -> Result<()> {
 
 fn run(command: &Command) -> Result<()> {
     match command {
+        Command::Demo(args) => commands::demo::run(args),
         Command::Simulate(args) => commands::simulate::run(args),
         Command::Train(args) => commands::train::run(args),
         Command::Eval(args) => commands::eval::run(args),

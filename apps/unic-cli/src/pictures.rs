@@ -1,7 +1,7 @@
 //! Sheets of pictures of a garment on a body.
 
 use anyhow::Result;
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use unic_core::{
     character::{Character, Garment},
     mesh::TriMesh,
@@ -9,20 +9,22 @@ use unic_core::{
 };
 use unic_viewer::{Camera, Colouring, Ground, Image, Scene, Surface, captioned, render, vertex_normals};
 
-/// Pixels of one picture.
+/// Pixels of one picture of a sheet.
 const SIZE: [u32; 2] = [300, 420];
 /// Pixels between pictures.
 pub(crate) const GAP: u32 = 6;
 /// sRGB.
-const SKIN: [f32; 3] = [0.82, 0.68, 0.59];
+pub(crate) const SKIN: [f32; 3] = [0.82, 0.68, 0.59];
 /// sRGB.
 pub(crate) const CLOTH: Colouring = Colouring::Solid([0.25, 0.42, 0.66]);
-/// From where the character faces in the first shot, a little to its left and from above, radians.
+/// From where the character faces, a little to its left and from above, radians.
 const AZIMUTH: f32 = 0.45;
 const ELEVATION: f32 = 0.15;
 /// How far a garment may reach beyond the body and still be framed, metres: a garment that has
 /// flown away must not make the character a dot.
 const REACH_M: f32 = 0.5;
+/// How much of its surroundings a view of the garment shows, in sizes of the garment.
+const SURROUNDINGS: f32 = 1.2;
 
 /// One moment: body and garment, metres, world space.
 #[derive(Clone, Debug)]
@@ -63,12 +65,31 @@ impl Place {
     }
 }
 
+/// What a picture shows all of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Framing {
+    /// The character from head to foot, with the garment.
+    Figure,
+    /// The garment, and as much of the body as is near it.
+    Garment,
+}
+
+/// Colours of a picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Paint<'a> {
+    /// sRGB.
+    pub(crate) skin: [f32; 3],
+    /// Of the garment.
+    pub(crate) cloth: Colouring<'a>,
+}
+
 /// Draws shots of one character, all from the same side and at the same size.
 pub(crate) struct Studio<'a> {
     body: &'a TriMesh,
     garment: &'a TriMesh,
     ground_height: f32,
     camera: Camera,
+    size: [u32; 2],
 }
 
 impl<'a> Studio<'a> {
@@ -88,11 +109,41 @@ impl<'a> Studio<'a> {
             garment: &garment.rest,
             ground_height,
             camera,
+            size: SIZE,
+        })
+    }
+
+    /// A studio for pictures of another size whose camera comes as close as the shots allow.
+    pub(crate) fn close(
+        character: &'a Character,
+        garment: &'a Garment,
+        ground_height: f32,
+        shots: &[Shot],
+        (framing, size): (Framing, [u32; 2]),
+    ) -> Result<Self> {
+        let points: Vec<Vec3> = shots.iter().flat_map(|shot| outline(shot, framing)).collect();
+        let aspect = size[0] as f32 / size[1] as f32;
+        let azimuth = mean_facing(shots) + AZIMUTH;
+        // A shot with nothing finite in it is drawn as an empty stage.
+        let camera = Camera::around(&points, azimuth, ELEVATION, aspect)
+            .or_else(|_| Camera::framing(-Vec3::ONE, Vec3::ONE, azimuth, ELEVATION, aspect))?;
+        Ok(Self {
+            body: &character.body,
+            garment: &garment.rest,
+            ground_height,
+            camera,
+            size,
         })
     }
 
     /// One shot with a line of text above.
     pub(crate) fn picture(&self, shot: &Shot, cloth: Colouring, caption: &str) -> Result<Image> {
+        let image = self.draw(shot, Paint { skin: SKIN, cloth })?;
+        Ok(captioned(&image, caption)?)
+    }
+
+    /// One shot.
+    pub(crate) fn draw(&self, shot: &Shot, paint: Paint) -> Result<Image> {
         let body_normals = vertex_normals(&shot.body, &self.body.faces)?;
         let garment_normals = vertex_normals(&shot.garment, &self.garment.faces)?;
         let surfaces = [
@@ -100,20 +151,50 @@ impl<'a> Studio<'a> {
                 vertices: &shot.body,
                 faces: &self.body.faces,
                 normals: &body_normals,
-                colour: Colouring::Solid(SKIN),
+                colour: Colouring::Solid(paint.skin),
             },
             Surface {
                 vertices: &shot.garment,
                 faces: &self.garment.faces,
                 normals: &garment_normals,
-                colour: cloth,
+                colour: paint.cloth,
             },
         ];
         let mut scene = Scene::new(&surfaces);
         scene.ground = Ground::Height(self.ground_height);
-        let image = render(&scene, &self.camera.moved_by(shot.place.anchor), SIZE[0], SIZE[1])?;
-        Ok(captioned(&image, caption)?)
+        let camera = self.camera.moved_by(shot.place.anchor);
+        Ok(render(&scene, &camera, self.size[0], self.size[1])?)
     }
+}
+
+/// Points that a camera must see, from the shot's anchor.
+fn outline(shot: &Shot, framing: Framing) -> Vec<Vec3> {
+    let anchor = shot.place.anchor;
+    let near: Vec<Vec3> = near_garment(shot).map(|v| v - anchor).collect();
+    match framing {
+        Framing::Figure => shot.body.iter().map(|v| v - anchor).chain(near).collect(),
+        Framing::Garment => {
+            let bounds = Bounds::of(&near);
+            let centre = (bounds.min + bounds.max) * 0.5;
+            near.iter()
+                .map(|v| centre + (v - centre) * SURROUNDINGS)
+                .collect()
+        }
+    }
+}
+
+/// Vertices of the garment, those out of reach drawn in to where the reach ends.
+fn near_garment(shot: &Shot) -> impl Iterator<Item = Vec3> {
+    let body = Bounds::of(&shot.body);
+    let (min, max) = (body.min - REACH_M, body.max + REACH_M);
+    let garment = shot.garment.iter().filter(|v| v.is_finite());
+    garment.map(move |v| v.clamp(min, max.max(min)))
+}
+
+/// The direction that a character faces on the whole, radians.
+fn mean_facing(shots: &[Shot]) -> f32 {
+    let directions = shots.iter().map(|shot| Vec2::from_angle(shot.place.facing));
+    directions.sum::<Vec2>().to_angle()
 }
 
 /// The first frame, the last one, and others between.
@@ -129,14 +210,7 @@ pub(crate) fn evenly_spread(len: usize, count: usize) -> Vec<usize> {
 fn bounds(shots: &[Shot]) -> (Vec3, Vec3) {
     let mut all = Bounds::EMPTY;
     for shot in shots {
-        let body = Bounds::of(&shot.body);
-        let reach = Bounds {
-            min: body.min - REACH_M,
-            max: body.max + REACH_M,
-        };
-        let garment = shot.garment.iter().filter(|v| v.is_finite());
-        let near = garment.map(|v| v.clamp(reach.min, reach.max.max(reach.min)));
-        let shot_bounds = near.fold(body, Bounds::with);
+        let shot_bounds = near_garment(shot).fold(Bounds::of(&shot.body), Bounds::with);
         all = all
             .with(shot_bounds.min - shot.place.anchor)
             .with(shot_bounds.max - shot.place.anchor);

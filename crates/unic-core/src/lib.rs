@@ -124,6 +124,8 @@ pub mod network;
 pub mod prior;
 #[cfg(test)]
 mod shapes;
+#[doc(hidden)]
+pub mod shown;
 pub mod skeleton;
 pub mod skinning;
 pub mod subdivide;

@@ -11,6 +11,7 @@ use crate::{
     config::ModelConfig,
     mesh::MeshError,
     model::{About, Model, ModelError, ModelParts},
+    shown::shortened,
     skeleton::SkeletonError,
     skinning::WeightsError,
 };
@@ -28,13 +29,13 @@ const METADATA_KEY: &str = "unic";
 #[derive(Debug, Error)]
 pub enum ModelFileError {
     /// Not safetensors, or damaged.
-    #[error("expected a unic model (safetensors), found bytes that are none: {0}")]
+    #[error("expected a unic model (safetensors), found bytes that are none: {}", shortened(&.0.to_string()))]
     Container(#[from] SafeTensorError),
     /// Safetensors of something else.
     #[error("expected a unic model, found a safetensors file without `unic` metadata")]
     NotUnic,
     /// Metadata that cannot be read.
-    #[error("expected the metadata of a unic model, found JSON that is not: {0}")]
+    #[error("expected the metadata of a unic model, found JSON that is not: {}", shortened(&.0.to_string()))]
     Metadata(#[from] serde_json::Error),
     /// Written by another version.
     #[error(
@@ -47,7 +48,12 @@ pub enum ModelFileError {
         found: u32,
     },
     /// A tensor that is missing, of another type or shape, or of no use.
-    #[error("tensor `{name}`: expected {expected}, found {found}")]
+    #[error(
+        "tensor `{}`: expected {}, found {}",
+        shortened(name),
+        shortened(expected),
+        shortened(found)
+    )]
     Tensor {
         /// Its name.
         name: String,

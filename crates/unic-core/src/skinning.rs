@@ -108,8 +108,11 @@ impl SkinningWeights {
         let is_normalised = (sum - 1.0).abs() <= row.len() as f32 * f32::EPSILON;
         let scale = if is_normalised { 1.0 } else { sum };
         for &(joint, weight) in row.iter() {
-            self.joints.push(joint);
-            self.weights.push(weight / scale);
+            // The share of a tiny weight beside a large one is below all numbers.
+            if weight / scale > 0.0 {
+                self.joints.push(joint);
+                self.weights.push(weight / scale);
+            }
         }
         self.starts.push(self.joints.len() as u32);
         Ok(())
@@ -140,7 +143,7 @@ impl SkinningWeights {
     pub fn to_dense(&self) -> Vec<f32> {
         let mut dense = vec![0.0; self.len() * self.joint_count];
         for (vertex, row) in dense.chunks_exact_mut(self.joint_count).enumerate() {
-            self.row(vertex).for_each(|(j, w)| row[j] = w);
+            self.row(vertex).for_each(|(j, w)| row[j] += w);
         }
         dense
     }
@@ -267,6 +270,15 @@ mod tests {
         assert_eq!(weights.to_dense(), [1.0, 0.0, 0.5, 0.5, 0.25, 0.75]);
         assert_eq!(weights.pruned(1, 0.0).to_dense(), [1.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
         assert_eq!(weights.pruned(2, 0.3).to_dense()[4..], [0.0, 1.0]);
+    }
+
+    #[test]
+    fn what_rounds_to_nothing_is_no_entry_and_one_joint_twice_is_one() {
+        let tiny = SkinningWeights::from_dense(&[1e20, 1e-30], 1, 2).unwrap();
+        assert_eq!(tiny.row(0).collect::<Vec<_>>(), [(0, 1.0)]);
+        let twice = [[(1, 1.0), (1, 1.0)].into_iter()].into_iter();
+        let twice = SkinningWeights::from_rows(2, twice).unwrap();
+        assert_eq!(twice.to_dense(), [0.0, 1.0]);
     }
 
     #[test]

@@ -2,12 +2,12 @@
 
 use std::{io, path::Path, path::PathBuf};
 use thiserror::Error;
-use unic_core::{mesh::MeshError, skeleton::SkeletonError, skinning::WeightsError};
+use unic_core::{mesh::MeshError, shown::shortened, skeleton::SkeletonError, skinning::WeightsError};
 
 /// Result of reading or writing a file.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// One sentence each: the file, what was expected, what was found.
+/// One sentence each: the file, what was expected, what was found; what a file says is escaped and cut.
 #[derive(Debug, Error)]
 pub enum Error {
     /// The operating system refused.
@@ -21,7 +21,7 @@ pub enum Error {
         source: io::Error,
     },
     /// The content is not what its format or its place demands.
-    #[error("{path}: expected {expected}, found {found}")]
+    #[error("{path}: expected {}, found {}", shortened(expected), shortened(found))]
     Content {
         /// The file.
         path: PathBuf,
@@ -31,7 +31,12 @@ pub enum Error {
         found: String,
     },
     /// One array of an npz or npy file has the wrong shape, type or values.
-    #[error("{path}: array `{array}`: expected {expected}, found {found}")]
+    #[error(
+        "{path}: array `{}`: expected {}, found {}",
+        shortened(array),
+        shortened(expected),
+        shortened(found)
+    )]
     Array {
         /// The file.
         path: PathBuf,

@@ -9,6 +9,7 @@
 //! | short motions made long | [`looped`] |
 //! | meshes, `.obj` | [`read_obj`], [`write_obj`] |
 //! | vertex animations, `.pc2`, `.npz`, `.npy`, folders of `.obj` | [`cache`], [`pc2`], [`frames`] |
+//! | a character and its garment in one file, `.glb` | [`glb`] |
 //! | numpy arrays | [`npz`], [`npy`] |
 //! | whatever it is, and what is wrong with it | [`inspect()`] |
 //!
@@ -70,6 +71,7 @@ pub mod capture;
 mod character;
 mod error;
 pub mod frames;
+pub mod glb;
 pub mod inspect;
 mod motion;
 pub mod npy;

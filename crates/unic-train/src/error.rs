@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use thiserror::Error;
+use unic_core::shown::shortened;
 
 /// One sentence each.
 #[derive(Debug, Error)]
@@ -57,7 +58,7 @@ pub enum TrainError {
         value: f64,
     },
     /// A checkpoint of another run, or damaged.
-    #[error("{path}: expected a checkpoint of this run, found {found}")]
+    #[error("{path}: expected a checkpoint of this run, found {}", shortened(found))]
     Checkpoint {
         /// The file.
         path: PathBuf,

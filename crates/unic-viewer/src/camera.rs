@@ -64,6 +64,28 @@ impl Camera {
         Ok(aimed.moved_by(bounds_min + half + back * distance))
     }
 
+    /// A camera that sees all the points, closer than [`Camera::framing`] with their box: as close
+    /// as their outline allows. Points that are not finite are left out.
+    ///
+    /// # Errors
+    /// [`ViewerError::Camera`] if an angle or `aspect` is none, or no point is finite.
+    pub fn around(points: &[Vec3], azimuth: f32, elevation: f32, aspect: f32) -> Result<Self, ViewerError> {
+        let points = || points.iter().copied().filter(|p| p.is_finite());
+        // The axes of the view; where the eye is does not matter yet.
+        let turned = Self::framing(Vec3::ZERO, Vec3::ZERO, azimuth, elevation, aspect)?.world_from_camera;
+        let seen = |p: Vec3| turned.transpose() * p;
+        let (min, max) = points()
+            .map(seen)
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), p| {
+                (min.min(p), max.max(p))
+            });
+        let centre = turned * ((min + max) * 0.5);
+        check_framing(min, max, [azimuth, elevation], aspect)?;
+        let aimed = Self::new(Vec3::ZERO, turned.x_axis, turned.z_axis, FRAMING_FOV)?;
+        let distance = aimed.distance_to_fit(points().map(|p| p - centre), aspect);
+        Ok(aimed.moved_by(centre + turned.z_axis * distance.max(2.0 * NEAR_M)))
+    }
+
     fn new(eye: Vec3, right: Vec3, back: Vec3, vertical_fov: f32) -> Result<Self, ViewerError> {
         let tan_half_fov = (vertical_fov * 0.5).tan();
         if !(vertical_fov > 0.0 && vertical_fov < std::f32::consts::PI) {
@@ -83,14 +105,21 @@ impl Camera {
     /// Smallest distance from the centre of a box with half extents `half` at which its eight
     /// corners project inside the picture.
     fn fitting_distance(&self, half: Vec3, aspect: f32) -> f32 {
-        let tan_y = self.tan_half_fov * FRAMING_FILL;
-        let distance_for = |corner: u32| {
+        let corner = |corner: u32| {
             let sign = |axis: u32| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
-            let corner = half * Vec3::new(sign(0), sign(1), sign(2));
-            let p = self.world_from_camera.transpose() * corner;
+            half * Vec3::new(sign(0), sign(1), sign(2))
+        };
+        self.distance_to_fit((0..8).map(corner), aspect)
+    }
+
+    /// Smallest distance from the origin at which points around it project inside the picture.
+    fn distance_to_fit(&self, points: impl Iterator<Item = Vec3>, aspect: f32) -> f32 {
+        let tan_y = self.tan_half_fov * FRAMING_FILL;
+        let distance_for = |point: Vec3| {
+            let p = self.world_from_camera.transpose() * point;
             p.z + (p.x.abs() / (tan_y * aspect)).max(p.y.abs() / tan_y)
         };
-        (0..8).map(distance_for).fold(0.0, f32::max)
+        points.map(distance_for).fold(0.0, f32::max)
     }
 
     /// The same view from a place that is `offset` metres away: follow a character by its root's
@@ -208,6 +237,32 @@ mod tests {
             }
             assert!((widest - FRAMING_FILL).abs() < 1e-3, "{widest}");
         }
+    }
+
+    #[test]
+    fn a_camera_around_points_sees_all_of_them_from_nearer_than_their_box() {
+        let ring = |k: usize| {
+            Vec3::new(
+                (k as f32).cos(),
+                1.0 + 0.2 * (k as f32).sin(),
+                (k as f32 * 0.7).sin(),
+            )
+        };
+        let mut points: Vec<Vec3> = (0..40).map(ring).collect();
+        let near = Camera::around(&points, 0.6, 0.3, 0.75).unwrap();
+        for &point in &points {
+            let pixel = near.project(point, 600, 800).unwrap();
+            let ndc = (pixel / Vec2::new(300.0, 400.0) - 1.0).abs();
+            assert!(ndc.max_element() < FRAMING_FILL + 1e-3, "{ndc}");
+        }
+        let min = points.iter().copied().fold(Vec3::INFINITY, Vec3::min);
+        let max = points.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
+        let far = Camera::framing(min, max, 0.6, 0.3, 0.75).unwrap();
+        let distance = |camera: Camera| camera.eye().distance((min + max) * 0.5);
+        assert!(distance(near) < distance(far));
+        points.push(Vec3::NAN);
+        assert_eq!(Camera::around(&points, 0.6, 0.3, 0.75).unwrap(), near);
+        assert!(Camera::around(&[Vec3::NAN], 0.6, 0.3, 0.75).is_err());
     }
 
     #[test]

@@ -46,6 +46,9 @@ pub enum ViewerError {
     /// The picture could not be encoded as PNG.
     #[error("cannot encode a PNG")]
     Encode(#[from] png::EncodingError),
+    /// The picture could not be encoded as JPEG.
+    #[error("cannot encode a JPEG")]
+    EncodeJpeg(#[from] jpeg_encoder::EncodingError),
     /// A file could not be written.
     #[error("cannot write {}: {source}", path.display())]
     Write {

@@ -133,6 +133,22 @@ impl Image {
         Ok(bytes)
     }
 
+    /// The image as the bytes of a JPEG file, for moving pictures. `quality` runs from 1 to 100, as
+    /// in libjpeg; below 90, colours have half the resolution.
+    ///
+    /// # Errors
+    /// [`ViewerError::EncodeJpeg`].
+    pub fn encode_jpeg(&self, quality: u8) -> Result<Vec<u8>, ViewerError> {
+        let mut bytes = Vec::new();
+        let mut encoder = jpeg_encoder::Encoder::new(&mut bytes, quality.clamp(1, 100));
+        encoder.set_optimized_huffman_tables(true);
+        // MAX_IMAGE_SIDE fits 16 bits.
+        let (width, height) = (self.width as u16, self.height as u16);
+        let rgb = jpeg_encoder::ColorType::Rgb;
+        encoder.encode(self.pixels.as_flattened(), width, height, rgb)?;
+        Ok(bytes)
+    }
+
     /// Writes a PNG file. A reader of `path` sees the old file or the complete new one: the bytes
     /// go to a temporary name in the same folder, are synced, and the file is renamed.
     ///

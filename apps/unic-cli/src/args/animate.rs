@@ -6,12 +6,14 @@ use std::{ops::Range, path::PathBuf};
 /// Animate a garment on a motion.
 ///
 /// The motion is an npz file with poses and trans, as AMASS and captures have it, or a BVH file of
-/// any skeleton; it is resampled to the model's frame rate. The body goes beside the garment
-/// (walk.body.pc2 for walk.pc2), and so does a picture (walk.png). For .pc2, walk.obj and
-/// walk.body.obj are the meshes that the caches belong to.
+/// any skeleton; it is resampled to the model's frame rate. A .glb (binary glTF, at most 300 frames)
+/// has body and garment in one file. Otherwise the body goes beside the garment (walk.body.pc2 for
+/// walk.pc2); for .pc2, walk.obj and walk.body.obj are the meshes that the caches belong to. A picture
+/// (walk.png) comes with all of them.
 ///
 /// Examples:
 ///   unic animate tshirt.unic --motion walk.npz --out walk.pc2
+///   unic animate tshirt.unic --motion walk.bvh --frames 0..300 --out walk.glb
 ///   unic animate tshirt.unic --motion amass/run.npz --up z --frames 60..240 --out frames
 ///   unic animate tshirt.unic --motion walk.npz --mesh tshirt_fine.obj --out walk_fine.npz
 #[derive(Debug, clap::Args)]
@@ -22,8 +24,8 @@ pub(crate) struct AnimateArgs {
     /// The motion: npz with poses (T, 3J), trans (T, 3) and a frame rate, or BVH of any skeleton.
     #[arg(long, value_name = "FILE.npz|FILE.bvh")]
     pub(crate) motion: PathBuf,
-    /// The animation: .pc2, .npz, or a folder of OBJ files.
-    #[arg(long, value_name = "FILE.pc2|FILE.npz|FOLDER")]
+    /// The animation: .glb, .pc2, .npz, or a folder of OBJ files.
+    #[arg(long, value_name = "FILE.glb|FILE.pc2|FILE.npz|FOLDER")]
     pub(crate) out: PathBuf,
     /// Another mesh of the same garment, in the same rest space.
     #[arg(long, value_name = "OTHER.obj")]
@@ -44,6 +46,9 @@ pub(crate) struct AnimateArgs {
     /// excluded; the garment starts at the first of them.
     #[arg(long, value_name = "A..B", value_parser = parse::frames)]
     pub(crate) frames: Option<Range<usize>>,
+    /// Replace files that are there already; a folder is never replaced.
+    #[arg(long)]
+    pub(crate) overwrite: bool,
     /// Print one JSON object about the result on stdout.
     #[arg(long)]
     pub(crate) json: bool,

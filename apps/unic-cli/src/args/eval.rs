@@ -13,6 +13,7 @@ use std::path::PathBuf;
 ///   unic eval --baselines captures/tshirt
 ///   unic eval tshirt.unic captures/tshirt
 ///   unic eval tshirt.unic captures/tshirt --pictures worst --json > numbers.json
+///   unic eval tshirt.unic captures/tshirt --report tshirt.html
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment, allow_missing_positional = true)]
 pub(crate) struct EvalArgs {
@@ -45,6 +46,9 @@ pub(crate) struct EvalArgs {
     /// Draw the model's worst free-running frames: one PNG a clip in this folder.
     #[arg(long, value_name = "DIR", conflicts_with = "baselines")]
     pub(crate) pictures: Option<PathBuf>,
+    /// Write a page with moving pictures, error maps, curves and all numbers: one HTML file that opens offline.
+    #[arg(long, value_name = "FILE.html", conflicts_with = "baselines")]
+    pub(crate) report: Option<PathBuf>,
     /// Print the numbers as one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,

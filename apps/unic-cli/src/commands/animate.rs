@@ -1,5 +1,7 @@
 //! `unic animate`.
 
+mod files;
+
 use crate::{
     args::{AnimateArgs, IntersectionName},
     interrupt, model_file, motion_file,
@@ -8,11 +10,10 @@ use crate::{
     progress::Progress,
 };
 use anyhow::{Result, anyhow, bail};
+use files::Files;
 use glam::Vec3;
 use serde::Serialize;
 use std::{
-    ffi::OsString,
-    io::Write,
     path::{Path, PathBuf},
     sync::Arc,
     time::Instant,
@@ -21,10 +22,9 @@ use unic_core::{
     animator::{Animator, Start, StepInput},
     clip::Clip,
     config::IntersectionMode,
-    mesh::TriMesh,
     model::Model,
 };
-use unic_io::{VertexCacheWriter, atomic::AtomicFile, read_obj, read_vertex_cache, write_obj_to};
+use unic_io::{read_obj, read_vertex_cache};
 use unic_viewer::grid;
 
 /// Pictures in the strip.
@@ -40,7 +40,7 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<()> {
         .as_ref()
         .map(|path| read_start(path, &model))
         .transpose()?;
-    let mut files = Files::create(args, &model)?;
+    let mut files = Files::create(args, &model, &clip)?;
     let shots = animate(args, &model, &clip, start.as_deref(), &mut files)?;
     let picture = draw(&model, &clip, &shots)?;
     let written = files.finish(&picture)?;
@@ -152,7 +152,7 @@ fn animate(
             .positions
             .to_vec();
         animator.body(&mut body);
-        files.push(&garment, &body)?;
+        files.push(pose, &garment, &body)?;
         if picture_frames.contains(&t) {
             let place = Place::new(&model.character().skeleton, pose);
             shots.push((
@@ -188,115 +188,6 @@ fn draw(model: &Model, clip: &Clip, shots: &[(usize, Shot)]) -> Result<Vec<u8>> 
     Ok(grid(&tiles, tiles.len(), GAP)?.encode_png()?)
 }
 
-/// The files being written: all are open before a frame is made, and nothing appears before
-/// [`Files::finish`].
-struct Files {
-    garment: VertexCacheWriter,
-    body: VertexCacheWriter,
-    /// A point cache has no faces: these are the meshes that the two caches deform.
-    meshes: Vec<AtomicFile>,
-    picture: AtomicFile,
-    /// Garment, body, meshes, picture.
-    paths: Vec<PathBuf>,
-}
-
-impl Files {
-    fn create(args: &AnimateArgs, model: &Model) -> Result<Self> {
-        let paths = outputs(args);
-        refuse_inputs(args, &paths)?;
-        let fps = model.config().fps;
-        let meshes = [&model.garment().rest, &model.character().body];
-        let [garment, body] = [0, 1].map(|i| VertexCacheWriter::create(&paths[i], meshes[i], fps));
-        let (mesh_paths, picture_path) = (&paths[2..paths.len() - 1], &paths[paths.len() - 1]);
-        let mesh = |(path, mesh): (&PathBuf, &TriMesh)| mesh_file(path, mesh);
-        Ok(Self {
-            garment: garment?,
-            body: body?,
-            meshes: mesh_paths.iter().zip(meshes).map(mesh).collect::<Result<_>>()?,
-            picture: AtomicFile::create(picture_path)?,
-            paths,
-        })
-    }
-
-    fn push(&mut self, garment: &[Vec3], body: &[Vec3]) -> Result<()> {
-        self.garment.push(garment)?;
-        Ok(self.body.push(body)?)
-    }
-
-    /// Everything is written before the first file gets its name.
-    fn finish(mut self, picture: &[u8]) -> Result<Vec<PathBuf>> {
-        let failed = |path: &Path, e: std::io::Error| anyhow!("{}: cannot write: {e}", path.display());
-        let target = self.picture.target().to_owned();
-        (self.picture.write_all(picture)).map_err(|e| failed(&target, e))?;
-        self.garment.finish()?;
-        self.body.finish()?;
-        for file in self.meshes.into_iter().chain([self.picture]) {
-            file.finish()?;
-        }
-        Ok(self.paths)
-    }
-}
-
-fn mesh_file(path: &Path, mesh: &TriMesh) -> Result<AtomicFile> {
-    let mut file = AtomicFile::create(path)?;
-    write_obj_to(&mut file, mesh).map_err(|e| anyhow!("{}: cannot write: {e}", path.display()))?;
-    Ok(file)
-}
-
-/// Garment, body, the meshes of point caches, picture.
-fn outputs(args: &AnimateArgs) -> Vec<PathBuf> {
-    let body = beside(&args.out);
-    let picture = args.picture.clone();
-    let picture = picture.unwrap_or_else(|| args.out.with_extension("png"));
-    let is_pc2 = args
-        .out
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("pc2"));
-    let meshes = match is_pc2 {
-        true => vec![args.out.with_extension("obj"), body.with_extension("obj")],
-        false => Vec::new(),
-    };
-    [vec![args.out.clone(), body], meshes, vec![picture]].concat()
-}
-
-/// No output may be one of the files that are read: an artist's motion or mesh is never lost.
-fn refuse_inputs(args: &AnimateArgs, outputs: &[PathBuf]) -> Result<()> {
-    let inputs = [
-        Some(&args.model),
-        Some(&args.motion),
-        args.mesh.as_ref(),
-        args.start.as_ref(),
-    ];
-    let real: Vec<PathBuf> = inputs
-        .into_iter()
-        .flatten()
-        .filter_map(|p| p.canonicalize().ok())
-        .collect();
-    match outputs
-        .iter()
-        .find(|path| path.canonicalize().is_ok_and(|path| real.contains(&path)))
-    {
-        None => Ok(()),
-        Some(path) => bail!(
-            "{}: expected an output that is none of the inputs, found one of them",
-            path.display()
-        ),
-    }
-}
-
-/// `walk.body.pc2` for `walk.pc2`, `frames_body` for a folder `frames`.
-fn beside(path: &Path) -> PathBuf {
-    let mut name: OsString = path.file_stem().unwrap_or_default().to_owned();
-    match path.extension() {
-        Some(extension) => {
-            name.push(".body.");
-            name.push(extension);
-        }
-        None => name.push("_body"),
-    }
-    path.with_file_name(name)
-}
-
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Summary {
@@ -305,7 +196,7 @@ struct Summary {
     vertices: usize,
     /// Of the whole command.
     seconds: f64,
-    /// Garment, body, their meshes for .pc2, picture.
+    /// Garment, body unless it is in the same file, their meshes for .pc2, picture.
     written: Vec<PathBuf>,
 }
 
@@ -328,15 +219,4 @@ fn show(args: &AnimateArgs, summary: &Summary) -> Result<()> {
         "{frames} frames of {vertices} vertices at {fps} fps in {seconds:.1} s\n{}",
         paths.concat()
     ))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_body_goes_beside_the_garment() {
-        assert_eq!(beside(Path::new("a/walk.pc2")), Path::new("a/walk.body.pc2"));
-        assert_eq!(beside(Path::new("frames")), Path::new("frames_body"));
-    }
 }

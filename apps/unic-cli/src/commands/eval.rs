@@ -1,30 +1,32 @@
 //! `unic eval`.
 
 mod gallery;
+mod listener;
+mod moment;
+mod report;
+mod timing;
 
 use crate::{
     args::{EvalArgs, IntersectionName},
-    interrupt, model_file,
+    model_file,
     output::{print, print_json, say},
-    progress::Progress,
 };
-use anyhow::{Result, anyhow, bail};
-use gallery::Gallery;
+use anyhow::{Result, bail};
+use listener::Listener;
 use serde::Serialize;
-use std::{collections::HashSet, path::Path, sync::Arc, time::Instant};
-use unic_core::{
-    animator::{Animator, Start, StepInput},
-    config::IntersectionMode,
-    model::Model,
-};
-use unic_eval::{
-    Dump, Evaluation, Event, Mode, ModelPredictor, PRIOR, PredictorError, PriorPredictor, Row, baselines,
-    evaluate, training_set,
-};
+use std::{collections::HashSet, path::Path, sync::Arc};
+use timing::Timing;
+use unic_core::{animator::Animator, config::IntersectionMode, model::Model};
+use unic_eval::{Evaluation, ModelPredictor, PRIOR, PriorPredictor, Row, baselines, evaluate, training_set};
 use unic_io::{Capture, Split};
 
 /// Evaluates and prints.
 pub(crate) fn run(args: &EvalArgs) -> Result<()> {
+    show(args, &measure(args)?)
+}
+
+/// Evaluates and writes what is asked for, and prints nothing but progress.
+fn measure(args: &EvalArgs) -> Result<Measured> {
     let capture = Capture::open(&args.capture)?;
     let clips = clip_names(args, &capture)?;
     let animator = match &args.model {
@@ -34,12 +36,25 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
     let mut listener = Listener::new(args, &capture, &clips)?;
     let mut rows = rows(&capture, animator.as_ref())?;
     let evaluation = evaluate(&capture, &mut rows, &clips, &mut |event| listener.listen(event))?;
-    drop(listener);
+    let recorder = listener.into_recorder();
     let timing = match &animator {
         Some(animator) => Some(Timing::measure(animator.clone(), &capture, &clips)?),
         None => None,
     };
-    show(args, &evaluation, timing)
+    let measured = Measured { evaluation, timing };
+    if let (Some(recorder), Some(animator), Some(path)) = (recorder, &animator, &args.model) {
+        let bytes = recorder.finish(animator.model(), path, &measured)?;
+        say(&format!("the report has {:.1} MB", bytes as f64 / 1e6));
+    }
+    Ok(measured)
+}
+
+/// What an evaluation has found.
+struct Measured {
+    /// All numbers.
+    evaluation: Evaluation,
+    /// Of the model, where there is one.
+    timing: Option<Timing>,
 }
 
 fn clip_names(args: &EvalArgs, capture: &Capture) -> Result<Vec<String>> {
@@ -113,100 +128,6 @@ fn rows(capture: &Capture, animator: Option<&Animator>) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// What happens while frames are measured.
-struct Listener<'a> {
-    progress: Progress,
-    dump: Option<Dump>,
-    gallery: Option<Gallery<'a>>,
-    clip: String,
-    /// Frames of the clips and modes before.
-    before: u64,
-}
-
-impl<'a> Listener<'a> {
-    fn new(args: &EvalArgs, capture: &'a Capture, clips: &[String]) -> Result<Self> {
-        let dump = args.dump.as_ref().map(|folder| {
-            Dump::create(folder).map_err(|e| anyhow!("{}: cannot create the folder: {e}", folder.display()))
-        });
-        let gallery = args
-            .pictures
-            .as_ref()
-            .map(|folder| Gallery::create(capture, folder));
-        let frames = |name: &String| Ok(capture.summarise_clip(name)?.pose_frames as u64);
-        let total: u64 = clips.iter().map(frames).sum::<Result<u64>>()?;
-        Ok(Self {
-            dump: dump.transpose()?,
-            gallery: gallery.transpose()?,
-            progress: Progress::new("measuring", 0, 2 * total),
-            clip: String::new(),
-            before: 0,
-        })
-    }
-
-    fn listen(&mut self, event: &Event) -> Result<(), PredictorError> {
-        interrupt::check()?;
-        match *event {
-            Event::ClipStarted { clip, .. } => self.clip = clip.name().to_owned(),
-            Event::Progress { mode, done, total } => self.advance(mode, done as u64, total as u64),
-            Event::Predicted { .. } | Event::ClipFinished => {}
-        }
-        if let Some(gallery) = &mut self.gallery {
-            gallery.observe(event)?;
-        }
-        self.dump.as_mut().map_or(Ok(()), |dump| dump.observe(event))
-    }
-
-    fn advance(&mut self, mode: Mode, done: u64, total: u64) {
-        let clip = &self.clip;
-        self.progress.set(self.before + done, || {
-            format!("{clip} {}", mode.name().replace('_', " "))
-        });
-        if done == total {
-            self.before += total;
-        }
-    }
-}
-
-/// Time of a frame of the model on its own.
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Timing {
-    /// Median over steps of free running, milliseconds.
-    frame_ms: f64,
-    /// Threads that a step could use.
-    threads: usize,
-}
-
-/// Steps that the median is over, if the clip has as many.
-const TIMED_STEPS: usize = 300;
-
-impl Timing {
-    /// After the evaluation, in which rows compete for the cores.
-    fn measure(mut animator: Animator, capture: &Capture, clips: &[String]) -> Result<Self> {
-        let Some(name) = clips.first() else {
-            bail!("expected clips to time the model on, found none")
-        };
-        let clip = capture.load_clip(name)?;
-        let input = |t: usize| StepInput {
-            pose: &clip.clip.poses[t],
-            next_pose: clip.clip.poses.get(t + 1),
-            ground_height: clip.clip.ground_height,
-        };
-        animator.reset(&input(0), Start::Positions(clip.garment.frame(0)))?;
-        let mut times = Vec::new();
-        for t in 1..clip.clip.len().min(TIMED_STEPS + 1) {
-            let started = Instant::now();
-            animator.step(&input(t))?;
-            times.push(started.elapsed().as_secs_f64());
-        }
-        times.sort_by(f64::total_cmp);
-        let median = times.get(times.len() / 2).copied().unwrap_or(f64::NAN);
-        Ok(Self {
-            frame_ms: 1e3 * median,
-            threads: rayon::current_num_threads(),
-        })
-    }
-}
-
 /// The JSON contract: the evaluation's own keys, and `timing` where there is a model.
 #[derive(Serialize)]
 struct Output<'a> {
@@ -216,7 +137,9 @@ struct Output<'a> {
     timing: Option<Timing>,
 }
 
-fn show(args: &EvalArgs, evaluation: &Evaluation, timing: Option<Timing>) -> Result<()> {
+fn show(args: &EvalArgs, measured: &Measured) -> Result<()> {
+    let Measured { evaluation, timing } = measured;
+    let timing = *timing;
     if args.json {
         return print_json(&Output { evaluation, timing });
     }

@@ -46,14 +46,40 @@ pub(super) fn single_root(parents: &[Option<usize>]) -> Result<usize, SkeletonEr
 
 /// Parents before children, whatever the order in the file.
 pub(super) fn topological_order(parents: &[Option<usize>], root: usize) -> Result<Vec<usize>, SkeletonError> {
+    let mut by_parent: Vec<usize> = (0..parents.len()).collect();
+    by_parent.sort_by_key(|&joint| parents[joint]);
     let mut order = vec![root];
     let mut next = 0;
     while let Some(&parent) = order.get(next) {
-        order.extend((0..parents.len()).filter(|&j| parents[j] == Some(parent)));
+        let first = by_parent.partition_point(|&joint| parents[joint] < Some(parent));
+        let children = by_parent[first..].iter();
+        order.extend(children.take_while(|&&joint| parents[joint] == Some(parent)));
         next += 1;
     }
-    match (0..parents.len()).find(|j| order.len() < parents.len() && !order.contains(j)) {
+    let mut is_reached = vec![false; parents.len()];
+    order.iter().for_each(|&joint| is_reached[joint] = true);
+    match is_reached.iter().position(|is_reached| !is_reached) {
         None => Ok(order),
         Some(joint) => Err(SkeletonError::Cycle { joint }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_chains_and_wide_fans_are_ordered_in_linear_time() {
+        let count = 300_000;
+        let chain: Vec<_> = (1..count).map(Some).chain([None]).collect();
+        let expected: Vec<_> = (0..count).rev().collect();
+        assert_eq!(topological_order(&chain, count - 1), Ok(expected));
+        let fan: Vec<_> = std::iter::once(None).chain(vec![Some(0); count]).collect();
+        assert_eq!(topological_order(&fan, 0), Ok((0..=count).collect()));
+        let cycle: Vec<_> = std::iter::once(None).chain((1..count).map(Some)).collect();
+        assert_eq!(
+            topological_order(&cycle, 0),
+            Err(SkeletonError::Cycle { joint: 1 })
+        );
     }
 }

@@ -19,6 +19,7 @@ use std::{
     io::Read,
     path::{Path, PathBuf},
 };
+use unic_core::shown::shown;
 
 /// What was found at a path.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -132,11 +133,13 @@ impl Display for Report {
             .max()
             .unwrap_or(0);
         for (name, value) in &self.facts {
-            writeln!(f, "  {name:width$}  {value}")?;
+            writeln!(f, "  {:width$}  {}", shown(name).to_string(), shown(value))?;
         }
         match self.problems.as_slice() {
             [] => writeln!(f, "no problems found"),
-            problems => problems.iter().try_for_each(|p| writeln!(f, "problem: {p}")),
+            problems => problems
+                .iter()
+                .try_for_each(|p| writeln!(f, "problem: {}", shown(p))),
         }
     }
 }

@@ -1,19 +1,20 @@
 //! Which settings a run can be made from.
 
-use super::{Keep, Refit, TrainConfig};
+use super::{Keep, Refit, StateSettings, TrainConfig};
 use thiserror::Error;
+use unic_core::shown::shortened;
 
 /// Settings that no run can be made from.
 #[derive(Debug, Error)]
 pub enum SettingsError {
     /// Not TOML of this shape.
-    #[error("training settings: {0}")]
+    #[error("training settings: {}", shortened(&in_one_line(.0)))]
     Toml(#[from] toml::de::Error),
     /// A `key=value` that is none.
-    #[error("expected key=value with a dotted key such as optimiser.steps=1000, found `{0}`")]
+    #[error("expected key=value with a dotted key such as optimiser.steps=1000, found `{}`", shortened(.0))]
     Assignment(String),
     /// A value out of range.
-    #[error("training settings: {what} must be {expected}, found {found}")]
+    #[error("training settings: {what} must be {expected}, found {}", shortened(found))]
     Value {
         /// Dotted key.
         what: &'static str,
@@ -22,6 +23,19 @@ pub enum SettingsError {
         /// What it is.
         found: String,
     },
+}
+
+/// What is wrong and where, without the picture of the line.
+fn in_one_line(error: &toml::de::Error) -> String {
+    let text = error.to_string();
+    let is_picture = |line: &&str| {
+        line.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' ')
+            .starts_with('|')
+    };
+    text.lines()
+        .filter(|line| !is_picture(line))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 /// Most vertices that a step may roll out, every frame of every window counted: three times the
@@ -41,8 +55,15 @@ impl TrainConfig {
             ensure(what, "1 or more", found, found > 0)?;
         }
         let rate = o.learning_rate;
-        let usable = rate > 0.0 && rate.is_finite();
-        ensure("optimiser.learning_rate", "above 0", rate, usable)?;
+        ensure("optimiser.learning_rate", "above 0", rate, is_positive(rate))?;
+        if let Some(limit) = self.model.normalisation.limit {
+            ensure(
+                "model.normalisation.limit",
+                "above 0",
+                limit,
+                is_positive(limit.into()),
+            )?;
+        }
         for (what, found) in self.amounts() {
             ensure(what, "0 or more", found, found >= 0.0 && found.is_finite())?;
         }
@@ -81,9 +102,18 @@ impl TrainConfig {
     }
 
     /// Values of which any amount will do.
-    fn amounts(&self) -> [(&'static str, f64); 10] {
+    fn amounts(&self) -> [(&'static str, f64); 12] {
         let (o, r) = (&self.optimiser, &self.regularisation);
+        let memory_s = match self.model.state {
+            StateSettings::Position => 0.0,
+            StateSettings::Displacement { memory_s, .. } => memory_s,
+        };
         [
+            (
+                "model.normalisation.least_std",
+                self.model.normalisation.least_std.into(),
+            ),
+            ("model.state.displacement.memory_s", memory_s.into()),
             ("optimiser.final_learning_rate", o.final_learning_rate),
             ("optimiser.half_periods", o.half_periods),
             ("optimiser.weight_decay", o.weight_decay.into()),
@@ -105,6 +135,10 @@ impl TrainConfig {
             ("regularisation.average", r.average),
         ]
     }
+}
+
+fn is_positive(amount: f64) -> bool {
+    amount > 0.0 && amount.is_finite()
 }
 
 fn ensure(

@@ -28,6 +28,10 @@ fn assignments_reach_nested_keys_and_refuse_unknown_ones() {
         "loss.velocity=-1",
         "optimiser.clip_norm=nan",
         "optimiser.learning_rate=inf",
+        "model.normalisation.least_std=nan",
+        "model.normalisation.limit=-1",
+        "model.normalisation.limit=nan",
+        "model.state.displacement.memory_s=nan",
         "validation.every=0",
         "validation.refit=maybe",
     ] {
@@ -86,4 +90,23 @@ fn the_best_parameters_need_a_clip_to_be_told_by() {
     let error = set(&["keep=best"]).unwrap_err().to_string();
     assert!(error.contains("validation.refit"), "{error}");
     assert!(set(&["keep=best", "validation.refit=never"]).is_ok());
+}
+
+#[test]
+fn a_file_with_a_fault_is_refused_in_one_line() {
+    let text = TrainConfig::preset(Preset::Tiny).to_toml();
+    for (whole, fault, told) in [
+        ("seed = 1", "seed = \"\u{1f}\"", "line 1"),
+        ("seed = 1", "sead = 1", "unknown field `sead`"),
+        ("steps = 100", "steps = -1", "`-1`"),
+    ] {
+        assert!(text.contains(whole), "{text}");
+        let error = TrainConfig::from_toml(&text.replacen(whole, fault, 1))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains(told) && !error.contains(char::is_control),
+            "{error}"
+        );
+    }
 }

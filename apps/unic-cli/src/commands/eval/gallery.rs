@@ -1,7 +1,8 @@
 //! Pictures of the frames that a model gets most wrong.
 
+use super::moment::{Moment, distances, heat_scale, skinned};
 use crate::{
-    pictures::{CLOTH, GAP, Place, Shot, Studio},
+    pictures::{CLOTH, GAP, Shot, Studio},
     worst_frames::{WorstFrame, WorstFrames, rmse},
 };
 use anyhow::{Result, anyhow};
@@ -65,10 +66,10 @@ impl<'a> Gallery<'a> {
 
     fn draw(&self, clip: &PreparedClip, worst: &[WorstFrame]) -> Result<()> {
         let columns: Vec<Column> = worst.iter().map(|w| Column::new(self.capture, clip, w)).collect();
-        let truths: Vec<Shot> = columns.iter().map(|c| c.truth.clone()).collect();
+        let truths: Vec<Shot> = columns.iter().map(|c| c.moment.truth.clone()).collect();
         let (character, garment) = (&self.capture.character, &self.capture.garment);
         let studio = Studio::new(character, garment, clip.captured.clip.ground_height, &truths)?;
-        let scale = heat_scale(&columns);
+        let scale = heat_scale(columns.iter().map(|c| &c.moment));
         let mut tiles = Vec::new();
         for row in [Row::Truth, Row::Model, Row::Skinning] {
             for column in &columns {
@@ -90,76 +91,32 @@ enum Row {
     Skinning,
 }
 
-/// One frame, three times.
+/// One frame of the sheet.
 struct Column {
-    seconds: f32,
-    truth: Shot,
-    model: Vec<Vec3>,
+    moment: Moment,
     skinning: Vec<Vec3>,
 }
 
 impl Column {
     fn new(capture: &Capture, clip: &PreparedClip, worst: &WorstFrame) -> Self {
-        let (character, garment) = (&capture.character, &capture.garment);
-        let world_from_rest = clip.kinematics.world_from_rest(worst.frame);
-        let mut body = Vec::new();
-        match &clip.captured.body {
-            Some(frames) => body.extend_from_slice(frames.frame(worst.frame)),
-            None => character
-                .weights
-                .skin(&character.body.vertices, world_from_rest, &mut body),
-        }
-        let mut skinning = Vec::new();
-        garment
-            .weights
-            .skin(&garment.rest.vertices, world_from_rest, &mut skinning);
-        let motion = &clip.captured.clip;
         Self {
-            seconds: worst.frame as f32 / motion.fps,
-            truth: Shot {
-                body,
-                garment: clip.captured.garment.frame(worst.frame).to_vec(),
-                place: Place::new(&character.skeleton, &motion.poses[worst.frame]),
-            },
-            model: worst.positions.clone(),
-            skinning,
+            moment: Moment::new(capture, clip, worst.frame, &worst.positions),
+            skinning: skinned(capture, clip, worst.frame),
         }
     }
 
     fn tile(&self, row: Row, studio: &Studio, scale: f32) -> Result<Image> {
-        let truth = &self.truth.garment;
+        let truth = &self.moment.truth;
         let (name, garment) = match row {
             Row::Truth => {
-                return studio.picture(&self.truth, CLOTH, &format!("truth at {:.2} s", self.seconds));
+                return studio.picture(truth, CLOTH, &format!("truth at {:.2} s", self.moment.seconds));
             }
-            Row::Model => ("model", &self.model),
+            Row::Model => ("model", &self.moment.model),
             Row::Skinning => ("skinning", &self.skinning),
         };
-        let colours = heat_colours(&distances(garment, truth), scale);
-        let shot = Shot {
-            garment: garment.clone(),
-            ..self.truth.clone()
-        };
-        let caption = format!("{name} {:.1} mm", 1e3 * rmse(garment, truth));
+        let colours = heat_colours(&distances(garment, &truth.garment), scale);
+        let shot = self.moment.with_garment(garment);
+        let caption = format!("{name} {:.1} mm", 1e3 * rmse(garment, &truth.garment));
         studio.picture(&shot, Colouring::PerVertex(&colours), &caption)
     }
-}
-
-fn distances(a: &[Vec3], b: &[Vec3]) -> Vec<f32> {
-    a.iter().zip(b).map(|(a, b)| a.distance(*b)).collect()
-}
-
-/// Ends of the colour scale to choose from, metres.
-const SCALES_M: [f32; 7] = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
-
-/// The first that holds 95 % of the model's errors.
-fn heat_scale(columns: &[Column]) -> f32 {
-    let errors = columns.iter().flat_map(|c| distances(&c.model, &c.truth.garment));
-    let mut errors: Vec<f32> = errors.filter(|e| e.is_finite()).collect();
-    errors.sort_by(f32::total_cmp);
-    let most = errors.get(errors.len() * 95 / 100).copied().unwrap_or(0.0);
-    SCALES_M
-        .into_iter()
-        .find(|&scale| scale >= most)
-        .unwrap_or(SCALES_M[SCALES_M.len() - 1])
 }

@@ -1,0 +1,253 @@
+//! `unic demo`: the other commands, one after another.
+
+use crate::{
+    args::{Args, Command, DemoArgs, DemoGarment},
+    failure::{Interrupted, Usage},
+    interrupt,
+    output::{print, say},
+};
+use anyhow::{Context, Result};
+use clap::{Parser, ValueEnum};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+/// What the folder was made with: a demo of another kind does not go on with it.
+const RECORD: &str = "demo.toml";
+/// Frames of the animation: what one .glb holds.
+const ANIMATED_FRAMES: usize = 300;
+
+/// How much of everything.
+struct Scale {
+    motions: &'static [&'static str],
+    /// The last of them.
+    test: &'static [&'static str],
+    /// Of each motion.
+    seconds: u32,
+    preset: &'static str,
+    steps: u32,
+}
+
+const FULL: Scale = Scale {
+    motions: &[
+        "walk_speeds",
+        "walk_circles",
+        "walk_starts_stops",
+        "run_speeds",
+        "run_circles",
+        "arms_trunk",
+        "mixed",
+    ],
+    test: &["turn_on_spot", "dance"],
+    seconds: 20,
+    preset: "standard",
+    steps: 300,
+};
+
+const QUICK: Scale = Scale {
+    motions: &["walk_circles", "mixed"],
+    test: &["dance"],
+    seconds: 5,
+    preset: "tiny",
+    steps: 60,
+};
+
+/// One command with the file that it leaves when it has finished.
+struct Stage {
+    title: &'static str,
+    leaves: PathBuf,
+    words: Vec<String>,
+}
+
+/// Runs whatever the folder still lacks.
+pub(crate) fn run(args: &DemoArgs) -> Result<()> {
+    let started = Instant::now();
+    open(args)?;
+    let stages = stages(args);
+    for (i, stage) in stages.iter().enumerate() {
+        let title = format!("[{}/{}] {}", i + 1, stages.len(), stage.title);
+        if stage.leaves.exists() {
+            say(&format!("{title}: {} is there", stage.leaves.display()));
+            continue;
+        }
+        say(&format!("\n{title}\n  {}", stage.words.join(" ")));
+        stage.run().map_err(|error| told_how_to_go_on(error, args))?;
+    }
+    close(args, started)
+}
+
+fn open(args: &DemoArgs) -> Result<()> {
+    let out = &args.out;
+    let path = out.join(RECORD);
+    let record = record(args);
+    if args.overwrite && path.exists() {
+        clear(args)?;
+    }
+    match fs::read_to_string(&path) {
+        Ok(before) if before != record => {
+            let text = format!(
+                "{}: expected a demo of the same garment and length, found another; --overwrite replaces it",
+                path.display()
+            );
+            Err(Usage(text).into())
+        }
+        Ok(_) => Ok(()),
+        Err(_) => {
+            refuse_foreign(args)?;
+            fs::create_dir_all(out)
+                .with_context(|| format!("{}: the folder cannot be made", out.display()))?;
+            Ok(unic_io::atomic::write(&path, record.as_bytes())?)
+        }
+    }
+}
+
+/// Files of other work that a stage would take for its own.
+fn refuse_foreign(args: &DemoArgs) -> Result<()> {
+    match stages(args).into_iter().find(|stage| stage.leaves.exists()) {
+        None => Ok(()),
+        Some(stage) => {
+            let text = format!(
+                "--out: expected an empty folder or a demo's, found {}",
+                stage.leaves.display()
+            );
+            Err(Usage(text).into())
+        }
+    }
+}
+
+fn record(args: &DemoArgs) -> String {
+    format!("garment = \"{}\"\nquick = {}\n", garment(args), args.quick)
+}
+
+/// Removes what the stages leave, so that they run again.
+fn clear(args: &DemoArgs) -> Result<()> {
+    let files = stages(args).into_iter().map(|stage| stage.leaves);
+    for path in files.chain([args.out.join(RECORD)]).filter(|path| path.exists()) {
+        fs::remove_file(&path).with_context(|| format!("{} cannot be removed", path.display()))?;
+    }
+    Ok(())
+}
+
+fn garment(args: &DemoArgs) -> String {
+    let value = DemoGarment::to_possible_value(&args.garment);
+    value.map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+fn stages(args: &DemoArgs) -> Vec<Stage> {
+    let out = args.out.as_path();
+    let scale = if args.quick { QUICK } else { FULL };
+    let [capture, model, report, animation] =
+        ["capture", "demo.unic", "report.html", "animation.glb"].map(|name| out.join(name));
+    let motion = capture.join("clips").join("dance.npz");
+    vec![
+        Stage {
+            title: "simulate the garment",
+            leaves: capture.join("capture.toml"),
+            words: simulate(args, &scale, &capture),
+        },
+        Stage {
+            title: "train a model",
+            leaves: model.clone(),
+            words: train(&scale, &capture, &model),
+        },
+        Stage {
+            title: "measure it on motions that it has not seen",
+            leaves: report.clone(),
+            words: words(&["eval", &show(&model), &show(&capture), "--report", &show(&report)]),
+        },
+        Stage {
+            title: "animate it",
+            leaves: animation.clone(),
+            words: {
+                let frames = format!("0..{}", ANIMATED_FRAMES.min(30 * scale.seconds as usize));
+                let [model, motion, animation] = [&model, &motion, &animation].map(|path| show(path));
+                words(&[
+                    "animate", &model, "--motion", &motion, "--frames", &frames, "--out", &animation,
+                ])
+            },
+        },
+    ]
+}
+
+fn simulate(args: &DemoArgs, scale: &Scale, capture: &Path) -> Vec<String> {
+    let mut line = words(&["simulate", "--garment", &garment(args), "--motion"]);
+    line.extend(
+        scale
+            .motions
+            .iter()
+            .chain(scale.test)
+            .map(|name| (*name).to_owned()),
+    );
+    line.extend(words(&["--test", &scale.test.join(",")]));
+    line.extend(words(&[
+        "--seconds",
+        &scale.seconds.to_string(),
+        "--out",
+        &show(capture),
+    ]));
+    if capture.join("simulation.toml").exists() {
+        line.push("--resume".into());
+    }
+    line
+}
+
+fn train(scale: &Scale, capture: &Path, model: &Path) -> Vec<String> {
+    let mut line = words(&["train", &show(capture), "--out", &show(model)]);
+    if model.with_extension("run").join("config.toml").exists() {
+        line.push("--resume".into());
+    } else {
+        line.extend(words(&[
+            "--preset",
+            scale.preset,
+            "--steps",
+            &scale.steps.to_string(),
+        ]));
+    }
+    line
+}
+
+fn words(line: &[&str]) -> Vec<String> {
+    line.iter().map(|word| (*word).to_owned()).collect()
+}
+
+fn show(path: &Path) -> String {
+    path.display().to_string()
+}
+
+impl Stage {
+    fn run(&self) -> Result<()> {
+        interrupt::check()?;
+        let line = std::iter::once("unic").chain(self.words.iter().map(String::as_str));
+        match Args::try_parse_from(line)?.command {
+            Command::Simulate(args) => super::simulate::run(&args),
+            Command::Train(args) => super::train::run(&args),
+            Command::Eval(args) => super::eval::run(&args),
+            Command::Animate(args) => super::animate::run(&args),
+            other => anyhow::bail!("{other:?} is no stage of a demo"),
+        }
+    }
+}
+
+/// What the stage says of itself is right, but the demo's own command is shorter.
+fn told_how_to_go_on(error: anyhow::Error, args: &DemoArgs) -> anyhow::Error {
+    match error.chain().any(|e| e.is::<Interrupted>()) {
+        false => error,
+        true => {
+            let quick = if args.quick { " --quick" } else { "" };
+            let (garment, out) = (garment(args), args.out.display());
+            let text = format!("stopped; `unic demo --garment {garment}{quick} --out {out}` goes on");
+            Interrupted(text).into()
+        }
+    }
+}
+
+fn close(args: &DemoArgs, started: Instant) -> Result<()> {
+    let out = args.out.display();
+    print(&format!(
+        "\nDone in {:.0} s.\n  {out}/report.html    open it in a browser\n  {out}/animation.glb  open it in Blender\n  \
+         {out}/demo.unic      the model: unic animate {out}/demo.unic --motion YOURS.npz --out walk.glb\n",
+        started.elapsed().as_secs_f64()
+    ))
+}

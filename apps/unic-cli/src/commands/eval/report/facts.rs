@@ -1,0 +1,193 @@
+//! What was measured, with what, on what.
+
+use super::{machine, words::counted};
+use crate::commands::eval::timing::Timing;
+use anyhow::Result;
+use std::{fs, path::Path, time::Duration};
+use unic_core::{
+    config::{IntersectionMode, ModelConfig, StateConfig},
+    model::Model,
+};
+use unic_io::{Capture, Split};
+use unic_report::Facts;
+
+/// All groups.
+pub(super) fn all(
+    capture: &Capture,
+    clips: &[String],
+    model: (&Model, &Path),
+    timing: Option<&Timing>,
+) -> Result<Vec<Facts>> {
+    Ok(vec![
+        of_model(model.0, model.1),
+        of_capture(capture, clips)?,
+        of_machine(timing),
+    ])
+}
+
+fn facts(title: &str, rows: impl IntoIterator<Item = (&'static str, Option<String>)>) -> Facts {
+    let rows = rows.into_iter();
+    Facts {
+        title: title.to_owned(),
+        rows: rows
+            .filter_map(|(name, value)| Some((name.to_owned(), value?)))
+            .collect(),
+    }
+}
+
+fn of_model(model: &Model, path: &Path) -> Facts {
+    let config = model.config();
+    let training = &model.about().training;
+    let bytes = fs::metadata(path).ok().map(|file| file.len() as f64);
+    let seconds = training.get("seconds").and_then(|s| s.as_f64());
+    // Files may say anything.
+    let seconds = seconds.and_then(|s| Duration::try_from_secs_f64(s.round()).ok());
+    let steps = training.get("steps").and_then(|s| s.as_u64());
+    let file = path.file_name().map(|name| name.to_string_lossy().into_owned());
+    let encoder = &config.encoder;
+    let hidden: Vec<String> = encoder.hidden.iter().map(usize::to_string).collect();
+    facts(
+        "Model",
+        [
+            ("file", file),
+            ("size", bytes.map(|bytes| format!("{:.1} MB", bytes / 1e6))),
+            ("parameters", Some(grouped(model.parameter_count()))),
+            ("vertices", Some(grouped(model.vertex_count()))),
+            (
+                "field",
+                Some(format!(
+                    "{} hidden layers of {}",
+                    config.field.hidden_layers, config.field.width
+                )),
+            ),
+            (
+                "motion encoder",
+                Some(format!(
+                    "{}, {} codes of {} categories",
+                    hidden.join(" · "),
+                    encoder.channels,
+                    encoder.categories
+                )),
+            ),
+            ("state", Some(state(config))),
+            ("intersections", Some(intersections(config))),
+            (
+                "training time",
+                seconds.map(|s| humantime::format_duration(s).to_string()),
+            ),
+            ("training steps", steps.map(|steps| grouped(steps as usize))),
+        ],
+    )
+}
+
+fn state(config: &ModelConfig) -> String {
+    match &config.state {
+        StateConfig::Position => "positions, as in the paper".to_owned(),
+        StateConfig::Displacement(d) => format!(
+            "displacement from a linear prior, forgotten over {} s",
+            d.memory_s
+        ),
+    }
+}
+
+fn intersections(config: &ModelConfig) -> String {
+    match config.intersection {
+        IntersectionMode::Off => "left as they are".to_owned(),
+        IntersectionMode::Paper { relaxation_m } => {
+            format!("dragged {:.1} mm off the nearest body vertex", 1e3 * relaxation_m)
+        }
+    }
+}
+
+fn of_capture(capture: &Capture, clips: &[String]) -> Result<Facts> {
+    let rest = &capture.garment.rest;
+    let mut frames = 0;
+    for name in clips {
+        frames += capture.summarise_clip(name)?.pose_frames;
+    }
+    let fps = capture.manifest.fps;
+    let training = capture.clip_names(Split::Train).len();
+    let provenance = capture
+        .manifest
+        .provenance
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ");
+    Ok(facts(
+        "Capture",
+        [
+            ("name", Some(capture.manifest.name.clone())),
+            (
+                "garment",
+                Some(format!(
+                    "{} vertices, {} triangles",
+                    grouped(rest.vertices.len()),
+                    grouped(rest.faces.len())
+                )),
+            ),
+            (
+                "character",
+                Some(format!(
+                    "{} joints, {} vertices",
+                    capture.character.skeleton.len(),
+                    grouped(capture.character.body.vertices.len())
+                )),
+            ),
+            (
+                "measured",
+                Some(format!(
+                    "{}, {:.1} s at {fps} frames a second",
+                    counted(clips.len(), "clip"),
+                    frames as f32 / fps
+                )),
+            ),
+            ("training clips", Some(training.to_string())),
+            ("provenance", Some(provenance).filter(|text| !text.is_empty())),
+        ],
+    ))
+}
+
+fn of_machine(timing: Option<&Timing>) -> Facts {
+    let rate = |timing: &Timing| {
+        let (ms, threads) = (timing.frame_ms, counted(timing.threads, "thread"));
+        format!("{ms:.2} ms, {:.0} a second ({threads}, median)", 1e3 / ms)
+    };
+    facts(
+        "Machine",
+        [
+            ("processor", Some(machine::processor())),
+            ("cores", Some(machine::cores().to_string())),
+            (
+                "system",
+                Some(format!("{} {}", std::env::consts::OS, std::env::consts::ARCH)),
+            ),
+            ("frame of the model", timing.map(rate)),
+        ],
+    )
+}
+
+/// Thousands apart.
+fn grouped(number: usize) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_are_apart() {
+        assert_eq!(
+            [7, 999, 3019, 1_234_567].map(grouped),
+            ["7", "999", "3,019", "1,234,567"]
+        );
+    }
+}

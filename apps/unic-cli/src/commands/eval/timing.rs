@@ -1,0 +1,47 @@
+//! How long a frame takes.
+
+use anyhow::{Result, bail};
+use serde::Serialize;
+use std::time::Instant;
+use unic_core::animator::{Animator, Start, StepInput};
+use unic_io::Capture;
+
+/// Time of a frame of the model on its own.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Timing {
+    /// Median over steps of free running, milliseconds.
+    pub(super) frame_ms: f64,
+    /// Threads that a step could use.
+    pub(super) threads: usize,
+}
+
+/// Steps that the median is over, if the clip has as many.
+const TIMED_STEPS: usize = 300;
+
+impl Timing {
+    /// After the evaluation, in which rows compete for the cores.
+    pub(super) fn measure(mut animator: Animator, capture: &Capture, clips: &[String]) -> Result<Self> {
+        let Some(name) = clips.first() else {
+            bail!("expected clips to time the model on, found none")
+        };
+        let clip = capture.load_clip(name)?;
+        let input = |t: usize| StepInput {
+            pose: &clip.clip.poses[t],
+            next_pose: clip.clip.poses.get(t + 1),
+            ground_height: clip.clip.ground_height,
+        };
+        animator.reset(&input(0), Start::Positions(clip.garment.frame(0)))?;
+        let mut times = Vec::new();
+        for t in 1..clip.clip.len().min(TIMED_STEPS + 1) {
+            let started = Instant::now();
+            animator.step(&input(t))?;
+            times.push(started.elapsed().as_secs_f64());
+        }
+        times.sort_by(f64::total_cmp);
+        let median = times.get(times.len() / 2).copied().unwrap_or(f64::NAN);
+        Ok(Self {
+            frame_ms: 1e3 * median,
+            threads: rayon::current_num_threads(),
+        })
+    }
+}

@@ -1,0 +1,133 @@
+//! What `unic animate` writes as GLB, what it refuses to write, and what it never writes over.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::*;
+use serde_json::Value;
+use std::{collections::BTreeMap, fs, path::Path, sync::LazyLock};
+use tempfile::TempDir;
+
+/// A capture and a model trained on it.
+static TRAINED: LazyLock<TempDir> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture(folder.path());
+    train(folder.path(), "tube.unic", "--steps 10");
+    folder
+});
+
+/// A folder of its own with the model and one motion.
+fn fresh() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (from, to) in [("tube.unic", "tube.unic"), ("tube/clips/four.npz", "four.npz")] {
+        fs::copy(TRAINED.path().join(from), folder.path().join(to)).unwrap();
+    }
+    folder
+}
+
+const ANIMATE: &str = "animate tube.unic --motion four.npz";
+
+/// Names and bytes of everything in a folder; a folder in it has none.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    entries
+        .map(|entry| {
+            let name = entry.file_name().into_string().unwrap();
+            (name, fs::read(entry.path()).unwrap_or_default())
+        })
+        .collect()
+}
+
+/// The error of a run that must fail and leave everything as it was: its last line, after notes.
+fn refusal(folder: &Path, line: &str) -> String {
+    let before = contents(folder);
+    let output = unic(folder, line);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "unic {line}: {stderr}");
+    assert!(contents(folder) == before, "unic {line} changes files");
+    let error = stderr.lines().last().unwrap_or_default();
+    assert!(error.starts_with("unic: "), "unic {line}: {stderr}");
+    error.to_owned()
+}
+
+/// The document of a GLB.
+fn document(path: &Path) -> Value {
+    let bytes = fs::read(path).unwrap();
+    assert!(bytes.starts_with(b"glTF\x02\0\0\0"));
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    serde_json::from_slice(&bytes[20..20 + length]).unwrap()
+}
+
+#[test]
+fn a_glb_has_body_and_garment_in_one_file() {
+    let folder = fresh();
+    let summary = json(folder.path(), &format!("{ANIMATE} --out a.glb --json"));
+    assert_eq!(summary["written"], serde_json::json!(["a.glb", "a.png"]));
+    assert_eq!(summary["frames"], FRAMES);
+    let glb = document(&folder.path().join("a.glb"));
+    let positions = |mesh: usize| {
+        let accessor = &glb["meshes"][mesh]["primitives"][0]["attributes"]["POSITION"];
+        glb["accessors"][accessor.as_u64().unwrap() as usize]["count"].clone()
+    };
+    assert_eq!(positions(0), BODY_VERTICES);
+    assert_eq!(positions(1), VERTICES);
+    let targets = &glb["meshes"][1]["primitives"][0]["targets"];
+    assert_eq!(targets.as_array().unwrap().len(), FRAMES - 1);
+    assert_eq!(glb["skins"][0]["joints"].as_array().unwrap().len(), JOINTS);
+    assert_eq!(glb["animations"][0]["name"], "four");
+}
+
+#[test]
+fn more_than_300_frames_are_no_glb() {
+    let folder = fresh();
+    // A cycle of the motion, again and again.
+    let long = format!("{ANIMATE} --repeat 60 --out a.glb");
+    let message = refusal(folder.path(), &long);
+    assert!(
+        message.starts_with("unic: a.glb: expected 1 to 300 frames"),
+        "{message}"
+    );
+    for other in [".pc2", ".npz", "OBJ"] {
+        assert!(message.contains(other), "{message}");
+    }
+    succeeds(folder.path(), &format!("{long} --frames 0..300"));
+}
+
+#[test]
+fn no_output_is_written_over_unless_told() {
+    for side_file in ["a.pc2", "a.body.pc2", "a.obj", "a.body.obj", "a.png"] {
+        let folder = fresh();
+        fs::write(folder.path().join(side_file), "somebody's work").unwrap();
+        let message = refusal(folder.path(), &format!("{ANIMATE} --out a.pc2"));
+        assert!(message.starts_with(&format!("unic: {side_file}: ")), "{message}");
+        assert!(message.contains("--overwrite"), "{message}");
+        succeeds(folder.path(), &format!("{ANIMATE} --out a.pc2 --overwrite"));
+        assert!(fs::read(folder.path().join(side_file)).unwrap() != b"somebody's work");
+    }
+}
+
+#[test]
+fn folders_are_never_written_over() {
+    for name in ["frames", "frames_body", "frames.png"] {
+        let folder = fresh();
+        fs::create_dir(folder.path().join(name)).unwrap();
+        for more in ["", "--overwrite"] {
+            let message = refusal(folder.path(), &format!("{ANIMATE} --out frames {more}"));
+            assert!(message.starts_with(&format!("unic: {name}: ")), "{message}");
+        }
+    }
+}
+
+#[test]
+fn outputs_are_files_of_their_own() {
+    let folder = fresh();
+    for (line, name) in [
+        ("--out a.glb --picture a.glb", "a.glb"),
+        ("--out a.pc2 --picture a.body.obj --overwrite", "a.body.obj"),
+        ("--out b.npz --picture four.npz --overwrite", "four.npz"),
+        ("--out a.abc", "a.abc"),
+    ] {
+        let message = refusal(folder.path(), &format!("{ANIMATE} {line}"));
+        assert!(message.starts_with(&format!("unic: {name}: ")), "{message}");
+    }
+}

@@ -1,0 +1,49 @@
+//! `unic demo --quick`: from an empty folder to a report and an animation.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::*;
+use std::fs;
+
+#[test]
+fn a_demo_leaves_everything_it_promises_and_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = succeeds(folder.path(), "demo --quick");
+    assert!(said.contains("unic_demo/report.html"), "{said}");
+    let out = folder.path().join("unic_demo");
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.starts_with("<!DOCTYPE html>"), "{}", &page[..60]);
+    assert!(
+        !page.contains("http://") && !page.contains("https://"),
+        "the page must open offline"
+    );
+    let animation = fs::read(out.join("animation.glb")).unwrap();
+    assert_eq!(&animation[..4], b"glTF");
+    let model = fs::read(out.join("demo.unic")).unwrap();
+
+    // A stage whose file is missing is made again, the others stay.
+    fs::remove_file(out.join("animation.glb")).unwrap();
+    succeeds(folder.path(), "demo --quick");
+    assert_eq!(fs::read(out.join("animation.glb")).unwrap(), animation);
+    assert_eq!(fs::read(out.join("demo.unic")).unwrap(), model);
+
+    let other = unic(folder.path(), "demo --quick --garment skirt");
+    assert_eq!(other.status.code(), Some(2));
+    let text = String::from_utf8_lossy(&other.stderr);
+    assert!(
+        text.contains("demo.toml") && text.contains("--overwrite"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_folder_of_other_work_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("mine")).unwrap();
+    fs::write(folder.path().join("mine/report.html"), "mine").unwrap();
+    let refused = unic(folder.path(), "demo --quick --out mine");
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("mine/report.html"));
+    assert_eq!(fs::read(folder.path().join("mine/report.html")).unwrap(), b"mine");
+}

@@ -1,0 +1,161 @@
+//! One frame of inference at the sizes that the field publishes, whole and by stage, for networks of the
+//! sizes of the presets `standard` and `paper` with random weights, on a walker of 24 joints and 6,890
+//! body vertices.
+//!
+//! ```text
+//! cargo bench -p unic-core --bench frame
+//! ```
+//!
+//! Times do not depend on what the weights say. `frame` is [`Animator::step`] as a game calls it, with the
+//! intersection handling that the preset's models have; `frame_unhandled` leaves that out. The stages add
+//! up to less than a frame: gathering inputs, carrying the state along and skinning are in it as well.
+//! Threads are those of rayon: `RAYON_NUM_THREADS`; the field's stage is one thread's.
+
+#![allow(clippy::unwrap_used, reason = "a failed set-up fails the run")]
+
+mod model;
+
+use divan::{Bencher, black_box, counter::ItemsCount};
+use glam::{Quat, Vec3};
+use model::{FPS, Named, PARENTS, Paper, Standard, character, config, encoder, field, garment};
+use std::{f32::consts::TAU, sync::Arc};
+use unic_core::{
+    animator::{Animator, Start, StepInput},
+    config::IntersectionMode,
+    intersection::{BodySnapshot, PaperIntersection},
+    motion::{MotionInput, MotionState, motion_len},
+    network::{EncoderScratch, FieldBiases, FieldScratch, TILE},
+    skeleton::Pose,
+};
+
+/// Vertices of the four garments of the paper.
+const VERTICES: [usize; 4] = [3_653, 34_907, 59_380, 62_461];
+
+fn main() {
+    divan::main();
+}
+
+#[divan::bench(args = VERTICES, types = [Standard, Paper], sample_count = 20, sample_size = 1, max_time = 4)]
+fn frame<P: Named>(bencher: Bencher, vertices: usize) {
+    let mut walker = Walker::new::<P>(vertices);
+    bencher
+        .counter(ItemsCount::new(vertices))
+        .bench_local(|| walker.step());
+}
+
+#[divan::bench(args = VERTICES, types = [Standard, Paper], sample_count = 20, sample_size = 1, max_time = 4)]
+fn frame_unhandled<P: Named>(bencher: Bencher, vertices: usize) {
+    let mut walker = Walker::new::<P>(vertices);
+    walker.animator.set_intersection(IntersectionMode::Off);
+    bencher
+        .counter(ItemsCount::new(vertices))
+        .bench_local(|| walker.step());
+}
+
+/// Forward kinematics and the motion vector: the same for all garments.
+#[divan::bench]
+fn stage_motion(bencher: Bencher) {
+    let character = character();
+    let poses: Vec<Pose> = (0..30).map(pose).collect();
+    let (spec, skeleton) = (&config(Standard::PRESET).motion, &character.skeleton);
+    let input = |t: usize| MotionInput {
+        pose: &poses[t % poses.len()],
+        next_pose: None,
+        ground_height: 0.0,
+        dt: 1.0 / FPS,
+    };
+    let mut state = MotionState::start(spec, skeleton, &input(0));
+    let mut t = 0;
+    bencher.bench_local(|| {
+        t += 1;
+        state.advance(spec, skeleton, &input(t));
+        state.pair().1[0]
+    });
+}
+
+/// The motion encoder, and the latent's share of the field's layers: the same for all garments.
+#[divan::bench(types = [Standard, Paper])]
+fn stage_encoder<P: Named>(bencher: Bencher) {
+    let config = config(P::PRESET);
+    let (encoder, field) = (encoder(&config), field(&config));
+    let pair = vec![0.1; 2 * motion_len(PARENTS.len())];
+    let (mut scratch, mut biases) = (EncoderScratch::default(), FieldBiases::default());
+    let mut latent = vec![0.0; config.encoder.channels];
+    bencher.bench_local(|| {
+        encoder.encode(black_box(&pair), &mut scratch, &mut latent);
+        field.fold(&latent, &mut biases);
+    });
+}
+
+/// The field at all vertices, on one thread.
+#[divan::bench(args = VERTICES, types = [Standard, Paper], sample_count = 10, sample_size = 1, max_time = 3)]
+fn stage_field<P: Named>(bencher: Bencher, vertices: usize) {
+    let config = config(P::PRESET);
+    let (field, mut biases) = (field(&config), FieldBiases::default());
+    field.fold(&vec![0.1; config.encoder.channels], &mut biases);
+    let inputs = vec![[0.3; TILE]; field.point_inputs()];
+    let (mut scratch, mut outputs) = (FieldScratch::default(), [[0.0; TILE]; 3]);
+    bencher.counter(ItemsCount::new(vertices)).bench_local(|| {
+        for _ in 0..vertices.div_ceil(TILE) {
+            field.evaluate(&biases, black_box(&inputs), &mut scratch, &mut outputs);
+            black_box(&outputs);
+        }
+    });
+}
+
+/// The paper's intersection handling, on one thread: the search for the nearest body vertex of each
+/// garment vertex on a body that is prepared anew.
+#[divan::bench(args = VERTICES, sample_count = 10, sample_size = 1, max_time = 3)]
+fn stage_intersections(bencher: Bencher, vertices: usize) {
+    let (character, garment) = (character(), garment(vertices));
+    let rule = PaperIntersection::default();
+    let mut body = BodySnapshot::default();
+    bencher.counter(ItemsCount::new(vertices)).bench_local(|| {
+        body.prepare(&character.body.vertices, &character.body.faces);
+        let corrected = garment
+            .rest
+            .vertices
+            .iter()
+            .filter_map(|&p| rule.correct(&body, p));
+        corrected.sum::<Vec3>()
+    });
+}
+
+/// An animator on its way.
+struct Walker {
+    animator: Animator,
+    frame: usize,
+}
+
+impl Walker {
+    fn new<P: Named>(vertices: usize) -> Self {
+        let mut animator = Animator::new(Arc::new(model::model(P::PRESET, vertices)));
+        let pose = pose(0);
+        animator.reset(&input(&pose), Start::MeanShape).unwrap();
+        Self { animator, frame: 0 }
+    }
+
+    fn step(&mut self) -> Vec3 {
+        self.frame += 1;
+        let pose = pose(self.frame);
+        self.animator.step(&input(&pose)).unwrap().positions[0]
+    }
+}
+
+fn input(pose: &Pose) -> StepInput<'_> {
+    StepInput {
+        pose,
+        next_pose: None,
+        ground_height: 0.0,
+    }
+}
+
+/// A walk in which all joints turn a little.
+fn pose(frame: usize) -> Pose {
+    let s = frame as f32 / FPS;
+    let turn = |j: usize| Quat::from_rotation_x(0.2 * (TAU * s + j as f32).sin());
+    Pose {
+        trans: Vec3::Z * s,
+        local: (0..PARENTS.len()).map(turn).collect(),
+    }
+}

@@ -1,0 +1,207 @@
+//! Models of the presets' sizes with random weights, and who wears their garments.
+
+use glam::Vec3;
+use std::{f32::consts::TAU, ops::Range};
+use unic_core::{
+    character::{Character, Garment},
+    config::*,
+    features::RestBox,
+    mesh::TriMesh,
+    model::{About, Model, ModelParts},
+    motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
+    network::{Encoder, Field, Linear},
+    prior::LinearPrior,
+    skeleton::{Skeleton, SkeletonParts},
+    skinning::SkinningWeights,
+};
+
+/// SMPL's.
+pub(crate) const PARENTS: [i64; 24] = [
+    -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
+];
+const BODY_VERTICES: usize = 6_890;
+pub(crate) const FPS: f32 = 30.0;
+
+/// Shapes of the prior of `standard`.
+const SHAPES: usize = 32;
+
+#[derive(Clone, Copy)]
+pub(crate) enum Preset {
+    Standard,
+    Paper,
+}
+
+/// Presets as types, which a benchmark is named after.
+pub(crate) trait Named {
+    const PRESET: Preset;
+}
+
+pub(crate) struct Standard;
+pub(crate) struct Paper;
+
+impl Named for Standard {
+    const PRESET: Preset = Preset::Standard;
+}
+
+impl Named for Paper {
+    const PRESET: Preset = Preset::Paper;
+}
+
+pub(crate) fn model(preset: Preset, vertices: usize) -> Model {
+    let config = config(preset);
+    let pair = 2 * motion_len(PARENTS.len());
+    let garment = garment(vertices);
+    Model::new(ModelParts {
+        encoder: encoder_layers(&config),
+        field: field_layers(&config),
+        normalisation: Normalisation::identity(PARENTS.len()),
+        character: character(),
+        prior: match preset {
+            Preset::Standard => LinearPrior {
+                mean: vec![Vec3::ZERO; vertices],
+                shapes: vec![Vec3::splat(1e-3); vertices * SHAPES],
+                map: linear(pair, SHAPES),
+            },
+            Preset::Paper => LinearPrior::constant(vec![Vec3::ZERO; vertices], pair),
+        },
+        rest_box: RestBox::of(&garment.rest.vertices),
+        garment,
+        config,
+        about: About {
+            name: "bench".into(),
+            provenance: "random".into(),
+            training: serde_json::Value::Null,
+        },
+    })
+    .unwrap()
+}
+
+/// Sizes and inputs of the training presets of the same names.
+pub(crate) fn config(preset: Preset) -> ModelConfig {
+    use PointInput::{Displacement, Rest, SkinVelocity, Up, Velocity};
+    let displacement = StateConfig::Displacement(DisplacementConfig {
+        memory_s: 2.0,
+        scale_m: 0.05,
+        output_limit: 1.0,
+        inputs: vec![Displacement, Velocity, Rest, Up, SkinVelocity],
+    });
+    let (layout, hidden, channels, field, state) = match preset {
+        Preset::Standard => (MotionLayout::Heading, vec![128], 32, (32, 4, None), displacement),
+        Preset::Paper => (
+            MotionLayout::Paper,
+            vec![4096, 4096],
+            128,
+            (256, 8, Some(5)),
+            StateConfig::Position,
+        ),
+    };
+    let (width, hidden_layers, skip) = field;
+    ModelConfig {
+        fps: FPS,
+        motion: MotionSpec::new(layout, VelocityScheme::Backward, [7, 10, 8, 11], &character()).unwrap(),
+        encoder: EncoderConfig {
+            hidden,
+            channels,
+            categories: 8,
+        },
+        field: FieldConfig {
+            width,
+            hidden_layers,
+            skip,
+        },
+        state,
+        intersection: IntersectionMode::Paper { relaxation_m: 0.005 },
+    }
+}
+
+pub(crate) fn encoder(config: &ModelConfig) -> Encoder {
+    let pair = 2 * motion_len(PARENTS.len());
+    Encoder::new(&config.encoder, pair, encoder_layers(config)).unwrap()
+}
+
+fn encoder_layers(config: &ModelConfig) -> Vec<Linear> {
+    let widths = config.encoder.widths(2 * motion_len(PARENTS.len()));
+    widths.windows(2).map(|w| linear(w[0], w[1])).collect()
+}
+
+pub(crate) fn field(config: &ModelConfig) -> Field {
+    let (points, latent) = (config.state.input_len(), config.encoder.channels);
+    Field::new(&config.field, points, latent, field_layers(config)).unwrap()
+}
+
+fn field_layers(config: &ModelConfig) -> Vec<Linear> {
+    let field = &config.field;
+    let input = config.state.input_len() + config.encoder.channels;
+    let layer = |i: usize| {
+        let before = if i == 0 { 0 } else { field.width };
+        let again = if i == 0 || field.skip == Some(i) { input } else { 0 };
+        let after = if i == field.hidden_layers { 3 } else { field.width };
+        linear(before + again, after)
+    };
+    (0..=field.hidden_layers).map(layer).collect()
+}
+
+/// Small weights of either sign, multiples of the golden ratio: the state stays near the body.
+fn linear(inputs: usize, outputs: usize) -> Linear {
+    let spread = 0.1 / (inputs as f32).sqrt();
+    let number = |i: usize| ((i as f64 * 0.618_033_988_75).fract() * 2.0 - 1.0) as f32;
+    Linear {
+        inputs,
+        outputs,
+        weight: (0..inputs * outputs).map(|i| spread * number(i)).collect(),
+        bias: vec![0.0; outputs],
+    }
+}
+
+pub(crate) fn character() -> Character {
+    let body = tube(BODY_VERTICES, 60, 0.15, 0.0..1.6);
+    let place = |j: usize| Vec3::new(0.02 * (j % 3) as f32 - 0.02, 0.9 + 0.02 * j as f32, 0.0);
+    let skeleton = Skeleton::new(SkeletonParts {
+        parents: PARENTS.to_vec(),
+        joints: (0..PARENTS.len()).map(place).collect(),
+        ..SkeletonParts::default()
+    });
+    Character {
+        weights: weights(&body),
+        body,
+        skeleton: skeleton.unwrap(),
+    }
+}
+
+pub(crate) fn garment(vertices: usize) -> Garment {
+    let sides = (vertices as f32 * 3.0).sqrt() as usize;
+    let rest = tube(vertices, sides, 0.16, 0.5..1.0);
+    Garment {
+        weights: weights(&rest),
+        rest,
+    }
+}
+
+/// Four joints a vertex, as engines skin with.
+fn weights(mesh: &TriMesh) -> SkinningWeights {
+    let row = |v: &Vec3| {
+        let first = (v.y * 12.0) as usize % (PARENTS.len() - 3);
+        [0.4, 0.3, 0.2, 0.1]
+            .into_iter()
+            .enumerate()
+            .map(move |(i, w)| (first + i, w))
+    };
+    SkinningWeights::from_rows(PARENTS.len(), mesh.vertices.iter().map(row)).unwrap()
+}
+
+/// Rings of squares from the bottom up; the last ring ends where the vertices do.
+fn tube(vertices: usize, sides: usize, radius: f32, heights: Range<f32>) -> TriMesh {
+    let rings = (vertices / sides) as f32;
+    let place = |i: usize| {
+        let (sine, cosine) = (TAU * (i % sides) as f32 / sides as f32).sin_cos();
+        let up = (i / sides) as f32 / rings * (heights.end - heights.start);
+        Vec3::new(radius * sine, heights.start + up, radius * cosine)
+    };
+    let square = |i: usize| {
+        let next = i / sides * sides + (i + 1) % sides;
+        let [a, b, c, d] = [i - sides, next - sides, next, i].map(|v| v as u32);
+        (next < vertices).then_some([[a, b, c], [a, c, d]])
+    };
+    let faces = (sides..vertices).filter_map(square).flatten();
+    TriMesh::new((0..vertices).map(place).collect(), faces.collect()).unwrap()
+}

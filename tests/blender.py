@@ -1,0 +1,137 @@
+"""Opens in Blender what `unic animate` writes, and compares every vertex with the npz of the same run.
+
+Contract: after an import as a user does it, body and garment of a .glb, a .pc2 on its .obj and a folder of
+OBJ files stand at each frame where the npz has them, within 0.02 mm.
+
+    python3 tests/blender.py target/release/unic                          a small capture of its own
+    python3 tests/blender.py target/release/unic MODEL.unic MOTION.npz    at most 300 frames of motion
+
+Blender comes from PyPI: `pip install bpy` (4.2 or later).
+"""
+
+import sys
+import tempfile
+from pathlib import Path
+
+try:
+    import bpy
+except ImportError:
+    print("skipped: no Blender (pip install bpy)")
+    sys.exit(0)
+
+import numpy as np
+
+from gltf import Glb
+from readers import unic, write_capture
+
+LARGEST_MM = 0.02
+
+
+def empty_scene(fps):
+    """Nothing in it; importers place key frames by its frame rate."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.context.scene.render.fps = round(fps)
+
+
+def positions(object, y_up):
+    """World positions (V, 3) as they are drawn in the current frame, +Y up."""
+    evaluated = object.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    mesh = evaluated.to_mesh()
+    flat = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", flat)
+    evaluated.to_mesh_clear()
+    world = np.array(evaluated.matrix_world)
+    x, y, z = (flat.reshape(-1, 3) @ world[:3, :3].T + world[:3, 3]).T
+    return np.stack([x, y, z] if y_up else [x, z, -y], axis=1)
+
+
+def largest_mm(found, expected):
+    return 1e3 * np.linalg.norm(found[:len(expected)] - expected, axis=1).max()
+
+
+def frames_to_look_at(count):
+    return sorted({0, 1, 2, count // 3, count // 2, count - 2, count - 1})
+
+
+def at_frames(truth, current):
+    """The largest difference over some frames, and halfway between two."""
+    worst = 0.0
+    for frame in frames_to_look_at(len(truth)):
+        bpy.context.scene.frame_set(frame)
+        worst = max(worst, largest_mm(current(), truth[frame]))
+    return worst
+
+
+def check_glb(folder, truth):
+    bpy.ops.import_scene.gltf(filepath=str(folder / "d.glb"))
+    objects = bpy.data.objects
+    errors = {f"{name} of a .glb": at_frames(truth[name], lambda: positions(objects[name], y_up=False))
+              for name in truth}
+    bpy.context.scene.frame_set(3, subframe=0.5)
+    halfway = (truth["garment"][3] + truth["garment"][4]) / 2
+    errors["garment of a .glb, halfway"] = largest_mm(positions(objects["garment"], y_up=False), halfway)
+    return errors
+
+
+def import_obj(path):
+    """Vertices in the file's order and axes."""
+    bpy.ops.wm.obj_import(filepath=str(path), forward_axis="Y", up_axis="Z")
+    return bpy.context.selected_objects[0]
+
+
+def check_pc2(folder, truth):
+    errors = {}
+    for name, stem in (("garment", "d"), ("body", "d.body")):
+        object = import_obj(folder / f"{stem}.obj")
+        cache = object.modifiers.new("cache", "MESH_CACHE")
+        cache.cache_format, cache.filepath, cache.frame_start = "PC2", str(folder / f"{stem}.pc2"), 0
+        errors[f"{name} of a .pc2"] = at_frames(truth[name], lambda: positions(object, y_up=True))
+    return errors
+
+
+def check_obj_folder(folder, truth):
+    errors = {}
+    for name, part in (("garment", "d"), ("body", "d_body")):
+        last = len(truth[name]) - 1
+        object = import_obj(folder / part / f"frame_{last:04}.obj")
+        errors[f"{name} of a folder of OBJ files"] = largest_mm(positions(object, y_up=True), truth[name][last])
+    return errors
+
+
+def four_influences(folder, truth):
+    """What a reader of the first set alone makes of the body: mean and largest error, mm."""
+    glb = Glb(folder / "d.glb")
+    frames = frames_to_look_at(len(truth))
+    errors = np.concatenate([np.linalg.norm(glb.body(t, sets=1) - truth[t], axis=1) for t in frames])
+    return 1e3 * errors.mean(), 1e3 * errors.max()
+
+
+def small_model(folder):
+    write_capture(folder / "tube")
+    model = folder / "tiny.unic"
+    unic("train", folder / "tube", "--preset", "tiny", "--steps", 2, "--out", model)
+    return model, folder / "tube/clips/d.npz"
+
+
+def main():
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        model, motion = sys.argv[2:4] if len(sys.argv) > 3 else small_model(folder)
+        for out in ("d.npz", "d.glb", "d.pc2", "d"):
+            unic("animate", model, "--motion", motion, "--up", "y", "--overwrite", "--out", folder / out)
+        caches = {name: np.load(folder / f"{file}.npz") for name, file in (("garment", "d"), ("body", "d.body"))}
+        truth = {name: cache["vertices"] for name, cache in caches.items()}
+        errors = {}
+        for check in (check_glb, check_pc2, check_obj_folder):
+            empty_scene(float(caches["garment"]["fps"]))
+            errors |= check(folder, truth)
+        mean, largest = four_influences(folder, truth["body"])
+    print(f"Blender {bpy.app.version_string}, {len(truth['garment'])} frames, largest difference in mm:")
+    for name, error in errors.items():
+        print(f"  {name}: {error:.4f}{'' if error < LARGEST_MM else '  FAILED'}")
+    print(f"  (for readers of four influences a vertex, the body of the .glb: {largest:.4f}, mean {mean:.4f})")
+    return int(max(errors.values()) >= LARGEST_MM)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
