@@ -34,10 +34,9 @@ const FULL: Scale = Scale {
     motions: &[
         "walk_speeds",
         "walk_circles",
+        "walk_slalom",
         "walk_starts_stops",
-        "run_speeds",
         "run_circles",
-        "arms_trunk",
         "mixed",
     ],
     test: &["turn_on_spot", "dance"],

@@ -167,8 +167,13 @@ impl Visitors {
             .par_extend(vertices.par_iter().filter_map(|&(vertex, bit)| {
                 let p = positions[vertex as usize];
                 let is_dressed = |face: u32| (of_face[face as usize] | beside_face[face as usize] & bit) == 0;
-                let is_close = folds.vertices()[vertex as usize]
-                    || surface.closest_where(p, NEAR_M, is_dressed).is_some();
+                // Deep inside a dressed part its surface is far; fingers that touch each other are not.
+                let reach = if folds.vertices()[vertex as usize] {
+                    AROUND_M
+                } else {
+                    NEAR_M
+                };
+                let is_close = surface.closest_where(p, reach, is_dressed).is_some();
                 is_close.then_some((p, bit))
             }));
         self.is_visiting.clear();
