@@ -1,8 +1,12 @@
 //! Reading and writing models by name.
 
+use crate::args::IntersectionName;
 use anyhow::{Result, anyhow};
 use std::{fs, path::Path};
-use unic_core::{config::IntersectionMode, model::Model};
+use unic_core::{
+    config::{Corrects, IntersectionMode},
+    model::Model,
+};
 
 /// Reads a model.
 pub(crate) fn read(path: &Path) -> Result<Model> {
@@ -18,15 +22,25 @@ pub(crate) fn write(path: &Path, model: &Model) -> Result<usize> {
     Ok(bytes.len())
 }
 
-/// r of the paper, metres, for models that were trained without intersection handling.
+/// r of the paper, metres, for models that have another handling or none.
 const RELAXATION_M: f32 = 0.005;
 
-/// The paper's handling with the model's own distance where it has one.
-pub(crate) fn paper_intersection(model: &Model) -> IntersectionMode {
-    match model.config().intersection {
-        IntersectionMode::Off => IntersectionMode::Paper {
+/// What simulated cloth keeps from the skin, metres, for the same.
+const MARGIN_M: f32 = 0.003;
+
+/// The handling of a name, with the model's own distance where it has one.
+pub(crate) fn intersection(model: &Model, name: IntersectionName) -> IntersectionMode {
+    let own = model.config().intersection;
+    match (name, own) {
+        (IntersectionName::Paper, IntersectionMode::Paper { .. })
+        | (IntersectionName::Robust, IntersectionMode::Robust { .. }) => own,
+        (IntersectionName::Off, _) => IntersectionMode::Off,
+        (IntersectionName::Paper, _) => IntersectionMode::Paper {
             relaxation_m: RELAXATION_M,
         },
-        own => own,
+        (IntersectionName::Robust, _) => IntersectionMode::Robust {
+            margin_m: MARGIN_M,
+            corrects: Corrects::Display,
+        },
     }
 }

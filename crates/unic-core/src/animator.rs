@@ -17,7 +17,7 @@ pub use state::AnimatorState;
 use crate::{config::IntersectionMode, model::Model, motion::MotionInput};
 use glam::Vec3;
 use input::check_positions;
-use intersections::pose_body;
+use intersections::{Intersections, pose_body};
 use scratch::Scratch;
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct Animator {
     model: Arc<Model>,
-    intersection: IntersectionMode,
+    intersections: Intersections,
     state: AnimatorState,
     scratch: Scratch,
 }
@@ -45,7 +45,7 @@ impl Animator {
         };
         let state = AnimatorState::start(&model, &motion_input(&model, &input));
         let mut animator = Self {
-            intersection: model.config.intersection,
+            intersections: Intersections::new(model.config.intersection, &model),
             scratch: Scratch::default(),
             state,
             model,
@@ -61,13 +61,15 @@ impl Animator {
 
     /// Intersection handling in force: the model's own, unless replaced.
     pub fn intersection(&self) -> IntersectionMode {
-        self.intersection
+        self.intersections.mode
     }
 
-    /// Replaces the model's intersection handling; kept over resets. `mode` passes
-    /// [`IntersectionMode::check`].
+    /// Replaces the model's intersection handling from the next frame on; kept over resets. `mode`
+    /// passes [`IntersectionMode::check`].
     pub fn set_intersection(&mut self, mode: IntersectionMode) {
-        self.intersection = mode;
+        if mode != self.intersections.mode {
+            self.intersections = Intersections::new(mode, &self.model);
+        }
     }
 
     /// Frame 0 of a sequence, or the frame after a cut.
@@ -110,7 +112,7 @@ impl Animator {
         }
         self.encode();
         self.deform();
-        self.handle_intersections();
+        self.correct_state();
         Ok(self.finish())
     }
 

@@ -151,6 +151,27 @@ pub enum IntersectionMode {
         /// r, metres; the paper's is 0.005.
         relaxation_m: f32,
     },
+    /// Ours: closest triangle of the parts of the body that may push the vertex, out to a height
+    /// along the shortest way; faces that the body pokes through are lifted, and corrections spread.
+    Robust {
+        /// Height over the skin that vertices are kept at, metres.
+        margin_m: f32,
+        /// What is corrected.
+        #[serde(default)]
+        corrects: Corrects,
+    },
+}
+
+/// What a correction changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Corrects {
+    /// What is shown. The state goes on as if there were no body, so that a push leaves with what
+    /// pushed.
+    #[default]
+    Display,
+    /// The state, vertex by vertex, and then what is shown. For models that are trained with corrections.
+    State,
 }
 
 /// A configuration that no network can be built from.
@@ -243,13 +264,15 @@ impl ModelConfig {
 
 impl IntersectionMode {
     /// # Errors
-    /// A relaxation that is negative or not finite.
+    /// A relaxation or a margin that is negative or not finite.
     pub fn check(self) -> Result<(), ConfigError> {
-        let Self::Paper { relaxation_m } = self else {
-            return Ok(());
+        let (what, metres) = match self {
+            Self::Off => return Ok(()),
+            Self::Paper { relaxation_m } => ("intersection.relaxation_m", relaxation_m),
+            Self::Robust { margin_m, .. } => ("intersection.margin_m", margin_m),
         };
-        let holds = relaxation_m >= 0.0 && relaxation_m.is_finite();
-        check("intersection.relaxation_m", "0 or more", relaxation_m, holds)
+        let holds = metres >= 0.0 && metres.is_finite();
+        check(what, "0 or more", metres, holds)
     }
 }
 
@@ -359,6 +382,12 @@ mod tests {
         let relaxation_m = f32::NAN;
         let named = refused(|c, _| c.intersection = IntersectionMode::Paper { relaxation_m });
         assert_eq!(named, "intersection.relaxation_m");
+        let robust = IntersectionMode::Robust {
+            margin_m: -0.001,
+            corrects: Corrects::Display,
+        };
+        let named = refused(|c, _| c.intersection = robust);
+        assert_eq!(named, "intersection.margin_m");
     }
 
     #[test]

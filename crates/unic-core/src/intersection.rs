@@ -1,200 +1,105 @@
-//! Where a garment cuts into the body, and the paper's way out.
+//! Where a garment cuts into the body, and the ways out.
+//!
+//! [`Handling`] is a mode of [`IntersectionMode`] with what it needs of the posed body; training and
+//! the animator correct vertices by the same [`Handling::correct`]. The paper's rule is
+//! [`PaperIntersection`], ours is [`RobustIntersection`]; what needs all vertices at once, faces that
+//! the body pokes through, is a [`DisplayPass`] over positions on their way to the screen.
+//!
+//! ```
+//! use unic_core::{config::{Corrects, IntersectionMode}, intersection::Handling};
+//! # use glam::Vec3;
+//! # use unic_core::{character::*, mesh::TriMesh, skeleton::*, skinning::SkinningWeights};
+//! # let body = TriMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z],
+//! #     vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])?;
+//! # let parts = SkeletonParts { parents: vec![-1], joints: vec![Vec3::ZERO], ..Default::default() };
+//! # let weights = SkinningWeights::from_dense(&[1.0; 4], 4, 1)?;
+//! # let character = Character { skeleton: Skeleton::new(parts)?, weights: weights.clone(), body: body.clone() };
+//! # let garment = Garment { rest: body, weights };
+//!
+//! let mode = IntersectionMode::Robust { margin_m: 0.003, corrects: Corrects::State };
+//! let mut handling = Handling::new(mode, &character, &garment);
+//! // Of a body in its bind pose.
+//! handling.pose(&character, &character.body.vertices);
+//! let below_the_skin = Vec3::new(0.2, 0.2, 0.001);
+//! let found = handling.correct(0, below_the_skin, &mut Handling::no_seed()).unwrap();
+//! assert!(found.distance(Vec3::new(0.2, 0.2, -0.003)) < 1e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
-use crate::{closest::ClosestVertex, mesh::vertex_normals, surface::Surface};
+mod contact;
+mod display;
+mod measure;
+mod paper;
+mod robust;
+#[cfg(test)]
+mod tests;
+
+pub use contact::ContactParts;
+pub use display::{DisplayPass, PosedVertices};
+pub use measure::{InsideTest, PosedBody};
+pub use paper::{BodySnapshot, PaperIntersection, TangentPlane};
+pub use robust::{Contact, RobustBody, RobustIntersection};
+
+use crate::{
+    character::{Character, Garment},
+    config::IntersectionMode,
+};
 use glam::Vec3;
 
-/// A posed body as the paper's intersection handling sees it: vertices with normals, and a search
-/// for the nearest. Scratch: prepared anew for every frame, without allocating after the first.
+/// A mode of intersection handling with the posed body that it works on.
+///
+/// Scratch: [posed](Self::pose) anew for every frame, without allocating after the first.
 #[derive(Clone, Debug, Default)]
-pub struct BodySnapshot {
-    vertices: Vec<Vec3>,
-    normals: Vec<Vec3>,
-    tree: Option<ClosestVertex>,
+pub enum Handling {
+    /// Vertices stay where they are.
+    #[default]
+    Off,
+    /// The paper's.
+    Paper(PaperIntersection, BodySnapshot),
+    /// Ours.
+    Robust(RobustIntersection, Box<RobustBody>),
 }
 
-/// The plane that stands for the body near a point: the tangent plane at the nearest vertex.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TangentPlane {
-    /// The nearest body vertex.
-    pub vertex: usize,
-    /// Its position b, metres.
-    pub position: Vec3,
-    /// Its unit normal n, outwards; zero for a vertex without sound faces.
-    pub normal: Vec3,
-    /// (p − b) · n, metres: negative on the inner side.
-    pub height: f32,
-}
+impl Handling {
+    /// Of a mode, for a garment on a character; [`pose`](Self::pose) must follow.
+    pub fn new(mode: IntersectionMode, character: &Character, garment: &Garment) -> Self {
+        match mode {
+            IntersectionMode::Off => Self::Off,
+            IntersectionMode::Paper { relaxation_m } => {
+                Self::Paper(PaperIntersection { relaxation_m }, BodySnapshot::default())
+            }
+            IntersectionMode::Robust { margin_m, .. } => Self::Robust(
+                RobustIntersection { margin_m },
+                Box::new(RobustBody::new(character, garment)),
+            ),
+        }
+    }
 
-impl BodySnapshot {
-    /// Takes a posed body, world space, metres. Faster when the vertex count is the last call's.
+    /// Takes the posed body of that character: world positions of its vertices, metres.
     ///
     /// # Panics
-    /// When a face names a vertex that does not exist.
-    pub fn prepare(&mut self, vertices: &[Vec3], faces: &[[u32; 3]]) {
-        self.vertices.clear();
-        self.vertices.extend_from_slice(vertices);
-        vertex_normals(vertices, faces, &mut self.normals);
-        match &mut self.tree {
-            Some(tree) if tree.len() == vertices.len() => tree.refit(vertices),
-            tree => *tree = Some(ClosestVertex::build(vertices)),
+    /// When the character is another.
+    pub fn pose(&mut self, character: &Character, vertices: &[Vec3]) {
+        match self {
+            Self::Off => {}
+            Self::Paper(_, body) => body.prepare(vertices, &character.body.faces),
+            Self::Robust(_, body) => body.pose(vertices),
         }
     }
 
-    /// The body's vertices, metres.
-    pub fn vertices(&self) -> &[Vec3] {
-        &self.vertices
-    }
-
-    /// Their unit normals, see [`vertex_normals`].
-    pub fn normals(&self) -> &[Vec3] {
-        &self.normals
-    }
-
-    /// The tangent plane at the body vertex nearest to `p` (paper, eq. nn); none for a body
-    /// without vertices or a `p` that is not finite.
-    pub fn tangent_plane(&self, p: Vec3) -> Option<TangentPlane> {
-        let (vertex, _) = self.tree.as_ref()?.nearest(p)?;
-        let (position, normal) = (self.vertices[vertex], self.normals[vertex]);
-        Some(TangentPlane {
-            vertex,
-            position,
-            normal,
-            height: (p - position).dot(normal),
-        })
-    }
-
-    /// The paper's test: `p` is on the inner side of the tangent plane at its nearest body vertex.
+    /// Where garment vertex `vertex` at the world position `p` goes; none when it stays.
     ///
-    /// The paper's indicator (eq. inner_product) is ReLU(s / |s|) with s = (p − b) · n, which is
-    /// one on the *outer* side: a misprint, since its text goes on to drag the points found inside.
-    pub fn is_inside(&self, p: Vec3) -> bool {
-        self.tangent_plane(p).is_some_and(|plane| plane.height < 0.0)
-    }
-}
-
-/// The paper's intersection handling: a point inside the body is dragged to the nearest body
-/// vertex and a little out along its normal (eq. drag).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PaperIntersection {
-    /// How far off the vertex it ends, metres: the paper's relaxation coefficient r.
-    pub relaxation_m: f32,
-}
-
-impl Default for PaperIntersection {
-    /// The paper's 5 mm.
-    fn default() -> Self {
-        Self { relaxation_m: 0.005 }
-    }
-}
-
-impl PaperIntersection {
-    /// Where an intersecting point goes: b + r n. None for a point that stays where it is.
-    ///
-    /// All points with one nearest vertex go to one place.
-    pub fn correct(&self, body: &BodySnapshot, p: Vec3) -> Option<Vec3> {
-        let plane = body.tangent_plane(p)?;
-        (plane.height < 0.0).then(|| plane.position + plane.normal * self.relaxation_m)
-    }
-}
-
-/// How an intersection is measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InsideTest {
-    /// Below the tangent plane at the nearest vertex: the paper's, for comparison with its tables.
-    TangentPlane,
-    /// On the inner side of the closest point of the surface: the true answer for a closed body.
-    ClosestTriangle,
-}
-
-/// A posed body that both tests are asked of.
-#[derive(Clone, Copy, Debug)]
-pub struct PosedBody<'a> {
-    /// For [`InsideTest::TangentPlane`].
-    pub snapshot: &'a BodySnapshot,
-    /// For [`InsideTest::ClosestTriangle`].
-    pub surface: &'a Surface,
-}
-
-impl PosedBody<'_> {
-    /// How deep inside the body `p` is, metres; zero when it is not.
-    pub fn depth(&self, test: InsideTest, p: Vec3) -> f32 {
-        let height = match test {
-            InsideTest::TangentPlane => self.snapshot.tangent_plane(p).map(|t| t.height),
-            InsideTest::ClosestTriangle => self.surface.closest(p).map(|hit| hit.signed_distance),
-        };
-        (-height.unwrap_or(0.0)).max(0.0)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::shapes::{cube, point, sphere};
-    use proptest::prelude::*;
-
-    fn snapshot(radius: f32) -> BodySnapshot {
-        let sphere = sphere(3, radius);
-        let mut body = BodySnapshot::default();
-        body.prepare(&sphere.vertices, &sphere.faces);
-        body
-    }
-
-    proptest! {
-        #[test]
-        fn points_inside_a_sphere_leave_it_and_others_stay(p in point(0.2)) {
-            // The tangent plane cuts a little off beside its vertex: facets are 0.02 wide.
-            let (radius, relaxation_m) = (0.15, 0.005);
-            let body = snapshot(radius);
-            match (PaperIntersection { relaxation_m }).correct(&body, p) {
-                Some(moved) => {
-                    prop_assert!(body.is_inside(p) && p.length() < radius + 1e-3);
-                    prop_assert!((moved.length() - radius - relaxation_m).abs() < 1e-4);
-                    prop_assert!(!body.is_inside(moved));
-                }
-                None => prop_assert!(!body.is_inside(p) && p.length() > radius - 1e-6),
-            }
-        }
-
-        #[test]
-        fn the_two_tests_agree_on_a_fine_sphere(p in point(0.2)) {
-            let sphere = sphere(4, 0.15);
-            let mut snapshot = BodySnapshot::default();
-            snapshot.prepare(&sphere.vertices, &sphere.faces);
-            let surface = Surface::build(&sphere);
-            let body = PosedBody { snapshot: &snapshot, surface: &surface };
-            let plane = body.depth(InsideTest::TangentPlane, p);
-            let triangle = body.depth(InsideTest::ClosestTriangle, p);
-            prop_assert!((triangle - (0.15 - p.length()).max(0.0)).abs() < 1e-3);
-            // Far from the surface the nearest vertex's plane tilts against the centre's direction.
-            prop_assert!((plane - triangle).abs() < 1e-3);
+    /// `seed` makes the search faster when it is the last frame's, and nothing else.
+    pub fn correct(&self, vertex: usize, p: Vec3, seed: &mut u32) -> Option<Vec3> {
+        match self {
+            Self::Off => None,
+            Self::Paper(rule, body) => rule.correct(body, p),
+            Self::Robust(rule, body) => rule.correct(body, vertex, p, seed),
         }
     }
 
-    #[test]
-    fn a_snapshot_can_be_reused_for_other_bodies() {
-        let mut body = snapshot(0.15);
-        let p = Vec3::X * 0.2;
-        assert!(!body.is_inside(p));
-        for radius in [0.3, 0.1, 0.25] {
-            let sphere = sphere(3, radius);
-            body.prepare(&sphere.vertices, &sphere.faces);
-            assert_eq!(body.is_inside(p), radius > 0.2);
-        }
-        let cube = cube();
-        body.prepare(&cube.vertices, &cube.faces);
-        assert_eq!(body.tangent_plane(Vec3::splat(0.9)).map(|t| t.vertex), Some(7));
-        assert!(body.is_inside(Vec3::splat(0.9)));
-    }
-
-    #[test]
-    fn without_a_body_nothing_is_inside() {
-        let mut body = BodySnapshot::default();
-        assert!(!body.is_inside(Vec3::ZERO));
-        body.prepare(&[], &[]);
-        assert!(!body.is_inside(Vec3::ZERO));
-        // A vertex without faces has no inner side.
-        body.prepare(&[Vec3::ZERO], &[]);
-        assert!(!body.is_inside(Vec3::NEG_ONE));
-        assert_eq!(PaperIntersection::default().correct(&body, Vec3::NAN), None);
+    /// The seed of a vertex that has not been looked up yet.
+    pub const fn no_seed() -> u32 {
+        u32::MAX
     }
 }

@@ -121,6 +121,7 @@ pub mod model;
 mod model_file;
 pub mod motion;
 pub mod network;
+mod parallel;
 pub mod prior;
 #[cfg(test)]
 mod shapes;

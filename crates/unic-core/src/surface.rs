@@ -135,12 +135,30 @@ impl Surface {
     /// The same answer as [`Surface::closest`], to the bit, sooner when `seed` is a face near it,
     /// such as last frame's. A seed that is no face is ignored.
     pub fn closest_from(&self, p: Vec3, seed: u32) -> Option<SurfacePoint> {
-        let start = self.triangles.get(seed as usize).map(|triangle| Candidate {
+        self.closest_among(p, f32::INFINITY, seed, |_| true)
+    }
+
+    /// The closest point to `p` among the faces that count, if it is at most `radius` metres away;
+    /// sooner when `seed` is one of them near it. A seed that does not count is ignored.
+    ///
+    /// The normal is that of the whole surface.
+    pub fn closest_among(
+        &self,
+        p: Vec3,
+        radius: f32,
+        seed: u32,
+        counts: impl Fn(u32) -> bool,
+    ) -> Option<SurfacePoint> {
+        let squared = radius * radius;
+        let triangle = self.triangles.get(seed as usize).filter(|_| counts(seed));
+        let start = triangle.map(|triangle| Candidate {
             face: seed,
             hit: triangle.closest(p),
         });
-        let start = start.filter(|c| c.hit.squared_distance.is_finite());
-        self.search(p, f32::INFINITY, start, |_| true)
+        // Not for a distance that is NaN either.
+        let start = start.filter(|c| c.hit.squared_distance.is_finite() && c.hit.squared_distance <= squared);
+        let found = self.search(p, squared, start, counts);
+        found.filter(|hit| hit.distance <= radius)
     }
 
     /// The closest point to `p` if it is at most `radius` metres away. The smaller the radius,
@@ -152,8 +170,7 @@ impl Surface {
     /// [`Surface::closest_within`] among the faces that `counts` names. Where the closest of them
     /// touches faces that do not count, their side of it is still told by all of them.
     pub fn closest_where(&self, p: Vec3, radius: f32, counts: impl Fn(u32) -> bool) -> Option<SurfacePoint> {
-        let found = self.search(p, radius * radius, None, counts);
-        found.filter(|hit| hit.distance <= radius)
+        self.closest_among(p, radius, u32::MAX, counts)
     }
 
     fn search(
@@ -169,11 +186,11 @@ impl Surface {
         let mut best = start;
         let bound = start.map_or(bound, |c| c.hit.squared_distance);
         self.tree.nearest(p, bound, |faces, mut bound| {
-            for &face in faces.iter().filter(|&&face| counts(face)) {
+            for &face in faces {
                 let hit = self.triangles[face as usize].closest(p);
                 let found = hit.squared_distance;
                 let lower = best.is_none_or(|best| face < best.face);
-                if found < bound || (found == bound && lower) {
+                if (found < bound || (found == bound && lower)) && counts(face) {
                     best = Some(Candidate { face, hit });
                     bound = found;
                 }

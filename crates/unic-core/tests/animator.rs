@@ -13,16 +13,32 @@ use reference::Reference;
 use std::sync::Arc;
 use unic_core::{
     animator::{Animator, AnimatorError, AnimatorState, Start, StepInput},
-    config::{IntersectionMode, StateConfig},
+    config::{Corrects, IntersectionMode, StateConfig},
     intersection::{BodySnapshot, PaperIntersection},
     model::Model,
     skeleton::Pose,
     subdivide::subdivided,
+    surface::Surface,
 };
 
 /// Positions of the animator against the reference, metres: rounding of positions near 1 m, carried
 /// on by networks that do not shrink it.
 const TOLERANCE: f64 = 5e-5;
+
+/// Every way to handle intersections.
+const MODES: [IntersectionMode; 4] = [
+    IntersectionMode::Off,
+    IntersectionMode::Paper { relaxation_m: 0.005 },
+    robust(Corrects::Display),
+    robust(Corrects::State),
+];
+
+const fn robust(corrects: Corrects) -> IntersectionMode {
+    IntersectionMode::Robust {
+        margin_m: 0.003,
+        corrects,
+    }
+}
 
 #[test]
 fn a_step_is_the_documented_formulas() {
@@ -105,12 +121,13 @@ fn the_same_inputs_give_the_same_bytes_on_any_number_of_threads() {
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            pool.install(|| {
+            let run_in = |mode| {
                 let mut animator = Animator::new(Arc::clone(&model));
-                animator.set_intersection(IntersectionMode::Paper { relaxation_m: 0.005 });
+                animator.set_intersection(mode);
                 run(&mut animator, &poses);
                 (bits(animator.garment()), animator.state().clone())
-            })
+            };
+            pool.install(|| MODES.map(run_in))
         };
         let one = on(1);
         for threads in [2, 5] {
@@ -288,6 +305,59 @@ fn paper_mode_leaves_no_vertex_inside_and_enters_the_state() {
             // The next step starts from the corrected garment.
             off.set_garment(&corrected).unwrap();
         }
+    }
+}
+
+#[test]
+fn robust_mode_shows_no_vertex_inside() {
+    let poses = motion(15);
+    for (name, corrects) in ["second order", "pose only"]
+        .into_iter()
+        .flat_map(|name| [Corrects::Display, Corrects::State].map(|corrects| (name, corrects)))
+    {
+        let model = tight(name);
+        let [mut animator, mut off, mut bare] = [(); 3].map(|()| Animator::new(Arc::clone(&model)));
+        animator.set_intersection(robust(corrects));
+        for animator in [&mut animator, &mut off] {
+            animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+        }
+        for t in 1..poses.len() {
+            let shown = animator.step(&input(&poses, t)).unwrap().positions.to_vec();
+            let left = off.step(&input(&poses, t)).unwrap().positions.to_vec();
+            let mut surface = Surface::build(&model.character().body);
+            let mut vertices = Vec::new();
+            off.body(&mut vertices);
+            surface.refit(&vertices);
+            let is_inside = |&&p: &&Vec3| surface.closest(p).unwrap().signed_distance < -1e-4;
+            assert!(
+                left.iter().find(is_inside).is_some(),
+                "{name}, frame {t}: nothing to correct"
+            );
+            assert_eq!(
+                shown.iter().find(is_inside),
+                None,
+                "{name}, {corrects:?}, frame {t}"
+            );
+            // The state behind what is shown.
+            let kept = bare.restore(animator.state().clone()).unwrap().positions.to_vec();
+            match corrects {
+                Corrects::Display => assert_eq!(kept, left, "{name}, frame {t}"),
+                Corrects::State => assert_eq!(kept.iter().find(is_inside), None, "{name}, frame {t}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn a_restored_state_shows_what_the_step_showed() {
+    let poses = motion(6);
+    for mode in MODES {
+        let [mut ahead, mut restored] = [(); 2].map(|()| Animator::new(tight("second order")));
+        ahead.set_intersection(mode);
+        restored.set_intersection(mode);
+        run(&mut ahead, &poses);
+        restored.restore(ahead.state().clone()).unwrap();
+        assert_eq!(bits(restored.garment()), bits(ahead.garment()), "{mode:?}");
     }
 }
 
@@ -505,9 +575,9 @@ fn a_step_allocates_nothing_once_it_is_warm() {
     let poses = motion(12);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
-        for variant in variants() {
-            let mut animator = Animator::new(model(&variant));
-            animator.set_intersection(IntersectionMode::Paper { relaxation_m: 0.005 });
+        for (variant, mode) in variants().iter().flat_map(|v| MODES.map(|mode| (v, mode))) {
+            let mut animator = Animator::new(model(variant));
+            animator.set_intersection(mode);
             run(&mut animator, &poses[..4]);
             let counted = allocation_counter::measure(|| {
                 for t in 4..poses.len() {
@@ -516,7 +586,7 @@ fn a_step_allocates_nothing_once_it_is_warm() {
             });
             assert_eq!(
                 counted.count_total, 0,
-                "{}: {} bytes",
+                "{}, {mode:?}: {} bytes",
                 variant.name, counted.bytes_total
             );
         }

@@ -11,7 +11,7 @@ pub use presets::Preset;
 
 use serde::{Deserialize, Serialize};
 use unic_core::{
-    config::{EncoderConfig, FieldConfig, PointInput},
+    config::{Corrects, EncoderConfig, FieldConfig, IntersectionMode, PointInput},
     motion::{MotionLayout, NormalisationRule, VelocityScheme},
 };
 
@@ -148,10 +148,58 @@ pub struct IntersectionConfig {
     /// In training from this step on, the corrections without gradient; absent: never.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from_step: Option<u64>,
-    /// r of the paper, metres.
+    /// How vertices leave the body; the paper's where a file does not say.
+    #[serde(default)]
+    pub rule: IntersectionRule,
+    /// r of the paper's rule, metres.
     pub relaxation_m: f32,
+    /// Height over the skin that the robust rule keeps, metres.
+    #[serde(default = "default_margin")]
+    pub margin_m: f32,
     /// In the finished model.
     pub at_inference: bool,
+}
+
+/// How vertices leave the body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum IntersectionRule {
+    /// To the nearest body vertex and r out.
+    #[default]
+    Paper,
+    /// The shortest way out of the parts that carry them, see `unic_core::intersection`.
+    Robust,
+}
+
+/// What simulated cloth keeps from the skin, metres.
+const MARGIN_M: f32 = 0.003;
+
+fn default_margin() -> f32 {
+    MARGIN_M
+}
+
+impl IntersectionConfig {
+    /// What training corrects its states by, from `from_step` on.
+    pub fn in_training(&self) -> IntersectionMode {
+        self.mode(Corrects::State)
+    }
+
+    /// What the finished model has: the robust rule corrects its state where training did.
+    pub fn of_model(&self) -> IntersectionMode {
+        match (self.at_inference, self.from_step) {
+            (false, _) => IntersectionMode::Off,
+            (true, Some(_)) => self.mode(Corrects::State),
+            (true, None) => self.mode(Corrects::Display),
+        }
+    }
+
+    fn mode(&self, corrects: Corrects) -> IntersectionMode {
+        let (relaxation_m, margin_m) = (self.relaxation_m, self.margin_m);
+        match self.rule {
+            IntersectionRule::Paper => IntersectionMode::Paper { relaxation_m },
+            IntersectionRule::Robust => IntersectionMode::Robust { margin_m, corrects },
+        }
+    }
 }
 
 /// Free-running error on clips that are held out.

@@ -1,4 +1,4 @@
-//! Intersection handling inside training: the paper's, its corrections without gradient.
+//! Intersection handling inside training: the runtime's, its corrections without gradient.
 
 use crate::{
     batch::{Batch, Window},
@@ -14,18 +14,19 @@ use std::{
 use unic_core::{
     config::StateConfig,
     features::{Place, PointFrame},
-    intersection::{BodySnapshot, PaperIntersection},
+    intersection::Handling,
 };
 
-/// Posed bodies of training frames, the most recent ones kept.
+/// Posed bodies of training frames, with what the rule needs of them; the most recent ones kept.
 #[derive(Default)]
-pub struct Bodies(Mutex<HashMap<(usize, usize), Arc<BodySnapshot>>>);
+pub struct Bodies(Mutex<HashMap<(usize, usize), Arc<Handling>>>);
 
 /// Posed bodies kept at most: about 0.5 GB for a body of 7 thousand vertices.
-const MOST_BODIES: usize = 1500;
+const MOST_BODIES: usize = 400;
 
 impl Bodies {
-    fn of(&self, data: &Dataset, clip: usize, frame: usize) -> Arc<BodySnapshot> {
+    /// `unposed` is the rule for this character.
+    fn of(&self, unposed: &Handling, data: &Dataset, clip: usize, frame: usize) -> Arc<Handling> {
         // A poisoned lock means that a thread panicked in `insert`; the map is sound all the same.
         let lock = || self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if let Some(body) = lock().get(&(clip, frame)) {
@@ -37,8 +38,8 @@ impl Bodies {
         character
             .weights
             .skin(&character.body.vertices, transforms, &mut vertices);
-        let mut body = BodySnapshot::default();
-        body.prepare(&vertices, &character.body.faces);
+        let mut body = unposed.clone();
+        body.pose(character, &vertices);
         let body = Arc::new(body);
         let mut bodies = lock();
         if bodies.len() >= MOST_BODIES {
@@ -54,10 +55,10 @@ impl Bodies {
 pub struct Correction<'a> {
     /// Training data.
     pub data: &'a Dataset,
-    /// Posed bodies, kept from step to step.
+    /// Posed bodies, kept from step to step: of one rule.
     pub bodies: &'a Bodies,
-    /// The paper's rule.
-    pub rule: PaperIntersection,
+    /// The rule for the data's garment and character, of any pose.
+    pub rule: &'a Handling,
 }
 
 impl Correction<'_> {
@@ -79,12 +80,13 @@ impl Correction<'_> {
 
     fn window(&self, window: &Window, k: usize, states: &[f32], corrections: &mut [f32]) {
         let frame = window.start + k + 1;
-        let body = self.bodies.of(self.data, window.clip, frame);
+        let body = self.bodies.of(self.rule, self.data, window.clip, frame);
         let points = states.chunks_exact(3).zip(corrections.chunks_exact_mut(3));
         for (&vertex, (state, correction)) in window.points.iter().zip(points) {
             let state = window.view.of(Vec3::from_slice(state));
             let place = self.place(window.clip, frame, vertex as usize);
-            if let Some(moved) = self.rule.correct(&body, place.to_world(state)) {
+            let position = place.to_world(state);
+            if let Some(moved) = body.correct(vertex as usize, position, &mut Handling::no_seed()) {
                 let change = window.view.of(place.to_state(moved) - state);
                 correction.copy_from_slice(&change.to_array());
             }

@@ -11,7 +11,7 @@ use crate::{
 use glam::Vec3;
 use rayon::prelude::*;
 use unic_core::{
-    config::{DisplacementConfig, IntersectionMode, ModelConfig, StateConfig},
+    config::{DisplacementConfig, ModelConfig, StateConfig},
     features::RestBox,
     motion::{MotionSpec, Normalisation, motion_len},
     prior::LinearPrior,
@@ -204,11 +204,6 @@ fn model_config(
         encoder: model.encoder.clone(),
         field: model.field,
         state,
-        intersection: match settings.intersection.at_inference {
-            true => IntersectionMode::Paper {
-                relaxation_m: settings.intersection.relaxation_m,
-            },
-            false => IntersectionMode::Off,
-        },
+        intersection: settings.intersection.of_model(),
     }
 }

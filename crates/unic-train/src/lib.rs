@@ -97,8 +97,8 @@ mod validation;
 pub use batch::{Batch, Window};
 pub use checkpoint::{Checkpoint, Progress};
 pub use config::{
-    BatchConfig, IntersectionConfig, Keep, LossConfig, ModelSettings, OptimiserConfig, Preset, Refit,
-    RegularisationConfig, SettingsError, StateSettings, TrainConfig, ValidationConfig,
+    BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, ModelSettings, OptimiserConfig,
+    Preset, Refit, RegularisationConfig, SettingsError, StateSettings, TrainConfig, ValidationConfig,
 };
 pub use correction::{Bodies, Correction};
 pub use dataset::{Dataset, MotionVectors};

@@ -21,7 +21,7 @@ use crate::{
 use burn::optim::GradientsParams;
 use burn::tensor::{Device, Tensor};
 use std::{mem::take, path::Path, sync::Arc, time::Instant};
-use unic_core::intersection::PaperIntersection;
+use unic_core::intersection::Handling;
 
 /// One fit of a run: data, networks, optimiser.
 pub struct Trainer {
@@ -36,6 +36,8 @@ pub struct Trainer {
     step: u64,
     seconds: f64,
     bodies: Bodies,
+    /// Intersection handling in training.
+    rule: Handling,
     validation: Option<Validation>,
 }
 
@@ -79,6 +81,11 @@ impl Trainer {
             step: 0,
             seconds: 0.0,
             bodies: Bodies::default(),
+            rule: Handling::new(
+                config.intersection.in_training(),
+                &data.capture.character,
+                &data.capture.garment,
+            ),
             validation: None,
             config,
             data,
@@ -204,9 +211,7 @@ impl Trainer {
         let correction = Correction {
             data: &self.data,
             bodies: &self.bodies,
-            rule: PaperIntersection {
-                relaxation_m: config.intersection.relaxation_m,
-            },
+            rule: &self.rule,
         };
         let corrects = config.intersection.from_step.is_some_and(|from| step >= from);
         let rollout = Rollout {

@@ -8,7 +8,10 @@ mod common;
 use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
 use common::{dataset, device, network, numbers, relative_error, small, without_noise};
-use unic_core::{config::StateConfig, intersection::PaperIntersection};
+use unic_core::{
+    config::{IntersectionMode, StateConfig},
+    intersection::Handling,
+};
 use unic_train::*;
 
 /// Frames that are rolled out.
@@ -154,11 +157,13 @@ fn corrections_are_constants_to_the_gradient() {
         fixture.config.loss.velocity = 0.0;
         let bodies = Bodies::default();
         // A relaxation so large that every vertex inside is thrown far out.
-        let rule = PaperIntersection { relaxation_m: 0.05 };
+        let mode = IntersectionMode::Paper { relaxation_m: 0.05 };
+        let worn = &fixture.data.capture;
+        let rule = Handling::new(mode, &worn.character, &worn.garment);
         let correction = Correction {
             data: &fixture.data,
             bodies: &bodies,
-            rule,
+            rule: &rule,
         };
         let states = |rollout: &Rollout| -> Vec<f32> {
             let states = rollout

@@ -10,9 +10,9 @@ use glam::Vec3;
 use std::sync::Arc;
 use unic_core::{
     animator::{Animator, Start, StepInput},
-    config::StateConfig,
+    config::{IntersectionMode, StateConfig},
     features::PointFrame,
-    intersection::PaperIntersection,
+    intersection::Handling,
     model::Model,
 };
 use unic_train::*;
@@ -38,13 +38,13 @@ fn by_tensors(trainer: &Trainer, clip: usize, intersections: Intersections) -> V
     };
     let batch = Batch::of_windows(data, vec![window], data.clips[clip].len() - 1);
     let bodies = Bodies::default();
-    let rule = PaperIntersection {
-        relaxation_m: config.intersection.relaxation_m,
-    };
+    let capture = &data.capture;
+    let mode = config.intersection.in_training();
+    let rule = Handling::new(mode, &capture.character, &capture.garment);
     let correction = Correction {
         data,
         bodies: &bodies,
-        rule,
+        rule: &rule,
     };
     let rollout = Rollout {
         shape: &NetworkShape::new(&data.config, data.capture.character.skeleton.len()),
@@ -88,12 +88,19 @@ fn by_animator(model: Model, trainer: &Trainer, clip: usize) -> Vec<Vec<Vec3>> {
         next_pose: motion.poses.get(t + 1),
         ground_height: motion.ground_height,
     };
-    let mut animator = Animator::new(Arc::new(model));
+    let model = Arc::new(model);
+    let mut animator = Animator::new(Arc::clone(&model));
+    // Shows states as they are, without what is corrected for display alone.
+    let mut bare = Animator::new(model);
+    bare.set_intersection(IntersectionMode::Off);
     animator
         .reset(&input(0), Start::Positions(captured.garment.frame(0)))
         .unwrap();
     (1..motion.len())
-        .map(|t| animator.step(&input(t)).unwrap().positions.to_vec())
+        .map(|t| {
+            animator.step(&input(t)).unwrap();
+            bare.restore(animator.state().clone()).unwrap().positions.to_vec()
+        })
         .collect()
 }
 
@@ -130,6 +137,8 @@ fn assert_parity(preset: Preset, shapes: usize, steps: u64, intersections: Inter
     config.keep = Keep::Last;
     config.regularisation.average = 0.0;
     config.intersection.at_inference = intersections == Intersections::Handled;
+    // The state is corrected, training is not.
+    config.intersection.from_step = Some(steps + 1);
     if let StateSettings::Displacement { prior_shapes, .. } = &mut config.model.state {
         *prior_shapes = shapes;
     }

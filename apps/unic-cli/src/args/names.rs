@@ -54,6 +54,9 @@ pub(crate) enum IntersectionName {
     Off,
     /// They are dragged out over the tangent plane of the nearest body vertex, as in the paper.
     Paper,
+    /// They go the shortest way out of the parts of the body that carry them, and their neighbours with
+    /// them.
+    Robust,
 }
 
 /// [`UpAxis`] by name.

@@ -3,7 +3,7 @@
 mod files;
 
 use crate::{
-    args::{AnimateArgs, IntersectionName},
+    args::AnimateArgs,
     interrupt, model_file, motion_file,
     output::{print, print_json},
     pictures::{CLOTH, GAP, Place, Shot, Studio, evenly_spread},
@@ -21,7 +21,6 @@ use std::{
 use unic_core::{
     animator::{Animator, Start, StepInput},
     clip::Clip,
-    config::IntersectionMode,
     model::Model,
 };
 use unic_io::{read_obj, read_vertex_cache};
@@ -171,10 +170,8 @@ fn animate(
 
 fn animator(args: &AnimateArgs, model: &Arc<Model>) -> Animator {
     let mut animator = Animator::new(model.clone());
-    match args.intersection {
-        Some(IntersectionName::Off) => animator.set_intersection(IntersectionMode::Off),
-        Some(IntersectionName::Paper) => animator.set_intersection(model_file::paper_intersection(model)),
-        None => {}
+    if let Some(name) = args.intersection {
+        animator.set_intersection(model_file::intersection(model, name));
     }
     animator
 }

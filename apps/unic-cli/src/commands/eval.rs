@@ -7,7 +7,7 @@ mod report;
 mod timing;
 
 use crate::{
-    args::{EvalArgs, IntersectionName},
+    args::EvalArgs,
     model_file,
     output::{print, print_json, say},
 };
@@ -16,7 +16,7 @@ use listener::Listener;
 use serde::Serialize;
 use std::{collections::HashSet, path::Path, sync::Arc};
 use timing::Timing;
-use unic_core::{animator::Animator, config::IntersectionMode, model::Model};
+use unic_core::{animator::Animator, model::Model};
 use unic_eval::{Evaluation, ModelPredictor, PRIOR, PriorPredictor, Row, baselines, evaluate, training_set};
 use unic_io::{Capture, Split};
 
@@ -80,10 +80,7 @@ fn clip_names(args: &EvalArgs, capture: &Capture) -> Result<Vec<String>> {
 fn animator(args: &EvalArgs, path: &Path, capture: &Capture) -> Result<Animator> {
     let model = Arc::new(model_file::read(path)?);
     check_fit(&model, path, capture)?;
-    let mode = args.intersection.map(|name| match name {
-        IntersectionName::Off => IntersectionMode::Off,
-        IntersectionName::Paper => model_file::paper_intersection(&model),
-    });
+    let mode = (args.intersection).map(|name| model_file::intersection(&model, name));
     let mut animator = Animator::new(model);
     if let Some(mode) = mode {
         animator.set_intersection(mode);

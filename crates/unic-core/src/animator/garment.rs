@@ -57,7 +57,7 @@ impl Animator {
         self.place(&positions);
     }
 
-    /// World positions and normals of the current state.
+    /// World positions and normals of the current state, as they are shown.
     pub(super) fn finish(&mut self) -> GarmentFrame<'_> {
         let Self {
             model,
@@ -78,6 +78,8 @@ impl Animator {
                 *position = at.of(first + i).to_world(vertices[first + i].value);
             }
         });
+        self.correct_display();
+        let Self { model, scratch, .. } = self;
         vertex_normals(
             &scratch.positions,
             &model.garment.rest.faces,

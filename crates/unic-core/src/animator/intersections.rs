@@ -2,43 +2,143 @@
 
 use super::{Animator, place::Places, tiles::for_each_tile};
 use crate::{
-    character::Character, config::IntersectionMode, intersection::PaperIntersection, transform::Rigid,
+    character::Character,
+    config::{Corrects, IntersectionMode},
+    intersection::{DisplayPass, Handling, PosedVertices},
+    model::Model,
+    transform::Rigid,
 };
 use glam::Vec3;
 
-impl Animator {
-    /// Moves vertices out of the body where the mode in force asks for it.
-    pub(super) fn handle_intersections(&mut self) {
-        let IntersectionMode::Paper { relaxation_m } = self.intersection else {
-            return;
+/// Intersection handling of one animator: scratch, but for the mode that it is made for.
+#[derive(Clone, Debug)]
+pub(super) struct Intersections {
+    pub(super) mode: IntersectionMode,
+    handling: Handling,
+    display: Option<Box<DisplayPass>>,
+    /// World, metres.
+    body_vertices: Vec<Vec3>,
+    pose: Posed,
+    /// By garment vertex, where the state is corrected.
+    contacts: Vec<Contact>,
+}
+
+/// Whose pose the body has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Posed {
+    Before,
+    Now,
+}
+
+/// What the last look at the body said about a vertex.
+#[derive(Clone, Copy, Debug)]
+struct Contact {
+    /// For the next look.
+    seed: u32,
+    /// Where the vertex goes, world, metres; none when it stays.
+    moved: Option<Vec3>,
+}
+
+impl Intersections {
+    pub(super) fn new(mode: IntersectionMode, model: &Model) -> Self {
+        let (character, garment) = (&model.character, &model.garment);
+        let unknown = Contact {
+            seed: Handling::no_seed(),
+            moved: None,
         };
-        let rule = PaperIntersection { relaxation_m };
+        let corrected = if corrects_state(mode) {
+            model.vertex_count()
+        } else {
+            0
+        };
+        let lifts = matches!(mode, IntersectionMode::Robust { .. });
+        Self {
+            mode,
+            handling: Handling::new(mode, character, garment),
+            display: lifts.then(|| Box::new(DisplayPass::new(garment))),
+            body_vertices: Vec::new(),
+            pose: Posed::Before,
+            contacts: vec![unknown; corrected],
+        }
+    }
+
+    /// The character has moved.
+    pub(super) fn invalidate(&mut self) {
+        self.pose = Posed::Before;
+    }
+
+    fn pose(&mut self, character: &Character, world_from_rest: &[Rigid]) {
+        if self.pose == Posed::Before {
+            pose_body(character, world_from_rest, &mut self.body_vertices);
+            self.handling.pose(character, &self.body_vertices);
+            self.pose = Posed::Now;
+        }
+    }
+
+    /// Moves shown positions off the body.
+    fn lift(&mut self, positions: &mut [Vec3]) {
+        if let (Handling::Robust(rule, body), Some(display)) = (&self.handling, &mut self.display) {
+            let vertices = &self.body_vertices;
+            display.apply(*rule, PosedVertices { body, vertices }, positions);
+        }
+    }
+}
+
+fn corrects_state(mode: IntersectionMode) -> bool {
+    match mode {
+        IntersectionMode::Off => false,
+        IntersectionMode::Paper { .. } => true,
+        IntersectionMode::Robust { corrects, .. } => corrects == Corrects::State,
+    }
+}
+
+impl Animator {
+    /// Moves vertices out of the body where the mode in force corrects the state.
+    pub(super) fn correct_state(&mut self) {
         let Self {
             model,
             state,
             scratch,
-            ..
+            intersections,
         } = self;
-        let character = &model.character;
-        pose_body(character, &scratch.world_from_rest, &mut scratch.body_vertices);
-        scratch
-            .body
-            .prepare(&scratch.body_vertices, &character.body.faces);
-        let body = &scratch.body;
+        if !corrects_state(intersections.mode) {
+            return;
+        }
+        intersections.pose(&model.character, &scratch.world_from_rest);
         let at = Places::new(
             model,
             &scratch.histories,
             &scratch.prior,
             state.motion.world_from_frame(),
         );
-        for_each_tile(&mut state.vertices, |first, vertices| {
-            for (i, vertex) in vertices.iter_mut().enumerate() {
-                let place = at.of(first + i);
-                if let Some(corrected) = rule.correct(body, place.to_world(vertex.value)) {
-                    vertex.value = place.to_state(corrected);
-                }
+        let Intersections {
+            handling, contacts, ..
+        } = intersections;
+        for_each_tile(contacts, |first, contacts| {
+            for (vertex, contact) in (first..).zip(contacts) {
+                let position = at.of(vertex).to_world(state.vertices[vertex].value);
+                contact.moved = handling.correct(vertex, position, &mut contact.seed);
             }
         });
+        for (i, (vertex, contact)) in state.vertices.iter_mut().zip(contacts).enumerate() {
+            if let Some(moved) = contact.moved {
+                vertex.value = at.of(i).to_state(moved);
+            }
+        }
+    }
+
+    /// Moves shown positions, but not the state, off the body where the mode in force asks for it.
+    pub(super) fn correct_display(&mut self) {
+        let Self {
+            model,
+            scratch,
+            intersections,
+            ..
+        } = self;
+        if intersections.display.is_some() {
+            intersections.pose(&model.character, &scratch.world_from_rest);
+            intersections.lift(&mut scratch.positions);
+        }
     }
 }
 

@@ -4,7 +4,6 @@ use super::{Animator, deform::TileScratch, tiles::for_each_tile};
 use crate::{
     config::StateConfig,
     features::{Past, PointFrame, PointHistory},
-    intersection::BodySnapshot,
     model::Model,
     network::{EncoderScratch, FieldBiases},
     transform::Rigid,
@@ -25,8 +24,6 @@ pub(super) struct Scratch {
     pub(super) coefficients: Vec<f32>,
     /// Displacements of the prior in the current frame.
     pub(super) prior: Vec<Vec3>,
-    pub(super) body_vertices: Vec<Vec3>,
-    pub(super) body: BodySnapshot,
     pub(super) positions: Vec<Vec3>,
     pub(super) normals: Vec<Vec3>,
 }
@@ -38,8 +35,9 @@ impl Animator {
             model,
             state,
             scratch,
-            ..
+            intersections,
         } = self;
+        intersections.invalidate();
         let skeleton = &model.character.skeleton;
         let garment = &model.garment;
         scratch
@@ -66,8 +64,9 @@ impl Animator {
             model,
             state,
             scratch,
-            ..
+            intersections,
         } = self;
+        intersections.invalidate();
         let skeleton = &model.character.skeleton;
         skeleton.world_from_rest(state.motion.world_from_joint(), &mut scratch.world_from_rest);
         let (garment, transforms) = (&model.garment, &scratch.world_from_rest);

@@ -1,19 +1,10 @@
 //! Work on all vertices, a tile at a time, on all threads.
 
-use crate::network::TILE;
+use crate::{network::TILE, parallel::for_each_chunk};
 
 /// Calls `task` with the index of its first item for every [`TILE`] of items, on all threads.
 pub(super) fn for_each_tile<T: Send>(items: &mut [T], task: impl Fn(usize, &mut [T]) + Sync + Send) {
-    #[cfg(feature = "rayon")]
-    {
-        use rayon::prelude::*;
-        let tiles = items.par_chunks_mut(TILE).enumerate();
-        tiles.for_each(|(i, tile)| task(i * TILE, tile));
-    }
-    #[cfg(not(feature = "rayon"))]
-    for (i, tile) in items.chunks_mut(TILE).enumerate() {
-        task(i * TILE, tile);
-    }
+    for_each_chunk(items, TILE, task);
 }
 
 /// As [`for_each_tile`], for tasks that need buffers: neighbouring tiles share one of `buffers`,

@@ -37,6 +37,11 @@ impl Surface {
     /// What vertex `vertex` of the bind pose sees along its normal, the sum of the normals of
     /// the faces around it by area, past those faces; none for a vertex without sound faces.
     pub(crate) fn seen_from_vertex(&self, vertex: u32, reach: f32) -> Option<RayHit> {
+        self.seen_among(vertex, reach, |_| true)
+    }
+
+    /// The same, looking through the faces that do not count.
+    pub(crate) fn seen_among(&self, vertex: u32, reach: f32, counts: impl Fn(u32) -> bool) -> Option<RayHit> {
         let face = self.faces_at(vertex).next()?;
         let corners = self.welded[face as usize];
         let corner = corners.iter().position(|&v| v == vertex)?;
@@ -46,7 +51,7 @@ impl Surface {
             .map(|f| self.triangles[f as usize].area_normal());
         let normal = around.sum::<Vec3>().normalize_or_zero();
         let is_elsewhere = |face: u32| !self.welded[face as usize].contains(&vertex);
-        self.first_of(origin, normal, reach, is_elsewhere)
+        self.first_of(origin, normal, reach, |face| is_elsewhere(face) && counts(face))
     }
 
     fn first_of(

@@ -102,7 +102,7 @@ impl TrainConfig {
     }
 
     /// Values of which any amount will do.
-    fn amounts(&self) -> [(&'static str, f64); 12] {
+    fn amounts(&self) -> [(&'static str, f64); 13] {
         let (o, r) = (&self.optimiser, &self.regularisation);
         let memory_s = match self.model.state {
             StateSettings::Position => 0.0,
@@ -124,6 +124,7 @@ impl TrainConfig {
             ("loss.position", self.loss.position.into()),
             ("loss.velocity", self.loss.velocity.into()),
             ("intersection.relaxation_m", self.intersection.relaxation_m.into()),
+            ("intersection.margin_m", self.intersection.margin_m.into()),
         ]
     }
 

@@ -1,8 +1,8 @@
 //! The presets: named settings to start from.
 
 use super::{
-    BatchConfig, IntersectionConfig, Keep, LossConfig, ModelSettings, OptimiserConfig, Refit,
-    RegularisationConfig, StateSettings, TrainConfig, ValidationConfig,
+    BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, MARGIN_M, ModelSettings,
+    OptimiserConfig, Refit, RegularisationConfig, StateSettings, TrainConfig, ValidationConfig,
 };
 use unic_core::{
     config::{EncoderConfig, FieldConfig, PointInput},
@@ -83,7 +83,9 @@ fn paper() -> TrainConfig {
         },
         intersection: IntersectionConfig {
             from_step: None,
+            rule: IntersectionRule::Paper,
             relaxation_m: 0.005,
+            margin_m: MARGIN_M,
             at_inference: true,
         },
         keep: Keep::Last,
@@ -152,6 +154,10 @@ fn standard() -> TrainConfig {
         loss: LossConfig {
             position: 1e4,
             velocity: 0.0,
+        },
+        intersection: IntersectionConfig {
+            rule: IntersectionRule::Robust,
+            ..paper().intersection
         },
         keep: Keep::Last,
         validation: ValidationConfig {

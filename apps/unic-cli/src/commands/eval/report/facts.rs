@@ -96,6 +96,9 @@ fn intersections(config: &ModelConfig) -> String {
         IntersectionMode::Paper { relaxation_m } => {
             format!("dragged {:.1} mm off the nearest body vertex", 1e3 * relaxation_m)
         }
+        IntersectionMode::Robust { margin_m, .. } => {
+            format!("moved the shortest way to {:.1} mm over the skin", 1e3 * margin_m)
+        }
     }
 }
 

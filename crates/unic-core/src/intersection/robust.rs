@@ -1,0 +1,159 @@
+//! Our way out of the body: the closest triangle that may push, along the shortest way, to a margin.
+
+use super::ContactParts;
+use crate::{
+    character::{Character, Garment},
+    folds,
+    surface::{Feature, Surface, SurfacePoint},
+};
+use glam::Vec3;
+
+/// Closer to an edge than this the way to it has no direction but the surface's normal, metres: f32
+/// places a point 100 m from the origin to 8 µm.
+const LEAST_DISTANCE_M: f32 = 1e-4;
+
+/// Cosine between the way to the closest point and the normal there below which the point lies on a
+/// rim, of the parts that may push or of an open body: what is beyond a rim is not under it.
+const LEAST_COSINE: f32 = 0.3;
+
+/// Looks at the surface for one vertex: in a crease the way out of one side leads into the other.
+const MOST_LOOKS: usize = 4;
+
+/// Height below the margin at which a vertex is left, metres: what rounding does to one that was moved.
+const TOLERANCE_M: f32 = 1e-5;
+
+/// A posed body as [`RobustIntersection`] sees it. Scratch over a shared asset, [`ContactParts`].
+#[derive(Clone, Debug)]
+pub struct RobustBody {
+    surface: Surface,
+    parts: std::sync::Arc<ContactParts>,
+}
+
+impl RobustBody {
+    /// Of a garment on a character, in the bind pose.
+    pub fn new(character: &Character, garment: &Garment) -> Self {
+        Self {
+            surface: Surface::build(&character.body),
+            parts: std::sync::Arc::new(ContactParts::new(character, garment)),
+        }
+    }
+
+    /// Poses the body: world positions of its vertices, metres. Does not allocate.
+    ///
+    /// # Panics
+    /// When their number is another.
+    pub fn pose(&mut self, vertices: &[Vec3]) {
+        self.surface.refit(vertices);
+    }
+
+    /// The posed body.
+    pub fn surface(&self) -> &Surface {
+        &self.surface
+    }
+
+    /// What may push what.
+    pub fn parts(&self) -> &ContactParts {
+        &self.parts
+    }
+
+    /// The point of the body closest to a garment vertex, among the parts that may push it; none
+    /// without such parts or for a `p` that is not finite.
+    pub fn closest(&self, vertex: usize, p: Vec3, seed: u32) -> Option<SurfacePoint> {
+        let pushes = |face| self.parts.face_pushes(face, vertex);
+        self.surface.closest_among(p, f32::INFINITY, seed, pushes)
+    }
+
+    /// Does `face` lie in a fold between parts that may both push the vertex? See [`folds::Folds`].
+    fn is_folded(&self, face: u32, vertex: usize) -> bool {
+        folds::face_is_folded(&self.surface, face, |f| self.parts.face_pushes(f, vertex))
+    }
+}
+
+/// What a look at the body says about a garment vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// The closest face of the parts that may push the vertex: the seed of the next look.
+    pub face: u32,
+    /// Height over it, metres; negative inside, infinite where there is none.
+    pub height_m: f32,
+    /// Where the vertex goes, metres; none when it stays.
+    pub moved: Option<Vec3>,
+}
+
+impl Contact {
+    /// Without anything to touch.
+    pub const NONE: Self = Self {
+        face: u32::MAX,
+        height_m: f32::INFINITY,
+        moved: None,
+    };
+}
+
+/// Keeps vertices at a height over the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobustIntersection {
+    /// The height, metres.
+    pub margin_m: f32,
+}
+
+impl RobustIntersection {
+    /// Where garment vertex `vertex` goes from `p`, see [`RobustIntersection::look`]; none when it
+    /// stays. `seed`, a body face near the closest one, makes the search faster, and is replaced.
+    pub fn correct(&self, body: &RobustBody, vertex: usize, p: Vec3, seed: &mut u32) -> Option<Vec3> {
+        let contact = self.look(body, vertex, p, *seed);
+        *seed = contact.face;
+        contact.moved
+    }
+
+    /// Looks at the body from garment vertex `vertex` at `p`. The vertex goes along the shortest way
+    /// between it and the body, out to the margin. It stays when it is high enough, when the closest
+    /// face is in a fold, and when no part of the body pushes it.
+    ///
+    /// Height and place are continuous functions of `p` but where two parts of the skin are equally
+    /// far from it.
+    pub fn look(&self, body: &RobustBody, vertex: usize, p: Vec3, seed: u32) -> Contact {
+        let Some(hit) = body.closest(vertex, p, seed) else {
+            return Contact::NONE;
+        };
+        let stays = Contact {
+            face: hit.face,
+            height_m: hit.signed_distance,
+            moved: None,
+        };
+        match self.way_out(&hit, p) {
+            Some(out) if !body.is_folded(hit.face, vertex) => Contact {
+                moved: Some(self.follow(body, vertex, out, hit.face)),
+                ..stays
+            },
+            _ => stays,
+        }
+    }
+
+    /// Goes on from the first way out: in a crease it leads into the other side.
+    fn follow(&self, body: &RobustBody, vertex: usize, mut at: Vec3, mut seed: u32) -> Vec3 {
+        for _ in 1..MOST_LOOKS {
+            let Some(hit) = body.closest(vertex, at, seed) else {
+                break;
+            };
+            let Some(out) = self.way_out(&hit, at) else {
+                break;
+            };
+            (at, seed) = (out, hit.face);
+        }
+        at
+    }
+
+    fn way_out(&self, hit: &SurfacePoint, p: Vec3) -> Option<Vec3> {
+        if hit.signed_distance > self.margin_m - TOLERANCE_M {
+            return None;
+        }
+        // Over a face the two are one, and the normal is free of the rounding of positions.
+        let is_normal = hit.feature == Feature::Face || hit.distance < LEAST_DISTANCE_M;
+        let direction = match is_normal {
+            true => hit.normal,
+            false => (p - hit.point) / hit.signed_distance,
+        };
+        let is_under_the_vertex = direction.dot(hit.normal) > LEAST_COSINE;
+        is_under_the_vertex.then(|| hit.point + direction * self.margin_m)
+    }
+}
