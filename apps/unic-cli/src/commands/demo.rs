@@ -163,7 +163,15 @@ fn stages(args: &DemoArgs) -> Vec<Stage> {
                 let frames = format!("0..{}", ANIMATED_FRAMES.min(30 * scale.seconds as usize));
                 let [model, motion, animation] = [&model, &motion, &animation].map(|path| show(path));
                 words(&[
-                    "animate", &model, "--motion", &motion, "--frames", &frames, "--out", &animation,
+                    "animate",
+                    &model,
+                    "--motion",
+                    &motion,
+                    "--frames",
+                    &frames,
+                    "--out",
+                    &animation,
+                    "--overwrite",
                 ])
             },
         },
