@@ -118,8 +118,12 @@ impl RunFolder {
         for folder in own.iter().chain(&checkpoints) {
             atomic::remove_leftovers(folder, |_| true);
         }
-        if let (Some(folder), Some(model)) = (self.path.parent(), out.file_name()) {
-            atomic::remove_leftovers(folder, |name| name == model.to_string_lossy());
+        // A bare name has an empty parent.
+        let beside = self.path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(model) = out.file_name() {
+            atomic::remove_leftovers(beside.unwrap_or(Path::new(".")), |name| {
+                name == model.to_string_lossy()
+            });
         }
     }
 

@@ -112,9 +112,9 @@ fn writers() -> [String; 8] {
     ]
 }
 
-/// Files that tell the time, or grow.
+/// Files that tell the time or grow, and the one that goes at the end.
 fn is_a_log(name: &str) -> bool {
-    ["simulation.json", "metrics.jsonl", "log.txt", "lock"]
+    ["simulation.json", "simulation.toml", "metrics.jsonl", "log.txt"]
         .iter()
         .any(|log| name.ends_with(log))
 }
@@ -334,16 +334,12 @@ fn refused_while(folder: &Path, line: &str, begun: &str, place: &str) {
     let mut running = Running::start(folder, line);
     running.wait_for(&folder.join(begun));
     running.signal("STOP");
-    for more in ["", "--resume", "--overwrite"] {
-        let output = unic(folder, &format!("{line} {more}"));
-        let error = sentence(&output);
-        assert_eq!(output.status.code(), Some(1), "{error}");
-        assert_eq!(
-            error,
-            format!("unic: {place}: another unic is writing to this folder")
-        );
-    }
+    let others = ["", "--resume", "--overwrite"].map(|more| unic(folder, &format!("{line} {more}")));
     running.signal("CONT");
+    for other in others {
+        let told = format!("unic: {place}: another unic is writing to this folder");
+        assert_eq!((other.status.code(), sentence(&other)), (Some(1), told));
+    }
     let output = running.finish();
     assert!(output.status.success(), "{}", stderr(&output));
 }
@@ -364,4 +360,18 @@ fn two_processes_never_simulate_into_one_folder() {
     refused_while(folder.path(), &line, "made/simulation.toml", "made");
     succeeds(folder.path(), "inspect made");
     assert!(!folder.path().join("made/lock").exists());
+}
+
+#[test]
+fn two_demos_never_share_a_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("demo")).unwrap();
+    let held = fs::File::create(folder.path().join("demo/lock")).unwrap();
+    held.lock().unwrap();
+    let other = unic(folder.path(), "demo --quick --out demo");
+    assert_eq!(other.status.code(), Some(1));
+    assert_eq!(
+        sentence(&other),
+        "unic: demo: another unic is writing to this folder"
+    );
 }
