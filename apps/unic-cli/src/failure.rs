@@ -3,6 +3,7 @@
 use crate::output::say;
 use anyhow::{Error, Result};
 use std::{
+    io,
     panic::{self, AssertUnwindSafe},
     process::ExitCode,
 };
@@ -47,11 +48,16 @@ fn code(error: &Error) -> u8 {
     }
 }
 
-/// The error on one line. The libraries' errors name their cause themselves, so that causes are
-/// not repeated here.
+/// The error on one line. The libraries' errors name their causes themselves; a context of ours leaves
+/// the operating system's reason to be added.
 fn sentence(error: &Error) -> String {
     let interrupted = error.chain().find(|e| e.is::<Interrupted>());
-    interrupted.map_or_else(|| one_line(&error.to_string()), |e| one_line(&e.to_string()))
+    let text = interrupted.map_or_else(|| one_line(&error.to_string()), |e| one_line(&e.to_string()));
+    let reason = error.chain().find_map(|e| e.downcast_ref::<io::Error>());
+    match reason.map(|reason| one_line(&reason.to_string())) {
+        Some(reason) if !text.contains(&reason) => format!("{text}: {reason}"),
+        _ => text,
+    }
 }
 
 /// TOML's errors quote the source over several lines: those that begin with a margin go.
@@ -91,6 +97,22 @@ mod tests {
         let line = one_line(&error.to_string());
         assert!(line.starts_with("TOML parse error at line 2, column"), "{line}");
         assert!(!line.contains('\n') && !line.contains('|'), "{line}");
+    }
+
+    #[test]
+    fn the_systems_reason_is_told_once() {
+        let full = || io::Error::from(io::ErrorKind::StorageFull);
+        let told = "a.txt cannot be written: no storage space";
+        assert_eq!(
+            sentence(&Error::from(full()).context("a.txt cannot be written")),
+            told
+        );
+        let own = unic_io::Error::Io {
+            path: "a.txt".into(),
+            action: "write",
+            source: full(),
+        };
+        assert_eq!(sentence(&own.into()), "a.txt: cannot write: no storage space");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 mod args;
 mod commands;
 mod failure;
+mod folder_lock;
 mod interrupt;
 mod model_file;
 mod motion_file;

@@ -6,7 +6,7 @@
 //! metrics.jsonl   one JSON object a line
 //! checkpoints/    the two newest of each fit, in held_out/ and all_clips/
 //! log.txt         what ran when, on which machine
-//! lock            held while a process trains into the folder
+//! lock            there while a process trains into the folder
 //! ```
 
 mod metrics;
@@ -15,9 +15,10 @@ mod record;
 pub(crate) use metrics::{MetricsLog, Moment};
 pub(crate) use record::RunRecord;
 
-use anyhow::{Context, Result, anyhow, bail};
+use crate::folder_lock::FolderLock;
+use anyhow::{Result, anyhow, bail};
 use std::{
-    fs::{self, File, OpenOptions, TryLockError},
+    fs::{self, OpenOptions},
     io::Write,
     path::{Path, PathBuf},
     time::SystemTime,
@@ -40,22 +41,25 @@ pub(crate) enum Earlier {
 #[derive(Debug)]
 pub(crate) struct RunFolder {
     path: PathBuf,
-    earlier: Earlier,
-    lock: File,
+    _lock: FolderLock,
 }
 
 impl RunFolder {
     /// Locks the folder beside the model `out` and checks that both can be written, so that no
-    /// training is lost for want of a place.
+    /// training is lost for want of a place. What a killed process has left half-written goes.
     pub(crate) fn open(out: &Path, earlier: Earlier) -> Result<Self> {
         let path = path_beside(out)?;
-        check_earlier(out, &path, earlier)?;
+        if !path.exists() {
+            // Nothing is made for a run that is refused.
+            check_earlier(out, &path, earlier)?;
+        }
         drop(AtomicFile::create(out)?);
-        fs::create_dir_all(&path)
-            .map_err(|e| anyhow!("{}: cannot create the folder: {e}", path.display()))?;
-        let lock = lock(&path)?;
+        let lock = FolderLock::hold(&path)?;
+        check_earlier(out, &path, earlier)?;
         drop(AtomicFile::create(&path.join("checkpoints").join("writable"))?);
-        Ok(Self { path, earlier, lock })
+        let folder = Self { path, _lock: lock };
+        folder.remove_leftovers(out);
+        Ok(folder)
     }
 
     /// The folder itself.
@@ -90,11 +94,10 @@ impl RunFolder {
         RunRecord::read(&self.path.join("run.toml"))
     }
 
-    /// Begins a new run: from here on there is something to resume.
+    /// Begins a new run: from here on there is something to resume. Whatever is there of another one
+    /// goes, be it all of it or what a process killed in between has left.
     pub(crate) fn begin(&self, config: &TrainConfig, record: &RunRecord) -> Result<()> {
-        if self.earlier == Earlier::Overwrite {
-            self.clear()?;
-        }
+        self.clear()?;
         record.write(&self.path.join("run.toml"))?;
         Ok(atomic::write(&self.config(), config.to_toml().as_bytes())?)
     }
@@ -103,8 +106,25 @@ impl RunFolder {
     pub(crate) fn log(&self, line: &str) -> Result<()> {
         let path = self.path.join("log.txt");
         let now = humantime::format_rfc3339_seconds(SystemTime::now());
-        let mut file = OpenOptions::new().create(true).append(true).open(&path)?;
-        writeln!(file, "{now} {line}").with_context(|| format!("{}: cannot write", path.display()))
+        let file = OpenOptions::new().create(true).append(true).open(&path);
+        // One call a line, so that no line is half there.
+        file.and_then(|mut file| file.write_all(format!("{now} {line}\n").as_bytes()))
+            .map_err(|e| anyhow!("{}: cannot write: {e}", path.display()))
+    }
+
+    fn remove_leftovers(&self, out: &Path) {
+        let checkpoints = [Fit::HeldOut, Fit::AllClips].map(|fit| self.checkpoints(fit));
+        let own = [self.path.clone(), self.path.join("checkpoints")];
+        for folder in own.iter().chain(&checkpoints) {
+            atomic::remove_leftovers(folder, |_| true);
+        }
+        // A bare name has an empty parent.
+        let beside = self.path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(model) = out.file_name() {
+            atomic::remove_leftovers(beside.unwrap_or(Path::new(".")), |name| {
+                name == model.to_string_lossy()
+            });
+        }
     }
 
     fn clear(&self) -> Result<()> {
@@ -121,14 +141,11 @@ impl RunFolder {
 }
 
 impl Drop for RunFolder {
-    /// A run that never began leaves no folder; `remove_dir` spares folders that hold anything.
+    /// A run that never began leaves no folder; `remove_dir` spares those that hold anything.
     fn drop(&mut self) {
         if !self.config().exists() {
-            let _ = fs::remove_file(self.path.join("lock"));
             let _ = fs::remove_dir(self.path.join("checkpoints"));
-            let _ = fs::remove_dir(&self.path);
         }
-        let _ = self.lock.unlock();
     }
 }
 
@@ -161,22 +178,6 @@ fn check_earlier(out: &Path, path: &Path, earlier: Earlier) -> Result<()> {
     }
 }
 
-fn lock(path: &Path) -> Result<File> {
-    let file = path.join("lock");
-    let lock = File::create(&file).map_err(|e| anyhow!("{}: cannot create: {e}", file.display()))?;
-    match lock.try_lock() {
-        Ok(()) => Ok(lock),
-        Err(TryLockError::WouldBlock) => {
-            bail!(
-                "{}: expected nobody else to train here, found another process that does",
-                path.display()
-            )
-        }
-        // File systems without locks: nothing to be gained by refusing to train.
-        Err(TryLockError::Error(_)) => Ok(lock),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -196,7 +197,7 @@ mod tests {
         let out = parent.path().join("a.unic");
         let folder = begun(&out);
         let error = RunFolder::open(&out, Earlier::Resume).unwrap_err().to_string();
-        assert!(error.contains("another process"), "{error}");
+        assert!(error.contains("another unic"), "{error}");
         drop(folder);
         assert!(RunFolder::open(&out, Earlier::Resume).is_ok());
     }
@@ -214,6 +215,28 @@ mod tests {
         assert!(out.with_extension("run").join("metrics.jsonl").exists());
         drop(begun(&out));
         assert!(!out.with_extension("run").join("metrics.jsonl").exists());
+    }
+
+    #[test]
+    fn a_killed_process_leaves_nothing_that_a_new_run_would_take_for_its_own() {
+        let parent = tempfile::tempdir().unwrap();
+        let out = parent.path().join("a.unic");
+        let folder = begun(&out);
+        let checkpoint = folder.checkpoints(Fit::HeldOut).join("step-00000001.safetensors");
+        let half = ["a.run/.run.toml.AbC123.tmp", ".a.unic.AbC123.tmp"].map(|name| parent.path().join(name));
+        let foreign = parent.path().join(".b.unic.AbC123.tmp");
+        fs::create_dir_all(checkpoint.parent().unwrap()).unwrap();
+        for file in half.iter().chain([&checkpoint, &foreign]) {
+            fs::write(file, "x").unwrap();
+        }
+        fs::remove_file(folder.config()).unwrap();
+        drop(folder);
+        let folder = RunFolder::open(&out, Earlier::Refuse).unwrap();
+        assert!(half.iter().all(|file| !file.exists()) && foreign.exists());
+        folder
+            .begin(&TrainConfig::preset(Preset::Tiny), &RunRecord::default())
+            .unwrap();
+        assert!(!checkpoint.exists());
     }
 
     #[test]

@@ -6,7 +6,11 @@ use std::{
     io::{self, BufWriter, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
 };
-use tempfile::NamedTempFile;
+use tempfile::TempPath;
+
+/// Temporary files are called `.NAME.RANDOM.tmp`.
+const SUFFIX: &str = ".tmp";
+const RANDOM_CHARACTERS: usize = 6;
 
 /// A file being written under a temporary name in its own folder.
 ///
@@ -15,7 +19,8 @@ use tempfile::NamedTempFile;
 /// interrupted program never destroys the previous one.
 #[derive(Debug)]
 pub struct AtomicFile {
-    file: BufWriter<NamedTempFile>,
+    file: BufWriter<File>,
+    temporary: TempPath,
     target: PathBuf,
 }
 
@@ -30,13 +35,18 @@ impl AtomicFile {
         let name = target.file_name().unwrap_or_default().to_string_lossy();
         let mut builder = tempfile::Builder::new();
         let prefix = format!(".{name}.");
-        builder.prefix(&prefix).suffix(".tmp");
+        builder
+            .prefix(&prefix)
+            .suffix(SUFFIX)
+            .rand_bytes(RANDOM_CHARACTERS);
         // Temporary files are private by default; this one is about to become an ordinary file.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let file = builder.tempfile_in(folder).map_err(Error::io(target, "create"))?;
+        let file = builder.tempfile_in(folder).map_err(without_path);
+        let (file, temporary) = file.map_err(Error::io(target, "create"))?.into_parts();
         Ok(Self {
             file: BufWriter::with_capacity(1 << 16, file),
+            temporary,
             target: target.to_path_buf(),
         })
     }
@@ -53,9 +63,8 @@ impl AtomicFile {
     pub fn finish(self) -> Result<()> {
         let target = self.target;
         let file = (self.file.into_inner()).map_err(|e| Error::io(&target, "write")(e.into_error()))?;
-        file.as_file().sync_all().map_err(Error::io(&target, "sync"))?;
-        file.persist(&target)
-            .map_err(|e| Error::io(&target, "rename to")(e.error))?;
+        file.sync_all().map_err(Error::io(&target, "sync"))?;
+        (self.temporary.persist(&target)).map_err(|e| Error::io(&target, "rename to")(e.error))?;
         sync_folder(parent_folder(&target)).map_err(Error::io(&target, "sync the folder of"))
     }
 }
@@ -84,6 +93,34 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut file = AtomicFile::create(path)?;
     file.write_all(bytes).map_err(Error::io(path, "write"))?;
     file.finish()
+}
+
+/// The operating system's own words: the crate for temporary files adds a name that means nothing to the
+/// user and is gone by the time that it is read.
+pub(crate) fn without_path(error: io::Error) -> io::Error {
+    let cause = error.get_ref().and_then(|decorated| decorated.source());
+    let code = cause.and_then(|cause| cause.downcast_ref::<io::Error>()?.raw_os_error());
+    code.map_or(error, io::Error::from_raw_os_error)
+}
+
+/// Removes temporary files that killed processes have left in `folder`, of those targets whose name
+/// `is_ours`. Nobody else may be writing these files. Leftovers that cannot be removed stay: they are only
+/// in the way.
+pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        if name.to_str().and_then(target_name).is_some_and(&is_ours) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// The final name of a temporary file.
+fn target_name(temporary: &str) -> Option<&str> {
+    let named = temporary.strip_prefix('.')?.strip_suffix(SUFFIX)?;
+    let (name, random) = named.rsplit_once('.')?;
+    let is_random = random.len() == RANDOM_CHARACTERS && random.chars().all(|c| c.is_ascii_alphanumeric());
+    (is_random && !name.is_empty()).then_some(name)
 }
 
 /// The folder of a path; the current one for a bare name.
@@ -126,6 +163,26 @@ mod tests {
     }
 
     #[test]
+    fn leftovers_of_killed_processes_go_by_the_name_of_their_target() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut killed = AtomicFile::create(&folder.path().join("a.tar.gz")).unwrap();
+        killed.write_all(b"half").unwrap();
+        std::mem::forget(killed);
+        let mine = [
+            ".a.tmp",
+            ".a.tar.gz.tmp",
+            "a.tar.gz",
+            ".a.tar.gz.123456",
+            ".123456.tmp",
+        ];
+        mine.map(|name| std::fs::write(folder.path().join(name), b"").unwrap());
+        remove_leftovers(folder.path(), |name| name == "a.tar");
+        assert_eq!(names(folder.path()).len(), mine.len() + 1);
+        remove_leftovers(folder.path(), |_| true);
+        assert_eq!(names(folder.path()).len(), mine.len());
+    }
+
+    #[test]
     fn folders_are_made_and_files_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("deep/er/a.txt");
@@ -141,5 +198,8 @@ mod tests {
         write(&blocked, b"").unwrap();
         let message = write(&blocked.join("below.txt"), b"").unwrap_err().to_string();
         assert!(message.contains("file"), "{message}");
+        let long = folder.path().join("n".repeat(250));
+        let message = write(&long, b"").unwrap_err().to_string();
+        assert!(!message.contains(".tmp"), "{message}");
     }
 }

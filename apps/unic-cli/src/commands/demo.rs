@@ -3,6 +3,7 @@
 use crate::{
     args::{Args, Command, DemoArgs, DemoGarment},
     failure::{Interrupted, Usage},
+    folder_lock::FolderLock,
     interrupt,
     output::{print, say},
 };
@@ -63,6 +64,8 @@ struct Stage {
 /// Runs whatever the folder still lacks.
 pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let started = Instant::now();
+    // Each stage locks its own folder below this one.
+    let _lock = FolderLock::hold(&args.out)?;
     open(args)?;
     let stages = stages(args);
     for (i, stage) in stages.iter().enumerate() {

@@ -38,21 +38,15 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     report::open(args)?;
     let record = folder::record(args, &cut, &jobs, &settings);
     let cloth = cloth(&cut, &character).map_err(|e| anyhow!("{}: {e}", args.garment.display()))?;
-    let found = folder::open(args, &record)?;
-    if found == Found::Unfinished {
-        folder::check_same_inputs(&args.out, &character, &cut)?;
+    let (_lock, found) = folder::open(args, &record)?;
+    let vertices = cut.garment.rest.vertices.len();
+    if found == Found::Finished {
+        return tell_again(args, vertices, &jobs, started);
     }
-    let mut writer = CaptureWriter::create(
-        &args.out,
-        manifest(args, &record),
-        &character,
-        &cut.garment,
-        &cut.attributes,
-    )?;
-    folder::begin(&args.out, &record)?;
+    let mut writer = begin(args, &record, found, &character, &cut)?;
     let (left, kept) = match found {
         Found::Unfinished => keep_finished(args, &mut writer, &jobs)?,
-        Found::Nothing => (jobs.iter().collect(), Kept::default()),
+        _ => (jobs.iter().collect(), Kept::default()),
     };
     announce(&cut, &jobs, &kept);
     let workshop = Workshop {
@@ -63,17 +57,52 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
         wind: args.wind.unwrap_or_default(),
         shots: args.pictures.as_ref().map_or(0, |_| SHOTS),
     };
-    let vertices = cut.garment.rest.vertices.len();
     let keep = |rows: &[Row]| report::keep(&Summary::new(args, vertices, rows, started.elapsed()));
     let mut rows = kept.rows.clone();
     let made = workshop.make(&left, kept, &mut writer, &keep)?;
-    writer.finish()?;
-    folder::close(&args.out)?;
     rows.extend(made.iter().map(|made| made.row.clone()));
     let summary = Summary::new(args, vertices, &rows, started.elapsed()).sorted(&jobs);
     report::keep(&summary)?;
+    // Last: with `capture.toml` everything is there.
+    writer.order_clips(jobs.iter().map(|job| job.clip.name.as_str()));
+    writer.finish()?;
+    folder::close(&args.out)?;
     report::draw(args, &workshop, &made)?;
     report::show(args, &summary)
+}
+
+/// A simulation that is finished already and asked for again, as after a crash in its last moment.
+fn tell_again(args: &SimulateArgs, vertices: usize, jobs: &[Job], started: Instant) -> Result<()> {
+    folder::close(&args.out)?;
+    let rows = report::rows(&args.out);
+    say(&format!("{} is finished already", args.out.display()));
+    report::show(
+        args,
+        &Summary::new(args, vertices, &rows, started.elapsed()).sorted(jobs),
+    )
+}
+
+/// From here on there is something to resume; a simulation that cannot begin leaves nothing.
+fn begin(
+    args: &SimulateArgs,
+    record: &toml::Table,
+    found: Found,
+    character: &Character,
+    cut: &Cut,
+) -> Result<CaptureWriter> {
+    if found == Found::Unfinished {
+        folder::check_same_inputs(&args.out, character, cut)?;
+    }
+    let manifest = manifest(args, record);
+    let writer = folder::begin(&args.out, record).and_then(|()| {
+        let (garment, attributes) = (&cut.garment, &cut.attributes);
+        let writer = CaptureWriter::create(&args.out, manifest, character, garment, attributes);
+        Ok(writer?)
+    });
+    if writer.is_err() && found == Found::Nothing {
+        folder::clear(&args.out)?;
+    }
+    writer
 }
 
 fn settings(args: &SimulateArgs, cut: &Cut) -> SimulationSettings {

@@ -1,6 +1,6 @@
 //! One tick of the field on a tile of vertices.
 
-use super::state::VertexState;
+use super::{input::FARTHEST, state::VertexState};
 use crate::{
     config::{DisplacementConfig, StateConfig},
     features::{PointHistory, StateInputs, limited, write_frame_inputs},
@@ -86,11 +86,21 @@ impl FieldFrame<'_> {
 
     fn updated(&self, value: Vec3, output: Vec3) -> Vec3 {
         match &self.model.config.state {
-            StateConfig::Position => value + output,
+            StateConfig::Position => within_reach(value, output),
             StateConfig::Displacement(config) => {
                 let decay = config.decay(1.0 / self.model.config.fps);
                 value * decay + limited(output, config.output_limit) * config.scale_m
             }
         }
+    }
+}
+
+/// The sum, or `value` where the sum leaves the numbers: an integrator that has gone astray stays what can
+/// be shown, saved and reset.
+fn within_reach(value: Vec3, output: Vec3) -> Vec3 {
+    let sum = value + output;
+    match sum.abs().max_element() <= FARTHEST && sum.is_finite() {
+        true => sum,
+        false => value,
     }
 }

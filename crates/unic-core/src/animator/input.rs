@@ -6,7 +6,7 @@ use glam::Vec3;
 
 /// Poses and grounds farther than this from the origin are refused, metres: f32 places nothing there
 /// to better than 6 cm, and much farther off velocities overflow.
-const FARTHEST: f32 = 1e6;
+pub(super) const FARTHEST: f32 = 1e6;
 
 /// What one tick brings.
 #[derive(Clone, Copy, Debug)]

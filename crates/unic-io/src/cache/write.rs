@@ -1,7 +1,7 @@
 //! Writing vertex animations, one frame at a time.
 
 use crate::{
-    atomic::{AtomicFile, parent_folder},
+    atomic::{parent_folder, without_path},
     error::{Error, Result},
     frames::check_vertex_count,
     npz::NpzWriter,
@@ -96,7 +96,9 @@ impl NpzAnimationWriter {
     pub fn create(path: &Path, mesh: &TriMesh, fps: f32) -> Result<Self> {
         let folder = parent_folder(path);
         std::fs::create_dir_all(folder).map_err(Error::io(folder, "create folder"))?;
-        let frames = tempfile::tempfile_in(folder).map_err(Error::io(path, "create"))?;
+        let frames = tempfile::tempfile_in(folder)
+            .map_err(without_path)
+            .map_err(Error::io(path, "create"))?;
         Ok(Self {
             path: path.to_path_buf(),
             frames: BufWriter::new(frames),
@@ -159,7 +161,8 @@ impl ObjFolderWriter {
         builder.prefix(".frames.").suffix(".tmp");
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-        let folder = builder.tempdir_in(parent).map_err(Error::io(target, "create"))?;
+        let folder = builder.tempdir_in(parent).map_err(without_path);
+        let folder = folder.map_err(Error::io(target, "create"))?;
         Ok(Self {
             folder,
             target: target.to_path_buf(),
@@ -174,11 +177,16 @@ impl ObjFolderWriter {
     /// Another number of vertices; the file cannot be written.
     pub fn push(&mut self, frame: &[Vec3]) -> Result<()> {
         check_vertex_count(&self.target, self.mesh.vertices.len(), frame)?;
-        let path = self.folder.path().join(format!("frame_{:04}.obj", self.len));
-        let mut file = AtomicFile::create(&path)?;
-        obj::write_mesh(&mut file, &self.mesh, frame).map_err(Error::io(&path, "write"))?;
+        let name = format!("frame_{:04}.obj", self.len);
+        // Errors speak of the folder that the user has named.
+        let shown = self.target.join(&name);
+        let file = File::create(self.folder.path().join(&name)).map_err(Error::io(&shown, "create"))?;
+        let mut file = BufWriter::new(file);
+        obj::write_mesh(&mut file, &self.mesh, frame).map_err(Error::io(&shown, "write"))?;
+        let file = (file.into_inner()).map_err(|e| Error::io(&shown, "write")(e.into_error()))?;
+        file.sync_all().map_err(Error::io(&shown, "sync"))?;
         self.len += 1;
-        file.finish()
+        Ok(())
     }
 
     /// Gives the folder its name.

@@ -109,6 +109,16 @@ impl CaptureWriter {
         Ok(true)
     }
 
+    /// Lists the clips of each split in the order of `names`, whatever the order in which they were
+    /// begun or kept; clips that are not named come last.
+    pub fn order_clips<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) {
+        let names: Vec<&str> = names.into_iter().collect();
+        let place = |clip: &String| names.iter().position(|name| name == clip).unwrap_or(names.len());
+        for split in Split::ALL {
+            self.manifest.splits.of_mut(split).sort_by_key(place);
+        }
+    }
+
     /// Writes `capture.toml`.
     ///
     /// # Errors

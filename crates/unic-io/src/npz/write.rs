@@ -6,7 +6,7 @@ use crate::{
     npy,
 };
 use std::{
-    io::{Read, Write},
+    io::{self, ErrorKind, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
 };
 use zip::{CompressionMethod, ZipWriter, result::ZipError, write::SimpleFileOptions};
@@ -20,7 +20,7 @@ const LARGE: u64 = 1 << 31;
 #[derive(Debug)]
 pub struct NpzWriter {
     path: PathBuf,
-    zip: ZipWriter<AtomicFile>,
+    zip: ZipWriter<UntilFailure>,
 }
 
 impl NpzWriter {
@@ -31,7 +31,10 @@ impl NpzWriter {
     pub fn create(path: &Path) -> Result<Self> {
         Ok(Self {
             path: path.to_path_buf(),
-            zip: ZipWriter::new(AtomicFile::create(path)?),
+            zip: ZipWriter::new(UntilFailure {
+                file: AtomicFile::create(path)?,
+                failed: false,
+            }),
         })
     }
 
@@ -104,7 +107,7 @@ impl NpzWriter {
         let path = self.path.clone();
         let failed = |e| Error::io(&path, "write")(e);
         (self.zip.write_all(&npy::header_bytes("<f4", shape))).map_err(failed)?;
-        let found = std::io::copy(bytes, &mut self.zip).map_err(failed)?;
+        let found = io::copy(bytes, &mut self.zip).map_err(failed)?;
         if found == expected {
             return Ok(());
         }
@@ -121,7 +124,12 @@ impl NpzWriter {
     /// The file cannot be written.
     pub fn finish(self) -> Result<()> {
         let path = self.path;
-        self.zip.finish().map_err(|e| write_error(&path, e))?.finish()
+        let written = self.zip.finish().map_err(|e| write_error(&path, e))?;
+        if written.failed {
+            let earlier = io::Error::other("an earlier write failed");
+            return Err(Error::io(&path, "write")(earlier));
+        }
+        written.file.finish()
     }
 
     fn array<T: bytemuck::NoUninit>(
@@ -162,5 +170,48 @@ impl NpzWriter {
 }
 
 fn write_error(path: &Path, error: ZipError) -> Error {
-    Error::io(path, "write")(error.into())
+    Error::io(path, "write")(match error {
+        ZipError::Io(error) => error,
+        other => other.into(),
+    })
+}
+
+/// A file up to the first failure, which is handed on; then a sink. A dropped `ZipWriter` tries to write its
+/// directory, and would tell stderr of a failure that is known already.
+#[derive(Debug)]
+struct UntilFailure {
+    file: AtomicFile,
+    failed: bool,
+}
+
+impl UntilFailure {
+    fn attempt<T>(
+        &mut self,
+        done: T,
+        action: impl FnOnce(&mut AtomicFile) -> io::Result<T>,
+    ) -> io::Result<T> {
+        if self.failed {
+            return Ok(done);
+        }
+        let result = action(&mut self.file);
+        let is_fatal = |e: &io::Error| e.kind() != ErrorKind::Interrupted;
+        self.failed = result.as_ref().is_err_and(is_fatal);
+        result
+    }
+}
+
+impl Write for UntilFailure {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.attempt(bytes.len(), |file| file.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.attempt((), AtomicFile::flush)
+    }
+}
+
+impl Seek for UntilFailure {
+    fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
+        self.attempt(0, |file| file.seek(position))
+    }
 }

@@ -1,16 +1,18 @@
 //! The capture's folder: what an earlier run left, and what this one records.
 //!
 //! While clips are being made there is `simulation.toml` and no `capture.toml`; at the end it is the
-//! other way round, and what was recorded is the capture's `[source]`.
+//! other way round, and what was recorded is the capture's `[source]`. As long as a process writes, the
+//! folder is locked.
 
 use super::{
     distinct,
     inputs::{Cut, Job},
 };
-use crate::{args::SimulateArgs, failure::Usage};
+use crate::{args::SimulateArgs, failure::Usage, folder_lock::FolderLock};
 use anyhow::{Context, Result, bail};
 use std::{
     fs,
+    io::ErrorKind,
     path::{Path, PathBuf},
 };
 use toml::Value;
@@ -32,37 +34,49 @@ pub(super) enum Found {
     Nothing,
     /// A run that stopped: its finished clips are kept.
     Unfinished,
+    /// The very capture that is asked for.
+    Finished,
 }
 
-/// Looks at the folder, empties it where `--overwrite` says so, and refuses what would be lost.
-pub(super) fn open(args: &SimulateArgs, record: &toml::Table) -> Result<Found> {
-    let out = &args.out;
+/// Locks the folder, looks at it, empties it where `--overwrite` says so, and refuses what would be
+/// lost. What a killed process has left half-written goes.
+pub(super) fn open(args: &SimulateArgs, record: &toml::Table) -> Result<(FolderLock, Found)> {
     refuse_inputs_inside(args)?;
+    let lock = FolderLock::hold(&args.out)?;
+    remove_leftovers(&args.out);
     if args.overwrite {
-        clear(out)?;
+        clear(&args.out)?;
     }
-    if out.join(FINISHED).exists() {
-        let text = format!(
-            "{}: a capture is there already; --overwrite replaces it",
-            out.display()
-        );
-        return Err(Usage(text).into());
+    Ok((lock, found(args, record)?))
+}
+
+fn found(args: &SimulateArgs, record: &toml::Table) -> Result<Found> {
+    let out = args.out.display();
+    let [finished, unfinished] = [FINISHED, UNFINISHED].map(|name| args.out.join(name));
+    match (finished.exists(), unfinished.exists()) {
+        (false, false) => refuse_foreign(&args.out).map(|()| Found::Nothing),
+        (true, _) if args.resume => {
+            let mut manifest = read_table(&finished)?;
+            let source = match manifest.remove("source") {
+                Some(Value::Table(source)) => source,
+                _ => toml::Table::new(),
+            };
+            same_record(&finished, &source, record).map(|()| Found::Finished)
+        }
+        (_, true) if args.resume => {
+            same_record(&unfinished, &read_table(&unfinished)?, record).map(|()| Found::Unfinished)
+        }
+        (true, _) => {
+            let text = format!("{out}: a capture is there already; --overwrite replaces it");
+            Err(Usage(text).into())
+        }
+        _ => {
+            let text = format!(
+                "{out}: an unfinished simulation is there; --resume goes on with it, --overwrite starts again"
+            );
+            Err(Usage(text).into())
+        }
     }
-    let path = out.join(UNFINISHED);
-    if !path.exists() {
-        refuse_foreign(out)?;
-        fs::create_dir_all(out).with_context(|| format!("{}: the folder cannot be made", out.display()))?;
-        return Ok(Found::Nothing);
-    }
-    if !args.resume {
-        let text = format!(
-            "{}: an unfinished simulation is there; --resume goes on with it, --overwrite starts again",
-            out.display()
-        );
-        return Err(Usage(text).into());
-    }
-    same_record(&path, record)?;
-    Ok(Found::Unfinished)
 }
 
 /// What is read must not be what is written: nobody's character or motion is ever lost.
@@ -105,11 +119,13 @@ pub(super) fn begin(out: &Path, record: &toml::Table) -> Result<()> {
     Ok(atomic::write(&out.join(UNFINISHED), text.as_bytes())?)
 }
 
-/// The first setting or input that is another than before would make another capture.
-fn same_record(path: &Path, record: &toml::Table) -> Result<()> {
+fn read_table(path: &Path) -> Result<toml::Table> {
     let text = fs::read_to_string(path).with_context(|| format!("{} cannot be read", path.display()))?;
-    let before: toml::Table =
-        toml::from_str(&text).with_context(|| format!("{}: expected a TOML table", path.display()))?;
+    toml::from_str(&text).with_context(|| format!("{}: expected a TOML table", path.display()))
+}
+
+/// The first setting or input that is another than before would make another capture.
+fn same_record(path: &Path, before: &toml::Table, record: &toml::Table) -> Result<()> {
     let keys = before.keys().chain(record.keys());
     match keys.into_iter().find(|&key| before.get(key) != record.get(key)) {
         None => Ok(()),
@@ -118,7 +134,7 @@ fn same_record(path: &Path, record: &toml::Table) -> Result<()> {
             bail!(
                 "{}: expected {key} = {} as before, found {}",
                 path.display(),
-                show(&before),
+                show(before),
                 show(record)
             )
         }
@@ -153,7 +169,12 @@ fn is_same_garment((garment, attributes): &(Garment, VertexAttributes), cut: &Cu
 /// `simulation.toml` has served its purpose.
 pub(super) fn close(out: &Path) -> Result<()> {
     let path = out.join(UNFINISHED);
-    fs::remove_file(&path).with_context(|| format!("{} cannot be removed", path.display()))
+    match fs::remove_file(&path) {
+        Err(e) if e.kind() != ErrorKind::NotFound => {
+            Err(e).with_context(|| format!("{} cannot be removed", path.display()))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// What the capture is made from: inputs and settings, compared when a run goes on.
@@ -211,27 +232,37 @@ fn settings_table(args: &SimulateArgs, cut: &Cut, settings: &SimulationSettings)
 }
 
 /// Removes the files of a capture and nothing else: the folder may hold more.
-fn clear(out: &Path) -> Result<()> {
+pub(super) fn clear(out: &Path) -> Result<()> {
     for path in files(out).iter().filter(|path| path.exists()) {
         fs::remove_file(path).with_context(|| format!("{} cannot be removed", path.display()))?;
     }
     Ok(())
 }
 
+fn remove_leftovers(out: &Path) {
+    atomic::remove_leftovers(out, |name| NAMES.contains(&name));
+    atomic::remove_leftovers(&out.join("clips"), is_of_a_clip);
+}
+
+/// What a simulation writes beside its clips.
+const NAMES: [&str; 6] = [
+    FINISHED,
+    UNFINISHED,
+    "character.npz",
+    "garment.obj",
+    "garment.npz",
+    "simulation.json",
+];
+
+fn is_of_a_clip(name: &str) -> bool {
+    name.ends_with(".npz") || name.ends_with(".garment.npy")
+}
+
 /// Paths of the files that a simulation writes, whether they are there or not.
 fn files(out: &Path) -> Vec<PathBuf> {
-    let named = [
-        FINISHED,
-        UNFINISHED,
-        "character.npz",
-        "garment.obj",
-        "garment.npz",
-        "simulation.json",
-    ];
-    let mut paths: Vec<PathBuf> = named.iter().map(|name| out.join(name)).collect();
+    let mut paths: Vec<PathBuf> = NAMES.iter().map(|name| out.join(name)).collect();
     for entry in fs::read_dir(out.join("clips")).into_iter().flatten().flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if name.ends_with(".npz") || name.ends_with(".garment.npy") {
+        if is_of_a_clip(&entry.file_name().to_string_lossy()) {
             paths.push(entry.path());
         }
     }
