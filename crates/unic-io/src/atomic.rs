@@ -175,7 +175,9 @@ mod tests {
             ".a.tar.gz.123456",
             ".123456.tmp",
         ];
-        mine.map(|name| std::fs::write(folder.path().join(name), b"").unwrap());
+        for name in mine {
+            std::fs::write(folder.path().join(name), b"").unwrap();
+        }
         remove_leftovers(folder.path(), |name| name == "a.tar");
         assert_eq!(names(folder.path()).len(), mine.len() + 1);
         remove_leftovers(folder.path(), |_| true);
