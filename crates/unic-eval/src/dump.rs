@@ -84,6 +84,11 @@ fn array_name(row: &str, mode: Mode) -> String {
 
 impl OpenClip {
     fn push(&mut self, array: String, positions: &[Vec3]) -> Result<(), PredictorError> {
+        let spooled = self.spool(array, positions);
+        Ok(spooled.map_err(|error| error.of(&self.target))?)
+    }
+
+    fn spool(&mut self, array: String, positions: &[Vec3]) -> unic_io::Result<()> {
         if !self.rows.contains_key(&array) {
             let path = self.spool.path().join(format!("{array}.npy"));
             let mut frames = VertexFramesWriter::create(&path, self.first.len())?;
@@ -97,14 +102,20 @@ impl OpenClip {
     }
 
     fn finish(self) -> Result<(), PredictorError> {
+        let target = self.target.clone();
+        Ok(self.pack().map_err(|error| error.of(&target))?)
+    }
+
+    fn pack(self) -> unic_io::Result<()> {
         let mut npz = NpzWriter::create(&self.target)?;
         for (array, frames) in self.rows {
             let path = self.spool.path().join(format!("{array}.npy"));
             frames.finish()?;
             let array_of_frames = read_npy::<f32>(&path, &[Dim::Any("T"), Dim::Any("V"), Dim::Is(3)])?;
             npz.f32s(&array, &array_of_frames.shape, &array_of_frames.data)?;
-            std::fs::remove_file(&path)?;
+            // Room for the next; what stays goes with the folder.
+            let _ = std::fs::remove_file(&path);
         }
-        Ok(npz.finish()?)
+        npz.finish()
     }
 }

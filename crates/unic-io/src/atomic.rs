@@ -95,12 +95,14 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     file.finish()
 }
 
-/// The operating system's own words: the crate for temporary files adds a name that means nothing to the
-/// user and is gone by the time that it is read.
+/// The operating system's own words: the crate for temporary files adds ` at path "..."`, a name that
+/// means nothing to the user and is gone by the time that it is read.
 pub(crate) fn without_path(error: io::Error) -> io::Error {
-    let cause = error.get_ref().and_then(|decorated| decorated.source());
-    let code = cause.and_then(|cause| cause.downcast_ref::<io::Error>()?.raw_os_error());
-    code.map_or(error, io::Error::from_raw_os_error)
+    let told = error.to_string();
+    match told.split_once(" at path ") {
+        Some((words, _)) => io::Error::new(error.kind(), words),
+        None => error,
+    }
 }
 
 /// Removes temporary files that killed processes have left in `folder`, of those targets whose name

@@ -74,6 +74,20 @@ pub enum Error {
 }
 
 impl Error {
+    /// The same failure of the file that the user knows: what passes through temporary files fails in
+    /// one that is gone by the time that its name is read.
+    #[must_use]
+    pub fn of(self, path: &Path) -> Self {
+        match self {
+            Error::Io { action, source, .. } => Error::Io {
+                path: path.to_path_buf(),
+                action,
+                source,
+            },
+            other => other,
+        }
+    }
+
     /// A closure for `map_err` on I/O results.
     pub(crate) fn io(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> Error {
         let path = path.to_path_buf();

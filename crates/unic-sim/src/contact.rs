@@ -79,7 +79,8 @@ impl Default for ContactSettings {
 ///   there a penetration may not grow, is not undone, and nothing rubs. Cloth caught in an
 ///   armpit goes with it and is pushed out when the arm is lifted.
 /// - On a character, a bare limb that comes too close to a dressed part passes through the cloth, as
-///   captured arms pass through bellies: between the two there would be no room.
+///   captured arms pass through bellies: between the two there would be no room. And it touches the
+///   cloth's outer side alone, so that it lifts nothing under which it has come that way.
 ///
 /// The same bytes for any number of threads: particles do not see each other.
 ///
@@ -191,7 +192,8 @@ impl BodyContacts {
         self.surface.refit(interval.start());
         if self.folds_age_s >= FOLD_PERIOD_S * 0.999 {
             self.folds.find(&self.surface);
-            self.visitors.find(&self.surface, &self.folds, interval.start());
+            self.visitors
+                .find(&self.surface, &self.folds, interval.start(), &particles.positions);
             self.folds_age_s = 0.0;
         }
         self.folds_age_s += seconds;

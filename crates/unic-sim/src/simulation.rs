@@ -75,7 +75,7 @@ impl Simulation {
             });
         }
         let contact = settings.contact.unwrap_or_else(|| default_contact(&cloth));
-        let wearer = Wearer::new(character, &cloth.rest().vertices, contact);
+        let wearer = Wearer::new(character, cloth.rest(), contact);
         Self::with_wearer(cloth, Some(wearer), settings)
     }
 

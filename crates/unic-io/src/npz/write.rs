@@ -33,6 +33,7 @@ impl NpzWriter {
             path: path.to_path_buf(),
             zip: ZipWriter::new(UntilFailure {
                 file: AtomicFile::create(path)?,
+                position: 0,
                 failed: false,
             }),
         })
@@ -176,22 +177,26 @@ fn write_error(path: &Path, error: ZipError) -> Error {
     })
 }
 
-/// A file up to the first failure, which is handed on; then a sink. A dropped `ZipWriter` tries to write its
-/// directory, and would tell stderr of a failure that is known already.
+/// A file up to the first failure, which is handed on; then one that takes everything and keeps nothing. A
+/// dropped `ZipWriter` tries to write its directory, and would tell stderr of a failure that is known
+/// already.
 #[derive(Debug)]
 struct UntilFailure {
     file: AtomicFile,
+    /// In the file, or where it would be without the failure: `ZipWriter` takes lengths from it.
+    position: u64,
     failed: bool,
 }
 
 impl UntilFailure {
+    /// What the file makes of it; `otherwise` once it has failed.
     fn attempt<T>(
         &mut self,
-        done: T,
+        otherwise: T,
         action: impl FnOnce(&mut AtomicFile) -> io::Result<T>,
     ) -> io::Result<T> {
         if self.failed {
-            return Ok(done);
+            return Ok(otherwise);
         }
         let result = action(&mut self.file);
         let is_fatal = |e: &io::Error| e.kind() != ErrorKind::Interrupted;
@@ -202,7 +207,9 @@ impl UntilFailure {
 
 impl Write for UntilFailure {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.attempt(bytes.len(), |file| file.write(bytes))
+        let written = self.attempt(bytes.len(), |file| file.write(bytes))?;
+        self.position += written as u64;
+        Ok(written)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -211,7 +218,13 @@ impl Write for UntilFailure {
 }
 
 impl Seek for UntilFailure {
-    fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
-        self.attempt(0, |file| file.seek(position))
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let otherwise = match to {
+            SeekFrom::Start(position) => position,
+            SeekFrom::Current(way) => self.position.saturating_add_signed(way),
+            SeekFrom::End(_) => self.position,
+        };
+        self.position = self.attempt(otherwise, |file| file.seek(to))?;
+        Ok(self.position)
     }
 }

@@ -1,8 +1,17 @@
-//! Bare limbs that come too close to dressed parts of the body.
+//! Bare limbs that come too close to dressed parts of the body, and come out under the cloth.
+//!
+//! Captured arms reach into bellies and hips, which real ones cannot. Cloth between them would be
+//! scooped up, and stay. So a limb that comes closer than [`NEAR_M`] passes through the garment, as it
+//! does through the body. On the way back it may come out under the cloth, which it would lift. So a
+//! limb that the garment does not cover touches the cloth's outer side alone. Only what hangs on the
+//! part that the limb grows from, a sleeve at its elbow, always feels it.
+
+mod limbs;
 
 use glam::Vec3;
+pub(crate) use limbs::Limbs;
 use rayon::prelude::*;
-use unic_core::{character::Character, folds::Folds, surface::Surface};
+use unic_core::{folds::Folds, mesh::vertex_normals, surface::Surface};
 
 /// A bare limb this close to a dressed part leaves no room for cloth between them, metres.
 const NEAR_M: f32 = 0.003;
@@ -10,130 +19,6 @@ const NEAR_M: f32 = 0.003;
 /// So far around what is close the limb lets cloth through, metres: half a forearm, or
 /// cloth that has passed its near side would be caught by the far one.
 const AROUND_M: f32 = 0.05;
-
-/// A limb is bare when no more of the garment than this share lies on it.
-const BARE_SHARE: f32 = 0.005;
-
-/// Limbs that are told apart: bits of a set.
-const MOST_LIMBS: usize = 32;
-
-/// The parts of a body that the garment does not cover, as limbs: below the sleeves' ends the arms,
-/// below a hem the legs.
-///
-/// Captured arms reach into bellies and hips, which real ones cannot. Cloth between them would be
-/// scooped up, and stay. So a limb that comes closer than [`NEAR_M`] passes through the garment, as
-/// it does through the body; only what hangs on the part that the limb grows from, a sleeve at its
-/// elbow, still feels it.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Limbs {
-    /// Of each face: the bit of its limb, zero where it is dressed.
-    of_face: Vec<u32>,
-    /// Of each face: bits of the limbs that grow from its part.
-    beside_face: Vec<u32>,
-    /// Of each particle: bits of the limbs that it always feels.
-    felt: Vec<u32>,
-    /// Vertices of bare limbs, with their bits.
-    vertices: Vec<(u32, u32)>,
-}
-
-impl Limbs {
-    /// For particles at these places of the bind pose.
-    pub(crate) fn new(character: &Character, rest: &[Vec3]) -> Self {
-        let joint_of_face = joints_of_faces(character);
-        let surface = Surface::build(&character.body);
-        let home = |p: &Vec3| surface.closest(*p).map(|hit| joint_of_face[hit.face as usize]);
-        let homes: Vec<Option<usize>> = rest.par_iter().map(home).collect();
-        let parents = character.skeleton.parents();
-        let limb_of_joint = bare_limbs(parents, &homes);
-        let parent_of = |limb: usize| limb_of_joint.root[limb].and_then(|root| parents[root]);
-        let beside = |joint: usize| {
-            let grows_here = |limb: &usize| parent_of(*limb) == Some(joint);
-            let limbs = (0..limb_of_joint.root.len()).filter(grows_here);
-            limbs.fold(0, |bits, limb| bits | 1 << limb)
-        };
-        let of_face: Vec<u32> = (joint_of_face.iter())
-            .map(|&joint| limb_of_joint.bit(joint))
-            .collect();
-        Self {
-            beside_face: joint_of_face.iter().map(|&joint| beside(joint)).collect(),
-            felt: (homes.iter())
-                .map(|home| home.map_or(0, |joint| beside(joint) | limb_of_joint.bit(joint)))
-                .collect(),
-            vertices: vertices_of(character, &of_face),
-            of_face,
-        }
-    }
-}
-
-/// Which bare limb each joint belongs to.
-struct BareLimbs {
-    of_joint: Vec<Option<usize>>,
-    /// The joint that each limb begins with.
-    root: Vec<Option<usize>>,
-}
-
-impl BareLimbs {
-    fn bit(&self, joint: usize) -> u32 {
-        self.of_joint[joint].map_or(0, |limb| 1 << limb)
-    }
-}
-
-/// The largest subtrees on which next to nothing of the garment lies.
-fn bare_limbs(parents: &[Option<usize>], homes: &[Option<usize>]) -> BareLimbs {
-    let mut worn = vec![0usize; parents.len()];
-    for &home in homes.iter().flatten() {
-        let mut joint = Some(home);
-        while let Some(j) = joint {
-            worn[j] += 1;
-            joint = parents[j];
-        }
-    }
-    let most = (BARE_SHARE * homes.len() as f32) as usize;
-    let is_bare = |joint: usize| worn[joint] <= most;
-    let mut limbs = BareLimbs {
-        of_joint: vec![None; parents.len()],
-        root: Vec::new(),
-    };
-    let begins = |joint: &usize| is_bare(*joint) && parents[*joint].is_some_and(|parent| !is_bare(parent));
-    for root in (0..parents.len()).filter(begins).take(MOST_LIMBS) {
-        let limb = limbs.root.len();
-        limbs.root.push(Some(root));
-        for joint in 0..parents.len() {
-            let mut up = Some(joint);
-            while up.is_some_and(|j| j != root) {
-                up = up.and_then(|j| parents[j]);
-            }
-            if up.is_some() {
-                limbs.of_joint[joint] = Some(limb);
-            }
-        }
-    }
-    limbs
-}
-
-/// The joint that moves each face most.
-fn joints_of_faces(character: &Character) -> Vec<usize> {
-    let joint_of = |face: &[u32; 3]| {
-        let mut sums = vec![0.0f32; character.skeleton.len()];
-        for &vertex in face {
-            for (joint, weight) in character.weights.row(vertex as usize) {
-                sums[joint] += weight;
-            }
-        }
-        let best = sums.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-        best.map_or(0, |(joint, _)| joint)
-    };
-    character.body.faces.iter().map(joint_of).collect()
-}
-
-fn vertices_of(character: &Character, of_face: &[u32]) -> Vec<(u32, u32)> {
-    let faces = character.body.faces.iter().zip(of_face);
-    let bare = faces.filter(|(_, bit)| **bit != 0);
-    let mut vertices: Vec<(u32, u32)> = bare.flat_map(|(face, &bit)| face.map(|v| (v, bit))).collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    vertices
-}
 
 /// Which faces let the garment through in one pose.
 #[derive(Clone, Debug, Default)]
@@ -144,6 +29,10 @@ pub(super) struct Visitors {
     /// Vertices that are close themselves, with their bits.
     close: Vec<(Vec3, u32)>,
     is_visiting: Vec<bool>,
+    /// Of each particle: outward.
+    cloth_normals: Vec<Vec3>,
+    /// Of each face of the body.
+    body_normals: Vec<Vec3>,
 }
 
 impl Visitors {
@@ -154,8 +43,30 @@ impl Visitors {
         }
     }
 
-    /// For the pose of the last refit.
-    pub(super) fn find(&mut self, surface: &Surface, folds: &Folds, positions: &[Vec3]) {
+    /// For the body's pose of the last refit, with its vertices at `positions`, and particles.
+    pub(super) fn find(&mut self, surface: &Surface, folds: &Folds, positions: &[Vec3], particles: &[Vec3]) {
+        self.find_sides(surface, positions, particles);
+        self.find_close(surface, folds, positions);
+    }
+
+    /// Which way the cloth and the body's faces look.
+    fn find_sides(&mut self, surface: &Surface, positions: &[Vec3], particles: &[Vec3]) {
+        if self.limbs.outer == 0 {
+            return;
+        }
+        vertex_normals(particles, &self.limbs.garment, &mut self.cloth_normals);
+        for (normal, sign) in self.cloth_normals.iter_mut().zip(&self.limbs.outward) {
+            *normal *= *sign;
+        }
+        let normal = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(|v| positions[v as usize]);
+            (b - a).cross(c - a)
+        };
+        self.body_normals.clear();
+        self.body_normals.extend(surface.faces().iter().map(normal));
+    }
+
+    fn find_close(&mut self, surface: &Surface, folds: &Folds, positions: &[Vec3]) {
         let Limbs {
             of_face,
             beside_face,
@@ -196,8 +107,19 @@ impl Visitors {
 
     /// Whether a particle passes through a face; false for what is no face.
     pub(super) fn pass(&self, particle: usize, face: u32) -> bool {
-        let bit = self.visiting.get(face as usize).copied().unwrap_or(0);
-        bit != 0 && self.limbs.felt[particle] & bit == 0
+        let face = face as usize;
+        let bit = self.limbs.of_face.get(face).copied().unwrap_or(0);
+        if bit == 0 || self.limbs.felt[particle] & bit != 0 {
+            return false;
+        }
+        let is_visiting = self.visiting.get(face).is_some_and(|of| *of != 0);
+        is_visiting || (self.limbs.outer & bit != 0 && self.is_under(particle, face))
+    }
+
+    /// Whether the face looks at the inner side of the cloth.
+    fn is_under(&self, particle: usize, face: usize) -> bool {
+        let normals = self.cloth_normals.get(particle).zip(self.body_normals.get(face));
+        normals.is_some_and(|(cloth, body)| cloth.dot(*body) > 0.0)
     }
 }
 
@@ -205,6 +127,7 @@ impl Visitors {
 mod tests {
     use super::*;
     use unic_core::{
+        character::Character,
         mesh::TriMesh,
         skeleton::{Skeleton, SkeletonParts},
         skinning::SkinningWeights,
@@ -242,9 +165,17 @@ mod tests {
         }
     }
 
-    /// A particle on the trunk and one on the upper arm.
-    fn shirt() -> [Vec3; 2] {
-        [Vec3::Y * 0.06, Vec3::new(0.2, 0.06, 0.0)]
+    /// A patch of cloth over each of these places, facing up.
+    fn patches<const N: usize>(places: [Vec3; N]) -> TriMesh {
+        let corners = [-Vec3::ONE, Vec3::Z, Vec3::X].map(|p| p.with_y(0.0) * 0.01);
+        let vertices = places.iter().flat_map(|&p| corners.map(|corner| p + corner));
+        let face = |i: u32| [3 * i, 3 * i + 1, 3 * i + 2];
+        TriMesh::new(vertices.collect(), (0..N as u32).map(face).collect()).unwrap()
+    }
+
+    /// A patch on the trunk, particles 0 to 2, and one on the upper arm.
+    fn shirt() -> TriMesh {
+        patches([Vec3::Y * 0.06, Vec3::new(0.2, 0.06, 0.0)])
     }
 
     #[test]
@@ -253,8 +184,12 @@ mod tests {
         let faces = limbs.of_face.len() / 4;
         let bits: Vec<u32> = limbs.of_face.iter().step_by(faces).copied().collect();
         assert_eq!(bits, [0, 0, 1, 1], "forearm and hand are one limb");
-        assert_eq!(limbs.felt, [0, 1], "the sleeve feels the forearm that it ends at");
-        let gloves = Limbs::new(&cubes(), &[Vec3::X * 0.66]);
+        assert_eq!(
+            limbs.felt,
+            [0, 0, 0, 1, 1, 1],
+            "the sleeve feels the forearm that it ends at"
+        );
+        let gloves = Limbs::new(&cubes(), &patches([Vec3::X * 0.66]));
         assert!(
             gloves.of_face.iter().all(|&bit| bit == 0),
             "what carries the garment is no limb"
@@ -264,7 +199,8 @@ mod tests {
     #[test]
     fn a_hand_at_the_trunk_passes_through_the_shirt_and_one_beside_it_does_not() {
         let character = cubes();
-        let mut visitors = Visitors::new(Limbs::new(&character, &shirt()));
+        let cloth = shirt();
+        let mut visitors = Visitors::new(Limbs::new(&character, &cloth));
         let hand = character.body.vertices.len() / 4 * 3;
         let hand_face = (character.body.faces.len() / 4 * 3) as u32;
         let mut passes = |gap: f32| {
@@ -275,8 +211,8 @@ mod tests {
             surface.refit(&posed);
             let mut folds = Folds::default();
             folds.find(&surface);
-            visitors.find(&surface, &folds, &posed);
-            let (trunk, sleeve) = (visitors.pass(0, hand_face), visitors.pass(1, hand_face));
+            visitors.find(&surface, &folds, &posed, &cloth.vertices);
+            let (trunk, sleeve) = (visitors.pass(0, hand_face), visitors.pass(3, hand_face));
             assert!(
                 !visitors.pass(0, 0) && !visitors.pass(0, u32::MAX),
                 "the trunk stays solid"
@@ -287,5 +223,47 @@ mod tests {
         assert_eq!(passes(0.002), (true, false));
         assert_eq!(passes(-0.02), (true, false));
         assert_eq!(passes(0.5), (false, false));
+    }
+
+    #[test]
+    fn what_the_garment_does_not_cover_touches_its_outer_side_alone() {
+        let character = cubes();
+        let (cloth, surface) = (shirt(), Surface::build(&character.body));
+        let mut folds = Folds::default();
+        folds.find(&surface);
+        let limbs = Limbs::new(&character, &cloth);
+        assert_eq!(limbs.outer, 1);
+        let mut visitors = Visitors::new(limbs);
+        let hand = (character.body.faces.len() / 4 * 3) as u32;
+        let faces = surface.faces()[hand as usize..].iter().zip(hand..);
+        let facing = |way: Vec3| {
+            let looks = |face: &[u32; 3]| {
+                let [a, b, c] = face.map(|v| character.body.vertices[v as usize]);
+                (b - a).cross(c - a).dot(way) > 1e-6
+            };
+            faces.clone().find(|(face, _)| looks(face)).unwrap().1
+        };
+        visitors.find(&surface, &folds, &character.body.vertices, &cloth.vertices);
+        let passes = |particle, way| visitors.pass(particle, facing(way));
+        assert!(passes(0, Vec3::Y), "the top of a hand under the cloth");
+        assert!(!passes(0, -Vec3::Y), "the palm of one upon it");
+        assert!(!passes(3, Vec3::Y), "the sleeve feels it always");
+        // The same shirt, sewn inside out.
+        let mut reversed = cloth.clone();
+        reversed.faces.iter_mut().for_each(|face| face.swap(0, 1));
+        let mut visitors = Visitors::new(Limbs::new(&character, &reversed));
+        visitors.find(&surface, &folds, &character.body.vertices, &cloth.vertices);
+        assert!(visitors.pass(0, facing(Vec3::Y)) && !visitors.pass(0, facing(-Vec3::Y)));
+    }
+
+    #[test]
+    fn legs_below_a_hem_touch_it_from_within() {
+        // Cloth of the trunk that reaches over the arm, as a skirt does over both shins.
+        let limbs = Limbs::new(
+            &cubes(),
+            &patches([Vec3::new(0.09, 0.08, 0.0), Vec3::new(0.2, 0.06, 0.0)]),
+        );
+        assert_eq!(limbs.felt, [0, 0, 0, 1, 1, 1]);
+        assert_eq!(limbs.outer, 0);
     }
 }

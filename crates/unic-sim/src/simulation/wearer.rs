@@ -7,7 +7,7 @@ use crate::{
 };
 use glam::Vec3;
 use std::sync::Arc;
-use unic_core::{character::Character, skeleton::Pose, transform::Rigid};
+use unic_core::{character::Character, mesh::TriMesh, skeleton::Pose, transform::Rigid};
 
 /// A character, where it is, and what of it the cloth touches.
 #[derive(Debug, Clone)]
@@ -25,9 +25,9 @@ pub(super) struct Wearer {
 
 impl Wearer {
     /// In the bind pose, wearing particles that are there at `rest`.
-    pub(super) fn new(character: Arc<Character>, rest: &[Vec3], contact: ContactSettings) -> Self {
+    pub(super) fn new(character: Arc<Character>, rest: &TriMesh, contact: ContactSettings) -> Self {
         let pose = character.skeleton.bind_pose();
-        let contacts = BodyContacts::new(&character.body, rest.len(), contact);
+        let contacts = BodyContacts::new(&character.body, rest.vertices.len(), contact);
         Self {
             next: pose.clone(),
             pose,
