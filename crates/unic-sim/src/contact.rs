@@ -224,6 +224,12 @@ impl BodyContacts {
             });
     }
 
+    /// Whether a particle touches a fold of the body in this interval.
+    pub(crate) fn is_caught(&self, particle: usize) -> bool {
+        let nearby = &self.nearby[particle];
+        nearby.is_within_reach && self.folds.has_face(nearby.face)
+    }
+
     /// Keeps particles out of the body and the ground in the substep from `fraction_before` to
     /// `fraction_after` of the interval. Pinned particles stay.
     ///

@@ -6,6 +6,8 @@ mod points;
 mod rest_shape;
 mod search;
 mod sieve;
+#[cfg(test)]
+mod tests;
 
 use crate::{
     Particles,
@@ -97,6 +99,8 @@ pub struct SelfContacts {
     settings: SelfContactSettings,
     rest: RestShape,
     pairs: Pairs,
+    /// Vertices that hold nothing in this interval; empty where all do.
+    caught: Vec<bool>,
     impulses: Vec<Vec<Impulse>>,
     /// Pairs that each particle is pushed by in a substep; zero between substeps.
     counts: Vec<u16>,
@@ -125,6 +129,7 @@ impl SelfContacts {
             settings,
             rest: RestShape::new(rest),
             pairs: Pairs::default(),
+            caught: Vec::new(),
             impulses: Vec::new(),
             counts: vec![0; rest.vertices.len()],
         }
@@ -149,6 +154,14 @@ impl SelfContacts {
         assert_eq!(particles.positions.len(), self.rest.vertex_count(), "particles");
         let thickness_m = self.settings.thickness_m;
         self.pairs.collect(&self.rest, particles, seconds, thickness_m);
+        self.caught.clear();
+    }
+
+    /// Leaves vertices out until the next interval: cloth in a fold of the body, where there is no room
+    /// for layers. Sides are remembered meanwhile.
+    pub(crate) fn leave_out(&mut self, is_caught: impl Fn(usize) -> bool) {
+        self.caught.clear();
+        self.caught.extend((0..self.rest.vertex_count()).map(is_caught));
     }
 
     /// Keeps layers apart in a substep of `seconds`.
@@ -163,6 +176,7 @@ impl SelfContacts {
             friction: self.settings.friction,
             recovery_m: self.settings.recovery_m_per_s * seconds,
         };
+        let caught = &self.caught;
         let chunks = self.pairs.all.par_chunks(PAIRS_A_CHUNK);
         self.impulses.resize_with(chunks.len(), Vec::new);
         self.impulses
@@ -170,7 +184,8 @@ impl SelfContacts {
             .zip(chunks)
             .for_each(|(impulses, pairs)| {
                 impulses.clear();
-                impulses.extend(pairs.iter().filter_map(|pair| substep.impulse(pair)));
+                let is_held = |pair: &&Pair| !caught.get(pair.vertex as usize).is_some_and(|&is| is);
+                impulses.extend(pairs.iter().filter(is_held).filter_map(|pair| substep.impulse(pair)));
             });
         self.apply(particles);
     }

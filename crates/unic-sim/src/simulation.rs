@@ -285,6 +285,9 @@ impl Simulation {
         }
         if let Some(own) = &mut self.self_contacts {
             own.begin_interval(&self.particles, seconds);
+            if let Some(wearer) = &self.wearer {
+                own.leave_out(|particle| wearer.is_caught(particle));
+            }
         }
         for substep in 0..substeps {
             let part = |s: u32| s as f32 / substeps as f32;

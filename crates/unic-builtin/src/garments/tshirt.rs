@@ -33,7 +33,7 @@ pub struct TShirt {
 impl Default for TShirt {
     fn default() -> Self {
         Self {
-            ease_m: 0.014,
+            ease_m: 0.024,
             sleeve_m: 0.19,
             hem_m: 0.09,
             neck_m: 0.026,

@@ -18,7 +18,7 @@ const NEAR_M: f32 = 0.003;
 
 /// So far around what is close the limb lets cloth through, metres: half a forearm, or
 /// cloth that has passed its near side would be caught by the far one.
-const AROUND_M: f32 = 0.05;
+const AROUND_M: f32 = 0.03;
 
 /// Which faces let the garment through in one pose.
 #[derive(Clone, Debug, Default)]

@@ -84,6 +84,11 @@ impl Wearer {
         self.contacts.begin_interval(&self.body, particles, seconds);
     }
 
+    /// Whether a particle touches a fold of the body in this interval.
+    pub(super) fn is_caught(&self, particle: usize) -> bool {
+        self.contacts.is_caught(particle)
+    }
+
     /// Draws attached particles to their places at `fraction` of the interval, each as a spring of
     /// its compliance in a step of `seconds`.
     pub(super) fn attach(
