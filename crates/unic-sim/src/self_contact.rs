@@ -185,7 +185,12 @@ impl SelfContacts {
             .for_each(|(impulses, pairs)| {
                 impulses.clear();
                 let is_held = |pair: &&Pair| !caught.get(pair.vertex as usize).is_some_and(|&is| is);
-                impulses.extend(pairs.iter().filter(is_held).filter_map(|pair| substep.impulse(pair)));
+                impulses.extend(
+                    pairs
+                        .iter()
+                        .filter(is_held)
+                        .filter_map(|pair| substep.impulse(pair)),
+                );
             });
         self.apply(particles);
     }

@@ -49,6 +49,20 @@ pub enum ViewerError {
     /// The picture could not be encoded as JPEG.
     #[error("cannot encode a JPEG")]
     EncodeJpeg(#[from] jpeg_encoder::EncodingError),
+    /// A moving picture of nothing.
+    #[error("a moving picture without images")]
+    NoImages,
+    /// A moving picture has one size.
+    #[error("a moving picture of {} x {} pixels: found an image of {} x {}", expected[0], expected[1], found[0], found[1])]
+    ImageSizes {
+        /// Width and height of the first image, pixels.
+        expected: [u32; 2],
+        /// Of one that differs.
+        found: [u32; 2],
+    },
+    /// The pictures could not be encoded as GIF.
+    #[error("cannot encode a GIF")]
+    EncodeGif(#[from] gif::EncodingError),
     /// A file could not be written.
     #[error("cannot write {}: {source}", path.display())]
     Write {

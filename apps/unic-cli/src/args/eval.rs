@@ -49,6 +49,9 @@ pub(crate) struct EvalArgs {
     /// Write a page with moving pictures, error maps, curves and all numbers: one HTML file that opens offline.
     #[arg(long, value_name = "FILE.html", conflicts_with = "baselines")]
     pub(crate) report: Option<PathBuf>,
+    /// Write the page's first moving picture as a GIF, too.
+    #[arg(long, value_name = "FILE.gif", requires = "report")]
+    pub(crate) movie: Option<PathBuf>,
     /// Print the numbers as one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,

@@ -35,13 +35,14 @@ const FULL: Scale = Scale {
     motions: &[
         "walk_speeds",
         "walk_circles",
-        "walk_slalom",
         "walk_starts_stops",
+        "run_speeds",
         "run_circles",
+        "arms_trunk",
         "mixed",
     ],
     test: &["turn_on_spot", "dance"],
-    seconds: 20,
+    seconds: 16,
     preset: "standard",
     steps: 300,
 };

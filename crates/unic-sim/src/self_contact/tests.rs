@@ -37,5 +37,9 @@ fn cloth_in_a_fold_passes_and_comes_back_to_its_side() {
         contacts.begin_interval(&particles, 0.01);
         contacts.project(0.01, &mut particles);
     }
-    assert!(height_over_face(&particles) > 0.0, "{}", height_over_face(&particles));
+    assert!(
+        height_over_face(&particles) > 0.0,
+        "{}",
+        height_over_face(&particles)
+    );
 }

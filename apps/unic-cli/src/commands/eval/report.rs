@@ -26,6 +26,8 @@ const FILMED_CLIPS: usize = 3;
 pub(super) struct Recorder<'a> {
     capture: &'a Capture,
     file: AtomicFile,
+    /// The GIF, until it is written.
+    movie_file: Option<AtomicFile>,
     clips: Vec<String>,
     drift: Drift,
     film: Option<Film>,
@@ -39,11 +41,18 @@ pub(super) type Drawing<'a> = dyn FnMut(&str, usize, usize) -> Result<()> + 'a;
 
 impl<'a> Recorder<'a> {
     /// Opens the file, so that a page that cannot be written is found out before the work.
-    pub(super) fn create(capture: &'a Capture, page: &Path, clips: &[String], model: &Path) -> Result<Self> {
-        refuse(page, model)?;
+    pub(super) fn create(
+        capture: &'a Capture,
+        (page, movie): (&Path, Option<&Path>),
+        clips: &[String],
+        model: &Path,
+    ) -> Result<Self> {
+        refuse(page, "--report", model)?;
+        movie.map_or(Ok(()), |movie| refuse(movie, "--movie", model))?;
         Ok(Self {
             capture,
             file: AtomicFile::create(page)?,
+            movie_file: movie.map(AtomicFile::create).transpose()?,
             clips: clips.to_vec(),
             drift: Drift::default(),
             film: None,
@@ -75,6 +84,9 @@ impl<'a> Recorder<'a> {
             Event::ClipFinished => {
                 if let Some(film) = self.film.take() {
                     self.movies.push(film.movie(self.capture, drawing)?);
+                    if let Some(file) = self.movie_file.take() {
+                        write(file, &film.gif(self.capture, drawing)?)?;
+                    }
                     let moments = film.moments(self.capture);
                     self.moments.push((film.clip_name().to_owned(), moments));
                 }
@@ -114,16 +126,19 @@ impl<'a> Recorder<'a> {
             movies: self.movies,
         };
         let html = report.html();
-        let mut file = self.file;
-        let target = file.target().display().to_string();
-        (file.write_all(html.as_bytes())).map_err(|e| anyhow!("{target}: cannot write the report: {e}"))?;
-        file.finish()?;
+        write(self.file, html.as_bytes())?;
         Ok(html.len())
     }
 }
 
+fn write(mut file: AtomicFile, bytes: &[u8]) -> Result<()> {
+    let target = file.target().display().to_string();
+    (file.write_all(bytes)).map_err(|e| anyhow!("{target}: cannot write: {e}"))?;
+    Ok(file.finish()?)
+}
+
 /// A folder cannot become a page, and the model must not.
-fn refuse(page: &Path, model: &Path) -> Result<()> {
+fn refuse(page: &Path, option: &str, model: &Path) -> Result<()> {
     let is_model = page
         .canonicalize()
         .is_ok_and(|page| model.canonicalize().is_ok_and(|model| model == page));
@@ -131,7 +146,7 @@ fn refuse(page: &Path, model: &Path) -> Result<()> {
         let what = if is_model { "the model" } else { "a folder" };
         let page = page.display();
         return Err(Usage(format!(
-            "--report: expected the name of a page, found {what}: {page}"
+            "{option}: expected the name of a file to write, found {what}: {page}"
         ))
         .into());
     }

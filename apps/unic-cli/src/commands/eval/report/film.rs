@@ -11,10 +11,16 @@ use glam::Vec3;
 use unic_eval::PreparedClip;
 use unic_io::Capture;
 use unic_report::{Frame, Movie, Picture, PictureFormat, View};
-use unic_viewer::Image;
+use unic_viewer::{Image, encode_gif};
 
 /// Pixels of one view.
 const VIEW: [u32; 2] = [344, 464];
+/// The same in a GIF, with captions, for where a page cannot go: about 30 kB a frame.
+const SMALL_VIEW: [u32; 2] = [240, 324];
+/// Most frames of a GIF.
+const MOST_SMALL_FRAMES: usize = 75;
+const NAMES: [&str; 3] = ["simulation", "unic", "skinning"];
+const INK: [u8; 3] = [70, 72, 76];
 /// Most frames of all movies of a page together, and most seconds of one.
 const MOST_FRAMES: usize = 270;
 const MOST_SECONDS: f32 = 6.0;
@@ -77,7 +83,7 @@ impl Film {
 
     /// Draws it.
     pub(super) fn movie(&self, capture: &Capture, drawing: &mut Drawing) -> Result<Movie> {
-        let stage = Stage::new(self, capture)?;
+        let stage = Stage::new(self, capture, VIEW)?;
         let quality = stage.quality()?;
         let count = self.kept.len();
         let mut frames = Vec::with_capacity(count);
@@ -101,6 +107,18 @@ impl Film {
             ],
             frames,
         })
+    }
+
+    /// Draws it as a GIF.
+    pub(super) fn gif(&self, capture: &Capture, drawing: &mut Drawing) -> Result<Vec<u8>> {
+        let stage = Stage::new(self, capture, SMALL_VIEW)?;
+        let stride = self.kept.len().div_ceil(MOST_SMALL_FRAMES).max(1);
+        let mut images = Vec::new();
+        for k in (0..self.kept.len()).step_by(stride) {
+            drawing(self.clip.name(), k, self.kept.len())?;
+            images.push(stage.take(k)?.captioned());
+        }
+        Ok(encode_gif(&images, self.fps / stride as f32)?)
     }
 
     fn note(&self) -> String {
@@ -131,6 +149,7 @@ struct Stage<'a> {
     film: &'a Film,
     capture: &'a Capture,
     studio: Studio<'a>,
+    view: [u32; 2],
 }
 
 /// A frame before it is encoded.
@@ -143,7 +162,7 @@ struct Take {
 }
 
 impl<'a> Stage<'a> {
-    fn new(film: &'a Film, capture: &'a Capture) -> Result<Self> {
+    fn new(film: &'a Film, capture: &'a Capture, view: [u32; 2]) -> Result<Self> {
         let probes = probes(film.kept.len(), CAMERA_PROBES);
         let shots: Vec<Shot> = probes.map(|k| film.moment(capture, k).truth).collect();
         let ground = film.clip.captured.clip.ground_height;
@@ -151,7 +170,8 @@ impl<'a> Stage<'a> {
         Ok(Self {
             film,
             capture,
-            studio: Studio::close(character, garment, ground, &shots, (Framing::Figure, VIEW))?,
+            studio: Studio::close(character, garment, ground, &shots, (Framing::Figure, view))?,
+            view,
         })
     }
 
@@ -159,7 +179,7 @@ impl<'a> Stage<'a> {
         let moment = self.film.moment(self.capture, k);
         let skinning = skinned(self.capture, &self.film.clip, self.film.frames[k]);
         let truth = &moment.truth.garment;
-        let [width, height] = VIEW;
+        let [width, height] = self.view;
         let mut image = Image::filled(3 * width, height, [0; 3])?;
         let paint = Paint {
             skin: SKIN,
@@ -196,6 +216,21 @@ impl<'a> Stage<'a> {
 }
 
 impl Take {
+    /// With the name of each view, and its error below.
+    fn captioned(mut self) -> Image {
+        let width = self.image.width() as usize / NAMES.len();
+        let errors = [None, Some(self.model), Some(self.skinning)];
+        for (i, (name, error)) in NAMES.into_iter().zip(errors).enumerate() {
+            let left = (i * width) as i32 + 8;
+            self.image.draw_text(left, 8, 2, INK, name);
+            if let Some(error) = error {
+                self.image
+                    .draw_text(left, 28, 1, INK, &format!("{} off", millimetres(error)));
+            }
+        }
+        self.image
+    }
+
     fn frame(&self, quality: u8) -> Result<Frame> {
         Ok(Frame {
             picture: jpeg(&self.image, quality)?,
