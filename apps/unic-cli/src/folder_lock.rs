@@ -6,11 +6,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-const NAME: &str = "lock";
+const NAME: &str = ".unic.lock";
 
 /// A folder that nobody else writes into, from [`FolderLock::hold`] until this is dropped.
 ///
-/// What is locked is the file `lock` in the folder, by the operating system: the lock goes when the
+/// What is locked is an empty file `.unic.lock` in the folder, by the operating system: the lock goes when the
 /// process does, however it ends. Readers do not ask for it.
 #[derive(Debug)]
 pub(crate) struct FolderLock {
@@ -53,7 +53,10 @@ impl FolderLock {
 impl Drop for FolderLock {
     fn drop(&mut self) {
         // What cannot be removed is only in the way; a folder that holds anything stays.
-        let _ = fs::remove_file(&self.file);
+        let is_ours = fs::metadata(&self.file).is_ok_and(|m| m.is_file() && m.len() == 0);
+        if is_ours {
+            let _ = fs::remove_file(&self.file);
+        }
         if let Some(folder) = self.file.parent().filter(|_| !self.found) {
             let _ = fs::remove_dir(folder);
         }

@@ -6,7 +6,7 @@
 //! metrics.jsonl   one JSON object a line
 //! checkpoints/    the two newest of each fit, in held_out/ and all_clips/
 //! log.txt         what ran when, on which machine
-//! lock            there while a process trains into the folder
+//! .unic.lock      there while a process trains into the folder
 //! ```
 
 mod metrics;
@@ -15,7 +15,7 @@ mod record;
 pub(crate) use metrics::{MetricsLog, Moment};
 pub(crate) use record::RunRecord;
 
-use crate::folder_lock::FolderLock;
+use crate::{failure::Usage, folder_lock::FolderLock};
 use anyhow::{Result, anyhow, bail};
 use std::{
     fs::{self, OpenOptions},
@@ -164,14 +164,13 @@ fn check_earlier(out: &Path, path: &Path, earlier: Earlier) -> Result<()> {
     let has_run = path.join("config.toml").exists();
     let shown = path.display();
     match earlier {
-        Earlier::Refuse if has_run => bail!(
+        Earlier::Refuse if has_run => Err(Usage(format!(
             "{shown}: expected no earlier run, found one; --resume goes on with it, --overwrite throws it away"
-        ),
+        ))
+        .into()),
         Earlier::Refuse if out.exists() => {
-            bail!(
-                "{}: expected no such model yet, found one; --overwrite replaces it",
-                out.display()
-            )
+            let out = out.display();
+            Err(Usage(format!("{out}: expected no such model yet, found one; --overwrite replaces it")).into())
         }
         Earlier::Resume if !has_run => bail!("{shown}: expected a run to resume, found none"),
         _ => Ok(()),

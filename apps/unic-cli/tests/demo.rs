@@ -35,6 +35,9 @@ fn a_demo_leaves_everything_it_promises_and_goes_on_where_it_was() {
         text.contains("demo.toml") && text.contains("--overwrite"),
         "{text}"
     );
+    let other = succeeds(folder.path(), "demo --quick --garment skirt --overwrite");
+    assert!(other.contains("Done in"), "{other}");
+    assert_ne!(fs::read(out.join("demo.unic")).unwrap(), model);
 }
 
 #[test]
@@ -42,8 +45,15 @@ fn a_folder_of_other_work_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("mine")).unwrap();
     fs::write(folder.path().join("mine/report.html"), "mine").unwrap();
+    fs::write(folder.path().join("mine/lock"), "mine, too").unwrap();
     let refused = unic(folder.path(), "demo --quick --out mine");
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("mine/report.html"));
+    let mut kept: Vec<_> = fs::read_dir(folder.path().join("mine"))
+        .unwrap()
+        .map(|e| e.unwrap().file_name())
+        .collect();
+    kept.sort();
+    assert_eq!(kept, ["lock", "report.html"]);
     assert_eq!(fs::read(folder.path().join("mine/report.html")).unwrap(), b"mine");
 }

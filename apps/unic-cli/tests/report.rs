@@ -53,7 +53,10 @@ fn a_page_shows_every_clip_and_needs_nothing_else() {
 #[test]
 fn the_first_movie_comes_as_a_gif_too() {
     let folder = TRAINED.path();
-    succeeds(folder, "eval tube.unic tube --report with.html --movie deeper/with.gif");
+    succeeds(
+        folder,
+        "eval tube.unic tube --report with.html --movie deeper/with.gif",
+    );
     assert_eq!(names(&folder.join("deeper")), ["with.gif"]);
     let movie = fs::read(folder.join("deeper/with.gif")).unwrap();
     assert!(movie.starts_with(b"GIF89a") && movie.ends_with(b";"));
@@ -83,7 +86,9 @@ fn what_is_no_name_of_a_page_is_refused_before_the_work() {
     for line in [
         "eval tube.unic tube --report tube.unic",
         "eval tube.unic tube --report tube",
+        "eval tube.unic tube --report tube/capture.toml",
         "eval tube.unic tube --report page.html --movie tube.unic",
+        "eval tube.unic tube --report page.html --movie page.html",
         "eval --baselines tube --report page.html",
     ] {
         let output = unic(folder, line);

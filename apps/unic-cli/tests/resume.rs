@@ -85,7 +85,7 @@ fn an_interrupted_run_goes_on_to_the_same_model() {
     assert!(!folder.join("cut.unic").exists());
 
     let refused = unic(folder, "train tube --preset tiny --out cut.unic");
-    assert_eq!(refused.status.code(), Some(1));
+    assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("--resume"));
 
     succeeds(folder, "train tube --out cut.unic --resume");

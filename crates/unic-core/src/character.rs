@@ -13,6 +13,22 @@ pub struct Character {
     pub weights: SkinningWeights,
 }
 
+impl Character {
+    /// The joint that moves each face of the body most, by the sum of the weights of its corners; the lower
+    /// of two.
+    pub fn joints_of_faces(&self) -> Vec<usize> {
+        let mut sums = vec![0.0f32; self.skeleton.len()];
+        let mut most = |face: &[u32; 3]| {
+            sums.fill(0.0);
+            let entries = face.iter().flat_map(|&v| self.weights.row(v as usize));
+            entries.for_each(|(joint, weight)| sums[joint] += weight);
+            let larger = |best: usize, joint: usize| if sums[joint] > sums[best] { joint } else { best };
+            (0..sums.len()).fold(0, larger)
+        };
+        self.body.faces.iter().map(&mut most).collect()
+    }
+}
+
 /// A garment in its rest shape, in the character's bind-pose space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Garment {

@@ -134,7 +134,7 @@ pub(crate) fn parent_folder(path: &Path) -> &Path {
 }
 
 /// A rename survives a power cut only once its folder is synced; Windows has no such call.
-fn sync_folder(folder: &Path) -> io::Result<()> {
+pub(crate) fn sync_folder(folder: &Path) -> io::Result<()> {
     if cfg!(unix) {
         File::open(folder)?.sync_all()?;
     }

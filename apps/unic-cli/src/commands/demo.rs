@@ -9,7 +9,9 @@ use crate::{
 };
 use anyhow::{Context, Result};
 use clap::{Parser, ValueEnum};
+use serde::Serialize;
 use std::{
+    borrow::Cow,
     fs,
     path::{Path, PathBuf},
     time::Instant,
@@ -20,10 +22,20 @@ const RECORD: &str = "demo.toml";
 /// Frames of the animation: what one .glb holds.
 const ANIMATED_FRAMES: usize = 300;
 
+/// What [`RECORD`] holds.
+#[derive(Serialize)]
+struct Record {
+    garment: String,
+    quick: bool,
+    #[serde(flatten)]
+    scale: Scale,
+}
+
 /// How much of everything.
+#[derive(Serialize)]
 struct Scale {
     motions: &'static [&'static str],
-    /// The last of them.
+    /// Held out.
     test: &'static [&'static str],
     /// Of each motion.
     seconds: u32,
@@ -75,7 +87,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
             say(&format!("{title}: {} is there", stage.leaves.display()));
             continue;
         }
-        say(&format!("\n{title}\n  {}", stage.words.join(" ")));
+        say(&format!("\n{title}\n  unic {}", stage.line()));
         stage.run().map_err(|error| told_how_to_go_on(error, args))?;
     }
     close(args, started)
@@ -84,14 +96,15 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
 fn open(args: &DemoArgs) -> Result<()> {
     let out = &args.out;
     let path = out.join(RECORD);
-    let record = record(args);
+    let record = record(args)?;
     if args.overwrite && path.exists() {
         clear(args)?;
     }
     match fs::read_to_string(&path) {
         Ok(before) if before != record => {
             let text = format!(
-                "{}: expected a demo of the same garment and length, found another; --overwrite replaces it",
+                "{}: expected a demo of the same garment, motions and training, found another; --overwrite \
+                 replaces it",
                 path.display()
             );
             Err(Usage(text).into())
@@ -106,28 +119,36 @@ fn open(args: &DemoArgs) -> Result<()> {
     }
 }
 
-/// Files of other work that a stage would take for its own.
+/// Files of other work, which stages would take for their own or replace.
 fn refuse_foreign(args: &DemoArgs) -> Result<()> {
-    match stages(args).into_iter().find(|stage| stage.leaves.exists()) {
+    let leaves = stages(args).into_iter().map(|stage| stage.leaves);
+    let folders = ["capture", "demo.run"].map(|name| args.out.join(name));
+    match leaves.chain(folders).find(|path| path.exists()) {
         None => Ok(()),
-        Some(stage) => {
-            let text = format!(
-                "--out: expected an empty folder or a demo's, found {}",
-                stage.leaves.display()
-            );
+        Some(found) => {
+            let found = found.display();
+            let text = format!("--out: expected an empty folder or a demo's, found {found}");
             Err(Usage(text).into())
         }
     }
 }
 
-fn record(args: &DemoArgs) -> String {
-    format!("garment = \"{}\"\nquick = {}\n", garment(args), args.quick)
+/// What the folder is a demo of: stages that have finished stay only for the same.
+fn record(args: &DemoArgs) -> Result<String> {
+    let (garment, quick) = (garment(args), args.quick);
+    let scale = scale(args);
+    Ok(toml::to_string(&Record {
+        garment,
+        quick,
+        scale,
+    })?)
 }
 
-/// Removes what the stages leave, so that they run again.
+/// Removes what the stages leave and what they would resume, so that they run again.
 fn clear(args: &DemoArgs) -> Result<()> {
-    let files = stages(args).into_iter().map(|stage| stage.leaves);
-    for path in files.chain([args.out.join(RECORD)]).filter(|path| path.exists()) {
+    let leaves = stages(args).into_iter().map(|stage| stage.leaves);
+    let begun = ["capture/simulation.toml", "demo.run/config.toml", RECORD].map(|name| args.out.join(name));
+    for path in leaves.chain(begun).filter(|path| path.exists()) {
         fs::remove_file(&path).with_context(|| format!("{} cannot be removed", path.display()))?;
     }
     Ok(())
@@ -138,9 +159,13 @@ fn garment(args: &DemoArgs) -> String {
     value.map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
+fn scale(args: &DemoArgs) -> Scale {
+    if args.quick { QUICK } else { FULL }
+}
+
 fn stages(args: &DemoArgs) -> Vec<Stage> {
     let out = args.out.as_path();
-    let scale = if args.quick { QUICK } else { FULL };
+    let scale = scale(args);
     let [capture, model, report, animation] =
         ["capture", "demo.unic", "report.html", "animation.glb"].map(|name| out.join(name));
     let motion = capture.join("clips").join("dance.npz");
@@ -198,9 +223,9 @@ fn simulate(args: &DemoArgs, scale: &Scale, capture: &Path) -> Vec<String> {
         "--out",
         &show(capture),
     ]));
-    if capture.join("simulation.toml").exists() {
-        line.push("--resume".into());
-    }
+    // What else is there is a demo's, of which nothing is finished.
+    let is_begun = capture.join("simulation.toml").exists();
+    line.push(if is_begun { "--resume" } else { "--overwrite" }.into());
     line
 }
 
@@ -214,6 +239,7 @@ fn train(scale: &Scale, capture: &Path, model: &Path) -> Vec<String> {
             scale.preset,
             "--steps",
             &scale.steps.to_string(),
+            "--overwrite",
         ]));
     }
     line
@@ -223,11 +249,22 @@ fn words(line: &[&str]) -> Vec<String> {
     line.iter().map(|word| (*word).to_owned()).collect()
 }
 
+/// For a shell; as it is what no shell can take.
+fn quoted(word: &str) -> Cow<'_, str> {
+    shlex::try_quote(word).unwrap_or(Cow::Borrowed(word))
+}
+
 fn show(path: &Path) -> String {
     path.display().to_string()
 }
 
 impl Stage {
+    /// As a shell takes it.
+    fn line(&self) -> String {
+        let words: Vec<_> = self.words.iter().map(|word| quoted(word)).collect();
+        words.join(" ")
+    }
+
     fn run(&self) -> Result<()> {
         interrupt::check()?;
         let line = std::iter::once("unic").chain(self.words.iter().map(String::as_str));
@@ -247,7 +284,8 @@ fn told_how_to_go_on(error: anyhow::Error, args: &DemoArgs) -> anyhow::Error {
         false => error,
         true => {
             let quick = if args.quick { " --quick" } else { "" };
-            let (garment, out) = (garment(args), args.out.display());
+            let (garment, out) = (garment(args), show(&args.out));
+            let out = quoted(&out);
             let text = format!("stopped; `unic demo --garment {garment}{quick} --out {out}` goes on");
             Interrupted(text).into()
         }

@@ -20,7 +20,7 @@ pub(super) struct Intersections {
     body_vertices: Vec<Vec3>,
     pose: Posed,
     /// By garment vertex, where the state is corrected.
-    contacts: Vec<Contact>,
+    looks: Vec<LastLook>,
 }
 
 /// Whose pose the body has.
@@ -32,7 +32,7 @@ enum Posed {
 
 /// What the last look at the body said about a vertex.
 #[derive(Clone, Copy, Debug)]
-struct Contact {
+struct LastLook {
     /// For the next look.
     seed: u32,
     /// Where the vertex goes, world, metres; none when it stays.
@@ -42,7 +42,7 @@ struct Contact {
 impl Intersections {
     pub(super) fn new(mode: IntersectionMode, model: &Model) -> Self {
         let (character, garment) = (&model.character, &model.garment);
-        let unknown = Contact {
+        let unknown = LastLook {
             seed: Handling::no_seed(),
             moved: None,
         };
@@ -58,7 +58,7 @@ impl Intersections {
             display: lifts.then(|| Box::new(DisplayPass::new(garment))),
             body_vertices: Vec::new(),
             pose: Posed::Before,
-            contacts: vec![unknown; corrected],
+            looks: vec![unknown; corrected],
         }
     }
 
@@ -111,17 +111,15 @@ impl Animator {
             &scratch.prior,
             state.motion.world_from_frame(),
         );
-        let Intersections {
-            handling, contacts, ..
-        } = intersections;
-        for_each_tile(contacts, |first, contacts| {
-            for (vertex, contact) in (first..).zip(contacts) {
+        let Intersections { handling, looks, .. } = intersections;
+        for_each_tile(looks, |first, looks| {
+            for (vertex, look) in (first..).zip(looks) {
                 let position = at.of(vertex).to_world(state.vertices[vertex].value);
-                contact.moved = handling.correct(vertex, position, &mut contact.seed);
+                look.moved = handling.correct(vertex, position, &mut look.seed);
             }
         });
-        for (i, (vertex, contact)) in state.vertices.iter_mut().zip(contacts).enumerate() {
-            if let Some(moved) = contact.moved {
+        for (i, (vertex, look)) in state.vertices.iter_mut().zip(looks).enumerate() {
+            if let Some(moved) = look.moved {
                 vertex.value = at.of(i).to_state(moved);
             }
         }

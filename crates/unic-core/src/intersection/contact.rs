@@ -40,7 +40,9 @@ impl ContactParts {
         let joint_of_vertex = joints_of_vertices(character);
         let any = of_faces.union();
         Self {
-            joint_of_face: joints_of_faces(character),
+            joint_of_face: (character.joints_of_faces().into_iter())
+                .map(|joint| joint as u16)
+                .collect(),
             lifts: joint_of_vertex
                 .iter()
                 .map(|&joint| any.contains(0, joint))
@@ -141,17 +143,4 @@ fn joints_of_vertices(character: &Character) -> Vec<u16> {
             .map_or(0, |(joint, _)| joint as u16)
     };
     (0..character.weights.len()).map(most).collect()
-}
-
-/// By the sum of the weights of the corners, the lower joint first.
-fn joints_of_faces(character: &Character) -> Vec<u16> {
-    let mut sums = vec![0.0f32; character.skeleton.len()];
-    let mut most = |face: &[u32; 3]| {
-        sums.fill(0.0);
-        let entries = face.iter().flat_map(|&v| character.weights.row(v as usize));
-        entries.for_each(|(joint, weight)| sums[joint] += weight);
-        let largest = |best: usize, joint: usize| if sums[joint] > sums[best] { joint } else { best };
-        (0..sums.len()).fold(0, largest) as u16
-    };
-    character.body.faces.iter().map(&mut most).collect()
 }

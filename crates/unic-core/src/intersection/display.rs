@@ -11,8 +11,8 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Height of the cloth over a body vertex below which the body pokes through, metres: half of what
-/// vertices are kept at, so that a flat face on flat skin is left alone.
+/// Share of the height that vertices are kept at, below which cloth over a body vertex counts as poked
+/// through: a flat face on flat skin is left alone.
 const FACE_HEIGHT_SHARE: f32 = 0.5;
 
 /// How deep under a body vertex the cloth that it pokes through is looked for, metres: the sagitta

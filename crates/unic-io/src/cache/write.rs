@@ -1,7 +1,7 @@
 //! Writing vertex animations, one frame at a time.
 
 use crate::{
-    atomic::{parent_folder, without_path},
+    atomic::{parent_folder, sync_folder, without_path},
     error::{Error, Result},
     frames::check_vertex_count,
     npz::NpzWriter,
@@ -198,6 +198,7 @@ impl ObjFolderWriter {
         // Kept only once renamed: a failed rename must still be cleaned up.
         std::fs::rename(self.folder.path(), &target).map_err(Error::io(&target, "rename to"))?;
         let _ = self.folder.keep();
+        sync_folder(parent_folder(&target)).map_err(Error::io(&target, "sync the folder of"))?;
         Ok(())
     }
 }

@@ -24,8 +24,8 @@ const AROUND_M: f32 = 0.03;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Visitors {
     limbs: Limbs,
-    /// Of each face: the bit of its limb where that is too close to a dressed part, else zero.
-    visiting: Vec<u32>,
+    /// Of each face: it is of a limb that is too close to a dressed part there; empty when none is.
+    visiting: Vec<bool>,
     /// Vertices that are close themselves, with their bits.
     close: Vec<(Vec3, u32)>,
     is_visiting: Vec<bool>,
@@ -100,9 +100,9 @@ impl Visitors {
         }
         let is_visiting = |face: &[u32; 3]| face.iter().any(|&v| self.is_visiting[v as usize]);
         self.visiting.clear();
-        self.visiting.extend(
-            (surface.faces().iter().zip(of_face)).map(|(face, bit)| if is_visiting(face) { *bit } else { 0 }),
-        );
+        let faces = surface.faces().iter().zip(of_face);
+        self.visiting
+            .extend(faces.map(|(face, bit)| *bit != 0 && is_visiting(face)));
     }
 
     /// Whether a particle passes through a face; false for what is no face.
@@ -112,7 +112,7 @@ impl Visitors {
         if bit == 0 || self.limbs.felt[particle] & bit != 0 {
             return false;
         }
-        let is_visiting = self.visiting.get(face).is_some_and(|of| *of != 0);
+        let is_visiting = self.visiting.get(face).is_some_and(|&is| is);
         is_visiting || (self.limbs.outer & bit != 0 && self.is_under(particle, face))
     }
 

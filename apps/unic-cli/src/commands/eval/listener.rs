@@ -26,8 +26,8 @@ impl<'a> Listener<'a> {
             .pictures
             .as_ref()
             .map(|folder| Gallery::create(capture, folder));
-        let recorder = (args.report.as_ref().zip(args.model.as_ref()))
-            .map(|(page, model)| Recorder::create(capture, (page, args.movie.as_deref()), clips, model));
+        let recorder = (args.report.as_ref())
+            .map(|page| Recorder::create(capture, (page, args.movie.as_deref()), clips));
         let frames = |name: &String| Ok(capture.summarise_clip(name)?.pose_frames as u64);
         let total: u64 = clips.iter().map(frames).sum::<Result<u64>>()?;
         Ok(Self {

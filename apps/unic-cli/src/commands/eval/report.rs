@@ -45,10 +45,9 @@ impl<'a> Recorder<'a> {
         capture: &'a Capture,
         (page, movie): (&Path, Option<&Path>),
         clips: &[String],
-        model: &Path,
     ) -> Result<Self> {
-        refuse(page, "--report", model)?;
-        movie.map_or(Ok(()), |movie| refuse(movie, "--movie", model))?;
+        check_name(page, "--report", "html")?;
+        movie.map_or(Ok(()), |movie| check_name(movie, "--movie", "gif"))?;
         Ok(Self {
             capture,
             file: AtomicFile::create(page)?,
@@ -137,20 +136,16 @@ fn write(mut file: AtomicFile, bytes: &[u8]) -> Result<()> {
     Ok(file.finish()?)
 }
 
-/// A folder cannot become a page, and the model must not.
-fn refuse(page: &Path, option: &str, model: &Path) -> Result<()> {
-    let is_model = page
-        .canonicalize()
-        .is_ok_and(|page| model.canonicalize().is_ok_and(|model| model == page));
-    if page.is_dir() || is_model {
-        let what = if is_model { "the model" } else { "a folder" };
-        let page = page.display();
-        return Err(Usage(format!(
-            "{option}: expected the name of a file to write, found {what}: {page}"
-        ))
-        .into());
+/// The endings keep models and captures from being written over by a slip.
+fn check_name(path: &Path, option: &str, ending: &str) -> Result<()> {
+    let ends = path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
+    if ends && !path.is_dir() {
+        return Ok(());
     }
-    Ok(())
+    let found = if path.is_dir() { "the folder " } else { "" };
+    let path = path.display();
+    let text = format!("{option}: expected the name of an .{ending} file to write, found {found}{path}");
+    Err(Usage(text).into())
 }
 
 fn colophon() -> String {

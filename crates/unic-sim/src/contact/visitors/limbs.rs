@@ -44,42 +44,30 @@ pub(crate) struct Limbs {
 impl Limbs {
     /// For particles at the vertices of `rest`, in bind-pose space.
     pub(crate) fn new(character: &Character, rest: &TriMesh) -> Self {
-        let joint_of_face = joints_of_faces(character);
+        let joint_of_face = character.joints_of_faces();
         let surface = Surface::build(&character.body);
         let hits: Vec<_> = rest.vertices.par_iter().map(|p| surface.closest(*p)).collect();
         let home = |hit: &SurfacePoint| joint_of_face[hit.face as usize];
         let homes: Vec<Option<usize>> = hits.iter().map(|hit| hit.as_ref().map(home)).collect();
         let parents = character.skeleton.parents();
-        let limb_of_joint = bare_limbs(parents, &homes);
-        let parent_of = |limb: usize| limb_of_joint.root[limb].and_then(|root| parents[root]);
-        let beside = |joint: usize| {
-            let grows_here = |limb: &usize| parent_of(*limb) == Some(joint);
-            let limbs = (0..limb_of_joint.root.len()).filter(grows_here);
-            limbs.fold(0, |bits, limb| bits | 1 << limb)
-        };
-        let of_face: Vec<u32> = (joint_of_face.iter())
-            .map(|&joint| limb_of_joint.bit(joint))
-            .collect();
+        let bare = BareLimbs::find(parents, &homes);
+        let felt = |joint| bare.beside(joint, parents) | bare.bit(joint);
+        let of_face: Vec<u32> = joint_of_face.iter().map(|&joint| bare.bit(joint)).collect();
         let mut normals = Vec::new();
         vertex_normals(&rest.vertices, &rest.faces, &mut normals);
-        let outward = hits.iter().zip(&mut normals).map(|(hit, normal)| {
-            let away = hit.as_ref().map_or(0.0, |hit| normal.dot(hit.normal));
-            let sign = if away < 0.0 { -1.0 } else { 1.0 };
-            *normal *= sign;
-            sign
-        });
         let mut limbs = Self {
-            outward: outward.collect(),
-            beside_face: joint_of_face.iter().map(|&joint| beside(joint)).collect(),
-            felt: (homes.iter())
-                .map(|home| home.map_or(0, |joint| beside(joint) | limb_of_joint.bit(joint)))
+            outward: turned_outward(&mut normals, &hits),
+            beside_face: joint_of_face
+                .iter()
+                .map(|&joint| bare.beside(joint, parents))
                 .collect(),
+            felt: homes.iter().map(|home| home.map_or(0, felt)).collect(),
             vertices: vertices_of(character, &of_face),
             of_face,
             outer: 0,
             garment: rest.faces.clone(),
         };
-        limbs.outer = (0..limb_of_joint.root.len())
+        limbs.outer = (0..bare.root.len())
             .map(|limb| 1 << limb)
             .filter(|&bit| limbs.is_outside(bit, &character.body.vertices, &rest.vertices, &normals))
             .fold(0, |bits, bit| bits | bit);
@@ -109,65 +97,56 @@ impl Limbs {
     }
 }
 
+/// Turns a garment's normals away from the body; the signs that did it.
+fn turned_outward(normals: &mut [Vec3], hits: &[Option<SurfacePoint>]) -> Vec<f32> {
+    let mut signs = vec![1.0; normals.len()];
+    for ((normal, sign), hit) in normals.iter_mut().zip(&mut signs).zip(hits) {
+        if hit.as_ref().is_some_and(|hit| normal.dot(hit.normal) < 0.0) {
+            (*sign, *normal) = (-1.0, -*normal);
+        }
+    }
+    signs
+}
+
 /// Which bare limb each joint belongs to.
 struct BareLimbs {
     of_joint: Vec<Option<usize>>,
     /// The joint that each limb begins with.
-    root: Vec<Option<usize>>,
+    root: Vec<usize>,
 }
 
 impl BareLimbs {
+    /// The largest subtrees on which next to nothing of the garment lies. `homes`: for each particle the
+    /// joint whose part it lies on.
+    fn find(parents: &[Option<usize>], homes: &[Option<usize>]) -> Self {
+        let up = |joint: usize| std::iter::successors(Some(joint), |&j| parents[j]);
+        let mut worn = vec![0usize; parents.len()];
+        for joint in homes.iter().flatten().flat_map(|&home| up(home)) {
+            worn[joint] += 1;
+        }
+        let most = (BARE_SHARE * homes.len() as f32) as usize;
+        let is_bare = |joint: usize| worn[joint] <= most;
+        let begins =
+            |joint: &usize| is_bare(*joint) && parents[*joint].is_some_and(|parent| !is_bare(parent));
+        let root: Vec<usize> = (0..parents.len()).filter(begins).take(MOST_LIMBS).collect();
+        let limb_of = |joint: usize| up(joint).find_map(|j| root.iter().position(|&r| r == j));
+        Self {
+            of_joint: (0..parents.len()).map(limb_of).collect(),
+            root,
+        }
+    }
+
+    /// The bit of a joint's limb; zero where it is dressed.
     fn bit(&self, joint: usize) -> u32 {
         self.of_joint[joint].map_or(0, |limb| 1 << limb)
     }
-}
 
-/// The largest subtrees on which next to nothing of the garment lies.
-fn bare_limbs(parents: &[Option<usize>], homes: &[Option<usize>]) -> BareLimbs {
-    let mut worn = vec![0usize; parents.len()];
-    for &home in homes.iter().flatten() {
-        let mut joint = Some(home);
-        while let Some(j) = joint {
-            worn[j] += 1;
-            joint = parents[j];
-        }
+    /// Bits of the limbs that grow from a joint's part.
+    fn beside(&self, joint: usize, parents: &[Option<usize>]) -> u32 {
+        let roots = self.root.iter().enumerate();
+        let grow_here = roots.filter(|(_, root)| parents[**root] == Some(joint));
+        grow_here.fold(0, |bits, (limb, _)| bits | 1 << limb)
     }
-    let most = (BARE_SHARE * homes.len() as f32) as usize;
-    let is_bare = |joint: usize| worn[joint] <= most;
-    let mut limbs = BareLimbs {
-        of_joint: vec![None; parents.len()],
-        root: Vec::new(),
-    };
-    let begins = |joint: &usize| is_bare(*joint) && parents[*joint].is_some_and(|parent| !is_bare(parent));
-    for root in (0..parents.len()).filter(begins).take(MOST_LIMBS) {
-        let limb = limbs.root.len();
-        limbs.root.push(Some(root));
-        for joint in 0..parents.len() {
-            let mut up = Some(joint);
-            while up.is_some_and(|j| j != root) {
-                up = up.and_then(|j| parents[j]);
-            }
-            if up.is_some() {
-                limbs.of_joint[joint] = Some(limb);
-            }
-        }
-    }
-    limbs
-}
-
-/// The joint that moves each face most.
-fn joints_of_faces(character: &Character) -> Vec<usize> {
-    let joint_of = |face: &[u32; 3]| {
-        let mut sums = vec![0.0f32; character.skeleton.len()];
-        for &vertex in face {
-            for (joint, weight) in character.weights.row(vertex as usize) {
-                sums[joint] += weight;
-            }
-        }
-        let best = sums.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
-        best.map_or(0, |(joint, _)| joint)
-    };
-    character.body.faces.iter().map(joint_of).collect()
 }
 
 fn vertices_of(character: &Character, of_face: &[u32]) -> Vec<(u32, u32)> {
