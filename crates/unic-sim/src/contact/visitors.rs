@@ -3,8 +3,10 @@
 //! Captured arms reach into bellies and hips, which real ones cannot. Cloth between them would be
 //! scooped up, and stay. So a limb that comes closer than [`NEAR_M`] passes through the garment, as it
 //! does through the body. On the way back it may come out under the cloth, which it would lift. So a
-//! limb that the garment does not cover touches the cloth's outer side alone. Only what hangs on the
-//! part that the limb grows from, a sleeve at its elbow, always feels it.
+//! limb that the garment does not cover touches the cloth's outer side alone, and what of it is under
+//! the cloth passes through with all that is around it: fingers that are half through would take the
+//! cloth along. Only what hangs on the part that the limb grows from, a sleeve at its elbow, always
+//! feels it.
 
 mod limbs;
 
@@ -15,6 +17,9 @@ use unic_core::{folds::Folds, mesh::vertex_normals, surface::Surface};
 
 /// A bare limb this close to a dressed part leaves no room for cloth between them, metres.
 const NEAR_M: f32 = 0.003;
+
+/// Cloth farther from a limb than this says nothing about it, metres.
+const BESIDE_M: f32 = 0.02;
 
 /// So far around what is close the limb lets cloth through, metres: half a forearm, or
 /// cloth that has passed its near side would be caught by the far one.
@@ -47,6 +52,8 @@ impl Visitors {
     pub(super) fn find(&mut self, surface: &Surface, folds: &Folds, positions: &[Vec3], particles: &[Vec3]) {
         self.find_sides(surface, positions, particles);
         self.find_close(surface, folds, positions);
+        self.find_under(positions, particles);
+        self.spread(surface, positions);
     }
 
     /// Which way the cloth and the body's faces look.
@@ -87,6 +94,54 @@ impl Visitors {
                 let is_close = surface.closest_where(p, reach, is_dressed).is_some();
                 is_close.then_some((p, bit))
             }));
+    }
+
+    /// Vertices that are on the inner side of the cloth next to them: a hand that is half through would
+    /// take it along on its fingers.
+    fn find_under(&mut self, positions: &[Vec3], particles: &[Vec3]) {
+        let Limbs {
+            felt,
+            vertices,
+            outer,
+            ..
+        } = &self.limbs;
+        for limb in (0..u32::BITS)
+            .map(|limb| 1 << limb)
+            .filter(|bit| outer & bit != 0)
+        {
+            let of_limb = vertices.iter().filter(|(_, bit)| *bit == limb);
+            let limb_vertices: Vec<Vec3> = of_limb.map(|(vertex, _)| positions[*vertex as usize]).collect();
+            let low = limb_vertices.iter().copied().fold(Vec3::INFINITY, Vec3::min) - BESIDE_M;
+            let high = limb_vertices.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max) + BESIDE_M;
+            let is_beside = |&i: &usize| {
+                let p = particles[i];
+                felt[i] & limb == 0 && p.cmpge(low).all() && p.cmple(high).all()
+            };
+            let beside: Vec<usize> = (0..particles.len()).filter(is_beside).collect();
+            let is_under = |p: &Vec3| {
+                let distance = |i: usize| particles[i].distance_squared(*p);
+                let nearest = beside
+                    .iter()
+                    .copied()
+                    .min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+                nearest.is_some_and(|i| {
+                    distance(i) < BESIDE_M * BESIDE_M && (*p - particles[i]).dot(self.cloth_normals[i]) < 0.0
+                })
+            };
+            self.close.par_extend(
+                limb_vertices
+                    .par_iter()
+                    .filter(|p| is_under(p))
+                    .map(|p| (*p, limb)),
+            );
+        }
+    }
+
+    /// Spreads what is close over the limb.
+    fn spread(&mut self, surface: &Surface, positions: &[Vec3]) {
+        let Limbs {
+            of_face, vertices, ..
+        } = &self.limbs;
         self.is_visiting.clear();
         self.is_visiting.resize(positions.len(), false);
         if self.close.is_empty() {
@@ -254,6 +309,31 @@ mod tests {
         let mut visitors = Visitors::new(Limbs::new(&character, &reversed));
         visitors.find(&surface, &folds, &character.body.vertices, &cloth.vertices);
         assert!(visitors.pass(0, facing(Vec3::Y)) && !visitors.pass(0, facing(-Vec3::Y)));
+    }
+
+    #[test]
+    fn a_hand_half_through_the_cloth_passes_whole() {
+        let character = cubes();
+        // Cloth 25 cm over the trunk: nothing but the cloth is near a hand under it.
+        let cloth = patches([Vec3::Y * 0.3, Vec3::new(0.2, 0.06, 0.0)]);
+        let mut visitors = Visitors::new(Limbs::new(&character, &cloth));
+        let hand = character.body.vertices.len() / 4 * 3;
+        let side = (character.body.faces.len() / 4 * 3 + 2) as u32;
+        let mut passes = |corner_y: f32| {
+            let mut posed = character.body.vertices.clone();
+            // One corner of the hand comes to lie on the vertical through the cloth.
+            let way = Vec3::new(-0.65, corner_y - 0.05, -0.05);
+            posed[hand..].iter_mut().for_each(|v| *v += way);
+            let mut surface = Surface::build(&character.body);
+            surface.refit(&posed);
+            let mut folds = Folds::default();
+            folds.find(&surface);
+            visitors.find(&surface, &folds, &posed, &cloth.vertices);
+            visitors.pass(0, side)
+        };
+        assert!(passes(0.295), "5 mm under the cloth");
+        assert!(!passes(0.27), "3 cm under it");
+        assert!(!passes(0.305), "through it and beyond");
     }
 
     #[test]
