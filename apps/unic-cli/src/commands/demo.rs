@@ -48,7 +48,7 @@ const FULL: Scale = Scale {
         "walk_speeds",
         "walk_circles",
         "walk_starts_stops",
-        "run_speeds",
+        "walk_slalom",
         "run_circles",
         "arms_trunk",
         "mixed",
