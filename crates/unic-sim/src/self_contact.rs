@@ -1,5 +1,6 @@
 //! Contact of cloth with itself: folds and layers.
 
+mod configuration;
 mod grid;
 mod pairs;
 mod points;
@@ -11,9 +12,9 @@ mod tests;
 
 use crate::{
     Particles,
-    body::corners_of,
     contact::{Friction, Gap},
 };
+use configuration::Configuration;
 use glam::Vec3;
 use pairs::{Pair, Pairs};
 use rayon::prelude::*;
@@ -22,10 +23,6 @@ use unic_core::mesh::TriMesh;
 
 /// Pairs that one thread takes at a time.
 const PAIRS_A_CHUNK: usize = 1024;
-
-/// How far beyond a face, in barycentric weights, a vertex is still held: over the outside of a
-/// crease no face is straight below.
-const RIM: f32 = 0.05;
 
 /// How cloth touches itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -277,69 +274,5 @@ impl Substep<'_> {
             .map(|(&i, share)| share * share * self.particles.inverse_masses[i as usize])
             .sum();
         (sum > 0.0).then_some(sum)
-    }
-}
-
-/// A vertex and a face at one moment.
-struct Configuration {
-    /// The face's corners relative to the vertex, metres.
-    corners: [Vec3; 3],
-    /// (b − a) × (c − a), m².
-    area_normal: Vec3,
-}
-
-impl Configuration {
-    #[inline]
-    fn of(positions: &[Vec3], pair: &Pair, face: [u32; 3]) -> Self {
-        let vertex = positions[pair.vertex as usize];
-        let [a, b, c] = corners_of(positions, face);
-        Self {
-            corners: [a - vertex, b - vertex, c - vertex],
-            area_normal: (b - a).cross(c - a),
-        }
-    }
-
-    /// The vertex is far enough over the face's plane: [`Self::height`] is at least the pair's
-    /// thickness, told without a root, as it is for most pairs.
-    #[inline]
-    fn is_clear(&self, pair: &Pair) -> bool {
-        let height = -self.corners[0].dot(self.area_normal) * pair.side;
-        height >= 0.0 && height * height >= pair.thickness_m.powi(2) * self.area_normal.length_squared()
-    }
-
-    /// Unit; zero for a degenerate face.
-    fn normal(&self) -> Vec3 {
-        self.area_normal.normalize_or_zero()
-    }
-
-    /// Of the vertex over the face's plane, on the pair's side, metres.
-    #[inline]
-    fn height(&self, pair: &Pair) -> f32 {
-        -self.corners[0].dot(self.normal()) * pair.side
-    }
-
-    /// Weights of the vertex's projection, clamped into the face; none when it is beyond its rim, or
-    /// beside the face and far enough away from it.
-    #[inline]
-    fn barycentric(&self, pair: &Pair) -> Option<Vec3> {
-        let ([a, b, c], normal) = (self.corners, self.area_normal);
-        let inverse = normal.length_squared().recip();
-        let v = a.dot(normal.cross(c - a)) * inverse;
-        let w = a.dot((b - a).cross(normal)) * inverse;
-        let weights = Vec3::new(1.0 - v - w, v, w);
-        if !(weights.min_element() >= -RIM && inverse.is_finite()) {
-            return None;
-        }
-        let inside = weights.max(Vec3::ZERO);
-        let clamped = inside / inside.element_sum();
-        let is_far_beside = inside != weights && self.offset(clamped).length() >= pair.thickness_m;
-        (!is_far_beside).then_some(clamped)
-    }
-
-    /// The vertex as seen from a point of the face, metres.
-    #[inline]
-    fn offset(&self, weights: Vec3) -> Vec3 {
-        let [a, b, c] = self.corners;
-        -(a * weights.x + b * weights.y + c * weights.z)
     }
 }
