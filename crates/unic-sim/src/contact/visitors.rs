@@ -110,31 +110,33 @@ impl Visitors {
             .filter(|bit| outer & bit != 0)
         {
             let of_limb = vertices.iter().filter(|(_, bit)| *bit == limb);
-            let limb_vertices: Vec<Vec3> = of_limb.map(|(vertex, _)| positions[*vertex as usize]).collect();
-            let low = limb_vertices.iter().copied().fold(Vec3::INFINITY, Vec3::min) - BESIDE_M;
-            let high = limb_vertices.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max) + BESIDE_M;
+            let of_limb: Vec<Vec3> = of_limb.map(|(vertex, _)| positions[*vertex as usize]).collect();
+            let low = of_limb.iter().copied().fold(Vec3::INFINITY, Vec3::min) - BESIDE_M;
+            let high = of_limb.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max) + BESIDE_M;
             let is_beside = |&i: &usize| {
                 let p = particles[i];
                 felt[i] & limb == 0 && p.cmpge(low).all() && p.cmple(high).all()
             };
-            let beside: Vec<usize> = (0..particles.len()).filter(is_beside).collect();
-            let is_under = |p: &Vec3| {
-                let distance = |i: usize| particles[i].distance_squared(*p);
-                let nearest = beside
-                    .iter()
-                    .copied()
-                    .min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
-                nearest.is_some_and(|i| {
-                    distance(i) < BESIDE_M * BESIDE_M && (*p - particles[i]).dot(self.cloth_normals[i]) < 0.0
-                })
-            };
-            self.close.par_extend(
-                limb_vertices
-                    .par_iter()
-                    .filter(|p| is_under(p))
-                    .map(|p| (*p, limb)),
-            );
+            let mut cloth: Vec<usize> = (0..particles.len()).filter(is_beside).collect();
+            cloth.sort_by(|&a, &b| particles[a].x.total_cmp(&particles[b].x));
+            let under = of_limb
+                .par_iter()
+                .filter(|p| self.is_beneath(**p, &cloth, particles));
+            let under: Vec<(Vec3, u32)> = under.map(|p| (*p, limb)).collect();
+            self.close.extend(under);
         }
+    }
+
+    /// Whether a point is on the inner side of the particle next to it, if one is near. `cloth` is sorted
+    /// by x.
+    fn is_beneath(&self, p: Vec3, cloth: &[usize], particles: &[Vec3]) -> bool {
+        let from = cloth.partition_point(|&i| particles[i].x < p.x - BESIDE_M);
+        let to = cloth.partition_point(|&i| particles[i].x <= p.x + BESIDE_M);
+        let distance = |i: usize| particles[i].distance_squared(p);
+        let near = cloth[from..to].iter().copied();
+        let nearest = near.min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+        let nearest = nearest.filter(|&i| distance(i) < BESIDE_M * BESIDE_M);
+        nearest.is_some_and(|i| (p - particles[i]).dot(self.cloth_normals[i]) < 0.0)
     }
 
     /// Spreads what is close over the limb.
