@@ -105,7 +105,10 @@ fn shirts_fit() {
     for (name, character) in characters() {
         let shirt = TShirt::default().make(&character).unwrap();
         assert_sound(&format!("shirt on {name}"), &shirt, 4);
-        assert!((3000..=4000).contains(&shirt.mesh.vertices.len()));
+        // A larger body has the same edges, and more of them.
+        let most = if name == "built-in" { 4000 } else { 4500 };
+        let count = shirt.mesh.vertices.len();
+        assert!((3000..=most).contains(&count), "{name}: {count}");
         assert_mirror_symmetric(&shirt.mesh.vertices, &shirt.mesh.faces);
         let depth = depth(&character, &shirt);
         eprintln!("shirt on {name}: deepest {:.1} mm", depth * 1e3);
@@ -140,7 +143,7 @@ fn skirts_fit() {
 fn ease_and_lengths_are_obeyed() {
     let character = human(&HumanParameters::default()).unwrap();
     let wide = TShirt {
-        ease_m: 0.04,
+        ease_m: 0.05,
         ..Default::default()
     };
     let wide = wide.make(&character).unwrap();
