@@ -145,7 +145,7 @@ fn a_finished_run_is_not_lost_by_accident() {
     train(folder, "m.unic", "--steps 20");
     let before = fs::read(folder.join("m.unic")).unwrap();
     for (line, code) in [
-        ("train tube --preset tiny --out m.unic", 1),
+        ("train tube --preset tiny --out m.unic", 2),
         ("train tube --preset paper --out m.unic --resume", 2),
         ("train tube --steps 21 --out m.unic --resume", 2),
         ("train tube --out other.unic --resume", 1),

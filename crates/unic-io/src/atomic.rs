@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn errors_name_the_file() {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = tempfile::Builder::new().prefix("errors").tempdir().unwrap();
         let blocked = folder.path().join("file");
         write(&blocked, b"").unwrap();
         let message = write(&blocked.join("below.txt"), b"").unwrap_err().to_string();

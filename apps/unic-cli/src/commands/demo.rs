@@ -99,6 +99,7 @@ fn open(args: &DemoArgs) -> Result<()> {
     let record = record(args)?;
     if args.overwrite && path.exists() {
         clear(args)?;
+        unic_io::atomic::write(&path, record.as_bytes())?;
     }
     match fs::read_to_string(&path) {
         Ok(before) if before != record => {
@@ -147,7 +148,7 @@ fn record(args: &DemoArgs) -> Result<String> {
 /// Removes what the stages leave and what they would resume, so that they run again.
 fn clear(args: &DemoArgs) -> Result<()> {
     let leaves = stages(args).into_iter().map(|stage| stage.leaves);
-    let begun = ["capture/simulation.toml", "demo.run/config.toml", RECORD].map(|name| args.out.join(name));
+    let begun = ["capture/simulation.toml", "demo.run/config.toml"].map(|name| args.out.join(name));
     for path in leaves.chain(begun).filter(|path| path.exists()) {
         fs::remove_file(&path).with_context(|| format!("{} cannot be removed", path.display()))?;
     }
