@@ -235,6 +235,18 @@ mod tests {
         patches([Vec3::Y * 0.06, Vec3::new(0.2, 0.06, 0.0)])
     }
 
+    /// For the cubes with the last one moved.
+    fn find_with_hand_moved(visitors: &mut Visitors, character: &Character, cloth: &TriMesh, way: Vec3) {
+        let mut posed = character.body.vertices.clone();
+        let hand = posed.len() / 4 * 3;
+        posed[hand..].iter_mut().for_each(|v| *v += way);
+        let mut surface = Surface::build(&character.body);
+        surface.refit(&posed);
+        let mut folds = Folds::default();
+        folds.find(&surface);
+        visitors.find(&surface, &folds, &posed, &cloth.vertices);
+    }
+
     #[test]
     fn a_limb_begins_where_the_garment_ends() {
         let limbs = Limbs::new(&cubes(), &shirt());
@@ -258,17 +270,9 @@ mod tests {
         let character = cubes();
         let cloth = shirt();
         let mut visitors = Visitors::new(Limbs::new(&character, &cloth));
-        let hand = character.body.vertices.len() / 4 * 3;
         let hand_face = (character.body.faces.len() / 4 * 3) as u32;
         let mut passes = |gap: f32| {
-            let mut posed = character.body.vertices.clone();
-            let way = Vec3::new(-0.6, 0.0, 0.1 + gap);
-            posed[hand..].iter_mut().for_each(|v| *v += way);
-            let mut surface = Surface::build(&character.body);
-            surface.refit(&posed);
-            let mut folds = Folds::default();
-            folds.find(&surface);
-            visitors.find(&surface, &folds, &posed, &cloth.vertices);
+            find_with_hand_moved(&mut visitors, &character, &cloth, Vec3::new(-0.6, 0.0, 0.1 + gap));
             let (trunk, sleeve) = (visitors.pass(0, hand_face), visitors.pass(3, hand_face));
             assert!(
                 !visitors.pass(0, 0) && !visitors.pass(0, u32::MAX),
@@ -319,18 +323,11 @@ mod tests {
         // Cloth 25 cm over the trunk: nothing but the cloth is near a hand under it.
         let cloth = patches([Vec3::Y * 0.3, Vec3::new(0.2, 0.06, 0.0)]);
         let mut visitors = Visitors::new(Limbs::new(&character, &cloth));
-        let hand = character.body.vertices.len() / 4 * 3;
         let side = (character.body.faces.len() / 4 * 3 + 2) as u32;
         let mut passes = |corner_y: f32| {
-            let mut posed = character.body.vertices.clone();
             // One corner of the hand comes to lie on the vertical through the cloth.
             let way = Vec3::new(-0.65, corner_y - 0.05, -0.05);
-            posed[hand..].iter_mut().for_each(|v| *v += way);
-            let mut surface = Surface::build(&character.body);
-            surface.refit(&posed);
-            let mut folds = Folds::default();
-            folds.find(&surface);
-            visitors.find(&surface, &folds, &posed, &cloth.vertices);
+            find_with_hand_moved(&mut visitors, &character, &cloth, way);
             visitors.pass(0, side)
         };
         assert!(passes(0.295), "5 mm under the cloth");
