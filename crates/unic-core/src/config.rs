@@ -71,7 +71,7 @@ pub enum StateConfig {
 /// Displacement from where the garment usually hangs, in the rotated frame of each vertex:
 /// x_i = LBS_i(rest) + R_i (p_i + d_i) and d_t = γ d_{t−1} + s · field(...), γ = exp(−dt / memory).
 ///
-/// p is the model's [`crate::prior::LinearPrior`]. The field's output is bounded in length by
+/// p is the model's [`crate::prior::Prior`], which may remember the motion. The field's output is bounded in length by
 /// `output_limit`, so |d_t| ≤ γ^t |d_0| + s · output_limit / (1 − γ) for ever.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -10,7 +10,7 @@
 //! # use glam::Vec3;
 //! # use unic_core::{
 //! #     character::{Character, Garment}, config::*, features::RestBox, mesh::TriMesh,
-//! #     model::{About, ModelParts}, motion::*, network::Linear, prior::LinearPrior,
+//! #     model::{About, ModelParts}, motion::*, network::Linear, prior::Prior,
 //! #     skeleton::{Skeleton, SkeletonParts}, skinning::SkinningWeights,
 //! # };
 //! # fn linear(inputs: usize, outputs: usize) -> Linear {
@@ -36,7 +36,7 @@
 //! #         },
 //! #         character,
 //! #         rest_box: RestBox::of(&mesh.vertices),
-//! #         prior: LinearPrior::constant(vec![Vec3::ZERO; 3], pair),
+//! #         prior: Prior::constant(vec![Vec3::ZERO; 3], pair),
 //! #         garment: Garment { rest: mesh, weights },
 //! #         normalisation: Normalisation::identity(2),
 //! #         encoder: vec![linear(pair, 4), linear(4, 6)],
@@ -85,7 +85,7 @@
 //!   carries them. [`topology`], [`subdivide`], [`surface_map`]: other meshes of the same garment.
 //! - [`closest`], [`surface`], [`intersection`], [`folds`]: nearest points, inside and outside, and where
 //!   a body touches itself.
-//! - [`config`], [`features`], [`prior`], [`network`]: what a model is made of. [`features`] is used by
+//! - [`config`], [`features`], [`prior`], [`recurrence`], [`network`]: what a model is made of. [`features`] is used by
 //!   training too, so that both read the same numbers.
 //! - [`model`], [`animator`]: the trained asset and its instances.
 //!
@@ -123,6 +123,7 @@ pub mod motion;
 pub mod network;
 mod parallel;
 pub mod prior;
+pub mod recurrence;
 #[cfg(test)]
 mod shapes;
 #[doc(hidden)]

@@ -7,7 +7,7 @@ use crate::{
     mesh::{MeshError, TriMesh},
     motion::{MotionError, Normalisation, motion_len},
     network::{Encoder, Field, LayerError, Linear},
-    prior::LinearPrior,
+    prior::Prior,
     surface_map::{SurfaceMap, SurfaceMapError},
 };
 use glam::Vec3;
@@ -38,7 +38,7 @@ pub struct ModelParts {
     /// Rest shape and skinning weights.
     pub garment: Garment,
     /// Where the garment hangs in a given motion; zeros where the state is a position.
-    pub prior: LinearPrior,
+    pub prior: Prior,
     /// Bounding box that rest positions are scaled to.
     pub rest_box: RestBox,
     /// Statistics of the motion vector.
@@ -57,7 +57,7 @@ pub struct Model {
     pub(crate) config: ModelConfig,
     pub(crate) character: Character,
     pub(crate) garment: Garment,
-    pub(crate) prior: LinearPrior,
+    pub(crate) prior: Prior,
     pub(crate) rest_box: RestBox,
     pub(crate) normalisation: Normalisation,
     pub(crate) encoder: Encoder,
@@ -110,6 +110,9 @@ impl Model {
         parts.garment.rest.check()?;
         parts.character.body.check()?;
         check_counts(&parts, joints)?;
+        if let Some(recurrence) = &parts.prior.recurrence {
+            recurrence.check(2 * motion_len(joints), parts.prior.len())?;
+        }
         parts.normalisation.check(joints)?;
         check_numbers(&parts)?;
         let config = parts.config;
@@ -168,13 +171,17 @@ impl Model {
         self.garment.rest.vertices.len()
     }
 
-    /// Number of trained numbers, encoder and field.
+    /// Number of trained numbers of the networks: encoder, field and the prior's recurrence.
     pub fn parameter_count(&self) -> usize {
         let count = |l: &Linear| l.weight.len() + l.bias.len();
-        self.encoder
-            .layers()
+        let recurrence = self
+            .prior
+            .recurrence
             .iter()
+            .flat_map(|r| r.layers().map(|(_, l)| l));
+        (self.encoder.layers().iter())
             .chain(self.field.layers())
+            .chain(recurrence)
             .map(count)
             .sum()
     }
@@ -262,6 +269,11 @@ fn check_numbers(parts: &ModelParts) -> Result<(), ModelError> {
             points(&parts.prior.mean) && points(&parts.prior.shapes),
         ),
         ("the prior's map", layers(std::slice::from_ref(&parts.prior.map))),
+        (
+            "the prior's recurrence",
+            (parts.prior.recurrence.iter())
+                .all(|r| r.is_stable() && r.layers().iter().all(|(_, l)| layers(std::slice::from_ref(*l)))),
+        ),
         (
             "the limit of the normalisation",
             parts.normalisation.limit.is_none_or(positive),

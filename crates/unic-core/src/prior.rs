@@ -1,27 +1,31 @@
-//! The linear part of a model: where the garment hangs on average in a given motion.
+//! Where the garment hangs in a given motion, before the field moves its vertices.
 
 use crate::{
     network::Linear,
+    recurrence::Recurrence,
     surface_map::{SurfaceMap, SurfaceMapError},
 };
 use glam::Vec3;
 
-/// A ridge regression from a pair of motion vectors to a few displacement shapes:
-/// u ≈ ū_i + Σ_k a_k φ_{k,i} with a = B (c_{t−1}, c_t) + b, in the vertices' rotated frames, metres.
+/// A few displacement shapes, u ≈ ū_i + Σ_k a_k φ_{k,i} in the vertices' rotated frames, metres,
+/// with a = B (c_{t−1}, c_t) + b by ridge regression from a pair of motion vectors, and what a
+/// [`Recurrence`] that remembers the motion adds to it.
 ///
 /// The field learns what remains. A linear map of few shapes cannot overfit as a network can, so
 /// that the state is zero where nothing better is known than where the garment usually hangs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LinearPrior {
+pub struct Prior {
     /// ū, one a vertex.
     pub mean: Vec<Vec3>,
     /// φ: V × K, the shapes of one vertex side by side.
     pub shapes: Vec<Vec3>,
     /// B and b: normalised pairs (2 D numbers) to K coefficients.
     pub map: Linear,
+    /// Adds to the K coefficients; none leaves them linear.
+    pub recurrence: Option<Recurrence>,
 }
 
-impl LinearPrior {
+impl Prior {
     /// The mean alone, without shapes; `inputs` is twice the length of the motion vector.
     pub fn constant(mean: Vec<Vec3>, inputs: usize) -> Self {
         let map = Linear {
@@ -34,6 +38,7 @@ impl LinearPrior {
             mean,
             shapes: Vec::new(),
             map,
+            recurrence: None,
         }
     }
 
@@ -47,7 +52,7 @@ impl LinearPrior {
         self.len() == 0
     }
 
-    /// Coefficients a of a normalised pair of motion vectors.
+    /// Coefficients a of a normalised pair of motion vectors by the linear map alone.
     pub fn coefficients(&self, pair: &[f32], out: &mut Vec<f32>) {
         out.clear();
         if self.is_empty() {
@@ -55,6 +60,11 @@ impl LinearPrior {
         }
         let rows = self.map.weight.chunks_exact(self.map.inputs).zip(&self.map.bias);
         out.extend(rows.map(|(row, b)| b + row.iter().zip(pair).map(|(w, x)| w * x).sum::<f32>()));
+    }
+
+    /// Numbers that it remembers of the motion.
+    pub fn state_len(&self) -> usize {
+        self.recurrence.as_ref().map_or(0, Recurrence::state_len)
     }
 
     /// Displacement of one vertex.
@@ -75,6 +85,7 @@ impl LinearPrior {
             mean: Vec::new(),
             shapes: Vec::new(),
             map: self.map.clone(),
+            recurrence: self.recurrence.clone(),
         };
         map.vectors(&self.mean, &mut moved.mean)?;
         let (count, vertices) = (self.len(), moved.mean.len());
@@ -96,8 +107,8 @@ mod tests {
     use super::*;
     use crate::mesh::TriMesh;
 
-    fn prior() -> LinearPrior {
-        LinearPrior {
+    fn prior() -> Prior {
+        Prior {
             mean: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
             shapes: [[Vec3::X, Vec3::Y], [Vec3::Z, Vec3::X], [Vec3::ONE, Vec3::ZERO]].concat(),
             map: Linear {
@@ -106,6 +117,7 @@ mod tests {
                 weight: vec![1.0, 2.0, 0.0, -1.0],
                 bias: vec![0.5, 0.0],
             },
+            recurrence: None,
         }
     }
 
@@ -115,10 +127,10 @@ mod tests {
         prior().coefficients(&[1.0, 3.0], &mut coefficients);
         assert_eq!(coefficients, [7.5, -3.0]);
         assert_eq!(prior().displacement(1, &coefficients), Vec3::new(-2.0, 0.0, 7.5));
-        LinearPrior::constant(vec![Vec3::Y], 4).coefficients(&[0.0; 4], &mut coefficients);
+        Prior::constant(vec![Vec3::Y], 4).coefficients(&[0.0; 4], &mut coefficients);
         assert!(coefficients.is_empty());
         assert_eq!(
-            LinearPrior::constant(vec![Vec3::Y], 4).displacement(0, &coefficients),
+            Prior::constant(vec![Vec3::Y], 4).displacement(0, &coefficients),
             Vec3::Y
         );
     }

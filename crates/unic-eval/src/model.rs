@@ -45,8 +45,8 @@ impl ModelPredictor {
     }
 }
 
-/// A displacement model's linear prior on its own: the state is zero in every frame, so that the
-/// garment hangs where the motion says on average. What the field has to beat.
+/// A displacement model's prior on its own: the state of every vertex is zero, so that the garment
+/// hangs where the motion up to now says. What the field has to beat.
 #[derive(Clone, Debug)]
 pub struct PriorPredictor(ModelPredictor);
 
@@ -61,7 +61,7 @@ impl PriorPredictor {
         let StateConfig::Displacement(config) = &mut parts.config.state else {
             return Ok(None);
         };
-        // Nothing is remembered, and nothing is added.
+        // The vertices remember nothing, and nothing is added to the prior.
         config.memory_s = 0.0;
         if let Some(head) = parts.field.last_mut() {
             head.weight.fill(0.0);

@@ -67,11 +67,46 @@ pub enum StateSettings {
     Displacement {
         /// Time constant of forgetting, seconds.
         memory_s: f32,
-        /// Shapes of the linear prior; 0 leaves the mean alone.
+        /// Shapes of the prior; 0 leaves the mean alone.
         prior_shapes: usize,
+        /// What the prior remembers of the motion; absent: nothing.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        recurrence: Option<RecurrenceSettings>,
         /// Inputs of the field.
         inputs: Vec<PointInput>,
     },
+}
+
+/// Sizes and training of a prior's recurrence, see [`unic_core::recurrence::Recurrence`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecurrenceSettings {
+    /// Oscillators M.
+    pub oscillators: usize,
+    /// Width of the embedding and of the hidden layer.
+    pub width: usize,
+    /// AdamW steps of the one that the model gets; those with clips left out have half as many.
+    pub steps: u64,
+    /// At the start; it rises first, and falls in a half period of the cosine.
+    pub learning_rate: f64,
+    /// Windows in a step.
+    pub windows: usize,
+    /// Frames of a window.
+    pub frames: usize,
+}
+
+impl RecurrenceSettings {
+    pub(crate) fn optimiser(&self, steps: u64) -> OptimiserConfig {
+        OptimiserConfig {
+            steps,
+            learning_rate: self.learning_rate,
+            final_learning_rate: 0.0,
+            half_periods: 1.0,
+            warmup_steps: steps / 6,
+            weight_decay: 1e-2,
+            clip_norm: 1.0,
+        }
+    }
 }
 
 /// AdamW (Loshchilov & Hutter 2019) with a cosine schedule.
@@ -244,13 +279,19 @@ impl TrainConfig {
         (length.round() as usize).max(1)
     }
 
+    /// Learning rate of a step.
+    pub fn learning_rate(&self, step: u64) -> f64 {
+        self.optimiser.learning_rate(step)
+    }
+}
+
+impl OptimiserConfig {
     /// Learning rate of a step: warm-up, then cosine between the two rates.
     pub fn learning_rate(&self, step: u64) -> f64 {
-        let o = &self.optimiser;
-        let phase = std::f64::consts::PI * o.half_periods * step as f64 / o.steps as f64;
-        let rate =
-            o.final_learning_rate + (o.learning_rate - o.final_learning_rate) * (1.0 + phase.cos()) / 2.0;
-        let warmup = (step + 1) as f64 / o.warmup_steps.max(1) as f64;
+        let phase = std::f64::consts::PI * self.half_periods * step as f64 / self.steps as f64;
+        let rate = self.final_learning_rate
+            + (self.learning_rate - self.final_learning_rate) * (1.0 + phase.cos()) / 2.0;
+        let warmup = (step + 1) as f64 / self.warmup_steps.max(1) as f64;
         rate * warmup.min(1.0)
     }
 }

@@ -1,11 +1,13 @@
 //! The training clips of a capture, and what must be measured on them before training.
 
 use crate::{
-    config::{ModelSettings, StateSettings, TrainConfig},
+    config::{StateSettings, TrainConfig},
     error::TrainError,
+    event::Control,
     fit::{Fit, FitClips},
     mirror::{MirrorMap, View},
-    prior::{FittedPrior, fit_prior},
+    prior::{FittedPrior, PriorSettings, fit_prior},
+    recurrence::Watch,
     scales::{Scales, measure},
 };
 use glam::Vec3;
@@ -14,7 +16,7 @@ use unic_core::{
     config::{DisplacementConfig, ModelConfig, StateConfig},
     features::RestBox,
     motion::{MotionSpec, Normalisation, motion_len},
-    prior::LinearPrior,
+    prior::Prior,
 };
 use unic_eval::{PreparedClip, TrainingSet};
 use unic_io::Capture;
@@ -36,7 +38,7 @@ pub struct Dataset {
     /// Normalised motion vectors of each training clip, T × D.
     pub motion: Vec<MotionVectors>,
     /// Where the garment hangs in a given motion, as the finished model has it.
-    pub prior: LinearPrior,
+    pub prior: Prior,
     /// Coefficients of the prior by training clip and frame, fitted without that clip.
     pub coefficients: Vec<Vec<Vec<f32>>>,
     /// Bounding box of the rest shape.
@@ -52,6 +54,16 @@ pub struct MotionVectors {
 }
 
 impl MotionVectors {
+    /// As they are, without a mirror map.
+    #[cfg(test)]
+    pub(crate) fn of_plain(len: usize, plain: Vec<f32>) -> Self {
+        Self {
+            len,
+            plain,
+            mirrored: None,
+        }
+    }
+
     fn new(clip: &PreparedClip, normalisation: &Normalisation, mirror: Option<&MirrorMap>) -> Self {
         let normalised = |mut vector: Vec<f32>| {
             normalisation.apply(&mut vector);
@@ -63,6 +75,11 @@ impl MotionVectors {
             plain: frames().flat_map(|c| normalised(c.to_vec())).collect(),
             mirrored: mirror.map(|m| frames().flat_map(|c| normalised(m.apply(c))).collect()),
         }
+    }
+
+    /// Is there a mirror map?
+    pub fn is_mirrored(&self) -> bool {
+        self.mirrored.is_some()
     }
 
     /// The vector of one frame; the mirrored one where there is a mirror map.
@@ -81,6 +98,20 @@ impl Dataset {
     /// # Errors
     /// Clips that cannot be read, no clip to train on, settings that fit no network.
     pub fn new(capture: Capture, settings: &TrainConfig, fit: Fit) -> Result<Self, TrainError> {
+        Self::watched(capture, settings, fit, &|_, _| Control::Continue)
+    }
+
+    /// As [`Dataset::new`]; `watch` is asked while the prior is trained, which takes as long as many a
+    /// step.
+    ///
+    /// # Errors
+    /// As [`Dataset::new`]; [`TrainError::Stopped`] where the watch says so.
+    pub fn watched(
+        capture: Capture,
+        settings: &TrainConfig,
+        fit: Fit,
+        watch: &Watch,
+    ) -> Result<Self, TrainError> {
         let spec = MotionSpec::new(
             settings.model.layout,
             settings.model.velocity,
@@ -105,7 +136,7 @@ impl Dataset {
             .iter()
             .map(|c| MotionVectors::new(c, &normalisation, mirror.as_ref()))
             .collect();
-        let fitted = fitted_prior(&settings.model, &capture, &clips, &motion);
+        let fitted = fitted_prior(settings, &capture, &clips, &motion, watch)?;
         let scales = measure(&settings.model, &capture, &clips, &fitted);
         let config = model_config(settings, spec, &capture, scales.as_ref());
         config.check(joints)?;
@@ -125,7 +156,7 @@ impl Dataset {
 
     /// Can windows be mirrored?
     pub fn mirrors(&self) -> bool {
-        self.motion.iter().all(|m| m.mirrored.is_some())
+        self.motion.iter().all(MotionVectors::is_mirrored)
     }
 
     /// Frames of the longest window that fits a clip, the first frame not counted. Windows are drawn
@@ -154,28 +185,39 @@ fn load(capture: &Capture, spec: &MotionSpec, names: &[String]) -> Result<Vec<Pr
 }
 
 fn fitted_prior(
-    model: &ModelSettings,
+    settings: &TrainConfig,
     capture: &Capture,
     clips: &[PreparedClip],
     motion: &[MotionVectors],
-) -> FittedPrior {
-    match model.state {
-        StateSettings::Displacement { prior_shapes, .. } => {
+    watch: &Watch,
+) -> Result<FittedPrior, TrainError> {
+    match &settings.model.state {
+        StateSettings::Displacement {
+            prior_shapes,
+            recurrence,
+            ..
+        } => {
             let garment = capture.garment.clone();
             let set = TrainingSet {
                 garment,
                 train: clips.to_vec(),
                 validation: Vec::new(),
             };
-            fit_prior(&set, motion, prior_shapes)
+            let settings = PriorSettings {
+                shapes: *prior_shapes,
+                recurrence: recurrence.as_ref(),
+                seed: settings.seed,
+                fps: capture.manifest.fps,
+            };
+            fit_prior(&set, motion, &settings, watch)
         }
         StateSettings::Position => {
             let zeros = vec![Vec3::ZERO; capture.garment.rest.vertices.len()];
             let inputs = 2 * motion_len(capture.character.skeleton.len());
-            FittedPrior {
-                prior: LinearPrior::constant(zeros, inputs),
+            Ok(FittedPrior {
+                prior: Prior::constant(zeros, inputs),
                 left_out: clips.iter().map(|c| vec![Vec::new(); c.len()]).collect(),
-            }
+            })
         }
     }
 }

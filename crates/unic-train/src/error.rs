@@ -57,6 +57,9 @@ pub enum TrainError {
         /// What it is.
         value: f64,
     },
+    /// A watch asked for it before there was anything to save.
+    #[error("stopped while fitting the prior")]
+    Stopped,
     /// A checkpoint of another run, or damaged.
     #[error("{path}: expected a checkpoint of this run, found {}", shortened(found))]
     Checkpoint {

@@ -88,6 +88,7 @@ mod network;
 mod noise;
 mod optimiser;
 mod prior;
+mod recurrence;
 mod rollout;
 mod scales;
 mod stream;
@@ -98,7 +99,8 @@ pub use batch::{Batch, Window};
 pub use checkpoint::{Checkpoint, Progress};
 pub use config::{
     BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, ModelSettings, OptimiserConfig,
-    Preset, Refit, RegularisationConfig, SettingsError, StateSettings, TrainConfig, ValidationConfig,
+    Preset, RecurrenceSettings, Refit, RegularisationConfig, SettingsError, StateSettings, TrainConfig,
+    ValidationConfig,
 };
 pub use correction::{Bodies, Correction};
 pub use dataset::{Dataset, MotionVectors};
@@ -110,7 +112,8 @@ pub use mirror::{MirrorMap, View, mirrored};
 pub use network::{Network, NetworkShape, Parameter, StepNoise};
 pub use noise::SmoothNoise;
 pub use optimiser::{Moments, update};
-pub use prior::{FittedPrior, fit_prior};
+pub use prior::{FittedPrior, PriorSettings, fit_prior};
+pub use recurrence::Watch;
 pub use rollout::Rollout;
 pub use stream::{Stream, generator};
 pub use trainer::{Pace, Trainer};

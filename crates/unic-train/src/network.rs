@@ -274,7 +274,7 @@ pub(crate) fn model_layers(
 /// Parameter ids are fixed, so that records repeat from run to run; the encoder's start at 1.
 const FIELD_ID: u64 = 1000;
 
-fn parameter<const D: usize>(
+pub(crate) fn parameter<const D: usize>(
     id: u64,
     values: Vec<f32>,
     shape: [usize; D],
@@ -289,7 +289,7 @@ fn parameter<const D: usize>(
     Param::initialized(ParamId::from(id), tensor)
 }
 
-fn host<const D: usize>(name: String, parameter: &Param<Tensor<D>>) -> Parameter {
+pub(crate) fn host<const D: usize>(name: String, parameter: &Param<Tensor<D>>) -> Parameter {
     let values = parameter.val().inner().try_into_vec_as::<f32>();
     Parameter {
         name,
@@ -301,12 +301,12 @@ fn host<const D: usize>(name: String, parameter: &Param<Tensor<D>>) -> Parameter
 
 /// ELU with α = 1 whose gradient stays finite: Burn's own takes exp of positive inputs too, whose
 /// gradient is 0 · ∞ above 88.
-fn elu(x: Tensor<2>) -> Tensor<2> {
+pub(crate) fn elu<const D: usize>(x: Tensor<D>) -> Tensor<D> {
     activation::relu(x.clone()) + (x.clamp_max(0.0).exp() - 1.0)
 }
 
 /// Rows of `columns` numbers to columns.
-fn transposed(values: &[f32], columns: usize) -> Vec<f32> {
+pub(crate) fn transposed(values: &[f32], columns: usize) -> Vec<f32> {
     let rows = values.len() / columns.max(1);
     (0..columns)
         .flat_map(|c| (0..rows).map(move |r| values[r * columns + c]))

@@ -22,11 +22,12 @@ pub struct Moments {
 impl Moments {
     /// Zeros for a network.
     pub fn new(network: &Network) -> Self {
-        let zeros: Vec<Vec<f32>> = network
-            .parameters()
-            .iter()
-            .map(|p| vec![0.0; p.values.len()])
-            .collect();
+        Self::zeros(network.parameters().iter().map(|p| p.values.len()))
+    }
+
+    /// Zeros for parameters of these lengths.
+    pub(crate) fn zeros(lengths: impl Iterator<Item = usize>) -> Self {
+        let zeros: Vec<Vec<f32>> = lengths.map(|length| vec![0.0; length]).collect();
         Self {
             first: zeros.clone(),
             second: zeros,
@@ -34,15 +35,15 @@ impl Moments {
     }
 }
 
-/// Updates the network with the gradients of one loss; `step` counts from 0. Returns the gradient's
+/// Updates a network with the gradients of one loss; `step` counts from 0. Returns the gradient's
 /// global norm before clipping; one that is not finite leaves everything as it was.
 ///
 /// Parameters that no other network shares are updated where they lie.
 ///
 /// # Errors
 /// None for moments of this network.
-pub fn update(
-    network: &mut Network,
+pub fn update<N: Module + Default>(
+    network: &mut N,
     gradients: GradientsParams,
     moments: &mut Moments,
     config: &OptimiserConfig,

@@ -20,6 +20,8 @@ pub enum Stream {
     Validation = 6,
     /// Noise on the motion vectors.
     MotionNoise = 7,
+    /// Windows and dropout masks of the prior's recurrence.
+    Recurrence = 8,
 }
 
 /// The generator of one stream at one step.

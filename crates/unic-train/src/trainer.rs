@@ -110,6 +110,11 @@ impl Trainer {
         &self.data
     }
 
+    /// Clips and measurements, for another run on the same data.
+    pub fn into_data(self) -> Dataset {
+        self.data
+    }
+
     /// Steps done.
     pub fn step(&self) -> u64 {
         self.step

@@ -11,6 +11,7 @@ use glam::{Quat, Vec3};
 use std::f32::consts::TAU;
 use unic_core::animator::Animator;
 use unic_core::features::PointFrame;
+use unic_core::recurrence::RecurrenceScratch;
 use unic_eval::{Mode, Predictor, PriorPredictor};
 use unic_io::Split;
 use unic_train::*;
@@ -54,10 +55,16 @@ fn linear_take(clip: usize, relation: f32) -> Take {
 /// Training clips with these relations, and one to validate.
 fn linear_data(relations: &[f32], shapes: usize) -> Dataset {
     let mut config = small(Preset::Tiny);
-    let StateSettings::Displacement { prior_shapes, .. } = &mut config.model.state else {
+    let StateSettings::Displacement {
+        prior_shapes,
+        recurrence,
+        ..
+    } = &mut config.model.state
+    else {
         unreachable!()
     };
     *prior_shapes = shapes;
+    *recurrence = None;
     let train = relations
         .iter()
         .enumerate()
@@ -82,12 +89,21 @@ fn share(data: &Dataset, clip: usize, coefficients: &[Vec<f32>]) -> f32 {
 
 fn final_coefficients(data: &Dataset, clip: usize) -> Vec<Vec<f32>> {
     let motion = &data.motion[clip];
+    let (mut scratch, mut state) = (RecurrenceScratch::default(), Vec::new());
     let of = |t: usize| {
         let pair = [t.saturating_sub(1), t]
             .map(|t| motion.frame(t, View::Direct))
             .concat();
         let mut out = Vec::new();
         data.prior.coefficients(&pair, &mut out);
+        if let Some(recurrence) = &data.prior.recurrence {
+            recurrence.read(&pair, &mut scratch);
+            match t {
+                0 => recurrence.start(&mut scratch, &mut state),
+                _ => recurrence.advance(&mut scratch, &mut state),
+            }
+            recurrence.correct(&state, &mut scratch, &mut out);
+        }
         out
     };
     (0..data.clips[clip].len()).map(of).collect()

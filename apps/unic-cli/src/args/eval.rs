@@ -7,7 +7,7 @@ use std::path::PathBuf;
 ///
 /// Every row is measured one-step (each frame from the true one before it) and free-running (from
 /// frame 0 alone), which is the one that counts. Lengths are in millimetres. The row `prior` is what
-/// the model's linear part says on its own, without the network's field.
+/// the model's prior says on its own, without the network's field.
 ///
 /// Examples:
 ///   unic eval --baselines captures/tshirt

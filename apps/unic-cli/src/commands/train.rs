@@ -8,6 +8,7 @@ use crate::{
     failure::{Interrupted, Usage},
     interrupt,
     output::say,
+    progress::Progress,
     run_folder::{Earlier, RunFolder, RunRecord},
     settings,
 };
@@ -17,10 +18,11 @@ use listener::Listener;
 use result::Trained;
 use std::{
     path::{Path, PathBuf},
+    sync::{Mutex, PoisonError},
     time::{Duration, Instant},
 };
 use unic_io::Capture;
-use unic_train::{Checkpoint, Dataset, Fit, Outcome, TrainConfig, Trainer, Validation};
+use unic_train::{Checkpoint, Control, Dataset, Fit, Outcome, TrainConfig, TrainError, Trainer, Validation};
 
 /// Trains and writes the model.
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
@@ -30,8 +32,8 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let folder = RunFolder::open(&out, earlier(args))?;
     let record = RunRecord::new(&capture, preset_name(args))?;
     interrupt::check()?;
-    let config = match args.resume {
-        true => settings_of_the_run(args, &record, &folder)?,
+    let (config, timed) = match args.resume {
+        true => (settings_of_the_run(args, &record, &folder)?, None),
         false => settings_of_a_new_run(args, &capture, started)?,
     };
     let run = Run {
@@ -42,7 +44,8 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
         folder,
         out,
     };
-    let first = run.load(run.fits[0])?;
+    let data = timed.map_or_else(|| load(&run.capture, &run.config, run.fits[0]), Ok)?;
+    let first = Trainer::new(data, run.config.clone())?;
     interrupt::check()?;
     if !args.resume {
         run.folder.begin(&run.config, &record)?;
@@ -77,27 +80,62 @@ fn preset_name(args: &TrainArgs) -> String {
     value.map_or_else(|| "standard".to_owned(), |value| value.get_name().to_owned())
 }
 
-fn settings_of_a_new_run(args: &TrainArgs, capture: &Capture, started: Instant) -> Result<TrainConfig> {
+/// And the data of the first fit, where a budget has asked for it.
+fn settings_of_a_new_run(
+    args: &TrainArgs,
+    capture: &Capture,
+    started: Instant,
+) -> Result<(TrainConfig, Option<Dataset>)> {
     let mut config = settings::of_new_run(args)?;
-    if let Some(budget) = args.budget {
-        config.optimiser.steps = steps_within(capture, &config, budget, started)?;
+    let Some(budget) = args.budget else {
+        return Ok((config, None));
+    };
+    let (steps, data) = steps_within(capture, &config, budget, started)?;
+    config.optimiser.steps = steps;
+    Ok((config, Some(data)))
+}
+
+/// Opens the clips of a fit and fits its prior.
+fn load(capture: &Capture, config: &TrainConfig, fit: Fit) -> Result<Dataset> {
+    let progress: Mutex<Option<Progress>> = Mutex::new(None);
+    let watch = |done: u64, all: u64| {
+        let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
+        let shown = progress.get_or_insert_with(|| Progress::new("fitting the prior", 0, all));
+        shown.set(done, String::new);
+        match interrupt::is_asked() {
+            true => Control::Stop,
+            false => Control::Continue,
+        }
+    };
+    match Dataset::watched(capture.clone(), config, fit, &watch) {
+        Err(TrainError::Stopped) => {
+            interrupt::check()?;
+            Err(TrainError::Stopped.into())
+        }
+        result => Ok(result?),
     }
-    Ok(config)
 }
 
 /// Steps that leave the budget the time for loading, and for every fit.
-fn steps_within(capture: &Capture, config: &TrainConfig, budget: Duration, started: Instant) -> Result<u64> {
+fn steps_within(
+    capture: &Capture,
+    config: &TrainConfig,
+    budget: Duration,
+    started: Instant,
+) -> Result<(u64, Dataset)> {
     say("timing a few steps to fill the budget");
     let fits = Fit::of_run(capture, config);
     let loading = Instant::now();
-    let data = Dataset::new(capture.clone(), config, fits[0])?;
+    let data = load(capture, config, fits[0])?;
     let loading = loading.elapsed();
     interrupt::check()?;
-    let pace = Trainer::new(data, config.clone())?.pace()?;
+    let trainer = Trainer::new(data, config.clone())?;
+    let pace = trainer.pace()?;
     interrupt::check()?;
-    let spent = started.elapsed() + loading * fits.len() as u32;
+    let spent = started.elapsed() + loading * (fits.len() - 1) as u32;
     let left = budget.saturating_sub(spent).as_secs_f64();
-    Ok(pace.steps_within(left, fits, config.validation.every))
+    let steps = pace.steps_within(left, fits, config.validation.every);
+    Ok((steps, trainer.into_data()))
 }
 
 fn settings_of_the_run(args: &TrainArgs, now: &RunRecord, folder: &RunFolder) -> Result<TrainConfig> {
@@ -150,10 +188,12 @@ struct Run {
 }
 
 impl Run {
-    /// A fit at its beginning.
-    fn load(&self, fit: Fit) -> Result<Trainer> {
-        let data = Dataset::new(self.capture.clone(), &self.config, fit)?;
-        Ok(Trainer::new(data, self.config.clone())?)
+    /// The fit after `trainer`'s, at its beginning.
+    fn next(&self, trainer: &Trainer, fit: Fit) -> Result<Trainer> {
+        let data = load(&self.capture, &self.config, fit);
+        // What the fit before has done is saved.
+        self.stop_if_asked(trainer)?;
+        Ok(Trainer::new(data?, self.config.clone())?)
     }
 
     /// Trains all fits, each from where its newest checkpoint has left it; the last one is the model.
@@ -171,7 +211,7 @@ impl Run {
         for &fit in &self.fits[1..] {
             earlier_seconds += trainer.seconds();
             self.stop_if_asked(&trainer)?;
-            trainer = self.resumed(self.load(fit)?)?;
+            trainer = self.resumed(self.next(&trainer, fit)?)?;
             self.stop_if_asked(&trainer)?;
             self.fit(&mut trainer, &mut listener, earlier_seconds)?;
         }

@@ -10,7 +10,8 @@ use unic_core::{
     model::{About, Model, ModelParts},
     motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
     network::{Encoder, Field, Linear},
-    prior::LinearPrior,
+    prior::Prior,
+    recurrence::Recurrence,
     skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
@@ -22,6 +23,9 @@ pub(crate) const PARENTS: [i64; 24] = [
 const BODY_VERTICES: usize = 6_890;
 pub(crate) const FPS: f32 = 30.0;
 
+/// Oscillators and width of the recurrence of `standard`.
+const OSCILLATORS: usize = 64;
+const WIDTH: usize = 128;
 /// Shapes of the prior of `standard`.
 const SHAPES: usize = 32;
 
@@ -57,12 +61,20 @@ pub(crate) fn model(preset: Preset, vertices: usize) -> Model {
         normalisation: Normalisation::identity(PARENTS.len()),
         character: character(),
         prior: match preset {
-            Preset::Standard => LinearPrior {
+            Preset::Standard => Prior {
                 mean: vec![Vec3::ZERO; vertices],
                 shapes: vec![Vec3::splat(1e-3); vertices * SHAPES],
                 map: linear(pair, SHAPES),
+                recurrence: Some(Recurrence {
+                    poles: vec![[0.9, 0.1]; OSCILLATORS],
+                    embedding: linear(pair, WIDTH),
+                    drive: linear(WIDTH, 2 * OSCILLATORS),
+                    memory: linear(2 * OSCILLATORS, WIDTH),
+                    hidden: linear(2 * WIDTH, WIDTH),
+                    head: linear(WIDTH, SHAPES),
+                }),
             },
-            Preset::Paper => LinearPrior::constant(vec![Vec3::ZERO; vertices], pair),
+            Preset::Paper => Prior::constant(vec![Vec3::ZERO; vertices], pair),
         },
         rest_box: RestBox::of(&garment.rest.vertices),
         garment,

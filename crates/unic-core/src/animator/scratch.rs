@@ -6,6 +6,7 @@ use crate::{
     features::{Past, PointFrame, PointHistory},
     model::Model,
     network::{EncoderScratch, FieldBiases},
+    recurrence::RecurrenceScratch,
     transform::Rigid,
 };
 use glam::Vec3;
@@ -21,6 +22,7 @@ pub(super) struct Scratch {
     pub(super) latent: Vec<f32>,
     pub(super) biases: FieldBiases,
     pub(super) tiles: Vec<TileScratch>,
+    pub(super) recurrence: RecurrenceScratch,
     pub(super) coefficients: Vec<f32>,
     /// Displacements of the prior in the current frame.
     pub(super) prior: Vec<Vec3>,
@@ -55,7 +57,10 @@ impl Animator {
                 }
             });
         }
-        self.hang();
+        self.hang(match self.state.at_start {
+            true => Tick::First,
+            false => Tick::Same,
+        });
     }
 
     /// Point histories of the new frame.
@@ -87,7 +92,7 @@ impl Animator {
         let before = std::mem::take(&mut self.scratch.prior);
         let (first, _) = self.state.motion.pair();
         write_pair(&self.model, [first, first], &mut self.scratch.encoder_input);
-        self.hang();
+        self.hang(Tick::First);
         for (vertex, (old, new)) in self
             .state
             .vertices
@@ -101,13 +106,28 @@ impl Animator {
     }
 
     /// Where the prior puts the garment for the motion in `encoder_input`.
-    fn hang(&mut self) {
-        let Self { model, scratch, .. } = self;
+    fn hang(&mut self, tick: Tick) {
+        let Self {
+            model,
+            scratch,
+            state,
+            ..
+        } = self;
         if model.config.state == StateConfig::Position {
             return;
         }
         let prior = &model.prior;
         prior.coefficients(&scratch.encoder_input, &mut scratch.coefficients);
+        if let Some(recurrence) = &prior.recurrence {
+            let buffers = &mut scratch.recurrence;
+            recurrence.read(&scratch.encoder_input, buffers);
+            match tick {
+                Tick::First => recurrence.start(buffers, &mut state.recurrence),
+                Tick::Next => recurrence.advance(buffers, &mut state.recurrence),
+                Tick::Same => {}
+            }
+            recurrence.correct(&state.recurrence, buffers, &mut scratch.coefficients);
+        }
         scratch.prior.resize(model.vertex_count(), Vec3::ZERO);
         let coefficients = &scratch.coefficients;
         for_each_tile(&mut scratch.prior, |first, tile| {
@@ -121,7 +141,7 @@ impl Animator {
     pub(super) fn encode(&mut self) {
         let (before, now) = self.state.motion.pair();
         write_pair(&self.model, [before, now], &mut self.scratch.encoder_input);
-        self.hang();
+        self.hang(Tick::Next);
         let Self { model, scratch, .. } = self;
         scratch.latent.resize(model.config.encoder.channels, 0.0);
         model
@@ -129,6 +149,17 @@ impl Animator {
             .encode(&scratch.encoder_input, &mut scratch.encoder, &mut scratch.latent);
         model.field.fold(&scratch.latent, &mut scratch.biases);
     }
+}
+
+/// What the motion in the buffers is to the prior's recurrence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Tick {
+    /// The first of a sequence.
+    First,
+    /// The one after the state's.
+    Next,
+    /// The state's own.
+    Same,
 }
 
 /// Two motion vectors side by side, normalised.

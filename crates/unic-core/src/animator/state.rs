@@ -16,6 +16,9 @@ pub struct AnimatorState {
     /// Has no step been taken since the reset?
     pub(super) at_start: bool,
     pub(super) vertices: Vec<VertexState>,
+    /// Of the prior's recurrence; empty without one.
+    #[serde(default)]
+    pub(super) recurrence: Vec<f32>,
 }
 
 /// State of one vertex: positions in the motion vector's frame, or displacements.
@@ -34,6 +37,8 @@ impl AnimatorState {
             motion: MotionState::start(&model.config.motion, &model.character.skeleton, input),
             at_start: true,
             vertices: vec![VertexState::default(); model.vertex_count()],
+            // At rest; the first look at the motion starts it.
+            recurrence: vec![0.0; model.prior.state_len()],
         }
     }
 
@@ -44,6 +49,11 @@ impl AnimatorState {
         let (expected, found) = (model.vertex_count(), self.vertices.len());
         if expected != found {
             return Err(AnimatorError::Vertices { expected, found });
+        }
+        let (expected, found) = (model.prior.state_len(), self.recurrence.len());
+        if expected != found || self.recurrence.iter().any(|h| !h.is_finite()) {
+            let text = format!("{expected} finite numbers of the prior, found {found}");
+            return Err(AnimatorError::State(text));
         }
         let finite = |v: &VertexState| v.value.is_finite() && v.previous.is_finite();
         match self.vertices.iter().position(|v| !finite(v)) {

@@ -7,7 +7,8 @@ use crate::{
     mesh::{TriMesh, Uvs},
     motion::Normalisation,
     network::Linear,
-    prior::LinearPrior,
+    prior::Prior,
+    recurrence::Recurrence,
     skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
@@ -97,29 +98,49 @@ impl<'a> Source<'a> {
     }
 
     pub(super) fn layers(&self, network: &str, count: usize) -> Result<Vec<Linear>, ModelFileError> {
-        let layer = |i: usize| {
-            let (weight, shape) = self.read(&format!("{network}.{i}.weight"), Dtype::F32, &[0, 0])?;
-            Ok(Linear {
-                inputs: shape[1],
-                outputs: shape[0],
-                weight,
-                bias: self.floats(&format!("{network}.{i}.bias"), &[shape[0]])?,
-            })
-        };
-        (0..count).map(layer).collect()
+        (0..count)
+            .map(|i| self.layer(&format!("{network}.{i}")))
+            .collect()
     }
 
-    pub(super) fn prior(&self) -> Result<LinearPrior, ModelFileError> {
+    fn layer(&self, name: &str) -> Result<Linear, ModelFileError> {
+        let (weight, shape) = self.read(&format!("{name}.weight"), Dtype::F32, &[0, 0])?;
+        Ok(Linear {
+            inputs: shape[1],
+            outputs: shape[0],
+            weight,
+            bias: self.floats(&format!("{name}.bias"), &[shape[0]])?,
+        })
+    }
+
+    pub(super) fn prior(&self) -> Result<Prior, ModelFileError> {
         let mean = self.points("prior.mean")?;
         if !self.has("prior.shapes") {
-            return Ok(LinearPrior::constant(mean, 2 * self.vector("motion.mean")?.len()));
+            return Ok(Prior::constant(mean, 2 * self.vector("motion.mean")?.len()));
         }
         let shapes = self.floats("prior.shapes", &[mean.len(), 0, 3])?;
-        Ok(LinearPrior {
+        Ok(Prior {
             shapes: shapes.chunks_exact(3).map(Vec3::from_slice).collect(),
-            map: self.layers("prior", 1)?.swap_remove(0),
+            map: self.layer("prior.0")?,
+            recurrence: self.recurrence()?,
             mean,
         })
+    }
+
+    fn recurrence(&self) -> Result<Option<Recurrence>, ModelFileError> {
+        if !self.has("recurrence.poles") {
+            return Ok(None);
+        }
+        let poles = self.floats("recurrence.poles", &[0, 2])?;
+        let layer = |name: &str| self.layer(&format!("recurrence.{name}"));
+        Ok(Some(Recurrence {
+            poles: poles.as_chunks::<2>().0.to_vec(),
+            embedding: layer("embedding")?,
+            drive: layer("drive")?,
+            memory: layer("memory")?,
+            hidden: layer("hidden")?,
+            head: layer("head")?,
+        }))
     }
 
     pub(super) fn weights(&self, owner: &str) -> Result<SkinningWeights, ModelFileError> {

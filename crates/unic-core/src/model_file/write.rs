@@ -1,7 +1,7 @@
 //! Tensors on their way into a file.
 
 use crate::{
-    character::Character, model::ModelParts, motion::Normalisation, network::Linear, prior::LinearPrior,
+    character::Character, model::ModelParts, motion::Normalisation, network::Linear, prior::Prior,
     skinning::SkinningWeights,
 };
 use glam::Vec3;
@@ -64,15 +64,14 @@ impl Tensors {
 
     fn layers(&mut self, network: &str, layers: &[Linear]) {
         for (i, layer) in layers.iter().enumerate() {
-            let shape = [layer.outputs, layer.inputs];
-            self.push(
-                &format!("{network}.{i}.weight"),
-                Dtype::F32,
-                &shape,
-                &layer.weight,
-            );
-            self.floats(&format!("{network}.{i}.bias"), &layer.bias);
+            self.layer(&format!("{network}.{i}"), layer);
         }
+    }
+
+    fn layer(&mut self, name: &str, layer: &Linear) {
+        let shape = [layer.outputs, layer.inputs];
+        self.push(&format!("{name}.weight"), Dtype::F32, &shape, &layer.weight);
+        self.floats(&format!("{name}.bias"), &layer.bias);
     }
 
     fn weights(&mut self, owner: &str, weights: &SkinningWeights) {
@@ -118,12 +117,23 @@ impl Tensors {
         self.weights("character", &character.weights);
     }
 
-    fn prior(&mut self, prior: &LinearPrior) {
+    fn prior(&mut self, prior: &Prior) {
         self.points("prior.mean", &prior.mean);
         if !prior.is_empty() {
             let shape = [prior.mean.len(), prior.len(), 3];
             self.push("prior.shapes", Dtype::F32, &shape, &prior.shapes);
             self.layers("prior", std::slice::from_ref(&prior.map));
+        }
+        if let Some(recurrence) = &prior.recurrence {
+            self.push(
+                "recurrence.poles",
+                Dtype::F32,
+                &[recurrence.poles.len(), 2],
+                &recurrence.poles,
+            );
+            for (name, layer) in recurrence.layers() {
+                self.layer(&format!("recurrence.{name}"), layer);
+            }
         }
     }
 

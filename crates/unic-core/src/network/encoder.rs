@@ -64,7 +64,7 @@ impl Encoder {
 }
 
 /// Exponential linear unit with α = 1 (Clevert et al. 2015).
-fn elu(x: f32) -> f32 {
+pub(crate) fn elu(x: f32) -> f32 {
     if x > 0.0 { x } else { x.exp_m1() }
 }
 
@@ -72,7 +72,7 @@ fn elu(x: f32) -> f32 {
 #[cfg(feature = "rayon")]
 const ROWS_PER_TASK: usize = 256;
 
-fn apply(layer: &Linear, input: &[f32], output: &mut [f32]) {
+pub(crate) fn apply(layer: &Linear, input: &[f32], output: &mut [f32]) {
     let instructions = Instructions::best();
     let rows = |first: usize, output: &mut [f32]| {
         for (row, out) in output.iter_mut().enumerate() {

@@ -5,6 +5,7 @@ mod field;
 mod simd;
 
 pub use encoder::{Encoder, EncoderScratch};
+pub(crate) use encoder::{apply, elu};
 pub use field::{Field, FieldBiases, FieldScratch};
 pub use simd::{Instructions, TILE};
 

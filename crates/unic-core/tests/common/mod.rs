@@ -19,7 +19,8 @@ use unic_core::{
     model::{About, Model, ModelParts},
     motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
     network::Linear,
-    prior::LinearPrior,
+    prior::Prior,
+    recurrence::Recurrence,
     skeleton::{Pose, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
@@ -35,7 +36,7 @@ pub struct Variant {
     pub layout: MotionLayout,
     pub velocity: VelocityScheme,
     pub state: StateConfig,
-    /// Shapes of the prior; none is the mean alone.
+    /// Shapes of the prior; none is the mean alone, two or more have a recurrence.
     pub shapes: usize,
     /// Of the normalised motion vector.
     pub limit: Option<f32>,
@@ -138,12 +139,7 @@ pub fn parts(variant: &Variant) -> ModelParts {
 }
 
 /// A model of the sizes in `config`, with random networks.
-pub fn with_networks(
-    config: ModelConfig,
-    garment: Garment,
-    prior: LinearPrior,
-    limit: Option<f32>,
-) -> ModelParts {
+pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit: Option<f32>) -> ModelParts {
     let (inputs, points) = (2 * motion_len(JOINTS), config.state.input_len());
     let widths = config.encoder.widths(inputs);
     let encoder = widths
@@ -250,14 +246,32 @@ fn normalisation(limit: Option<f32>) -> Normalisation {
     normalisation
 }
 
-/// A few centimetres of mean displacement and of each shape.
-pub fn prior(vertices: usize, shapes: usize) -> LinearPrior {
+/// A few centimetres of mean displacement and of each shape; a recurrence where there are two or more.
+pub fn prior(vertices: usize, shapes: usize) -> Prior {
     let mut noise = Noise(400);
     let inputs = 2 * motion_len(JOINTS);
-    LinearPrior {
+    Prior {
         mean: (0..vertices).map(|_| noise.vector() * 0.02).collect(),
         shapes: (0..vertices * shapes).map(|_| noise.vector() * 0.02).collect(),
         map: linear(inputs, shapes, 0.7, 401),
+        recurrence: (shapes > 1).then(|| recurrence(inputs, shapes)),
+    }
+}
+
+/// Five oscillators, from slow to fast, some that hardly forget.
+fn recurrence(inputs: usize, outputs: usize) -> Recurrence {
+    let (oscillators, embedding, hidden) = (5, 7, 6);
+    let pole = |k: usize| {
+        let (decay, angle) = (0.5 + 0.1 * k as f32, 0.3 * k as f32);
+        [decay * angle.cos(), decay * angle.sin()]
+    };
+    Recurrence {
+        poles: (0..oscillators).map(pole).collect(),
+        embedding: linear(inputs, embedding, 0.7, 402),
+        drive: linear(embedding, 2 * oscillators, 0.5, 403),
+        memory: linear(2 * oscillators, hidden, 0.8, 404),
+        hidden: linear(hidden + embedding, hidden, 0.8, 405),
+        head: linear(hidden, outputs, 0.8, 406),
     }
 }
 

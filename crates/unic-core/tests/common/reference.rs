@@ -26,6 +26,8 @@ pub struct Reference {
     states: Vec<Vec<DVec3>>,
     /// World positions of the first frame.
     start: Vec<DVec3>,
+    /// Oscillators of the prior's recurrence, complex numbers.
+    memory: Vec<[f64; 2]>,
     /// How many outputs were shortened to the limit.
     pub limited: usize,
 }
@@ -54,6 +56,7 @@ impl Reference {
             rotations,
             states: vec![],
             start,
+            memory: vec![],
             limited: 0,
         };
         if reference.parts.config.state == StateConfig::Position {
@@ -79,6 +82,7 @@ impl Reference {
         if self.states.is_empty() {
             // The displacement at frame 0 is counted from the prior of c_0, now that it is complete.
             let still = [self.normalised(before), self.normalised(before)].concat();
+            self.begin_to_remember(&still);
             let prior = self.prior(&still);
             let vertices = self
                 .start
@@ -91,6 +95,7 @@ impl Reference {
                     .collect(),
             );
         }
+        self.remember(&pair);
         let outputs: Vec<DVec3> = (0..self.start.len()).map(|i| self.field(i, &latent)).collect();
         let next = outputs
             .into_iter()
@@ -162,16 +167,70 @@ impl Reference {
         } else {
             product(&prior.map, pair)
         };
+        let correction = self.correction(pair);
+        let a: Vec<f64> = a
+            .iter()
+            .enumerate()
+            .map(|(k, a)| a + correction.get(k).unwrap_or(&0.0))
+            .collect();
         let shape = |i: usize, k: usize| prior.shapes[i * a.len() + k].as_dvec3();
         let vertex =
             |i: usize| (0..a.len()).fold(prior.mean[i].as_dvec3(), |sum, k| sum + shape(i, k) * a[k]);
         (0..prior.mean.len()).map(vertex).collect()
     }
 
+    /// h = u / (1 − λ), the sum of λ^n u over all n.
+    fn begin_to_remember(&mut self, pair: &[f64]) {
+        self.memory = self.drive(pair);
+        let once = self.memory.clone();
+        // A thousand ticks of the slowest pole leave nothing of what came before.
+        for _ in 0..1000 {
+            self.memory = self.swung(&once);
+        }
+    }
+
+    fn remember(&mut self, pair: &[f64]) {
+        self.memory = self.swung(&self.drive(pair));
+    }
+
+    /// λ h + u.
+    fn swung(&self, drive: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let poles = self.parts.prior.recurrence.iter().flat_map(|r| &r.poles);
+        let swing = |((l, h), u): ((&[f32; 2], &[f64; 2]), &[f64; 2])| {
+            let [re, im] = l.map(f64::from);
+            [re * h[0] - im * h[1] + u[0], re * h[1] + im * h[0] + u[1]]
+        };
+        poles.zip(&self.memory).zip(drive).map(swing).collect()
+    }
+
+    fn drive(&self, pair: &[f64]) -> Vec<[f64; 2]> {
+        let Some(r) = &self.parts.prior.recurrence else {
+            return vec![];
+        };
+        let embedding: Vec<f64> = product(&r.embedding, pair).into_iter().map(elu).collect();
+        let drive = product(&r.drive, &embedding);
+        let count = r.poles.len();
+        (0..count).map(|k| [drive[k], drive[count + k]]).collect()
+    }
+
+    /// What the recurrence adds to the coefficients.
+    fn correction(&self, pair: &[f64]) -> Vec<f64> {
+        let Some(r) = &self.parts.prior.recurrence else {
+            return vec![];
+        };
+        let embedding = product(&r.embedding, pair).into_iter().map(elu);
+        let state: Vec<f64> = (0..2)
+            .flat_map(|part| self.memory.iter().map(move |h| h[part]))
+            .collect();
+        let memory = product(&r.memory, &state).into_iter().map(elu);
+        let joined: Vec<f64> = memory.chain(embedding).collect();
+        let hidden: Vec<f64> = product(&r.hidden, &joined).into_iter().map(elu).collect();
+        product(&r.head, &hidden)
+    }
+
     /// Linear maps with ELU between them, then the largest of each channel's logits.
     fn latent(&self, pair: &[f64]) -> Vec<f64> {
         let (last, hidden) = self.parts.encoder.split_last().unwrap();
-        let elu = |x: f64| if x > 0.0 { x } else { x.exp() - 1.0 };
         let x = hidden.iter().fold(pair.to_vec(), |x, layer| {
             product(layer, &x).into_iter().map(elu).collect()
         });
@@ -275,6 +334,10 @@ fn product(layer: &Linear, x: &[f64]) -> Vec<f64> {
     let rows = layer.weight.chunks_exact(layer.inputs).zip(&layer.bias);
     rows.map(|(row, b)| f64::from(*b) + row.iter().zip(x).map(|(w, x)| f64::from(*w) * x).sum::<f64>())
         .collect()
+}
+
+fn elu(x: f64) -> f64 {
+    if x > 0.0 { x } else { x.exp() - 1.0 }
 }
 
 fn unit(rotation: Quat) -> DQuat {

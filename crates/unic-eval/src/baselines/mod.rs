@@ -10,7 +10,7 @@
 //! | `ridge` | the displacement by ridge regression from two motion vectors |
 //! | `linear_dynamics` | the same with the previous displacement as a further input |
 //!
-//! Beside a displacement model stands one more row, `prior`: the model's own linear prior without its
+//! Beside a displacement model stands one more row, `prior`: the model's own prior without its
 //! field and its state ([`PriorPredictor`](crate::PriorPredictor)). It is fitted as the model is, and
 //! tells how much of the model's error the field has taken away.
 //!

@@ -1,6 +1,6 @@
 //! Which settings a run can be made from.
 
-use super::{Keep, Refit, StateSettings, TrainConfig};
+use super::{Keep, RecurrenceSettings, Refit, StateSettings, TrainConfig};
 use thiserror::Error;
 use unic_core::shown::shortened;
 
@@ -48,6 +48,13 @@ impl TrainConfig {
     pub fn check(&self) -> Result<(), SettingsError> {
         let o = &self.optimiser;
         self.check_batch()?;
+        if let StateSettings::Displacement {
+            recurrence: Some(recurrence),
+            ..
+        } = &self.model.state
+        {
+            recurrence.check()?;
+        }
         for (what, found) in [
             ("optimiser.steps", o.steps),
             ("validation.every", self.validation.every),
@@ -135,6 +142,34 @@ impl TrainConfig {
             ("regularisation.input_dropout", r.input_dropout.into()),
             ("regularisation.average", r.average),
         ]
+    }
+}
+
+impl RecurrenceSettings {
+    fn check(&self) -> Result<(), SettingsError> {
+        const KEYS: [&str; 4] = [
+            "model.state.displacement.recurrence.oscillators",
+            "model.state.displacement.recurrence.width",
+            "model.state.displacement.recurrence.windows",
+            "model.state.displacement.recurrence.frames",
+        ];
+        let counts = [self.oscillators, self.width, self.windows, self.frames];
+        for (what, found) in KEYS.into_iter().zip(counts) {
+            ensure(what, "1 to 4096", found, (1..=4096).contains(&found))?;
+        }
+        let (steps, rate) = (self.steps, self.learning_rate);
+        ensure(
+            "model.state.displacement.recurrence.steps",
+            "1 or more",
+            steps,
+            steps > 0,
+        )?;
+        ensure(
+            "model.state.displacement.recurrence.learning_rate",
+            "above 0",
+            rate,
+            is_positive(rate),
+        )
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::{
     BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, MARGIN_M, ModelSettings,
-    OptimiserConfig, Refit, RegularisationConfig, StateSettings, TrainConfig, ValidationConfig,
+    OptimiserConfig, RecurrenceSettings, Refit, RegularisationConfig, StateSettings, TrainConfig,
+    ValidationConfig,
 };
 use unic_core::{
     config::{EncoderConfig, FieldConfig, PointInput},
@@ -123,6 +124,14 @@ fn standard() -> TrainConfig {
             state: StateSettings::Displacement {
                 memory_s: 2.0,
                 prior_shapes: 32,
+                recurrence: Some(RecurrenceSettings {
+                    oscillators: 64,
+                    width: 128,
+                    steps: 600,
+                    learning_rate: 2e-3,
+                    windows: 32,
+                    frames: 96,
+                }),
                 inputs: vec![Displacement, Velocity, Rest, Up, SkinVelocity],
             },
         },
@@ -182,6 +191,7 @@ fn tiny() -> TrainConfig {
                 hidden_layers: 4,
                 skip: None,
             },
+            state: state_of_tiny(standard.model.state),
             ..standard.model
         },
         optimiser: OptimiserConfig {
@@ -197,4 +207,23 @@ fn tiny() -> TrainConfig {
         },
         ..standard
     }
+}
+
+/// A smaller recurrence, trained for less.
+fn state_of_tiny(mut state: StateSettings) -> StateSettings {
+    if let StateSettings::Displacement {
+        recurrence: Some(recurrence),
+        ..
+    } = &mut state
+    {
+        *recurrence = RecurrenceSettings {
+            oscillators: 16,
+            width: 32,
+            steps: 100,
+            windows: 16,
+            frames: 64,
+            ..recurrence.clone()
+        };
+    }
+    state
 }

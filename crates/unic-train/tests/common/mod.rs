@@ -87,8 +87,21 @@ pub(crate) fn small(preset: Preset) -> TrainConfig {
         hidden_layers: 3,
         skip: Some(2),
     };
-    if let StateSettings::Displacement { prior_shapes, .. } = &mut config.model.state {
+    if let StateSettings::Displacement {
+        prior_shapes,
+        recurrence,
+        ..
+    } = &mut config.model.state
+    {
         *prior_shapes = 3;
+        *recurrence = Some(RecurrenceSettings {
+            oscillators: 4,
+            width: 8,
+            steps: 20,
+            learning_rate: 1e-2,
+            windows: 4,
+            frames: 12,
+        });
     }
     config.batch = BatchConfig {
         windows: 4,

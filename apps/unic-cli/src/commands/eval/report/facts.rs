@@ -84,7 +84,7 @@ fn state(config: &ModelConfig) -> String {
     match &config.state {
         StateConfig::Position => "positions, as in the paper".to_owned(),
         StateConfig::Displacement(d) => format!(
-            "displacement from a linear prior, forgotten over {} s",
+            "displacement from a prior, forgotten over {} s",
             d.memory_s
         ),
     }

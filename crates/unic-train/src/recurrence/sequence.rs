@@ -1,0 +1,73 @@
+//! Stretches of motion with what the linear map leaves of the coefficients.
+
+use crate::{
+    dataset::MotionVectors,
+    mirror::{View, mirrored},
+};
+use glam::Vec3;
+use std::ops::Range;
+use unic_core::{
+    mesh::TriMesh,
+    recurrence::{Recurrence, RecurrenceScratch},
+    surface_map::SurfaceMap,
+};
+
+/// Consecutive frames of one clip in one view.
+pub(crate) struct Sequence<'a> {
+    pub(crate) motion: &'a MotionVectors,
+    pub(crate) view: View,
+    pub(crate) frames: Range<usize>,
+    /// What the linear map leaves, metres: frames × K.
+    pub(crate) targets: Vec<f32>,
+    /// Sequences of one clip have the same number.
+    pub(crate) fold: usize,
+}
+
+impl Sequence<'_> {
+    pub(crate) fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// Coefficients K.
+    pub(crate) fn outputs(&self) -> usize {
+        self.targets.len() / self.len().max(1)
+    }
+
+    /// The normalised motion pair of the sequence's frame `t`; the first frame of a clip is paired
+    /// with itself.
+    pub(crate) fn write_pair(&self, t: usize, out: &mut Vec<f32>) {
+        let frame = self.frames.start + t;
+        out.extend_from_slice(self.motion.frame(frame.saturating_sub(1), self.view));
+        out.extend_from_slice(self.motion.frame(frame, self.view));
+    }
+
+    /// What a recurrence adds to the coefficients, as the animator has it: frames × K.
+    pub(crate) fn corrections(&self, recurrence: &Recurrence) -> Vec<f32> {
+        let (mut scratch, mut state) = (RecurrenceScratch::default(), Vec::new());
+        let mut corrections = vec![0.0; self.targets.len()];
+        let mut pair = Vec::new();
+        for (t, out) in corrections.chunks_exact_mut(self.outputs().max(1)).enumerate() {
+            pair.clear();
+            self.write_pair(t, &mut pair);
+            recurrence.read(&pair, &mut scratch);
+            match t {
+                0 => recurrence.start(&mut scratch, &mut state),
+                _ => recurrence.advance(&mut scratch, &mut state),
+            }
+            recurrence.correct(&state, &mut scratch, out);
+        }
+        corrections
+    }
+}
+
+/// How far a garment may be from its mirror image on average to be taken as symmetric, metres.
+const SYMMETRIC_M: f32 = 0.005;
+
+/// Where the vertices of a mirrored garment are on the garment itself; none for one whose sides
+/// differ.
+pub(crate) fn mirrored_components(rest: &TriMesh) -> Option<SurfaceMap> {
+    let points: Vec<Vec3> = rest.vertices.iter().map(|v| mirrored(*v)).collect();
+    let map = SurfaceMap::new(rest, &points).ok()?;
+    let total: f32 = map.distances().sum();
+    (total <= SYMMETRIC_M * points.len() as f32).then_some(map)
+}

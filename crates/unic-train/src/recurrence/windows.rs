@@ -1,0 +1,122 @@
+//! Stretches of sequences, drawn at random for a training step.
+
+use super::{Sequence, unit::Sizes};
+use crate::config::RecurrenceSettings;
+use rand::{Rng, RngExt};
+
+/// Of inputs and of hidden numbers, one mask a window.
+const DROPOUT: f32 = 0.2;
+/// What training windows are drawn from.
+pub(super) struct Windows<'a> {
+    sequences: &'a [&'a Sequence<'a>],
+    sizes: Sizes,
+    windows: usize,
+    frames: usize,
+    /// Root mean square of the largest target, metres.
+    scale: f32,
+}
+
+/// Windows of one step, frame-major.
+pub(super) struct WindowBatch {
+    pub(super) frames: usize,
+    pub(super) windows: usize,
+    pub(super) sizes: Sizes,
+    pub(super) inputs: Vec<f32>,
+    pub(super) targets: Vec<f32>,
+    /// Of inputs, embedding and memory: windows × width.
+    pub(super) masks: [Vec<f32>; 3],
+}
+
+impl WindowBatch {
+    pub(super) fn shape(&self, numbers: usize) -> [usize; 3] {
+        [self.frames, self.windows, numbers]
+    }
+}
+
+impl<'a> Windows<'a> {
+    /// None without anything to learn.
+    pub(super) fn new(sequences: &'a [&'a Sequence<'a>], settings: &RecurrenceSettings) -> Option<Self> {
+        let longest = sequences.iter().map(|s| s.len()).max()?;
+        let first = sequences.first()?;
+        let sizes = Sizes {
+            inputs: 2 * first.motion.len,
+            width: settings.width,
+            oscillators: settings.oscillators,
+            outputs: first.outputs(),
+        };
+        let rms = |k: usize| {
+            let of = |s: &&Sequence| -> f64 {
+                let column = s.targets.iter().skip(k).step_by(sizes.outputs);
+                column.map(|t| f64::from(t * t)).sum()
+            };
+            let frames: usize = sequences.iter().map(|s| s.len()).sum();
+            (sequences.iter().map(of).sum::<f64>() / frames.max(1) as f64).sqrt()
+        };
+        let scale = (0..sizes.outputs).map(rms).fold(0.0, f64::max) as f32;
+        (scale > 0.0 && scale.is_finite()).then_some(Self {
+            sequences,
+            sizes,
+            windows: settings.windows,
+            frames: settings.frames.min(longest),
+            scale,
+        })
+    }
+
+    pub(super) fn sizes(&self) -> Sizes {
+        self.sizes
+    }
+
+    /// Metres that one unit of a target means.
+    pub(super) fn scale(&self) -> f32 {
+        self.scale
+    }
+
+    pub(super) fn draw(&self, rng: &mut impl Rng) -> WindowBatch {
+        let starts = |s: &&Sequence| (s.len() + 1).saturating_sub(self.frames);
+        let total: usize = self.sequences.iter().map(starts).sum();
+        let chosen: Vec<(&Sequence, usize)> = (0..self.windows)
+            .map(|_| self.locate(rng.random_range(0..total.max(1))))
+            .collect();
+        let (mut inputs, mut targets) = (Vec::new(), Vec::new());
+        let outputs = self.sizes.outputs;
+        for t in 0..self.frames {
+            for (sequence, start) in &chosen {
+                sequence.write_pair(start + t, &mut inputs);
+                let frame = &sequence.targets[(start + t) * outputs..][..outputs];
+                targets.extend(frame.iter().map(|x| x / self.scale));
+            }
+        }
+        let Sizes { inputs: width, .. } = self.sizes;
+        let masks = [width, self.sizes.width, self.sizes.width].map(|width| self.mask(width, rng));
+        WindowBatch {
+            frames: self.frames,
+            windows: self.windows,
+            sizes: self.sizes,
+            inputs,
+            targets,
+            masks,
+        }
+    }
+
+    fn locate(&self, mut index: usize) -> (&'a Sequence<'a>, usize) {
+        for &sequence in self.sequences {
+            let starts = (sequence.len() + 1).saturating_sub(self.frames);
+            if index < starts {
+                return (sequence, index);
+            }
+            index -= starts;
+        }
+        (self.sequences[0], 0)
+    }
+
+    fn mask(&self, width: usize, rng: &mut impl Rng) -> Vec<f32> {
+        let factor = |_| {
+            if rng.random::<f32>() < DROPOUT {
+                0.0
+            } else {
+                1.0 / (1.0 - DROPOUT)
+            }
+        };
+        (0..self.windows * width).map(factor).collect()
+    }
+}
