@@ -22,13 +22,7 @@ pub(crate) fn write(path: &Path, model: &Model) -> Result<usize> {
     Ok(bytes.len())
 }
 
-/// r of the paper, metres, for models that have another handling or none.
-const RELAXATION_M: f32 = 0.005;
-
-/// What simulated cloth keeps from the skin, metres, for the same.
-const MARGIN_M: f32 = 0.003;
-
-/// The handling of a name, with the model's own distance where it has one.
+/// The handling of a name, with the model's own distance where it has one, else the usual one.
 pub(crate) fn intersection(model: &Model, name: IntersectionName) -> IntersectionMode {
     let own = model.config().intersection;
     match (name, own) {
@@ -36,10 +30,10 @@ pub(crate) fn intersection(model: &Model, name: IntersectionName) -> Intersectio
         | (IntersectionName::Robust, IntersectionMode::Robust { .. }) => own,
         (IntersectionName::Off, _) => IntersectionMode::Off,
         (IntersectionName::Paper, _) => IntersectionMode::Paper {
-            relaxation_m: RELAXATION_M,
+            relaxation_m: IntersectionMode::RELAXATION_M,
         },
         (IntersectionName::Robust, _) => IntersectionMode::Robust {
-            margin_m: MARGIN_M,
+            margin_m: IntersectionMode::MARGIN_M,
             corrects: Corrects::Display,
         },
     }

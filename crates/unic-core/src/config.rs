@@ -263,6 +263,11 @@ impl ModelConfig {
 }
 
 impl IntersectionMode {
+    /// r of the paper (section 3.3), metres.
+    pub const RELAXATION_M: f32 = 0.005;
+    /// What simulated cloth keeps from the skin, metres.
+    pub const MARGIN_M: f32 = 0.003;
+
     /// # Errors
     /// A relaxation or a margin that is negative or not finite.
     pub fn check(self) -> Result<(), ConfigError> {

@@ -110,9 +110,7 @@ impl Model {
         parts.garment.rest.check()?;
         parts.character.body.check()?;
         check_counts(&parts, joints)?;
-        if let Some(recurrence) = &parts.prior.recurrence {
-            recurrence.check(2 * motion_len(joints), parts.prior.len())?;
-        }
+        check_recurrence(&parts.prior, 2 * motion_len(joints))?;
         parts.normalisation.check(joints)?;
         check_numbers(&parts)?;
         let config = parts.config;
@@ -253,6 +251,14 @@ fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
             expected,
             found,
         }),
+    }
+}
+
+fn check_recurrence(prior: &Prior, inputs: usize) -> Result<(), ModelError> {
+    match &prior.recurrence {
+        Some(_) if prior.is_empty() => Err(ModelError::Unusable("a recurrence without shapes")),
+        Some(recurrence) => Ok(recurrence.check(inputs, prior.len())?),
+        None => Ok(()),
     }
 }
 

@@ -443,6 +443,14 @@ fn what_does_not_belong_is_refused_and_changes_nothing() {
         animator.restore(foreign),
         Err(AnimatorError::Vertices { .. })
     ));
+    let kept = serde_json::to_value(&state).unwrap();
+    assert!(!kept["recurrence"].as_array().unwrap().is_empty());
+    for numbers in [serde_json::json!([]), serde_json::json!([1.0, 2.0])] {
+        let mut foreign = kept.clone();
+        foreign["recurrence"] = numbers;
+        let foreign = serde_json::from_value(foreign).unwrap();
+        assert!(matches!(animator.restore(foreign), Err(AnimatorError::State(_))));
+    }
 
     assert_eq!(animator.state(), &state);
     assert!(bits(animator.garment()) == shown);

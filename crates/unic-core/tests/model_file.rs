@@ -323,6 +323,8 @@ fn numbers_that_mean_nothing_are_refused() {
         "prior.mean",
         "prior.shapes",
         "prior.0.weight",
+        "recurrence.poles",
+        "recurrence.head.weight",
     ];
     for name in floats {
         for value in [f32::NAN, f32::INFINITY] {
@@ -332,6 +334,8 @@ fn numbers_that_mean_nothing_are_refused() {
             );
         }
     }
+    let unstable = put("recurrence.poles", 1.5f32.to_le_bytes());
+    assert!(read_frugally(&unstable).is_err(), "a pole that does not forget");
     for name in ["motion.std", "motion.limit"] {
         for value in [0.0f32, -1.0] {
             assert!(

@@ -87,7 +87,7 @@ pub struct RecurrenceSettings {
     pub width: usize,
     /// AdamW steps of the one that the model gets; those with clips left out have half as many.
     pub steps: u64,
-    /// At the start; it rises first, and falls in a half period of the cosine.
+    /// Before warm-up over a sixth of the steps, and a half period of the cosine.
     pub learning_rate: f64,
     /// Windows in a step.
     pub windows: usize,
@@ -206,11 +206,8 @@ pub enum IntersectionRule {
     Robust,
 }
 
-/// What simulated cloth keeps from the skin, metres.
-const MARGIN_M: f32 = 0.003;
-
 fn default_margin() -> f32 {
-    MARGIN_M
+    IntersectionMode::MARGIN_M
 }
 
 impl IntersectionConfig {

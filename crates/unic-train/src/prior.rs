@@ -1,15 +1,19 @@
 //! Fits where the garment hangs in a given motion to the training clips.
 
+mod remembered;
+mod series;
+
 use crate::{
     config::RecurrenceSettings,
     dataset::MotionVectors,
     error::TrainError,
-    mirror::{View, mirrored},
-    recurrence::{Sequence, Watch, fit_recurrence, mirrored_components},
+    recurrence::{Watch, fit_recurrence},
 };
 use glam::Vec3;
 use rayon::prelude::*;
-use unic_core::{features::PointFrame, network::Linear, prior::Prior, surface_map::SurfaceMap};
+use remembered::Remembered;
+use series::Series;
+use unic_core::{network::Linear, prior::Prior};
 use unic_eval::{Displacements, LinearMap, Moments, PrincipalComponents, TrainingSet};
 
 /// A prior, and its coefficients in every training frame as a prior would give them that has never
@@ -120,170 +124,6 @@ impl LeaveOneOut {
             all: pooled(None).and_then(|m| m.solve(strength)),
             maps: maps(strength),
         }
-    }
-}
-
-/// What a recurrence learns from.
-struct Remembered<'a> {
-    set: &'a TrainingSet,
-    motion: &'a [MotionVectors],
-    components: &'a PrincipalComponents,
-    series: &'a [Series],
-    maps: &'a [Option<LinearMap>],
-}
-
-impl<'a> Remembered<'a> {
-    /// Every series, then every mirrored one where the garment is symmetric.
-    fn sequences(&self) -> Vec<Sequence<'a>> {
-        let mut sequences: Vec<Sequence> = self.places().map(|p| self.sequence(p, View::Direct)).collect();
-        let is_mirrored = self.motion.iter().all(MotionVectors::is_mirrored);
-        let map = is_mirrored
-            .then(|| mirrored_components(&self.set.garment.rest))
-            .flatten();
-        if let Some(map) = map {
-            let mirrored = |p| Sequence {
-                targets: self.mirrored_targets(p, &map),
-                ..self.sequence(p, View::Mirrored)
-            };
-            sequences.extend(self.places().map(mirrored));
-        }
-        sequences
-    }
-
-    /// Series, its clip and its first frame there.
-    fn places(&self) -> impl Iterator<Item = (usize, usize, usize)> + use<'_, 'a> {
-        let is_cut = self.set.train.len() == 1;
-        let starts = self.series.iter().scan(0, move |next, series| {
-            let start = *next;
-            *next += if is_cut { series.inputs.len() } else { 0 };
-            Some(start)
-        });
-        let clip = move |index: usize| if is_cut { 0 } else { index };
-        starts
-            .enumerate()
-            .map(move |(index, start)| (index, clip(index), start))
-    }
-
-    fn sequence(&self, (index, clip, start): (usize, usize, usize), view: View) -> Sequence<'a> {
-        let (series, map) = (&self.series[index], self.maps[index].as_ref());
-        let left = |t: usize| {
-            let predicted = series.predicted(map, t);
-            let pairs = series.components[t].iter().zip(predicted);
-            pairs.map(|(c, p)| (c - p) as f32).collect::<Vec<_>>()
-        };
-        Sequence {
-            motion: &self.motion[clip],
-            view,
-            frames: start..start + series.inputs.len(),
-            targets: (0..series.inputs.len()).flat_map(left).collect(),
-            fold: index,
-        }
-    }
-
-    /// What the linear map leaves of the mirrored garment in the mirrored motion.
-    fn mirrored_targets(&self, (index, clip, start): (usize, usize, usize), map: &SurfaceMap) -> Vec<f32> {
-        let frames = start..start + self.series[index].inputs.len();
-        let left = |frame: usize| {
-            let mut there = Vec::new();
-            // A map of this garment's own mesh.
-            let moved = map.vectors(&displacements(self.set, clip, frame), &mut there);
-            debug_assert!(moved.is_ok());
-            let sample: Vec<f32> = there.iter().flat_map(|u| mirrored(*u).to_array()).collect();
-            let pair = pair(&self.motion[clip], frame, View::Mirrored);
-            let linear = self.maps[index].as_ref().map(|m| m.apply(&pair));
-            let components = self.components.project(&sample);
-            (components.iter().enumerate())
-                .map(|(k, c)| (c - linear.as_ref().map_or(0.0, |p| p[k])) as f32)
-                .collect::<Vec<f32>>()
-        };
-        frames.into_par_iter().flat_map_iter(left).collect()
-    }
-}
-
-/// Displacements of a frame in the vertices' rotated frames, metres.
-fn displacements(set: &TrainingSet, clip: usize, frame: usize) -> Vec<Vec3> {
-    let prepared = &set.train[clip];
-    let world_from_rest = prepared.kinematics.world_from_rest(frame);
-    let garment = prepared.captured.garment.frame(frame).iter().enumerate();
-    garment
-        .map(|(v, x)| PointFrame::new(&set.garment, v, world_from_rest).displacement(*x))
-        .collect()
-}
-
-/// Motion vectors of a frame and the one before; the first frame is paired with itself.
-fn pair(motion: &MotionVectors, frame: usize, view: View) -> Vec<f64> {
-    let both = [frame.saturating_sub(1), frame].map(|t| motion.frame(t, view));
-    both.concat().into_iter().map(f64::from).collect()
-}
-
-/// One clip: normalised pairs of motion vectors and components of the true displacement.
-struct Series {
-    /// Of frames 0, 1, ...: 2 D numbers each; frame 0 is paired with itself.
-    inputs: Vec<Vec<f64>>,
-    /// Of frames 0, 1, ...: K numbers each.
-    components: Vec<Vec<f64>>,
-}
-
-impl Series {
-    /// Consecutive pieces, `count` at most.
-    fn cut(&self, count: usize) -> Vec<Self> {
-        let frames = self.inputs.len().div_ceil(count).max(1);
-        let pieces = self.inputs.chunks(frames).zip(self.components.chunks(frames));
-        pieces
-            .map(|(inputs, components)| Self {
-                inputs: inputs.to_vec(),
-                components: components.to_vec(),
-            })
-            .collect()
-    }
-
-    fn new(set: &TrainingSet, clip: usize, motion: &MotionVectors, components: &PrincipalComponents) -> Self {
-        let project = |t: usize| {
-            let displacements = displacements(set, clip, t);
-            let sample: Vec<f32> = displacements.iter().flat_map(|u| u.to_array()).collect();
-            components.project(&sample)
-        };
-        let frames = set.train[clip].len();
-        Self {
-            inputs: (0..frames).map(|t| pair(motion, t, View::Direct)).collect(),
-            components: (0..frames).into_par_iter().map(project).collect(),
-        }
-    }
-
-    fn moments(&self) -> Moments {
-        Moments::new(
-            &self.inputs.concat(),
-            &self.components.concat(),
-            self.inputs.len(),
-        )
-    }
-
-    fn predicted(&self, map: Option<&LinearMap>, frame: usize) -> Vec<f64> {
-        // Without another clip to fit, the mean is all that is known.
-        map.map_or_else(
-            || vec![0.0; self.components[frame].len()],
-            |m| m.apply(&self.inputs[frame]),
-        )
-    }
-
-    /// Sum of squared errors.
-    fn error(&self, map: Option<&LinearMap>) -> f64 {
-        let squared = |t: usize| -> f64 {
-            let predicted = self.predicted(map, t);
-            predicted
-                .iter()
-                .zip(&self.components[t])
-                .map(|(p, c)| (p - c).powi(2))
-                .sum()
-        };
-        (0..self.inputs.len()).map(squared).sum()
-    }
-
-    fn coefficients(&self, map: Option<&LinearMap>) -> Vec<Vec<f32>> {
-        let frames = 0..self.inputs.len();
-        frames
-            .map(|t| self.predicted(map, t).iter().map(|a| *a as f32).collect())
-            .collect()
     }
 }
 

@@ -8,7 +8,7 @@ mod sequence;
 mod unit;
 mod windows;
 
-pub(crate) use sequence::{Sequence, mirrored_components};
+pub(crate) use sequence::{Sequence, mirrored_surface};
 
 use crate::{
     config::RecurrenceSettings,
@@ -26,7 +26,8 @@ use unic_core::recurrence::Recurrence;
 use unit::Unit;
 use windows::Windows;
 
-/// Asked after every step of a fit: steps done and steps in all.
+/// Asked after every step of a fit, from several threads: steps done and steps in all. One that has said
+/// stop goes on saying so.
 pub type Watch<'a> = dyn Fn(u64, u64) -> Control + Sync + 'a;
 
 /// A recurrence that is worth having.
@@ -46,8 +47,7 @@ const LEAST_SHARE: f64 = 0.05;
 /// Decay of the running mean of the parameters.
 const AVERAGE: f32 = 0.99;
 
-/// Trains on `sequences`, of which those of one clip follow one another; none if the corrections
-/// are of no use on clips left out.
+/// Trains on `sequences`; none if the corrections are of no use on clips left out.
 ///
 /// # Errors
 /// A loss that is no number, a watch that says stop.
@@ -63,44 +63,36 @@ pub(crate) fn fit_recurrence(
         all: FOLDS as u64 * fold_steps + settings.steps,
         watch,
     };
-    let job = |fold: Option<usize>| -> Result<Option<Recurrence>, TrainError> {
-        let kept: Vec<&Sequence> = (sequences.iter())
-            .filter(|s| fold.is_none() || Some(s.fold % FOLDS) != fold)
-            .collect();
-        let steps = fold.map_or(settings.steps, |_| fold_steps);
+    let fit = |fold: Option<usize>| -> Result<Option<Recurrence>, TrainError> {
+        let is_kept = |s: &&Sequence| fold.is_none() || Some(s.fold % FOLDS) != fold;
         let fit = UnitFit {
             settings,
-            steps,
-            sequences: kept,
+            steps: fold.map_or(settings.steps, |_| fold_steps),
+            sequences: sequences.iter().filter(is_kept).collect(),
             seed: prior.seed,
             fps: prior.fps,
         };
         fit.run(&progress)
     };
-    let jobs: Vec<Option<usize>> = std::iter::once(None).chain((0..FOLDS).map(Some)).collect();
-    let trained: Result<Vec<_>, TrainError> = jobs.into_par_iter().map(job).collect();
-    let mut trained = trained?.into_iter();
-    let (Some(all), folds) = (trained.next().flatten(), trained.collect::<Vec<_>>()) else {
-        return Ok(None);
+    let folds: Result<Vec<_>, TrainError> = (0..FOLDS).into_par_iter().map(|f| fit(Some(f))).collect();
+    let folds = folds?;
+    let corrections = |s: &Sequence| match &folds[s.fold % FOLDS] {
+        Some(recurrence) => s.corrections(recurrence),
+        None => vec![0.0; s.targets.len()],
     };
-    let left_out: Vec<Vec<f32>> = sequences
-        .par_iter()
-        .map(|s| match &folds[s.fold % FOLDS] {
-            Some(recurrence) => s.corrections(recurrence),
-            None => vec![0.0; s.targets.len()],
-        })
-        .collect();
+    let left_out: Vec<Vec<f32>> = sequences.par_iter().map(corrections).collect();
     let share = believable_share(sequences, &left_out);
     if share < LEAST_SHARE {
         return Ok(None);
     }
     let scaled = |values: &[f32]| values.iter().map(|x| x * share as f32).collect();
-    let mut recurrence = all;
-    recurrence.head.weight = scaled(&recurrence.head.weight);
-    recurrence.head.bias = scaled(&recurrence.head.bias);
-    Ok(Some(Fitted {
-        recurrence,
-        left_out: left_out.iter().map(|c| scaled(c)).collect(),
+    Ok(fit(None)?.map(|mut recurrence| {
+        recurrence.head.weight = scaled(&recurrence.head.weight);
+        recurrence.head.bias = scaled(&recurrence.head.bias);
+        Fitted {
+            recurrence,
+            left_out: left_out.iter().map(|c| scaled(c)).collect(),
+        }
     }))
 }
 
@@ -169,7 +161,14 @@ impl UnitFit<'_> {
             }
             let gradients = GradientsParams::from_grads(loss.backward(), &unit);
             let rate = optimiser.learning_rate(step);
-            update(&mut unit, gradients, &mut moments, &optimiser, rate, step)?;
+            let norm = update(&mut unit, gradients, &mut moments, &optimiser, rate, step)?;
+            if !norm.is_finite() {
+                return Err(TrainError::Diverged {
+                    step,
+                    what: "gradient's norm of the prior's recurrence",
+                    value: norm,
+                });
+            }
             for (average, now) in average.iter_mut().zip(unit.values()) {
                 let pairs = average.iter_mut().zip(now);
                 pairs.for_each(|(a, x)| *a += (1.0 - AVERAGE) * (x - *a));

@@ -40,7 +40,8 @@ struct Scale {
     /// Of each motion.
     seconds: u32,
     preset: &'static str,
-    steps: u32,
+    /// Of each fit, and of what its prior remembers.
+    steps: [u32; 2],
 }
 
 const FULL: Scale = Scale {
@@ -56,7 +57,7 @@ const FULL: Scale = Scale {
     test: &["turn_on_spot", "dance"],
     seconds: 16,
     preset: "standard",
-    steps: 300,
+    steps: [300, 300],
 };
 
 const QUICK: Scale = Scale {
@@ -64,7 +65,7 @@ const QUICK: Scale = Scale {
     test: &["dance"],
     seconds: 5,
     preset: "tiny",
-    steps: 60,
+    steps: [60, 40],
 };
 
 /// One command with the file that it leaves when it has finished.
@@ -231,6 +232,7 @@ fn simulate(args: &DemoArgs, scale: &Scale, capture: &Path) -> Vec<String> {
 }
 
 fn train(scale: &Scale, capture: &Path, model: &Path) -> Vec<String> {
+    let [steps, prior_steps] = scale.steps;
     let mut line = words(&["train", &show(capture), "--out", &show(model)]);
     if model.with_extension("run").join("config.toml").exists() {
         line.push("--resume".into());
@@ -239,7 +241,9 @@ fn train(scale: &Scale, capture: &Path, model: &Path) -> Vec<String> {
             "--preset",
             scale.preset,
             "--steps",
-            &scale.steps.to_string(),
+            &steps.to_string(),
+            "--set",
+            &format!("model.state.displacement.recurrence.steps={prior_steps}"),
             "--overwrite",
         ]));
     }

@@ -51,9 +51,13 @@ impl AnimatorState {
             return Err(AnimatorError::Vertices { expected, found });
         }
         let (expected, found) = (model.prior.state_len(), self.recurrence.len());
-        if expected != found || self.recurrence.iter().any(|h| !h.is_finite()) {
-            let text = format!("{expected} finite numbers of the prior, found {found}");
+        if expected != found {
+            let text = format!("{found} numbers of the prior's recurrence, where it has {expected}");
             return Err(AnimatorError::State(text));
+        }
+        if self.recurrence.iter().any(|h| !h.is_finite()) {
+            let text = "numbers of the prior's recurrence that are not finite";
+            return Err(AnimatorError::State(text.to_owned()));
         }
         let finite = |v: &VertexState| v.value.is_finite() && v.previous.is_finite();
         match self.vertices.iter().position(|v| !finite(v)) {

@@ -1,6 +1,6 @@
 //! The paper's way out of the body: the nearest vertex and its tangent plane.
 
-use crate::{closest::ClosestVertex, mesh::vertex_normals};
+use crate::{closest::ClosestVertex, config::IntersectionMode, mesh::vertex_normals};
 use glam::Vec3;
 
 /// A posed body as the paper's intersection handling sees it: vertices with normals, and a search
@@ -83,7 +83,9 @@ pub struct PaperIntersection {
 impl Default for PaperIntersection {
     /// The paper's 5 mm.
     fn default() -> Self {
-        Self { relaxation_m: 0.005 }
+        Self {
+            relaxation_m: IntersectionMode::RELAXATION_M,
+        }
     }
 }
 

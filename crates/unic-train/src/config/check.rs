@@ -157,6 +157,12 @@ impl RecurrenceSettings {
         for (what, found) in KEYS.into_iter().zip(counts) {
             ensure(what, "1 to 4096", found, (1..=4096).contains(&found))?;
         }
+        ensure(
+            "the product of model.state.displacement.recurrence.windows and its frames",
+            "65536 or less",
+            self.windows * self.frames,
+            self.windows * self.frames <= 1 << 16,
+        )?;
         let (steps, rate) = (self.steps, self.learning_rate);
         ensure(
             "model.state.displacement.recurrence.steps",

@@ -1,12 +1,11 @@
 //! The presets: named settings to start from.
 
 use super::{
-    BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, MARGIN_M, ModelSettings,
-    OptimiserConfig, RecurrenceSettings, Refit, RegularisationConfig, StateSettings, TrainConfig,
-    ValidationConfig,
+    BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, ModelSettings, OptimiserConfig,
+    RecurrenceSettings, Refit, RegularisationConfig, StateSettings, TrainConfig, ValidationConfig,
 };
 use unic_core::{
-    config::{EncoderConfig, FieldConfig, PointInput},
+    config::{EncoderConfig, FieldConfig, IntersectionMode, PointInput},
     motion::{MotionLayout, NormalisationRule, NormalisedElements, VelocityScheme},
 };
 
@@ -85,8 +84,8 @@ fn paper() -> TrainConfig {
         intersection: IntersectionConfig {
             from_step: None,
             rule: IntersectionRule::Paper,
-            relaxation_m: 0.005,
-            margin_m: MARGIN_M,
+            relaxation_m: IntersectionMode::RELAXATION_M,
+            margin_m: IntersectionMode::MARGIN_M,
             at_inference: true,
         },
         keep: Keep::Last,

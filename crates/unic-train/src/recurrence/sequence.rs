@@ -19,7 +19,7 @@ pub(crate) struct Sequence<'a> {
     pub(crate) frames: Range<usize>,
     /// What the linear map leaves, metres: frames × K.
     pub(crate) targets: Vec<f32>,
-    /// Sequences of one clip have the same number.
+    /// A sequence and its mirror image have the same number.
     pub(crate) fold: usize,
 }
 
@@ -65,7 +65,7 @@ const SYMMETRIC_M: f32 = 0.005;
 
 /// Where the vertices of a mirrored garment are on the garment itself; none for one whose sides
 /// differ.
-pub(crate) fn mirrored_components(rest: &TriMesh) -> Option<SurfaceMap> {
+pub(crate) fn mirrored_surface(rest: &TriMesh) -> Option<SurfaceMap> {
     let points: Vec<Vec3> = rest.vertices.iter().map(|v| mirrored(*v)).collect();
     let map = SurfaceMap::new(rest, &points).ok()?;
     let total: f32 = map.distances().sum();

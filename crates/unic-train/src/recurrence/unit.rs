@@ -16,6 +16,9 @@ const TIME_CONSTANTS_S: [f32; 2] = [0.05, 2.0];
 /// Frequencies that they begin with, in turn, Hz: what cloth swings at, and none.
 const FREQUENCIES_HZ: [f32; 8] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0];
 
+/// Share that an oscillator forgets in a tick at least; much less of it is none in f32.
+const LEAST_RATE: f32 = 1e-3;
+
 /// Numbers of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Sizes {
@@ -41,7 +44,7 @@ impl Sizes {
     /// As the runtime has it, from a unit's [`Unit::values`]; one unit of output is `scale` metres.
     pub(super) fn recurrence(self, values: &[Vec<f32>], scale: f32) -> Recurrence {
         let (rates, angles) = (&values[0], &values[1]);
-        let decays: Vec<f32> = rates.iter().map(|rate| (-rate.exp()).exp()).collect();
+        let decays: Vec<f32> = (rates.iter().map(|rate| (-rate.exp().max(LEAST_RATE)).exp())).collect();
         let (weights, biases) = values[2..].split_at(self.maps().len());
         let mut maps =
             (self.maps().into_iter().zip(weights).zip(biases)).map(|(((inputs, outputs), weight), bias)| {
@@ -76,7 +79,8 @@ fn scale_rows(map: &mut Linear, factor: impl Fn(usize) -> f32) {
     }
 }
 
-/// λ = exp(−exp(rate) + i angle), so that every value of the parameters forgets.
+/// λ = exp(−exp(rate) + i angle), exp(rate) at least [`LEAST_RATE`]: every value of the parameters
+/// forgets.
 #[derive(Module, Debug)]
 pub(super) struct Unit {
     rates: Param<Tensor<1>>,
@@ -189,7 +193,8 @@ impl Unit {
     fn remembered(&self, drive: Tensor<3>) -> [Tensor<3>; 2] {
         let [frames, _, state] = drive.dims();
         let count = state / 2;
-        let (rates, angles) = (self.rates.val().exp(), self.angles.val());
+        let rates = self.rates.val().exp().clamp_min(LEAST_RATE);
+        let angles = self.angles.val();
         let power = |ticks: f64| -> [Tensor<3>; 2] {
             let decay = (rates.clone() * -ticks).exp();
             let angle = angles.clone() * ticks;
@@ -249,7 +254,7 @@ mod tests {
     use super::*;
     use crate::{dataset::MotionVectors, mirror::View, recurrence::Sequence};
 
-    /// A sequence of 20 frames with nothing to learn.
+    /// Outputs in training against those of the runtime.
     fn check_against_the_runtime(frames: usize) {
         let (len, sizes) = (
             3,

@@ -6,6 +6,20 @@ use rand::{Rng, RngExt};
 
 /// Of inputs and of hidden numbers, one mask a window.
 const DROPOUT: f32 = 0.2;
+
+/// The greatest length that sequences with half of all frames have: one long clip does not keep the
+/// others out.
+fn common_length(sequences: &[&Sequence]) -> Option<usize> {
+    let mut lengths: Vec<usize> = sequences.iter().map(|s| s.len()).collect();
+    lengths.sort_unstable_by(|a, b| b.cmp(a));
+    let all: usize = lengths.iter().sum();
+    let mut frames = 0;
+    lengths.into_iter().find(|length| {
+        frames += length;
+        2 * frames >= all
+    })
+}
+
 /// What training windows are drawn from.
 pub(super) struct Windows<'a> {
     sequences: &'a [&'a Sequence<'a>],
@@ -36,7 +50,7 @@ impl WindowBatch {
 impl<'a> Windows<'a> {
     /// None without anything to learn.
     pub(super) fn new(sequences: &'a [&'a Sequence<'a>], settings: &RecurrenceSettings) -> Option<Self> {
-        let longest = sequences.iter().map(|s| s.len()).max()?;
+        let common = common_length(sequences)?;
         let first = sequences.first()?;
         let sizes = Sizes {
             inputs: 2 * first.motion.len,
@@ -57,7 +71,7 @@ impl<'a> Windows<'a> {
             sequences,
             sizes,
             windows: settings.windows,
-            frames: settings.frames.min(longest),
+            frames: settings.frames.min(common),
             scale,
         })
     }

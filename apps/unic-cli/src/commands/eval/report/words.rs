@@ -162,7 +162,7 @@ const ROWS: [(&str, &str); 9] = [
         "linear_dynamics",
         "the same with the previous components as further inputs.",
     ),
-    ("prior", "the model's own linear part, without its network."),
+    ("prior", "the model's own prior, without the network's field."),
     ("skinning_first", "skinning of the clip's first frame, unposed."),
     (
         "mean_shape",
