@@ -13,7 +13,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use remembered::Remembered;
 use series::Series;
-use unic_core::{network::Linear, prior::Prior};
+use unic_core::{model::ModelError, network::Linear, prior::Prior};
 use unic_eval::{Displacements, LinearMap, Moments, PrincipalComponents, TrainingSet};
 
 /// A prior, and its coefficients in every training frame as a prior would give them that has never
@@ -80,7 +80,7 @@ pub fn fit_prior(
             series: &series,
             maps: &linear.maps,
         };
-        let sequences = data.sequences();
+        let sequences = data.sequences().map_err(ModelError::from)?;
         if let Some(fitted) = fit_recurrence(recurrence, &sequences, settings, watch)? {
             for (left_out, corrections) in left_out.iter_mut().zip(fitted.left_out) {
                 let frames = left_out.iter_mut().zip(corrections.chunks_exact(prior.len()));

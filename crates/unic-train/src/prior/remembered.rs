@@ -7,7 +7,8 @@ use crate::{
     recurrence::{Sequence, mirrored_surface},
 };
 use rayon::prelude::*;
-use unic_core::surface_map::SurfaceMap;
+use std::ops::Range;
+use unic_core::surface_map::{SurfaceMap, SurfaceMapError};
 use unic_eval::{LinearMap, PrincipalComponents, TrainingSet};
 
 /// What a recurrence learns from.
@@ -21,67 +22,89 @@ pub(super) struct Remembered<'a> {
 
 impl<'a> Remembered<'a> {
     /// Every series, then every mirrored one where the garment is symmetric.
-    pub(super) fn sequences(&self) -> Vec<Sequence<'a>> {
-        let mut sequences: Vec<Sequence> = self.places().map(|p| self.sequence(p, View::Direct)).collect();
+    ///
+    /// # Errors
+    /// None for a set whose clips show its garment.
+    pub(super) fn sequences(&self) -> Result<Vec<Sequence<'a>>, SurfaceMapError> {
+        let direct = |place: Place| self.sequence(place, View::Direct, self.targets(place.series));
+        let mut sequences: Vec<Sequence> = self.places().map(direct).collect();
         let is_mirrored = self.motion.iter().all(MotionVectors::is_mirrored);
         let map = is_mirrored
             .then(|| mirrored_surface(&self.set.garment.rest))
             .flatten();
         if let Some(map) = map {
-            let mirrored = |p| Sequence {
-                targets: self.mirrored_targets(p, &map),
-                ..self.sequence(p, View::Mirrored)
-            };
-            sequences.extend(self.places().map(mirrored));
+            for place in self.places() {
+                let targets = self.mirrored_targets(place, &map)?;
+                sequences.push(self.sequence(place, View::Mirrored, targets));
+            }
         }
-        sequences
+        Ok(sequences)
     }
 
-    /// Series, its clip and its first frame there.
-    fn places(&self) -> impl Iterator<Item = (usize, usize, usize)> + use<'_, 'a> {
+    fn places(&self) -> impl Iterator<Item = Place> + use<'_, 'a> {
         let is_cut = self.set.train.len() == 1;
         let starts = self.series.iter().scan(0, move |next, series| {
             let start = *next;
             *next += if is_cut { series.inputs.len() } else { 0 };
             Some(start)
         });
-        let clip = move |index: usize| if is_cut { 0 } else { index };
-        starts
-            .enumerate()
-            .map(move |(index, start)| (index, clip(index), start))
+        starts.enumerate().map(move |(series, start)| Place {
+            series,
+            clip: if is_cut { 0 } else { series },
+            start,
+        })
     }
 
-    fn sequence(&self, (index, clip, start): (usize, usize, usize), view: View) -> Sequence<'a> {
+    fn sequence(&self, place: Place, view: View, targets: Vec<f32>) -> Sequence<'a> {
+        Sequence {
+            motion: &self.motion[place.clip],
+            view,
+            frames: self.frames(place),
+            targets,
+            fold: place.series,
+        }
+    }
+
+    /// Frames of the clip.
+    fn frames(&self, place: Place) -> Range<usize> {
+        place.start..place.start + self.series[place.series].inputs.len()
+    }
+
+    /// What the linear map leaves of a series.
+    fn targets(&self, index: usize) -> Vec<f32> {
         let (series, map) = (&self.series[index], self.maps[index].as_ref());
         let left = |t: usize| {
             let predicted = series.predicted(map, t);
             let pairs = series.components[t].iter().zip(predicted);
             pairs.map(|(c, p)| (c - p) as f32).collect::<Vec<_>>()
         };
-        Sequence {
-            motion: &self.motion[clip],
-            view,
-            frames: start..start + series.inputs.len(),
-            targets: (0..series.inputs.len()).flat_map(left).collect(),
-            fold: index,
-        }
+        (0..series.inputs.len()).flat_map(left).collect()
     }
 
-    /// What the linear map leaves of the mirrored garment in the mirrored motion.
-    fn mirrored_targets(&self, (index, clip, start): (usize, usize, usize), map: &SurfaceMap) -> Vec<f32> {
-        let frames = start..start + self.series[index].inputs.len();
-        let left = |frame: usize| {
+    /// What it leaves of the mirrored garment in the mirrored motion.
+    fn mirrored_targets(&self, place: Place, map: &SurfaceMap) -> Result<Vec<f32>, SurfaceMapError> {
+        let linear = self.maps[place.series].as_ref();
+        let left = |frame: usize| -> Result<Vec<f32>, SurfaceMapError> {
             let mut there = Vec::new();
-            let displacements = displacements(self.set, clip, frame);
-            (map.vectors(&displacements, &mut there)).expect("a map of this garment's own mesh");
+            map.vectors(&displacements(self.set, place.clip, frame), &mut there)?;
             let sample: Vec<f32> = there.iter().flat_map(|u| mirrored(*u).to_array()).collect();
-            let pair = pair(&self.motion[clip], frame, View::Mirrored);
-            let linear = self.maps[index].as_ref().map(|m| m.apply(&pair));
-            let components = self.components.project(&sample);
-            (components.iter().enumerate())
-                .map(|(k, c)| (c - linear.as_ref().map_or(0.0, |p| p[k])) as f32)
-                .collect::<Vec<f32>>()
+            let pair = pair(&self.motion[place.clip], frame, View::Mirrored);
+            let predicted = linear.map(|map| map.apply(&pair));
+            let components = self.components.project(&sample).into_iter().enumerate();
+            Ok(components
+                .map(|(k, c)| (c - predicted.as_ref().map_or(0.0, |p| p[k])) as f32)
+                .collect::<Vec<f32>>())
         };
-        frames.into_par_iter().flat_map_iter(left).collect()
+        let frames: Result<Vec<_>, SurfaceMapError> = self.frames(place).into_par_iter().map(left).collect();
+        Ok(frames?.concat())
     }
+}
+
+/// Where a series stands.
+#[derive(Clone, Copy)]
+struct Place {
+    series: usize,
+    clip: usize,
+    /// Its first frame in the clip.
+    start: usize,
 }

@@ -46,17 +46,13 @@ impl Sizes {
         let (rates, angles) = (&values[0], &values[1]);
         let decays: Vec<f32> = (rates.iter().map(|rate| (-rate.exp().max(LEAST_RATE)).exp())).collect();
         let (weights, biases) = values[2..].split_at(self.maps().len());
-        let mut maps =
-            (self.maps().into_iter().zip(weights).zip(biases)).map(|(((inputs, outputs), weight), bias)| {
-                Linear {
-                    inputs,
-                    outputs,
-                    weight: transposed(weight, outputs),
-                    bias: bias.clone(),
-                }
-            });
-        let mut next = || maps.next().unwrap_or_else(|| unreachable!("five maps"));
-        let (embedding, mut drive, memory, hidden, mut head) = (next(), next(), next(), next(), next());
+        let maps = self.maps();
+        let [embedding, mut drive, memory, hidden, mut head] = std::array::from_fn(|i| Linear {
+            inputs: maps[i].0,
+            outputs: maps[i].1,
+            weight: transposed(&weights[i], maps[i].1),
+            bias: biases[i].clone(),
+        });
         let gain = |row: usize| (1.0 - decays[row % self.oscillators].powi(2)).sqrt();
         scale_rows(&mut drive, gain);
         scale_rows(&mut head, |_| scale);
