@@ -1,6 +1,7 @@
 //! The command line.
 
 mod animate;
+mod bench;
 mod demo;
 mod eval;
 mod inspect;
@@ -11,6 +12,7 @@ mod simulate;
 mod train;
 
 pub(crate) use animate::AnimateArgs;
+pub(crate) use bench::{AccuracyArgs, Bench, BenchArgs};
 pub(crate) use demo::{DemoArgs, DemoGarment};
 pub(crate) use eval::EvalArgs;
 pub(crate) use inspect::InspectArgs;
@@ -52,6 +54,7 @@ pub(crate) enum Command {
     Eval(EvalArgs),
     Animate(AnimateArgs),
     Inspect(InspectArgs),
+    Bench(BenchArgs),
     /// Print a completion script, e.g. `unic completions bash > ~/.local/share/bash-completion/completions/unic`.
     Completions {
         /// The shell.

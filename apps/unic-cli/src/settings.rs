@@ -7,7 +7,7 @@ use crate::{
 use anyhow::{Result, anyhow};
 use std::{fs, path::Path};
 use toml::{Table, Value};
-use unic_train::{SettingsError, TrainConfig};
+use unic_train::TrainConfig;
 
 /// Settings of a new run: the preset, then `--config`, then `--set`, `--seed` and `--steps`.
 pub(crate) fn of_new_run(args: &TrainArgs) -> Result<TrainConfig> {
@@ -51,9 +51,29 @@ fn with_file(base: &TrainConfig, path: &Path) -> Result<TrainConfig> {
         return Ok(config);
     }
     let file: Table = toml::from_str(&text).map_err(|e: toml::de::Error| failed(e.to_string()))?;
+    laid_over(base, file, &[]).map_err(|e| failed(e.to_string()))
+}
+
+/// Settings of `base` without some dotted keys, and with those of `file`.
+pub(crate) fn laid_over(base: &TrainConfig, file: Table, remove: &[String]) -> Result<TrainConfig> {
     let mut all = table(base)?;
+    for key in remove {
+        if !removed(&mut all, key) {
+            return Err(anyhow!("expected a key of the preset to remove, found {key}"));
+        }
+    }
     overlay(&mut all, file);
-    TrainConfig::from_toml(&toml::to_string(&all)?).map_err(|e: SettingsError| failed(e.to_string()))
+    Ok(TrainConfig::from_toml(&toml::to_string(&all)?)?)
+}
+
+fn removed(table: &mut Table, key: &str) -> bool {
+    match key.split_once('.') {
+        None => table.remove(key).is_some(),
+        Some((first, rest)) => {
+            let below = table.get_mut(first).and_then(Value::as_table_mut);
+            below.is_some_and(|below| removed(below, rest))
+        }
+    }
 }
 
 fn table(config: &TrainConfig) -> Result<Table> {

@@ -4,13 +4,13 @@ use crate::{
     error::{Error, Result},
     evaluate::{Event, Observer, Row},
     kinematics::PreparedClip,
-    measure::{FrameContext, MeasureScratch, Prediction},
+    measure::{FrameContext, MeasureScratch, Nearest, Prediction},
     metrics::{ClipMetrics, FrameSums, PooledMetrics},
     predictor::{Mode, PredictorError},
 };
 use glam::Vec3;
 use rayon::prelude::*;
-use std::ops::Range;
+use std::{num::NonZeroUsize, ops::Range};
 use unic_core::character::{Character, Garment};
 
 /// Frames that are in memory at once: enough to keep many cores busy.
@@ -26,6 +26,8 @@ const MODES: [Mode; 2] = [Mode::OneStep, Mode::FreeRunning];
 pub(crate) struct Bench<'a> {
     character: &'a Character,
     contexts: Vec<FrameContext>,
+    /// Nearest points are looked for in every so many frames.
+    nearest_every: NonZeroUsize,
 }
 
 /// One row in one mode on one clip.
@@ -38,11 +40,12 @@ struct Track<'a> {
 }
 
 impl<'a> Bench<'a> {
-    pub(crate) fn new(character: &'a Character, garment: &Garment) -> Self {
+    pub(crate) fn new(character: &'a Character, garment: &Garment, nearest_every: NonZeroUsize) -> Self {
         let context = FrameContext::new(character, garment);
         Self {
             character,
             contexts: vec![context; CHUNK_FRAMES],
+            nearest_every,
         }
     }
 
@@ -74,9 +77,13 @@ impl<'a> Bench<'a> {
     }
 
     fn prepare(&mut self, clip: &PreparedClip, frames: &Range<usize>) {
-        let character = self.character;
+        let (character, every) = (self.character, self.nearest_every.get());
+        let nearest = |frame: usize| match frame % every {
+            0 => Nearest::Found,
+            _ => Nearest::LeftOut,
+        };
         let contexts = self.contexts.par_iter_mut().zip(frames.clone());
-        contexts.for_each(|(context, frame)| context.prepare(character, clip, frame));
+        contexts.for_each(|(context, frame)| context.prepare(character, clip, frame, nearest(frame)));
     }
 
     /// Measures in parallel, adds up in order.

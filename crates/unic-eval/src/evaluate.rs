@@ -10,6 +10,7 @@ use crate::{
     training::TrainingSet,
 };
 use glam::Vec3;
+use std::num::NonZeroUsize;
 use unic_core::motion::{MotionLayout, MotionSpec, VelocityScheme};
 use unic_io::{Capture, Split};
 
@@ -95,12 +96,28 @@ pub fn evaluate(
     clips: &[String],
     observe: &mut Observer,
 ) -> Result<Evaluation> {
+    evaluate_sampled(capture, rows, clips, NonZeroUsize::MIN, observe)
+}
+
+/// As [`evaluate`], with nearest points looked for in every `nearest_every`th frame alone: errors, jitter
+/// and edges are those of all frames, the Hausdorff distance and everything about the body those of a
+/// sample, and most of the time is saved.
+///
+/// # Errors
+/// As [`evaluate`].
+pub fn evaluate_sampled(
+    capture: &Capture,
+    rows: &mut [Row],
+    clips: &[String],
+    nearest_every: NonZeroUsize,
+    observe: &mut Observer,
+) -> Result<Evaluation> {
     if clips.is_empty() {
         let capture = capture.manifest.name.clone();
         return Err(Error::NoClips { capture });
     }
     let spec = motion_spec(capture)?;
-    let mut bench = Bench::new(&capture.character, &capture.garment);
+    let mut bench = Bench::new(&capture.character, &capture.garment, nearest_every);
     let mut pooled = vec![ModeSums::default(); rows.len()];
     let mut evaluation = Evaluation::default();
     for (index, name) in clips.iter().enumerate() {

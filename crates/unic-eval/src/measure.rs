@@ -26,6 +26,18 @@ pub struct FrameContext {
     truth_tree: ClosestVertex,
     truth_lengths: Vec<f32>,
     truth_second_difference: Option<f64>,
+    nearest: Nearest,
+}
+
+/// Are nearest points looked for in a frame? The Hausdorff distance and everything about the body
+/// depend on them, and they cost far more than the rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Nearest {
+    /// Yes.
+    #[default]
+    Found,
+    /// No: what depends on them is left out of the sums.
+    LeftOut,
 }
 
 /// Buffers for measuring a prediction; one a thread.
@@ -53,6 +65,7 @@ impl FrameContext {
             truth_tree: ClosestVertex::build(&garment.rest.vertices),
             truth_lengths: Vec::new(),
             truth_second_difference: None,
+            nearest: Nearest::Found,
         }
     }
 
@@ -65,12 +78,15 @@ impl FrameContext {
 
     /// Poses the body and takes up the true garment of one frame. The body is the clip's own where
     /// it brings one, else the character by linear blend skinning.
-    pub fn prepare(&mut self, character: &Character, clip: &PreparedClip, frame: usize) {
-        self.body.pose(character, clip, frame);
+    pub fn prepare(&mut self, character: &Character, clip: &PreparedClip, frame: usize, nearest: Nearest) {
+        self.nearest = nearest;
         let truth = |t| clip.captured.garment.frame(t);
         self.truth.clear();
         self.truth.extend_from_slice(truth(frame));
-        self.truth_tree.refit(&self.truth);
+        if nearest == Nearest::Found {
+            self.body.pose(character, clip, frame);
+            self.truth_tree.refit(&self.truth);
+        }
         self.truth_lengths.clear();
         let lengths = self.edges.iter().map(|e| length(&self.truth, e));
         self.truth_lengths.extend(lengths);
@@ -89,8 +105,11 @@ impl FrameContext {
         if let (Some(before), Some(truth)) = (prediction.before, self.truth_second_difference) {
             sums.second_difference = [second_difference(prediction.now, before), truth];
         }
-        sums.hausdorff = self.hausdorff(prediction.now, &mut scratch.predicted_tree);
-        self.body.measure(prediction.now, &mut sums);
+        if self.nearest == Nearest::Found {
+            sums.probed = prediction.now.len();
+            sums.hausdorff = self.hausdorff(prediction.now, &mut scratch.predicted_tree);
+            self.body.measure(prediction.now, &mut sums);
+        }
         sums
     }
 

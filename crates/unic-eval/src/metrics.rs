@@ -87,6 +87,9 @@ pub struct FrameSums {
     pub distance: f64,
     /// Symmetric Hausdorff distance, m.
     pub hausdorff: f64,
+    /// Vertices whose nearest points have been looked for: V, or 0 in a frame that is left out of what
+    /// follows from them.
+    pub probed: usize,
     /// Vertices inside by the paper's test.
     pub inside_paper: usize,
     /// Vertices inside by the closest surface point.
@@ -191,6 +194,7 @@ impl Second {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PooledMetrics {
     frames: usize,
+    frames_probed: usize,
     frames_inside: usize,
     frame_rmse: f64,
     total: FrameSums,
@@ -201,6 +205,7 @@ impl PooledMetrics {
     /// Adds another clip's sums.
     pub fn pool(&mut self, other: &Self) {
         self.frames += other.frames;
+        self.frames_probed += other.frames_probed;
         self.frames_inside += other.frames_inside;
         self.frame_rmse += other.frame_rmse;
         self.total.pool(&other.total);
@@ -221,6 +226,7 @@ impl PooledMetrics {
         let total = &self.total;
         let a_vertex = 1.0 / total.vertices as f64;
         let a_frame = 1.0 / self.frames as f64;
+        let (a_probed_frame, a_probed_vertex) = (1.0 / self.frames_probed as f64, 1.0 / total.probed as f64);
         let rmse_mm = MM * (total.squared * a_vertex).sqrt();
         let at = |second: usize| self.seconds.get(second - 1)?.whole.rmse_mm();
         let drift = |s: &Second| s.part.rmse_mm().unwrap_or(f64::NAN);
@@ -229,10 +235,10 @@ impl PooledMetrics {
             rmse_per_coordinate_mm: rmse_mm / 3.0_f64.sqrt(),
             mean_vertex_error_mm: MM * total.distance * a_vertex,
             mean_frame_rmse_mm: MM * self.frame_rmse * a_frame,
-            hausdorff_mm: MM * total.hausdorff * a_frame,
-            intersecting_vertices_percent_paper: 100.0 * total.inside_paper as f64 * a_vertex,
-            intersecting_vertices_percent_closest: 100.0 * total.inside_closest as f64 * a_vertex,
-            intersecting_frames_percent: 100.0 * self.frames_inside as f64 * a_frame,
+            hausdorff_mm: MM * total.hausdorff * a_probed_frame,
+            intersecting_vertices_percent_paper: 100.0 * total.inside_paper as f64 * a_probed_vertex,
+            intersecting_vertices_percent_closest: 100.0 * total.inside_closest as f64 * a_probed_vertex,
+            intersecting_frames_percent: 100.0 * self.frames_inside as f64 * a_probed_frame,
             mean_depth_mm: MM * total.depth / total.inside_closest.max(1) as f64,
             max_depth_mm: MM * total.max_depth,
             jitter_ratio: ratio(total.second_difference),
@@ -247,6 +253,7 @@ impl PooledMetrics {
 
     fn add(&mut self, frame: &FrameSums) {
         self.frames += 1;
+        self.frames_probed += usize::from(frame.probed > 0);
         self.frames_inside += usize::from(frame.inside_closest > 0);
         self.frame_rmse += (frame.squared / frame.vertices as f64).sqrt();
         self.total.pool(frame);
@@ -266,6 +273,7 @@ impl FrameSums {
         self.squared += other.squared;
         self.distance += other.distance;
         self.hausdorff += other.hausdorff;
+        self.probed += other.probed;
         self.inside_paper += other.inside_paper;
         self.inside_closest += other.inside_closest;
         self.depth += other.depth;
@@ -296,6 +304,7 @@ mod tests {
             vertices: 10,
             squared: 10.0 * error * error,
             distance: 10.0 * error,
+            probed: 10,
             ..FrameSums::default()
         }
     }
@@ -362,6 +371,33 @@ mod tests {
         other.pool(&long);
         assert_eq!(other.frames(), 80);
         assert!((other.metrics().rmse_mm - m.rmse_mm).abs() < 1e-12);
+    }
+
+    #[test]
+    fn frames_that_are_not_probed_count_for_the_errors_alone() {
+        let mut clip = ClipMetrics::new(30.0, Mode::OneStep);
+        let probed = FrameSums {
+            inside_closest: 5,
+            hausdorff: 0.004,
+            ..off_by(1e-3)
+        };
+        clip.add(1, &probed);
+        clip.add(
+            2,
+            &FrameSums {
+                probed: 0,
+                ..off_by(1e-3)
+            },
+        );
+        let m = clip.finish().metrics();
+        assert_eq!(
+            (
+                m.intersecting_vertices_percent_closest,
+                m.intersecting_frames_percent
+            ),
+            (50.0, 100.0)
+        );
+        assert!((m.hausdorff_mm - 4.0).abs() < 1e-9 && (m.rmse_mm - 1.0).abs() < 1e-9);
     }
 
     #[test]

@@ -27,6 +27,9 @@ const CHUNK: usize = 256;
 /// A fold mask is used for this long, seconds: a frame at 30 fps.
 const FOLD_PERIOD_S: f32 = 1.0 / 30.0;
 
+/// Speed at which cloth leaves a limb that passes through it, m/s: that of arms that swing.
+const SINK_M_PER_S: f32 = 3.0;
+
 /// How cloth touches the body and the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactSettings {
@@ -79,8 +82,10 @@ impl Default for ContactSettings {
 ///   there a penetration may not grow, is not undone, and nothing rubs. Cloth caught in an
 ///   armpit goes with it and is pushed out when the arm is lifted.
 /// - On a character, a bare limb that comes too close to a dressed part passes through the cloth, as
-///   captured arms pass through bellies: between the two there would be no room. And it touches the
-///   cloth's outer side alone, so that it lifts nothing under which it has come that way.
+///   captured arms pass through bellies: between the two there would be no room. What of the cloth is
+///   inside it sinks to the dressed part beneath, at [`SINK_M_PER_S`] and without becoming velocity.
+///   And it touches the cloth's outer side alone, so that it lifts nothing under which it has come
+///   that way.
 ///
 /// The same bytes for any number of threads: particles do not see each other.
 ///
@@ -244,13 +249,15 @@ impl BodyContacts {
     ) {
         assert_eq!(particles.positions.len(), self.nearby.len(), "particles");
         self.pose(interval, fraction_before, fraction_after);
+        let seconds = self.interval_s * (fraction_after - fraction_before);
         let substep = Substep {
             settings: &self.settings,
             graph: &self.graph,
             folds: &self.folds,
             before: &self.before,
             after: &self.after,
-            recovery_m: self.settings.recovery_m_per_s * self.interval_s * (fraction_after - fraction_before),
+            recovery_m: self.settings.recovery_m_per_s * seconds,
+            sink_m: SINK_M_PER_S * seconds,
             motion: &self.motion,
             fraction: fraction_after,
         };
@@ -276,3 +283,6 @@ impl BodyContacts {
         self.posed_at = after;
     }
 }
+
+#[cfg(test)]
+mod tests;

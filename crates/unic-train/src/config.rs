@@ -254,6 +254,20 @@ pub enum Refit {
     /// scratch, on all training clips and for as many steps. Clips that the capture names for
     /// validation stay out, and there is no second fit.
     AllClips,
+    /// Nothing is held out, and so no error on unseen motion is known: one fit, on all training clips. For
+    /// captures whose test clips measure the model afterwards.
+    Only,
+}
+
+impl Refit {
+    /// As in files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Never => "\"never\"",
+            Self::AllClips => "\"all_clips\"",
+            Self::Only => "\"only\"",
+        }
+    }
 }
 
 /// Which parameters the finished model gets.

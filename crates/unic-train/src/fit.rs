@@ -28,6 +28,7 @@ impl Fit {
         match config.validation.refit {
             Refit::AllClips if takes_out => &[Self::HeldOut, Self::AllClips],
             Refit::AllClips | Refit::Never => &[Self::HeldOut],
+            Refit::Only => &[Self::AllClips],
         }
     }
 

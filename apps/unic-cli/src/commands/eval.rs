@@ -4,7 +4,7 @@ mod gallery;
 mod listener;
 mod moment;
 mod report;
-mod timing;
+pub(crate) mod timing;
 
 use crate::{
     args::EvalArgs,

@@ -1,6 +1,7 @@
 //! One module a subcommand.
 
 pub(crate) mod animate;
+pub(crate) mod bench;
 pub(crate) mod demo;
 pub(crate) mod eval;
 pub(crate) mod inspect;
@@ -17,4 +18,22 @@ pub(crate) fn completions(shell: Shell) -> Result<()> {
     let mut script = Vec::new();
     generate(shell, &mut Args::command(), "unic", &mut script);
     output::print(&String::from_utf8_lossy(&script))
+}
+
+/// One line about the program and the machine.
+pub(crate) fn machine() -> String {
+    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let cpu = cpu
+        .lines()
+        .find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    let cpu = cpu.map_or("unknown processor", |(_, name)| name.trim());
+    let command: Vec<String> = std::env::args().collect();
+    format!(
+        "unic {} on {cpu} ({} {}), {} threads: {}",
+        env!("CARGO_PKG_VERSION"),
+        std::env::consts::OS,
+        std::env::consts::ARCH,
+        rayon::current_num_threads(),
+        command.join(" ")
+    )
 }

@@ -7,7 +7,7 @@ use crate::{
     args::TrainArgs,
     failure::{Interrupted, Usage},
     interrupt,
-    output::say,
+    output::{print, print_json, say},
     progress::Progress,
     run_folder::{Earlier, RunFolder, RunRecord},
     settings,
@@ -15,6 +15,7 @@ use crate::{
 use anyhow::Result;
 use clap::ValueEnum;
 use listener::Listener;
+pub(crate) use result::Summary;
 use result::Trained;
 use std::{
     path::{Path, PathBuf},
@@ -26,8 +27,17 @@ use unic_train::{
     Checkpoint, Control, Dataset, Fit, Outcome, StateSettings, TrainConfig, TrainError, Trainer, Validation,
 };
 
-/// Trains and writes the model.
+/// Trains, writes the model and says so.
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
+    let summary = train(args)?;
+    match args.json {
+        true => print_json(&summary),
+        false => print(&summary.closing_words(&args.capture)),
+    }
+}
+
+/// Trains and writes the model, and prints nothing but progress.
+pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
     let started = Instant::now();
     let capture = Capture::open(&args.capture)?;
     let out = args.out.clone().unwrap_or_else(|| default_out(&capture));
@@ -52,8 +62,8 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     if !args.resume {
         run.folder.begin(&run.config, &record)?;
     }
-    run.folder.log(&machine())?;
-    run.train(first)?.deliver(args)
+    run.folder.log(&super::machine())?;
+    run.train(first)?.deliver()
 }
 
 fn earlier(args: &TrainArgs) -> Earlier {
@@ -169,24 +179,6 @@ fn settings_of_the_run(args: &TrainArgs, now: &RunRecord, folder: &RunFolder) ->
     settings::of_resumed_run(args, folder.stored_config()?, &folder.config())
 }
 
-/// One line about the program and the machine.
-fn machine() -> String {
-    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let cpu = cpu
-        .lines()
-        .find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-    let cpu = cpu.map_or("unknown processor", |(_, name)| name.trim());
-    let command: Vec<String> = std::env::args().collect();
-    format!(
-        "unic {} on {cpu} ({} {}), {} threads: {}",
-        env!("CARGO_PKG_VERSION"),
-        std::env::consts::OS,
-        std::env::consts::ARCH,
-        rayon::current_num_threads(),
-        command.join(" ")
-    )
-}
-
 fn resume_command(args: &TrainArgs, out: &Path) -> String {
     format!(
         "unic train {} --out {} --resume",
@@ -234,7 +226,9 @@ impl Run {
             self.fit(&mut trainer, &mut listener, earlier_seconds)?;
         }
         drop(listener);
-        trainer.set_validation(validation.clone());
+        if let Some(validation) = &validation {
+            trainer.set_validation(validation.clone());
+        }
         Ok(Trained {
             run: self,
             seconds: earlier_seconds + trainer.seconds(),
@@ -262,21 +256,18 @@ impl Run {
         }
     }
 
-    /// The error on the clips that the first fit held out.
-    fn validated(&self, trainer: &Trainer) -> Result<Validation> {
-        // Without a clip held out there would be no first fit to measure.
-        let validation = trainer.validation()?.unwrap_or(Validation {
-            fit: trainer.data().fit,
-            clips: Vec::new(),
-            rmse_mm: f64::NAN,
-        });
-        self.folder.log(&format!(
-            "{}: {:.2} mm on {} after {:.0} s",
-            validation.fit.name(),
-            validation.rmse_mm,
-            validation.clips.join(", "),
-            trainer.seconds()
-        ))?;
+    /// The error on the clips that the first fit held out; none where it held out none.
+    fn validated(&self, trainer: &Trainer) -> Result<Option<Validation>> {
+        let validation = trainer.validation()?;
+        if let Some(validation) = &validation {
+            self.folder.log(&format!(
+                "{}: {:.2} mm on {} after {:.0} s",
+                validation.fit.name(),
+                validation.rmse_mm,
+                validation.clips.join(", "),
+                trainer.seconds()
+            ))?;
+        }
         Ok(validation)
     }
 

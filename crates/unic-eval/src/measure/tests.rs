@@ -24,7 +24,7 @@ fn metrics_of(truth: &[Vec<Vec3>], predict: impl Fn(&[Vec3]) -> Vec<Vec3>) -> Me
     let mut predicted = vec![truth[0].clone()];
     predicted.extend(truth[1..].iter().map(|frame| predict(frame)));
     for t in 1..truth.len() {
-        context.prepare(&character, &clip, t);
+        context.prepare(&character, &clip, t, Nearest::Found);
         let before = (t >= 3).then(|| [predicted[t - 1].as_slice(), predicted[t - 2].as_slice()]);
         let now = &predicted[t];
         metrics.add(

@@ -17,6 +17,10 @@ const SLACK_M: f32 = 0.005;
 /// it, seconds; in between, its foot walks over that part.
 const SEARCH_PERIOD_S: f32 = 1.0 / 60.0;
 
+/// Cloth inside a limb that passes through it is drawn to dressed parts this close, metres: a forearm
+/// and the width that a garment hangs off.
+const SINK_REACH_M: f32 = 0.12;
+
 /// What a particle remembers of the body near it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearby {
@@ -30,6 +34,9 @@ pub(super) struct Nearby {
     position: Vec3,
     /// What the last look at `face` within the interval saw.
     seen: Sight,
+    /// From a particle inside a limb that passes through the cloth to the dressed part beneath it,
+    /// metres; zero elsewhere.
+    pub(super) sink: Vec3,
 }
 
 /// A particle over the part of the body that it is near.
@@ -53,6 +60,7 @@ impl Nearby {
             position: Vec3::ZERO,
             fraction: 0.0,
         },
+        sink: Vec3::ZERO,
     };
 
     /// Records a look at the surface.
@@ -138,6 +146,7 @@ impl Detection<'_> {
             return;
         }
         nearby.is_within_reach = false;
+        nearby.sink = self.sink(index, position);
         if nearby.clearance_m > reach {
             return;
         }
@@ -171,6 +180,21 @@ impl Detection<'_> {
             });
         }
         stays
+    }
+
+    /// The way to the dressed part beneath a limb that passes through the cloth here.
+    fn sink(&self, index: usize, position: Vec3) -> Vec3 {
+        if !self.visitors.may_hold(position) {
+            return Vec3::ZERO;
+        }
+        let inside = self.surface.closest_within(position, SIDE_DEPTH_M);
+        let inside = inside.filter(|hit| hit.signed_distance < 0.0 && self.visitors.pass(index, hit.face));
+        let is_dressed = |face| self.visitors.is_dressed(face);
+        let beneath = inside.and_then(|_| self.surface.closest_where(position, SINK_REACH_M, is_dressed));
+        let Some(hit) = beneath.filter(|hit| hit.signed_distance > self.thickness_m) else {
+            return Vec3::ZERO;
+        };
+        (hit.point - position) * (1.0 - self.thickness_m / hit.distance)
     }
 
     fn closest(&self, seed: u32, index: usize, position: Vec3, radius: f32) -> Option<SurfacePoint> {

@@ -17,7 +17,10 @@ pub(super) struct Substep<'a> {
     pub(super) folds: &'a Folds,
     pub(super) before: &'a PosedBody,
     pub(super) after: &'a PosedBody,
+    /// Most of a penetration that is undone, metres.
     pub(super) recovery_m: f32,
+    /// Farthest that cloth sinks out of a limb, metres.
+    pub(super) sink_m: f32,
     pub(super) motion: &'a BodyMotion,
     /// Of the interval, at the end of the substep.
     pub(super) fraction: f32,
@@ -27,6 +30,10 @@ impl Substep<'_> {
     /// Moves one particle out of the body and off the ground.
     pub(super) fn keep_out(&self, nearby: &mut Nearby, position: &mut Vec3, previous: &mut Vec3) {
         let thickness_m = self.settings.thickness_m;
+        let sunk = nearby.sink.clamp_length_max(self.sink_m);
+        *position += sunk;
+        *previous += sunk;
+        nearby.sink -= sunk;
         if nearby.is_within_reach && !nearby.is_clear(*position, self.fraction, self.motion, thickness_m) {
             let touch = self.touch_body(nearby, *position, *previous);
             touch.resolve(position, previous);

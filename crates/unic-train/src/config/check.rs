@@ -78,12 +78,12 @@ impl TrainConfig {
             ensure(what, "at least 0 and below 1", found, (0.0..1.0).contains(&found))?;
         }
         // A fit on all clips has none to tell the best parameters by.
-        let refits_best = self.keep == Keep::Best && self.validation.refit == Refit::AllClips;
+        let validates = self.validation.refit == Refit::Never;
         ensure(
             "validation.refit",
             "\"never\" where keep is \"best\"",
-            "\"all_clips\"",
-            !refits_best,
+            self.validation.refit.name(),
+            self.keep == Keep::Last || validates,
         )
     }
 

@@ -8,11 +8,11 @@ use unic_io::Capture;
 
 /// Time of a frame of the model on its own.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Timing {
+pub(crate) struct Timing {
     /// Median over steps of free running, milliseconds.
-    pub(super) frame_ms: f64,
+    pub(crate) frame_ms: f64,
     /// Threads that a step could use.
-    pub(super) threads: usize,
+    pub(crate) threads: usize,
 }
 
 /// Steps that the median is over, if the clip has as many.
@@ -20,7 +20,7 @@ const TIMED_STEPS: usize = 300;
 
 impl Timing {
     /// After the evaluation, in which rows compete for the cores.
-    pub(super) fn measure(mut animator: Animator, capture: &Capture, clips: &[String]) -> Result<Self> {
+    pub(crate) fn measure(mut animator: Animator, capture: &Capture, clips: &[String]) -> Result<Self> {
         let Some(name) = clips.first() else {
             bail!("expected clips to time the model on, found none")
         };

@@ -1,20 +1,23 @@
 //! What a run says before and after it trains.
 
 use super::Run;
-use crate::{
-    args::TrainArgs,
-    model_file,
-    output::{print, print_json},
-};
+use crate::model_file;
 use anyhow::Result;
 use serde::Serialize;
-use std::{path::Path, time::Duration};
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
 use unic_train::{Fit, Trainer, Validation};
 
 /// What is about to happen, told with the first fit at hand.
 pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
     let data = trainer.data();
     let held_out: Vec<&str> = data.validation.iter().map(|clip| clip.name()).collect();
+    let held_out = match held_out.as_slice() {
+        [] => "nothing is held out".to_owned(),
+        clips => format!("validating on {}", clips.join(", ")),
+    };
     let (capture, steps) = (&data.capture, run.config.optimiser.steps);
     let again = match run.fits {
         [_] => "",
@@ -26,7 +29,7 @@ pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
     };
     Ok(format!(
         "{}: {} vertices, {} joints, {} fps\n\
-         training on {} clips, {:.1} s of motion; validating on {}{again}\n\
+         training on {} clips, {:.1} s of motion; {held_out}{again}\n\
          {} parameters, {steps} steps{done}, seed {}\n\
          the model will be {}, its run {}",
         capture.manifest.name,
@@ -35,7 +38,6 @@ pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
         capture.manifest.fps,
         data.clips.len(),
         data.seconds(),
-        held_out.join(", "),
         trainer.model()?.parameter_count(),
         run.config.seed,
         run.out.display(),
@@ -48,70 +50,73 @@ pub(super) struct Trained<'a> {
     pub(super) run: &'a Run,
     /// The last fit.
     pub(super) trainer: Trainer,
-    /// Of the first one.
-    pub(super) validation: Validation,
+    /// Of the first one, where it held clips out.
+    pub(super) validation: Option<Validation>,
     /// Training time of all fits.
     pub(super) seconds: f64,
 }
 
 /// What `--json` prints.
 #[derive(Serialize)]
-struct Summary<'a> {
-    model: &'a Path,
-    run: &'a Path,
-    bytes: usize,
-    parameters: usize,
+pub(crate) struct Summary {
+    model: PathBuf,
+    run: PathBuf,
+    /// Of the model file.
+    pub(crate) bytes: usize,
+    /// Trained numbers.
+    pub(crate) parameters: usize,
     /// The fit that the model is.
     fit: Fit,
-    training_clips: Vec<&'a str>,
+    training_clips: Vec<String>,
     /// Of each fit.
-    steps: u64,
+    pub(crate) steps: u64,
     /// Training time of all fits.
-    seconds: f64,
+    pub(crate) seconds: f64,
     /// The fit that the validation is of.
-    validation_fit: Fit,
-    validation_clips: &'a [String],
-    validation_rmse_mm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    validation_fit: Option<Fit>,
+    validation_clips: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    validation_rmse_mm: Option<f64>,
 }
 
 impl Trained<'_> {
-    /// Writes the model and says so.
-    pub(super) fn deliver(&self, args: &TrainArgs) -> Result<()> {
+    /// Writes the model.
+    pub(super) fn deliver(&self) -> Result<Summary> {
         let (run, data) = (self.run, self.trainer.data());
         let model = self.trainer.model()?;
+        let validation = self.validation.as_ref();
         let summary = Summary {
-            model: &run.out,
-            run: run.folder.path(),
+            model: run.out.clone(),
+            run: run.folder.path().to_path_buf(),
             bytes: model_file::write(&run.out, &model)?,
             parameters: model.parameter_count(),
             fit: data.fit,
-            training_clips: data.clips.iter().map(|clip| clip.name()).collect(),
+            training_clips: data.clips.iter().map(|clip| clip.name().to_owned()).collect(),
             steps: self.trainer.step(),
             seconds: self.seconds,
-            validation_fit: self.validation.fit,
-            validation_clips: &self.validation.clips,
-            validation_rmse_mm: self.validation.rmse_mm,
+            validation_fit: validation.map(|v| v.fit),
+            validation_clips: validation.map_or_else(Vec::new, |v| v.clips.clone()),
+            validation_rmse_mm: validation.map(|v| v.rmse_mm),
         };
         run.folder.log(&format!(
             "finished: the model is the fit {} after {:.0} s in all",
             summary.fit.name(),
             summary.seconds
         ))?;
-        match args.json {
-            true => print_json(&summary),
-            false => print(&summary.closing_words(&args.capture)),
-        }
+        Ok(summary)
     }
 }
 
-impl Summary<'_> {
-    fn closing_words(&self, capture: &Path) -> String {
+impl Summary {
+    pub(super) fn closing_words(&self, capture: &Path) -> String {
         let (model, capture) = (self.model.display(), capture.display());
         let time = humantime::format_duration(Duration::from_secs(self.seconds.round() as u64));
-        let (clips, rmse) = (self.validation_clips.join(", "), self.validation_rmse_mm);
-        let (fits, error) = match self.fit {
-            Fit::HeldOut => ("", format!("{rmse:.2} mm free-running on {clips}")),
-            Fit::AllClips => (
+        let clips = self.validation_clips.join(", ");
+        let (fits, error) = match (self.fit, self.validation_rmse_mm) {
+            (_, None) => ("", "and nothing was held out to measure it on".to_owned()),
+            (Fit::HeldOut, Some(rmse)) => ("", format!("{rmse:.2} mm free-running on {clips}")),
+            (Fit::AllClips, Some(rmse)) => (
                 "two fits of ",
                 format!("{rmse:.2} mm free-running on {clips} when held out; the model has seen all clips"),
             ),

@@ -1,0 +1,13 @@
+//! `unic bench`.
+
+mod accuracy;
+
+use crate::args::{Bench, BenchArgs};
+use anyhow::Result;
+
+/// Measures and prints.
+pub(crate) fn run(args: &BenchArgs) -> Result<()> {
+    match &args.bench {
+        Bench::Accuracy(args) => accuracy::run(args),
+    }
+}

@@ -1,0 +1,184 @@
+//! Rows of the benchmark: settings with a title.
+
+use crate::{args::PresetName, failure::Usage, settings};
+use anyhow::{Context, Result, anyhow};
+use clap::ValueEnum;
+use serde::Deserialize;
+use std::{fs, path::Path};
+use toml::Table;
+use unic_train::{Refit, TrainConfig};
+
+/// The built-in rows, in the order of the table.
+const BUILT_IN: [(&str, &str); 14] = [
+    ("standard", include_str!("../../../../rows/standard.toml")),
+    (
+        "standard_no_field",
+        include_str!("../../../../rows/standard_no_field.toml"),
+    ),
+    (
+        "standard_no_prior",
+        include_str!("../../../../rows/standard_no_prior.toml"),
+    ),
+    (
+        "standard_no_recurrence",
+        include_str!("../../../../rows/standard_no_recurrence.toml"),
+    ),
+    (
+        "standard_no_memory",
+        include_str!("../../../../rows/standard_no_memory.toml"),
+    ),
+    (
+        "standard_teacher_forcing",
+        include_str!("../../../../rows/standard_teacher_forcing.toml"),
+    ),
+    (
+        "standard_no_noise",
+        include_str!("../../../../rows/standard_no_noise.toml"),
+    ),
+    (
+        "standard_no_mirror",
+        include_str!("../../../../rows/standard_no_mirror.toml"),
+    ),
+    (
+        "standard_no_dropout",
+        include_str!("../../../../rows/standard_no_dropout.toml"),
+    ),
+    (
+        "standard_no_average",
+        include_str!("../../../../rows/standard_no_average.toml"),
+    ),
+    (
+        "standard_no_intersection",
+        include_str!("../../../../rows/standard_no_intersection.toml"),
+    ),
+    ("paper", include_str!("../../../../rows/paper.toml")),
+    (
+        "paper_no_picking",
+        include_str!("../../../../rows/paper_no_picking.toml"),
+    ),
+    (
+        "paper_no_intersection",
+        include_str!("../../../../rows/paper_no_intersection.toml"),
+    ),
+];
+
+/// One row.
+#[derive(Clone, Debug)]
+pub(super) struct RowSettings {
+    /// Names folders.
+    pub(super) name: String,
+    /// For the table.
+    pub(super) title: String,
+    /// The preset with the row's own settings; the seed is the cell's.
+    pub(super) config: TrainConfig,
+    /// Steps that stand whatever the budget.
+    pub(super) steps: Option<u64>,
+}
+
+/// What a file says beside settings of [`TrainConfig`].
+#[derive(Deserialize)]
+struct RowFile {
+    title: Option<String>,
+    preset: String,
+    steps: Option<u64>,
+    #[serde(default)]
+    remove: Vec<String>,
+    #[serde(flatten)]
+    settings: Table,
+}
+
+impl RowSettings {
+    /// The rows asked for, or all built-in ones.
+    pub(super) fn read_all(asked: &[String]) -> Result<Vec<Self>> {
+        let built_in = BUILT_IN.iter().map(|(name, text)| Self::parse(name, text));
+        match asked {
+            [] => built_in.collect(),
+            names => names.iter().map(|name| Self::read(name)).collect(),
+        }
+    }
+
+    fn read(asked: &str) -> Result<Self> {
+        if let Some((name, text)) = BUILT_IN.iter().find(|(name, _)| *name == asked) {
+            return Self::parse(name, text);
+        }
+        let path = Path::new(asked);
+        let name = path.file_stem().filter(|_| asked.ends_with(".toml"));
+        let Some(name) = name else {
+            let known: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
+            let known = known.join(", ");
+            return Err(Usage(format!(
+                "--rows: expected a .toml file or one of {known}, found {asked}"
+            ))
+            .into());
+        };
+        let text = fs::read_to_string(path).map_err(|e| anyhow!("{asked}: cannot read the settings: {e}"))?;
+        Self::parse(&name.to_string_lossy(), &text).with_context(|| asked.to_owned())
+    }
+
+    fn parse(name: &str, text: &str) -> Result<Self> {
+        let file: RowFile = toml::from_str(text)?;
+        let preset = PresetName::from_str(&file.preset, false)
+            .map_err(|_| anyhow!("expected preset paper, standard or tiny, found {}", file.preset))?;
+        let base = TrainConfig::preset(preset.into());
+        let mut config = settings::laid_over(&base, file.settings, &file.remove)?;
+        // Test clips measure every row.
+        config.validation.refit = Refit::Only;
+        Ok(Self {
+            name: name.to_owned(),
+            title: file.title.unwrap_or_else(|| name.to_owned()),
+            config,
+            steps: file.steps,
+        })
+    }
+}
+
+/// Names and titles of the built-in rows.
+pub(super) fn list() -> String {
+    let title =
+        |name: &str, text: &str| RowSettings::parse(name, text).map_or_else(|e| e.to_string(), |r| r.title);
+    let line = |(name, text): &(&str, &str)| format!("{name:<26}{}\n", title(name, text));
+    BUILT_IN.iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use unic_train::StateSettings;
+
+    #[test]
+    fn every_built_in_row_differs_from_every_other() {
+        let rows = RowSettings::read_all(&[]).unwrap();
+        for (i, a) in rows.iter().enumerate() {
+            for b in &rows[..i] {
+                assert!(
+                    (&a.config, a.steps) != (&b.config, b.steps),
+                    "{} and {}",
+                    a.name,
+                    b.name
+                );
+            }
+        }
+        let removed = rows
+            .iter()
+            .find(|row| row.name == "standard_no_recurrence")
+            .unwrap();
+        let StateSettings::Displacement { recurrence, .. } = &removed.config.model.state else {
+            unreachable!("standard's state is a displacement");
+        };
+        assert!(recurrence.is_none());
+    }
+
+    #[test]
+    fn what_no_preset_has_is_refused() {
+        let parse = |text: &str| RowSettings::parse("row", text).unwrap_err().to_string();
+        assert!(parse("preset = 'new'").contains("new"));
+        assert!(parse("preset = 'tiny'\nremove = ['model.nothing']").contains("model.nothing"));
+        assert!(parse("preset = 'tiny'\n[optimiser]\nstepz = 3").contains("stepz"));
+        assert!(
+            RowSettings::read("no_such_row")
+                .unwrap_err()
+                .to_string()
+                .contains("standard_no_field")
+        );
+    }
+}

@@ -1,0 +1,143 @@
+//! One training of one row on one capture, and what is kept of it.
+
+use super::{measure, row::RowSettings};
+use crate::{
+    args::{AccuracyArgs, TrainArgs},
+    commands::{eval::timing::Timing, train},
+    failure::Usage,
+    model_file,
+};
+use anyhow::{Result, anyhow};
+use serde::{Deserialize, Serialize};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+use unic_core::animator::Animator;
+use unic_eval::{Evaluation, ModelPredictor, Row};
+use unic_io::{Capture, Split, atomic};
+
+/// What is asked for, and where it is kept.
+pub(super) struct Cell<'a> {
+    row: &'a RowSettings,
+    seed: u64,
+    capture: &'a Path,
+    args: &'a AccuracyArgs,
+    /// Without an ending: of the model, its run and its numbers.
+    stem: PathBuf,
+}
+
+/// What came of it.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Trained {
+    pub(super) seed: u64,
+    /// Settings and budget that it was asked for by; another answer is no answer to them.
+    asked: String,
+    pub(super) steps: u64,
+    /// Training alone, without loading and the prior.
+    pub(super) training_seconds: f64,
+    pub(super) parameters: usize,
+    pub(super) bytes: usize,
+    /// Median of a frame, milliseconds.
+    pub(super) frame_ms: f64,
+    pub(super) evaluation: Evaluation,
+}
+
+impl<'a> Cell<'a> {
+    pub(super) fn new(
+        args: &'a AccuracyArgs,
+        capture: &'a Path,
+        folder: &Path,
+        row: &'a RowSettings,
+        seed: u64,
+    ) -> Self {
+        let stem = folder.join(&row.name).join(format!("seed-{seed}"));
+        Self {
+            row,
+            seed,
+            capture,
+            args,
+            stem,
+        }
+    }
+
+    /// Of each training, in words.
+    pub(super) fn budget(args: &AccuracyArgs) -> String {
+        match args.steps {
+            Some(steps) => format!("{steps} steps"),
+            None => humantime::format_duration(args.budget).to_string(),
+        }
+    }
+
+    /// Read where it is kept, else trained and measured now.
+    pub(super) fn trained(&self, capture: &Capture) -> Result<Trained> {
+        let path = self.stem.with_extension("json");
+        let asked = self.asked();
+        if let Ok(text) = fs::read_to_string(&path) {
+            let kept: Trained =
+                serde_json::from_str(&text).map_err(|e| anyhow!("{}: {e}", path.display()))?;
+            if kept.asked == asked {
+                return Ok(kept);
+            }
+            let path = path.display();
+            let text = format!(
+                "{path}: expected a result of the same settings and budget, found another; choose another --out"
+            );
+            return Err(Usage(text).into());
+        }
+        let trained = self.train(asked, capture)?;
+        atomic::write(&path, serde_json::to_string_pretty(&trained)?.as_bytes())?;
+        Ok(trained)
+    }
+
+    fn asked(&self) -> String {
+        let budget = match self.row.steps {
+            Some(steps) => format!("{steps} steps"),
+            None => Self::budget(self.args),
+        };
+        format!("budget = \"{budget}\"\n{}", self.row.config.to_toml())
+    }
+
+    fn train(&self, asked: String, capture: &Capture) -> Result<Trained> {
+        let settings = self.stem.with_extension("settings.toml");
+        let model_path = self.stem.with_extension("unic");
+        let folder = settings.parent().unwrap_or(Path::new("."));
+        fs::create_dir_all(folder)
+            .map_err(|e| anyhow!("{}: cannot create the folder: {e}", folder.display()))?;
+        atomic::write(&settings, self.row.config.to_toml().as_bytes())?;
+        let summary = train::train(&self.train_args(settings, model_path.clone()))?;
+        let animator = Animator::new(Arc::new(model_file::read(&model_path)?));
+        let mut rows = [Row::model(ModelPredictor::from_animator(animator.clone()))];
+        let evaluation = measure::rows_of(capture, &mut rows)?;
+        let clips = capture.clip_names(Split::Test);
+        Ok(Trained {
+            seed: self.seed,
+            asked,
+            steps: summary.steps,
+            training_seconds: summary.seconds,
+            parameters: summary.parameters,
+            bytes: summary.bytes,
+            frame_ms: Timing::measure(animator, capture, clips)?.frame_ms,
+            evaluation,
+        })
+    }
+
+    fn train_args(&self, settings: PathBuf, model: PathBuf) -> TrainArgs {
+        let steps = self.row.steps.or(self.args.steps);
+        let is_begun = model.with_extension("run").join("config.toml").exists();
+        TrainArgs {
+            capture: self.capture.to_path_buf(),
+            preset: None,
+            config: (!is_begun).then_some(settings),
+            set: Vec::new(),
+            seed: (!is_begun).then_some(self.seed),
+            steps: steps.filter(|_| !is_begun),
+            budget: (steps.is_none() && !is_begun).then_some(self.args.budget),
+            out: Some(model),
+            resume: is_begun,
+            overwrite: !is_begun,
+            json: false,
+        }
+    }
+}
