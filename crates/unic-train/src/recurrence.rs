@@ -38,8 +38,9 @@ pub(crate) struct Fitted {
     pub(crate) left_out: Vec<Vec<f32>>,
 }
 
-/// Parts that the sequences are split into, to leave out one at a time.
-const FOLDS: usize = 2;
+/// Parts that the clips are split into at most, to leave out one at a time: with fewer, a small capture
+/// would be judged by what half of it teaches.
+const MOST_FOLDS: usize = 5;
 
 /// Less of the correction than this is noise.
 const LEAST_SHARE: f64 = 0.05;
@@ -57,14 +58,16 @@ pub(crate) fn fit_recurrence(
     prior: &PriorSettings,
     watch: &Watch,
 ) -> Result<Option<Fitted>, TrainError> {
-    let fold_steps = settings.steps.div_ceil(FOLDS as u64);
+    let clips = sequences.iter().map(|s| s.fold + 1).max().unwrap_or(0);
+    let count = clips.clamp(2, MOST_FOLDS);
+    let fold_steps = settings.steps.div_ceil(2);
     let progress = Progress {
         done: AtomicU64::new(0),
-        all: FOLDS as u64 * fold_steps + settings.steps,
+        all: count as u64 * fold_steps + settings.steps,
         watch,
     };
     let fit = |fold: Option<usize>| -> Result<Option<Recurrence>, TrainError> {
-        let is_kept = |s: &&Sequence| fold.is_none() || Some(s.fold % FOLDS) != fold;
+        let is_kept = |s: &&Sequence| fold.is_none() || Some(s.fold % count) != fold;
         let fit = UnitFit {
             settings,
             steps: fold.map_or(settings.steps, |_| fold_steps),
@@ -74,14 +77,15 @@ pub(crate) fn fit_recurrence(
         };
         fit.run(&progress)
     };
-    let folds: Result<Vec<_>, TrainError> = (0..FOLDS).into_par_iter().map(|f| fit(Some(f))).collect();
+    let folds: Result<Vec<_>, TrainError> = (0..count).into_par_iter().map(|f| fit(Some(f))).collect();
     let folds = folds?;
-    let corrections = |s: &Sequence| match &folds[s.fold % FOLDS] {
+    let corrections = |s: &Sequence| match &folds[s.fold % count] {
         Some(recurrence) => s.corrections(recurrence),
         None => vec![0.0; s.targets.len()],
     };
     let left_out: Vec<Vec<f32>> = sequences.par_iter().map(corrections).collect();
     let share = believable_share(sequences, &left_out);
+    if std::env::var("UV_D").is_ok() { eprintln!("believable share {share:.3}"); }
     if share < LEAST_SHARE {
         return Ok(None);
     }

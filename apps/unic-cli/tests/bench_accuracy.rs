@@ -1,0 +1,79 @@
+//! `unic bench accuracy` as a user runs it.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::*;
+use serde_json::Value;
+use std::{fs, path::Path, process::Output};
+
+const ROW: &str = "title = 'mine'\npreset = 'tiny'\nremove = ['model.state.displacement.recurrence']\n\
+                   [model.state.displacement]\nprior_shapes = 4\n";
+
+fn bench(folder: &Path, rest: &str) -> Output {
+    unic(folder, &format!("bench accuracy tube --out results {rest}"))
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn rows_are_trained_once_and_measured_beside_the_baselines() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_capture(folder);
+    fs::write(folder.join("mine.toml"), ROW).unwrap();
+    let all = "--rows mine.toml --seeds 1,2 --steps 4";
+    let first = bench(folder, &format!("{all} --json"));
+    assert!(first.status.success(), "{}", text(&first.stderr));
+    let results: Value = serde_json::from_slice(&first.stdout).unwrap();
+    let capture = &results["captures"][0];
+    assert!(
+        capture["baselines"]["baselines"]["ridge"]["free_running"]["rmse_mm"]
+            .as_f64()
+            .unwrap()
+            > 0.0
+    );
+    let seeds = capture["rows"][0]["seeds"].as_array().unwrap();
+    assert_eq!(seeds.len(), 2);
+    for (i, seed) in seeds.iter().enumerate() {
+        assert_eq!((&seed["seed"], &seed["steps"]), (&(i + 1).into(), &4.into()));
+        assert!(seed["frame_ms"].as_f64().unwrap() > 0.0);
+        assert!(
+            seed["evaluation"]["model"]["free_running"]["rmse_mm"]
+                .as_f64()
+                .unwrap()
+                > 0.0
+        );
+    }
+
+    // The second time nothing is trained: the model's bytes would be the same, its time would not.
+    let model = folder.join("results/tube/mine/seed-1.unic");
+    let written = fs::metadata(&model).unwrap().modified().unwrap();
+    let again = bench(folder, all);
+    assert!(again.status.success(), "{}", text(&again.stderr));
+    assert_eq!(fs::metadata(&model).unwrap().modified().unwrap(), written);
+    let table = text(&again.stdout);
+    assert!(
+        table.contains("| mine | ") && table.contains("| ridge | ") && table.contains(" ± "),
+        "{table}"
+    );
+
+    // Another budget is another table.
+    let other = bench(folder, "--rows mine.toml --seeds 1 --steps 5");
+    assert!(!other.status.success() && text(&other.stderr).contains("choose another --out"));
+}
+
+#[test]
+fn unknown_rows_are_refused_before_anything_is_made() {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture(folder.path());
+    let output = bench(folder.path(), "--rows standart");
+    let stderr = text(&output.stderr);
+    assert!(
+        !output.status.success() && stderr.contains("standart") && stderr.contains("standard_no_field"),
+        "{stderr}"
+    );
+    assert!(!folder.path().join("results").exists());
+}
