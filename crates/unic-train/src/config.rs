@@ -21,6 +21,10 @@ use unic_core::{
 pub struct TrainConfig {
     /// Seed of all random streams.
     pub seed: u64,
+    /// Seconds of training motion that are used, the same share of every clip from its start; absent: all
+    /// there is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion_seconds: Option<f64>,
     /// The model to train.
     pub model: ModelSettings,
     /// AdamW and its schedule.

@@ -120,8 +120,8 @@ impl Dataset {
         )?;
         let names = FitClips::new(&capture, fit, settings.seed)?;
         let (clips, validation) = (
-            load(&capture, &spec, &names.train)?,
-            load(&capture, &spec, &names.validation)?,
+            load(&capture, &spec, &names.train, settings.motion_seconds)?,
+            load(&capture, &spec, &names.validation, None)?,
         );
         let joints = capture.character.skeleton.len();
         let vectors = clips
@@ -176,9 +176,25 @@ impl Dataset {
     }
 }
 
-fn load(capture: &Capture, spec: &MotionSpec, names: &[String]) -> Result<Vec<PreparedClip>, TrainError> {
+/// The named clips, each cut to the same share where there are more than `seconds` of them.
+fn load(
+    capture: &Capture,
+    spec: &MotionSpec,
+    names: &[String],
+    seconds: Option<f64>,
+) -> Result<Vec<PreparedClip>, TrainError> {
+    let frames = |name: &String| Ok(capture.summarise_clip(name)?.pose_frames);
+    let share = match seconds {
+        None => 1.0,
+        Some(seconds) => {
+            let all: usize = names.iter().map(frames).sum::<Result<usize, TrainError>>()?;
+            (seconds * f64::from(capture.manifest.fps) / all.max(1) as f64).min(1.0)
+        }
+    };
     let prepare = |name: &String| {
-        let captured = capture.load_clip(name)?;
+        let mut captured = capture.load_clip(name)?;
+        let kept = (captured.clip.len() as f64 * share).ceil() as usize;
+        captured.clip.poses.truncate(kept.max(2));
         Ok(PreparedClip::new(spec, &capture.character.skeleton, captured))
     };
     names.par_iter().map(prepare).collect()

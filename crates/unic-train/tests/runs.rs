@@ -252,6 +252,35 @@ fn one_fit_is_all_where_nothing_is_drawn() {
 }
 
 #[test]
+fn one_fit_may_hold_nothing_out() {
+    let (_folder, capture, mut config) = undivided();
+    config.validation.refit = Refit::Only;
+    assert_eq!(Fit::of_run(&capture, &config), [Fit::AllClips]);
+    config.keep = Keep::Best;
+    assert!(
+        config.check().is_err(),
+        "the best by what, where nothing is held out?"
+    );
+}
+
+#[test]
+fn less_motion_is_less_of_every_clip() {
+    let (_folder, capture, mut config) = undivided();
+    let lengths = |config: &TrainConfig| -> Vec<usize> {
+        let data = Dataset::new(capture.clone(), config, Fit::HeldOut).unwrap();
+        (data.clips.iter().chain(&data.validation))
+            .map(unic_eval::PreparedClip::len)
+            .collect()
+    };
+    assert_eq!(lengths(&config), [FRAMES; 3]);
+    // Two clips to train on: a quarter of each.
+    config.motion_seconds = Some(0.25 * 2.0 * FRAMES as f64 / f64::from(FPS));
+    assert_eq!(lengths(&config), [FRAMES / 4, FRAMES / 4, FRAMES]);
+    config.motion_seconds = Some(1e9);
+    assert_eq!(lengths(&config), [FRAMES; 3]);
+}
+
+#[test]
 fn a_fit_on_all_clips_validates_nothing_and_tells_the_error_before() {
     let (_folder, capture, config) = undivided();
     let data = Dataset::new(capture, &config, Fit::AllClips).unwrap();

@@ -61,6 +61,9 @@ impl TrainConfig {
         ] {
             ensure(what, "1 or more", found, found > 0)?;
         }
+        if let Some(seconds) = self.motion_seconds {
+            ensure("motion_seconds", "above 0", seconds, is_positive(seconds))?;
+        }
         let rate = o.learning_rate;
         ensure("optimiser.learning_rate", "above 0", rate, is_positive(rate))?;
         if let Some(limit) = self.model.normalisation.limit {

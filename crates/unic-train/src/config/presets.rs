@@ -36,6 +36,7 @@ impl TrainConfig {
 fn paper() -> TrainConfig {
     TrainConfig {
         seed: 1,
+        motion_seconds: None,
         model: ModelSettings {
             layout: MotionLayout::Paper,
             velocity: VelocityScheme::Forward,
