@@ -1,7 +1,7 @@
 //! `unic eval`.
 
 use super::{IntersectionName, SplitName};
-use std::path::PathBuf;
+use std::{num::NonZeroUsize, path::PathBuf};
 
 /// Measure a model beside all baselines.
 ///
@@ -40,6 +40,10 @@ pub(crate) struct EvalArgs {
     /// What becomes of vertices inside the body [default: as the model was trained for].
     #[arg(long, value_enum, conflicts_with = "baselines")]
     pub(crate) intersection: Option<IntersectionName>,
+    /// Look for distances to the body and the Hausdorff distance in every Nth frame alone, which is what takes
+    /// long; errors are those of all frames.
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub(crate) nearest_every: NonZeroUsize,
     /// Keep every predicted position: one npz a clip in this folder.
     #[arg(long, value_name = "DIR")]
     pub(crate) dump: Option<PathBuf>,

@@ -17,7 +17,9 @@ use serde::Serialize;
 use std::{collections::HashSet, path::Path, sync::Arc};
 use timing::Timing;
 use unic_core::{animator::Animator, model::Model};
-use unic_eval::{Evaluation, ModelPredictor, PRIOR, PriorPredictor, Row, baselines, evaluate, training_set};
+use unic_eval::{
+    Evaluation, Event, ModelPredictor, PRIOR, PriorPredictor, Row, baselines, evaluate_sampled, training_set,
+};
 use unic_io::{Capture, Split};
 
 /// Evaluates and prints.
@@ -35,7 +37,8 @@ fn measure(args: &EvalArgs) -> Result<Measured> {
     };
     let mut listener = Listener::new(args, &capture, &clips)?;
     let mut rows = rows(&capture, animator.as_ref())?;
-    let evaluation = evaluate(&capture, &mut rows, &clips, &mut |event| listener.listen(event))?;
+    let mut listen = |event: &Event| listener.listen(event);
+    let evaluation = evaluate_sampled(&capture, &mut rows, &clips, args.nearest_every, &mut listen)?;
     let recorder = listener.into_recorder();
     let timing = match &animator {
         Some(animator) => Some(Timing::measure(animator.clone(), &capture, &clips)?),
