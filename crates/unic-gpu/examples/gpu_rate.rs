@@ -1,0 +1,309 @@
+//! How long a frame takes on this machine's GPU, by stage, at the sizes of the paper's garments with networks
+//! of the sizes of the presets `paper` and `standard`, beside the device's own multiply-add peak.
+//!
+//! ```text
+//! cargo run --release -p unic-gpu --example gpu_rate -- [--json] [--vertices 3653,34907] [--seconds 2]
+//! ```
+//!
+//! Weights are random: times do not depend on them. Stages are by the device's clock; `frame` is the wall
+//! clock from the call to the end of the device's work. The floor is the field's arithmetic at the peak
+//! of a kernel that does nothing else.
+
+#![allow(
+    clippy::unwrap_used,
+    unreachable_pub,
+    dead_code,
+    reason = "scenes are shared with the benchmarks of unic-core"
+)]
+
+#[path = "../../unic-core/benches/frame/model.rs"]
+mod model;
+
+use glam::{Quat, Vec3};
+use model::{FPS, PARENTS, Preset};
+use serde_json::{Map, Value, json};
+use std::{
+    error::Error,
+    f32::consts::TAU,
+    sync::Arc,
+    time::{Duration, Instant},
+};
+use unic_core::{
+    animator::{Start, StepInput},
+    model::Model,
+    skeleton::Pose,
+};
+use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, Precision, StageTime, multiply_add_peak, wgpu};
+
+/// Vertices of the four garments of the paper.
+const VERTICES: [usize; 4] = [3_653, 34_907, 59_380, 62_461];
+/// Frames before the first that counts: the first steps compile and page in.
+const WARM_UP: usize = 2;
+const LEAST_FRAMES: usize = 3;
+
+struct Arguments {
+    is_json: bool,
+    vertices: Vec<usize>,
+    /// For each case.
+    budget: Duration,
+}
+
+/// What is measured of one model.
+struct Case {
+    vertices: usize,
+    network: &'static str,
+    precision: Precision,
+    /// Medians, milliseconds.
+    frame_ms: f64,
+    stages: Vec<StageTime>,
+    /// Root mean square distance from the f32 path on the same device, millimetres.
+    added_rmse_mm: f64,
+    /// Seconds that the field's arithmetic takes at the peak, over the field's time and the frame's.
+    floor_ms: f64,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments = arguments()?;
+    let context = match GpuContext::new() {
+        Err(GpuError::NoAdapter(why)) => {
+            println!("no GPU: {why}");
+            return Ok(());
+        }
+        context => context?,
+    };
+    let mut precisions = vec![Precision::F32];
+    if context.has(wgpu::Features::SHADER_F16) {
+        precisions.push(Precision::F16);
+    }
+    let mut peaks = Vec::new();
+    for &precision in &precisions {
+        peaks.push((precision, multiply_add_peak(&context, precision)?));
+    }
+    if !arguments.is_json {
+        print_head(&context, &peaks);
+    }
+    let mut cases = Vec::new();
+    for preset in [Preset::Standard, Preset::Paper] {
+        for &vertices in &arguments.vertices {
+            let model = Arc::new(model::model(preset, vertices));
+            for &(precision, peak) in &peaks {
+                let case = measure(&context, &model, precision, peak, arguments.budget)?;
+                let case = Case {
+                    network: name(preset),
+                    ..case
+                };
+                if !arguments.is_json {
+                    print_case(&case);
+                }
+                cases.push(case);
+            }
+        }
+    }
+    if arguments.is_json {
+        println!("{}", to_json(&context, &peaks, &cases));
+    }
+    Ok(())
+}
+
+fn arguments() -> Result<Arguments, Box<dyn Error>> {
+    let mut arguments = Arguments {
+        is_json: false,
+        vertices: VERTICES.to_vec(),
+        budget: Duration::from_secs(2),
+    };
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        let mut value = || words.next().ok_or(format!("{word} needs a value"));
+        match word.as_str() {
+            "--json" => arguments.is_json = true,
+            "--vertices" => arguments.vertices = value()?.split(',').map(str::parse).collect::<Result<_, _>>()?,
+            "--seconds" => arguments.budget = Duration::from_secs_f64(value()?.parse()?),
+            other => return Err(format!("unknown argument {other}").into()),
+        }
+    }
+    Ok(arguments)
+}
+
+fn name(preset: Preset) -> &'static str {
+    match preset {
+        Preset::Standard => "standard",
+        Preset::Paper => "paper",
+    }
+}
+
+fn measure(
+    context: &GpuContext,
+    model: &Arc<Model>,
+    precision: Precision,
+    peak: f64,
+    budget: Duration,
+) -> Result<Case, GpuError> {
+    let mut walker = Walker::new(context, model, precision)?;
+    let (mut frames, mut stages) = (Vec::new(), Vec::new());
+    for _ in 0..WARM_UP {
+        walker.step_timed()?;
+    }
+    let start = Instant::now();
+    while frames.len() < LEAST_FRAMES || start.elapsed() < budget {
+        let frame = Instant::now();
+        walker.step()?;
+        context.wait()?;
+        frames.push(frame.elapsed().as_secs_f64() * 1e3);
+        stages.push(walker.step_timed()?);
+    }
+    Ok(Case {
+        vertices: model.vertex_count(),
+        network: "",
+        precision,
+        frame_ms: median(frames),
+        stages: medians(&stages),
+        added_rmse_mm: match precision {
+            Precision::F32 => 0.0,
+            Precision::F16 => 1e3 * rmse(context, model, precision)?,
+        },
+        floor_ms: walker.animator.asset().field_flop() / peak * 1e3,
+    })
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn medians(frames: &[Vec<StageTime>]) -> Vec<StageTime> {
+    let stage = |i: usize, name| StageTime {
+        name,
+        ms: median(frames.iter().map(|stages| stages[i].ms).collect()),
+    };
+    frames[0].iter().enumerate().map(|(i, first)| stage(i, first.name)).collect()
+}
+
+/// Distance from the f32 path after five frames side by side, metres.
+fn rmse(context: &GpuContext, model: &Arc<Model>, precision: Precision) -> Result<f64, GpuError> {
+    let mut walkers = [
+        Walker::new(context, model, Precision::F32)?,
+        Walker::new(context, model, precision)?,
+    ];
+    for walker in &mut walkers {
+        for _ in 0..5 {
+            walker.step()?;
+        }
+    }
+    let [exact, other] = [&walkers[0], &walkers[1]].map(|walker| walker.animator.read_back());
+    let (exact, other) = (exact?.positions, other?.positions);
+    let squares = exact.iter().zip(&other).map(|(a, b)| f64::from(a.distance_squared(*b)));
+    Ok((squares.sum::<f64>() / exact.len() as f64).sqrt())
+}
+
+/// An animator on its way.
+struct Walker {
+    animator: GpuAnimator,
+    frame: usize,
+}
+
+impl Walker {
+    fn new(context: &GpuContext, model: &Arc<Model>, precision: Precision) -> Result<Self, GpuError> {
+        let asset = Arc::new(GpuModel::new(context, Arc::clone(model), precision)?);
+        let mut animator = GpuAnimator::new(asset)?;
+        animator.reset(&input(&pose(0)), Start::MeanShape)?;
+        Ok(Self { animator, frame: 0 })
+    }
+
+    fn step(&mut self) -> Result<(), GpuError> {
+        self.frame += 1;
+        self.animator.step(&input(&pose(self.frame)))
+    }
+
+    fn step_timed(&mut self) -> Result<Vec<StageTime>, GpuError> {
+        self.frame += 1;
+        self.animator.step_timed(&input(&pose(self.frame)))
+    }
+}
+
+fn input(pose: &Pose) -> StepInput<'_> {
+    StepInput {
+        pose,
+        next_pose: None,
+        ground_height: 0.0,
+    }
+}
+
+/// A walk in which all joints turn a little.
+fn pose(frame: usize) -> Pose {
+    let s = frame as f32 / FPS;
+    let turn = |j: usize| Quat::from_rotation_x(0.2 * (TAU * s + j as f32).sin());
+    Pose {
+        trans: Vec3::Z * s,
+        local: (0..PARENTS.len()).map(turn).collect(),
+    }
+}
+
+fn print_head(context: &GpuContext, peaks: &[(Precision, f64)]) {
+    println!("{}", context.adapter_name());
+    if context.device().adapter_info().device_type == wgpu::DeviceType::Cpu {
+        println!("a software device: its times say nothing about any GPU");
+    }
+    for (precision, peak) in peaks {
+        println!("multiply-add peak, {precision:?}: {:.3} TFLOP/s", peak * 1e-12);
+    }
+    println!("milliseconds, medians; floor: the field's arithmetic at that peak\n");
+    println!("vertices  network   precision   frame  device   floor  field at  frame at  added mm  stages");
+}
+
+fn print_case(case: &Case) {
+    let device = device_ms(case);
+    let stages: Vec<String> = case.stages.iter().map(|s| format!("{} {:.3}", s.name, s.ms)).collect();
+    println!(
+        "{:>8}  {:<8}  {:<9} {:>7.2} {:>7.2} {:>7.2} {:>7.1} % {:>7.1} % {:>9.3}  {}",
+        case.vertices,
+        case.network,
+        format!("{:?}", case.precision),
+        case.frame_ms,
+        device,
+        case.floor_ms,
+        100.0 * case.floor_ms / stage_ms(case, "field"),
+        100.0 * case.floor_ms / device,
+        case.added_rmse_mm,
+        stages.join(", "),
+    );
+}
+
+fn device_ms(case: &Case) -> f64 {
+    case.stages.iter().map(|stage| stage.ms).sum()
+}
+
+fn stage_ms(case: &Case, name: &str) -> f64 {
+    case.stages.iter().filter(|stage| stage.name == name).map(|stage| stage.ms).sum()
+}
+
+fn to_json(context: &GpuContext, peaks: &[(Precision, f64)], cases: &[Case]) -> Value {
+    let adapter = context.adapter_name();
+    let peaks: Map<String, Value> = (peaks.iter())
+        .map(|(precision, peak)| (format!("{precision:?}").to_lowercase(), json!(peak)))
+        .collect();
+    let cases: Vec<Value> = cases.iter().map(|case| case_to_json(&adapter, case)).collect();
+    json!({ "adapter": adapter, "multiply_add_peak": peaks, "cases": cases })
+}
+
+fn case_to_json(adapter: &str, case: &Case) -> Value {
+    let stages: Map<String, Value> = (case.stages.iter())
+        .map(|stage| (stage.name.to_owned(), json!(stage.ms)))
+        .collect();
+    let field_ms = stage_ms(case, "field");
+    json!({
+        "vertices": case.vertices,
+        "network": case.network,
+        "precision": format!("{:?}", case.precision).to_lowercase(),
+        "device": adapter,
+        "threads": 1,
+        "sampling_percent": 100,
+        "frame_ms": case.frame_ms,
+        "fps": 1e3 / case.frame_ms,
+        "device_ms": device_ms(case),
+        "forward_only_ms": stage_ms(case, "encoder") + field_ms,
+        "added_rmse_mm": case.added_rmse_mm,
+        "floor_ms": case.floor_ms,
+        "floor_share": case.floor_ms / field_ms,
+        "stages_ms": stages,
+    })
+}
