@@ -2,9 +2,9 @@
 
 use crate::{
     GpuError, GpuModel,
-    body::BodyBuffers,
-    field::FieldBuffers,
+    body::Handling,
     garment::{GarmentBuffers, is_in_frame},
+    kernel::Dispatch,
     mesh::SHOWN_BYTES,
     motion::Tick,
     program::{Program, StageTime},
@@ -13,7 +13,7 @@ use glam::{Quat, Vec3};
 use std::sync::Arc;
 use unic_core::{
     animator::{Start, StepInput},
-    config::IntersectionMode,
+    config::{Corrects, IntersectionMode},
     model::Model,
     motion::MotionState,
     transform::Rigid,
@@ -49,7 +49,6 @@ struct Buffers {
     states: Buffer,
     inputs: Buffer,
     shown: Buffer,
-    body: BodyBuffers,
 }
 
 /// What the device does in every call.
@@ -246,8 +245,9 @@ impl GpuAnimator {
         skeleton.world_from_rest(self.motion.world_from_joint(), world_from_rest);
         let frame = self.motion.world_from_frame();
         let handling = match self.mode {
+            IntersectionMode::Off => 0.0,
             IntersectionMode::Paper { relaxation_m } => relaxation_m,
-            IntersectionMode::Off | IntersectionMode::Robust { .. } => 0.0,
+            IntersectionMode::Robust { margin_m, .. } => margin_m,
         };
         tick.clear();
         let first = f32::from(u8::from(self.at_start));
@@ -306,7 +306,6 @@ impl Buffers {
             states: zeroed("states", 16 * STATE * vertices),
             inputs: zeroed("inputs", 4 * inputs),
             shown: context.zeroed("garment", SHOWN_BYTES * vertices, BufferUsages::VERTEX),
-            body: BodyBuffers::new(context, &asset.body, vertices),
         }
     }
 
@@ -324,55 +323,96 @@ impl Buffers {
 
 impl Programs {
     fn new(asset: &GpuModel, buffers: &Buffers, mode: IntersectionMode) -> Result<Self, GpuError> {
-        let (garment, of) = (&asset.garment, buffers.garment());
-        let first = || asset.networks.record_prior(of.vectors, Tick::First);
-        let mut programs = Self::default();
-        programs.step = step(asset, buffers, mode)?;
-        for (program, take) in [
-            (&mut programs.start_at_mean, garment.take_mean(of)?),
-            (&mut programs.start_at_shown, garment.take_shown(of)?),
-        ] {
-            program.stage("prior", first()?);
-            program.stage("start", vec![garment.prepare(of)?, take, garment.hold(of)?]);
-            program.stage("show", show(asset, buffers)?);
-        }
+        let of = buffers.garment();
+        let recorder = Recorder {
+            asset,
+            of,
+            handling: match mode {
+                IntersectionMode::Off => None,
+                IntersectionMode::Paper { .. } => Some(asset.body.paper(&asset.context, of, &asset.model)?),
+                IntersectionMode::Robust { .. } => Some(asset.body.robust(&asset.context, of, &asset.model)?),
+            },
+            mode,
+        };
+        let garment = &asset.garment;
+        let mut complete_start = Program::default();
         if !is_in_frame(&asset.model) {
-            programs.complete_start.stage("prior", first()?);
-            programs.complete_start.stage("rehang", vec![garment.rehang(of)?]);
+            complete_start.stage("prior", asset.networks.record_prior(of.vectors, Tick::First)?);
+            complete_start.stage("rehang", vec![garment.rehang(of)?]);
         }
-        programs.set.stage("set", vec![garment.take_shown(of)?]);
-        programs.set.stage("show", show(asset, buffers)?);
-        Ok(programs)
+        let mut set = Program::default();
+        set.stage("set", vec![garment.take_shown(of)?]);
+        recorder.show(&mut set)?;
+        Ok(Self {
+            start_at_mean: recorder.start(garment.take_mean(of)?)?,
+            start_at_shown: recorder.start(garment.take_shown(of)?)?,
+            complete_start,
+            step: recorder.step()?,
+            set,
+        })
     }
 }
 
-fn step(asset: &GpuModel, buffers: &Buffers, mode: IntersectionMode) -> Result<Program, GpuError> {
-    let (networks, garment, of) = (&asset.networks, &asset.garment, buffers.garment());
-    let field = FieldBuffers {
-        vectors: of.vectors,
-        inputs: of.inputs,
-        states: of.states,
-    };
-    let mut program = Program::default();
-    program.stage("prior", networks.record_prior(of.vectors, Tick::Next)?);
-    program.stage("encoder", networks.record_encoder(of.vectors)?);
-    program.stage("skinning", vec![garment.prepare(of)?]);
-    program.stage("field", vec![asset.field.dispatch(&field)?]);
-    match mode {
-        IntersectionMode::Off => {}
-        IntersectionMode::Paper { .. } => {
-            program.stage("body", asset.body.pose(of.tick, &buffers.body)?);
-            let drag = asset.body.drag(of, &buffers.body, garment.mesh.groups())?;
-            program.stage("intersections", vec![drag]);
-        }
-        IntersectionMode::Robust { .. } => return Err(GpuError::Unsupported("robust intersection handling")),
-    }
-    program.stage("show", show(asset, buffers)?);
-    Ok(program)
+/// Writes programs for one animator.
+struct Recorder<'a> {
+    asset: &'a GpuModel,
+    of: GarmentBuffers<'a>,
+    mode: IntersectionMode,
+    handling: Option<Handling>,
 }
 
-/// Positions and normals from states.
-fn show(asset: &GpuModel, buffers: &Buffers) -> Result<Vec<crate::kernel::Dispatch>, GpuError> {
-    let normals = asset.garment.mesh.normals(&buffers.shown)?;
-    Ok(vec![asset.garment.show(buffers.garment())?, normals])
+impl Recorder<'_> {
+    /// `take` sets the states.
+    fn start(&self, take: Dispatch) -> Result<Program, GpuError> {
+        let (garment, of) = (&self.asset.garment, self.of);
+        let mut program = Program::default();
+        program.stage("prior", self.asset.networks.record_prior(of.vectors, Tick::First)?);
+        program.stage("start", vec![garment.prepare(of)?, take, garment.hold(of)?]);
+        self.show(&mut program)?;
+        Ok(program)
+    }
+
+    fn step(&self) -> Result<Program, GpuError> {
+        let GpuModel {
+            networks,
+            garment,
+            field,
+            ..
+        } = self.asset;
+        let of = self.of;
+        let mut program = Program::default();
+        program.stage("prior", networks.record_prior(of.vectors, Tick::Next)?);
+        program.stage("encoder", networks.record_encoder(of.vectors)?);
+        program.stage("skinning", vec![garment.prepare(of)?]);
+        program.stage("field", vec![field.dispatch(of)?]);
+        if let (IntersectionMode::Paper { .. }, Some(handling)) = (self.mode, &self.handling) {
+            program.stage("body", handling.pose.clone());
+            program.stage("intersections", vec![handling.correct.clone()]);
+        }
+        self.show(&mut program)?;
+        if self.corrects_shown() == Some(Corrects::State) {
+            program.stage("state", vec![garment.take_moved(of)?]);
+        }
+        Ok(program)
+    }
+
+    /// Positions and normals from states.
+    fn show(&self, program: &mut Program) -> Result<(), GpuError> {
+        let garment = &self.asset.garment;
+        program.stage("positions", vec![garment.show(self.of)?]);
+        if let (Some(_), Some(handling)) = (self.corrects_shown(), &self.handling) {
+            program.stage("body", handling.pose.clone());
+            program.stage("intersections", vec![handling.correct.clone()]);
+        }
+        program.stage("normals", vec![garment.mesh.normals(self.of.shown)?]);
+        Ok(())
+    }
+
+    /// Are shown positions moved off the body, and the states with them?
+    fn corrects_shown(&self) -> Option<Corrects> {
+        match self.mode {
+            IntersectionMode::Robust { corrects, .. } => Some(corrects),
+            IntersectionMode::Off | IntersectionMode::Paper { .. } => None,
+        }
+    }
 }

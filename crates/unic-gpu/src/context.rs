@@ -82,12 +82,12 @@ impl GpuContext {
         ]
         .map(|filter| self.device.push_error_scope(filter));
         let made = make();
-        for scope in scopes.into_iter().rev() {
-            if let Some(error) = pollster::block_on(scope.pop()) {
-                return Err(GpuError::Device(error.to_string()));
-            }
+        // All of them, the last one first, whatever they hold.
+        let errors = scopes.into_iter().rev().map(|scope| pollster::block_on(scope.pop()));
+        match errors.fold(None, Option::or) {
+            Some(error) => Err(GpuError::Device(error.to_string())),
+            None => made,
         }
-        made
     }
 
     /// A storage buffer that holds `contents`, which may be empty.

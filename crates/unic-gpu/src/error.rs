@@ -30,9 +30,6 @@ pub enum GpuError {
         /// In this model.
         found: usize,
     },
-    /// What only the CPU can do.
-    #[error("GPU: {0} is not available on a device")]
-    Unsupported(&'static str),
     /// Input that does not belong to the model.
     #[error(transparent)]
     Input(#[from] AnimatorError),

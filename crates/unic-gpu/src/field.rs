@@ -2,6 +2,7 @@
 
 use crate::{
     GpuContext, GpuError, Precision,
+    garment::GarmentBuffers,
     kernel::{Dispatch, Kernel, Source},
 };
 use half::f16;
@@ -46,13 +47,6 @@ pub(crate) struct FieldKernel {
     hidden_weights: Buffer,
     edge_weights: Buffer,
     tiles: usize,
-}
-
-/// What the field of one animator reads and writes.
-pub(crate) struct FieldBuffers<'a> {
-    pub(crate) vectors: &'a Buffer,
-    pub(crate) inputs: &'a Buffer,
-    pub(crate) states: &'a Buffer,
 }
 
 impl FieldShape {
@@ -172,7 +166,10 @@ impl FieldKernel {
         let hidden = hidden_weights(&shape, model.field().layers());
         Self {
             shape,
-            kernel: Kernel::new(context, &source),
+            // SAFETY: all sizes that the text indexes with are constants of this shape: rows and columns of
+            // the weights as they are packed below, whole tiles of inputs, activations and chunks of
+            // the declared lengths; states are guarded by the number of vertices. Its loops count to constants.
+            kernel: unsafe { Kernel::unchecked(context, &source) },
             hidden_weights: match shape.precision {
                 Precision::F32 => context.upload("hidden weights", &hidden),
                 Precision::F16 => {
@@ -185,13 +182,13 @@ impl FieldKernel {
         }
     }
 
-    pub(crate) fn dispatch(&self, buffers: &FieldBuffers) -> Result<Dispatch, GpuError> {
+    pub(crate) fn dispatch(&self, of: GarmentBuffers) -> Result<Dispatch, GpuError> {
         let bindings = [
             (0, &self.hidden_weights),
             (1, &self.edge_weights),
-            (2, buffers.vectors),
-            (3, buffers.inputs),
-            (4, buffers.states),
+            (2, of.vectors),
+            (3, of.inputs),
+            (4, of.states),
         ];
         self.kernel.dispatch(&bindings, self.tiles)
     }

@@ -22,6 +22,7 @@ pub(crate) struct Garment {
     rehang: Kernel,
     take_mean: Kernel,
     take_shown: Kernel,
+    take_moved: Kernel,
     hold: Kernel,
     show: Kernel,
 }
@@ -71,6 +72,7 @@ impl Garment {
             rehang: kernel("rehang", &hung),
             take_mean: kernel("take_mean", &[vertices, in_frame]),
             take_shown: kernel("take_shown", &[vertices, in_frame]),
+            take_moved: kernel("take_moved", &[vertices, in_frame]),
             hold: kernel("hold", &[vertices]),
             show: kernel("show", &[vertices, in_frame]),
         }
@@ -116,6 +118,12 @@ impl Garment {
     pub(crate) fn take_shown(&self, of: GarmentBuffers) -> Result<Dispatch, GpuError> {
         let buffers = [(0, of.tick), (5, of.points), (6, of.states), (9, of.shown)];
         self.take_shown.dispatch(&buffers, self.mesh.groups())
+    }
+
+    /// States from what is shown, where it is elsewhere than they are.
+    pub(crate) fn take_moved(&self, of: GarmentBuffers) -> Result<Dispatch, GpuError> {
+        let buffers = [(0, of.tick), (5, of.points), (6, of.states), (9, of.shown)];
+        self.take_moved.dispatch(&buffers, self.mesh.groups())
     }
 
     /// States at rest.

@@ -33,18 +33,30 @@ pub(crate) struct Source<'a> {
 
 impl Kernel {
     pub(crate) fn new(context: &GpuContext, source: &Source) -> Self {
-        let module = context
-            .device()
-            .create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(source.entry),
-                source: wgpu::ShaderSource::Wgsl(source.text.into()),
-            });
+        let module = context.device().create_shader_module(descriptor(source));
+        Self::of(context, source, &module)
+    }
+
+    /// Without checks of indices and loops.
+    ///
+    /// # Safety
+    /// The text indexes nothing out of bounds, and its loops end.
+    pub(crate) unsafe fn unchecked(context: &GpuContext, source: &Source) -> Self {
+        // SAFETY: the caller's promise.
+        let module = unsafe {
+            let checks = wgpu::ShaderRuntimeChecks::unchecked();
+            context.device().create_shader_module_trusted(descriptor(source), checks)
+        };
+        Self::of(context, source, &module)
+    }
+
+    fn of(context: &GpuContext, source: &Source, module: &wgpu::ShaderModule) -> Self {
         let pipeline = context
             .device()
             .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(source.entry),
                 layout: None,
-                module: &module,
+                module,
                 entry_point: Some(source.entry),
                 compilation_options: wgpu::PipelineCompilationOptions {
                     constants: source.constants,
@@ -88,6 +100,13 @@ impl Kernel {
             bindings,
             groups: groups as u32,
         })
+    }
+}
+
+fn descriptor<'a>(source: &'a Source) -> wgpu::ShaderModuleDescriptor<'a> {
+    wgpu::ShaderModuleDescriptor {
+        label: Some(source.entry),
+        source: wgpu::ShaderSource::Wgsl(source.text.into()),
     }
 }
 

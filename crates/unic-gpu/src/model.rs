@@ -47,7 +47,7 @@ impl GpuModel {
             Ok(Self {
                 field: FieldKernel::new(context, &model, shape, networks.biases),
                 garment: Garment::new(context, &model, &shape, networks.coefficients),
-                body: Body::new(context, &model),
+                body: Body::new(context, &model)?,
                 networks,
                 context: context.clone(),
                 model,

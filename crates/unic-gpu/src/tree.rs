@@ -1,4 +1,4 @@
-//! A tree of boxes over the body's vertices, built once in the bind pose and refitted on the device.
+//! A tree of boxes over the body's vertices or faces, built once in the bind pose and refitted on the device.
 
 use crate::{
     GpuContext, GpuError,
@@ -9,6 +9,8 @@ use wgpu::{Buffer, BufferUsages};
 
 /// Most items of a leaf.
 const CAPACITY: usize = 6;
+/// The searches' stacks hold so many levels.
+const MOST_LEAVES: usize = 1 << 18;
 /// Fills up leaves; as in `tree.wgsl`.
 const NO_ITEM: u32 = u32::MAX;
 
@@ -70,21 +72,55 @@ fn halves<'a>(part: &'a mut [u32], positions: &[Vec3]) -> [&'a mut [u32]; 2] {
     [lower, upper]
 }
 
+/// What a tree is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Items {
+    Vertices,
+    Faces,
+}
+
+impl Items {
+    /// Which vertices of the body are the corners of an item.
+    fn text(self) -> &'static str {
+        match self {
+            Self::Vertices => {
+                "const CORNERS = 1u;
+                 fn corner_of(item: u32, corner: u32) -> u32 { return item; }"
+            }
+            Self::Faces => {
+                "const CORNERS = 3u;
+                 // Two quadruples a face, see `robust.wgsl`.
+                 @group(0) @binding(3) var<storage, read> faces: array<vec4<u32>>;
+                 fn corner_of(item: u32, corner: u32) -> u32 { return faces[2u * item][corner]; }"
+            }
+        }
+    }
+}
+
 /// The tree on the device. Asset.
 #[derive(Debug)]
 pub(crate) struct Tree {
-    pub(crate) leaves: Leaves,
+    leaves: Leaves,
     pub(crate) items: Buffer,
     refit_leaves: Kernel,
     refit_nodes: Kernel,
 }
 
 impl Tree {
-    pub(crate) fn new(context: &GpuContext, positions: &[Vec3]) -> Self {
-        let leaves = Leaves::new(positions);
+    /// Over items at these places in the bind pose.
+    pub(crate) fn new(context: &GpuContext, items: Items, places: &[Vec3]) -> Result<Self, GpuError> {
+        let leaves = Leaves::new(places);
+        if leaves.count > MOST_LEAVES {
+            return Err(GpuError::TooLarge {
+                what: "the body",
+                most: MOST_LEAVES * CAPACITY,
+                found: places.len(),
+            });
+        }
+        let text = include_str!("kernels/tree.wgsl").replace("//{items}", items.text());
         let kernel = |entry: &str, constants: &[(&str, f64)]| {
             let source = Source {
-                text: include_str!("kernels/tree.wgsl"),
+                text: &text,
                 entry,
                 constants,
             };
@@ -92,12 +128,21 @@ impl Tree {
         };
         let sizes = [("LEAVES_FROM", leaves.first() as f64), ("LEAVES", leaves.count as f64)];
         let capacity = ("CAPACITY", leaves.capacity as f64);
-        Self {
+        Ok(Self {
             items: context.upload("items", &leaves.items),
             refit_leaves: kernel("refit_leaves", &[sizes[0], sizes[1], capacity]),
             refit_nodes: kernel("refit_nodes", &sizes),
             leaves,
-        }
+        })
+    }
+
+    /// What `nearest.wgsl` needs to know.
+    pub(crate) fn constants(&self, items: usize) -> [(&'static str, f64); 3] {
+        [
+            ("LEAVES_FROM", self.leaves.first() as f64),
+            ("CAPACITY", self.leaves.capacity as f64),
+            ("ITEMS", items as f64),
+        ]
     }
 
     /// Boxes of one posed body: scratch.
@@ -105,8 +150,15 @@ impl Tree {
         context.zeroed("boxes", 32 * self.leaves.nodes(), BufferUsages::empty())
     }
 
-    pub(crate) fn refit(&self, boxes: &Buffer, body: &Buffer) -> Result<Vec<Dispatch>, GpuError> {
-        let buffers = [(0, &self.items), (1, boxes), (2, body)];
+    /// Boxes around the posed body; `faces` where they are the items.
+    pub(crate) fn refit(
+        &self,
+        boxes: &Buffer,
+        body: &Buffer,
+        faces: Option<&Buffer>,
+    ) -> Result<Vec<Dispatch>, GpuError> {
+        let mut buffers = vec![(0, &self.items), (1, boxes), (2, body)];
+        buffers.extend(faces.map(|faces| (3, faces)));
         let groups = self.leaves.count.div_ceil(GROUP);
         let mut dispatches = vec![self.refit_leaves.dispatch(&buffers, groups)?];
         if self.leaves.count > 1 {

@@ -87,6 +87,20 @@ fn take_shown(@builtin(global_invocation_id) id: vec3<u32>) {
     states[i].value = vec4<f32>(to_state(place_of(i), world), 0.0);
 }
 
+// At the positions that are shown, where these are others: the bits of what has not moved stay.
+@compute @workgroup_size(64)
+fn take_moved(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= VERTICES) {
+        return;
+    }
+    let at = place_of(i);
+    let world = vec3<f32>(shown[6u * i], shown[6u * i + 1u], shown[6u * i + 2u]);
+    if (any(world != to_world(at, states[i].value.xyz))) {
+        states[i].value = vec4<f32>(to_state(at, world), 0.0);
+    }
+}
+
 // At rest.
 @compute @workgroup_size(64)
 fn hold(@builtin(global_invocation_id) id: vec3<u32>) {

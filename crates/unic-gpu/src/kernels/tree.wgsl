@@ -17,6 +17,12 @@ const FAR = 1e30;
 // Positions and normals of the body, world.
 @group(0) @binding(2) var<storage, read> body: array<f32>;
 
+fn body_vertex(i: u32) -> vec3<f32> {
+    return vec3<f32>(body[6u * i], body[6u * i + 1u], body[6u * i + 2u]);
+}
+
+//{items}
+
 @compute @workgroup_size(64)
 fn refit_leaves(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x >= LEAVES) {
@@ -27,9 +33,11 @@ fn refit_leaves(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var k = 0u; k < CAPACITY; k++) {
         let item = items[id.x * CAPACITY + k];
         if (item != NO_ITEM) {
-            let p = vec3<f32>(body[6u * item], body[6u * item + 1u], body[6u * item + 2u]);
-            low = min(low, p);
-            high = max(high, p);
+            for (var corner = 0u; corner < CORNERS; corner++) {
+                let p = body_vertex(corner_of(item, corner));
+                low = min(low, p);
+                high = max(high, p);
+            }
         }
     }
     boxes[2u * (LEAVES_FROM + id.x)] = vec4<f32>(low, 0.0);
