@@ -12,7 +12,7 @@ mod tiles;
 
 pub use error::AnimatorError;
 pub use input::{FARTHEST, GarmentFrame, Start, StepInput};
-pub use state::AnimatorState;
+pub use state::{AnimatorState, VertexState};
 
 use crate::{config::IntersectionMode, model::Model};
 use glam::Vec3;

@@ -1,24 +1,24 @@
 //! One instance of a model on one character, stepped on the device.
 
-use crate::{
-    GpuError, GpuModel,
-    body::Handling,
-    garment::{GarmentBuffers, is_in_frame},
-    kernel::Dispatch,
-    mesh::SHOWN_BYTES,
-    motion::Tick,
-    program::{Program, StageTime},
-};
-use glam::{Quat, Vec3};
+mod buffers;
+mod programs;
+mod upload;
+
+pub(crate) use buffers::Buffers;
+
+use crate::{GpuError, GpuModel, mesh::SHOWN_BYTES, program::StageTime};
+use buffers::STATE_BYTES;
+use glam::{Vec3, Vec4};
+use programs::Programs;
 use std::sync::Arc;
 use unic_core::{
-    animator::{Start, StepInput},
-    config::{Corrects, IntersectionMode},
+    animator::{AnimatorState, Start, StepInput, VertexState},
+    config::IntersectionMode,
     model::Model,
     motion::MotionState,
-    transform::Rigid,
 };
-use wgpu::{Buffer, BufferUsages};
+use upload::{Frame, TickHead, Upload};
+use wgpu::Buffer;
 
 /// One garment in motion on a device: a shared [`GpuModel`], its own state and scratch memory.
 ///
@@ -36,38 +36,6 @@ pub struct GpuAnimator {
     buffers: Buffers,
     programs: Programs,
     upload: Upload,
-}
-
-/// State and scratch on the device.
-#[derive(Debug)]
-struct Buffers {
-    tick: Buffer,
-    /// The recurrence's memory, which is state, and the vectors of one frame.
-    vectors: Buffer,
-    points: Buffer,
-    /// State of every vertex.
-    states: Buffer,
-    inputs: Buffer,
-    shown: Buffer,
-}
-
-/// What the device does in every call.
-#[derive(Debug, Default)]
-struct Programs {
-    start_at_mean: Program,
-    start_at_shown: Program,
-    complete_start: Program,
-    step: Program,
-    set: Program,
-}
-
-/// Host memory on its way to the device. Scratch.
-#[derive(Debug, Default)]
-struct Upload {
-    pair: Vec<f32>,
-    world_from_rest: Vec<Rigid>,
-    tick: Vec<[f32; 4]>,
-    shown: Vec<[Vec3; 2]>,
 }
 
 /// A garment that was copied from a device.
@@ -153,7 +121,7 @@ impl GpuAnimator {
         self.at_start = true;
         let (before, now) = self.motion.pair();
         self.upload.pair(&self.asset, &self.buffers, [before, now]);
-        self.upload_tick();
+        self.upload_tick(Frame::Now);
         let program = match start {
             Start::MeanShape => &self.programs.start_at_mean,
             Start::Positions(positions) => {
@@ -197,6 +165,63 @@ impl GpuAnimator {
         Ok(())
     }
 
+    /// Everything that the next step depends on, here or on the CPU. Blocks until the device is done.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn state(&self) -> Result<AnimatorState, GpuError> {
+        let (asset, context) = (&self.asset, &self.asset.context);
+        let bytes = (STATE_BYTES * asset.model.vertex_count()) as u64;
+        let states = context.download(&self.buffers.states, 0, bytes)?;
+        let memory = &asset.networks.memory;
+        let (from, bytes) = (4 * memory.start as u64, 4 * memory.len() as u64);
+        let remembered = context.download(&self.buffers.vectors, from, bytes)?;
+        let states: Vec<[Vec4; 2]> = bytemuck::pod_collect_to_vec(&states);
+        let vertex = |[value, previous]: &[Vec4; 2]| VertexState {
+            value: value.truncate(),
+            previous: previous.truncate(),
+        };
+        Ok(AnimatorState {
+            motion: self.motion.clone(),
+            at_start: self.at_start,
+            vertices: states.iter().map(vertex).collect(),
+            recurrence: bytemuck::pod_collect_to_vec(&remembered),
+        })
+    }
+
+    /// Goes on from a saved state, of a device's or of the CPU's.
+    ///
+    /// # Errors
+    /// A state of another model; the current state stays.
+    pub fn restore(&mut self, state: AnimatorState) -> Result<(), GpuError> {
+        let asset = Arc::clone(&self.asset);
+        state.check(&asset.model)?;
+        let context = &asset.context;
+        let states: Vec<[Vec4; 2]> = (state.vertices.iter())
+            .map(|vertex| [vertex.value.extend(0.0), vertex.previous.extend(0.0)])
+            .collect();
+        let memory = 4 * asset.networks.memory.start as u64;
+        let queue = context.queue();
+        queue.write_buffer(&self.buffers.states, 0, bytemuck::cast_slice(&states));
+        queue.write_buffer(
+            &self.buffers.vectors,
+            memory,
+            bytemuck::cast_slice(&state.recurrence),
+        );
+        (self.motion, self.at_start) = (state.motion, state.at_start);
+        self.upload_tick(Frame::Before);
+        self.programs.carry.submit(context);
+        let (before, now) = self.motion.pair();
+        self.upload.pair(&asset, &self.buffers, [before, now]);
+        self.upload_tick(Frame::Now);
+        let program = match self.at_start {
+            true => &self.programs.resume_at_start,
+            false => &self.programs.resume,
+        };
+        program.submit(context);
+        Ok(())
+    }
+
     /// Positions and normals, world: six f32 a vertex, in the order of the model's mesh. Usages are
     /// `VERTEX`, `STORAGE`, `COPY_SRC` and `COPY_DST`.
     pub fn vertex_buffer(&self) -> &Buffer {
@@ -209,7 +234,10 @@ impl GpuAnimator {
     /// When the device is lost.
     pub fn read_back(&self) -> Result<GarmentCopy, GpuError> {
         let bytes = SHOWN_BYTES * self.asset.model.vertex_count();
-        let copied = self.asset.context.download(&self.buffers.shown, bytes as u64)?;
+        let copied = self
+            .asset
+            .context
+            .download(&self.buffers.shown, 0, bytes as u64)?;
         let shown: Vec<[Vec3; 2]> = bytemuck::pod_collect_to_vec(&copied);
         Ok(GarmentCopy {
             positions: shown.iter().map(|[position, _]| *position).collect(),
@@ -230,189 +258,22 @@ impl GpuAnimator {
             self.programs.complete_start.submit(&asset.context);
         }
         self.upload.pair(&asset, &self.buffers, [before, now]);
-        self.upload_tick();
+        self.upload_tick(Frame::Now);
         self.at_start = false;
         Ok(())
     }
 
-    fn upload_tick(&mut self) {
-        let skeleton = &self.asset.model.character().skeleton;
-        let Upload {
-            world_from_rest,
-            tick,
-            ..
-        } = &mut self.upload;
-        skeleton.world_from_rest(self.motion.world_from_joint(), world_from_rest);
-        let frame = self.motion.world_from_frame();
-        let handling = match self.mode {
-            IntersectionMode::Off => 0.0,
-            IntersectionMode::Paper { relaxation_m } => relaxation_m,
-            IntersectionMode::Robust { margin_m, .. } => margin_m,
+    fn upload_tick(&mut self, frame: Frame) {
+        let tick = TickHead {
+            frame,
+            at_start: self.at_start,
+            mode: self.mode,
         };
-        tick.clear();
-        let first = f32::from(u8::from(self.at_start));
-        tick.extend([quadruple(frame.rotation), frame.translation.extend(first).to_array()]);
-        tick.push([handling, 0.0, 0.0, 0.0]);
-        tick.extend(
-            (world_from_rest.iter())
-                .flat_map(|joint| [quadruple(joint.rotation), joint.translation.extend(0.0).to_array()]),
-        );
-        let queue = self.asset.context.queue();
-        queue.write_buffer(&self.buffers.tick, 0, bytemuck::cast_slice(tick));
+        self.upload.tick(&self.asset, &self.buffers, &self.motion, tick);
     }
 }
 
 fn start_motion(model: &Model, input: &StepInput) -> MotionState {
     let (spec, skeleton) = (&model.config().motion, &model.character().skeleton);
     MotionState::start(spec, skeleton, &input.motion(model))
-}
-
-fn quadruple(rotation: Quat) -> [f32; 4] {
-    rotation.to_array()
-}
-
-impl Upload {
-    /// A pair of motion vectors, normalised.
-    fn pair(&mut self, asset: &GpuModel, buffers: &Buffers, pair: [&[f32]; 2]) {
-        let pair_at = 4 * asset.networks.pair as u64;
-        asset.model.normalisation().write_pair(pair, &mut self.pair);
-        let queue = asset.context.queue();
-        queue.write_buffer(&buffers.vectors, pair_at, bytemuck::cast_slice(&self.pair));
-    }
-
-    /// World positions to where they are shown.
-    fn positions(&mut self, asset: &GpuModel, buffers: &Buffers, positions: &[Vec3]) {
-        self.shown.clear();
-        self.shown.extend(positions.iter().map(|&p| [p, Vec3::ZERO]));
-        let queue = asset.context.queue();
-        queue.write_buffer(&buffers.shown, 0, bytemuck::cast_slice(&self.shown));
-    }
-}
-
-impl Buffers {
-    fn new(asset: &GpuModel) -> Self {
-        /// Quadruples of a vertex's `Point` and `VertexState`, see `places.wgsl`.
-        const POINT: usize = 4;
-        const STATE: usize = 2;
-        let (context, model) = (&asset.context, &asset.model);
-        let vertices = model.vertex_count();
-        let joints = model.character().skeleton.len();
-        let inputs = model.field().point_inputs() * asset.field.shape.stride(vertices);
-        let zeroed = |label, bytes| context.zeroed(label, bytes, BufferUsages::empty());
-        Self {
-            tick: zeroed("tick", 16 * (3 + 2 * joints)),
-            vectors: asset.networks.vectors(context),
-            points: zeroed("points", 16 * POINT * vertices),
-            states: zeroed("states", 16 * STATE * vertices),
-            inputs: zeroed("inputs", 4 * inputs),
-            shown: context.zeroed("garment", SHOWN_BYTES * vertices, BufferUsages::VERTEX),
-        }
-    }
-
-    fn garment(&self) -> GarmentBuffers<'_> {
-        GarmentBuffers {
-            tick: &self.tick,
-            vectors: &self.vectors,
-            points: &self.points,
-            states: &self.states,
-            inputs: &self.inputs,
-            shown: &self.shown,
-        }
-    }
-}
-
-impl Programs {
-    fn new(asset: &GpuModel, buffers: &Buffers, mode: IntersectionMode) -> Result<Self, GpuError> {
-        let of = buffers.garment();
-        let recorder = Recorder {
-            asset,
-            of,
-            handling: match mode {
-                IntersectionMode::Off => None,
-                IntersectionMode::Paper { .. } => Some(asset.body.paper(&asset.context, of, &asset.model)?),
-                IntersectionMode::Robust { .. } => Some(asset.body.robust(&asset.context, of, &asset.model)?),
-            },
-            mode,
-        };
-        let garment = &asset.garment;
-        let mut complete_start = Program::default();
-        if !is_in_frame(&asset.model) {
-            complete_start.stage("prior", asset.networks.record_prior(of.vectors, Tick::First)?);
-            complete_start.stage("rehang", vec![garment.rehang(of)?]);
-        }
-        let mut set = Program::default();
-        set.stage("set", vec![garment.take_shown(of)?]);
-        recorder.show(&mut set)?;
-        Ok(Self {
-            start_at_mean: recorder.start(garment.take_mean(of)?)?,
-            start_at_shown: recorder.start(garment.take_shown(of)?)?,
-            complete_start,
-            step: recorder.step()?,
-            set,
-        })
-    }
-}
-
-/// Writes programs for one animator.
-struct Recorder<'a> {
-    asset: &'a GpuModel,
-    of: GarmentBuffers<'a>,
-    mode: IntersectionMode,
-    handling: Option<Handling>,
-}
-
-impl Recorder<'_> {
-    /// `take` sets the states.
-    fn start(&self, take: Dispatch) -> Result<Program, GpuError> {
-        let (garment, of) = (&self.asset.garment, self.of);
-        let mut program = Program::default();
-        program.stage("prior", self.asset.networks.record_prior(of.vectors, Tick::First)?);
-        program.stage("start", vec![garment.prepare(of)?, take, garment.hold(of)?]);
-        self.show(&mut program)?;
-        Ok(program)
-    }
-
-    fn step(&self) -> Result<Program, GpuError> {
-        let GpuModel {
-            networks,
-            garment,
-            field,
-            ..
-        } = self.asset;
-        let of = self.of;
-        let mut program = Program::default();
-        program.stage("prior", networks.record_prior(of.vectors, Tick::Next)?);
-        program.stage("encoder", networks.record_encoder(of.vectors)?);
-        program.stage("skinning", vec![garment.prepare(of)?]);
-        program.stage("field", vec![field.dispatch(of)?]);
-        if let (IntersectionMode::Paper { .. }, Some(handling)) = (self.mode, &self.handling) {
-            program.stage("body", handling.pose.clone());
-            program.stage("intersections", vec![handling.correct.clone()]);
-        }
-        self.show(&mut program)?;
-        if self.corrects_shown() == Some(Corrects::State) {
-            program.stage("state", vec![garment.take_moved(of)?]);
-        }
-        Ok(program)
-    }
-
-    /// Positions and normals from states.
-    fn show(&self, program: &mut Program) -> Result<(), GpuError> {
-        let garment = &self.asset.garment;
-        program.stage("positions", vec![garment.show(self.of)?]);
-        if let (Some(_), Some(handling)) = (self.corrects_shown(), &self.handling) {
-            program.stage("body", handling.pose.clone());
-            program.stage("intersections", vec![handling.correct.clone()]);
-        }
-        program.stage("normals", vec![garment.mesh.normals(self.of.shown)?]);
-        Ok(())
-    }
-
-    /// Are shown positions moved off the body, and the states with them?
-    fn corrects_shown(&self) -> Option<Corrects> {
-        match self.mode {
-            IntersectionMode::Robust { corrects, .. } => Some(corrects),
-            IntersectionMode::Off | IntersectionMode::Paper { .. } => None,
-        }
-    }
 }

@@ -2,8 +2,9 @@
 
 use crate::{
     GpuContext, GpuError,
-    garment::{GarmentBuffers, is_in_frame},
-    kernel::{Dispatch, Kernel, Source},
+    animator::Buffers,
+    garment::is_in_frame,
+    kernel::{Dispatch, GROUP, Kernel, Source},
     mesh::{Mesh, SHOWN_BYTES},
     tree::{Items, Tree},
 };
@@ -52,7 +53,12 @@ pub(crate) struct Handling {
 impl Body {
     pub(crate) fn new(context: &GpuContext, model: &Model) -> Result<Self, GpuError> {
         let character = model.character();
-        let text = [PLACES, include_str!("kernels/skin.wgsl"), include_str!("kernels/body.wgsl")].concat();
+        let text = [
+            PLACES,
+            include_str!("kernels/skin.wgsl"),
+            include_str!("kernels/body.wgsl"),
+        ]
+        .concat();
         let mesh = Mesh::new(context, &character.body, &character.weights, &[]);
         let source = Source {
             text: &text,
@@ -68,19 +74,29 @@ impl Body {
     }
 
     /// States are moved out of the body by the paper's rule.
-    pub(crate) fn paper(&self, context: &GpuContext, of: GarmentBuffers, model: &Model) -> Result<Handling, GpuError> {
+    pub(crate) fn paper(
+        &self,
+        context: &GpuContext,
+        of: &Buffers,
+        model: &Model,
+    ) -> Result<Handling, GpuError> {
         let Paper { tree, drag } = &self.paper;
         let scratch = Scratch::new(context, self, tree, model);
         let mut buffers = scratch.bindings(tree).to_vec();
-        buffers.extend([(0, of.tick), (5, of.points), (6, of.states)]);
+        buffers.extend([(0, &of.tick), (5, &of.points), (6, &of.states)]);
         Ok(Handling {
-            pose: self.pose(of.tick, &scratch, tree, None)?,
-            correct: drag.dispatch(&buffers, model.vertex_count().div_ceil(crate::kernel::GROUP))?,
+            pose: self.pose(&of.tick, &scratch, tree, None)?,
+            correct: drag.dispatch(&buffers, model.vertex_count().div_ceil(GROUP))?,
         })
     }
 
     /// Shown positions are moved out of the body by our rule.
-    pub(crate) fn robust(&self, context: &GpuContext, of: GarmentBuffers, model: &Model) -> Result<Handling, GpuError> {
+    pub(crate) fn robust(
+        &self,
+        context: &GpuContext,
+        of: &Buffers,
+        model: &Model,
+    ) -> Result<Handling, GpuError> {
         let Robust {
             tree,
             faces,
@@ -89,10 +105,10 @@ impl Body {
         } = &self.robust;
         let scratch = Scratch::new(context, self, tree, model);
         let mut buffers = scratch.bindings(tree).to_vec();
-        buffers.extend([(0, of.tick), (9, of.shown), (14, faces), (15, tables)]);
+        buffers.extend([(0, &of.tick), (9, &of.shown), (14, faces), (15, tables)]);
         Ok(Handling {
-            pose: self.pose(of.tick, &scratch, tree, Some(faces))?,
-            correct: push.dispatch(&buffers, model.vertex_count().div_ceil(crate::kernel::GROUP))?,
+            pose: self.pose(&of.tick, &scratch, tree, Some(faces))?,
+            correct: push.dispatch(&buffers, model.vertex_count().div_ceil(GROUP))?,
         })
     }
 
@@ -138,7 +154,12 @@ impl Scratch {
 
     /// As `nearest.wgsl` numbers them.
     fn bindings<'a>(&'a self, tree: &'a Tree) -> [(u32, &'a Buffer); 4] {
-        [(10, &tree.items), (11, &self.boxes), (12, &self.body), (13, &self.seeds)]
+        [
+            (10, &tree.items),
+            (11, &self.boxes),
+            (12, &self.body),
+            (13, &self.seeds),
+        ]
     }
 }
 

@@ -83,7 +83,10 @@ impl GpuContext {
         .map(|filter| self.device.push_error_scope(filter));
         let made = make();
         // All of them, the last one first, whatever they hold.
-        let errors = scopes.into_iter().rev().map(|scope| pollster::block_on(scope.pop()));
+        let errors = scopes
+            .into_iter()
+            .rev()
+            .map(|scope| pollster::block_on(scope.pop()));
         match errors.fold(None, Option::or) {
             Some(error) => Err(GpuError::Device(error.to_string())),
             None => made,
@@ -120,8 +123,11 @@ impl GpuContext {
         })
     }
 
-    /// Blocks until the device has done its work and returns the first `bytes` of a buffer.
-    pub(crate) fn download(&self, buffer: &Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
+    /// Blocks until the device has done its work and returns `bytes` of a buffer, from byte `from` on.
+    pub(crate) fn download(&self, buffer: &Buffer, from: u64, bytes: u64) -> Result<Vec<u8>, GpuError> {
+        if bytes == 0 {
+            return Ok(Vec::new());
+        }
         let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read back"),
             size: bytes,
@@ -129,7 +135,7 @@ impl GpuContext {
             mapped_at_creation: false,
         });
         let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
+        encoder.copy_buffer_to_buffer(buffer, from, &staging, 0, bytes);
         self.queue.submit([encoder.finish()]);
         let (sender, receiver) = std::sync::mpsc::channel();
         staging.map_async(wgpu::MapMode::Read, .., move |result| {

@@ -138,7 +138,12 @@ impl DenseKernels {
 
 impl Dense {
     pub(crate) fn dispatch(&self, vectors: &Buffer) -> Result<Dispatch, GpuError> {
-        let buffers = [(0, &self.layer), (1, &self.weights), (2, &self.biases), (3, vectors)];
+        let buffers = [
+            (0, &self.layer),
+            (1, &self.weights),
+            (2, &self.biases),
+            (3, vectors),
+        ];
         self.kernel.dispatch(&buffers, self.groups)
     }
 }

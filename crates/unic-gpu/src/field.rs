@@ -1,18 +1,16 @@
 //! The deformation field's kernel, written for the sizes of a model.
 
+mod source;
+
 use crate::{
     GpuContext, GpuError, Precision,
-    garment::GarmentBuffers,
+    animator::Buffers,
     kernel::{Dispatch, Kernel, Source},
 };
 use half::f16;
-use std::{fmt::Write, ops::Range};
-use unic_core::{
-    animator::FARTHEST,
-    config::StateConfig,
-    model::Model,
-    network::Linear,
-};
+use source::source;
+use std::ops::Range;
+use unic_core::{model::Model, network::Linear};
 use wgpu::{Buffer, Features};
 
 /// Outputs, and vertices, that one invocation computes.
@@ -182,13 +180,13 @@ impl FieldKernel {
         }
     }
 
-    pub(crate) fn dispatch(&self, of: GarmentBuffers) -> Result<Dispatch, GpuError> {
+    pub(crate) fn dispatch(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
         let bindings = [
             (0, &self.hidden_weights),
             (1, &self.edge_weights),
-            (2, of.vectors),
-            (3, of.inputs),
-            (4, of.states),
+            (2, &of.vectors),
+            (3, &of.inputs),
+            (4, &of.states),
         ];
         self.kernel.dispatch(&bindings, self.tiles)
     }
@@ -219,7 +217,10 @@ fn hidden_weights(shape: &FieldShape, layers: &[Linear]) -> Vec<f32> {
 fn edge_weights(shape: &FieldShape, model: &Model) -> Vec<f32> {
     let (layers, width) = (model.field().layers(), shape.width);
     let mut packed = Vec::new();
-    for layer in (0..shape.layers).filter(|&i| shape.reads_latent(i)).map(|i| &layers[i]) {
+    for layer in (0..shape.layers)
+        .filter(|&i| shape.reads_latent(i))
+        .map(|i| &layers[i])
+    {
         let points = latent_columns(model, layer).start - shape.inputs..latent_columns(model, layer).start;
         for column in points {
             let rows = layer.weight.chunks_exact(layer.inputs);
@@ -235,132 +236,4 @@ fn edge_weights(shape: &FieldShape, model: &Model) -> Vec<f32> {
         packed.resize(packed.len().next_multiple_of(width), 0.0);
     }
     packed
-}
-
-/// `field.wgsl` for these sizes.
-fn source(shape: &FieldShape, model: &Model, biases: usize) -> String {
-    let (update, state) = state_update(model);
-    let parts = [
-        ("//{constants}", constants(shape, model, biases) + &state),
-        ("//{places}", places(shape)),
-        ("//{biases}", for_blocks(|n, h| {
-            format!("var a{n}{h} = vec4<f32>(bias{}.{});", n / 4, axis(n))
-        })),
-        ("//{edge products}", for_blocks(|n, h| product("a", n, h))),
-        ("//{fetch}", fetch(shape)),
-        ("//{store}", store(shape)),
-        ("//{zeros}", match shape.precision {
-            Precision::F32 => String::new(),
-            Precision::F16 => for_blocks(|n, h| format!("var c{n}{h} = vec4<f16>();")),
-        }),
-        ("//{products}", for_blocks(|n, h| match shape.precision {
-            Precision::F32 => product("a", n, h),
-            Precision::F16 => product("c", n, h),
-        })),
-        ("//{totals}", match shape.precision {
-            Precision::F32 => String::new(),
-            Precision::F16 => for_blocks(|n, h| format!("a{n}{h} += vec4<f32>(c{n}{h});")),
-        }),
-        ("//{activations}", for_blocks(activation)),
-        ("//{update}", update.to_owned()),
-    ];
-    let template = include_str!("kernels/field.wgsl").to_owned();
-    parts.iter().fold(template, |text, (mark, part)| text.replace(mark, part))
-}
-
-fn constants(shape: &FieldShape, model: &Model, biases: usize) -> String {
-    let (width, lanes) = (shape.width, shape.lanes());
-    let numbers = [
-        ("WIDTH", width),
-        ("WIDTH4", width / 4),
-        ("COLUMNS", shape.columns()),
-        ("LINES", shape.lines),
-        ("TILE4", lanes / 4),
-        ("THREADS", shape.invocations()),
-        ("CHUNK", CHUNK),
-        ("CHUNK4", CHUNK * width / 4),
-        ("HIDDEN4", width * lanes / 4),
-        ("LAYERS", shape.layers),
-        // One that there is not, without a skip layer.
-        ("SKIP", shape.skip.unwrap_or(shape.layers)),
-        ("INPUTS", shape.inputs),
-        ("STRIDE4", shape.stride(model.vertex_count()) / 4),
-        ("BIASES4", biases / 4),
-        ("HEAD4", 2 * shape.inputs * width / 4),
-        ("VERTICES", model.vertex_count()),
-    ];
-    let mut text = match shape.precision {
-        Precision::F32 => "alias Real = f32;\nconst LARGEST = 3.4e38f;\n".to_owned(),
-        Precision::F16 => "enable f16;\nalias Real = f16;\nconst LARGEST = 65504.0f;\n".to_owned(),
-    };
-    for (name, value) in numbers {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "const {name} = {value}u;");
-    }
-    text
-}
-
-/// How outputs move the state, and the numbers that it takes.
-fn state_update(model: &Model) -> (&'static str, String) {
-    match &model.config().state {
-        StateConfig::Position => (
-            include_str!("kernels/update_position.wgsl"),
-            format!("const FARTHEST = {FARTHEST:?}f;"),
-        ),
-        StateConfig::Displacement(config) => {
-            let decay = config.decay(1.0 / model.config().fps);
-            let (limit, scale) = (config.output_limit, config.scale_m);
-            (
-                include_str!("kernels/update_displacement.wgsl"),
-                format!("const DECAY = {decay:?}f; const LIMIT = {limit:?}f; const SCALE = {scale:?}f;"),
-            )
-        }
-    }
-}
-
-/// Which outputs and vertices an invocation has. Eight columns side by side, where there are as many, and then
-/// the lines, so that 32 neighbours read few different weights and activations.
-fn places(shape: &FieldShape) -> String {
-    let run = if shape.columns().is_multiple_of(8) { 8 } else { shape.columns() };
-    let fetched = (0..fetches(shape)).map(|i| format!(" var p{i} = vec4<Real>();"));
-    format!(
-        "let n = t / ({run}u * LINES) * {run}u + t % {run}u; let m = t / {run}u % LINES;{}",
-        fetched.collect::<String>()
-    )
-}
-
-/// Quadruples of a chunk that one invocation carries.
-fn fetches(shape: &FieldShape) -> usize {
-    (CHUNK * shape.width / 4).div_ceil(shape.invocations())
-}
-
-fn fetch(shape: &FieldShape) -> String {
-    let line = |i| format!("p{i} = hidden_weights[next + {i}u * THREADS]; ");
-    (0..fetches(shape)).map(line).collect()
-}
-
-fn store(shape: &FieldShape) -> String {
-    let line = |i| format!("chunk[t + {i}u * THREADS] = p{i}; ");
-    (0..fetches(shape)).map(line).collect()
-}
-
-/// Output n, half h of the vertices.
-fn product(sum: &str, n: usize, h: usize) -> String {
-    format!("{sum}{n}{h} += x{h} * w{}.{};", n / 4, axis(n))
-}
-
-fn activation(n: usize, h: usize) -> String {
-    let output = format!("4u * (n + {}u * COLUMNS) + {}u", n / 4, n % 4);
-    // Beyond the largest half a number would turn into infinity.
-    let value = format!("clamp(a{n}{h}, vec4<f32>(), vec4<f32>(LARGEST))");
-    format!("hidden[({output}) * TILE4 + m + {h}u * LINES] = vec4<Real>({value});")
-}
-
-fn axis(n: usize) -> char {
-    ['x', 'y', 'z', 'w'][n % 4]
-}
-
-fn for_blocks(line: impl Fn(usize, usize) -> String) -> String {
-    let lines = (0..BLOCK).flat_map(|n| [line(n, 0), line(n, 1)]);
-    lines.collect::<Vec<_>>().join("\n")
 }

@@ -2,6 +2,7 @@
 
 use crate::{
     GpuContext, GpuError,
+    animator::Buffers,
     field::FieldShape,
     kernel::{Dispatch, Kernel, Source},
     mesh::Mesh,
@@ -25,17 +26,6 @@ pub(crate) struct Garment {
     take_moved: Kernel,
     hold: Kernel,
     show: Kernel,
-}
-
-/// What the garment's kernels read and write of one animator.
-#[derive(Clone, Copy)]
-pub(crate) struct GarmentBuffers<'a> {
-    pub(crate) tick: &'a Buffer,
-    pub(crate) vectors: &'a Buffer,
-    pub(crate) points: &'a Buffer,
-    pub(crate) states: &'a Buffer,
-    pub(crate) inputs: &'a Buffer,
-    pub(crate) shown: &'a Buffer,
 }
 
 impl Garment {
@@ -78,62 +68,62 @@ impl Garment {
         }
     }
 
-    pub(crate) fn prepare(&self, of: GarmentBuffers) -> Result<Dispatch, GpuError> {
+    pub(crate) fn prepare(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
         let buffers = [
-            (0, of.tick),
+            (0, &of.tick),
             (1, &self.mesh.vertices),
             (2, &self.mesh.weights),
             (3, &self.shapes),
-            (4, of.vectors),
-            (5, of.points),
-            (6, of.states),
-            (7, of.inputs),
+            (4, &of.vectors),
+            (5, &of.points),
+            (6, &of.states),
+            (7, &of.inputs),
         ];
         self.prepare.dispatch(&buffers, self.mesh.groups())
     }
 
-    pub(crate) fn rehang(&self, of: GarmentBuffers) -> Result<Dispatch, GpuError> {
+    pub(crate) fn rehang(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
         let buffers = [
             (1, &self.mesh.vertices),
             (3, &self.shapes),
-            (4, of.vectors),
-            (5, of.points),
-            (6, of.states),
+            (4, &of.vectors),
+            (5, &of.points),
+            (6, &of.states),
         ];
         self.rehang.dispatch(&buffers, self.mesh.groups())
     }
 
     /// States from the mean shape.
-    pub(crate) fn take_mean(&self, of: GarmentBuffers) -> Result<Dispatch, GpuError> {
+    pub(crate) fn take_mean(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
         let buffers = [
-            (0, of.tick),
+            (0, &of.tick),
             (1, &self.mesh.vertices),
-            (5, of.points),
-            (6, of.states),
+            (5, &of.points),
+            (6, &of.states),
         ];
         self.take_mean.dispatch(&buffers, self.mesh.groups())
     }
 
     /// States from what is shown.
-    pub(crate) fn take_shown(&self, of: GarmentBuffers) -> Result<Dispatch, GpuError> {
-        let buffers = [(0, of.tick), (5, of.points), (6, of.states), (9, of.shown)];
+    pub(crate) fn take_shown(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
+        let buffers = [(0, &of.tick), (5, &of.points), (6, &of.states), (9, &of.shown)];
         self.take_shown.dispatch(&buffers, self.mesh.groups())
     }
 
     /// States from what is shown, where it is elsewhere than they are.
-    pub(crate) fn take_moved(&self, of: GarmentBuffers) -> Result<Dispatch, GpuError> {
-        let buffers = [(0, of.tick), (5, of.points), (6, of.states), (9, of.shown)];
+    pub(crate) fn take_moved(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
+        let buffers = [(0, &of.tick), (5, &of.points), (6, &of.states), (9, &of.shown)];
         self.take_moved.dispatch(&buffers, self.mesh.groups())
     }
 
     /// States at rest.
-    pub(crate) fn hold(&self, of: GarmentBuffers) -> Result<Dispatch, GpuError> {
-        self.hold.dispatch(&[(6, of.states)], self.mesh.groups())
+    pub(crate) fn hold(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
+        self.hold.dispatch(&[(6, &of.states)], self.mesh.groups())
     }
 
     /// Positions from states.
-    pub(crate) fn show(&self, of: GarmentBuffers) -> Result<Dispatch, GpuError> {
-        let buffers = [(0, of.tick), (5, of.points), (6, of.states), (9, of.shown)];
+    pub(crate) fn show(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
+        let buffers = [(0, &of.tick), (5, &of.points), (6, &of.states), (9, &of.shown)];
         self.show.dispatch(&buffers, self.mesh.groups())
     }
 }
@@ -165,7 +155,9 @@ fn input_lines(model: &Model) -> String {
         StateConfig::Displacement(config) => displacement_inputs(model, config),
     };
     let lines = values.iter().enumerate();
-    lines.map(|(k, value)| format!("write_input(i, {k}u, {value});\n    ")).collect()
+    lines
+        .map(|(k, value)| format!("write_input(i, {k}u, {value});\n    "))
+        .collect()
 }
 
 fn displacement_inputs(model: &Model, config: &DisplacementConfig) -> Vec<String> {
@@ -176,7 +168,9 @@ fn displacement_inputs(model: &Model, config: &DisplacementConfig) -> Vec<String
         state.velocity.map(|k| format!("{change} * {k:?}f")),
     );
     let frame = config.inputs.iter().filter(|input| !input.is_state());
-    ordered.chain(frame.map(|input| frame_input(model, *input))).collect()
+    ordered
+        .chain(frame.map(|input| frame_input(model, *input)))
+        .collect()
 }
 
 fn frame_input(model: &Model, input: PointInput) -> String {
@@ -192,7 +186,10 @@ fn frame_input(model: &Model, input: PointInput) -> String {
         ),
         PointInput::Up => "rotated_back(rotation, vec3<f32>(0.0, 1.0, 0.0))".to_owned(),
         PointInput::SkinVelocity => {
-            format!("rotated_back(rotation, now - before) * {:?}f", fps / VELOCITY_UNIT)
+            format!(
+                "rotated_back(rotation, now - before) * {:?}f",
+                fps / VELOCITY_UNIT
+            )
         }
         PointInput::SkinAcceleration => format!(
             "rotated_back(rotation, (now - before) - (before - earlier)) * {:?}f",

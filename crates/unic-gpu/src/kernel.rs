@@ -45,7 +45,9 @@ impl Kernel {
         // SAFETY: the caller's promise.
         let module = unsafe {
             let checks = wgpu::ShaderRuntimeChecks::unchecked();
-            context.device().create_shader_module_trusted(descriptor(source), checks)
+            context
+                .device()
+                .create_shader_module_trusted(descriptor(source), checks)
         };
         Self::of(context, source, &module)
     }
@@ -72,11 +74,7 @@ impl Kernel {
     }
 
     /// Binds the buffers that the entry point uses, by their numbers, for so many workgroups.
-    pub(crate) fn dispatch(
-        &self,
-        buffers: &[(u32, &Buffer)],
-        groups: usize,
-    ) -> Result<Dispatch, GpuError> {
+    pub(crate) fn dispatch(&self, buffers: &[(u32, &Buffer)], groups: usize) -> Result<Dispatch, GpuError> {
         let device = self.context.device();
         let most = device.limits().max_compute_workgroups_per_dimension as usize;
         if groups > most {

@@ -43,7 +43,12 @@ struct Weight {
 
 impl Mesh {
     /// `mean` is one displacement a vertex, or none.
-    pub(crate) fn new(context: &GpuContext, mesh: &TriMesh, weights: &SkinningWeights, mean: &[Vec3]) -> Self {
+    pub(crate) fn new(
+        context: &GpuContext,
+        mesh: &TriMesh,
+        weights: &SkinningWeights,
+        mean: &[Vec3],
+    ) -> Self {
         let count = mesh.vertices.len();
         let mut vertices = Vec::with_capacity(count);
         let mut entries = Vec::new();

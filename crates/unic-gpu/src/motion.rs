@@ -7,7 +7,7 @@ use crate::{
     field::{FieldShape, latent_columns},
     kernel::{Dispatch, GROUP, Kernel, Source},
 };
-use std::ops::Range;
+use std::{ops::Range, slice::from_ref};
 use unic_core::{model::Model, motion::motion_len, network::Linear, recurrence::Recurrence};
 use wgpu::{Buffer, BufferUsages};
 
@@ -39,6 +39,8 @@ pub(crate) enum Tick {
     First,
     /// One after another.
     Next,
+    /// The state's own.
+    Same,
 }
 
 #[derive(Debug)]
@@ -61,25 +63,23 @@ struct Maker<'a> {
 }
 
 impl MotionNetworks {
-    pub(crate) fn new(
-        context: &GpuContext,
-        model: &Model,
-        shape: &FieldShape,
-        precision: Precision,
-    ) -> Self {
+    pub(crate) fn new(context: &GpuContext, model: &Model, shape: &FieldShape, precision: Precision) -> Self {
         let mut maker = Maker {
             context,
             kernels: DenseKernels::new(context),
             regions: Regions::default(),
         };
         let prior = model.prior();
-        let pair = maker.regions.take(2 * motion_len(model.character().skeleton.len()));
+        let pair = maker
+            .regions
+            .take(2 * motion_len(model.character().skeleton.len()));
         let coefficients = maker.regions.take(prior.len());
         let memory = maker.regions.take(prior.state_len());
-        let linear = (!prior.is_empty())
-            .then(|| maker.full(&prior.map, pair, coefficients, Output::Replaces));
+        let linear =
+            (!prior.is_empty()).then(|| maker.full(&prior.map, pair, coefficients, Output::Replaces));
         let recurrence = prior.recurrence.as_ref();
-        let recurrence = recurrence.map(|unit| Oscillators::new(&mut maker, unit, pair, memory, coefficients));
+        let recurrence =
+            recurrence.map(|unit| Oscillators::new(&mut maker, unit, pair, memory, coefficients));
         let (encoder, logits) = maker.encoder(model, pair, precision);
         let channels = model.config().encoder.channels;
         let latent = maker.regions.take(channels);
@@ -153,10 +153,10 @@ fn pick(context: &GpuContext, model: &Model, logits: usize, latent: usize) -> Ke
 impl Maker<'_> {
     /// A map of all columns, in f32.
     fn full(&self, layer: &Linear, from: usize, to: usize, output: Output) -> Dense {
-        let columns = &[0..layer.inputs];
+        let columns = 0..layer.inputs;
         let map = Map {
             layer,
-            columns,
+            columns: from_ref(&columns),
             from,
             to,
             output,
@@ -171,12 +171,17 @@ impl Maker<'_> {
         let mut maps = Vec::with_capacity(layers.len());
         for (i, layer) in layers.iter().enumerate() {
             let to = self.regions.take(layer.outputs);
+            let columns = 0..layer.inputs;
             let map = Map {
                 layer,
-                columns: &[0..layer.inputs],
+                columns: from_ref(&columns),
                 from,
                 to,
-                output: if i + 1 < layers.len() { Output::Elu } else { Output::Replaces },
+                output: if i + 1 < layers.len() {
+                    Output::Elu
+                } else {
+                    Output::Replaces
+                },
             };
             maps.push(self.kernels.map(self.context, precision, &map));
             from = to;
@@ -203,13 +208,7 @@ impl Maker<'_> {
 }
 
 impl Oscillators {
-    fn new(
-        maker: &mut Maker,
-        unit: &Recurrence,
-        pair: usize,
-        memory: usize,
-        coefficients: usize,
-    ) -> Self {
+    fn new(maker: &mut Maker, unit: &Recurrence, pair: usize, memory: usize, coefficients: usize) -> Self {
         let regions = &mut maker.regions;
         // The hidden layer reads both as one vector.
         let remembered = regions.take(unit.memory.outputs);
@@ -255,12 +254,15 @@ impl Oscillators {
 
     fn record(&self, vectors: &Buffer, tick: Tick) -> Result<Vec<Dispatch>, GpuError> {
         let kernel = match tick {
-            Tick::First => &self.settle,
-            Tick::Next => &self.swing,
+            Tick::First => Some(&self.settle),
+            Tick::Next => Some(&self.swing),
+            Tick::Same => None,
         };
         let mut dispatches = all(&self.before, vectors)?;
-        let buffers = [(0, &self.poles), (1, vectors)];
-        dispatches.push(kernel.dispatch(&buffers, self.count.div_ceil(GROUP))?);
+        if let Some(kernel) = kernel {
+            let buffers = [(0, &self.poles), (1, vectors)];
+            dispatches.push(kernel.dispatch(&buffers, self.count.div_ceil(GROUP))?);
+        }
         dispatches.extend(all(&self.after, vectors)?);
         Ok(dispatches)
     }

@@ -56,10 +56,12 @@ impl Program {
         self.record(&mut encoder, Some(&queries));
         encoder.resolve_query_set(&queries, 0..count, &resolved, 0);
         context.queue().submit([encoder.finish()]);
-        let times = context.download(&resolved, bytes)?;
+        let times = context.download(&resolved, 0, bytes)?;
         let ns = f64::from(context.queue().get_timestamp_period());
         let (pairs, _) = times.as_chunks::<16>();
-        let pairs = pairs.iter().map(|pair| bytemuck::cast::<[u8; 16], [u64; 2]>(*pair));
+        let pairs = pairs
+            .iter()
+            .map(|pair| bytemuck::cast::<[u8; 16], [u64; 2]>(*pair));
         let time = |(stage, [from, to]): (&Stage, [u64; 2])| StageTime {
             name: stage.name,
             ms: to.saturating_sub(from) as f64 * ns * 1e-6,
@@ -78,7 +80,10 @@ impl Program {
                 label: Some(stage.name),
                 timestamp_writes,
             });
-            stage.dispatches.iter().for_each(|dispatch| dispatch.record(&mut pass));
+            stage
+                .dispatches
+                .iter()
+                .for_each(|dispatch| dispatch.record(&mut pass));
         }
     }
 }

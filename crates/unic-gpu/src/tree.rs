@@ -34,7 +34,10 @@ impl Leaves {
         let mut order: Vec<u32> = (0..positions.len() as u32).collect();
         let mut parts = vec![&mut order[..]];
         while parts.len() < count {
-            parts = parts.into_iter().flat_map(|part| halves(part, positions)).collect();
+            parts = parts
+                .into_iter()
+                .flat_map(|part| halves(part, positions))
+                .collect();
         }
         let capacity = parts.iter().map(|part| part.len()).max().unwrap_or(0).max(1);
         let mut items = vec![NO_ITEM; count * capacity];
@@ -66,7 +69,9 @@ fn halves<'a>(part: &'a mut [u32], positions: &[Vec3]) -> [&'a mut [u32]; 2] {
     let axis = (high - low).max_position();
     let middle = part.len() / 2;
     if part.len() > 1 {
-        part.select_nth_unstable_by(middle, |&a, &b| at(a)[axis].total_cmp(&at(b)[axis]).then(a.cmp(&b)));
+        part.select_nth_unstable_by(middle, |&a, &b| {
+            at(a)[axis].total_cmp(&at(b)[axis]).then(a.cmp(&b))
+        });
     }
     let (lower, upper) = part.split_at_mut(middle);
     [lower, upper]
@@ -126,7 +131,10 @@ impl Tree {
             };
             Kernel::new(context, &source)
         };
-        let sizes = [("LEAVES_FROM", leaves.first() as f64), ("LEAVES", leaves.count as f64)];
+        let sizes = [
+            ("LEAVES_FROM", leaves.first() as f64),
+            ("LEAVES", leaves.count as f64),
+        ];
         let capacity = ("CAPACITY", leaves.capacity as f64);
         Ok(Self {
             items: context.upload("items", &leaves.items),
@@ -194,7 +202,10 @@ mod tests {
         let line: Vec<Vec3> = (0..96).map(|i| Vec3::X * (i * 37 % 96) as f32).collect();
         let leaves = Leaves::new(&line);
         for leaf in leaves.items.chunks(leaves.capacity) {
-            let places = leaf.iter().filter(|&&i| i != NO_ITEM).map(|&i| line[i as usize].x);
+            let places = leaf
+                .iter()
+                .filter(|&&i| i != NO_ITEM)
+                .map(|&i| line[i as usize].x);
             let (low, high) = places.fold((f32::INFINITY, 0f32), |(a, b), x| (a.min(x), b.max(x)));
             assert!(high - low < 6.0, "{leaf:?}");
         }

@@ -1,44 +1,26 @@
 //! The device and the CPU give the same garment.
 //!
 //! Every kind of model of `unic-core`'s tests, small, with random weights, in one step and over 60 frames of
-//! free running: positions within 1 mm, a hundredth of it where nothing is discontinuous. Without an
-//! adapter the tests say so and pass.
+//! free running: positions within 1 mm. Without an adapter the tests say so and pass.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
 #[path = "../../unic-core/tests/common/mod.rs"]
 mod common;
+mod device;
 
+use device::{context, gpu_animator};
 use glam::Vec3;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use unic_core::{
     animator::{Animator, Start},
-    config::{Corrects, IntersectionMode},
+    config::*,
     intersection::Handling,
     model::Model,
 };
-use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, Precision};
+use unic_gpu::{GpuAnimator, Precision, wgpu::Features};
 
 const FRAMES: usize = 61;
-
-/// One device for all tests, if this machine has any.
-fn context() -> Option<GpuContext> {
-    static CONTEXT: OnceLock<Option<GpuContext>> = OnceLock::new();
-    let make = || match GpuContext::new() {
-        Ok(context) => Some(context),
-        Err(GpuError::NoAdapter(why)) => {
-            eprintln!("skipped: no adapter that computes ({why})");
-            None
-        }
-        Err(other) => panic!("{other}"),
-    };
-    CONTEXT.get_or_init(make).clone()
-}
-
-fn gpu_animator(context: &GpuContext, model: &Arc<Model>, precision: Precision) -> GpuAnimator {
-    let asset = GpuModel::new(context, Arc::clone(model), precision).unwrap();
-    GpuAnimator::new(Arc::new(asset)).unwrap()
-}
 
 /// Largest distances of positions and normals over a clip.
 fn largest_errors(cpu: &mut Animator, gpu: &mut GpuAnimator, frames: usize) -> [f32; 2] {
@@ -72,8 +54,11 @@ fn every_kind_of_model_runs_as_on_the_cpu() {
             gpu_animator(&context, &model, Precision::F32),
         );
         let errors = largest_errors(&mut cpu, &mut gpu, FRAMES);
-        eprintln!("{}: {errors:?}", variant.name);
-        assert!(errors[0] < 1e-3, "{}: {errors:?}", variant.name);
+        assert!(
+            errors[0] < 1e-3 && errors[1] < 5e-3,
+            "{}: {errors:?}",
+            variant.name
+        );
     }
 }
 
@@ -93,7 +78,8 @@ fn moved(model: &Arc<Model>, mode: IntersectionMode, frames: usize) -> usize {
         animator
     });
     let (off, on) = (common::run(&mut off, &poses), common::run(&mut on, &poses));
-    let differ = |(a, b): (&Vec<Vec3>, &Vec<Vec3>)| a.iter().zip(b).filter(|(a, b)| a.distance(**b) > 1e-3).count();
+    let differ =
+        |(a, b): (&Vec<Vec3>, &Vec<Vec3>)| a.iter().zip(b).filter(|(a, b)| a.distance(**b) > 1e-3).count();
     off.iter().zip(&on).map(differ).sum()
 }
 
@@ -111,7 +97,7 @@ fn the_papers_intersection_handling_is_the_cpus() {
         cpu.set_intersection(mode);
         gpu.set_intersection(mode).unwrap();
         let errors = largest_errors(&mut cpu, &mut gpu, FRAMES);
-        eprintln!("{name}: {errors:?}");
+        // Vertices that the rule puts at one place have no normal to speak of.
         assert!(errors[0] < 1e-3, "{name}: {errors:?}");
     }
 }
@@ -150,6 +136,59 @@ fn the_robust_handling_moves_each_vertex_as_the_cpu_does() {
             largest = largest.max(corrected.unwrap_or(p).distance(found));
         }
     }
-    eprintln!("{moved} moved, {largest} m");
     assert!(moved > 100 && largest < 1e-3, "{moved} moved, {largest} m");
+}
+
+/// The field of the paper's size: several tiles, chunks of weights and columns of invocations.
+fn of_published_size(state: StateConfig) -> Arc<Model> {
+    let mut parts = common::parts(&common::variant("second order"));
+    let config = ModelConfig {
+        encoder: EncoderConfig {
+            hidden: vec![70, 33],
+            channels: 128,
+            categories: 8,
+        },
+        field: FieldConfig {
+            width: 256,
+            hidden_layers: 8,
+            skip: Some(5),
+        },
+        state,
+        ..parts.config
+    };
+    parts = common::with_networks(config, parts.garment, parts.prior, Some(5.0));
+    Arc::new(Model::new(parts).unwrap())
+}
+
+#[test]
+fn a_field_of_the_published_size_runs_as_on_the_cpu() {
+    let Some(context) = context() else { return };
+    let displacement = common::variant("short limit").state;
+    for state in [StateConfig::Position, displacement] {
+        let model = of_published_size(state);
+        let mut cpu = Animator::new(Arc::clone(&model));
+        let mut gpu = gpu_animator(&context, &model, Precision::F32);
+        let errors = largest_errors(&mut cpu, &mut gpu, 5);
+        assert!(errors[0] < 1e-4, "{errors:?}");
+    }
+}
+
+/// Halves have 11 bits: outputs of a few centimetres are wrong by some hundredths of a millimetre.
+#[test]
+fn half_precision_stays_close() {
+    let Some(context) = context() else { return };
+    if !context.has(Features::SHADER_F16) {
+        eprintln!("skipped: {} does not compute in f16", context.adapter_name());
+        return;
+    }
+    for (model, limit) in [
+        (of_published_size(common::variant("short limit").state), 2e-3),
+        (common::model(&common::variant("pose only")), 2e-3),
+    ] {
+        let mut cpu = Animator::new(Arc::clone(&model));
+        let mut gpu = gpu_animator(&context, &model, Precision::F16);
+        let errors = largest_errors(&mut cpu, &mut gpu, 5);
+        eprintln!("{errors:?}");
+        assert!(errors[0] > 1e-6 && errors[0] < limit, "{errors:?}");
+    }
 }
