@@ -33,7 +33,7 @@ use unic_core::{
     model::Model,
     skeleton::Pose,
 };
-use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, Precision, StageTime, multiply_add_peak, wgpu};
+use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, MultiplyAdds, Precision, StageTime, wgpu};
 
 /// Vertices of the four garments of the paper.
 const VERTICES: [usize; 4] = [3_653, 34_907, 59_380, 62_461];
@@ -56,8 +56,12 @@ struct Case {
     /// Medians, milliseconds.
     frame_ms: f64,
     stages: Vec<StageTime>,
-    /// What the field's arithmetic takes at the peak.
+    /// What the field's arithmetic takes at the peak of the same moment.
     floor_ms: f64,
+    /// The same over the time of the field.
+    field_share: f64,
+    /// And over the time of all stages.
+    frame_share: f64,
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -73,18 +77,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     if context.has(wgpu::Features::SHADER_F16) {
         precisions.push(Precision::F16);
     }
-    let mut peaks = Vec::new();
-    for &precision in &precisions {
-        peaks.push((precision, multiply_add_peak(&context, precision)?));
-    }
+    let peaks: Vec<MultiplyAdds> = (precisions.iter())
+        .map(|&precision| MultiplyAdds::new(&context, precision))
+        .collect::<Result<_, _>>()?;
     if !arguments.is_json {
-        print_head(&context, &peaks);
+        print_head(&context);
     }
     let mut cases = Vec::new();
     for preset in [Preset::Standard, Preset::Paper] {
         for &vertices in &arguments.vertices {
             let model = Arc::new(model::model(preset, vertices));
-            for &(precision, peak) in &peaks {
+            for (&precision, peak) in precisions.iter().zip(&peaks) {
                 let case = measure(&context, &model, precision, peak, arguments.budget)?;
                 let case = Case {
                     network: name(preset),
@@ -98,7 +101,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     if arguments.is_json {
-        println!("{}", to_json(&context, &peaks, &cases));
+        println!("{}", to_json(&context, &cases));
     }
     Ok(())
 }
@@ -135,14 +138,15 @@ fn measure(
     context: &GpuContext,
     model: &Arc<Model>,
     precision: Precision,
-    peak: f64,
+    peak: &MultiplyAdds,
     budget: Duration,
 ) -> Result<Case, GpuError> {
     let mut walker = Walker::new(context, model, precision)?;
-    let (mut frames, mut stages) = (Vec::new(), Vec::new());
+    let (mut frames, mut stages, mut floors) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..WARM_UP {
         walker.step_timed()?;
     }
+    let flop = walker.animator.asset().field_flop();
     let start = Instant::now();
     while frames.len() < LEAST_FRAMES || start.elapsed() < budget {
         let frame = Instant::now();
@@ -150,14 +154,24 @@ fn measure(
         context.wait()?;
         frames.push(frame.elapsed().as_secs_f64() * 1e3);
         stages.push(walker.step_timed()?);
+        floors.push(flop / peak.rate()? * 1e3);
     }
+    let share = |ms: fn(&[StageTime]) -> f64| {
+        let shares = floors
+            .iter()
+            .zip(&stages)
+            .map(|(floor, stages)| floor / ms(stages));
+        median(shares.collect())
+    };
     Ok(Case {
         vertices: model.vertex_count(),
         network: "",
         precision,
         frame_ms: median(frames),
+        field_share: share(|stages| stage_ms(stages, "field")),
+        frame_share: share(device_ms),
         stages: medians(&stages),
-        floor_ms: walker.animator.asset().field_flop() / peak * 1e3,
+        floor_ms: median(floors),
     })
 }
 
@@ -221,20 +235,18 @@ fn pose(frame: usize) -> Pose {
     }
 }
 
-fn print_head(context: &GpuContext, peaks: &[(Precision, f64)]) {
+fn print_head(context: &GpuContext) {
     println!("{}", context.adapter_name());
     if context.device().adapter_info().device_type == wgpu::DeviceType::Cpu {
         println!("a software device: its times say nothing about any GPU");
     }
-    for (precision, peak) in peaks {
-        println!("multiply-add peak, {precision:?}: {:.3} TFLOP/s", peak * 1e-12);
-    }
-    println!("milliseconds, medians; floor: the field's arithmetic at that peak\n");
+    println!(
+        "milliseconds, medians; floor: the field's arithmetic at the rate of a kernel that only multiplies and adds\n"
+    );
     println!("vertices  network   precision   frame  device   floor  field at  frame at  stages");
 }
 
 fn print_case(case: &Case) {
-    let device = device_ms(case);
     let stages: Vec<String> = case
         .stages
         .iter()
@@ -246,40 +258,34 @@ fn print_case(case: &Case) {
         case.network,
         format!("{:?}", case.precision),
         case.frame_ms,
-        device,
+        device_ms(&case.stages),
         case.floor_ms,
-        100.0 * case.floor_ms / stage_ms(case, "field"),
-        100.0 * case.floor_ms / device,
+        100.0 * case.field_share,
+        100.0 * case.frame_share,
         stages.join(", "),
     );
 }
 
-fn device_ms(case: &Case) -> f64 {
-    case.stages.iter().map(|stage| stage.ms).sum()
+fn device_ms(stages: &[StageTime]) -> f64 {
+    stages.iter().map(|stage| stage.ms).sum()
 }
 
-fn stage_ms(case: &Case, name: &str) -> f64 {
-    case.stages
-        .iter()
-        .filter(|stage| stage.name == name)
-        .map(|stage| stage.ms)
-        .sum()
+fn stage_ms(stages: &[StageTime], name: &str) -> f64 {
+    let named = stages.iter().filter(|stage| stage.name == name);
+    named.map(|stage| stage.ms).sum()
 }
 
-fn to_json(context: &GpuContext, peaks: &[(Precision, f64)], cases: &[Case]) -> Value {
+fn to_json(context: &GpuContext, cases: &[Case]) -> Value {
     let adapter = context.adapter_name();
-    let peaks: Map<String, Value> = (peaks.iter())
-        .map(|(precision, peak)| (format!("{precision:?}").to_lowercase(), json!(peak)))
-        .collect();
     let cases: Vec<Value> = cases.iter().map(|case| case_to_json(&adapter, case)).collect();
-    json!({ "adapter": adapter, "multiply_add_peak": peaks, "cases": cases })
+    json!({ "adapter": adapter, "cases": cases })
 }
 
 fn case_to_json(adapter: &str, case: &Case) -> Value {
     let stages: Map<String, Value> = (case.stages.iter())
         .map(|stage| (stage.name.to_owned(), json!(stage.ms)))
         .collect();
-    let field_ms = stage_ms(case, "field");
+    let field_ms = stage_ms(&case.stages, "field");
     json!({
         "vertices": case.vertices,
         "network": case.network,
@@ -289,12 +295,13 @@ fn case_to_json(adapter: &str, case: &Case) -> Value {
         "sampling_percent": 100,
         "frame_ms": case.frame_ms,
         "fps": 1e3 / case.frame_ms,
-        "device_ms": device_ms(case),
-        "forward_only_ms": stage_ms(case, "encoder") + field_ms,
+        "device_ms": device_ms(&case.stages),
+        "forward_only_ms": stage_ms(&case.stages, "encoder") + field_ms,
         // Of random weights it would say nothing.
         "added_rmse_mm": null,
         "floor_ms": case.floor_ms,
-        "floor_share": case.floor_ms / field_ms,
+        "field_floor_share": case.field_share,
+        "frame_floor_share": case.frame_share,
         "stages_ms": stages,
     })
 }

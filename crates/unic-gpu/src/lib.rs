@@ -81,6 +81,6 @@ pub use animator::{GarmentCopy, GpuAnimator};
 pub use context::GpuContext;
 pub use error::GpuError;
 pub use model::{GpuModel, Precision};
-pub use peak::multiply_add_peak;
+pub use peak::MultiplyAdds;
 pub use program::StageTime;
 pub use wgpu;

@@ -35,7 +35,7 @@ pub struct GpuModel {
 }
 
 impl GpuModel {
-    /// Uploads a model and compiles its kernels: tens of milliseconds.
+    /// Uploads a model and compiles its kernels.
     ///
     /// # Errors
     /// A model that is larger than the device's limits allow, a precision that it does not have,

@@ -14,29 +14,53 @@ const SUMS: usize = 16;
 const GROUPS: usize = 2048;
 /// A measurement lasts at least so long, milliseconds: clocks have risen and starting costs nothing.
 const LEAST_MS: f64 = 20.0;
-/// Medians are taken of so many.
-const REPEATS: usize = 5;
+/// Rounds beyond which a device is not believed.
+const MOST_ROUNDS: u32 = 1 << 22;
 
-/// Floating-point operations a second of a kernel that multiplies and adds in registers and does nothing
-/// else, two an operation: what the field's rate is a share of.
+/// A kernel that multiplies and adds in registers and does nothing else: what the field's rate is a share of.
 ///
-/// # Errors
-/// A device without timestamps or without the precision.
-pub fn multiply_add_peak(context: &GpuContext, precision: Precision) -> Result<f64, GpuError> {
-    let mut rounds = 16;
-    loop {
-        let program = program(context, precision, rounds)?;
-        let mut times = Vec::new();
-        for _ in 0..REPEATS {
-            times.extend(program.submit_timed(context)?.iter().map(|stage| stage.ms));
+/// Clock rates move, and so does what else a machine is doing: measure it beside what it is compared with.
+#[derive(Debug)]
+pub struct MultiplyAdds {
+    context: GpuContext,
+    program: Program,
+    rounds: u32,
+}
+
+impl MultiplyAdds {
+    /// Compiles the kernel and finds out how long it must run.
+    ///
+    /// # Errors
+    /// A device without timestamps or without the precision.
+    pub fn new(context: &GpuContext, precision: Precision) -> Result<Self, GpuError> {
+        let mut rounds = 16;
+        loop {
+            let kernel = Self {
+                context: context.clone(),
+                program: program(context, precision, rounds)?,
+                rounds,
+            };
+            // The first run pages in.
+            kernel.seconds()?;
+            if kernel.seconds()? >= LEAST_MS * 1e-3 || rounds >= MOST_ROUNDS {
+                return Ok(kernel);
+            }
+            rounds *= 4;
         }
-        times.sort_by(f64::total_cmp);
-        let ms = times[REPEATS / 2];
-        if ms >= LEAST_MS || rounds >= 1 << 20 {
-            let flop = (GROUPS * 256 * SUMS * 4 * 2) as f64 * f64::from(rounds);
-            return Ok(flop / (ms * 1e-3));
-        }
-        rounds *= 4;
+    }
+
+    /// Floating-point operations a second of one run, two a multiply-add.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn rate(&self) -> Result<f64, GpuError> {
+        let flop = (GROUPS * 256 * SUMS * 4 * 2) as f64 * f64::from(self.rounds);
+        Ok(flop / self.seconds()?)
+    }
+
+    fn seconds(&self) -> Result<f64, GpuError> {
+        let stages = self.program.submit_timed(&self.context)?;
+        Ok(stages.iter().map(|stage| stage.ms * 1e-3).sum())
     }
 }
 
