@@ -181,14 +181,14 @@ fn half_precision_stays_close() {
         eprintln!("skipped: {} does not compute in f16", context.adapter_name());
         return;
     }
-    for (model, limit) in [
-        (of_published_size(common::variant("short limit").state), 2e-3),
-        (common::model(&common::variant("pose only")), 2e-3),
+    for model in [
+        of_published_size(common::variant("short limit").state),
+        common::model(&common::variant("pose only")),
     ] {
         let mut cpu = Animator::new(Arc::clone(&model));
         let mut gpu = gpu_animator(&context, &model, Precision::F16);
         let errors = largest_errors(&mut cpu, &mut gpu, 5);
-        eprintln!("{errors:?}");
-        assert!(errors[0] > 1e-6 && errors[0] < limit, "{errors:?}");
+        // Not as close as f32, or halves would not be in use.
+        assert!(errors[0] > 1e-5 && errors[0] < 5e-4, "{errors:?}");
     }
 }
