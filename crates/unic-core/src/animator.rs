@@ -11,10 +11,10 @@ mod state;
 mod tiles;
 
 pub use error::AnimatorError;
-pub use input::{GarmentFrame, Start, StepInput};
-pub use state::AnimatorState;
+pub use input::{FARTHEST, GarmentFrame, Start, StepInput};
+pub use state::{AnimatorState, VertexState};
 
-use crate::{config::IntersectionMode, model::Model, motion::MotionInput};
+use crate::{config::IntersectionMode, model::Model};
 use glam::Vec3;
 use input::check_positions;
 use intersections::{Intersections, pose_body};
@@ -43,7 +43,7 @@ impl Animator {
             next_pose: None,
             ground_height: 0.0,
         };
-        let state = AnimatorState::start(&model, &motion_input(&model, &input));
+        let state = AnimatorState::start(&model, &input.motion(&model));
         let mut animator = Self {
             intersections: Intersections::new(model.config.intersection, &model),
             scratch: Scratch::default(),
@@ -79,10 +79,8 @@ impl Animator {
     /// state stays as it was.
     pub fn reset(&mut self, input: &StepInput, start: Start) -> Result<GarmentFrame<'_>, AnimatorError> {
         input.check(&self.model)?;
-        if let Start::Positions(positions) = start {
-            check_positions(&self.model, positions)?;
-        }
-        self.state = AnimatorState::start(&self.model, &motion_input(&self.model, input));
+        start.check(&self.model)?;
+        self.state = AnimatorState::start(&self.model, &input.motion(&self.model));
         self.refresh();
         match start {
             Start::Positions(positions) => self.place(positions),
@@ -103,9 +101,7 @@ impl Animator {
         input.check(&self.model)?;
         let model = &self.model;
         let (spec, skeleton) = (&model.config.motion, &model.character.skeleton);
-        self.state
-            .motion
-            .advance(spec, skeleton, &motion_input(model, input));
+        self.state.motion.advance(spec, skeleton, &input.motion(model));
         self.carry();
         if self.state.at_start {
             self.complete_start();
@@ -158,14 +154,5 @@ impl Animator {
     /// World positions of the body's vertices in the current pose.
     pub fn body(&self, positions: &mut Vec<Vec3>) {
         pose_body(&self.model.character, &self.scratch.world_from_rest, positions);
-    }
-}
-
-fn motion_input<'a>(model: &Model, input: &StepInput<'a>) -> MotionInput<'a> {
-    MotionInput {
-        pose: input.pose,
-        next_pose: input.next_pose,
-        ground_height: input.ground_height,
-        dt: 1.0 / model.config.fps,
     }
 }

@@ -135,9 +135,9 @@ impl RestBox {
 }
 
 /// Unit of [`PointInput::SkinVelocity`], m/s: a brisk run, so that inputs stay of order one.
-const VELOCITY_UNIT: f32 = 2.0;
+pub const VELOCITY_UNIT: f32 = 2.0;
 /// Unit of [`PointInput::SkinAcceleration`], m/s²: two g, a hard landing or a sharp arm swing.
-const ACCELERATION_UNIT: f32 = 20.0;
+pub const ACCELERATION_UNIT: f32 = 20.0;
 /// Frames that [`PointInput::Velocity`] is measured in: a change of one scale in three frames is one.
 const VELOCITY_FRAMES: f32 = 3.0;
 

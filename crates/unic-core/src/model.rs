@@ -159,6 +159,31 @@ impl Model {
         &self.garment
     }
 
+    /// Where the garment hangs in a given motion.
+    pub fn prior(&self) -> &Prior {
+        &self.prior
+    }
+
+    /// Bounding box that rest positions are scaled to.
+    pub fn rest_box(&self) -> &RestBox {
+        &self.rest_box
+    }
+
+    /// Statistics of the motion vector.
+    pub fn normalisation(&self) -> &Normalisation {
+        &self.normalisation
+    }
+
+    /// Motion encoder.
+    pub fn encoder(&self) -> &Encoder {
+        &self.encoder
+    }
+
+    /// Deformation field.
+    pub fn field(&self) -> &Field {
+        &self.field
+    }
+
     /// Provenance.
     pub fn about(&self) -> &About {
         &self.about

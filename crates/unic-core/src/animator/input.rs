@@ -1,12 +1,12 @@
 //! What goes into an animator and what comes out.
 
 use super::AnimatorError;
-use crate::{model::Model, skeleton::Pose};
+use crate::{model::Model, motion::MotionInput, skeleton::Pose};
 use glam::Vec3;
 
 /// Poses and grounds farther than this from the origin are refused, metres: f32 places nothing there
 /// to better than 6 cm, and much farther off velocities overflow.
-pub(super) const FARTHEST: f32 = 1e6;
+pub const FARTHEST: f32 = 1e6;
 
 /// What one tick brings.
 #[derive(Clone, Copy, Debug)]
@@ -38,9 +38,22 @@ pub struct GarmentFrame<'a> {
     pub normals: &'a [Vec3],
 }
 
-impl StepInput<'_> {
+impl<'a> StepInput<'a> {
+    /// What the motion vector of a model is made from.
+    pub fn motion(&self, model: &Model) -> MotionInput<'a> {
+        MotionInput {
+            pose: self.pose,
+            next_pose: self.next_pose,
+            ground_height: self.ground_height,
+            dt: 1.0 / model.config.fps,
+        }
+    }
+
     /// Are the poses of this model's skeleton, and usable numbers?
-    pub(super) fn check(&self, model: &Model) -> Result<(), AnimatorError> {
+    ///
+    /// # Errors
+    /// A pose of another skeleton, numbers that are not finite or beyond [`FARTHEST`].
+    pub fn check(&self, model: &Model) -> Result<(), AnimatorError> {
         let expected = model.character.skeleton.len();
         for pose in [Some(self.pose), self.next_pose].into_iter().flatten() {
             let found = pose.local.len();
@@ -54,6 +67,19 @@ impl StepInput<'_> {
         match self.ground_height.abs() <= FARTHEST {
             true => Ok(()),
             false => Err(AnimatorError::Pose),
+        }
+    }
+}
+
+impl Start<'_> {
+    /// Does it suit this model?
+    ///
+    /// # Errors
+    /// Positions of another mesh or that are not finite.
+    pub fn check(&self, model: &Model) -> Result<(), AnimatorError> {
+        match self {
+            Self::MeanShape => Ok(()),
+            Self::Positions(positions) => check_positions(model, positions),
         }
     }
 }

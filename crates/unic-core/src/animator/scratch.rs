@@ -4,7 +4,6 @@ use super::{Animator, deform::TileScratch, tiles::for_each_tile};
 use crate::{
     config::StateConfig,
     features::{Past, PointFrame, PointHistory},
-    model::Model,
     network::{EncoderScratch, FieldBiases},
     recurrence::RecurrenceScratch,
     transform::Rigid,
@@ -47,7 +46,9 @@ impl Animator {
             .resize(model.vertex_count(), PointHistory::default());
         let motion = &state.motion;
         let (before, now) = motion.pair();
-        write_pair(model, [before, now], &mut scratch.encoder_input);
+        model
+            .normalisation
+            .write_pair([before, now], &mut scratch.encoder_input);
         for world_from_joint in [motion.previous_world_from_joint(), motion.world_from_joint()] {
             skeleton.world_from_rest(world_from_joint, &mut scratch.world_from_rest);
             let transforms = &scratch.world_from_rest;
@@ -91,7 +92,9 @@ impl Animator {
     pub(super) fn complete_start(&mut self) {
         let before = std::mem::take(&mut self.scratch.prior);
         let (first, _) = self.state.motion.pair();
-        write_pair(&self.model, [first, first], &mut self.scratch.encoder_input);
+        self.model
+            .normalisation
+            .write_pair([first, first], &mut self.scratch.encoder_input);
         self.hang(Tick::First);
         for (vertex, (old, new)) in self
             .state
@@ -140,7 +143,9 @@ impl Animator {
     /// Motion vectors to the prior's shapes and to the latent vector, folded into the field's biases.
     pub(super) fn encode(&mut self) {
         let (before, now) = self.state.motion.pair();
-        write_pair(&self.model, [before, now], &mut self.scratch.encoder_input);
+        self.model
+            .normalisation
+            .write_pair([before, now], &mut self.scratch.encoder_input);
         self.hang(Tick::Next);
         let Self { model, scratch, .. } = self;
         scratch.latent.resize(model.config.encoder.channels, 0.0);
@@ -160,14 +165,4 @@ enum Tick {
     Next,
     /// The state's own.
     Same,
-}
-
-/// Two motion vectors side by side, normalised.
-fn write_pair(model: &Model, pair: [&[f32]; 2], out: &mut Vec<f32>) {
-    out.clear();
-    for vector in pair {
-        let start = out.len();
-        out.extend_from_slice(vector);
-        model.normalisation.apply(&mut out[start..]);
-    }
 }

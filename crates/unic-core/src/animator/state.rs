@@ -8,31 +8,35 @@ use crate::{
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Everything that the next step depends on; serialise it to save a game or to cut a clip.
+/// Everything that the next step depends on; serialise it to save a game or to cut a clip, or go on with it
+/// on another device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AnimatorState {
-    pub(super) motion: MotionState,
+    /// Of the skeleton.
+    pub motion: MotionState,
     /// Has no step been taken since the reset?
-    pub(super) at_start: bool,
-    pub(super) vertices: Vec<VertexState>,
+    pub at_start: bool,
+    /// Of the garment, one a vertex.
+    pub vertices: Vec<VertexState>,
     /// Of the prior's recurrence; empty without one.
     #[serde(default)]
-    pub(super) recurrence: Vec<f32>,
+    pub recurrence: Vec<f32>,
 }
 
-/// State of one vertex: positions in the motion vector's frame, or displacements.
+/// State of one vertex: positions in the motion vector's frame, or displacements, metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct VertexState {
+pub struct VertexState {
     /// At t.
-    pub(super) value: Vec3,
+    pub value: Vec3,
     /// At t − 1.
-    pub(super) previous: Vec3,
+    pub previous: Vec3,
 }
 
 impl AnimatorState {
-    pub(super) fn start(model: &Model, input: &MotionInput) -> Self {
+    /// Frame 0, before the garment is placed.
+    pub fn start(model: &Model, input: &MotionInput) -> Self {
         Self {
             motion: MotionState::start(&model.config.motion, &model.character.skeleton, input),
             at_start: true,
@@ -42,7 +46,11 @@ impl AnimatorState {
         }
     }
 
-    pub(super) fn check(&self, model: &Model) -> Result<(), AnimatorError> {
+    /// Does a state that comes from elsewhere belong to this model, and is it made of numbers?
+    ///
+    /// # Errors
+    /// Arrays of another length, numbers that are not finite.
+    pub fn check(&self, model: &Model) -> Result<(), AnimatorError> {
         let skeleton = &model.character.skeleton;
         let other = |e: crate::motion::MotionError| AnimatorError::State(e.to_string());
         self.motion.check(skeleton).map_err(other)?;

@@ -116,6 +116,16 @@ impl Normalisation {
         }
     }
 
+    /// Two motion vectors side by side, normalised: what the encoder and the prior read.
+    pub fn write_pair(&self, pair: [&[f32]; 2], out: &mut Vec<f32>) {
+        out.clear();
+        for vector in pair {
+            let start = out.len();
+            out.extend_from_slice(vector);
+            self.apply(&mut out[start..]);
+        }
+    }
+
     /// What a normalisation that comes from a file must satisfy.
     ///
     /// # Errors

@@ -1,0 +1,307 @@
+//! How long a frame takes on this machine's GPU, by stage, at the sizes of the paper's garments with networks
+//! of the sizes of the presets `paper` and `standard`, beside the device's own multiply-add peak.
+//!
+//! ```text
+//! cargo run --release -p unic-gpu --example gpu_rate -- [--json] [--vertices 3653,34907] [--seconds 2]
+//! ```
+//!
+//! Weights are random: times do not depend on them. Stages are by the device's clock; `frame` is the wall
+//! clock from the call to the end of the device's work. The floor is the field's arithmetic at the peak
+//! of a kernel that does nothing else.
+
+#![allow(
+    clippy::unwrap_used,
+    unreachable_pub,
+    dead_code,
+    reason = "scenes are shared with the benchmarks of unic-core"
+)]
+
+#[path = "../../unic-core/benches/frame/model.rs"]
+mod model;
+
+use glam::{Quat, Vec3};
+use model::{FPS, PARENTS, Preset};
+use serde_json::{Map, Value, json};
+use std::{
+    error::Error,
+    f32::consts::TAU,
+    sync::Arc,
+    time::{Duration, Instant},
+};
+use unic_core::{
+    animator::{Start, StepInput},
+    model::Model,
+    skeleton::Pose,
+};
+use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, MultiplyAdds, Precision, StageTime, wgpu};
+
+/// Vertices of the four garments of the paper.
+const VERTICES: [usize; 4] = [3_653, 34_907, 59_380, 62_461];
+/// Frames before the first that counts: the first steps compile and page in.
+const WARM_UP: usize = 2;
+const LEAST_FRAMES: usize = 3;
+
+struct Arguments {
+    is_json: bool,
+    vertices: Vec<usize>,
+    /// For each case.
+    budget: Duration,
+}
+
+/// What is measured of one model.
+struct Case {
+    vertices: usize,
+    network: &'static str,
+    precision: Precision,
+    /// Medians, milliseconds.
+    frame_ms: f64,
+    stages: Vec<StageTime>,
+    /// What the field's arithmetic takes at the peak of the same moment.
+    floor_ms: f64,
+    /// The same over the time of the field.
+    field_share: f64,
+    /// And over the time of all stages.
+    frame_share: f64,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments = arguments()?;
+    let context = match GpuContext::new() {
+        Err(GpuError::NoAdapter(why)) => {
+            println!("no GPU: {why}");
+            return Ok(());
+        }
+        context => context?,
+    };
+    let mut precisions = vec![Precision::F32];
+    if context.has(wgpu::Features::SHADER_F16) {
+        precisions.push(Precision::F16);
+    }
+    let peaks: Vec<MultiplyAdds> = (precisions.iter())
+        .map(|&precision| MultiplyAdds::new(&context, precision))
+        .collect::<Result<_, _>>()?;
+    if !arguments.is_json {
+        print_head(&context);
+    }
+    let mut cases = Vec::new();
+    for preset in [Preset::Standard, Preset::Paper] {
+        for &vertices in &arguments.vertices {
+            let model = Arc::new(model::model(preset, vertices));
+            for (&precision, peak) in precisions.iter().zip(&peaks) {
+                let case = measure(&context, &model, precision, peak, arguments.budget)?;
+                let case = Case {
+                    network: name(preset),
+                    ..case
+                };
+                if !arguments.is_json {
+                    print_case(&case);
+                }
+                cases.push(case);
+            }
+        }
+    }
+    if arguments.is_json {
+        println!("{}", to_json(&context, &cases));
+    }
+    Ok(())
+}
+
+fn arguments() -> Result<Arguments, Box<dyn Error>> {
+    let mut arguments = Arguments {
+        is_json: false,
+        vertices: VERTICES.to_vec(),
+        budget: Duration::from_secs(2),
+    };
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        let mut value = || words.next().ok_or(format!("{word} needs a value"));
+        match word.as_str() {
+            "--json" => arguments.is_json = true,
+            "--vertices" => {
+                arguments.vertices = value()?.split(',').map(str::parse).collect::<Result<_, _>>()?
+            }
+            "--seconds" => arguments.budget = Duration::from_secs_f64(value()?.parse()?),
+            other => return Err(format!("unknown argument {other}").into()),
+        }
+    }
+    Ok(arguments)
+}
+
+fn name(preset: Preset) -> &'static str {
+    match preset {
+        Preset::Standard => "standard",
+        Preset::Paper => "paper",
+    }
+}
+
+fn measure(
+    context: &GpuContext,
+    model: &Arc<Model>,
+    precision: Precision,
+    peak: &MultiplyAdds,
+    budget: Duration,
+) -> Result<Case, GpuError> {
+    let mut walker = Walker::new(context, model, precision)?;
+    let (mut frames, mut stages, mut floors) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..WARM_UP {
+        walker.step_timed()?;
+    }
+    let flop = walker.animator.asset().field_flop();
+    let start = Instant::now();
+    while frames.len() < LEAST_FRAMES || start.elapsed() < budget {
+        let frame = Instant::now();
+        walker.step()?;
+        context.wait()?;
+        frames.push(frame.elapsed().as_secs_f64() * 1e3);
+        stages.push(walker.step_timed()?);
+        floors.push(flop / peak.rate()? * 1e3);
+    }
+    let share = |ms: fn(&[StageTime]) -> f64| {
+        let shares = floors
+            .iter()
+            .zip(&stages)
+            .map(|(floor, stages)| floor / ms(stages));
+        median(shares.collect())
+    };
+    Ok(Case {
+        vertices: model.vertex_count(),
+        network: "",
+        precision,
+        frame_ms: median(frames),
+        field_share: share(|stages| stage_ms(stages, "field")),
+        frame_share: share(device_ms),
+        stages: medians(&stages),
+        floor_ms: median(floors),
+    })
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn medians(frames: &[Vec<StageTime>]) -> Vec<StageTime> {
+    let stage = |i: usize, name| StageTime {
+        name,
+        ms: median(frames.iter().map(|stages| stages[i].ms).collect()),
+    };
+    frames[0]
+        .iter()
+        .enumerate()
+        .map(|(i, first)| stage(i, first.name))
+        .collect()
+}
+
+/// An animator on its way.
+struct Walker {
+    animator: GpuAnimator,
+    frame: usize,
+}
+
+impl Walker {
+    fn new(context: &GpuContext, model: &Arc<Model>, precision: Precision) -> Result<Self, GpuError> {
+        let asset = Arc::new(GpuModel::new(context, Arc::clone(model), precision)?);
+        let mut animator = GpuAnimator::new(asset)?;
+        animator.reset(&input(&pose(0)), Start::MeanShape)?;
+        Ok(Self { animator, frame: 0 })
+    }
+
+    fn step(&mut self) -> Result<(), GpuError> {
+        self.frame += 1;
+        self.animator.step(&input(&pose(self.frame)))
+    }
+
+    fn step_timed(&mut self) -> Result<Vec<StageTime>, GpuError> {
+        self.frame += 1;
+        self.animator.step_timed(&input(&pose(self.frame)))
+    }
+}
+
+fn input(pose: &Pose) -> StepInput<'_> {
+    StepInput {
+        pose,
+        next_pose: None,
+        ground_height: 0.0,
+    }
+}
+
+/// A walk in which all joints turn a little.
+fn pose(frame: usize) -> Pose {
+    let s = frame as f32 / FPS;
+    let turn = |j: usize| Quat::from_rotation_x(0.2 * (TAU * s + j as f32).sin());
+    Pose {
+        trans: Vec3::Z * s,
+        local: (0..PARENTS.len()).map(turn).collect(),
+    }
+}
+
+fn print_head(context: &GpuContext) {
+    println!("{}", context.adapter_name());
+    if context.device().adapter_info().device_type == wgpu::DeviceType::Cpu {
+        println!("a software device: its times say nothing about any GPU");
+    }
+    println!(
+        "milliseconds, medians; floor: the field's arithmetic at the rate of a kernel that only multiplies and adds\n"
+    );
+    println!("vertices  network   precision   frame  device   floor  field at  frame at  stages");
+}
+
+fn print_case(case: &Case) {
+    let stages: Vec<String> = case
+        .stages
+        .iter()
+        .map(|s| format!("{} {:.3}", s.name, s.ms))
+        .collect();
+    println!(
+        "{:>8}  {:<8}  {:<9} {:>7.2} {:>7.2} {:>7.2} {:>7.1} % {:>7.1} %  {}",
+        case.vertices,
+        case.network,
+        format!("{:?}", case.precision),
+        case.frame_ms,
+        device_ms(&case.stages),
+        case.floor_ms,
+        100.0 * case.field_share,
+        100.0 * case.frame_share,
+        stages.join(", "),
+    );
+}
+
+fn device_ms(stages: &[StageTime]) -> f64 {
+    stages.iter().map(|stage| stage.ms).sum()
+}
+
+fn stage_ms(stages: &[StageTime], name: &str) -> f64 {
+    let named = stages.iter().filter(|stage| stage.name == name);
+    named.map(|stage| stage.ms).sum()
+}
+
+fn to_json(context: &GpuContext, cases: &[Case]) -> Value {
+    let adapter = context.adapter_name();
+    let cases: Vec<Value> = cases.iter().map(|case| case_to_json(&adapter, case)).collect();
+    json!({ "adapter": adapter, "cases": cases })
+}
+
+fn case_to_json(adapter: &str, case: &Case) -> Value {
+    let stages: Map<String, Value> = (case.stages.iter())
+        .map(|stage| (stage.name.to_owned(), json!(stage.ms)))
+        .collect();
+    let field_ms = stage_ms(&case.stages, "field");
+    json!({
+        "vertices": case.vertices,
+        "network": case.network,
+        "precision": format!("{:?}", case.precision).to_lowercase(),
+        "device": adapter,
+        "threads": 1,
+        "sampling_percent": 100,
+        "frame_ms": case.frame_ms,
+        "fps": 1e3 / case.frame_ms,
+        "device_ms": device_ms(&case.stages),
+        "forward_only_ms": stage_ms(&case.stages, "encoder") + field_ms,
+        // Of random weights it would say nothing.
+        "added_rmse_mm": null,
+        "floor_ms": case.floor_ms,
+        "field_floor_share": case.field_share,
+        "frame_floor_share": case.frame_share,
+        "stages_ms": stages,
+    })
+}

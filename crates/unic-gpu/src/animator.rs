@@ -1,0 +1,279 @@
+//! One instance of a model on one character, stepped on the device.
+
+mod buffers;
+mod programs;
+mod upload;
+
+pub(crate) use buffers::Buffers;
+
+use crate::{GpuError, GpuModel, mesh::SHOWN_BYTES, program::StageTime};
+use buffers::STATE_BYTES;
+use glam::{Vec3, Vec4};
+use programs::Programs;
+use std::sync::Arc;
+use unic_core::{
+    animator::{AnimatorState, Start, StepInput, VertexState},
+    config::IntersectionMode,
+    model::Model,
+    motion::MotionState,
+};
+use upload::{Frame, TickHead, Upload};
+use wgpu::Buffer;
+
+/// One garment in motion on a device: a shared [`GpuModel`], its own state and scratch memory.
+///
+/// As [`unic_core::animator::Animator`] is on the CPU: [`reset`](Self::reset) at the first frame and after a
+/// cut, then [`step`](Self::step) at the model's frame rate. Calls return when the work is
+/// submitted; [`vertex_buffer`](Self::vertex_buffer) holds the garment for whatever is submitted after.
+#[derive(Debug)]
+pub struct GpuAnimator {
+    asset: Arc<GpuModel>,
+    mode: IntersectionMode,
+    /// State on the host: the motion vectors. The rest of the state is on the device.
+    motion: MotionState,
+    /// Has no step been taken since the reset?
+    at_start: bool,
+    buffers: Buffers,
+    programs: Programs,
+    upload: Upload,
+}
+
+/// A garment that was copied from a device.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GarmentCopy {
+    /// World positions, metres, one a vertex of the model's mesh.
+    pub positions: Vec<Vec3>,
+    /// Unit normals, area-weighted.
+    pub normals: Vec<Vec3>,
+}
+
+impl GpuAnimator {
+    /// Bytes from one vertex to the next in [`vertex_buffer`](Self::vertex_buffer).
+    pub const VERTEX_STRIDE: u64 = SHOWN_BYTES as u64;
+
+    /// Position and normal as two `Float32x3`, at the shader locations 0 and 1.
+    pub const VERTEX_ATTRIBUTES: [wgpu::VertexAttribute; 2] =
+        wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3];
+
+    /// An animator at the mean shape in the bind pose.
+    ///
+    /// # Errors
+    /// Memory that does not suffice, an intersection handling that devices do not have.
+    pub fn new(asset: Arc<GpuModel>) -> Result<Self, GpuError> {
+        let model = Arc::clone(&asset.model);
+        let bind_pose = model.character().skeleton.bind_pose();
+        let input = StepInput {
+            pose: &bind_pose,
+            next_pose: None,
+            ground_height: 0.0,
+        };
+        let mode = model.config().intersection;
+        let (buffers, programs) = asset.context.checked(|| {
+            let buffers = Buffers::new(&asset);
+            let programs = Programs::new(&asset, &buffers, mode)?;
+            Ok((buffers, programs))
+        })?;
+        let mut animator = Self {
+            motion: start_motion(&model, &input),
+            at_start: true,
+            mode,
+            buffers,
+            programs,
+            upload: Upload::default(),
+            asset,
+        };
+        animator.reset(&input, Start::MeanShape)?;
+        Ok(animator)
+    }
+
+    /// The shared asset.
+    pub fn asset(&self) -> &Arc<GpuModel> {
+        &self.asset
+    }
+
+    /// Intersection handling in force: the model's own, unless replaced.
+    pub fn intersection(&self) -> IntersectionMode {
+        self.mode
+    }
+
+    /// Replaces the model's intersection handling from the next step on; kept over resets. `mode`
+    /// passes [`IntersectionMode::check`].
+    ///
+    /// # Errors
+    /// A handling that devices do not have; the one in force stays.
+    pub fn set_intersection(&mut self, mode: IntersectionMode) -> Result<(), GpuError> {
+        let (asset, buffers) = (&self.asset, &self.buffers);
+        self.programs = asset.context.checked(|| Programs::new(asset, buffers, mode))?;
+        self.mode = mode;
+        Ok(())
+    }
+
+    /// Frame 0 of a sequence, or the frame after a cut.
+    ///
+    /// # Errors
+    /// A pose of another skeleton, positions of another mesh, numbers that are not finite; the
+    /// state stays as it was.
+    pub fn reset(&mut self, input: &StepInput, start: Start) -> Result<(), GpuError> {
+        let model = &self.asset.model;
+        input.check(model)?;
+        start.check(model)?;
+        self.motion = start_motion(model, input);
+        self.at_start = true;
+        let (before, now) = self.motion.pair();
+        self.upload.pair(&self.asset, &self.buffers, [before, now]);
+        self.upload_tick(Frame::Now);
+        let program = match start {
+            Start::MeanShape => &self.programs.start_at_mean,
+            Start::Positions(positions) => {
+                self.upload.positions(&self.asset, &self.buffers, positions);
+                &self.programs.start_at_shown
+            }
+        };
+        program.submit(&self.asset.context);
+        Ok(())
+    }
+
+    /// One tick of 1 / fps seconds to a new pose.
+    ///
+    /// # Errors
+    /// A pose of another skeleton, with numbers that are not finite or farther than 1000 km from the
+    /// origin; the state stays as it was.
+    pub fn step(&mut self, input: &StepInput) -> Result<(), GpuError> {
+        self.advance(input)?;
+        self.programs.step.submit(&self.asset.context);
+        Ok(())
+    }
+
+    /// As [`step`](Self::step), and blocks until the device has told how long each stage took.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step); a device that cannot tell or is lost.
+    pub fn step_timed(&mut self, input: &StepInput) -> Result<Vec<StageTime>, GpuError> {
+        self.advance(input)?;
+        self.programs.step.submit_timed(&self.asset.context)
+    }
+
+    /// Replaces the garment at the current frame by given world positions in metres, as
+    /// [`unic_core::animator::Animator::set_garment`] does: the garment of the frame before stays.
+    ///
+    /// # Errors
+    /// Positions of another mesh or that are not finite; the state stays as it was.
+    pub fn set_garment(&mut self, positions: &[Vec3]) -> Result<(), GpuError> {
+        Start::Positions(positions).check(&self.asset.model)?;
+        self.upload.positions(&self.asset, &self.buffers, positions);
+        self.programs.set.submit(&self.asset.context);
+        Ok(())
+    }
+
+    /// Everything that the next step depends on, here or on the CPU. Blocks until the device is done.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn state(&self) -> Result<AnimatorState, GpuError> {
+        let (asset, context) = (&self.asset, &self.asset.context);
+        let bytes = (STATE_BYTES * asset.model.vertex_count()) as u64;
+        let states = context.download(&self.buffers.states, 0, bytes)?;
+        let memory = &asset.networks.memory;
+        let (from, bytes) = (4 * memory.start as u64, 4 * memory.len() as u64);
+        let remembered = context.download(&self.buffers.vectors, from, bytes)?;
+        let states: Vec<[Vec4; 2]> = bytemuck::pod_collect_to_vec(&states);
+        let vertex = |[value, previous]: &[Vec4; 2]| VertexState {
+            value: value.truncate(),
+            previous: previous.truncate(),
+        };
+        Ok(AnimatorState {
+            motion: self.motion.clone(),
+            at_start: self.at_start,
+            vertices: states.iter().map(vertex).collect(),
+            recurrence: bytemuck::pod_collect_to_vec(&remembered),
+        })
+    }
+
+    /// Goes on from a saved state, of a device's or of the CPU's.
+    ///
+    /// # Errors
+    /// A state of another model; the current state stays.
+    pub fn restore(&mut self, state: AnimatorState) -> Result<(), GpuError> {
+        let asset = Arc::clone(&self.asset);
+        state.check(&asset.model)?;
+        let context = &asset.context;
+        let states: Vec<[Vec4; 2]> = (state.vertices.iter())
+            .map(|vertex| [vertex.value.extend(0.0), vertex.previous.extend(0.0)])
+            .collect();
+        let memory = 4 * asset.networks.memory.start as u64;
+        let queue = context.queue();
+        queue.write_buffer(&self.buffers.states, 0, bytemuck::cast_slice(&states));
+        queue.write_buffer(
+            &self.buffers.vectors,
+            memory,
+            bytemuck::cast_slice(&state.recurrence),
+        );
+        (self.motion, self.at_start) = (state.motion, state.at_start);
+        self.upload_tick(Frame::Before);
+        self.programs.carry.submit(context);
+        let (before, now) = self.motion.pair();
+        self.upload.pair(&asset, &self.buffers, [before, now]);
+        self.upload_tick(Frame::Now);
+        let program = match self.at_start {
+            true => &self.programs.resume_at_start,
+            false => &self.programs.resume,
+        };
+        program.submit(context);
+        Ok(())
+    }
+
+    /// Positions and normals, world: six f32 a vertex, in the order of the model's mesh. Usages are
+    /// `VERTEX`, `STORAGE`, `COPY_SRC` and `COPY_DST`.
+    pub fn vertex_buffer(&self) -> &Buffer {
+        &self.buffers.shown
+    }
+
+    /// Blocks until the device is done and copies the garment.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn read_back(&self) -> Result<GarmentCopy, GpuError> {
+        let bytes = SHOWN_BYTES * self.asset.model.vertex_count();
+        let copied = self
+            .asset
+            .context
+            .download(&self.buffers.shown, 0, bytes as u64)?;
+        let shown: Vec<[Vec3; 2]> = bytemuck::pod_collect_to_vec(&copied);
+        Ok(GarmentCopy {
+            positions: shown.iter().map(|[position, _]| *position).collect(),
+            normals: shown.iter().map(|[_, normal]| *normal).collect(),
+        })
+    }
+
+    /// The motion vectors of a new pose, and what the device needs to know of them.
+    fn advance(&mut self, input: &StepInput) -> Result<(), GpuError> {
+        let asset = Arc::clone(&self.asset);
+        let model = &asset.model;
+        input.check(model)?;
+        let (spec, skeleton) = (&model.config().motion, &model.character().skeleton);
+        self.motion.advance(spec, skeleton, &input.motion(model));
+        let (before, now) = self.motion.pair();
+        if self.at_start {
+            self.upload.pair(&asset, &self.buffers, [before, before]);
+            self.programs.complete_start.submit(&asset.context);
+        }
+        self.upload.pair(&asset, &self.buffers, [before, now]);
+        self.upload_tick(Frame::Now);
+        self.at_start = false;
+        Ok(())
+    }
+
+    fn upload_tick(&mut self, frame: Frame) {
+        let tick = TickHead {
+            frame,
+            at_start: self.at_start,
+            mode: self.mode,
+        };
+        self.upload.tick(&self.asset, &self.buffers, &self.motion, tick);
+    }
+}
+
+fn start_motion(model: &Model, input: &StepInput) -> MotionState {
+    let (spec, skeleton) = (&model.config().motion, &model.character().skeleton);
+    MotionState::start(spec, skeleton, &input.motion(model))
+}

@@ -1,0 +1,239 @@
+//! The deformation field's kernel, written for the sizes of a model.
+
+mod source;
+
+use crate::{
+    GpuContext, GpuError, Precision,
+    animator::Buffers,
+    kernel::{Dispatch, Kernel, Source},
+};
+use half::f16;
+use source::source;
+use std::ops::Range;
+use unic_core::{model::Model, network::Linear};
+use wgpu::{Buffer, Features};
+
+/// Outputs, and vertices, that one invocation computes.
+const BLOCK: usize = 8;
+/// Inputs of a layer whose weights are in workgroup memory at one time.
+const CHUNK: usize = 8;
+/// Most invocations of a workgroup: more of them leave a GPU too few registers for 64 sums each.
+const MOST_INVOCATIONS: usize = 256;
+/// Most vertices of a tile: more gain nothing, as weights are then read seldom enough.
+const MOST_LANES: usize = 128;
+
+/// Sizes of a field on a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct FieldShape {
+    /// Of the hidden layers, padded to whole blocks.
+    pub(crate) width: usize,
+    /// Hidden layers.
+    layers: usize,
+    skip: Option<usize>,
+    /// Point inputs.
+    inputs: usize,
+    /// Blocks of vertices in a tile.
+    lines: usize,
+    precision: Precision,
+}
+
+/// The field on the device. Asset.
+#[derive(Debug)]
+pub(crate) struct FieldKernel {
+    pub(crate) shape: FieldShape,
+    kernel: Kernel,
+    hidden_weights: Buffer,
+    edge_weights: Buffer,
+    tiles: usize,
+}
+
+impl FieldShape {
+    /// Of a model's field, in tiles that fit the device.
+    pub(crate) fn new(context: &GpuContext, model: &Model, precision: Precision) -> Result<Self, GpuError> {
+        let config = &model.config().field;
+        if precision == Precision::F16 && !context.has(Features::SHADER_F16) {
+            return Err(GpuError::Feature {
+                what: "half precision",
+                feature: "SHADER_F16",
+            });
+        }
+        let mut shape = Self {
+            width: config.width.next_multiple_of(BLOCK),
+            layers: config.hidden_layers,
+            skip: config.skip,
+            inputs: model.field().point_inputs(),
+            lines: 1,
+            precision,
+        };
+        let limits = context.device().limits();
+        let memory = limits.max_compute_workgroup_storage_size as usize;
+        let invocations = (limits.max_compute_invocations_per_workgroup as usize)
+            .min(limits.max_compute_workgroup_size_x as usize)
+            .min(MOST_INVOCATIONS);
+        let fits = |shape: &Self| shape.workgroup_bytes() <= memory && shape.invocations() <= invocations;
+        if !fits(&shape) {
+            let by_memory = memory / (2 * shape.number_bytes() * BLOCK);
+            return Err(GpuError::TooLarge {
+                what: "the width of the field",
+                most: by_memory.min(invocations * BLOCK),
+                found: shape.width,
+            });
+        }
+        // Powers of two divide the chunk's quadruples evenly among the invocations.
+        loop {
+            let mut larger = shape;
+            larger.lines *= 2;
+            if !fits(&larger) || larger.lanes() > MOST_LANES {
+                return Ok(shape);
+            }
+            shape = larger;
+        }
+    }
+
+    /// Vertices of a tile.
+    pub(crate) fn lanes(&self) -> usize {
+        self.lines * BLOCK
+    }
+
+    fn number_bytes(&self) -> usize {
+        match self.precision {
+            Precision::F32 => 4,
+            Precision::F16 => 2,
+        }
+    }
+
+    fn workgroup_bytes(&self) -> usize {
+        self.width * (self.lanes() + CHUNK) * self.number_bytes()
+    }
+
+    /// Blocks of outputs.
+    fn columns(&self) -> usize {
+        self.width / BLOCK
+    }
+
+    fn invocations(&self) -> usize {
+        self.columns() * self.lines
+    }
+
+    /// Numbers of one input channel of so many vertices: whole tiles.
+    pub(crate) fn stride(&self, vertices: usize) -> usize {
+        vertices.next_multiple_of(self.lanes())
+    }
+
+    /// Numbers in the biases of all layers, the head's included.
+    pub(crate) fn biases(&self) -> usize {
+        self.layers * self.width + 4
+    }
+
+    /// Has the layer the latent vector among its inputs?
+    pub(crate) fn reads_latent(&self, layer: usize) -> bool {
+        layer == 0 || self.skip == Some(layer)
+    }
+
+    /// The biases as they are without a latent vector.
+    pub(crate) fn write_biases(&self, layers: &[Linear], out: &mut [f32]) {
+        for (layer, out) in layers.iter().zip(out.chunks_mut(self.width)) {
+            out[..layer.bias.len()].copy_from_slice(&layer.bias);
+        }
+    }
+
+    /// Multiply-adds of one vertex, without padding.
+    fn products(&self, model: &Model) -> usize {
+        let layers = model.field().layers().iter().enumerate();
+        let used = layers.map(|(i, layer)| match self.reads_latent(i) {
+            true => layer.weight.len() - layer.outputs * model.config().encoder.channels,
+            false => layer.weight.len(),
+        });
+        used.sum()
+    }
+}
+
+/// The columns of a layer that multiply the latent vector: the last ones.
+pub(crate) fn latent_columns(model: &Model, layer: &Linear) -> Range<usize> {
+    layer.inputs - model.config().encoder.channels..layer.inputs
+}
+
+impl FieldKernel {
+    pub(crate) fn new(context: &GpuContext, model: &Model, shape: FieldShape, biases: usize) -> Self {
+        let text = source(&shape, model, biases);
+        let source = Source {
+            text: &text,
+            entry: "field",
+            constants: &[],
+        };
+        let hidden = hidden_weights(&shape, model.field().layers());
+        Self {
+            shape,
+            // SAFETY: all sizes that the text indexes with are constants of this shape: rows and columns of
+            // the weights as they are packed below, whole tiles of inputs, activations and chunks of
+            // the declared lengths; states are guarded by the number of vertices. Its loops count to constants.
+            kernel: unsafe { Kernel::unchecked(context, &source) },
+            hidden_weights: match shape.precision {
+                Precision::F32 => context.upload("hidden weights", &hidden),
+                Precision::F16 => {
+                    let halves: Vec<u16> = hidden.iter().map(|&w| f16::from_f32(w).to_bits()).collect();
+                    context.upload("hidden weights", &halves)
+                }
+            },
+            edge_weights: context.upload("edge weights", &edge_weights(&shape, model)),
+            tiles: model.vertex_count().div_ceil(shape.lanes()),
+        }
+    }
+
+    pub(crate) fn dispatch(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
+        let bindings = [
+            (0, &self.hidden_weights),
+            (1, &self.edge_weights),
+            (2, &of.vectors),
+            (3, &of.inputs),
+            (4, &of.states),
+        ];
+        self.kernel.dispatch(&bindings, self.tiles)
+    }
+
+    /// Floating-point operations of one vertex: two a product, the latent's share folded away.
+    pub(crate) fn flop_per_vertex(&self, model: &Model) -> usize {
+        2 * self.shape.products(model)
+    }
+}
+
+/// Weights of the hidden inputs of layers 1 and up: by layer, by input, outputs side by side.
+fn hidden_weights(shape: &FieldShape, layers: &[Linear]) -> Vec<f32> {
+    let width = shape.width;
+    let mut packed = vec![0.0; (shape.layers - 1) * width * width];
+    let inner = layers.iter().take(shape.layers).skip(1);
+    for (layer, packed) in inner.zip(packed.chunks_exact_mut(width * width)) {
+        for (row, weights) in layer.weight.chunks_exact(layer.inputs).enumerate() {
+            // A hidden layer has as many inputs of its own kind as outputs.
+            for (column, weight) in weights[..layer.outputs].iter().enumerate() {
+                packed[column * width + row] = *weight;
+            }
+        }
+    }
+    packed
+}
+
+/// Weights of the point inputs of the first and the skip layer, likewise; then the head's rows.
+fn edge_weights(shape: &FieldShape, model: &Model) -> Vec<f32> {
+    let (layers, width) = (model.field().layers(), shape.width);
+    let mut packed = Vec::new();
+    for layer in (0..shape.layers)
+        .filter(|&i| shape.reads_latent(i))
+        .map(|i| &layers[i])
+    {
+        let points = latent_columns(model, layer).start - shape.inputs..latent_columns(model, layer).start;
+        for column in points {
+            let rows = layer.weight.chunks_exact(layer.inputs);
+            packed.extend(rows.map(|row| row[column]));
+            packed.resize(packed.len().next_multiple_of(width), 0.0);
+        }
+    }
+    // Two blocks of point inputs, whether or not there is a skip layer.
+    packed.resize(2 * shape.inputs * width, 0.0);
+    let head = &layers[shape.layers];
+    for row in head.weight.chunks_exact(head.inputs) {
+        packed.extend_from_slice(row);
+        packed.resize(packed.len().next_multiple_of(width), 0.0);
+    }
+    packed
+}

@@ -1,0 +1,318 @@
+// Our way out of the body: the closest triangle of the parts that may push the vertex, along the shortest
+// way, out to a margin. Constants and cases are those of `unic_core::intersection::RobustIntersection` and
+// `unic_core::folds`.
+
+// Words of 32 joints in a set of them.
+override WORDS: u32;
+// Where in `tables` the faces around vertices and the sets of joints start.
+override AROUND: u32;
+override PUSHING: u32;
+
+// Height over longest edge below which a triangle is its edges.
+const LEAST_HEIGHT = 1e-4;
+// Closer to an edge than this the way to it has no direction but the normal, metres.
+const LEAST_DISTANCE = 1e-4;
+// Cosine between the way out and the normal below which the point lies beyond a rim.
+const LEAST_COSINE = 0.3;
+const MOST_LOOKS = 4u;
+// Height below the margin at which a vertex is left, metres.
+const TOLERANCE = 1e-5;
+// Parts that face each other so close are a fold, metres.
+const FOLD_GAP = 0.006;
+// How far the inside of a body is looked through, metres.
+const REACH = 0.35;
+const FACING_COSINE = -0.5;
+// Farther than FAR.
+const NEVER = 3.3e38;
+// Stands for a zero in a ray's direction.
+const LEAST_SLOPE = 1e-30;
+
+struct Face {
+    corners: vec3<u32>,
+    // The joint that carries it most.
+    joint: u32,
+    // Corners with vertices at one place in the bind pose made one.
+    welded: vec3<u32>,
+    padding: u32,
+}
+
+// Corners relative to a point, and the normal with twice the area for its length, zero when degenerate.
+struct Triangle {
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
+    normal: vec3<f32>,
+}
+
+// Closest point of a triangle minus the query point, and the part that it lies on: 0 the face, 1 to 3 an edge,
+// 4 to 6 a vertex.
+struct Hit {
+    offset: vec3<f32>,
+    feature: u32,
+}
+
+// What a vertex is close to.
+struct Contact {
+    face: u32,
+    feature: u32,
+    point: vec3<f32>,
+    normal: vec3<f32>,
+    height: f32,
+}
+
+// Positions and normals of the garment, world.
+@group(0) @binding(9) var<storage, read_write> shown: array<f32>;
+@group(0) @binding(14) var<storage, read> faces: array<Face>;
+// Faces around welded vertex i are `tables[AROUND + k]` for k from `tables[i]` to `tables[i + 1]`; the joints
+// whose parts may push garment vertex i are the bits of WORDS words from PUSHING + WORDS i.
+@group(0) @binding(15) var<storage, read> tables: array<u32>;
+
+// The garment vertex that is looked from.
+var<private> looking: u32;
+
+fn pushes(face: u32) -> bool {
+    let joint = faces[face].joint;
+    return ((tables[PUSHING + looking * WORDS + joint / 32u] >> (joint % 32u)) & 1u) == 1u;
+}
+
+fn triangle(face: u32, p: vec3<f32>) -> Triangle {
+    let corners = faces[face].corners;
+    let a = body_vertex(corners.x) - p;
+    let b = body_vertex(corners.y) - p;
+    let c = body_vertex(corners.z) - p;
+    let normal = cross(b - a, c - a);
+    let longest = LEAST_HEIGHT * max(squared(b - a), max(squared(c - b), squared(a - c)));
+    let is_sound = squared(normal) > longest * longest;
+    return Triangle(a, b, c, select(vec3<f32>(), normal, is_sound));
+}
+
+fn nearer(a: Hit, b: Hit) -> Hit {
+    if (squared(b.offset) < squared(a.offset)) {
+        return b;
+    }
+    return a;
+}
+
+fn closest_on_edge(a: vec3<f32>, b: vec3<f32>, edge: u32) -> Hit {
+    let along = b - a;
+    let size = squared(along);
+    let t = select(0.0, -dot(a, along) / size, size > 0.0);
+    if (t <= 0.0) {
+        return Hit(a, 4u + edge);
+    }
+    if (t >= 1.0) {
+        return Hit(b, 4u + (edge + 1u) % 3u);
+    }
+    return Hit(a + along * t, 1u + edge);
+}
+
+fn closest_of(t: Triangle) -> Hit {
+    let size = squared(t.normal);
+    var beyond = vec3<bool>(true);
+    if (size > 1e-37) {
+        let v = dot(t.a, cross(t.normal, t.c - t.a)) / size;
+        let w = dot(t.a, cross(t.b - t.a, t.normal)) / size;
+        beyond = vec3<bool>((w < 0.0), (v + w > 1.0), (v < 0.0));
+        if (!any(beyond)) {
+            return Hit(t.normal * (dot(t.a, t.normal) / size), 0u);
+        }
+    }
+    var hit = Hit(vec3<f32>(1e18), 0u);
+    if (beyond.x) {
+        hit = nearer(hit, closest_on_edge(t.a, t.b, 0u));
+    }
+    if (beyond.y) {
+        hit = nearer(hit, closest_on_edge(t.b, t.c, 1u));
+    }
+    if (beyond.z) {
+        hit = nearer(hit, closest_on_edge(t.c, t.a, 2u));
+    }
+    return hit;
+}
+
+fn to_item(face: u32, p: vec3<f32>) -> f32 {
+    if (!pushes(face)) {
+        return NEVER;
+    }
+    return squared(closest_of(triangle(face, p)).offset);
+}
+
+fn unit_or_zero(v: vec3<f32>) -> vec3<f32> {
+    let size = length(v);
+    return select(vec3<f32>(), v / size, size > 0.0);
+}
+
+fn face_normal(face: u32) -> vec3<f32> {
+    return unit_or_zero(triangle(face, body_vertex(faces[face].corners.x)).normal);
+}
+
+// Angle of a face at one of its welded vertices, radians.
+fn angle_at(face: u32, vertex: u32) -> f32 {
+    let at = faces[face];
+    let k = select(select(2u, 1u, at.welded.y == vertex), 0u, at.welded.x == vertex);
+    let corner = body_vertex(at.corners[k]);
+    let u = body_vertex(at.corners[(k + 1u) % 3u]) - corner;
+    let v = body_vertex(at.corners[(k + 2u) % 3u]) - corner;
+    return atan2(length(cross(u, v)), dot(u, v));
+}
+
+// The angle-weighted normal of the face, edge or vertex.
+fn pseudonormal(face: u32, feature: u32) -> vec3<f32> {
+    if (feature == 0u) {
+        return face_normal(face);
+    }
+    let welded = faces[face].welded;
+    let is_edge = feature < 4u;
+    let k = select(feature - 4u, feature - 1u, is_edge);
+    let vertex = welded[k];
+    let other = welded[(k + 1u) % 3u];
+    var sum = vec3<f32>();
+    for (var row = tables[vertex]; row < tables[vertex + 1u]; row++) {
+        let around = tables[AROUND + row];
+        if (!is_edge) {
+            sum += face_normal(around) * angle_at(around, vertex);
+        } else if (any(faces[around].welded == vec3<u32>(other))) {
+            sum += face_normal(around);
+        }
+    }
+    return unit_or_zero(sum);
+}
+
+fn contact(p: vec3<f32>, face: u32) -> Contact {
+    let hit = closest_of(triangle(face, p));
+    let normal = pseudonormal(face, hit.feature);
+    let distance = length(hit.offset);
+    let height = select(distance, -distance, dot(hit.offset, normal) > 0.0);
+    return Contact(face, hit.feature, p + hit.offset, normal, height);
+}
+
+// Does a contact push? Then to where.
+struct WayOut {
+    exists: bool,
+    to: vec3<f32>,
+}
+
+fn way_out(at: Contact, p: vec3<f32>, margin: f32) -> WayOut {
+    if (at.height > margin - TOLERANCE) {
+        return WayOut(false, p);
+    }
+    var direction = at.normal;
+    if (at.feature != 0u && abs(at.height) >= LEAST_DISTANCE) {
+        direction = (p - at.point) / at.height;
+    }
+    let is_under = dot(direction, at.normal) > LEAST_COSINE;
+    return WayOut(is_under, at.point + direction * margin);
+}
+
+// Distance along a ray at which it meets a face, and its sign: negative from outside. FAR when it does not.
+fn crossing(face: u32, origin: vec3<f32>, direction: vec3<f32>) -> vec2<f32> {
+    let t = triangle(face, origin);
+    let along = dot(direction, t.normal);
+    let sides = vec3<f32>(
+        dot(direction, cross(t.a, t.b)),
+        dot(direction, cross(t.b, t.c)),
+        dot(direction, cross(t.c, t.a)),
+    );
+    let is_through = all(sides >= vec3<f32>()) || all(sides <= vec3<f32>());
+    let distance = dot(t.a, t.normal) / along;
+    if (!is_through || along == 0.0 || !(distance >= 0.0)) {
+        return vec2<f32>(FAR, 0.0);
+    }
+    return vec2<f32>(distance, along / length(t.normal));
+}
+
+fn entry(node: u32, origin: vec3<f32>, inverse: vec3<f32>) -> f32 {
+    let a = (boxes[2u * node].xyz - origin) * inverse;
+    let b = (boxes[2u * node + 1u].xyz - origin) * inverse;
+    let near = min(a, b);
+    let far = max(a, b);
+    let enter = max(max(near.x, near.y), max(near.z, 0.0));
+    let leave = min(far.x, min(far.y, far.z));
+    return select(FAR, enter, enter <= leave);
+}
+
+// Does a welded vertex lie in a fold between parts that may push? What its normal meets first tells.
+fn is_vertex_folded(vertex: u32) -> bool {
+    var origin = vec3<f32>();
+    var normal = vec3<f32>();
+    for (var row = tables[vertex]; row < tables[vertex + 1u]; row++) {
+        let face = faces[tables[AROUND + row]];
+        let k = select(select(2u, 1u, face.welded.y == vertex), 0u, face.welded.x == vertex);
+        origin = body_vertex(face.corners[k]);
+        normal += triangle(tables[AROUND + row], origin).normal;
+    }
+    let direction = unit_or_zero(normal);
+    if (squared(direction) == 0.0) {
+        return false;
+    }
+    let inverse = 1.0 / select(direction, vec3<f32>(LEAST_SLOPE), abs(direction) < vec3<f32>(LEAST_SLOPE));
+    var first = vec2<f32>(REACH, 0.0);
+    var nodes: array<u32, STACK>;
+    nodes[0] = 0u;
+    var height = 1u;
+    while (height > 0u) {
+        height--;
+        let node = nodes[height];
+        if (entry(node, origin, inverse) > first.x) {
+            continue;
+        }
+        if (node < LEAVES_FROM) {
+            for (var k = 1u; k <= 4u; k++) {
+                nodes[height] = 4u * node + k;
+                height++;
+            }
+            continue;
+        }
+        for (var k = 0u; k < CAPACITY; k++) {
+            let face = items[(node - LEAVES_FROM) * CAPACITY + k];
+            if (face == NO_ITEM || any(faces[face].welded == vec3<u32>(vertex))) {
+                continue;
+            }
+            let found = crossing(face, origin, direction);
+            if (found.x < first.x && pushes(face)) {
+                first = found;
+            }
+        }
+    }
+    return first.y > 0.0 || (first.y < FACING_COSINE && first.x <= FOLD_GAP);
+}
+
+fn is_folded(face: u32) -> bool {
+    let welded = faces[face].welded;
+    return is_vertex_folded(welded.x) || is_vertex_folded(welded.y) || is_vertex_folded(welded.z);
+}
+
+@compute @workgroup_size(64)
+fn push(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= VERTICES) {
+        return;
+    }
+    looking = i;
+    let margin = tick[HANDLING].x;
+    var p = vec3<f32>(shown[6u * i], shown[6u * i + 1u], shown[6u * i + 2u]);
+    var face = nearest(p, seeds[i]);
+    seeds[i] = face;
+    if (face == NO_ITEM) {
+        return;
+    }
+    var out = way_out(contact(p, face), p, margin);
+    if (!out.exists || is_folded(face)) {
+        return;
+    }
+    // In a crease the way out of one side leads into the other.
+    for (var looks = 1u; looks < MOST_LOOKS && out.exists; looks++) {
+        p = out.to;
+        face = nearest(p, face);
+        if (face == NO_ITEM) {
+            break;
+        }
+        out = way_out(contact(p, face), p, margin);
+    }
+    if (out.exists) {
+        p = out.to;
+    }
+    shown[6u * i] = p.x;
+    shown[6u * i + 1u] = p.y;
+    shown[6u * i + 2u] = p.z;
+}

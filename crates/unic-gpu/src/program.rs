@@ -1,0 +1,89 @@
+//! Lists of dispatches that run in one submission.
+
+use crate::{GpuContext, GpuError, kernel::Dispatch};
+use wgpu::{BufferUsages, CommandEncoder, Features, QuerySet};
+
+/// A part of a frame that is timed by itself.
+#[derive(Clone, Debug)]
+pub(crate) struct Stage {
+    pub(crate) name: &'static str,
+    pub(crate) dispatches: Vec<Dispatch>,
+}
+
+/// What the device does for one call of an animator.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Program(Vec<Stage>);
+
+/// How long the device worked on one stage of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StageTime {
+    /// Which stage.
+    pub name: &'static str,
+    /// By the device's own clock, milliseconds.
+    pub ms: f64,
+}
+
+impl Program {
+    pub(crate) fn stage(&mut self, name: &'static str, dispatches: Vec<Dispatch>) {
+        if !dispatches.is_empty() {
+            self.0.push(Stage { name, dispatches });
+        }
+    }
+
+    pub(crate) fn submit(&self, context: &GpuContext) {
+        let mut encoder = context.device().create_command_encoder(&Default::default());
+        self.record(&mut encoder, None);
+        context.queue().submit([encoder.finish()]);
+    }
+
+    /// Submits and blocks until the device has told how long it took.
+    pub(crate) fn submit_timed(&self, context: &GpuContext) -> Result<Vec<StageTime>, GpuError> {
+        if !context.has(Features::TIMESTAMP_QUERY) {
+            return Err(GpuError::Feature {
+                what: "timing",
+                feature: "TIMESTAMP_QUERY",
+            });
+        }
+        let count = 2 * self.0.len() as u32;
+        let queries = context.device().create_query_set(&wgpu::QuerySetDescriptor {
+            label: Some("times"),
+            ty: wgpu::QueryType::Timestamp,
+            count,
+        });
+        let bytes = u64::from(count) * 8;
+        let resolved = context.zeroed("times", bytes as usize, BufferUsages::QUERY_RESOLVE);
+        let mut encoder = context.device().create_command_encoder(&Default::default());
+        self.record(&mut encoder, Some(&queries));
+        encoder.resolve_query_set(&queries, 0..count, &resolved, 0);
+        context.queue().submit([encoder.finish()]);
+        let times = context.download(&resolved, 0, bytes)?;
+        let ns = f64::from(context.queue().get_timestamp_period());
+        let (pairs, _) = times.as_chunks::<16>();
+        let pairs = pairs
+            .iter()
+            .map(|pair| bytemuck::cast::<[u8; 16], [u64; 2]>(*pair));
+        let time = |(stage, [from, to]): (&Stage, [u64; 2])| StageTime {
+            name: stage.name,
+            ms: to.saturating_sub(from) as f64 * ns * 1e-6,
+        };
+        Ok(self.0.iter().zip(pairs).map(time).collect())
+    }
+
+    fn record(&self, encoder: &mut CommandEncoder, queries: Option<&QuerySet>) {
+        for (i, stage) in (0..).step_by(2).zip(&self.0) {
+            let timestamp_writes = queries.map(|query_set| wgpu::ComputePassTimestampWrites {
+                query_set,
+                beginning_of_pass_write_index: Some(i),
+                end_of_pass_write_index: Some(i + 1),
+            });
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(stage.name),
+                timestamp_writes,
+            });
+            stage
+                .dispatches
+                .iter()
+                .for_each(|dispatch| dispatch.record(&mut pass));
+        }
+    }
+}

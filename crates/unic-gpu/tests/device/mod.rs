@@ -1,0 +1,31 @@
+//! The device that tests run on.
+
+#![allow(
+    dead_code,
+    unreachable_pub,
+    clippy::unwrap_used,
+    reason = "every test binary uses a part of it"
+)]
+
+use std::sync::{Arc, OnceLock};
+use unic_core::model::Model;
+use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, Precision};
+
+/// One device for all tests, if this machine has any.
+pub fn context() -> Option<GpuContext> {
+    static CONTEXT: OnceLock<Option<GpuContext>> = OnceLock::new();
+    let make = || match GpuContext::new() {
+        Ok(context) => Some(context),
+        Err(GpuError::NoAdapter(why)) => {
+            eprintln!("skipped: no adapter that computes ({why})");
+            None
+        }
+        Err(other) => panic!("{other}"),
+    };
+    CONTEXT.get_or_init(make).clone()
+}
+
+pub fn gpu_animator(context: &GpuContext, model: &Arc<Model>, precision: Precision) -> GpuAnimator {
+    let asset = GpuModel::new(context, Arc::clone(model), precision).unwrap();
+    GpuAnimator::new(Arc::new(asset)).unwrap()
+}
