@@ -85,7 +85,9 @@ pub(crate) fn fit_recurrence(
     };
     let left_out: Vec<Vec<f32>> = sequences.par_iter().map(corrections).collect();
     let share = believable_share(sequences, &left_out);
-    if std::env::var("UV_D").is_ok() { eprintln!("believable share {share:.3}"); }
+    if std::env::var("UV_D").is_ok() {
+        eprintln!("believable share {share:.3}");
+    }
     if share < LEAST_SHARE {
         return Ok(None);
     }
