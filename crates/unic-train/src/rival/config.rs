@@ -83,7 +83,7 @@ pub struct GlobalFeatureSettings {
 const FRAME_BEFORE_S: f32 = 0.001;
 
 impl RivalConfig {
-    /// Widths give 250 to 290 thousand parameters on a skeleton of 24 joints, as preset `standard` has.
+    /// Widths give 220 to 260 thousand parameters on a skeleton of 24 joints; preset `standard` has 259.
     pub fn of(kind: RivalKind) -> Self {
         match kind {
             RivalKind::PoseOnly => pose_only(),
