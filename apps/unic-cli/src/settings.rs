@@ -5,6 +5,7 @@ use crate::{
     failure::{Usage, one_line},
 };
 use anyhow::{Result, anyhow};
+use serde::Serialize;
 use std::{fs, path::Path};
 use toml::{Table, Value};
 use unic_train::TrainConfig;
@@ -51,11 +52,13 @@ fn with_file(base: &TrainConfig, path: &Path) -> Result<TrainConfig> {
         return Ok(config);
     }
     let file: Table = toml::from_str(&text).map_err(|e: toml::de::Error| failed(e.to_string()))?;
-    laid_over(base, file, &[]).map_err(|e| failed(e.to_string()))
+    let text = laid_over(base, file, &[]);
+    let config = text.and_then(|text| Ok(TrainConfig::from_toml(&text)?));
+    config.map_err(|e| failed(e.to_string()))
 }
 
-/// Settings of `base` without some dotted keys, and with those of `file`.
-pub(crate) fn laid_over(base: &TrainConfig, file: Table, remove: &[String]) -> Result<TrainConfig> {
+/// Settings of `base` without some dotted keys, and with those of `file`, as TOML.
+pub(crate) fn laid_over(base: &impl Serialize, file: Table, remove: &[String]) -> Result<String> {
     let mut all = table(base)?;
     for key in remove {
         if !removed(&mut all, key) {
@@ -63,7 +66,7 @@ pub(crate) fn laid_over(base: &TrainConfig, file: Table, remove: &[String]) -> R
         }
     }
     overlay(&mut all, file);
-    Ok(TrainConfig::from_toml(&toml::to_string(&all)?)?)
+    Ok(toml::to_string(&all)?)
 }
 
 fn removed(table: &mut Table, key: &str) -> bool {
@@ -76,7 +79,7 @@ fn removed(table: &mut Table, key: &str) -> bool {
     }
 }
 
-fn table(config: &TrainConfig) -> Result<Table> {
+fn table(config: &impl Serialize) -> Result<Table> {
     Ok(Table::try_from(config)?)
 }
 

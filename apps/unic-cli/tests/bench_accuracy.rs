@@ -66,6 +66,36 @@ fn rows_are_trained_once_and_measured_beside_the_baselines() {
 }
 
 #[test]
+fn networks_of_other_methods_are_rows_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_capture(folder);
+    let own = "kind = 'virtual_bones'\nhidden = [8]\n[space]\nvirtual_bones = 2\n";
+    fs::write(folder.join("bones.toml"), own).unwrap();
+    let all = "--rows pose_only,bones.toml,global_feature --seeds 1 --steps 3";
+    let first = bench(folder, &format!("{all} --json"));
+    assert!(first.status.success(), "{}", text(&first.stderr));
+    let results: Value = serde_json::from_slice(&first.stdout).unwrap();
+    for (row, is_fed) in [(0, false), (1, false), (2, true)] {
+        let trained = &results["captures"][0]["rows"][row]["seeds"][0];
+        assert_eq!(trained["steps"], 3);
+        let parameters = trained["parameters"].as_u64().unwrap();
+        assert_eq!(trained["bytes"].as_u64(), Some(4 * parameters));
+        assert!(trained["frame_ms"].as_f64().unwrap() > 0.0);
+        let model = &trained["evaluation"]["model"];
+        assert!(model["free_running"]["rmse_mm"].as_f64().unwrap() > 0.0);
+        assert_eq!(model["one_step"].is_object(), is_fed, "row {row}");
+    }
+
+    // Kept, not trained again: with another time of training the file would be another.
+    let kept = folder.join("results/tube/pose_only/seed-1.json");
+    let written = fs::metadata(&kept).unwrap().modified().unwrap();
+    let again = bench(folder, all);
+    assert!(text(&again.stdout).contains("| pose only | "));
+    assert_eq!(fs::metadata(&kept).unwrap().modified().unwrap(), written);
+}
+
+#[test]
 fn unknown_rows_are_refused_before_anything_is_made() {
     let folder = tempfile::tempdir().unwrap();
     write_capture(folder.path());

@@ -46,6 +46,7 @@ pub struct Dataset {
 }
 
 /// Normalised motion vectors of one clip, as they are and mirrored.
+#[derive(Clone, Debug)]
 pub struct MotionVectors {
     /// Numbers in a vector.
     pub len: usize,
@@ -64,7 +65,12 @@ impl MotionVectors {
         }
     }
 
-    fn new(clip: &PreparedClip, normalisation: &Normalisation, mirror: Option<&MirrorMap>) -> Self {
+    /// Of every frame of a clip.
+    pub(crate) fn new(
+        clip: &PreparedClip,
+        normalisation: &Normalisation,
+        mirror: Option<&MirrorMap>,
+    ) -> Self {
         let normalised = |mut vector: Vec<f32>| {
             normalisation.apply(&mut vector);
             vector

@@ -36,6 +36,15 @@ pub enum TrainError {
     /// Parts that do not fit together.
     #[error(transparent)]
     Model(#[from] unic_core::model::ModelError),
+    /// Virtual bones without weights.
+    #[error(transparent)]
+    Weights(#[from] unic_core::skinning::WeightsError),
+    /// A garment without a surface.
+    #[error(transparent)]
+    Surface(#[from] unic_core::surface_map::SurfaceMapError),
+    /// Layers of other sizes than the network's.
+    #[error(transparent)]
+    Layer(#[from] unic_core::network::LayerError),
     /// A model that cannot be written.
     #[error(transparent)]
     ModelFile(#[from] unic_core::ModelFileError),
@@ -58,7 +67,7 @@ pub enum TrainError {
         value: f64,
     },
     /// A watch asked for it before there was anything to save.
-    #[error("stopped while fitting the prior")]
+    #[error("stopped before there was anything to save")]
     Stopped,
     /// A checkpoint of another run, or damaged.
     #[error("{path}: expected a checkpoint of this run, found {}", shortened(found))]

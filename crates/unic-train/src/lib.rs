@@ -58,6 +58,7 @@
 //! | free running through a window, and its loss | [`Rollout`], [`Correction`] |
 //! | where the garment hangs before the field adds to it | [`fit_prior`] |
 //! | AdamW | [`update`] |
+//! | networks of other methods to compare with | [`RivalTrainer`], [`RivalKind`] |
 //! | stop and go on | [`Checkpoint`], [`Trainer::resume`] |
 //!
 //! **Randomness.** Dropout masks, Gumbel noise, windows and perturbations are made here, each number
@@ -89,6 +90,7 @@ mod noise;
 mod optimiser;
 mod prior;
 mod recurrence;
+mod rival;
 mod rollout;
 mod scales;
 mod stream;
@@ -114,6 +116,10 @@ pub use noise::SmoothNoise;
 pub use optimiser::{Moments, update};
 pub use prior::{FittedPrior, PriorSettings, fit_prior};
 pub use recurrence::Watch;
+pub use rival::{
+    GlobalFeatureSettings, MotionElements, RivalConfig, RivalKind, RivalPredictor, RivalTrainer,
+    SpaceSettings,
+};
 pub use rollout::Rollout;
 pub use stream::{Stream, generator};
 pub use trainer::{Pace, Trainer};

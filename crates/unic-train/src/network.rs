@@ -1,5 +1,11 @@
 //! The networks in training: Burn modules with parameters and noise of our own making.
 
+mod layers;
+
+pub(crate) use layers::{
+    dropout_mask, gumbel_noise, picked, runtime_layers, stacked, uniform, uniform_layers,
+};
+
 use crate::{
     config::RegularisationConfig,
     error::TrainError,
@@ -8,8 +14,7 @@ use crate::{
 };
 use burn::module::{Module, Param, ParamId};
 use burn::nn::Linear;
-use burn::tensor::{Device, Int, Tensor, TensorData, activation};
-use rand::RngExt;
+use burn::tensor::{Device, Tensor, TensorData, activation};
 use unic_core::{
     config::{ModelConfig, StateConfig},
     motion::motion_len,
@@ -108,53 +113,29 @@ impl StepNoise {
                 } else {
                     config.dropout
                 };
-                (rate > 0.0).then(|| {
-                    let keep = 1.0 / (1.0 - rate);
-                    let factor = |_| if rng.random::<f32>() < rate { 0.0 } else { keep };
-                    let mask: Vec<f32> = (0..drawn * windows * width).map(factor).collect();
-                    mask.repeat(frames / drawn)
-                })
+                (rate > 0.0)
+                    .then(|| dropout_mask(&mut rng, rate, drawn * windows * width).repeat(frames / drawn))
             })
             .collect();
         let mut rng = generator(seed, Stream::Gumbel, step);
         let count = frames * windows * shape.channels * shape.categories;
         Self {
             masks,
-            gumbel: (0..count).map(|_| gumbel(rng.random())).collect(),
+            gumbel: gumbel_noise(&mut rng, count),
         }
     }
-}
-
-/// −ln(−ln u), u kept away from 0 and 1.
-fn gumbel(u: f32) -> f32 {
-    -(-u.clamp(1e-7, 1.0 - 1e-7).ln()).ln()
 }
 
 impl Network {
     /// Uniform in ±1/√inputs for weights and biases, the authors' framework's default.
     pub fn new(shape: &NetworkShape, seed: u64, device: &Device) -> Self {
-        let uniform = |layer: u64, count: usize, inputs: usize| -> Vec<f32> {
-            let mut rng = generator(seed, Stream::Parameters, layer);
-            let bound = 1.0 / (inputs as f32).sqrt();
-            (0..count)
-                .map(|_| (2.0 * rng.random::<f32>() - 1.0) * bound)
-                .collect()
-        };
-        let encoder = (shape.encoder.windows(2).enumerate())
-            .map(|(i, w)| {
-                let id = 2 * i as u64;
-                Linear {
-                    weight: parameter(1 + id, uniform(id, w[0] * w[1], w[0]), [w[0], w[1]], device),
-                    bias: Some(parameter(2 + id, uniform(id + 1, w[1], w[0]), [w[1]], device)),
-                }
-            })
-            .collect();
         let mut field = vec![0.0; shape.field.parameter_count()];
         for (i, map) in shape.field.layout().iter().enumerate() {
             let id = FIELD_ID + 2 * i as u64;
-            let weight = uniform(id, map.weight.len(), map.inputs());
+            let weight = uniform([seed, id], map.weight.len(), map.inputs());
             field[map.weight.clone()].copy_from_slice(&weight);
-            field[map.bias.clone()].copy_from_slice(&uniform(id + 1, map.bias.len(), map.inputs()));
+            let bias = uniform([seed, id + 1], map.bias.len(), map.inputs());
+            field[map.bias.clone()].copy_from_slice(&bias);
         }
         if shape.zero_head {
             let head = shape.field.layout().pop();
@@ -163,7 +144,7 @@ impl Network {
         }
         let count = field.len();
         Self {
-            encoder,
+            encoder: uniform_layers(&shape.encoder, seed, 0, device),
             field: parameter(FIELD_ID, field, [count], device),
         }
     }
@@ -173,30 +154,10 @@ impl Network {
     /// One logit of each channel is picked by argmax of logit + noise; gradients flow through the
     /// picked logit (reference: straight pick of the raw logit, temperature 1).
     pub fn latents(&self, shape: &NetworkShape, motion: Tensor<2>, noise: Option<&StepNoise>) -> Tensor<2> {
-        let device = motion.device();
-        let rows = motion.dims()[0];
-        let last = self.encoder.len() - 1;
-        let mut hidden = motion;
-        for (i, layer) in self.encoder.iter().enumerate() {
-            if let Some(mask) = noise.and_then(|n| n.masks[i].as_ref()) {
-                let data = TensorData::new(mask.clone(), hidden.dims());
-                hidden = hidden * Tensor::from_data(data, &device);
-            }
-            hidden = layer.forward(hidden);
-            if i < last {
-                hidden = elu(hidden);
-            }
-        }
-        let sizes = [rows, shape.channels, shape.categories];
-        let logits: Tensor<3> = hidden.reshape(sizes); // [rows, C, K]
-        let mut scores = logits.clone().inner();
-        if let Some(noise) = noise {
-            let data = TensorData::new(noise.gumbel.clone(), sizes);
-            let device = scores.device();
-            scores = scores + Tensor::from_data(data, &device);
-        }
-        let picked: Tensor<3, Int> = scores.argmax(2); // [rows, C, 1]
-        logits.gather(2, picked).squeeze_dim::<2>(2)
+        let masks = noise.map_or(&[][..], |n| &n.masks);
+        let logits = stacked(&self.encoder, motion, masks); // [rows, C · K]
+        let sizes = [shape.channels, shape.categories];
+        picked(logits, sizes, noise.map(|n| n.gumbel.as_slice()))
     }
 
     /// The field, packed for one step.
@@ -251,14 +212,7 @@ pub(crate) fn model_layers(
     shape: &NetworkShape,
     values: &[Vec<f32>],
 ) -> (Vec<network::Linear>, Vec<network::Linear>) {
-    let encoder = (shape.encoder.windows(2).zip(values.chunks(2)))
-        .map(|(w, pair)| network::Linear {
-            inputs: w[0],
-            outputs: w[1],
-            weight: transposed(&pair[0], w[1]),
-            bias: pair[1].clone(),
-        })
-        .collect();
+    let encoder = runtime_layers(&shape.encoder, values);
     let flat = &values[2 * (shape.encoder.len() - 1)];
     let field = (shape.field.layout().iter())
         .map(|map| network::Linear {

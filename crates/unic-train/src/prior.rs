@@ -3,6 +3,8 @@
 mod remembered;
 mod series;
 
+pub(crate) use series::displacements;
+
 use crate::{
     config::RecurrenceSettings,
     dataset::MotionVectors,

@@ -39,6 +39,11 @@ impl Encoder {
         &self.layers
     }
 
+    /// Numbers in the latent vector.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
     /// Latent vector z of a pair of normalised motion vectors, `latent` holding one number a channel.
     ///
     /// Each channel gives its largest logit: the pick of the Gumbel sampling without noise, so that

@@ -86,7 +86,8 @@ impl<'a> Remembered<'a> {
         let linear = self.maps[place.series].as_ref();
         let left = |frame: usize| -> Result<Vec<f32>, SurfaceMapError> {
             let mut there = Vec::new();
-            map.vectors(&displacements(self.set, place.clip, frame), &mut there)?;
+            let here = displacements(&self.set.garment, &self.set.train[place.clip], frame);
+            map.vectors(&here, &mut there)?;
             let sample: Vec<f32> = there.iter().flat_map(|u| mirrored(*u).to_array()).collect();
             let pair = pair(&self.motion[place.clip], frame, View::Mirrored);
             let predicted = linear.map(|map| map.apply(&pair));

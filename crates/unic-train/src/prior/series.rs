@@ -3,8 +3,8 @@
 use crate::{dataset::MotionVectors, mirror::View};
 use glam::Vec3;
 use rayon::prelude::*;
-use unic_core::features::PointFrame;
-use unic_eval::{LinearMap, Moments, PrincipalComponents, TrainingSet};
+use unic_core::{character::Garment, features::PointFrame};
+use unic_eval::{LinearMap, Moments, PreparedClip, PrincipalComponents, TrainingSet};
 
 /// One clip: normalised pairs of motion vectors and components of the true displacement.
 pub(super) struct Series {
@@ -34,7 +34,7 @@ impl Series {
         components: &PrincipalComponents,
     ) -> Self {
         let project = |t: usize| {
-            let displacements = displacements(set, clip, t);
+            let displacements = displacements(&set.garment, &set.train[clip], t);
             let sample: Vec<f32> = displacements.iter().flat_map(|u| u.to_array()).collect();
             components.project(&sample)
         };
@@ -83,12 +83,11 @@ impl Series {
 }
 
 /// Displacements of a frame in the vertices' rotated frames, metres.
-pub(super) fn displacements(set: &TrainingSet, clip: usize, frame: usize) -> Vec<Vec3> {
-    let prepared = &set.train[clip];
-    let world_from_rest = prepared.kinematics.world_from_rest(frame);
-    let garment = prepared.captured.garment.frame(frame).iter().enumerate();
-    garment
-        .map(|(v, x)| PointFrame::new(&set.garment, v, world_from_rest).displacement(*x))
+pub(crate) fn displacements(garment: &Garment, clip: &PreparedClip, frame: usize) -> Vec<Vec3> {
+    let world_from_rest = clip.kinematics.world_from_rest(frame);
+    let world = clip.captured.garment.frame(frame).iter().enumerate();
+    world
+        .map(|(v, x)| PointFrame::new(garment, v, world_from_rest).displacement(*x))
         .collect()
 }
 

@@ -2,11 +2,12 @@
 //!
 //! ```text
 //! OUT/CAPTURE/baselines.json      what needs no training
-//! OUT/CAPTURE/ROW/seed-1.unic     a model, its run beside it
+//! OUT/CAPTURE/ROW/seed-1.unic     a model, its run beside it; none of networks to compare with
 //! OUT/CAPTURE/ROW/seed-1.json     what it was measured at
 //! ```
 
 mod measure;
+mod rival;
 mod row;
 mod stored;
 mod table;

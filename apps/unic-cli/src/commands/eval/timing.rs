@@ -31,17 +31,25 @@ impl Timing {
             ground_height: clip.clip.ground_height,
         };
         animator.reset(&input(0), Start::Positions(clip.garment.frame(0)))?;
-        let mut times = Vec::new();
-        for t in 1..clip.clip.len().min(TIMED_STEPS + 1) {
-            let started = Instant::now();
+        let frame_ms = median_of_frames(clip.clip.len(), |t| {
             animator.step(&input(t))?;
-            times.push(started.elapsed().as_secs_f64());
-        }
-        times.sort_by(f64::total_cmp);
-        let median = times.get(times.len() / 2).copied().unwrap_or(f64::NAN);
+            Ok(())
+        })?;
         Ok(Self {
-            frame_ms: 1e3 * median,
+            frame_ms,
             threads: rayon::current_num_threads(),
         })
     }
+}
+
+/// Median of the time that steps to the frames 1, 2, ... take, milliseconds.
+pub(crate) fn median_of_frames(frames: usize, mut step: impl FnMut(usize) -> Result<()>) -> Result<f64> {
+    let mut times = Vec::new();
+    for t in 1..frames.min(TIMED_STEPS + 1) {
+        let started = Instant::now();
+        step(t)?;
+        times.push(started.elapsed().as_secs_f64());
+    }
+    times.sort_by(f64::total_cmp);
+    Ok(1e3 * times.get(times.len() / 2).copied().unwrap_or(f64::NAN))
 }

@@ -6,10 +6,15 @@ use clap::ValueEnum;
 use serde::Deserialize;
 use std::{fs, path::Path};
 use toml::Table;
-use unic_train::{Refit, TrainConfig};
+use unic_train::{Refit, RivalConfig, RivalKind, TrainConfig};
 
 /// The built-in rows, in the order of the table.
-const BUILT_IN: [(&str, &str); 14] = [
+const BUILT_IN: [(&str, &str); 17] = [
+    ("pose_only", include_str!("../../../../rows/pose_only.toml")),
+    (
+        "virtual_bones",
+        include_str!("../../../../rows/virtual_bones.toml"),
+    ),
     ("standard", include_str!("../../../../rows/standard.toml")),
     (
         "standard_no_field",
@@ -60,6 +65,10 @@ const BUILT_IN: [(&str, &str); 14] = [
         "paper_no_intersection",
         include_str!("../../../../rows/paper_no_intersection.toml"),
     ),
+    (
+        "global_feature",
+        include_str!("../../../../rows/global_feature.toml"),
+    ),
 ];
 
 /// One row.
@@ -69,17 +78,36 @@ pub(super) struct RowSettings {
     pub(super) name: String,
     /// For the table.
     pub(super) title: String,
-    /// The preset with the row's own settings; the seed is the cell's.
-    pub(super) config: TrainConfig,
+    /// Its own settings over those of a preset or kind; the seed is the cell's.
+    pub(super) training: Training,
     /// Steps that stand whatever the budget.
     pub(super) steps: Option<u64>,
 }
 
-/// What a file says beside settings of [`TrainConfig`].
+/// What is trained.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Training {
+    /// A model of ours.
+    Model(Box<TrainConfig>),
+    /// A network to compare with.
+    Rival(RivalConfig),
+}
+
+impl Training {
+    pub(super) fn to_toml(&self) -> String {
+        match self {
+            Self::Model(config) => config.to_toml(),
+            Self::Rival(config) => config.to_toml(),
+        }
+    }
+}
+
+/// What a file says beside settings of [`TrainConfig`] or [`RivalConfig`].
 #[derive(Deserialize)]
 struct RowFile {
     title: Option<String>,
-    preset: String,
+    preset: Option<String>,
+    kind: Option<RivalKind>,
     steps: Option<u64>,
     #[serde(default)]
     remove: Vec<String>,
@@ -117,18 +145,41 @@ impl RowSettings {
 
     fn parse(name: &str, text: &str) -> Result<Self> {
         let file: RowFile = toml::from_str(text)?;
-        let preset = PresetName::from_str(&file.preset, false)
-            .map_err(|_| anyhow!("expected preset paper, standard or tiny, found {}", file.preset))?;
-        let base = TrainConfig::preset(preset.into());
-        let mut config = settings::laid_over(&base, file.settings, &file.remove)?;
-        // Test clips measure every row.
-        config.validation.refit = Refit::Only;
         Ok(Self {
             name: name.to_owned(),
-            title: file.title.unwrap_or_else(|| name.to_owned()),
-            config,
+            title: file.title.clone().unwrap_or_else(|| name.to_owned()),
             steps: file.steps,
+            training: file.training()?,
         })
+    }
+}
+
+impl RowFile {
+    fn training(self) -> Result<Training> {
+        match (self.preset, self.kind) {
+            (Some(preset), None) => {
+                let preset = PresetName::from_str(&preset, false)
+                    .map_err(|_| anyhow!("expected preset paper, standard or tiny, found {preset}"))?;
+                let base = TrainConfig::preset(preset.into());
+                let text = settings::laid_over(&base, self.settings, &self.remove)?;
+                let mut config = TrainConfig::from_toml(&text)?;
+                // Test clips measure every row.
+                config.validation.refit = Refit::Only;
+                Ok(Training::Model(Box::new(config)))
+            }
+            (None, Some(kind)) => {
+                let text = settings::laid_over(&RivalConfig::of(kind), self.settings, &self.remove)?;
+                Ok(Training::Rival(RivalConfig::from_toml(&text)?))
+            }
+            (preset, kind) => Err(anyhow!(
+                "expected a preset or the kind of another network, found {}",
+                if preset.is_some() && kind.is_some() {
+                    "both"
+                } else {
+                    "neither"
+                }
+            )),
+        }
     }
 }
 
@@ -151,7 +202,7 @@ mod tests {
         for (i, a) in rows.iter().enumerate() {
             for b in &rows[..i] {
                 assert!(
-                    (&a.config, a.steps) != (&b.config, b.steps),
+                    (&a.training, a.steps) != (&b.training, b.steps),
                     "{} and {}",
                     a.name,
                     b.name
@@ -162,7 +213,10 @@ mod tests {
             .iter()
             .find(|row| row.name == "standard_no_recurrence")
             .unwrap();
-        let StateSettings::Displacement { recurrence, .. } = &removed.config.model.state else {
+        let Training::Model(config) = &removed.training else {
+            unreachable!("a preset's row trains a model");
+        };
+        let StateSettings::Displacement { recurrence, .. } = &config.model.state else {
             unreachable!("standard's state is a displacement");
         };
         assert!(recurrence.is_none());
@@ -174,6 +228,10 @@ mod tests {
         assert!(parse("preset = 'new'").contains("new"));
         assert!(parse("preset = 'tiny'\nremove = ['model.nothing']").contains("model.nothing"));
         assert!(parse("preset = 'tiny'\n[optimiser]\nstepz = 3").contains("stepz"));
+        assert!(parse("kind = 'magic'").contains("magic"));
+        assert!(parse("kind = 'pose_only'\ncomponents = 3").contains("components"));
+        assert!(parse("kind = 'pose_only'\npreset = 'tiny'").contains("both"));
+        assert!(parse("title = 'nothing'").contains("neither"));
         assert!(
             RowSettings::read("no_such_row")
                 .unwrap_err()

@@ -1,6 +1,9 @@
 //! One training of one row on one capture, and what is kept of it.
 
-use super::{measure, row::RowSettings};
+use super::{
+    measure, rival,
+    row::{RowSettings, Training},
+};
 use crate::{
     args::{AccuracyArgs, TrainArgs},
     commands::{eval::timing::Timing, train},
@@ -17,6 +20,7 @@ use std::{
 use unic_core::animator::Animator;
 use unic_eval::{Evaluation, ModelPredictor, Row};
 use unic_io::{Capture, Split, atomic};
+use unic_train::{RivalConfig, TrainConfig};
 
 /// What is asked for, and where it is kept.
 pub(super) struct Cell<'a> {
@@ -96,16 +100,23 @@ impl<'a> Cell<'a> {
             Some(steps) => format!("{steps} steps"),
             None => Self::budget(self.args),
         };
-        format!("budget = \"{budget}\"\n{}", self.row.config.to_toml())
+        format!("budget = \"{budget}\"\n{}", self.row.training.to_toml())
     }
 
     fn train(&self, asked: String, capture: &Capture) -> Result<Trained> {
-        let settings = self.stem.with_extension("settings.toml");
-        let model_path = self.stem.with_extension("unic");
-        let folder = settings.parent().unwrap_or(Path::new("."));
+        let folder = self.stem.parent().unwrap_or(Path::new("."));
         fs::create_dir_all(folder)
             .map_err(|e| anyhow!("{}: cannot create the folder: {e}", folder.display()))?;
-        atomic::write(&settings, self.row.config.to_toml().as_bytes())?;
+        match &self.row.training {
+            Training::Model(config) => self.train_model(asked, config, capture),
+            Training::Rival(config) => self.train_rival(asked, config, capture),
+        }
+    }
+
+    fn train_model(&self, asked: String, config: &TrainConfig, capture: &Capture) -> Result<Trained> {
+        let settings = self.stem.with_extension("settings.toml");
+        let model_path = self.stem.with_extension("unic");
+        atomic::write(&settings, config.to_toml().as_bytes())?;
         let summary = train::train(&self.train_args(settings, model_path.clone()))?;
         let animator = Animator::new(Arc::new(model_file::read(&model_path)?));
         let mut rows = [Row::model(ModelPredictor::from_animator(animator.clone()))];
@@ -123,8 +134,33 @@ impl<'a> Cell<'a> {
         })
     }
 
+    fn train_rival(&self, asked: String, config: &RivalConfig, capture: &Capture) -> Result<Trained> {
+        let budget = match self.steps() {
+            Some(steps) => rival::Budget::Steps(steps),
+            None => rival::Budget::Time(self.args.budget),
+        };
+        let trained = rival::train(config, self.seed, budget, capture)?;
+        let mut rows = [Row::model(trained.predictor)];
+        let evaluation = measure::rows_of(capture, &mut rows)?;
+        Ok(Trained {
+            seed: self.seed,
+            asked,
+            steps: trained.steps,
+            training_seconds: trained.seconds,
+            parameters: trained.parameters,
+            bytes: size_of::<f32>() * trained.parameters,
+            frame_ms: rival::frame_ms(rows[0].predictor.as_mut(), capture)?,
+            evaluation,
+        })
+    }
+
+    /// Asked for instead of a time.
+    fn steps(&self) -> Option<u64> {
+        self.row.steps.or(self.args.steps)
+    }
+
     fn train_args(&self, settings: PathBuf, model: PathBuf) -> TrainArgs {
-        let steps = self.row.steps.or(self.args.steps);
+        let steps = self.steps();
         let is_begun = model.with_extension("run").join("config.toml").exists();
         TrainArgs {
             capture: self.capture.to_path_buf(),

@@ -1,0 +1,182 @@
+//! A trained network as a row of an evaluation.
+
+use super::{
+    network::{Runtime, RuntimeScratch, Shape},
+    samples::{Samples, Units},
+    space::Subspace,
+};
+use crate::{
+    dataset::MotionVectors, error::TrainError, mirror::View, prior::displacements, rival::features::Features,
+};
+use glam::Vec3;
+use std::sync::Arc;
+use thiserror::Error;
+use unic_core::{character::Garment, features::PointFrame, motion::Normalisation};
+use unic_eval::{FrameRateError, Mode, Predictor, PredictorError, PreparedClip};
+
+/// Coefficients may leave the range seen in training by this factor, no further: a network that feeds on
+/// itself and diverges is then far off, and stays finite.
+const RANGE_FACTOR: f32 = 10.0;
+
+/// A clip of another skeleton than the network is trained on.
+#[derive(Debug, Error)]
+#[error("expected a clip of {expected} joints, found {found}")]
+struct JointsError {
+    expected: usize,
+    found: usize,
+}
+
+/// What training leaves.
+#[derive(Debug)]
+pub(super) struct Trained {
+    garment: Garment,
+    fps: f32,
+    joints: usize,
+    normalisation: Normalisation,
+    features: Features,
+    space: Subspace,
+    units: Units,
+    limits: Vec<f32>,
+    runtime: Runtime,
+    parameters: usize,
+}
+
+impl Trained {
+    pub(super) fn new(shape: &Shape, values: &[Vec<f32>], samples: Samples) -> Result<Self, TrainError> {
+        Ok(Self {
+            runtime: Runtime::new(shape, values)?,
+            parameters: values.iter().map(Vec::len).sum(),
+            limits: samples.ranges.iter().map(|r| r * RANGE_FACTOR).collect(),
+            garment: samples.garment,
+            fps: samples.fps,
+            joints: samples.joints,
+            normalisation: samples.normalisation,
+            features: samples.features,
+            space: samples.space,
+            units: samples.units,
+        })
+    }
+
+    fn project(&self, clip: &PreparedClip, frame: usize) -> Vec<f32> {
+        self.space.project(&displacements(&self.garment, clip, frame))
+    }
+}
+
+/// Runs a trained network frame by frame.
+#[derive(Clone, Debug)]
+pub struct RivalPredictor {
+    trained: Arc<Trained>,
+    mode: Mode,
+    /// Of the clip at hand.
+    motion: Option<MotionVectors>,
+    /// Coefficients of the frame predicted last, metres.
+    state: Vec<f32>,
+    scratch: Scratch,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Scratch {
+    runtime: RuntimeScratch,
+    features: Vec<f32>,
+    garment: Vec<f32>,
+    next: Vec<f32>,
+    displacement: Vec<f32>,
+}
+
+impl RivalPredictor {
+    pub(super) fn new(trained: Arc<Trained>) -> Self {
+        Self {
+            trained,
+            mode: Mode::FreeRunning,
+            motion: None,
+            state: Vec::new(),
+            scratch: Scratch::default(),
+        }
+    }
+
+    /// Numbers that training has moved.
+    pub fn parameter_count(&self) -> usize {
+        self.trained.parameters
+    }
+
+    /// Coefficients of a frame from its motion and the coefficients before.
+    fn advance(&mut self, frame: usize) {
+        let Self {
+            trained,
+            motion: Some(motion),
+            state,
+            scratch,
+            ..
+        } = self
+        else {
+            return;
+        };
+        let Units { garment, output } = trained.units;
+        scratch.features.clear();
+        (trained.features).write(motion, View::Direct, frame, &mut scratch.features);
+        scratch.garment.clear();
+        scratch.garment.extend(state.iter().map(|z| z / garment));
+        scratch.next.resize(state.len(), 0.0);
+        let Scratch {
+            features,
+            garment,
+            next,
+            runtime,
+            ..
+        } = scratch;
+        trained.runtime.outputs(features, garment, runtime, next);
+        for ((z, next), limit) in state.iter_mut().zip(next).zip(&trained.limits) {
+            let before = if trained.runtime.reads_garment() { *z } else { 0.0 };
+            *z = (before + *next * output).clamp(-limit, *limit);
+        }
+    }
+}
+
+impl Predictor for RivalPredictor {
+    /// Without the garment before both modes are one.
+    fn modes(&self) -> &[Mode] {
+        match self.trained.runtime.reads_garment() {
+            true => &[Mode::OneStep, Mode::FreeRunning],
+            false => &[Mode::FreeRunning],
+        }
+    }
+
+    fn start(&mut self, clip: &PreparedClip, mode: Mode) -> Result<(), PredictorError> {
+        let (expected, found) = (self.trained.fps, clip.captured.clip.fps);
+        // As for a model: rates such as 29.97 are rounded differently by different tools.
+        if (expected - found).abs() > 1e-3 * expected {
+            return Err(FrameRateError { expected, found }.into());
+        }
+        self.mode = mode;
+        let (expected, found) = (self.trained.joints, clip.kinematics.joints());
+        if expected != found {
+            return Err(JointsError { expected, found }.into());
+        }
+        self.motion = Some(MotionVectors::new(clip, &self.trained.normalisation, None));
+        self.state = self.trained.project(clip, 0);
+        Ok(())
+    }
+
+    fn predict(
+        &mut self,
+        clip: &PreparedClip,
+        frame: usize,
+        positions: &mut Vec<Vec3>,
+    ) -> Result<(), PredictorError> {
+        if self.mode == Mode::OneStep {
+            self.state = self.trained.project(clip, frame - 1);
+        }
+        self.advance(frame);
+        let (trained, u) = (&self.trained, &mut self.scratch.displacement);
+        trained.space.reconstruct(&self.state, u);
+        let world_from_rest = clip.kinematics.world_from_rest(frame);
+        let count = u.len() / 3;
+        let position = |v: usize| {
+            let u = Vec3::new(u[v], u[count + v], u[2 * count + v]);
+            PointFrame::new(&trained.garment, v, world_from_rest).position(u)
+        };
+        positions.clear();
+        positions.extend((0..count).map(position));
+        Ok(())
+    }
+}
