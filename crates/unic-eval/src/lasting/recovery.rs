@@ -76,6 +76,8 @@ pub struct Recovery {
     pub undisturbed_mm: f64,
     /// The first by the second.
     pub ratio: f64,
+    /// The same ratio over the first second, which no target is set for.
+    pub first_second_ratio: f64,
     /// The largest such ratio of a single event.
     pub worst_ratio: f64,
 }
@@ -111,24 +113,46 @@ pub(super) fn measure(subject: &mut Subject, runs: &[ClipRun]) -> Result<Vec<Rec
 }
 
 fn of_kind(subject: &mut Subject, events: &[Event], disturbance: Disturbance) -> Result<Recovery> {
-    let (mut disturbed, mut undisturbed) = (Squared::default(), Squared::default());
-    let mut ratios = Vec::new();
+    let (mut first, mut second) = (Compared::default(), Compared::default());
+    let mut worst_ratio = None;
     for (index, event) in events.iter().enumerate() {
         let script = Script::new(subject.capture, disturbance, event, &other(events, index));
-        let [with, without] = script.play(subject, event)?;
-        ratios.push(ratio([with.sum, without.sum]));
-        disturbed.pool(&with);
-        undisturbed.pool(&without);
+        let [soon, later] = script.play(subject, event)?;
+        worst_ratio = [worst_ratio, Some(later.ratio())]
+            .into_iter()
+            .flatten()
+            .max_by(f64::total_cmp);
+        first.pool(&soon);
+        second.pool(&later);
     }
     let mm = |sums: &Squared| sums.rmse_mm().unwrap_or(f64::NAN);
     Ok(Recovery {
         disturbance,
         events: events.len(),
-        rmse_mm: mm(&disturbed),
-        undisturbed_mm: mm(&undisturbed),
-        ratio: ratio([disturbed.sum, undisturbed.sum]),
-        worst_ratio: ratios.into_iter().max_by(f64::total_cmp).unwrap_or(f64::NAN),
+        rmse_mm: mm(&second.disturbed),
+        undisturbed_mm: mm(&second.undisturbed),
+        ratio: second.ratio(),
+        first_second_ratio: first.ratio(),
+        worst_ratio: worst_ratio.unwrap_or(f64::NAN),
     })
+}
+
+/// Two runs over the same frames.
+#[derive(Clone, Copy, Default)]
+struct Compared {
+    disturbed: Squared,
+    undisturbed: Squared,
+}
+
+impl Compared {
+    fn pool(&mut self, other: &Self) {
+        self.disturbed.pool(&other.disturbed);
+        self.undisturbed.pool(&other.undisturbed);
+    }
+
+    fn ratio(&self) -> f64 {
+        ratio([self.disturbed.sum, self.undisturbed.sum])
+    }
 }
 
 /// Half of all events further on, or the next after that of another clip where there is one.
@@ -200,21 +224,23 @@ impl<'a> Script<'a> {
         }
     }
 
-    /// Squared errors of this run and of the undisturbed one.
-    fn play(&self, subject: &mut Subject, event: &Event) -> Result<[Squared; 2]> {
+    /// This run and the undisturbed one over the first and over the second second.
+    fn play(&self, subject: &mut Subject, event: &Event) -> Result<[Compared; 2]> {
         let garment = &event.run.captured.garment;
-        let (mut with, mut without) = (Squared::default(), Squared::default());
+        let mut seconds = [Compared::default(); 2];
         let after = self.over + frames_in(AFTER_S, self.clip.fps);
         let mut here = Vec::new();
         let mut visit = |step: usize, animator: &Animator| {
-            if step <= after {
+            if step <= self.over {
                 return;
             }
             let frame = self.frame + step - self.over;
             here.clear();
             here.extend(animator.garment().positions.iter().map(|x| *x - self.moved));
-            with.pool(&Squared::between(&here, garment.frame(frame)));
-            without.pool(&event.run.errors[frame]);
+            seconds[usize::from(step > after)].pool(&Compared {
+                disturbed: Squared::between(&here, garment.frame(frame)),
+                undisturbed: event.run.errors[frame],
+            });
         };
         let steps = self.clip.len();
         match &self.begin {
@@ -226,7 +252,7 @@ impl<'a> Script<'a> {
                 subject.go_on(&self.clip, 1..steps, &mut visit)?;
             }
         }
-        Ok([with, without])
+        Ok(seconds)
     }
 }
 

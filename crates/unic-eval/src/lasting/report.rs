@@ -100,8 +100,11 @@ pub(super) fn verdicts(lasting: &Lasting) -> Vec<Verdict> {
             alive(found / truth),
             Target::Within([0.7, 1.3]),
         ),
-        of_stops(stops, "decay time", |stop| stop.decay_s),
-        of_stops(stops, "first overshoot", |stop| stop.overshoot_mm),
+        of_stops("decay time", stops.iter().filter_map(Stop::decay).collect()),
+        of_stops(
+            "first overshoot",
+            stops.iter().map(|stop| stop.overshoot_mm).collect(),
+        ),
     ];
     verdicts.extend(recovery.iter().map(|recovery| {
         let ratio = (recovery.events > 0).then_some(recovery.ratio);
@@ -115,11 +118,11 @@ pub(super) fn verdicts(lasting: &Lasting) -> Vec<Verdict> {
 }
 
 /// Sums over stops, so that those with a large swing count for more.
-fn of_stops(stops: &[Stop], what: &str, value: fn(&Stop) -> Pair) -> Verdict {
-    let sum = |part: fn(Pair) -> f64| stops.iter().map(|stop| part(value(stop))).sum::<f64>();
+fn of_stops(what: &str, pairs: Vec<Pair<f64>>) -> Verdict {
+    let sum = |part: fn(&Pair<f64>) -> f64| pairs.iter().map(part).sum::<f64>();
     let (found, truth) = (sum(|pair| pair.predicted), sum(|pair| pair.truth));
     Verdict::new(
-        format!("{what} after {} sudden stops, by the truth's", stops.len()),
+        format!("{what} after sudden stops ({}), by the truth's", pairs.len()),
         (truth > 0.0).then(|| found / truth),
         Target::Within([0.75, 1.25]),
     )
@@ -228,7 +231,7 @@ impl Lasting {
         }
         for stop in &self.stops {
             let Pair { predicted, truth } = stop.decay_s;
-            let decay = [number(Some(predicted), 2), number(Some(truth), 2)].join(" | ");
+            let decay = [number(predicted, 2), number(truth, 2)].join(" | ");
             let Pair { predicted, truth } = stop.overshoot_mm;
             let overshoot = [number(Some(predicted), 1), number(Some(truth), 1)].join(" | ");
             let (clip, split, at) = (&stop.clip, stop.split, stop.at_s);
@@ -242,20 +245,21 @@ impl Lasting {
         if happened().next().is_some() {
             writeln!(
                 f,
-                "\n| second 1–2 after | events | RMSE, mm | undisturbed, mm | ratio | worst event |\n\
-                 |---|---|---|---|---|---|"
+                "\n| second 1–2 after | events | RMSE, mm | undisturbed, mm | ratio | worst event | ratio of second 0–1 |\n\
+                 |---|---|---|---|---|---|---|"
             )?;
         }
         for recovery in happened() {
             writeln!(
                 f,
-                "| {} | {} | {} | {} | {} | {} |",
+                "| {} | {} | {} | {} | {} | {} | {} |",
                 words(recovery.disturbance),
                 recovery.events,
                 number(Some(recovery.rmse_mm), 2),
                 number(Some(recovery.undisturbed_mm), 2),
                 number(Some(recovery.ratio), 3),
-                number(Some(recovery.worst_ratio), 2)
+                number(Some(recovery.worst_ratio), 2),
+                number(Some(recovery.first_second_ratio), 2)
             )?;
         }
         Ok(())

@@ -34,7 +34,8 @@ const REST_SHARE: f64 = 1.0 / 3.0;
 /// for 1.5 s. The hem is the lowest boundary of the rest shape. With δ_i(t) the displacement of its vertex
 /// i less its mean over the last half second of those 1.5 s, and t₀ the time within half a second of the
 /// stop at which the RMS of δ over the hem is largest:
-/// - the **decay time** is that from t₀ until the RMS of δ stays below 1/e of its value at t₀;
+/// - the **decay time** is that from t₀ until the RMS of δ stays below 1/e of its value at t₀, if it does
+///   before the last half second: a hem that still moves then has not come to rest;
 /// - the **first overshoot** is the largest swing to the other side before the hem comes back: the RMS of δ
 ///   at t₀ times −min s(t) over the first stretch of s(t) = Σ_i δ_i(t)·δ_i(t₀) / Σ_i |δ_i(t₀)|² below 0.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -45,19 +46,31 @@ pub struct Stop {
     pub split: &'static str,
     /// When the speed falls below 0.2 m/s, seconds into the clip.
     pub at_s: f64,
-    /// Decay time, seconds.
-    pub decay_s: Pair,
+    /// Decay time, seconds; none where the hem has not come to rest.
+    pub decay_s: Pair<Option<f64>>,
     /// First overshoot, mm; 0 where the hem does not swing back.
-    pub overshoot_mm: Pair,
+    pub overshoot_mm: Pair<f64>,
+}
+
+impl Stop {
+    /// Decay times where the truth comes to rest; a prediction that does not then takes the second that it
+    /// is given at least.
+    pub(super) fn decay(&self) -> Option<Pair<f64>> {
+        let given = f64::from(QUIET_S) * (1.0 - REST_SHARE);
+        Some(Pair {
+            predicted: self.decay_s.predicted.unwrap_or(given),
+            truth: self.decay_s.truth?,
+        })
+    }
 }
 
 /// A number of the free-running prediction and of the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Pair {
+pub struct Pair<T> {
     /// Of the prediction.
-    pub predicted: f64,
+    pub predicted: T,
     /// Of the truth.
-    pub truth: f64,
+    pub truth: T,
 }
 
 /// All stops in all clips.
@@ -167,7 +180,8 @@ fn swings(
 /// A hem that comes to rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Swing {
-    pub(super) decay_s: f64,
+    /// None where it does not come to rest in time.
+    pub(super) decay_s: Option<f64>,
     /// RMS over the hem, in the unit of the displacements.
     pub(super) overshoot: f64,
 }
@@ -181,24 +195,32 @@ impl Swing {
         let peak = (0..latest).max_by(|&a, &b| rms[a].total_cmp(&rms[b]));
         let Some(peak) = peak.filter(|&t| rms[t] > 0.0) else {
             return Self {
-                decay_s: 0.0,
+                decay_s: Some(0.0),
                 overshoot: 0.0,
             };
         };
         let along = deviations[peak..].iter();
         let shares = along.map(|d| product(d, &deviations[peak]) / (rms[peak] * rms[peak]));
         let other_side = shares.skip_while(|s| *s >= 0.0).take_while(|s| *s < 0.0);
+        let moving = rms.len() - resting(rms.len());
         Self {
-            decay_s: decay(&rms[peak..]) / fps,
+            decay_s: decay(&rms[peak..])
+                .filter(|frames| peak as f64 + frames <= moving as f64)
+                .map(|frames| frames / fps),
             overshoot: -other_side.fold(0.0, f64::min) * rms[peak],
         }
     }
 }
 
+/// Frames at the end of so many that the hem is at rest in.
+fn resting(frames: usize) -> usize {
+    let share = (frames as f64 * REST_SHARE).round() as usize;
+    share.max(1).min(frames)
+}
+
 /// δ by frame and vertex.
 fn deviations(motion: &[Vec<DVec3>]) -> HemMotion {
-    let resting = ((motion.len() as f64 * REST_SHARE).round() as usize).max(1);
-    let last = &motion[motion.len().saturating_sub(resting)..];
+    let last = &motion[motion.len() - resting(motion.len())..];
     let vertices = motion.first().map_or(0, Vec::len);
     let mean = |vertex: usize| last.iter().map(|frame| frame[vertex]).sum::<DVec3>() / last.len() as f64;
     let rest: Vec<DVec3> = (0..vertices).map(mean).collect();
@@ -211,12 +233,10 @@ fn product(a: &[DVec3], b: &[DVec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>() / a.len().max(1) as f64
 }
 
-/// Frames until an amplitude stays below 1/e of its first value, interpolated.
-fn decay(amplitude: &[f64]) -> f64 {
-    let level = amplitude[0] / std::f64::consts::E;
-    let above = amplitude.iter().rposition(|&a| a >= level).unwrap_or(0);
-    match amplitude.get(above + 1) {
-        Some(&below) => above as f64 + (amplitude[above] - level) / (amplitude[above] - below),
-        None => above as f64,
-    }
+/// Frames until an amplitude stays below 1/e of its first value, interpolated; none where it does not.
+fn decay(amplitude: &[f64]) -> Option<f64> {
+    let level = amplitude.first()? / std::f64::consts::E;
+    let above = amplitude.iter().rposition(|&a| a >= level)?;
+    let below = amplitude.get(above + 1)?;
+    Some(above as f64 + (amplitude[above] - level) / (amplitude[above] - below))
 }
