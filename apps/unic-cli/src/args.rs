@@ -12,7 +12,7 @@ mod simulate;
 mod train;
 
 pub(crate) use animate::AnimateArgs;
-pub(crate) use bench::{AccuracyArgs, Bench, BenchArgs};
+pub(crate) use bench::{AccuracyArgs, Bench, BenchArgs, LastingArgs};
 pub(crate) use demo::{DemoArgs, DemoGarment};
 pub(crate) use eval::EvalArgs;
 pub(crate) use inspect::InspectArgs;

@@ -2,7 +2,7 @@
 
 use crate::predictor::PredictorError;
 use thiserror::Error;
-use unic_core::motion::MotionError;
+use unic_core::{animator::AnimatorError, motion::MotionError};
 
 /// Result of fitting or evaluating.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -58,4 +58,15 @@ pub enum Error {
         /// Why.
         source: PredictorError,
     },
+    /// An animator refused a clip.
+    #[error("the animator on clip {clip}: {source}")]
+    Animator {
+        /// The clip, as it is or changed.
+        clip: String,
+        /// Why.
+        source: AnimatorError,
+    },
+    /// Whoever watches asked to stop.
+    #[error("{0}")]
+    Stopped(#[source] PredictorError),
 }

@@ -43,6 +43,7 @@ mod dump;
 mod error;
 mod evaluate;
 mod kinematics;
+pub mod lasting;
 mod measure;
 mod metrics;
 mod model;

@@ -162,7 +162,7 @@ fn length(positions: &[Vec3], &[a, b]: &[u32; 2]) -> f32 {
 }
 
 /// Σ ‖x_t − 2 x_{t−1} + x_{t−2}‖², m².
-fn second_difference(now: &[Vec3], [before, earlier]: [&[Vec3]; 2]) -> f64 {
+pub(crate) fn second_difference(now: &[Vec3], [before, earlier]: [&[Vec3]; 2]) -> f64 {
     let terms = now.iter().zip(before).zip(earlier);
     terms
         .map(|((x, y), z)| (x.as_dvec3() - 2.0 * y.as_dvec3() + z.as_dvec3()).length_squared())

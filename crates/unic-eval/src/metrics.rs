@@ -1,6 +1,7 @@
 //! The numbers of an evaluation, and the sums that they are made of.
 
 use crate::predictor::Mode;
+use glam::Vec3;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// Millimetres a metre: metrics are accumulated in metres and printed in millimetres.
@@ -157,17 +158,28 @@ impl ClipMetrics {
 
 /// Squared error and number of samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Squared {
-    sum: f64,
-    samples: usize,
+pub(crate) struct Squared {
+    pub(crate) sum: f64,
+    pub(crate) samples: usize,
 }
 
 impl Squared {
-    fn rmse_mm(&self) -> Option<f64> {
+    /// Of vertices, metres.
+    pub(crate) fn between(predicted: &[Vec3], truth: &[Vec3]) -> Self {
+        let pairs = predicted.iter().zip(truth);
+        Self {
+            sum: pairs
+                .map(|(p, g)| (p.as_dvec3() - g.as_dvec3()).length_squared())
+                .sum(),
+            samples: truth.len(),
+        }
+    }
+
+    pub(crate) fn rmse_mm(&self) -> Option<f64> {
         (self.samples > 0).then(|| MM * (self.sum / self.samples as f64).sqrt())
     }
 
-    fn pool(&mut self, other: &Self) {
+    pub(crate) fn pool(&mut self, other: &Self) {
         self.sum += other.sum;
         self.samples += other.samples;
     }
@@ -287,7 +299,7 @@ impl FrameSums {
 }
 
 /// RMS ratio of two sums of squares. A prediction as still as a still truth has ratio 1.
-fn ratio([predicted, truth]: [f64; 2]) -> f64 {
+pub(crate) fn ratio([predicted, truth]: [f64; 2]) -> f64 {
     if predicted == 0.0 && truth == 0.0 {
         return 1.0;
     }

@@ -1,6 +1,6 @@
 //! `unic bench`.
 
-use super::parse;
+use super::{IntersectionName, parse};
 use std::{path::PathBuf, time::Duration};
 
 /// Benchmarks of this program on this machine.
@@ -13,6 +13,7 @@ pub(crate) struct BenchArgs {
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Bench {
     Accuracy(AccuracyArgs),
+    Lasting(LastingArgs),
 }
 
 /// Train and measure rows of settings under equal budgets, beside all baselines.
@@ -48,6 +49,35 @@ pub(crate) struct AccuracyArgs {
     /// List the built-in rows and end.
     #[arg(long)]
     pub(crate) list: bool,
+    /// Print the results as one JSON object on stdout.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Measure how a model holds out: drift, random motion, standing still, liveliness, stops, disturbances.
+///
+/// Everything runs free, and each number is printed beside its target; docs/accuracy.md defines them. On a
+/// capture with minutes of motion it takes some 40,000 frames.
+///
+/// Examples:
+///   unic bench lasting tshirt.unic captures/tshirt
+///   unic bench lasting tshirt.unic captures/tshirt --intersection off --json > lasting.json
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct LastingArgs {
+    /// The model (.unic).
+    pub(crate) model: PathBuf,
+    /// Folder of the capture.
+    pub(crate) capture: PathBuf,
+    /// Seed of the random motion.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Frames of the random motion.
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(..=1_000_000))]
+    pub(crate) frames: u32,
+    /// What becomes of vertices inside the body [default: as the model was trained for].
+    #[arg(long, value_enum)]
+    pub(crate) intersection: Option<IntersectionName>,
     /// Print the results as one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,

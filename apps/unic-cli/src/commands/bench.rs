@@ -1,6 +1,7 @@
 //! `unic bench`.
 
 mod accuracy;
+mod lasting;
 
 use crate::args::{Bench, BenchArgs};
 use anyhow::Result;
@@ -9,5 +10,6 @@ use anyhow::Result;
 pub(crate) fn run(args: &BenchArgs) -> Result<()> {
     match &args.bench {
         Bench::Accuracy(args) => accuracy::run(args),
+        Bench::Lasting(args) => lasting::run(args),
     }
 }

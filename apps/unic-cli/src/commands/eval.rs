@@ -7,7 +7,7 @@ mod report;
 pub(crate) mod timing;
 
 use crate::{
-    args::EvalArgs,
+    args::{EvalArgs, IntersectionName},
     model_file,
     output::{print, print_json, say},
 };
@@ -32,7 +32,7 @@ fn measure(args: &EvalArgs) -> Result<Measured> {
     let capture = Capture::open(&args.capture)?;
     let clips = clip_names(args, &capture)?;
     let animator = match &args.model {
-        Some(path) => Some(animator(args, path, &capture)?),
+        Some(path) => Some(animator(path, args.intersection, &capture)?),
         None => None,
     };
     let mut listener = Listener::new(args, &capture, &clips)?;
@@ -80,10 +80,15 @@ fn clip_names(args: &EvalArgs, capture: &Capture) -> Result<Vec<String>> {
     Ok(names)
 }
 
-fn animator(args: &EvalArgs, path: &Path, capture: &Capture) -> Result<Animator> {
+/// Of a model that fits the capture.
+pub(crate) fn animator(
+    path: &Path,
+    intersection: Option<IntersectionName>,
+    capture: &Capture,
+) -> Result<Animator> {
     let model = Arc::new(model_file::read(path)?);
     check_fit(&model, path, capture)?;
-    let mode = (args.intersection).map(|name| model_file::intersection(&model, name));
+    let mode = intersection.map(|name| model_file::intersection(&model, name));
     let mut animator = Animator::new(model);
     if let Some(mode) = mode {
         animator.set_intersection(mode);
