@@ -6,7 +6,7 @@ use crate::{
     features::RestBox,
     mesh::{MeshError, TriMesh},
     motion::{MotionError, Normalisation, motion_len},
-    network::{Encoder, Field, LayerError, Linear},
+    network::{Encoder, Field, LayerError, Linear, Precision},
     prior::Prior,
     surface_map::{SurfaceMap, SurfaceMapError},
 };
@@ -99,7 +99,7 @@ pub enum ModelError {
 }
 
 impl Model {
-    /// Checks that the parts fit together and packs the networks for this machine.
+    /// Checks that the parts fit together and packs the networks for this machine, in f32.
     ///
     /// # Errors
     /// Sizes that differ from the configuration's or from one another, numbers that are not finite.
@@ -127,6 +127,20 @@ impl Model {
             normalisation: parts.normalisation,
             about: parts.about,
         })
+    }
+
+    /// The same model with networks that calculate in another precision; its file stays f32.
+    ///
+    /// Packed weights belong to the model, so that all animators that share it share them.
+    pub fn with_precision(mut self, precision: Precision) -> Self {
+        self.encoder = self.encoder.with_precision(precision);
+        self.field = self.field.with_precision(precision);
+        self
+    }
+
+    /// What the networks calculate in.
+    pub fn precision(&self) -> Precision {
+        self.field.precision()
     }
 
     /// The parts again, for writing or changing them.
@@ -196,7 +210,7 @@ impl Model {
         parts.prior = self.prior.on_mesh(&map)?;
         parts.garment.weights = map.weights(&self.garment.weights)?;
         parts.garment.rest = mesh;
-        Self::new(parts)
+        Ok(Self::new(parts)?.with_precision(self.precision()))
     }
 }
 

@@ -1,21 +1,23 @@
-//! How fast the runtime is here: the field's rate on one thread beside the machine's multiply-add
-//! peak, and the time of an animator's step.
+//! How fast the runtime is here: the field's rate on one thread beside the peak of the same
+//! instructions in the same process, both by CPU time of the thread, and the time of an animator's step.
 //!
 //! ```text
 //! cargo run --release -p unic-core --example animator_rate
 //! ```
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../../tests/common/mod.rs"]
 mod common;
+mod peaks;
 
 use glam::Vec3;
+use peaks::{cpu_seconds, peak};
 use std::{hint::black_box, sync::Arc, time::Instant};
 use unic_core::{
     animator::{Animator, Start},
     config::*,
     model::Model,
     motion::{MotionLayout, MotionSpec, VelocityScheme},
-    network::{Field, FieldBiases, FieldScratch, Linear, TILE},
+    network::{Field, FieldBiases, FieldScratch, Instructions, Linear, Precision, TILE},
 };
 
 /// The paper's field: 8 layers of 256, the input again before the sixth, 128 numbers of latent.
@@ -28,7 +30,7 @@ const LATENT: usize = 128;
 const ROUNDS: usize = 61;
 
 fn main() {
-    field_rate();
+    field_rates();
     for vertices in [3_020, 3_660, 62_000] {
         step_time("paper", vertices, IntersectionMode::Off);
         step_time("paper", vertices, IntersectionMode::Paper { relaxation_m: 0.005 });
@@ -36,32 +38,44 @@ fn main() {
     }
 }
 
-/// Median of rounds, each beside a fresh measurement of the peak: clock rates move, and so does
-/// what else the machine is doing.
-fn field_rate() {
+/// The field alone in every precision on every instruction set, one thread.
+fn field_rates() {
     let (field, flop) = paper_field();
+    for precision in Precision::ALL {
+        for set in Instructions::available(precision) {
+            let rate = rate(&field.clone().with_kernel(precision, set), flop);
+            println!("field, {}, {set:?}: {rate}", precision.name());
+        }
+    }
+}
+
+/// Median of rounds, each beside a fresh measurement of the peak: clock rates move.
+fn rate(field: &Field, flop: f64) -> String {
     let mut biases = FieldBiases::default();
     field.fold(&[0.1; LATENT], &mut biases);
     let inputs = [[0.3; TILE]; 3];
     let (mut scratch, mut outputs) = (FieldScratch::default(), [[0.0; TILE]; 3]);
     let mut round = || {
-        let peak = unic_kernels::fma_peak();
-        let (start, tiles) = (Instant::now(), 1_000 / TILE);
+        let peak = peak(field.precision(), field.instructions());
+        let (start, tiles) = (cpu_seconds(), 2_000 / TILE);
         for _ in 0..tiles {
             field.evaluate(&biases, black_box(&inputs), &mut scratch, &mut outputs);
             black_box(&outputs);
         }
-        let rate = (tiles * TILE) as f64 * flop / start.elapsed().as_secs_f64();
-        (rate / peak, rate)
+        let rate = (tiles * TILE) as f64 * flop / (cpu_seconds() - start);
+        (peak.map_or(f64::NAN, |peak| rate / peak), rate)
     };
-    let mut rounds: Vec<(f64, f64)> = (0..ROUNDS).map(|_| round()).collect();
-    rounds.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (share, rate) = rounds[ROUNDS / 2];
-    println!(
-        "field, one thread: {:.0} GFLOP/s, {:.0} % of the peak",
-        rate / 1e9,
-        share * 100.0
-    );
+    let rounds: Vec<(f64, f64)> = (0..ROUNDS).map(|_| round()).collect();
+    let median = |of: &dyn Fn(&(f64, f64)) -> f64| {
+        let mut values: Vec<f64> = rounds.iter().map(of).collect();
+        values.sort_by(f64::total_cmp);
+        values[ROUNDS / 2]
+    };
+    let (share, rate) = (median(&|r| r.0), median(&|r| r.1) / 1e9);
+    match share.is_nan() {
+        true => format!("{rate:.0} GFLOP/s"),
+        false => format!("{rate:.0} GFLOP/s, {:.1} % of the peak", share * 100.0),
+    }
 }
 
 /// With the FLOP of one vertex once the latent is folded into the biases: 922,112 in the paper's sizes.
