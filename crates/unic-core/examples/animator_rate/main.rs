@@ -2,7 +2,9 @@
 //! instructions in the same process, both by CPU time of the thread, and the time of an animator's step.
 //!
 //! ```text
-//! cargo run --release -p unic-core --example animator_rate
+//! cargo run --release -p unic-core --example animator_rate          # field and steps
+//! cargo run --release -p unic-core --example animator_rate field    # the field alone
+//! cargo run --release -p unic-core --example animator_rate field "int8 Avx512"
 //! ```
 
 #[path = "../../tests/common/mod.rs"]
@@ -31,6 +33,9 @@ const ROUNDS: usize = 61;
 
 fn main() {
     field_rates();
+    if std::env::args().nth(1).as_deref() == Some("field") {
+        return;
+    }
     for vertices in [3_020, 3_660, 62_000] {
         step_time("paper", vertices, IntersectionMode::Off);
         step_time("paper", vertices, IntersectionMode::Paper { relaxation_m: 0.005 });
@@ -41,10 +46,15 @@ fn main() {
 /// The field alone in every precision on every instruction set, one thread.
 fn field_rates() {
     let (field, flop) = paper_field();
+    let only = std::env::args().nth(2);
     for precision in Precision::ALL {
         for set in Instructions::available(precision) {
+            let name = format!("{} {set:?}", precision.name());
+            if !only.as_ref().is_none_or(|only| name.contains(only)) {
+                continue;
+            }
             let rate = rate(&field.clone().with_kernel(precision, set), flop);
-            println!("field, {}, {set:?}: {rate}", precision.name());
+            println!("field, {name}: {rate}");
         }
     }
 }

@@ -71,18 +71,44 @@ mod x86 {
         };
     }
 
-    chains!(f32, "avx512f", CHAINS, f32, _mm512_set1_ps, |sum, x| _mm512_fmadd_ps(*sum, x, x));
-    chains!(f32_avx2, "avx2,fma", CHAINS_AVX2, f32, _mm256_set1_ps, |sum, x| _mm256_fmadd_ps(*sum, x, x));
-    chains!(bf16, "avx512f,avx512bf16", CHAINS, f32, _mm512_set1_ps, |sum, x| {
-        let pairs = unsafe { std::mem::transmute::<__m512, __m512bh>(x) };
-        _mm512_dpbf16_ps(*sum, pairs, pairs)
+    chains!(f32, "avx512f", CHAINS, f32, _mm512_set1_ps, |sum, x| {
+        _mm512_fmadd_ps(*sum, x, x)
     });
-    chains!(int16, "avx512f,avx512vnni", CHAINS, i32, _mm512_set1_epi32, |sum, x| {
-        _mm512_dpwssd_epi32(*sum, x, x)
-    });
-    chains!(int8, "avx512f,avx512vnni", CHAINS, i32, _mm512_set1_epi32, |sum, x| {
-        _mm512_dpbusd_epi32(*sum, x, x)
-    });
+    chains!(
+        f32_avx2,
+        "avx2,fma",
+        CHAINS_AVX2,
+        f32,
+        _mm256_set1_ps,
+        |sum, x| _mm256_fmadd_ps(*sum, x, x)
+    );
+    chains!(
+        bf16,
+        "avx512f,avx512bf16",
+        CHAINS,
+        f32,
+        _mm512_set1_ps,
+        |sum, x| {
+            let pairs = unsafe { std::mem::transmute::<__m512, __m512bh>(x) };
+            _mm512_dpbf16_ps(*sum, pairs, pairs)
+        }
+    );
+    chains!(
+        int16,
+        "avx512f,avx512vnni",
+        CHAINS,
+        i32,
+        _mm512_set1_epi32,
+        |sum, x| { _mm512_dpwssd_epi32(*sum, x, x) }
+    );
+    chains!(
+        int8,
+        "avx512f,avx512vnni",
+        CHAINS,
+        i32,
+        _mm512_set1_epi32,
+        |sum, x| { _mm512_dpbusd_epi32(*sum, x, x) }
+    );
 
     /// Four sums of 16 × 16 in tile registers, 32 products each.
     pub(super) unsafe fn amx_bf16() {

@@ -8,7 +8,10 @@ use super::{
     kernel::{Kernel, Registers},
     words::x86::Zmm,
 };
-use std::{arch::asm, sync::OnceLock};
+use std::{
+    arch::{asm, x86_64::__m512},
+    sync::OnceLock,
+};
 
 /// Rows of a tile register, words in each of its rows.
 const TILE_ROWS: usize = 16;
@@ -21,6 +24,7 @@ pub(super) struct Matrix;
 impl Kernel for Matrix {
     type Arithmetic = Bf16;
     type Head = Registers<Zmm<F32>, Zmm<F32>, 8, 2>;
+    type Float = __m512;
     const ROWS: usize = 2 * TILE_ROWS;
 
     /// Tile register after tile register, in the order that they are read.

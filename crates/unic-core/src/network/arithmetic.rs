@@ -1,5 +1,6 @@
 //! What the words of each precision hold, and what their sums are worth.
 
+use super::float::Float;
 use bytemuck::Pod;
 
 /// How weights and activations become words, and sums of products numbers again.
@@ -15,10 +16,13 @@ pub(super) trait Arithmetic {
     fn unit(row: &[f32]) -> f32;
     /// Weights of one row for one word, divided by the row's unit.
     fn weights(scaled: &[f32]) -> u32;
-    /// Activations of one vertex for one word; they are not negative, and scaled to the range.
-    fn activations(scaled: impl Fn(usize) -> f32) -> u32;
-    /// The sum as a number, in units of weights and activations.
-    fn number(sum: Self::Sum) -> f32;
+    /// Words of activations, which are not negative; `factor` scales those of each vertex to the range.
+    fn pack<const W: usize>(values: &[[f32; W]], factor: &[f32; W], words: &mut [[u32; W]]);
+    /// Sums as numbers, in units of weights and activations.
+    ///
+    /// # Safety
+    /// As [`Float::load`].
+    unsafe fn load<F: Float>(sums: *const Self::Sum) -> F;
 }
 
 /// One number a word.
@@ -41,12 +45,15 @@ impl Arithmetic for F32 {
         scaled[0].to_bits()
     }
     #[inline(always)]
-    fn activations(scaled: impl Fn(usize) -> f32) -> u32 {
-        scaled(0).to_bits()
+    fn pack<const W: usize>(values: &[[f32; W]], _: &[f32; W], words: &mut [[u32; W]]) {
+        for (words, x) in words.iter_mut().zip(values) {
+            *words = std::array::from_fn(|v| x[v].to_bits());
+        }
     }
     #[inline(always)]
-    fn number(sum: f32) -> f32 {
-        sum
+    unsafe fn load<F: Float>(sums: *const f32) -> F {
+        // SAFETY: passed on.
+        unsafe { F::load(sums) }
     }
 }
 
@@ -62,13 +69,18 @@ impl Arithmetic for Bf16 {
     }
     /// Halves round up: a tie in 2^16 does not pay for rounding to even.
     #[inline(always)]
-    fn activations(scaled: impl Fn(usize) -> f32) -> u32 {
-        let rounded = |i| f32::to_bits(scaled(i)).wrapping_add(0x8000);
-        rounded(0) >> 16 | rounded(1) & 0xFFFF_0000
+    fn pack<const W: usize>(values: &[[f32; W]], _: &[f32; W], words: &mut [[u32; W]]) {
+        let rounded = |x: f32| x.to_bits().wrapping_add(0x8000);
+        for (words, [a, b]) in words.iter_mut().zip(values.as_chunks().0) {
+            for v in 0..W {
+                words[v] = rounded(a[v]) >> 16 | rounded(b[v]) & 0xFFFF_0000;
+            }
+        }
     }
     #[inline(always)]
-    fn number(sum: f32) -> f32 {
-        sum
+    unsafe fn load<F: Float>(sums: *const f32) -> F {
+        // SAFETY: passed on.
+        unsafe { F::load(sums) }
     }
 }
 
@@ -87,12 +99,18 @@ impl Arithmetic for Int16 {
         whole(scaled[0]) | whole(scaled[1]) << 16
     }
     #[inline(always)]
-    fn activations(scaled: impl Fn(usize) -> f32) -> u32 {
-        whole_bits(scaled(0)) & 0xFFFF | whole_bits(scaled(1)) << 16
+    fn pack<const W: usize>(values: &[[f32; W]], factor: &[f32; W], words: &mut [[u32; W]]) {
+        for (words, [a, b]) in words.iter_mut().zip(values.as_chunks().0) {
+            for v in 0..W {
+                let whole = |x: &[f32; W]| whole_bits(x[v] * factor[v]);
+                words[v] = whole(a) & 0xFFFF | whole(b) << 16;
+            }
+        }
     }
     #[inline(always)]
-    fn number(sum: i32) -> f32 {
-        sum as f32
+    unsafe fn load<F: Float>(sums: *const i32) -> F {
+        // SAFETY: passed on.
+        unsafe { F::load_whole(sums) }
     }
 }
 
@@ -108,13 +126,18 @@ impl Arithmetic for Int8 {
         u32::from_le_bytes(std::array::from_fn(|i| whole(&scaled[i])))
     }
     #[inline(always)]
-    fn activations(scaled: impl Fn(usize) -> f32) -> u32 {
-        let byte = |i| whole_bits(scaled(i)) & 0xFF;
-        byte(0) | byte(1) << 8 | byte(2) << 16 | byte(3) << 24
+    fn pack<const W: usize>(values: &[[f32; W]], factor: &[f32; W], words: &mut [[u32; W]]) {
+        for (words, [a, b, c, d]) in words.iter_mut().zip(values.as_chunks().0) {
+            for v in 0..W {
+                let byte = |x: &[f32; W]| whole_bits(x[v] * factor[v]) & 0xFF;
+                words[v] = byte(a) | byte(b) << 8 | byte(c) << 16 | byte(d) << 24;
+            }
+        }
     }
     #[inline(always)]
-    fn number(sum: i32) -> f32 {
-        sum as f32
+    unsafe fn load<F: Float>(sums: *const i32) -> F {
+        // SAFETY: passed on.
+        unsafe { F::load_whole(sums) }
     }
 }
 
@@ -146,15 +169,20 @@ mod tests {
 
     #[test]
     fn whole_numbers_round_to_even_and_pack_in_order() {
-        let values = [0.5, 1.5, 254.6, 3.0];
+        let packed = |pack: fn(&[[f32; 1]], &[f32; 1], &mut [[u32; 1]]), values: &[[f32; 1]]| {
+            let mut words = [[0]];
+            pack(values, &[2.0], &mut words);
+            words[0][0]
+        };
+        let values = [[0.25], [0.75], [127.3], [1.5]];
+        assert_eq!(packed(Int8::pack, &values).to_le_bytes(), [0, 2, 255, 3]);
         assert_eq!(
-            Int8::activations(|i| values[i]).to_le_bytes(),
-            [0, 2, 255, 3]
+            Int8::weights(&[-127.0, 0.4, -0.6, 5.0]).to_le_bytes(),
+            [129, 0, 255, 5]
         );
-        assert_eq!(Int8::weights(&[-127.0, 0.4, -0.6, 5.0]).to_le_bytes(), [129, 0, 255, 5]);
-        assert_eq!(Int16::activations(|i| [8191.0, 2.5][i]), 8191 | 2 << 16);
+        assert_eq!(packed(Int16::pack, &[[4095.5], [1.25]]), 8191 | 2 << 16);
         assert_eq!(Int16::weights(&[-2.0, 7.0]), 0xFFFE | 7 << 16);
-        assert_eq!(Bf16::activations(|i| [1.0, 2.0][i]), 0x3F80 | 0x4000 << 16);
+        assert_eq!(packed(Bf16::pack, &[[1.0], [2.0]]), 0x3F80 | 0x4000 << 16);
         assert_eq!(to_bf16(-1.0), 0xBF80);
     }
 
@@ -162,7 +190,10 @@ mod tests {
     fn no_row_of_whole_numbers_can_overflow() {
         for row in [vec![1.0; 387], vec![-0.3; 4096], vec![5.0, 0.001], vec![0.0; 8]] {
             let unit = Int16::unit(&row);
-            let total: f64 = row.iter().map(|w| f64::from((w / unit).abs().round_ties_even())).sum();
+            let total: f64 = row
+                .iter()
+                .map(|w| f64::from((w / unit).abs().round_ties_even()))
+                .sum();
             assert!(total * 8191.0 < f64::from(i32::MAX), "{total}");
             assert!(row.iter().all(|w| (w / unit).abs() <= 32_767.0));
         }

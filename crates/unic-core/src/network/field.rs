@@ -13,7 +13,7 @@ use super::{
 #[cfg(target_arch = "x86_64")]
 use super::{
     amx::Matrix,
-    words::x86::{Ymm, Zmm},
+    words::x86::{Ymm, YmmUnfused, Zmm, ZmmUnfused},
 };
 use crate::config::FieldConfig;
 
@@ -175,17 +175,21 @@ macro_rules! for_kernel {
             #[cfg(target_arch = "x86_64")]
             (P::Bf16, I::Avx512) => body!(Registers<Zmm<Bf16>, Zmm<F32>, 8, 2>, TILE, avx512_bf16),
             #[cfg(target_arch = "x86_64")]
-            (P::Bf16, I::Avx2) => body!(Registers<Plain<Bf16>, Ymm<F32>, 4, 2>, TILE, avx2),
+            (P::Bf16, I::Avx2) => body!(Registers<Ymm<Bf16>, Ymm<F32>, 4, 2>, TILE, avx2),
             (P::Bf16, I::Portable) => body!(Registers<Plain<Bf16>, Plain<F32>, 4, 1>, TILE, portable),
             #[cfg(target_arch = "x86_64")]
-            (P::Int16, I::Amx | I::Avx512) => body!(Registers<Zmm<Int16>, Plain<F32>, 8, 2>, TILE, avx512_vnni),
+            (P::Int16, I::Amx | I::Avx512) => {
+                body!(Registers<Zmm<Int16>, ZmmUnfused<F32>, 8, 2>, TILE, avx512_vnni)
+            }
             #[cfg(target_arch = "x86_64")]
-            (P::Int16, I::Avx2) => body!(Registers<Plain<Int16>, Plain<F32>, 4, 2>, TILE, avx2),
+            (P::Int16, I::Avx2) => body!(Registers<Ymm<Int16>, YmmUnfused<F32>, 4, 2>, TILE, avx2),
             (P::Int16, I::Portable) => body!(Registers<Plain<Int16>, Plain<F32>, 4, 1>, TILE, portable),
             #[cfg(target_arch = "x86_64")]
-            (P::Int8, I::Amx | I::Avx512) => body!(Registers<Zmm<Int8>, Plain<F32>, 8, 2>, TILE, avx512_vnni),
+            (P::Int8, I::Amx | I::Avx512) => {
+                body!(Registers<Zmm<Int8>, ZmmUnfused<F32>, 8, 2>, TILE, avx512_vnni)
+            }
             #[cfg(target_arch = "x86_64")]
-            (P::Int8, I::Avx2) => body!(Registers<Plain<Int8>, Plain<F32>, 4, 2>, TILE, avx2),
+            (P::Int8, I::Avx2) => body!(Registers<Ymm<Int8>, YmmUnfused<F32>, 4, 2>, TILE, avx2),
             (P::Int8, I::Portable) => body!(Registers<Plain<Int8>, Plain<F32>, 4, 1>, TILE, portable),
         }
     }};
@@ -232,7 +236,12 @@ impl Tile<'_> {
     /// The machine has the instructions of `K`.
     #[inline(always)]
     unsafe fn evaluate<K: Kernel, const W: usize>(&mut self, layers: &[Packed], first: usize) {
-        let Self { biases, inputs, scratch, outputs } = self;
+        let Self {
+            biases,
+            inputs,
+            scratch,
+            outputs,
+        } = self;
         // SAFETY: the caller's promise.
         unsafe { tile::evaluate::<K, W>((layers, biases), (inputs, first), scratch, outputs) }
     }
@@ -383,7 +392,10 @@ mod tests {
                 for set in Instructions::available(precision) {
                     let error = case.error(&case.outputs(precision, set));
                     let width = case.field.config.width;
-                    assert!(error < tolerance(precision), "{precision:?} {set:?} {width}: {error}");
+                    assert!(
+                        error < tolerance(precision),
+                        "{precision:?} {set:?} {width}: {error}"
+                    );
                 }
             }
         }
@@ -396,7 +408,10 @@ mod tests {
             for precision in [Precision::Int16, Precision::Int8] {
                 let portable = bits(case.outputs(precision, Instructions::Portable));
                 for set in Instructions::available(precision) {
-                    assert!(bits(case.outputs(precision, set)) == portable, "{precision:?} {set:?}");
+                    assert!(
+                        bits(case.outputs(precision, set)) == portable,
+                        "{precision:?} {set:?}"
+                    );
                 }
             }
         }
@@ -411,10 +426,12 @@ mod tests {
                     case.inputs.iter_mut().for_each(|channel| channel[5] *= 1000.0);
                     let after = case.outputs(precision, set);
                     case.inputs.iter_mut().for_each(|channel| channel[5] /= 1000.0);
-                    let others = |out: [[f32; TILE]; 3]| out.map(|mut c| {
-                        c[5] = 0.0;
-                        c
-                    });
+                    let others = |out: [[f32; TILE]; 3]| {
+                        out.map(|mut c| {
+                            c[5] = 0.0;
+                            c
+                        })
+                    };
                     assert_eq!(others(before), others(after), "{precision:?} {set:?}");
                 }
             }
@@ -430,7 +447,10 @@ mod tests {
                 for set in Instructions::available(precision) {
                     let out = case.outputs(precision, set);
                     let finite = |lane: usize| out.iter().all(|c| c[lane].is_finite());
-                    assert!((0..TILE).all(|l| l == 3 || l == 7 || finite(l)), "{precision:?} {set:?}");
+                    assert!(
+                        (0..TILE).all(|l| l == 3 || l == 7 || finite(l)),
+                        "{precision:?} {set:?}"
+                    );
                 }
             }
         }

@@ -5,6 +5,7 @@ mod amx;
 mod arithmetic;
 mod encoder;
 mod field;
+mod float;
 mod instructions;
 mod kernel;
 mod lines;

@@ -15,6 +15,8 @@ pub(super) struct Packed {
     pub(super) units: Vec<f32>,
     /// Weights of the point's inputs, row after row, where the layer reads them.
     pub(super) points: Vec<f32>,
+    /// How many a row.
+    pub(super) point_inputs: usize,
     /// Columns of `Linear::weight` that multiply the latent vector start here, if any.
     pub(super) latent: Option<usize>,
 }
@@ -40,6 +42,7 @@ impl Packed {
             weights: Lines::zeroed(rows * groups),
             units: vec![1.0; rows],
             points: Vec::new(),
+            point_inputs: points,
             latent: (hidden + points < layer.inputs).then_some(hidden + points),
         };
         packed.points.reserve(rows * points);

@@ -63,12 +63,7 @@ macro_rules! weight {
     };
 }
 
-weight!(
-    f32,
-    |w| w,
-    |from| _mm512_loadu_ps(from),
-    _mm256_loadu_ps(from)
-);
+weight!(f32, |w| w, |from| _mm512_loadu_ps(from), _mm256_loadu_ps(from));
 weight!(
     Half,
     |w| f32::from_bits(u32::from(w.0) << 16),
@@ -128,9 +123,9 @@ fn whole<T>(layer: &Linear, range: f32, to: impl Fn(f32) -> T + Copy) -> (Vec<T>
         if largest > 0.0 { largest / range } else { 1.0 }
     };
     let units: Vec<f32> = rows().map(unit).collect();
-    let weights = rows().zip(&units).flat_map(|(row, &unit)| {
-        row.iter().map(move |w| to((w / unit).round_ties_even()))
-    });
+    let weights = rows()
+        .zip(&units)
+        .flat_map(|(row, &unit)| row.iter().map(move |w| to((w / unit).round_ties_even())));
     (weights.collect(), units)
 }
 
@@ -148,7 +143,11 @@ fn rows<T: Weight>(
     let (blocks, rest) = output.as_chunks_mut::<TOGETHER>();
     let after = first + blocks.len() * TOGETHER;
     for (block, r) in blocks.iter_mut().zip((first..).step_by(TOGETHER)) {
-        let sums = dots(instructions, std::array::from_fn::<_, TOGETHER, _>(|k| row(r + k)), input);
+        let sums = dots(
+            instructions,
+            std::array::from_fn::<_, TOGETHER, _>(|k| row(r + k)),
+            input,
+        );
         *block = std::array::from_fn(|k| layer.bias[r + k] + unit(r + k) * sums[k]);
     }
     for (out, r) in rest.iter_mut().zip(after..) {
@@ -185,7 +184,10 @@ mod tests {
         let bytes = wave(200, 1.0).map_to(|w| (w * 127.0) as i8);
         for set in Instructions::available(Precision::F32) {
             let against = |found: f32, exact: f64| {
-                assert!((f64::from(found) - exact).abs() < 1e-5 * exact.abs().max(1.0) + 1e-2, "{set:?}");
+                assert!(
+                    (f64::from(found) - exact).abs() < 1e-5 * exact.abs().max(1.0) + 1e-2,
+                    "{set:?}"
+                );
             };
             against(dot(set, &halves, &x), exact(&halves, &x));
             against(dot(set, &words, &x), exact(&words, &x));
@@ -204,7 +206,11 @@ mod tests {
     }
 
     fn exact<T: Weight>(weights: &[T], x: &[f32]) -> f64 {
-        weights.iter().zip(x).map(|(w, x)| f64::from(w.number()) * f64::from(*x)).sum()
+        weights
+            .iter()
+            .zip(x)
+            .map(|(w, x)| f64::from(w.number()) * f64::from(*x))
+            .sum()
     }
 
     #[test]
@@ -229,10 +235,13 @@ mod tests {
             rows.apply(&layer, &x, 5, &mut found[5..]);
             for (r, found) in found.iter().enumerate() {
                 let row = &layer.weight[r * inputs..][..inputs];
-                let (sum, size) = row.iter().zip(&x).fold((f64::from(layer.bias[r]), 0.0), |(s, a), (w, x)| {
-                    let product = f64::from(*w) * f64::from(*x);
-                    (s + product, a + product * product)
-                });
+                let (sum, size) =
+                    row.iter()
+                        .zip(&x)
+                        .fold((f64::from(layer.bias[r]), 0.0), |(s, a), (w, x)| {
+                            let product = f64::from(*w) * f64::from(*x);
+                            (s + product, a + product * product)
+                        });
                 let error = (f64::from(*found) - sum).abs() / size.sqrt();
                 assert!(error < tolerance, "{precision:?}: {error}");
             }

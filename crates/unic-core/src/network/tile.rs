@@ -1,11 +1,6 @@
 //! All layers of the field over one tile of vertices.
 
-use super::{
-    arithmetic::Arithmetic,
-    kernel::Kernel,
-    lines::Lines,
-    packed::Packed,
-};
+use super::{arithmetic::Arithmetic, float::Float, kernel::Kernel, lines::Lines, packed::Packed};
 
 /// Vertices that pass through the field together; a multiple of every vector width.
 pub const TILE: usize = 64;
@@ -18,22 +13,28 @@ pub struct FieldScratch {
     next: Lines,
     /// The same as words.
     words: Lines,
+    next_words: Lines,
     /// Of one block.
     sums: Lines,
 }
 
-/// What a layer does to its sums.
+/// What becomes of a layer's sums.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Layer {
-    /// max(0, x)
+    /// max(0, x), for a layer that reads the words of this precision.
     Hidden,
+    /// max(0, x), for a layer that reads f32.
+    LastHidden,
     /// x
     Last,
 }
 
-/// Inputs of `W` of a tile's vertices, by channel, from `first` on.
-struct Points<'a> {
+/// What all vertices of a tile read and share.
+#[derive(Clone, Copy)]
+struct Inputs<'a> {
+    /// By channel.
     channels: &'a [[f32; TILE]],
+    /// First of the vertices that are evaluated.
     first: usize,
 }
 
@@ -44,29 +45,31 @@ struct Points<'a> {
 #[inline(always)]
 pub(super) unsafe fn evaluate<K: Kernel, const W: usize>(
     (layers, biases): (&[Packed], &[Vec<f32>]),
-    (inputs, first): (&[[f32; TILE]], usize),
+    (channels, first): (&[[f32; TILE]], usize),
     scratch: &mut FieldScratch,
     outputs: &mut [[f32; TILE]; 3],
 ) {
-    let points = Points {
-        channels: inputs,
-        first,
-    };
+    let inputs = Inputs { channels, first };
     let Some(((head, hidden), bias)) = layers.split_last().zip(biases.last()) else {
         return;
     };
     // SAFETY: the caller's promise; every block stands between `begin` and `end`.
     unsafe {
         K::begin();
-        for (layer, bias) in hidden.iter().zip(biases) {
-            scratch.layer::<K, W>(layer, bias, &points, Layer::Hidden);
+        for (i, (layer, bias)) in hidden.iter().zip(biases).enumerate() {
+            let kind = match i + 1 < hidden.len() {
+                true => Layer::Hidden,
+                false => Layer::LastHidden,
+            };
+            scratch.layer::<K, W>((layer, bias), inputs, kind);
         }
         K::end();
         K::Head::begin();
-        scratch.layer::<K::Head, W>(head, bias, &points, Layer::Last);
+        scratch.layer::<K::Head, W>((head, bias), inputs, Layer::Last);
         K::Head::end();
     }
-    for (out, values) in outputs.iter_mut().zip(scratch.values.of::<f32>().chunks_exact(W)) {
+    let values = scratch.values.of::<f32>().as_chunks::<W>().0;
+    for (out, values) in outputs.iter_mut().zip(values) {
         out[first..first + W].copy_from_slice(values);
     }
 }
@@ -77,63 +80,67 @@ impl FieldScratch {
     #[inline(always)]
     unsafe fn layer<K: Kernel, const W: usize>(
         &mut self,
-        layer: &Packed,
-        bias: &[f32],
-        points: &Points<'_>,
+        (layer, bias): (&Packed, &[f32]),
+        inputs: Inputs<'_>,
         kind: Layer,
     ) {
-        let worth = self.pack::<K::Arithmetic, W>(layer.groups);
-        self.next.resize(layer.rows * W);
-        self.sums.resize(K::ROWS * W);
-        let words = match K::Arithmetic::CHANNELS {
-            1 => &self.values,
-            _ => &self.words,
+        let channels = K::Arithmetic::CHANNELS;
+        let worth = match layer.groups {
+            0 => [1.0; W],
+            _ => self.scale_words::<K::Arithmetic, W>(layer.groups),
         };
+        // Unscaled words are made on the way, scaled ones when the largest value is known.
+        let makes_words = kind == Layer::Hidden && channels > 1 && K::Arithmetic::RANGE.is_none();
+        self.next.resize(layer.rows * W);
+        self.next_words.resize(layer.rows * W);
+        self.sums.resize(K::ROWS * W);
         let block = K::ROWS * layer.groups;
-        for (b, next) in self.next.of_mut::<f32>().chunks_exact_mut(K::ROWS * W).enumerate() {
+        let finish = Finish {
+            layer,
+            bias,
+            inputs,
+            kind,
+        };
+        for first in (0..layer.rows).step_by(K::ROWS) {
             let sums = self.sums.of_mut();
             if block > 0 {
-                let weights = &layer.weights.of::<u32>()[b * block..][..block];
+                let reads = if channels == 1 { &self.values } else { &self.words };
+                let weights = &layer.weights.of::<u32>()[first * layer.groups..][..block];
                 // SAFETY: the caller's promise.
-                unsafe { K::block::<W>(weights, words.of(), sums) };
+                unsafe { K::block::<W>(weights, reads.of(), sums) };
             }
-            for (r, next) in next.as_chunks_mut::<W>().0.iter_mut().enumerate() {
-                let row = b * K::ROWS + r;
-                let sums = (block > 0).then(|| &sums[r * W..][..W]);
-                finish::<K::Arithmetic, W>((layer, row), bias[row], (sums, &worth), points, next);
-                if kind == Layer::Hidden {
-                    next.iter_mut().for_each(|x| *x = if *x > 0.0 { *x } else { 0.0 });
-                }
+            // Words that have been made need no values any more.
+            let at = if makes_words { 0 } else { first * W };
+            let values = self.next.of_mut::<f32>()[at..].as_chunks_mut::<W>().0;
+            let sums = sums.as_chunks::<W>().0;
+            for r in 0..K::ROWS {
+                let (row, sums, values) = (first + r, &sums[r], &mut values[r]);
+                // SAFETY: the caller's promise.
+                unsafe { finish.row::<K::Arithmetic, K::Float, W>(row, sums, &worth, values) };
+            }
+            if makes_words {
+                let words = &mut self.next_words.of_mut::<u32>()[first / channels * W..];
+                K::Arithmetic::pack(&values[..K::ROWS], &worth, words.as_chunks_mut().0);
             }
         }
-        std::mem::swap(&mut self.values, &mut self.next);
+        match makes_words {
+            true => std::mem::swap(&mut self.words, &mut self.next_words),
+            false => std::mem::swap(&mut self.values, &mut self.next),
+        }
     }
 
-    /// Makes words of the activations; what a unit of each vertex's is worth.
+    /// Where words are scaled, makes them of the activations; what a unit of each vertex's is worth.
     #[inline(always)]
-    fn pack<A: Arithmetic, const W: usize>(&mut self, groups: usize) -> [f32; W] {
-        let mut worth = [1.0; W];
-        if A::CHANNELS == 1 || groups == 0 {
-            return worth;
-        }
+    fn scale_words<A: Arithmetic, const W: usize>(&mut self, groups: usize) -> [f32; W] {
+        let Some(range) = A::RANGE else {
+            return [1.0; W];
+        };
         let values = &self.values.of::<f32>().as_chunks::<W>().0[..groups * A::CHANNELS];
-        let mut factor = [1.0; W];
-        if let Some(range) = A::RANGE {
-            let largest = largest(values);
-            factor = largest.map(|m| if m > 0.0 { range / m } else { 0.0 });
-            worth = largest.map(|m| m / range);
-        }
+        let largest = largest(values);
+        let factor = largest.map(|m| if m > 0.0 { range / m } else { 0.0 });
         self.words.resize(groups * W);
-        let words = self.words.of_mut::<u32>().as_chunks_mut::<W>().0;
-        for (words, values) in words.iter_mut().zip(values.chunks_exact(A::CHANNELS)) {
-            for (lane, word) in words.iter_mut().enumerate() {
-                *word = A::activations(|c| match A::RANGE {
-                    Some(_) => values[c][lane] * factor[lane],
-                    None => values[c][lane],
-                });
-            }
-        }
-        worth
+        A::pack(values, &factor, self.words.of_mut().as_chunks_mut().0);
+        largest.map(|m| m / range)
     }
 }
 
@@ -148,32 +155,52 @@ fn largest<const W: usize>(values: &[[f32; W]]) -> [f32; W] {
     largest
 }
 
-/// One row's outputs: sums in their units, bias, and the vertices' own inputs in f32. Plain loops, which the
-/// compiler turns into vectors without changing a bit.
-#[inline(always)]
-fn finish<A: Arithmetic, const W: usize>(
-    (layer, row): (&Packed, usize),
-    bias: f32,
-    (sums, worth): (Option<&[A::Sum]>, &[f32; W]),
-    points: &Points<'_>,
-    out: &mut [f32; W],
-) {
-    let mut y = [bias; W];
-    if let Some(sums) = sums {
-        let unit = layer.units[row];
-        for ((y, &sum), worth) in y.iter_mut().zip(sums).zip(worth) {
-            *y += match A::RANGE {
-                Some(_) => A::number(sum) * (unit * worth),
-                None => A::number(sum),
-            };
+/// From sums to outputs: units, bias, and the vertices' own inputs in f32. Products and sums
+/// are rounded one by one, so that every instruction set gives the same bits.
+struct Finish<'a> {
+    layer: &'a Packed,
+    bias: &'a [f32],
+    inputs: Inputs<'a>,
+    kind: Layer,
+}
+
+impl Finish<'_> {
+    /// # Safety
+    /// The machine has the instructions of `F`.
+    #[inline(always)]
+    unsafe fn row<A: Arithmetic, F: Float, const W: usize>(
+        &self,
+        row: usize,
+        sums: &[A::Sum; W],
+        worth: &[f32; W],
+        out: &mut [f32; W],
+    ) {
+        const { assert!(W.is_multiple_of(F::LANES)) };
+        let count = self.layer.point_inputs;
+        let points = &self.layer.points[row * count..][..count];
+        for lane in (0..W).step_by(F::LANES) {
+            // SAFETY: the caller's promise; `lane..lane + LANES` lies within the arrays.
+            unsafe {
+                let mut y = F::splat(self.bias[row]);
+                if self.layer.groups > 0 {
+                    let sum = A::load::<F>(sums.as_ptr().add(lane));
+                    y = y.add(match A::RANGE {
+                        Some(_) => {
+                            let unit = F::splat(self.layer.units[row]);
+                            sum.mul(unit.mul(F::load(worth.as_ptr().add(lane))))
+                        }
+                        None => sum,
+                    });
+                }
+                for (&w, x) in points.iter().zip(self.inputs.channels) {
+                    let x = &x[self.inputs.first + lane..][..F::LANES];
+                    y = y.add(F::splat(w).mul(F::load(x.as_ptr())));
+                }
+                if self.kind != Layer::Last {
+                    y = y.relu();
+                }
+                y.store(out.as_mut_ptr().add(lane));
+            }
         }
     }
-    let count = layer.points.len() / layer.rows;
-    let weights = &layer.points[row * count..][..count];
-    for (&w, x) in weights.iter().zip(points.channels) {
-        for (y, x) in y.iter_mut().zip(&x[points.first..points.first + W]) {
-            *y += w * x;
-        }
-    }
-    *out = y;
 }

@@ -1,6 +1,9 @@
 //! Products of 32-bit words: one number of f32, two of 16 bits or four of 8 bits.
 
-use super::arithmetic::{Arithmetic, Bf16, F32, Int8, Int16};
+use super::{
+    arithmetic::{Arithmetic, Bf16, F32, Int8, Int16},
+    float::Float,
+};
 
 /// A register's worth of words, one a vertex, and how their products are summed.
 ///
@@ -11,6 +14,8 @@ pub(super) trait Dot {
     type Arithmetic: Arithmetic;
     type Sum: Copy;
     type Words: Copy;
+    /// f32 on the same instructions.
+    type Float: Float;
     const LANES: usize;
     unsafe fn zero() -> Self::Sum;
     unsafe fn load(from: *const u32) -> Self::Words;
@@ -18,6 +23,8 @@ pub(super) trait Dot {
     /// sum + Σ over the numbers of a word, weight · activation.
     unsafe fn add(sum: Self::Sum, weights: Self::Words, activations: Self::Words) -> Self::Sum;
     unsafe fn store(sum: Self::Sum, to: *mut u32);
+    /// Asks for a line of memory; never faults.
+    unsafe fn prefetch(_: *const u32) {}
 }
 
 /// Eight lanes of plain loops.
@@ -31,6 +38,7 @@ macro_rules! plain {
             type Arithmetic = $arithmetic;
             type Sum = [$sum; PLAIN];
             type Words = [u32; PLAIN];
+            type Float = [f32; PLAIN];
             const LANES: usize = PLAIN;
             #[inline(always)]
             unsafe fn zero() -> Self::Sum {
@@ -101,9 +109,13 @@ pub(super) mod x86 {
     pub(in super::super) struct Zmm<A>(A);
     /// AVX2.
     pub(in super::super) struct Ymm<A>(A);
+    /// AVX-512, products rounded before they are added, as where there is no fused multiply-add.
+    pub(in super::super) struct ZmmUnfused<A>(A);
+    /// AVX2, the same.
+    pub(in super::super) struct YmmUnfused<A>(A);
 
     macro_rules! x86 {
-        ($name:ident<$arithmetic:ty>, $lanes:literal, $words:ty, $sum:ty, $zero:ident, $load:ident, $splat:ident, $store:ident,
+        ($name:ident<$arithmetic:ty>, $lanes:literal, $words:ty, $float:ty, $sum:ty, $zero:ident, $load:ident, $splat:ident, $store:ident,
          |$total:ident, $weight:ident, $activation:ident| $add:expr) => {
             // SAFETY (all blocks below): the trait's contract, passed on to the intrinsic; loads and
             // stores are the unaligned ones, and vectors of the same size are transmuted.
@@ -115,6 +127,7 @@ pub(super) mod x86 {
                 type Arithmetic = $arithmetic;
                 type Sum = $sum;
                 type Words = $words;
+                type Float = $float;
                 const LANES: usize = $lanes;
                 #[inline(always)]
                 unsafe fn zero() -> Self::Sum {
@@ -129,12 +142,20 @@ pub(super) mod x86 {
                     unsafe { $splat(word as i32) }
                 }
                 #[inline(always)]
-                unsafe fn add($total: Self::Sum, $weight: Self::Words, $activation: Self::Words) -> Self::Sum {
+                unsafe fn add(
+                    $total: Self::Sum,
+                    $weight: Self::Words,
+                    $activation: Self::Words,
+                ) -> Self::Sum {
                     unsafe { $add }
                 }
                 #[inline(always)]
                 unsafe fn store(sum: Self::Sum, to: *mut u32) {
                     unsafe { $store(to.cast(), sum) }
+                }
+                #[inline(always)]
+                unsafe fn prefetch(line: *const u32) {
+                    unsafe { _mm_prefetch::<_MM_HINT_T0>(line.cast()) }
                 }
             }
         };
@@ -143,6 +164,7 @@ pub(super) mod x86 {
         Zmm<F32>,
         16,
         __m512i,
+        __m512,
         __m512,
         _mm512_setzero_ps,
         _mm512_loadu_si512,
@@ -154,6 +176,7 @@ pub(super) mod x86 {
         Zmm<Bf16>,
         16,
         __m512i,
+        __m512,
         __m512,
         _mm512_setzero_ps,
         _mm512_loadu_si512,
@@ -169,6 +192,7 @@ pub(super) mod x86 {
         Zmm<Int16>,
         16,
         __m512i,
+        __m512,
         __m512i,
         _mm512_setzero_si512,
         _mm512_loadu_si512,
@@ -180,6 +204,7 @@ pub(super) mod x86 {
         Zmm<Int8>,
         16,
         __m512i,
+        __m512,
         __m512i,
         _mm512_setzero_si512,
         _mm512_loadu_si512,
@@ -192,10 +217,83 @@ pub(super) mod x86 {
         8,
         __m256i,
         __m256,
+        __m256,
         _mm256_setzero_ps,
         _mm256_loadu_si256,
         _mm256_set1_epi32,
         _mm256_storeu_ps,
         |s, w, x| _mm256_fmadd_ps(_mm256_castsi256_ps(w), _mm256_castsi256_ps(x), s)
+    );
+    x86!(
+        Ymm<Bf16>,
+        8,
+        __m256i,
+        __m256,
+        __m256,
+        _mm256_setzero_ps,
+        _mm256_loadu_si256,
+        _mm256_set1_epi32,
+        _mm256_storeu_ps,
+        |s, w, x| {
+            let high = |word| _mm256_castsi256_ps(_mm256_and_si256(word, _mm256_set1_epi32(!0xFFFF)));
+            let low = |word| _mm256_castsi256_ps(_mm256_slli_epi32::<16>(word));
+            _mm256_fmadd_ps(low(w), low(x), _mm256_fmadd_ps(high(w), high(x), s))
+        }
+    );
+    x86!(
+        Ymm<Int16>,
+        8,
+        __m256i,
+        __m256,
+        __m256i,
+        _mm256_setzero_si256,
+        _mm256_loadu_si256,
+        _mm256_set1_epi32,
+        _mm256_storeu_si256,
+        |s, w, x| _mm256_add_epi32(s, _mm256_madd_epi16(w, x))
+    );
+    // Bytes are widened to 16 bits: the instruction that multiplies them as they are saturates.
+    x86!(
+        Ymm<Int8>,
+        8,
+        __m256i,
+        __m256,
+        __m256i,
+        _mm256_setzero_si256,
+        _mm256_loadu_si256,
+        _mm256_set1_epi32,
+        _mm256_storeu_si256,
+        |s, w, x| {
+            let even = _mm256_madd_epi16(
+                _mm256_srai_epi16::<8>(_mm256_slli_epi16::<8>(w)),
+                _mm256_and_si256(x, _mm256_set1_epi16(0xFF)),
+            );
+            let odd = _mm256_madd_epi16(_mm256_srai_epi16::<8>(w), _mm256_srli_epi16::<8>(x));
+            _mm256_add_epi32(s, _mm256_add_epi32(even, odd))
+        }
+    );
+    x86!(
+        ZmmUnfused<F32>,
+        16,
+        __m512i,
+        __m512,
+        __m512,
+        _mm512_setzero_ps,
+        _mm512_loadu_si512,
+        _mm512_set1_epi32,
+        _mm512_storeu_ps,
+        |s, w, x| _mm512_add_ps(s, _mm512_mul_ps(_mm512_castsi512_ps(w), _mm512_castsi512_ps(x)))
+    );
+    x86!(
+        YmmUnfused<F32>,
+        8,
+        __m256i,
+        __m256,
+        __m256,
+        _mm256_setzero_ps,
+        _mm256_loadu_si256,
+        _mm256_set1_epi32,
+        _mm256_storeu_ps,
+        |s, w, x| _mm256_add_ps(s, _mm256_mul_ps(_mm256_castsi256_ps(w), _mm256_castsi256_ps(x)))
     );
 }
