@@ -18,7 +18,11 @@ pub(crate) fn peak(precision: Precision, set: Instructions) -> Option<f64> {
     };
     match set {
         #[cfg(target_arch = "x86_64")]
-        Instructions::Amx => rate(2 * 4 * 16 * 16 * 32 * x86::TILES, &|| unsafe { x86::amx_bf16() }),
+        Instructions::Amx if precision == Precision::Bf16 => {
+            rate(2 * 4 * 16 * 16 * 32 * x86::TILES, &|| unsafe { x86::amx_bf16() })
+        }
+        #[cfg(target_arch = "x86_64")]
+        Instructions::Amx => rate(2 * 4 * 16 * 16 * 64 * x86::TILES, &|| unsafe { x86::amx_int8() }),
         #[cfg(target_arch = "x86_64")]
         Instructions::Avx512 => {
             let flop = |channels: usize| 2 * x86::CHAINS * 16 * channels * x86::STEPS;
@@ -99,7 +103,7 @@ mod x86 {
         CHAINS,
         i32,
         _mm512_set1_epi32,
-        |sum, x| { _mm512_dpwssd_epi32(*sum, x, x) }
+        |sum, x| _mm512_dpwssd_epi32(*sum, x, x)
     );
     chains!(
         int8,
@@ -107,11 +111,13 @@ mod x86 {
         CHAINS,
         i32,
         _mm512_set1_epi32,
-        |sum, x| { _mm512_dpbusd_epi32(*sum, x, x) }
+        |sum, x| _mm512_dpbusd_epi32(*sum, x, x)
     );
 
-    /// Four sums of 16 × 16 in tile registers, 32 products each.
-    pub(super) unsafe fn amx_bf16() {
+    macro_rules! tiles {
+        ($name:ident, $multiply:literal) => {
+    /// Four sums of 16 × 16 in tile registers.
+    pub(super) unsafe fn $name() {
         #[repr(align(64))]
         struct Configuration([u8; 64]);
         let mut configuration = Configuration([0; 64]);
@@ -126,10 +132,10 @@ mod x86 {
                 "tilezero tmm0", "tilezero tmm1", "tilezero tmm2", "tilezero tmm3",
                 "tilezero tmm4", "tilezero tmm5", "tilezero tmm6", "tilezero tmm7",
                 "2:",
-                "tdpbf16ps tmm0, tmm4, tmm6",
-                "tdpbf16ps tmm1, tmm4, tmm7",
-                "tdpbf16ps tmm2, tmm5, tmm6",
-                "tdpbf16ps tmm3, tmm5, tmm7",
+                concat!($multiply, " tmm0, tmm4, tmm6"),
+                concat!($multiply, " tmm1, tmm4, tmm7"),
+                concat!($multiply, " tmm2, tmm5, tmm6"),
+                concat!($multiply, " tmm3, tmm5, tmm7"),
                 "dec {steps}",
                 "jnz 2b",
                 "tilerelease",
@@ -140,4 +146,9 @@ mod x86 {
             );
         }
     }
+        };
+    }
+
+    tiles!(amx_bf16, "tdpbf16ps");
+    tiles!(amx_int8, "tdpbsud");
 }

@@ -1,12 +1,12 @@
-//! Intel's matrix units (AMX) for bf16: sixteen times the multiply-adds of an AVX-512 unit.
+//! Intel's matrix units (AMX) for bf16 and int8: 16 and 32 times the multiply-adds of AVX-512 in f32.
 //!
 //! The intrinsics are not stable, assembly is. A block is 32 outputs by 32 vertices: two tile registers
 //! of weights (16 outputs × 16 words), two of activations (16 words × 16 vertices), four of sums.
 
 use super::{
-    arithmetic::{Bf16, F32},
+    arithmetic::{Arithmetic, Bf16, F32, Int8},
     kernel::{Kernel, Registers},
-    words::x86::Zmm,
+    words::x86::{Zmm, ZmmUnfused},
 };
 use std::{
     arch::{asm, x86_64::__m512},
@@ -18,84 +18,92 @@ const TILE_ROWS: usize = 16;
 /// Words of a tile register.
 const TILE_WORDS: usize = TILE_ROWS * TILE_ROWS;
 
-/// bf16 on matrix units, AVX-512 for the rest.
-pub(super) struct Matrix;
+/// Products of words of `A` on matrix units, AVX-512 for the rest.
+pub(super) struct Matrix<A>(A);
 
-impl Kernel for Matrix {
-    type Arithmetic = Bf16;
-    type Head = Registers<Zmm<F32>, Zmm<F32>, 8, 2>;
-    type Float = __m512;
-    const ROWS: usize = 2 * TILE_ROWS;
+macro_rules! matrix {
+    ($arithmetic:ty, $head:ty, $multiply:literal) => {
+        impl Kernel for Matrix<$arithmetic> {
+            type Arithmetic = $arithmetic;
+            type Head = Registers<$head, $head, 8, 2>;
+            type Float = __m512;
+            const ROWS: usize = 2 * TILE_ROWS;
+            const PADDED: usize = TILE_ROWS * <$arithmetic as Arithmetic>::CHANNELS;
 
-    /// Tile register after tile register, in the order that they are read.
-    fn place(row: usize, group: usize, groups: usize) -> usize {
-        let tile = row / TILE_ROWS * (groups / TILE_ROWS) + group / TILE_ROWS;
-        tile * TILE_WORDS + row % TILE_ROWS * TILE_ROWS + group % TILE_ROWS
-    }
+            /// Tile register after tile register, in the order that they are read.
+            fn place(row: usize, group: usize, groups: usize) -> usize {
+                let tile = row / TILE_ROWS * (groups / TILE_ROWS) + group / TILE_ROWS;
+                tile * TILE_WORDS + row % TILE_ROWS * TILE_ROWS + group % TILE_ROWS
+            }
 
-    #[inline(always)]
-    unsafe fn begin() {
-        // SAFETY: the caller has AMX, and the configuration is 64 bytes: eight registers of 16 rows
-        // of 64 bytes.
-        unsafe { asm!("ldtilecfg [{}]", in(reg) &raw const CONFIGURATION, options(nostack, readonly)) }
-    }
+            #[inline(always)]
+            unsafe fn begin() {
+                // SAFETY: the caller has AMX, and the configuration is 64 bytes: eight registers of 16
+                // rows of 64 bytes.
+                unsafe { asm!("ldtilecfg [{}]", in(reg) &raw const CONFIGURATION, options(nostack, readonly)) }
+            }
 
-    #[inline(always)]
-    unsafe fn end() {
-        // SAFETY: the caller has AMX.
-        unsafe { asm!("tilerelease", options(nostack, nomem)) }
-    }
+            #[inline(always)]
+            unsafe fn end() {
+                // SAFETY: the caller has AMX.
+                unsafe { asm!("tilerelease", options(nostack, nomem)) }
+            }
 
-    #[inline(always)]
-    unsafe fn block<const W: usize>(weights: &[u32], words: &[u32], sums: &mut [f32]) {
-        const { assert!(W.is_multiple_of(Self::ROWS)) };
-        let tiles = weights.len() / (2 * TILE_WORDS);
-        assert!(tiles > 0 && words.len() >= tiles * TILE_ROWS * W && sums.len() >= Self::ROWS * W);
-        for vertex in (0..W).step_by(Self::ROWS) {
-            // SAFETY: `tiles` registers of weights for each half of the outputs, `tiles` · 16 rows of
-            // activations and 32 rows of sums, all of which the slices have.
-            unsafe {
-                let (weights, sums) = (weights.as_ptr(), sums.as_mut_ptr().add(vertex));
-                asm!(
-                    "tilezero tmm0",
-                    "tilezero tmm1",
-                    "tilezero tmm2",
-                    "tilezero tmm3",
-                    "2:",
-                    "tileloadd tmm6, [{words} + {row}]",
-                    "tileloadd tmm4, [{upper} + {line}]",
-                    "tileloadd tmm7, [{words} + {row} + 64]",
-                    "tdpbf16ps tmm0, tmm4, tmm6",
-                    "tileloadd tmm5, [{lower} + {line}]",
-                    "tdpbf16ps tmm1, tmm4, tmm7",
-                    "tdpbf16ps tmm2, tmm5, tmm6",
-                    "tdpbf16ps tmm3, tmm5, tmm7",
-                    "add {upper}, 1024",
-                    "add {lower}, 1024",
-                    "add {words}, {step}",
-                    "dec {tiles}",
-                    "jnz 2b",
-                    "tilestored [{sums} + {row}], tmm0",
-                    "tilestored [{sums} + {row} + 64], tmm1",
-                    "tilestored [{under} + {row}], tmm2",
-                    "tilestored [{under} + {row} + 64], tmm3",
-                    words = inout(reg) words.as_ptr().add(vertex) => _,
-                    upper = inout(reg) weights => _,
-                    lower = inout(reg) weights.add(tiles * TILE_WORDS) => _,
-                    tiles = inout(reg) tiles => _,
-                    sums = in(reg) sums,
-                    under = in(reg) sums.add(TILE_ROWS * W),
-                    row = in(reg) W * size_of::<u32>(),
-                    line = in(reg) TILE_ROWS * size_of::<u32>(),
-                    step = in(reg) TILE_ROWS * W * size_of::<u32>(),
-                    out("tmm0") _, out("tmm1") _, out("tmm2") _, out("tmm3") _,
-                    out("tmm4") _, out("tmm5") _, out("tmm6") _, out("tmm7") _,
-                    options(nostack)
-                );
+            #[inline(always)]
+            unsafe fn block<const W: usize>(weights: &[u32], words: &[u32], sums: &mut [<$arithmetic as Arithmetic>::Sum]) {
+                const { assert!(W.is_multiple_of(Self::ROWS)) };
+                let tiles = weights.len() / (2 * TILE_WORDS);
+                assert!(tiles > 0 && words.len() >= tiles * TILE_ROWS * W && sums.len() >= Self::ROWS * W);
+                for vertex in (0..W).step_by(Self::ROWS) {
+                    // SAFETY: `tiles` registers of weights for each half of the outputs, `tiles` · 16 rows of
+                    // activations and 32 rows of sums, all of which the slices have.
+                    unsafe {
+                        let (weights, sums) = (weights.as_ptr(), sums.as_mut_ptr().add(vertex));
+                        asm!(
+                            "tilezero tmm0",
+                            "tilezero tmm1",
+                            "tilezero tmm2",
+                            "tilezero tmm3",
+                            "2:",
+                            "tileloadd tmm6, [{words} + {row}]",
+                            "tileloadd tmm4, [{upper} + {line}]",
+                            "tileloadd tmm7, [{words} + {row} + 64]",
+                            concat!($multiply, " tmm0, tmm4, tmm6"),
+                            "tileloadd tmm5, [{lower} + {line}]",
+                            concat!($multiply, " tmm1, tmm4, tmm7"),
+                            concat!($multiply, " tmm2, tmm5, tmm6"),
+                            concat!($multiply, " tmm3, tmm5, tmm7"),
+                            "add {upper}, 1024",
+                            "add {lower}, 1024",
+                            "add {words}, {step}",
+                            "dec {tiles}",
+                            "jnz 2b",
+                            "tilestored [{sums} + {row}], tmm0",
+                            "tilestored [{sums} + {row} + 64], tmm1",
+                            "tilestored [{under} + {row}], tmm2",
+                            "tilestored [{under} + {row} + 64], tmm3",
+                            words = inout(reg) words.as_ptr().add(vertex) => _,
+                            upper = inout(reg) weights => _,
+                            lower = inout(reg) weights.add(tiles * TILE_WORDS) => _,
+                            tiles = inout(reg) tiles => _,
+                            sums = in(reg) sums,
+                            under = in(reg) sums.add(TILE_ROWS * W),
+                            row = in(reg) W * size_of::<u32>(),
+                            line = in(reg) TILE_ROWS * size_of::<u32>(),
+                            step = in(reg) TILE_ROWS * W * size_of::<u32>(),
+                            out("tmm0") _, out("tmm1") _, out("tmm2") _, out("tmm3") _,
+                            out("tmm4") _, out("tmm5") _, out("tmm6") _, out("tmm7") _,
+                            options(nostack)
+                        );
+                    }
+                }
             }
         }
-    }
+    };
 }
+
+matrix!(Bf16, Zmm<F32>, "tdpbf16ps");
+matrix!(Int8, ZmmUnfused<F32>, "tdpbsud");
 
 /// Palette 1; bytes of a row from the 16th on, rows from the 48th on.
 #[repr(C, align(64))]
@@ -121,11 +129,11 @@ pub(super) fn is_available() -> bool {
     *AVAILABLE.get_or_init(|| has_units() && is_permitted())
 }
 
-/// AMX-TILE and AMX-BF16 (CPUID leaf 7, EDX bits 24 and 22).
+/// AMX-TILE, AMX-INT8 and AMX-BF16 (CPUID leaf 7, EDX bits 24, 25 and 22).
 fn has_units() -> bool {
     use std::arch::x86_64::{__cpuid, __cpuid_count};
-    let (tile, bf16) = (1 << 24, 1 << 22);
-    __cpuid(0).eax >= 7 && __cpuid_count(7, 0).edx & (tile | bf16) == tile | bf16
+    let units = 1 << 24 | 1 << 25 | 1 << 22;
+    __cpuid(0).eax >= 7 && __cpuid_count(7, 0).edx & units == units
 }
 
 /// Linux keeps the registers' 8 KiB out of a process until it asks for them (arch_prctl).

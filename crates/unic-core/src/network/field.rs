@@ -171,7 +171,7 @@ macro_rules! for_kernel {
             (P::F32, I::Avx2) => body!(Registers<Ymm<F32>, Ymm<F32>, 4, 2>, NARROW, avx2),
             (P::F32, I::Portable) => body!(Registers<Plain<F32>, Plain<F32>, 4, 1>, NARROW, portable),
             #[cfg(target_arch = "x86_64")]
-            (P::Bf16, I::Amx) => body!(Matrix, TILE, avx512),
+            (P::Bf16, I::Amx) => body!(Matrix<Bf16>, TILE, avx512),
             #[cfg(target_arch = "x86_64")]
             (P::Bf16, I::Avx512) => body!(Registers<Zmm<Bf16>, Zmm<F32>, 8, 2>, TILE, avx512_bf16),
             #[cfg(target_arch = "x86_64")]
@@ -185,7 +185,9 @@ macro_rules! for_kernel {
             (P::Int16, I::Avx2) => body!(Registers<Ymm<Int16>, YmmUnfused<F32>, 4, 2>, TILE, avx2),
             (P::Int16, I::Portable) => body!(Registers<Plain<Int16>, Plain<F32>, 4, 1>, TILE, portable),
             #[cfg(target_arch = "x86_64")]
-            (P::Int8, I::Amx | I::Avx512) => {
+            (P::Int8, I::Amx) => body!(Matrix<Int8>, TILE, avx512),
+            #[cfg(target_arch = "x86_64")]
+            (P::Int8, I::Avx512) => {
                 body!(Registers<Zmm<Int8>, ZmmUnfused<F32>, 8, 2>, TILE, avx512_vnni)
             }
             #[cfg(target_arch = "x86_64")]

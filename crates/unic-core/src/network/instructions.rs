@@ -5,7 +5,7 @@ use super::Precision;
 /// Instruction set that kernels run on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instructions {
-    /// Matrix units for bf16 (x86-64, AMX), with AVX-512 for the rest.
+    /// Matrix units for bf16 and int8 (x86-64, AMX), with AVX-512 for the rest.
     #[cfg(target_arch = "x86_64")]
     Amx,
     /// 16 lanes (x86-64, AVX-512F), with the extension that a precision needs: BF16 or VNNI.
@@ -43,7 +43,10 @@ impl Instructions {
     fn is_available(self, precision: Precision) -> bool {
         match self {
             #[cfg(target_arch = "x86_64")]
-            Self::Amx => precision == Precision::Bf16 && has_avx512(precision) && super::amx::is_available(),
+            Self::Amx => {
+                let multiplies = matches!(precision, Precision::Bf16 | Precision::Int8);
+                multiplies && has_avx512(precision) && super::amx::is_available()
+            }
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 => has_avx512(precision),
             #[cfg(target_arch = "x86_64")]

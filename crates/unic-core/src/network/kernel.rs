@@ -21,8 +21,10 @@ pub(super) trait Kernel {
     type Head: Kernel<Arithmetic = F32>;
     /// Registers for what happens between layers.
     type Float: Float;
-    /// Outputs of a block; layers are padded to whole blocks, and channels to what fills them.
+    /// Outputs of a block.
     const ROWS: usize;
+    /// Layers are padded to a multiple of this and of a block, so that the next one reads whole words.
+    const PADDED: usize;
 
     /// Place of a weight in its block of `groups` words a row.
     fn place(row: usize, group: usize, groups: usize) -> usize;
@@ -59,6 +61,7 @@ where
     type Head = Registers<H, H, R, N>;
     type Float = H::Float;
     const ROWS: usize = ROWS;
+    const PADDED: usize = ROWS;
 
     fn place(row: usize, group: usize, _: usize) -> usize {
         group * ROWS + row

@@ -33,9 +33,9 @@ pub(super) struct Columns {
 impl Packed {
     pub(super) fn new<K: Kernel>(layer: &Linear, columns: Columns) -> Self {
         let Columns { hidden, points } = columns;
-        let rows = layer.outputs.next_multiple_of(K::ROWS);
+        let padded = |count: usize| count.next_multiple_of(K::ROWS.max(K::PADDED));
         let channels = <K::Arithmetic as Arithmetic>::CHANNELS;
-        let groups = hidden.next_multiple_of(K::ROWS.max(channels)) / channels;
+        let (rows, groups) = (padded(layer.outputs), padded(hidden) / channels);
         let mut packed = Self {
             rows,
             groups,

@@ -12,6 +12,8 @@ pub(super) trait Vector: Copy {
     unsafe fn load(from: *const f32) -> Self;
     /// As many weights, widened.
     unsafe fn load_weights<T: Weight>(from: *const T) -> Self;
+    /// Asks for a line of memory; never faults.
+    unsafe fn prefetch<T>(_: *const T) {}
     unsafe fn splat(value: f32) -> Self;
     /// self + a · b
     unsafe fn add_product(self, a: Self, b: Self) -> Self;
@@ -56,6 +58,10 @@ fn dots_avx2<T: Weight, const R: usize>(rows: [&[T]; R], x: &[f32]) -> [f32; R] 
     unsafe { dots_of::<std::arch::x86_64::__m256, T, R>(rows, x) }
 }
 
+/// Bytes from a weight that is used to one that is asked for. The processor's own prefetching ends at
+/// every page; rows lie one after another, so that the end of one asks for the next.
+const AHEAD: usize = 4096;
+
 /// Running sums of a row: with one row they alone hide the latency of the multiply-add.
 const SUMS: usize = 4;
 
@@ -73,6 +79,7 @@ unsafe fn dots_of<V: Vector, T: Weight, const R: usize>(rows: [&[T]; R], x: &[f3
                 let at = i + k * V::LANES;
                 let x = V::load(x.as_ptr().add(at));
                 for (sums, row) in sums.iter_mut().zip(rows) {
+                    V::prefetch(row.as_ptr().wrapping_add(at).wrapping_byte_add(AHEAD));
                     sums[k] = sums[k].add_product(V::load_weights(row.as_ptr().add(at)), x);
                 }
             }
@@ -105,6 +112,11 @@ mod x86 {
             unsafe { T::load_16(from) }
         }
         #[inline(always)]
+        unsafe fn prefetch<T>(line: *const T) {
+            // SAFETY: see above.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(line.cast()) }
+        }
+        #[inline(always)]
         unsafe fn splat(value: f32) -> Self {
             // SAFETY: see above.
             unsafe { _mm512_set1_ps(value) }
@@ -132,6 +144,11 @@ mod x86 {
         unsafe fn load_weights<T: Weight>(from: *const T) -> Self {
             // SAFETY: see above.
             unsafe { T::load_8(from) }
+        }
+        #[inline(always)]
+        unsafe fn prefetch<T>(line: *const T) {
+            // SAFETY: see above.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(line.cast()) }
         }
         #[inline(always)]
         unsafe fn splat(value: f32) -> Self {
