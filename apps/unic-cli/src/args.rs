@@ -1,6 +1,7 @@
 //! The command line.
 
 mod animate;
+mod bench;
 mod demo;
 mod eval;
 mod inspect;
@@ -11,11 +12,14 @@ mod simulate;
 mod train;
 
 pub(crate) use animate::AnimateArgs;
+pub(crate) use bench::BenchArgs;
 pub(crate) use demo::{DemoArgs, DemoGarment};
 pub(crate) use eval::EvalArgs;
 pub(crate) use inspect::InspectArgs;
 pub(crate) use motion::MotionArgs;
-pub(crate) use names::{IntersectionName, MaterialName, PresetName, SplitName, Switch, UpName};
+pub(crate) use names::{
+    IntersectionName, MaterialName, NetworkName, PrecisionName, PresetName, SplitName, Switch, UpName,
+};
 pub(crate) use simulate::SimulateArgs;
 pub(crate) use train::TrainArgs;
 
@@ -34,6 +38,7 @@ use std::num::NonZeroUsize;
 ///   unic train captures/tshirt --budget 45m           writes tshirt.unic
 ///   unic eval tshirt.unic captures/tshirt             the model beside the baselines
 ///   unic animate tshirt.unic --motion walk.npz --out walk.pc2
+///   unic bench                                        how fast this machine is
 #[derive(Debug, Parser)]
 #[command(name = "unic", version, verbatim_doc_comment, max_term_width = 100)]
 pub(crate) struct Args {
@@ -52,6 +57,7 @@ pub(crate) enum Command {
     Eval(EvalArgs),
     Animate(AnimateArgs),
     Inspect(InspectArgs),
+    Bench(BenchArgs),
     /// Print a completion script, e.g. `unic completions bash > ~/.local/share/bash-completion/completions/unic`.
     Completions {
         /// The shell.

@@ -43,6 +43,7 @@ fn run(command: &Command) -> Result<()> {
         Command::Eval(args) => commands::eval::run(args),
         Command::Animate(args) => commands::animate::run(args),
         Command::Inspect(args) => commands::inspect::run(args),
+        Command::Bench(args) => commands::bench::run(args),
         Command::Completions { shell } => commands::completions(*shell),
     }
 }

@@ -1,6 +1,7 @@
 //! One module a subcommand.
 
 pub(crate) mod animate;
+pub(crate) mod bench;
 pub(crate) mod demo;
 pub(crate) mod eval;
 pub(crate) mod inspect;

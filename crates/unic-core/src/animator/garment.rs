@@ -1,7 +1,7 @@
 //! The states of all vertices: stepped, placed, and shown in the world.
 
 use super::{
-    Animator, GarmentFrame,
+    Animator, GarmentFrame, Stage,
     deform::FieldFrame,
     place::Places,
     tiles::{for_each_tile, for_each_tile_with},
@@ -59,6 +59,10 @@ impl Animator {
 
     /// World positions and normals of the current state, as they are shown.
     pub(super) fn finish(&mut self) -> GarmentFrame<'_> {
+        self.finish_observed(&mut |_| ())
+    }
+
+    pub(super) fn finish_observed(&mut self, observe: &mut dyn FnMut(Stage)) -> GarmentFrame<'_> {
         let Self {
             model,
             state,
@@ -78,13 +82,16 @@ impl Animator {
                 *position = at.of(first + i).to_world(vertices[first + i].value);
             }
         });
+        observe(Stage::Positions);
         self.correct_display();
+        observe(Stage::Intersections);
         let Self { model, scratch, .. } = self;
         vertex_normals(
             &scratch.positions,
             &model.garment.rest.faces,
             &mut scratch.normals,
         );
+        observe(Stage::Normals);
         self.garment()
     }
 }
