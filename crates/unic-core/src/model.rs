@@ -8,6 +8,7 @@ use crate::{
     motion::{MotionError, Normalisation, motion_len},
     network::{Encoder, Field, LayerError, Linear, Precision},
     prior::Prior,
+    sampling::{Sampling, SamplingError},
     surface_map::{SurfaceMap, SurfaceMapError},
 };
 use glam::Vec3;
@@ -62,6 +63,8 @@ pub struct Model {
     pub(crate) normalisation: Normalisation,
     pub(crate) encoder: Encoder,
     pub(crate) field: Field,
+    /// None where all vertices carry the state.
+    pub(crate) sampling: Option<Sampling>,
     pub(crate) about: About,
 }
 
@@ -93,6 +96,9 @@ pub enum ModelError {
     /// A motion vector that cannot be made for this skeleton, statistics that cannot normalise it.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// Samples that are none.
+    #[error(transparent)]
+    Sampling(#[from] SamplingError),
     /// NaN or infinity, or zero and less where a size or a limit is meant.
     #[error("model: {0} has numbers that are not usable")]
     Unusable(&'static str),
@@ -125,6 +131,7 @@ impl Model {
             prior: parts.prior,
             rest_box: parts.rest_box,
             normalisation: parts.normalisation,
+            sampling: None,
             about: parts.about,
         })
     }
@@ -141,6 +148,22 @@ impl Model {
     /// What the networks calculate in.
     pub fn precision(&self) -> Precision {
         self.field.precision()
+    }
+
+    /// The same model with its state on a well-spread `share` of the vertices (0 to 1) and the others
+    /// interpolated; all of them at 1.
+    ///
+    /// # Errors
+    /// A share that is none.
+    pub fn with_sampling(mut self, share: f32) -> Result<Self, ModelError> {
+        let sampling = Sampling::of_share(&self.garment.rest, share)?;
+        self.sampling = (share < 1.0).then_some(sampling);
+        Ok(self)
+    }
+
+    /// Vertices that carry the state; none where all do.
+    pub fn sampling(&self) -> Option<&Sampling> {
+        self.sampling.as_ref()
     }
 
     /// The parts again, for writing or changing them.
@@ -210,7 +233,9 @@ impl Model {
         parts.prior = self.prior.on_mesh(&map)?;
         parts.garment.weights = map.weights(&self.garment.weights)?;
         parts.garment.rest = mesh;
-        Ok(Self::new(parts)?.with_precision(self.precision()))
+        let share = self.sampling.as_ref().map_or(1.0, Sampling::share);
+        let moved = Self::new(parts)?.with_precision(self.precision());
+        moved.with_sampling(share)
     }
 }
 

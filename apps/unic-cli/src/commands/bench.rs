@@ -7,41 +7,117 @@ mod scene;
 mod timing;
 
 use crate::{args::BenchArgs, interrupt, model_file, motion_file, output::say};
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use error::AddedError;
 use report::{Case, Report};
 use scene::Scene;
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
 use timing::Timing;
 use unic_builtin::scale;
 use unic_core::{animator::Animator, model::Model, network::Precision};
+use unic_io::read_obj;
+
+/// Percent of the vertices that a budget chooses from.
+const PERCENTS: [f32; 9] = [100.0, 70.0, 50.0, 35.0, 25.0, 18.0, 12.0, 8.0, 5.0];
 
 /// Measures and prints.
 pub(crate) fn run(args: &BenchArgs) -> Result<()> {
     let mut report = Report::new();
     for subject in subjects(args) {
         let scene = subject.scene(args)?;
-        let exact = animator(args, &scene.model);
         for &precision in &args.precision {
-            let precision = Precision::from(precision);
-            let model = Arc::new(Model::clone(&scene.model).with_precision(precision));
-            let inexact = animator(args, &model);
-            let error = match subject {
-                Subject::Trained => Some(AddedError::measure(&exact, &inexact, &scene)?),
-                Subject::Random { .. } => None,
+            let bench = Bench {
+                args,
+                scene: &scene,
+                exact: animator(args, &scene.model),
+                precision: precision.into(),
+                trained: matches!(subject, Subject::Trained),
             };
-            for threads in thread_counts(args) {
-                interrupt::check()?;
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-                let pool = pool.context("threads cannot be started")?;
-                let timing = pool.install(|| Timing::measure(inexact.clone(), &scene, args.frames.get()))?;
-                let case = Case::new(&scene, precision, threads, timing, error);
-                say(&case.to_string());
-                report.cases.push(case);
+            match args.budget {
+                Some(budget) => bench.choose(budget, &mut report)?,
+                None => bench.all(&mut report)?,
             }
         }
     }
     report.show(args)
+}
+
+/// One scene in one precision.
+struct Bench<'a> {
+    args: &'a BenchArgs,
+    scene: &'a Scene,
+    /// f32 at all vertices.
+    exact: Animator,
+    precision: Precision,
+    trained: bool,
+}
+
+impl Bench<'_> {
+    fn all(&self, report: &mut Report) -> Result<()> {
+        for &percent in &self.args.sampling {
+            let inexact = self.inexact(percent)?;
+            let error = self.error(&inexact)?;
+            for threads in thread_counts(self.args) {
+                self.measure(&inexact, threads, error, report)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The first percentage whose frames keep within the budget, or the last.
+    fn choose(&self, budget: Duration, report: &mut Report) -> Result<()> {
+        let threads = thread_counts(self.args).into_iter().max().unwrap_or(1);
+        let budget_ms = budget.as_secs_f64() * 1e3;
+        for percent in PERCENTS {
+            let inexact = self.inexact(percent)?;
+            let error = self.error(&inexact)?;
+            let frame_ms = self.measure(&inexact, threads, error, report)?;
+            if frame_ms <= budget_ms {
+                return self.write(&inexact, percent);
+            }
+        }
+        let fastest = PERCENTS[PERCENTS.len() - 1];
+        bail!("expected a frame within {budget_ms} ms at {fastest} % of the vertices, found none");
+    }
+
+    fn write(&self, chosen: &Animator, percent: f32) -> Result<()> {
+        say(&format!("{percent} % of the vertices keep within the budget"));
+        if let Some(path) = &self.args.out {
+            model_file::write(path, chosen.model())?;
+        }
+        Ok(())
+    }
+
+    fn inexact(&self, percent: f32) -> Result<Animator> {
+        let model = Model::clone(&self.scene.model).with_precision(self.precision);
+        let model = model.with_sampling(percent / 100.0)?;
+        Ok(animator(self.args, &Arc::new(model)))
+    }
+
+    fn error(&self, inexact: &Animator) -> Result<Option<AddedError>> {
+        let measure = || AddedError::measure(&self.exact, inexact, self.scene);
+        self.trained.then(measure).transpose()
+    }
+
+    /// Milliseconds of a frame.
+    fn measure(
+        &self,
+        animator: &Animator,
+        threads: usize,
+        error: Option<AddedError>,
+        report: &mut Report,
+    ) -> Result<f64> {
+        interrupt::check()?;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.context("threads cannot be started")?;
+        let frames = self.args.frames.get();
+        let timing = pool.install(|| Timing::measure(animator.clone(), self.scene, frames))?;
+        let frame_ms = timing.frame;
+        let case = Case::new(&self.scene.network, animator.model(), threads, timing, error);
+        say(&case.to_string());
+        report.cases.push(case);
+        Ok(frame_ms)
+    }
 }
 
 /// What is measured.
@@ -75,7 +151,13 @@ impl Subject {
         match (self, &args.model, &args.motion) {
             (Self::Random { network, vertices }, ..) => Scene::random(network, vertices),
             (Self::Trained, Some(model), Some(motion)) => {
-                let model = model_file::read(model)?;
+                let mut model = model_file::read(model)?;
+                if let Some(path) = &args.mesh {
+                    let mesh = read_obj(path)?;
+                    model = model
+                        .with_mesh(mesh)
+                        .map_err(|e| anyhow!("{}: {e}", path.display()))?;
+                }
                 let clip = motion_file::read(motion, model.character(), model.config().fps, &args.reading)?;
                 Scene::trained(model, clip)
             }

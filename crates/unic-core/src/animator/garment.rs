@@ -2,15 +2,16 @@
 
 use super::{
     Animator, GarmentFrame, Stage,
-    deform::FieldFrame,
-    place::Places,
+    deform::{FieldFrame, TileScratch},
+    place::{OwnFrames, Places},
+    state::VertexState,
     tiles::{for_each_tile, for_each_tile_with},
 };
-use crate::mesh::vertex_normals;
+use crate::{mesh::vertex_normals, sampling::Sampling};
 use glam::Vec3;
 
 impl Animator {
-    /// The field over all vertices, tile by tile.
+    /// The field over the vertices that carry the state, tile by tile, and the others from them.
     pub(super) fn deform(&mut self) {
         let Self {
             model,
@@ -18,18 +19,27 @@ impl Animator {
             scratch,
             ..
         } = self;
+        let sampling = model.sampling();
         let frame = FieldFrame {
             model,
             biases: &scratch.biases,
             histories: &scratch.histories,
+            samples: sampling.map(Sampling::samples),
         };
-        for_each_tile_with(
-            &mut state.vertices,
-            &mut scratch.tiles,
-            |first, vertices, buffers| {
-                frame.advance(first, vertices, buffers);
-            },
-        );
+        let task = |first: usize, vertices: &mut [VertexState], buffers: &mut TileScratch| {
+            frame.advance(first, vertices, buffers);
+        };
+        let Some(sampling) = sampling else {
+            for_each_tile_with(&mut state.vertices, &mut scratch.tiles, task);
+            return;
+        };
+        let sampled = &mut scratch.sampled;
+        sampled.clear();
+        sampled.extend(sampling.samples().iter().map(|&v| state.vertices[v as usize]));
+        for_each_tile_with(sampled, &mut scratch.tiles, task);
+        let histories = &scratch.histories;
+        let own = OwnFrames::new(model, histories, state.motion.world_from_frame());
+        own.interpolate(sampling, sampled, &mut state.vertices);
     }
 
     pub(super) fn place(&mut self, positions: &[Vec3]) {

@@ -1,6 +1,6 @@
 //! What `unic bench` prints.
 
-use super::{error::AddedError, machine::Machine, scene::Scene, timing::Timing};
+use super::{error::AddedError, machine::Machine, timing::Timing};
 use crate::{
     args::BenchArgs,
     output::{print, print_json},
@@ -8,7 +8,7 @@ use crate::{
 use anyhow::Result;
 use serde::Serialize;
 use std::{collections::BTreeMap, fmt};
-use unic_core::network::Precision;
+use unic_core::{animator::Stage, model::Model};
 
 /// The JSON contract.
 #[derive(Serialize)]
@@ -40,6 +40,8 @@ pub(super) struct Case {
     added_free_running_rmse_mm: Option<f64>,
     /// Medians.
     stages_ms: BTreeMap<&'static str, f64>,
+    /// What nine of ten frames take longer for.
+    stages_tenth_ms: BTreeMap<&'static str, f64>,
 }
 
 impl Report {
@@ -63,26 +65,27 @@ impl Report {
 
 impl Case {
     pub(super) fn new(
-        scene: &Scene,
-        precision: Precision,
+        network: &str,
+        model: &Model,
         threads: usize,
         timing: Timing,
         error: Option<AddedError>,
     ) -> Self {
         Self {
-            vertices: scene.model.vertex_count(),
-            network: scene.network.clone(),
-            precision: precision.name(),
+            vertices: model.vertex_count(),
+            network: network.to_owned(),
+            precision: model.precision().name(),
             device: "cpu",
             threads,
-            sampling_percent: 100.0,
+            sampling_percent: model.sampling().map_or(100.0, |s| 100.0 * f64::from(s.share())),
             frame_ms: timing.frame,
             frame_tenth_ms: timing.frame_tenth,
             fps: 1e3 / timing.frame,
             forward_only_ms: timing.forward,
             added_rmse_mm: error.map(|e| e.one_step),
             added_free_running_rmse_mm: error.map(|e| e.free_running),
-            stages_ms: timing.stages.iter().map(|(s, ms)| (s.name(), *ms)).collect(),
+            stages_ms: by_name(&timing.stages),
+            stages_tenth_ms: by_name(&timing.stages_tenth),
         }
     }
 
@@ -91,13 +94,21 @@ impl Case {
     }
 }
 
-const HEADER: &str = "vertices network  precision threads  frame ms     fps  forward  encoder    field   skin  \
+fn by_name(stages: &[(Stage, f64)]) -> BTreeMap<&'static str, f64> {
+    stages.iter().map(|(stage, ms)| (stage.name(), *ms)).collect()
+}
+
+const HEADER: &str = "vertices network  precision sampled threads  frame ms     fps  forward  encoder    field   skin  \
                       inters.  normals  +RMSE mm  +RMSE free";
 
 impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (vertices, network, precision) = (self.vertices, &self.network, self.precision);
-        write!(f, "{vertices:8} {network:8} {precision:9} {:7}", self.threads)?;
+        write!(
+            f,
+            "{vertices:8} {network:8} {precision:9} {:5.1} % {:7}",
+            self.sampling_percent, self.threads
+        )?;
         write!(
             f,
             " {:9.2} {:7.1} {:8.2}",

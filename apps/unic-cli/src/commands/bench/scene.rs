@@ -9,7 +9,7 @@ use unic_core::{animator::StepInput, clip::Clip, config::StateConfig, model::Mod
 const SECONDS: f32 = 10.0;
 
 pub(super) struct Scene {
-    /// In f32.
+    /// In f32, at all vertices.
     pub(super) model: Arc<Model>,
     /// Preset that its networks are of, or what it is called.
     pub(super) network: String,
@@ -39,7 +39,7 @@ impl Scene {
             StateConfig::Displacement(_) => Network::Standard,
         };
         Ok(Self {
-            model: Arc::new(model),
+            model: Arc::new(model.with_sampling(1.0)?),
             network: network.name().to_owned(),
             ground_height: clip.ground_height,
             poses: clip.poses.into_iter().take(frames).collect(),

@@ -28,6 +28,8 @@ pub(super) struct Timing {
     pub(super) forward: f64,
     /// Medians.
     pub(super) stages: Vec<(Stage, f64)>,
+    /// Of each stage, what nine of ten frames take longer for.
+    pub(super) stages_tenth: Vec<(Stage, f64)>,
 }
 
 impl Timing {
@@ -53,6 +55,7 @@ impl Timing {
             frame_tenth: quantile(whole(), 0.1),
             forward: forward.sum::<f64>() / FORWARD_RUNS as f64,
             stages: Stage::ALL.map(|s| (s, quantile(of(s), 0.5))).to_vec(),
+            stages_tenth: Stage::ALL.map(|s| (s, quantile(of(s), 0.1))).to_vec(),
         })
     }
 }
