@@ -1,6 +1,7 @@
 //! The animator: one instance of a model on one character, stepped once a tick.
 
 mod deform;
+mod display;
 mod error;
 mod garment;
 mod input;
@@ -11,6 +12,7 @@ mod stage;
 mod state;
 mod tiles;
 
+pub use display::Display;
 pub use error::AnimatorError;
 pub use input::{GarmentFrame, Start, StepInput};
 pub use stage::Stage;

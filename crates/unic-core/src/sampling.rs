@@ -121,7 +121,9 @@ mod tests {
     fn interpolated(sampling: &Sampling, function: impl Fn(u32) -> f32) -> Vec<f32> {
         let value = |row: &Row| -> f32 {
             let samples = row.samples.iter().zip(row.weights);
-            samples.map(|(&s, w)| w * function(sampling.samples()[s as usize])).sum()
+            samples
+                .map(|(&s, w)| w * function(sampling.samples()[s as usize]))
+                .sum()
         };
         sampling.rows().iter().map(value).collect()
     }

@@ -12,7 +12,7 @@ use glam::{Quat, Vec3};
 use reference::Reference;
 use std::sync::Arc;
 use unic_core::{
-    animator::{Animator, AnimatorError, AnimatorState, Start, StepInput},
+    animator::{Animator, AnimatorError, AnimatorState, Display, Start, StepInput},
     config::{Corrects, IntersectionMode, StateConfig},
     intersection::{BodySnapshot, PaperIntersection},
     model::Model,
@@ -584,7 +584,9 @@ fn a_step_allocates_nothing_once_it_is_warm() {
     let poses = motion(12);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
-        let cases = variants().into_iter().flat_map(|v| MODES.map(|mode| (v.clone(), mode)));
+        let cases = variants()
+            .into_iter()
+            .flat_map(|v| MODES.map(|mode| (v.clone(), mode)));
         for ((variant, mode), precision) in cases.zip(Precision::ALL.into_iter().cycle()) {
             let model = Model::clone(&model(&variant)).with_precision(precision);
             let share = if precision == Precision::Bf16 { 0.5 } else { 1.0 };
@@ -643,7 +645,8 @@ fn every_precision_and_sampling_gives_the_same_bytes_on_any_number_of_threads() 
         let model = Arc::new(model.with_sampling(0.5).unwrap());
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.unwrap().install(|| run(&mut Animator::new(Arc::clone(&model)), &poses))
+            pool.unwrap()
+                .install(|| run(&mut Animator::new(Arc::clone(&model)), &poses))
         };
         let one = on(1);
         assert!(on(2) == one && on(5) == one, "{}, {precision:?}", variant.name);
@@ -670,7 +673,41 @@ fn coarser_precisions_stay_near() {
             let model = Arc::new(Model::clone(&exact).with_precision(precision));
             let found = run(&mut Animator::new(model), &poses);
             let error = largest_distance(&found[11], &truth[11]);
-            assert!(error > 0.0 && error < metres, "{}, {precision:?}: {error} m", variant.name);
+            assert!(
+                error > 0.0 && error < metres,
+                "{}, {precision:?}: {error} m",
+                variant.name
+            );
+        }
+    }
+}
+
+/// At a tick's own pose a display shows the tick; between two, the displacements' mean on the pose between.
+#[test]
+fn a_display_follows_the_body_between_ticks() {
+    let poses = motion(9);
+    for variant in variants() {
+        let mut animator = Animator::new(model(&variant));
+        let mut display = Display::default();
+        assert!(display.show(&animator, &poses[0], 1.0).is_err());
+        animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+        display.cut(&animator);
+        for t in 1..poses.len() {
+            let before = animator.garment().positions.to_vec();
+            animator.step(&input(&poses, t)).unwrap();
+            display.tick(&animator);
+            let shown = |d: &mut Display, pose: &Pose, share| {
+                d.show(&animator, pose, share).unwrap().positions.to_vec()
+            };
+            let now = shown(&mut display, &poses[t], 1.0);
+            assert!(largest_distance(&now, animator.garment().positions) < 1e-5);
+            let then = shown(&mut display, &poses[t - 1], 0.0);
+            assert!(largest_distance(&then, &before) < 1e-5, "{}", variant.name);
+            // Carried along by a body that has been moved as a whole.
+            let mut aside = poses[t].clone();
+            aside.trans.x += 2.0;
+            let moved: Vec<Vec3> = now.iter().map(|p| *p + Vec3::X * 2.0).collect();
+            assert!(largest_distance(&shown(&mut display, &aside, 1.0), &moved) < 1e-5);
         }
     }
 }
