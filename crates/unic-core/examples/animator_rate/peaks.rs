@@ -27,16 +27,16 @@ pub(crate) fn peak(precision: Precision, set: Instructions) -> Option<f64> {
         Instructions::Avx512 => {
             let flop = |channels: usize| 2 * x86::CHAINS * 16 * channels * x86::STEPS;
             match precision {
-                Precision::F32 => rate(flop(1), &|| unsafe { black_box(x86::f32(black_box(0.5))) }),
-                Precision::Bf16 => rate(flop(2), &|| unsafe { black_box(x86::bf16(black_box(0.5))) }),
-                Precision::Int16 => rate(flop(2), &|| unsafe { black_box(x86::int16(black_box(5))) }),
-                Precision::Int8 => rate(flop(4), &|| unsafe { black_box(x86::int8(black_box(5))) }),
+                Precision::F32 => rate(flop(1), &|| unsafe { x86::f32(black_box(0.5)) }),
+                Precision::Bf16 => rate(flop(2), &|| unsafe { x86::bf16(black_box(0.5)) }),
+                Precision::Int16 => rate(flop(2), &|| unsafe { x86::int16(black_box(5)) }),
+                Precision::Int8 => rate(flop(4), &|| unsafe { x86::int8(black_box(5)) }),
             }
         }
         #[cfg(target_arch = "x86_64")]
         Instructions::Avx2 if precision == Precision::F32 => {
             let flop = 2 * x86::CHAINS_AVX2 * 8 * x86::STEPS;
-            rate(flop, &|| unsafe { black_box(x86::f32_avx2(black_box(0.5))) })
+            rate(flop, &|| unsafe { x86::f32_avx2(black_box(0.5)) })
         }
         _ => None,
     }

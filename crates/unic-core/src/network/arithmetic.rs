@@ -167,22 +167,24 @@ fn positive(unit: f32) -> f32 {
 mod tests {
     use super::*;
 
+    /// The first word of one vertex, scaled by two.
+    fn packed<A: Arithmetic>(values: &[[f32; 1]]) -> u32 {
+        let mut words = [[0]];
+        A::pack(values, &[2.0], &mut words);
+        words[0][0]
+    }
+
     #[test]
     fn whole_numbers_round_to_even_and_pack_in_order() {
-        let packed = |pack: fn(&[[f32; 1]], &[f32; 1], &mut [[u32; 1]]), values: &[[f32; 1]]| {
-            let mut words = [[0]];
-            pack(values, &[2.0], &mut words);
-            words[0][0]
-        };
         let values = [[0.25], [0.75], [127.3], [1.5]];
-        assert_eq!(packed(Int8::pack, &values).to_le_bytes(), [0, 2, 255, 3]);
+        assert_eq!(packed::<Int8>(&values).to_le_bytes(), [0, 2, 255, 3]);
         assert_eq!(
             Int8::weights(&[-127.0, 0.4, -0.6, 5.0]).to_le_bytes(),
             [129, 0, 255, 5]
         );
-        assert_eq!(packed(Int16::pack, &[[4095.5], [1.25]]), 8191 | 2 << 16);
+        assert_eq!(packed::<Int16>(&[[4095.5], [1.25]]), 8191 | 2 << 16);
         assert_eq!(Int16::weights(&[-2.0, 7.0]), 0xFFFE | 7 << 16);
-        assert_eq!(packed(Bf16::pack, &[[1.0], [2.0]]), 0x3F80 | 0x4000 << 16);
+        assert_eq!(packed::<Bf16>(&[[1.0], [2.0]]), 0x3F80 | 0x4000 << 16);
         assert_eq!(to_bf16(-1.0), 0xBF80);
     }
 
