@@ -12,12 +12,14 @@ mod simulate;
 mod train;
 
 pub(crate) use animate::AnimateArgs;
-pub(crate) use bench::{AccuracyArgs, Bench, BenchArgs, LastingArgs};
+pub(crate) use bench::{AccuracyArgs, Bench, BenchArgs, LastingArgs, SpeedArgs};
 pub(crate) use demo::{DemoArgs, DemoGarment};
 pub(crate) use eval::EvalArgs;
 pub(crate) use inspect::InspectArgs;
 pub(crate) use motion::MotionArgs;
-pub(crate) use names::{IntersectionName, MaterialName, PresetName, SplitName, Switch, UpName};
+pub(crate) use names::{
+    IntersectionName, MaterialName, NetworkName, PrecisionName, PresetName, SplitName, Switch, UpName,
+};
 pub(crate) use simulate::SimulateArgs;
 pub(crate) use train::TrainArgs;
 
@@ -36,6 +38,7 @@ use std::num::NonZeroUsize;
 ///   unic train captures/tshirt --budget 45m           writes tshirt.unic
 ///   unic eval tshirt.unic captures/tshirt             the model beside the baselines
 ///   unic animate tshirt.unic --motion walk.npz --out walk.pc2
+///   unic bench                                        how fast this machine is
 #[derive(Debug, Parser)]
 #[command(name = "unic", version, verbatim_doc_comment, max_term_width = 100)]
 pub(crate) struct Args {

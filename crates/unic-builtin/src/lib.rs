@@ -20,6 +20,7 @@
 //! - [`garments`]: T-shirt, skirts, dress and robe for any character with SMPL's joints, and what
 //!   they are made with: slices of the body, grids of cloth, seams.
 //! - [`motion`]: clips for the same skeleton.
+//! - [`scale`]: models with random weights for garments of any size, to measure times with.
 //!
 //! Metres, +Y up, facing +Z, left is +X; garments are in the character's bind-pose space.
 
@@ -27,3 +28,4 @@ pub mod garments;
 pub mod human;
 mod implicit;
 pub mod motion;
+pub mod scale;

@@ -1,17 +1,21 @@
 //! The animator: one instance of a model on one character, stepped once a tick.
 
 mod deform;
+mod display;
 mod error;
 mod garment;
 mod input;
 mod intersections;
 mod place;
 mod scratch;
+mod stage;
 mod state;
 mod tiles;
 
+pub use display::Display;
 pub use error::AnimatorError;
 pub use input::{FARTHEST, GarmentFrame, Start, StepInput};
+pub use stage::Stage;
 pub use state::{AnimatorState, VertexState};
 
 use crate::{config::IntersectionMode, model::Model};
@@ -98,18 +102,35 @@ impl Animator {
     /// A pose of another skeleton, with numbers that are not finite or farther than 1000 km from the
     /// origin; the state stays as it was.
     pub fn step(&mut self, input: &StepInput) -> Result<GarmentFrame<'_>, AnimatorError> {
+        self.step_observed(input, &mut |_| ())
+    }
+
+    /// As [`step`](Self::step); `observe` is called after each part of it, after some of them twice.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    pub fn step_observed(
+        &mut self,
+        input: &StepInput,
+        observe: &mut dyn FnMut(Stage),
+    ) -> Result<GarmentFrame<'_>, AnimatorError> {
         input.check(&self.model)?;
         let model = &self.model;
         let (spec, skeleton) = (&model.config.motion, &model.character.skeleton);
         self.state.motion.advance(spec, skeleton, &input.motion(model));
+        observe(Stage::Motion);
         self.carry();
+        observe(Stage::Skinning);
         if self.state.at_start {
             self.complete_start();
         }
         self.encode();
+        observe(Stage::Encoder);
         self.deform();
+        observe(Stage::Field);
         self.correct_state();
-        Ok(self.finish())
+        observe(Stage::Intersections);
+        Ok(self.finish_observed(observe))
     }
 
     /// Replaces the garment at the current frame by given world positions in metres: teacher forcing, or

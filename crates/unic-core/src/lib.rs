@@ -87,7 +87,7 @@
 //!   a body touches itself.
 //! - [`config`], [`features`], [`prior`], [`recurrence`], [`network`]: what a model is made of. [`features`] is used by
 //!   training too, so that both read the same numbers.
-//! - [`model`], [`animator`]: the trained asset and its instances.
+//! - [`model`], [`animator`], [`sampling`]: the trained asset, its instances, and fewer vertices for speed.
 //!
 //! # Conventions
 //!
@@ -124,6 +124,7 @@ pub mod network;
 mod parallel;
 pub mod prior;
 pub mod recurrence;
+pub mod sampling;
 #[cfg(test)]
 mod shapes;
 #[doc(hidden)]

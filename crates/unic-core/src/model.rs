@@ -6,8 +6,9 @@ use crate::{
     features::RestBox,
     mesh::{MeshError, TriMesh},
     motion::{MotionError, Normalisation, motion_len},
-    network::{Encoder, Field, LayerError, Linear},
+    network::{Encoder, Field, LayerError, Linear, Precision},
     prior::Prior,
+    sampling::{Sampling, SamplingError},
     surface_map::{SurfaceMap, SurfaceMapError},
 };
 use glam::Vec3;
@@ -62,6 +63,8 @@ pub struct Model {
     pub(crate) normalisation: Normalisation,
     pub(crate) encoder: Encoder,
     pub(crate) field: Field,
+    /// None where all vertices carry the state.
+    pub(crate) sampling: Option<Sampling>,
     pub(crate) about: About,
 }
 
@@ -93,13 +96,16 @@ pub enum ModelError {
     /// A motion vector that cannot be made for this skeleton, statistics that cannot normalise it.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// Samples that are none.
+    #[error(transparent)]
+    Sampling(#[from] SamplingError),
     /// NaN or infinity, or zero and less where a size or a limit is meant.
     #[error("model: {0} has numbers that are not usable")]
     Unusable(&'static str),
 }
 
 impl Model {
-    /// Checks that the parts fit together and packs the networks for this machine.
+    /// Checks that the parts fit together and packs the networks for this machine, in f32.
     ///
     /// # Errors
     /// Sizes that differ from the configuration's or from one another, numbers that are not finite.
@@ -125,8 +131,39 @@ impl Model {
             prior: parts.prior,
             rest_box: parts.rest_box,
             normalisation: parts.normalisation,
+            sampling: None,
             about: parts.about,
         })
+    }
+
+    /// The same model with networks that calculate in another precision; its file stays f32.
+    ///
+    /// Packed weights belong to the model, so that all animators that share it share them.
+    pub fn with_precision(mut self, precision: Precision) -> Self {
+        self.encoder = self.encoder.with_precision(precision);
+        self.field = self.field.with_precision(precision);
+        self
+    }
+
+    /// What the networks calculate in.
+    pub fn precision(&self) -> Precision {
+        self.field.precision()
+    }
+
+    /// The same model with its state on a well-spread `share` of the vertices (0 to 1) and the others
+    /// interpolated; all of them at 1.
+    ///
+    /// # Errors
+    /// A share that is none.
+    pub fn with_sampling(mut self, share: f32) -> Result<Self, ModelError> {
+        let sampling = Sampling::of_share(&self.garment.rest, share)?;
+        self.sampling = (share < 1.0).then_some(sampling);
+        Ok(self)
+    }
+
+    /// Vertices that carry the state; none where all do.
+    pub fn sampling(&self) -> Option<&Sampling> {
+        self.sampling.as_ref()
     }
 
     /// The parts again, for writing or changing them.
@@ -221,7 +258,9 @@ impl Model {
         parts.prior = self.prior.on_mesh(&map)?;
         parts.garment.weights = map.weights(&self.garment.weights)?;
         parts.garment.rest = mesh;
-        Self::new(parts)
+        let share = self.sampling.as_ref().map_or(1.0, Sampling::share);
+        let moved = Self::new(parts)?.with_precision(self.precision());
+        moved.with_sampling(share)
     }
 }
 

@@ -11,6 +11,7 @@ use crate::{
     config::ModelConfig,
     mesh::MeshError,
     model::{About, Model, ModelError, ModelParts},
+    sampling::Sampling,
     shown::shortened,
     skeleton::SkeletonError,
     skinning::WeightsError,
@@ -99,7 +100,7 @@ impl Model {
             about: parts.about.clone(),
         };
         let metadata = HashMap::from([(METADATA_KEY.to_owned(), serde_json::to_string(&metadata)?)]);
-        Ok(write::serialised(&parts, metadata)?)
+        Ok(write::serialised(&parts, self.sampling(), metadata)?)
     }
 
     /// Reads a model from the bytes of its file.
@@ -129,8 +130,14 @@ impl Model {
             config: metadata.config,
             about: metadata.about,
         };
+        let samples = file.samples()?;
         file.check_all_read()?;
-        Ok(Self::new(parts)?)
+        let mut model = Self::new(parts)?;
+        if let Some(samples) = samples {
+            let sampling = Sampling::new(&model.garment.rest, samples);
+            model.sampling = Some(sampling.map_err(ModelError::from)?);
+        }
+        Ok(model)
     }
 }
 

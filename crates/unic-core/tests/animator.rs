@@ -12,10 +12,11 @@ use glam::{Quat, Vec3};
 use reference::Reference;
 use std::sync::Arc;
 use unic_core::{
-    animator::{Animator, AnimatorError, AnimatorState, Start, StepInput},
+    animator::{Animator, AnimatorError, AnimatorState, Display, Start, StepInput},
     config::{Corrects, IntersectionMode, StateConfig},
     intersection::{BodySnapshot, PaperIntersection},
     model::Model,
+    network::Precision,
     skeleton::Pose,
     subdivide::subdivided,
     surface::Surface,
@@ -583,8 +584,13 @@ fn a_step_allocates_nothing_once_it_is_warm() {
     let poses = motion(12);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
-        for (variant, mode) in variants().iter().flat_map(|v| MODES.map(|mode| (v, mode))) {
-            let mut animator = Animator::new(model(variant));
+        let cases = variants()
+            .into_iter()
+            .flat_map(|v| MODES.map(|mode| (v.clone(), mode)));
+        for ((variant, mode), precision) in cases.zip(Precision::ALL.into_iter().cycle()) {
+            let model = Model::clone(&model(&variant)).with_precision(precision);
+            let share = if precision == Precision::Bf16 { 0.5 } else { 1.0 };
+            let mut animator = Animator::new(Arc::new(model.with_sampling(share).unwrap()));
             animator.set_intersection(mode);
             run(&mut animator, &poses[..4]);
             let counted = allocation_counter::measure(|| {
@@ -599,4 +605,109 @@ fn a_step_allocates_nothing_once_it_is_warm() {
             );
         }
     });
+}
+
+/// The field runs at the samples alone; what it says there and what follows for the others is the same on any
+/// number of threads, and a saved state goes on.
+#[test]
+fn a_sampled_garment_is_the_samples_and_what_follows_from_them() {
+    let poses = motion(8);
+    for variant in variants() {
+        let full = model(&variant);
+        let sampled = Arc::new(Model::clone(&full).with_sampling(0.4).unwrap());
+        let samples = sampled.sampling().unwrap().samples().to_vec();
+        assert!(samples.len() < full.vertex_count() / 2);
+        let [mut all, mut few] = [&full, &sampled].map(|m| Animator::new(Arc::clone(m)));
+        for animator in [&mut all, &mut few] {
+            animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+        }
+        let mut distance = 0f32;
+        for t in 1..poses.len() {
+            let truth = all.step(&input(&poses, t)).unwrap().positions.to_vec();
+            let found = few.step(&input(&poses, t)).unwrap().positions;
+            for &v in &samples {
+                let error = (found[v as usize] - truth[v as usize]).length();
+                assert!(error < 1e-4, "{}, frame {t}, sample {v}: {error} m", variant.name);
+            }
+            distance = distance.max(largest_distance(found, &truth));
+        }
+        assert!(distance > 1e-3, "{}: every vertex was evaluated", variant.name);
+        let whole = Arc::new(Model::clone(&sampled).with_sampling(1.0).unwrap());
+        assert_eq!(run(&mut Animator::new(whole), &poses), run(&mut all, &poses));
+    }
+}
+
+#[test]
+fn every_precision_and_sampling_gives_the_same_bytes_on_any_number_of_threads() {
+    let poses = motion(6);
+    for (variant, precision) in variants().into_iter().zip(Precision::ALL.into_iter().cycle()) {
+        let model = Model::clone(&model(&variant)).with_precision(precision);
+        let model = Arc::new(model.with_sampling(0.5).unwrap());
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.unwrap()
+                .install(|| run(&mut Animator::new(Arc::clone(&model)), &poses))
+        };
+        let one = on(1);
+        assert!(on(2) == one && on(5) == one, "{}, {precision:?}", variant.name);
+        let mut animator = Animator::new(Arc::clone(&model));
+        animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+        animator.step(&input(&poses, 1)).unwrap();
+        let mut other = Animator::new(Arc::clone(&model));
+        other.restore(animator.state().clone()).unwrap();
+        assert!(other.step(&input(&poses, 2)).unwrap().positions == one[2]);
+    }
+}
+
+#[test]
+fn coarser_precisions_stay_near() {
+    let poses = motion(12);
+    for variant in variants() {
+        let exact = model(&variant);
+        let truth = run(&mut Animator::new(Arc::clone(&exact)), &poses);
+        for (precision, metres) in [
+            (Precision::Bf16, 0.02),
+            (Precision::Int16, 0.002),
+            (Precision::Int8, 0.05),
+        ] {
+            let model = Arc::new(Model::clone(&exact).with_precision(precision));
+            let found = run(&mut Animator::new(model), &poses);
+            let error = largest_distance(&found[11], &truth[11]);
+            assert!(
+                error > 0.0 && error < metres,
+                "{}, {precision:?}: {error} m",
+                variant.name
+            );
+        }
+    }
+}
+
+/// At a tick's own pose a display shows the tick; between two, the displacements' mean on the pose between.
+#[test]
+fn a_display_follows_the_body_between_ticks() {
+    let poses = motion(9);
+    for variant in variants() {
+        let mut animator = Animator::new(model(&variant));
+        let mut display = Display::default();
+        assert!(display.show(&animator, &poses[0], 1.0).is_err());
+        animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+        display.cut(&animator);
+        for t in 1..poses.len() {
+            let before = animator.garment().positions.to_vec();
+            animator.step(&input(&poses, t)).unwrap();
+            display.tick(&animator);
+            let shown = |d: &mut Display, pose: &Pose, share| {
+                d.show(&animator, pose, share).unwrap().positions.to_vec()
+            };
+            let now = shown(&mut display, &poses[t], 1.0);
+            assert!(largest_distance(&now, animator.garment().positions) < 1e-5);
+            let then = shown(&mut display, &poses[t - 1], 0.0);
+            assert!(largest_distance(&then, &before) < 1e-5, "{}", variant.name);
+            // Carried along by a body that has been moved as a whole.
+            let mut aside = poses[t].clone();
+            aside.trans.x += 2.0;
+            let moved: Vec<Vec3> = now.iter().map(|p| *p + Vec3::X * 2.0).collect();
+            assert!(largest_distance(&shown(&mut display, &aside, 1.0), &moved) < 1e-5);
+        }
+    }
 }

@@ -9,25 +9,13 @@
 //! clock from the call to the end of the device's work. The floor is the field's arithmetic at the peak
 //! of a kernel that does nothing else.
 
-#![allow(
-    clippy::unwrap_used,
-    unreachable_pub,
-    dead_code,
-    reason = "scenes are shared with the benchmarks of unic-core"
-)]
-
-#[path = "../../unic-core/benches/frame/model.rs"]
-mod model;
-
-use glam::{Quat, Vec3};
-use model::{FPS, PARENTS, Preset};
 use serde_json::{Map, Value, json};
 use std::{
     error::Error,
-    f32::consts::TAU,
     sync::Arc,
     time::{Duration, Instant},
 };
+use unic_builtin::scale::{Network, VERTICES, random_model, walk};
 use unic_core::{
     animator::{Start, StepInput},
     model::Model,
@@ -35,8 +23,6 @@ use unic_core::{
 };
 use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, MultiplyAdds, Precision, StageTime, wgpu};
 
-/// Vertices of the four garments of the paper.
-const VERTICES: [usize; 4] = [3_653, 34_907, 59_380, 62_461];
 /// Frames before the first that counts: the first steps compile and page in.
 const WARM_UP: usize = 2;
 const LEAST_FRAMES: usize = 3;
@@ -64,7 +50,7 @@ struct Case {
     frame_share: f64,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     let arguments = arguments()?;
     let context = match GpuContext::new() {
         Err(GpuError::NoAdapter(why)) => {
@@ -84,13 +70,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         print_head(&context);
     }
     let mut cases = Vec::new();
-    for preset in [Preset::Standard, Preset::Paper] {
+    for network in [Network::Standard, Network::Paper] {
         for &vertices in &arguments.vertices {
-            let model = Arc::new(model::model(preset, vertices));
+            let model = Arc::new(random_model(network, vertices)?);
             for (&precision, peak) in precisions.iter().zip(&peaks) {
                 let case = measure(&context, &model, precision, peak, arguments.budget)?;
                 let case = Case {
-                    network: name(preset),
+                    network: network.name(),
                     ..case
                 };
                 if !arguments.is_json {
@@ -106,7 +92,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn arguments() -> Result<Arguments, Box<dyn Error>> {
+fn arguments() -> Result<Arguments, Box<dyn Error + Send + Sync>> {
     let mut arguments = Arguments {
         is_json: false,
         vertices: VERTICES.to_vec(),
@@ -125,13 +111,6 @@ fn arguments() -> Result<Arguments, Box<dyn Error>> {
         }
     }
     Ok(arguments)
-}
-
-fn name(preset: Preset) -> &'static str {
-    match preset {
-        Preset::Standard => "standard",
-        Preset::Paper => "paper",
-    }
 }
 
 fn measure(
@@ -202,18 +181,18 @@ impl Walker {
     fn new(context: &GpuContext, model: &Arc<Model>, precision: Precision) -> Result<Self, GpuError> {
         let asset = Arc::new(GpuModel::new(context, Arc::clone(model), precision)?);
         let mut animator = GpuAnimator::new(asset)?;
-        animator.reset(&input(&pose(0)), Start::MeanShape)?;
+        animator.reset(&input(&walk(0)), Start::MeanShape)?;
         Ok(Self { animator, frame: 0 })
     }
 
     fn step(&mut self) -> Result<(), GpuError> {
         self.frame += 1;
-        self.animator.step(&input(&pose(self.frame)))
+        self.animator.step(&input(&walk(self.frame)))
     }
 
     fn step_timed(&mut self) -> Result<Vec<StageTime>, GpuError> {
         self.frame += 1;
-        self.animator.step_timed(&input(&pose(self.frame)))
+        self.animator.step_timed(&input(&walk(self.frame)))
     }
 }
 
@@ -222,16 +201,6 @@ fn input(pose: &Pose) -> StepInput<'_> {
         pose,
         next_pose: None,
         ground_height: 0.0,
-    }
-}
-
-/// A walk in which all joints turn a little.
-fn pose(frame: usize) -> Pose {
-    let s = frame as f32 / FPS;
-    let turn = |j: usize| Quat::from_rotation_x(0.2 * (TAU * s + j as f32).sin());
-    Pose {
-        trans: Vec3::Z * s,
-        local: (0..PARENTS.len()).map(turn).collect(),
     }
 }
 

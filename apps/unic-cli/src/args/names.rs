@@ -36,6 +36,33 @@ pub(crate) enum PresetName {
     Tiny,
 }
 
+/// [`unic_builtin::scale::Network`] by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NetworkName {
+    /// Sizes of the preset of this name.
+    Standard,
+    /// The published sizes.
+    Paper,
+}
+
+/// [`unic_core::network::Precision`] by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PrecisionName {
+    /// Single precision.
+    F32,
+    /// 8 significant bits: matrix units where the processor has them.
+    Bf16,
+    /// Whole numbers of 16 bits.
+    Int16,
+    /// Whole numbers of 8 bits.
+    Int8,
+}
+
+impl PrecisionName {
+    /// From exact to coarse.
+    pub(crate) const ALL: [Self; 4] = [Self::F32, Self::Bf16, Self::Int16, Self::Int8];
+}
+
 /// [`Split`] by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SplitName {
@@ -77,6 +104,39 @@ impl From<PresetName> for unic_train::Preset {
             PresetName::Standard => Self::Standard,
             PresetName::Tiny => Self::Tiny,
         }
+    }
+}
+
+impl From<NetworkName> for unic_builtin::scale::Network {
+    fn from(name: NetworkName) -> Self {
+        match name {
+            NetworkName::Standard => Self::Standard,
+            NetworkName::Paper => Self::Paper,
+        }
+    }
+}
+
+impl From<PrecisionName> for unic_core::network::Precision {
+    fn from(name: PrecisionName) -> Self {
+        match name {
+            PrecisionName::F32 => Self::F32,
+            PrecisionName::Bf16 => Self::Bf16,
+            PrecisionName::Int16 => Self::Int16,
+            PrecisionName::Int8 => Self::Int8,
+        }
+    }
+}
+
+// `default_values_t` writes values by their names.
+impl std::fmt::Display for NetworkName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(unic_builtin::scale::Network::from(*self).name())
+    }
+}
+
+impl std::fmt::Display for PrecisionName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(unic_core::network::Precision::from(*self).name())
     }
 }
 

@@ -19,6 +19,11 @@ pub(super) fn low_pass(text: &str) -> Result<LowPass, String> {
     }
 }
 
+pub(super) fn percent(text: &str) -> Result<f32, String> {
+    let percent: Option<f32> = text.parse().ok().filter(|p: &f32| *p > 0.0 && *p <= 100.0);
+    percent.ok_or_else(|| "a number above 0 and up to 100 is needed, such as 25".into())
+}
+
 pub(super) fn seconds(text: &str) -> Result<f32, String> {
     let seconds: Option<f32> = text.parse().ok().filter(|s: &f32| s.is_finite() && *s > 0.0);
     seconds.ok_or_else(|| "a number of seconds above zero is needed, such as 10".into())

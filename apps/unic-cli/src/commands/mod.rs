@@ -22,11 +22,7 @@ pub(crate) fn completions(shell: Shell) -> Result<()> {
 
 /// One line about the program and the machine.
 pub(crate) fn machine() -> String {
-    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let cpu = cpu
-        .lines()
-        .find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-    let cpu = cpu.map_or("unknown processor", |(_, name)| name.trim());
+    let cpu = cpu_name().unwrap_or_else(|| "unknown processor".to_owned());
     let command: Vec<String> = std::env::args().collect();
     format!(
         "unic {} on {cpu} ({} {}), {} threads: {}",
@@ -36,4 +32,11 @@ pub(crate) fn machine() -> String {
         rayon::current_num_threads(),
         command.join(" ")
     )
+}
+
+/// The processor's own, where the system tells.
+pub(crate) fn cpu_name() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
 }

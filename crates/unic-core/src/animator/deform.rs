@@ -14,6 +14,8 @@ pub(super) struct FieldFrame<'a> {
     pub(super) model: &'a Model,
     pub(super) biases: &'a FieldBiases,
     pub(super) histories: &'a [PointHistory],
+    /// Vertices that are evaluated; all of them without.
+    pub(super) samples: Option<&'a [u32]>,
 }
 
 /// Buffers for a tile on its way through the field.
@@ -27,7 +29,8 @@ pub(super) struct TileScratch {
 }
 
 impl FieldFrame<'_> {
-    /// Moves up to [`TILE`] vertices on by one tick; `first` is the index of the first.
+    /// Moves up to [`TILE`] vertices on by one tick; `first` is the place of the first among those that are
+    /// evaluated.
     pub(super) fn advance(&self, first: usize, vertices: &mut [VertexState], scratch: &mut TileScratch) {
         self.gather(first, vertices, scratch);
         let mut outputs = [[0.0; TILE]; 3];
@@ -49,7 +52,11 @@ impl FieldFrame<'_> {
         inputs.resize(self.model.field.point_inputs(), [0.0; TILE]);
         point.resize(inputs.len(), 0.0);
         for (lane, vertex) in vertices.iter().enumerate() {
-            self.write_inputs(first + lane, vertex, point);
+            let index = match self.samples {
+                Some(samples) => samples[first + lane] as usize,
+                None => first + lane,
+            };
+            self.write_inputs(index, vertex, point);
             inputs
                 .iter_mut()
                 .zip(&*point)

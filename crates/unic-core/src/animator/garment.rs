@@ -1,16 +1,17 @@
 //! The states of all vertices: stepped, placed, and shown in the world.
 
 use super::{
-    Animator, GarmentFrame,
-    deform::FieldFrame,
-    place::Places,
+    Animator, GarmentFrame, Stage,
+    deform::{FieldFrame, TileScratch},
+    place::{OwnFrames, Places},
+    state::VertexState,
     tiles::{for_each_tile, for_each_tile_with},
 };
-use crate::mesh::vertex_normals;
+use crate::{mesh::vertex_normals, sampling::Sampling};
 use glam::Vec3;
 
 impl Animator {
-    /// The field over all vertices, tile by tile.
+    /// The field over the vertices that carry the state, tile by tile, and the others from them.
     pub(super) fn deform(&mut self) {
         let Self {
             model,
@@ -18,18 +19,27 @@ impl Animator {
             scratch,
             ..
         } = self;
+        let sampling = model.sampling();
         let frame = FieldFrame {
             model,
             biases: &scratch.biases,
             histories: &scratch.histories,
+            samples: sampling.map(Sampling::samples),
         };
-        for_each_tile_with(
-            &mut state.vertices,
-            &mut scratch.tiles,
-            |first, vertices, buffers| {
-                frame.advance(first, vertices, buffers);
-            },
-        );
+        let task = |first: usize, vertices: &mut [VertexState], buffers: &mut TileScratch| {
+            frame.advance(first, vertices, buffers);
+        };
+        let Some(sampling) = sampling else {
+            for_each_tile_with(&mut state.vertices, &mut scratch.tiles, task);
+            return;
+        };
+        let sampled = &mut scratch.sampled;
+        sampled.clear();
+        sampled.extend(sampling.samples().iter().map(|&v| state.vertices[v as usize]));
+        for_each_tile_with(sampled, &mut scratch.tiles, task);
+        let histories = &scratch.histories;
+        let own = OwnFrames::new(model, histories, state.motion.world_from_frame());
+        own.interpolate(sampling, sampled, &mut state.vertices);
     }
 
     pub(super) fn place(&mut self, positions: &[Vec3]) {
@@ -59,6 +69,10 @@ impl Animator {
 
     /// World positions and normals of the current state, as they are shown.
     pub(super) fn finish(&mut self) -> GarmentFrame<'_> {
+        self.finish_observed(&mut |_| ())
+    }
+
+    pub(super) fn finish_observed(&mut self, observe: &mut dyn FnMut(Stage)) -> GarmentFrame<'_> {
         let Self {
             model,
             state,
@@ -78,13 +92,16 @@ impl Animator {
                 *position = at.of(first + i).to_world(vertices[first + i].value);
             }
         });
+        observe(Stage::Positions);
         self.correct_display();
+        observe(Stage::Intersections);
         let Self { model, scratch, .. } = self;
         vertex_normals(
             &scratch.positions,
             &model.garment.rest.faces,
             &mut scratch.normals,
         );
+        observe(Stage::Normals);
         self.garment()
     }
 }

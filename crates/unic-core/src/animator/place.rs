@@ -1,9 +1,11 @@
 //! Between the states of vertices and their places in the world.
 
+use super::{state::VertexState, tiles::for_each_tile};
 use crate::{
     config::StateConfig,
     features::{Place, PointHistory},
     model::Model,
+    sampling::{Row, Sampling},
     transform::Rigid,
 };
 use glam::Vec3;
@@ -36,6 +38,73 @@ impl<'a> Places<'a> {
         match self {
             Self::Frame(frame) => Place::in_frame(*frame),
             Self::Points { histories, prior } => Place::at_point(histories[vertex].now, prior[vertex]),
+        }
+    }
+}
+
+/// Displacements in the vertices' own rotated frames, whatever the state is: what may be interpolated.
+pub(super) enum OwnFrames<'a> {
+    /// States are such displacements.
+    Own,
+    /// States are positions in a frame, which follow from where the skeleton carries each vertex.
+    Positions {
+        histories: &'a [PointHistory],
+        world_from_frame: Rigid,
+    },
+}
+
+impl<'a> OwnFrames<'a> {
+    pub(super) fn new(model: &Model, histories: &'a [PointHistory], world_from_frame: Rigid) -> Self {
+        match model.config.state {
+            StateConfig::Displacement(_) => Self::Own,
+            StateConfig::Position => Self::Positions {
+                histories,
+                world_from_frame,
+            },
+        }
+    }
+
+    /// New states of all vertices from those of the samples, which are changed into displacements.
+    pub(super) fn interpolate(
+        &self,
+        sampling: &Sampling,
+        sampled: &mut [VertexState],
+        vertices: &mut [VertexState],
+    ) {
+        for (sample, &vertex) in sampled.iter_mut().zip(sampling.samples()) {
+            sample.value = self.displacement(vertex as usize, sample.value);
+        }
+        let (sampled, rows) = (&*sampled, sampling.rows());
+        for_each_tile(vertices, |first, tile| {
+            for (vertex, state) in (first..).zip(tile) {
+                let Row { samples, weights } = rows[vertex];
+                let sum = (samples.iter().zip(weights))
+                    .fold(Vec3::ZERO, |sum, (&s, w)| sum + sampled[s as usize].value * w);
+                *state = VertexState {
+                    value: self.state(vertex, sum),
+                    previous: state.value,
+                };
+            }
+        });
+    }
+
+    fn displacement(&self, vertex: usize, state: Vec3) -> Vec3 {
+        match self {
+            Self::Own => state,
+            Self::Positions {
+                histories,
+                world_from_frame,
+            } => histories[vertex].now.displacement(world_from_frame.point(state)),
+        }
+    }
+
+    fn state(&self, vertex: usize, displacement: Vec3) -> Vec3 {
+        match self {
+            Self::Own => displacement,
+            Self::Positions {
+                histories,
+                world_from_frame,
+            } => Place::in_frame(*world_from_frame).to_state(histories[vertex].now.position(displacement)),
         }
     }
 }

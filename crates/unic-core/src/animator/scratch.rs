@@ -1,6 +1,6 @@
 //! Buffers of an animator, and those of them that derive from its state.
 
-use super::{Animator, deform::TileScratch, tiles::for_each_tile};
+use super::{Animator, deform::TileScratch, state::VertexState, tiles::for_each_tile};
 use crate::{
     config::StateConfig,
     features::{Past, PointFrame, PointHistory},
@@ -21,6 +21,8 @@ pub(super) struct Scratch {
     pub(super) latent: Vec<f32>,
     pub(super) biases: FieldBiases,
     pub(super) tiles: Vec<TileScratch>,
+    /// States of the samples, where only they are evaluated.
+    pub(super) sampled: Vec<VertexState>,
     pub(super) recurrence: RecurrenceScratch,
     pub(super) coefficients: Vec<f32>,
     /// Displacements of the prior in the current frame.

@@ -175,6 +175,12 @@ impl<'a> Source<'a> {
         })
     }
 
+    pub(super) fn samples(&self) -> Result<Option<Vec<u32>>, ModelFileError> {
+        let name = "garment.samples";
+        let samples = self.has(name).then(|| self.read(name, Dtype::U32, &[0]));
+        Ok(samples.transpose()?.map(|(samples, _)| samples))
+    }
+
     pub(super) fn rest_box(&self) -> Result<RestBox, ModelFileError> {
         let numbers = self.floats("garment.rest_box", &[4])?;
         Ok(RestBox {

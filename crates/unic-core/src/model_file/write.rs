@@ -2,7 +2,7 @@
 
 use crate::{
     character::Character, model::ModelParts, motion::Normalisation, network::Linear, prior::Prior,
-    skinning::SkinningWeights,
+    sampling::Sampling, skinning::SkinningWeights,
 };
 use glam::Vec3;
 use safetensors::{Dtype, SafeTensorError, tensor::TensorView};
@@ -11,6 +11,7 @@ use std::collections::HashMap;
 /// The file of a model with the given metadata.
 pub(super) fn serialised(
     parts: &ModelParts,
+    sampling: Option<&Sampling>,
     metadata: HashMap<String, String>,
 ) -> Result<Vec<u8>, SafeTensorError> {
     let mut tensors = Tensors::default();
@@ -19,6 +20,10 @@ pub(super) fn serialised(
     tensors.normalisation(&parts.normalisation);
     tensors.character(&parts.character);
     tensors.garment(parts);
+    if let Some(sampling) = sampling {
+        let samples = sampling.samples();
+        tensors.push("garment.samples", Dtype::U32, &[samples.len()], samples);
+    }
     let views: Result<Vec<_>, SafeTensorError> = (tensors.0.iter())
         .map(|t| {
             Ok((

@@ -1,15 +1,21 @@
 //! Deformation field on CPU: a tile of vertices goes through all layers while it is in cache.
 
 use super::{
-    Instructions, LayerError, Linear, check_layers,
-    encoder::dot,
-    simd::{TILE, Vector},
+    Instructions, LayerError, Linear, Precision,
+    arithmetic::{Bf16, F32, Int8, Int16},
+    check_layers,
+    kernel::{Kernel, Registers},
+    packed::{Columns, Packed},
+    tile::{self, FieldScratch, TILE},
+    vector::dot,
+    words::Plain,
+};
+#[cfg(target_arch = "x86_64")]
+use super::{
+    amx::Matrix,
+    words::x86::{Ymm, YmmUnfused, Zmm, ZmmUnfused},
 };
 use crate::config::FieldConfig;
-
-/// Outputs that one pass over a layer's inputs computes: 6 × 4 sums fill 24 of AVX-512's 32
-/// registers, 6 × 2 fill 12 of AVX2's 16, and a tile's activations are read once for six outputs.
-const ROWS: usize = 6;
 
 /// D_φ (paper, section 3.2): point inputs and a latent vector to three numbers a vertex.
 ///
@@ -20,35 +26,19 @@ const ROWS: usize = 6;
 pub struct Field {
     layers: Vec<Linear>,
     packed: Vec<Packed>,
+    kernel: (Precision, Instructions),
+    config: FieldConfig,
     point_inputs: usize,
     latent: usize,
-    skip: Option<usize>,
-}
-
-/// Weights of the point's and the hidden inputs, in the order that the kernel reads them:
-/// blocks of [`ROWS`] outputs, within a block by input.
-#[derive(Clone, Debug)]
-struct Packed {
-    blocks: usize,
-    weights: Vec<[f32; ROWS]>,
-    /// Columns of `Linear::weight` that multiply the latent vector start here, if any.
-    latent_column: Option<usize>,
 }
 
 /// Biases of every layer for one frame, the latent vector folded in.
 #[derive(Clone, Debug, Default)]
 pub struct FieldBiases(Vec<Vec<f32>>);
 
-/// Activations of one tile, channel by channel.
-#[derive(Clone, Debug, Default)]
-pub struct FieldScratch {
-    front: Vec<[f32; TILE]>,
-    back: Vec<[f32; TILE]>,
-}
-
 impl Field {
-    /// From layers of the configured sizes. Columns of the first layer are [point, latent], of the
-    /// skip layer [hidden, point, latent].
+    /// From layers of the configured sizes, in [`Precision::F32`]. Columns of the first layer are
+    /// [point, latent], of the skip layer [hidden, point, latent].
     ///
     /// # Errors
     /// A layer of another size.
@@ -60,24 +50,49 @@ impl Field {
     ) -> Result<Self, LayerError> {
         let expected = layer_sizes(config, point_inputs, latent);
         check_layers("field", &layers, &expected)?;
-        let packed = (layers.iter().enumerate())
-            .map(|(i, layer)| {
-                let has_input = i == 0 || config.skip == Some(i);
-                Packed::new(layer, has_input.then(|| layer.inputs - latent))
-            })
-            .collect();
-        Ok(Self {
+        let mut field = Self {
             layers,
-            packed,
+            packed: Vec::new(),
+            kernel: (Precision::F32, Instructions::best(Precision::F32)),
+            config: *config,
             point_inputs,
             latent,
-            skip: config.skip,
-        })
+        };
+        field.pack();
+        Ok(field)
+    }
+
+    /// The same field in another precision, packed for this machine.
+    pub fn with_precision(self, precision: Precision) -> Self {
+        self.with_kernel(precision, Instructions::best(precision))
+    }
+
+    /// As [`with_precision`](Self::with_precision), on instructions that are not the best: to measure them.
+    ///
+    /// # Panics
+    /// When this machine does not have them.
+    #[doc(hidden)]
+    pub fn with_kernel(mut self, precision: Precision, instructions: Instructions) -> Self {
+        let available = Instructions::available(precision).any(|set| set == instructions);
+        assert!(available, "{instructions:?} for {precision:?} on this machine");
+        self.kernel = (precision, instructions);
+        self.pack();
+        self
     }
 
     /// The linear maps, in order.
     pub fn layers(&self) -> &[Linear] {
         &self.layers
+    }
+
+    /// What its products are taken in.
+    pub fn precision(&self) -> Precision {
+        self.kernel.0
+    }
+
+    /// What it runs on.
+    pub fn instructions(&self) -> Instructions {
+        self.kernel.1
     }
 
     /// Numbers read of each vertex.
@@ -88,17 +103,17 @@ impl Field {
     /// Folds the latent vector of a frame into the biases.
     pub fn fold(&self, latent: &[f32], biases: &mut FieldBiases) {
         debug_assert_eq!(latent.len(), self.latent);
-        let instructions = Instructions::best();
+        let instructions = Instructions::best(Precision::F32);
         biases.0.resize(self.layers.len(), Vec::new());
         for ((layer, packed), bias) in self.layers.iter().zip(&self.packed).zip(&mut biases.0) {
             bias.clear();
             bias.extend_from_slice(&layer.bias);
-            if let Some(column) = packed.latent_column {
+            if let Some(column) = packed.latent {
                 for (bias, row) in bias.iter_mut().zip(layer.weight.chunks_exact(layer.inputs)) {
                     *bias += dot(instructions, &row[column..], latent);
                 }
             }
-            bias.resize(packed.blocks * ROWS, 0.0);
+            bias.resize(packed.rows, 0.0);
         }
     }
 
@@ -113,80 +128,149 @@ impl Field {
         scratch: &mut FieldScratch,
         outputs: &mut [[f32; TILE]; 3],
     ) {
-        match Instructions::best() {
-            // SAFETY: detected on this machine.
-            #[cfg(target_arch = "x86_64")]
-            Instructions::Avx512 => unsafe { self.evaluate_avx512(biases, inputs, scratch, outputs) },
-            // SAFETY: detected on this machine.
-            #[cfg(target_arch = "x86_64")]
-            Instructions::Avx2 => unsafe { self.evaluate_avx2(biases, inputs, scratch, outputs) },
-            // SAFETY: plain arrays need no instructions.
-            Instructions::Portable => unsafe {
-                self.evaluate_with::<[f32; 8], 1>(biases, inputs, scratch, outputs);
-            },
-        }
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f")]
-    fn evaluate_avx512(
-        &self,
-        biases: &FieldBiases,
-        inputs: &[[f32; TILE]],
-        scratch: &mut FieldScratch,
-        outputs: &mut [[f32; TILE]; 3],
-    ) {
-        // SAFETY: the caller has AVX-512F.
-        unsafe { self.evaluate_with::<std::arch::x86_64::__m512, 4>(biases, inputs, scratch, outputs) }
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma")]
-    fn evaluate_avx2(
-        &self,
-        biases: &FieldBiases,
-        inputs: &[[f32; TILE]],
-        scratch: &mut FieldScratch,
-        outputs: &mut [[f32; TILE]; 3],
-    ) {
-        // SAFETY: the caller has AVX2 and FMA.
-        unsafe { self.evaluate_with::<std::arch::x86_64::__m256, 2>(biases, inputs, scratch, outputs) }
-    }
-
-    /// All layers over one tile with vectors `V`, `N` of them side by side.
-    ///
-    /// # Safety
-    /// The machine has the instructions of `V`.
-    #[inline(always)]
-    unsafe fn evaluate_with<V: Vector, const N: usize>(
-        &self,
-        biases: &FieldBiases,
-        inputs: &[[f32; TILE]],
-        scratch: &mut FieldScratch,
-        outputs: &mut [[f32; TILE]; 3],
-    ) {
-        const { assert!(TILE.is_multiple_of(N * V::LANES)) };
-        assert_eq!(biases.0.len(), self.packed.len(), "layers of the biases");
-        let FieldScratch { front, back } = scratch;
-        front.clear();
-        front.extend_from_slice(inputs);
-        let last = self.packed.len() - 1;
-        for (i, (packed, bias)) in self.packed.iter().zip(&biases.0).enumerate() {
-            if self.skip == Some(i) {
-                front.extend_from_slice(inputs);
-            }
-            back.resize(packed.blocks * ROWS, [0.0; TILE]);
-            // SAFETY: the caller's promise; `floor` is the lower bound of a hidden activation.
-            unsafe {
-                let floor = if i < last { 0.0 } else { f32::NEG_INFINITY };
-                layer_tile::<V, N>(packed, bias, front, floor, back);
-            }
-            back.truncate(self.layers[i].outputs);
-            std::mem::swap(front, back);
-        }
-        outputs.copy_from_slice(&front[..3]);
+        assert_eq!(inputs.len(), self.point_inputs, "inputs of a vertex");
+        let fits = biases.0.len() == self.packed.len()
+            && (biases.0.iter().zip(&self.packed)).all(|(b, p)| b.len() == p.rows);
+        assert!(fits, "biases of another field");
+        self.dispatch(Tile {
+            biases: &biases.0,
+            inputs,
+            scratch,
+            outputs,
+        });
     }
 }
+
+/// What one evaluation reads and writes.
+struct Tile<'a> {
+    biases: &'a [Vec<f32>],
+    inputs: &'a [[f32; TILE]],
+    scratch: &'a mut FieldScratch,
+    outputs: &'a mut [[f32; TILE]; 3],
+}
+
+/// The kernel of every precision on every instruction set, how many vertices it takes at a time, and the
+/// function compiled for it. After whole numbers the last layer is rounded alike everywhere, too.
+macro_rules! for_kernel {
+    ($kernel:expr, |$k:ident, $w:ident, $run:ident| $body:expr) => {{
+        use Instructions as I;
+        use Precision as P;
+        macro_rules! body {
+            ($type:ty, $width:expr, $function:ident) => {{
+                type $k = $type;
+                const $w: usize = $width;
+                #[allow(unused_imports, reason = "packing runs nothing")]
+                use $function as $run;
+                $body
+            }};
+        }
+        match $kernel {
+            #[cfg(target_arch = "x86_64")]
+            (P::F32, I::Amx | I::Avx512) => body!(Registers<Zmm<F32>, Zmm<F32>, 8, 2>, NARROW, avx512),
+            #[cfg(target_arch = "x86_64")]
+            (P::F32, I::Avx2) => body!(Registers<Ymm<F32>, Ymm<F32>, 4, 2>, NARROW, avx2),
+            (P::F32, I::Portable) => body!(Registers<Plain<F32>, Plain<F32>, 4, 1>, NARROW, portable),
+            #[cfg(target_arch = "x86_64")]
+            (P::Bf16, I::Amx) => body!(Matrix<Bf16>, TILE, avx512),
+            #[cfg(target_arch = "x86_64")]
+            (P::Bf16, I::Avx512) => body!(Registers<Zmm<Bf16>, Zmm<F32>, 8, 2>, TILE, avx512_bf16),
+            #[cfg(target_arch = "x86_64")]
+            (P::Bf16, I::Avx2) => body!(Registers<Ymm<Bf16>, Ymm<F32>, 4, 2>, TILE, avx2),
+            (P::Bf16, I::Portable) => body!(Registers<Plain<Bf16>, Plain<F32>, 4, 1>, TILE, portable),
+            #[cfg(target_arch = "x86_64")]
+            (P::Int16, I::Amx | I::Avx512) => {
+                body!(Registers<Zmm<Int16>, ZmmUnfused<F32>, 8, 2>, TILE, avx512_vnni)
+            }
+            #[cfg(target_arch = "x86_64")]
+            (P::Int16, I::Avx2) => body!(Registers<Ymm<Int16>, YmmUnfused<F32>, 4, 2>, TILE, avx2),
+            (P::Int16, I::Portable) => body!(Registers<Plain<Int16>, Plain<F32>, 4, 1>, TILE, portable),
+            #[cfg(target_arch = "x86_64")]
+            (P::Int8, I::Amx) => body!(Matrix<Int8>, TILE, avx512),
+            #[cfg(target_arch = "x86_64")]
+            (P::Int8, I::Avx512) => {
+                body!(Registers<Zmm<Int8>, ZmmUnfused<F32>, 8, 2>, TILE, avx512_vnni)
+            }
+            #[cfg(target_arch = "x86_64")]
+            (P::Int8, I::Avx2) => body!(Registers<Ymm<Int8>, YmmUnfused<F32>, 4, 2>, TILE, avx2),
+            (P::Int8, I::Portable) => body!(Registers<Plain<Int8>, Plain<F32>, 4, 1>, TILE, portable),
+        }
+    }};
+}
+
+/// Vertices of a tile of f32 that are evaluated together: 256 channels of them fill two thirds of a
+/// first-level cache of 48 KiB. Words of 16 and 8 bits take the whole tile.
+const NARROW: usize = TILE / 2;
+
+impl Field {
+    fn pack(&mut self) {
+        for_kernel!(self.kernel, |K, _W, _run| {
+            self.packed = self.packed_for::<K>();
+        });
+    }
+
+    fn packed_for<K: Kernel>(&self) -> Vec<Packed> {
+        let last = self.layers.len() - 1;
+        let pack = |(i, layer): (usize, &Linear)| {
+            let hidden = if i == 0 { 0 } else { self.config.width };
+            let reads_input = i == 0 || self.config.skip == Some(i);
+            let points = if reads_input { self.point_inputs } else { 0 };
+            let columns = Columns { hidden, points };
+            match i < last {
+                true => Packed::new::<K>(layer, columns),
+                false => Packed::new::<K::Head>(layer, columns),
+            }
+        };
+        self.layers.iter().enumerate().map(pack).collect()
+    }
+
+    fn dispatch(&self, mut tile: Tile<'_>) {
+        for_kernel!(self.kernel, |K, W, run| {
+            for first in (0..TILE).step_by(W) {
+                // SAFETY: `kernel` is of what this machine has.
+                unsafe { run::<K, W>(&self.packed, &mut tile, first) };
+            }
+        });
+    }
+}
+
+impl Tile<'_> {
+    /// # Safety
+    /// The machine has the instructions of `K`.
+    #[inline(always)]
+    unsafe fn evaluate<K: Kernel, const W: usize>(&mut self, layers: &[Packed], first: usize) {
+        let Self {
+            biases,
+            inputs,
+            scratch,
+            outputs,
+        } = self;
+        // SAFETY: the caller's promise.
+        unsafe { tile::evaluate::<K, W>((layers, biases), (inputs, first), scratch, outputs) }
+    }
+}
+
+/// # Safety
+/// None needed: a form that all instruction sets share.
+unsafe fn portable<K: Kernel, const W: usize>(layers: &[Packed], tile: &mut Tile<'_>, first: usize) {
+    // SAFETY: plain arrays need no instructions.
+    unsafe { tile.evaluate::<K, W>(layers, first) }
+}
+
+macro_rules! compiled_for {
+    ($name:ident, $features:literal) => {
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = $features)]
+        fn $name<K: Kernel, const W: usize>(layers: &[Packed], tile: &mut Tile<'_>, first: usize) {
+            // SAFETY: the caller has the features, and with them the instructions of K.
+            unsafe { tile.evaluate::<K, W>(layers, first) }
+        }
+    };
+}
+
+compiled_for!(avx2, "avx2,fma");
+compiled_for!(avx512, "avx512f,avx512bw");
+compiled_for!(avx512_bf16, "avx512f,avx512bw,avx512bf16");
+compiled_for!(avx512_vnni, "avx512f,avx512bw,avx512vnni");
 
 /// (inputs, outputs) of every linear map of a field.
 pub(crate) fn layer_sizes(config: &FieldConfig, point_inputs: usize, latent: usize) -> Vec<(usize, usize)> {
@@ -197,63 +281,6 @@ pub(crate) fn layer_sizes(config: &FieldConfig, point_inputs: usize, latent: usi
         _ => (config.width, config.width),
     });
     hidden.chain([(config.width, 3)]).collect()
-}
-
-impl Packed {
-    fn new(layer: &Linear, latent_column: Option<usize>) -> Self {
-        let columns = latent_column.unwrap_or(layer.inputs);
-        let blocks = layer.outputs.div_ceil(ROWS);
-        let weight = |row: usize, column: usize| match row < layer.outputs {
-            true => layer.weight[row * layer.inputs + column],
-            false => 0.0,
-        };
-        let block = |b: usize| (0..columns).map(move |c| std::array::from_fn(|r| weight(b * ROWS + r, c)));
-        Self {
-            blocks,
-            weights: (0..blocks).flat_map(block).collect(),
-            latent_column,
-        }
-    }
-}
-
-/// max(W x + b, floor) for a tile: `ROWS` outputs by `N` vectors of vertices stay in registers.
-///
-/// # Safety
-/// The machine has the instructions of `V`.
-#[inline(always)]
-unsafe fn layer_tile<V: Vector, const N: usize>(
-    packed: &Packed,
-    bias: &[f32],
-    input: &[[f32; TILE]],
-    floor: f32,
-    output: &mut [[f32; TILE]],
-) {
-    let columns = packed.weights.len() / packed.blocks;
-    assert!(input.len() == columns && output.len() == packed.blocks * ROWS && bias.len() == output.len());
-    let blocks = packed.weights.chunks_exact(columns).zip(bias.chunks_exact(ROWS));
-    for ((weights, bias), output) in blocks.zip(output.chunks_exact_mut(ROWS)) {
-        for lane in (0..TILE).step_by(N * V::LANES) {
-            // SAFETY: lanes `lane..lane + N · LANES` lie within TILE, of which N · LANES is a divisor.
-            unsafe {
-                let mut sums: [[V; N]; ROWS] = std::array::from_fn(|r| [V::splat(bias[r]); N]);
-                for (weights, x) in weights.iter().zip(input) {
-                    let x: [V; N] = std::array::from_fn(|n| V::load(x.as_ptr().add(lane + n * V::LANES)));
-                    for (sums, &w) in sums.iter_mut().zip(weights) {
-                        let w = V::splat(w);
-                        for (sum, x) in sums.iter_mut().zip(x) {
-                            *sum = sum.add_product(w, x);
-                        }
-                    }
-                }
-                for (sums, out) in sums.iter().zip(output.iter_mut()) {
-                    for (n, sum) in sums.iter().enumerate() {
-                        sum.max(V::splat(floor))
-                            .store(out.as_mut_ptr().add(lane + n * V::LANES));
-                    }
-                }
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -275,7 +302,7 @@ mod tests {
         let input: Vec<f64> = point.iter().chain(latent).map(|x| f64::from(*x)).collect();
         let mut x = input.clone();
         for (i, layer) in field.layers.iter().enumerate() {
-            if field.skip == Some(i) {
+            if field.config.skip == Some(i) {
                 x.extend(&input);
             }
             let last = i + 1 == field.layers.len();
@@ -289,14 +316,21 @@ mod tests {
         x
     }
 
-    #[test]
-    fn every_instruction_set_agrees_with_the_textbook() {
-        for (width, hidden_layers, skip, points, latent) in [
+    /// A field, a latent vector, and the inputs of a tile.
+    struct Case {
+        field: Field,
+        latent: Vec<f32>,
+        inputs: Vec<[f32; TILE]>,
+    }
+
+    fn cases() -> Vec<Case> {
+        let sizes = [
             (256, 8, Some(5), 3, 128),
             (37, 3, None, 15, 5),
             (6, 2, Some(1), 1, 1),
             (8, 1, None, 4, 2),
-        ] {
+        ];
+        let case = |(width, hidden_layers, skip, points, latent)| {
             let config = FieldConfig {
                 width,
                 hidden_layers,
@@ -304,34 +338,121 @@ mod tests {
             };
             let sizes = layer_sizes(&config, points, latent);
             let layers = (sizes.iter().enumerate()).map(|(i, &(a, b))| layer(a, b, i as f32));
-            let field = Field::new(&config, points, latent, layers.collect()).unwrap();
-            let z: Vec<f32> = (0..latent).map(|i| (i as f32).cos()).collect();
-            let inputs: Vec<[f32; TILE]> = (0..points)
-                .map(|c| std::array::from_fn(|l| ((c * 31 + l) as f32 * 0.7).sin()))
-                .collect();
-            let mut biases = FieldBiases::default();
-            field.fold(&z, &mut biases);
-            for set in Instructions::available() {
-                let (mut scratch, mut out) = (FieldScratch::default(), [[0.0; TILE]; 3]);
-                // SAFETY: only sets that this machine has.
-                unsafe {
-                    match set {
-                        #[cfg(target_arch = "x86_64")]
-                        Instructions::Avx512 => {
-                            field.evaluate_avx512(&biases, &inputs, &mut scratch, &mut out)
-                        }
-                        #[cfg(target_arch = "x86_64")]
-                        Instructions::Avx2 => field.evaluate_avx2(&biases, &inputs, &mut scratch, &mut out),
-                        Instructions::Portable => {
-                            field.evaluate_with::<[f32; 8], 1>(&biases, &inputs, &mut scratch, &mut out);
-                        }
-                    }
+            Case {
+                field: Field::new(&config, points, latent, layers.collect()).unwrap(),
+                latent: (0..latent).map(|i| (i as f32).cos()).collect(),
+                inputs: (0..points)
+                    .map(|c| std::array::from_fn(|l| ((c * 31 + l) as f32 * 0.7).sin()))
+                    .collect(),
+            }
+        };
+        sizes.into_iter().map(case).collect()
+    }
+
+    impl Case {
+        fn outputs(&self, precision: Precision, set: Instructions) -> [[f32; TILE]; 3] {
+            let field = self.field.clone().with_kernel(precision, set);
+            let (mut biases, mut scratch) = (FieldBiases::default(), FieldScratch::default());
+            let mut out = [[0.0; TILE]; 3];
+            field.fold(&self.latent, &mut biases);
+            // Twice, so that what is left in the buffers would show.
+            for _ in 0..2 {
+                field.evaluate(&biases, &self.inputs, &mut scratch, &mut out);
+            }
+            out
+        }
+
+        /// Largest error over the tile, in units of the largest output.
+        fn error(&self, found: &[[f32; TILE]; 3]) -> f64 {
+            let (mut error, mut size) = (0f64, 0f64);
+            for lane in 0..TILE {
+                let point: Vec<f32> = self.inputs.iter().map(|c| c[lane]).collect();
+                for (k, expected) in reference(&self.field, &point, &self.latent).iter().enumerate() {
+                    error = error.max((f64::from(found[k][lane]) - expected).abs());
+                    size = size.max(expected.abs());
                 }
-                for lane in [0, 1, 17, TILE - 1] {
-                    let point: Vec<f32> = inputs.iter().map(|c| c[lane]).collect();
-                    for (k, expected) in reference(&field, &point, &z).iter().enumerate() {
-                        assert!((f64::from(out[k][lane]) - expected).abs() < 1e-4, "{set:?}");
-                    }
+            }
+            error / size
+        }
+    }
+
+    /// Half the last bit of a number of each precision, a few times over: layers neither shrink nor grow
+    /// what goes through them.
+    fn tolerance(precision: Precision) -> f64 {
+        match precision {
+            Precision::F32 => 1e-5,
+            Precision::Bf16 => 0.02,
+            Precision::Int16 => 2e-3,
+            Precision::Int8 => 0.05,
+        }
+    }
+
+    #[test]
+    fn every_precision_on_every_instruction_set_agrees_with_the_textbook() {
+        for case in cases() {
+            for precision in Precision::ALL {
+                for set in Instructions::available(precision) {
+                    let error = case.error(&case.outputs(precision, set));
+                    let width = case.field.config.width;
+                    assert!(
+                        error < tolerance(precision),
+                        "{precision:?} {set:?} {width}: {error}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn whole_numbers_give_the_same_bits_on_every_instruction_set() {
+        let bits = |out: [[f32; TILE]; 3]| out.map(|c| c.map(f32::to_bits));
+        for case in cases() {
+            for precision in [Precision::Int16, Precision::Int8] {
+                let portable = bits(case.outputs(precision, Instructions::Portable));
+                for set in Instructions::available(precision) {
+                    assert!(
+                        bits(case.outputs(precision, set)) == portable,
+                        "{precision:?} {set:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_vertex_does_not_depend_on_its_neighbours() {
+        for mut case in cases() {
+            for precision in Precision::ALL {
+                for set in Instructions::available(precision) {
+                    let before = case.outputs(precision, set);
+                    case.inputs.iter_mut().for_each(|channel| channel[5] *= 1000.0);
+                    let after = case.outputs(precision, set);
+                    case.inputs.iter_mut().for_each(|channel| channel[5] /= 1000.0);
+                    let others = |out: [[f32; TILE]; 3]| {
+                        out.map(|mut c| {
+                            c[5] = 0.0;
+                            c
+                        })
+                    };
+                    assert_eq!(others(before), others(after), "{precision:?} {set:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_none_stay_with_their_vertex() {
+        for mut case in cases() {
+            case.inputs[0][3] = f32::NAN;
+            case.inputs[0][7] = f32::INFINITY;
+            for precision in Precision::ALL {
+                for set in Instructions::available(precision) {
+                    let out = case.outputs(precision, set);
+                    let finite = |lane: usize| out.iter().all(|c| c[lane].is_finite());
+                    assert!(
+                        (0..TILE).all(|l| l == 3 || l == 7 || finite(l)),
+                        "{precision:?} {set:?}"
+                    );
                 }
             }
         }

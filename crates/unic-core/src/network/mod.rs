@@ -1,13 +1,27 @@
 //! The networks at inference: the categorical motion encoder and the deformation field on CPU.
 
+#[cfg(target_arch = "x86_64")]
+mod amx;
+mod arithmetic;
 mod encoder;
 mod field;
-mod simd;
+mod float;
+mod instructions;
+mod kernel;
+mod lines;
+mod packed;
+mod precision;
+mod rows;
+mod tile;
+mod vector;
+mod words;
 
 pub use encoder::{Encoder, EncoderScratch};
 pub(crate) use encoder::{apply, elu};
-pub use field::{Field, FieldBiases, FieldScratch};
-pub use simd::{Instructions, TILE};
+pub use field::{Field, FieldBiases};
+pub use instructions::Instructions;
+pub use precision::Precision;
+pub use tile::{FieldScratch, TILE};
 
 use thiserror::Error;
 

@@ -13,23 +13,39 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the run")]
 
-mod model;
-
 use divan::{Bencher, black_box, counter::ItemsCount};
-use glam::{Quat, Vec3};
-use model::{FPS, Named, PARENTS, Paper, Standard, character, config, encoder, field, garment};
-use std::{f32::consts::TAU, sync::Arc};
+use glam::Vec3;
+use std::sync::Arc;
+use unic_builtin::scale::{Network, VERTICES, random_model, walk};
 use unic_core::{
     animator::{Animator, Start, StepInput},
     config::IntersectionMode,
     intersection::{BodySnapshot, PaperIntersection},
-    motion::{MotionInput, MotionState, motion_len},
-    network::{EncoderScratch, FieldBiases, FieldScratch, TILE},
+    model::{Model, ModelParts},
+    motion::{MotionInput, MotionState},
+    network::{Encoder, EncoderScratch, Field, FieldBiases, FieldScratch, TILE},
     skeleton::Pose,
 };
 
-/// Vertices of the four garments of the paper.
-const VERTICES: [usize; 4] = [3_653, 34_907, 59_380, 62_461];
+/// Networks as types, which a benchmark is named after.
+trait Named {
+    const NETWORK: Network;
+
+    fn model(vertices: usize) -> Model {
+        random_model(Self::NETWORK, vertices).unwrap()
+    }
+}
+
+struct Standard;
+struct Paper;
+
+impl Named for Standard {
+    const NETWORK: Network = Network::Standard;
+}
+
+impl Named for Paper {
+    const NETWORK: Network = Network::Paper;
+}
 
 fn main() {
     divan::main();
@@ -55,14 +71,14 @@ fn frame_unhandled<P: Named>(bencher: Bencher, vertices: usize) {
 /// Forward kinematics and the motion vector: the same for all garments.
 #[divan::bench]
 fn stage_motion(bencher: Bencher) {
-    let character = character();
-    let poses: Vec<Pose> = (0..30).map(pose).collect();
-    let (spec, skeleton) = (&config(Standard::PRESET).motion, &character.skeleton);
+    let model = Standard::model(VERTICES[0]);
+    let poses: Vec<Pose> = (0..30).map(walk).collect();
+    let (spec, skeleton) = (&model.config().motion, &model.character().skeleton);
     let input = |t: usize| MotionInput {
         pose: &poses[t % poses.len()],
         next_pose: None,
         ground_height: 0.0,
-        dt: 1.0 / FPS,
+        dt: 1.0 / model.config().fps,
     };
     let mut state = MotionState::start(spec, skeleton, &input(0));
     let mut t = 0;
@@ -76,9 +92,17 @@ fn stage_motion(bencher: Bencher) {
 /// The motion encoder, and the latent's share of the field's layers: the same for all garments.
 #[divan::bench(types = [Standard, Paper])]
 fn stage_encoder<P: Named>(bencher: Bencher) {
-    let config = config(P::PRESET);
-    let (encoder, field) = (encoder(&config), field(&config));
-    let pair = vec![0.1; 2 * motion_len(PARENTS.len())];
+    let ModelParts {
+        config,
+        encoder,
+        field,
+        normalisation,
+        ..
+    } = P::model(VERTICES[0]).to_parts();
+    let pair = vec![0.1; 2 * normalisation.mean.len()];
+    let (points, channels) = (config.state.input_len(), config.encoder.channels);
+    let encoder = Encoder::new(&config.encoder, pair.len(), encoder).unwrap();
+    let field = Field::new(&config.field, points, channels, field).unwrap();
     let (mut scratch, mut biases) = (EncoderScratch::default(), FieldBiases::default());
     let mut latent = vec![0.0; config.encoder.channels];
     bencher.bench_local(|| {
@@ -90,8 +114,10 @@ fn stage_encoder<P: Named>(bencher: Bencher) {
 /// The field at all vertices, on one thread.
 #[divan::bench(args = VERTICES, types = [Standard, Paper], sample_count = 10, sample_size = 1, max_time = 3)]
 fn stage_field<P: Named>(bencher: Bencher, vertices: usize) {
-    let config = config(P::PRESET);
-    let (field, mut biases) = (field(&config), FieldBiases::default());
+    let ModelParts { config, field, .. } = P::model(VERTICES[0]).to_parts();
+    let (points, channels) = (config.state.input_len(), config.encoder.channels);
+    let field = Field::new(&config.field, points, channels, field).unwrap();
+    let mut biases = FieldBiases::default();
     field.fold(&vec![0.1; config.encoder.channels], &mut biases);
     let inputs = vec![[0.3; TILE]; field.point_inputs()];
     let (mut scratch, mut outputs) = (FieldScratch::default(), [[0.0; TILE]; 3]);
@@ -107,7 +133,9 @@ fn stage_field<P: Named>(bencher: Bencher, vertices: usize) {
 /// garment vertex on a body that is prepared anew.
 #[divan::bench(args = VERTICES, sample_count = 10, sample_size = 1, max_time = 3)]
 fn stage_intersections(bencher: Bencher, vertices: usize) {
-    let (character, garment) = (character(), garment(vertices));
+    let ModelParts {
+        character, garment, ..
+    } = Paper::model(vertices).to_parts();
     let rule = PaperIntersection::default();
     let mut body = BodySnapshot::default();
     bencher.counter(ItemsCount::new(vertices)).bench_local(|| {
@@ -129,15 +157,15 @@ struct Walker {
 
 impl Walker {
     fn new<P: Named>(vertices: usize) -> Self {
-        let mut animator = Animator::new(Arc::new(model::model(P::PRESET, vertices)));
-        let pose = pose(0);
+        let mut animator = Animator::new(Arc::new(P::model(vertices)));
+        let pose = walk(0);
         animator.reset(&input(&pose), Start::MeanShape).unwrap();
         Self { animator, frame: 0 }
     }
 
     fn step(&mut self) -> Vec3 {
         self.frame += 1;
-        let pose = pose(self.frame);
+        let pose = walk(self.frame);
         self.animator.step(&input(&pose)).unwrap().positions[0]
     }
 }
@@ -147,15 +175,5 @@ fn input(pose: &Pose) -> StepInput<'_> {
         pose,
         next_pose: None,
         ground_height: 0.0,
-    }
-}
-
-/// A walk in which all joints turn a little.
-fn pose(frame: usize) -> Pose {
-    let s = frame as f32 / FPS;
-    let turn = |j: usize| Quat::from_rotation_x(0.2 * (TAU * s + j as f32).sin());
-    Pose {
-        trans: Vec3::Z * s,
-        local: (0..PARENTS.len()).map(turn).collect(),
     }
 }

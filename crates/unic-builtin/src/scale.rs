@@ -1,7 +1,8 @@
-//! Models of the presets' sizes with random weights, and who wears their garments.
+//! Models of the presets' sizes with random weights, for a garment of any number of vertices: times do not
+//! depend on what weights say.
 
-use glam::Vec3;
-use std::{f32::consts::TAU, ops::Range};
+use glam::{Quat, Vec3};
+use std::{error::Error, f32::consts::TAU, ops::Range};
 use unic_core::{
     character::{Character, Garment},
     config::*,
@@ -9,19 +10,28 @@ use unic_core::{
     mesh::TriMesh,
     model::{About, Model, ModelParts},
     motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
-    network::{Encoder, Field, Linear},
+    network::Linear,
     prior::Prior,
     recurrence::Recurrence,
-    skeleton::{Skeleton, SkeletonParts},
+    skeleton::{Pose, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
 
+/// Vertices of the four garments of the paper.
+pub const VERTICES: [usize; 4] = [3_653, 34_907, 59_380, 62_461];
+
+/// Why a model cannot be made.
+pub type Failure = Box<dyn Error + Send + Sync>;
+
+/// Fewest vertices of a garment that is made here: three rings.
+const FEWEST: usize = 32;
+
 /// SMPL's.
-pub(crate) const PARENTS: [i64; 24] = [
+const PARENTS: [i64; 24] = [
     -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
 ];
 const BODY_VERTICES: usize = 6_890;
-pub(crate) const FPS: f32 = 30.0;
+const FPS: f32 = 30.0;
 
 /// Oscillators and width of the recurrence of `standard`.
 const OSCILLATORS: usize = 64;
@@ -29,39 +39,44 @@ const WIDTH: usize = 128;
 /// Shapes of the prior of `standard`.
 const SHAPES: usize = 32;
 
-#[derive(Clone, Copy)]
-pub(crate) enum Preset {
+/// Networks and state of a training preset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Network {
+    /// The one that we train.
     Standard,
+    /// The published one.
     Paper,
 }
 
-/// Presets as types, which a benchmark is named after.
-pub(crate) trait Named {
-    const PRESET: Preset;
+impl Network {
+    /// As the preset is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Standard => "standard",
+            Self::Paper => "paper",
+        }
+    }
 }
 
-pub(crate) struct Standard;
-pub(crate) struct Paper;
-
-impl Named for Standard {
-    const PRESET: Preset = Preset::Standard;
-}
-
-impl Named for Paper {
-    const PRESET: Preset = Preset::Paper;
-}
-
-pub(crate) fn model(preset: Preset, vertices: usize) -> Model {
-    let config = config(preset);
+/// A model with random weights on a tube around a body of 6,890 vertices and 24 joints, with the paper's
+/// intersection handling.
+///
+/// # Errors
+/// Fewer than 32 vertices.
+pub fn random_model(preset: Network, vertices: usize) -> Result<Model, Failure> {
+    if vertices < FEWEST {
+        return Err(format!("expected a garment of {FEWEST} vertices or more, found {vertices}").into());
+    }
+    let config = config(preset)?;
     let pair = 2 * motion_len(PARENTS.len());
-    let garment = garment(vertices);
-    Model::new(ModelParts {
+    let garment = garment(vertices)?;
+    Ok(Model::new(ModelParts {
         encoder: encoder_layers(&config),
         field: field_layers(&config),
         normalisation: Normalisation::identity(PARENTS.len()),
-        character: character(),
+        character: character()?,
         prior: match preset {
-            Preset::Standard => Prior {
+            Network::Standard => Prior {
                 mean: vec![Vec3::ZERO; vertices],
                 shapes: vec![Vec3::splat(1e-3); vertices * SHAPES],
                 map: linear(pair, SHAPES),
@@ -74,7 +89,7 @@ pub(crate) fn model(preset: Preset, vertices: usize) -> Model {
                     head: linear(WIDTH, SHAPES),
                 }),
             },
-            Preset::Paper => Prior::constant(vec![Vec3::ZERO; vertices], pair),
+            Network::Paper => Prior::constant(vec![Vec3::ZERO; vertices], pair),
         },
         rest_box: RestBox::of(&garment.rest.vertices),
         garment,
@@ -82,14 +97,23 @@ pub(crate) fn model(preset: Preset, vertices: usize) -> Model {
         about: About {
             name: "bench".into(),
             provenance: "random".into(),
-            training: serde_json::Value::Null,
+            ..About::default()
         },
-    })
-    .unwrap()
+    })?)
+}
+
+/// Frame by frame a walk in which all joints turn a little.
+pub fn walk(frame: usize) -> Pose {
+    let s = frame as f32 / FPS;
+    let turn = |j: usize| Quat::from_rotation_x(0.2 * (TAU * s + j as f32).sin());
+    Pose {
+        trans: Vec3::Z * s,
+        local: (0..PARENTS.len()).map(turn).collect(),
+    }
 }
 
 /// Sizes and inputs of the training presets of the same names.
-pub(crate) fn config(preset: Preset) -> ModelConfig {
+fn config(preset: Network) -> Result<ModelConfig, Failure> {
     use PointInput::{Displacement, Rest, SkinVelocity, Up, Velocity};
     let displacement = StateConfig::Displacement(DisplacementConfig {
         memory_s: 2.0,
@@ -98,8 +122,8 @@ pub(crate) fn config(preset: Preset) -> ModelConfig {
         inputs: vec![Displacement, Velocity, Rest, Up, SkinVelocity],
     });
     let (layout, hidden, channels, field, state) = match preset {
-        Preset::Standard => (MotionLayout::Heading, vec![128], 32, (32, 4, None), displacement),
-        Preset::Paper => (
+        Network::Standard => (MotionLayout::Heading, vec![128], 32, (32, 4, None), displacement),
+        Network::Paper => (
             MotionLayout::Paper,
             vec![4096, 4096],
             128,
@@ -108,9 +132,9 @@ pub(crate) fn config(preset: Preset) -> ModelConfig {
         ),
     };
     let (width, hidden_layers, skip) = field;
-    ModelConfig {
+    Ok(ModelConfig {
         fps: FPS,
-        motion: MotionSpec::new(layout, VelocityScheme::Backward, [7, 10, 8, 11], &character()).unwrap(),
+        motion: MotionSpec::new(layout, VelocityScheme::Backward, [7, 10, 8, 11], &character()?)?,
         encoder: EncoderConfig {
             hidden,
             channels,
@@ -122,23 +146,15 @@ pub(crate) fn config(preset: Preset) -> ModelConfig {
             skip,
         },
         state,
-        intersection: IntersectionMode::Paper { relaxation_m: 0.005 },
-    }
-}
-
-pub(crate) fn encoder(config: &ModelConfig) -> Encoder {
-    let pair = 2 * motion_len(PARENTS.len());
-    Encoder::new(&config.encoder, pair, encoder_layers(config)).unwrap()
+        intersection: IntersectionMode::Paper {
+            relaxation_m: IntersectionMode::RELAXATION_M,
+        },
+    })
 }
 
 fn encoder_layers(config: &ModelConfig) -> Vec<Linear> {
     let widths = config.encoder.widths(2 * motion_len(PARENTS.len()));
     widths.windows(2).map(|w| linear(w[0], w[1])).collect()
-}
-
-pub(crate) fn field(config: &ModelConfig) -> Field {
-    let (points, latent) = (config.state.input_len(), config.encoder.channels);
-    Field::new(&config.field, points, latent, field_layers(config)).unwrap()
 }
 
 fn field_layers(config: &ModelConfig) -> Vec<Linear> {
@@ -165,32 +181,32 @@ fn linear(inputs: usize, outputs: usize) -> Linear {
     }
 }
 
-pub(crate) fn character() -> Character {
-    let body = tube(BODY_VERTICES, 60, 0.15, 0.0..1.6);
+fn character() -> Result<Character, Failure> {
+    let body = tube(BODY_VERTICES, 60, 0.15, 0.0..1.6)?;
     let place = |j: usize| Vec3::new(0.02 * (j % 3) as f32 - 0.02, 0.9 + 0.02 * j as f32, 0.0);
     let skeleton = Skeleton::new(SkeletonParts {
         parents: PARENTS.to_vec(),
         joints: (0..PARENTS.len()).map(place).collect(),
         ..SkeletonParts::default()
     });
-    Character {
-        weights: weights(&body),
+    Ok(Character {
+        weights: weights(&body)?,
         body,
-        skeleton: skeleton.unwrap(),
-    }
+        skeleton: skeleton?,
+    })
 }
 
-pub(crate) fn garment(vertices: usize) -> Garment {
+fn garment(vertices: usize) -> Result<Garment, Failure> {
     let sides = (vertices as f32 * 3.0).sqrt() as usize;
-    let rest = tube(vertices, sides, 0.16, 0.5..1.0);
-    Garment {
-        weights: weights(&rest),
+    let rest = tube(vertices, sides, 0.16, 0.5..1.0)?;
+    Ok(Garment {
+        weights: weights(&rest)?,
         rest,
-    }
+    })
 }
 
 /// Four joints a vertex, as engines skin with.
-fn weights(mesh: &TriMesh) -> SkinningWeights {
+fn weights(mesh: &TriMesh) -> Result<SkinningWeights, Failure> {
     let row = |v: &Vec3| {
         let first = (v.y * 12.0) as usize % (PARENTS.len() - 3);
         [0.4, 0.3, 0.2, 0.1]
@@ -198,11 +214,14 @@ fn weights(mesh: &TriMesh) -> SkinningWeights {
             .enumerate()
             .map(move |(i, w)| (first + i, w))
     };
-    SkinningWeights::from_rows(PARENTS.len(), mesh.vertices.iter().map(row)).unwrap()
+    Ok(SkinningWeights::from_rows(
+        PARENTS.len(),
+        mesh.vertices.iter().map(row),
+    )?)
 }
 
 /// Rings of squares from the bottom up; the last ring ends where the vertices do.
-fn tube(vertices: usize, sides: usize, radius: f32, heights: Range<f32>) -> TriMesh {
+fn tube(vertices: usize, sides: usize, radius: f32, heights: Range<f32>) -> Result<TriMesh, Failure> {
     let rings = (vertices / sides) as f32;
     let place = |i: usize| {
         let (sine, cosine) = (TAU * (i % sides) as f32 / sides as f32).sin_cos();
@@ -215,5 +234,5 @@ fn tube(vertices: usize, sides: usize, radius: f32, heights: Range<f32>) -> TriM
         (next < vertices).then_some([[a, b, c], [a, c, d]])
     };
     let faces = (sides..vertices).filter_map(square).flatten();
-    TriMesh::new((0..vertices).map(place).collect(), faces.collect()).unwrap()
+    Ok(TriMesh::new((0..vertices).map(place).collect(), faces.collect())?)
 }

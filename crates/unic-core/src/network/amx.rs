@@ -1,0 +1,164 @@
+//! Intel's matrix units (AMX) for bf16 and int8: 16 and 32 times the multiply-adds of AVX-512 in f32.
+//!
+//! The intrinsics are not stable, assembly is. A block is 32 outputs by 32 vertices: two tile registers
+//! of weights (16 outputs × 16 words), two of activations (16 words × 16 vertices), four of sums.
+
+use super::{
+    arithmetic::{Arithmetic, Bf16, F32, Int8},
+    kernel::{Kernel, Registers},
+    words::x86::{Zmm, ZmmUnfused},
+};
+use std::{
+    arch::{asm, x86_64::__m512},
+    sync::OnceLock,
+};
+
+/// Rows of a tile register, words in each of its rows.
+const TILE_ROWS: usize = 16;
+/// Words of a tile register.
+const TILE_WORDS: usize = TILE_ROWS * TILE_ROWS;
+
+/// Products of words of `A` on matrix units, AVX-512 for the rest.
+pub(super) struct Matrix<A>(A);
+
+macro_rules! matrix {
+    ($arithmetic:ty, $head:ty, $multiply:literal) => {
+        impl Kernel for Matrix<$arithmetic> {
+            type Arithmetic = $arithmetic;
+            type Head = Registers<$head, $head, 8, 2>;
+            type Float = __m512;
+            const ROWS: usize = 2 * TILE_ROWS;
+            const PADDED: usize = TILE_ROWS * <$arithmetic as Arithmetic>::CHANNELS;
+
+            /// Tile register after tile register, in the order that they are read.
+            fn place(row: usize, group: usize, groups: usize) -> usize {
+                let tile = row / TILE_ROWS * (groups / TILE_ROWS) + group / TILE_ROWS;
+                tile * TILE_WORDS + row % TILE_ROWS * TILE_ROWS + group % TILE_ROWS
+            }
+
+            #[inline(always)]
+            unsafe fn begin() {
+                // SAFETY: the caller has AMX, and the configuration is 64 bytes: eight registers of 16
+                // rows of 64 bytes.
+                unsafe { asm!("ldtilecfg [{}]", in(reg) &raw const CONFIGURATION, options(nostack, readonly)) }
+            }
+
+            #[inline(always)]
+            unsafe fn end() {
+                // SAFETY: the caller has AMX.
+                unsafe { asm!("tilerelease", options(nostack, nomem)) }
+            }
+
+            #[inline(always)]
+            unsafe fn block<const W: usize>(weights: &[u32], words: &[u32], sums: &mut [<$arithmetic as Arithmetic>::Sum]) {
+                const { assert!(W.is_multiple_of(Self::ROWS)) };
+                let tiles = weights.len() / (2 * TILE_WORDS);
+                assert!(tiles > 0 && words.len() >= tiles * TILE_ROWS * W && sums.len() >= Self::ROWS * W);
+                for vertex in (0..W).step_by(Self::ROWS) {
+                    // SAFETY: `tiles` registers of weights for each half of the outputs, `tiles` · 16 rows of
+                    // activations and 32 rows of sums, all of which the slices have.
+                    unsafe {
+                        let (weights, sums) = (weights.as_ptr(), sums.as_mut_ptr().add(vertex));
+                        asm!(
+                            "tilezero tmm0",
+                            "tilezero tmm1",
+                            "tilezero tmm2",
+                            "tilezero tmm3",
+                            "2:",
+                            "tileloadd tmm6, [{words} + {row}]",
+                            "tileloadd tmm4, [{upper} + {line}]",
+                            "tileloadd tmm7, [{words} + {row} + 64]",
+                            concat!($multiply, " tmm0, tmm4, tmm6"),
+                            "tileloadd tmm5, [{lower} + {line}]",
+                            concat!($multiply, " tmm1, tmm4, tmm7"),
+                            concat!($multiply, " tmm2, tmm5, tmm6"),
+                            concat!($multiply, " tmm3, tmm5, tmm7"),
+                            "add {upper}, 1024",
+                            "add {lower}, 1024",
+                            "add {words}, {step}",
+                            "dec {tiles}",
+                            "jnz 2b",
+                            "tilestored [{sums} + {row}], tmm0",
+                            "tilestored [{sums} + {row} + 64], tmm1",
+                            "tilestored [{under} + {row}], tmm2",
+                            "tilestored [{under} + {row} + 64], tmm3",
+                            words = inout(reg) words.as_ptr().add(vertex) => _,
+                            upper = inout(reg) weights => _,
+                            lower = inout(reg) weights.add(tiles * TILE_WORDS) => _,
+                            tiles = inout(reg) tiles => _,
+                            sums = in(reg) sums,
+                            under = in(reg) sums.add(TILE_ROWS * W),
+                            row = in(reg) W * size_of::<u32>(),
+                            line = in(reg) TILE_ROWS * size_of::<u32>(),
+                            step = in(reg) TILE_ROWS * W * size_of::<u32>(),
+                            out("tmm0") _, out("tmm1") _, out("tmm2") _, out("tmm3") _,
+                            out("tmm4") _, out("tmm5") _, out("tmm6") _, out("tmm7") _,
+                            options(nostack)
+                        );
+                    }
+                }
+            }
+        }
+    };
+}
+
+matrix!(Bf16, Zmm<F32>, "tdpbf16ps");
+matrix!(Int8, ZmmUnfused<F32>, "tdpbsud");
+
+/// Palette 1; bytes of a row from the 16th on, rows from the 48th on.
+#[repr(C, align(64))]
+struct Configuration([u8; 64]);
+
+static CONFIGURATION: Configuration = Configuration(configuration());
+
+const fn configuration() -> [u8; 64] {
+    let mut bytes = [0; 64];
+    bytes[0] = 1;
+    let mut register = 0;
+    while register < 8 {
+        bytes[16 + 2 * register] = 64;
+        bytes[48 + register] = TILE_ROWS as u8;
+        register += 1;
+    }
+    bytes
+}
+
+/// Does the processor have the units, and does the system let this process use them? It is asked once.
+pub(super) fn is_available() -> bool {
+    static AVAILABLE: OnceLock<bool> = OnceLock::new();
+    *AVAILABLE.get_or_init(|| has_units() && is_permitted())
+}
+
+/// AMX-TILE, AMX-INT8 and AMX-BF16 (CPUID leaf 7, EDX bits 24, 25 and 22).
+fn has_units() -> bool {
+    use std::arch::x86_64::{__cpuid, __cpuid_count};
+    let units = 1 << 24 | 1 << 25 | 1 << 22;
+    __cpuid(0).eax >= 7 && __cpuid_count(7, 0).edx & units == units
+}
+
+/// Linux keeps the registers' 8 KiB out of a process until it asks for them (arch_prctl).
+#[cfg(target_os = "linux")]
+fn is_permitted() -> bool {
+    const ARCH_PRCTL: i64 = 158;
+    const ARCH_REQ_XCOMP_PERM: i64 = 0x1023;
+    const XFEATURE_XTILEDATA: i64 = 18;
+    let status: i64;
+    // SAFETY: a system call that reads and writes no memory of ours; unknown ones fail.
+    unsafe {
+        asm!(
+            "syscall",
+            inlateout("rax") ARCH_PRCTL => status,
+            in("rdi") ARCH_REQ_XCOMP_PERM,
+            in("rsi") XFEATURE_XTILEDATA,
+            out("rcx") _,
+            out("r11") _,
+            options(nostack)
+        );
+    }
+    status == 0
+}
+
+#[cfg(not(target_os = "linux"))]
+fn is_permitted() -> bool {
+    false
+}

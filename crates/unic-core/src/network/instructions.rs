@@ -1,0 +1,67 @@
+//! What this machine's processor can do, found out at run time.
+
+use super::Precision;
+
+/// Instruction set that kernels run on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instructions {
+    /// Matrix units for bf16 and int8 (x86-64, AMX), with AVX-512 for the rest.
+    #[cfg(target_arch = "x86_64")]
+    Amx,
+    /// 16 lanes (x86-64, AVX-512F), with the extension that a precision needs: BF16 or VNNI.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+    /// 8 lanes, x86-64 with AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// Whatever the compiler makes of plain loops: NEON on 64-bit ARM.
+    Portable,
+}
+
+impl Instructions {
+    /// The fastest that this machine has for a precision.
+    pub fn best(precision: Precision) -> Self {
+        Self::available(precision).next().unwrap_or(Self::Portable)
+    }
+
+    /// All that this machine has for a precision, fastest first.
+    pub fn available(precision: Precision) -> impl Iterator<Item = Self> {
+        let all = Self::ALL.iter().copied();
+        all.filter(move |set| set.is_available(precision))
+    }
+
+    const ALL: &[Self] = &[
+        #[cfg(target_arch = "x86_64")]
+        Self::Amx,
+        #[cfg(target_arch = "x86_64")]
+        Self::Avx512,
+        #[cfg(target_arch = "x86_64")]
+        Self::Avx2,
+        Self::Portable,
+    ];
+
+    fn is_available(self, precision: Precision) -> bool {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Amx => {
+                let multiplies = matches!(precision, Precision::Bf16 | Precision::Int8);
+                multiplies && has_avx512(precision) && super::amx::is_available()
+            }
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => has_avx512(precision),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            Self::Portable => true,
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_avx512(precision: Precision) -> bool {
+    let extension = match precision {
+        Precision::F32 => true,
+        Precision::Bf16 => is_x86_feature_detected!("avx512bf16"),
+        Precision::Int16 | Precision::Int8 => is_x86_feature_detected!("avx512vnni"),
+    };
+    extension && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512bw")
+}

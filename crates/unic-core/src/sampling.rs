@@ -1,0 +1,208 @@
+//! State on a few well-spread vertices, the others interpolated: a field that is smooth in space need not be
+//! evaluated at every vertex.
+
+mod spread;
+mod weights;
+
+use crate::mesh::TriMesh;
+use spread::spread;
+use thiserror::Error;
+use weights::Neighbourhoods;
+
+/// Samples that one vertex is interpolated from.
+pub(crate) const NEIGHBOURS: usize = 8;
+
+/// Which vertices carry the state, and how each vertex follows from them.
+///
+/// Weights are fixed by the rest shape: moving least squares (Lancaster and Salkauskas 1981) over the samples
+/// that are fewest edges away, so that displacements which are linear functions of the rest position are
+/// reproduced. Displacements are those in the vertices' own rotated frames: world displacements would shear
+/// where the garment bends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sampling {
+    samples: Vec<u32>,
+    rows: Vec<Row>,
+}
+
+/// A vertex from its samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Row {
+    /// Places in the list of samples.
+    pub(crate) samples: [u32; NEIGHBOURS],
+    /// They sum to one.
+    pub(crate) weights: [f32; NEIGHBOURS],
+}
+
+/// Samples that are none.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SamplingError {
+    /// A share of vertices beyond 0 to 1.
+    #[error("sampling: expected a share above 0 and up to 1, found {found}")]
+    Share {
+        /// The share.
+        found: f32,
+    },
+    /// No vertex, one that does not exist, or one twice.
+    #[error("sampling: expected distinct vertices below {vertices}, found {found}")]
+    Vertices {
+        /// Of the mesh.
+        vertices: usize,
+        /// What was given.
+        found: String,
+    },
+}
+
+impl Sampling {
+    /// The smallest well-spread set of `share` of the vertices: each sample is the vertex farthest from those
+    /// before, in every connected part of the garment on its own.
+    ///
+    /// # Errors
+    /// A share that is none.
+    pub fn of_share(rest: &TriMesh, share: f32) -> Result<Self, SamplingError> {
+        if !(share > 0.0 && share <= 1.0) {
+            return Err(SamplingError::Share { found: share });
+        }
+        Self::new(rest, spread(rest, share))
+    }
+
+    /// State on the given vertices.
+    ///
+    /// # Errors
+    /// None, one that the mesh does not have, one twice.
+    pub fn new(rest: &TriMesh, samples: Vec<u32>) -> Result<Self, SamplingError> {
+        let vertices = rest.vertices.len();
+        let mut places = vec![None; vertices];
+        let refused = |found: String| SamplingError::Vertices { vertices, found };
+        if samples.is_empty() {
+            return Err(refused("none".into()));
+        }
+        for (place, &vertex) in samples.iter().enumerate() {
+            match places.get_mut(vertex as usize) {
+                Some(slot @ None) => *slot = Some(place as u32),
+                Some(Some(_)) => return Err(refused(format!("{vertex} twice"))),
+                None => return Err(refused(vertex.to_string())),
+            }
+        }
+        let rows = Neighbourhoods::new(rest, &samples, &places).rows();
+        Ok(Self { samples, rows })
+    }
+
+    /// Vertices that carry the state.
+    pub fn samples(&self) -> &[u32] {
+        &self.samples
+    }
+
+    /// Share of all vertices.
+    pub fn share(&self) -> f32 {
+        self.samples.len() as f32 / self.rows.len() as f32
+    }
+
+    pub(crate) fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes::sheet;
+    use glam::Vec3;
+
+    /// A sheet that is bent around a cylinder: flat enough for a plane, not flat.
+    fn bent() -> TriMesh {
+        let mut mesh = sheet(40, 30, 0.01);
+        for v in &mut mesh.vertices {
+            let angle = v.x / 0.3;
+            *v = Vec3::new(0.3 * angle.sin(), v.y, 0.3 * angle.cos());
+        }
+        mesh
+    }
+
+    fn interpolated(sampling: &Sampling, function: impl Fn(u32) -> f32) -> Vec<f32> {
+        let value = |row: &Row| -> f32 {
+            let samples = row.samples.iter().zip(row.weights);
+            samples
+                .map(|(&s, w)| w * function(sampling.samples()[s as usize]))
+                .sum()
+        };
+        sampling.rows().iter().map(value).collect()
+    }
+
+    #[test]
+    fn linear_functions_are_reproduced() {
+        let mesh = bent();
+        for share in [0.5, 0.2, 0.05] {
+            let sampling = Sampling::of_share(&mesh, share).unwrap();
+            assert!((sampling.share() - share).abs() < 0.01, "{}", sampling.share());
+            for direction in [Vec3::X, Vec3::Y, Vec3::new(0.3, -0.5, 0.8)] {
+                let at = |v: u32| 0.7 + mesh.vertices[v as usize].dot(direction);
+                for (v, found) in interpolated(&sampling, at).iter().enumerate() {
+                    assert!((found - at(v as u32)).abs() < 2e-4, "{share}, vertex {v}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn weights_are_moderate_and_samples_are_themselves() {
+        let mesh = bent();
+        let sampling = Sampling::of_share(&mesh, 0.1).unwrap();
+        for row in sampling.rows() {
+            let (sum, size) = row
+                .weights
+                .iter()
+                .fold((0.0, 0.0), |(s, a), w| (s + w, a + w.abs()));
+            assert!((sum - 1.0).abs() < 1e-5 && size < 3.0, "{row:?}");
+        }
+        for (place, &vertex) in sampling.samples().iter().enumerate() {
+            let row = sampling.rows()[vertex as usize];
+            assert_eq!((row.samples[0], row.weights[0]), (place as u32, 1.0));
+        }
+    }
+
+    #[test]
+    fn samples_are_well_spread_and_nested() {
+        let mesh = bent();
+        let [coarse, fine] = [0.05, 0.2].map(|share| Sampling::of_share(&mesh, share).unwrap());
+        assert_eq!(fine.samples()[..coarse.samples().len()], *coarse.samples());
+        let gap = |v: &Vec3| {
+            let to = |&s: &u32| mesh.vertices[s as usize].distance(*v);
+            coarse.samples().iter().map(to).fold(f32::INFINITY, f32::min)
+        };
+        // 60 samples on 0.12 m² of cloth: a grid of them is 4.5 cm wide.
+        let widest = mesh.vertices.iter().map(gap).fold(0.0, f32::max);
+        assert!(widest < 0.045, "{widest}");
+    }
+
+    #[test]
+    fn parts_that_are_not_connected_do_not_mix() {
+        let mut mesh = sheet(10, 10, 0.01);
+        let other: Vec<Vec3> = mesh.vertices.iter().map(|v| *v + Vec3::Z * 0.002).collect();
+        let count = mesh.vertices.len() as u32;
+        let faces: Vec<_> = mesh.faces.iter().map(|f| f.map(|v| v + count)).collect();
+        mesh.vertices.extend(other);
+        mesh.faces.extend(faces);
+        let sampling = Sampling::of_share(&mesh, 0.1).unwrap();
+        let layer = |v: u32| f32::from(v >= count);
+        for (v, found) in interpolated(&sampling, layer).iter().enumerate() {
+            assert!((found - layer(v as u32)).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn what_is_no_sample_is_refused() {
+        let mesh = sheet(2, 2, 0.1);
+        for share in [0.0, -1.0, 1.5, f32::NAN] {
+            assert!(Sampling::of_share(&mesh, share).is_err());
+        }
+        for samples in [vec![], vec![9], vec![1, 1]] {
+            assert!(Sampling::new(&mesh, samples).is_err());
+        }
+        // A vertex without faces is its own part, and a sample far away still serves it.
+        let mut loose = mesh;
+        loose.vertices.push(Vec3::X * 3.0);
+        assert_eq!(Sampling::of_share(&loose, 0.01).unwrap().samples().len(), 5);
+        let one = Sampling::new(&loose, vec![0]).unwrap();
+        assert_eq!(interpolated(&one, |_| 2.0), vec![2.0; 10]);
+    }
+}
