@@ -53,12 +53,10 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// Decay times where the truth comes to rest; a prediction that does not then takes the second that it
-    /// is given at least.
+    /// Decay times where the truth comes to rest; infinite for a prediction that does not.
     pub(super) fn decay(&self) -> Option<Pair<f64>> {
-        let given = f64::from(QUIET_S) * (1.0 - REST_SHARE);
         Some(Pair {
-            predicted: self.decay_s.predicted.unwrap_or(given),
+            predicted: self.decay_s.predicted.unwrap_or(f64::INFINITY),
             truth: self.decay_s.truth?,
         })
     }

@@ -429,6 +429,23 @@ fn everything_is_judged_and_is_the_same_for_any_number_of_threads() {
 }
 
 #[test]
+fn a_hem_that_does_not_come_to_rest_where_the_true_one_does_has_missed() {
+    let stop = |predicted, truth| Stop {
+        clip: "a".into(),
+        split: "test",
+        at_s: 1.0,
+        decay_s: Pair { predicted, truth },
+        overshoot_mm: Pair {
+            predicted: 1.0,
+            truth: 1.0,
+        },
+    };
+    let restless = stop(None, Some(0.5)).decay().unwrap();
+    assert!(!Target::Within([0.75, 1.25]).is_met(restless.predicted / restless.truth));
+    assert_eq!(stop(Some(0.5), None).decay(), None);
+}
+
+#[test]
 fn what_is_no_number_meets_no_target() {
     assert!(!Target::AtMost(1.0).is_met(f64::NAN) && !Target::Within([0.0, 2.0]).is_met(f64::NAN));
     assert!(Target::AtMost(1.0).is_met(1.0) && !Target::Within([0.8, 1.2]).is_met(0.7));
