@@ -1,5 +1,9 @@
 //! Bounding volume hierarchy: four children a node, built once, refitted as the items move.
 
+mod packet;
+
+pub(crate) use packet::{LANES, Packet};
+
 use glam::Vec3;
 use std::ops::Range;
 
@@ -31,15 +35,28 @@ impl Aabb {
             .fold(Self::EMPTY, |b, &p| b.union(Self { min: p, max: p }))
     }
 
+    /// Coordinates of `other` that are NaN count for nothing.
+    #[inline(always)]
     fn union(self, other: Self) -> Self {
-        // f32::min and f32::max return the other operand when one is NaN, glam's need not.
-        let pick =
-            |a: Vec3, b: Vec3, f: fn(f32, f32) -> f32| Vec3::new(f(a.x, b.x), f(a.y, b.y), f(a.z, b.z));
         Self {
-            min: pick(self.min, other.min, f32::min),
-            max: pick(self.max, other.max, f32::max),
+            min: lower(self.min, other.min),
+            max: upper(self.max, other.max),
         }
     }
+}
+
+/// The lower of each coordinate; of `a` where `b` is NaN. One instruction, unlike `f32::min`.
+#[inline(always)]
+pub(crate) fn lower(a: Vec3, b: Vec3) -> Vec3 {
+    let least = |a: f32, b: f32| if b < a { b } else { a };
+    Vec3::new(least(a.x, b.x), least(a.y, b.y), least(a.z, b.z))
+}
+
+/// The higher of each coordinate; of `a` where `b` is NaN.
+#[inline(always)]
+pub(crate) fn upper(a: Vec3, b: Vec3) -> Vec3 {
+    let most = |a: f32, b: f32| if b > a { b } else { a };
+    Vec3::new(most(a.x, b.x), most(a.y, b.y), most(a.z, b.z))
 }
 
 /// A half line: origin + t · direction, t ≥ 0.
@@ -129,6 +146,12 @@ impl Bvh {
             _ => Child::Node(self.split(centres, part)),
         });
         index as u32
+    }
+
+    /// Numbers the items by their order in the tree; what the numbers stand for.
+    pub(crate) fn take_order(&mut self) -> Vec<u32> {
+        let count = self.order.len() as u32;
+        std::mem::replace(&mut self.order, (0..count).collect())
     }
 
     /// Recomputes every box from those of the items.
@@ -287,22 +310,44 @@ pub(crate) fn squared_length(v: Vec3) -> f32 {
     v.x * v.x + v.y * v.y + v.z * v.z
 }
 
+/// Puts some of the points in an order in which every so many of them, by each of the ascending
+/// `sizes`, are neighbours.
+pub(crate) fn clustered(mut chosen: Vec<u32>, points: &[Vec3], sizes: &[usize]) -> Vec<u32> {
+    fn split(order: &mut [u32], points: &[Vec3], sizes: &[usize], range: Range<usize>) {
+        let Some(size) = sizes.iter().rev().find(|&&size| range.len() > size) else {
+            return;
+        };
+        let lower = (range.len() / 2).next_multiple_of(*size);
+        let middle = partition(order, points, range.clone(), lower);
+        split(order, points, sizes, range.start..middle);
+        split(order, points, sizes, middle..range.end);
+    }
+    let count = chosen.len();
+    split(&mut chosen, points, sizes, 0..count);
+    chosen
+}
+
 /// Puts the lower half of `range`, along the axis of widest spread, before the upper half.
 fn halve(order: &mut [u32], centres: &[Vec3], range: Range<usize>) -> usize {
-    let middle = range.start + range.len() / 2;
-    let part = &mut order[range.clone()];
-    if part.len() < 2 {
-        return range.end;
+    match range.len() {
+        0 | 1 => range.end,
+        count => partition(order, centres, range, count / 2),
     }
+}
+
+/// Puts the `lower` lowest of `range`, along the axis of widest spread, before the others; where these
+/// begin.
+fn partition(order: &mut [u32], centres: &[Vec3], range: Range<usize>, lower: usize) -> usize {
+    let part = &mut order[range.clone()];
     let spread = (part.iter()).fold(Aabb::EMPTY, |b, &item| {
         b.union(Aabb::around(&[centres[item as usize]]))
     });
     let axis = (spread.max - spread.min).max_position();
-    part.select_nth_unstable_by(middle - range.start, |&a, &b| {
+    part.select_nth_unstable_by(lower, |&a, &b| {
         let (x, y) = (centres[a as usize][axis], centres[b as usize][axis]);
         x.total_cmp(&y).then(a.cmp(&b))
     });
-    middle
+    range.start + lower
 }
 
 #[cfg(test)]

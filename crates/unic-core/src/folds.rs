@@ -101,15 +101,8 @@ impl Folds {
     }
 }
 
-/// Whether one face lies in a fold, without looking at the others; parts that do not count make none.
-pub(crate) fn face_is_folded(surface: &Surface, face: u32, counts: impl Fn(u32) -> bool) -> bool {
-    let corners = surface.welded_faces().get(face as usize).into_iter().flatten();
-    corners
-        .copied()
-        .any(|vertex| vertex_is_folded(surface, vertex, &counts))
-}
-
-/// The same for a vertex, the first at its place.
+/// Whether one vertex, the first at its place, lies in a fold, without looking at the others; parts
+/// that do not count make none.
 pub(crate) fn vertex_is_folded(surface: &Surface, vertex: u32, counts: impl Fn(u32) -> bool) -> bool {
     surface.seen_among(vertex, REACH_M, counts).is_some_and(is_fold)
 }

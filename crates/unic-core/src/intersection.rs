@@ -29,6 +29,7 @@
 mod contact;
 mod display;
 mod measure;
+mod packets;
 mod paper;
 mod robust;
 #[cfg(test)]

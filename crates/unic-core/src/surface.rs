@@ -1,16 +1,22 @@
 //! Closest point on a triangle mesh, with its side.
 
 use crate::{
-    bvh::{Aabb, Bvh},
+    bvh::Bvh,
     mesh::TriMesh,
+    network::{Instructions, Precision},
+    parallel::for_each_chunk,
     topology::weld,
 };
 use glam::Vec3;
 
+mod packet;
 mod ray;
 
 pub use crate::triangle::{Feature, Triangle, TrianglePoint};
 pub use ray::RayHit;
+
+/// Faces that one thread poses at a time.
+const CHUNK: usize = 512;
 
 /// A posed triangle mesh that answers closest-point queries.
 ///
@@ -35,10 +41,14 @@ pub use ray::RayHit;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Surface {
+    /// Over the faces, posed, in an order in which those of a leaf follow one another: a search waits
+    /// for memory more than for anything else.
     tree: Bvh,
-    faces: Vec<[u32; 3]>,
-    /// Each face, posed.
     triangles: Vec<Triangle>,
+    /// The face that each triangle is, and the triangle of each face.
+    face_of_triangle: Vec<u32>,
+    triangle_of_face: Vec<u32>,
+    faces: Vec<[u32; 3]>,
     /// `faces` with vertices at the same place in the bind pose made one, so that a seam whose
     /// vertices are split still has two sides to average.
     welded: Vec<[u32; 3]>,
@@ -46,6 +56,7 @@ pub struct Surface {
     starts: Vec<u32>,
     around: Vec<u32>,
     vertex_count: usize,
+    instructions: Instructions,
 }
 
 /// The point of a [`Surface`] that is closest to a query point p.
@@ -94,14 +105,23 @@ impl Surface {
             .map(|f| f.map(|v| first_at[v as usize]))
             .collect();
         let (starts, around) = faces_around(bind.vertices.len(), &welded);
+        let mut tree = Bvh::build(&centres);
+        let face_of_triangle = tree.take_order();
+        let mut triangle_of_face = vec![0; face_of_triangle.len()];
+        for (triangle, &face) in face_of_triangle.iter().enumerate() {
+            triangle_of_face[face as usize] = triangle as u32;
+        }
         let mut surface = Self {
-            tree: Bvh::build(&centres),
+            tree,
+            triangles: vec![Triangle::default(); bind.faces.len()],
+            face_of_triangle,
+            triangle_of_face,
             faces: bind.faces.clone(),
-            triangles: Vec::new(),
             welded,
             starts,
             around,
             vertex_count: bind.vertices.len(),
+            instructions: Instructions::best(Precision::F32),
         };
         surface.refit(&bind.vertices);
         surface
@@ -113,12 +133,26 @@ impl Surface {
     /// When the number of vertices is another.
     pub fn refit(&mut self, vertices: &[Vec3]) {
         assert_eq!(vertices.len(), self.vertex_count, "vertices to refit");
-        self.triangles.clear();
-        let corners = |f: &[u32; 3]| f.map(|v| vertices[v as usize]);
-        self.triangles
-            .extend(self.faces.iter().map(|f| Triangle::new(corners(f))));
-        self.tree
-            .refit(|face| Aabb::around(&self.triangles[face as usize].corners()));
+        let (faces, face_of_triangle) = (&self.faces, &self.face_of_triangle);
+        for_each_chunk(&mut self.triangles, CHUNK, |first, triangles| {
+            for (triangle, &face) in triangles.iter_mut().zip(&face_of_triangle[first..]) {
+                let [a, b, c] = faces[face as usize];
+                *triangle = Triangle::new([a, b, c].map(|v| vertices[v as usize]));
+            }
+        });
+        let triangles = &self.triangles;
+        self.tree.refit(|i| triangles[i as usize].bounds());
+    }
+
+    /// A face, posed; none for what is no face.
+    fn triangle(&self, face: u32) -> Option<&Triangle> {
+        let &triangle = self.triangle_of_face.get(face as usize)?;
+        self.triangles.get(triangle as usize)
+    }
+
+    /// One that exists.
+    fn face(&self, face: u32) -> &Triangle {
+        &self.triangles[self.triangle_of_face[face as usize] as usize]
     }
 
     /// Faces of the mesh: three vertices each.
@@ -150,7 +184,7 @@ impl Surface {
         counts: impl Fn(u32) -> bool,
     ) -> Option<SurfacePoint> {
         let squared = radius * radius;
-        let triangle = self.triangles.get(seed as usize).filter(|_| counts(seed));
+        let triangle = self.triangle(seed).filter(|_| counts(seed));
         let start = triangle.map(|triangle| Candidate {
             face: seed,
             hit: triangle.closest(p),
@@ -185,9 +219,10 @@ impl Surface {
         }
         let mut best = start;
         let bound = start.map_or(bound, |c| c.hit.squared_distance);
-        self.tree.nearest(p, bound, |faces, mut bound| {
-            for &face in faces {
-                let hit = self.triangles[face as usize].closest(p);
+        self.tree.nearest(p, bound, |triangles, mut bound| {
+            for &triangle in triangles {
+                let face = self.face_of_triangle[triangle as usize];
+                let hit = self.triangles[triangle as usize].closest(p);
                 let found = hit.squared_distance;
                 let lower = best.is_none_or(|best| face < best.face);
                 if (found < bound || (found == bound && lower)) && counts(face) {
@@ -203,7 +238,7 @@ impl Surface {
     }
 
     fn surface_point(&self, Candidate { face, hit }: Candidate) -> SurfacePoint {
-        let [a, b, c] = self.triangles[face as usize].corners();
+        let [a, b, c] = self.face(face).corners();
         let weights = hit.barycentric;
         let normal = self.pseudonormal(face, hit.feature);
         let distance = hit.squared_distance.sqrt();
@@ -218,6 +253,12 @@ impl Surface {
             signed_distance: if inside { -distance } else { distance },
             feature: hit.feature,
         }
+    }
+
+    /// The closest point of one face; none for what is no face or a `p` that is not finite.
+    pub(crate) fn point_on(&self, face: u32, p: Vec3) -> Option<SurfacePoint> {
+        let hit = self.triangle(face)?.closest(p);
+        (hit.squared_distance.is_finite()).then(|| self.surface_point(Candidate { face, hit }))
     }
 
     /// Sum of the unit normals of the faces that share the feature; at a vertex each is weighted
@@ -245,12 +286,12 @@ impl Surface {
     }
 
     fn face_normal(&self, face: u32) -> Vec3 {
-        self.triangles[face as usize].normal()
+        self.face(face).normal()
     }
 
     /// Angle of a face at one of its welded vertices, radians.
     fn angle_at(&self, face: u32, welded: u32) -> f32 {
-        let corners = self.triangles[face as usize].corners();
+        let corners = self.face(face).corners();
         let at = self.welded[face as usize]
             .iter()
             .position(|&v| v == welded)

@@ -51,11 +51,15 @@ impl Intersections {
         } else {
             0
         };
-        let lifts = matches!(mode, IntersectionMode::Robust { .. });
+        let handling = Handling::new(mode, character, garment);
+        let display = match &handling {
+            Handling::Robust(rule, body) => Some(Box::new(DisplayPass::new(*rule, garment, body))),
+            _ => None,
+        };
         Self {
             mode,
-            handling: Handling::new(mode, character, garment),
-            display: lifts.then(|| Box::new(DisplayPass::new(garment))),
+            handling,
+            display,
             body_vertices: Vec::new(),
             pose: Posed::Before,
             looks: vec![unknown; corrected],
@@ -77,9 +81,9 @@ impl Intersections {
 
     /// Moves shown positions off the body.
     fn lift(&mut self, positions: &mut [Vec3]) {
-        if let (Handling::Robust(rule, body), Some(display)) = (&self.handling, &mut self.display) {
+        if let (Handling::Robust(_, body), Some(display)) = (&self.handling, &mut self.display) {
             let vertices = &self.body_vertices;
-            display.apply(*rule, PosedVertices { body, vertices }, positions);
+            display.apply(PosedVertices { body, vertices }, positions);
         }
     }
 }

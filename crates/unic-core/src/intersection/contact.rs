@@ -1,5 +1,6 @@
 //! Which parts of a body may push which vertices of a garment.
 
+use super::packets::Packets;
 use crate::character::{Character, Garment};
 
 /// Least weight by which a joint carries a garment vertex. Weights diffused over a garment never quite
@@ -18,12 +19,14 @@ const LEAST_WEIGHT: f32 = 0.02;
 pub struct ContactParts {
     joint_of_face: Vec<u16>,
     joint_of_vertex: Vec<u16>,
-    /// Whether each body vertex lifts any garment face.
-    lifts: Vec<bool>,
     /// What pushes each garment vertex.
     of_vertices: JointSets,
     /// What pushes all corners of each garment face.
     of_faces: JointSets,
+    /// The garment's vertices by what pushes them.
+    packets: Packets,
+    /// The body's vertices that lift any garment face, by joint.
+    lifting: Packets,
 }
 
 impl ContactParts {
@@ -43,14 +46,28 @@ impl ContactParts {
             joint_of_face: (character.joints_of_faces().into_iter())
                 .map(|joint| joint as u16)
                 .collect(),
-            lifts: joint_of_vertex
-                .iter()
-                .map(|&joint| any.contains(0, joint))
-                .collect(),
+            lifting: Packets::of(
+                (0..joint_of_vertex.len()).filter(|&vertex| any.contains(0, joint_of_vertex[vertex])),
+                &character.body.vertices,
+                |vertex| joint_of_vertex[vertex],
+            ),
+            packets: Packets::of(0..of_vertices.len(), &garment.rest.vertices, |vertex| {
+                of_vertices.row(vertex)
+            }),
             joint_of_vertex,
             of_vertices,
             of_faces,
         }
+    }
+
+    /// The garment's vertices; the same parts push all of a packet.
+    pub(crate) fn packets(&self) -> &Packets {
+        &self.packets
+    }
+
+    /// The body vertices that may lift a face; all of a packet lift the same.
+    pub(crate) fn lifting(&self) -> &Packets {
+        &self.lifting
     }
 
     /// May body face `face` push garment vertex `vertex`?
@@ -65,9 +82,10 @@ impl ContactParts {
             .contains(face as usize, self.joint_of_vertex[vertex])
     }
 
-    /// May it push all corners of any garment face?
-    pub fn vertex_lifts_any(&self, vertex: usize) -> bool {
-        self.lifts[vertex]
+    /// May body face `part` push all corners of garment face `face`?
+    pub(crate) fn face_lifts(&self, part: u32, face: u32) -> bool {
+        self.of_faces
+            .contains(face as usize, self.joint_of_face[part as usize])
     }
 }
 
@@ -96,6 +114,14 @@ impl JointSets {
     fn contains(&self, item: usize, joint: u16) -> bool {
         let word = self.bits[item * self.words + usize::from(joint / 64)];
         word >> (joint % 64) & 1 == 1
+    }
+
+    fn len(&self) -> usize {
+        self.bits.len() / self.words.max(1)
+    }
+
+    fn row(&self, item: usize) -> &[u64] {
+        &self.bits[item * self.words..][..self.words]
     }
 
     /// What any set has, as the only one.

@@ -1,41 +1,27 @@
 //! What needs all vertices at once, for positions on their way to the screen.
 
+mod cloth;
 mod neighbours;
+mod pokes;
+mod spread;
 
-use super::{Contact, Handling, RobustBody, RobustIntersection};
-use crate::{
-    character::Garment,
-    folds,
-    mesh::vertex_normals,
-    parallel::for_each_chunk,
-    surface::{Surface, SurfacePoint},
-};
+use super::{Contact, RobustBody, RobustIntersection};
+use crate::{character::Garment, mesh::vertex_normals, parallel::for_each_chunk};
+use cloth::Cloth;
 use glam::Vec3;
 use neighbours::Neighbours;
+use pokes::{Pokes, View};
+use spread::{SWEEPS, Spread};
 
 /// Share of the height that vertices are kept at, below which cloth over a body vertex counts as poked
 /// through: a flat face on flat skin is left alone.
 const FACE_HEIGHT_SHARE: f32 = 0.5;
 
-/// How deep under a body vertex the cloth that it pokes through is looked for, metres: the sagitta
-/// L² / 8R of an edge of 10 cm over a shoulder of 5 cm radius.
-const REACH_M: f32 = 0.025;
-
-/// Cosine between the way from a body vertex to the cloth and its normal, or the opposite, below which the
-/// cloth is beside the vertex, as beyond a hem.
-const LEAST_COSINE: f32 = 0.5;
-
 /// Rounds of lifting: a face lifted over one vertex takes its corners over others.
 const ROUNDS: usize = 2;
 
-/// Sweeps of the smoothing: a correction is seen this many edges away.
-const SWEEPS: usize = 4;
-
-/// Share of its neighbours' mean that a vertex takes in a sweep.
-const SPREAD: f32 = 0.7;
-
-/// Items that one thread takes at a time.
-const CHUNK: usize = 128;
+/// Vertices that one thread takes at a time.
+const CHUNK: usize = 1024;
 
 /// Lifts garment faces that body vertices poke through, and spreads corrections over the garment,
 /// so that a push makes neither dent nor spike.
@@ -45,20 +31,22 @@ const CHUNK: usize = 128;
 /// the same for any number of threads.
 #[derive(Clone, Debug)]
 pub struct DisplayPass {
+    rule: RobustIntersection,
     neighbours: Neighbours,
-    /// The garment, refitted to what has been lifted so far.
-    cloth: Surface,
-    /// By garment vertex.
-    contacts: Vec<Contact>,
+    cloth: Cloth,
+    pokes: Pokes,
     body_normals: Vec<Vec3>,
-    /// By body vertex.
-    looks: Vec<Look>,
+    /// From here on by slot: positions as they came, metres.
+    at: Vec<Vec3>,
+    contacts: Vec<Contact>,
     /// Least that a place has to move by, metres; zero where it need not.
     corrections: Vec<Vec3>,
-    /// The same, spread.
-    spread: Vec<Vec3>,
-    swept: Vec<Vec3>,
-    lifted: Vec<Vec3>,
+    lifts: Vec<Vec3>,
+    /// Moved positions that may be too low; NaN for others.
+    doubtful: Vec<Vec3>,
+    /// Positions with their corrections, metres.
+    corrected: Vec<Vec3>,
+    spread: Spread,
 }
 
 /// A posed body and its vertices.
@@ -70,161 +58,144 @@ pub struct PosedVertices<'a> {
     pub vertices: &'a [Vec3],
 }
 
-/// What the last look at the cloth said about a body vertex.
-#[derive(Clone, Copy, Debug)]
-struct Look {
-    /// For the next look.
-    seed: u32,
-    poke: Option<Poke>,
-}
-
-impl Look {
-    const FIRST: Self = Self {
-        seed: Handling::no_seed(),
-        poke: None,
-    };
-}
-
-/// What lifts a garment face: a body vertex through it.
-#[derive(Clone, Copy, Debug)]
-struct Poke {
-    face: u32,
-    /// What each corner has to move by, metres.
-    lifts: [Vec3; 3],
-}
-
 impl DisplayPass {
     /// Edges from a corrected vertex to the farthest one that moves with it.
     pub const REACH_EDGES: usize = SWEEPS;
 
-    /// For a garment.
-    pub fn new(garment: &Garment) -> Self {
-        let count = garment.rest.vertices.len();
+    /// For a garment by a rule, over a body made for the garment.
+    pub fn new(rule: RobustIntersection, garment: &Garment, body: &RobustBody) -> Self {
+        let packets = body.parts().packets();
+        let slots = vec![Vec3::ZERO; packets.len()];
         Self {
-            neighbours: Neighbours::new(&garment.rest.vertices, &garment.rest.faces),
-            cloth: Surface::build(&garment.rest),
+            rule,
+            neighbours: Neighbours::new(&garment.rest, packets),
+            cloth: Cloth::new(&garment.rest, packets, rule.margin_m * FACE_HEIGHT_SHARE),
+            pokes: Pokes::default(),
             body_normals: Vec::new(),
-            looks: Vec::new(),
-            contacts: vec![Contact::NONE; count],
-            corrections: vec![Vec3::ZERO; count],
-            spread: vec![Vec3::ZERO; count],
-            swept: vec![Vec3::ZERO; count],
-            lifted: vec![Vec3::ZERO; count],
+            contacts: vec![Contact::NONE; packets.len()],
+            at: vec![Vec3::NAN; packets.len()],
+            corrections: slots.clone(),
+            lifts: slots.clone(),
+            doubtful: slots.clone(),
+            corrected: slots,
+            spread: Spread::new(packets.len()),
         }
     }
 
     /// Moves world positions, metres, to where they are shown.
-    pub fn apply(&mut self, rule: RobustIntersection, body: PosedVertices, positions: &mut [Vec3]) {
-        self.correct(rule, body.body, positions);
+    pub fn apply(&mut self, body: PosedVertices, positions: &mut [Vec3]) {
+        self.look(body.body, positions);
+        self.cover(body);
+        self.smooth(body.body, positions);
+    }
+
+    /// The corrections that the vertices need, each for itself.
+    pub fn look(&mut self, body: &RobustBody, positions: &[Vec3]) {
+        let packets = body.parts().packets();
+        for_each_chunk(&mut self.at, CHUNK, |first, at| {
+            for (at, &vertex) in at.iter_mut().zip(&packets.vertices()[first..]) {
+                *at = positions.get(vertex as usize).copied().unwrap_or(Vec3::NAN);
+            }
+        });
+        self.rule.look_at_all(body, &self.at, &mut self.contacts);
+        self.corrections.fill(Vec3::ZERO);
+        for (slot, contact) in self.contacts.iter().enumerate() {
+            if let Some(moved) = contact.moved {
+                let place = self.neighbours.place(slot);
+                self.corrections[place] = longer(self.corrections[place], moved - self.at[slot]);
+            }
+        }
+    }
+
+    /// Lifts the faces that body vertices poke through.
+    pub fn cover(&mut self, body: PosedVertices) {
         vertex_normals(body.vertices, body.body.surface().faces(), &mut self.body_normals);
-        self.looks.resize(body.vertices.len(), Look::FIRST);
         for round in 0..ROUNDS {
-            self.find_pokes(rule, body, positions, round);
-            if self.looks.iter().all(|look| look.poke.is_none()) {
+            self.correct();
+            let (contacts, margin_m) = (&self.contacts, self.rule.margin_m);
+            let height = |slot: u32| match &contacts[slot as usize] {
+                Contact { moved: Some(_), .. } => margin_m,
+                contact => contact.height_m,
+            };
+            match round {
+                0 => self.cloth.find_near(&self.corrected, height),
+                _ => self.cloth.refit(&self.corrected),
+            }
+            let view = View {
+                body: body.body,
+                vertices: body.vertices,
+                normals: &self.body_normals,
+                cloth: &self.cloth,
+                at: &self.corrected,
+                least_height_m: FACE_HEIGHT_SHARE * margin_m,
+            };
+            match round {
+                0 => self.pokes.find(&view),
+                _ => self.pokes.find_again(&view),
+            }
+            if self.pokes.iter().next().is_none() {
                 break;
             }
             self.lift();
         }
-        if self.corrections.iter().any(|c| *c != Vec3::ZERO) {
-            self.spread();
-            self.settle(rule, body.body, positions);
-        }
     }
 
-    /// The corrections of places from those of the vertices at them: the longest.
-    fn correct(&mut self, rule: RobustIntersection, body: &RobustBody, positions: &[Vec3]) {
-        for_each_chunk(&mut self.contacts, CHUNK, |first, contacts| {
-            for (vertex, contact) in (first..).zip(contacts) {
-                *contact = rule.look(body, vertex, positions[vertex], contact.face);
-            }
-        });
-        self.corrections.fill(Vec3::ZERO);
-        for (vertex, contact) in self.contacts.iter().enumerate() {
-            let correction = contact
-                .moved
-                .map_or(Vec3::ZERO, |moved| moved - positions[vertex]);
-            let place = self.neighbours.place(vertex);
-            self.corrections[place] = longer(self.corrections[place], correction);
-        }
-    }
-
-    /// Looks from every body vertex at the cloth, and again from those that poked through it.
-    fn find_pokes(
-        &mut self,
-        rule: RobustIntersection,
-        body: PosedVertices,
-        positions: &[Vec3],
-        round: usize,
-    ) {
-        for (vertex, lifted) in self.lifted.iter_mut().enumerate() {
-            *lifted = positions[vertex] + self.corrections[self.neighbours.place(vertex)];
-        }
-        self.cloth.refit(&self.lifted);
-        let view = BodyView {
-            body: body.body,
-            cloth: &self.cloth,
-            least_height_m: FACE_HEIGHT_SHARE * rule.margin_m,
-        };
-        let normals = &self.body_normals;
-        for_each_chunk(&mut self.looks, CHUNK, |first, looks| {
-            for (vertex, look) in (first..).zip(looks) {
-                let is_due = round == 0 || look.poke.is_some();
-                if is_due && body.body.parts().vertex_lifts_any(vertex) {
-                    view.look(look, vertex, body.vertices[vertex], normals[vertex]);
-                }
+    fn correct(&mut self) {
+        let (at, neighbours, corrections) = (&self.at, &self.neighbours, &self.corrections);
+        for_each_chunk(&mut self.corrected, CHUNK, |first, corrected| {
+            for (slot, corrected) in (first..).zip(corrected) {
+                *corrected = at[slot] + corrections[neighbours.place(slot)];
             }
         });
     }
 
     /// Adds to each corner's correction the longest lift that a poke asks of it.
     fn lift(&mut self) {
-        let lifts = &mut self.swept;
-        lifts.fill(Vec3::ZERO);
-        for poke in self.looks.iter().filter_map(|look| look.poke) {
-            let corners = self.cloth.faces()[poke.face as usize];
-            for (corner, lift) in corners.into_iter().zip(poke.lifts) {
-                let place = self.neighbours.place(corner as usize);
-                lifts[place] = longer(lifts[place], lift);
+        self.lifts.fill(Vec3::ZERO);
+        for poke in self.pokes.iter() {
+            for (slot, lift) in self.cloth.corners(poke.face).into_iter().zip(poke.lifts) {
+                let place = self.neighbours.place(slot as usize);
+                self.lifts[place] = longer(self.lifts[place], lift);
             }
         }
-        let pairs = self.corrections.iter_mut().zip(lifts);
+        let pairs = self.corrections.iter_mut().zip(&self.lifts);
         pairs.for_each(|(correction, lift)| *correction += *lift);
     }
 
-    /// Jacobi sweeps: what has a correction keeps it or moves on along it, what has none goes with
-    /// its neighbours.
-    fn spread(&mut self) {
-        self.spread.copy_from_slice(&self.corrections);
-        for _ in 0..SWEEPS {
-            let (neighbours, corrections, before) = (&self.neighbours, &self.corrections, &self.spread);
-            for_each_chunk(&mut self.swept, CHUNK, |first, swept| {
-                for (place, swept) in (first..).zip(swept) {
-                    let mean = neighbours.mean(place, before) * SPREAD;
-                    *swept = carried_along(corrections[place], mean);
-                }
-            });
-            std::mem::swap(&mut self.spread, &mut self.swept);
+    /// Spreads the corrections and moves the positions by them.
+    pub fn smooth(&mut self, body: &RobustBody, positions: &mut [Vec3]) {
+        if self.corrections.iter().all(|c| *c == Vec3::ZERO) {
+            return;
         }
+        self.spread.sweep(&self.neighbours, &self.corrections);
+        self.settle(body);
+        let (slots, shown) = (body.parts().packets().slots(), &self.corrected);
+        for_each_chunk(positions, CHUNK, |first, positions| {
+            for (position, &slot) in positions.iter_mut().zip(&slots[first..]) {
+                *position = shown[slot as usize];
+            }
+        });
     }
 
     /// Moves the positions. Those that went farther than the body asked for, or went with others,
     /// may have come to another part of it.
-    fn settle(&self, rule: RobustIntersection, body: &RobustBody, positions: &mut [Vec3]) {
-        for_each_chunk(positions, CHUNK, |first, positions| {
-            for (vertex, position) in (first..).zip(positions) {
-                let change = self.spread[self.neighbours.place(vertex)];
-                if change == Vec3::ZERO {
-                    continue;
-                }
-                let contact = self.contacts[vertex];
-                *position += change;
+    fn settle(&mut self, body: &RobustBody) {
+        let (movements, neighbours, contacts) = (self.spread.movements(), &self.neighbours, &self.contacts);
+        let (at, margin_m) = (&self.at, self.rule.margin_m);
+        for_each_chunk(&mut self.doubtful, CHUNK, |first, doubtful| {
+            for (slot, doubtful) in (first..).zip(doubtful) {
+                let way = movements[neighbours.place(slot)];
                 // A height changes by no more than the way.
-                if contact.height_m - change.length() < rule.margin_m {
-                    let mut seed = contact.face;
-                    *position = rule
-                        .correct(body, vertex, *position, &mut seed)
-                        .unwrap_or(*position);
-                }
+                let is_clear = way == Vec3::ZERO || contacts[slot].height_m - way.length() >= margin_m;
+                *doubtful = if is_clear { Vec3::NAN } else { at[slot] + way };
+            }
+        });
+        self.rule.look_at_all(body, &self.doubtful, &mut self.contacts);
+        let (doubtful, contacts) = (&self.doubtful, &self.contacts);
+        for_each_chunk(&mut self.corrected, CHUNK, |first, corrected| {
+            for (slot, corrected) in (first..).zip(corrected) {
+                let moved = contacts[slot].moved.filter(|_| doubtful[slot].is_finite());
+                *corrected = moved.unwrap_or(at[slot] + movements[neighbours.place(slot)]);
             }
         });
     }
@@ -236,53 +207,5 @@ fn longer(a: Vec3, b: Vec3) -> Vec3 {
         b
     } else {
         a
-    }
-}
-
-/// A correction beside neighbours that move by `mean`: at least itself, along itself.
-fn carried_along(correction: Vec3, mean: Vec3) -> Vec3 {
-    let Some(direction) = correction.try_normalize() else {
-        return mean;
-    };
-    let farther = mean.dot(direction) - correction.length();
-    correction + direction * farther.max(0.0)
-}
-
-/// Posed body and cloth, for looking from one to the other.
-struct BodyView<'a> {
-    body: &'a RobustBody,
-    cloth: &'a Surface,
-    least_height_m: f32,
-}
-
-impl BodyView<'_> {
-    fn look(&self, look: &mut Look, vertex: usize, position: Vec3, normal: Vec3) {
-        let counts = |face| self.body.parts().vertex_lifts(vertex, face);
-        let hit = self.cloth.closest_among(position, REACH_M, look.seed, counts);
-        look.seed = hit.map_or(look.seed, |hit| hit.face);
-        look.poke = hit.and_then(|hit| self.poke(&hit, vertex, position, normal));
-    }
-
-    /// How the cloth nearest to a body vertex has to be lifted to lie over it.
-    fn poke(&self, hit: &SurfacePoint, vertex: usize, position: Vec3, normal: Vec3) -> Option<Poke> {
-        let height = (hit.point - position).dot(normal);
-        let is_beside = height.abs() < LEAST_COSINE * hit.distance;
-        if height >= self.least_height_m || is_beside || self.is_folded(vertex, hit.face) {
-            return None;
-        }
-        let weights = hit.barycentric;
-        // The shortest move of the corners that brings the point on the face up.
-        let lift = normal * ((self.least_height_m - height) / weights.length_squared());
-        Some(Poke {
-            face: hit.face,
-            lifts: weights.to_array().map(|weight| lift * weight),
-        })
-    }
-
-    /// Does the body vertex lie in a fold between parts that may push this face?
-    fn is_folded(&self, vertex: usize, cloth_face: u32) -> bool {
-        let [corner, ..] = self.cloth.faces()[cloth_face as usize];
-        let counts = |face| self.body.parts().face_pushes(face, corner as usize);
-        folds::vertex_is_folded(self.body.surface(), vertex as u32, counts)
     }
 }

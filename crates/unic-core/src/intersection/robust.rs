@@ -8,6 +8,11 @@ use crate::{
 };
 use glam::Vec3;
 
+mod fold_memory;
+mod group;
+
+use fold_memory::FoldMemory;
+
 /// Closer to an edge than this the way to it has no direction but the surface's normal, metres: f32
 /// places a point 100 m from the origin to 8 µm.
 const LEAST_DISTANCE_M: f32 = 1e-4;
@@ -27,14 +32,18 @@ const TOLERANCE_M: f32 = 1e-5;
 pub struct RobustBody {
     surface: Surface,
     parts: std::sync::Arc<ContactParts>,
+    /// For the kinds of garment vertices that the same parts push.
+    folds: FoldMemory,
 }
 
 impl RobustBody {
     /// Of a garment on a character, in the bind pose.
     pub fn new(character: &Character, garment: &Garment) -> Self {
+        let parts = ContactParts::new(character, garment);
         Self {
             surface: Surface::build(&character.body),
-            parts: std::sync::Arc::new(ContactParts::new(character, garment)),
+            folds: FoldMemory::new(parts.packets().kinds(), character.body.vertices.len()),
+            parts: std::sync::Arc::new(parts),
         }
     }
 
@@ -44,6 +53,7 @@ impl RobustBody {
     /// When their number is another.
     pub fn pose(&mut self, vertices: &[Vec3]) {
         self.surface.refit(vertices);
+        self.folds.forget();
     }
 
     /// The posed body.
@@ -65,7 +75,18 @@ impl RobustBody {
 
     /// Does `face` lie in a fold between parts that may both push the vertex? See [`folds::Folds`].
     fn is_folded(&self, face: u32, vertex: usize) -> bool {
-        folds::face_is_folded(&self.surface, face, |f| self.parts.face_pushes(f, vertex))
+        let kind = self.parts.packets().kind_of_vertex(vertex);
+        let pushes = |face| self.parts.face_pushes(face, vertex);
+        let corners = self
+            .surface
+            .welded_faces()
+            .get(face as usize)
+            .into_iter()
+            .flatten();
+        corners.into_iter().any(|&corner| {
+            let find_out = || folds::vertex_is_folded(&self.surface, corner, pushes);
+            self.folds.is_folded(kind, corner, find_out)
+        })
     }
 }
 
@@ -74,7 +95,8 @@ impl RobustBody {
 pub struct Contact {
     /// The closest face of the parts that may push the vertex: the seed of the next look.
     pub face: u32,
-    /// Height over it, metres; negative inside, infinite where there is none.
+    /// Height over it, metres; negative inside, infinite where there is none. Where the vertex is well
+    /// above the body, it may be higher than this.
     pub height_m: f32,
     /// Where the vertex goes, metres; none when it stays.
     pub moved: Option<Vec3>,
@@ -143,8 +165,12 @@ impl RobustIntersection {
         at
     }
 
+    fn is_high_enough(&self, height_m: f32) -> bool {
+        height_m > self.margin_m - TOLERANCE_M
+    }
+
     fn way_out(&self, hit: &SurfacePoint, p: Vec3) -> Option<Vec3> {
-        if hit.signed_distance > self.margin_m - TOLERANCE_M {
+        if self.is_high_enough(hit.signed_distance) {
             return None;
         }
         // Over a face the two are one, and the normal is free of the rounding of positions.

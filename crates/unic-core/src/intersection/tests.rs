@@ -66,7 +66,7 @@ fn shown(body: &RobustBody, body_vertices: &[Vec3], garment: &Garment) -> Vec<Ve
         body,
         vertices: body_vertices,
     };
-    DisplayPass::new(garment).apply(RULE, posed, &mut positions);
+    DisplayPass::new(RULE, garment, body).apply(posed, &mut positions);
     positions
 }
 
@@ -102,6 +102,27 @@ proptest! {
     fn seeds_change_nothing(p in point(0.2), seed in 0u32..600) {
         let (body, _) = rigid(sphere(2, 0.15), cube());
         prop_assert_eq!(RULE.look(&body, 0, p, seed), RULE.look(&body, 0, p, Handling::no_seed()));
+    }
+
+    #[test]
+    fn together_vertices_go_where_they_go_alone(radii in vec(0.13f32..0.17, 162), cloth in vec(0.05f32..0.3, 258)) {
+        let mut body = sphere(2, 1.0);
+        body.vertices.iter_mut().zip(radii.iter().cycle()).for_each(|(v, r)| *v *= *r);
+        let mut around = sphere(2, 1.0);
+        around.vertices.iter_mut().zip(cloth.iter().cycle()).for_each(|(v, r)| *v *= *r);
+        let (body, garment) = rigid(body, around);
+        let slots = body.parts().packets().slots();
+        let mut at = vec![Vec3::NAN; body.parts().packets().len()];
+        slots.iter().zip(&garment.rest.vertices).for_each(|(&slot, &p)| at[slot as usize] = p);
+        let mut contacts = vec![Contact::NONE; at.len()];
+        RULE.look_at_all(&body, &at, &mut contacts);
+        for (vertex, &slot) in slots.iter().enumerate() {
+            let (alone, together) = (RULE.look(&body, vertex, at[slot as usize], Handling::no_seed()), contacts[slot as usize]);
+            prop_assert_eq!(alone.moved, together.moved);
+            // A bound for what is well above.
+            let is_bound = together.height_m >= MARGIN_M - 2e-5 && alone.height_m >= together.height_m - 1e-6;
+            prop_assert!(is_bound || alone.height_m == together.height_m, "{:?} {:?}", alone, together);
+        }
     }
 
     #[test]
@@ -143,7 +164,8 @@ fn a_body_that_jumps_is_found_again() {
     let ball = sphere(3, 0.15);
     let (mut body, _) = rigid(ball.clone(), cube());
     let mut seed = Handling::no_seed();
-    let p = Vec3::X * 0.149;
+    // Over the middle of a face: two that are equally near would be told apart by rounding.
+    let p = Vec3::new(0.8, 0.5, 0.33).normalize() * 0.149;
     let before = RULE.correct(&body, 0, p, &mut seed).unwrap();
     let jump = Vec3::new(64.0, 0.0, -32.0);
     body.pose(&shifted(ball, jump).vertices);
@@ -238,6 +260,21 @@ fn corrections_reach_a_few_edges_and_end_there() {
 fn a_cloth_that_lies_well_keeps_its_bits() {
     let (body, ball, garment) = over_a_ball(40, 0.8, 0.1035);
     assert_eq!(shown(&body, &ball.vertices, &garment), garment.rest.vertices);
+}
+
+#[test]
+fn no_two_vertices_collapse() {
+    // The paper's rule takes all vertices with one nearest body vertex to one place.
+    let (body, ball, garment) = over_a_ball(60, 0.4, 0.06);
+    let positions = shown(&body, &ball.vertices, &garment);
+    let rest = &garment.rest.vertices;
+    for [a, b] in crate::topology::edges(&garment.rest.faces)
+        .into_iter()
+        .map(|e| e.map(|v| v as usize))
+    {
+        let share = positions[a].distance(positions[b]) / rest[a].distance(rest[b]);
+        assert!(share > 0.2, "an edge is {share} of what it was");
+    }
 }
 
 #[test]

@@ -30,6 +30,20 @@ impl Instructions {
         all.filter(move |set| set.is_available(precision))
     }
 
+    /// Does the work with the compiler's own choice of these instructions: loops over lanes become vectors
+    /// where all of it is inlined, closures too. The bits of the result are the same for all sets.
+    pub(crate) fn run<R>(self, work: impl FnOnce() -> R) -> R {
+        match self {
+            // SAFETY: a set is only ever named on a machine that has it.
+            #[cfg(target_arch = "x86_64")]
+            Self::Amx | Self::Avx512 => unsafe { with_avx512(work) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => unsafe { with_avx2(work) },
+            Self::Portable => work(),
+        }
+    }
+
     const ALL: &[Self] = &[
         #[cfg(target_arch = "x86_64")]
         Self::Amx,
@@ -54,6 +68,18 @@ impl Instructions {
             Self::Portable => true,
         }
     }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f")]
+fn with_avx512<R>(work: impl FnOnce() -> R) -> R {
+    work()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn with_avx2<R>(work: impl FnOnce() -> R) -> R {
+    work()
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -45,10 +45,8 @@ impl Surface {
         let face = self.faces_at(vertex).next()?;
         let corners = self.welded[face as usize];
         let corner = corners.iter().position(|&v| v == vertex)?;
-        let origin = self.triangles[face as usize].corners()[corner];
-        let around = self
-            .faces_at(vertex)
-            .map(|f| self.triangles[f as usize].area_normal());
+        let origin = self.face(face).corners()[corner];
+        let around = self.faces_at(vertex).map(|f| self.face(f).area_normal());
         let normal = around.sum::<Vec3>().normalize_or_zero();
         let is_elsewhere = |face: u32| !self.welded[face as usize].contains(&vertex);
         self.first_of(origin, normal, reach, |face| is_elsewhere(face) && counts(face))
@@ -66,25 +64,27 @@ impl Surface {
         }
         let ray = Ray::new(origin, direction);
         let mut first: Option<RayHit> = None;
-        self.tree.along(&ray, reach.min(f32::MAX), |faces, mut bound| {
-            for &face in faces {
-                let triangle = &self.triangles[face as usize];
-                let Some((distance, along)) = triangle.crossing(&ray) else {
-                    continue;
-                };
-                let lower = first.is_none_or(|hit| face < hit.face);
-                if (distance < bound || (distance == bound && lower)) && counts(face) {
-                    let cosine = along.signum() * triangle.normal().dot(direction).abs();
-                    first = Some(RayHit {
-                        face,
-                        distance,
-                        cosine,
-                    });
-                    bound = distance;
+        self.tree
+            .along(&ray, reach.min(f32::MAX), |triangles, mut bound| {
+                for &triangle in triangles {
+                    let face = self.face_of_triangle[triangle as usize];
+                    let triangle = &self.triangles[triangle as usize];
+                    let Some((distance, along)) = triangle.crossing(&ray) else {
+                        continue;
+                    };
+                    let lower = first.is_none_or(|hit| face < hit.face);
+                    if (distance < bound || (distance == bound && lower)) && counts(face) {
+                        let cosine = along.signum() * triangle.normal().dot(direction).abs();
+                        first = Some(RayHit {
+                            face,
+                            distance,
+                            cosine,
+                        });
+                        bound = distance;
+                    }
                 }
-            }
-            bound
-        });
+                bound
+            });
         first
     }
 
@@ -116,8 +116,8 @@ mod tests {
             let faces = (0..corners.len() as u32 / 3).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
             let surface = Surface::build(&TriMesh::new(corners, faces.collect()).unwrap());
             let ray = Ray::new(origin, towards.normalize());
-            let expected = (surface.triangles.iter().enumerate())
-                .filter_map(|(f, t)| Some((t.crossing(&ray)?.0, f as u32)))
+            let expected = (0..surface.faces.len() as u32)
+                .filter_map(|f| Some((surface.face(f).crossing(&ray)?.0, f)))
                 .min_by(|a, b| a.0.total_cmp(&b.0));
             let found = surface.first_along(origin, ray.direction, 10.0);
             prop_assert_eq!(found.map(|hit| (hit.distance, hit.face)), expected);

@@ -1,44 +1,86 @@
 //! Which places of a garment are connected.
 
-use crate::topology::{edges, weld};
+use crate::{
+    bvh::LANES,
+    intersection::packets::Packets,
+    mesh::TriMesh,
+    topology::{edges, weld},
+};
 use glam::Vec3;
 
-/// The places of a garment, which may hold several vertices of a seam, and the edges between them.
+/// The places of a garment, which may hold several vertices of a seam, and the edges between them, by
+/// slot.
 #[derive(Clone, Debug)]
 pub(super) struct Neighbours {
-    /// The first vertex at the place of each vertex stands for the place.
-    place_of_vertex: Vec<u32>,
-    /// Neighbours of place i are `around[starts[i]..starts[i + 1]]`.
+    /// The slot that stands for the place of each.
+    place_of_slot: Vec<u32>,
+    around: Rows,
+    /// For each packet the packets that edges lead to, and itself.
+    around_packet: Rows,
+}
+
+/// Lists of numbers, one after the other.
+#[derive(Clone, Debug)]
+struct Rows {
     starts: Vec<u32>,
-    around: Vec<u32>,
+    entries: Vec<u32>,
 }
 
 impl Neighbours {
-    pub(super) fn new(vertices: &[Vec3], faces: &[[u32; 3]]) -> Self {
-        let place_of_vertex = weld(vertices);
-        let welded: Vec<_> = (faces.iter())
-            .map(|f| f.map(|v| place_of_vertex[v as usize]))
+    pub(super) fn new(rest: &TriMesh, packets: &Packets) -> Self {
+        let slots = packets.slots();
+        let first_at = weld(&rest.vertices);
+        let mut place_of_slot: Vec<u32> = (0..packets.len() as u32).collect();
+        for (vertex, &first) in first_at.iter().enumerate() {
+            place_of_slot[slots[vertex] as usize] = slots[first as usize];
+        }
+        let welded: Vec<_> = (rest.faces.iter())
+            .map(|f| f.map(|v| slots[first_at[v as usize] as usize]))
             .collect();
-        let mut directed: Vec<[u32; 2]> = (edges(&welded).into_iter())
+        let directed: Vec<[u32; 2]> = (edges(&welded).into_iter())
             .flat_map(|[a, b]| [[a, b], [b, a]])
             .collect();
-        directed.sort_unstable();
-        let count = |place: u32| directed.partition_point(|&[from, _]| from < place) as u32;
+        let packet = |slot: u32| slot / LANES as u32;
+        let count = packets.len().div_ceil(LANES);
+        let own = (0..count as u32).map(|p| [p, p]);
+        let between = directed.iter().map(|e| e.map(packet)).chain(own).collect();
         Self {
-            starts: (0..=vertices.len() as u32).map(count).collect(),
-            around: directed.iter().map(|&[_, to]| to).collect(),
-            place_of_vertex,
+            place_of_slot,
+            around_packet: Rows::new(count, between),
+            around: Rows::new(packets.len(), directed),
         }
     }
 
-    pub(super) fn place(&self, vertex: usize) -> usize {
-        self.place_of_vertex[vertex] as usize
+    pub(super) fn place(&self, slot: usize) -> usize {
+        self.place_of_slot[slot] as usize
+    }
+
+    /// Packets with neighbours of what is in a packet.
+    pub(super) fn of_packet(&self, packet: usize) -> &[u32] {
+        self.around_packet.row(packet)
     }
 
     /// Mean over the neighbours of a place; zero without any.
     pub(super) fn mean(&self, place: usize, values: &[Vec3]) -> Vec3 {
-        let around = &self.around[self.starts[place] as usize..self.starts[place + 1] as usize];
+        let around = self.around.row(place);
         let sum: Vec3 = around.iter().map(|&i| values[i as usize]).sum();
         sum / around.len().max(1) as f32
+    }
+}
+
+impl Rows {
+    /// From pairs of a row and an entry.
+    fn new(rows: usize, mut pairs: Vec<[u32; 2]>) -> Self {
+        pairs.sort_unstable();
+        pairs.dedup();
+        let count = |row: u32| pairs.partition_point(|&[of, _]| of < row) as u32;
+        Self {
+            starts: (0..=rows as u32).map(count).collect(),
+            entries: pairs.iter().map(|&[_, entry]| entry).collect(),
+        }
+    }
+
+    fn row(&self, row: usize) -> &[u32] {
+        &self.entries[self.starts[row] as usize..self.starts[row + 1] as usize]
     }
 }

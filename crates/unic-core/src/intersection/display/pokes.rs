@@ -1,0 +1,119 @@
+//! Body vertices that poke through garment faces.
+
+use super::cloth::Cloth;
+use crate::{
+    bvh::{LANES, Packet},
+    folds,
+    intersection::RobustBody,
+    parallel::for_each_chunk,
+    triangle::TrianglePoint,
+};
+use glam::Vec3;
+
+/// Cosine between the way from a body vertex to the cloth and its normal, or the opposite, below which the
+/// cloth is beside the vertex, as beyond a hem.
+const LEAST_COSINE: f32 = 0.5;
+
+/// What lifts a garment face: a body vertex through it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Poke {
+    /// Of the cloth.
+    pub(super) face: u32,
+    /// What each corner has to move by, metres.
+    pub(super) lifts: [Vec3; 3],
+}
+
+/// What the body vertices that may lift cloth see of it, by slot.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pokes(Vec<Option<Poke>>);
+
+/// Posed body and cloth, for looking from one to the other.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub(super) body: &'a RobustBody,
+    /// Of the body's vertices, metres.
+    pub(super) vertices: &'a [Vec3],
+    pub(super) normals: &'a [Vec3],
+    pub(super) cloth: &'a Cloth,
+    /// Of the cloth, by slot, metres.
+    pub(super) at: &'a [Vec3],
+    /// That cloth keeps over a body vertex.
+    pub(super) least_height_m: f32,
+}
+
+impl Pokes {
+    /// Those that were found.
+    pub(super) fn iter(&self) -> impl Iterator<Item = Poke> {
+        self.0.iter().flatten().copied()
+    }
+
+    /// Looks from all body vertices.
+    pub(super) fn find(&mut self, view: &View) {
+        self.0.clear();
+        self.0.resize(view.body.parts().lifting().len(), None);
+        self.look(view, |_| true);
+    }
+
+    /// Looks again from those that poked through.
+    pub(super) fn find_again(&mut self, view: &View) {
+        self.look(view, |poke| poke.is_some());
+    }
+
+    fn look(&mut self, view: &View, is_due: impl Fn(&Option<Poke>) -> bool + Sync + Send) {
+        for_each_chunk(&mut self.0, LANES, |first, pokes| {
+            let vertices = view.body.parts().lifting().packet(first / LANES);
+            let mut positions = [Vec3::NAN; LANES];
+            for ((position, &vertex), poke) in positions.iter_mut().zip(vertices).zip(&*pokes) {
+                if is_due(poke) {
+                    *position = view.vertices[vertex as usize];
+                }
+            }
+            if positions.iter().any(|p| p.is_finite()) {
+                view.look(vertices, &positions, pokes);
+            }
+        });
+    }
+}
+
+impl View<'_> {
+    /// From body vertices that may lift the same faces.
+    fn look(&self, vertices: &[u32], positions: &[Vec3; LANES], pokes: &mut [Option<Poke>]) {
+        let mut packet = Packet::new(positions, self.cloth.reach_m().powi(2));
+        let one = vertices[0] as usize;
+        let counts = |face| self.body.parts().vertex_lifts(one, face);
+        self.cloth.closest(&mut packet, self.at, counts);
+        for (lane, (&vertex, poke)) in vertices.iter().zip(pokes).enumerate() {
+            if positions[lane].is_finite() {
+                let face = Some(packet.item[lane]).filter(|&face| face != u32::MAX);
+                *poke = face.and_then(|face| self.poke(face, vertex as usize));
+            }
+        }
+    }
+
+    /// How the cloth nearest to a body vertex has to be lifted to lie over it.
+    fn poke(&self, face: u32, vertex: usize) -> Option<Poke> {
+        let normal = self.normals[vertex];
+        let hit: TrianglePoint = self.cloth.triangle(face, self.at).closest(self.vertices[vertex]);
+        let height = hit.offset.dot(normal);
+        let is_beside = height.abs() < LEAST_COSINE * hit.squared_distance.sqrt();
+        if height >= self.least_height_m || is_beside || self.is_folded(vertex, face) {
+            return None;
+        }
+        let weights = hit.barycentric;
+        // The shortest move of the corners that brings the point on the face up.
+        let lift = normal * ((self.least_height_m - height) / weights.length_squared());
+        Some(Poke {
+            face,
+            lifts: weights.to_array().map(|weight| lift * weight),
+        })
+    }
+
+    /// Does the body vertex lie in a fold between parts that may lift this face?
+    fn is_folded(&self, vertex: usize, face: u32) -> bool {
+        let parts = self.body.parts();
+        let number = self.cloth.number(face);
+        folds::vertex_is_folded(self.body.surface(), vertex as u32, |f| {
+            parts.face_lifts(f, number)
+        })
+    }
+}

@@ -1,0 +1,82 @@
+//! Closest faces for many points at once.
+
+use super::Surface;
+use crate::bvh::Packet;
+
+impl Surface {
+    /// The closest face to each point of the packet among those that count; sooner when `seeds` are
+    /// some of them near it.
+    ///
+    /// The same faces as [`Surface::closest_among`] finds, to the bit of their distances.
+    pub(crate) fn closest_of_packet(&self, packet: &mut Packet, seeds: &[u32], counts: impl Fn(u32) -> bool) {
+        self.instructions.run(
+            #[inline(always)]
+            || {
+                for &seed in seeds {
+                    if let Some(triangle) = self.triangle(seed).filter(|_| counts(seed)) {
+                        packet.meet(seed, triangle);
+                    }
+                }
+                self.tree.nearest_of_packet(
+                    packet,
+                    #[inline(always)]
+                    |triangles, packet| {
+                        for &triangle in triangles {
+                            let face = self.face_of_triangle[triangle as usize];
+                            if counts(face) {
+                                packet.meet(face, &self.triangles[triangle as usize]);
+                            }
+                        }
+                    },
+                );
+            },
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        bvh::LANES,
+        mesh::TriMesh,
+        network::{Instructions, Precision},
+        shapes::point,
+    };
+    use glam::Vec3;
+    use proptest::{collection::vec, prelude::*};
+
+    proptest! {
+        #[test]
+        fn all_instruction_sets_agree_with_one_point_at_a_time(
+            corners in vec(point(1.0), 3..240), points in vec(point(1.5), 1..=LANES),
+            seed in 0u32..90, radius in 0.1f32..2.0,
+        ) {
+            let count = corners.len() as u32 / 3;
+            let faces = (0..count).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
+            let mut surface = Surface::build(&TriMesh::new(corners, faces.collect()).unwrap());
+            let counts = |face: u32| !face.is_multiple_of(5);
+            for instructions in Instructions::available(Precision::F32) {
+                surface.instructions = instructions;
+                let mut packet = Packet::new(&points, radius * radius);
+                surface.closest_of_packet(&mut packet, &[seed], counts);
+                for (lane, &p) in points.iter().enumerate() {
+                    let alone = surface.closest_among(p, radius, u32::MAX, counts);
+                    let together = surface.point_on(packet.item[lane], p);
+                    prop_assert_eq!(alone, together, "{:?}, lane {}", instructions, lane);
+                    let distance = alone.map_or(radius, |hit| hit.distance);
+                    prop_assert!((packet.squared[lane].sqrt() - distance).abs() < 1e-6);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn points_that_are_not_finite_find_nothing() {
+        let triangle = TriMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();
+        let surface = Surface::build(&triangle);
+        let mut packet = Packet::new(&[Vec3::NAN, Vec3::Z, Vec3::INFINITY], f32::INFINITY);
+        surface.closest_of_packet(&mut packet, &[u32::MAX, 0], |_| true);
+        assert_eq!(packet.item[..4], [u32::MAX, 0, u32::MAX, u32::MAX]);
+    }
+}

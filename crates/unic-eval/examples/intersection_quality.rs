@@ -1,0 +1,298 @@
+//! What the ways of handling intersections do to a free-running model: vertices and triangles that cut
+//! into the body, and what that costs in error and jitter.
+//!
+//! ```text
+//! cargo run --release -p unic-eval --example intersection_quality -- CAPTURE MODEL FRAMES CLIP...
+//! ```
+//!
+//! Inside is by the closest triangle, outside the folds of the body (`unic_core::folds`); a crossing is an
+//! edge of the garment through a triangle of the body or the reverse, `convex` those farther than 5 cm
+//! from any concave edge of the body. `state` and `display` say what robust handling corrects.
+
+use glam::Vec3;
+use std::{collections::HashSet, path::Path, sync::Arc, time::Instant};
+use unic_core::{
+    animator::{Animator, Start, StepInput},
+    closest::ClosestVertex,
+    config::{Corrects, IntersectionMode},
+    folds::Folds,
+    intersection::BodySnapshot,
+    mesh::TriMesh,
+    model::Model,
+    skeleton::Skeleton,
+    surface::Surface,
+    topology::edges,
+    transform::Rigid,
+};
+use unic_io::{Capture, CapturedClip};
+
+/// A crossing nearer than this to a concave edge lies in a fold of the skin, metres.
+const CONCAVE_M: f32 = 0.05;
+
+type Anything<T> = Result<T, Box<dyn std::error::Error>>;
+
+fn main() -> Anything<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [capture, model, frames, clips @ ..] = arguments.as_slice() else {
+        return Err("usage: intersection_quality CAPTURE MODEL FRAMES CLIP...".into());
+    };
+    let capture = Capture::open(Path::new(capture))?;
+    let model = Arc::new(Model::from_bytes(&std::fs::read(model)?)?);
+    let frames: usize = frames.parse()?;
+    println!(
+        "{:14} {:>8} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9} {:>8} {:>9} {:>9}",
+        "",
+        "RMSE mm",
+        "jitter",
+        "inside %",
+        "folded %",
+        "paper %",
+        "crossings",
+        "convex",
+        "collapsed",
+        "mask %",
+        "ms"
+    );
+    for name in clips {
+        let clip = capture.load_clip(name)?;
+        println!("{name}");
+        truth(&capture, &clip, frames);
+        let robust = |corrects| IntersectionMode::Robust {
+            margin_m: IntersectionMode::MARGIN_M,
+            corrects,
+        };
+        for (name, mode) in [
+            ("off", IntersectionMode::Off),
+            ("paper", IntersectionMode::Paper { relaxation_m: 0.005 }),
+            ("display", robust(Corrects::Display)),
+            ("state", robust(Corrects::State)),
+        ] {
+            run(&capture, &clip, frames, name, &model, mode)?;
+        }
+    }
+    Ok(())
+}
+
+fn truth(capture: &Capture, clip: &CapturedClip, frames: usize) {
+    let mut measure = Measure::new(capture, clip);
+    for frame in 1..frames.min(clip.clip.len()) {
+        measure.add(frame, clip.garment.frame(frame), 0.0);
+    }
+    measure.print("truth");
+}
+
+fn run(
+    capture: &Capture,
+    clip: &CapturedClip,
+    frames: usize,
+    name: &str,
+    model: &Arc<Model>,
+    mode: IntersectionMode,
+) -> Anything<()> {
+    let mut animator = Animator::new(model.clone());
+    animator.set_intersection(mode);
+    let input = |t: usize| StepInput {
+        pose: &clip.clip.poses[t],
+        next_pose: clip.clip.poses.get(t + 1),
+        ground_height: clip.clip.ground_height,
+    };
+    animator.reset(&input(0), Start::Positions(clip.garment.frame(0)))?;
+    let mut measure = Measure::new(capture, clip);
+    for frame in 1..frames.min(clip.clip.len()) {
+        let start = Instant::now();
+        let shown = animator.step(&input(frame))?;
+        let ms = start.elapsed().as_secs_f64() * 1e3;
+        measure.add(frame, shown.positions, ms);
+    }
+    measure.print(name);
+    Ok(())
+}
+
+/// A clip's body, frame by frame, and sums over the frames.
+struct Measure<'a> {
+    capture: &'a Capture,
+    clip: &'a CapturedClip,
+    surface: Surface,
+    folds: Folds,
+    snapshot: BodySnapshot,
+    cloth: Surface,
+    body_edges: Vec<[u32; 2]>,
+    garment_edges: Vec<[u32; 2]>,
+    before: [Vec<Vec3>; 2],
+    sums: Sums,
+    ms: Vec<f64>,
+}
+
+#[derive(Default)]
+struct Sums {
+    frames: usize,
+    vertices: usize,
+    squared: f64,
+    second: f64,
+    seconds: usize,
+    inside: usize,
+    folded: usize,
+    paper: usize,
+    crossings: usize,
+    convex: usize,
+    collapsed: usize,
+    mask: f64,
+}
+
+impl<'a> Measure<'a> {
+    fn new(capture: &'a Capture, clip: &'a CapturedClip) -> Self {
+        let body = &capture.character.body;
+        Self {
+            capture,
+            clip,
+            surface: Surface::build(body),
+            folds: Folds::default(),
+            snapshot: BodySnapshot::default(),
+            cloth: Surface::build(&capture.garment.rest),
+            body_edges: edges(&body.faces),
+            garment_edges: edges(&capture.garment.rest.faces),
+            before: [Vec::new(), Vec::new()],
+            sums: Sums::default(),
+            ms: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, frame: usize, garment: &[Vec3], ms: f64) {
+        let body = posed(self.capture, self.clip, frame);
+        self.surface.refit(&body);
+        self.folds.find(&self.surface);
+        self.snapshot.prepare(&body, &self.capture.character.body.faces);
+        self.ms.push(ms);
+        let sums = &mut self.sums;
+        sums.frames += 1;
+        sums.vertices += garment.len();
+        for (p, g) in garment.iter().zip(self.clip.garment.frame(frame)) {
+            sums.squared += f64::from(p.distance_squared(*g));
+            sums.paper += usize::from(self.snapshot.is_inside(*p));
+            let hit = self.surface.closest(*p);
+            if let Some(hit) = hit.filter(|hit| hit.signed_distance < 0.0) {
+                let folded = self.folds.has_face(hit.face);
+                sums.folded += usize::from(folded);
+                sums.inside += usize::from(!folded);
+            }
+        }
+        let [one, two] = &self.before;
+        if one.len() == garment.len() && two.len() == garment.len() {
+            sums.seconds += garment.len();
+            for ((x, y), z) in garment.iter().zip(one).zip(two) {
+                sums.second += f64::from((*x - 2.0 * *y + *z).length_squared());
+            }
+        }
+        self.before.swap(0, 1);
+        self.before[0] = garment.to_vec();
+        let places: HashSet<[u32; 3]> = garment.iter().map(|p| p.to_array().map(f32::to_bits)).collect();
+        let rest = &self.capture.garment.rest.vertices;
+        let at_rest: HashSet<[u32; 3]> = rest.iter().map(|p| p.to_array().map(f32::to_bits)).collect();
+        sums.collapsed += at_rest.len().saturating_sub(places.len());
+        let areas = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(|v| body[v as usize]);
+            f64::from((b - a).cross(c - a).length())
+        };
+        let faces = &self.capture.character.body.faces;
+        let folded = faces
+            .iter()
+            .zip(self.folds.faces())
+            .filter(|(_, folded)| **folded);
+        sums.mask += folded.map(|(face, _)| areas(face)).sum::<f64>() / faces.iter().map(areas).sum::<f64>();
+        self.crossings(&body, garment);
+    }
+
+    fn crossings(&mut self, body: &[Vec3], garment: &[Vec3]) {
+        self.cloth.refit(garment);
+        let mut places = Vec::new();
+        for &[a, b] in &self.garment_edges {
+            let hit = crossing(&self.surface, garment[a as usize], garment[b as usize]);
+            places.extend(
+                hit.filter(|(_, face)| !self.folds.has_face(*face))
+                    .map(|(p, _)| p),
+            );
+        }
+        for &[a, b] in &self.body_edges {
+            let is_folded = [a, b].iter().any(|&v| self.folds.vertices()[v as usize]);
+            if !is_folded {
+                places.extend(crossing(&self.cloth, body[a as usize], body[b as usize]).map(|(p, _)| p));
+            }
+        }
+        self.sums.crossings += places.len();
+        if places.is_empty() {
+            return;
+        }
+        let concave = ClosestVertex::build(&concave_edges(&self.capture.character.body, body));
+        let is_convex = |p: &&Vec3| concave.nearest(**p).is_none_or(|(_, d)| d > CONCAVE_M);
+        self.sums.convex += places.iter().filter(is_convex).count();
+    }
+
+    fn print(&self, name: &str) {
+        let s = &self.sums;
+        let share = |n: usize| 100.0 * n as f64 / s.vertices as f64;
+        let mut ms = self.ms.clone();
+        ms.sort_by(f64::total_cmp);
+        println!(
+            "{name:14} {:8.2} {:8.3} {:10.4} {:9.4} {:9.4} {:9.2} {:9.3} {:8} {:9.2} {:9.2}",
+            1e3 * (s.squared / s.vertices as f64).sqrt(),
+            1e3 * (s.second / s.seconds as f64).sqrt(),
+            share(s.inside),
+            share(s.folded),
+            share(s.paper),
+            s.crossings as f64 / s.frames as f64,
+            s.convex as f64 / s.frames as f64,
+            s.collapsed,
+            100.0 * s.mask / s.frames as f64,
+            ms[ms.len() / 2],
+        );
+    }
+}
+
+/// Where the way from a to b goes through a surface.
+fn crossing(surface: &Surface, a: Vec3, b: Vec3) -> Option<(Vec3, u32)> {
+    let (length, direction) = ((b - a).length(), (b - a).normalize_or_zero());
+    let hit = surface.first_along(a, direction, length)?;
+    (hit.distance < length).then(|| (a + direction * hit.distance, hit.face))
+}
+
+/// Middles of the edges over which the body bends inwards.
+fn concave_edges(mesh: &TriMesh, at: &[Vec3]) -> Vec<Vec3> {
+    let mut opposite = std::collections::HashMap::new();
+    let mut middles = Vec::new();
+    for &[a, b, c] in &mesh.faces {
+        for [u, v, w] in [[a, b, c], [b, c, a], [c, a, b]] {
+            opposite.insert([u, v], w);
+        }
+    }
+    for (&[u, v], &w) in &opposite {
+        let Some(&x) = opposite.get(&[v, u]).filter(|_| u < v) else {
+            continue;
+        };
+        let [u, v, w, x] = [u, v, w, x].map(|i| at[i as usize]);
+        let normal = (v - u).cross(w - u);
+        if (x - u).dot(normal) > 0.0 {
+            middles.push((u + v) * 0.5);
+        }
+    }
+    middles
+}
+
+fn posed(capture: &Capture, clip: &CapturedClip, frame: usize) -> Vec<Vec3> {
+    if let Some(body) = &clip.body {
+        return body.frame(frame).to_vec();
+    }
+    let character = &capture.character;
+    let transforms = world_from_rest(&character.skeleton, clip, frame);
+    let mut vertices = Vec::new();
+    character
+        .weights
+        .skin(&character.body.vertices, &transforms, &mut vertices);
+    vertices
+}
+
+fn world_from_rest(skeleton: &Skeleton, clip: &CapturedClip, frame: usize) -> Vec<Rigid> {
+    let (mut joints, mut transforms) = (Vec::new(), Vec::new());
+    skeleton.forward_kinematics(&clip.clip.poses[frame], &mut joints);
+    skeleton.world_from_rest(&joints, &mut transforms);
+    transforms
+}
