@@ -122,7 +122,7 @@ fn encoder_rates() {
     let encoder = Encoder::new(&config, 590, layers).expect("sizes of the paper");
     for precision in Precision::ALL {
         let encoder = encoder.clone().with_precision(precision);
-        let bytes = weights * [4, 2, 2, 1][precision as usize];
+        let bytes = weights * [4, 1, 2, 1][precision as usize];
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         let seconds = pool.expect("a thread").install(|| encode_seconds(&encoder));
         let (ms, rate) = (seconds * 1e3, bytes as f64 / seconds / 1e9);
