@@ -3,7 +3,8 @@
 //!
 //! ```text
 //! cargo run --release -p unic-core --example animator_rate          # field and steps
-//! cargo run --release -p unic-core --example animator_rate field    # the field alone
+//! cargo run --release -p unic-core --example animator_rate field    # the networks alone
+//! cargo run --release -p unic-core --example animator_rate steps    # steps alone
 //! cargo run --release -p unic-core --example animator_rate field "int8 Avx512"
 //! ```
 
@@ -11,17 +12,17 @@
 mod common;
 mod peaks;
 
-use glam::Vec3;
 use peaks::{cpu_seconds, peak};
-use std::{hint::black_box, sync::Arc, time::Instant};
+use std::{hint::black_box, sync::Arc};
+use unic_builtin::scale::{Network, VERTICES, random_model, walk};
 use unic_core::{
-    animator::{Animator, Start},
+    animator::{Animator, Stage, Start, StepInput},
     config::*,
     model::Model,
-    motion::{MotionLayout, MotionSpec, VelocityScheme},
     network::{
         Encoder, EncoderScratch, Field, FieldBiases, FieldScratch, Instructions, Linear, Precision, TILE,
     },
+    skeleton::Pose,
 };
 
 /// The paper's field: 8 layers of 256, the input again before the sixth, 128 numbers of latent.
@@ -34,15 +35,26 @@ const LATENT: usize = 128;
 const ROUNDS: usize = 61;
 
 fn main() {
-    field_rates();
-    encoder_rates();
-    if std::env::args().nth(1).as_deref() == Some("field") {
-        return;
+    let only = std::env::args().nth(1);
+    let only = only.as_deref();
+    if only != Some("steps") {
+        field_rates();
+        encoder_rates();
     }
-    for vertices in [3_020, 3_660, 62_000] {
-        step_time("paper", vertices, IntersectionMode::Off);
-        step_time("paper", vertices, IntersectionMode::Paper { relaxation_m: 0.005 });
-        step_time("second order", vertices, IntersectionMode::Off);
+    if only != Some("field") {
+        steps();
+    }
+}
+
+fn steps() {
+    for network in [Network::Standard, Network::Paper] {
+        for vertices in [VERTICES[0], VERTICES[3]] {
+            let model = random_model(network, vertices).expect("enough vertices");
+            for (precision, share) in Precision::ALL.iter().flat_map(|p| [(*p, 1.0), (*p, 0.25)]) {
+                let model = model.clone().with_precision(precision).with_sampling(share);
+                step_times(network, model.expect("a share"));
+            }
+        }
     }
 }
 
@@ -110,7 +122,7 @@ fn encoder_rates() {
     let encoder = Encoder::new(&config, 590, layers).expect("sizes of the paper");
     for precision in Precision::ALL {
         let encoder = encoder.clone().with_precision(precision);
-        let bytes = weights * [4, 2, 2, 1][precision as usize];
+        let bytes = weights * [4, 1, 2, 1][precision as usize];
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         let seconds = pool.expect("a thread").install(|| encode_seconds(&encoder));
         let (ms, rate) = (seconds * 1e3, bytes as f64 / seconds / 1e9);
@@ -154,45 +166,59 @@ fn paper_field() -> (Field, f64) {
     )
 }
 
-/// Median milliseconds of a step in the paper's sizes, on all threads of the rayon pool.
-fn step_time(variant: &str, vertices: usize, intersection: IntersectionMode) {
-    let variant = common::variant(variant);
-    let character = common::character();
-    let config = ModelConfig {
-        fps: 30.0,
-        motion: MotionSpec::new(
-            MotionLayout::Heading,
-            VelocityScheme::Backward,
-            [2, 2, 3, 3],
-            &character,
-        )
-        .expect("joints of the character"),
-        encoder: EncoderConfig {
-            hidden: vec![512, 512],
-            channels: LATENT,
-            categories: 16,
-        },
-        field: PAPER_FIELD,
-        state: variant.state,
-        intersection,
+/// Milliseconds of a step and of its parts by CPU time of one thread, medians, with the paper's intersection
+/// handling.
+fn step_times(network: Network, model: Model) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let share = model.sampling().map_or(1.0, |s| s.share());
+    let name = format!(
+        "{} vertices, {}, {}, {:.0} % sampled",
+        model.vertex_count(),
+        network.name(),
+        model.precision().name(),
+        100.0 * share
+    );
+    let frames = pool.expect("a thread").install(|| frames(Arc::new(model)));
+    let median = |of: &dyn Fn(&[f64; Stage::ALL.len()]) -> f64| {
+        let mut values: Vec<f64> = frames.iter().map(of).collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2] * 1e3
     };
-    let garment = common::tube(vertices / 20, 20, 0.27);
-    let prior = common::prior(garment.rest.vertices.len(), 0);
-    let parts = common::with_networks(config, garment, prior, Some(5.0));
-    let mut animator = Animator::new(Arc::new(Model::new(parts).expect("parts that fit")));
-    let poses = common::motion(40);
-    animator
-        .reset(&common::input(&poses, 0), Start::MeanShape)
-        .expect("a sound pose");
-    let mut times: Vec<f64> = (1..poses.len())
-        .map(|t| {
-            let start = Instant::now();
-            let frame = animator.step(&common::input(&poses, t)).expect("a sound pose");
-            black_box(frame.positions.iter().copied().sum::<Vec3>());
-            start.elapsed().as_secs_f64() * 1e3
-        })
+    let stages: Vec<String> = (Stage::ALL.iter())
+        .map(|&s| format!("{} {:.2}", s.name(), median(&|f| f[s as usize])))
         .collect();
-    times.sort_by(f64::total_cmp);
-    let (middle, name) = (times[times.len() / 2], variant.name);
-    println!("step, {vertices} vertices, {name}, intersection {intersection:?}: {middle:.2} ms");
+    println!(
+        "step, {name}: {:.2} ms ({})",
+        median(&|f| f.iter().sum()),
+        stages.join(", ")
+    );
+}
+
+/// CPU seconds of every stage, frame by frame.
+fn frames(model: Arc<Model>) -> Vec<[f64; Stage::ALL.len()]> {
+    let mut animator = Animator::new(model);
+    animator
+        .reset(&input(&walk(0)), Start::MeanShape)
+        .expect("a sound pose");
+    let mut frames = Vec::new();
+    for t in 1..12 {
+        let (mut times, mut last) = ([0.0; Stage::ALL.len()], cpu_seconds());
+        let pose = walk(t);
+        let garment = animator.step_observed(&input(&pose), &mut |stage| {
+            let now = cpu_seconds();
+            times[stage as usize] += now - last;
+            last = now;
+        });
+        black_box(garment.expect("a sound pose").positions);
+        frames.push(times);
+    }
+    frames.split_off(2)
+}
+
+fn input(pose: &Pose) -> StepInput<'_> {
+    StepInput {
+        pose,
+        next_pose: None,
+        ground_height: 0.0,
+    }
 }

@@ -142,7 +142,7 @@ impl Arithmetic for Int8 {
 }
 
 /// The nearest bf16.
-pub(super) fn to_bf16(x: f32) -> u16 {
+fn to_bf16(x: f32) -> u16 {
     let bits = x.to_bits();
     (bits.wrapping_add(0x7FFF + (bits >> 16 & 1)) >> 16) as u16
 }

@@ -11,12 +11,13 @@ pub enum Precision {
     /// Single precision.
     #[default]
     F32,
-    /// 8 significant bits: half the memory, matrix units where the processor has them.
+    /// 8 significant bits, on matrix units where the processor has them. The encoder's weights, which memory
+    /// has to deliver every frame, are whole numbers of 8 bits by row.
     Bf16,
     /// Whole numbers, 14 bits of activation by weights as fine as sums of 32 bits allow; the encoder's
     /// weights are of 16 bits.
     Int16,
-    /// 8 bits of activation by 8 bits of weight.
+    /// 8 bits of activation by 8 bits of weight; the encoder's weights as well.
     Int8,
 }
 

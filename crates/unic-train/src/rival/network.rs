@@ -29,6 +29,9 @@ pub(super) struct Shape {
 /// Number of the first parameter, far from those of [`crate::Network`] and of the recurrence.
 const FIRST_PARAMETER: u64 = 3000;
 
+/// A perceptron and the numbers that it reads.
+type Part = (EncoderConfig, usize);
+
 impl Shape {
     pub(super) fn new(config: &RivalConfig, inputs: usize, outputs: usize) -> Self {
         Self {
@@ -44,7 +47,7 @@ impl Shape {
     }
 
     /// Of the motion's encoder, the garment's encoder and the decoder, each with its inputs.
-    fn parts(&self) -> (Option<[(EncoderConfig, usize); 2]>, (EncoderConfig, usize)) {
+    fn parts(&self) -> (Option<[Part; 2]>, Part) {
         let plain = |hidden: Vec<usize>, outputs: usize| EncoderConfig {
             hidden,
             channels: outputs,
