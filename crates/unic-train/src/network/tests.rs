@@ -1,4 +1,5 @@
 use super::*;
+use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 
 fn shape(encoder: Vec<usize>, channels: usize, categories: usize) -> NetworkShape {
