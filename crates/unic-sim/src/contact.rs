@@ -83,7 +83,7 @@ impl Default for ContactSettings {
 ///   armpit goes with it and is pushed out when the arm is lifted.
 /// - On a character, a bare limb that comes too close to a dressed part passes through the cloth, as
 ///   captured arms pass through bellies: between the two there would be no room. What of the cloth is
-///   inside it sinks to the dressed part beneath, at [`SINK_M_PER_S`] and without becoming velocity.
+///   inside it sinks to the dressed part beneath, at 3 m/s and without becoming velocity.
 ///   And it touches the cloth's outer side alone, so that it lifts nothing under which it has come
 ///   that way.
 ///
