@@ -60,9 +60,14 @@ fn rows_are_trained_once_and_measured_beside_the_baselines() {
         "{table}"
     );
 
-    // Another budget is another table.
-    let other = bench(folder, "--rows mine.toml --seeds 1 --steps 5");
-    assert!(!other.status.success() && text(&other.stderr).contains("choose another --out"));
+    // Another budget is another table, and no unfinished training goes on with it either.
+    let refused = || {
+        let other = bench(folder, "--rows mine.toml --seeds 1 --steps 5");
+        assert!(!other.status.success() && text(&other.stderr).contains("choose another --out"));
+    };
+    refused();
+    fs::remove_file(folder.join("results/tube/mine/seed-1.json")).unwrap();
+    refused();
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! A whole frame of a neural garment on any GPU.
+//! A whole frame of a neural garment in compute kernels.
 //!
 //! What [`unic_core::animator::Animator`] does on the CPU is done here by compute kernels through [`wgpu`]:
 //! prior, encoder, field, skinning of garment and body, intersection handling, normals. A step uploads the

@@ -89,7 +89,7 @@ pub struct RecurrenceSettings {
     pub oscillators: usize,
     /// Width of the embedding and of the hidden layer.
     pub width: usize,
-    /// AdamW steps of the one that the model gets; those of each fold of clips left out are half as many.
+    /// AdamW steps of the one that the model gets; those with clips left out have half as many.
     pub steps: u64,
     /// Before warm-up over a sixth of the steps, and a half period of the cosine.
     pub learning_rate: f64,

@@ -38,9 +38,9 @@ pub(crate) struct Fitted {
     pub(crate) left_out: Vec<Vec<f32>>,
 }
 
-/// Parts that the clips are split into at most, to leave out one at a time: with fewer, a small capture
-/// would be judged by what half of it teaches.
-const MOST_FOLDS: usize = 5;
+/// Parts that the clips are split into, to leave out one at a time. More would judge a small capture by more
+/// of what it teaches, and five keep a correction for a garment that moves to a rhythm of its own.
+const FOLDS: usize = 2;
 
 /// Less of the correction than this is noise.
 const LEAST_SHARE: f64 = 0.05;
@@ -58,16 +58,14 @@ pub(crate) fn fit_recurrence(
     prior: &PriorSettings,
     watch: &Watch,
 ) -> Result<Option<Fitted>, TrainError> {
-    let clips = sequences.iter().map(|s| s.fold + 1).max().unwrap_or(0);
-    let count = clips.clamp(2, MOST_FOLDS);
-    let fold_steps = settings.steps.div_ceil(2);
+    let fold_steps = settings.steps.div_ceil(FOLDS as u64);
     let progress = Progress {
         done: AtomicU64::new(0),
-        all: count as u64 * fold_steps + settings.steps,
+        all: FOLDS as u64 * fold_steps + settings.steps,
         watch,
     };
     let fit = |fold: Option<usize>| -> Result<Option<Recurrence>, TrainError> {
-        let is_kept = |s: &&Sequence| fold.is_none() || Some(s.fold % count) != fold;
+        let is_kept = |s: &&Sequence| fold.is_none() || Some(s.fold % FOLDS) != fold;
         let fit = UnitFit {
             settings,
             steps: fold.map_or(settings.steps, |_| fold_steps),
@@ -77,9 +75,9 @@ pub(crate) fn fit_recurrence(
         };
         fit.run(&progress)
     };
-    let folds: Result<Vec<_>, TrainError> = (0..count).into_par_iter().map(|f| fit(Some(f))).collect();
+    let folds: Result<Vec<_>, TrainError> = (0..FOLDS).into_par_iter().map(|f| fit(Some(f))).collect();
     let folds = folds?;
-    let corrections = |s: &Sequence| match &folds[s.fold % count] {
+    let corrections = |s: &Sequence| match &folds[s.fold % FOLDS] {
         Some(recurrence) => s.corrections(recurrence),
         None => vec![0.0; s.targets.len()],
     };

@@ -114,8 +114,9 @@ fn largest_difference(a: &[Vec<Vec3>], b: &[Vec<Vec3>]) -> f32 {
 }
 
 /// The coefficients of the finished model in place of those that leave each clip out, since the
-/// animator has the finished prior.
+/// animator has the finished prior. What a recurrence adds is compared where it is trained.
 fn with_final_prior(mut data: Dataset) -> Dataset {
+    data.prior.recurrence = None;
     for (motion, coefficients) in data.motion.iter().zip(&mut data.coefficients) {
         for (t, out) in coefficients.iter_mut().enumerate() {
             let pair = [t.saturating_sub(1), t]

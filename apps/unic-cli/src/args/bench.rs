@@ -12,7 +12,7 @@ use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
 /// A frame is motion vector, encoder, field, skinning, intersection handling and normals. `forward`
 /// is the networks alone, the mean of five runs, as the paper counts.
 ///
-/// The subcommands measure accuracy instead.
+/// The subcommands measure how right models are, and how long they stay so.
 ///
 /// Examples:
 ///   unic bench
@@ -23,7 +23,7 @@ use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
 #[command(verbatim_doc_comment, args_conflicts_with_subcommands = true)]
 pub(crate) struct BenchArgs {
     #[command(subcommand)]
-    pub(crate) accuracy: Option<Bench>,
+    pub(crate) command: Option<Bench>,
     #[command(flatten)]
     pub(crate) speed: SpeedArgs,
 }

@@ -60,6 +60,10 @@ fn open_all(paths: &[PathBuf]) -> Result<Vec<Capture>> {
                 path.display()
             );
         }
+        if Path::new(&capture.manifest.name).file_name() != Some(capture.manifest.name.as_ref()) {
+            let (path, name) = (path.display(), &capture.manifest.name);
+            bail!("{path}: expected a capture whose name can be a folder's, found {name}");
+        }
         if captures.iter().any(|c| c.manifest.name == capture.manifest.name) {
             let name = &capture.manifest.name;
             bail!(

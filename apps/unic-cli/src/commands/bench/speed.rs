@@ -6,7 +6,7 @@ mod report;
 mod scene;
 mod timing;
 
-use crate::{args::SpeedArgs, interrupt, model_file, motion_file, output::say};
+use crate::{args::SpeedArgs, failure::Usage, interrupt, model_file, motion_file, output::say};
 use anyhow::{Context, Result, anyhow, bail};
 use error::AddedError;
 use report::{Case, Report};
@@ -22,6 +22,17 @@ const PERCENTS: [f32; 9] = [100.0, 70.0, 50.0, 35.0, 25.0, 18.0, 12.0, 8.0, 5.0]
 
 /// Measures and prints.
 pub(crate) fn run(args: &SpeedArgs) -> Result<()> {
+    if let (Some(_), [_, _, ..]) = (args.budget, args.precision.as_slice()) {
+        let found = args.precision.len();
+        return Err(Usage(format!(
+            "--budget: expected one --precision to choose a sampling for, found {found}"
+        ))
+        .into());
+    }
+    if let Some(out) = args.out.as_ref().filter(|out| out.exists()) {
+        let out = out.display();
+        return Err(Usage(format!("{out}: expected no such model yet, found one")).into());
+    }
     let mut report = Report::new();
     for subject in subjects(args) {
         let scene = subject.scene(args)?;

@@ -119,10 +119,20 @@ impl RowSettings {
     /// The rows asked for, or all built-in ones.
     pub(super) fn read_all(asked: &[String]) -> Result<Vec<Self>> {
         let built_in = BUILT_IN.iter().map(|(name, text)| Self::parse(name, text));
-        match asked {
-            [] => built_in.collect(),
-            names => names.iter().map(|name| Self::read(name)).collect(),
+        let rows: Vec<Self> = match asked {
+            [] => built_in.collect::<Result<_>>()?,
+            names => names.iter().map(|name| Self::read(name)).collect::<Result<_>>()?,
+        };
+        for (i, row) in rows.iter().enumerate() {
+            if rows[..i].iter().any(|before| before.name == row.name) {
+                let name = &row.name;
+                return Err(Usage(format!(
+                    "--rows: expected rows of different names, found {name} twice"
+                ))
+                .into());
+            }
         }
+        Ok(rows)
     }
 
     fn read(asked: &str) -> Result<Self> {

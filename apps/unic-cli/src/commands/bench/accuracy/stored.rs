@@ -78,21 +78,33 @@ impl<'a> Cell<'a> {
     pub(super) fn trained(&self, capture: &Capture) -> Result<Trained> {
         let path = self.stem.with_extension("json");
         let asked = self.asked();
+        self.check_begun(&asked)?;
         if let Ok(text) = fs::read_to_string(&path) {
             let kept: Trained =
                 serde_json::from_str(&text).map_err(|e| anyhow!("{}: {e}", path.display()))?;
-            if kept.asked == asked {
-                return Ok(kept);
-            }
-            let path = path.display();
-            let text = format!(
-                "{path}: expected a result of the same settings and budget, found another; choose another --out"
-            );
-            return Err(Usage(text).into());
+            return match kept.asked == asked {
+                true => Ok(kept),
+                false => Err(other(&path)),
+            };
         }
         let trained = self.train(asked, capture)?;
         atomic::write(&path, serde_json::to_string_pretty(&trained)?.as_bytes())?;
         Ok(trained)
+    }
+
+    /// A training that was stopped goes on only for the settings and the budget that it was begun with.
+    fn check_begun(&self, asked: &str) -> Result<()> {
+        let path = self.stem.with_extension("asked.toml");
+        match fs::read_to_string(&path) {
+            Ok(begun) if begun != asked => Err(other(&path)),
+            Ok(_) => Ok(()),
+            Err(_) => {
+                let folder = path.parent().unwrap_or(Path::new("."));
+                fs::create_dir_all(folder)
+                    .map_err(|e| anyhow!("{}: cannot create the folder: {e}", folder.display()))?;
+                Ok(atomic::write(&path, asked.as_bytes())?)
+            }
+        }
     }
 
     fn asked(&self) -> String {
@@ -104,9 +116,6 @@ impl<'a> Cell<'a> {
     }
 
     fn train(&self, asked: String, capture: &Capture) -> Result<Trained> {
-        let folder = self.stem.parent().unwrap_or(Path::new("."));
-        fs::create_dir_all(folder)
-            .map_err(|e| anyhow!("{}: cannot create the folder: {e}", folder.display()))?;
         match &self.row.training {
             Training::Model(config) => self.train_model(asked, config, capture),
             Training::Rival(config) => self.train_rival(asked, config, capture),
@@ -176,4 +185,12 @@ impl<'a> Cell<'a> {
             json: false,
         }
     }
+}
+
+fn other(path: &Path) -> anyhow::Error {
+    let path = path.display();
+    let text = format!(
+        "{path}: expected a result of the same settings and budget, found another; choose another --out"
+    );
+    Usage(text).into()
 }
