@@ -23,6 +23,19 @@ pub struct FrameRateError {
     pub found: f32,
 }
 
+impl FrameRateError {
+    /// Whether a clip's rate is the model's: rates such as 29.97 are rounded differently by different tools.
+    ///
+    /// # Errors
+    /// Rates more than a thousandth apart.
+    pub fn check(expected: f32, found: f32) -> Result<(), Self> {
+        match (expected - found).abs() > 1e-3 * expected {
+            true => Err(Self { expected, found }),
+            false => Ok(()),
+        }
+    }
+}
+
 /// Runs a model as an engine would: one animator, reset on frame 0 and stepped once a frame.
 #[derive(Clone, Debug)]
 pub struct ModelPredictor {
@@ -108,11 +121,7 @@ impl Predictor for ModelPredictor {
     }
 
     fn start(&mut self, clip: &PreparedClip, mode: Mode) -> Result<(), PredictorError> {
-        let (expected, found) = (self.animator.model().config().fps, clip.captured.clip.fps);
-        // Rates such as 29.97 are rounded differently by different tools.
-        if (expected - found).abs() > 1e-3 * expected {
-            return Err(FrameRateError { expected, found }.into());
-        }
+        FrameRateError::check(self.animator.model().config().fps, clip.captured.clip.fps)?;
         self.mode = mode;
         let first = Start::Positions(clip.captured.garment.frame(0));
         self.animator.reset(&input(clip, 0), first)?;

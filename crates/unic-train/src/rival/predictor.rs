@@ -142,11 +142,7 @@ impl Predictor for RivalPredictor {
     }
 
     fn start(&mut self, clip: &PreparedClip, mode: Mode) -> Result<(), PredictorError> {
-        let (expected, found) = (self.trained.fps, clip.captured.clip.fps);
-        // As for a model: rates such as 29.97 are rounded differently by different tools.
-        if (expected - found).abs() > 1e-3 * expected {
-            return Err(FrameRateError { expected, found }.into());
-        }
+        FrameRateError::check(self.trained.fps, clip.captured.clip.fps)?;
         self.mode = mode;
         let (expected, found) = (self.trained.joints, clip.kinematics.joints());
         if expected != found {
