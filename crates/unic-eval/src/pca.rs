@@ -74,11 +74,26 @@ impl PrincipalComponents {
 
     /// Coordinates of a sample along the components, K numbers.
     pub fn project(&self, sample: &[f32]) -> Vec<f64> {
-        let along = |k| {
-            let terms = self.component(k).iter().zip(sample).zip(&self.mean);
-            terms.map(|((c, x), m)| f64::from(*c) * f64::from(x - m)).sum()
-        };
-        (0..self.len()).map(along).collect()
+        self.project_rows(sample)
+    }
+
+    /// Coordinates (N × K, row-major) of the rows of `samples` (N × D, row-major).
+    pub fn project_rows(&self, samples: &[f32]) -> Vec<f64> {
+        let (columns, count) = (self.mean.len(), self.len());
+        let rows = samples.len() / columns.max(1);
+        let mut coordinates = vec![0.0; rows * count];
+        for range in blocks(columns) {
+            let centred = Mat::from_fn(rows, range.len(), |r, c| {
+                let column = range.start + c;
+                f64::from(samples[r * columns + column] - self.mean[column])
+            });
+            let along = Mat::from_fn(range.len(), count, |c, k| {
+                f64::from(self.components[k * columns + range.start + c])
+            });
+            let into = MatMut::from_row_major_slice_mut(&mut coordinates, rows, count);
+            matmul(into, Accum::Add, &centred, &along, 1.0, Par::Seq);
+        }
+        coordinates
     }
 
     /// The sample that has these coordinates: mean + Σ z_k component_k.

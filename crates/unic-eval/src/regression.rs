@@ -1,6 +1,6 @@
 //! Ridge regression from additive sums, so that folds are sums of clips.
 
-use faer::{Accum, Mat, MatRef, Par, Side, linalg::matmul::matmul, prelude::Solve};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Side, linalg::matmul::matmul, prelude::Solve};
 
 /// Sums over pairs of an input x (P numbers) and an output y (Q numbers), in f64.
 ///
@@ -96,10 +96,17 @@ impl LinearMap {
 
     /// The output of one input, which has P numbers.
     pub fn apply(&self, input: &[f64]) -> Vec<f64> {
-        let output = |j: usize| {
-            let terms = self.coefficients.col(j).iter().zip(input);
-            self.intercept[j] + terms.map(|(b, x)| b * x).sum::<f64>()
-        };
-        (0..self.outputs()).map(output).collect()
+        self.apply_rows(input)
+    }
+
+    /// The outputs (N × Q, row-major) of the rows of `inputs` (N × P, row-major).
+    pub fn apply_rows(&self, inputs: &[f64]) -> Vec<f64> {
+        let (p, q) = (self.coefficients.nrows(), self.outputs());
+        let rows = inputs.len() / p.max(1);
+        let mut outputs = self.intercept.repeat(rows);
+        let into = MatMut::from_row_major_slice_mut(&mut outputs, rows, q);
+        let inputs = MatRef::from_row_major_slice(&inputs[..rows * p], rows, p);
+        matmul(into, Accum::Add, inputs, &self.coefficients, 1.0, Par::Seq);
+        outputs
     }
 }

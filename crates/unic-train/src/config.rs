@@ -89,17 +89,27 @@ pub struct RecurrenceSettings {
     pub oscillators: usize,
     /// Width of the embedding and of the hidden layer.
     pub width: usize,
-    /// AdamW steps of the one that the model gets; those with clips left out have half as many.
+    /// AdamW steps, at most, of the one that the model gets; those with clips left out have half as many.
     pub steps: u64,
+    /// Times, at most, that a frame of motion is seen in them: few clips are soon known by heart.
+    pub epochs: u64,
     /// Before warm-up over a sixth of the steps, and a half period of the cosine.
     pub learning_rate: f64,
     /// Windows in a step.
     pub windows: usize,
     /// Frames of a window.
     pub frames: usize,
+    /// Share of the inputs and of the hidden numbers that are zero in a window, 0 to below 1.
+    pub dropout: f32,
 }
 
 impl RecurrenceSettings {
+    /// Steps for so many frames of motion, mirrored ones included.
+    pub(crate) fn steps_for(&self, frames: usize) -> u64 {
+        let most = (self.epochs * frames as u64).div_ceil((self.windows * self.frames).max(1) as u64);
+        self.steps.min(most).max(1)
+    }
+
     pub(crate) fn optimiser(&self, steps: u64) -> OptimiserConfig {
         OptimiserConfig {
             steps,

@@ -69,9 +69,12 @@ pub fn fit_prior(
         _ => clips,
     };
     let linear = LeaveOneOut::fit(&series);
-    let mut left_out = (series.iter().zip(&linear.maps))
-        .map(|(s, map)| s.coefficients(map.as_ref()))
-        .collect::<Vec<_>>();
+    let coefficients = |(s, map): (&Series, &Option<LinearMap>)| -> Vec<Vec<f32>> {
+        let (predicted, count) = (s.predicted(map.as_ref()), components.len());
+        let of_frame = |t: usize| predicted[t * count..][..count].iter().map(|a| *a as f32).collect();
+        (0..s.len()).map(of_frame).collect()
+    };
+    let mut left_out: Vec<_> = series.iter().zip(&linear.maps).map(coefficients).collect();
     let inputs = 2 * motion.first().map_or(0, |m| m.len);
     let mut prior = linear_prior(&components, linear.all.as_ref(), inputs);
     if let (Some(recurrence), false) = (settings.recurrence, prior.is_empty()) {
@@ -116,8 +119,12 @@ impl LeaveOneOut {
             folds.par_iter().map(solved).collect()
         };
         let error = |strength: f64| -> f64 {
-            let errors = series.iter().zip(maps(strength));
-            errors.map(|(s, m)| s.error(m.as_ref())).sum()
+            let pairs: Vec<_> = series.iter().zip(maps(strength)).collect();
+            let squared = |(s, map): (&Series, Option<LinearMap>)| -> f64 {
+                s.residual(map.as_ref()).map(|e| e * e).sum()
+            };
+            let errors: Vec<f64> = pairs.into_par_iter().map(squared).collect();
+            errors.into_iter().sum()
         };
         let errors = STRENGTHS.map(|strength| (error(strength), strength));
         let best = errors.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));

@@ -40,10 +40,10 @@ pub(crate) struct Fitted {
 
 /// Parts that the clips are split into, to leave out one at a time. More would judge a small capture by more
 /// of what it teaches, and five keep a correction for a garment that moves to a rhythm of its own.
-const FOLDS: usize = 2;
+const FOLDS: usize = 5;
 
-/// Less of the correction than this is noise.
-const LEAST_SHARE: f64 = 0.05;
+/// Less of what is left of the coefficients' squares than this is noise.
+const LEAST_GAIN: f64 = 0.02;
 
 /// Decay of the running mean of the parameters.
 const AVERAGE: f32 = 0.99;
@@ -58,17 +58,18 @@ pub(crate) fn fit_recurrence(
     prior: &PriorSettings,
     watch: &Watch,
 ) -> Result<Option<Fitted>, TrainError> {
-    let fold_steps = settings.steps.div_ceil(FOLDS as u64);
+    let steps = settings.steps_for(sequences.iter().map(Sequence::len).sum());
+    let fold_steps = (steps * 4).div_ceil(5);
     let progress = Progress {
         done: AtomicU64::new(0),
-        all: FOLDS as u64 * fold_steps + settings.steps,
+        all: FOLDS as u64 * fold_steps + steps,
         watch,
     };
     let fit = |fold: Option<usize>| -> Result<Option<Recurrence>, TrainError> {
         let is_kept = |s: &&Sequence| fold.is_none() || Some(s.fold % FOLDS) != fold;
         let fit = UnitFit {
             settings,
-            steps: fold.map_or(settings.steps, |_| fold_steps),
+            steps: fold.map_or(steps, |_| fold_steps),
             sequences: sequences.iter().filter(is_kept).collect(),
             seed: prior.seed,
             fps: prior.fps,
@@ -82,10 +83,12 @@ pub(crate) fn fit_recurrence(
         None => vec![0.0; s.targets.len()],
     };
     let left_out: Vec<Vec<f32>> = sequences.par_iter().map(corrections).collect();
-    let share = believable_share(sequences, &left_out);
-    if share < LEAST_SHARE {
+    let worth = Worth::of(sequences, &left_out);
+    if std::env::var("DBG").is_ok() { eprintln!("{worth:?}"); for c in by_clip(sequences,&left_out) { eprintln!("along {:.3} squares {:.3} own gain at 1 {:.3}", c.along, c.squares, 2.0*c.along-c.squares); } }
+    if !worth.is_believable() {
         return Ok(None);
     }
+    let share = worth.share;
     let scaled = |values: &[f32]| values.iter().map(|x| x * share as f32).collect();
     Ok(fit(None)?.map(|mut recurrence| {
         recurrence.head.weight = scaled(&recurrence.head.weight);
@@ -97,20 +100,71 @@ pub(crate) fn fit_recurrence(
     }))
 }
 
-/// The factor, at most 1, by which corrections come closest to the truth.
-fn believable_share(sequences: &[Sequence], corrections: &[Vec<f32>]) -> f64 {
-    let (mut along, mut squares) = (0.0, 0.0);
-    for (sequence, correction) in sequences.iter().zip(corrections) {
-        for (c, t) in correction.iter().zip(&sequence.targets) {
-            along += f64::from(*c) * f64::from(*t);
-            squares += f64::from(*c) * f64::from(*c);
+/// What corrections of clips left out are worth.
+#[derive(Clone, Copy, Debug)]
+struct Worth {
+    /// The factor, 0 to 1, by which they leave least, every clip counted by what it has to correct.
+    share: f64,
+    /// Part of the squares that they take away then, on average over clips.
+    gain: f64,
+    /// Standard error of that average.
+    gain_error: f64,
+}
+
+impl Worth {
+    fn of(sequences: &[Sequence], corrections: &[Vec<f32>]) -> Self {
+        let clips = by_clip(sequences, corrections);
+        let sum = |of: fn(&Clip) -> f64| clips.iter().map(of).sum::<f64>();
+        let (along, squares) = (sum(|c| c.along), sum(|c| c.squares));
+        let share = if squares > 0.0 {
+            (along / squares).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        let gains = || clips.iter().map(|c| share * (2.0 * c.along - share * c.squares));
+        let count = clips.len().max(1) as f64;
+        let gain = gains().sum::<f64>() / count;
+        let variance = gains().map(|g| (g - gain).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        Self {
+            share,
+            gain,
+            gain_error: (variance / count).sqrt(),
         }
     }
-    if squares > 0.0 {
-        (along / squares).clamp(0.0, 1.0)
-    } else {
-        0.0
+
+    /// Less of the squares than [`LEAST_GAIN`] is noise, and so is what clips do not agree on.
+    fn is_believable(&self) -> bool {
+        self.gain > LEAST_GAIN.max(self.gain_error)
     }
+}
+
+/// Corrections c and targets t of a clip, relative to its |t|².
+struct Clip {
+    /// ⟨c, t⟩ / |t|².
+    along: f64,
+    /// |c|² / |t|².
+    squares: f64,
+}
+
+fn by_clip(sequences: &[Sequence], corrections: &[Vec<f32>]) -> Vec<Clip> {
+    let folds = sequences.iter().map(|s| s.fold + 1).max().unwrap_or(0);
+    let mut sums = vec![[0.0f64; 3]; folds];
+    for (sequence, correction) in sequences.iter().zip(corrections) {
+        let [along, squares, size] = &mut sums[sequence.fold];
+        for (c, t) in correction.iter().zip(&sequence.targets) {
+            let (c, t) = (f64::from(*c), f64::from(*t));
+            *along += c * t;
+            *squares += c * c;
+            *size += t * t;
+        }
+    }
+    let sized = sums.into_iter().filter(|[_, _, size]| *size > 0.0);
+    sized
+        .map(|[along, squares, size]| Clip {
+            along: along / size,
+            squares: squares / size,
+        })
+        .collect()
 }
 
 struct Progress<'a> {

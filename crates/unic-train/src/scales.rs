@@ -24,6 +24,9 @@ const OUTPUT_MARGIN: f32 = 1.25;
 /// Scales below a tenth of a millimetre would blow rounding up to the size of folds, metres.
 const LEAST_SCALE_M: f32 = 1e-4;
 
+/// Pairs of successive frames that are looked at, at most and evenly spread.
+const MOST_PAIRS: usize = 4000;
+
 /// None for states that are positions.
 pub(crate) fn measure(
     settings: &ModelSettings,
@@ -44,10 +47,12 @@ pub(crate) fn measure(
         inputs: inputs.clone(),
     }
     .decay(1.0 / capture.manifest.fps);
+    let frames: usize = fitted.left_out.iter().map(Vec::len).sum();
+    let stride = frames.div_ceil(MOST_PAIRS).max(1);
     let vertices = capture.garment.rest.vertices.len();
     let by_vertex: Vec<(f64, f32)> = (0..vertices)
         .into_par_iter()
-        .map(|v| measure_vertex(&capture.garment, clips, fitted, v, decay))
+        .map(|v| measure_vertex(&capture.garment, clips, fitted, v, (decay, stride)))
         .collect();
     let variance: f64 = by_vertex.iter().map(|m| m.0).sum::<f64>() / (3 * vertices).max(1) as f64;
     let scale_m = (variance.sqrt() as f32).max(LEAST_SCALE_M);
@@ -66,19 +71,20 @@ fn measure_vertex(
     clips: &[PreparedClip],
     fitted: &FittedPrior,
     vertex: usize,
-    decay: f32,
+    (decay, stride): (f32, usize),
 ) -> (f64, f32) {
     let (mut squares, mut count, mut largest) = (0.0, 0usize, 0.0f32);
     for (clip, coefficients) in clips.iter().zip(&fitted.left_out) {
-        let mut previous: Option<Vec3> = None;
-        for (t, coefficients) in coefficients.iter().enumerate() {
+        let state = |t: usize| -> Vec3 {
             let frame = PointFrame::new(garment, vertex, clip.kinematics.world_from_rest(t));
-            let d = frame.displacement(clip.captured.garment.frame(t)[vertex])
-                - fitted.prior.displacement(vertex, coefficients);
-            squares += f64::from(d.length_squared());
+            frame.displacement(clip.captured.garment.frame(t)[vertex])
+                - fitted.prior.displacement(vertex, &coefficients[t])
+        };
+        for t in (1..coefficients.len()).step_by(stride) {
+            let [before, now] = [t - 1, t].map(state);
+            squares += f64::from(now.length_squared());
             count += 1;
-            largest = previous.map_or(largest, |before| largest.max((d - before * decay).length()));
-            previous = Some(d);
+            largest = largest.max((now - before * decay).length());
         }
     }
     (squares / count.max(1) as f64, largest)

@@ -64,9 +64,11 @@ fn settings(recurrence: bool) -> TrainConfig {
         oscillators: 8,
         width: 16,
         steps: 300,
+        epochs: 1000,
         learning_rate: 5e-3,
         windows: 8,
         frames: 48,
+        dropout: 0.2,
     });
     config
 }

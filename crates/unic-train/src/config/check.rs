@@ -168,6 +168,18 @@ impl RecurrenceSettings {
         )?;
         let (steps, rate) = (self.steps, self.learning_rate);
         ensure(
+            "model.state.displacement.recurrence.epochs",
+            "1 to 1000000",
+            self.epochs,
+            (1..=1_000_000).contains(&self.epochs),
+        )?;
+        ensure(
+            "model.state.displacement.recurrence.dropout",
+            "0 to below 1",
+            self.dropout,
+            (0.0..1.0).contains(&self.dropout),
+        )?;
+        ensure(
             "model.state.displacement.recurrence.steps",
             "1 or more",
             steps,

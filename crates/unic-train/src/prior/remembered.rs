@@ -1,12 +1,12 @@
 //! What a prior's recurrence learns from: the garment's frames as sequences, and their mirror images.
 
-use super::series::{Series, displacements, pair};
+use super::series::{Series, displacements, pair, projected};
 use crate::{
     dataset::MotionVectors,
     mirror::{View, mirrored},
     recurrence::{Sequence, mirrored_surface},
 };
-use rayon::prelude::*;
+use glam::Vec3;
 use std::ops::Range;
 use unic_core::surface_map::{SurfaceMap, SurfaceMapError};
 use unic_eval::{LinearMap, PrincipalComponents, TrainingSet};
@@ -45,7 +45,7 @@ impl<'a> Remembered<'a> {
         let is_cut = self.set.train.len() == 1;
         let starts = self.series.iter().scan(0, move |next, series| {
             let start = *next;
-            *next += if is_cut { series.inputs.len() } else { 0 };
+            *next += if is_cut { series.len() } else { 0 };
             Some(start)
         });
         starts.enumerate().map(move |(series, start)| Place {
@@ -67,37 +67,33 @@ impl<'a> Remembered<'a> {
 
     /// Frames of the clip.
     fn frames(&self, place: Place) -> Range<usize> {
-        place.start..place.start + self.series[place.series].inputs.len()
+        place.start..place.start + self.series[place.series].len()
     }
 
     /// What the linear map leaves of a series.
     fn targets(&self, index: usize) -> Vec<f32> {
-        let (series, map) = (&self.series[index], self.maps[index].as_ref());
-        let left = |t: usize| {
-            let predicted = series.predicted(map, t);
-            let pairs = series.components[t].iter().zip(predicted);
-            pairs.map(|(c, p)| (c - p) as f32).collect::<Vec<_>>()
-        };
-        (0..series.inputs.len()).flat_map(left).collect()
+        let residual = self.series[index].residual(self.maps[index].as_ref());
+        residual.map(|c| c as f32).collect()
     }
 
     /// What it leaves of the mirrored garment in the mirrored motion.
     fn mirrored_targets(&self, place: Place, map: &SurfaceMap) -> Result<Vec<f32>, SurfaceMapError> {
-        let linear = self.maps[place.series].as_ref();
-        let left = |frame: usize| -> Result<Vec<f32>, SurfaceMapError> {
+        let (garment, clip) = (&self.set.garment, &self.set.train[place.clip]);
+        let of_frame = |frame: usize| -> Result<Vec<Vec3>, SurfaceMapError> {
             let mut there = Vec::new();
-            let here = displacements(&self.set.garment, &self.set.train[place.clip], frame);
-            map.vectors(&here, &mut there)?;
-            let sample: Vec<f32> = there.iter().flat_map(|u| mirrored(*u).to_array()).collect();
-            let pair = pair(&self.motion[place.clip], frame, View::Mirrored);
-            let predicted = linear.map(|map| map.apply(&pair));
-            let components = self.components.project(&sample).into_iter().enumerate();
-            Ok(components
-                .map(|(k, c)| (c - predicted.as_ref().map_or(0.0, |p| p[k])) as f32)
-                .collect::<Vec<f32>>())
+            map.vectors(&displacements(garment, clip, frame), &mut there)?;
+            Ok(there.into_iter().map(mirrored).collect())
         };
-        let frames: Result<Vec<_>, SurfaceMapError> = self.frames(place).into_par_iter().map(left).collect();
-        Ok(frames?.concat())
+        let mut components = projected(self.components, self.frames(place), of_frame)?;
+        if let Some(linear) = &self.maps[place.series] {
+            let frames = self.frames(place);
+            let inputs: Vec<f64> = frames
+                .flat_map(|t| pair(&self.motion[place.clip], t, View::Mirrored))
+                .collect();
+            let predicted = linear.apply_rows(&inputs);
+            components.iter_mut().zip(predicted).for_each(|(c, p)| *c -= p);
+        }
+        Ok(components.into_iter().map(|c| c as f32).collect())
     }
 }
 

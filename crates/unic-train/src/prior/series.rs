@@ -3,83 +3,102 @@
 use crate::{dataset::MotionVectors, mirror::View};
 use glam::Vec3;
 use rayon::prelude::*;
+use std::{convert::Infallible, ops::Range};
 use unic_core::{character::Garment, features::PointFrame};
 use unic_eval::{LinearMap, Moments, PreparedClip, PrincipalComponents, TrainingSet};
 
+/// Frames whose displacements are in memory at once.
+const ROWS: usize = 64;
+
 /// One clip: normalised pairs of motion vectors and components of the true displacement.
 pub(super) struct Series {
-    /// Of frames 0, 1, ...: 2 D numbers each; frame 0 is paired with itself.
-    pub(super) inputs: Vec<Vec<f64>>,
-    /// Of frames 0, 1, ...: K numbers each.
-    pub(super) components: Vec<Vec<f64>>,
+    frames: usize,
+    /// Frames × 2 D; frame 0 is paired with itself.
+    inputs: Vec<f64>,
+    /// Frames × K.
+    components: Vec<f64>,
 }
 
 impl Series {
-    /// Consecutive pieces, `count` at most.
-    pub(super) fn cut(&self, count: usize) -> Vec<Self> {
-        let frames = self.inputs.len().div_ceil(count).max(1);
-        let pieces = self.inputs.chunks(frames).zip(self.components.chunks(frames));
-        pieces
-            .map(|(inputs, components)| Self {
-                inputs: inputs.to_vec(),
-                components: components.to_vec(),
-            })
-            .collect()
-    }
-
     pub(super) fn new(
         set: &TrainingSet,
         clip: usize,
         motion: &MotionVectors,
         components: &PrincipalComponents,
     ) -> Self {
-        let project = |t: usize| {
-            let displacements = displacements(&set.garment, &set.train[clip], t);
-            let sample: Vec<f32> = displacements.iter().flat_map(|u| u.to_array()).collect();
-            components.project(&sample)
-        };
         let frames = set.train[clip].len();
+        let of_frame = |t| Ok::<_, Infallible>(displacements(&set.garment, &set.train[clip], t));
+        let Ok(components) = projected(components, 0..frames, of_frame);
         Self {
-            inputs: (0..frames).map(|t| pair(motion, t, View::Direct)).collect(),
-            components: (0..frames).into_par_iter().map(project).collect(),
+            frames,
+            inputs: (0..frames).flat_map(|t| pair(motion, t, View::Direct)).collect(),
+            components,
         }
     }
 
-    pub(super) fn moments(&self) -> Moments {
-        Moments::new(
-            &self.inputs.concat(),
-            &self.components.concat(),
-            self.inputs.len(),
-        )
+    /// Number of frames.
+    pub(super) fn len(&self) -> usize {
+        self.frames
     }
 
-    pub(super) fn predicted(&self, map: Option<&LinearMap>, frame: usize) -> Vec<f64> {
+    /// Consecutive pieces, `count` at most.
+    pub(super) fn cut(&self, count: usize) -> Vec<Self> {
+        let most = self.frames.div_ceil(count).max(1);
+        let piece = |start: usize| {
+            let frames = start..(start + most).min(self.frames);
+            Self {
+                frames: frames.len(),
+                inputs: self.rows(&self.inputs, &frames).to_vec(),
+                components: self.rows(&self.components, &frames).to_vec(),
+            }
+        };
+        (0..self.frames).step_by(most).map(piece).collect()
+    }
+
+    fn rows<'a>(&self, of: &'a [f64], frames: &Range<usize>) -> &'a [f64] {
+        let width = of.len() / self.frames.max(1);
+        &of[frames.start * width..frames.end * width]
+    }
+
+    pub(super) fn moments(&self) -> Moments {
+        Moments::new(&self.inputs, &self.components, self.frames)
+    }
+
+    /// What a map says of every frame: frames × K.
+    pub(super) fn predicted(&self, map: Option<&LinearMap>) -> Vec<f64> {
         // Without another clip to fit, the mean is all that is known.
         map.map_or_else(
-            || vec![0.0; self.components[frame].len()],
-            |m| m.apply(&self.inputs[frame]),
+            || vec![0.0; self.components.len()],
+            |m| m.apply_rows(&self.inputs),
         )
     }
 
-    /// Sum of squared errors.
-    pub(super) fn error(&self, map: Option<&LinearMap>) -> f64 {
-        let squared = |t: usize| -> f64 {
-            let predicted = self.predicted(map, t);
-            predicted
-                .iter()
-                .zip(&self.components[t])
-                .map(|(p, c)| (p - c).powi(2))
-                .sum()
-        };
-        (0..self.inputs.len()).map(squared).sum()
+    /// What a map leaves of the components: frames × K.
+    pub(super) fn residual(&self, map: Option<&LinearMap>) -> impl Iterator<Item = f64> {
+        let predicted = self.predicted(map).into_iter();
+        self.components.iter().zip(predicted).map(|(c, p)| c - p)
     }
+}
 
-    pub(super) fn coefficients(&self, map: Option<&LinearMap>) -> Vec<Vec<f32>> {
-        let frames = 0..self.inputs.len();
-        frames
-            .map(|t| self.predicted(map, t).iter().map(|a| *a as f32).collect())
-            .collect()
-    }
+/// Components (frames × K) of what `of_frame` says, read a few frames at a time.
+///
+/// # Errors
+/// Those of `of_frame`.
+pub(super) fn projected<E: Send>(
+    components: &PrincipalComponents,
+    frames: Range<usize>,
+    of_frame: impl Fn(usize) -> Result<Vec<Vec3>, E> + Sync,
+) -> Result<Vec<f64>, E> {
+    let starts: Vec<usize> = frames.clone().step_by(ROWS).collect();
+    let piece = |start: usize| -> Result<Vec<f64>, E> {
+        let mut samples = Vec::new();
+        for frame in start..(start + ROWS).min(frames.end) {
+            samples.extend(of_frame(frame)?.iter().flat_map(|u| u.to_array()));
+        }
+        Ok(components.project_rows(&samples))
+    };
+    let pieces: Result<Vec<Vec<f64>>, E> = starts.into_par_iter().map(piece).collect();
+    Ok(pieces?.concat())
 }
 
 /// Displacements of a frame in the vertices' rotated frames, metres.

@@ -4,9 +4,6 @@ use super::{Sequence, unit::Sizes};
 use crate::config::RecurrenceSettings;
 use rand::{Rng, RngExt};
 
-/// Of inputs and of hidden numbers, one mask a window.
-const DROPOUT: f32 = 0.2;
-
 /// The greatest length that sequences with half of all frames have: one long clip does not keep the
 /// others out.
 fn common_length(sequences: &[&Sequence]) -> Option<usize> {
@@ -26,6 +23,7 @@ pub(super) struct Windows<'a> {
     sizes: Sizes,
     windows: usize,
     frames: usize,
+    dropout: f32,
     /// Root mean square of the largest target, metres.
     scale: f32,
 }
@@ -72,6 +70,7 @@ impl<'a> Windows<'a> {
             sizes,
             windows: settings.windows,
             frames: settings.frames.min(common),
+            dropout: settings.dropout,
             scale,
         })
     }
@@ -123,12 +122,13 @@ impl<'a> Windows<'a> {
         (self.sequences[0], 0)
     }
 
+    /// One a window.
     fn mask(&self, width: usize, rng: &mut impl Rng) -> Vec<f32> {
         let factor = |_| {
-            if rng.random::<f32>() < DROPOUT {
+            if rng.random::<f32>() < self.dropout {
                 0.0
             } else {
-                1.0 / (1.0 - DROPOUT)
+                1.0 / (1.0 - self.dropout)
             }
         };
         (0..self.windows * width).map(factor).collect()

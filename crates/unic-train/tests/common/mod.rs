@@ -98,9 +98,11 @@ pub(crate) fn small(preset: Preset) -> TrainConfig {
             oscillators: 4,
             width: 8,
             steps: 20,
+            epochs: 1000,
             learning_rate: 1e-2,
             windows: 4,
             frames: 12,
+            dropout: 0.2,
         });
     }
     config.batch = BatchConfig {
