@@ -79,6 +79,7 @@ fn stage_motion(bencher: Bencher) {
         next_pose: None,
         ground_height: 0.0,
         dt: 1.0 / model.config().fps,
+        wind: Vec3::ZERO,
     };
     let mut state = MotionState::start(spec, skeleton, &input(0));
     let mut t = 0;
@@ -175,5 +176,6 @@ fn input(pose: &Pose) -> StepInput<'_> {
         pose,
         next_pose: None,
         ground_height: 0.0,
+        wind: Vec3::ZERO,
     }
 }

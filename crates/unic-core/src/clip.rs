@@ -1,6 +1,8 @@
 //! Motion clips.
 
 use crate::skeleton::Pose;
+use glam::Vec3;
+use std::ops::Range;
 
 /// Poses at a uniform frame rate.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,9 +15,16 @@ pub struct Clip {
     pub poses: Vec<Pose>,
     /// Height of the ground, metres, world space.
     pub ground_height: f32,
+    /// Velocity of the air, m/s, world space: one a frame, or none in still air.
+    pub wind: Vec<Vec3>,
 }
 
 impl Clip {
+    /// Velocity of the air in a frame, m/s, world space.
+    pub fn wind_at(&self, frame: usize) -> Vec3 {
+        self.wind.get(frame).copied().unwrap_or_default()
+    }
+
     /// Number of frames T.
     pub fn len(&self) -> usize {
         self.poses.len()
@@ -31,6 +40,18 @@ impl Clip {
         self.len().saturating_sub(1) as f32 / self.fps
     }
 
+    /// Some of the frames.
+    ///
+    /// # Panics
+    /// Of frames that the clip does not have.
+    pub fn part(mut self, frames: Range<usize>) -> Clip {
+        if !self.wind.is_empty() {
+            self.wind = frames.clone().map(|t| self.wind_at(t)).collect();
+        }
+        self.poses = self.poses[frames].to_vec();
+        self
+    }
+
     /// The same motion at another frame rate, interpolated between frames; the first frame stays.
     pub fn resampled(&self, fps: f32) -> Clip {
         let step = f64::from(self.fps) / f64::from(fps);
@@ -41,17 +62,26 @@ impl Clip {
         } else {
             ((last as f64 / step) + 1e-3).floor() as usize + 1
         };
-        let pose_at = |frame: usize| {
+        let between = |frame: usize| {
             let at = (frame as f64 * step).min(last as f64);
             let before = at.floor() as usize;
-            let after = (before + 1).min(last);
-            self.poses[before].interpolate(&self.poses[after], (at - before as f64) as f32)
+            (before, (before + 1).min(last), (at - before as f64) as f32)
         };
+        let pose_at = |frame: usize| {
+            let (before, after, share) = between(frame);
+            self.poses[before].interpolate(&self.poses[after], share)
+        };
+        let wind_at = |frame: usize| {
+            let (before, after, share) = between(frame);
+            self.wind_at(before).lerp(self.wind_at(after), share)
+        };
+        let windy = if self.wind.is_empty() { 0 } else { count };
         Clip {
             name: self.name.clone(),
             fps,
             poses: (0..count).map(pose_at).collect(),
             ground_height: self.ground_height,
+            wind: (0..windy).map(wind_at).collect(),
         }
     }
 }
@@ -71,6 +101,7 @@ mod tests {
             fps,
             poses: (0..frames).map(pose).collect(),
             ground_height: 0.0,
+            wind: Vec::new(),
         }
     }
 

@@ -141,14 +141,24 @@ pub const ACCELERATION_UNIT: f32 = 20.0;
 /// Frames that [`PointInput::Velocity`] is measured in: a change of one scale in three frames is one.
 const VELOCITY_FRAMES: f32 = 3.0;
 
+/// What makes velocities of the differences between frames.
+#[derive(Clone, Copy, Debug)]
+pub struct Tick {
+    /// Seconds between frames.
+    pub dt: f32,
+    /// Velocity of the air, m/s, world space: velocities are relative to it.
+    pub wind: Vec3,
+}
+
 /// Writes the inputs that do not depend on the state, in the configuration's order, three numbers each.
 pub fn write_frame_inputs(
     config: &DisplacementConfig,
     rest: Vec3,
     history: &PointHistory,
-    dt: f32,
+    tick: Tick,
     out: &mut [f32],
 ) {
+    let Tick { dt, wind } = tick;
     let own_from_world = history.now.rotation.inverse();
     let velocity = || (history.now.skinned - history.before) / dt;
     let inputs = config.inputs.iter().filter(|input| !input.is_state());
@@ -156,7 +166,7 @@ pub fn write_frame_inputs(
         let value = match input {
             PointInput::Rest => rest,
             PointInput::Up => own_from_world * Vec3::Y,
-            PointInput::SkinVelocity => own_from_world * velocity() / VELOCITY_UNIT,
+            PointInput::SkinVelocity => own_from_world * (velocity() - wind) / VELOCITY_UNIT,
             PointInput::SkinAcceleration => {
                 let before = (history.before - history.earlier) / dt;
                 own_from_world * (velocity() - before) / dt / ACCELERATION_UNIT
@@ -265,9 +275,11 @@ mod tests {
             before: move_by.point(history.before),
             earlier: move_by.point(history.earlier),
         };
+        let wind = Vec3::new(0.5, 0.2, -2.0);
+        let tick = |wind| Tick { dt: 1.0 / 30.0, wind };
         let (mut a, mut b) = ([0.0; 12], [0.0; 12]);
-        write_frame_inputs(&config, Vec3::ONE, &history, 1.0 / 30.0, &mut a);
-        write_frame_inputs(&config, Vec3::ONE, &moved, 1.0 / 30.0, &mut b);
+        write_frame_inputs(&config, Vec3::ONE, &history, tick(wind), &mut a);
+        write_frame_inputs(&config, Vec3::ONE, &moved, tick(move_by.vector(wind)), &mut b);
         for (a, b) in a.iter().zip(b) {
             assert!((a - b).abs() < 2e-4, "{a} {b}");
         }

@@ -400,11 +400,13 @@ fn what_does_not_belong_is_refused_and_changes_nothing() {
             pose,
             next_pose: None,
             ground_height: 0.0,
+            wind: Vec3::ZERO,
         };
         let ahead = StepInput {
             pose: &poses[4],
             next_pose: Some(pose),
             ground_height: 0.0,
+            wind: Vec3::ZERO,
         };
         for input in [alone, ahead] {
             assert_eq!(animator.step(&input).unwrap_err(), *error);
@@ -415,6 +417,11 @@ fn what_does_not_belong_is_refused_and_changes_nothing() {
         let input = StepInput {
             ground_height,
             ..input(&poses, 4)
+        };
+        assert_eq!(animator.step(&input).unwrap_err(), AnimatorError::Pose);
+        let input = StepInput {
+            wind: Vec3::Y * ground_height,
+            ..self::input(&poses, 4)
         };
         assert_eq!(animator.step(&input).unwrap_err(), AnimatorError::Pose);
     }
@@ -499,6 +506,7 @@ fn no_motion_drives_a_displacement_beyond_its_bound() {
                     pose: &pose,
                     next_pose: None,
                     ground_height: 0.0,
+                    wind: Vec3::ZERO,
                 })
                 .unwrap();
             assert!(
@@ -539,11 +547,12 @@ fn the_garment_moves_along_when_the_world_is_turned_and_shifted() {
         let model = model(&variant);
         let root = model.character().skeleton.joints()[0];
         let (yaw, by) = (2.2, Vec3::new(2.0, 0.0, -3.0));
-        let own = run(&mut Animator::new(Arc::clone(&model)), &poses);
-        let there = run(
-            &mut Animator::new(Arc::clone(&model)),
-            &moved(&poses, root, yaw, by),
-        );
+        let wind = Vec3::new(1.0, 0.2, -0.5);
+        let [own, there] = [
+            (poses.clone(), wind),
+            (moved(&poses, root, yaw, by), Quat::from_rotation_y(yaw) * wind),
+        ]
+        .map(|(poses, wind)| run_in_wind(&mut Animator::new(Arc::clone(&model)), &poses, wind));
         for (t, (own, there)) in own.iter().zip(&there).enumerate() {
             let along: Vec<Vec3> = own.iter().map(|p| Quat::from_rotation_y(yaw) * *p + by).collect();
             let error = largest_distance(&along, there);

@@ -35,6 +35,7 @@ impl ClipKinematics {
                 next_pose: clip.poses.get(frame + 1),
                 ground_height: clip.ground_height,
                 dt: 1.0 / clip.fps,
+                wind: clip.wind_at(frame),
             };
             match &mut state {
                 None => all.push(skeleton, state.insert(MotionState::start(spec, skeleton, &input))),

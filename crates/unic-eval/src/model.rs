@@ -112,6 +112,7 @@ fn input(clip: &PreparedClip, frame: usize) -> StepInput<'_> {
         pose: &clip.poses[frame],
         next_pose: clip.poses.get(frame + 1),
         ground_height: clip.ground_height,
+        wind: clip.wind_at(frame),
     }
 }
 

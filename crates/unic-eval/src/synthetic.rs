@@ -85,10 +85,10 @@ pub(crate) fn clip(character: &Character, garment: &[Vec<Vec3>]) -> PreparedClip
             fps: 30.0,
             poses: (0..garment.len()).map(pose).collect(),
             ground_height: -1.0,
+            wind: Vec::new(),
         },
         garment: GarmentFrames::new(numbers, garment.len(), garment[0].len()).unwrap(),
         body: None,
-        wind: None,
     };
     PreparedClip::new(&spec(), &character.skeleton, captured)
 }

@@ -72,6 +72,7 @@ fn clip(name: &str, seed: usize) -> Clip {
         fps: 30.0,
         poses: (0..70).map(pose).collect(),
         ground_height: 0.0,
+        wind: Vec::new(),
     }
 }
 

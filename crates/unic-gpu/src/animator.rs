@@ -33,6 +33,7 @@ pub struct GpuAnimator {
     motion: MotionState,
     /// Has no step been taken since the reset?
     at_start: bool,
+    wind: Vec3,
     buffers: Buffers,
     programs: Programs,
     upload: Upload,
@@ -66,6 +67,7 @@ impl GpuAnimator {
             pose: &bind_pose,
             next_pose: None,
             ground_height: 0.0,
+            wind: Vec3::ZERO,
         };
         let mode = model.config().intersection;
         let (buffers, programs) = asset.context.checked(|| {
@@ -76,6 +78,7 @@ impl GpuAnimator {
         let mut animator = Self {
             motion: start_motion(&model, &input),
             at_start: true,
+            wind: Vec3::ZERO,
             mode,
             buffers,
             programs,
@@ -119,6 +122,7 @@ impl GpuAnimator {
         start.check(model)?;
         self.motion = start_motion(model, input);
         self.at_start = true;
+        self.wind = input.wind;
         let (before, now) = self.motion.pair();
         self.upload.pair(&self.asset, &self.buffers, [before, now]);
         self.upload_tick(Frame::Now);
@@ -252,6 +256,7 @@ impl GpuAnimator {
         input.check(model)?;
         let (spec, skeleton) = (&model.config().motion, &model.character().skeleton);
         self.motion.advance(spec, skeleton, &input.motion(model));
+        self.wind = input.wind;
         let (before, now) = self.motion.pair();
         if self.at_start {
             self.upload.pair(&asset, &self.buffers, [before, before]);
@@ -268,6 +273,7 @@ impl GpuAnimator {
             frame,
             at_start: self.at_start,
             mode: self.mode,
+            wind: self.wind,
         };
         self.upload.tick(&self.asset, &self.buffers, &self.motion, tick);
     }

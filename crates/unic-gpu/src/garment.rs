@@ -187,8 +187,8 @@ fn frame_input(model: &Model, input: PointInput) -> String {
         PointInput::Up => "rotated_back(rotation, vec3<f32>(0.0, 1.0, 0.0))".to_owned(),
         PointInput::SkinVelocity => {
             format!(
-                "rotated_back(rotation, now - before) * {:?}f",
-                fps / VELOCITY_UNIT
+                "rotated_back(rotation, (now - before) * {fps:?}f - tick[HANDLING].yzw) * {:?}f",
+                VELOCITY_UNIT.recip()
             )
         }
         PointInput::SkinAcceleration => format!(

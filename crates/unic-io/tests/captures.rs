@@ -34,11 +34,11 @@ fn write(root: &Path, clips: &[(&str, Split)]) {
     let (character, garment) = (small_character(), small_garment());
     let mut writer = CaptureWriter::create(root, manifest(), &character, &garment, &attributes()).unwrap();
     for (i, &(name, split)) in clips.iter().enumerate() {
-        let clip = small_clip(name, 5 + i);
-        let wind = vec![Vec3::new(1.0, 0.0, i as f32); clip.len()];
-        let mut frames = writer
-            .begin_clip(&clip, split, (i == 0).then_some(&wind))
-            .unwrap();
+        let mut clip = small_clip(name, 5 + i);
+        if i == 0 {
+            clip.wind = vec![Vec3::X; clip.len()];
+        }
+        let mut frames = writer.begin_clip(&clip, split).unwrap();
         for t in 0..clip.len() {
             frames.push(&small_frame(t)).unwrap();
         }
@@ -75,8 +75,8 @@ fn a_capture_comes_back() {
     assert_eq!((walk.clip.fps, walk.clip.ground_height), (30.0, -0.125));
     assert!(walk.garment.is_mapped());
     assert!((0..5).all(|t| walk.garment.frame(t) == small_frame(t)));
-    assert_eq!(walk.wind, Some(vec![Vec3::X; 5]));
-    assert!(capture.load_clip("a b").unwrap().wind.is_none());
+    assert_eq!(walk.clip.wind, vec![Vec3::X; 5]);
+    assert!(capture.load_clip("a b").unwrap().clip.wind.is_empty());
 }
 
 #[test]
@@ -205,21 +205,13 @@ fn the_writer_refuses_what_the_reader_would() {
     let create = || CaptureWriter::create(root.path(), manifest(), &character, &garment, &attributes());
     let mut writer = create().unwrap();
     let clip = small_clip("walk", 3);
-    let mut frames = writer.begin_clip(&clip, Split::Train, None).unwrap();
+    let mut frames = writer.begin_clip(&clip, Split::Train).unwrap();
     assert!(
-        writer.begin_clip(&clip, Split::Test, None).is_err(),
+        writer.begin_clip(&clip, Split::Test).is_err(),
         "the same name twice"
     );
-    assert!(
-        writer
-            .begin_clip(&small_clip("../walk", 3), Split::Test, None)
-            .is_err()
-    );
-    assert!(
-        writer
-            .begin_clip(&small_clip("run", 1), Split::Test, None)
-            .is_err()
-    );
+    assert!(writer.begin_clip(&small_clip("../walk", 3), Split::Test).is_err());
+    assert!(writer.begin_clip(&small_clip("run", 1), Split::Test).is_err());
     assert!(frames.push(&[Vec3::ZERO]).is_err(), "too few vertices");
     assert!(frames.push(&[Vec3::NAN; 4]).is_err());
     frames.push(&small_frame(0)).unwrap();
@@ -237,13 +229,13 @@ fn finished_clips_are_kept_and_unfinished_ones_are_not() {
         || CaptureWriter::create(root.path(), manifest(), &character, &garment, &attributes()).unwrap();
     let (walk, run) = (small_clip("walk", 3), small_clip("run", 4));
     let finish = |writer: &mut CaptureWriter, clip: &Clip| {
-        let mut frames = writer.begin_clip(clip, Split::Train, None).unwrap();
+        let mut frames = writer.begin_clip(clip, Split::Train).unwrap();
         (0..clip.len()).for_each(|t| frames.push(&small_frame(t)).unwrap());
         frames.finish().unwrap();
     };
     let mut interrupted = create();
     finish(&mut interrupted, &walk);
-    drop(interrupted.begin_clip(&run, Split::Test, None).unwrap());
+    drop(interrupted.begin_clip(&run, Split::Test).unwrap());
 
     let mut writer = create();
     assert!(

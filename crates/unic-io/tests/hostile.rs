@@ -136,9 +136,7 @@ fn a_capture_with_a_damaged_file_is_refused_without_harm() {
     let (character, garment) = (small_character(), small_garment());
     let attributes = VertexAttributes::default();
     let mut writer = CaptureWriter::create(root, manifest, &character, &garment, &attributes).unwrap();
-    let mut clip = writer
-        .begin_clip(&small_clip("walk", 3), Split::Train, None)
-        .unwrap();
+    let mut clip = writer.begin_clip(&small_clip("walk", 3), Split::Train).unwrap();
     (0..3).for_each(|t| clip.push(&small_frame(t)).unwrap());
     clip.finish().unwrap();
     writer.finish().unwrap();

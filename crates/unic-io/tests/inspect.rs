@@ -26,7 +26,7 @@ fn capture(root: &Path, garment_offset: Vec3) {
     let attributes = VertexAttributes::default();
     let mut writer = CaptureWriter::create(root, manifest, &character, &garment, &attributes).unwrap();
     for (name, split) in [("walk", Split::Train), ("run", Split::Test)] {
-        let mut clip = writer.begin_clip(&small_clip(name, 3), split, None).unwrap();
+        let mut clip = writer.begin_clip(&small_clip(name, 3), split).unwrap();
         for t in 0..3 {
             let frame: Vec<Vec3> = small_frame(t).iter().map(|v| v + garment_offset).collect();
             clip.push(&frame).unwrap();

@@ -43,6 +43,7 @@ fn walk(frames: usize, period: f32, drift: f32) -> Clip {
         fps: FPS,
         poses: (0..frames).map(pose).collect(),
         ground_height: 0.0,
+        wind: Vec::new(),
     }
 }
 

@@ -87,6 +87,7 @@ fn use_character(character: &Character) {
         fps: 30.0,
         poses: vec![pose.clone(), pose],
         ground_height: 0.0,
+        wind: Vec::new(),
     };
     use_clip(&clip, character);
 }
@@ -263,10 +264,9 @@ fn capture(root: &Path) {
         mask: Some(vec![true; 4]),
     };
     let mut writer = CaptureWriter::create(root, manifest, &character, &garment, &attributes).unwrap();
-    let wind = [Vec3::X; 6];
-    let mut clip = writer
-        .begin_clip(&small_clip("walk", 6), Split::Train, Some(&wind))
-        .unwrap();
+    let mut walk = small_clip("walk", 6);
+    walk.wind = vec![Vec3::X; 6];
+    let mut clip = writer.begin_clip(&walk, Split::Train).unwrap();
     (0..6).for_each(|t| clip.push(&small_frame(t)).unwrap());
     clip.finish().unwrap();
     writer.finish().unwrap();

@@ -183,7 +183,7 @@ fn write_capture(root: &Path) -> Result<(), Error> {
     manifest.contact_joints = Some([0, 1, 0, 1].map(JointReference::Index));
     let attributes = VertexAttributes::default();
     let mut capture = CaptureWriter::create(root, manifest, &character, &garment, &attributes)?;
-    let mut clip = capture.begin_clip(&small_clip("walk", 3), Split::Train, None)?;
+    let mut clip = capture.begin_clip(&small_clip("walk", 3), Split::Train)?;
     (0..3).try_for_each(|t| clip.push(&small_frame(t)))?;
     clip.finish()?;
     capture.finish()

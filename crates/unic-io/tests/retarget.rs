@@ -140,6 +140,7 @@ fn dance(frames: usize) -> Clip {
         fps: 30.0,
         poses: (0..frames).map(pose).collect(),
         ground_height: 0.0,
+        wind: Vec::new(),
     }
 }
 

@@ -61,7 +61,7 @@ pub fn write_capture(root: &Path, figure: &Figure, takes: &[(Take, Split)]) -> C
     } = figure;
     let mut writer = CaptureWriter::create(root, manifest, character, garment, &Default::default()).unwrap();
     for (take, split) in takes {
-        let mut out = writer.begin_clip(&take.clip, *split, None).unwrap();
+        let mut out = writer.begin_clip(&take.clip, *split).unwrap();
         take.garment.iter().for_each(|frame| out.push(frame).unwrap());
         out.finish().unwrap();
     }

@@ -32,6 +32,7 @@ pub fn clip(name: &str, seed: usize, frames: usize) -> Clip {
         fps: FPS,
         poses: (0..frames).map(pose).collect(),
         ground_height: 0.0,
+        wind: Vec::new(),
     }
 }
 

@@ -181,6 +181,7 @@ fn take(seed: usize, vertices: usize) -> Take {
         fps: FPS,
         poses: (0..FRAMES).map(pose).collect(),
         ground_height: 0.0,
+        wind: Vec::new(),
     };
     let figure = figure(vertices);
     let mut garment = figure.skinned(&clip);

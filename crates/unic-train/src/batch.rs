@@ -16,7 +16,7 @@ use rand::{RngExt, rngs::ChaCha8Rng};
 use rayon::prelude::*;
 use unic_core::{
     config::{DisplacementConfig, StateConfig},
-    features::{Past, PointFrame, PointHistory, write_frame_inputs},
+    features::{Past, PointFrame, PointHistory, Tick, write_frame_inputs},
 };
 
 /// Where a window lies.
@@ -319,7 +319,12 @@ impl<'a> Track<'a> {
         // Of the mirrored position, in the view that all vectors are turned to below.
         let view = self.window.view;
         let rest = view.of(self.data.rest_box.normalised(view.of(rest)));
-        write_frame_inputs(config, rest, &self.history, 1.0 / self.data.config.fps, out);
+        let clip = &self.data.clips[self.window.clip].captured.clip;
+        let tick = Tick {
+            dt: 1.0 / self.data.config.fps,
+            wind: clip.wind_at(self.frame),
+        };
+        write_frame_inputs(config, rest, &self.history, tick, out);
         if view == View::Mirrored {
             out.chunks_exact_mut(3).for_each(|v| v[0] = -v[0]);
         }

@@ -23,8 +23,8 @@
 //! # for (name, split) in [("one", Split::Train), ("two", Split::Train), ("three", Split::Validation)] {
 //! #     let pose = |t: usize| Pose { trans: Vec3::Z * t as f32 * 0.03, local: vec![Quat::from_rotation_y(t as f32 * 0.1); 2] };
 //! #     let poses: Vec<Pose> = (0..16).map(pose).collect();
-//! #     let clip = Clip { name: name.into(), fps: 30.0, poses, ground_height: 0.0 };
-//! #     let mut out = writer.begin_clip(&clip, split, None)?;
+//! #     let clip = Clip { name: name.into(), fps: 30.0, poses, ground_height: 0.0, wind: Vec::new() };
+//! #     let mut out = writer.begin_clip(&clip, split)?;
 //! #     for pose in &clip.poses {
 //! #         out.push(&garment.rest.vertices.iter().map(|v| *v + pose.trans).collect::<Vec<_>>())?;
 //! #     }

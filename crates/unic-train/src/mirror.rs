@@ -180,6 +180,7 @@ mod tests {
             next_pose: None,
             ground_height: 0.45,
             dt: 1.0 / 30.0,
+            wind: Vec3::ZERO,
         };
         let mut state = MotionState::start(&spec, &skeleton, &input(&poses[0]));
         (poses[1..].iter())

@@ -71,7 +71,12 @@ pub fn fit_prior(
     let linear = LeaveOneOut::fit(&series);
     let coefficients = |(s, map): (&Series, &Option<LinearMap>)| -> Vec<Vec<f32>> {
         let (predicted, count) = (s.predicted(map.as_ref()), components.len());
-        let of_frame = |t: usize| predicted[t * count..][..count].iter().map(|a| *a as f32).collect();
+        let of_frame = |t: usize| {
+            predicted[t * count..][..count]
+                .iter()
+                .map(|a| *a as f32)
+                .collect()
+        };
         (0..s.len()).map(of_frame).collect()
     };
     let mut left_out: Vec<_> = series.iter().zip(&linear.maps).map(coefficients).collect();

@@ -84,7 +84,17 @@ pub(crate) fn fit_recurrence(
     };
     let left_out: Vec<Vec<f32>> = sequences.par_iter().map(corrections).collect();
     let worth = Worth::of(sequences, &left_out);
-    if std::env::var("DBG").is_ok() { eprintln!("{worth:?}"); for c in by_clip(sequences,&left_out) { eprintln!("along {:.3} squares {:.3} own gain at 1 {:.3}", c.along, c.squares, 2.0*c.along-c.squares); } }
+    if std::env::var("DBG").is_ok() {
+        eprintln!("{worth:?}");
+        for c in by_clip(sequences, &left_out) {
+            eprintln!(
+                "along {:.3} squares {:.3} own gain at 1 {:.3}",
+                c.along,
+                c.squares,
+                2.0 * c.along - c.squares
+            );
+        }
+    }
     if !worth.is_believable() {
         return Ok(None);
     }

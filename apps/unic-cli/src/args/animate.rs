@@ -42,6 +42,10 @@ pub(crate) struct AnimateArgs {
     /// an npz (a capture's clip) [default: the mean shape of training].
     #[arg(long, value_name = "FILE")]
     pub(crate) start: Option<PathBuf>,
+    /// Wind, m/s [default: the motion file's own, else still air]. A model knows wind as far as it
+    /// knows motion: it cannot tell the one from the other.
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true)]
+    pub(crate) wind: Option<glam::Vec3>,
     /// Only these frames of the motion, counted from 0 at the model's frame rate, the last one
     /// excluded; the garment starts at the first of them.
     #[arg(long, value_name = "A..B", value_parser = parse::frames)]

@@ -29,6 +29,11 @@ pub(super) fn seconds(text: &str) -> Result<f32, String> {
     seconds.ok_or_else(|| "a number of seconds above zero is needed, such as 10".into())
 }
 
+pub(super) fn speed(text: &str) -> Result<f32, String> {
+    let speed: Option<f32> = text.parse().ok().filter(|s| (0.0..=50.0).contains(s));
+    speed.ok_or_else(|| "a speed from 0 to 50 m/s is needed, such as 2.5".into())
+}
+
 pub(super) fn contacts(text: &str) -> Result<[JointReference; 4], String> {
     let joint = |name: &str| match name.parse() {
         Ok(index) => JointReference::Index(index),

@@ -55,9 +55,14 @@ pub(crate) struct SimulateArgs {
     pub(crate) seconds: Option<f32>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,
-    /// Steady wind, m/s.
+    /// Steady wind, m/s [default: the motion file's own, else still air].
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true)]
     pub(crate) wind: Option<glam::Vec3>,
+    /// Simulate every training motion once more in a steady wind of this speed, m/s, each from
+    /// another side. Cloth feels the same air when the character moves that way: the model then
+    /// knows motion backwards and sideways, and wind.
+    #[arg(long, value_name = "M/S", value_parser = parse::speed)]
+    pub(crate) breeze: Option<f32>,
     /// Solver steps a frame, 1 to 1000 [default: 20].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) substeps: Option<u32>,

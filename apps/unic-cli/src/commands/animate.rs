@@ -67,7 +67,7 @@ fn read_model(args: &AnimateArgs) -> Result<Model> {
 
 fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
     let fps = model.config().fps;
-    let mut clip = motion_file::read(&args.motion, model.character(), fps, &args.reading)?;
+    let clip = motion_file::read(&args.motion, model.character(), fps, &args.reading)?;
     let Some(range) = args.frames.clone() else {
         return Ok(clip);
     };
@@ -80,8 +80,7 @@ fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
             range.end
         );
     }
-    clip.poses = clip.poses[range].to_vec();
-    Ok(clip)
+    Ok(clip.part(range))
 }
 
 /// Positions of the first frame, or of the only one.
@@ -141,6 +140,7 @@ fn animate(
             pose,
             next_pose: clip.poses.get(t + 1),
             ground_height: clip.ground_height,
+            wind: args.wind.unwrap_or_else(|| clip.wind_at(t)),
         };
         let garment = match t {
             0 => animator.reset(&input, start.map_or(Start::MeanShape, Start::Positions)),

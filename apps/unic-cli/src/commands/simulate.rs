@@ -54,7 +54,6 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
         cut: &cut,
         cloth: Arc::new(cloth),
         settings,
-        wind: args.wind.unwrap_or_default(),
         shots: args.pictures.as_ref().map_or(0, |_| SHOTS),
     };
     let keep = |rows: &[Row]| report::keep(&Summary::new(args, vertices, rows, started.elapsed()));

@@ -79,6 +79,7 @@ impl Performance {
                 .map(|f| self.pose(f as f64 / f64::from(fps)))
                 .collect(),
             ground_height: 0.0,
+            wind: Vec::new(),
         }
     }
 

@@ -3,7 +3,7 @@
 use super::{input::FARTHEST, state::VertexState};
 use crate::{
     config::{DisplacementConfig, StateConfig},
-    features::{PointHistory, StateInputs, limited, write_frame_inputs},
+    features::{PointHistory, StateInputs, Tick, limited, write_frame_inputs},
     model::Model,
     network::{FieldBiases, FieldScratch, TILE},
 };
@@ -14,6 +14,7 @@ pub(super) struct FieldFrame<'a> {
     pub(super) model: &'a Model,
     pub(super) biases: &'a FieldBiases,
     pub(super) histories: &'a [PointHistory],
+    pub(super) wind: Vec3,
     /// Vertices that are evaluated; all of them without.
     pub(super) samples: Option<&'a [u32]>,
 }
@@ -82,13 +83,11 @@ impl FieldFrame<'_> {
         let (state, frame) = out.split_at_mut(model.config.state.state_input_len());
         StateInputs::new(config).write(vertex.value, vertex.previous, state);
         let rest = model.rest_box.normalised(model.garment.rest.vertices[index]);
-        write_frame_inputs(
-            config,
-            rest,
-            &self.histories[index],
-            1.0 / model.config.fps,
-            frame,
-        );
+        let tick = Tick {
+            dt: 1.0 / model.config.fps,
+            wind: self.wind,
+        };
+        write_frame_inputs(config, rest, &self.histories[index], tick, frame);
     }
 
     fn updated(&self, value: Vec3, output: Vec3) -> Vec3 {

@@ -12,7 +12,7 @@ use glam::Vec3;
 
 impl Animator {
     /// The field over the vertices that carry the state, tile by tile, and the others from them.
-    pub(super) fn deform(&mut self) {
+    pub(super) fn deform(&mut self, wind: Vec3) {
         let Self {
             model,
             state,
@@ -24,6 +24,7 @@ impl Animator {
             model,
             biases: &scratch.biases,
             histories: &scratch.histories,
+            wind,
             samples: sampling.map(Sampling::samples),
         };
         let task = |first: usize, vertices: &mut [VertexState], buffers: &mut TileScratch| {

@@ -18,6 +18,8 @@ pub struct StepInput<'a> {
     pub next_pose: Option<&'a Pose>,
     /// Height of the ground under the character, metres, world space.
     pub ground_height: f32,
+    /// Velocity of the air around the character, m/s, world space; zero in still air.
+    pub wind: Vec3,
 }
 
 /// What the garment is before the first step.
@@ -46,6 +48,7 @@ impl<'a> StepInput<'a> {
             next_pose: self.next_pose,
             ground_height: self.ground_height,
             dt: 1.0 / model.config.fps,
+            wind: self.wind,
         }
     }
 
@@ -64,7 +67,8 @@ impl<'a> StepInput<'a> {
                 return Err(AnimatorError::Pose);
             }
         }
-        match self.ground_height.abs() <= FARTHEST {
+        let numbers = [self.ground_height.abs(), self.wind.abs().max_element()];
+        match numbers.iter().all(|x| *x <= FARTHEST) && self.wind.is_finite() {
             true => Ok(()),
             false => Err(AnimatorError::Pose),
         }

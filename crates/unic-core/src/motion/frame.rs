@@ -32,6 +32,8 @@ pub(super) struct Step<'a> {
     pub(super) from: &'a [Rigid],
     pub(super) to: &'a [Rigid],
     pub(super) dt: f32,
+    /// Velocity of the air, m/s, world space.
+    pub(super) wind: Vec3,
 }
 
 impl Step<'_> {
@@ -44,8 +46,14 @@ impl Step<'_> {
         }
     }
 
+    /// Over the ground.
     fn difference(&self, joint: usize) -> Vec3 {
         self.to[joint].translation - self.from[joint].translation
+    }
+
+    /// Through the air.
+    fn difference_in_air(&self, joint: usize) -> Vec3 {
+        self.difference(joint) - self.wind * self.dt
     }
 }
 
@@ -81,6 +89,9 @@ pub(super) fn write_pose(
 }
 
 /// Linear velocities of the root and the joints, angular velocity of the root.
+///
+/// What cloth feels of a steady motion is the air: to run at 3 m/s is to stand in a wind of 3 m/s
+/// (Galileo). So linear velocities are relative to the air, and wind needs no input of its own.
 pub(super) fn write_velocities(
     c: &mut [f32],
     layout: MotionLayout,
@@ -92,13 +103,16 @@ pub(super) fn write_velocities(
     let root = skeleton.root();
     let frame_from_world = world_from_frame.conjugate();
     let velocity = |world: Vec3| frame_from_world * world * step.rate(layout);
-    put(&mut c[slices.root_velocity], velocity(step.difference(root)));
+    put(
+        &mut c[slices.root_velocity],
+        velocity(step.difference_in_air(root)),
+    );
     let turn = step.to[root].rotation * step.from[root].rotation.conjugate();
     let angular = velocity(rotation_vector(turn));
     put(&mut c[slices.root_angular_velocity], angular);
     let velocities = c[slices.joint_velocities].chunks_exact_mut(3);
     for (out, joint) in velocities.zip(local_joints(skeleton)) {
-        put(out, velocity(step.difference(joint)));
+        put(out, velocity(step.difference_in_air(joint)));
     }
 }
 

@@ -7,6 +7,7 @@ use crate::{
     skeleton::{Pose, Skeleton},
     transform::Rigid,
 };
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// What one frame brings.
@@ -20,6 +21,8 @@ pub struct MotionInput<'a> {
     pub ground_height: f32,
     /// Seconds since the previous frame, and to the next one; above zero.
     pub dt: f32,
+    /// Velocity of the air, m/s, world space: linear velocities are relative to it.
+    pub wind: Vec3,
 }
 
 /// Are the velocities of frame 0 in its vector yet?
@@ -58,6 +61,7 @@ enum Velocities {
 ///     next_pose: None,
 ///     ground_height: 0.0,
 ///     dt: 1.0 / 30.0,
+///     wind: Vec3::ZERO,
 /// };
 /// let mut motion = MotionState::start(&spec, &skeleton, &input(0));
 /// motion.advance(&spec, &skeleton, &input(1));
@@ -130,7 +134,7 @@ impl MotionState {
         skeleton.forward_kinematics(input.pose, &mut self.world_from_joint);
         self.advance_frame(spec.layout, skeleton.root(), input.dt);
         if self.first == Velocities::Awaited {
-            self.complete_first(spec, skeleton, input.dt);
+            self.complete_first(spec, skeleton, input);
             self.first = Velocities::Known;
         }
         self.ground_height = input.ground_height;
@@ -149,9 +153,10 @@ impl MotionState {
 
     /// v_0 := v_1, once x_1 is known: c_1's own velocities in the backward scheme, x_1 − x_0 in the
     /// frame of c_0 in the forward scheme.
-    fn complete_first(&mut self, spec: &MotionSpec, skeleton: &Skeleton, dt: f32) {
+    fn complete_first(&mut self, spec: &MotionSpec, skeleton: &Skeleton, input: &MotionInput) {
         let (from, to) = (&self.previous_world_from_joint, &self.world_from_joint);
-        let step = Step { from, to, dt };
+        let MotionInput { dt, wind, .. } = *input;
+        let step = Step { from, to, dt, wind };
         let frame = match spec.velocity {
             VelocityScheme::Forward => self.previous_world_from_frame,
             VelocityScheme::Backward => self.world_from_frame,
@@ -170,8 +175,8 @@ impl MotionState {
             }
             _ => (&self.previous_world_from_joint, joints),
         };
-        let dt = input.dt;
-        let step = Step { from, to, dt };
+        let MotionInput { dt, wind, .. } = *input;
+        let step = Step { from, to, dt, wind };
         let frame = Frame {
             world_from_frame: self.world_from_frame,
             ground_height: input.ground_height,

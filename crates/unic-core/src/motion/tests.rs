@@ -107,6 +107,7 @@ fn input<'a>(poses: &'a [Pose], t: usize, source: Source) -> MotionInput<'a> {
         },
         ground_height: -0.2,
         dt: 1.0 / 30.0,
+        wind: Vec3::ZERO,
     }
 }
 
@@ -214,5 +215,57 @@ fn the_paper_layout_ignores_every_rigid_motion_of_the_whole_sequence() {
         let by = Rigid::new(rotation, Vec3::new(4.0, 2.0, -3.0));
         let there = streamed(&spec, &skeleton, &moved(&skeleton, &poses, by), Source::Clip);
         assert_close(&there, &own, 1e-5);
+    }
+}
+
+/// To move at v in still air is to stand in a wind of −v; only the ground tells the one from the other.
+#[test]
+fn velocities_are_relative_to_the_air_and_contacts_to_the_ground() {
+    let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
+    let wind = Vec3::new(1.5, -0.25, -2.0);
+    let carried: Vec<Pose> = (poses.iter().enumerate())
+        .map(|(t, pose)| Pose {
+            trans: pose.trans - wind * (t as f32 / 30.0),
+            local: pose.local.clone(),
+        })
+        .collect();
+    for variant in VARIANTS.into_iter().filter(|v| v.0 == MotionLayout::Heading) {
+        let spec = spec(variant, 24);
+        let run = |poses: &[Pose], wind: Vec3| -> Vec<Vec<f32>> {
+            let of = |t: usize| MotionInput {
+                wind,
+                ..input(poses, t, Source::Live)
+            };
+            let mut state = MotionState::start(&spec, &skeleton, &of(0));
+            (1..poses.len())
+                .map(|t| {
+                    state.advance(&spec, &skeleton, &of(t));
+                    state.pair().1.to_vec()
+                })
+                .collect()
+        };
+        let (still, blown, moving) = (
+            run(&poses, Vec3::ZERO),
+            run(&poses, wind),
+            run(&carried, Vec3::ZERO),
+        );
+        let slices = MotionSlices::new(24);
+        for ((still, blown), moving) in still.iter().zip(&blown).zip(&moving) {
+            assert_eq!(still[slices.contacts.clone()], blown[slices.contacts.clone()]);
+            for velocities in [&slices.root_velocity, &slices.joint_velocities] {
+                for i in velocities.clone() {
+                    assert!(
+                        (blown[i] - moving[i]).abs() < 2e-3,
+                        "{i}: {} {}",
+                        blown[i],
+                        moving[i]
+                    );
+                }
+            }
+        }
+        let change = (still[9][slices.root_velocity.clone()].iter())
+            .zip(&blown[9][slices.root_velocity.clone()])
+            .map(|(a, b)| (a - b).powi(2));
+        assert!((change.sum::<f32>().sqrt() - wind.length()).abs() < 1e-3);
     }
 }

@@ -381,24 +381,37 @@ pub fn motion(frames: usize) -> Vec<Pose> {
     (0..frames).map(pose).collect()
 }
 
+/// What blows in every test, m/s.
+const WIND: Vec3 = Vec3::new(0.4, -0.1, 1.3);
+
 /// Frame `t` of a clip; the next pose is given where there is one.
 pub fn input(poses: &[Pose], t: usize) -> StepInput<'_> {
     StepInput {
         pose: &poses[t],
         next_pose: poses.get(t + 1),
         ground_height: 0.02,
+        wind: WIND,
     }
 }
 
 /// Resets to the mean shape at frame 0 and steps through the clip; positions of every frame.
 pub fn run(animator: &mut Animator, poses: &[Pose]) -> Vec<Vec<Vec3>> {
+    run_in_wind(animator, poses, WIND)
+}
+
+/// As [`run`], in another wind.
+pub fn run_in_wind(animator: &mut Animator, poses: &[Pose], wind: Vec3) -> Vec<Vec<Vec3>> {
+    let input = |t: usize| StepInput {
+        wind,
+        ..input(poses, t)
+    };
     let start = animator
-        .reset(&input(poses, 0), Start::MeanShape)
+        .reset(&input(0), Start::MeanShape)
         .unwrap()
         .positions
         .to_vec();
     let mut frames = vec![start];
-    frames.extend((1..poses.len()).map(|t| animator.step(&input(poses, t)).unwrap().positions.to_vec()));
+    frames.extend((1..poses.len()).map(|t| animator.step(&input(t)).unwrap().positions.to_vec()));
     frames
 }
 

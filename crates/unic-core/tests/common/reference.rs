@@ -28,6 +28,7 @@ pub struct Reference {
     start: Vec<DVec3>,
     /// Oscillators of the prior's recurrence, complex numbers.
     memory: Vec<[f64; 2]>,
+    wind: DVec3,
     /// How many outputs were shortened to the limit.
     pub limited: usize,
 }
@@ -57,6 +58,7 @@ impl Reference {
             states: vec![],
             start,
             memory: vec![],
+            wind: input.wind.as_dvec3(),
             limited: 0,
         };
         if reference.parts.config.state == StateConfig::Position {
@@ -68,6 +70,7 @@ impl Reference {
     /// The next frame; world positions.
     pub fn step(&mut self, input: &StepInput) -> Vec<DVec3> {
         let frame_0 = std::mem::take(&mut self.rotations);
+        self.wind = input.wind.as_dvec3();
         self.motion.advance(
             &self.parts.config.motion,
             &self.parts.character.skeleton,
@@ -278,7 +281,7 @@ impl Reference {
             PointInput::Velocity => (d(1) - d(2)) / (3.0 * scale),
             PointInput::Rest => self.rest(vertex),
             PointInput::Up => own_from_world * DVec3::Y,
-            PointInput::SkinVelocity => own_from_world * (x(1) - x(2)) * fps / 2.0,
+            PointInput::SkinVelocity => own_from_world * ((x(1) - x(2)) * fps - self.wind) / 2.0,
             PointInput::SkinAcceleration if known < 3 => DVec3::ZERO,
             PointInput::SkinAcceleration => own_from_world * (x(1) - 2.0 * x(2) + x(3)) * fps * fps / 20.0,
         }
@@ -320,12 +323,14 @@ fn tick<'a>(parts: &ModelParts, input: &StepInput<'a>) -> MotionInput<'a> {
         pose,
         next_pose,
         ground_height,
+        wind,
     } = *input;
     MotionInput {
         pose,
         next_pose,
         ground_height,
         dt: 1.0 / parts.config.fps,
+        wind,
     }
 }
 

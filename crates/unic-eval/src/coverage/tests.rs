@@ -48,6 +48,7 @@ fn walk(name: &str, seconds: f32, speed: f32, bend: f32) -> Clip {
         fps: 30.0,
         poses: (0..(30.0 * seconds) as usize).map(pose).collect(),
         ground_height: 0.0,
+        wind: Vec::new(),
     }
 }
 

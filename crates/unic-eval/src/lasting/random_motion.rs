@@ -118,6 +118,7 @@ pub(super) fn clip(capture: &Capture, fps: f32, settings: &Settings) -> Result<C
             .map(|_| wanderer.next_pose())
             .collect(),
         ground_height: 0.0,
+        wind: Vec::new(),
     })
 }
 

@@ -72,6 +72,7 @@ fn halt(subject: &Subject, from: &Pose, stance: &Pose, [stopping, standing]: [us
         fps: subject.fps(),
         poses,
         ground_height: 0.0,
+        wind: Vec::new(),
     }
 }
 

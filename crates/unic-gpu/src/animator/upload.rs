@@ -27,6 +27,8 @@ pub(super) struct TickHead {
     pub(super) frame: Frame,
     pub(super) at_start: bool,
     pub(super) mode: IntersectionMode,
+    /// m/s, world space.
+    pub(super) wind: Vec3,
 }
 
 impl Upload {
@@ -62,7 +64,8 @@ impl Upload {
         let first = if head.at_start { 1.0 } else { 0.0 };
         self.tick.clear();
         self.tick.extend(quadruples(&motion.world_from_frame(), first));
-        self.tick.push([handling, 0.0, 0.0, 0.0]);
+        let Vec3 { x, y, z } = head.wind;
+        self.tick.push([handling, x, y, z]);
         let joints = self.world_from_rest.iter();
         self.tick.extend(joints.flat_map(|joint| quadruples(joint, 0.0)));
         let queue = asset.context.queue();

@@ -30,7 +30,7 @@ override VERTICES: u32;
 override IN_FRAME: bool = false;
 
 // World from the motion vector's frame: rotation, then translation, whose w is 1 on the first step
-// after a reset; numbers of the intersection handling; then rotation and translation of
+// after a reset; margin of the intersection handling and the wind in m/s; then rotation and translation of
 // `world_from_rest` of every joint.
 @group(0) @binding(0) var<storage, read> tick: array<vec4<f32>>;
 const HANDLING = 2u;

@@ -7,14 +7,13 @@ use super::{
 };
 use crate::{
     cache::frames_of,
-    character::{positions, read_named_character},
+    character::read_named_character,
     error::{Error, Result},
     frames::{GarmentFrames, VertexFrames},
     motion::{MotionArrays, PoseLayout},
-    npy::{self, Dim},
+    npy,
     npz::Npz,
 };
-use glam::Vec3;
 use std::path::{Path, PathBuf};
 use unic_core::{
     character::{Character, Garment},
@@ -49,8 +48,6 @@ pub struct CapturedClip {
     pub garment: GarmentFrames,
     /// The body's vertices, where they are not what skinning gives.
     pub body: Option<VertexFrames>,
-    /// Wind velocity a frame, m/s, world space.
-    pub wind: Option<Vec<Vec3>>,
 }
 
 /// A clip's counts, from the headers of its files alone.
@@ -124,16 +121,7 @@ impl Capture {
             }
             false => None,
         };
-        let wind = match npz.contains("wind") {
-            true => Some(positions(&mut npz, "wind", Dim::Is(frames))?),
-            false => None,
-        };
-        Ok(CapturedClip {
-            clip,
-            garment,
-            body,
-            wind,
-        })
+        Ok(CapturedClip { clip, garment, body })
     }
 
     /// Counts of a clip without reading its frames.

@@ -64,20 +64,19 @@ impl CaptureWriter {
     }
 
     /// Starts a clip; its garment frames are then pushed one by one. Several clips may be written
-    /// at the same time. `wind` is a velocity a frame, m/s.
+    /// at the same time.
     ///
     /// # Errors
     /// A name that is taken or no file name, another frame rate or number of joints than the
-    /// capture's, fewer than two frames.
-    pub fn begin_clip(&mut self, clip: &Clip, split: Split, wind: Option<&[Vec3]>) -> Result<ClipWriter> {
-        self.check(clip, wind)?;
+    /// capture's, fewer than two frames, wind for another number of them.
+    pub fn begin_clip(&mut self, clip: &Clip, split: Split) -> Result<ClipWriter> {
+        self.check(clip)?;
         let path = layout::clip_garment(&self.root, &clip.name);
         let frames = VertexFramesWriter::create(&path, self.vertices)?;
         self.manifest.splits.of_mut(split).push(clip.name.clone());
         Ok(ClipWriter {
             path: layout::clip(&self.root, &clip.name),
             clip: clip.clone(),
-            wind: wind.map(<[Vec3]>::to_vec),
             frames,
         })
     }
@@ -93,7 +92,7 @@ impl CaptureWriter {
         if !path.is_file() {
             return Ok(false);
         }
-        self.check(clip, None)?;
+        self.check(clip)?;
         let mut npz = Npz::open(&path)?;
         let kept = MotionArrays::read(&mut npz, self.joints)?.into_clip(clip.name.clone());
         let garment = read_npy_header(&layout::clip_garment(&self.root, &clip.name))?.shape;
@@ -133,7 +132,7 @@ impl CaptureWriter {
         self.manifest.write(&layout::manifest(&self.root))
     }
 
-    fn check(&self, clip: &Clip, wind: Option<&[Vec3]>) -> Result<()> {
+    fn check(&self, clip: &Clip) -> Result<()> {
         check_clip_name(&self.root, &clip.name)?;
         let path = layout::clip(&self.root, &clip.name);
         let error = |expected: String, found: String| Err(Error::content(&path, expected, found));
@@ -152,9 +151,9 @@ impl CaptureWriter {
         if let Some(pose) = clip.poses.iter().find(|p| p.local.len() != self.joints) {
             return error(format!("{} joints", self.joints), pose.local.len().to_string());
         }
-        match wind {
-            Some(wind) if wind.len() != clip.len() => {
-                error(format!("wind for {} frames", clip.len()), wind.len().to_string())
+        match clip.wind.len() {
+            found if found > 0 && found != clip.len() => {
+                error(format!("wind for {} frames", clip.len()), found.to_string())
             }
             _ => Ok(()),
         }
@@ -167,7 +166,10 @@ fn is_same_motion(kept: &Clip, clip: &Clip) -> bool {
         let turned = a.local.iter().zip(&b.local).map(|(a, b)| a.angle_between(*b));
         a.trans.distance(b.trans) < 1e-5 && turned.fold(0.0, f32::max) < 2e-3
     };
-    kept.len() == clip.len() && kept.poses.iter().zip(&clip.poses).all(close)
+    let is_same_air = |t: usize| kept.wind_at(t).distance(clip.wind_at(t)) < 1e-5;
+    kept.len() == clip.len()
+        && kept.poses.iter().zip(&clip.poses).all(close)
+        && (0..clip.len()).all(is_same_air)
 }
 
 fn completed(mut manifest: Manifest, path: &Path, skeleton: &Skeleton) -> Result<Manifest> {
@@ -183,7 +185,6 @@ fn completed(mut manifest: Manifest, path: &Path, skeleton: &Skeleton) -> Result
 pub struct ClipWriter {
     path: PathBuf,
     clip: Clip,
-    wind: Option<Vec<Vec3>>,
     frames: VertexFramesWriter,
 }
 
@@ -221,9 +222,6 @@ impl ClipWriter {
         self.frames.finish()?;
         let mut npz = NpzWriter::create(&self.path)?;
         motion::write_arrays(&mut npz, &self.clip)?;
-        if let Some(wind) = &self.wind {
-            npz.f32s("wind", &[frames, 3], bytemuck::cast_slice(wind))?;
-        }
         npz.finish()
     }
 }

@@ -114,7 +114,7 @@ fn describe_clip(report: &mut Report, capture: &Capture, clip: &CapturedClip, sp
     if clip.body.is_some() {
         extras.push_str(", body");
     }
-    if clip.wind.is_some() {
+    if !clip.clip.wind.is_empty() {
         extras.push_str(", wind");
     }
     report.fact(

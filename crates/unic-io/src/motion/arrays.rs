@@ -16,6 +16,8 @@ pub(crate) const POSE_NAMES: [&str; 2] = ["poses", "pose"];
 const FRAME_RATE_NAMES: [&str; 4] = ["mocap_framerate", "mocap_frame_rate", "fps", "framerate"];
 
 /// Key of the ground's height in metres, when it is not 0.
+/// Velocity of the air, m/s, world space, one a frame.
+pub(crate) const WIND_NAME: &str = "wind";
 pub(crate) const GROUND_HEIGHT_NAME: &str = "ground_height";
 
 /// Joints of the SMPL family that carry the body: the rest are hands, jaw and eyes.
@@ -76,6 +78,7 @@ pub(crate) struct MotionArrays {
     pub(crate) fps: f32,
     ground_height: f32,
     poses: Vec<Pose>,
+    wind: Vec<Vec3>,
 }
 
 impl MotionArrays {
@@ -94,13 +97,18 @@ impl MotionArrays {
         let trans = translations(npz, &values, layout, &mut notes)?;
         let poses = (values.data.chunks_exact(numbers).zip(trans))
             .map(|(frame, trans)| pose(frame, trans, layout, joints))
-            .collect();
+            .collect::<Vec<_>>();
+        let wind = match npz.contains(WIND_NAME) {
+            true => positions(npz, WIND_NAME, Dim::Is(poses.len()))?,
+            false => Vec::new(),
+        };
         Ok(Self {
             layout,
             notes,
             fps,
             ground_height,
             poses,
+            wind,
         })
     }
 
@@ -110,6 +118,7 @@ impl MotionArrays {
             fps: self.fps,
             poses: self.poses,
             ground_height: self.ground_height,
+            wind: self.wind,
         }
     }
 }

@@ -86,11 +86,14 @@ pub fn looped(clip: &Clip, skeleton: &Skeleton, options: &Repeat) -> (Clip, Rang
         poses.extend(moved);
         world_from_round = world_from_round * seam.next_from_round;
     }
+    let frames = if clip.wind.is_empty() { 0 } else { poses.len() };
+    let wind = (0..frames).map(|t| clip.wind_at(first + t % (end - first)));
     let looped = Clip {
         name: clip.name.clone(),
         fps: clip.fps,
         poses,
         ground_height: clip.ground_height,
+        wind: wind.collect(),
     };
     (looped, first..=end)
 }

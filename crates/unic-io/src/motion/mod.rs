@@ -10,7 +10,7 @@ mod up;
 mod write;
 
 pub use arrays::PoseLayout;
-pub(crate) use arrays::{GROUND_HEIGHT_NAME, MotionArrays, POSE_NAMES, check_frame_rate};
+pub(crate) use arrays::{GROUND_HEIGHT_NAME, MotionArrays, POSE_NAMES, WIND_NAME, check_frame_rate};
 pub use looped::{Cycle, Repeat, looped};
 pub(crate) use write::write_arrays;
 pub use write::write_motion;

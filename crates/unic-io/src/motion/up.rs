@@ -113,6 +113,7 @@ mod tests {
             fps: 30.0,
             poses: vec![pose; 10],
             ground_height: 0.0,
+            wind: Vec::new(),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Writing motion files.
 
-use super::GROUND_HEIGHT_NAME;
+use super::{GROUND_HEIGHT_NAME, WIND_NAME};
 use crate::{error::Result, npz::NpzWriter};
 use glam::{Quat, Vec3};
 use std::path::Path;
@@ -30,6 +30,9 @@ pub(crate) fn write_arrays(npz: &mut NpzWriter, clip: &Clip) -> Result<()> {
         bytemuck::cast_slice(&rotations),
     )?;
     npz.f32s("trans", &[clip.len(), 3], bytemuck::cast_slice(&trans))?;
+    if !clip.wind.is_empty() {
+        npz.f32s(WIND_NAME, &[clip.wind.len(), 3], bytemuck::cast_slice(&clip.wind))?;
+    }
     npz.f64s("mocap_framerate", &[], &[f64::from(clip.fps)])?;
     npz.f64s(GROUND_HEIGHT_NAME, &[], &[f64::from(clip.ground_height)])
 }

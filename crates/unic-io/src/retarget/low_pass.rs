@@ -228,6 +228,7 @@ mod tests {
             fps,
             poses: (0..frames).map(pose).collect(),
             ground_height: 0.0,
+            wind: Vec::new(),
         }
     }
 

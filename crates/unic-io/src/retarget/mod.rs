@@ -117,6 +117,7 @@ impl Source {
             fps: bvh.fps(),
             poses,
             ground_height: 0.0,
+            wind: Vec::new(),
         };
         Ok((clip, notes))
     }

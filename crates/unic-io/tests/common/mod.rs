@@ -78,6 +78,7 @@ pub(crate) fn small_clip(name: &str, frames: usize) -> Clip {
         fps: 30.0,
         poses: (0..frames).map(pose).collect(),
         ground_height: -0.125,
+        wind: Vec::new(),
     }
 }
 

@@ -223,6 +223,7 @@ fn settings_table(args: &SimulateArgs, cut: &Cut, settings: &SimulationSettings)
         ("thickness_m", number(thickness_m)),
         ("self_collision", Value::Boolean(settings.self_contact.is_some())),
         ("wind_m_per_s", Value::Array(wind)),
+        ("breeze_m_per_s", number(args.breeze.unwrap_or_default())),
         ("materials", Value::Array(materials)),
         ("motion_files", Value::String(format!("{:?}", args.reading))),
     ]

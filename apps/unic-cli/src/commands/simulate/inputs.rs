@@ -2,7 +2,11 @@
 
 use crate::{args::SimulateArgs, failure::Usage, motion_file};
 use anyhow::{Result, anyhow};
-use std::path::{Path, PathBuf};
+use glam::{Quat, Vec3};
+use std::{
+    f32::consts::PI,
+    path::{Path, PathBuf},
+};
 use unic_builtin::{
     garments::{Fabric, FlaredSkirt, GarmentError, GarmentMesh, PleatedDress, Robe, TShirt, TulleSkirt},
     human::{HumanParameters, human},
@@ -148,13 +152,42 @@ pub(super) fn jobs(args: &SimulateArgs, character: &Character) -> Result<Vec<Job
     };
     refuse_namesakes(&jobs)?;
     name_splits(args, &mut jobs)?;
+    if let Some(wind) = args.wind {
+        let blow = |job: &mut Job| job.clip.wind = vec![wind; job.clip.len()];
+        jobs.iter_mut().for_each(blow);
+    }
+    if let Some(speed) = args.breeze {
+        let windy = in_breeze(&jobs, speed);
+        jobs.extend(windy);
+        refuse_namesakes(&jobs)?;
+    }
     if let Some(seconds) = args.seconds {
         jobs.iter_mut().for_each(|job| {
             let frames = (seconds * job.clip.fps).ceil() as usize;
             job.clip.poses.truncate(frames.max(2));
+            job.clip.wind.truncate(job.clip.poses.len());
         });
     }
     Ok(jobs)
+}
+
+/// Every training motion once more, in a wind on top of its own: successive ones from directions a
+/// golden angle apart, so that any number of them covers the circle evenly.
+fn in_breeze(jobs: &[Job], speed: f32) -> Vec<Job> {
+    let golden_angle = PI * (3.0 - 5f32.sqrt());
+    let train = jobs.iter().filter(|job| job.split == Split::Train);
+    let windy = |(i, job): (usize, &Job)| {
+        let breeze = Quat::from_rotation_y(i as f32 * golden_angle) * Vec3::Z * speed;
+        let mut clip = job.clip.clone();
+        clip.name.push_str("_breeze");
+        clip.wind = (0..clip.len()).map(|t| job.clip.wind_at(t) + breeze).collect();
+        Job {
+            clip,
+            split: Split::Train,
+            source: format!("{} in a breeze of {speed} m/s", job.source),
+        }
+    };
+    train.enumerate().map(windy).collect()
 }
 
 /// The standard set, with its own test clips.

@@ -29,7 +29,6 @@ pub(super) struct Workshop<'a> {
     pub(super) cut: &'a Cut,
     pub(super) cloth: Arc<Cloth>,
     pub(super) settings: SimulationSettings,
-    pub(super) wind: Vec3,
     /// Frames of a clip that are kept for pictures.
     pub(super) shots: usize,
 }
@@ -146,7 +145,7 @@ impl Workshop<'_> {
             Ok(pool) => pool,
             Err(error) => return shift.fail(anyhow!("threads cannot be started: {error}")),
         };
-        while let Some(next) = shift.take(self.wind) {
+        while let Some(next) = shift.take() {
             let made = next.and_then(|(job, writer)| pool.install(|| self.clip(job, writer, shift)));
             match made {
                 Ok(made) => shift.lock().made.push(made),
@@ -212,16 +211,16 @@ impl Workshop<'_> {
             0 => simulation
                 .settle_while(pose, &clip.poses[1], || shift.go_on().is_ok())
                 .map(drop),
-            _ => simulation.step_frame(pose, self.wind).map(drop),
+            _ => simulation.step_frame(pose, clip.wind_at(t)).map(drop),
         }
     }
 
-    /// Stands the character up at the end of its clip.
+    /// Stands the character up in still air at the end of its clip.
     fn creep_mm(&self, simulation: &mut Simulation, clip: &Clip, shift: &Shift) -> Result<f32> {
         let (skeleton, last) = (&self.character.skeleton, &clip.poses[clip.len() - 1]);
         for pose in Standing::way_from(skeleton, last, clip.fps) {
             shift.go_on()?;
-            simulation.step_frame(&pose, self.wind)?;
+            simulation.step_frame(&pose, Vec3::ZERO)?;
         }
         Ok(shift.standing.creep_mm(simulation, skeleton, last))
     }
@@ -229,16 +228,14 @@ impl Workshop<'_> {
 
 impl<'a, 'w> Shift<'a, 'w> {
     /// The next clip with its files; none when there is no more to do.
-    fn take(&self, wind: Vec3) -> Option<Result<(&'a Job, ClipWriter)>> {
+    fn take(&self) -> Option<Result<(&'a Job, ClipWriter)>> {
         let mut bench = self.lock();
         if bench.failure.is_some() {
             return None;
         }
         let job = bench.queue.pop_front()?;
-        let winds = vec![wind; job.clip.len()];
-        let winds = (wind != Vec3::ZERO).then_some(winds.as_slice());
         // Begun in the order of the queue, so that the capture lists its clips in one order.
-        let writer = bench.writer.begin_clip(&job.clip, job.split, winds);
+        let writer = bench.writer.begin_clip(&job.clip, job.split);
         Some(writer.map(|writer| (job, writer)).map_err(Into::into))
     }
 

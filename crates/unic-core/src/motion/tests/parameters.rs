@@ -55,6 +55,7 @@ fn specifications_and_states_of_files_are_checked() {
         next_pose: None,
         ground_height: 0.0,
         dt: 0.1,
+        wind: Vec3::ZERO,
     };
     let state = MotionState::start(&spec, &character.skeleton, &start);
     let found = state.check(&skeleton(&SMPL_PARENTS));
