@@ -18,7 +18,11 @@ pub use input::{FARTHEST, GarmentFrame, Start, StepInput};
 pub use stage::Stage;
 pub use state::{AnimatorState, VertexState};
 
-use crate::{config::IntersectionMode, model::Model};
+use crate::{
+    config::IntersectionMode,
+    model::Model,
+    parallel::{Threads, install_own},
+};
 use glam::Vec3;
 use input::check_positions;
 use intersections::{Intersections, pose_body};
@@ -36,6 +40,8 @@ pub struct Animator {
     intersections: Intersections,
     state: AnimatorState,
     scratch: Scratch,
+    /// Those that it was given.
+    threads: Option<Arc<dyn Threads>>,
 }
 
 impl Animator {
@@ -54,6 +60,7 @@ impl Animator {
             scratch: Scratch::default(),
             state,
             model,
+            threads: None,
         };
         animator.refresh();
         animator
@@ -77,6 +84,15 @@ impl Animator {
         }
     }
 
+    /// Steps on these threads from now on, to the same bytes as on any others: an engine's own, see
+    /// [`parallel`](crate::parallel).
+    ///
+    /// Many animators may share them. What one that is given none steps on is [installed](crate::parallel::install)
+    /// around the call, or the default.
+    pub fn set_threads(&mut self, threads: Arc<dyn Threads>) {
+        self.threads = Some(threads);
+    }
+
     /// Frame 0 of a sequence, or the frame after a cut.
     ///
     /// # Errors
@@ -85,6 +101,11 @@ impl Animator {
     pub fn reset(&mut self, input: &StepInput, start: Start) -> Result<GarmentFrame<'_>, AnimatorError> {
         input.check(&self.model)?;
         start.check(&self.model)?;
+        install_own(self.threads.clone(), || self.begin(input, start));
+        Ok(self.garment())
+    }
+
+    fn begin(&mut self, input: &StepInput, start: Start) {
         self.state = AnimatorState::start(&self.model, &input.motion(&self.model));
         self.refresh();
         match start {
@@ -94,7 +115,7 @@ impl Animator {
         for vertex in &mut self.state.vertices {
             vertex.previous = vertex.value;
         }
-        Ok(self.finish())
+        self.finish();
     }
 
     /// One tick of 1 / fps seconds to a new pose.
@@ -116,6 +137,11 @@ impl Animator {
         observe: &mut dyn FnMut(Stage),
     ) -> Result<GarmentFrame<'_>, AnimatorError> {
         input.check(&self.model)?;
+        install_own(self.threads.clone(), || self.advance(input, observe));
+        Ok(self.garment())
+    }
+
+    fn advance(&mut self, input: &StepInput, observe: &mut dyn FnMut(Stage)) {
         let model = &self.model;
         let (spec, skeleton) = (&model.config.motion, &model.character.skeleton);
         self.state.motion.advance(spec, skeleton, &input.motion(model));
@@ -131,7 +157,7 @@ impl Animator {
         observe(Stage::Field);
         self.correct_state();
         observe(Stage::Intersections);
-        Ok(self.finish_observed(observe))
+        self.finish_observed(observe);
     }
 
     /// Replaces the garment at the current frame by given world positions in metres: teacher forcing, or
@@ -144,8 +170,10 @@ impl Animator {
     /// Positions of another mesh or that are not finite; the state stays as it was.
     pub fn set_garment(&mut self, positions: &[Vec3]) -> Result<(), AnimatorError> {
         check_positions(&self.model, positions)?;
-        self.place(positions);
-        self.finish();
+        install_own(self.threads.clone(), || {
+            self.place(positions);
+            self.finish();
+        });
         Ok(())
     }
 
@@ -169,12 +197,17 @@ impl Animator {
     pub fn restore(&mut self, state: AnimatorState) -> Result<GarmentFrame<'_>, AnimatorError> {
         state.check(&self.model)?;
         self.state = state;
-        self.refresh();
-        Ok(self.finish())
+        install_own(self.threads.clone(), || {
+            self.refresh();
+            self.finish();
+        });
+        Ok(self.garment())
     }
 
     /// World positions of the body's vertices in the current pose.
     pub fn body(&self, positions: &mut Vec<Vec3>) {
-        pose_body(&self.model.character, &self.scratch.world_from_rest, positions);
+        install_own(self.threads.clone(), || {
+            pose_body(&self.model.character, &self.scratch.world_from_rest, positions);
+        });
     }
 }

@@ -17,7 +17,10 @@
 //! # Ok::<(), unic_core::mesh::MeshError>(())
 //! ```
 
-use crate::surface::{RayHit, Surface};
+use crate::{
+    parallel::for_each_chunk,
+    surface::{RayHit, Surface},
+};
 
 /// Parts that face each other at most this far apart are a fold, metres: two layers of cloth with
 /// their clearance do not fit between them.
@@ -56,19 +59,12 @@ impl Folds {
     pub fn find(&mut self, surface: &Surface) {
         self.vertices.clear();
         self.vertices.resize(surface.vertex_count(), false);
-        let look = |(chunk, folded): (usize, &mut [bool])| {
-            for (k, folded) in folded.iter_mut().enumerate() {
-                let seen = surface.seen_from_vertex((chunk * CHUNK + k) as u32, REACH_M);
+        for_each_chunk(&mut self.vertices, CHUNK, |first, folded| {
+            for (vertex, folded) in (first..).zip(folded) {
+                let seen = surface.seen_from_vertex(vertex as u32, REACH_M);
                 *folded = seen.is_some_and(is_fold);
             }
-        };
-        #[cfg(feature = "rayon")]
-        {
-            use rayon::prelude::*;
-            self.vertices.par_chunks_mut(CHUNK).enumerate().for_each(look);
-        }
-        #[cfg(not(feature = "rayon"))]
-        self.vertices.chunks_mut(CHUNK).enumerate().for_each(look);
+        });
         self.spread(surface);
     }
 

@@ -88,6 +88,7 @@
 //! - [`config`], [`features`], [`prior`], [`recurrence`], [`network`]: what a model is made of. [`features`] is used by
 //!   training too, so that both read the same numbers.
 //! - [`model`], [`animator`], [`sampling`]: the trained asset, its instances, and fewer vertices for speed.
+//! - [`parallel`]: the threads that all of it runs on, an engine's own if it likes.
 //!
 //! # Conventions
 //!
@@ -121,7 +122,7 @@ pub mod model;
 mod model_file;
 pub mod motion;
 pub mod network;
-mod parallel;
+pub mod parallel;
 pub mod prior;
 pub mod recurrence;
 pub mod sampling;

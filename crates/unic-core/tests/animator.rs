@@ -10,13 +10,17 @@ mod reference;
 use common::*;
 use glam::{Quat, Vec3};
 use reference::Reference;
-use std::sync::Arc;
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, AtomicUsize, Ordering},
+};
 use unic_core::{
     animator::{Animator, AnimatorError, AnimatorState, Display, Start, StepInput},
     config::{Corrects, IntersectionMode, StateConfig},
     intersection::{BodySnapshot, PaperIntersection},
     model::Model,
     network::Precision,
+    parallel::{Serial, Threads},
     skeleton::Pose,
     subdivide::subdivided,
     surface::Surface,
@@ -134,6 +138,62 @@ fn the_same_inputs_give_the_same_bytes_on_any_number_of_threads() {
         for threads in [2, 5] {
             assert!(on(threads) == one, "{}, {threads} threads", variant.name);
         }
+        let own: [Arc<dyn Threads>; 3] = [
+            Arc::new(Serial),
+            Arc::new(Workers::new(3)),
+            Arc::new(Workers::new(4)),
+        ];
+        for threads in own {
+            let run_in = |mode| {
+                let mut animator = Animator::new(Arc::clone(&model));
+                animator.set_threads(Arc::clone(&threads));
+                animator.set_intersection(mode);
+                run(&mut animator, &poses);
+                (bits(animator.garment()), animator.state().clone())
+            };
+            assert!(MODES.map(run_in) == one, "{}, {threads:?}", variant.name);
+        }
+    }
+}
+
+/// Threads of an engine: started anew for every run, with what the job allocates on any of them counted and
+/// what they themselves cost left out.
+#[derive(Debug)]
+struct Workers {
+    lanes: usize,
+    runs: AtomicUsize,
+    allocations: AtomicU64,
+}
+
+impl Workers {
+    fn new(lanes: usize) -> Self {
+        Self {
+            lanes,
+            runs: AtomicUsize::new(0),
+            allocations: AtomicU64::new(0),
+        }
+    }
+
+    fn count(&self, job: &(dyn Fn() + Sync)) {
+        let counted = allocation_counter::measure(job);
+        self.allocations.fetch_add(counted.count_total, Ordering::Relaxed);
+    }
+}
+
+impl Threads for Workers {
+    fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    fn run(&self, jobs: usize, job: &(dyn Fn() + Sync)) {
+        self.runs.fetch_add(1, Ordering::Relaxed);
+        allocation_counter::opt_out(|| {
+            std::thread::scope(|scope| {
+                for _ in 0..jobs {
+                    scope.spawn(|| self.count(job));
+                }
+            });
+        });
     }
 }
 
@@ -588,32 +648,36 @@ fn another_mesh_of_the_same_garment_moves_the_same_way() {
     }
 }
 
+/// Neither on the calling thread nor on those that an engine lends.
 #[test]
 fn a_step_allocates_nothing_once_it_is_warm() {
     let poses = motion(12);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    pool.install(|| {
-        let cases = variants()
-            .into_iter()
-            .flat_map(|v| MODES.map(|mode| (v.clone(), mode)));
-        for ((variant, mode), precision) in cases.zip(Precision::ALL.into_iter().cycle()) {
-            let model = Model::clone(&model(&variant)).with_precision(precision);
-            let share = if precision == Precision::Bf16 { 0.5 } else { 1.0 };
-            let mut animator = Animator::new(Arc::new(model.with_sampling(share).unwrap()));
+    let cases = variants()
+        .into_iter()
+        .flat_map(|v| MODES.map(|mode| (v.clone(), mode)));
+    for ((variant, mode), precision) in cases.zip(Precision::ALL.into_iter().cycle()) {
+        let model = Model::clone(&model(&variant)).with_precision(precision);
+        let share = if precision == Precision::Bf16 { 0.5 } else { 1.0 };
+        let model = Arc::new(model.with_sampling(share).unwrap());
+        for lanes in [1, 3] {
+            let workers = Arc::new(Workers::new(lanes));
+            let mut animator = Animator::new(Arc::clone(&model));
+            animator.set_threads(Arc::clone(&workers) as Arc<dyn Threads>);
             animator.set_intersection(mode);
             run(&mut animator, &poses[..4]);
+            workers.allocations.store(0, Ordering::Relaxed);
             let counted = allocation_counter::measure(|| {
                 for t in 4..poses.len() {
                     animator.step(&input(&poses, t)).unwrap();
                 }
             });
-            assert_eq!(
-                counted.count_total, 0,
-                "{}, {mode:?}: {} bytes",
-                variant.name, counted.bytes_total
-            );
+            let lent = workers.allocations.load(Ordering::Relaxed);
+            let counts = (counted.count_total, lent);
+            assert_eq!(counts, (0, 0), "{}, {mode:?}, {lanes} lanes", variant.name);
+            let has_run = workers.runs.load(Ordering::Relaxed) > 0;
+            assert_eq!(has_run, lanes > 1, "{}, {mode:?}", variant.name);
         }
-    });
+    }
 }
 
 /// The field runs at the samples alone; what it says there and what follows for the others is the same on any

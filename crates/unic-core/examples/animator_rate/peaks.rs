@@ -1,45 +1,52 @@
 //! The machine's own ceilings: independent chains of multiply-adds in registers, no memory.
 
-#![allow(
-    clippy::undocumented_unsafe_blocks,
-    reason = "callers detect the instructions; nothing touches memory"
-)]
-
 use std::hint::black_box;
 use unic_core::network::{Instructions, Precision};
 
-/// Multiply-adds of one thread, two FLOP each, a second of its CPU time. None where there is no loop for
-/// the instructions. Clock rates move, so measure it next to what it is compared with.
+/// Multiply-adds of one thread, two FLOP each, a second of its CPU time, on instructions that this machine has.
+/// None where there is no loop for them. Clock rates move, so measure it next to what it is compared with.
 pub(crate) fn peak(precision: Precision, set: Instructions) -> Option<f64> {
-    let rate = |flop: usize, run: &dyn Fn()| {
-        let start = cpu_seconds();
-        run();
-        Some(flop as f64 / (cpu_seconds() - start))
-    };
     match set {
+        // SAFETY (of every loop): the caller's machine has the instructions.
         #[cfg(target_arch = "x86_64")]
-        Instructions::Amx if precision == Precision::Bf16 => {
-            rate(2 * 4 * 16 * 16 * 32 * x86::TILES, &|| unsafe { x86::amx_bf16() })
-        }
+        Instructions::Amx => match precision {
+            // SAFETY: see above.
+            Precision::Bf16 => Some(rate(x86::tile_flop(32), || unsafe { x86::amx_bf16() })),
+            // SAFETY: see above.
+            Precision::Int8 => Some(rate(x86::tile_flop(64), || unsafe { x86::amx_int8() })),
+            Precision::F32 | Precision::Int16 => None,
+        },
         #[cfg(target_arch = "x86_64")]
-        Instructions::Amx => rate(2 * 4 * 16 * 16 * 64 * x86::TILES, &|| unsafe { x86::amx_int8() }),
+        Instructions::Avx512 => Some(match precision {
+            // SAFETY: see above.
+            Precision::F32 => rate(x86::flop(16), || unsafe { x86::f32(black_box(0.5)) }),
+            // SAFETY: see above.
+            Precision::Bf16 => rate(x86::flop(32), || unsafe { x86::bf16(black_box(0.5)) }),
+            // SAFETY: see above.
+            Precision::Int16 => rate(x86::flop(32), || unsafe { x86::int16(black_box(5)) }),
+            // SAFETY: see above.
+            Precision::Int8 => rate(x86::flop(64), || unsafe { x86::int8(black_box(5)) }),
+        }),
         #[cfg(target_arch = "x86_64")]
-        Instructions::Avx512 => {
-            let flop = |channels: usize| 2 * x86::CHAINS * 16 * channels * x86::STEPS;
-            match precision {
-                Precision::F32 => rate(flop(1), &|| unsafe { x86::f32(black_box(0.5)) }),
-                Precision::Bf16 => rate(flop(2), &|| unsafe { x86::bf16(black_box(0.5)) }),
-                Precision::Int16 => rate(flop(2), &|| unsafe { x86::int16(black_box(5)) }),
-                Precision::Int8 => rate(flop(4), &|| unsafe { x86::int8(black_box(5)) }),
-            }
-        }
-        #[cfg(target_arch = "x86_64")]
-        Instructions::Avx2 if precision == Precision::F32 => {
-            let flop = 2 * x86::CHAINS_AVX2 * 8 * x86::STEPS;
-            rate(flop, &|| unsafe { x86::f32_avx2(black_box(0.5)) })
-        }
-        _ => None,
+        Instructions::Avx2 => match precision {
+            // SAFETY: see above.
+            Precision::F32 => Some(rate(x86::FLOP_AVX2, || unsafe { x86::f32_avx2(black_box(0.5)) })),
+            // Several instructions a product: their own peak would say little.
+            Precision::Bf16 | Precision::Int16 | Precision::Int8 => None,
+        },
+        #[cfg(target_arch = "aarch64")]
+        Instructions::NeonDot | Instructions::Neon => None,
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        Instructions::Simd128 => None,
+        Instructions::Portable => None,
     }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn rate(flop: usize, run: impl FnOnce()) -> f64 {
+    let start = cpu_seconds();
+    run();
+    flop as f64 / (cpu_seconds() - start)
 }
 
 /// CPU time of this thread: what else the machine does has little part in it.
@@ -53,11 +60,24 @@ mod x86 {
     use std::arch::{asm, x86_64::*};
 
     /// Some milliseconds.
-    pub(super) const STEPS: usize = 500_000;
-    pub(super) const TILES: usize = 100_000;
+    const STEPS: usize = 500_000;
+    const TILES: usize = 100_000;
     /// Enough to hide the latency, few enough to stay in registers.
-    pub(super) const CHAINS: usize = 24;
-    pub(super) const CHAINS_AVX2: usize = 12;
+    const CHAINS: usize = 24;
+    const CHAINS_AVX2: usize = 12;
+
+    /// Of one loop over registers of AVX-512 that take so many multiply-adds an instruction.
+    pub(super) const fn flop(multiply_adds: usize) -> usize {
+        2 * CHAINS * multiply_adds * STEPS
+    }
+
+    /// Of one loop over registers of AVX2.
+    pub(super) const FLOP_AVX2: usize = 2 * CHAINS_AVX2 * 8 * STEPS;
+
+    /// Of one loop over tile registers that take so many multiply-adds for each of 16 × 16 sums.
+    pub(super) const fn tile_flop(multiply_adds: usize) -> usize {
+        2 * 4 * 16 * 16 * multiply_adds * TILES
+    }
 
     macro_rules! chains {
         ($name:ident, $features:literal, $count:ident, $scalar:ty, $splat:ident, |$sum:ident, $x:ident| $step:expr) => {
@@ -93,6 +113,7 @@ mod x86 {
         f32,
         _mm512_set1_ps,
         |sum, x| {
+            // SAFETY: vectors of the same size, of which any bits are numbers.
             let pairs = unsafe { std::mem::transmute::<__m512, __m512bh>(x) };
             _mm512_dpbf16_ps(*sum, pairs, pairs)
         }
@@ -117,6 +138,9 @@ mod x86 {
     macro_rules! tiles {
         ($name:ident, $multiply:literal) => {
     /// Four sums of 16 × 16 in tile registers.
+    ///
+    /// # Safety
+    /// The machine has AMX, and the system lets this process use it.
     pub(super) unsafe fn $name() {
         #[repr(align(64))]
         struct Configuration([u8; 64]);
@@ -126,6 +150,8 @@ mod x86 {
             configuration.0[16 + 2 * register] = 64;
             configuration.0[48 + register] = 16;
         }
+        // SAFETY: the caller's machine has the registers; the configuration is 64 bytes, eight registers of 16
+        // rows of 64 bytes, and nothing else is read.
         unsafe {
             asm!(
                 "ldtilecfg [{configuration}]",

@@ -1,14 +1,17 @@
 //! The garment between ticks, on a body that is shown more often than the garment moves.
 
 use super::{Animator, AnimatorError, GarmentFrame, StepInput, tiles::for_each_tile};
-use crate::{features::PointFrame, mesh::vertex_normals, skeleton::Pose, transform::Rigid};
+use crate::{
+    features::PointFrame, mesh::vertex_normals, model::Model, parallel::install_own, skeleton::Pose,
+    transform::Rigid,
+};
 use glam::Vec3;
 
 /// Shows an animator's garment in poses between its ticks.
 ///
 /// Displacements from where the skeleton carries each vertex, in the vertex's own rotated frame, are
 /// interpolated between the last two ticks and put on the pose that is shown: cloth neither lags behind a
-/// fast body nor cuts into it, as positions that are interpolated would.
+/// fast body nor cuts into it, as positions that are interpolated would. It works on the threads of the animator.
 #[derive(Clone, Debug, Default)]
 pub struct Display {
     /// Of the tick before, of the last one; metres.
@@ -26,10 +29,12 @@ impl Display {
         std::mem::swap(&mut self.before, &mut self.now);
         let (positions, histories) = (&animator.scratch.positions, &animator.scratch.histories);
         self.now.resize(positions.len(), Vec3::ZERO);
-        for_each_tile(&mut self.now, |first, tile| {
-            for (vertex, displacement) in (first..).zip(tile) {
-                *displacement = histories[vertex].now.displacement(positions[vertex]);
-            }
+        install_own(animator.threads.clone(), || {
+            for_each_tile(&mut self.now, |first, tile| {
+                for (vertex, displacement) in (first..).zip(tile) {
+                    *displacement = histories[vertex].now.displacement(positions[vertex]);
+                }
+            });
         });
         if self.before.len() != self.now.len() {
             self.before.clone_from(&self.now);
@@ -65,6 +70,14 @@ impl Display {
         if expected != found {
             return Err(AnimatorError::Vertices { expected, found });
         }
+        install_own(animator.threads.clone(), || self.put_on(model, pose, share));
+        Ok(GarmentFrame {
+            positions: &self.positions,
+            normals: &self.normals,
+        })
+    }
+
+    fn put_on(&mut self, model: &Model, pose: &Pose, share: f32) {
         let skeleton = &model.character.skeleton;
         skeleton.forward_kinematics(pose, &mut self.world_from_joint);
         skeleton.world_from_rest(&self.world_from_joint, &mut self.world_from_rest);
@@ -77,9 +90,5 @@ impl Display {
             }
         });
         vertex_normals(&self.positions, &model.garment.rest.faces, &mut self.normals);
-        Ok(GarmentFrame {
-            positions: &self.positions,
-            normals: &self.normals,
-        })
     }
 }

@@ -1,7 +1,7 @@
 //! The states of all vertices: stepped, placed, and shown in the world.
 
 use super::{
-    Animator, GarmentFrame, Stage,
+    Animator, Stage,
     deform::{FieldFrame, TileScratch},
     place::{OwnFrames, Places},
     state::VertexState,
@@ -69,11 +69,11 @@ impl Animator {
     }
 
     /// World positions and normals of the current state, as they are shown.
-    pub(super) fn finish(&mut self) -> GarmentFrame<'_> {
-        self.finish_observed(&mut |_| ())
+    pub(super) fn finish(&mut self) {
+        self.finish_observed(&mut |_| ());
     }
 
-    pub(super) fn finish_observed(&mut self, observe: &mut dyn FnMut(Stage)) -> GarmentFrame<'_> {
+    pub(super) fn finish_observed(&mut self, observe: &mut dyn FnMut(Stage)) {
         let Self {
             model,
             state,
@@ -103,6 +103,5 @@ impl Animator {
             &mut scratch.normals,
         );
         observe(Stage::Normals);
-        self.garment()
     }
 }

@@ -104,6 +104,7 @@ impl Animator {
             state,
             scratch,
             intersections,
+            ..
         } = self;
         if !corrects_state(intersections.mode) {
             return;

@@ -39,6 +39,7 @@ impl Animator {
             state,
             scratch,
             intersections,
+            ..
         } = self;
         intersections.invalidate();
         let skeleton = &model.character.skeleton;
@@ -73,6 +74,7 @@ impl Animator {
             state,
             scratch,
             intersections,
+            ..
         } = self;
         intersections.invalidate();
         let skeleton = &model.character.skeleton;

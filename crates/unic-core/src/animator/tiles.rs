@@ -1,6 +1,9 @@
 //! Work on all vertices, a tile at a time, on all threads.
 
-use crate::{network::TILE, parallel::for_each_chunk};
+use crate::{
+    network::TILE,
+    parallel::{for_each, for_each_chunk, lanes},
+};
 
 /// Calls `task` with the index of its first item for every [`TILE`] of items, on all threads.
 pub(super) fn for_each_tile<T: Send>(items: &mut [T], task: impl Fn(usize, &mut [T]) + Sync + Send) {
@@ -15,26 +18,15 @@ pub(super) fn for_each_tile_with<T: Send, B: Send + Default>(
     task: impl Fn(usize, &mut [T], &mut B) + Sync + Send,
 ) {
     let tiles = items.len().div_ceil(TILE);
-    let run = tiles.div_ceil(runs()).max(1) * TILE;
+    let run = tiles.div_ceil(RUNS * lanes()).max(1) * TILE;
     buffers.resize_with(items.len().div_ceil(run), B::default);
-    let work = |(i, (items, buffer)): (usize, (&mut [T], &mut B))| {
+    let runs = items.chunks_mut(run).zip(buffers).enumerate();
+    for_each(runs, |(i, (items, buffer))| {
         for (k, tile) in items.chunks_mut(TILE).enumerate() {
             task(i * run + k * TILE, tile, buffer);
         }
-    };
-    #[cfg(feature = "rayon")]
-    {
-        use rayon::prelude::*;
-        items.par_chunks_mut(run).zip(buffers).enumerate().for_each(work);
-    }
-    #[cfg(not(feature = "rayon"))]
-    items.chunks_mut(run).zip(buffers).enumerate().for_each(work);
+    });
 }
 
 /// Runs of tiles that share a buffer: a few a thread, because threads are not equally fast.
-fn runs() -> usize {
-    #[cfg(feature = "rayon")]
-    return 4 * rayon::current_num_threads();
-    #[cfg(not(feature = "rayon"))]
-    1
-}
+const RUNS: usize = 4;

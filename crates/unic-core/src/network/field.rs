@@ -1,5 +1,9 @@
 //! Deformation field on CPU: a tile of vertices goes through all layers while it is in cache.
 
+#[cfg(target_arch = "aarch64")]
+use super::words::neon::{Neon, NeonDot, NeonUnfused};
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+use super::words::simd128::Simd128;
 use super::{
     Instructions, LayerError, Linear, Precision,
     arithmetic::{Bf16, F32, Int8, Int16},
@@ -169,6 +173,10 @@ macro_rules! for_kernel {
             (P::F32, I::Amx | I::Avx512) => body!(Registers<Zmm<F32>, Zmm<F32>, 8, 2>, NARROW, avx512),
             #[cfg(target_arch = "x86_64")]
             (P::F32, I::Avx2) => body!(Registers<Ymm<F32>, Ymm<F32>, 4, 2>, NARROW, avx2),
+            #[cfg(target_arch = "aarch64")]
+            (P::F32, I::NeonDot | I::Neon) => body!(Registers<Neon<F32>, Neon<F32>, 4, 4>, NARROW, neon),
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            (P::F32, I::Simd128) => body!(Registers<Simd128<F32>, Simd128<F32>, 4, 2>, NARROW, portable),
             (P::F32, I::Portable) => body!(Registers<Plain<F32>, Plain<F32>, 4, 1>, NARROW, portable),
             #[cfg(target_arch = "x86_64")]
             (P::Bf16, I::Amx) => body!(Matrix<Bf16>, TILE, avx512),
@@ -176,6 +184,12 @@ macro_rules! for_kernel {
             (P::Bf16, I::Avx512) => body!(Registers<Zmm<Bf16>, Zmm<F32>, 8, 2>, TILE, avx512_bf16),
             #[cfg(target_arch = "x86_64")]
             (P::Bf16, I::Avx2) => body!(Registers<Ymm<Bf16>, Ymm<F32>, 4, 2>, TILE, avx2),
+            #[cfg(target_arch = "aarch64")]
+            (P::Bf16, I::NeonDot) => body!(Registers<NeonDot<Bf16>, Neon<F32>, 4, 4>, TILE, neon_bf16),
+            #[cfg(target_arch = "aarch64")]
+            (P::Bf16, I::Neon) => body!(Registers<Neon<Bf16>, Neon<F32>, 4, 4>, TILE, neon),
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            (P::Bf16, I::Simd128) => body!(Registers<Simd128<Bf16>, Simd128<F32>, 4, 2>, TILE, portable),
             (P::Bf16, I::Portable) => body!(Registers<Plain<Bf16>, Plain<F32>, 4, 1>, TILE, portable),
             #[cfg(target_arch = "x86_64")]
             (P::Int16, I::Amx | I::Avx512) => {
@@ -183,6 +197,12 @@ macro_rules! for_kernel {
             }
             #[cfg(target_arch = "x86_64")]
             (P::Int16, I::Avx2) => body!(Registers<Ymm<Int16>, YmmUnfused<F32>, 4, 2>, TILE, avx2),
+            #[cfg(target_arch = "aarch64")]
+            (P::Int16, I::NeonDot | I::Neon) => {
+                body!(Registers<Neon<Int16>, NeonUnfused<F32>, 4, 4>, TILE, neon)
+            }
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            (P::Int16, I::Simd128) => body!(Registers<Simd128<Int16>, Simd128<F32>, 4, 2>, TILE, portable),
             (P::Int16, I::Portable) => body!(Registers<Plain<Int16>, Plain<F32>, 4, 1>, TILE, portable),
             #[cfg(target_arch = "x86_64")]
             (P::Int8, I::Amx) => body!(Matrix<Int8>, TILE, avx512),
@@ -192,6 +212,18 @@ macro_rules! for_kernel {
             }
             #[cfg(target_arch = "x86_64")]
             (P::Int8, I::Avx2) => body!(Registers<Ymm<Int8>, YmmUnfused<F32>, 4, 2>, TILE, avx2),
+            #[cfg(target_arch = "aarch64")]
+            (P::Int8, I::NeonDot) => {
+                body!(
+                    Registers<NeonDot<Int8>, NeonUnfused<F32>, 4, 2>,
+                    TILE,
+                    neon_dotprod
+                )
+            }
+            #[cfg(target_arch = "aarch64")]
+            (P::Int8, I::Neon) => body!(Registers<Neon<Int8>, NeonUnfused<F32>, 4, 2>, TILE, neon),
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            (P::Int8, I::Simd128) => body!(Registers<Simd128<Int8>, Simd128<F32>, 4, 2>, TILE, portable),
             (P::Int8, I::Portable) => body!(Registers<Plain<Int8>, Plain<F32>, 4, 1>, TILE, portable),
         }
     }};
@@ -250,15 +282,15 @@ impl Tile<'_> {
 }
 
 /// # Safety
-/// None needed: a form that all instruction sets share.
+/// The target always has the instructions of `K`.
 unsafe fn portable<K: Kernel, const W: usize>(layers: &[Packed], tile: &mut Tile<'_>, first: usize) {
-    // SAFETY: plain arrays need no instructions.
+    // SAFETY: see above.
     unsafe { tile.evaluate::<K, W>(layers, first) }
 }
 
 macro_rules! compiled_for {
-    ($name:ident, $features:literal) => {
-        #[cfg(target_arch = "x86_64")]
+    ($name:ident, $arch:literal, $features:literal) => {
+        #[cfg(target_arch = $arch)]
         #[target_feature(enable = $features)]
         fn $name<K: Kernel, const W: usize>(layers: &[Packed], tile: &mut Tile<'_>, first: usize) {
             // SAFETY: the caller has the features, and with them the instructions of K.
@@ -267,10 +299,13 @@ macro_rules! compiled_for {
     };
 }
 
-compiled_for!(avx2, "avx2,fma");
-compiled_for!(avx512, "avx512f,avx512bw");
-compiled_for!(avx512_bf16, "avx512f,avx512bw,avx512bf16");
-compiled_for!(avx512_vnni, "avx512f,avx512bw,avx512vnni");
+compiled_for!(avx2, "x86_64", "avx2,fma");
+compiled_for!(avx512, "x86_64", "avx512f,avx512bw");
+compiled_for!(avx512_bf16, "x86_64", "avx512f,avx512bw,avx512bf16");
+compiled_for!(avx512_vnni, "x86_64", "avx512f,avx512bw,avx512vnni");
+compiled_for!(neon, "aarch64", "neon");
+compiled_for!(neon_bf16, "aarch64", "neon,bf16");
+compiled_for!(neon_dotprod, "aarch64", "neon,dotprod");
 
 /// (inputs, outputs) of every linear map of a field.
 pub(crate) fn layer_sizes(config: &FieldConfig, point_inputs: usize, latent: usize) -> Vec<(usize, usize)> {
@@ -281,194 +316,4 @@ pub(crate) fn layer_sizes(config: &FieldConfig, point_inputs: usize, latent: usi
         _ => (config.width, config.width),
     });
     hidden.chain([(config.width, 3)]).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn layer(inputs: usize, outputs: usize, phase: f32) -> Linear {
-        let value = |i: usize| (i as f32 * 1.7 + phase).sin() / (inputs as f32).sqrt();
-        Linear {
-            inputs,
-            outputs,
-            weight: (0..inputs * outputs).map(value).collect(),
-            bias: (0..outputs).map(|i| value(i + 7) * 0.3).collect(),
-        }
-    }
-
-    /// The textbook form in f64, one vertex at a time, without folding.
-    fn reference(field: &Field, point: &[f32], latent: &[f32]) -> Vec<f64> {
-        let input: Vec<f64> = point.iter().chain(latent).map(|x| f64::from(*x)).collect();
-        let mut x = input.clone();
-        for (i, layer) in field.layers.iter().enumerate() {
-            if field.config.skip == Some(i) {
-                x.extend(&input);
-            }
-            let last = i + 1 == field.layers.len();
-            x = (layer.weight.chunks(layer.inputs).zip(&layer.bias))
-                .map(|(row, b)| {
-                    f64::from(*b) + row.iter().zip(&x).map(|(w, x)| f64::from(*w) * x).sum::<f64>()
-                })
-                .map(|y| if last { y } else { y.max(0.0) })
-                .collect();
-        }
-        x
-    }
-
-    /// A field, a latent vector, and the inputs of a tile.
-    struct Case {
-        field: Field,
-        latent: Vec<f32>,
-        inputs: Vec<[f32; TILE]>,
-    }
-
-    fn cases() -> Vec<Case> {
-        let sizes = [
-            (256, 8, Some(5), 3, 128),
-            (37, 3, None, 15, 5),
-            (6, 2, Some(1), 1, 1),
-            (8, 1, None, 4, 2),
-        ];
-        let case = |(width, hidden_layers, skip, points, latent)| {
-            let config = FieldConfig {
-                width,
-                hidden_layers,
-                skip,
-            };
-            let sizes = layer_sizes(&config, points, latent);
-            let layers = (sizes.iter().enumerate()).map(|(i, &(a, b))| layer(a, b, i as f32));
-            Case {
-                field: Field::new(&config, points, latent, layers.collect()).unwrap(),
-                latent: (0..latent).map(|i| (i as f32).cos()).collect(),
-                inputs: (0..points)
-                    .map(|c| std::array::from_fn(|l| ((c * 31 + l) as f32 * 0.7).sin()))
-                    .collect(),
-            }
-        };
-        sizes.into_iter().map(case).collect()
-    }
-
-    impl Case {
-        fn outputs(&self, precision: Precision, set: Instructions) -> [[f32; TILE]; 3] {
-            let field = self.field.clone().with_kernel(precision, set);
-            let (mut biases, mut scratch) = (FieldBiases::default(), FieldScratch::default());
-            let mut out = [[0.0; TILE]; 3];
-            field.fold(&self.latent, &mut biases);
-            // Twice, so that what is left in the buffers would show.
-            for _ in 0..2 {
-                field.evaluate(&biases, &self.inputs, &mut scratch, &mut out);
-            }
-            out
-        }
-
-        /// Largest error over the tile, in units of the largest output.
-        fn error(&self, found: &[[f32; TILE]; 3]) -> f64 {
-            let (mut error, mut size) = (0f64, 0f64);
-            for lane in 0..TILE {
-                let point: Vec<f32> = self.inputs.iter().map(|c| c[lane]).collect();
-                for (k, expected) in reference(&self.field, &point, &self.latent).iter().enumerate() {
-                    error = error.max((f64::from(found[k][lane]) - expected).abs());
-                    size = size.max(expected.abs());
-                }
-            }
-            error / size
-        }
-    }
-
-    /// Half the last bit of a number of each precision, a few times over: layers neither shrink nor grow
-    /// what goes through them.
-    fn tolerance(precision: Precision) -> f64 {
-        match precision {
-            Precision::F32 => 1e-5,
-            Precision::Bf16 => 0.02,
-            Precision::Int16 => 2e-3,
-            Precision::Int8 => 0.05,
-        }
-    }
-
-    #[test]
-    fn every_precision_on_every_instruction_set_agrees_with_the_textbook() {
-        for case in cases() {
-            for precision in Precision::ALL {
-                for set in Instructions::available(precision) {
-                    let error = case.error(&case.outputs(precision, set));
-                    let width = case.field.config.width;
-                    assert!(
-                        error < tolerance(precision),
-                        "{precision:?} {set:?} {width}: {error}"
-                    );
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn whole_numbers_give_the_same_bits_on_every_instruction_set() {
-        let bits = |out: [[f32; TILE]; 3]| out.map(|c| c.map(f32::to_bits));
-        for case in cases() {
-            for precision in [Precision::Int16, Precision::Int8] {
-                let portable = bits(case.outputs(precision, Instructions::Portable));
-                for set in Instructions::available(precision) {
-                    assert!(
-                        bits(case.outputs(precision, set)) == portable,
-                        "{precision:?} {set:?}"
-                    );
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_vertex_does_not_depend_on_its_neighbours() {
-        for mut case in cases() {
-            for precision in Precision::ALL {
-                for set in Instructions::available(precision) {
-                    let before = case.outputs(precision, set);
-                    case.inputs.iter_mut().for_each(|channel| channel[5] *= 1000.0);
-                    let after = case.outputs(precision, set);
-                    case.inputs.iter_mut().for_each(|channel| channel[5] /= 1000.0);
-                    let others = |out: [[f32; TILE]; 3]| {
-                        out.map(|mut c| {
-                            c[5] = 0.0;
-                            c
-                        })
-                    };
-                    assert_eq!(others(before), others(after), "{precision:?} {set:?}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn numbers_that_are_none_stay_with_their_vertex() {
-        for mut case in cases() {
-            case.inputs[0][3] = f32::NAN;
-            case.inputs[0][7] = f32::INFINITY;
-            for precision in Precision::ALL {
-                for set in Instructions::available(precision) {
-                    let out = case.outputs(precision, set);
-                    let finite = |lane: usize| out.iter().all(|c| c[lane].is_finite());
-                    assert!(
-                        (0..TILE).all(|l| l == 3 || l == 7 || finite(l)),
-                        "{precision:?} {set:?}"
-                    );
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn layers_of_other_sizes_are_refused() {
-        let config = FieldConfig {
-            width: 4,
-            hidden_layers: 1,
-            skip: None,
-        };
-        let error = Field::new(&config, 3, 2, vec![layer(5, 4, 0.0), layer(4, 2, 0.0)]).unwrap_err();
-        assert_eq!(
-            (error.layer.as_str(), error.expected_outputs, error.outputs),
-            ("field.1", 3, 2)
-        );
-    }
 }

@@ -107,3 +107,41 @@ mod x86 {
         _mm256_max_ps(a, _mm256_setzero_ps())
     );
 }
+
+#[cfg(target_arch = "aarch64")]
+mod neon {
+    use super::Float;
+    use std::arch::aarch64::*;
+
+    // Of zero and what is no number, the maximum of numbers is zero.
+    float!(
+        float32x4_t,
+        4,
+        |from| vld1q_f32(from),
+        vcvtq_f32_s32(vld1q_s32(from)),
+        |to, x| vst1q_f32(to, x),
+        |value| vdupq_n_f32(value),
+        |a, b| vaddq_f32(a, b),
+        vmulq_f32(a, b),
+        vmaxnmq_f32(a, vdupq_n_f32(0.0))
+    );
+}
+
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+mod simd128 {
+    use super::Float;
+    use std::arch::wasm32::*;
+
+    // The second operand where it is larger, the first otherwise.
+    float!(
+        v128,
+        4,
+        |from| v128_load(from.cast()),
+        f32x4_convert_i32x4(v128_load(from.cast())),
+        |to, x| v128_store(to.cast(), x),
+        |value| f32x4_splat(value),
+        |a, b| f32x4_add(a, b),
+        f32x4_mul(a, b),
+        f32x4_pmax(f32x4_splat(0.0), a)
+    );
+}

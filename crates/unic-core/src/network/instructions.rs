@@ -14,7 +14,16 @@ pub enum Instructions {
     /// 8 lanes, x86-64 with AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
     Avx2,
-    /// Whatever the compiler makes of plain loops: NEON on 64-bit ARM.
+    /// Dot products of 16-bit floats (FEAT_BF16) or of bytes (FEAT_DotProd) in 4 lanes (64-bit ARM).
+    #[cfg(target_arch = "aarch64")]
+    NeonDot,
+    /// 4 lanes, every 64-bit ARM.
+    #[cfg(target_arch = "aarch64")]
+    Neon,
+    /// 4 lanes, WebAssembly that is compiled with `-C target-feature=+simd128`.
+    #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+    Simd128,
+    /// Whatever the compiler makes of plain loops.
     Portable,
 }
 
@@ -40,6 +49,11 @@ impl Instructions {
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => unsafe { with_avx2(work) },
+            // What the target always has, the compiler takes anyway.
+            #[cfg(target_arch = "aarch64")]
+            Self::NeonDot | Self::Neon => work(),
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            Self::Simd128 => work(),
             Self::Portable => work(),
         }
     }
@@ -51,6 +65,12 @@ impl Instructions {
         Self::Avx512,
         #[cfg(target_arch = "x86_64")]
         Self::Avx2,
+        #[cfg(target_arch = "aarch64")]
+        Self::NeonDot,
+        #[cfg(target_arch = "aarch64")]
+        Self::Neon,
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        Self::Simd128,
         Self::Portable,
     ];
 
@@ -65,6 +85,16 @@ impl Instructions {
             Self::Avx512 => has_avx512(precision),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            #[cfg(target_arch = "aarch64")]
+            Self::NeonDot => match precision {
+                Precision::Bf16 => std::arch::is_aarch64_feature_detected!("bf16"),
+                Precision::Int8 => std::arch::is_aarch64_feature_detected!("dotprod"),
+                Precision::F32 | Precision::Int16 => false,
+            },
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => true,
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            Self::Simd128 => true,
             Self::Portable => true,
         }
     }

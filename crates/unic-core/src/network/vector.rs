@@ -39,9 +39,18 @@ pub(super) fn dots<T: Weight, const R: usize>(
         // SAFETY: as above.
         #[cfg(target_arch = "x86_64")]
         Instructions::Avx2 => unsafe { dots_avx2(rows, x) },
-        // SAFETY: plain arrays need no instructions.
-        Instructions::Portable => unsafe { dots_of::<[f32; 8], T, R>(rows, x) },
+        // What a row waits for is memory: plain arrays are fast enough where the target always has vectors.
+        #[cfg(target_arch = "aarch64")]
+        Instructions::NeonDot | Instructions::Neon => dots_portable(rows, x),
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        Instructions::Simd128 => dots_portable(rows, x),
+        Instructions::Portable => dots_portable(rows, x),
     }
+}
+
+fn dots_portable<T: Weight, const R: usize>(rows: [&[T]; R], x: &[f32]) -> [f32; R] {
+    // SAFETY: plain arrays need no instructions.
+    unsafe { dots_of::<[f32; 8], T, R>(rows, x) }
 }
 
 #[cfg(target_arch = "x86_64")]
