@@ -107,9 +107,84 @@ fn teacher_forcing_sees_given_positions_alone() {
                 .collect();
             reference.set_garment(&given);
             animator.set_garment(&given).unwrap();
-            assert!(largest_distance(animator.garment().positions, &given) < 1e-5);
+            let shown = animator.garment().positions.iter().zip(&given).enumerate();
+            let whole = shown.filter(|(v, _)| model.garment().share(*v) == 1.0);
+            assert!(whole.fold(0.0, |largest, (_, (a, b))| a.distance(*b).max(largest)) < 1e-5);
         }
     }
+}
+
+/// The garment's rest shape where the skeleton carries it.
+fn skinned(model: &Model, pose: &Pose) -> Vec<Vec3> {
+    let (mut joints, mut transforms, mut positions) = (vec![], vec![], vec![]);
+    let skeleton = &model.character().skeleton;
+    skeleton.forward_kinematics(pose, &mut joints);
+    skeleton.world_from_rest(&joints, &mut transforms);
+    let (rest, weights) = (&model.garment().rest, &model.garment().weights);
+    weights.skin(&rest.vertices, &transforms, &mut positions);
+    positions
+}
+
+#[test]
+fn a_mask_of_zero_is_skinning_and_a_mask_of_one_is_the_model() {
+    let (poses, whole) = (motion(20), model(&variant("second order")));
+    let graded: Vec<f32> = (0..whole.vertex_count())
+        .map(|v| [0.0, 1.0, 0.4][v % 3])
+        .collect();
+    let masked = whole.with_mask(&graded).unwrap();
+    let alone = run(&mut Animator::new(Arc::clone(&whole)), &poses);
+    for (share, modes) in [(1.0, &MODES[..2]), (0.4, &MODES[..1]), (0.4, &MODES[3..])] {
+        let model = Arc::new(masked.clone().with_sampling(share).unwrap());
+        for &mode in modes {
+            let mut animator = Animator::new(Arc::clone(&model));
+            animator.set_intersection(mode);
+            animator
+                .reset(&input(&poses, 0), Start::Positions(&alone[0]))
+                .unwrap();
+            for t in 1..poses.len() {
+                animator.set_garment(&alone[t]).unwrap();
+                animator.step(&input(&poses, t)).unwrap();
+                let state = animator.state().clone();
+                let mut bare = Animator::new(Arc::clone(&model));
+                bare.set_intersection(IntersectionMode::Off);
+                let shown = bare.restore(state).unwrap().positions;
+                for (v, skinned) in skinned(&model, &poses[t]).iter().enumerate().step_by(3) {
+                    assert!(
+                        shown[v].distance(*skinned) < 1e-6,
+                        "{share}, {mode:?}, frame {t}, vertex {v}"
+                    );
+                }
+            }
+        }
+    }
+    let free = run(&mut Animator::new(Arc::new(masked)), &poses);
+    for (free, alone) in free.iter().zip(&alone) {
+        assert!((1..free.len()).step_by(3).all(|v| free[v] == alone[v]));
+    }
+}
+
+#[test]
+fn a_mask_that_is_none_is_refused() {
+    let whole = model(&variant("second order"));
+    let count = whole.vertex_count();
+    for mask in [
+        vec![1.0; count - 1],
+        vec![1.5; count],
+        vec![f32::NAN; count],
+        vec![-0.1; count],
+    ] {
+        assert!(whole.with_mask(&mask).is_err());
+    }
+    assert!(model(&variant("paper")).with_mask(&vec![0.5; count]).is_err());
+    let twice = whole
+        .with_mask(&vec![0.5; count])
+        .unwrap()
+        .with_mask(&vec![0.5; count])
+        .unwrap();
+    assert_eq!(
+        twice.to_parts(),
+        whole.with_mask(&vec![0.25; count]).unwrap().to_parts()
+    );
 }
 
 #[test]
@@ -217,8 +292,11 @@ fn given_positions_are_reproduced_at_the_start_and_stay_when_it_is_completed() {
         let found = animator
             .reset(&input(&poses, 0), Start::Positions(&given))
             .unwrap();
+        let skinned = skinned(&model, &poses[0]);
+        let blended = |(v, given): (usize, &Vec3)| skinned[v].lerp(*given, model.garment().share(v));
+        let expected: Vec<Vec3> = given.iter().enumerate().map(blended).collect();
         assert!(
-            largest_distance(found.positions, &given) < 1e-5,
+            largest_distance(found.positions, &expected) < 1e-5,
             "{}",
             variant.name
         );

@@ -24,6 +24,9 @@ const OUTPUT_MARGIN: f32 = 1.25;
 /// Scales below a tenth of a millimetre would blow rounding up to the size of folds, metres.
 const LEAST_SCALE_M: f32 = 1e-4;
 
+/// Vertices of which a mask leaves less do not decide how far the field reaches.
+const LEAST_SHARE: f32 = 0.1;
+
 /// None for states that are positions.
 pub(crate) fn measure(
     settings: &ModelSettings,
@@ -73,11 +76,14 @@ fn measure_vertex(
         let mut previous: Option<Vec3> = None;
         for (t, coefficients) in coefficients.iter().enumerate() {
             let frame = PointFrame::new(garment, vertex, clip.kinematics.world_from_rest(t));
-            let d = frame.displacement(clip.captured.garment.frame(t)[vertex])
+            let d = frame.blended_displacement(clip.captured.garment.frame(t)[vertex])
                 - fitted.prior.displacement(vertex, coefficients);
             squares += f64::from(d.length_squared());
             count += 1;
-            largest = previous.map_or(largest, |before| largest.max((d - before * decay).length()));
+            let share = frame.share.max(LEAST_SHARE);
+            largest = previous.map_or(largest, |before| {
+                largest.max((d - before * decay).length() / share)
+            });
             previous = Some(d);
         }
     }

@@ -40,6 +40,16 @@ pub struct Variant {
     pub shapes: usize,
     /// Of the normalised motion vector.
     pub limit: Option<f32>,
+    pub masking: Masking,
+}
+
+/// Whose the garment's vertices are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Masking {
+    /// All the model's.
+    None,
+    /// From skinning at the lowest ring to the model's at the highest.
+    Graded,
 }
 
 /// Both states, with and without prior shapes, both layouts.
@@ -62,8 +72,14 @@ pub fn variants() -> Vec<Variant> {
         state,
         shapes,
         limit,
+        masking: Masking::None,
+    };
+    let masked = Variant {
+        masking: Masking::Graded,
+        ..variant("masked", Heading, Backward, short.clone(), 2, Some(4.0))
     };
     vec![
+        masked,
         variant("paper", Paper, Forward, StateConfig::Position, 0, None),
         variant(
             "position in the heading frame",
@@ -135,7 +151,21 @@ pub fn parts(variant: &Variant) -> ModelParts {
     };
     let garment = tube(13, 12, 0.27);
     let prior = prior(garment.rest.vertices.len(), variant.shapes);
-    with_networks(config, garment, prior, variant.limit)
+    let parts = with_networks(config, garment, prior, variant.limit);
+    match variant.masking {
+        Masking::None => parts,
+        Masking::Graded => Model::new(parts)
+            .unwrap()
+            .with_mask(&graded(13, 12))
+            .unwrap()
+            .to_parts(),
+    }
+}
+
+/// 0 at the lowest two rings, 1 at the highest two.
+pub fn graded(rings: usize, segments: usize) -> Vec<f32> {
+    let at = |ring: usize| ((ring as f32 - 1.0) / (rings - 3) as f32).clamp(0.0, 1.0);
+    (0..rings * segments).map(|v| at(v / segments)).collect()
 }
 
 /// A model of the sizes in `config`, with random networks.
@@ -304,10 +334,8 @@ pub fn tube(rings: usize, segments: usize, radius: f32) -> Garment {
         .map(|i| 0.5 + 0.8 * i as f32 / (rings - 1) as f32)
         .collect();
     let rest = lathe(&heights, segments, |_| radius);
-    Garment {
-        weights: weights(&rest.vertices),
-        rest,
-    }
+    let weights = weights(&rest.vertices);
+    Garment::new(rest, weights)
 }
 
 /// Rings of vertices at the given heights, bottom up, faces outwards.

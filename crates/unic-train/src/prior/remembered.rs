@@ -6,9 +6,13 @@ use crate::{
     mirror::{View, mirrored},
     recurrence::{Sequence, mirrored_surface},
 };
+use glam::Vec3;
 use rayon::prelude::*;
 use std::ops::Range;
-use unic_core::surface_map::{SurfaceMap, SurfaceMapError};
+use unic_core::{
+    character::Garment,
+    surface_map::{SurfaceMap, SurfaceMapError},
+};
 use unic_eval::{LinearMap, PrincipalComponents, TrainingSet};
 
 /// What a recurrence learns from.
@@ -81,14 +85,17 @@ impl<'a> Remembered<'a> {
         (0..series.inputs.len()).flat_map(left).collect()
     }
 
-    /// What it leaves of the mirrored garment in the mirrored motion.
+    /// What it leaves of the mirrored garment in the mirrored motion, under the mask of where it is then.
     fn mirrored_targets(&self, place: Place, map: &SurfaceMap) -> Result<Vec<f32>, SurfaceMapError> {
         let linear = self.maps[place.series].as_ref();
+        let garment = &self.set.garment;
+        let whole = Garment::new(garment.rest.clone(), garment.weights.clone());
         let left = |frame: usize| -> Result<Vec<f32>, SurfaceMapError> {
             let mut there = Vec::new();
-            let here = displacements(&self.set.garment, &self.set.train[place.clip], frame);
+            let here = displacements(&whole, &self.set.train[place.clip], frame);
             map.vectors(&here, &mut there)?;
-            let sample: Vec<f32> = there.iter().flat_map(|u| mirrored(*u).to_array()).collect();
+            let blended = |(v, u): (usize, &Vec3)| (mirrored(*u) * garment.share(v)).to_array();
+            let sample: Vec<f32> = there.iter().enumerate().flat_map(blended).collect();
             let pair = pair(&self.motion[place.clip], frame, View::Mirrored);
             let predicted = linear.map(|map| map.apply(&pair));
             let components = self.components.project(&sample).into_iter().enumerate();
