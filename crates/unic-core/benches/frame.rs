@@ -78,6 +78,7 @@ fn stage_motion(bencher: Bencher) {
         pose: &poses[t % poses.len()],
         next_pose: None,
         ground_height: 0.0,
+        wind: Vec3::ZERO,
         dt: 1.0 / model.config().fps,
     };
     let mut state = MotionState::start(spec, skeleton, &input(0));
@@ -175,5 +176,6 @@ fn input(pose: &Pose) -> StepInput<'_> {
         pose,
         next_pose: None,
         ground_height: 0.0,
+        wind: Vec3::ZERO,
     }
 }

@@ -46,6 +46,7 @@ impl Animator {
             pose: &bind_pose,
             next_pose: None,
             ground_height: 0.0,
+            wind: Vec3::ZERO,
         };
         let state = AnimatorState::start(&model, &input.motion(&model));
         let mut animator = Self {

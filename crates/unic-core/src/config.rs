@@ -313,7 +313,7 @@ fn check(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::{MotionLayout, VelocityScheme};
+    use crate::motion::{MotionLayout, VelocityScheme, WindInput};
 
     fn config() -> ModelConfig {
         ModelConfig {
@@ -323,6 +323,7 @@ mod tests {
                 velocity: VelocityScheme::Backward,
                 contact_joints: [0, 1, 2, 3],
                 contact_rest_heights_m: [0.1; 4],
+                wind: WindInput::Absent,
             },
             encoder: EncoderConfig {
                 hidden: vec![8],

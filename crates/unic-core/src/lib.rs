@@ -52,7 +52,7 @@
 //! // Frame 0, and every frame after a cut: the garment hangs as it does on average.
 //! let mut pose = model.character().skeleton.bind_pose();
 //! fn input(pose: &Pose) -> StepInput<'_> {
-//!     StepInput { pose, next_pose: None, ground_height: 0.0 }
+//!     StepInput { pose, next_pose: None, ground_height: 0.0, wind: Vec3::ZERO }
 //! }
 //! left.reset(&input(&pose), Start::MeanShape)?;
 //! // Or where somebody else has put it.

@@ -5,7 +5,7 @@ use crate::{
     config::{ConfigError, ModelConfig, StateConfig},
     features::RestBox,
     mesh::{MeshError, TriMesh},
-    motion::{MotionError, Normalisation, motion_len},
+    motion::{MotionError, Normalisation},
     network::{Encoder, Field, LayerError, Linear, Precision},
     prior::Prior,
     sampling::{Sampling, SamplingError},
@@ -116,11 +116,12 @@ impl Model {
         parts.garment.rest.check()?;
         parts.character.body.check()?;
         check_counts(&parts, joints)?;
-        check_recurrence(&parts.prior, 2 * motion_len(joints))?;
-        parts.normalisation.check(joints)?;
+        let motion = parts.config.motion.vector_len(joints);
+        check_recurrence(&parts.prior, 2 * motion)?;
+        parts.normalisation.check(motion)?;
         check_numbers(&parts)?;
         let config = parts.config;
-        let inputs = 2 * motion_len(joints);
+        let inputs = 2 * motion;
         let channels = config.encoder.channels;
         Ok(Self {
             encoder: Encoder::new(&config.encoder, inputs, parts.encoder)?,
@@ -290,7 +291,7 @@ impl Model {
 fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
     let vertices = parts.garment.rest.vertices.len();
     let body = parts.character.body.vertices.len();
-    let motion = motion_len(joints);
+    let motion = parts.config.motion.vector_len(joints);
     let counts = [
         ("garment vertices or more", 1, vertices.min(1)),
         (

@@ -14,6 +14,7 @@
 //! | 153-221 | joint positions | m, sequence frame | m, heading frame, from the root joint |
 //! | 222-290 | joint velocities of world positions | m per frame, sequence frame | m/s, heading frame |
 //! | 291-294 | contacts, 0 or 1 | squared step below 0.002 m² | slower than 0.25 m/s and lower than at rest + 5 cm |
+//! | 295-297 | wind, where it is read ([`WindInput`]) | m/s, sequence frame | m/s, heading frame |
 //!
 //! The **sequence frame** is the root's frame in the first frame of the sequence: a vector in this
 //! layout stays the same when the whole sequence moves rigidly. The **heading frame** of frame t
@@ -58,6 +59,32 @@ pub enum VelocityScheme {
     Backward,
 }
 
+/// Does a motion vector hold the velocity of the air?
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WindInput {
+    /// No: the garment is trained in still air, or in a wind that nobody recorded.
+    #[default]
+    Absent,
+    /// In three further numbers at its end, m/s, in the frame of the motion vector.
+    Read,
+}
+
+impl WindInput {
+    /// Is there none? Then files do not speak of it.
+    pub fn is_absent(&self) -> bool {
+        *self == Self::Absent
+    }
+
+    /// Numbers that it adds to a motion vector.
+    pub fn len(self) -> usize {
+        match self {
+            Self::Absent => 0,
+            Self::Read => 3,
+        }
+    }
+}
+
 /// Which motion vector a model reads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -71,6 +98,9 @@ pub struct MotionSpec {
     /// Heights of these joints above the soles in the bind pose, metres. The paper's layout does
     /// not read them.
     pub contact_rest_heights_m: [f32; 4],
+    /// Is the velocity of the air part of it?
+    #[serde(default, skip_serializing_if = "WindInput::is_absent")]
+    pub wind: WindInput,
 }
 
 impl MotionSpec {
@@ -98,7 +128,18 @@ impl MotionSpec {
             velocity,
             contact_joints,
             contact_rest_heights_m: contact_joints.map(|j| joints[j].y - ground),
+            wind: WindInput::Absent,
         })
+    }
+
+    /// The same with wind, or without.
+    pub fn with_wind(self, wind: WindInput) -> Self {
+        Self { wind, ..self }
+    }
+
+    /// Numbers in the motion vector of a skeleton with so many joints: [`motion_len`] and those of the wind.
+    pub fn vector_len(&self, joints: usize) -> usize {
+        motion_len(joints) + self.wind.len()
     }
 
     /// What a specification that comes from a file must satisfy.
@@ -155,7 +196,7 @@ pub enum MotionError {
     },
 }
 
-/// Numbers in the motion vector of a skeleton with J joints, the root included: 12 J + 7.
+/// Numbers in the motion vector of a skeleton with J joints, the root included, without wind: 12 J + 7.
 pub fn motion_len(joints: usize) -> usize {
     12 * joints + 7
 }
@@ -186,6 +227,8 @@ pub struct MotionSlices {
     pub joint_velocities: Range<usize>,
     /// 4 numbers.
     pub contacts: Range<usize>,
+    /// 3 numbers behind the others, where the vector holds them.
+    pub wind: Range<usize>,
 }
 
 impl MotionSlices {
@@ -206,11 +249,12 @@ impl MotionSlices {
             joint_positions: next(3 * local),
             joint_velocities: next(3 * local),
             contacts: next(4),
+            wind: next(3),
         }
     }
 
     /// The parts that a [`Normalisation`] scales: positions and velocities (0-5, 12-14 and 153-290
-    /// for 24 joints). Rotations and contacts are of order one as they are.
+    /// for 24 joints), and a wind beside them. Rotations and contacts are of order one as they are.
     pub fn normalised(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         [
             self.root_position.start..self.root_velocity.end,

@@ -164,6 +164,36 @@ fn a_mask_of_zero_is_skinning_and_a_mask_of_one_is_the_model() {
 }
 
 #[test]
+fn only_models_of_wind_feel_it() {
+    let poses = motion(20);
+    for name in ["windy", "second order"] {
+        let model = model(&variant(name));
+        let [blown, still] = [1.0, 0.0].map(|factor| {
+            let mut animator = Animator::new(Arc::clone(&model));
+            animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+            for t in 1..poses.len() {
+                let wind = wind(t) * factor;
+                animator
+                    .step(&StepInput {
+                        wind,
+                        ..input(&poses, t)
+                    })
+                    .unwrap();
+            }
+            animator.garment().positions.to_vec()
+        });
+        let apart = largest_distance(&blown, &still);
+        assert!((apart > 1e-3) == (name == "windy"), "{name}: {apart} m");
+        let wind = Vec3::X * f32::NAN;
+        let lost = StepInput {
+            wind,
+            ..input(&poses, 1)
+        };
+        assert_eq!(Animator::new(model).step(&lost).unwrap_err(), AnimatorError::Pose);
+    }
+}
+
+#[test]
 fn a_mask_that_is_none_is_refused() {
     let whole = model(&variant("second order"));
     let count = whole.vertex_count();
@@ -478,11 +508,13 @@ fn what_does_not_belong_is_refused_and_changes_nothing() {
             pose,
             next_pose: None,
             ground_height: 0.0,
+            wind: Vec3::ZERO,
         };
         let ahead = StepInput {
             pose: &poses[4],
             next_pose: Some(pose),
             ground_height: 0.0,
+            wind: Vec3::ZERO,
         };
         for input in [alone, ahead] {
             assert_eq!(animator.step(&input).unwrap_err(), *error);
@@ -492,6 +524,7 @@ fn what_does_not_belong_is_refused_and_changes_nothing() {
     for ground_height in [f32::NAN, f32::INFINITY, 1e20] {
         let input = StepInput {
             ground_height,
+            wind: Vec3::ZERO,
             ..input(&poses, 4)
         };
         assert_eq!(animator.step(&input).unwrap_err(), AnimatorError::Pose);
@@ -577,6 +610,7 @@ fn no_motion_drives_a_displacement_beyond_its_bound() {
                     pose: &pose,
                     next_pose: None,
                     ground_height: 0.0,
+                    wind: Vec3::ZERO,
                 })
                 .unwrap();
             assert!(
@@ -618,10 +652,20 @@ fn the_garment_moves_along_when_the_world_is_turned_and_shifted() {
         let root = model.character().skeleton.joints()[0];
         let (yaw, by) = (2.2, Vec3::new(2.0, 0.0, -3.0));
         let own = run(&mut Animator::new(Arc::clone(&model)), &poses);
-        let there = run(
-            &mut Animator::new(Arc::clone(&model)),
-            &moved(&poses, root, yaw, by),
-        );
+        let (poses_there, mut elsewhere) = (moved(&poses, root, yaw, by), Animator::new(Arc::clone(&model)));
+        let there: Vec<Vec<Vec3>> = (0..poses.len())
+            .map(|t| {
+                let input = StepInput {
+                    wind: Quat::from_rotation_y(yaw) * wind(t),
+                    ..input(&poses_there, t)
+                };
+                let frame = match t {
+                    0 => elsewhere.reset(&input, Start::MeanShape),
+                    _ => elsewhere.step(&input),
+                };
+                frame.unwrap().positions.to_vec()
+            })
+            .collect();
         for (t, (own, there)) in own.iter().zip(&there).enumerate() {
             let along: Vec<Vec3> = own.iter().map(|p| Quat::from_rotation_y(yaw) * *p + by).collect();
             let error = largest_distance(&along, there);

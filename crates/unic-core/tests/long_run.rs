@@ -137,6 +137,7 @@ fn farthest_of(animator: &mut Animator, poses: &[Pose]) -> f32 {
             pose,
             next_pose: poses.get(t + 1),
             ground_height: 0.0,
+            wind: Vec3::ZERO,
         };
         let frame = match t {
             0 => animator.reset(&input, Start::MeanShape),

@@ -95,6 +95,7 @@ fn run(
         pose: &clip.clip.poses[t],
         next_pose: clip.clip.poses.get(t + 1),
         ground_height: clip.clip.ground_height,
+        wind: clip.wind_at(t),
     };
     animator.reset(&input(0), Start::Positions(clip.garment.frame(0)))?;
     let mut measure = Measure::new(capture, clip);

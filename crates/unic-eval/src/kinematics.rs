@@ -1,8 +1,9 @@
 //! What the skeleton does in a clip, computed once and shared by everything that is evaluated on it.
 
+use glam::Vec3;
 use unic_core::{
     clip::Clip,
-    motion::{MotionInput, MotionSpec, MotionState, motion_len},
+    motion::{MotionInput, MotionSpec, MotionState},
     skeleton::Skeleton,
     transform::Rigid,
 };
@@ -12,18 +13,27 @@ use unic_io::CapturedClip;
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClipKinematics {
     joints: usize,
+    /// Numbers in a motion vector.
+    motion_len: usize,
     /// T × J.
     world_from_rest: Vec<Rigid>,
     world_from_frame: Vec<Rigid>,
-    /// T × (12 J + 7).
+    /// T × `motion_len`.
     motion: Vec<f32>,
 }
 
 impl ClipKinematics {
-    /// Of a clip of this skeleton: the heading layout for baselines, a model's own for its training.
+    /// Of a clip of this skeleton in still air: the heading layout for baselines, a model's own for its
+    /// training.
     pub fn new(spec: &MotionSpec, skeleton: &Skeleton, clip: &Clip) -> Self {
+        Self::in_wind(spec, skeleton, clip, &[])
+    }
+
+    /// As [`new`](Self::new), in a wind a frame, m/s, world space; frames without one have none.
+    pub fn in_wind(spec: &MotionSpec, skeleton: &Skeleton, clip: &Clip, wind: &[Vec3]) -> Self {
         let mut all = Self {
             joints: skeleton.len(),
+            motion_len: spec.vector_len(skeleton.len()),
             world_from_rest: Vec::new(),
             world_from_frame: Vec::new(),
             motion: Vec::new(),
@@ -34,6 +44,7 @@ impl ClipKinematics {
                 pose,
                 next_pose: clip.poses.get(frame + 1),
                 ground_height: clip.ground_height,
+                wind: wind.get(frame).copied().unwrap_or_default(),
                 dt: 1.0 / clip.fps,
             };
             match &mut state {
@@ -41,7 +52,7 @@ impl ClipKinematics {
                 Some(state) => {
                     state.advance(spec, skeleton, &input);
                     // Frame 0's velocities are known from frame 1 on.
-                    all.motion.truncate((frame - 1) * motion_len(skeleton.len()));
+                    all.motion.truncate((frame - 1) * all.motion_len);
                     all.motion.extend(state.pair().0);
                     all.push(skeleton, state);
                 }
@@ -86,7 +97,7 @@ impl ClipKinematics {
 
     /// Motion vector c_t of one frame, not normalised.
     pub fn motion(&self, frame: usize) -> &[f32] {
-        let len = motion_len(self.joints);
+        let len = self.motion_len;
         &self.motion[frame * len..(frame + 1) * len]
     }
 }
@@ -104,7 +115,12 @@ impl PreparedClip {
     /// See [`ClipKinematics::new`].
     pub fn new(spec: &MotionSpec, skeleton: &Skeleton, captured: CapturedClip) -> Self {
         Self {
-            kinematics: ClipKinematics::new(spec, skeleton, &captured.clip),
+            kinematics: ClipKinematics::in_wind(
+                spec,
+                skeleton,
+                &captured.clip,
+                captured.wind.as_deref().unwrap_or_default(),
+            ),
             captured,
         }
     }

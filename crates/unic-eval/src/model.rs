@@ -107,11 +107,13 @@ impl Predictor for PriorPredictor {
 }
 
 fn input(clip: &PreparedClip, frame: usize) -> StepInput<'_> {
-    let clip = &clip.captured.clip;
+    let captured = &clip.captured;
+    let clip = &captured.clip;
     StepInput {
         pose: &clip.poses[frame],
         next_pose: clip.poses.get(frame + 1),
         ground_height: clip.ground_height,
+        wind: captured.wind_at(frame),
     }
 }
 

@@ -66,6 +66,7 @@ impl GpuAnimator {
             pose: &bind_pose,
             next_pose: None,
             ground_height: 0.0,
+            wind: Vec3::ZERO,
         };
         let mode = model.config().intersection;
         let (buffers, programs) = asset.context.checked(|| {

@@ -19,10 +19,10 @@
 //!
 //! // Frame 0, and every frame after a cut; then once a tick of 1 / fps seconds.
 //! let mut pose = model.character().skeleton.bind_pose();
-//! let input = StepInput { pose: &pose, next_pose: None, ground_height: 0.0 };
+//! let input = StepInput { pose: &pose, next_pose: None, ground_height: 0.0, wind: Vec3::ZERO };
 //! left.reset(&input, Start::MeanShape)?;
 //! pose.trans.z += 0.03;
-//! left.step(&StepInput { pose: &pose, next_pose: None, ground_height: 0.0 })?;
+//! left.step(&StepInput { pose: &pose, next_pose: None, ground_height: 0.0, wind: Vec3::ZERO })?;
 //!
 //! // Draw it: six f32 a vertex, see `GpuAnimator::VERTEX_ATTRIBUTES`.
 //! # fn draw(pass: &mut unic_gpu::wgpu::RenderPass, left: &GpuAnimator) {

@@ -8,7 +8,7 @@ use crate::{
     kernel::{Dispatch, GROUP, Kernel, Source},
 };
 use std::{ops::Range, slice::from_ref};
-use unic_core::{model::Model, motion::motion_len, network::Linear, recurrence::Recurrence};
+use unic_core::{model::Model, network::Linear, recurrence::Recurrence};
 use wgpu::{Buffer, BufferUsages};
 
 /// Maps between regions of an animator's vectors. Asset.
@@ -72,7 +72,7 @@ impl MotionNetworks {
         let prior = model.prior();
         let pair = maker
             .regions
-            .take(2 * motion_len(model.character().skeleton.len()));
+            .take(2 * model.config().motion.vector_len(model.character().skeleton.len()));
         let coefficients = maker.regions.take(prior.len());
         let memory = maker.regions.take(prior.state_len());
         let linear =

@@ -15,11 +15,11 @@ use rayon::prelude::*;
 use unic_core::{
     config::{DisplacementConfig, ModelConfig, StateConfig},
     features::RestBox,
-    motion::{MotionSpec, Normalisation, motion_len},
+    motion::{MotionLayout, MotionSpec, Normalisation, WindInput, motion_len},
     prior::Prior,
 };
 use unic_eval::{PreparedClip, TrainingSet};
-use unic_io::Capture;
+use unic_io::{Capture, capture::CapturedClip};
 
 /// Clips to train and to validate on, and the measured parts of the model.
 pub struct Dataset {
@@ -129,10 +129,17 @@ impl Dataset {
             &capture.character,
         )?;
         let names = FitClips::new(&capture, fit, settings.seed)?;
-        let (clips, validation) = (
-            load(&capture, &spec, &names.train, settings.motion_seconds)?,
-            load(&capture, &spec, &names.validation, None)?,
+        let (train, validation) = (
+            load(&capture, &names.train, settings.motion_seconds)?,
+            load(&capture, &names.validation, None)?,
         );
+        let spec = spec.with_wind(wind_input(settings, &train));
+        let skeleton = &capture.character.skeleton;
+        let prepared = |clips: Vec<CapturedClip>| -> Vec<PreparedClip> {
+            let clips = clips.into_par_iter();
+            clips.map(|c| PreparedClip::new(&spec, skeleton, c)).collect()
+        };
+        let (clips, validation) = (prepared(train), prepared(validation));
         let joints = capture.character.skeleton.len();
         let vectors = clips
             .iter()
@@ -187,12 +194,7 @@ impl Dataset {
 }
 
 /// The named clips, each cut to the same share where there are more than `seconds` of them.
-fn load(
-    capture: &Capture,
-    spec: &MotionSpec,
-    names: &[String],
-    seconds: Option<f64>,
-) -> Result<Vec<PreparedClip>, TrainError> {
+fn load(capture: &Capture, names: &[String], seconds: Option<f64>) -> Result<Vec<CapturedClip>, TrainError> {
     let frames = |name: &String| Ok(capture.summarise_clip(name)?.pose_frames);
     let share = match seconds {
         None => 1.0,
@@ -205,9 +207,17 @@ fn load(
         let mut captured = capture.load_clip(name)?;
         let kept = (captured.clip.len() as f64 * share).ceil() as usize;
         captured.clip.poses.truncate(kept.max(2));
-        Ok(PreparedClip::new(spec, &capture.character.skeleton, captured))
+        Ok(captured)
     };
     names.par_iter().map(prepare).collect()
+}
+
+/// Wind is read where training motion has any; the published method has no such input.
+fn wind_input(settings: &TrainConfig, clips: &[CapturedClip]) -> WindInput {
+    match settings.model.layout {
+        MotionLayout::Heading if clips.iter().any(CapturedClip::is_windy) => WindInput::Read,
+        _ => WindInput::Absent,
+    }
 }
 
 fn fitted_prior(
@@ -239,7 +249,8 @@ fn fitted_prior(
         }
         StateSettings::Position => {
             let zeros = vec![Vec3::ZERO; capture.garment.rest.vertices.len()];
-            let inputs = 2 * motion_len(capture.character.skeleton.len());
+            let plain = motion_len(capture.character.skeleton.len());
+            let inputs = 2 * motion.first().map_or(plain, |vectors| vectors.len);
             Ok(FittedPrior {
                 prior: Prior::constant(zeros, inputs),
                 left_out: clips.iter().map(|c| vec![Vec::new(); c.len()]).collect(),

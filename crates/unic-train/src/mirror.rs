@@ -5,10 +5,7 @@
 //! field is pointwise. The motion vector mirrors by swapping joints and flipping signs.
 
 use glam::Vec3;
-use unic_core::{
-    motion::{MotionSlices, motion_len},
-    skeleton::Skeleton,
-};
+use unic_core::{motion::MotionSlices, skeleton::Skeleton};
 
 /// Mirrors motion vectors of one skeleton: `out[i] = sign[i] · c[source[i]]`.
 #[derive(Clone, Debug)]
@@ -30,8 +27,8 @@ impl MirrorMap {
         let counterparts = counterparts(skeleton.names())?;
         let slices = MotionSlices::new(skeleton.len());
         let mut map = Self {
-            source: (0..motion_len(skeleton.len())).collect(),
-            sign: vec![1.0; motion_len(skeleton.len())],
+            source: (0..slices.wind.end).collect(),
+            sign: vec![1.0; slices.wind.end],
         };
         map.block(slices.root_position.start, slices.root_position.start, &POLAR);
         map.block(slices.root_velocity.start, slices.root_velocity.start, &POLAR);
@@ -57,7 +54,8 @@ impl MirrorMap {
         }
         // Contacts are left ankle, left foot, right ankle, right foot.
         let contacts = slices.contacts.start;
-        map.source[contacts..].copy_from_slice(&[contacts + 2, contacts + 3, contacts, contacts + 1]);
+        map.block(slices.wind.start, slices.wind.start, &POLAR);
+        map.source[slices.contacts].copy_from_slice(&[contacts + 2, contacts + 3, contacts, contacts + 1]);
         Some(map)
     }
 
@@ -68,9 +66,9 @@ impl MirrorMap {
         }
     }
 
-    /// The motion vector of the mirrored motion.
+    /// The motion vector of the mirrored motion, with wind where the motion's has it.
     pub fn apply(&self, vector: &[f32]) -> Vec<f32> {
-        let pairs = self.source.iter().zip(&self.sign);
+        let pairs = self.source.iter().zip(&self.sign).take(vector.len());
         pairs.map(|(&from, sign)| vector[from] * sign).collect()
     }
 }
@@ -135,7 +133,7 @@ mod tests {
     use super::*;
     use glam::Quat;
     use unic_core::{
-        motion::{MotionInput, MotionLayout, MotionSpec, MotionState, VelocityScheme},
+        motion::{MotionInput, MotionLayout, MotionSpec, MotionState, VelocityScheme, WindInput},
         skeleton::{Pose, SkeletonParts},
     };
 
@@ -167,18 +165,20 @@ mod tests {
         }
     }
 
-    fn vectors(layout: MotionLayout, poses: &[Pose]) -> Vec<Vec<f32>> {
+    fn vectors(layout: MotionLayout, poses: &[Pose], wind: Vec3) -> Vec<Vec<f32>> {
         let spec = MotionSpec {
             layout,
             velocity: VelocityScheme::Backward,
             contact_joints: [1, 1, 2, 2],
             contact_rest_heights_m: [0.0; 4],
+            wind: WindInput::Read,
         };
         let skeleton = figure();
         let input = |pose| MotionInput {
             pose,
             next_pose: None,
             ground_height: 0.45,
+            wind,
             dt: 1.0 / 30.0,
         };
         let mut state = MotionState::start(&spec, &skeleton, &input(&poses[0]));
@@ -202,7 +202,10 @@ mod tests {
         let other: Vec<Pose> = poses.iter().map(mirrored_pose).collect();
         let map = MirrorMap::new(&figure()).unwrap();
         for layout in [MotionLayout::Heading, MotionLayout::Paper] {
-            for (a, b) in vectors(layout, &poses).iter().zip(vectors(layout, &other)) {
+            let wind = Vec3::new(2.0, -0.3, 1.0);
+            let there = vectors(layout, &other, mirrored(wind));
+            for (a, b) in vectors(layout, &poses, wind).iter().zip(there) {
+                assert_eq!(map.apply(a).len(), b.len());
                 for (i, (a, b)) in map.apply(a).iter().zip(&b).enumerate() {
                     assert!((a - b).abs() < 2e-4, "{layout:?} number {i}: {a} {b}");
                 }

@@ -17,7 +17,6 @@ use burn::nn::Linear;
 use burn::tensor::{Device, Tensor, TensorData, activation};
 use unic_core::{
     config::{ModelConfig, StateConfig},
-    motion::motion_len,
     network,
 };
 use unic_kernels::FieldShape;
@@ -42,7 +41,7 @@ impl NetworkShape {
     /// Of a model for a skeleton with this many joints.
     pub fn new(config: &ModelConfig, joints: usize) -> Self {
         Self {
-            encoder: config.encoder.widths(2 * motion_len(joints)),
+            encoder: config.encoder.widths(2 * config.motion.vector_len(joints)),
             channels: config.encoder.channels,
             categories: config.encoder.categories,
             field: FieldShape {

@@ -34,6 +34,7 @@ pub fn free_running_rmse(model: &Arc<Model>, clips: &[PreparedClip]) -> Result<f
             pose: &motion.poses[t],
             next_pose: motion.poses.get(t + 1),
             ground_height: motion.ground_height,
+            wind: clip.captured.wind_at(t),
         };
         animator.reset(&input(0), Start::Positions(garment.frame(0)))?;
         for t in 1..clip.len() {

@@ -41,6 +41,7 @@ fn masked_vertices_follow_the_skeleton_and_the_others_the_model() {
         pose: &clip.captured.clip.poses[t],
         next_pose: None,
         ground_height: 0.0,
+        wind: Vec3::ZERO,
     };
     let mut animator = Animator::new(Arc::clone(&model));
     let garment = &clip.captured.garment;

@@ -87,6 +87,7 @@ fn by_animator(model: Model, trainer: &Trainer, clip: usize) -> Vec<Vec<Vec3>> {
         pose: &motion.poses[t],
         next_pose: motion.poses.get(t + 1),
         ground_height: motion.ground_height,
+        wind: captured.wind_at(t),
     };
     let model = Arc::new(model);
     let mut animator = Animator::new(Arc::clone(&model));

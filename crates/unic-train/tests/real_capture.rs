@@ -42,6 +42,7 @@ fn rmse(model: &Arc<Model>, clip: &PreparedClip, start: &[Vec3]) -> f64 {
         pose: &motion.poses[t],
         next_pose: motion.poses.get(t + 1),
         ground_height: motion.ground_height,
+        wind: Vec3::ZERO,
     };
     let mut animator = Animator::new(model.clone());
     animator.reset(&input(0), Start::Positions(start)).unwrap();

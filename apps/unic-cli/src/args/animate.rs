@@ -42,6 +42,9 @@ pub(crate) struct AnimateArgs {
     /// an npz (a capture's clip) [default: the mean shape of training].
     #[arg(long, value_name = "FILE")]
     pub(crate) start: Option<PathBuf>,
+    /// Steady wind, m/s, in world axes, for a model that was trained in wind [default: still air].
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true)]
+    pub(crate) wind: Option<glam::Vec3>,
     /// Only these frames of the motion, counted from 0 at the model's frame rate, the last one
     /// excluded; the garment starts at the first of them.
     #[arg(long, value_name = "A..B", value_parser = parse::frames)]

@@ -39,6 +39,7 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<()> {
         .as_ref()
         .map(|path| read_start(path, &model))
         .transpose()?;
+    check_wind(args, &model)?;
     let mut files = Files::create(args, &model, &clip)?;
     let shots = animate(args, &model, &clip, start.as_deref(), &mut files)?;
     let picture = draw(&model, &clip, &shots)?;
@@ -82,6 +83,17 @@ fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
     }
     clip.poses = clip.poses[range].to_vec();
     Ok(clip)
+}
+
+/// A wind that the model does not look at would be no wind.
+fn check_wind(args: &AnimateArgs, model: &Model) -> Result<()> {
+    match args.wind {
+        Some(_) if model.config().motion.wind.is_absent() => bail!(
+            "{}: expected a model that was trained in wind for --wind, found one of still air",
+            args.model.display()
+        ),
+        _ => Ok(()),
+    }
 }
 
 /// Positions of the first frame, or of the only one.
@@ -141,6 +153,7 @@ fn animate(
             pose,
             next_pose: clip.poses.get(t + 1),
             ground_height: clip.ground_height,
+            wind: args.wind.unwrap_or_default(),
         };
         let garment = match t {
             0 => animator.reset(&input, start.map_or(Start::MeanShape, Start::Positions)),

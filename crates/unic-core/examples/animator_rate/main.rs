@@ -220,5 +220,6 @@ fn input(pose: &Pose) -> StepInput<'_> {
         pose,
         next_pose: None,
         ground_height: 0.0,
+        wind: Vec3::ZERO,
     }
 }

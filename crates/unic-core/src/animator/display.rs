@@ -58,6 +58,7 @@ impl Display {
             pose,
             next_pose: None,
             ground_height: 0.0,
+            wind: Vec3::ZERO,
         };
         input.check(model)?;
         let (expected, found) = (model.vertex_count(), self.now.len());

@@ -18,6 +18,8 @@ pub struct StepInput<'a> {
     pub next_pose: Option<&'a Pose>,
     /// Height of the ground under the character, metres, world space.
     pub ground_height: f32,
+    /// Velocity of the air, m/s, world space; models that were trained without wind do not look at it.
+    pub wind: Vec3,
 }
 
 /// What the garment is before the first step.
@@ -45,6 +47,7 @@ impl<'a> StepInput<'a> {
             pose: self.pose,
             next_pose: self.next_pose,
             ground_height: self.ground_height,
+            wind: self.wind,
             dt: 1.0 / model.config.fps,
         }
     }
@@ -64,7 +67,7 @@ impl<'a> StepInput<'a> {
                 return Err(AnimatorError::Pose);
             }
         }
-        match self.ground_height.abs() <= FARTHEST {
+        match self.ground_height.abs() <= FARTHEST && self.wind.abs().max_element() <= FARTHEST {
             true => Ok(()),
             false => Err(AnimatorError::Pose),
         }

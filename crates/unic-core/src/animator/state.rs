@@ -53,7 +53,7 @@ impl AnimatorState {
     pub fn check(&self, model: &Model) -> Result<(), AnimatorError> {
         let skeleton = &model.character.skeleton;
         let other = |e: crate::motion::MotionError| AnimatorError::State(e.to_string());
-        self.motion.check(skeleton).map_err(other)?;
+        self.motion.check(&model.config.motion, skeleton).map_err(other)?;
         let (expected, found) = (model.vertex_count(), self.vertices.len());
         if expected != found {
             return Err(AnimatorError::Vertices { expected, found });

@@ -127,6 +127,13 @@ pub(super) fn write_contacts(
     }
 }
 
+/// Velocity of the air, m/s in both layouts: nobody counts it in frames. Vectors without it stay.
+pub(super) fn write_wind(c: &mut [f32], joints: usize, wind: Vec3, world_from_frame: Quat) {
+    if let Some(out) = c.get_mut(MotionSlices::new(joints).wind) {
+        put(out, world_from_frame.conjugate() * wind);
+    }
+}
+
 /// All joints but the root, in the skeleton's order.
 fn local_joints(skeleton: &Skeleton) -> impl Iterator<Item = usize> + use<> {
     let root = skeleton.root();

@@ -67,9 +67,9 @@ impl Normalisation {
         }
     }
 
-    /// Statistics by a rule over motion vectors of a skeleton with this many joints: the population's
-    /// standard deviation, in one pass in f64 (Welford's recurrence). Elements that do not vary
-    /// take 1; without any vector it is the identity.
+    /// Statistics by a rule over motion vectors of a skeleton with this many joints, all with wind or all
+    /// without: the population's standard deviation, in one pass in f64 (Welford's recurrence). Elements
+    /// that do not vary take 1; without any vector it is the identity.
     ///
     /// # Errors
     /// Vectors of another length, elements that are not finite.
@@ -78,13 +78,18 @@ impl Normalisation {
         rule: NormalisationRule,
         vectors: impl IntoIterator<Item = &'a [f32]>,
     ) -> Result<Self, MotionError> {
-        let mut moments = Moments::new(motion_len(joints));
+        let (plain, windy) = (motion_len(joints), MotionSlices::new(joints).wind);
+        let mut vectors = vectors.into_iter().peekable();
+        let is_windy = vectors.peek().is_some_and(|first| first.len() == windy.end);
+        let len = if is_windy { windy.end } else { plain };
+        let mut moments = Moments::new(len);
         for vector in vectors {
             moments.add(vector)?;
         }
         let mut fitted = Self {
+            mean: vec![0.0; len],
+            std: vec![1.0; len],
             limit: rule.limit,
-            ..Self::identity(joints)
         };
         let mut normalise = |element: usize| {
             fitted.mean[element] = moments.mean[element] as f32;
@@ -94,12 +99,10 @@ impl Normalisation {
             }
         };
         match rule.elements {
-            NormalisedElements::All => (0..motion_len(joints)).for_each(normalise),
+            NormalisedElements::All => (0..len).for_each(normalise),
             NormalisedElements::PositionsAndVelocities => {
-                MotionSlices::new(joints)
-                    .normalised()
-                    .flatten()
-                    .for_each(&mut normalise);
+                let elements = MotionSlices::new(joints).normalised().flatten();
+                elements.chain(plain..len).for_each(&mut normalise);
             }
         }
         Ok(fitted)
@@ -129,11 +132,11 @@ impl Normalisation {
     /// What a normalisation that comes from a file must satisfy.
     ///
     /// # Errors
-    /// Another length than the skeleton's motion vector, means that are not finite, standard
+    /// Another length than the `len` of the motion vector, means that are not finite, standard
     /// deviations that are not finite and above zero.
-    pub fn check(&self, joints: usize) -> Result<(), MotionError> {
-        check_length("normalisation means", motion_len(joints), self.mean.len())?;
-        check_length("normalisation deviations", motion_len(joints), self.std.len())?;
+    pub fn check(&self, len: usize) -> Result<(), MotionError> {
+        check_length("normalisation means", len, self.mean.len())?;
+        check_length("normalisation deviations", len, self.std.len())?;
         let usable = |what, element: Option<usize>| match element {
             None => Ok(()),
             Some(element) => Err(MotionError::NotFinite { what, element }),

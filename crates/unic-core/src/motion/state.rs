@@ -1,12 +1,13 @@
 //! Motion vectors, one frame at a time.
 
-use super::frame::{Frame, Step, write_contacts, write_pose, write_velocities};
-use super::{MotionError, MotionLayout, MotionSpec, VelocityScheme, motion_len};
+use super::frame::{Frame, Step, write_contacts, write_pose, write_velocities, write_wind};
+use super::{MotionError, MotionLayout, MotionSpec, VelocityScheme};
 use crate::{
     heading::Heading,
     skeleton::{Pose, Skeleton},
     transform::Rigid,
 };
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// What one frame brings.
@@ -18,6 +19,8 @@ pub struct MotionInput<'a> {
     pub next_pose: Option<&'a Pose>,
     /// Height of the ground under the character, metres, world space.
     pub ground_height: f32,
+    /// Velocity of the air, m/s, world space; only vectors with [`WindInput::Read`](super::WindInput) hold it.
+    pub wind: Vec3,
     /// Seconds since the previous frame, and to the next one; above zero.
     pub dt: f32,
 }
@@ -50,6 +53,7 @@ enum Velocities {
 ///     velocity: VelocityScheme::Backward,
 ///     contact_joints: [1; 4],
 ///     contact_rest_heights_m: [0.1; 4],
+///     wind: WindInput::Absent,
 /// };
 /// let mut poses = [skeleton.bind_pose(), skeleton.bind_pose()];
 /// poses[1].trans.z = 0.1;
@@ -57,6 +61,7 @@ enum Velocities {
 ///     pose: &poses[t],
 ///     next_pose: None,
 ///     ground_height: 0.0,
+///     wind: Vec3::ZERO,
 ///     dt: 1.0 / 30.0,
 /// };
 /// let mut motion = MotionState::start(&spec, &skeleton, &input(0));
@@ -102,7 +107,7 @@ impl MotionState {
             (VelocityScheme::Forward, Some(_)) => Velocities::Known,
             _ => Velocities::Awaited,
         };
-        let zeros = vec![0.0; motion_len(skeleton.len())];
+        let zeros = vec![0.0; spec.vector_len(skeleton.len())];
         let mut state = Self {
             heading,
             world_from_frame,
@@ -180,9 +185,10 @@ impl MotionState {
         write_pose(c, spec.layout, skeleton, input.pose, joints, &frame);
         write_velocities(c, spec.layout, skeleton, step, frame.world_from_frame.rotation);
         write_contacts(c, spec, joints, step, frame.ground_height);
+        write_wind(c, skeleton.len(), input.wind, frame.world_from_frame.rotation);
     }
 
-    /// (c_{t−1}, c_t), each of [`motion_len`] numbers, not normalised.
+    /// (c_{t−1}, c_t), each of [`MotionSpec::vector_len`] numbers, not normalised.
     pub fn pair(&self) -> (&[f32], &[f32]) {
         (&self.previous_vector, &self.vector)
     }
@@ -212,8 +218,8 @@ impl MotionState {
     ///
     /// # Errors
     /// Arrays of another length; a yaw, a height, transforms or vectors that are not finite.
-    pub fn check(&self, skeleton: &Skeleton) -> Result<(), MotionError> {
-        let (joints, numbers) = (skeleton.len(), motion_len(skeleton.len()));
+    pub fn check(&self, spec: &MotionSpec, skeleton: &Skeleton) -> Result<(), MotionError> {
+        let (joints, numbers) = (skeleton.len(), spec.vector_len(skeleton.len()));
         let lengths = [
             ("joints of a motion state", joints, self.world_from_joint.len()),
             ("previous joints", joints, self.previous_world_from_joint.len()),

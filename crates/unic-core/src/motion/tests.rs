@@ -56,6 +56,7 @@ fn spec((layout, velocity): (MotionLayout, VelocityScheme), joints: usize) -> Mo
         velocity,
         contact_joints: [1, joints - 1, joints / 2, 2],
         contact_rest_heights_m: [1.1, 1.4, 1.3, 1.2],
+        wind: WindInput::Absent,
     }
 }
 
@@ -106,6 +107,7 @@ fn input<'a>(poses: &'a [Pose], t: usize, source: Source) -> MotionInput<'a> {
             Source::Live => None,
         },
         ground_height: -0.2,
+        wind: Vec3::new(3.0, 0.5, -1.0 + t as f32),
         dt: 1.0 / 30.0,
     }
 }

@@ -17,7 +17,7 @@ use unic_core::{
     features::RestBox,
     mesh::TriMesh,
     model::{About, Model, ModelParts},
-    motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
+    motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, WindInput},
     network::Linear,
     prior::Prior,
     recurrence::Recurrence,
@@ -41,6 +41,7 @@ pub struct Variant {
     /// Of the normalised motion vector.
     pub limit: Option<f32>,
     pub masking: Masking,
+    pub wind: WindInput,
 }
 
 /// Whose the garment's vertices are.
@@ -73,12 +74,18 @@ pub fn variants() -> Vec<Variant> {
         shapes,
         limit,
         masking: Masking::None,
+        wind: WindInput::Absent,
+    };
+    let windy = Variant {
+        wind: WindInput::Read,
+        ..variant("windy", Heading, Backward, second_order.clone(), 2, Some(4.0))
     };
     let masked = Variant {
         masking: Masking::Graded,
         ..variant("masked", Heading, Backward, short.clone(), 2, Some(4.0))
     };
     vec![
+        windy,
         masked,
         variant("paper", Paper, Forward, StateConfig::Position, 0, None),
         variant(
@@ -150,7 +157,8 @@ pub fn parts(variant: &Variant) -> ModelParts {
         intersection: IntersectionMode::Off,
     };
     let garment = tube(13, 12, 0.27);
-    let prior = prior(garment.rest.vertices.len(), variant.shapes);
+    let len = config.motion.vector_len(JOINTS);
+    let prior = prior(garment.rest.vertices.len(), variant.shapes, len);
     let parts = with_networks(config, garment, prior, variant.limit);
     match variant.masking {
         Masking::None => parts,
@@ -170,7 +178,8 @@ pub fn graded(rings: usize, segments: usize) -> Vec<f32> {
 
 /// A model of the sizes in `config`, with random networks.
 pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit: Option<f32>) -> ModelParts {
-    let (inputs, points) = (2 * motion_len(JOINTS), config.state.input_len());
+    let len = config.motion.vector_len(JOINTS);
+    let (inputs, points) = (2 * len, config.state.input_len());
     let widths = config.encoder.widths(inputs);
     let encoder = widths
         .windows(2)
@@ -192,7 +201,7 @@ pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit:
         encoder: encoder.collect(),
         field: field.collect(),
         rest_box: RestBox::of(&garment.rest.vertices),
-        normalisation: normalisation(limit),
+        normalisation: normalisation(limit, len),
         character: character(),
         garment,
         prior,
@@ -229,7 +238,8 @@ pub fn model(variant: &Variant) -> Arc<Model> {
 
 fn motion_spec(variant: &Variant) -> MotionSpec {
     let (layout, velocity) = (variant.layout, variant.velocity);
-    MotionSpec::new(layout, velocity, [2, 2, 3, 3], &character()).unwrap()
+    let spec = MotionSpec::new(layout, velocity, [2, 2, 3, 3], &character()).unwrap();
+    spec.with_wind(variant.wind)
 }
 
 /// Numbers in −1..1 that look random and are the same everywhere (splitmix64).
@@ -261,9 +271,13 @@ fn linear(inputs: usize, outputs: usize, gain: f32, seed: u64) -> Linear {
     }
 }
 
-fn normalisation(limit: Option<f32>) -> Normalisation {
+fn normalisation(limit: Option<f32>, len: usize) -> Normalisation {
     let mut noise = Noise(300);
-    let mut normalisation = Normalisation::identity(JOINTS);
+    let mut normalisation = Normalisation {
+        mean: vec![0.0; len],
+        std: vec![1.0; len],
+        limit,
+    };
     normalisation
         .mean
         .iter_mut()
@@ -272,14 +286,14 @@ fn normalisation(limit: Option<f32>) -> Normalisation {
         .std
         .iter_mut()
         .for_each(|s| *s = 1.0 + 0.5 * noise.number());
-    normalisation.limit = limit;
     normalisation
 }
 
 /// A few centimetres of mean displacement and of each shape; a recurrence where there are two or more.
-pub fn prior(vertices: usize, shapes: usize) -> Prior {
+/// `len` numbers are in a motion vector.
+pub fn prior(vertices: usize, shapes: usize, len: usize) -> Prior {
     let mut noise = Noise(400);
-    let inputs = 2 * motion_len(JOINTS);
+    let inputs = 2 * len;
     Prior {
         mean: (0..vertices).map(|_| noise.vector() * 0.02).collect(),
         shapes: (0..vertices * shapes).map(|_| noise.vector() * 0.02).collect(),
@@ -409,12 +423,19 @@ pub fn motion(frames: usize) -> Vec<Pose> {
     (0..frames).map(pose).collect()
 }
 
+/// Gusts, m/s.
+pub fn wind(t: usize) -> Vec3 {
+    let time = t as f32 / FPS;
+    Vec3::new((2.0 * time).sin(), 0.1, 1.5 * (3.0 * time).cos())
+}
+
 /// Frame `t` of a clip; the next pose is given where there is one.
 pub fn input(poses: &[Pose], t: usize) -> StepInput<'_> {
     StepInput {
         pose: &poses[t],
         next_pose: poses.get(t + 1),
         ground_height: 0.02,
+        wind: wind(t),
     }
 }
 

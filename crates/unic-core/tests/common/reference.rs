@@ -326,11 +326,13 @@ fn tick<'a>(parts: &ModelParts, input: &StepInput<'a>) -> MotionInput<'a> {
         pose,
         next_pose,
         ground_height,
+        wind,
     } = *input;
     MotionInput {
         pose,
         next_pose,
         ground_height,
+        wind,
         dt: 1.0 / parts.config.fps,
     }
 }

@@ -96,6 +96,7 @@ fn input(clip: &Clip, frame: usize) -> StepInput<'_> {
         pose: &clip.poses[frame],
         next_pose: clip.poses.get(frame + 1),
         ground_height: clip.ground_height,
+        wind: Vec3::ZERO,
     }
 }
 

@@ -214,6 +214,7 @@ fn what_is_left_after_standing_decays_as_the_state_does() {
         pose: &pose,
         next_pose: None,
         ground_height: 0.0,
+        wind: Vec3::ZERO,
     };
     let hung = subject
         .reset(&input, Start::MeanShape)

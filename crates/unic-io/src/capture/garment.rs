@@ -13,7 +13,7 @@ use unic_core::{
     character::{Character, Garment},
     mesh::TriMesh,
     skinning::{SkinningWeights, WeightsError},
-    weights::{DIFFUSION_LENGTH_M, diffused_weights, nearest_body_weights},
+    weights::{DIFFUSION_LENGTH_M, diffused_weights, nearest_body_weights, sewn_numbers, sewn_weights},
 };
 
 /// What may be known of a garment's vertices besides their positions; each list has one entry a
@@ -109,10 +109,14 @@ fn read_arrays(path: &Path, rest: &TriMesh, character: &Character) -> Result<Arr
     }
     let vertices = Dim::Is(rest.vertices.len());
     let weights = match npz.contains("weights") {
-        true => Some(read_weights(
-            &mut npz,
-            [vertices, Dim::Is(character.skeleton.len())],
-        )?),
+        true => {
+            let given = read_weights(&mut npz, [vertices, Dim::Is(character.skeleton.len())])?;
+            let sewn = sewn_weights(&given, &rest.vertices).map_err(|source| Error::Weights {
+                path: path.to_owned(),
+                source,
+            })?;
+            Some(sewn)
+        }
         false => None,
     };
     let attributes = VertexAttributes {
@@ -121,20 +125,21 @@ fn read_arrays(path: &Path, rest: &TriMesh, character: &Character) -> Result<Arr
     };
     Ok(Arrays {
         weights,
-        mask: read_mask(path, &mut npz, vertices)?,
+        mask: read_mask(path, &mut npz, rest)?,
         attributes,
     })
 }
 
 /// A mask of ones is none, so that it changes no model.
-fn read_mask(path: &Path, npz: &mut Npz, vertices: Dim) -> Result<Option<Vec<f32>>> {
-    let mask = optional::<f32>(npz, "mask", vertices)?;
+fn read_mask(path: &Path, npz: &mut Npz, rest: &TriMesh) -> Result<Option<Vec<f32>>> {
+    let mask = optional::<f32>(npz, "mask", Dim::Is(rest.vertices.len()))?;
     let outside = |m: &&f32| !(0.0..=1.0).contains(*m);
     if let Some(found) = mask.iter().flatten().find(outside) {
         let found = found.to_string();
         return Err(Error::content(path, "numbers from 0 to 1 in `mask`", found));
     }
-    Ok(mask.filter(|mask| mask.iter().any(|m| *m != 1.0)))
+    let sewn = mask.map(|mask| sewn_numbers(&mask, &rest.vertices));
+    Ok(sewn.filter(|mask| mask.iter().any(|m| *m != 1.0)))
 }
 
 fn optional<T: crate::npy::Element>(npz: &mut Npz, name: &str, count: Dim) -> Result<Option<Vec<T>>> {

@@ -53,6 +53,19 @@ pub struct CapturedClip {
     pub wind: Option<Vec<Vec3>>,
 }
 
+impl CapturedClip {
+    /// Wind in one frame, m/s, world space; still air where none is recorded.
+    pub fn wind_at(&self, frame: usize) -> Vec3 {
+        let recorded = self.wind.as_ref().and_then(|wind| wind.get(frame));
+        recorded.copied().unwrap_or_default()
+    }
+
+    /// Is there any frame in moving air?
+    pub fn is_windy(&self) -> bool {
+        self.wind.iter().flatten().any(|wind| *wind != Vec3::ZERO)
+    }
+}
+
 /// A clip's counts, from the headers of its files alone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ClipSummary {

@@ -29,6 +29,7 @@ impl Timing {
             pose: &clip.clip.poses[t],
             next_pose: clip.clip.poses.get(t + 1),
             ground_height: clip.clip.ground_height,
+            wind: clip.wind_at(t),
         };
         animator.reset(&input(0), Start::Positions(clip.garment.frame(0)))?;
         let frame_ms = median_of_frames(clip.clip.len(), |t| {

@@ -54,10 +54,11 @@ fn specifications_and_states_of_files_are_checked() {
         pose: &pose,
         next_pose: None,
         ground_height: 0.0,
+        wind: Vec3::ZERO,
         dt: 0.1,
     };
     let state = MotionState::start(&spec, &character.skeleton, &start);
-    let found = state.check(&skeleton(&SMPL_PARENTS));
+    let found = state.check(&spec, &skeleton(&SMPL_PARENTS));
     assert!(matches!(
         found,
         Err(MotionError::Length {
@@ -77,7 +78,7 @@ fn specifications_and_states_of_files_are_checked() {
         // JSON has no infinity; a number beyond f32 becomes one.
         *damaged.pointer_mut(path).unwrap() = 1e300.into();
         let damaged: MotionState = serde_json::from_value(damaged).unwrap();
-        let found = damaged.check(&character.skeleton);
+        let found = damaged.check(&spec, &character.skeleton);
         assert!(
             matches!(found, Err(MotionError::NotFinite { .. })),
             "{path}: {found:?}"
@@ -131,11 +132,11 @@ fn normalisations_are_checked() {
     let wrong = Normalisation::fit(3, NormalisationRule::PAPER, [&vector[..]]);
     assert!(matches!(wrong, Err(MotionError::NotFinite { element: 7, .. })));
     let mut normalisation = Normalisation::identity(3);
-    assert_eq!(normalisation.check(3), Ok(()));
-    assert!(normalisation.check(4).is_err());
+    assert_eq!(normalisation.check(motion_len(3)), Ok(()));
+    assert!(normalisation.check(motion_len(4)).is_err());
     normalisation.std[5] = 0.0;
     assert!(matches!(
-        normalisation.check(3),
+        normalisation.check(motion_len(3)),
         Err(MotionError::NotFinite { element: 5, .. })
     ));
 }

@@ -64,7 +64,7 @@ fn a_saved_state_goes_on_with_the_same_bytes() {
             (1..=saved_at).for_each(|t| state.advance(&spec, &skeleton, &input(&poses, t, Source::Clip)));
             let text = serde_json::to_string(&state).unwrap();
             let mut restored: MotionState = serde_json::from_str(&text).unwrap();
-            assert_eq!(restored.check(&skeleton), Ok(()));
+            assert_eq!(restored.check(&spec, &skeleton), Ok(()));
             for t in saved_at + 1..saved_at + 20 {
                 state.advance(&spec, &skeleton, &input(&poses, t, Source::Clip));
                 restored.advance(&spec, &skeleton, &input(&poses, t, Source::Clip));
@@ -136,6 +136,7 @@ fn contacts(layout: MotionLayout, offset: [Vec3; 2], ground: [f32; 2]) -> [f32; 
         velocity: VelocityScheme::Backward,
         contact_joints: [1; 4],
         contact_rest_heights_m: [0.1; 4],
+        wind: WindInput::Absent,
     };
     let poses = offset.map(|trans| Pose {
         trans,
@@ -164,4 +165,35 @@ fn a_contact_is_slow_and_low() {
     let landing = [at(0.0, 0.052, 0.0), at(0.0, 0.048, 0.0)];
     assert_eq!(contacts(Heading, landing, level), [0.0, 1.0]);
     assert_eq!(contacts(Heading, sliding(0.0), [0.0, -0.06]), [1.0, 0.0]);
+}
+
+#[test]
+fn wind_stands_at_the_end_in_the_frame_of_the_vector() {
+    let slices = MotionSlices::new(24);
+    for layout in [MotionLayout::Paper, MotionLayout::Heading] {
+        let (skeleton, still) = (
+            skeleton(&SMPL_PARENTS),
+            spec((layout, VelocityScheme::Backward), 24),
+        );
+        let windy = still.clone().with_wind(WindInput::Read);
+        let poses = motion(24).poses();
+        let start = |spec: &MotionSpec| MotionState::start(spec, &skeleton, &input(&poses, 0, Source::Live));
+        let (mut with, mut without) = (start(&windy), start(&still));
+        for t in 1..9 {
+            let frame = input(&poses, t, Source::Live);
+            with.advance(&windy, &skeleton, &frame);
+            without.advance(&still, &skeleton, &frame);
+            let (c, plain) = (with.pair().1, without.pair().1);
+            assert_eq!(c.len(), windy.vector_len(24));
+            assert_eq!((&c[..slices.wind.start], slices.wind.end), (plain, c.len()));
+            let own = Vec3::from_slice(&c[slices.wind.clone()]);
+            let world = with.world_from_frame().rotation * own;
+            assert!(
+                world.distance(frame.wind) < 1e-5,
+                "{layout:?}, frame {t}: {world}"
+            );
+        }
+        assert_eq!(with.check(&windy, &skeleton), Ok(()));
+        assert!(with.check(&still, &skeleton).is_err());
+    }
 }

@@ -57,6 +57,7 @@ impl Scene {
             pose: at(t),
             next_pose: Some(at(t + 1)),
             ground_height: self.ground_height,
+            wind: Vec3::ZERO,
         }
     }
 }
