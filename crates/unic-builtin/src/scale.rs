@@ -199,10 +199,8 @@ fn character() -> Result<Character, Failure> {
 fn garment(vertices: usize) -> Result<Garment, Failure> {
     let sides = (vertices as f32 * 3.0).sqrt() as usize;
     let rest = tube(vertices, sides, 0.16, 0.5..1.0)?;
-    Ok(Garment {
-        weights: weights(&rest)?,
-        rest,
-    })
+    let weights = weights(&rest)?;
+    Ok(Garment::new(rest, weights))
 }
 
 /// Four joints a vertex, as engines skin with.

@@ -36,4 +36,20 @@ pub struct Garment {
     pub rest: TriMesh,
     /// One row a garment vertex, over the character's joints.
     pub weights: SkinningWeights,
+    /// How far each vertex is the model's, in [0, 1]: 0 leaves it where skinning puts the rest shape,
+    /// values between blend. None is 1 everywhere.
+    pub mask: Option<Vec<f32>>,
+}
+
+impl Garment {
+    /// A garment that is the model's everywhere.
+    pub fn new(rest: TriMesh, weights: SkinningWeights) -> Self {
+        let mask = None;
+        Self { rest, weights, mask }
+    }
+
+    /// The mask at one vertex.
+    pub fn share(&self, vertex: usize) -> f32 {
+        self.mask.as_ref().map_or(1.0, |mask| mask[vertex])
+    }
 }

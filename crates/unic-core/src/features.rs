@@ -18,6 +18,8 @@ pub struct PointFrame {
     pub skinned: Vec3,
     /// R_i: world from the vertex's own frame.
     pub rotation: Quat,
+    /// m_i, the garment's mask: the share of a displacement that the vertex takes up.
+    pub share: f32,
 }
 
 impl PointFrame {
@@ -27,12 +29,19 @@ impl PointFrame {
         Self {
             skinned: garment.weights.position(vertex, rest, world_from_rest),
             rotation: garment.weights.rotation(vertex, world_from_rest),
+            share: garment.share(vertex),
         }
     }
 
     /// u = R_iᵀ (x − LBS_i(rest)) for a world position x.
     pub fn displacement(&self, world: Vec3) -> Vec3 {
         self.rotation.inverse() * (world - self.skinned)
+    }
+
+    /// m_i u for a world position of the garment as it is captured: what a model is to show of it. Everything
+    /// that models learn and start from goes through here, so that they know the blend alone.
+    pub fn blended_displacement(&self, world: Vec3) -> Vec3 {
+        self.displacement(world) * self.share
     }
 
     /// x = LBS_i(rest) + R_i u.
@@ -52,8 +61,13 @@ impl Place {
     /// Of a state that is a position in the frame of the motion vector.
     pub fn in_frame(world_from_frame: Rigid) -> Self {
         let (skinned, rotation) = (world_from_frame.translation, world_from_frame.rotation);
+        let share = 1.0;
         Self {
-            frame: PointFrame { skinned, rotation },
+            frame: PointFrame {
+                skinned,
+                rotation,
+                share,
+            },
             offset: Vec3::ZERO,
         }
     }
@@ -68,9 +82,23 @@ impl Place {
         self.frame.position(self.offset + state)
     }
 
-    /// State of a world position.
+    /// State of a world position that is shown.
     pub fn to_state(&self, world: Vec3) -> Vec3 {
         self.frame.displacement(world) - self.offset
+    }
+
+    /// State of a captured world position: blended towards skinning by the garment's mask.
+    pub fn to_blended_state(&self, world: Vec3) -> Vec3 {
+        self.frame.blended_displacement(world) - self.offset
+    }
+
+    /// `state` after a push of what is shown to `moved`, as far as the garment's mask lets it.
+    pub fn pushed(&self, state: Vec3, moved: Vec3) -> Vec3 {
+        let target = self.to_state(moved);
+        match self.frame.share {
+            1.0 => target,
+            share => state.lerp(target, share),
+        }
     }
 }
 
@@ -263,6 +291,7 @@ mod tests {
             now: PointFrame {
                 skinned: Vec3::new(0.1, 1.0, 0.2),
                 rotation: Quat::from_rotation_x(0.4),
+                share: 1.0,
             },
             before: Vec3::new(0.05, 0.98, 0.2),
             earlier: Vec3::new(0.02, 0.99, 0.21),
@@ -271,6 +300,7 @@ mod tests {
             now: PointFrame {
                 skinned: move_by.point(history.now.skinned),
                 rotation: move_by.rotation * history.now.rotation,
+                share: 1.0,
             },
             before: move_by.point(history.before),
             earlier: move_by.point(history.earlier),
@@ -312,6 +342,7 @@ mod tests {
         let frame = |x: f32| PointFrame {
             skinned: Vec3::X * x,
             rotation: Quat::IDENTITY,
+            share: 1.0,
         };
         let mut history = PointHistory::default();
         history.advance(frame(1.0), Past::TwoFrames);

@@ -14,7 +14,7 @@
 //! # let parts = SkeletonParts { parents: vec![-1], joints: vec![Vec3::ZERO], ..Default::default() };
 //! # let weights = SkinningWeights::from_dense(&[1.0; 4], 4, 1)?;
 //! # let character = Character { skeleton: Skeleton::new(parts)?, weights: weights.clone(), body: body.clone() };
-//! # let garment = Garment { rest: body, weights };
+//! # let garment = Garment::new(body, weights);
 //!
 //! let mode = IntersectionMode::Robust { margin_m: 0.003, corrects: Corrects::State };
 //! let mut handling = Handling::new(mode, &character, &garment);

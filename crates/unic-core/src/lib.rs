@@ -37,7 +37,7 @@
 //! #         character,
 //! #         rest_box: RestBox::of(&mesh.vertices),
 //! #         prior: Prior::constant(vec![Vec3::ZERO; 3], pair),
-//! #         garment: Garment { rest: mesh, weights },
+//! #         garment: Garment::new(mesh, weights),
 //! #         normalisation: Normalisation::identity(2),
 //! #         encoder: vec![linear(pair, 4), linear(4, 6)],
 //! #         field: vec![linear(11, 8), linear(19, 8), linear(8, 3)],

@@ -2,7 +2,7 @@
 
 use crate::{
     character::{Character, Garment},
-    config::{ConfigError, ModelConfig},
+    config::{ConfigError, ModelConfig, StateConfig},
     features::RestBox,
     mesh::{MeshError, TriMesh},
     motion::{MotionError, Normalisation, motion_len},
@@ -116,11 +116,12 @@ impl Model {
         parts.garment.rest.check()?;
         parts.character.body.check()?;
         check_counts(&parts, joints)?;
-        check_recurrence(&parts.prior, 2 * motion_len(joints))?;
+        let motion = motion_len(joints);
+        check_recurrence(&parts.prior, 2 * motion)?;
         parts.normalisation.check(joints)?;
         check_numbers(&parts)?;
         let config = parts.config;
-        let inputs = 2 * motion_len(joints);
+        let inputs = 2 * motion;
         let channels = config.encoder.channels;
         Ok(Self {
             encoder: Encoder::new(&config.encoder, inputs, parts.encoder)?,
@@ -246,8 +247,25 @@ impl Model {
             .sum()
     }
 
+    /// The same model under a mask: a number in [0, 1] a vertex, the share of its displacement from skinning
+    /// that it keeps. Shares multiply with those of a mask that is there already.
+    ///
+    /// # Errors
+    /// Another number of values than vertices, values outside [0, 1], a state without skinning.
+    pub fn with_mask(&self, mask: &[f32]) -> Result<Self, ModelError> {
+        let mut parts = self.to_parts();
+        let share = |(vertex, m): (usize, &f32)| m * self.garment.share(vertex);
+        parts.garment.mask = Some(mask.iter().enumerate().map(share).collect());
+        let shapes = self.prior.len().max(1);
+        let vertices = parts.prior.mean.iter_mut().zip(mask);
+        vertices.for_each(|(mean, m)| *mean *= *m);
+        let vertices = parts.prior.shapes.chunks_exact_mut(shapes).zip(mask);
+        vertices.for_each(|(shapes, m)| shapes.iter_mut().for_each(|s| *s *= *m));
+        self.changed(parts)
+    }
+
     /// The same model on another mesh of the same garment, given in the same rest space: a field
-    /// does not know about meshes. Skinning weights and the prior's shapes are taken from the
+    /// does not know about meshes. Skinning weights, the mask and the prior's shapes are taken from the
     /// closest points of the rest shape that the model was trained on.
     ///
     /// # Errors
@@ -257,10 +275,16 @@ impl Model {
         let mut parts = self.to_parts();
         parts.prior = self.prior.on_mesh(&map)?;
         parts.garment.weights = map.weights(&self.garment.weights)?;
+        parts.garment.mask = self.garment.mask.as_ref().map(|m| map.numbers(m)).transpose()?;
         parts.garment.rest = mesh;
+        self.changed(parts)
+    }
+
+    /// Of changed parts, with this model's precision and share of samples.
+    fn changed(&self, parts: ModelParts) -> Result<Self, ModelError> {
         let share = self.sampling.as_ref().map_or(1.0, Sampling::share);
-        let moved = Self::new(parts)?.with_precision(self.precision());
-        moved.with_sampling(share)
+        let changed = Self::new(parts)?.with_precision(self.precision());
+        changed.with_sampling(share)
     }
 }
 
@@ -274,6 +298,11 @@ fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
             "rows of garment skinning weights",
             vertices,
             parts.garment.weights.len(),
+        ),
+        (
+            "numbers in the garment's mask",
+            vertices,
+            parts.garment.mask.as_ref().map_or(vertices, Vec::len),
         ),
         (
             "joints in the garment's skinning weights",
@@ -331,7 +360,13 @@ fn check_numbers(parts: &ModelParts) -> Result<(), ModelError> {
     let layers = |layers: &[Linear]| layers.iter().all(|l| finite(&l.weight) && finite(&l.bias));
     let points = |points: &[Vec3]| points.iter().all(|p| p.is_finite());
     let positive = |x: f32| x.is_finite() && x > 0.0;
+    let mask = parts.garment.mask.as_deref().unwrap_or_default();
     let checks = [
+        ("the garment's mask", mask.iter().all(|m| (0.0..=1.0).contains(m))),
+        (
+            "a mask, where the state is no displacement from skinning,",
+            parts.garment.mask.is_none() || parts.config.state != StateConfig::Position,
+        ),
         ("the encoder", layers(&parts.encoder)),
         ("the field", layers(&parts.field)),
         (

@@ -124,6 +124,7 @@ impl Model {
             garment: Garment {
                 rest: file.garment_mesh()?,
                 weights: file.weights("garment")?,
+                mask: file.mask()?,
             },
             prior: file.prior()?,
             rest_box: file.rest_box()?,

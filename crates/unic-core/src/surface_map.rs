@@ -107,6 +107,21 @@ impl SurfaceMap {
         Ok(())
     }
 
+    /// Interpolates one number a vertex of the mesh into one a point.
+    ///
+    /// # Errors
+    /// Another number of values than vertices.
+    pub fn numbers(&self, field: &[f32]) -> Result<Vec<f32>, SurfaceMapError> {
+        self.check_length(field.len())?;
+        let at = |sample: &Sample| {
+            let corners = sample.corners.map(|v| field[v as usize]);
+            let [low, high] = [f32::min, f32::max].map(|f| corners.into_iter().fold(corners[0], f));
+            // Shares that sum to one but for rounding must not lead out of the range of the corners.
+            Vec3::from_array(corners).dot(sample.barycentric).clamp(low, high)
+        };
+        Ok(self.samples.iter().map(at).collect())
+    }
+
     /// Interpolates skinning weights.
     ///
     /// # Errors

@@ -9,6 +9,7 @@ use crate::{
     topology::weld,
 };
 use glam::Vec3;
+use std::collections::BTreeMap;
 
 /// How far [`diffused_weights`] smooths by default, metres: about half the gap between the thighs
 /// that the front of a skirt spans, and less than the length of an upper arm, so that a sleeve
@@ -92,6 +93,57 @@ pub fn transferred_weights(
     points: &[Vec3],
 ) -> Result<SkinningWeights, SurfaceMapError> {
     SurfaceMap::new(rest, points)?.weights(weights)
+}
+
+/// Weights with one row for all vertices at the same place of the rest shape, the mean of theirs: panels whose
+/// seams are not welded stay closed under any pose. Vertices that are alone keep their rows to the bit.
+///
+/// # Errors
+/// Weights of another number of vertices.
+pub fn sewn_weights(weights: &SkinningWeights, rest: &[Vec3]) -> Result<SkinningWeights, WeightsError> {
+    check_rows(weights, rest.len())?;
+    let sewn: Vec<Vec<(usize, f32)>> = (copies(rest).iter())
+        .map(|copies| mean_row(weights, copies))
+        .collect();
+    let (places, _) = numbered_places(rest);
+    let rows = places.iter().map(|&place| sewn[place as usize].iter().copied());
+    SkinningWeights::from_rows(weights.joint_count(), rows)
+}
+
+/// One number a vertex, the mean over all vertices at the same place of the rest shape.
+pub fn sewn_numbers(numbers: &[f32], rest: &[Vec3]) -> Vec<f32> {
+    let mut sewn = numbers.to_vec();
+    for copies in copies(rest) {
+        let first = numbers[copies[0]];
+        if copies.iter().any(|&v| numbers[v] != first) {
+            let mean = copies.iter().map(|&v| numbers[v]).sum::<f32>() / copies.len() as f32;
+            copies.iter().for_each(|&v| sewn[v] = mean);
+        }
+    }
+    sewn
+}
+
+/// Vertices at each place.
+fn copies(vertices: &[Vec3]) -> Vec<Vec<usize>> {
+    let (places, count) = numbered_places(vertices);
+    let mut copies = vec![Vec::new(); count];
+    for (vertex, place) in places.into_iter().enumerate() {
+        copies[place as usize].push(vertex);
+    }
+    copies
+}
+
+/// The row of the first of `vertices` where all have the same, else their mean.
+fn mean_row(weights: &SkinningWeights, vertices: &[usize]) -> Vec<(usize, f32)> {
+    let first: Vec<(usize, f32)> = weights.row(vertices[0]).collect();
+    if vertices.iter().all(|&v| weights.row(v).eq(first.iter().copied())) {
+        return first;
+    }
+    let mut sums = BTreeMap::new();
+    for (joint, weight) in vertices.iter().flat_map(|&v| weights.row(v)) {
+        *sums.entry(joint).or_insert(0.0) += weight;
+    }
+    sums.into_iter().collect()
 }
 
 fn check_rows(weights: &SkinningWeights, vertices: usize) -> Result<(), WeightsError> {
@@ -223,6 +275,24 @@ mod tests {
             let first = sewn.faces.iter().flatten().position(|&u| u == v).unwrap();
             assert!(panels.row(corner).eq(panels.row(first)));
         }
+    }
+
+    #[test]
+    fn seams_are_sewn_and_what_is_alone_stays() {
+        let rest = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::X, Vec3::X];
+        let given = of_two([0.3, 0.1, 0.7, 0.2, 0.6].into_iter());
+        let sewn = sewn_weights(&given, &rest).unwrap();
+        for alone in [0, 2] {
+            assert!(sewn.row(alone).eq(given.row(alone)));
+        }
+        assert!((share(&sewn, 1) - 0.3).abs() < 1e-6);
+        assert!(sewn.row(3).eq(sewn.row(1)) && sewn.row(4).eq(sewn.row(1)));
+        assert_eq!(sewn_weights(&sewn, &rest).unwrap(), sewn);
+        assert_eq!(
+            sewn_numbers(&[0.1, 0.0, 0.9, 1.0, 0.5], &rest),
+            [0.1, 0.5, 0.9, 0.5, 0.5]
+        );
+        assert!(sewn_weights(&given, &rest[1..]).is_err());
     }
 
     #[test]

@@ -111,9 +111,107 @@ fn teacher_forcing_sees_given_positions_alone() {
                 .collect();
             reference.set_garment(&given);
             animator.set_garment(&given).unwrap();
-            assert!(largest_distance(animator.garment().positions, &given) < 1e-5);
+            let shown = animator.garment().positions.iter().zip(&given).enumerate();
+            let whole = shown.filter(|(v, _)| model.garment().share(*v) == 1.0);
+            assert!(whole.fold(0.0, |largest, (_, (a, b))| a.distance(*b).max(largest)) < 1e-5);
         }
     }
+}
+
+/// The garment's rest shape where the skeleton carries it.
+fn skinned(model: &Model, pose: &Pose) -> Vec<Vec3> {
+    let (mut joints, mut transforms, mut positions) = (vec![], vec![], vec![]);
+    let skeleton = &model.character().skeleton;
+    skeleton.forward_kinematics(pose, &mut joints);
+    skeleton.world_from_rest(&joints, &mut transforms);
+    let (rest, weights) = (&model.garment().rest, &model.garment().weights);
+    weights.skin(&rest.vertices, &transforms, &mut positions);
+    positions
+}
+
+#[test]
+fn a_mask_of_zero_is_skinning_and_a_mask_of_one_is_the_model() {
+    let (poses, whole) = (motion(20), model(&variant("second order")));
+    let graded: Vec<f32> = (0..whole.vertex_count())
+        .map(|v| [0.0, 1.0, 0.4][v % 3])
+        .collect();
+    let masked = whole.with_mask(&graded).unwrap();
+    let alone = run(&mut Animator::new(Arc::clone(&whole)), &poses);
+    for (share, modes) in [(1.0, &MODES[..2]), (0.4, &MODES[..1]), (0.4, &MODES[3..])] {
+        let model = Arc::new(masked.clone().with_sampling(share).unwrap());
+        for &mode in modes {
+            let mut animator = Animator::new(Arc::clone(&model));
+            animator.set_intersection(mode);
+            animator
+                .reset(&input(&poses, 0), Start::Positions(&alone[0]))
+                .unwrap();
+            for t in 1..poses.len() {
+                animator.set_garment(&alone[t]).unwrap();
+                animator.step(&input(&poses, t)).unwrap();
+                let state = animator.state().clone();
+                let mut bare = Animator::new(Arc::clone(&model));
+                bare.set_intersection(IntersectionMode::Off);
+                let shown = bare.restore(state).unwrap().positions;
+                for (v, skinned) in skinned(&model, &poses[t]).iter().enumerate().step_by(3) {
+                    assert!(
+                        shown[v].distance(*skinned) < 1e-6,
+                        "{share}, {mode:?}, frame {t}, vertex {v}"
+                    );
+                }
+            }
+        }
+    }
+    let free = run(&mut Animator::new(Arc::new(masked)), &poses);
+    for (free, alone) in free.iter().zip(&alone) {
+        assert!((1..free.len()).step_by(3).all(|v| free[v] == alone[v]));
+    }
+}
+
+#[test]
+fn wind_moves_the_garment() {
+    let poses = motion(20);
+    for name in ["paper", "second order"] {
+        let model = model(&variant(name));
+        let [blown, still] = [1.0, 0.0].map(|factor| {
+            let mut animator = Animator::new(Arc::clone(&model));
+            animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+            for t in 1..poses.len() {
+                let wind = wind(t) * factor;
+                let input = StepInput {
+                    wind,
+                    ..input(&poses, t)
+                };
+                animator.step(&input).unwrap();
+            }
+            animator.garment().positions.to_vec()
+        });
+        let apart = largest_distance(&blown, &still);
+        assert!(apart > 1e-3, "{name}: {apart} m");
+    }
+}
+
+#[test]
+fn a_mask_that_is_none_is_refused() {
+    let whole = model(&variant("second order"));
+    let count = whole.vertex_count();
+    for mask in [
+        vec![1.0; count - 1],
+        vec![1.5; count],
+        vec![f32::NAN; count],
+        vec![-0.1; count],
+    ] {
+        assert!(whole.with_mask(&mask).is_err());
+    }
+    assert!(model(&variant("paper")).with_mask(&vec![0.5; count]).is_err());
+    let twice = whole
+        .with_mask(&vec![0.5; count])
+        .unwrap()
+        .with_mask(&vec![0.5; count])
+        .unwrap();
+    assert_eq!(
+        twice.to_parts(),
+        whole.with_mask(&vec![0.25; count]).unwrap().to_parts()
+    );
 }
 
 #[test]
@@ -277,8 +375,11 @@ fn given_positions_are_reproduced_at_the_start_and_stay_when_it_is_completed() {
         let found = animator
             .reset(&input(&poses, 0), Start::Positions(&given))
             .unwrap();
+        let skinned = skinned(&model, &poses[0]);
+        let blended = |(v, given): (usize, &Vec3)| skinned[v].lerp(*given, model.garment().share(v));
+        let expected: Vec<Vec3> = given.iter().enumerate().map(blended).collect();
         assert!(
-            largest_distance(found.positions, &given) < 1e-5,
+            largest_distance(found.positions, &expected) < 1e-5,
             "{}",
             variant.name
         );
@@ -476,6 +577,7 @@ fn what_does_not_belong_is_refused_and_changes_nothing() {
     for ground_height in [f32::NAN, f32::INFINITY, 1e20] {
         let input = StepInput {
             ground_height,
+            wind: Vec3::ZERO,
             ..input(&poses, 4)
         };
         assert_eq!(animator.step(&input).unwrap_err(), AnimatorError::Pose);
@@ -607,12 +709,21 @@ fn the_garment_moves_along_when_the_world_is_turned_and_shifted() {
         let model = model(&variant);
         let root = model.character().skeleton.joints()[0];
         let (yaw, by) = (2.2, Vec3::new(2.0, 0.0, -3.0));
-        let wind = Vec3::new(1.0, 0.2, -0.5);
-        let [own, there] = [
-            (poses.clone(), wind),
-            (moved(&poses, root, yaw, by), Quat::from_rotation_y(yaw) * wind),
-        ]
-        .map(|(poses, wind)| run_in_wind(&mut Animator::new(Arc::clone(&model)), &poses, wind));
+        let own = run(&mut Animator::new(Arc::clone(&model)), &poses);
+        let (poses_there, mut elsewhere) = (moved(&poses, root, yaw, by), Animator::new(Arc::clone(&model)));
+        let there: Vec<Vec<Vec3>> = (0..poses.len())
+            .map(|t| {
+                let input = StepInput {
+                    wind: Quat::from_rotation_y(yaw) * wind(t),
+                    ..input(&poses_there, t)
+                };
+                let frame = match t {
+                    0 => elsewhere.reset(&input, Start::MeanShape),
+                    _ => elsewhere.step(&input),
+                };
+                frame.unwrap().positions.to_vec()
+            })
+            .collect();
         for (t, (own, there)) in own.iter().zip(&there).enumerate() {
             let along: Vec<Vec3> = own.iter().map(|p| Quat::from_rotation_y(yaw) * *p + by).collect();
             let error = largest_distance(&along, there);

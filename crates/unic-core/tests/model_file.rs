@@ -21,6 +21,7 @@ use unic_core::{
 /// Small, with every optional tensor.
 fn full_parts() -> ModelParts {
     let mut parts = parts(&variant("second order"));
+    parts.garment.mask = Some(graded(13, 12));
     parts.garment.rest.uvs = Some(Uvs {
         coordinates: parts
             .garment
@@ -226,7 +227,7 @@ fn a_misspelt_tensor_is_named() {
     });
     assert_eq!(
         names.len(),
-        2 * (3 + 5 + 1 + 5) + 1 + 3 + 5 + 3 + 3 + 5 + 3,
+        2 * (3 + 5 + 1 + 5) + 1 + 3 + 5 + 3 + 3 + 5 + 3 + 1,
         "{names:?}"
     );
     for name in names {
@@ -322,6 +323,7 @@ fn numbers_that_mean_nothing_are_refused() {
         "character.rest_pose",
         "garment.skinning.weights",
         "garment.rest_box",
+        "garment.mask",
         "motion.mean",
         "motion.std",
         "motion.limit",

@@ -28,6 +28,8 @@ pub(crate) struct Bench<'a> {
     contexts: Vec<FrameContext>,
     /// Nearest points are looked for in every so many frames.
     nearest_every: NonZeroUsize,
+    /// Those of [`MODES`] that rows run in.
+    pub(crate) modes: &'a [Mode],
 }
 
 /// One row in one mode on one clip.
@@ -46,6 +48,7 @@ impl<'a> Bench<'a> {
             character,
             contexts: vec![context; CHUNK_FRAMES],
             nearest_every,
+            modes: &MODES,
         }
     }
 
@@ -58,6 +61,9 @@ impl<'a> Bench<'a> {
     ) -> Result<Vec<ModeSums>> {
         let mut sums = vec![ModeSums::default(); rows.len()];
         for (slot, mode) in MODES.into_iter().enumerate() {
+            if !self.modes.contains(&mode) {
+                continue;
+            }
             let mut tracks = start_tracks(clip, rows, mode)?;
             if tracks.is_empty() {
                 continue;

@@ -79,6 +79,25 @@ pub enum Event<'a> {
     ClipFinished,
 }
 
+/// How much of each clip is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Protocol {
+    /// How rows run.
+    pub modes: &'static [Mode],
+    /// Frames that are predicted at most, from frame 1 on; none for all of a clip.
+    pub frames: Option<NonZeroUsize>,
+}
+
+impl Default for Protocol {
+    /// Whole clips, both ways.
+    fn default() -> Self {
+        Self {
+            modes: &[Mode::OneStep, Mode::FreeRunning],
+            frames: None,
+        }
+    }
+}
+
 /// Listens to an evaluation: a progress bar, a [`Dump`](crate::Dump). An error ends it.
 pub type Observer<'a> = dyn FnMut(&Event) -> std::result::Result<(), PredictorError> + 'a;
 
@@ -112,16 +131,36 @@ pub fn evaluate_sampled(
     nearest_every: NonZeroUsize,
     observe: &mut Observer,
 ) -> Result<Evaluation> {
+    evaluate_by(&Protocol::default(), capture, rows, clips, nearest_every, observe)
+}
+
+/// As [`evaluate_sampled`], of as much as a protocol asks for.
+///
+/// # Errors
+/// As [`evaluate`].
+pub fn evaluate_by(
+    protocol: &Protocol,
+    capture: &Capture,
+    rows: &mut [Row],
+    clips: &[String],
+    nearest_every: NonZeroUsize,
+    observe: &mut Observer,
+) -> Result<Evaluation> {
     if clips.is_empty() {
         let capture = capture.manifest.name.clone();
         return Err(Error::NoClips { capture });
     }
     let spec = motion_spec(capture)?;
     let mut bench = Bench::new(&capture.character, &capture.garment, nearest_every);
+    bench.modes = protocol.modes;
     let mut pooled = vec![ModeSums::default(); rows.len()];
     let mut evaluation = Evaluation::default();
     for (index, name) in clips.iter().enumerate() {
-        let captured = capture.load_clip(name)?;
+        let mut captured = capture.load_clip(name)?;
+        if let Some(frames) = protocol.frames {
+            // Frame 0 is given.
+            captured.clip.poses.truncate(frames.get() + 1);
+        }
         let clip = PreparedClip::new(&spec, &capture.character.skeleton, captured);
         let count = clips.len();
         let started = Event::ClipStarted {

@@ -58,7 +58,9 @@ mod training;
 pub use coverage::{Coverage, CoverageReport, Excess, KindShare, Place, Stretch, Unit, capture_clips};
 pub use dump::Dump;
 pub use error::{Error, Result};
-pub use evaluate::{Event, MODEL, Observer, PRIOR, Row, evaluate, evaluate_sampled, training_set};
+pub use evaluate::{
+    Event, MODEL, Observer, PRIOR, Protocol, Row, evaluate, evaluate_by, evaluate_sampled, training_set,
+};
 pub use kinematics::{ClipKinematics, PreparedClip};
 pub use measure::{FrameContext, MeasureScratch, Nearest, Prediction};
 pub use metrics::{ClipMetrics, FrameSums, Metrics, PooledMetrics};

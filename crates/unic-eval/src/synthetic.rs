@@ -56,10 +56,10 @@ pub(crate) fn grid() -> Garment {
     let weights: Vec<f32> = (0..36)
         .flat_map(|i| [1.0 - i as f32 / 40.0, i as f32 / 40.0])
         .collect();
-    Garment {
-        rest: TriMesh::new(vertices, (0..25).flat_map(square).collect()).unwrap(),
-        weights: SkinningWeights::from_dense(&weights, 36, 2).unwrap(),
-    }
+    Garment::new(
+        TriMesh::new(vertices, (0..25).flat_map(square).collect()).unwrap(),
+        SkinningWeights::from_dense(&weights, 36, 2).unwrap(),
+    )
 }
 
 /// Heading layout.

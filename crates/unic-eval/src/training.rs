@@ -40,7 +40,8 @@ impl TrainingSet {
     }
 }
 
-/// Displacements u = R_iᵀ (x − LBS_i(rest)) of chosen frames: a sample a frame, x y z of every vertex.
+/// Displacements m_i R_iᵀ (x − LBS_i(rest)) of chosen frames, m the garment's mask: a sample a frame, x y z
+/// of every vertex.
 #[derive(Clone, Debug)]
 pub struct Displacements<'a> {
     /// Where the frames come from.
@@ -105,7 +106,7 @@ pub(crate) fn write_displacements(
     let world = clip.captured.garment.frame(frame);
     for (vertex, out) in vertices(&columns).zip(out.chunks_exact_mut(3)) {
         let own = PointFrame::new(garment, vertex, world_from_rest);
-        out.copy_from_slice(&own.displacement(world[vertex]).to_array());
+        out.copy_from_slice(&own.blended_displacement(world[vertex]).to_array());
     }
 }
 

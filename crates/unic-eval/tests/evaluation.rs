@@ -48,10 +48,7 @@ fn figure() -> Figure {
             skeleton: skeleton.unwrap(),
             weights: root_alone(4),
         },
-        garment: Garment {
-            rest: TriMesh::new(strip, squares.collect()).unwrap(),
-            weights: root_alone(8),
-        },
+        garment: Garment::new(TriMesh::new(strip, squares.collect()).unwrap(), root_alone(8)),
         contact_joints: [1; 4],
     }
 }

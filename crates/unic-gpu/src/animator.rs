@@ -202,7 +202,11 @@ impl GpuAnimator {
         state.check(&asset.model)?;
         let context = &asset.context;
         let states: Vec<[Vec4; 2]> = (state.vertices.iter())
-            .map(|vertex| [vertex.value.extend(0.0), vertex.previous.extend(0.0)])
+            .enumerate()
+            .map(|(i, vertex)| {
+                let share = asset.model.garment().share(i);
+                [vertex.value.extend(share), vertex.previous.extend(share)]
+            })
             .collect();
         let memory = 4 * asset.networks.memory.start as u64;
         let queue = context.queue();

@@ -69,6 +69,7 @@ pub mod bvh;
 pub mod cache;
 pub mod capture;
 mod character;
+pub mod datasets;
 mod error;
 pub mod frames;
 pub mod glb;
@@ -78,6 +79,7 @@ pub mod npy;
 pub mod npz;
 mod obj;
 pub mod pc2;
+mod pickle;
 pub mod retarget;
 
 pub use cache::{VertexCache, VertexCacheWriter, read_vertex_cache};

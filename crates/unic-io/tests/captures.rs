@@ -26,7 +26,6 @@ fn attributes() -> VertexAttributes {
     VertexAttributes {
         pinned: Some(vec![true, false, false, true]),
         groups: Some(vec![0, 0, 7, u32::MAX]),
-        mask: None,
     }
 }
 

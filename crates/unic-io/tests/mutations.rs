@@ -261,7 +261,6 @@ fn capture(root: &Path) {
     let attributes = VertexAttributes {
         pinned: Some(vec![true, false, false, false]),
         groups: Some(vec![0, 1, 1, 2]),
-        mask: Some(vec![true; 4]),
     };
     let mut writer = CaptureWriter::create(root, manifest, &character, &garment, &attributes).unwrap();
     let mut walk = small_clip("walk", 6);

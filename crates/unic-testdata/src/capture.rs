@@ -38,7 +38,7 @@ impl Figure {
             let (mut joints, mut transforms, mut positions) = (Vec::new(), Vec::new(), Vec::new());
             skeleton.forward_kinematics(pose, &mut joints);
             skeleton.world_from_rest(&joints, &mut transforms);
-            let Garment { rest, weights } = &self.garment;
+            let Garment { rest, weights, .. } = &self.garment;
             weights.skin(&rest.vertices, &transforms, &mut positions);
             positions
         };

@@ -3,7 +3,7 @@
 //! A [`Figure`] is a character and its garment, a [`Take`] a motion with the garment on it; takes are
 //! written as a capture by [`write_capture`]. [`Figure::tube`] is a symmetric figure in a tube whose
 //! lower rings swing after the hip ([`take`]): it turns, leans, walks and remembers, in a few
-//! milliseconds.
+//! milliseconds. [`Figure::mixamo`] wears the same tube on 65 joints, fingers included, named as Mixamo does.
 //!
 //! ```
 //! use unic_io::Split;
@@ -22,9 +22,11 @@
 )]
 
 mod capture;
+mod mixamo;
 mod motion;
 mod tube;
 
 pub use capture::{Figure, Take, capture, write_capture};
+pub use mixamo::{MIXAMO_JOINTS, mixamo_clip};
 pub use motion::{FPS, clip, take};
 pub use tube::{BODY_VERTICES, JOINTS, VERTICES, opposite};

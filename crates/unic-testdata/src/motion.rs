@@ -38,16 +38,21 @@ pub fn clip(name: &str, seed: usize, frames: usize) -> Clip {
 
 /// [`clip`] with the tube on it: the lower rings swing after the hip with a memory of 0.2 s.
 pub fn take(name: &str, seed: usize, frames: usize) -> Take {
-    let figure = Figure::tube();
-    let clip = clip(name, seed, frames);
-    let (rest, mut swing) = (&figure.garment.rest, Vec3::ZERO);
-    let mut garment = figure.skinned(&clip);
-    for (t, positions) in garment.iter_mut().enumerate() {
-        let velocity = (clip.poses[t].trans - clip.poses[t.saturating_sub(1)].trans) * FPS;
-        swing += ((velocity * SWING_M) - swing) * (1.0 - f32::exp(-1.0 / (MEMORY_S * FPS)));
-        for (position, rest) in positions.iter_mut().zip(&rest.vertices) {
-            *position += swing * (1.4 - rest.y) / 0.7;
+    Figure::tube().swung(clip(name, seed, frames))
+}
+
+impl Figure {
+    /// A motion with the garment on it, which swings after the hip with a memory of 0.2 s.
+    pub fn swung(&self, clip: Clip) -> Take {
+        let (rest, mut swing) = (&self.garment.rest, Vec3::ZERO);
+        let mut garment = self.skinned(&clip);
+        for (t, positions) in garment.iter_mut().enumerate() {
+            let velocity = (clip.poses[t].trans - clip.poses[t.saturating_sub(1)].trans) * FPS;
+            swing += ((velocity * SWING_M) - swing) * (1.0 - f32::exp(-1.0 / (MEMORY_S * FPS)));
+            for (position, rest) in positions.iter_mut().zip(&rest.vertices) {
+                *position += swing * (1.4 - rest.y) / 0.7;
+            }
         }
+        Take { clip, garment }
     }
-    Take { clip, garment }
 }

@@ -54,9 +54,9 @@ impl Figure {
                 body,
                 skeleton: skeleton.unwrap(),
             },
-            garment: Garment {
-                weights: weights(&rest),
-                rest,
+            garment: {
+                let weights = weights(&rest);
+                Garment::new(rest, weights)
             },
             contact_joints: [4, 4, 5, 5],
         }

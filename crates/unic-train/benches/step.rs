@@ -127,9 +127,9 @@ fn figure(vertices: usize) -> Figure {
             body,
             skeleton: skeleton.unwrap(),
         },
-        garment: Garment {
-            weights: weights(&rest),
-            rest,
+        garment: {
+            let weights = weights(&rest);
+            Garment::new(rest, weights)
         },
         contact_joints: [7, 10, 8, 11],
     }

@@ -51,6 +51,8 @@ pub struct Batch {
     pub start: Vec<f32>,
     /// State a frame earlier: `[W · n, 3]`.
     pub before_start: Vec<f32>,
+    /// What the garment's mask leaves of the field's output: `[W · n]`; empty without a mask.
+    pub shares: Vec<f32>,
 }
 
 /// What one window contributes.
@@ -99,6 +101,7 @@ impl Batch {
             targets: (0..frames).map(|k| states(k + 2)).collect(),
             start: states(1),
             before_start: states(0),
+            shares: shares(data, &windows),
             windows,
         }
     }
@@ -123,7 +126,7 @@ impl Batch {
     }
 
     fn add_state_noise(&mut self, data: &Dataset, rng: &mut ChaCha8Rng, deviation_m: f32) {
-        let rest = &data.capture.garment.rest.vertices;
+        let garment = &data.capture.garment;
         let row = 3 * self.points.max(1);
         let rows = self
             .start
@@ -133,9 +136,10 @@ impl Batch {
             let noise = SmoothNoise::draw(rng, deviation_m);
             let states = start.chunks_exact_mut(3).zip(before.chunks_exact_mut(3));
             for (&vertex, (start, before)) in window.points.iter().zip(states) {
-                let (now, earlier) = noise.at(rest[vertex as usize]);
-                (0..3).for_each(|i| start[i] += now[i]);
-                (0..3).for_each(|i| before[i] += earlier[i]);
+                let share = garment.share(vertex as usize);
+                let (now, earlier) = noise.at(garment.rest.vertices[vertex as usize]);
+                (0..3).for_each(|i| start[i] += now[i] * share);
+                (0..3).for_each(|i| before[i] += earlier[i] * share);
             }
         }
     }
@@ -186,6 +190,15 @@ fn draw_points(rng: &mut ChaCha8Rng, vertices: usize, points: usize) -> Vec<u32>
     }
     let chosen = rand::seq::index::sample(rng, vertices, points);
     chosen.into_iter().map(|v| v as u32).collect()
+}
+
+fn shares(data: &Dataset, windows: &[Window]) -> Vec<f32> {
+    let garment = &data.capture.garment;
+    let points = windows.iter().flat_map(|w| &w.points);
+    match garment.mask {
+        Some(_) => points.map(|&v| garment.share(v as usize)).collect(),
+        None => Vec::new(),
+    }
 }
 
 fn motion_pairs(data: &Dataset, windows: &[Window], frames: usize) -> Vec<f32> {
@@ -308,8 +321,8 @@ impl<'a> Track<'a> {
             .garment
             .frame(self.frame)[self.vertex];
         let coefficients = &self.data.coefficients[self.window.clip][self.frame];
-        let d =
-            self.history.now.displacement(world) - self.data.prior.displacement(self.vertex, coefficients);
+        let d = self.history.now.blended_displacement(world)
+            - self.data.prior.displacement(self.vertex, coefficients);
         out[3 * row..3 * row + 3].copy_from_slice(&self.window.view.of(d).to_array());
     }
 

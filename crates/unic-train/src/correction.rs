@@ -87,7 +87,7 @@ impl Correction<'_> {
             let place = self.place(window.clip, frame, vertex as usize);
             let position = place.to_world(state);
             if let Some(moved) = body.correct(vertex as usize, position, &mut Handling::no_seed()) {
-                let change = window.view.of(place.to_state(moved) - state);
+                let change = window.view.of(place.pushed(state, moved) - state);
                 correction.copy_from_slice(&change.to_array());
             }
         }

@@ -113,11 +113,15 @@ impl Dataset {
     /// # Errors
     /// As [`Dataset::new`]; [`TrainError::Stopped`] where the watch says so.
     pub fn watched(
-        capture: Capture,
+        mut capture: Capture,
         settings: &TrainConfig,
         fit: Fit,
         watch: &Watch,
     ) -> Result<Self, TrainError> {
+        if matches!(settings.model.state, StateSettings::Position) {
+            // The published method knows no skinning that a mask could blend to.
+            capture.garment.mask = None;
+        }
         let spec = MotionSpec::new(
             settings.model.layout,
             settings.model.velocity,

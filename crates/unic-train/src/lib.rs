@@ -16,7 +16,7 @@
 //! # let weights = SkinningWeights::from_dense(&[1.0, 0.0, 0.5, 0.5, 0.0, 1.0], 3, 2)?;
 //! # let skeleton = Skeleton::new(SkeletonParts { parents: vec![-1, 0], joints: vec![Vec3::Y, Vec3::Y * 2.0], ..Default::default() })?;
 //! # let character = Character { body: sheet.clone(), skeleton, weights: weights.clone() };
-//! # let garment = Garment { rest: sheet, weights };
+//! # let garment = Garment::new(sheet, weights);
 //! # let mut manifest = Manifest::new("flag", 30.0);
 //! # manifest.contact_joints = Some([0; 4].map(JointReference::Index));
 //! # let mut writer = CaptureWriter::create(&root, manifest, &character, &garment, &Default::default())?;

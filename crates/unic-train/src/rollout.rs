@@ -42,13 +42,14 @@ impl Rollout<'_> {
         let motion = tensor(&batch.motion, [pairs, batch.motion.len() / pairs.max(1)], device);
         let latents = network.latents(self.shape, motion, noise); // [K · W, C]
         let field = network.field(self.shape)?;
+        let shares = (!batch.shares.is_empty()).then(|| tensor(&batch.shares, [batch.rows(), 1], device));
         let (mut previous, mut state) = (points(&batch.before_start, device), points(&batch.start, device));
         let mut states = Vec::with_capacity(batch.frames);
         for k in 0..batch.frames {
             let latent = latents.clone().narrow(0, k * windows, windows);
             let inputs = self.inputs(&state, &previous, &batch.frame_inputs[k], device);
             let output = field.forward(inputs, latent)?;
-            let mut next = self.updated(state.clone(), output);
+            let mut next = self.updated(state.clone(), output, shares.as_ref());
             if let Some(correction) = self.correction {
                 next = next.clone() + points(&correction.of(batch, k, next), device);
             }
@@ -102,12 +103,15 @@ impl Rollout<'_> {
         Tensor::cat(parts, 1)
     }
 
-    fn updated(&self, state: Tensor<2>, output: Tensor<2>) -> Tensor<2> {
+    /// `shares` [rows, 1] are those of the garment's mask.
+    fn updated(&self, state: Tensor<2>, output: Tensor<2>, shares: Option<&Tensor<2>>) -> Tensor<2> {
         match &self.config.state {
             StateConfig::Position => state + output,
             StateConfig::Displacement(config) => {
                 let decay = config.decay(1.0 / self.config.fps);
-                state * decay + limited(output, config) * config.scale_m
+                let moved = limited(output, config) * config.scale_m;
+                let moved = shares.map_or(moved.clone(), |shares| moved * shares.clone());
+                state * decay + moved
             }
         }
     }

@@ -27,6 +27,9 @@ const LEAST_SCALE_M: f32 = 1e-4;
 /// Pairs of successive frames that are looked at, at most and evenly spread.
 const MOST_PAIRS: usize = 4000;
 
+/// Vertices of which a mask leaves less do not decide how far the field reaches.
+const LEAST_SHARE: f32 = 0.1;
+
 /// None for states that are positions.
 pub(crate) fn measure(
     settings: &ModelSettings,
@@ -77,14 +80,15 @@ fn measure_vertex(
     for (clip, coefficients) in clips.iter().zip(&fitted.left_out) {
         let state = |t: usize| -> Vec3 {
             let frame = PointFrame::new(garment, vertex, clip.kinematics.world_from_rest(t));
-            frame.displacement(clip.captured.garment.frame(t)[vertex])
+            frame.blended_displacement(clip.captured.garment.frame(t)[vertex])
                 - fitted.prior.displacement(vertex, &coefficients[t])
         };
+        let share = garment.share(vertex).max(LEAST_SHARE);
         for t in (1..coefficients.len()).step_by(stride) {
             let [before, now] = [t - 1, t].map(state);
             squares += f64::from(now.length_squared());
             count += 1;
-            largest = largest.max((now - before * decay).length());
+            largest = largest.max((now - before * decay).length() / share);
         }
     }
     (squares / count.max(1) as f64, largest)

@@ -1,6 +1,6 @@
 //! `unic eval`.
 
-use super::{IntersectionName, SplitName};
+use super::{IntersectionName, ProtocolName, SplitName};
 use std::{num::NonZeroUsize, path::PathBuf};
 
 /// Measure a model beside all baselines.
@@ -9,8 +9,14 @@ use std::{num::NonZeroUsize, path::PathBuf};
 /// frame 0 alone), which is the one that counts. Lengths are in millimetres. The row `prior` is what
 /// the model's prior says on its own, without the network's field.
 ///
+/// With --protocol the numbers are those that others publish, on the data sets that they publish them for: free running from
+/// frame 0 alone, `vto` over 300 frames. A folder of the data set itself is first made into a capture, to train on
+/// and to measure on; it needs a character with the data set's body and skeleton.
+///
 /// Examples:
 ///   unic eval --baselines captures/tshirt
+///   unic eval --baselines vto/tshirt --protocol vto --character smpl.npz --as captures/vto
+///   unic eval vto.unic captures/vto --protocol vto
 ///   unic eval tshirt.unic captures/tshirt
 ///   unic eval tshirt.unic captures/tshirt --pictures worst --json > numbers.json
 ///   unic eval tshirt.unic captures/tshirt --report tshirt.html
@@ -26,6 +32,15 @@ pub(crate) struct EvalArgs {
     /// The baselines alone, without a model.
     #[arg(long)]
     pub(crate) baselines: bool,
+    /// Measure as a published data set is measured.
+    #[arg(long, value_enum)]
+    pub(crate) protocol: Option<ProtocolName>,
+    /// The capture that a data set's folder becomes.
+    #[arg(long = "as", value_name = "CAPTURE", requires_all = ["protocol", "character"])]
+    pub(crate) made: Option<PathBuf>,
+    /// Body and skeleton of the data set: a character.npz, or a folder with one.
+    #[arg(long, value_name = "FILE.npz", requires = "made")]
+    pub(crate) character: Option<PathBuf>,
     /// Clips to measure on.
     #[arg(long, value_enum, default_value_t = SplitName::Test)]
     pub(crate) split: SplitName,

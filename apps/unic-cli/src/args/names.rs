@@ -74,6 +74,15 @@ pub(crate) enum SplitName {
     Train,
 }
 
+/// A published data set, and how others measure on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ProtocolName {
+    /// Simulated T-shirts and dresses for virtual try-on: mean vertex error over 300 frames.
+    Vto,
+    /// Loose dresses of VirtualBones: RMSE and Hausdorff distance over whole clips.
+    Virtualbones,
+}
+
 /// [`unic_core::config::IntersectionMode`] by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum IntersectionName {

@@ -3,6 +3,7 @@
 mod gallery;
 mod listener;
 mod moment;
+mod protocol;
 mod report;
 pub(crate) mod timing;
 
@@ -18,7 +19,8 @@ use std::{collections::HashSet, path::Path, sync::Arc};
 use timing::Timing;
 use unic_core::{animator::Animator, model::Model};
 use unic_eval::{
-    Evaluation, Event, ModelPredictor, PRIOR, PriorPredictor, Row, baselines, evaluate_sampled, training_set,
+    Evaluation, Event, ModelPredictor, PRIOR, PriorPredictor, Protocol, Row, baselines, evaluate_by,
+    training_set,
 };
 use unic_io::{Capture, Split};
 
@@ -29,7 +31,7 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
 
 /// Evaluates and writes what is asked for, and prints nothing but progress.
 fn measure(args: &EvalArgs) -> Result<Measured> {
-    let capture = Capture::open(&args.capture)?;
+    let capture = protocol::capture(args)?;
     let clips = clip_names(args, &capture)?;
     let animator = match &args.model {
         Some(path) => Some(animator(path, args.intersection, &capture)?),
@@ -38,7 +40,9 @@ fn measure(args: &EvalArgs) -> Result<Measured> {
     let mut listener = Listener::new(args, &capture, &clips)?;
     let mut rows = rows(&capture, animator.as_ref())?;
     let mut listen = |event: &Event| listener.listen(event);
-    let evaluation = evaluate_sampled(&capture, &mut rows, &clips, args.nearest_every, &mut listen)?;
+    let protocol = args.protocol.map_or_else(Protocol::default, protocol::of);
+    let every = args.nearest_every;
+    let evaluation = evaluate_by(&protocol, &capture, &mut rows, &clips, every, &mut listen)?;
     let recorder = listener.into_recorder();
     let timing = match &animator {
         Some(animator) => Some(Timing::measure(animator.clone(), &capture, &clips)?),
@@ -139,6 +143,8 @@ struct Output<'a> {
     #[serde(flatten)]
     evaluation: &'a Evaluation,
     #[serde(skip_serializing_if = "Option::is_none")]
+    protocol: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     timing: Option<Timing>,
 }
 
@@ -146,10 +152,16 @@ fn show(args: &EvalArgs, measured: &Measured) -> Result<()> {
     let Measured { evaluation, timing } = measured;
     let timing = *timing;
     if args.json {
-        return print_json(&Output { evaluation, timing });
+        let protocol = args.protocol.map(protocol::name);
+        return print_json(&Output {
+            evaluation,
+            protocol,
+            timing,
+        });
     }
     let timing = timing.map_or_else(String::new, |Timing { frame_ms, threads }| {
         format!("a frame of the model takes {frame_ms:.2} ms (median, threads: {threads})\n")
     });
-    print(&format!("{evaluation}{timing}"))
+    let headline = args.protocol.map(|name| protocol::headline(name, evaluation));
+    print(&format!("{evaluation}{}{timing}", headline.unwrap_or_default()))
 }

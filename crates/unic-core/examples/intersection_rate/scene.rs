@@ -63,9 +63,9 @@ impl Scene {
                 .map(|t| frame(&character, &clip.clip.poses[t], positions(t)))
                 .collect(),
             character,
-            garment: Garment {
-                weights: cloth.weights(&capture.garment.weights),
-                rest: cloth.mesh,
+            garment: {
+                let weights = cloth.weights(&capture.garment.weights);
+                Garment::new(cloth.mesh, weights)
             },
         }
     }

@@ -41,8 +41,9 @@ impl FieldFrame<'_> {
             .evaluate(self.biases, inputs, field, &mut outputs);
         for (lane, vertex) in vertices.iter_mut().enumerate() {
             let output = Vec3::from_array(outputs.map(|channel| channel[lane]));
+            let share = self.histories[self.index(first + lane)].now.share;
             *vertex = VertexState {
-                value: self.updated(vertex.value, output),
+                value: self.updated(vertex.value, output, share),
                 previous: vertex.value,
             };
         }
@@ -53,16 +54,17 @@ impl FieldFrame<'_> {
         inputs.resize(self.model.field.point_inputs(), [0.0; TILE]);
         point.resize(inputs.len(), 0.0);
         for (lane, vertex) in vertices.iter().enumerate() {
-            let index = match self.samples {
-                Some(samples) => samples[first + lane] as usize,
-                None => first + lane,
-            };
-            self.write_inputs(index, vertex, point);
+            self.write_inputs(self.index(first + lane), vertex, point);
             inputs
                 .iter_mut()
                 .zip(&*point)
                 .for_each(|(channel, x)| channel[lane] = *x);
         }
+    }
+
+    /// The vertex at a place among those that are evaluated.
+    fn index(&self, place: usize) -> usize {
+        self.samples.map_or(place, |samples| samples[place] as usize)
     }
 
     fn write_inputs(&self, index: usize, vertex: &VertexState, out: &mut [f32]) {
@@ -90,12 +92,12 @@ impl FieldFrame<'_> {
         write_frame_inputs(config, rest, &self.histories[index], tick, frame);
     }
 
-    fn updated(&self, value: Vec3, output: Vec3) -> Vec3 {
+    fn updated(&self, value: Vec3, output: Vec3, share: f32) -> Vec3 {
         match &self.model.config.state {
             StateConfig::Position => within_reach(value, output),
             StateConfig::Displacement(config) => {
                 let decay = config.decay(1.0 / self.model.config.fps);
-                value * decay + limited(output, config.output_limit) * config.scale_m
+                value * decay + limited(output, config.output_limit) * (share * config.scale_m)
             }
         }
     }

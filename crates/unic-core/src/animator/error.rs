@@ -13,7 +13,7 @@ pub enum AnimatorError {
         /// Joints of the pose.
         found: usize,
     },
-    /// A pose or ground height that is no number or absurdly far off, or rotations that are none.
+    /// A pose, ground height or wind that is no number or absurdly large, or rotations that are none.
     #[error(
         "animator: expected unit rotations and finite numbers within 1000 km of the origin in the pose, found others"
     )]

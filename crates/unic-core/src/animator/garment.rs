@@ -7,7 +7,7 @@ use super::{
     state::VertexState,
     tiles::{for_each_tile, for_each_tile_with},
 };
-use crate::{mesh::vertex_normals, sampling::Sampling};
+use crate::{features::Place, mesh::vertex_normals, sampling::Sampling};
 use glam::Vec3;
 
 impl Animator {
@@ -40,10 +40,22 @@ impl Animator {
         for_each_tile_with(sampled, &mut scratch.tiles, task);
         let histories = &scratch.histories;
         let own = OwnFrames::new(model, histories, state.motion.world_from_frame());
-        own.interpolate(sampling, sampled, &mut state.vertices);
+        own.interpolate(histories, sampling, sampled, &mut state.vertices);
     }
 
+    /// The garment at given world positions, blended by its mask.
     pub(super) fn place(&mut self, positions: &[Vec3]) {
+        self.set_states(|place, vertex| place.to_blended_state(positions[vertex]));
+    }
+
+    pub(super) fn place_mean_shape(&mut self) {
+        let mean = self.model.prior.mean.iter();
+        let frames = self.scratch.histories.iter().map(|h| h.now);
+        let positions: Vec<Vec3> = frames.zip(mean).map(|(f, &u)| f.position(u)).collect();
+        self.set_states(|place, vertex| place.to_state(positions[vertex]));
+    }
+
+    fn set_states(&mut self, of: impl Fn(&Place, usize) -> Vec3) {
         let Self {
             model,
             state,
@@ -56,16 +68,9 @@ impl Animator {
             &scratch.prior,
             state.motion.world_from_frame(),
         );
-        for (vertex, (state, position)) in state.vertices.iter_mut().zip(positions).enumerate() {
-            state.value = at.of(vertex).to_state(*position);
+        for (vertex, state) in state.vertices.iter_mut().enumerate() {
+            state.value = of(&at.of(vertex), vertex);
         }
-    }
-
-    pub(super) fn place_mean_shape(&mut self) {
-        let mean = self.model.prior.mean.iter();
-        let frames = self.scratch.histories.iter().map(|h| h.now);
-        let positions: Vec<Vec3> = frames.zip(mean).map(|(f, &u)| f.position(u)).collect();
-        self.place(&positions);
     }
 
     /// World positions and normals of the current state, as they are shown.

@@ -125,7 +125,7 @@ impl Animator {
         });
         for (i, (vertex, look)) in state.vertices.iter_mut().zip(looks).enumerate() {
             if let Some(moved) = look.moved {
-                vertex.value = at.of(i).to_state(moved);
+                vertex.value = at.of(i).pushed(vertex.value, moved);
             }
         }
     }

@@ -67,6 +67,7 @@ impl<'a> OwnFrames<'a> {
     /// New states of all vertices from those of the samples, which are changed into displacements.
     pub(super) fn interpolate(
         &self,
+        histories: &[PointHistory],
         sampling: &Sampling,
         sampled: &mut [VertexState],
         vertices: &mut [VertexState],
@@ -78,10 +79,12 @@ impl<'a> OwnFrames<'a> {
         for_each_tile(vertices, |first, tile| {
             for (vertex, state) in (first..).zip(tile) {
                 let Row { samples, weights } = rows[vertex];
+                let shares = samples.map(|s| histories[sampling.samples()[s as usize] as usize].now.share);
+                let reach = reach(histories[vertex].now.share, &shares, &weights);
                 let sum = (samples.iter().zip(weights))
                     .fold(Vec3::ZERO, |sum, (&s, w)| sum + sampled[s as usize].value * w);
                 *state = VertexState {
-                    value: self.state(vertex, sum),
+                    value: self.state(vertex, sum * reach),
                     previous: state.value,
                 };
             }
@@ -106,5 +109,17 @@ impl<'a> OwnFrames<'a> {
                 world_from_frame,
             } => Place::in_frame(*world_from_frame).to_state(histories[vertex].now.position(displacement)),
         }
+    }
+}
+
+/// Factor for a displacement interpolated between samples whose `shares` a mask has scaled: no more of it
+/// than the vertex's own `share`, and none of it where that is zero.
+fn reach(share: f32, shares: &[f32], weights: &[f32]) -> f32 {
+    let interpolated: f32 = shares.iter().zip(weights).map(|(s, w)| s * w).sum();
+    match share {
+        1.0 => 1.0,
+        0.0 => 0.0,
+        share if interpolated > share => share / interpolated,
+        _ => 1.0,
     }
 }

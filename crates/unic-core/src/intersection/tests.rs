@@ -32,10 +32,8 @@ fn character(body: TriMesh, parents: &[i64], joint_of: impl Fn(usize) -> usize) 
 /// A garment, vertex by vertex on one joint.
 fn garment(rest: TriMesh, joints: usize, joint_of: impl Fn(usize) -> usize) -> Garment {
     let rows = (0..rest.vertices.len()).map(|v| std::iter::once((joint_of(v), 1.0)));
-    Garment {
-        weights: SkinningWeights::from_rows(joints, rows).unwrap(),
-        rest,
-    }
+    let weights = SkinningWeights::from_rows(joints, rows).unwrap();
+    Garment::new(rest, weights)
 }
 
 fn rigid(body: TriMesh, cloth: TriMesh) -> (RobustBody, Garment) {

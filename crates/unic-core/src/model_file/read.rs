@@ -175,6 +175,11 @@ impl<'a> Source<'a> {
         })
     }
 
+    pub(super) fn mask(&self) -> Result<Option<Vec<f32>>, ModelFileError> {
+        let name = "garment.mask";
+        self.has(name).then(|| self.vector(name)).transpose()
+    }
+
     pub(super) fn samples(&self) -> Result<Option<Vec<u32>>, ModelFileError> {
         let name = "garment.samples";
         let samples = self.has(name).then(|| self.read(name, Dtype::U32, &[0]));

@@ -158,5 +158,8 @@ impl Tensors {
             &[b.centre.x, b.centre.y, b.centre.z, b.half_extent],
         );
         self.weights("garment", &parts.garment.weights);
+        if let Some(mask) = &parts.garment.mask {
+            self.floats("garment.mask", mask);
+        }
     }
 }

@@ -40,6 +40,16 @@ pub struct Variant {
     pub shapes: usize,
     /// Of the normalised motion vector.
     pub limit: Option<f32>,
+    pub masking: Masking,
+}
+
+/// Whose the garment's vertices are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Masking {
+    /// All the model's.
+    None,
+    /// From skinning at the lowest ring to the model's at the highest.
+    Graded,
 }
 
 /// Both states, with and without prior shapes, both layouts.
@@ -62,8 +72,14 @@ pub fn variants() -> Vec<Variant> {
         state,
         shapes,
         limit,
+        masking: Masking::None,
+    };
+    let masked = Variant {
+        masking: Masking::Graded,
+        ..variant("masked", Heading, Backward, short.clone(), 2, Some(4.0))
     };
     vec![
+        masked,
         variant("paper", Paper, Forward, StateConfig::Position, 0, None),
         variant(
             "position in the heading frame",
@@ -135,7 +151,21 @@ pub fn parts(variant: &Variant) -> ModelParts {
     };
     let garment = tube(13, 12, 0.27);
     let prior = prior(garment.rest.vertices.len(), variant.shapes);
-    with_networks(config, garment, prior, variant.limit)
+    let parts = with_networks(config, garment, prior, variant.limit);
+    match variant.masking {
+        Masking::None => parts,
+        Masking::Graded => Model::new(parts)
+            .unwrap()
+            .with_mask(&graded(13, 12))
+            .unwrap()
+            .to_parts(),
+    }
+}
+
+/// 0 at the lowest two rings, 1 at the highest two.
+pub fn graded(rings: usize, segments: usize) -> Vec<f32> {
+    let at = |ring: usize| ((ring as f32 - 1.0) / (rings - 3) as f32).clamp(0.0, 1.0);
+    (0..rings * segments).map(|v| at(v / segments)).collect()
 }
 
 /// A model of the sizes in `config`, with random networks.
@@ -234,6 +264,7 @@ fn linear(inputs: usize, outputs: usize, gain: f32, seed: u64) -> Linear {
 fn normalisation(limit: Option<f32>) -> Normalisation {
     let mut noise = Noise(300);
     let mut normalisation = Normalisation::identity(JOINTS);
+    normalisation.limit = limit;
     normalisation
         .mean
         .iter_mut()
@@ -242,7 +273,6 @@ fn normalisation(limit: Option<f32>) -> Normalisation {
         .std
         .iter_mut()
         .for_each(|s| *s = 1.0 + 0.5 * noise.number());
-    normalisation.limit = limit;
     normalisation
 }
 
@@ -304,10 +334,8 @@ pub fn tube(rings: usize, segments: usize, radius: f32) -> Garment {
         .map(|i| 0.5 + 0.8 * i as f32 / (rings - 1) as f32)
         .collect();
     let rest = lathe(&heights, segments, |_| radius);
-    Garment {
-        weights: weights(&rest.vertices),
-        rest,
-    }
+    let weights = weights(&rest.vertices);
+    Garment::new(rest, weights)
 }
 
 /// Rings of vertices at the given heights, bottom up, faces outwards.
@@ -381,8 +409,11 @@ pub fn motion(frames: usize) -> Vec<Pose> {
     (0..frames).map(pose).collect()
 }
 
-/// What blows in every test, m/s.
-const WIND: Vec3 = Vec3::new(0.4, -0.1, 1.3);
+/// Gusts, m/s.
+pub fn wind(t: usize) -> Vec3 {
+    let time = t as f32 / FPS;
+    Vec3::new((2.0 * time).sin(), 0.1, 1.5 * (3.0 * time).cos())
+}
 
 /// Frame `t` of a clip; the next pose is given where there is one.
 pub fn input(poses: &[Pose], t: usize) -> StepInput<'_> {
@@ -390,28 +421,19 @@ pub fn input(poses: &[Pose], t: usize) -> StepInput<'_> {
         pose: &poses[t],
         next_pose: poses.get(t + 1),
         ground_height: 0.02,
-        wind: WIND,
+        wind: wind(t),
     }
 }
 
 /// Resets to the mean shape at frame 0 and steps through the clip; positions of every frame.
 pub fn run(animator: &mut Animator, poses: &[Pose]) -> Vec<Vec<Vec3>> {
-    run_in_wind(animator, poses, WIND)
-}
-
-/// As [`run`], in another wind.
-pub fn run_in_wind(animator: &mut Animator, poses: &[Pose], wind: Vec3) -> Vec<Vec<Vec3>> {
-    let input = |t: usize| StepInput {
-        wind,
-        ..input(poses, t)
-    };
     let start = animator
-        .reset(&input(0), Start::MeanShape)
+        .reset(&input(poses, 0), Start::MeanShape)
         .unwrap()
         .positions
         .to_vec();
     let mut frames = vec![start];
-    frames.extend((1..poses.len()).map(|t| animator.step(&input(t)).unwrap().positions.to_vec()));
+    frames.extend((1..poses.len()).map(|t| animator.step(&input(poses, t)).unwrap().positions.to_vec()));
     frames
 }
 

@@ -117,8 +117,8 @@ impl Reference {
             StateConfig::Displacement(_) => {
                 let (before, now) = self.motion.pair();
                 let prior = self.prior(&[self.normalised(before), self.normalised(now)].concat());
-                let place =
-                    |i: usize| self.rotations[i].inverse() * (world[i] - self.skinned_at(1)[i]) - prior[i];
+                let own = |i: usize| self.rotations[i].inverse() * (world[i] - self.skinned_at(1)[i]);
+                let place = |i: usize| own(i) * self.share(i) - prior[i];
                 (0..world.len()).map(place).collect()
             }
         };
@@ -314,7 +314,13 @@ impl Reference {
             0.0
         };
         self.limited += usize::from(output.length() > limit);
-        value * decay + output * (limit / output.length()).min(1.0) * f64::from(config.scale_m)
+        let moved = output * (limit / output.length()).min(1.0) * f64::from(config.scale_m);
+        value * decay + moved * self.share(vertex)
+    }
+
+    fn share(&self, vertex: usize) -> f64 {
+        let mask = self.parts.garment.mask.as_ref();
+        mask.map_or(1.0, |mask| f64::from(mask[vertex]))
     }
 }
 
@@ -329,8 +335,8 @@ fn tick<'a>(parts: &ModelParts, input: &StepInput<'a>) -> MotionInput<'a> {
         pose,
         next_pose,
         ground_height,
-        dt: 1.0 / parts.config.fps,
         wind,
+        dt: 1.0 / parts.config.fps,
     }
 }
 

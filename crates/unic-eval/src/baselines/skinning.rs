@@ -91,7 +91,7 @@ impl Predictor for Skinning {
         frame: usize,
         positions: &mut Vec<Vec3>,
     ) -> Result<(), PredictorError> {
-        let Garment { rest, weights } = &*self.garment;
+        let Garment { rest, weights, .. } = &*self.garment;
         let world_from_rest = clip.kinematics.world_from_rest(frame);
         match &self.displacement {
             Displacement::Zero => weights.skin(&rest.vertices, world_from_rest, positions),

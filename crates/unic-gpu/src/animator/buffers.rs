@@ -1,6 +1,7 @@
 //! State and scratch of an animator on the device.
 
 use crate::{GpuModel, mesh::SHOWN_BYTES};
+use glam::{Vec3, Vec4};
 use wgpu::{Buffer, BufferUsages};
 
 /// Of a vertex's `Point` and `VertexState`, see `places.wgsl`.
@@ -16,7 +17,7 @@ pub(crate) struct Buffers {
     pub(crate) vectors: Buffer,
     /// Where the skeleton and the prior put every vertex.
     pub(crate) points: Buffer,
-    /// State of every vertex.
+    /// State of every vertex, its mask in the fourth coordinate.
     pub(crate) states: Buffer,
     /// What the field reads of every vertex.
     pub(crate) inputs: Buffer,
@@ -31,11 +32,16 @@ impl Buffers {
         let joints = model.character().skeleton.len();
         let inputs = model.field().point_inputs() * asset.field.shape.stride(vertices);
         let zeroed = |label, bytes| context.zeroed(label, bytes, BufferUsages::empty());
+        let states = zeroed("states", STATE_BYTES * vertices);
+        let share = |vertex: usize| [Vec3::ZERO.extend(model.garment().share(vertex)); 2];
+        let shares: Vec<[Vec4; 2]> = (0..vertices).map(share).collect();
+        let queue = context.queue();
+        queue.write_buffer(&states, 0, bytemuck::cast_slice(&shares));
         Self {
             tick: zeroed("tick", 16 * (3 + 2 * joints)),
             vectors: asset.networks.vectors(context),
             points: zeroed("points", POINT_BYTES * vertices),
-            states: zeroed("states", STATE_BYTES * vertices),
+            states,
             inputs: zeroed("inputs", 4 * inputs),
             shown: context.zeroed("garment", SHOWN_BYTES * vertices, BufferUsages::VERTEX),
         }

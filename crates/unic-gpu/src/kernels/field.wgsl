@@ -11,6 +11,7 @@
 // stay in registers. `Real` is the type of weights and hidden activations.
 
 struct VertexState {
+    // Its w is the garment's mask.
     value: vec4<f32>,
     previous: vec4<f32>,
 }
@@ -76,7 +77,7 @@ fn field(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         let i = 4u * tile + lane;
         if (i < VERTICES) {
             let state = states[i].value;
-            states[i] = VertexState(vec4<f32>(updated(state.xyz, head(lane)), 0.0), state);
+            states[i] = VertexState(vec4<f32>(updated(state, head(lane)), state.w), state);
         }
     }
 }

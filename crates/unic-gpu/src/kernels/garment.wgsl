@@ -73,10 +73,10 @@ fn take_mean(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let point = points[i];
     let world = point.now.xyz + rotated(point.rotation, vertices[i].mean);
-    states[i].value = vec4<f32>(to_state(place_of(i), world), 0.0);
+    states[i].value = vec4<f32>(to_state(place_of(i), world), states[i].value.w);
 }
 
-// At the positions that are shown.
+// At the positions that are put where those are that are shown, blended by the mask.
 @compute @workgroup_size(64)
 fn take_shown(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
@@ -84,7 +84,7 @@ fn take_shown(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let world = vec3<f32>(shown[6u * i], shown[6u * i + 1u], shown[6u * i + 2u]);
-    states[i].value = vec4<f32>(to_state(place_of(i), world), 0.0);
+    states[i].value = blended(states[i].value, place_of(i), world);
 }
 
 // At the positions that are shown, where these are others: the bits of what has not moved stay.
@@ -97,7 +97,7 @@ fn take_moved(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = place_of(i);
     let world = vec3<f32>(shown[6u * i], shown[6u * i + 1u], shown[6u * i + 2u]);
     if (any(world != to_world(at, states[i].value.xyz))) {
-        states[i].value = vec4<f32>(to_state(at, world), 0.0);
+        states[i].value = pushed(states[i].value, at, world);
     }
 }
 

@@ -22,6 +22,6 @@ fn drag(@builtin(global_invocation_id) id: vec3<u32>) {
     // How far off the vertex it ends, metres.
     let relaxation = tick[HANDLING].x;
     if (dot(p - b, n) < 0.0) {
-        states[i].value = vec4<f32>(to_state(at, b + n * relaxation), 0.0);
+        states[i].value = pushed(states[i].value, at, b + n * relaxation);
     }
 }

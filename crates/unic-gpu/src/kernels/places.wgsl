@@ -13,7 +13,7 @@ struct Point {
 }
 
 struct VertexState {
-    // At t.
+    // At t; w is the garment's mask, which never changes.
     value: vec4<f32>,
     // At t - 1.
     previous: vec4<f32>,
@@ -60,4 +60,14 @@ fn to_world(at: Place, state: vec3<f32>) -> vec3<f32> {
 
 fn to_state(at: Place, world: vec3<f32>) -> vec3<f32> {
     return rotated_back(at.rotation, world - at.origin) - at.offset;
+}
+
+// State of a captured position, blended towards skinning by the mask.
+fn blended(state: vec4<f32>, at: Place, world: vec3<f32>) -> vec4<f32> {
+    return vec4<f32>(rotated_back(at.rotation, world - at.origin) * state.w - at.offset, state.w);
+}
+
+// State after a push of what is shown, as far as the mask lets it.
+fn pushed(state: vec4<f32>, at: Place, moved: vec3<f32>) -> vec4<f32> {
+    return vec4<f32>(mix(state.xyz, to_state(at, moved), state.w), state.w);
 }

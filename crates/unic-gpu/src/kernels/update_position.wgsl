@@ -1,5 +1,5 @@
 // The sum, or the position where the sum leaves the numbers.
-fn updated(value: vec3<f32>, output: vec3<f32>) -> vec3<f32> {
-    let sum = value + output;
-    return select(value, sum, all(abs(sum) <= vec3<f32>(FARTHEST)));
+fn updated(state: vec4<f32>, output: vec3<f32>) -> vec3<f32> {
+    let sum = state.xyz + output;
+    return select(state.xyz, sum, all(abs(sum) <= vec3<f32>(FARTHEST)));
 }

@@ -13,7 +13,7 @@ use unic_core::{
     character::{Character, Garment},
     mesh::TriMesh,
     skinning::{SkinningWeights, WeightsError},
-    weights::{DIFFUSION_LENGTH_M, diffused_weights, nearest_body_weights},
+    weights::{DIFFUSION_LENGTH_M, diffused_weights, nearest_body_weights, sewn_numbers, sewn_weights},
 };
 
 /// What may be known of a garment's vertices besides their positions; each list has one entry a
@@ -24,8 +24,6 @@ pub struct VertexAttributes {
     pub pinned: Option<Vec<bool>>,
     /// Panel, material or layer.
     pub groups: Option<Vec<u32>>,
-    /// Vertices that count: false leaves one out of losses and metrics.
-    pub mask: Option<Vec<bool>>,
 }
 
 /// Where a garment's skinning weights come from.
@@ -55,12 +53,11 @@ pub fn read_garment(folder: &Path, character: &Character) -> Result<(Garment, Ve
 pub(super) fn read(root: &Path, character: &Character) -> Result<GarmentFiles> {
     let rest = obj::read_obj(&layout::garment_mesh(root))?;
     let path = layout::garment_arrays(root);
-    let (weights, attributes) = if path.exists() {
-        read_arrays(&path, &rest, character)?
-    } else {
-        (None, VertexAttributes::default())
+    let arrays = match path.exists() {
+        true => read_arrays(&path, &rest, character)?,
+        false => Arrays::default(),
     };
-    let (weights, weights_source) = match weights {
+    let (weights, weights_source) = match arrays.weights {
         Some(weights) => (weights, WeightsSource::File),
         None => {
             let weights = default_weights(&rest, character).map_err(|source| Error::Weights {
@@ -71,9 +68,13 @@ pub(super) fn read(root: &Path, character: &Character) -> Result<GarmentFiles> {
         }
     };
     Ok(GarmentFiles {
-        garment: Garment { rest, weights },
+        garment: Garment {
+            rest,
+            weights,
+            mask: arrays.mask,
+        },
         weights_source,
-        attributes,
+        attributes: arrays.attributes,
     })
 }
 
@@ -91,11 +92,15 @@ pub fn default_weights(
     diffused_weights(&nearest, rest, DIFFUSION_LENGTH_M)
 }
 
-fn read_arrays(
-    path: &Path,
-    rest: &TriMesh,
-    character: &Character,
-) -> Result<(Option<SkinningWeights>, VertexAttributes)> {
+/// What a `garment.npz` holds.
+#[derive(Default)]
+struct Arrays {
+    weights: Option<SkinningWeights>,
+    mask: Option<Vec<f32>>,
+    attributes: VertexAttributes,
+}
+
+fn read_arrays(path: &Path, rest: &TriMesh, character: &Character) -> Result<Arrays> {
     let mut npz = Npz::open(path)?;
     let known = ["weights", "pinned", "groups", "mask"];
     if let Some(other) = npz.names().iter().find(|n| !known.contains(&n.as_str())) {
@@ -104,18 +109,37 @@ fn read_arrays(
     }
     let vertices = Dim::Is(rest.vertices.len());
     let weights = match npz.contains("weights") {
-        true => Some(read_weights(
-            &mut npz,
-            [vertices, Dim::Is(character.skeleton.len())],
-        )?),
+        true => {
+            let given = read_weights(&mut npz, [vertices, Dim::Is(character.skeleton.len())])?;
+            let sewn = sewn_weights(&given, &rest.vertices).map_err(|source| Error::Weights {
+                path: path.to_owned(),
+                source,
+            })?;
+            Some(sewn)
+        }
         false => None,
     };
     let attributes = VertexAttributes {
         pinned: optional::<bool>(&mut npz, "pinned", vertices)?,
         groups: optional::<u32>(&mut npz, "groups", vertices)?,
-        mask: optional::<bool>(&mut npz, "mask", vertices)?,
     };
-    Ok((weights, attributes))
+    Ok(Arrays {
+        weights,
+        mask: read_mask(path, &mut npz, rest)?,
+        attributes,
+    })
+}
+
+/// A mask of ones is none, so that it changes no model.
+fn read_mask(path: &Path, npz: &mut Npz, rest: &TriMesh) -> Result<Option<Vec<f32>>> {
+    let mask = optional::<f32>(npz, "mask", Dim::Is(rest.vertices.len()))?;
+    let outside = |m: &&f32| !(0.0..=1.0).contains(*m);
+    if let Some(found) = mask.iter().flatten().find(outside) {
+        let found = found.to_string();
+        return Err(Error::content(path, "numbers from 0 to 1 in `mask`", found));
+    }
+    let sewn = mask.map(|mask| sewn_numbers(&mask, &rest.vertices));
+    Ok(sewn.filter(|mask| mask.iter().any(|m| *m != 1.0)))
 }
 
 fn optional<T: crate::npy::Element>(npz: &mut Npz, name: &str, count: Dim) -> Result<Option<Vec<T>>> {
@@ -140,8 +164,8 @@ pub(super) fn write(root: &Path, garment: &Garment, attributes: &VertexAttribute
     if let Some(groups) = &attributes.groups {
         npz.u32s("groups", groups)?;
     }
-    if let Some(mask) = &attributes.mask {
-        npz.bools("mask", mask)?;
+    if let Some(mask) = &garment.mask {
+        npz.f32s("mask", &[mask.len()], mask)?;
     }
     npz.finish()
 }

@@ -4,6 +4,7 @@ use crate::{
     atomic,
     error::{Error, Result},
     motion::check_frame_rate,
+    retarget::feet_by_name,
 };
 use serde::{Deserialize, Serialize};
 use std::{collections::BTreeMap, path::Path};
@@ -33,7 +34,7 @@ pub struct Manifest {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joint_names: Vec<String>,
     /// Joints that touch the ground: L ankle, L foot, R ankle, R foot. Where missing, those of
-    /// SMPL's order for 24 joints, else those of SMPL's names.
+    /// SMPL's order for 24 joints, else those that are named so, as SMPL, Mixamo, Unreal and others name them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_joints: Option<[JointReference; 4]>,
     /// Always Y: importers convert.
@@ -222,12 +223,15 @@ impl Manifest {
 
     /// The contact joints as indices: L ankle, L foot, R ankle, R foot.
     pub(crate) fn contacts(&self, path: &Path, skeleton: &Skeleton) -> Result<[usize; 4]> {
-        let references = self.contact_joints.clone().unwrap_or_else(|| {
-            if skeleton.len() == SMPL_JOINT_NAMES.len() {
-                return SMPL_CONTACTS.map(JointReference::Index);
-            }
-            SMPL_CONTACTS.map(|j| JointReference::Name(SMPL_JOINT_NAMES[j].into()))
-        });
+        let references = match &self.contact_joints {
+            Some(references) => references.clone(),
+            None if skeleton.len() == SMPL_JOINT_NAMES.len() => SMPL_CONTACTS.map(JointReference::Index),
+            None => match feet_by_name(skeleton.names()) {
+                Some(feet) => return Ok(feet),
+                // Of an error, then.
+                None => SMPL_CONTACTS.map(|j| JointReference::Name(SMPL_JOINT_NAMES[j].into())),
+            },
+        };
         let mut contacts = [0; 4];
         for (contact, reference) in contacts.iter_mut().zip(&references) {
             *contact = index_of(path, reference, skeleton)?;

@@ -51,6 +51,9 @@ fn garment(report: &mut Report, capture: &Capture) {
             WeightsSource::Diffused => "nearest body vertex's, diffused over the garment",
         },
     );
+    if let Some(mask) = &capture.garment.mask {
+        describe_mask(report, mask);
+    }
     let body = Surface::build(&capture.character.body);
     let depths: Vec<f32> = (rest.vertices.iter())
         .filter_map(|&v| Some(-body.closest(v)?.signed_distance))
@@ -105,6 +108,14 @@ fn clips(report: &mut Report, capture: &Capture) {
             ));
         }
     }
+}
+
+fn describe_mask(report: &mut Report, mask: &[f32]) {
+    let count = |share: f32| mask.iter().filter(|m| **m == share).count();
+    let (skinned, whole) = (count(0.0), count(1.0));
+    let between = mask.len() - skinned - whole;
+    let text = format!("{skinned} vertices follow skinning alone, {between} in part, {whole} the model");
+    report.fact("mask", text);
 }
 
 fn describe_clip(report: &mut Report, capture: &Capture, clip: &CapturedClip, split: Option<Split>) {

@@ -12,6 +12,7 @@ mod write;
 pub use arrays::PoseLayout;
 pub(crate) use arrays::{GROUND_HEIGHT_NAME, MotionArrays, POSE_NAMES, WIND_NAME, check_frame_rate};
 pub use looped::{Cycle, Repeat, looped};
+pub(crate) use up::turn as turn_to_y_up;
 pub(crate) use write::write_arrays;
 pub use write::write_motion;
 

@@ -79,7 +79,7 @@ fn head(skeleton: &Skeleton) -> usize {
 /// R is −90° about x: (x, y, z) ↦ (x, z, −y).
 ///
 /// SMPL's translation is not the root's position, which stands J₀ further: that point turns.
-fn turn(clip: &mut Clip, skeleton: &Skeleton) {
+pub(crate) fn turn(clip: &mut Clip, skeleton: &Skeleton) {
     let y_up_from_z_up = Quat::from_rotation_x(-FRAC_PI_2);
     let root = skeleton.root();
     let origin = skeleton.joints()[root];

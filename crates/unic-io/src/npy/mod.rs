@@ -12,6 +12,6 @@ pub use element::Element;
 pub(crate) use header::shape_text;
 pub use header::{Dtype, Header, Kind};
 pub use read::{Array, Dim, read_npy, read_npy_header};
-pub(crate) use read::{Source, read_array, read_text};
+pub(crate) use read::{Source, decoded, read_array, read_text};
 pub use write::write_npy;
 pub(crate) use write::{header_bytes, padded_header_bytes};

@@ -1,7 +1,7 @@
 //! Arrays from `.npy` streams, with their sizes checked before memory is asked for.
 
 use super::{
-    element::Element,
+    element::{Element, sealed::Decode},
     header::{Dtype, Header, Kind, shape_text},
 };
 use crate::error::{Error, Result};
@@ -143,6 +143,21 @@ fn decode<T: Element>(source: Source<'_>, reader: &mut impl Read, header: &Heade
     }
     expect_end(source, reader)?;
     Ok(data)
+}
+
+/// Numbers of a type that lie in memory one after another; none for types that are no numbers.
+pub(crate) fn decoded(dtype: Dtype, bytes: &[u8]) -> Option<Vec<f64>> {
+    let element = |bytes: &[u8]| {
+        let mut number = [0; 8];
+        let number = &mut number[..bytes.len()];
+        number.copy_from_slice(bytes);
+        if dtype.big_endian {
+            number.reverse();
+        }
+        f64::decode(dtype.kind, number)
+    };
+    let sound = f64::accepts(dtype) && (1..=8).contains(&dtype.size);
+    sound.then(|| bytes.chunks_exact(dtype.size).map(element).collect())?
 }
 
 /// Reaching the end makes a zip entry verify its checksum.

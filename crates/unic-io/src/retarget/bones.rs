@@ -194,6 +194,19 @@ fn best_family(names: &[Name]) -> &'static Family {
     best
 }
 
+/// L ankle, L foot, R ankle, R foot among joints by their names, in whichever way they are named; a leg that
+/// ends at its ankle stands on that.
+pub(crate) fn feet_by_name(names: &[String]) -> Option<[usize; 4]> {
+    let names: Vec<Name> = names.iter().map(|n| Name::new(n)).collect();
+    let family = best_family(&names);
+    let foot = |side: Side| {
+        let ankle = family.find(&names, Part::Ankle, side)?;
+        Some([ankle, family.find(&names, Part::Toe, side).unwrap_or(ankle)])
+    };
+    let ([a, b], [c, d]) = (foot(Side::Left)?, foot(Side::Right)?);
+    Some([a, b, c, d])
+}
+
 fn check_needed(tree: &Tree<'_>, limbs: &[[Option<usize>; 2]; 9]) -> Result<()> {
     let pairs = NEEDED.iter().flat_map(|&p| Side::ALL.map(|s| (p, s)));
     let missing: Vec<&str> = pairs

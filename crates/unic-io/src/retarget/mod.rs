@@ -17,6 +17,7 @@ mod rig;
 mod transfer;
 
 pub use bones::BoneMap;
+pub(crate) use bones::feet_by_name;
 pub use feet::{FootMeasure, measure_feet};
 
 use crate::{

@@ -8,7 +8,10 @@ use crate::{
 };
 use glam::Vec3;
 use std::ops::Range;
-use unic_core::surface_map::{SurfaceMap, SurfaceMapError};
+use unic_core::{
+    character::Garment,
+    surface_map::{SurfaceMap, SurfaceMapError},
+};
 use unic_eval::{LinearMap, PrincipalComponents, TrainingSet};
 
 /// What a recurrence learns from.
@@ -76,13 +79,16 @@ impl<'a> Remembered<'a> {
         residual.map(|c| c as f32).collect()
     }
 
-    /// What it leaves of the mirrored garment in the mirrored motion.
+    /// What it leaves of the mirrored garment in the mirrored motion, under the mask of where it is then.
     fn mirrored_targets(&self, place: Place, map: &SurfaceMap) -> Result<Vec<f32>, SurfaceMapError> {
-        let (garment, clip) = (&self.set.garment, &self.set.train[place.clip]);
+        let clip = &self.set.train[place.clip];
+        let garment = &self.set.garment;
+        let whole = Garment::new(garment.rest.clone(), garment.weights.clone());
         let of_frame = |frame: usize| -> Result<Vec<Vec3>, SurfaceMapError> {
             let mut there = Vec::new();
-            map.vectors(&displacements(garment, clip, frame), &mut there)?;
-            Ok(there.into_iter().map(mirrored).collect())
+            map.vectors(&displacements(&whole, clip, frame), &mut there)?;
+            let there = there.into_iter().enumerate();
+            Ok(there.map(|(v, u)| mirrored(u) * garment.share(v)).collect())
         };
         let mut components = projected(self.components, self.frames(place), of_frame)?;
         if let Some(linear) = &self.maps[place.series] {

@@ -101,12 +101,12 @@ pub(super) fn projected<E: Send>(
     Ok(pieces?.concat())
 }
 
-/// Displacements of a frame in the vertices' rotated frames, metres.
+/// Displacements of a frame in the vertices' rotated frames as the mask leaves them, metres.
 pub(crate) fn displacements(garment: &Garment, clip: &PreparedClip, frame: usize) -> Vec<Vec3> {
     let world_from_rest = clip.kinematics.world_from_rest(frame);
     let world = clip.captured.garment.frame(frame).iter().enumerate();
     world
-        .map(|(v, x)| PointFrame::new(garment, v, world_from_rest).displacement(*x))
+        .map(|(v, x)| PointFrame::new(garment, v, world_from_rest).blended_displacement(*x))
         .collect()
 }
 

@@ -63,12 +63,18 @@ pub(crate) fn dataset_of(takes: &[(Take, Split)], config: &TrainConfig) -> Datas
 
 /// Three takes to train on, one to validate.
 pub(crate) fn dataset(config: &TrainConfig) -> Dataset {
+    dataset_for(&Figure::tube(), config)
+}
+
+/// [`dataset`] of another figure, which moves alike.
+pub(crate) fn dataset_for(figure: &Figure, config: &TrainConfig) -> Dataset {
     let splits = [Split::Train, Split::Train, Split::Train, Split::Validation];
     let takes = splits
         .iter()
         .enumerate()
         .map(|(i, split)| (take(&format!("take{i}"), i, FRAMES), *split));
-    dataset_of(&takes.collect::<Vec<_>>(), config)
+    let (_folder, capture) = unic_testdata::capture(figure, &takes.collect::<Vec<_>>());
+    Dataset::new(capture, config, Fit::HeldOut).unwrap()
 }
 
 /// Both kinds of state.

@@ -86,7 +86,6 @@ fn built_in(args: &SimulateArgs, made: GarmentMesh, character: &Character) -> Re
     let attributes = VertexAttributes {
         pinned: pinned.contains(&true).then_some(pinned),
         groups: (made.parts.len() > 1).then(|| made.part_of_vertex.clone()),
-        mask: None,
     };
     let fabric_of = |face: &[u32; 3]| {
         let parts = face.map(|v| made.part_of_vertex[v as usize]);
@@ -132,7 +131,7 @@ fn users(args: &SimulateArgs, character: &Character) -> Result<Cut> {
 
 fn dressed(rest: TriMesh, character: &Character, path: &Path) -> Result<Garment> {
     let weights = default_weights(&rest, character).map_err(|e| anyhow!("{}: {e}", path.display()))?;
-    Ok(Garment { rest, weights })
+    Ok(Garment::new(rest, weights))
 }
 
 fn material(fabric: Fabric) -> Material {

@@ -1,0 +1,84 @@
+//! `unic eval --protocol`: the data sets that methods are compared on, and how.
+
+use crate::{
+    args::{EvalArgs, ProtocolName},
+    output::say,
+};
+use anyhow::{Result, bail};
+use std::num::NonZeroUsize;
+use unic_eval::{ByMode, Evaluation, Metrics, Mode, Protocol};
+use unic_io::{
+    Capture,
+    datasets::{Dataset, convert},
+    read_character,
+};
+
+/// Frames of the VTO protocol (manifold-aware transformers, Eurographics 2024).
+const VTO_FRAMES: NonZeroUsize = NonZeroUsize::new(300).unwrap();
+
+/// The capture to measure on, made of a data set's folder where one is given.
+pub(super) fn capture(args: &EvalArgs) -> Result<Capture> {
+    let (Some(name), Some(out), Some(character)) = (args.protocol, &args.made, &args.character) else {
+        if args.protocol.is_some() && args.capture.is_dir() && !args.capture.join("capture.toml").exists() {
+            bail!(
+                "{}: expected a capture, found a folder without capture.toml; --as CAPTURE --character FILE.npz make one of a data set",
+                args.capture.display()
+            );
+        }
+        return Ok(Capture::open(&args.capture)?);
+    };
+    let dataset = match name {
+        ProtocolName::Vto => Dataset::Vto,
+        ProtocolName::Virtualbones => Dataset::VirtualBones,
+    };
+    let file = match character.is_dir() {
+        true => character.join("character.npz"),
+        false => character.clone(),
+    };
+    let converted = convert(dataset, &args.capture, &read_character(&file)?, out)?;
+    converted.notes.iter().for_each(|note| say(note));
+    say(&format!("{}: {} clips", out.display(), converted.clips));
+    Ok(Capture::open(out)?)
+}
+
+/// What is measured.
+pub(super) fn of(name: ProtocolName) -> Protocol {
+    Protocol {
+        modes: &[Mode::FreeRunning],
+        frames: match name {
+            ProtocolName::Vto => Some(VTO_FRAMES),
+            ProtocolName::Virtualbones => None,
+        },
+    }
+}
+
+/// As typed, and in JSON.
+pub(super) fn name(name: ProtocolName) -> &'static str {
+    match name {
+        ProtocolName::Vto => "vto",
+        ProtocolName::Virtualbones => "virtualbones",
+    }
+}
+
+/// The numbers that are published for the data set, of the model or else of each baseline.
+pub(super) fn headline(protocol: ProtocolName, evaluation: &Evaluation) -> String {
+    let pooled = &evaluation.pooled;
+    let rows = (pooled.model.iter().map(|m| ("model", m)))
+        .chain(pooled.baselines.iter().map(|(name, m)| (name.as_str(), m)));
+    let line = |(row, by_mode): (&str, &ByMode)| {
+        let metrics = by_mode.free_running.as_ref()?;
+        Some(format!("  {row:<16} {}\n", numbers(protocol, metrics)))
+    };
+    let lines: String = rows.filter_map(line).collect();
+    format!("protocol {}, free running:\n{lines}", name(protocol))
+}
+
+fn numbers(protocol: ProtocolName, metrics: &Metrics) -> String {
+    match protocol {
+        ProtocolName::Vto => format!("mean vertex error {:.2} mm", metrics.mean_vertex_error_mm),
+        ProtocolName::Virtualbones => format!(
+            "RMSE {:.2} mm, Hausdorff distance {:.2} mm",
+            metrics.rmse_mm, metrics.hausdorff_mm
+        ),
+    }
+}

@@ -1,0 +1,69 @@
+//! Contract: a character of any skeleton, here 65 joints named as Mixamo's, goes all the way by its names: capture,
+//! inspection, training with mirrored data, evaluation, animation.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::*;
+use std::{fs, path::Path};
+use unic_core::{model::Model, motion::motion_len};
+use unic_io::{Capture, Split};
+use unic_testdata::{Figure, MIXAMO_JOINTS, mixamo_clip, write_capture as write_takes};
+
+/// Feet by name.
+const FEET: [&str; 4] = ["LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase"];
+
+/// The capture `folder`/tube, whose manifest does not say which joints touch the ground.
+fn mixamo_capture(folder: &Path) {
+    let (root, figure) = (folder.join("tube"), Figure::mixamo());
+    let splits = [
+        ("one", Split::Train),
+        ("two", Split::Train),
+        ("three", Split::Train),
+        ("four", Split::Test),
+    ];
+    let takes: Vec<_> = (splits.into_iter().enumerate())
+        .map(|(seed, (name, split))| (figure.swung(mixamo_clip(name, seed, FRAMES)), split))
+        .collect();
+    write_takes(&root, &figure, &takes);
+    let manifest = root.join("capture.toml");
+    let text = fs::read_to_string(&manifest).unwrap();
+    let kept: Vec<&str> = text
+        .lines()
+        .filter(|line| !line.starts_with("contact_joints"))
+        .collect();
+    assert!(kept.len() < text.lines().count());
+    fs::write(&manifest, kept.join("\n")).unwrap();
+}
+
+#[test]
+fn a_skeleton_of_65_joints_goes_all_the_way() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    mixamo_capture(path);
+    let capture = Capture::open(&path.join("tube")).unwrap();
+    let skeleton = &capture.character.skeleton;
+    let feet = capture.contact_joints.map(|j| skeleton.names()[j].clone());
+    assert_eq!(feet, FEET.map(|name| format!("mixamorig:{name}")));
+    let inspected = succeeds(path, "inspect tube");
+    assert!(inspected.contains("mixamorig:LeftHandPinky4"), "{inspected}");
+    assert!(
+        unic_train::MirrorMap::new(skeleton).is_some(),
+        "left and right by name"
+    );
+
+    train(path, "tube.unic", "--steps 10");
+    let model = Model::from_bytes(&fs::read(path.join("tube.unic")).unwrap()).unwrap();
+    assert_eq!(model.character().skeleton.len(), MIXAMO_JOINTS);
+    assert_eq!(model.normalisation().mean.len(), motion_len(MIXAMO_JOINTS));
+    let measured = json(path, "eval tube.unic tube --json");
+    let error = |row: &serde_json::Value| row["free_running"]["rmse_mm"].as_f64().unwrap();
+    let pooled = &measured["pooled"];
+    let (model, skinning) = (error(&pooled["model"]), error(&pooled["baselines"]["skinning"]));
+    assert!(model < 0.9 * skinning, "{model} mm, plain skinning {skinning} mm");
+    let animated = json(
+        path,
+        "animate tube.unic --motion tube/clips/four.npz --out four.glb --json",
+    );
+    assert_eq!(animated["frames"], FRAMES);
+}

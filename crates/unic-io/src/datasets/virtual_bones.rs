@@ -1,0 +1,62 @@
+//! Sequences of the VirtualBones data set.
+
+use super::sequence::{Sequence, clip, frames, pose};
+use crate::{
+    error::{Error, Result},
+    motion::turn_to_y_up,
+    npy::Dim,
+    npz::Npz,
+    obj::read_obj,
+};
+use glam::Vec3;
+use std::path::Path;
+use unic_core::{character::Character, mesh::TriMesh, skeleton::Pose};
+
+/// Metres a unit of the template.
+const UNIT_M: f32 = 0.1;
+/// The pelvis of the body in the template's pose, metres, Z up.
+const PELVIS: Vec3 = Vec3::new(0.0, -0.021_519_511, 0.904_766_85);
+
+pub(super) fn read(path: &Path, character: &Character) -> Result<Sequence> {
+    let mut npz = Npz::open(path)?;
+    let any = Dim::Any("T");
+    let poses = npz.finite::<f32>("pose", &[any, Dim::Any("J"), Dim::Is(3)])?;
+    let (count, joints) = (poses.shape[0], poses.shape[1]);
+    let trans = npz.finite::<f32>("trans", &[Dim::Is(count), Dim::Is(3)])?;
+    let garment = npz.finite::<f64>("sim_res", &[Dim::Is(count), Dim::Any("V"), Dim::Is(3)])?;
+    let skeleton = &character.skeleton;
+    // SMPL's translation is the root joint's place less where it is at rest.
+    let shift = PELVIS - skeleton.joints()[skeleton.root()];
+    let rotations: Vec<Vec3> = poses.data.chunks_exact(3).map(Vec3::from_slice).collect();
+    let frame = |(rotations, trans): (&[Vec3], &[f32])| -> Result<Pose> {
+        pose(path, rotations, Vec3::from_slice(trans) + shift, skeleton.len())
+    };
+    let rotations = rotations
+        .chunks_exact(joints.max(1))
+        .zip(trans.data.chunks_exact(3));
+    let mut clip = clip(path, rotations.map(frame).collect::<Result<_>>()?)?;
+    turn_to_y_up(&mut clip, skeleton);
+    Ok(Sequence {
+        clip,
+        garment: frames(&garment.data, garment.shape[1]),
+        faces: Vec::new(),
+    })
+}
+
+/// The garment on the body's rest pose.
+pub(super) fn template(folder: &Path, character: &Character) -> Result<TriMesh> {
+    let path = folder.join("template.obj");
+    let mut mesh = read_obj(&path)?;
+    let skeleton = &character.skeleton;
+    let pelvis = skeleton.joints()[skeleton.root()];
+    for vertex in &mut mesh.vertices {
+        *vertex = y_up(*vertex * UNIT_M - PELVIS) + pelvis;
+    }
+    mesh.check().map_err(|source| Error::Mesh { path, source })?;
+    Ok(mesh)
+}
+
+/// Z up to Y up.
+pub(super) fn y_up(v: Vec3) -> Vec3 {
+    Vec3::new(v.x, v.z, -v.y)
+}

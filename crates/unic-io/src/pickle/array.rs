@@ -1,0 +1,104 @@
+//! Numpy's arrays among a pickle's objects.
+
+use super::machine::{Node, Pickle};
+use crate::npy::{Dtype, Kind, decoded};
+use std::borrow::Cow;
+
+/// An array of numbers in C order.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Numbers {
+    pub(crate) shape: Vec<usize>,
+    pub(crate) data: Vec<f64>,
+}
+
+impl Pickle<'_> {
+    /// The numpy array that an object is: `_reconstruct` and a state, as protocols below 5 have it, or
+    /// `_frombuffer`. None where it is no array of numbers in C order.
+    pub(crate) fn numbers(&self, index: usize) -> Option<Numbers> {
+        let Node::Object {
+            class,
+            arguments,
+            state,
+        } = self.node(index)
+        else {
+            return None;
+        };
+        let Node::Global(class) = self.node(*class) else {
+            return None;
+        };
+        let (dtype, shape, bytes) = match (class.rsplit('.').next()?, state) {
+            ("_reconstruct", Some(state)) => match *self.list(*state)? {
+                [_, shape, dtype, fortran, bytes] if self.node(fortran) == &Node::Int(0) => {
+                    (dtype, shape, bytes)
+                }
+                _ => return None,
+            },
+            ("_frombuffer", _) => match *self.list(*arguments)? {
+                [bytes, dtype, shape, order] if self.text(order)? == "C" => (dtype, shape, bytes),
+                _ => return None,
+            },
+            _ => return None,
+        };
+        let dtype = self.dtype(dtype)?;
+        let shape = self.shape(shape)?;
+        let bytes = self.raw(bytes)?;
+        let count = shape
+            .iter()
+            .try_fold(1usize, |n, &extent| n.checked_mul(extent))?;
+        let fits = dtype.size > 0 && count.checked_mul(dtype.size)? == bytes.len();
+        let data = fits.then(|| decoded(dtype, &bytes))??;
+        Some(Numbers { shape, data })
+    }
+
+    fn list(&self, index: usize) -> Option<&[usize]> {
+        match self.node(index) {
+            Node::List(items) => Some(items),
+            _ => None,
+        }
+    }
+
+    fn shape(&self, index: usize) -> Option<Vec<usize>> {
+        let extent = |&item: &usize| match self.node(item) {
+            Node::Int(extent) => usize::try_from(*extent).ok(),
+            _ => None,
+        };
+        self.list(index)?.iter().map(extent).collect()
+    }
+
+    /// `numpy.dtype("f8", False, True)`, whose state begins with a version and the byte order.
+    fn dtype(&self, index: usize) -> Option<Dtype> {
+        let Node::Object { arguments, state, .. } = self.node(index) else {
+            return None;
+        };
+        let name = self.text(*self.list(*arguments)?.first()?)?;
+        let order = match state {
+            Some(state) => self.text(*self.list(*state)?.get(1)?)?,
+            None => "<",
+        };
+        let (kind, size) = name.split_at_checked(1)?;
+        Some(Dtype {
+            kind: match kind {
+                "f" => Kind::Float,
+                "i" => Kind::Signed,
+                "u" => Kind::Unsigned,
+                "b" => Kind::Bool,
+                _ => return None,
+            },
+            size: size.parse().ok()?,
+            big_endian: order == ">",
+        })
+    }
+
+    /// Bytes, or what Python 3 writes for them in protocol 2: their Latin-1 text.
+    fn raw(&self, index: usize) -> Option<Cow<'_, [u8]>> {
+        match self.node(index) {
+            Node::Bytes(range) => Some(Cow::Borrowed(&self.bytes[range.clone()])),
+            Node::Object { arguments, .. } => {
+                let text = self.text(*self.list(*arguments)?.first()?)?;
+                let bytes: Result<Vec<u8>, _> = text.chars().map(|c| u8::try_from(u32::from(c))).collect();
+                Some(Cow::Owned(bytes.ok()?))
+            }
+            _ => None,
+        }
+    }
+}
