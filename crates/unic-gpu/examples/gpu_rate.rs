@@ -9,6 +9,7 @@
 //! clock from the call to the end of the device's work. The floor is the field's arithmetic at the peak
 //! of a kernel that does nothing else.
 
+use glam::Vec3;
 use serde_json::{Map, Value, json};
 use std::{
     error::Error,

@@ -5,6 +5,7 @@
 //! pose, a few kilobytes; the garment stays on the device, in a buffer that can be drawn as it is.
 //!
 //! ```no_run
+//! use glam::Vec3;
 //! use std::sync::Arc;
 //! use unic_core::{animator::{Start, StepInput}, model::Model};
 //! use unic_gpu::{GpuAnimator, GpuContext, GpuModel, Precision};

@@ -12,6 +12,7 @@
 mod common;
 mod peaks;
 
+use glam::Vec3;
 use peaks::{cpu_seconds, peak};
 use std::{hint::black_box, sync::Arc};
 use unic_builtin::scale::{Network, VERTICES, random_model, walk};

@@ -1,6 +1,7 @@
 //! A model and the motion that it is measured in.
 
 use anyhow::{Result, anyhow, bail};
+use glam::Vec3;
 use std::sync::Arc;
 use unic_builtin::scale::{Network, random_model, walk};
 use unic_core::{animator::StepInput, clip::Clip, config::StateConfig, model::Model, skeleton::Pose};
