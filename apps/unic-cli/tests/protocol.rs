@@ -65,12 +65,12 @@ fn a_data_set_is_trained_on_and_measured_by_its_protocol() {
         "eval --baselines dress --protocol virtualbones --character body.npz --as tube --json",
     );
     assert_eq!(baselines["protocol"], "virtualbones");
-    let skinning = &baselines["pooled"]["baselines"]["skinning"];
+    let skinning = &baselines["baselines"]["skinning"];
     assert!(skinning["one_step"].is_null() && skinning["free_running"]["rmse_mm"].as_f64().unwrap() > 1.0);
 
     train(path, "tube.unic", "--steps 10");
     let measured = json(path, "eval tube.unic tube --protocol vto --json");
-    let model = &measured["pooled"]["model"];
+    let model = &measured["model"];
     assert!(model["one_step"].is_null());
     // 300 frames are ten seconds at 30 fps, and no eleventh.
     assert_eq!(model["free_running"]["drift_mm"].as_array().unwrap().len(), 10);

@@ -18,8 +18,6 @@ const LEAST_RIDGE: f64 = 1e-6;
 pub(super) struct Neighbourhoods<'a> {
     rest: &'a TriMesh,
     samples: &'a [u32],
-    /// By vertex, its place among the samples.
-    places: &'a [Option<u32>],
     welded: Vec<u32>,
     /// By welded vertex: copies that are samples.
     sampled: Vec<Vec<u32>>,
@@ -27,7 +25,7 @@ pub(super) struct Neighbourhoods<'a> {
 }
 
 impl<'a> Neighbourhoods<'a> {
-    pub(super) fn new(rest: &'a TriMesh, samples: &'a [u32], places: &'a [Option<u32>]) -> Self {
+    pub(super) fn new(rest: &'a TriMesh, samples: &'a [u32]) -> Self {
         let welded = weld(&rest.vertices);
         let faces: Vec<[u32; 3]> = rest.faces.iter().map(|f| f.map(|v| welded[v as usize])).collect();
         let mut next = vec![Vec::new(); welded.len()];
@@ -42,7 +40,6 @@ impl<'a> Neighbourhoods<'a> {
         Self {
             rest,
             samples,
-            places,
             welded,
             sampled,
             next,
@@ -61,7 +58,8 @@ impl<'a> Neighbourhoods<'a> {
     }
 
     fn row(&self, vertex: u32, search: &mut Search) -> Row {
-        if let Some(place) = self.places[vertex as usize] {
+        // One row for all copies of a vertex, so that seams stay closed.
+        if let Some(&place) = self.sampled[self.welded[vertex as usize] as usize].first() {
             return alone(place);
         }
         self.search(vertex, search);

@@ -14,7 +14,7 @@ use unic_io::{
 };
 
 /// Frames of the VTO protocol (manifold-aware transformers, Eurographics 2024).
-const VTO_FRAMES: NonZeroUsize = NonZeroUsize::new(300).unwrap();
+const VTO_FRAMES: Option<NonZeroUsize> = NonZeroUsize::new(300);
 
 /// The capture to measure on, made of a data set's folder where one is given.
 pub(super) fn capture(args: &EvalArgs) -> Result<Capture> {
@@ -46,7 +46,7 @@ pub(super) fn of(name: ProtocolName) -> Protocol {
     Protocol {
         modes: &[Mode::FreeRunning],
         frames: match name {
-            ProtocolName::Vto => Some(VTO_FRAMES),
+            ProtocolName::Vto => VTO_FRAMES,
             ProtocolName::Virtualbones => None,
         },
     }
