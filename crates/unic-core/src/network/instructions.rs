@@ -74,6 +74,10 @@ impl Instructions {
         Self::Portable,
     ];
 
+    #[cfg_attr(
+        target_arch = "wasm32",
+        allow(unused_variables, reason = "instructions are chosen when it is compiled")
+    )]
     fn is_available(self, precision: Precision) -> bool {
         match self {
             #[cfg(target_arch = "x86_64")]

@@ -113,14 +113,12 @@ impl FieldScratch {
             let at = if makes_words { 0 } else { first * W };
             let values = self.next.of_mut::<f32>()[at..].as_chunks_mut::<W>().0;
             let sums = sums.as_chunks::<W>().0;
-            for r in 0..K::ROWS {
-                let (row, sums, values) = (first + r, &sums[r], &mut values[r]);
-                // SAFETY: the caller's promise.
-                unsafe { finish.row::<K::Arithmetic, K::Float, W>(row, sums, &worth, values) };
-            }
+            let values = &mut values[..K::ROWS];
+            // SAFETY: the caller's promise.
+            unsafe { finish.rows::<K::Arithmetic, K::Float, W>(first, sums, &worth, values) };
             if makes_words {
                 let words = &mut self.next_words.of_mut::<u32>()[first / channels * W..];
-                K::Arithmetic::pack(&values[..K::ROWS], &worth, words.as_chunks_mut().0);
+                K::Arithmetic::pack(values, &worth, words.as_chunks_mut().0);
             }
         }
         match makes_words {
@@ -165,41 +163,91 @@ struct Finish<'a> {
 }
 
 impl Finish<'_> {
+    /// The outputs from `first` on, as many as `out` has.
+    ///
     /// # Safety
     /// The machine has the instructions of `F`.
     #[inline(always)]
-    unsafe fn row<A: Arithmetic, F: Float, const W: usize>(
+    unsafe fn rows<A: Arithmetic, F: Float, const W: usize>(
         &self,
-        row: usize,
+        first: usize,
+        sums: &[[A::Sum; W]],
+        worth: &[f32; W],
+        out: &mut [[f32; W]],
+    ) {
+        let biases = &self.bias[first..][..out.len()];
+        let units = &self.layer.units[first..][..out.len()];
+        let rows = out.iter_mut().zip(sums).zip(biases.iter().zip(units));
+        // SAFETY: the caller's promise.
+        unsafe {
+            // Most layers read no inputs of vertices: what asks for them costs as much as all else here.
+            if self.layer.point_inputs == 0 && self.layer.groups > 0 {
+                for ((out, sums), (&bias, &unit)) in rows {
+                    for lane in (0..W).step_by(F::LANES) {
+                        let sum = Self::sum::<A, F, W>(sums, worth, unit, lane);
+                        self.store(F::splat(bias).add(sum), &mut out[lane..][..F::LANES]);
+                    }
+                }
+            } else {
+                for (row, ((out, sums), (&bias, &unit))) in (first..).zip(rows) {
+                    for lane in (0..W).step_by(F::LANES) {
+                        let mut y = F::splat(bias);
+                        if self.layer.groups > 0 {
+                            y = y.add(Self::sum::<A, F, W>(sums, worth, unit, lane));
+                        }
+                        y = self.add_points(row, lane, y);
+                        self.store(y, &mut out[lane..][..F::LANES]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// In units of the layer's outputs.
+    ///
+    /// # Safety
+    /// As [`rows`](Self::rows); `lane` is a multiple of the vector's lanes.
+    #[inline(always)]
+    unsafe fn sum<A: Arithmetic, F: Float, const W: usize>(
         sums: &[A::Sum; W],
         worth: &[f32; W],
-        out: &mut [f32; W],
-    ) {
+        unit: f32,
+        lane: usize,
+    ) -> F {
         const { assert!(W.is_multiple_of(F::LANES)) };
+        // SAFETY: the caller's promise; `lane..lane + LANES` lies within the arrays.
+        unsafe {
+            let sum = A::load::<F>(sums.as_ptr().add(lane));
+            match A::RANGE {
+                Some(_) => sum.mul(F::splat(unit).mul(F::load(worth.as_ptr().add(lane)))),
+                None => sum,
+            }
+        }
+    }
+
+    /// # Safety
+    /// As [`rows`](Self::rows).
+    #[inline(always)]
+    unsafe fn add_points<F: Float>(&self, row: usize, lane: usize, mut y: F) -> F {
         let count = self.layer.point_inputs;
         let points = &self.layer.points[row * count..][..count];
-        for lane in (0..W).step_by(F::LANES) {
-            // SAFETY: the caller's promise; `lane..lane + LANES` lies within the arrays.
-            unsafe {
-                let mut y = F::splat(self.bias[row]);
-                if self.layer.groups > 0 {
-                    let sum = A::load::<F>(sums.as_ptr().add(lane));
-                    y = y.add(match A::RANGE {
-                        Some(_) => {
-                            let unit = F::splat(self.layer.units[row]);
-                            sum.mul(unit.mul(F::load(worth.as_ptr().add(lane))))
-                        }
-                        None => sum,
-                    });
-                }
-                for (&w, x) in points.iter().zip(self.inputs.channels) {
-                    let x = &x[self.inputs.first + lane..][..F::LANES];
-                    y = y.add(F::splat(w).mul(F::load(x.as_ptr())));
-                }
-                if self.kind != Layer::Last {
-                    y = y.relu();
-                }
-                y.store(out.as_mut_ptr().add(lane));
+        for (&w, x) in points.iter().zip(self.inputs.channels) {
+            let x = &x[self.inputs.first + lane..][..F::LANES];
+            // SAFETY: the caller's promise; the slice has so many numbers.
+            y = unsafe { y.add(F::splat(w).mul(F::load(x.as_ptr()))) };
+        }
+        y
+    }
+
+    /// # Safety
+    /// As [`rows`](Self::rows); `out` has so many numbers.
+    #[inline(always)]
+    unsafe fn store<F: Float>(&self, y: F, out: &mut [f32]) {
+        // SAFETY: the caller's promise.
+        unsafe {
+            match self.kind {
+                Layer::Hidden | Layer::LastHidden => y.relu().store(out.as_mut_ptr()),
+                Layer::Last => y.store(out.as_mut_ptr()),
             }
         }
     }
