@@ -40,6 +40,11 @@ impl Clip {
         self.len().saturating_sub(1) as f32 / self.fps
     }
 
+    /// Does the character do the same, whatever the air does?
+    pub fn has_motion_of(&self, other: &Clip) -> bool {
+        self.poses == other.poses
+    }
+
     /// Some of the frames.
     ///
     /// # Panics

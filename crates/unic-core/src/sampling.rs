@@ -113,7 +113,7 @@ mod tests {
         let mut mesh = sheet(40, 30, 0.01);
         for v in &mut mesh.vertices {
             let angle = v.x / 0.3;
-            *v = Vec3::new(0.3 * angle.sin(), v.y, 0.3 * angle.cos());
+            *v = Vec3::new(0.3 * angle.sin(), v.z, 0.3 * angle.cos());
         }
         mesh
     }

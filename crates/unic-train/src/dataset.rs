@@ -129,10 +129,11 @@ impl Dataset {
             &capture.character,
         )?;
         let names = FitClips::new(&capture, fit, settings.seed)?;
-        let (clips, validation) = (
+        let (mut clips, validation) = (
             load(&capture, &spec, &names.train, settings.motion_seconds)?,
             load(&capture, &spec, &names.validation, None)?,
         );
+        forget_motion(&mut clips, &validation);
         let joints = capture.character.skeleton.len();
         let vectors = clips
             .iter()
@@ -187,6 +188,17 @@ impl Dataset {
 }
 
 /// The named clips, each cut to the same share where there are more than `seconds` of them.
+/// A motion that is validated on is not trained on in another wind, where other motion is left.
+fn forget_motion(clips: &mut Vec<PreparedClip>, validation: &[PreparedClip]) {
+    let is_known = |clip: &PreparedClip| {
+        let clip = &clip.captured.clip;
+        validation.iter().any(|v| clip.has_motion_of(&v.captured.clip))
+    };
+    if !clips.iter().all(is_known) {
+        clips.retain(|clip| !is_known(clip));
+    }
+}
+
 fn load(
     capture: &Capture,
     spec: &MotionSpec,

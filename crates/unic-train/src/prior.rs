@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use remembered::Remembered;
 use series::Series;
 use unic_core::{model::ModelError, network::Linear, prior::Prior};
-use unic_eval::{Displacements, LinearMap, Moments, PrincipalComponents, TrainingSet};
+use unic_eval::{Displacements, LinearMap, Moments, PreparedClip, PrincipalComponents, TrainingSet};
 
 /// A prior, and its coefficients in every training frame as a prior would give them that has never
 /// seen the clip: what the field has to add in training is then as large as on a new motion.
@@ -29,6 +29,12 @@ pub struct FittedPrior {
 
 /// Frames that the shapes are computed from at most, evenly spread.
 const MOST_FRAMES: usize = 2000;
+
+/// Vectors of all shapes together, at most: a frame reads them all, and so does the file.
+const MOST_SHAPE_VECTORS: usize = 1_000_000;
+
+/// Shapes that the largest garments may have all the same.
+const LEAST_MOST_SHAPES: usize = 32;
 
 /// Pieces that a lone clip is cut into, to leave out one at a time.
 const PIECES: usize = 4;
@@ -60,7 +66,8 @@ pub fn fit_prior(
     watch: &Watch,
 ) -> Result<FittedPrior, TrainError> {
     let frames = set.spread_frames(MOST_FRAMES);
-    let components = PrincipalComponents::fit(&Displacements { set, frames }, settings.shapes);
+    let most = (MOST_SHAPE_VECTORS / set.garment.rest.vertices.len().max(1)).max(LEAST_MOST_SHAPES);
+    let components = PrincipalComponents::fit(&Displacements { set, frames }, settings.shapes.min(most));
     let clips: Vec<Series> = (0..set.train.len())
         .map(|clip| Series::new(set, clip, &motion[clip], &components))
         .collect();
@@ -68,7 +75,11 @@ pub fn fit_prior(
         [only] => only.cut(PIECES),
         _ => clips,
     };
-    let linear = LeaveOneOut::fit(&series);
+    let motions = match set.train.len() {
+        1 => (0..series.len()).collect(),
+        _ => motions(&set.train),
+    };
+    let linear = LeaveOneOut::fit(&series, &motions);
     let coefficients = |(s, map): (&Series, &Option<LinearMap>)| -> Vec<Vec<f32>> {
         let (predicted, count) = (s.predicted(map.as_ref()), components.len());
         let of_frame = |t: usize| {
@@ -88,6 +99,7 @@ pub fn fit_prior(
             motion,
             components: &components,
             series: &series,
+            motions: &motions,
             maps: &linear.maps,
         };
         let sequences = data.sequences().map_err(ModelError::from)?;
@@ -105,20 +117,27 @@ pub fn fit_prior(
     Ok(FittedPrior { prior, left_out })
 }
 
-/// The linear map of all series, and of all but each.
+/// The first clip with the motion of each: clips of one motion in several winds are left out together.
+fn motions(clips: &[PreparedClip]) -> Vec<usize> {
+    let clip = |i: usize| &clips[i].captured.clip;
+    let first = |i: usize| (0..i).find(|&j| clip(j).has_motion_of(clip(i))).unwrap_or(i);
+    (0..clips.len()).map(first).collect()
+}
+
+/// The linear map of all series, and of all but those of each one's motion.
 struct LeaveOneOut {
     all: Option<LinearMap>,
     maps: Vec<Option<LinearMap>>,
 }
 
 impl LeaveOneOut {
-    fn fit(series: &[Series]) -> Self {
+    fn fit(series: &[Series], motions: &[usize]) -> Self {
         let moments: Vec<Moments> = series.iter().map(Series::moments).collect();
         let pooled = |left_out: Option<usize>| {
-            let kept = (moments.iter().enumerate()).filter(|(clip, _)| Some(*clip) != left_out);
-            Moments::pooled(kept.map(|(_, m)| m))
+            let kept = (moments.iter().zip(motions)).filter(|(_, motion)| Some(**motion) != left_out);
+            Moments::pooled(kept.map(|(m, _)| m))
         };
-        let folds: Vec<Option<Moments>> = (0..series.len()).map(|clip| pooled(Some(clip))).collect();
+        let folds: Vec<Option<Moments>> = motions.iter().map(|motion| pooled(Some(*motion))).collect();
         let maps = |strength: f64| -> Vec<Option<LinearMap>> {
             let solved = |m: &Option<Moments>| m.as_ref().and_then(|m| m.solve(strength));
             folds.par_iter().map(solved).collect()

@@ -38,9 +38,9 @@ pub(crate) struct Fitted {
     pub(crate) left_out: Vec<Vec<f32>>,
 }
 
-/// Parts that the clips are split into, to leave out one at a time. More would judge a small capture by more
-/// of what it teaches, and five keep a correction for a garment that moves to a rhythm of its own.
-const FOLDS: usize = 5;
+/// Parts that the motions are split into, to leave out one at a time. Two would judge a small capture by half
+/// of what it teaches.
+const FOLDS: u64 = 5;
 
 /// Less of what is left of the coefficients' squares than this is noise.
 const LEAST_GAIN: f64 = 0.02;
@@ -59,14 +59,15 @@ pub(crate) fn fit_recurrence(
     watch: &Watch,
 ) -> Result<Option<Fitted>, TrainError> {
     let steps = settings.steps_for(sequences.iter().map(Sequence::len).sum());
-    let fold_steps = (steps * 4).div_ceil(5);
+    // As many looks at every frame as with all of them.
+    let fold_steps = (steps * (FOLDS - 1)).div_ceil(FOLDS);
     let progress = Progress {
         done: AtomicU64::new(0),
-        all: FOLDS as u64 * fold_steps + steps,
+        all: FOLDS * fold_steps + steps,
         watch,
     };
     let fit = |fold: Option<usize>| -> Result<Option<Recurrence>, TrainError> {
-        let is_kept = |s: &&Sequence| fold.is_none() || Some(s.fold % FOLDS) != fold;
+        let is_kept = |s: &&Sequence| fold.is_none() || Some(fold_of(s)) != fold;
         let fit = UnitFit {
             settings,
             steps: fold.map_or(steps, |_| fold_steps),
@@ -76,25 +77,17 @@ pub(crate) fn fit_recurrence(
         };
         fit.run(&progress)
     };
-    let folds: Result<Vec<_>, TrainError> = (0..FOLDS).into_par_iter().map(|f| fit(Some(f))).collect();
+    let folds: Result<Vec<_>, TrainError> = (0..FOLDS as usize)
+        .into_par_iter()
+        .map(|f| fit(Some(f)))
+        .collect();
     let folds = folds?;
-    let corrections = |s: &Sequence| match &folds[s.fold % FOLDS] {
+    let corrections = |s: &Sequence| match &folds[fold_of(s)] {
         Some(recurrence) => s.corrections(recurrence),
         None => vec![0.0; s.targets.len()],
     };
     let left_out: Vec<Vec<f32>> = sequences.par_iter().map(corrections).collect();
     let worth = Worth::of(sequences, &left_out);
-    if std::env::var("DBG").is_ok() {
-        eprintln!("{worth:?}");
-        for c in by_clip(sequences, &left_out) {
-            eprintln!(
-                "along {:.3} squares {:.3} own gain at 1 {:.3}",
-                c.along,
-                c.squares,
-                2.0 * c.along - c.squares
-            );
-        }
-    }
     if !worth.is_believable() {
         return Ok(None);
     }
@@ -157,10 +150,10 @@ struct Clip {
 }
 
 fn by_clip(sequences: &[Sequence], corrections: &[Vec<f32>]) -> Vec<Clip> {
-    let folds = sequences.iter().map(|s| s.fold + 1).max().unwrap_or(0);
+    let folds = sequences.iter().map(|s| s.motion_number + 1).max().unwrap_or(0);
     let mut sums = vec![[0.0f64; 3]; folds];
     for (sequence, correction) in sequences.iter().zip(corrections) {
-        let [along, squares, size] = &mut sums[sequence.fold];
+        let [along, squares, size] = &mut sums[sequence.motion_number];
         for (c, t) in correction.iter().zip(&sequence.targets) {
             let (c, t) = (f64::from(*c), f64::from(*t));
             *along += c * t;
@@ -175,6 +168,10 @@ fn by_clip(sequences: &[Sequence], corrections: &[Vec<f32>]) -> Vec<Clip> {
             squares: squares / size,
         })
         .collect()
+}
+
+fn fold_of(sequence: &Sequence) -> usize {
+    sequence.motion_number % FOLDS as usize
 }
 
 struct Progress<'a> {

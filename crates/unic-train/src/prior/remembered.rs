@@ -20,6 +20,8 @@ pub(super) struct Remembered<'a> {
     pub(super) motion: &'a [MotionVectors],
     pub(super) components: &'a PrincipalComponents,
     pub(super) series: &'a [Series],
+    /// What each series shows; those of one motion are judged together.
+    pub(super) motions: &'a [usize],
     pub(super) maps: &'a [Option<LinearMap>],
 }
 
@@ -64,7 +66,7 @@ impl<'a> Remembered<'a> {
             view,
             frames: self.frames(place),
             targets,
-            fold: place.series,
+            motion_number: self.motions[place.series],
         }
     }
 

@@ -19,8 +19,8 @@ pub(crate) struct Sequence<'a> {
     pub(crate) frames: Range<usize>,
     /// What the linear map leaves, metres: frames × K.
     pub(crate) targets: Vec<f32>,
-    /// A sequence and its mirror image have the same number.
-    pub(crate) fold: usize,
+    /// A sequence, its mirror image and the same motion in another wind have the same number.
+    pub(crate) motion_number: usize,
 }
 
 impl Sequence<'_> {

@@ -268,7 +268,7 @@ mod tests {
             view: View::Direct,
             frames: 0..frames,
             targets: vec![0.0; frames * sizes.outputs],
-            fold: 0,
+            motion_number: 0,
         };
         let device = Device::flex().autodiff();
         let unit = Unit::new(sizes, 30.0, 1, &device);
