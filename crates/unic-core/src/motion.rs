@@ -77,7 +77,7 @@ impl WindInput {
     }
 
     /// Numbers that it adds to a motion vector.
-    pub fn len(self) -> usize {
+    pub fn numbers(self) -> usize {
         match self {
             Self::Absent => 0,
             Self::Read => 3,
@@ -139,7 +139,7 @@ impl MotionSpec {
 
     /// Numbers in the motion vector of a skeleton with so many joints: [`motion_len`] and those of the wind.
     pub fn vector_len(&self, joints: usize) -> usize {
-        motion_len(joints) + self.wind.len()
+        motion_len(joints) + self.wind.numbers()
     }
 
     /// What a specification that comes from a file must satisfy.
