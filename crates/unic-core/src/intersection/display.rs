@@ -20,6 +20,9 @@ const FACE_HEIGHT_SHARE: f32 = 0.5;
 /// Rounds of lifting: a face lifted over one vertex takes its corners over others.
 const ROUNDS: usize = 2;
 
+/// What is inside a limb is at most this far from its skin, metres.
+const LIMB_RADIUS_M: f32 = 0.05;
+
 /// Vertices that one thread takes at a time.
 const CHUNK: usize = 1024;
 
@@ -185,8 +188,9 @@ impl DisplayPass {
         for_each_chunk(&mut self.doubtful, CHUNK, |first, doubtful| {
             for (slot, doubtful) in (first..).zip(doubtful) {
                 let way = movements[neighbours.place(slot)];
-                // A height changes by no more than the way.
-                let is_clear = way == Vec3::ZERO || contacts[slot].height_m - way.length() >= margin_m;
+                // A distance changes by no more than the way, and its side where no other part is near.
+                let least_m = margin_m.max(LIMB_RADIUS_M);
+                let is_clear = way == Vec3::ZERO || contacts[slot].height_m - way.length() >= least_m;
                 *doubtful = if is_clear { Vec3::NAN } else { at[slot] + way };
             }
         });
