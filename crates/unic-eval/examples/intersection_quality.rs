@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Inside is by the closest triangle, outside the folds of the body (`unic_core::folds`), whose share of the
-//! skin is `mask`: the third of a face that is nearest to a folded corner. A crossing is an
+//! skin is `mask`. A crossing is an
 //! edge of the garment through a triangle of the body or the reverse, `convex` those farther than 5 cm
 //! from any concave edge of the body. `paper` is the paper's indicator, `open` the same outside the folds.
 //! `state` and `display` say what robust handling corrects; `corrected` is the ground truth after the
@@ -23,7 +23,7 @@ use unic_core::{
     mesh::TriMesh,
     model::Model,
     skeleton::Skeleton,
-    surface::{Surface, SurfacePoint},
+    surface::Surface,
     topology::edges,
     transform::Rigid,
 };
@@ -224,7 +224,7 @@ impl<'a> Measure<'a> {
             let hit = self.surface.closest(*p);
             let is_below = self.snapshot.is_inside(*p);
             sums.paper += usize::from(is_below);
-            let folded = hit.is_some_and(|hit| is_masked(&self.folds, faces, &hit));
+            let folded = hit.is_some_and(|hit| self.folds.has_face(hit.face));
             sums.open += usize::from(is_below && !folded);
             if hit.is_some_and(|hit| hit.signed_distance < 0.0) {
                 sums.folded += usize::from(folded);
@@ -248,16 +248,11 @@ impl<'a> Measure<'a> {
             let [a, b, c] = face.map(|v| body[v as usize]);
             f64::from((b - a).cross(c - a).length())
         };
-        let folded = |face: &[u32; 3]| {
-            face.iter()
-                .filter(|v| self.folds.vertices()[**v as usize])
-                .count()
-        };
-        let masked: f64 = faces
+        let folded = faces
             .iter()
-            .map(|face| areas(face) * folded(face) as f64 / 3.0)
-            .sum();
-        sums.mask += masked / faces.iter().map(areas).sum::<f64>();
+            .zip(self.folds.faces())
+            .filter(|(_, folded)| **folded);
+        sums.mask += folded.map(|(face, _)| areas(face)).sum::<f64>() / faces.iter().map(areas).sum::<f64>();
         self.crossings(&body, garment);
     }
 
@@ -307,13 +302,6 @@ impl<'a> Measure<'a> {
             ms[ms.len() / 2],
         );
     }
-}
-
-/// Whether the corner nearest to the closest point lies in a fold: of a face of which some corners do,
-/// their shares alone belong to the mask.
-fn is_masked(folds: &Folds, faces: &[[u32; 3]], hit: &SurfacePoint) -> bool {
-    let corner = hit.barycentric.max_position();
-    folds.vertices()[faces[hit.face as usize][corner] as usize]
 }
 
 /// Where the way from a to b goes through a surface.
