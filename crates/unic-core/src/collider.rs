@@ -130,7 +130,8 @@ impl Collider {
             hit = triangle.closest(core);
         }
         let distance = hit.squared_distance.sqrt();
-        let direction = hit.offset.try_normalize()?;
+        // Through the axis itself, either side is as near.
+        let direction = hit.offset.try_normalize().unwrap_or_else(|| triangle.normal());
         let deep = radius + margin_m - distance;
         (deep > 0.0).then(|| (hit, self.world_from_collider.vector(direction * deep)))
     }
