@@ -19,7 +19,9 @@ pub use stage::Stage;
 pub use state::{AnimatorState, VertexState};
 
 use crate::{
+    collider::Collider,
     config::IntersectionMode,
+    intersection::Layers,
     model::Model,
     parallel::{Threads, install_own},
 };
@@ -80,7 +82,7 @@ impl Animator {
     /// passes [`IntersectionMode::check`].
     pub fn set_intersection(&mut self, mode: IntersectionMode) {
         if mode != self.intersections.mode {
-            self.intersections = Intersections::new(mode, &self.model);
+            self.intersections.in_mode(mode, &self.model);
         }
     }
 
@@ -91,6 +93,42 @@ impl Animator {
     /// around the call, or the default.
     pub fn set_threads(&mut self, threads: Arc<dyn Threads>) {
         self.threads = Some(threads);
+    }
+
+    /// Ground and props that shown garments stay out of from the next frame on, world space, metres; kept
+    /// over resets. [`IntersectionMode::Robust`] alone looks at them, after the body.
+    ///
+    /// ```
+    /// # use glam::Vec3;
+    /// # use unic_core::{animator::Animator, collider::Collider};
+    /// # fn every_frame(animator: &mut Animator, hand: Vec3) {
+    /// animator.set_colliders([Collider::ground(0.0), Collider::sphere(0.12, hand)]);
+    /// // Or, when they are there already:
+    /// animator.colliders_mut()[1].world_from_collider.translation = hand;
+    /// # }
+    /// ```
+    pub fn set_colliders(&mut self, colliders: impl IntoIterator<Item = Collider>) {
+        self.intersections.colliders.clear();
+        self.intersections.colliders.extend(colliders);
+    }
+
+    /// The ground and the props, to be moved: a collider that moves is placed anew before every step.
+    pub fn colliders_mut(&mut self) -> &mut [Collider] {
+        &mut self.intersections.colliders
+    }
+
+    /// Keeps layers of the shown garment in order from the next frame on; kept over resets.
+    /// [`IntersectionMode::Robust`] alone does. The layers are those of this model's garment.
+    ///
+    /// # Errors
+    /// Layers of another mesh.
+    pub fn set_layers(&mut self, layers: Layers) -> Result<(), AnimatorError> {
+        let (expected, found) = (self.model.vertex_count(), layers.of_vertices().len());
+        if expected != found {
+            return Err(AnimatorError::Vertices { expected, found });
+        }
+        self.intersections.set_layers(layers);
+        Ok(())
     }
 
     /// Frame 0 of a sequence, or the frame after a cut.

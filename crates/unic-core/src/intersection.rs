@@ -28,6 +28,7 @@
 
 mod contact;
 mod display;
+mod layers;
 mod measure;
 mod packets;
 mod paper;
@@ -37,6 +38,7 @@ mod tests;
 
 pub use contact::ContactParts;
 pub use display::{DisplayPass, PosedVertices};
+pub use layers::{Layers, LayersError};
 pub use measure::{InsideTest, PosedBody};
 pub use paper::{BodySnapshot, PaperIntersection, TangentPlane};
 pub use robust::{Contact, RobustBody, RobustIntersection};

@@ -111,6 +111,7 @@ mod bvh;
 pub mod character;
 pub mod clip;
 pub mod closest;
+pub mod collider;
 pub mod config;
 mod diffusion;
 pub mod features;

@@ -261,6 +261,12 @@ impl Surface {
         (hit.squared_distance.is_finite()).then(|| self.surface_point(Candidate { face, hit }))
     }
 
+    /// Whether a point is on the outer side of a face's plane.
+    pub(crate) fn is_above(&self, face: u32, p: Vec3) -> bool {
+        let above = |t: &Triangle| (p - t.corners()[0]).dot(t.area_normal()) > 0.0;
+        self.triangle(face).is_some_and(above)
+    }
+
     /// Sum of the unit normals of the faces that share the feature; at a vertex each is weighted
     /// by its angle there.
     fn pseudonormal(&self, face: u32, feature: Feature) -> Vec3 {

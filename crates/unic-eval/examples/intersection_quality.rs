@@ -5,9 +5,12 @@
 //! cargo run --release -p unic-eval --example intersection_quality -- CAPTURE MODEL FRAMES CLIP...
 //! ```
 //!
-//! Inside is by the closest triangle, outside the folds of the body (`unic_core::folds`); a crossing is an
+//! Inside is by the closest triangle, outside the folds of the body (`unic_core::folds`), whose share of the
+//! skin is `mask`. A crossing is an
 //! edge of the garment through a triangle of the body or the reverse, `convex` those farther than 5 cm
-//! from any concave edge of the body. `state` and `display` say what robust handling corrects.
+//! from any concave edge of the body. `paper` is the paper's indicator, `open` the same outside the folds.
+//! `state` and `display` say what robust handling corrects; `corrected` is the ground truth after the
+//! corrections of `display`, and `to it` the error of the others against that.
 
 use glam::Vec3;
 use std::{collections::HashSet, path::Path, sync::Arc, time::Instant};
@@ -16,7 +19,7 @@ use unic_core::{
     closest::ClosestVertex,
     config::{Corrects, IntersectionMode},
     folds::Folds,
-    intersection::BodySnapshot,
+    intersection::{BodySnapshot, DisplayPass, PosedVertices, RobustBody, RobustIntersection},
     mesh::TriMesh,
     model::Model,
     skeleton::Skeleton,
@@ -40,13 +43,15 @@ fn main() -> Anything<()> {
     let model = Arc::new(Model::from_bytes(&std::fs::read(model)?)?);
     let frames: usize = frames.parse()?;
     println!(
-        "{:14} {:>8} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9} {:>8} {:>9} {:>9}",
+        "{:14} {:>8} {:>8} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>9} {:>9}",
         "",
         "RMSE mm",
+        "to it",
         "jitter",
         "inside %",
         "folded %",
         "paper %",
+        "open %",
         "crossings",
         "convex",
         "collapsed",
@@ -56,7 +61,21 @@ fn main() -> Anything<()> {
     for name in clips {
         let clip = capture.load_clip(name)?;
         println!("{name}");
-        truth(&capture, &clip, frames);
+        let mut corrected = Corrected::new(&capture);
+        for (name, shows) in [("truth", false), ("corrected", true)] {
+            let mut measure = Measure::new(&capture, &clip);
+            for frame in 1..frames.min(clip.clip.len()) {
+                let captured = clip.garment.frame(frame);
+                let body = posed(&capture, &clip, frame);
+                let shown = if shows {
+                    corrected.of(&body, captured)
+                } else {
+                    captured
+                };
+                measure.add(frame, &shown.to_vec(), 0.0);
+            }
+            measure.print(name);
+        }
         let robust = |corrects| IntersectionMode::Robust {
             margin_m: IntersectionMode::MARGIN_M,
             corrects,
@@ -73,12 +92,38 @@ fn main() -> Anything<()> {
     Ok(())
 }
 
-fn truth(capture: &Capture, clip: &CapturedClip, frames: usize) {
-    let mut measure = Measure::new(capture, clip);
-    for frame in 1..frames.min(clip.clip.len()) {
-        measure.add(frame, clip.garment.frame(frame), 0.0);
+/// The ground truth, put through what robust handling does to shown positions.
+struct Corrected {
+    body: RobustBody,
+    pass: DisplayPass,
+    positions: Vec<Vec3>,
+}
+
+impl Corrected {
+    fn new(capture: &Capture) -> Self {
+        let body = RobustBody::new(&capture.character, &capture.garment);
+        let rule = RobustIntersection {
+            margin_m: IntersectionMode::MARGIN_M,
+        };
+        Self {
+            pass: DisplayPass::new(rule, &capture.garment, &body),
+            body,
+            positions: Vec::new(),
+        }
     }
-    measure.print("truth");
+
+    fn of(&mut self, body: &[Vec3], garment: &[Vec3]) -> &[Vec3] {
+        self.body.pose(body);
+        self.positions.clear();
+        self.positions.extend_from_slice(garment);
+        let posed = PosedVertices {
+            body: &self.body,
+            vertices: body,
+            colliders: &[],
+        };
+        self.pass.apply(posed, &mut self.positions);
+        &self.positions
+    }
 }
 
 fn run(
@@ -113,6 +158,7 @@ fn run(
 struct Measure<'a> {
     capture: &'a Capture,
     clip: &'a CapturedClip,
+    corrected: Corrected,
     surface: Surface,
     folds: Folds,
     snapshot: BodySnapshot,
@@ -129,11 +175,13 @@ struct Sums {
     frames: usize,
     vertices: usize,
     squared: f64,
+    squared_corrected: f64,
     second: f64,
     seconds: usize,
     inside: usize,
     folded: usize,
     paper: usize,
+    open: usize,
     crossings: usize,
     convex: usize,
     collapsed: usize,
@@ -146,6 +194,7 @@ impl<'a> Measure<'a> {
         Self {
             capture,
             clip,
+            corrected: Corrected::new(capture),
             surface: Surface::build(body),
             folds: Folds::default(),
             snapshot: BodySnapshot::default(),
@@ -164,15 +213,21 @@ impl<'a> Measure<'a> {
         self.folds.find(&self.surface);
         self.snapshot.prepare(&body, &self.capture.character.body.faces);
         self.ms.push(ms);
+        let faces = &self.capture.character.body.faces;
         let sums = &mut self.sums;
         sums.frames += 1;
         sums.vertices += garment.len();
-        for (p, g) in garment.iter().zip(self.clip.garment.frame(frame)) {
+        let truth = self.clip.garment.frame(frame);
+        let corrected = self.corrected.of(&body, truth);
+        for ((p, g), c) in garment.iter().zip(truth).zip(corrected) {
             sums.squared += f64::from(p.distance_squared(*g));
-            sums.paper += usize::from(self.snapshot.is_inside(*p));
+            sums.squared_corrected += f64::from(p.distance_squared(*c));
             let hit = self.surface.closest(*p);
-            if let Some(hit) = hit.filter(|hit| hit.signed_distance < 0.0) {
-                let folded = self.folds.has_face(hit.face);
+            let is_below = self.snapshot.is_inside(*p);
+            sums.paper += usize::from(is_below);
+            let folded = hit.is_some_and(|hit| self.folds.has_face(hit.face));
+            sums.open += usize::from(is_below && !folded);
+            if hit.is_some_and(|hit| hit.signed_distance < 0.0) {
                 sums.folded += usize::from(folded);
                 sums.inside += usize::from(!folded);
             }
@@ -194,7 +249,6 @@ impl<'a> Measure<'a> {
             let [a, b, c] = face.map(|v| body[v as usize]);
             f64::from((b - a).cross(c - a).length())
         };
-        let faces = &self.capture.character.body.faces;
         let folded = faces
             .iter()
             .zip(self.folds.faces())
@@ -234,12 +288,14 @@ impl<'a> Measure<'a> {
         let mut ms = self.ms.clone();
         ms.sort_by(f64::total_cmp);
         println!(
-            "{name:14} {:8.2} {:8.3} {:10.4} {:9.4} {:9.4} {:9.2} {:9.3} {:8} {:9.2} {:9.2}",
+            "{name:14} {:8.2} {:8.2} {:8.3} {:10.4} {:9.4} {:9.4} {:9.4} {:9.2} {:9.3} {:8} {:9.2} {:9.2}",
             1e3 * (s.squared / s.vertices as f64).sqrt(),
+            1e3 * (s.squared_corrected / s.vertices as f64).sqrt(),
             1e3 * (s.second / s.seconds as f64).sqrt(),
             share(s.inside),
             share(s.folded),
             share(s.paper),
+            share(s.open),
             s.crossings as f64 / s.frames as f64,
             s.convex as f64 / s.frames as f64,
             s.collapsed,

@@ -63,10 +63,11 @@ fn run(scene: &Scene, times: &mut Times) {
         let posed = PosedVertices {
             body: &body,
             vertices: &frame.body,
+            colliders: &[],
         };
-        times.stage("look", || display.look(&body, &positions));
+        times.stage("look", || display.look(posed, &positions));
         times.stage("cover", || display.cover(posed));
-        times.stage("smooth", || display.smooth(&body, &mut positions));
+        times.stage("smooth", || display.smooth(posed, &mut positions));
         times.stage("normals", || {
             vertex_normals(&positions, &scene.garment.rest.faces, &mut normals);
         });

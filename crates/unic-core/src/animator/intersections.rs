@@ -3,8 +3,9 @@
 use super::{Animator, place::Places, tiles::for_each_tile};
 use crate::{
     character::Character,
+    collider::Collider,
     config::{Corrects, IntersectionMode},
-    intersection::{DisplayPass, Handling, PosedVertices},
+    intersection::{DisplayPass, Handling, Layers, PosedVertices},
     model::Model,
     transform::Rigid,
 };
@@ -14,6 +15,9 @@ use glam::Vec3;
 #[derive(Clone, Debug)]
 pub(super) struct Intersections {
     pub(super) mode: IntersectionMode,
+    /// World, metres.
+    pub(super) colliders: Vec<Collider>,
+    layers: Option<Layers>,
     handling: Handling,
     display: Option<Box<DisplayPass>>,
     /// World, metres.
@@ -58,12 +62,32 @@ impl Intersections {
         };
         Self {
             mode,
+            colliders: Vec::new(),
+            layers: None,
             handling,
             display,
             body_vertices: Vec::new(),
             pose: Posed::Before,
             looks: vec![unknown; corrected],
         }
+    }
+
+    /// In another mode, with the same things around.
+    pub(super) fn in_mode(&mut self, mode: IntersectionMode, model: &Model) {
+        let colliders = std::mem::take(&mut self.colliders);
+        let layers = self.layers.take();
+        *self = Self::new(mode, model);
+        self.colliders = colliders;
+        if let Some(layers) = layers {
+            self.set_layers(layers);
+        }
+    }
+
+    pub(super) fn set_layers(&mut self, layers: Layers) {
+        if let Some(display) = &mut self.display {
+            display.set_layers(&layers);
+        }
+        self.layers = Some(layers);
     }
 
     /// The character has moved.
@@ -82,8 +106,12 @@ impl Intersections {
     /// Moves shown positions off the body.
     fn lift(&mut self, positions: &mut [Vec3]) {
         if let (Handling::Robust(_, body), Some(display)) = (&self.handling, &mut self.display) {
-            let vertices = &self.body_vertices;
-            display.apply(PosedVertices { body, vertices }, positions);
+            let posed = PosedVertices {
+                body,
+                vertices: &self.body_vertices,
+                colliders: &self.colliders,
+            };
+            display.apply(posed, positions);
         }
     }
 }

@@ -10,6 +10,7 @@ use glam::Vec3;
 
 mod fold_memory;
 mod group;
+mod visitors;
 
 use fold_memory::FoldMemory;
 
@@ -93,10 +94,10 @@ impl RobustBody {
 /// What a look at the body says about a garment vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// The closest face of the parts that may push the vertex: the seed of the next look.
+    /// A face near the vertex: the seed of the next look.
     pub face: u32,
-    /// Height over it, metres; negative inside, infinite where there is none. Where the vertex is well
-    /// above the body, it may be higher than this.
+    /// Height over the body, metres; negative inside, infinite where no part may push the vertex. Where
+    /// the vertex is well above the body, it may be higher than this.
     pub height_m: f32,
     /// Where the vertex goes, metres; none when it stays.
     pub moved: Option<Vec3>,
@@ -128,26 +129,46 @@ impl RobustIntersection {
     }
 
     /// Looks at the body from garment vertex `vertex` at `p`. The vertex goes along the shortest way
-    /// between it and the body, out to the margin. It stays when it is high enough, when the closest
-    /// face is in a fold, and when no part of the body pushes it.
+    /// between it and the parts that may push it, out to the margin; from inside a part that may not
+    /// it sinks to them first. It stays when it is high enough, when the closest face is in a fold,
+    /// and when no part of the body pushes it.
     ///
     /// Height and place are continuous functions of `p` but where two parts of the skin are equally
-    /// far from it.
+    /// far from it, and where cloth that lies over a visiting limb meets it from above.
     pub fn look(&self, body: &RobustBody, vertex: usize, p: Vec3, seed: u32) -> Contact {
-        let Some(hit) = body.closest(vertex, p, seed) else {
+        let Some(nearest) = body.surface.closest_from(p, seed) else {
             return Contact::NONE;
         };
-        let stays = Contact {
-            face: hit.face,
-            height_m: hit.signed_distance,
-            moved: None,
+        let mut contact = self.touch(body, vertex, p, nearest.face);
+        if let Some(moved) = &mut contact.moved {
+            *moved = self.follow(body, vertex, *moved, contact.face);
+            let nearest = body.surface.closest_from(*moved, contact.face);
+            *moved = nearest.map_or(*moved, |hit| self.sink(body, vertex, *moved, hit.face));
+        }
+        contact
+    }
+
+    /// The first of the way: `nearest` is the closest face of the body.
+    fn touch(&self, body: &RobustBody, vertex: usize, p: Vec3, nearest: u32) -> Contact {
+        let Some(nearest) = body.surface.point_on(nearest, p) else {
+            return Contact::NONE;
         };
-        match self.way_out(&hit, p) {
-            Some(out) if !body.is_folded(hit.face, vertex) => Contact {
-                moved: Some(self.follow(body, vertex, out, hit.face)),
-                ..stays
-            },
-            _ => stays,
+        let (at, hit) = match body.parts.face_pushes(nearest.face, vertex) {
+            true => (p, Some(nearest)),
+            false => {
+                let at = self.sink(body, vertex, p, nearest.face);
+                (at, body.closest(vertex, at, u32::MAX))
+            }
+        };
+        let Some(hit) = hit else {
+            return Contact::NONE;
+        };
+        let out = self.way_out(&hit, at);
+        let out = out.filter(|_| !body.is_folded(hit.face, vertex));
+        Contact {
+            face: hit.face,
+            height_m: hit.signed_distance.min(nearest.signed_distance),
+            moved: out.or_else(|| (at != p).then_some(at)),
         }
     }
 

@@ -2,14 +2,17 @@
 
 use super::*;
 use crate::{
+    collider::Collider,
     config::Corrects,
     mesh::TriMesh,
     shapes::{cube, point, sheet, sphere},
     skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
     surface::Surface,
+    transform::Rigid,
 };
 use proptest::{collection::vec, prelude::*};
+use std::sync::Arc;
 
 const MARGIN_M: f32 = 0.003;
 const RULE: RobustIntersection = RobustIntersection { margin_m: MARGIN_M };
@@ -59,10 +62,20 @@ fn shifted(mut mesh: TriMesh, by: Vec3) -> TriMesh {
 
 /// The display pass over a garment that lies at its rest positions.
 fn shown(body: &RobustBody, body_vertices: &[Vec3], garment: &Garment) -> Vec<Vec3> {
+    shown_among(body, body_vertices, garment, &[])
+}
+
+fn shown_among(
+    body: &RobustBody,
+    body_vertices: &[Vec3],
+    garment: &Garment,
+    colliders: &[Collider],
+) -> Vec<Vec3> {
     let mut positions = garment.rest.vertices.clone();
     let posed = PosedVertices {
         body,
         vertices: body_vertices,
+        colliders,
     };
     DisplayPass::new(RULE, garment, body).apply(posed, &mut positions);
     positions
@@ -188,9 +201,9 @@ fn a_hand_does_not_push_what_the_trunk_carries() {
     let garment = garment(cloth, 4, |v| if v == 1 { 2 } else { 0 });
     let body = RobustBody::new(&character, &garment);
     let look = |vertex, p| RULE.look(&body, vertex, p, Handling::no_seed());
-    // In the hand.
+    // In the hand, which it does not leave outwards.
     let p = Vec3::X * 0.17;
-    assert_eq!(look(0, p).moved, None);
+    assert!(look(0, p).moved.unwrap().x < 0.155);
     assert!(look(1, p).moved.is_some());
     // In both: for what the hand does not push there is no fold either.
     let out = look(0, Vec3::X * 0.145).moved.unwrap();
@@ -288,6 +301,155 @@ fn seams_stay_closed() {
     for (corner, &vertex) in of_split.iter().zip(garment.rest.faces.iter().flatten()) {
         assert!(corner.distance(whole[vertex as usize]) < 1e-6);
     }
+}
+
+/// A ball through a sheet of `side` squares a way that lies far from the body.
+fn over_a_prop(side: u32, collider: Collider) -> (Vec<Vec3>, Garment) {
+    let ball = sphere(2, 0.1);
+    let far = Vec3::new(4.8, 0.09, -0.19);
+    let (body, garment) = rigid(ball.clone(), shifted(sheet(side, side, 0.4 / side as f32), far));
+    (shown_among(&body, &ball.vertices, &garment, &[collider]), garment)
+}
+
+#[test]
+fn cloth_is_lifted_over_props_and_keeps_its_bits_beside_them() {
+    let ball = Collider::sphere(0.1, Vec3::X * 5.0);
+    let capsule = Collider::capsule(0.1, [Vec3::new(5.0, 0.0, -0.05), Vec3::new(5.0, 0.0, 0.05)]);
+    let mesh = Collider::mesh(
+        Arc::new(Surface::build(&sphere(4, 0.1))),
+        Rigid::new(glam::Quat::IDENTITY, Vec3::X * 5.0),
+    );
+    for (name, collider) in [("ball", ball), ("capsule", capsule), ("mesh", mesh)] {
+        let (positions, garment) = over_a_prop(40, collider.clone());
+        let low = positions
+            .iter()
+            .filter_map(|&p| collider.way_out(p, MARGIN_M - 1e-5));
+        assert_eq!(low.count(), 0, "{name}");
+        let pairs = || positions.iter().zip(&garment.rest.vertices);
+        assert!(
+            pairs().any(|(a, b)| a != b) && pairs().any(|(a, b)| a == b),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn round_props_through_one_large_square_are_covered() {
+    let ball = Collider::sphere(0.1, Vec3::X * 5.0);
+    let (positions, garment) = over_a_prop(1, ball.clone());
+    for face in &garment.rest.faces {
+        let corners = face.map(|v| positions[v as usize]);
+        assert!(ball.way_out_of_face(corners, 0.0).is_none(), "{corners:?}");
+    }
+}
+
+#[test]
+fn cloth_lies_on_the_ground_and_out_of_the_body() {
+    let (body, ball, garment) = over_a_ball(40, 0.8, 0.05);
+    let positions = shown_among(&body, &ball.vertices, &garment, &[Collider::ground(0.06)]);
+    for p in positions {
+        assert!(p.y > 0.06 + MARGIN_M - 1e-5, "{p}");
+        assert!(body.surface().closest(p).unwrap().signed_distance > -1e-4);
+    }
+}
+
+/// A cloth over a ball, and another that dips through it.
+fn two_layers(layer_of: impl Fn(usize) -> u32) -> (RobustBody, TriMesh, Garment, Layers) {
+    let ball = sphere(3, 0.1);
+    let corner = |y: f32| Vec3::new(-0.2, y, -0.19);
+    let outer = |v: &Vec3| *v + Vec3::Y * 0.006 * (30.0 * v.x).sin();
+    let mut over = shifted(sheet(30, 30, 0.4 / 30.0), corner(0.125));
+    over.vertices.iter_mut().for_each(|v| *v = outer(v));
+    let cloth = two(shifted(sheet(20, 20, 0.02), corner(0.12)), over);
+    let (character, garment) = (character(ball.clone(), &[-1], |_| 0), garment(cloth, 1, |_| 0));
+    let of_vertices = (0..garment.rest.vertices.len()).map(layer_of).collect();
+    let layers = Layers::new(&character, &garment, of_vertices).unwrap();
+    assert_eq!(
+        layers.of_vertices(),
+        Layers::of_parts(&character, &garment).of_vertices()
+    );
+    (RobustBody::new(&character, &garment), ball, garment, layers)
+}
+
+#[test]
+fn layers_come_into_order_and_keep_it() {
+    let inner = 21 * 21;
+    let (body, ball, garment, layers) = two_layers(|v| u32::from(v >= inner));
+    let posed = PosedVertices {
+        body: &body,
+        vertices: &ball.vertices,
+        colliders: &[],
+    };
+    let mut pass = DisplayPass::new(RULE, &garment, &body);
+    pass.set_layers(&layers);
+    let mut positions = garment.rest.vertices.clone();
+    pass.apply(posed, &mut positions);
+    assert_eq!(
+        positions[..inner],
+        garment.rest.vertices[..inner],
+        "the inner layer stays"
+    );
+    let faces = garment
+        .rest
+        .faces
+        .iter()
+        .filter(|f| f.iter().all(|&v| (v as usize) < inner));
+    let beneath = Surface::build(&TriMesh::new(positions.clone(), faces.copied().collect()).unwrap());
+    let height = |p: &Vec3| beneath.closest(*p).unwrap();
+    let over = || {
+        positions[inner..]
+            .iter()
+            .map(height)
+            .filter(|hit| hit.normal.y > 0.99)
+    };
+    let was = garment.rest.vertices[inner..].iter().map(height);
+    assert!(was.filter(|hit| hit.signed_distance < -5e-4).count() > 50);
+    assert!(over().count() > 500);
+    over().for_each(|hit| assert!(hit.signed_distance > MARGIN_M - 1e-4, "{hit:?}"));
+    let again = positions.clone();
+    pass.apply(posed, &mut positions);
+    assert!(positions.iter().zip(&again).all(|(a, b)| a.distance(*b) < 1e-4));
+}
+
+#[test]
+fn layers_of_another_mesh_are_refused() {
+    let character = character(sphere(1, 0.15), &[-1], |_| 0);
+    let garment = garment(cube(), 1, |_| 0);
+    let of = |layers: Vec<u32>| Layers::new(&character, &garment, layers).map(|_| ());
+    let vertices = garment.rest.vertices.len();
+    assert_eq!(of(vec![0; vertices]), Ok(()));
+    let (expected, found) = (vertices, 3);
+    assert_eq!(of(vec![0; 3]), Err(LayersError::Vertices { expected, found }));
+    let (most, found) = (Layers::MOST - 1, 99);
+    assert_eq!(of(vec![99; vertices]), Err(LayersError::TooMany { most, found }));
+}
+
+/// A trunk with an arm beside it: what is in the arm goes to the trunk.
+#[test]
+fn cloth_in_a_limb_sinks_towards_what_carries_it() {
+    let count = sphere(3, 1.0).vertices.len();
+    let parents = [-1, 0, 1, 2];
+    // From 1.5 cm over the trunk to 7.5 cm.
+    let body = trunk_and_hand(0.015);
+    let character = character(body, &parents, |v| if v < count { 0 } else { 3 });
+    let cloth = TriMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();
+    let garment = garment(cloth, 4, |v| if v == 1 { 2 } else { 0 });
+    let body = RobustBody::new(&character, &garment);
+    let look = |vertex, x: f32| RULE.look(&body, vertex, Vec3::X * x, Handling::no_seed()).moved;
+    for x in [0.167, 0.17, 0.19, 0.21, 0.222] {
+        let out = look(0, x).unwrap();
+        // Under the arm, over the trunk.
+        assert!(
+            out.x > 0.153 - 3e-4 && out.x < 0.165 && out.x > 0.161,
+            "{x}: {out}"
+        );
+    }
+    // Continuous where the arm comes in.
+    let out = look(0, 0.1655).unwrap();
+    assert!((out.x - 0.1645).abs() < 5e-4, "{out}");
+    assert_eq!((look(0, 0.16), look(0, 0.23)), (None, None));
+    // A sleeve is pushed by the arm and goes the nearest way.
+    assert!(look(1, 0.222).unwrap().x > 0.225);
 }
 
 #[test]

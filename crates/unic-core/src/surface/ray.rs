@@ -31,7 +31,7 @@ impl Surface {
     /// # Ok::<(), unic_core::mesh::MeshError>(())
     /// ```
     pub fn first_along(&self, origin: Vec3, direction: Vec3, reach: f32) -> Option<RayHit> {
-        self.first_of(origin, direction, reach, |_| true)
+        self.first_among(origin, direction, reach, |_| true)
     }
 
     /// What vertex `vertex` of the bind pose sees along its normal, the sum of the normals of
@@ -49,10 +49,11 @@ impl Surface {
         let around = self.faces_at(vertex).map(|f| self.face(f).area_normal());
         let normal = around.sum::<Vec3>().normalize_or_zero();
         let is_elsewhere = |face: u32| !self.welded[face as usize].contains(&vertex);
-        self.first_of(origin, normal, reach, |face| is_elsewhere(face) && counts(face))
+        self.first_among(origin, normal, reach, |face| is_elsewhere(face) && counts(face))
     }
 
-    fn first_of(
+    /// [`Surface::first_along`] among the faces that count.
+    pub(crate) fn first_among(
         &self,
         origin: Vec3,
         direction: Vec3,

@@ -68,6 +68,11 @@ impl Cloth {
         }
     }
 
+    /// Slots of the corners of each face.
+    pub(super) fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
     /// Slots of the corners.
     pub(super) fn corners(&self, face: u32) -> [u32; 3] {
         self.faces[face as usize]

@@ -41,6 +41,17 @@ pub(super) struct View<'a> {
     pub(super) least_height_m: f32,
 }
 
+impl Poke {
+    /// The shortest move of the corners that moves the point of these weights along a way.
+    pub(super) fn new(face: u32, weights: Vec3, way: Vec3) -> Self {
+        let lift = way / weights.length_squared();
+        Self {
+            face,
+            lifts: weights.to_array().map(|weight| lift * weight),
+        }
+    }
+}
+
 impl Pokes {
     /// Those that were found.
     pub(super) fn iter(&self) -> impl Iterator<Item = Poke> {
@@ -99,13 +110,8 @@ impl View<'_> {
         if height >= self.least_height_m || is_beside || self.is_folded(vertex, face) {
             return None;
         }
-        let weights = hit.barycentric;
-        // The shortest move of the corners that brings the point on the face up.
-        let lift = normal * ((self.least_height_m - height) / weights.length_squared());
-        Some(Poke {
-            face,
-            lifts: weights.to_array().map(|weight| lift * weight),
-        })
+        let way = normal * (self.least_height_m - height);
+        Some(Poke::new(face, hit.barycentric, way))
     }
 
     /// Does the body vertex lie in a fold between parts that may lift this face?

@@ -62,7 +62,7 @@ impl Group<'_> {
             *centre = finite().sum::<Vec3>() / finite().count() as f32;
         }
         let faces = match centres.iter().any(|centre| centre.is_finite()) {
-            true => self.closest(&centres, &[seed]).item,
+            true => self.nearest(&centres, &[seed]).item,
             false => [u32::MAX; LANES],
         };
         centres.into_iter().zip(faces).map(|(centre, face)| Ball {
@@ -91,44 +91,38 @@ impl Group<'_> {
     }
 
     fn look_together(&self, positions: &[Vec3], ball: &Ball, contacts: &mut [Contact]) {
-        let found = self.closest(positions, &[ball.face]);
+        let found = self.nearest(positions, &[ball.face]);
         let mut at = [Vec3::NAN; LANES];
         for (lane, (contact, &p)) in contacts.iter_mut().zip(positions).enumerate() {
-            let distance = found.squared[lane].sqrt();
-            *contact = match self.is_clear(p, distance, ball) {
-                true => Contact {
-                    face: found.item[lane],
+            let (distance, face) = (found.squared[lane].sqrt(), found.item[lane]);
+            *contact = match face {
+                u32::MAX => Contact::NONE,
+                _ if self.is_clear(p, face, distance, ball) => Contact {
+                    face,
                     height_m: distance,
                     moved: None,
                 },
-                false => self.contact(p, found.item[lane]),
+                _ => self.rule.touch(self.body, self.vertex, p, face),
             };
             at[lane] = contact.moved.unwrap_or(Vec3::NAN);
         }
-        self.follow(&mut at, found.item);
+        if at.iter().any(|p| p.is_finite()) {
+            self.follow(&mut at, found.item);
+            self.sink(&mut at, found.item);
+        }
         let moved = contacts.iter_mut().filter_map(|contact| contact.moved.as_mut());
         let ways = at.into_iter().filter(|at| at.is_finite());
         moved.zip(ways).for_each(|(moved, at)| *moved = at);
     }
 
-    /// Whether a vertex at a distance from the body is high enough: the balls around it and around the
-    /// centre, which the body does not reach, overlap, and the centre is outside.
-    fn is_clear(&self, p: Vec3, distance: f32, ball: &Ball) -> bool {
+    /// Whether a vertex at a distance from the body, on the outer side of its closest face there, is
+    /// high enough: the balls around it and around the centre, which the body does not reach, overlap,
+    /// and the centre is outside. The centre alone says nothing about a second part of the body that
+    /// the vertex is inside of.
+    fn is_clear(&self, p: Vec3, face: u32, distance: f32, ball: &Ball) -> bool {
         let overlap_m = ball.height_m + distance - p.distance(ball.centre);
-        ball.height_m > 0.0 && overlap_m > 0.0 && self.rule.is_high_enough(distance)
-    }
-
-    /// What the first look says.
-    fn contact(&self, p: Vec3, face: u32) -> Contact {
-        let Some(hit) = self.body.surface.point_on(face, p) else {
-            return Contact::NONE;
-        };
-        let way_out = self.rule.way_out(&hit, p);
-        Contact {
-            face,
-            height_m: hit.signed_distance,
-            moved: way_out.filter(|_| !self.body.is_folded(face, self.vertex)),
-        }
+        let is_above = ball.height_m > 0.0 && overlap_m > 0.0 && self.rule.is_high_enough(distance);
+        is_above && self.body.surface.is_above(face, p)
     }
 
     /// Goes on from the first ways out, of the lanes that have one.
@@ -149,11 +143,27 @@ impl Group<'_> {
         }
     }
 
+    /// Out of the parts of the body that the ways out led into but that may not push.
+    fn sink(&self, at: &mut [Vec3; LANES], faces: [u32; LANES]) {
+        let nearest = self.nearest(at, &faces).item;
+        for (at, face) in at.iter_mut().zip(nearest).filter(|(at, _)| at.is_finite()) {
+            *at = self.rule.sink(self.body, self.vertex, *at, face);
+        }
+    }
+
+    /// The closest faces of the parts that may push.
     fn closest(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
         let parts = &self.body.parts;
         let mut packet = Packet::new(points, f32::INFINITY);
         let counts = |face| parts.face_pushes(face, self.vertex);
         self.body.surface.closest_of_packet(&mut packet, seeds, counts);
+        packet
+    }
+
+    /// The closest faces of the body.
+    fn nearest(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
+        let mut packet = Packet::new(points, f32::INFINITY);
+        self.body.surface.closest_of_packet(&mut packet, seeds, |_| true);
         packet
     }
 }
