@@ -12,7 +12,7 @@ use unic_io::{NpzWriter, write_obj};
 use unic_testdata::{Figure, take};
 
 /// Where the template's pelvis is, metres, Z up.
-const PELVIS: Vec3 = Vec3::new(0.0, -0.021_519_511, 0.904_766_85);
+const PELVIS: Vec3 = Vec3::new(0.0, -0.0215, 0.9048);
 /// More than the 300 of the VTO protocol.
 const LONG: usize = 320;
 

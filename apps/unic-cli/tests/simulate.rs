@@ -59,6 +59,40 @@ fn bytes(root: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 #[test]
+fn feet_are_found_by_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    inputs(folder.path());
+    let line = "simulate --character body.npz --garment tube --motion one.npz --seconds 0.1 --out feet";
+    let output = command(folder.path(), line).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let capture = Capture::open(&folder.path().join("feet")).unwrap();
+    assert_eq!(capture.contact_joints, [4, 4, 5, 5]);
+}
+
+#[test]
+fn a_breeze_blows_on_training_motions_from_other_sides() {
+    let folder = tempfile::tempdir().unwrap();
+    inputs(folder.path());
+    let output = simulate(folder.path(), "--out windy --seconds 0.5 --breeze 2.5");
+    assert!(output.status.success(), "{}", stderr(&output));
+    let capture = Capture::open(&folder.path().join("windy")).unwrap();
+    let names = ["one", "two", "one_breeze", "two_breeze"];
+    assert_eq!(capture.clip_names(Split::Train), names);
+    assert_eq!(capture.clip_names(Split::Test), ["three"]);
+    let [still, other, windy, turned] = names.map(|name| capture.load_clip(name).unwrap());
+    assert!(still.clip.wind.is_empty() && windy.clip.has_motion_of(&still.clip));
+    let speeds = (windy.clip.wind.iter()).map(|wind| (wind.length() - 2.5).abs());
+    assert!(speeds.fold(0.0, f32::max) < 1e-5 && windy.clip.wind.len() == windy.clip.len());
+    assert!(windy.clip.wind_at(0).distance(turned.clip.wind_at(0)) > 1.0);
+    let blown = |a: &unic_io::CapturedClip, b: &unic_io::CapturedClip| {
+        let last = a.clip.len() - 1;
+        let apart = a.garment.frame(last).iter().zip(b.garment.frame(last));
+        apart.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
+    };
+    assert!(blown(&still, &windy) > 0.002 && blown(&other, &turned) > 0.002);
+}
+
+#[test]
 fn a_capture_is_made_that_trains() {
     let folder = tempfile::tempdir().unwrap();
     inputs(folder.path());
@@ -192,7 +226,7 @@ fn what_cannot_be_meant_is_said_in_one_sentence() {
     );
     refused("--character body.npz --out a", &["24 joints"]);
     refused(
-        "--character body.npz --garment tube.obj --motion one.npz --out a",
+        "--character body.npz --garment tube.obj --motion one.npz --contacts 4,4,5,6 --out a",
         &["contact_joints", "6 joints"],
     );
     for wrong in [
@@ -201,6 +235,7 @@ fn what_cannot_be_meant_is_said_in_one_sentence() {
         "--substeps 4000000000",
         "--seconds 0",
         "--wind 1,2",
+        "--breeze -1",
     ] {
         refused(&format!("{INPUTS} --motion one.npz --out a {wrong}"), &["help"]);
     }

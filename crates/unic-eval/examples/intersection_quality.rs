@@ -72,7 +72,7 @@ fn main() -> Anything<()> {
                 } else {
                     captured
                 };
-                measure.add(frame, &shown.to_vec(), 0.0);
+                measure.add(frame, shown, 0.0);
             }
             measure.print(name);
         }

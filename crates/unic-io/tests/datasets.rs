@@ -211,7 +211,7 @@ fn z_up(v: Vec3) -> Vec3 {
 }
 
 /// Where the template's pelvis is, metres, Z up.
-const PELVIS: Vec3 = Vec3::new(0.0, -0.021_519_511, 0.904_766_85);
+const PELVIS: Vec3 = Vec3::new(0.0, -0.0215, 0.9048);
 
 /// A folder of the data set whose positions are in `unit` metres, from the world or from the root joint.
 fn virtual_bones(folder: &Path, figure: &Figure, unit: f32, from_root: bool) {

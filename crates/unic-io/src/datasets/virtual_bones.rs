@@ -15,7 +15,7 @@ use unic_core::{character::Character, mesh::TriMesh, skeleton::Pose};
 /// Metres a unit of the template.
 const UNIT_M: f32 = 0.1;
 /// The pelvis of the body in the template's pose, metres, Z up.
-const PELVIS: Vec3 = Vec3::new(0.0, -0.021_519_511, 0.904_766_85);
+const PELVIS: Vec3 = Vec3::new(0.0, -0.0215, 0.9048);
 
 pub(super) fn read(path: &Path, character: &Character) -> Result<Sequence> {
     let mut npz = Npz::open(path)?;

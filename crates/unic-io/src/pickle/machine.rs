@@ -108,8 +108,12 @@ impl Machine<'_> {
         loop {
             match self.byte()? {
                 b'.' => return self.pop(),
-                0x80 => drop(self.take(1)?),
-                0x95 => drop(self.take(8)?),
+                0x80 => {
+                    self.take(1)?;
+                }
+                0x95 => {
+                    self.take(8)?;
+                }
                 b'0' => drop(self.pop()?),
                 b'1' => drop(self.pop_marked()?),
                 b'2' => self.stack.push(*self.stack.last()?),
