@@ -40,9 +40,10 @@ impl Clip {
         self.len().saturating_sub(1) as f32 / self.fps
     }
 
-    /// Does the character do the same, whatever the air does?
+    /// Does the character do the same as far as both go, whatever the air does?
     pub fn has_motion_of(&self, other: &Clip) -> bool {
-        self.poses == other.poses
+        let both = self.len().min(other.len());
+        both > 1 && self.poses[..both] == other.poses[..both]
     }
 
     /// Some of the frames.

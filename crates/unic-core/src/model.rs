@@ -253,6 +253,13 @@ impl Model {
     /// # Errors
     /// Another number of values than vertices, values outside [0, 1], a state without skinning.
     pub fn with_mask(&self, mask: &[f32]) -> Result<Self, ModelError> {
+        if mask.len() != self.vertex_count() {
+            return Err(ModelError::Count {
+                what: "numbers in the garment's mask",
+                expected: self.vertex_count(),
+                found: mask.len(),
+            });
+        }
         let mut parts = self.to_parts();
         let share = |(vertex, m): (usize, &f32)| m * self.garment.share(vertex);
         parts.garment.mask = Some(mask.iter().enumerate().map(share).collect());

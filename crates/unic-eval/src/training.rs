@@ -32,6 +32,25 @@ impl TrainingSet {
         self.train.iter().enumerate().flat_map(frames).collect()
     }
 
+    /// The motion of each training clip, counted from 0 on: clips of one motion in several winds are left out
+    /// together, so that what judges is not known. Where there is but one motion, its winds are told apart.
+    pub fn motions(&self) -> Vec<usize> {
+        let clip = |i: usize| &self.train[i].captured.clip;
+        let mut firsts: Vec<usize> = Vec::new();
+        let number = |i: usize| {
+            let known = firsts.iter().position(|&j| clip(j).has_motion_of(clip(i)));
+            known.unwrap_or_else(|| {
+                firsts.push(i);
+                firsts.len() - 1
+            })
+        };
+        let numbers: Vec<usize> = (0..self.train.len()).map(number).collect();
+        match firsts.len() {
+            1 => (0..self.train.len()).collect(),
+            _ => numbers,
+        }
+    }
+
     /// At most `most` frames, evenly spaced over all of them.
     pub fn spread_frames(&self, most: usize) -> Vec<FrameIndex> {
         let all = self.frames();

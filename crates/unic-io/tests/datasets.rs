@@ -359,9 +359,7 @@ fn other_layouts_are_refused_in_a_sentence() {
             .to_string()
             .contains("expected sequences (.npz)")
     );
-    // The garment of one body on another.
-    let mut other = figure.character.clone();
-    other.body.vertices.iter_mut().for_each(|v| v.x += 9.0);
+    // A garment in another unit.
     let folder = tempfile::tempdir().unwrap();
     virtual_bones(folder.path(), &figure, 0.033, false);
     let error = convert(

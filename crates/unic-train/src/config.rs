@@ -89,7 +89,7 @@ pub struct RecurrenceSettings {
     pub oscillators: usize,
     /// Width of the embedding and of the hidden layer.
     pub width: usize,
-    /// AdamW steps, at most, of the one that the model gets; those with clips left out have half as many.
+    /// AdamW steps, at most, of the one that the model gets; those with motions left out have fewer in proportion.
     pub steps: u64,
     /// Times, at most, that a frame of motion is seen in them: few clips are soon known by heart.
     pub epochs: u64,

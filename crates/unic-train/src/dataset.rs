@@ -187,7 +187,6 @@ impl Dataset {
     }
 }
 
-/// The named clips, each cut to the same share where there are more than `seconds` of them.
 /// A motion that is validated on is not trained on in another wind, where other motion is left.
 fn forget_motion(clips: &mut Vec<PreparedClip>, validation: &[PreparedClip]) {
     let is_known = |clip: &PreparedClip| {
@@ -199,6 +198,7 @@ fn forget_motion(clips: &mut Vec<PreparedClip>, validation: &[PreparedClip]) {
     }
 }
 
+/// The named clips, each cut to the same share where there are more than `seconds` of them.
 fn load(
     capture: &Capture,
     spec: &MotionSpec,

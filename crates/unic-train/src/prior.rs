@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use remembered::Remembered;
 use series::Series;
 use unic_core::{model::ModelError, network::Linear, prior::Prior};
-use unic_eval::{Displacements, LinearMap, Moments, PreparedClip, PrincipalComponents, TrainingSet};
+use unic_eval::{Displacements, LinearMap, Moments, PrincipalComponents, TrainingSet};
 
 /// A prior, and its coefficients in every training frame as a prior would give them that has never
 /// seen the clip: what the field has to add in training is then as large as on a new motion.
@@ -77,7 +77,7 @@ pub fn fit_prior(
     };
     let motions = match set.train.len() {
         1 => (0..series.len()).collect(),
-        _ => motions(&set.train),
+        _ => set.motions(),
     };
     let linear = LeaveOneOut::fit(&series, &motions);
     let coefficients = |(s, map): (&Series, &Option<LinearMap>)| -> Vec<Vec<f32>> {
@@ -115,13 +115,6 @@ pub fn fit_prior(
         left_out = vec![left_out.concat()];
     }
     Ok(FittedPrior { prior, left_out })
-}
-
-/// The first clip with the motion of each: clips of one motion in several winds are left out together.
-fn motions(clips: &[PreparedClip]) -> Vec<usize> {
-    let clip = |i: usize| &clips[i].captured.clip;
-    let first = |i: usize| (0..i).find(|&j| clip(j).has_motion_of(clip(i))).unwrap_or(i);
-    (0..clips.len()).map(first).collect()
 }
 
 /// The linear map of all series, and of all but those of each one's motion.

@@ -38,9 +38,9 @@ pub(crate) struct Fitted {
     pub(crate) left_out: Vec<Vec<f32>>,
 }
 
-/// Parts that the motions are split into, to leave out one at a time. Two would judge a small capture by half
+/// Parts that the motions are split into at most, to leave out one at a time. Two would judge a small capture by half
 /// of what it teaches.
-const FOLDS: u64 = 5;
+const MOST_FOLDS: usize = 5;
 
 /// Less of what is left of the coefficients' squares than this is noise.
 const LEAST_GAIN: f64 = 0.02;
@@ -60,10 +60,12 @@ pub(crate) fn fit_recurrence(
 ) -> Result<Option<Fitted>, TrainError> {
     let steps = settings.steps_for(sequences.iter().map(Sequence::len).sum());
     // As many looks at every frame as with all of them.
-    let fold_steps = (steps * (FOLDS - 1)).div_ceil(FOLDS);
+    let count = motions(sequences).clamp(2, MOST_FOLDS);
+    let fold_of = |s: &Sequence| s.motion_number % count;
+    let fold_steps = (steps * (count as u64 - 1)).div_ceil(count as u64);
     let progress = Progress {
         done: AtomicU64::new(0),
-        all: FOLDS * fold_steps + steps,
+        all: count as u64 * fold_steps + steps,
         watch,
     };
     let fit = |fold: Option<usize>| -> Result<Option<Recurrence>, TrainError> {
@@ -77,10 +79,7 @@ pub(crate) fn fit_recurrence(
         };
         fit.run(&progress)
     };
-    let folds: Result<Vec<_>, TrainError> = (0..FOLDS as usize)
-        .into_par_iter()
-        .map(|f| fit(Some(f)))
-        .collect();
+    let folds: Result<Vec<_>, TrainError> = (0..count).into_par_iter().map(|f| fit(Some(f))).collect();
     let folds = folds?;
     let corrections = |s: &Sequence| match &folds[fold_of(s)] {
         Some(recurrence) => s.corrections(recurrence),
@@ -150,8 +149,7 @@ struct Clip {
 }
 
 fn by_clip(sequences: &[Sequence], corrections: &[Vec<f32>]) -> Vec<Clip> {
-    let folds = sequences.iter().map(|s| s.motion_number + 1).max().unwrap_or(0);
-    let mut sums = vec![[0.0f64; 3]; folds];
+    let mut sums = vec![[0.0f64; 3]; motions(sequences)];
     for (sequence, correction) in sequences.iter().zip(corrections) {
         let [along, squares, size] = &mut sums[sequence.motion_number];
         for (c, t) in correction.iter().zip(&sequence.targets) {
@@ -170,8 +168,9 @@ fn by_clip(sequences: &[Sequence], corrections: &[Vec<f32>]) -> Vec<Clip> {
         .collect()
 }
 
-fn fold_of(sequence: &Sequence) -> usize {
-    sequence.motion_number % FOLDS as usize
+/// Motions are numbered from 0 on.
+fn motions(sequences: &[Sequence]) -> usize {
+    sequences.iter().map(|s| s.motion_number + 1).max().unwrap_or(0)
 }
 
 struct Progress<'a> {

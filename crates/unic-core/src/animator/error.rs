@@ -15,7 +15,7 @@ pub enum AnimatorError {
     },
     /// A pose, ground height or wind that is no number or absurdly large, or rotations that are none.
     #[error(
-        "animator: expected unit rotations and finite numbers within 1000 km of the origin in the pose, found others"
+        "animator: expected unit rotations and finite numbers below a million in pose, ground and wind, found others"
     )]
     Pose,
     /// Positions of another mesh.

@@ -48,6 +48,8 @@ pub(super) struct Series {
     pub(super) inputs: Vec<Vec<f64>>,
     /// Components of frames 0, 1, ...: K numbers each, metres.
     pub(super) components: Vec<Vec<f64>>,
+    /// Number of the motion, see [`TrainingSet::motions`].
+    pub(super) motion: usize,
 }
 
 /// All clips that a regression may look at.
@@ -97,20 +99,21 @@ impl ComponentModel {
             .project(&displacements(&self.garment, clip, frame))
     }
 
-    fn series(&self, clip: &PreparedClip) -> Series {
+    fn series(&self, clip: &PreparedClip, motion: usize) -> Series {
         let frames = 0..clip.len();
         Series {
             inputs: (1..clip.len()).map(|t| self.inputs(clip, t)).collect(),
             components: frames.into_par_iter().map(|t| self.truth(clip, t)).collect(),
+            motion,
         }
     }
 
     /// Reads every frame once.
     pub(super) fn series_set(&self, set: &TrainingSet) -> SeriesSet {
-        let all = |clips: &[PreparedClip]| clips.iter().map(|c| self.series(c)).collect();
+        let train = set.train.iter().zip(set.motions());
         SeriesSet {
-            train: all(&set.train),
-            validation: all(&set.validation),
+            train: train.map(|(clip, motion)| self.series(clip, motion)).collect(),
+            validation: set.validation.iter().map(|clip| self.series(clip, 0)).collect(),
         }
     }
 }

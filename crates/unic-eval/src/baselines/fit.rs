@@ -159,12 +159,13 @@ impl Series {
     /// Consecutive pieces; each begins with the frame that its first pair starts from.
     fn cut(&self, pieces: usize) -> Vec<Series> {
         let pairs = self.inputs.len();
-        let bounds = (0..pieces).map(|k| (k * pairs / pieces, (k + 1) * pairs / pieces));
-        let piece = |(from, to): (usize, usize)| Series {
+        let bounds = (0..pieces).map(|k| (k, k * pairs / pieces, (k + 1) * pairs / pieces));
+        let piece = |(motion, from, to): (usize, usize, usize)| Series {
             inputs: self.inputs[from..to].to_vec(),
             components: self.components[from..to + 1].to_vec(),
+            motion,
         };
-        bounds.filter(|(from, to)| from < to).map(piece).collect()
+        bounds.filter(|(_, from, to)| from < to).map(piece).collect()
     }
 }
 
@@ -176,15 +177,15 @@ fn folds<'a>(train: &'a [Series], validation: &'a [Series], moments: &[Moments])
         });
         return fold.into_iter().collect();
     }
-    let used = train.iter().filter(|s| !s.inputs.is_empty());
-    let without = |(out, held_out): (usize, &'a Series)| {
-        let others = moments.iter().enumerate().filter(|(i, _)| *i != out);
+    let used = || train.iter().filter(|s| !s.inputs.is_empty());
+    let without = |held_out: &'a Series| {
+        let others = used().zip(moments).filter(|(s, _)| s.motion != held_out.motion);
         Some(Fold {
             moments: Moments::pooled(others.map(|(_, m)| m))?,
             held_out: vec![held_out],
         })
     };
-    used.enumerate().filter_map(without).collect()
+    used().filter_map(without).collect()
 }
 
 fn push_feedback(feedback: Feedback, unit: f64, previous: &[f64], inputs: &mut Vec<f64>) {

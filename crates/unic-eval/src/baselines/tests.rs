@@ -35,7 +35,11 @@ fn series(clip: usize, frames: usize, memory: f64) -> Series {
     for x in &inputs {
         components.push(system(x, components.last().unwrap(), memory));
     }
-    Series { inputs, components }
+    Series {
+        inputs,
+        components,
+        motion: clip,
+    }
 }
 
 fn set(clips: std::ops::Range<usize>, memory: f64) -> SeriesSet {

@@ -177,7 +177,9 @@ impl Quantities {
         frame: usize,
     ) -> Vec<f32> {
         let c = kinematics.motion(frame);
-        let velocity = Vec3::from_slice(&c[self.slices.root_velocity.clone()]);
+        // Over the ground: the motion vector's is relative to the air.
+        let wind = kinematics.world_from_frame(frame).rotation.inverse() * clip.wind_at(frame);
+        let velocity = Vec3::from_slice(&c[self.slices.root_velocity.clone()]) + wind;
         let turning = c[self.slices.root_angular_velocity.start + 1];
         // The y row of the root's rotation; its middle is the cosine to the vertical.
         let upright = c[self.slices.root_orientation.start + 4];

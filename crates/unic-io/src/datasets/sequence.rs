@@ -28,6 +28,13 @@ impl Sequence {
             Dataset::Vto => vto::read(path, character)?,
             Dataset::VirtualBones => virtual_bones::read(path, character)?,
         };
+        if sequence.garment.first().is_none_or(Vec::is_empty) {
+            return Err(Error::content(
+                path,
+                "a garment of vertices in every frame",
+                "none",
+            ));
+        }
         let finite = |p: &Vec3| p.is_finite();
         let poses = &sequence.clip.poses;
         if !poses.iter().all(Pose::is_valid) || !sequence.garment.iter().flatten().all(finite) {

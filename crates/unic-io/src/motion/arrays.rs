@@ -15,9 +15,9 @@ use unic_core::{
 pub(crate) const POSE_NAMES: [&str; 2] = ["poses", "pose"];
 const FRAME_RATE_NAMES: [&str; 4] = ["mocap_framerate", "mocap_frame_rate", "fps", "framerate"];
 
-/// Key of the ground's height in metres, when it is not 0.
-/// Velocity of the air, m/s, world space, one a frame.
+/// Key of the air's velocity, m/s, world space, one a frame.
 pub(crate) const WIND_NAME: &str = "wind";
+/// Key of the ground's height in metres, when it is not 0.
 pub(crate) const GROUND_HEIGHT_NAME: &str = "ground_height";
 
 /// Joints of the SMPL family that carry the body: the rest are hands, jaw and eyes.

@@ -89,6 +89,9 @@ pub(crate) fn turn(clip: &mut Clip, skeleton: &Skeleton) {
         pose.trans = Vec3::new(p.x, p.z, -p.y) - origin;
         pose.local[root] = (y_up_from_z_up * pose.local[root]).normalize();
     }
+    for wind in &mut clip.wind {
+        *wind = Vec3::new(wind.x, wind.z, -wind.y);
+    }
 }
 
 #[cfg(test)]

@@ -97,9 +97,10 @@ fn paper() -> TrainConfig {
     }
 }
 
-/// Small and briefly trained on purpose. Chosen by leaving clips out of the T-shirt in the shared
-/// data (35 s of motion in all): wider networks and more steps fit the training clips better and
-/// unseen ones worse, long rollouts and a long memory help, and so does the prior.
+/// A field that is small and briefly trained on purpose. Chosen by leaving clips out of the T-shirt in the
+/// shared data (35 s of motion in all): wider fields and more steps fit the training clips better and
+/// unseen ones worse, long rollouts and a long memory help, and so does the prior, whose recurrence may be
+/// wide: it is trained by epochs and judged by motions left out.
 fn standard() -> TrainConfig {
     use PointInput::{Displacement, Rest, SkinVelocity, Up, Velocity};
     TrainConfig {

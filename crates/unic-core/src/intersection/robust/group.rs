@@ -94,6 +94,11 @@ impl Group<'_> {
         let found = self.nearest(positions, &[ball.face]);
         let mut at = [Vec3::NAN; LANES];
         for (lane, (contact, &p)) in contacts.iter_mut().zip(positions).enumerate() {
+            if !p.is_finite() {
+                // Not looked for: what is known of it stays.
+                contact.moved = None;
+                continue;
+            }
             let (distance, face) = (found.squared[lane].sqrt(), found.item[lane]);
             *contact = match face {
                 u32::MAX => Contact::NONE,
