@@ -156,7 +156,7 @@ fn a_watch_can_stop_the_fit() {
         .collect();
     let (_folder, capture) = capture(&takes);
     let watch = |done: u64, all: u64| {
-        assert!(done <= all && all == 900);
+        assert!(done <= all && all == 600);
         if done < 5 {
             Control::Continue
         } else {
