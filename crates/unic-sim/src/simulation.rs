@@ -188,19 +188,19 @@ impl Simulation {
     /// # Errors
     /// No character, poses that do not fit it, an explosion.
     pub fn settle(&mut self, first: &Pose, second: &Pose) -> Result<&[Vec3], SimulationError> {
-        self.settle_while(first, second, || true)?;
+        self.settle_while([first, second], Vec3::ZERO, || true)?;
         Ok(&self.vertices)
     }
 
-    /// [`Simulation::settle`], which asks before each of its frames whether to go on. Returns whether
-    /// it came to its end.
+    /// [`Simulation::settle`] on the way to the first two poses of a clip, in a wind of m/s, which asks
+    /// before each of its frames whether to go on. Returns whether it came to its end.
     ///
     /// # Errors
-    /// Those of [`Simulation::settle`].
+    /// Those of [`Simulation::settle`]; a wind that is not finite.
     pub fn settle_while(
         &mut self,
-        first: &Pose,
-        second: &Pose,
+        [first, second]: [&Pose; 2],
+        wind: Vec3,
         mut goes_on: impl FnMut() -> bool,
     ) -> Result<bool, SimulationError> {
         let Some(wearer) = &mut self.wearer else {
@@ -221,7 +221,7 @@ impl Simulation {
             }
             let time = frame as f32 / fps;
             let damping = approach.damping_per_s(time, self.settings.damping_per_s);
-            self.frame(Some(&approach.pose(time)), Vec3::ZERO, damping)?;
+            self.frame(Some(&approach.pose(time)), wind, damping)?;
         }
         Ok(true)
     }

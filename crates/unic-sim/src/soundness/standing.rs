@@ -40,7 +40,7 @@ impl Standing {
             Simulation::on_character(Arc::clone(cloth), Arc::clone(character), settings.clone())?;
         let (skeleton, hem) = (&character.skeleton, hem(cloth));
         let pose = skeleton.bind_pose();
-        if !simulation.settle_while(&pose, &pose, &mut goes_on)? {
+        if !simulation.settle_while([&pose; 2], Vec3::ZERO, &mut goes_on)? {
             return Ok(None);
         }
         for pose in Self::way_from(skeleton, &pose, settings.fps) {

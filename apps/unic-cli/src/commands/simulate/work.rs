@@ -209,7 +209,7 @@ impl Workshop<'_> {
         let pose = &clip.poses[t];
         match t {
             0 => simulation
-                .settle_while(pose, &clip.poses[1], || shift.go_on().is_ok())
+                .settle_while([pose, &clip.poses[1]], clip.wind_at(0), || shift.go_on().is_ok())
                 .map(drop),
             _ => simulation.step_frame(pose, clip.wind_at(t)).map(drop),
         }
