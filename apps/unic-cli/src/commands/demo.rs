@@ -57,7 +57,7 @@ const FULL: Scale = Scale {
     test: &["turn_on_spot", "dance"],
     seconds: 16,
     preset: "standard",
-    steps: [300, 300],
+    steps: [300, 60],
 };
 
 const QUICK: Scale = Scale {
