@@ -1,0 +1,206 @@
+//! A step is the documented formulas, in any place and on any mesh of the garment.
+
+use super::*;
+
+#[test]
+fn a_step_is_the_documented_formulas() {
+    let poses = motion(21);
+    for variant in variants() {
+        let model = model(&variant);
+        let mut reference = Reference::new(&model, &input(&poses, 0));
+        let mut animator = Animator::new(Arc::clone(&model));
+        animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+        let mut moved = 0.0f32;
+        for t in 1..poses.len() {
+            let expected: Vec<Vec3> = reference
+                .step(&input(&poses, t))
+                .iter()
+                .map(|p| p.as_vec3())
+                .collect();
+            let before = animator.garment().positions.to_vec();
+            let found = animator.step(&input(&poses, t)).unwrap().positions;
+            let error = largest_distance(found, &expected);
+            assert!(
+                f64::from(error) < TOLERANCE,
+                "{}, frame {t}: {error} m",
+                variant.name
+            );
+            moved = moved.max(largest_distance(found, &before));
+        }
+        assert!(
+            moved > 0.02,
+            "{}: a garment that hardly moves tests nothing: {moved} m",
+            variant.name
+        );
+        let limit_counts = variant.name == "short limit";
+        assert!(
+            !limit_counts || reference.limited > 50,
+            "{} outputs limited",
+            reference.limited
+        );
+    }
+}
+
+#[test]
+fn teacher_forcing_sees_given_positions_alone() {
+    let poses = motion(12);
+    for variant in variants() {
+        let model = model(&variant);
+        let (mut noise, rest) = (Noise(1), model.garment().rest.vertices.clone());
+        let mut reference = Reference::new(&model, &input(&poses, 0));
+        let mut animator = Animator::new(Arc::clone(&model));
+        animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+        for t in 1..poses.len() {
+            let expected: Vec<Vec3> = reference
+                .step(&input(&poses, t))
+                .iter()
+                .map(|p| p.as_vec3())
+                .collect();
+            let error = largest_distance(animator.step(&input(&poses, t)).unwrap().positions, &expected);
+            assert!(
+                f64::from(error) < TOLERANCE,
+                "{}, frame {t}: {error} m",
+                variant.name
+            );
+            let given: Vec<Vec3> = rest
+                .iter()
+                .map(|v| *v + poses[t].trans + noise.vector() * 0.03)
+                .collect();
+            reference.set_garment(&given);
+            animator.set_garment(&given).unwrap();
+            let shown = animator.garment().positions.iter().zip(&given).enumerate();
+            let whole = shown.filter(|(v, _)| model.garment().share(*v) == 1.0);
+            assert!(whole.fold(0.0, |largest, (_, (a, b))| a.distance(*b).max(largest)) < 1e-5);
+        }
+    }
+}
+
+#[test]
+fn a_mask_of_zero_is_skinning_and_a_mask_of_one_is_the_model() {
+    let (poses, whole) = (motion(20), model(&variant("second order")));
+    let graded: Vec<f32> = (0..whole.vertex_count())
+        .map(|v| [0.0, 1.0, 0.4][v % 3])
+        .collect();
+    let masked = whole.with_mask(&graded).unwrap();
+    let alone = run(&mut Animator::new(Arc::clone(&whole)), &poses);
+    for (share, modes) in [(1.0, &MODES[..2]), (0.4, &MODES[..1]), (0.4, &MODES[3..])] {
+        let model = Arc::new(masked.clone().with_sampling(share).unwrap());
+        for &mode in modes {
+            let mut animator = Animator::new(Arc::clone(&model));
+            animator.set_intersection(mode);
+            animator
+                .reset(&input(&poses, 0), Start::Positions(&alone[0]))
+                .unwrap();
+            for t in 1..poses.len() {
+                animator.set_garment(&alone[t]).unwrap();
+                animator.step(&input(&poses, t)).unwrap();
+                let state = animator.state().clone();
+                let mut bare = Animator::new(Arc::clone(&model));
+                bare.set_intersection(IntersectionMode::Off);
+                let shown = bare.restore(state).unwrap().positions;
+                for (v, skinned) in skinned(&model, &poses[t]).iter().enumerate().step_by(3) {
+                    assert!(
+                        shown[v].distance(*skinned) < 1e-6,
+                        "{share}, {mode:?}, frame {t}, vertex {v}"
+                    );
+                }
+            }
+        }
+    }
+    let free = run(&mut Animator::new(Arc::new(masked)), &poses);
+    for (free, alone) in free.iter().zip(&alone) {
+        assert!((1..free.len()).step_by(3).all(|v| free[v] == alone[v]));
+    }
+}
+
+#[test]
+fn wind_moves_the_garment() {
+    let poses = motion(20);
+    for name in ["paper", "second order"] {
+        let model = model(&variant(name));
+        let [blown, still] = [1.0, 0.0].map(|factor| {
+            let mut animator = Animator::new(Arc::clone(&model));
+            animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+            for t in 1..poses.len() {
+                let wind = wind(t) * factor;
+                let input = StepInput {
+                    wind,
+                    ..input(&poses, t)
+                };
+                animator.step(&input).unwrap();
+            }
+            animator.garment().positions.to_vec()
+        });
+        let apart = largest_distance(&blown, &still);
+        assert!(apart > 1e-3, "{name}: {apart} m");
+    }
+}
+
+/// The whole motion turned about the vertical and moved sideways.
+fn moved(poses: &[Pose], root: Vec3, yaw: f32, by: Vec3) -> Vec<Pose> {
+    let turn = Quat::from_rotation_y(yaw);
+    let pose = |pose: &Pose| {
+        let mut moved = pose.clone();
+        moved.local[0] = turn * pose.local[0];
+        moved.trans = turn * (root + pose.trans) + by - root;
+        moved
+    };
+    poses.iter().map(pose).collect()
+}
+
+#[test]
+fn the_garment_moves_along_when_the_world_is_turned_and_shifted() {
+    let poses = motion(40);
+    for variant in variants() {
+        let model = model(&variant);
+        let root = model.character().skeleton.joints()[0];
+        let (yaw, by) = (2.2, Vec3::new(2.0, 0.0, -3.0));
+        let own = run(&mut Animator::new(Arc::clone(&model)), &poses);
+        let (poses_there, mut elsewhere) = (moved(&poses, root, yaw, by), Animator::new(Arc::clone(&model)));
+        let there: Vec<Vec<Vec3>> = (0..poses.len())
+            .map(|t| {
+                let input = StepInput {
+                    wind: Quat::from_rotation_y(yaw) * wind(t),
+                    ..input(&poses_there, t)
+                };
+                let frame = match t {
+                    0 => elsewhere.reset(&input, Start::MeanShape),
+                    _ => elsewhere.step(&input),
+                };
+                frame.unwrap().positions.to_vec()
+            })
+            .collect();
+        for (t, (own, there)) in own.iter().zip(&there).enumerate() {
+            let along: Vec<Vec3> = own.iter().map(|p| Quat::from_rotation_y(yaw) * *p + by).collect();
+            let error = largest_distance(&along, there);
+            assert!(error < 1e-4, "{}, frame {t}: {error} m", variant.name);
+        }
+    }
+}
+
+#[test]
+fn another_mesh_of_the_same_garment_moves_the_same_way() {
+    let poses = motion(30);
+    for variant in variants() {
+        let model = model(&variant);
+        let rest = model.garment().rest.clone();
+        let own = run(&mut Animator::new(Arc::clone(&model)), &poses);
+        let same = Arc::new(model.with_mesh(rest.clone()).unwrap());
+        let (finer, parents) = subdivided(&rest);
+        let finer = Arc::new(model.with_mesh(finer).unwrap());
+        assert_eq!(finer.vertex_count(), parents.len());
+        let same = run(&mut Animator::new(same), &poses);
+        let finer = run(&mut Animator::new(finer), &poses);
+        for t in 0..poses.len() {
+            let (on_same, on_finer) = (
+                largest_distance(&own[t], &same[t]),
+                largest_distance(&own[t], &finer[t][..rest.vertices.len()]),
+            );
+            assert!(
+                on_same < 1e-4 && on_finer < 1e-4,
+                "{}, frame {t}: {on_same} {on_finer} m",
+                variant.name
+            );
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! States continue to the byte, and starts keep what they are given.
+
+use super::*;
+
+#[test]
+fn a_reset_forgets_everything() {
+    let poses = motion(10);
+    for variant in variants() {
+        let mut animator = Animator::new(model(&variant));
+        let first = run(&mut animator, &poses);
+        let state = animator.state().clone();
+        assert_eq!(run(&mut animator, &poses), first, "{}", variant.name);
+        assert_eq!(animator.state(), &state);
+    }
+}
+
+#[test]
+fn a_saved_state_continues_to_the_byte() {
+    let poses = motion(10);
+    for variant in variants() {
+        let model = model(&variant);
+        // Before the first step too: the start is completed by it.
+        for cut in [0, 1, 2, 5] {
+            let mut animator = Animator::new(Arc::clone(&model));
+            run(&mut animator, &poses[..=cut]);
+            let saved = serde_json::to_string(animator.state()).unwrap();
+            let at_cut = bits(animator.garment());
+            let go_on = |animator: &mut Animator| -> Vec<_> {
+                (cut + 1..poses.len())
+                    .map(|t| {
+                        animator.step(&input(&poses, t)).unwrap();
+                        bits(animator.garment())
+                    })
+                    .collect()
+            };
+            let expected = go_on(&mut animator);
+            let state: AnimatorState = serde_json::from_str(&saved).unwrap();
+            for mut other in [animator, Animator::new(Arc::clone(&model))] {
+                other.restore(state.clone()).unwrap();
+                assert!(bits(other.garment()) == at_cut, "{}, cut at {cut}", variant.name);
+                assert!(go_on(&mut other) == expected, "{}, cut at {cut}", variant.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn animators_that_share_a_model_are_independent() {
+    let model = model(&variant("second order"));
+    let (poses, mut others) = (motion(8), motion(16));
+    others.reverse();
+    let alone = run(&mut Animator::new(Arc::clone(&model)), &poses);
+    let (mut a, mut b) = (
+        Animator::new(Arc::clone(&model)),
+        Animator::new(Arc::clone(&model)),
+    );
+    a.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+    b.reset(&input(&others, 0), Start::MeanShape).unwrap();
+    for (t, alone) in alone.iter().enumerate().skip(1) {
+        b.step(&input(&others, t)).unwrap();
+        assert_eq!(a.step(&input(&poses, t)).unwrap().positions, alone);
+        b.step(&input(&others, t + 7)).unwrap();
+    }
+}
+
+#[test]
+fn given_positions_are_reproduced_at_the_start_and_stay_when_it_is_completed() {
+    let poses = motion(6);
+    for variant in variants() {
+        let model = model(&variant);
+        let mut noise = Noise(2);
+        let given: Vec<Vec3> = model
+            .garment()
+            .rest
+            .vertices
+            .iter()
+            .map(|v| *v + noise.vector() * 0.05)
+            .collect();
+        let mut animator = Animator::new(Arc::clone(&model));
+        // A state left over from elsewhere must not shine through.
+        run(&mut animator, &poses);
+        let found = animator
+            .reset(&input(&poses, 0), Start::Positions(&given))
+            .unwrap();
+        let skinned = skinned(&model, &poses[0]);
+        let blended = |(v, given): (usize, &Vec3)| skinned[v].lerp(*given, model.garment().share(v));
+        let expected: Vec<Vec3> = given.iter().enumerate().map(blended).collect();
+        assert!(
+            largest_distance(found.positions, &expected) < 1e-5,
+            "{}",
+            variant.name
+        );
+    }
+}
+
+/// A garment that the field does not move and the decay does not pull keeps the place that it was
+/// given, although the prior of frame 0 is only known at frame 1.
+#[test]
+fn completing_the_start_moves_nothing() {
+    let poses = motion(3);
+    let still = [poses[0].clone(), poses[1].clone()];
+    let mut parts = parts(&variant("second order"));
+    let StateConfig::Displacement(config) = &mut parts.config.state else {
+        unreachable!()
+    };
+    // d_1 is d_0 to 1 part in 30,000.
+    config.memory_s = 1000.0;
+    let last = parts.field.last_mut().unwrap();
+    last.weight.fill(0.0);
+    last.bias.fill(0.0);
+    let model = Arc::new(Model::new(parts).unwrap());
+    let mut reference = Reference::new(&model, &input(&still, 0));
+    let mut animator = Animator::new(Arc::clone(&model));
+    let start = animator
+        .reset(&input(&still, 0), Start::MeanShape)
+        .unwrap()
+        .positions
+        .to_vec();
+    let expected: Vec<Vec3> = reference
+        .step(&input(&still, 1))
+        .iter()
+        .map(|p| p.as_vec3())
+        .collect();
+    assert!(largest_distance(animator.step(&input(&still, 1)).unwrap().positions, &expected) < 1e-5);
+    // The body stands still: frames 0 and 1 have the same pose, the prior the same shape.
+    let stand = [poses[0].clone(), poses[0].clone()];
+    animator.reset(&input(&stand, 0), Start::MeanShape).unwrap();
+    let found = animator.step(&input(&stand, 1)).unwrap().positions;
+    assert!(largest_distance(found, &start) < 1e-5);
+}
+
+#[test]
+fn a_restored_state_shows_what_the_step_showed() {
+    let poses = motion(6);
+    for mode in MODES {
+        let [mut ahead, mut restored] = [(); 2].map(|()| Animator::new(tight("second order")));
+        ahead.set_intersection(mode);
+        restored.set_intersection(mode);
+        run(&mut ahead, &poses);
+        restored.restore(ahead.state().clone()).unwrap();
+        assert_eq!(bits(restored.garment()), bits(ahead.garment()), "{mode:?}");
+    }
+}
