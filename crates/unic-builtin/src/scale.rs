@@ -116,7 +116,7 @@ pub fn walk(frame: usize) -> Pose {
 fn config(preset: Network) -> Result<ModelConfig, Failure> {
     use PointInput::{Displacement, Rest, SkinVelocity, Up, Velocity};
     let displacement = StateConfig::Displacement(DisplacementConfig {
-        memory_s: 2.0,
+        memory_s: 0.5,
         scale_m: 0.05,
         output_limit: 1.0,
         inputs: vec![Displacement, Velocity, Rest, Up, SkinVelocity],

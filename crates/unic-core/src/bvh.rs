@@ -1,14 +1,15 @@
 //! Bounding volume hierarchy: four children a node, built once, refitted as the items move.
 
+mod build;
 mod packet;
+mod refit;
 
+pub(crate) use build::clustered;
 pub(crate) use packet::{LANES, Packet};
+pub(crate) use refit::Posed;
 
 use glam::Vec3;
 use std::ops::Range;
-
-/// Most items in one leaf. With four, a leaf of triangles costs about as much as a node.
-const LEAF_ITEMS: usize = 4;
 
 /// Entries of a traversal's stack: every level leaves at most three behind, and halving 2³² items
 /// twice a level ends after 16 levels.
@@ -102,72 +103,73 @@ struct Node {
     children: [Child; 4],
 }
 
+/// Marks that items bear or that a search is for, a bit each: what bears none of them is passed by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Marks(pub(crate) u64);
+
+impl Marks {
+    /// All of them; every item bears one.
+    pub(crate) const ANY: Self = Self(u64::MAX);
+
+    pub(crate) fn meet(self, other: Self) -> bool {
+        self.0 & other.0 != 0
+    }
+
+    pub(crate) fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+/// A node with all below it.
+#[derive(Clone, Debug)]
+struct Branch {
+    nodes: Range<usize>,
+    /// Places in the tree's order.
+    items: Range<usize>,
+}
+
 /// A tree over numbered items. It knows their order and boxes; its owner knows what they are.
 #[derive(Clone, Debug)]
 pub(crate) struct Bvh {
     /// A child always follows its parent, so that a walk from the end refits from the leaves up.
     nodes: Vec<Node>,
+    /// Every item is in one of them; in order.
+    branches: Vec<Branch>,
+    /// The nodes that are in no branch, in order.
+    above: Vec<u32>,
+    /// What is in each child of each node; empty where items bear no marks.
+    marks: Vec<[Marks; 4]>,
     /// The items, leaf after leaf.
     order: Vec<u32>,
 }
 
 impl Bvh {
-    /// Splits the items at medians of their centres; [`Bvh::refit`] must follow.
-    pub(crate) fn build(centres: &[Vec3]) -> Self {
-        let mut tree = Self {
-            nodes: Vec::new(),
-            order: (0..centres.len() as u32).collect(),
-        };
-        if !centres.is_empty() {
-            tree.split(centres, 0..centres.len());
-        }
-        tree
-    }
-
-    fn split(&mut self, centres: &[Vec3], range: Range<usize>) -> u32 {
-        let index = self.nodes.len();
-        self.nodes.push(Node::EMPTY);
-        let middle = halve(&mut self.order, centres, range.clone());
-        let (left, right) = (range.start..middle, middle..range.end);
-        let quarter = halve(&mut self.order, centres, left.clone());
-        let three_quarters = halve(&mut self.order, centres, right.clone());
-        let quarters = [
-            left.start..quarter,
-            quarter..left.end,
-            right.start..three_quarters,
-            three_quarters..right.end,
-        ];
-        self.nodes[index].children = quarters.map(|part| match part.len() {
-            0 => Child::Empty,
-            count @ 1..=LEAF_ITEMS => Child::Leaf {
-                first: part.start as u32,
-                count: count as u32,
-            },
-            _ => Child::Node(self.split(centres, part)),
-        });
-        index as u32
-    }
-
     /// Numbers the items by their order in the tree; what the numbers stand for.
     pub(crate) fn take_order(&mut self) -> Vec<u32> {
         let count = self.order.len() as u32;
         std::mem::replace(&mut self.order, (0..count).collect())
     }
 
-    /// Recomputes every box from those of the items.
-    pub(crate) fn refit(&mut self, box_of_item: impl Fn(u32) -> Aabb) {
-        for index in (0..self.nodes.len()).rev() {
-            for lane in 0..4 {
-                let bounds = match self.nodes[index].children[lane] {
-                    Child::Empty => Aabb::EMPTY,
-                    Child::Node(child) => self.nodes[child as usize].bounds(),
-                    Child::Leaf { first, count } => self.order[first as usize..][..count as usize]
-                        .iter()
-                        .fold(Aabb::EMPTY, |b, &item| b.union(box_of_item(item))),
-                };
-                self.nodes[index].set(lane, bounds);
-            }
+    /// Marks the items.
+    pub(crate) fn mark(&mut self, marks_of_item: impl Fn(u32) -> Marks) {
+        self.marks = vec![[Marks(0); 4]; self.nodes.len()];
+        for (index, node) in self.nodes.iter().enumerate().rev() {
+            self.marks[index] = node.children.map(|child| match child {
+                Child::Empty => Marks(0),
+                Child::Node(child) => self.marks[child as usize]
+                    .into_iter()
+                    .fold(Marks(0), Marks::union),
+                Child::Leaf { first, count } => self.order[first as usize..][..count as usize]
+                    .iter()
+                    .fold(Marks(0), |all, &item| all.union(marks_of_item(item))),
+            });
         }
+    }
+
+    /// Whether a child of a node holds items with any of these marks.
+    #[inline(always)]
+    fn may_hold(&self, node: u32, child: usize, marks: Marks) -> bool {
+        (self.marks.get(node as usize)).is_none_or(|children| children[child].meet(marks))
     }
 
     /// Calls `visit` with the items of every leaf whose box is no farther from `p` than the bound;
@@ -175,18 +177,30 @@ impl Bvh {
     ///
     /// A leaf at exactly the bound is visited: ties are the visitor's to decide.
     pub(crate) fn nearest(&self, p: Vec3, bound: f32, visit: impl FnMut(&[u32], f32) -> f32) {
-        self.walk(|node| node.squared_distances(p), bound, visit);
+        self.nearest_marked(p, bound, Marks::ANY, visit);
+    }
+
+    /// The same without the leaves that hold none of these marks.
+    pub(crate) fn nearest_marked(
+        &self,
+        p: Vec3,
+        bound: f32,
+        marks: Marks,
+        visit: impl FnMut(&[u32], f32) -> f32,
+    ) {
+        self.walk(marks, |node| node.squared_distances(p), bound, visit);
     }
 
     /// As [`Bvh::nearest`] for the items that a ray meets: the bound, which must be finite, and
     /// what `visit` returns are multiples of the ray's direction.
     pub(crate) fn along(&self, ray: &Ray, bound: f32, visit: impl FnMut(&[u32], f32) -> f32) {
-        self.walk(|node| node.entries(ray), bound, visit);
+        self.walk(Marks::ANY, |node| node.entries(ray), bound, visit);
     }
 
     /// Leaves in the order of `distances`, which must grow from a box to those inside it.
     fn walk(
         &self,
+        marks: Marks,
         distances: impl Fn(&Node) -> [f32; 4],
         mut bound: f32,
         mut visit: impl FnMut(&[u32], f32) -> f32,
@@ -208,9 +222,15 @@ impl Bvh {
                 Child::Leaf { first, count } => {
                     bound = visit(&self.order[first as usize..][..count as usize], bound);
                 }
-                Child::Node(node) => {
-                    let node = &self.nodes[node as usize];
-                    height = node.push_children(distances(node), bound, &mut stack, height);
+                Child::Node(index) => {
+                    let node = &self.nodes[index as usize];
+                    let mut distances = distances(node);
+                    for (child, distance) in distances.iter_mut().enumerate() {
+                        if !self.may_hold(index, child, marks) {
+                            *distance = f32::NAN;
+                        }
+                    }
+                    height = node.push_children(distances, bound, &mut stack, height);
                 }
             }
         }
@@ -244,6 +264,7 @@ impl Node {
     /// Squared distances from `p` to the four boxes, in the order of operations in which
     /// [`squared_length`] measures a point: rounding is monotone, so no box is farther than what
     /// it holds, to the last bit.
+    #[inline(always)]
     fn squared_distances(&self, p: Vec3) -> [f32; 4] {
         let mut sum = [0.0; 4];
         for ((min, max), p) in self.min.iter().zip(&self.max).zip(p.to_array()) {
@@ -258,7 +279,7 @@ impl Node {
     }
 
     /// Where the ray enters each of the four boxes, as a multiple of its direction: zero from
-    /// inside, infinity past the box.
+    /// inside, infinity past the box and for an empty one.
     fn entries(&self, ray: &Ray) -> [f32; 4] {
         let (mut near, mut far) = ([0.0f32; 4], [f32::INFINITY; 4]);
         for axis in 0..3 {
@@ -272,7 +293,8 @@ impl Node {
             }
         }
         std::array::from_fn(|lane| {
-            if near[lane] <= far[lane] {
+            let is_empty = self.min[0][lane] > self.max[0][lane];
+            if near[lane] <= far[lane] && !is_empty {
                 near[lane]
             } else {
                 f32::INFINITY
@@ -280,7 +302,8 @@ impl Node {
         })
     }
 
-    /// Pushes the children within the bound, the nearest last; returns the stack's new height.
+    /// Pushes the children within the bound, the nearest last; returns the stack's new height. A child that
+    /// is not at a finite distance is nowhere.
     fn push_children(
         &self,
         distances: [f32; 4],
@@ -290,7 +313,7 @@ impl Node {
     ) -> usize {
         let mut top = bottom;
         for (distance, child) in distances.into_iter().zip(self.children) {
-            if distance > bound {
+            if distance > bound || !distance.is_finite() {
                 continue;
             }
             let mut at = top;
@@ -310,48 +333,9 @@ pub(crate) fn squared_length(v: Vec3) -> f32 {
     v.x * v.x + v.y * v.y + v.z * v.z
 }
 
-/// Puts some of the points in an order in which every so many of them, by each of the ascending
-/// `sizes`, are neighbours.
-pub(crate) fn clustered(mut chosen: Vec<u32>, points: &[Vec3], sizes: &[usize]) -> Vec<u32> {
-    fn split(order: &mut [u32], points: &[Vec3], sizes: &[usize], range: Range<usize>) {
-        let Some(size) = sizes.iter().rev().find(|&&size| range.len() > size) else {
-            return;
-        };
-        let lower = (range.len() / 2).next_multiple_of(*size);
-        let middle = partition(order, points, range.clone(), lower);
-        split(order, points, sizes, range.start..middle);
-        split(order, points, sizes, middle..range.end);
-    }
-    let count = chosen.len();
-    split(&mut chosen, points, sizes, 0..count);
-    chosen
-}
-
-/// Puts the lower half of `range`, along the axis of widest spread, before the upper half.
-fn halve(order: &mut [u32], centres: &[Vec3], range: Range<usize>) -> usize {
-    match range.len() {
-        0 | 1 => range.end,
-        count => partition(order, centres, range, count / 2),
-    }
-}
-
-/// Puts the `lower` lowest of `range`, along the axis of widest spread, before the others; where these
-/// begin.
-fn partition(order: &mut [u32], centres: &[Vec3], range: Range<usize>, lower: usize) -> usize {
-    let part = &mut order[range.clone()];
-    let spread = (part.iter()).fold(Aabb::EMPTY, |b, &item| {
-        b.union(Aabb::around(&[centres[item as usize]]))
-    });
-    let axis = (spread.max - spread.min).max_position();
-    part.select_nth_unstable_by(lower, |&a, &b| {
-        let (x, y) = (centres[a as usize][axis], centres[b as usize][axis]);
-        x.total_cmp(&y).then(a.cmp(&b))
-    });
-    range.start + lower
-}
-
 #[cfg(test)]
 mod tests {
+    use super::build::LEAF_ITEMS;
     use super::*;
     use proptest::prelude::*;
 
@@ -373,6 +357,52 @@ mod tests {
                 bound
             });
             prop_assert!(seen.iter().all(|&n| n == 1));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_branch_moves_stays_or_is_nowhere(
+            count in 1usize..2000, states in proptest::collection::vec(0usize..3, 64), q in 0f32..2000.0,
+        ) {
+            let line: Vec<Vec3> = (0..count).map(|i| Vec3::X * i as f32).collect();
+            let mut tree = tree_over(&line);
+            let order = tree.take_order();
+            let mut points: Vec<Vec3> = order.iter().map(|&item| line[item as usize]).collect();
+            let pose = |branch: usize, _: usize, points: &mut [Vec3]| match states[branch % 64] {
+                0 => Posed::Same,
+                1 => {
+                    points.iter_mut().for_each(|p| *p += Vec3::Y * 3.0);
+                    Posed::Moved
+                }
+                _ => Posed::Nowhere,
+            };
+            tree.refit_with(&mut points, pose, |_, p| Aabb::around(&[*p]));
+            let branches: Vec<_> = tree.branches().collect();
+            prop_assert_eq!(branches.iter().map(Range::len).sum::<usize>(), count);
+            let found = |items: &[usize]| {
+                let squared = items.iter().map(|&k| squared_length(points[k] - Vec3::X * q));
+                squared.fold(f32::INFINITY, f32::min)
+            };
+            let there = branches.iter().enumerate().filter(|(branch, _)| states[branch % 64] < 2);
+            let expected = found(&there.flat_map(|(_, items)| items.clone()).collect::<Vec<_>>());
+            let mut best = f32::INFINITY;
+            tree.nearest(Vec3::X * q, best, |items, _| {
+                let items: Vec<usize> = items.iter().map(|&k| k as usize).collect();
+                best = best.min(found(&items));
+                best
+            });
+            prop_assert_eq!(best, expected);
+            let mut along = Vec::new();
+            tree.along(&Ray::new(Vec3::X * -1.0, Vec3::X), f32::MAX, |items, bound| {
+                along.extend(items.iter().map(|&k| k as usize));
+                bound
+            });
+            let is_nowhere = |place: &usize| {
+                let branch = branches.iter().position(|items| items.contains(place));
+                branch.is_none_or(|branch| states[branch % 64] == 2)
+            };
+            prop_assert!(!along.iter().any(is_nowhere));
         }
     }
 

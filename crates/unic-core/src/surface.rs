@@ -1,10 +1,9 @@
 //! Closest point on a triangle mesh, with its side.
 
 use crate::{
-    bvh::Bvh,
+    bvh::{Bvh, Marks, Posed},
     mesh::TriMesh,
     network::{Instructions, Precision},
-    parallel::for_each_chunk,
     topology::weld,
 };
 use glam::Vec3;
@@ -14,9 +13,6 @@ mod ray;
 
 pub use crate::triangle::{Feature, Triangle, TrianglePoint};
 pub use ray::RayHit;
-
-/// Faces that one thread poses at a time.
-const CHUNK: usize = 512;
 
 /// A posed triangle mesh that answers closest-point queries.
 ///
@@ -52,6 +48,8 @@ pub struct Surface {
     /// `faces` with vertices at the same place in the bind pose made one, so that a seam whose
     /// vertices are split still has two sides to average.
     welded: Vec<[u32; 3]>,
+    /// The vertex that stands for all at the place of each.
+    first_at: Vec<u32>,
     /// Faces around welded vertex i are `around[starts[i]..starts[i + 1]]`.
     starts: Vec<u32>,
     around: Vec<u32>,
@@ -88,6 +86,23 @@ struct Candidate {
     hit: TrianglePoint,
 }
 
+/// The faces that a search is for.
+#[derive(Clone, Copy)]
+pub(crate) struct Among<Counts> {
+    /// Marks of which each of them bears one, see [`Surface::mark`].
+    pub(crate) marks: Marks,
+    /// Whether a face is one of them.
+    pub(crate) counts: Counts,
+}
+
+impl<Counts: Fn(u32) -> bool> Among<Counts> {
+    /// Whatever marks they bear.
+    pub(crate) fn new(counts: Counts) -> Self {
+        let marks = Marks::ANY;
+        Self { marks, counts }
+    }
+}
+
 impl Surface {
     /// Builds the tree over a mesh in its bind pose.
     ///
@@ -118,6 +133,7 @@ impl Surface {
             triangle_of_face,
             faces: bind.faces.clone(),
             welded,
+            first_at,
             starts,
             around,
             vertex_count: bind.vertices.len(),
@@ -127,6 +143,12 @@ impl Surface {
         surface
     }
 
+    /// Marks the faces: searches for some marks pass by what has none of them.
+    pub(crate) fn mark(&mut self, marks_of_face: impl Fn(u32) -> Marks) {
+        let faces = &self.face_of_triangle;
+        self.tree.mark(|triangle| marks_of_face(faces[triangle as usize]));
+    }
+
     /// Poses the mesh: new positions for the vertices of the bind pose, metres.
     ///
     /// # Panics
@@ -134,14 +156,15 @@ impl Surface {
     pub fn refit(&mut self, vertices: &[Vec3]) {
         assert_eq!(vertices.len(), self.vertex_count, "vertices to refit");
         let (faces, face_of_triangle) = (&self.faces, &self.face_of_triangle);
-        for_each_chunk(&mut self.triangles, CHUNK, |first, triangles| {
+        let pose = |_, first: usize, triangles: &mut [Triangle]| {
             for (triangle, &face) in triangles.iter_mut().zip(&face_of_triangle[first..]) {
                 let [a, b, c] = faces[face as usize];
                 *triangle = Triangle::new([a, b, c].map(|v| vertices[v as usize]));
             }
-        });
-        let triangles = &self.triangles;
-        self.tree.refit(|i| triangles[i as usize].bounds());
+            Posed::Moved
+        };
+        let box_of = |_, triangle: &Triangle| triangle.bounds();
+        self.tree.refit_with(&mut self.triangles, pose, box_of);
     }
 
     /// A face, posed; none for what is no face.
@@ -163,7 +186,7 @@ impl Surface {
     /// The closest point to `p`; none when there is no finite face, or `p` is not finite or too far
     /// away for its squared distance to be.
     pub fn closest(&self, p: Vec3) -> Option<SurfacePoint> {
-        self.search(p, f32::INFINITY, None, |_| true)
+        self.search(p, f32::INFINITY, None, Among::new(|_| true))
     }
 
     /// The same answer as [`Surface::closest`], to the bit, sooner when `seed` is a face near it,
@@ -183,15 +206,26 @@ impl Surface {
         seed: u32,
         counts: impl Fn(u32) -> bool,
     ) -> Option<SurfacePoint> {
+        self.closest_marked(p, radius, seed, Among::new(counts))
+    }
+
+    /// [`Surface::closest_among`] faces with marks.
+    pub(crate) fn closest_marked(
+        &self,
+        p: Vec3,
+        radius: f32,
+        seed: u32,
+        among: Among<impl Fn(u32) -> bool>,
+    ) -> Option<SurfacePoint> {
         let squared = radius * radius;
-        let triangle = self.triangle(seed).filter(|_| counts(seed));
+        let triangle = self.triangle(seed).filter(|_| (among.counts)(seed));
         let start = triangle.map(|triangle| Candidate {
             face: seed,
             hit: triangle.closest(p),
         });
         // Not for a distance that is NaN either.
         let start = start.filter(|c| c.hit.squared_distance.is_finite() && c.hit.squared_distance <= squared);
-        let found = self.search(p, squared, start, counts);
+        let found = self.search(p, squared, start, among);
         found.filter(|hit| hit.distance <= radius)
     }
 
@@ -212,14 +246,14 @@ impl Surface {
         p: Vec3,
         bound: f32,
         start: Option<Candidate>,
-        counts: impl Fn(u32) -> bool,
+        Among { marks, counts }: Among<impl Fn(u32) -> bool>,
     ) -> Option<SurfacePoint> {
         if !p.is_finite() {
             return None;
         }
         let mut best = start;
         let bound = start.map_or(bound, |c| c.hit.squared_distance);
-        self.tree.nearest(p, bound, |triangles, mut bound| {
+        self.tree.nearest_marked(p, bound, marks, |triangles, mut bound| {
             for &triangle in triangles {
                 let face = self.face_of_triangle[triangle as usize];
                 let hit = self.triangles[triangle as usize].closest(p);
@@ -283,6 +317,18 @@ impl Surface {
                 .map(|f| self.face_normal(f) * self.angle_at(f, corner(k)))
                 .sum(),
         };
+        sum.normalize_or_zero()
+    }
+
+    /// The vertex that stands for all at the place of a vertex in the bind pose.
+    pub(crate) fn first_at(&self, vertex: u32) -> u32 {
+        self.first_at[vertex as usize]
+    }
+
+    /// Unit normal at a vertex: the sum of those of the faces around it by area; zero without sound faces.
+    pub(crate) fn vertex_normal(&self, vertex: u32) -> Vec3 {
+        let around = self.faces_at(self.first_at(vertex));
+        let sum: Vec3 = around.map(|face| self.face(face).area_normal()).sum();
         sum.normalize_or_zero()
     }
 

@@ -77,6 +77,7 @@ pub(crate) struct Nearest {
 
 impl Triangle {
     /// From its corners, metres. One with a corner that is not finite is never near anything.
+    #[inline]
     pub fn new(corners: [Vec3; 3]) -> Self {
         let [a, b, c] = corners;
         // NaN if anything is not finite: such a number times zero is.
@@ -94,6 +95,7 @@ impl Triangle {
         }
     }
 
+    #[inline]
     fn prepared([a, b, c]: [Vec3; 3], squared: [f32; 3], area_normal: Vec3, inverse_area: f32) -> Self {
         let sides = [b - a, c - a];
         let inverse = |x: f32| if x > f32::MIN_POSITIVE { x.recip() } else { 0.0 };

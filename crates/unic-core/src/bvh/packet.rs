@@ -1,6 +1,6 @@
 //! Neighbouring points that search a tree together.
 
-use super::{Bvh, Child, Node, STACK_ENTRIES};
+use super::{Bvh, Child, Marks, Node, STACK_ENTRIES};
 use crate::triangle::Triangle;
 use glam::Vec3;
 
@@ -9,6 +9,9 @@ pub(crate) const LANES: usize = 16;
 
 /// Numbers of all lanes.
 type Lanes<T> = [T; LANES];
+
+/// More than what rounding takes from the sum of two distances and its square.
+const REACH_SLACK: f32 = 1.0 + 1e-5;
 
 /// What points know of the nearest item on their way through a tree.
 #[derive(Clone, Copy, Debug)]
@@ -20,8 +23,12 @@ pub(crate) struct Packet {
     pub(crate) squared: Lanes<f32>,
     /// The nearest item so far; `u32::MAX` without one.
     pub(crate) item: Lanes<u32>,
+    /// Has anything been found since the reach was asked for?
+    has_found: bool,
     /// The middle of the lanes that take part.
     centre: Vec3,
+    /// Distances of the lanes from it, metres.
+    radii: Lanes<f32>,
 }
 
 impl Packet {
@@ -32,7 +39,9 @@ impl Packet {
             points: [[0.0; LANES]; 3],
             squared: [-1.0; LANES],
             item: [u32::MAX; LANES],
+            has_found: false,
             centre: Vec3::ZERO,
+            radii: [0.0; LANES],
         };
         let mut count = 0.0;
         for (lane, p) in points.iter().enumerate().filter(|(_, p)| p.is_finite()) {
@@ -42,6 +51,9 @@ impl Packet {
             count += 1.0;
         }
         packet.centre /= f32::max(count, 1.0);
+        for (lane, p) in points.iter().enumerate().filter(|(_, p)| p.is_finite()) {
+            packet.radii[lane] = p.distance(packet.centre);
+        }
         packet
     }
 
@@ -57,12 +69,47 @@ impl Packet {
         for (lane, found) in found.iter_mut().enumerate() {
             *found = triangle.nearest(self.point(lane)).squared_distance;
         }
-        for (lane, found) in found.into_iter().enumerate() {
-            let (best, of) = (self.squared[lane], self.item[lane]);
-            let takes = (found < best) | ((found == best) & (item < of));
-            self.squared[lane] = if takes { found } else { best };
-            self.item[lane] = if takes { item } else { of };
+        // Most triangles are near none of the points.
+        let mut any = 0;
+        for (&found, &best) in found.iter().zip(&self.squared) {
+            any |= u32::from(found <= best);
         }
+        if any != 0 {
+            self.take_up(item, &found);
+        }
+    }
+
+    /// Takes up an item at these squared distances.
+    #[inline(always)]
+    fn take_up(&mut self, item: u32, found: &Lanes<f32>) {
+        self.has_found = true;
+        // Masks of the width of the numbers that they choose: a loop over these is vector instructions.
+        let mut takes = [0u32; LANES];
+        for (lane, takes) in takes.iter_mut().enumerate() {
+            let is_nearer = mask(found[lane] < self.squared[lane]);
+            let is_as_near = mask(found[lane] == self.squared[lane]);
+            *takes = is_nearer | (is_as_near & mask(item < self.item[lane]));
+        }
+        for (lane, takes) in takes.into_iter().enumerate() {
+            let (new, old) = (found[lane].to_bits(), self.squared[lane].to_bits());
+            self.squared[lane] = f32::from_bits(new & takes | old & !takes);
+            self.item[lane] = item & takes | self.item[lane] & !takes;
+        }
+    }
+
+    /// Square of a distance from the centre beyond which nothing is nearer to a point than what that has
+    /// found, m². Generous by more than rounding.
+    #[inline(always)]
+    fn reach(&self) -> f32 {
+        let mut reaches = [0.0f32; LANES];
+        for ((reach, &radius), &squared) in reaches.iter_mut().zip(&self.radii).zip(&self.squared) {
+            let is_asked = squared >= 0.0;
+            let squared = if is_asked { squared } else { 0.0 };
+            let asked = radius + squared.sqrt();
+            *reach = if is_asked { asked } else { 0.0 };
+        }
+        let reach = maximum(reaches) * REACH_SLACK;
+        reach * reach + f32::MIN_POSITIVE
     }
 
     /// Is the box no farther from any point than what that has found?
@@ -87,26 +134,58 @@ impl Packet {
     }
 }
 
+#[inline(always)]
+fn mask(condition: bool) -> u32 {
+    u32::from(condition).wrapping_neg()
+}
+
+/// In halves, which are vectors.
+#[inline(always)]
+fn maximum(mut lanes: Lanes<f32>) -> f32 {
+    let mut half = LANES / 2;
+    while half > 0 {
+        for lane in 0..half {
+            let (a, b) = (lanes[lane], lanes[lane + half]);
+            lanes[lane] = if b > a { b } else { a };
+        }
+        half /= 2;
+    }
+    lanes[0]
+}
+
 impl Bvh {
     /// As [`Bvh::nearest`] for all points of a packet: calls `visit` with the items of every leaf that
-    /// may hold something no farther from one of the points than what that has found.
+    /// may hold something of these marks no farther from one of the points than what that has found.
     #[inline(always)]
-    pub(crate) fn nearest_of_packet(&self, packet: &mut Packet, mut visit: impl FnMut(&[u32], &mut Packet)) {
+    pub(crate) fn nearest_of_packet(
+        &self,
+        packet: &mut Packet,
+        marks: Marks,
+        mut visit: impl FnMut(&[u32], &mut Packet),
+    ) {
         let mut stack = [(0.0f32, 0u32, 0u8); STACK_ENTRIES];
-        let mut height = self.push_boxes(0, packet.centre, &mut stack, 0);
+        let mut reach = packet.reach();
+        let mut height = self.push_boxes(0, (packet.centre, reach, marks), &mut stack, 0);
         while height > 0 {
             height -= 1;
-            let (_, node, child) = stack[height];
+            let (distance, node, child) = stack[height];
             let node = &self.nodes[node as usize];
-            if !packet.reaches(node, usize::from(child)) {
+            if distance > reach || !packet.reaches(node, usize::from(child)) {
                 continue;
             }
             match node.children[usize::from(child)] {
                 Child::Empty => {}
                 Child::Leaf { first, count } => {
                     visit(&self.order[first as usize..][..count as usize], packet);
+                    if packet.has_found {
+                        packet.has_found = false;
+                        reach = packet.reach();
+                    }
                 }
-                Child::Node(node) => height = self.push_boxes(node, packet.centre, &mut stack, height),
+                Child::Node(node) => {
+                    let asked = (packet.centre, reach, marks);
+                    height = self.push_boxes(node, asked, &mut stack, height);
+                }
             }
         }
     }
@@ -116,7 +195,7 @@ impl Bvh {
     fn push_boxes(
         &self,
         index: u32,
-        centre: Vec3,
+        (centre, reach, marks): (Vec3, f32, Marks),
         stack: &mut [(f32, u32, u8); STACK_ENTRIES],
         bottom: usize,
     ) -> usize {
@@ -126,7 +205,7 @@ impl Bvh {
         let mut top = bottom;
         for (child, distance) in node.squared_distances(centre).into_iter().enumerate() {
             // An empty box is infinitely far.
-            if distance.is_finite() {
+            if distance <= reach && distance.is_finite() && self.may_hold(index, child, marks) {
                 let mut at = top;
                 while at > bottom && stack[at - 1].0 < distance {
                     stack[at] = stack[at - 1];

@@ -1,7 +1,10 @@
 //! Which parts of a body may push which vertices of a garment.
 
 use super::packets::Packets;
-use crate::character::{Character, Garment};
+use crate::{
+    bvh::Marks,
+    character::{Character, Garment},
+};
 
 /// Least weight by which a joint carries a garment vertex. Weights diffused over a garment never quite
 /// vanish; below this they move a vertex by millimetres.
@@ -68,6 +71,18 @@ impl ContactParts {
     /// The body vertices that may lift a face; all of a packet lift the same.
     pub(crate) fn lifting(&self) -> &Packets {
         &self.lifting
+    }
+
+    /// What a body face bears in a search for those that push.
+    pub(crate) fn marks_of_face(&self, face: u32) -> Marks {
+        let joint = self.joint_of_face[face as usize];
+        Marks(1 << (joint % 64))
+    }
+
+    /// One of these is borne by every face that pushes a garment vertex.
+    pub(crate) fn marks_of_vertex(&self, vertex: usize) -> Marks {
+        let words = self.of_vertices.row(vertex).iter();
+        Marks(words.fold(0, |all, word| all | word))
     }
 
     /// May body face `face` push garment vertex `vertex`?

@@ -2,17 +2,26 @@
 
 mod cloth;
 mod layered;
+mod movements;
 mod neighbours;
+mod packets;
 mod pokes;
 mod props;
 mod spread;
 
-use super::{Contact, Layers, RobustBody, RobustIntersection};
-use crate::{character::Garment, collider::Collider, mesh::vertex_normals, parallel::for_each_chunk};
+use super::{Contact, Layers, RobustBody, RobustIntersection, packets::Packets};
+use crate::{
+    bvh::LANES,
+    character::Garment,
+    collider::Collider,
+    parallel::{for_each, for_each_chunk},
+};
 use cloth::Cloth;
 use glam::Vec3;
 use layered::Layered;
+use movements::Movements;
 use neighbours::Neighbours;
+use packets::Summary;
 use pokes::{Pokes, View};
 use props::Props;
 use spread::{SWEEPS, Spread};
@@ -44,18 +53,36 @@ pub struct DisplayPass {
     pokes: Pokes,
     props: Props,
     layered: Option<Box<Layered>>,
-    body_normals: Vec<Vec3>,
     /// From here on by slot: positions as they came, metres.
     at: Vec<Vec3>,
     contacts: Vec<Contact>,
-    /// Least that a place has to move by, metres; zero where it need not.
-    corrections: Vec<Vec3>,
-    lifts: Vec<Vec3>,
-    /// Moved positions that may be too low; NaN for others.
-    doubtful: Vec<Vec3>,
-    /// Positions with their corrections, metres.
-    corrected: Vec<Vec3>,
+    /// Least that a place has to move by.
+    corrections: Movements,
+    lifts: Movements,
     spread: Spread,
+    /// By packet.
+    summaries: Vec<Summary>,
+    /// By slot, of the packets in which something moves: positions as they are shown, metres, and those of
+    /// them that may be too low, NaN for others there. What other packets hold means nothing.
+    shown: Vec<Vec3>,
+    doubtful: Vec<Vec3>,
+}
+
+/// Positions with their corrections.
+#[derive(Clone, Copy)]
+struct Corrected<'a> {
+    at: &'a [Vec3],
+    corrections: &'a Movements,
+    neighbours: &'a Neighbours,
+}
+
+impl Corrected<'_> {
+    /// By slot, metres.
+    #[inline(always)]
+    fn place(&self, slot: u32) -> Vec3 {
+        let slot = slot as usize;
+        self.at[slot] + self.corrections.of(self.neighbours.place(slot))
+    }
 }
 
 /// A posed body with its vertices, and what else a garment stays out of.
@@ -77,21 +104,27 @@ impl DisplayPass {
     pub fn new(rule: RobustIntersection, garment: &Garment, body: &RobustBody) -> Self {
         let packets = body.parts().packets();
         let slots = vec![Vec3::ZERO; packets.len()];
+        let neighbours = Neighbours::new(&garment.rest, packets);
         Self {
             rule,
-            neighbours: Neighbours::new(&garment.rest, packets),
-            cloth: Cloth::new(&garment.rest, packets, rule.margin_m * FACE_HEIGHT_SHARE),
-            pokes: Pokes::default(),
+            cloth: Cloth::new(
+                &garment.rest,
+                packets,
+                &neighbours,
+                rule.margin_m * FACE_HEIGHT_SHARE,
+            ),
+            pokes: Pokes::new(body.parts().lifting().len()),
+            neighbours,
             props: Props::default(),
             layered: None,
-            body_normals: Vec::new(),
             contacts: vec![Contact::NONE; packets.len()],
             at: vec![Vec3::NAN; packets.len()],
-            corrections: slots.clone(),
-            lifts: slots.clone(),
-            doubtful: slots.clone(),
-            corrected: slots,
+            corrections: Movements::new(packets.len()),
+            lifts: Movements::new(packets.len()),
             spread: Spread::new(packets.len()),
+            summaries: vec![Summary::default(); packets.len() / LANES],
+            doubtful: slots.clone(),
+            shown: slots,
         }
     }
 
@@ -111,7 +144,7 @@ impl DisplayPass {
     /// The corrections that the vertices need, each for itself.
     pub fn look(&mut self, body: PosedVertices, positions: &[Vec3]) {
         self.take(body.body, positions);
-        self.rule.look_at_all(body.body, &self.at, &mut self.contacts);
+        (self.rule).look_at_all(body.body, &self.at, |_| true, &mut self.contacts);
         if !body.colliders.is_empty() {
             let (at, rule) = (&self.at, self.rule);
             for_each_chunk(&mut self.contacts, CHUNK, |first, contacts| {
@@ -121,13 +154,25 @@ impl DisplayPass {
                 }
             });
         }
-        self.corrections.fill(Vec3::ZERO);
-        for (slot, contact) in self.contacts.iter().enumerate() {
-            if let Some(moved) = contact.moved {
+        self.summarise();
+        self.corrections.clear();
+        let corrected = (0..self.summaries.len()).filter(|&packet| self.summaries[packet].is_corrected);
+        for slot in corrected.flat_map(|packet| packet * LANES..(packet + 1) * LANES) {
+            if let Some(moved) = self.contacts[slot].moved {
                 let place = self.neighbours.place(slot);
-                self.corrections[place] = longer(self.corrections[place], moved - self.at[slot]);
+                self.corrections.lengthen(place, moved - self.at[slot]);
             }
         }
+    }
+
+    fn summarise(&mut self) {
+        let (contacts, margin_m) = (&self.contacts, self.rule.margin_m);
+        for_each_chunk(&mut self.summaries, CHUNK / LANES, |first, summaries| {
+            let packets = contacts[first * LANES..].chunks(LANES);
+            for (summary, contacts) in summaries.iter_mut().zip(packets) {
+                *summary = Summary::new(contacts, margin_m);
+            }
+        });
     }
 
     /// Positions by slot.
@@ -142,36 +187,32 @@ impl DisplayPass {
 
     /// Lifts the faces that body vertices poke through.
     pub fn cover(&mut self, body: PosedVertices) {
-        vertex_normals(body.vertices, body.body.surface().faces(), &mut self.body_normals);
+        let least_height_m = FACE_HEIGHT_SHARE * self.rule.margin_m;
         for round in 0..ROUNDS {
-            self.correct();
-            let (contacts, margin_m) = (&self.contacts, self.rule.margin_m);
-            let height = |slot: u32| match &contacts[slot as usize] {
-                Contact { moved: Some(_), .. } => margin_m,
-                contact => contact.height_m,
+            let corrected = Corrected {
+                at: &self.at,
+                corrections: &self.corrections,
+                neighbours: &self.neighbours,
             };
+            let place = |slot| corrected.place(slot);
+            let (contacts, margin_m) = (&self.contacts, self.rule.margin_m);
+            let height = |slot: u32| packets::height(&contacts[slot as usize], margin_m);
             match round {
-                0 => self.cloth.find_near(&self.corrected, height),
-                _ => self.cloth.refit(&self.corrected),
+                0 => self.cloth.find_near(place, height, &self.summaries),
+                _ => self.cloth.refit(place, |packet| self.lifts.moves(packet)),
             }
             let view = View {
                 body: body.body,
                 vertices: body.vertices,
-                normals: &self.body_normals,
                 cloth: &self.cloth,
-                at: &self.corrected,
-                least_height_m: FACE_HEIGHT_SHARE * margin_m,
+                corrected,
+                least_height_m,
             };
             match round {
                 0 => self.pokes.find(&view),
                 _ => self.pokes.find_again(&view),
             }
-            self.props.find(
-                body.colliders,
-                self.cloth.faces(),
-                &self.corrected,
-                margin_m * FACE_HEIGHT_SHARE,
-            );
+            (self.props).find(body.colliders, self.cloth.faces(), place, least_height_m);
             if self.pokes.iter().chain(self.props.iter()).next().is_none() {
                 break;
             }
@@ -179,39 +220,33 @@ impl DisplayPass {
         }
     }
 
-    fn correct(&mut self) {
-        let (at, neighbours, corrections) = (&self.at, &self.neighbours, &self.corrections);
-        for_each_chunk(&mut self.corrected, CHUNK, |first, corrected| {
-            for (slot, corrected) in (first..).zip(corrected) {
-                *corrected = at[slot] + corrections[neighbours.place(slot)];
-            }
-        });
-    }
-
     /// Adds to each corner's correction the longest lift that a poke asks of it.
     fn lift(&mut self) {
-        self.lifts.fill(Vec3::ZERO);
+        self.lifts.clear();
         for poke in self.pokes.iter().chain(self.props.iter()) {
             for (slot, lift) in self.cloth.corners(poke.face).into_iter().zip(poke.lifts) {
-                let place = self.neighbours.place(slot as usize);
-                self.lifts[place] = longer(self.lifts[place], lift);
+                self.lifts.lengthen(self.neighbours.place(slot as usize), lift);
             }
         }
-        let pairs = self.corrections.iter_mut().zip(&self.lifts);
-        pairs.for_each(|(correction, lift)| *correction += *lift);
+        self.corrections.add(&self.lifts);
     }
 
     /// Spreads the corrections and moves the positions by them.
     pub fn smooth(&mut self, body: PosedVertices, positions: &mut [Vec3]) {
-        if self.corrections.iter().all(|c| *c == Vec3::ZERO) {
+        if self.corrections.are_none() {
             return;
         }
         self.spread.sweep(&self.neighbours, &self.corrections);
-        self.settle(body);
-        let (slots, shown) = (body.body.parts().packets().slots(), &self.corrected);
+        self.find_moving();
+        self.move_along(body);
+        self.look_again(body);
+        let slots = body.body.parts().packets().slots();
+        let (summaries, shown) = (&self.summaries, &self.shown);
         for_each_chunk(positions, CHUNK, |first, positions| {
             for (position, &slot) in positions.iter_mut().zip(&slots[first..]) {
-                *position = shown[slot as usize];
+                if summaries[slot as usize / LANES].is_moving {
+                    *position = shown[slot as usize];
+                }
             }
         });
     }
@@ -222,7 +257,7 @@ impl DisplayPass {
         let slots = body.body.parts().packets().slots();
         for layer in 0..layers {
             self.take(body.body, positions);
-            self.corrections.fill(Vec3::ZERO);
+            self.corrections.clear();
             let Self {
                 layered,
                 corrections,
@@ -234,63 +269,67 @@ impl DisplayPass {
                 .iter_mut()
                 .flat_map(|layered| layered.ways(layer, positions, rule.margin_m));
             for (vertex, way) in ways {
-                let place = neighbours.place(slots[vertex] as usize);
-                corrections[place] = longer(corrections[place], *way);
+                corrections.lengthen(neighbours.place(slots[vertex] as usize), *way);
             }
             self.smooth(body, positions);
         }
     }
 
+    /// In which packets the spread moves something.
+    fn find_moving(&mut self) {
+        let (movements, neighbours) = (self.spread.movements(), &self.neighbours);
+        for (packet, summary) in self.summaries.iter_mut().enumerate() {
+            let around = neighbours.of_packet(packet);
+            summary.is_moving = around.iter().any(|&packet| movements.moves(packet));
+        }
+    }
+
     /// Moves the positions. Those that went farther than the body asked for, or went with others,
     /// may have come to another part of it.
-    fn settle(&mut self, body: PosedVertices) {
-        let (movements, neighbours, contacts) =
-            (self.spread.movements(), &self.neighbours, &mut self.contacts);
-        let (at, margin_m) = (&self.at, self.rule.margin_m);
-        for_each_chunk(&mut self.corrected, CHUNK, |first, corrected| {
-            for (slot, corrected) in (first..).zip(corrected) {
-                let way = movements[neighbours.place(slot)];
-                let moved = at[slot] + way;
-                *corrected = match way == Vec3::ZERO {
-                    true => moved,
-                    false => props::out_of_all(body.colliders, moved, margin_m).unwrap_or(moved),
-                };
-            }
-        });
-        let (corrected, heights) = (&self.corrected, &*contacts);
-        for_each_chunk(&mut self.doubtful, CHUNK, |first, doubtful| {
-            for (slot, doubtful) in (first..).zip(doubtful) {
-                let way_m = corrected[slot].distance(at[slot]);
+    fn move_along(&mut self, body: PosedVertices) {
+        let (movements, neighbours, at) = (self.spread.movements(), &self.neighbours, &self.at);
+        let (contacts, summaries, margin_m) = (&self.contacts, &self.summaries, self.rule.margin_m);
+        let out = |p| props::out_of_all(body.colliders, p, margin_m);
+        let groups = self.shown.chunks_mut(Packets::GROUP);
+        let groups = groups.zip(self.doubtful.chunks_mut(Packets::GROUP)).enumerate();
+        for_each(groups, |(group, (shown, doubtful))| {
+            for (k, (shown, doubtful)) in shown.iter_mut().zip(doubtful).enumerate() {
+                let slot = group * Packets::GROUP + k;
+                if !summaries[slot / LANES].is_moving {
+                    continue;
+                }
+                let way = movements.of(neighbours.place(slot));
+                *shown = at[slot] + way;
+                if way != Vec3::ZERO {
+                    *shown = out(*shown).unwrap_or(*shown);
+                }
+                let way_m = shown.distance(at[slot]);
                 // A distance changes by no more than the way, and its side where no other part is near.
                 let least_m = way_m + margin_m.max(LIMB_RADIUS_M);
-                let is_clear = way_m == 0.0 || heights[slot].height_m >= least_m;
-                *doubtful = if is_clear { Vec3::NAN } else { corrected[slot] };
-            }
-        });
-        if self.layered.is_some() {
-            let ways = corrected
-                .iter()
-                .zip(at)
-                .map(|(corrected, at)| corrected.distance(*at));
-            let heights = contacts.iter_mut().map(|contact| &mut contact.height_m);
-            heights.zip(ways).for_each(|(height_m, way_m)| *height_m -= way_m);
-        }
-        self.rule.look_at_all(body.body, &self.doubtful, contacts);
-        let (doubtful, contacts) = (&self.doubtful, &self.contacts);
-        for_each_chunk(&mut self.corrected, CHUNK, |first, corrected| {
-            for (slot, corrected) in (first..).zip(corrected) {
-                let moved = contacts[slot].moved.filter(|_| doubtful[slot].is_finite());
-                *corrected = moved.unwrap_or(*corrected);
+                let is_clear = way_m == 0.0 || contacts[slot].height_m >= least_m;
+                *doubtful = if is_clear { Vec3::NAN } else { *shown };
             }
         });
     }
-}
 
-/// The longer of two; the first where they are as long.
-fn longer(a: Vec3, b: Vec3) -> Vec3 {
-    if b.length_squared() > a.length_squared() {
-        b
-    } else {
-        a
+    /// Looks again from the positions that may be too low.
+    fn look_again(&mut self, body: PosedVertices) {
+        let is_moving = |packet: usize| self.summaries[packet].is_moving;
+        if self.layered.is_some() {
+            for (slot, contact) in self.contacts.iter_mut().enumerate() {
+                if is_moving(slot / LANES) {
+                    contact.height_m -= self.shown[slot].distance(self.at[slot]);
+                }
+            }
+        }
+        (self.rule).look_at_all(body.body, &self.doubtful, is_moving, &mut self.contacts);
+        let (doubtful, contacts) = (&self.doubtful, &self.contacts);
+        for_each_chunk(&mut self.shown, CHUNK, |first, shown| {
+            let slots = (first..).zip(shown).filter(|(slot, _)| is_moving(slot / LANES));
+            for (slot, shown) in slots {
+                let moved = contacts[slot].moved.filter(|_| doubtful[slot].is_finite());
+                *shown = moved.unwrap_or(*shown);
+            }
+        });
     }
 }

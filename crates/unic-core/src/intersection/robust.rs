@@ -4,7 +4,7 @@ use super::ContactParts;
 use crate::{
     character::{Character, Garment},
     folds,
-    surface::{Feature, Surface, SurfacePoint},
+    surface::{Among, Feature, Surface, SurfacePoint},
 };
 use glam::Vec3;
 
@@ -41,8 +41,10 @@ impl RobustBody {
     /// Of a garment on a character, in the bind pose.
     pub fn new(character: &Character, garment: &Garment) -> Self {
         let parts = ContactParts::new(character, garment);
+        let mut surface = Surface::build(&character.body);
+        surface.mark(|face| parts.marks_of_face(face));
         Self {
-            surface: Surface::build(&character.body),
+            surface,
             folds: FoldMemory::new(parts.packets().kinds(), character.body.vertices.len()),
             parts: std::sync::Arc::new(parts),
         }
@@ -70,8 +72,16 @@ impl RobustBody {
     /// The point of the body closest to a garment vertex, among the parts that may push it; none
     /// without such parts or for a `p` that is not finite.
     pub fn closest(&self, vertex: usize, p: Vec3, seed: u32) -> Option<SurfacePoint> {
-        let pushes = |face| self.parts.face_pushes(face, vertex);
-        self.surface.closest_among(p, f32::INFINITY, seed, pushes)
+        let pushing = self.pushing(vertex);
+        self.surface.closest_marked(p, f32::INFINITY, seed, pushing)
+    }
+
+    /// The faces that may push a garment vertex.
+    fn pushing(&self, vertex: usize) -> Among<impl Fn(u32) -> bool> {
+        Among {
+            marks: self.parts.marks_of_vertex(vertex),
+            counts: move |face| self.parts.face_pushes(face, vertex),
+        }
     }
 
     /// Does `face` lie in a fold between parts that may both push the vertex? See [`folds::Folds`].
@@ -150,17 +160,31 @@ impl RobustIntersection {
 
     /// The first of the way: `nearest` is the closest face of the body.
     fn touch(&self, body: &RobustBody, vertex: usize, p: Vec3, nearest: u32) -> Contact {
-        let Some(nearest) = body.surface.point_on(nearest, p) else {
-            return Contact::NONE;
+        if body.parts.face_pushes(nearest, vertex) {
+            return self.contact(body, vertex, [p, p], [nearest, nearest]);
+        }
+        let at = self.sink(body, vertex, p, nearest);
+        let pushing = body
+            .closest(vertex, at, u32::MAX)
+            .map_or(u32::MAX, |hit| hit.face);
+        self.contact(body, vertex, [p, at], [nearest, pushing])
+    }
+
+    /// Of a vertex at `p` that has sunk to `at`: `nearest` is the closest face of the body to the one,
+    /// `pushing` the closest that may push it to the other.
+    fn contact(
+        &self,
+        body: &RobustBody,
+        vertex: usize,
+        [p, at]: [Vec3; 2],
+        [nearest, pushing]: [u32; 2],
+    ) -> Contact {
+        let hit = body.surface.point_on(pushing, at);
+        let nearest = match nearest == pushing && p == at {
+            true => hit,
+            false => body.surface.point_on(nearest, p),
         };
-        let (at, hit) = match body.parts.face_pushes(nearest.face, vertex) {
-            true => (p, Some(nearest)),
-            false => {
-                let at = self.sink(body, vertex, p, nearest.face);
-                (at, body.closest(vertex, at, u32::MAX))
-            }
-        };
-        let Some(hit) = hit else {
+        let Some((nearest, hit)) = nearest.zip(hit) else {
             return Contact::NONE;
         };
         let out = self.way_out(&hit, at);

@@ -14,6 +14,8 @@ use crate::{
 use proptest::{collection::vec, prelude::*};
 use std::sync::Arc;
 
+mod coherence;
+
 const MARGIN_M: f32 = 0.003;
 const RULE: RobustIntersection = RobustIntersection { margin_m: MARGIN_M };
 
@@ -122,18 +124,18 @@ proptest! {
         let mut around = sphere(2, 1.0);
         around.vertices.iter_mut().zip(cloth.iter().cycle()).for_each(|(v, r)| *v *= *r);
         let (body, garment) = rigid(body, around);
-        let slots = body.parts().packets().slots();
-        let mut at = vec![Vec3::NAN; body.parts().packets().len()];
-        slots.iter().zip(&garment.rest.vertices).for_each(|(&slot, &p)| at[slot as usize] = p);
-        let mut contacts = vec![Contact::NONE; at.len()];
-        RULE.look_at_all(&body, &at, &mut contacts);
-        for (vertex, &slot) in slots.iter().enumerate() {
-            let (alone, together) = (RULE.look(&body, vertex, at[slot as usize], Handling::no_seed()), contacts[slot as usize]);
-            prop_assert_eq!(alone.moved, together.moved);
-            // A bound for what is well above.
-            let is_bound = together.height_m >= MARGIN_M - 2e-5 && alone.height_m >= together.height_m - 1e-6;
-            prop_assert!(is_bound || alone.height_m == together.height_m, "{:?} {:?}", alone, together);
-        }
+        assert_together_as_alone(&body, &garment)?;
+    }
+
+    #[test]
+    fn together_vertices_sink_as_alone(gap in 0.0f32..0.03, cloth in vec(0.08f32..0.26, 642)) {
+        let count = sphere(3, 1.0).vertices.len();
+        let character = character(trunk_and_hand(gap), &[-1, 0, 1, 2], |v| if v < count { 0 } else { 3 });
+        let mut around = sphere(3, 1.0);
+        around.vertices.iter_mut().zip(&cloth).for_each(|(v, r)| *v *= *r);
+        // Two kinds, both near the hand: it pushes one of them.
+        let garment = garment(around, 4, |v| if v % 5 == 0 { 2 } else { 0 });
+        assert_together_as_alone(&RobustBody::new(&character, &garment), &garment)?;
     }
 
     #[test]
@@ -150,6 +152,37 @@ proptest! {
             prop_assert!(height > -1e-4, "{} m", height);
         }
     }
+}
+
+/// All vertices of a garment at rest look at the body as each does alone, and as one that looks at every face.
+fn assert_together_as_alone(body: &RobustBody, garment: &Garment) -> Result<(), TestCaseError> {
+    let slots = body.parts().packets().slots();
+    let mut at = vec![Vec3::NAN; body.parts().packets().len()];
+    slots
+        .iter()
+        .zip(&garment.rest.vertices)
+        .for_each(|(&slot, &p)| at[slot as usize] = p);
+    let mut contacts = vec![Contact::NONE; at.len()];
+    RULE.look_at_all(body, &at, |_| true, &mut contacts);
+    for (vertex, &slot) in slots.iter().enumerate() {
+        let (p, together) = (at[slot as usize], contacts[slot as usize]);
+        let alone = RULE.look(body, vertex, p, Handling::no_seed());
+        prop_assert_eq!(alone.moved, together.moved);
+        // A bound for what is well above.
+        let is_bound = together.height_m >= MARGIN_M - 2e-5 && alone.height_m >= together.height_m - 1e-6;
+        prop_assert!(
+            is_bound || alone.height_m == together.height_m,
+            "{:?} {:?}",
+            alone,
+            together
+        );
+        let pushes = |face| body.parts().face_pushes(face, vertex);
+        let of_all = body
+            .surface()
+            .closest_among(p, f32::INFINITY, Handling::no_seed(), pushes);
+        prop_assert_eq!(body.closest(vertex, p, Handling::no_seed()), of_all);
+    }
+    Ok(())
 }
 
 #[test]

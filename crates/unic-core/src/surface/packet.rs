@@ -1,6 +1,6 @@
 //! Closest faces for many points at once.
 
-use super::Surface;
+use super::{Among, Surface};
 use crate::bvh::Packet;
 
 impl Surface {
@@ -8,17 +8,26 @@ impl Surface {
     /// some of them near it.
     ///
     /// The same faces as [`Surface::closest_among`] finds, to the bit of their distances.
-    pub(crate) fn closest_of_packet(&self, packet: &mut Packet, seeds: &[u32], counts: impl Fn(u32) -> bool) {
+    pub(crate) fn closest_of_packet(
+        &self,
+        packet: &mut Packet,
+        seeds: &[u32],
+        Among { marks, counts }: Among<impl Fn(u32) -> bool>,
+    ) {
         self.instructions.run(
             #[inline(always)]
             || {
-                for &seed in seeds {
+                for (k, &seed) in seeds.iter().enumerate() {
+                    if seeds[..k].contains(&seed) {
+                        continue;
+                    }
                     if let Some(triangle) = self.triangle(seed).filter(|_| counts(seed)) {
                         packet.meet(seed, triangle);
                     }
                 }
                 self.tree.nearest_of_packet(
                     packet,
+                    marks,
                     #[inline(always)]
                     |triangles, packet| {
                         for &triangle in triangles {
@@ -38,7 +47,7 @@ impl Surface {
 mod tests {
     use super::*;
     use crate::{
-        bvh::LANES,
+        bvh::{LANES, Marks},
         mesh::TriMesh,
         network::{Instructions, Precision},
         shapes::point,
@@ -56,16 +65,27 @@ mod tests {
             let faces = (0..count).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
             let mut surface = Surface::build(&TriMesh::new(corners, faces.collect()).unwrap());
             let counts = |face: u32| !face.is_multiple_of(5);
+            surface.mark(|face| Marks(1 << (face % 7)));
             for instructions in Instructions::available(Precision::F32) {
                 surface.instructions = instructions;
                 let mut packet = Packet::new(&points, radius * radius);
-                surface.closest_of_packet(&mut packet, &[seed], counts);
+                surface.closest_of_packet(&mut packet, &[seed], Among::new(counts));
                 for (lane, &p) in points.iter().enumerate() {
                     let alone = surface.closest_among(p, radius, u32::MAX, counts);
                     let together = surface.point_on(packet.item[lane], p);
                     prop_assert_eq!(alone, together, "{:?}, lane {}", instructions, lane);
                     let distance = alone.map_or(radius, |hit| hit.distance);
                     prop_assert!((packet.squared[lane].sqrt() - distance).abs() < 1e-6);
+                }
+                // Those of two marks, named by their marks and by looking at every face.
+                let counts = |face: u32| matches!(face % 7, 2 | 5);
+                let marked = Among { marks: Marks(1 << 2 | 1 << 5), counts };
+                let mut packet = Packet::new(&points, radius * radius);
+                surface.closest_of_packet(&mut packet, &[seed], marked);
+                for (lane, &p) in points.iter().enumerate() {
+                    let expected = surface.closest_among(p, radius, u32::MAX, counts);
+                    prop_assert_eq!(surface.closest_marked(p, radius, u32::MAX, marked), expected);
+                    prop_assert_eq!(surface.point_on(packet.item[lane], p), expected);
                 }
             }
         }
@@ -76,7 +96,7 @@ mod tests {
         let triangle = TriMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();
         let surface = Surface::build(&triangle);
         let mut packet = Packet::new(&[Vec3::NAN, Vec3::Z, Vec3::INFINITY], f32::INFINITY);
-        surface.closest_of_packet(&mut packet, &[u32::MAX, 0], |_| true);
+        surface.closest_of_packet(&mut packet, &[u32::MAX, 0], Among::new(|_| true));
         assert_eq!(packet.item[..4], [u32::MAX, 0, u32::MAX, u32::MAX]);
     }
 }

@@ -46,8 +46,7 @@ impl Surface {
         let corners = self.welded[face as usize];
         let corner = corners.iter().position(|&v| v == vertex)?;
         let origin = self.face(face).corners()[corner];
-        let around = self.faces_at(vertex).map(|f| self.face(f).area_normal());
-        let normal = around.sum::<Vec3>().normalize_or_zero();
+        let normal = self.vertex_normal(vertex);
         let is_elsewhere = |face: u32| !self.welded[face as usize].contains(&vertex);
         self.first_among(origin, normal, reach, |face| is_elsewhere(face) && counts(face))
     }

@@ -1,11 +1,14 @@
 //! The faces of a garment that the body may poke through.
 
+use super::{
+    neighbours::{Neighbours, Rows},
+    packets::Summary,
+};
 use crate::{
-    bvh::{Aabb, Bvh, Packet},
+    bvh::{Aabb, Bvh, LANES, Marks, Packet, Posed},
     intersection::packets::Packets,
     mesh::TriMesh,
     network::{Instructions, Precision},
-    parallel::for_each_chunk,
     surface::Triangle,
 };
 use glam::Vec3;
@@ -13,9 +16,6 @@ use glam::Vec3;
 /// How deep under a body vertex the cloth that it pokes through is looked for, metres: the sagitta
 /// L² / 8R of an edge of 10 cm over a shoulder of 5 cm radius.
 const REACH_M: f32 = 0.025;
-
-/// Faces that one thread takes at a time.
-const CHUNK: usize = 4096;
 
 /// Faces are at most so much longer than at rest: those that are stretched farther may be missed.
 const MOST_STRETCH: f32 = 2.0;
@@ -34,6 +34,9 @@ pub(super) struct Cloth {
     numbers: Vec<u32>,
     /// Most that a point of a face at rest is from its nearest corner, metres.
     radii: Vec<f32>,
+    /// By branch of the tree: the packets of its corners and of their places, and the largest of its radii.
+    packets: Rows,
+    largest_radii: Vec<f32>,
     clearance_m: f32,
     reach_m: f32,
     is_near: Vec<bool>,
@@ -42,7 +45,7 @@ pub(super) struct Cloth {
 
 impl Cloth {
     /// Of a garment's rest shape; nothing pokes through where `clearance_m` is left.
-    pub(super) fn new(rest: &TriMesh, packets: &Packets, clearance_m: f32) -> Self {
+    pub(super) fn new(rest: &TriMesh, packets: &Packets, neighbours: &Neighbours, clearance_m: f32) -> Self {
         let corners = |f: &[u32; 3]| f.map(|v| rest.vertices[v as usize]);
         let centres: Vec<Vec3> = (rest.faces.iter())
             .map(|f| corners(f).iter().sum::<Vec3>() / 3.0)
@@ -52,15 +55,20 @@ impl Cloth {
         let rest_faces = || numbers.iter().map(|&face| &rest.faces[face as usize]);
         let radii: Vec<f32> = rest_faces().map(|f| covering_radius(corners(f))).collect();
         let largest = radii.iter().copied().fold(0.0, f32::max);
+        let faces: Vec<_> = rest_faces()
+            .map(|f| f.map(|v| packets.slots()[v as usize]))
+            .collect();
+        let largest_of =
+            |items: std::ops::Range<usize>| (radii[items].iter()).fold(0.0, |a, &b| f32::max(a, b));
         Self {
+            packets: packets_of_branches(&tree, &faces, neighbours),
+            largest_radii: tree.branches().map(largest_of).collect(),
             clearance_m,
             // Corners are outside, so that a face leads no deeper than its radius; the vertex is
             // beside that place by as much at most.
             reach_m: f32::min(2.0 * (clearance_m + largest), REACH_M),
             tree,
-            faces: rest_faces()
-                .map(|f| f.map(|v| packets.slots()[v as usize]))
-                .collect(),
+            faces,
             radii,
             is_near: vec![false; numbers.len()],
             numbers,
@@ -74,6 +82,7 @@ impl Cloth {
     }
 
     /// Slots of the corners.
+    #[inline(always)]
     pub(super) fn corners(&self, face: u32) -> [u32; 3] {
         self.faces[face as usize]
     }
@@ -83,8 +92,9 @@ impl Cloth {
         self.numbers[face as usize]
     }
 
-    pub(super) fn triangle(&self, face: u32, at: &[Vec3]) -> Triangle {
-        Triangle::new(self.corners(face).map(|slot| at[slot as usize]))
+    #[inline(always)]
+    pub(super) fn triangle(&self, face: u32, at: impl Fn(u32) -> Vec3) -> Triangle {
+        Triangle::new(self.corners(face).map(at))
     }
 
     /// How far from a body vertex the cloth that it pokes through can be, metres.
@@ -92,43 +102,90 @@ impl Cloth {
         self.reach_m
     }
 
-    /// Takes positions and heights over the body by slot, metres.
-    pub(super) fn find_near(&mut self, at: &[Vec3], heights: impl Fn(u32) -> f32 + Sync + Send) {
+    /// Takes positions and heights over the body by slot, metres, and the summaries of the packets.
+    pub(super) fn find_near(
+        &mut self,
+        at: impl Fn(u32) -> Vec3 + Sync,
+        heights: impl Fn(u32) -> f32 + Sync,
+        summaries: &[Summary],
+    ) {
         let (faces, radii, clearance_m) = (&self.faces, &self.radii, self.clearance_m);
-        for_each_chunk(&mut self.is_near, CHUNK, |first, is_near| {
-            for (k, is_near) in (first..).zip(is_near) {
-                let [a, b, c] = faces[k].map(&heights);
-                let least = if b < a { b } else { a };
-                let least = if c < least { c } else { least };
-                // The bound for a stretched face first: it asks for no positions.
-                *is_near = least < clearance_m + MOST_STRETCH * radii[k]
-                    && least < clearance_m + covering_radius(faces[k].map(|slot| at[slot as usize]));
+        let is_face_near = |k: usize| {
+            let [a, b, c] = faces[k].map(&heights);
+            let least = if b < a { b } else { a };
+            let least = if c < least { c } else { least };
+            // The bound for a stretched face first: it asks for no positions.
+            least < clearance_m + MOST_STRETCH * radii[k]
+                && least < clearance_m + covering_radius(faces[k].map(&at))
+        };
+        let (packets, largest_radii) = (&self.packets, &self.largest_radii);
+        let may_be_near = |branch: usize| {
+            let farthest_m = clearance_m + MOST_STRETCH * largest_radii[branch];
+            let heights = packets.row(branch).iter();
+            heights
+                .map(|&packet| summaries[packet as usize].least_m)
+                .any(|least_m| least_m < farthest_m)
+        };
+        let find = |branch: usize, first: usize, is_near: &mut [bool]| {
+            let may_be = may_be_near(branch);
+            for (k, is_near) in (first..).zip(is_near.iter_mut()) {
+                *is_near = may_be && is_face_near(k);
             }
-        });
-        self.refit(at);
+            match is_near.contains(&true) {
+                true => Posed::Moved,
+                false => Posed::Nowhere,
+            }
+        };
+        let box_of = |k: usize, is_near: &bool| box_of_face(*is_near, || faces[k].map(&at));
+        self.tree.refit_with(&mut self.is_near, find, box_of);
     }
 
-    /// Moves the faces that were found near.
-    pub(super) fn refit(&mut self, at: &[Vec3]) {
-        let (faces, is_near) = (&self.faces, &self.is_near);
-        self.tree.refit(|face| match is_near[face as usize] {
-            true => Aabb::around(&faces[face as usize].map(|slot| at[slot as usize])),
-            false => Aabb::EMPTY,
-        });
+    /// Moves the faces that were found near, by corners in packets that move.
+    pub(super) fn refit(&mut self, at: impl Fn(u32) -> Vec3 + Sync, moves: impl Fn(u32) -> bool + Sync) {
+        let (faces, packets) = (&self.faces, &self.packets);
+        let find = |branch, _, is_near: &mut [bool]| {
+            let may_move = packets.row(branch).iter().any(|&packet| moves(packet));
+            match (is_near.contains(&true), may_move) {
+                (true, true) => Posed::Moved,
+                (true, false) => Posed::Same,
+                (false, _) => Posed::Nowhere,
+            }
+        };
+        let box_of = |k: usize, is_near: &bool| box_of_face(*is_near, || faces[k].map(&at));
+        self.tree.refit_with(&mut self.is_near, find, box_of);
     }
 
-    /// The near face closest to each point of the packet, among those that count.
-    pub(super) fn closest(&self, packet: &mut Packet, at: &[Vec3], counts: impl Fn(u32) -> bool) {
+    /// The near face closest to each point of the packet, among those that count; sooner when `seeds` are
+    /// near it.
+    pub(super) fn closest(
+        &self,
+        packet: &mut Packet,
+        seeds: &[u32],
+        at: impl Fn(u32) -> Vec3,
+        counts: impl Fn(u32) -> bool,
+    ) {
+        let is_due = |face: u32| {
+            let is_near = self.is_near.get(face as usize).is_some_and(|&is_near| is_near);
+            is_near && counts(self.numbers[face as usize])
+        };
+        let seeds = seeds
+            .iter()
+            .enumerate()
+            .filter(|(k, seed)| !seeds[..*k].contains(seed));
         self.instructions.run(
             #[inline(always)]
             || {
+                for (_, &seed) in seeds.filter(|(_, seed)| is_due(**seed)) {
+                    packet.meet(seed, &self.triangle(seed, &at));
+                }
                 self.tree.nearest_of_packet(
                     packet,
+                    Marks::ANY,
                     #[inline(always)]
                     |faces, packet| {
                         for &face in faces {
-                            if self.is_near[face as usize] && counts(self.numbers[face as usize]) {
-                                packet.meet(face, &self.triangle(face, at));
+                            if is_due(face) {
+                                packet.meet(face, &self.triangle(face, &at));
                             }
                         }
                     },
@@ -136,6 +193,25 @@ impl Cloth {
             },
         );
     }
+}
+
+/// A face that is not near is nowhere.
+fn box_of_face(is_near: bool, corners: impl FnOnce() -> [Vec3; 3]) -> Aabb {
+    match is_near {
+        true => Aabb::around(&corners()),
+        false => Aabb::EMPTY,
+    }
+}
+
+/// The packets of the corners of each branch of a tree over faces, and of their places.
+fn packets_of_branches(tree: &Bvh, faces: &[[u32; 3]], neighbours: &Neighbours) -> Rows {
+    let of_branch = |(branch, items): (usize, std::ops::Range<usize>)| {
+        let slots = faces[items].iter().flatten();
+        let slots = slots.flat_map(|&slot| [slot, neighbours.place(slot as usize) as u32]);
+        slots.map(move |slot| [branch as u32, slot / LANES as u32])
+    };
+    let pairs = tree.branches().enumerate().flat_map(of_branch).collect();
+    Rows::new(tree.branches().count(), pairs)
 }
 
 /// No point of a triangle is farther from its nearest corner, metres.

@@ -15,13 +15,14 @@ pub(super) struct Neighbours {
     /// The slot that stands for the place of each.
     place_of_slot: Vec<u32>,
     around: Rows,
-    /// For each packet the packets that edges lead to, and itself.
+    /// For each packet with places of its own the packets that edges lead to, or that hold a place of one in it,
+    /// and itself.
     around_packet: Rows,
 }
 
 /// Lists of numbers, one after the other.
 #[derive(Clone, Debug)]
-struct Rows {
+pub(super) struct Rows {
     starts: Vec<u32>,
     entries: Vec<u32>,
 }
@@ -42,8 +43,10 @@ impl Neighbours {
             .collect();
         let packet = |slot: u32| slot / LANES as u32;
         let count = packets.len().div_ceil(LANES);
-        let own = (0..count as u32).map(|p| [p, p]);
-        let between = directed.iter().map(|e| e.map(packet)).chain(own).collect();
+        let places = (0..packets.len() as u32).zip(&place_of_slot);
+        let own = places.map(|(slot, &place)| [slot, place]);
+        let between = directed.iter().copied().chain(own);
+        let between = between.map(|pair| pair.map(packet)).collect();
         Self {
             place_of_slot,
             around_packet: Rows::new(count, between),
@@ -51,11 +54,12 @@ impl Neighbours {
         }
     }
 
+    #[inline(always)]
     pub(super) fn place(&self, slot: usize) -> usize {
         self.place_of_slot[slot] as usize
     }
 
-    /// Packets with neighbours of what is in a packet.
+    /// Packets with the places or neighbours of what is in a packet.
     pub(super) fn of_packet(&self, packet: usize) -> &[u32] {
         self.around_packet.row(packet)
     }
@@ -70,7 +74,7 @@ impl Neighbours {
 
 impl Rows {
     /// From pairs of a row and an entry.
-    fn new(rows: usize, mut pairs: Vec<[u32; 2]>) -> Self {
+    pub(super) fn new(rows: usize, mut pairs: Vec<[u32; 2]>) -> Self {
         pairs.sort_unstable();
         pairs.dedup();
         let count = |row: u32| pairs.partition_point(|&[of, _]| of < row) as u32;
@@ -80,7 +84,7 @@ impl Rows {
         }
     }
 
-    fn row(&self, row: usize) -> &[u32] {
+    pub(super) fn row(&self, row: usize) -> &[u32] {
         &self.entries[self.starts[row] as usize..self.starts[row + 1] as usize]
     }
 }

@@ -1,6 +1,6 @@
 //! Body vertices that poke through garment faces.
 
-use super::cloth::Cloth;
+use super::{Corrected, cloth::Cloth};
 use crate::{
     bvh::{LANES, Packet},
     folds,
@@ -23,9 +23,17 @@ pub(super) struct Poke {
     pub(super) lifts: [Vec3; 3],
 }
 
+/// What a body vertex that may lift cloth sees of it.
+#[derive(Clone, Copy, Debug)]
+struct Sight {
+    /// The face of the cloth found last, in this frame or before: near the next one.
+    seed: u32,
+    poke: Option<Poke>,
+}
+
 /// What the body vertices that may lift cloth see of it, by slot.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Pokes(Vec<Option<Poke>>);
+#[derive(Clone, Debug)]
+pub(super) struct Pokes(Vec<Sight>);
 
 /// Posed body and cloth, for looking from one to the other.
 #[derive(Clone, Copy)]
@@ -33,10 +41,8 @@ pub(super) struct View<'a> {
     pub(super) body: &'a RobustBody,
     /// Of the body's vertices, metres.
     pub(super) vertices: &'a [Vec3],
-    pub(super) normals: &'a [Vec3],
     pub(super) cloth: &'a Cloth,
-    /// Of the cloth, by slot, metres.
-    pub(super) at: &'a [Vec3],
+    pub(super) corrected: Corrected<'a>,
     /// That cloth keeps over a body vertex.
     pub(super) least_height_m: f32,
 }
@@ -53,34 +59,40 @@ impl Poke {
 }
 
 impl Pokes {
+    /// From so many slots.
+    pub(super) fn new(slots: usize) -> Self {
+        let seed = u32::MAX;
+        Self(vec![Sight { seed, poke: None }; slots])
+    }
+
     /// Those that were found.
     pub(super) fn iter(&self) -> impl Iterator<Item = Poke> {
-        self.0.iter().flatten().copied()
+        self.0.iter().filter_map(|sight| sight.poke)
     }
 
     /// Looks from all body vertices.
     pub(super) fn find(&mut self, view: &View) {
-        self.0.clear();
-        self.0.resize(view.body.parts().lifting().len(), None);
         self.look(view, |_| true);
     }
 
     /// Looks again from those that poked through.
     pub(super) fn find_again(&mut self, view: &View) {
-        self.look(view, |poke| poke.is_some());
+        self.look(view, |sight| sight.poke.is_some());
     }
 
-    fn look(&mut self, view: &View, is_due: impl Fn(&Option<Poke>) -> bool + Sync + Send) {
-        for_each_chunk(&mut self.0, LANES, |first, pokes| {
+    fn look(&mut self, view: &View, is_due: impl Fn(&Sight) -> bool + Sync + Send) {
+        for_each_chunk(&mut self.0, LANES, |first, sights| {
             let vertices = view.body.parts().lifting().packet(first / LANES);
             let mut positions = [Vec3::NAN; LANES];
-            for ((position, &vertex), poke) in positions.iter_mut().zip(vertices).zip(&*pokes) {
-                if is_due(poke) {
+            for ((position, &vertex), sight) in positions.iter_mut().zip(vertices).zip(&mut *sights) {
+                if is_due(sight) {
+                    // A vertex that is nowhere pokes through nothing.
+                    sight.poke = None;
                     *position = view.vertices[vertex as usize];
                 }
             }
             if positions.iter().any(|p| p.is_finite()) {
-                view.look(vertices, &positions, pokes);
+                view.look(vertices, &positions, sights);
             }
         });
     }
@@ -88,23 +100,27 @@ impl Pokes {
 
 impl View<'_> {
     /// From body vertices that may lift the same faces.
-    fn look(&self, vertices: &[u32], positions: &[Vec3; LANES], pokes: &mut [Option<Poke>]) {
+    fn look(&self, vertices: &[u32], positions: &[Vec3; LANES], sights: &mut [Sight]) {
         let mut packet = Packet::new(positions, self.cloth.reach_m().powi(2));
         let one = vertices[0] as usize;
         let counts = |face| self.body.parts().vertex_lifts(one, face);
-        self.cloth.closest(&mut packet, self.at, counts);
-        for (lane, (&vertex, poke)) in vertices.iter().zip(pokes).enumerate() {
+        let seeds: [u32; LANES] = std::array::from_fn(|lane| sights.get(lane).map_or(u32::MAX, |s| s.seed));
+        self.cloth
+            .closest(&mut packet, &seeds, |slot| self.corrected.place(slot), counts);
+        for (lane, (&vertex, sight)) in vertices.iter().zip(sights).enumerate() {
             if positions[lane].is_finite() {
                 let face = Some(packet.item[lane]).filter(|&face| face != u32::MAX);
-                *poke = face.and_then(|face| self.poke(face, vertex as usize));
+                sight.poke = face.and_then(|face| self.poke(face, vertex as usize));
+                sight.seed = face.unwrap_or(sight.seed);
             }
         }
     }
 
     /// How the cloth nearest to a body vertex has to be lifted to lie over it.
     fn poke(&self, face: u32, vertex: usize) -> Option<Poke> {
-        let normal = self.normals[vertex];
-        let hit: TrianglePoint = self.cloth.triangle(face, self.at).closest(self.vertices[vertex]);
+        let normal = self.body.surface().vertex_normal(vertex as u32);
+        let triangle = self.cloth.triangle(face, |slot| self.corrected.place(slot));
+        let hit: TrianglePoint = triangle.closest(self.vertices[vertex]);
         let height = hit.offset.dot(normal);
         let is_beside = height.abs() < LEAST_COSINE * hit.squared_distance.sqrt();
         if height >= self.least_height_m || is_beside || self.is_folded(vertex, face) {
@@ -118,8 +134,8 @@ impl View<'_> {
     fn is_folded(&self, vertex: usize, face: u32) -> bool {
         let parts = self.body.parts();
         let number = self.cloth.number(face);
-        folds::vertex_is_folded(self.body.surface(), vertex as u32, |f| {
-            parts.face_lifts(f, number)
-        })
+        let surface = self.body.surface();
+        let place = surface.first_at(vertex as u32);
+        folds::vertex_is_folded(surface, place, |f| parts.face_lifts(f, number))
     }
 }

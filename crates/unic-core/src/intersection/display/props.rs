@@ -25,8 +25,14 @@ impl Props {
         self.0.iter().flatten().copied()
     }
 
-    /// Looks at all faces, three slots each, of positions by slot, metres.
-    pub(super) fn find(&mut self, colliders: &[Collider], faces: &[[u32; 3]], at: &[Vec3], height_m: f32) {
+    /// Looks at all faces, three slots each, of places by slot, metres.
+    pub(super) fn find(
+        &mut self,
+        colliders: &[Collider],
+        faces: &[[u32; 3]],
+        at: impl Fn(u32) -> Vec3 + Sync,
+        height_m: f32,
+    ) {
         self.0.clear();
         if colliders.is_empty() {
             return;
@@ -34,7 +40,7 @@ impl Props {
         self.0.resize(faces.len(), None);
         for_each_chunk(&mut self.0, CHUNK, |first, pokes| {
             for (face, poke) in (first..).zip(pokes) {
-                let corners = faces[face].map(|slot| at[slot as usize]);
+                let corners = faces[face].map(&at);
                 let ways = colliders
                     .iter()
                     .filter_map(|c| c.way_out_of_face(corners, height_m));

@@ -1,7 +1,10 @@
 //! Corrections on their way over the garment.
 
-use super::neighbours::Neighbours;
-use crate::{bvh::LANES, intersection::packets::Packets, parallel::for_each_chunk};
+use super::{
+    movements::{Movements, clear},
+    neighbours::Neighbours,
+};
+use crate::{bvh::LANES, intersection::packets::Packets, parallel::for_each};
 use glam::Vec3;
 
 /// Sweeps of the smoothing: a correction is seen this many edges away.
@@ -13,55 +16,48 @@ const SHARE: f32 = 0.7;
 /// Movements of places by slot, spread from the corrections that some of them need.
 #[derive(Clone, Debug)]
 pub(super) struct Spread {
-    now: Vec<Vec3>,
-    next: Vec<Vec3>,
-    /// By packet: does anything in it move?
-    moves: Vec<bool>,
+    now: Movements,
+    next: Movements,
 }
 
 impl Spread {
     pub(super) fn new(slots: usize) -> Self {
         Self {
-            now: vec![Vec3::ZERO; slots],
-            next: vec![Vec3::ZERO; slots],
-            moves: vec![false; slots / LANES],
+            now: Movements::new(slots),
+            next: Movements::new(slots),
         }
     }
 
     /// What each place moves by, metres.
-    pub(super) fn movements(&self) -> &[Vec3] {
+    pub(super) fn movements(&self) -> &Movements {
         &self.now
     }
 
     /// Jacobi sweeps: what has a correction keeps it or moves on along it, what has none goes with
     /// its neighbours.
-    pub(super) fn sweep(&mut self, neighbours: &Neighbours, corrections: &[Vec3]) {
-        self.now.copy_from_slice(corrections);
+    pub(super) fn sweep(&mut self, neighbours: &Neighbours, corrections: &Movements) {
+        self.now.copy_from(corrections);
         for _ in 0..SWEEPS {
-            self.find_moving();
-            let Self { now, next, moves } = self;
-            for_each_chunk(next, Packets::GROUP, |first, next| {
-                for (k, next) in next.chunks_mut(LANES).enumerate() {
-                    let first = first + k * LANES;
-                    let around = neighbours.of_packet(first / LANES);
-                    if around.iter().any(|&packet| moves[packet as usize]) {
-                        for (place, next) in (first..).zip(next) {
-                            let mean = neighbours.mean(place, now) * SHARE;
-                            *next = carried_along(corrections[place], mean);
+            let Self { now, next } = self;
+            let now = &*now;
+            let groups = next.groups_mut(Packets::GROUP / LANES);
+            for_each(groups, |(first, (next, moving))| {
+                for (k, (next, moves)) in next.chunks_mut(LANES).zip(moving).enumerate() {
+                    let packet = first + k;
+                    let around = neighbours.of_packet(packet);
+                    if around.iter().any(|&packet| now.moves(packet)) {
+                        for (place, next) in (packet * LANES..).zip(next.iter_mut()) {
+                            let mean = neighbours.mean(place, now.by_slot()) * SHARE;
+                            *next = carried_along(corrections.of(place), mean);
                         }
+                        *moves = next.iter().any(|movement| *movement != Vec3::ZERO);
                     } else {
-                        next.fill(Vec3::ZERO);
+                        clear(next, moves);
                     }
                 }
             });
-            std::mem::swap(now, next);
+            std::mem::swap(&mut self.now, &mut self.next);
         }
-    }
-
-    fn find_moving(&mut self) {
-        let moves = |packet: &[Vec3]| packet.iter().any(|movement| *movement != Vec3::ZERO);
-        let packets = self.now.chunks(LANES).zip(&mut self.moves);
-        packets.for_each(|(packet, moving)| *moving = moves(packet));
     }
 }
 

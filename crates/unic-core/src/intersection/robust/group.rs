@@ -5,24 +5,32 @@ use crate::{
     bvh::{LANES, Packet},
     intersection::packets::Packets,
     parallel::for_each_chunk,
+    surface::Among,
 };
 use glam::Vec3;
 
 impl RobustIntersection {
-    /// [Looks](Self::look) at the body from the vertices of the garment, by [slot](Packets), those whose
-    /// place in `at` is finite; the contacts of the last frame make it faster.
+    /// [Looks](Self::look) at the body from the vertices of the garment, by [slot](Packets), those of packets
+    /// that are due whose place in `at` is finite; the contacts of the last frame make it faster.
     ///
     /// The same contacts as one by one, but that what is well above the body has a bound for its
     /// height: where the body keeps farther from the middle of a packet than its vertices are, all of
     /// them are on the side of the middle.
-    pub(crate) fn look_at_all(&self, body: &RobustBody, at: &[Vec3], contacts: &mut [Contact]) {
+    pub(crate) fn look_at_all(
+        &self,
+        body: &RobustBody,
+        at: &[Vec3],
+        is_due: impl Fn(usize) -> bool + Sync,
+        contacts: &mut [Contact],
+    ) {
         for_each_chunk(contacts, Packets::GROUP, |first, contacts| {
             let group = Group {
                 rule: *self,
                 body,
                 vertex: body.parts.packets().vertices()[first] as usize,
             };
-            group.look(&at[first..][..contacts.len()], contacts);
+            let is_due = |packet| is_due(first / LANES + packet);
+            group.look(&at[first..][..contacts.len()], is_due, contacts);
         });
     }
 }
@@ -45,8 +53,11 @@ struct Ball {
 }
 
 impl Group<'_> {
-    fn look(&self, at: &[Vec3], contacts: &mut [Contact]) {
-        let balls = self.balls(at, contacts[0].face);
+    fn look(&self, at: &[Vec3], is_due: impl Fn(usize) -> bool, contacts: &mut [Contact]) {
+        if !(0..LANES).any(&is_due) {
+            return;
+        }
+        let balls = self.balls(at, is_due, contacts);
         for ((at, contacts), ball) in at.chunks(LANES).zip(contacts.chunks_mut(LANES)).zip(balls) {
             if ball.centre.is_finite() && !self.are_clear(at, &ball, contacts) {
                 self.look_together(at, &ball, contacts);
@@ -54,22 +65,29 @@ impl Group<'_> {
         }
     }
 
-    /// Around each packet; one without vertices has no centre.
-    fn balls(&self, at: &[Vec3], seed: u32) -> impl Iterator<Item = Ball> {
+    /// Around each packet that is due; one without vertices has no centre.
+    fn balls(&self, at: &[Vec3], is_due: impl Fn(usize) -> bool, contacts: &[Contact]) -> [Ball; LANES] {
         let mut centres = [Vec3::NAN; LANES];
-        for (centre, at) in centres.iter_mut().zip(at.chunks(LANES)) {
+        let packets = centres.iter_mut().zip(at.chunks(LANES)).enumerate();
+        for (_, (centre, at)) in packets.filter(|&(packet, _)| is_due(packet)) {
             let finite = || at.iter().filter(|p| p.is_finite());
             *centre = finite().sum::<Vec3>() / finite().count() as f32;
         }
         let faces = match centres.iter().any(|centre| centre.is_finite()) {
-            true => self.nearest(&centres, &[seed]).item,
+            true => {
+                self.nearest(&centres, &seeds::<{ LANES * LANES / 4 }>(contacts))
+                    .item
+            }
             false => [u32::MAX; LANES],
         };
-        centres.into_iter().zip(faces).map(|(centre, face)| Ball {
-            centre,
-            face,
-            // Nothing is known of what has no face near it.
-            height_m: (self.body.surface.point_on(face, centre)).map_or(0.0, |hit| hit.signed_distance),
+        std::array::from_fn(|k| {
+            let hit = self.body.surface.point_on(faces[k], centres[k]);
+            Ball {
+                centre: centres[k],
+                face: faces[k],
+                // Nothing is known of what has no face near it.
+                height_m: hit.map_or(0.0, |hit| hit.signed_distance),
+            }
         })
     }
 
@@ -91,33 +109,74 @@ impl Group<'_> {
     }
 
     fn look_together(&self, positions: &[Vec3], ball: &Ball, contacts: &mut [Contact]) {
-        let found = self.nearest(positions, &[ball.face]);
-        let mut at = [Vec3::NAN; LANES];
+        let [a, b, c, d] = seeds::<{ LANES / 4 }>(contacts);
+        let found = self.nearest(positions, &[ball.face, a, b, c, d]);
+        let mut doubtful = [Vec3::NAN; LANES];
         for (lane, (contact, &p)) in contacts.iter_mut().zip(positions).enumerate() {
+            let (distance, face) = (found.squared[lane].sqrt(), found.item[lane]);
             if !p.is_finite() {
                 // Not looked for: what is known of it stays.
                 contact.moved = None;
-                continue;
-            }
-            let (distance, face) = (found.squared[lane].sqrt(), found.item[lane]);
-            *contact = match face {
-                u32::MAX => Contact::NONE,
-                _ if self.is_clear(p, face, distance, ball) => Contact {
+            } else if self.is_clear(p, face, distance, ball) {
+                *contact = Contact {
                     face,
                     height_m: distance,
                     moved: None,
-                },
-                _ => self.rule.touch(self.body, self.vertex, p, face),
-            };
-            at[lane] = contact.moved.unwrap_or(Vec3::NAN);
+                };
+            } else {
+                doubtful[lane] = p;
+            }
         }
-        if at.iter().any(|p| p.is_finite()) {
-            self.follow(&mut at, found.item);
-            self.sink(&mut at, found.item);
+        if doubtful.iter().any(|p| p.is_finite()) {
+            self.touch(&doubtful, found.item, contacts);
         }
-        let moved = contacts.iter_mut().filter_map(|contact| contact.moved.as_mut());
-        let ways = at.into_iter().filter(|at| at.is_finite());
-        moved.zip(ways).for_each(|(moved, at)| *moved = at);
+    }
+
+    /// The contacts of the lanes with a place; their closest faces of the body.
+    fn touch(&self, places: &[Vec3; LANES], nearest: [u32; LANES], contacts: &mut [Contact]) {
+        let mut at = *places;
+        self.sink(&mut at, nearest);
+        let pushing = self.nearest_that_push(&at, nearest);
+        let mut moved = [Vec3::NAN; LANES];
+        for (lane, contact) in contacts.iter_mut().enumerate() {
+            if places[lane].is_finite() {
+                let faces = [nearest[lane], pushing[lane]];
+                *contact = (self.rule).contact(self.body, self.vertex, [places[lane], at[lane]], faces);
+                moved[lane] = contact.moved.unwrap_or(Vec3::NAN);
+            }
+        }
+        if moved.iter().any(|p| p.is_finite()) {
+            self.follow(&mut moved, pushing);
+            let nearest = self.nearest(&moved, &pushing).item;
+            self.sink(&mut moved, nearest);
+        }
+        for (contact, at) in contacts.iter_mut().zip(moved) {
+            if at.is_finite() {
+                contact.moved = Some(at);
+            }
+        }
+    }
+
+    /// The closest face that may push each place; `nearest` where that does.
+    fn nearest_that_push(&self, at: &[Vec3; LANES], nearest: [u32; LANES]) -> [u32; LANES] {
+        let mut asked = *at;
+        for (asked, face) in asked.iter_mut().zip(nearest) {
+            if self.pushes(face) {
+                *asked = Vec3::NAN;
+            }
+        }
+        if asked.iter().all(|p| p.is_nan()) {
+            return nearest;
+        }
+        let found = self.closest(&asked, &nearest).item;
+        std::array::from_fn(|lane| match asked[lane].is_finite() {
+            true => found[lane],
+            false => nearest[lane],
+        })
+    }
+
+    fn pushes(&self, face: u32) -> bool {
+        face != u32::MAX && self.body.parts.face_pushes(face, self.vertex)
     }
 
     /// Whether a vertex at a distance from the body, on the outer side of its closest face there, is
@@ -148,27 +207,61 @@ impl Group<'_> {
         }
     }
 
-    /// Out of the parts of the body that the ways out led into but that may not push.
-    fn sink(&self, at: &mut [Vec3; LANES], faces: [u32; LANES]) {
-        let nearest = self.nearest(at, &faces).item;
-        for (at, face) in at.iter_mut().zip(nearest).filter(|(at, _)| at.is_finite()) {
-            *at = self.rule.sink(self.body, self.vertex, *at, face);
+    /// [`RobustIntersection::sink`] for all lanes; `faces` are the closest of the body to the places.
+    fn sink(&self, at: &mut [Vec3; LANES], mut faces: [u32; LANES]) {
+        let surface = &self.body.surface;
+        for _ in 0..MOST_LOOKS {
+            let visitors: [_; LANES] = std::array::from_fn(|lane| {
+                let is_visitor = at[lane].is_finite() && !self.pushes(faces[lane]);
+                let hit = is_visitor
+                    .then(|| surface.point_on(faces[lane], at[lane]))
+                    .flatten();
+                hit.filter(|hit| hit.signed_distance < 0.0)
+            });
+            if visitors.iter().all(Option::is_none) {
+                break;
+            }
+            let mut sinking = [Vec3::NAN; LANES];
+            for (lane, _) in visitors.iter().enumerate().filter(|(_, v)| v.is_some()) {
+                sinking[lane] = at[lane];
+            }
+            let beneath = self.closest(&sinking, &[]).item;
+            for (lane, visitor) in visitors.iter().enumerate() {
+                let beneath = surface.point_on(beneath[lane], sinking[lane]);
+                let pair = visitor.as_ref().zip(beneath.as_ref());
+                let way = pair.and_then(|pair| self.rule.way_down(self.body, self.vertex, at[lane], pair));
+                sinking[lane] += way.unwrap_or(Vec3::NAN);
+                if way.is_some() {
+                    at[lane] = sinking[lane];
+                }
+            }
+            faces = self.nearest(&sinking, &[]).item;
         }
     }
 
     /// The closest faces of the parts that may push.
     fn closest(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
-        let parts = &self.body.parts;
         let mut packet = Packet::new(points, f32::INFINITY);
-        let counts = |face| parts.face_pushes(face, self.vertex);
-        self.body.surface.closest_of_packet(&mut packet, seeds, counts);
+        let pushing = self.body.pushing(self.vertex);
+        self.body.surface.closest_of_packet(&mut packet, seeds, pushing);
         packet
     }
 
     /// The closest faces of the body.
     fn nearest(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
         let mut packet = Packet::new(points, f32::INFINITY);
-        self.body.surface.closest_of_packet(&mut packet, seeds, |_| true);
+        self.body
+            .surface
+            .closest_of_packet(&mut packet, seeds, Among::new(|_| true));
         packet
     }
+}
+
+/// Four of the faces that were found last, one of every so many contacts, without repeating the one before.
+fn seeds<const EVERY: usize>(contacts: &[Contact]) -> [u32; 4] {
+    let face = |k: usize| contacts.get(k * EVERY).map_or(u32::MAX, |contact| contact.face);
+    std::array::from_fn(|k| match k {
+        1.. if face(k) == face(k - 1) => u32::MAX,
+        _ => face(k),
+    })
 }

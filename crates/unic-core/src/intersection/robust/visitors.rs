@@ -34,23 +34,34 @@ impl RobustIntersection {
             let Some(beneath) = body.closest(vertex, at, u32::MAX) else {
                 break;
             };
-            let is_within = beneath.normal.dot(at - beneath.point) < -LEAST_COSINE * beneath.distance;
-            if is_within {
+            let Some(way) = self.way_down(body, vertex, at, (&visitor, &beneath)) else {
                 break;
-            }
-            at += self.way_down(body, vertex, at, [&visitor, &beneath]);
+            };
+            at += way;
             hit = body.surface.closest_from(at, visitor.face);
         }
         at
     }
 
-    /// The way of a vertex inside a visitor towards what lies beneath; their closest points to it.
-    fn way_down(
+    /// The way of a vertex inside a visitor towards what lies beneath, by their closest points to it; none
+    /// from within what lies beneath.
+    pub(super) fn way_down(
         &self,
         body: &RobustBody,
         vertex: usize,
         at: Vec3,
-        [visitor, beneath]: [&SurfacePoint; 2],
+        (visitor, beneath): (&SurfacePoint, &SurfacePoint),
+    ) -> Option<Vec3> {
+        let is_within = beneath.normal.dot(at - beneath.point) < -LEAST_COSINE * beneath.distance;
+        (!is_within).then(|| self.way_towards(body, vertex, at, (visitor, beneath)))
+    }
+
+    fn way_towards(
+        &self,
+        body: &RobustBody,
+        vertex: usize,
+        at: Vec3,
+        (visitor, beneath): (&SurfacePoint, &SurfacePoint),
     ) -> Vec3 {
         let (depth, height) = (visitor.distance, beneath.distance);
         let direction = (beneath.point - at) / height.max(f32::MIN_POSITIVE);
