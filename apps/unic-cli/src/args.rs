@@ -18,8 +18,8 @@ pub(crate) use eval::EvalArgs;
 pub(crate) use inspect::InspectArgs;
 pub(crate) use motion::MotionArgs;
 pub(crate) use names::{
-    IntersectionName, MaterialName, NetworkName, PrecisionName, PresetName, ProtocolName, SplitName, Switch,
-    UpName,
+    IntersectionName, MaterialName, NetworkName, PrecisionName, PresetName, ProcessorName, ProtocolName,
+    SplitName, Switch, UpName,
 };
 pub(crate) use simulate::SimulateArgs;
 pub(crate) use train::TrainArgs;

@@ -1,5 +1,6 @@
 //! Why a run cannot start or go on.
 
+use crate::processor::Processor;
 use std::path::PathBuf;
 use thiserror::Error;
 use unic_core::shown::shortened;
@@ -65,6 +66,23 @@ pub enum TrainError {
         what: &'static str,
         /// What it is.
         value: f64,
+    },
+    /// A processor that the program was built without.
+    #[error("expected a program built with the cargo feature `{processor}`, found one without")]
+    NotBuilt {
+        /// Where the networks were to be trained.
+        processor: Processor,
+    },
+    /// A processor that the machine has not.
+    #[error(
+        "expected a device that computes with {processor}, found {}",
+        shortened(found)
+    )]
+    Processor {
+        /// Where the networks were to be trained.
+        processor: Processor,
+        /// What there is, in the driver's words.
+        found: String,
     },
     /// A watch asked for it before there was anything to save.
     #[error("stopped before there was anything to save")]

@@ -4,6 +4,7 @@
 //! forward and backward (`unic-kernels`). Elsewhere it is composed of Burn's operations, which are
 //! also what the fused one is tested and measured against.
 
+use crate::processor::is_on_cpu;
 use burn::backend::autodiff::{
     checkpoint::{base::Checkpointer, strategy::NoCheckpointing},
     grads::Gradients as Registry,
@@ -16,6 +17,44 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 use unic_kernels::{BackwardScratch, Batch, Field, FieldShape, Gradients, KernelError, Saved};
+
+/// The field of one step, for the device of its parameters.
+#[derive(Clone, Debug)]
+pub enum FieldOperation {
+    /// On the CPU.
+    Fused(PackedField),
+    /// Elsewhere: [`composed`].
+    Composed {
+        /// Sizes.
+        shape: FieldShape,
+        /// Flat, `[K]`.
+        parameters: Tensor<1>,
+    },
+}
+
+impl FieldOperation {
+    /// From parameters `[K]`, flat by [`FieldShape::layout`].
+    ///
+    /// # Errors
+    /// As [`PackedField::new`].
+    pub fn new(shape: FieldShape, parameters: Tensor<1>) -> Result<Self, KernelError> {
+        match is_on_cpu(&parameters) {
+            true => Ok(Self::Fused(PackedField::new(shape, parameters)?)),
+            false => Ok(Self::Composed { shape, parameters }),
+        }
+    }
+
+    /// As [`PackedField::forward`], of tensors on the device of the parameters.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn forward(&self, points: Tensor<2>, latents: Tensor<2>) -> Result<Tensor<2>, KernelError> {
+        match self {
+            Self::Fused(field) => field.forward(points, latents),
+            Self::Composed { shape, parameters } => Ok(composed(shape, points, latents, parameters.clone())),
+        }
+    }
+}
 
 /// The field with its parameters packed for the processor: once a step, for all frames of a rollout.
 #[derive(Clone)]

@@ -72,8 +72,9 @@
 //! **Rates.** `cargo run --release -p unic-train --example training_rate` prints them beside the machine's
 //! multiply-add peak.
 //!
-//! **Limits.** Training runs on the CPU: the field's fused operation ([`PackedField`]) and the update are
-//! written for it. [`composed`] is the same field for any device of Burn's.
+//! **GPUs.** With the cargo features `cuda`, `vulkan` and `metal` a [`Dataset`] prepared for that [`Processor`] trains there:
+//! the field is [`composed`] of Burn's operations instead of fused ([`PackedField`]); batches, noise and the update
+//! stay on the host, so that a checkpoint goes on anywhere.
 
 mod batch;
 mod checkpoint;
@@ -89,6 +90,7 @@ mod network;
 mod noise;
 mod optimiser;
 mod prior;
+mod processor;
 mod recurrence;
 mod rival;
 mod rollout;
@@ -108,13 +110,14 @@ pub use correction::{Bodies, Correction};
 pub use dataset::{Dataset, MotionVectors};
 pub use error::TrainError;
 pub use event::{Control, Event, Outcome};
-pub use field_op::{PackedField, composed};
+pub use field_op::{FieldOperation, PackedField, composed};
 pub use fit::Fit;
 pub use mirror::{MirrorMap, View, mirrored};
 pub use network::{Network, NetworkShape, Parameter, StepNoise};
 pub use noise::SmoothNoise;
 pub use optimiser::{Moments, update};
 pub use prior::{FittedPrior, PriorSettings, fit_prior};
+pub use processor::Processor;
 pub use recurrence::Watch;
 pub use rival::{
     GlobalFeatureSettings, MotionElements, RivalConfig, RivalKind, RivalPredictor, RivalTrainer,

@@ -9,7 +9,7 @@ pub(crate) use layers::{
 use crate::{
     config::RegularisationConfig,
     error::TrainError,
-    field_op::PackedField,
+    field_op::FieldOperation,
     stream::{Stream, generator},
 };
 use burn::module::{Module, Param, ParamId};
@@ -160,12 +160,12 @@ impl Network {
         picked(logits, sizes, noise.map(|n| n.gumbel.as_slice()))
     }
 
-    /// The field, packed for one step.
+    /// The field of one step.
     ///
     /// # Errors
     /// Sizes that do not fit the shape.
-    pub fn field(&self, shape: &NetworkShape) -> Result<PackedField, TrainError> {
-        Ok(PackedField::new(shape.field, self.field.val())?)
+    pub fn field(&self, shape: &NetworkShape) -> Result<FieldOperation, TrainError> {
+        Ok(FieldOperation::new(shape.field, self.field.val())?)
     }
 
     /// All parameters, in a fixed order.

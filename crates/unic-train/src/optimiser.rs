@@ -3,11 +3,11 @@
 //! Equal to Burn's own AdamW (tested), which goes over each parameter several times and is three to
 //! eight times slower on the paper's encoder of 23 million numbers.
 
-use crate::{config::OptimiserConfig, error::TrainError, network::Network};
+use crate::{config::OptimiserConfig, error::TrainError, network::Network, processor::is_on_cpu};
 use burn::backend::{Flex, tensor::FloatTensor};
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::optim::GradientsParams;
-use burn::tensor::Tensor;
+use burn::tensor::{Device, Tensor};
 use unic_kernels::{AdamW, adamw_step, global_norm};
 
 /// Running means of the gradient and of its square, in the order of the network's parameters.
@@ -38,7 +38,8 @@ impl Moments {
 /// Updates a network with the gradients of one loss; `step` counts from 0. Returns the gradient's
 /// global norm before clipping; one that is not finite leaves everything as it was.
 ///
-/// Parameters that no other network shares are updated where they lie.
+/// Parameters that no other network shares are updated where they lie on the CPU; those of another device are
+/// brought there and back.
 ///
 /// # Errors
 /// None for moments of this network.
@@ -88,15 +89,26 @@ struct Collected {
     values: Vec<FloatTensor<Flex>>,
 }
 
+/// The tensor on the CPU, contiguous, without gradient; the tensor itself where it is there.
+fn on_cpu<const D: usize>(tensor: Tensor<D>) -> FloatTensor<Flex> {
+    let tensor = match is_on_cpu(&tensor) {
+        true => tensor,
+        false => tensor.to_device(&Device::flex()),
+    };
+    // It is there.
+    tensor
+        .try_into_primitive::<Flex>()
+        .expect("CPU tensors")
+        .to_contiguous()
+}
+
 impl ModuleVisitor for Collected {
     fn visit_float<const D: usize>(&mut self, parameter: &Param<Tensor<D>>) {
         let gradient = self
             .gradients
             .remove::<D>(parameter.id)
             .unwrap_or_else(|| parameter.val().inner().zeros_like());
-        // Training on the CPU: the only device that this update is for.
-        let gradient = gradient.try_into_primitive::<Flex>().expect("CPU tensors");
-        self.values.push(gradient.to_contiguous());
+        self.values.push(on_cpu(gradient));
     }
 }
 
@@ -113,12 +125,8 @@ struct Updated<'a> {
 impl ModuleMapper for Updated<'_> {
     fn map_float<const D: usize>(&mut self, parameter: Param<Tensor<D>>) -> Param<Tensor<D>> {
         let (id, tensor, mapper) = parameter.consume();
-        // As above.
-        let mut tensor = tensor
-            .inner()
-            .try_into_primitive::<Flex>()
-            .expect("CPU tensors")
-            .to_contiguous();
+        let device = tensor.device().inner();
+        let mut tensor = on_cpu(tensor.inner());
         let step = adamw_step(
             tensor.storage_mut::<f32>(),
             self.gradients[self.index],
@@ -133,6 +141,7 @@ impl ModuleMapper for Updated<'_> {
         }
         self.index += 1;
         let tensor = Tensor::<D>::from_primitive::<Flex>(tensor)
+            .to_device(&device)
             .autodiff()
             .require_grad();
         Param::from_mapped_value(id, tensor, mapper)

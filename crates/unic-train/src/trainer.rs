@@ -72,7 +72,7 @@ impl Trainer {
         }
         let shape = NetworkShape::new(&data.config, data.capture.character.skeleton.len());
         shape.field.validate()?;
-        let device = Device::flex().autodiff();
+        let device = data.device.clone();
         let network = Network::new(&shape, config.seed, &device);
         Ok(Self {
             moments: Moments::new(&network),

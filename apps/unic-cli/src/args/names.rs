@@ -36,6 +36,31 @@ pub(crate) enum PresetName {
     Tiny,
 }
 
+/// [`unic_train::Processor`] by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ProcessorName {
+    /// All cores.
+    #[default]
+    Cpu,
+    /// An NVIDIA GPU; in programs built with --features cuda.
+    Cuda,
+    /// A GPU with a Vulkan driver; in programs built with --features vulkan.
+    Vulkan,
+    /// Apple's GPU; in programs built with --features metal.
+    Metal,
+}
+
+impl From<ProcessorName> for unic_train::Processor {
+    fn from(name: ProcessorName) -> Self {
+        match name {
+            ProcessorName::Cpu => Self::Cpu,
+            ProcessorName::Cuda => Self::Cuda,
+            ProcessorName::Vulkan => Self::Vulkan,
+            ProcessorName::Metal => Self::Metal,
+        }
+    }
+}
+
 /// [`unic_builtin::scale::Network`] by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum NetworkName {

@@ -1,6 +1,6 @@
 //! `unic train`.
 
-use super::{PresetName, parse};
+use super::{PresetName, ProcessorName, parse};
 use std::{path::PathBuf, time::Duration};
 
 /// Train a model on a capture.
@@ -40,6 +40,9 @@ pub(crate) struct TrainArgs {
     /// Wall-clock time to fill instead: as many steps as this machine makes in e.g. 90s, 45m or 1h 30m.
     #[arg(long, value_name = "TIME", value_parser = parse::budget, conflicts_with = "steps")]
     pub(crate) budget: Option<Duration>,
+    /// What computes losses and gradients. A run goes on on any.
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) device: ProcessorName,
     /// The model to write [default: the capture's name, in the working folder].
     #[arg(long, value_name = "FILE.unic")]
     pub(crate) out: Option<PathBuf>,

@@ -4,7 +4,7 @@ mod listener;
 mod result;
 
 use crate::{
-    args::TrainArgs,
+    args::{ProcessorName, TrainArgs},
     failure::{Interrupted, Usage},
     interrupt,
     output::{print, print_json, say},
@@ -24,7 +24,8 @@ use std::{
 };
 use unic_io::Capture;
 use unic_train::{
-    Checkpoint, Control, Dataset, Fit, Outcome, StateSettings, TrainConfig, TrainError, Trainer, Validation,
+    Checkpoint, Control, Dataset, Fit, Outcome, Processor, StateSettings, TrainConfig, TrainError, Trainer,
+    Validation,
 };
 
 /// Trains, writes the model and says so.
@@ -39,6 +40,10 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
 /// Trains and writes the model, and prints nothing but progress.
 pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
     let started = Instant::now();
+    let processor = Processor::from(args.device);
+    if !processor.is_built() {
+        return Err(Usage(TrainError::NotBuilt { processor }.to_string()).into());
+    }
     let capture = Capture::open(&args.capture)?;
     let out = args.out.clone().unwrap_or_else(|| default_out(&capture));
     let folder = RunFolder::open(&out, earlier(args))?;
@@ -55,8 +60,9 @@ pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
         config,
         folder,
         out,
+        processor,
     };
-    let data = timed.map_or_else(|| load(&run.capture, &run.config, run.fits[0]), Ok)?;
+    let data = timed.map_or_else(|| run.load(run.fits[0]), Ok)?;
     let first = Trainer::new(data, run.config.clone())?;
     interrupt::check()?;
     if !args.resume {
@@ -103,7 +109,7 @@ fn settings_of_a_new_run(
         return Ok((config, None));
     };
     shorten_prior(&mut config, budget);
-    let (steps, data) = steps_within(capture, &config, budget, started)?;
+    let (steps, data) = steps_within(args.device.into(), capture, &config, budget, started)?;
     config.optimiser.steps = steps;
     Ok((config, Some(data)))
 }
@@ -124,7 +130,7 @@ fn shorten_prior(config: &mut TrainConfig, budget: Duration) {
 }
 
 /// Opens the clips of a fit and fits its prior.
-fn load(capture: &Capture, config: &TrainConfig, fit: Fit) -> Result<Dataset> {
+fn load(capture: &Capture, config: &TrainConfig, fit: Fit, processor: Processor) -> Result<Dataset> {
     let progress: Mutex<Option<Progress>> = Mutex::new(None);
     let watch = |done: u64, all: u64| {
         let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
@@ -135,7 +141,7 @@ fn load(capture: &Capture, config: &TrainConfig, fit: Fit) -> Result<Dataset> {
             false => Control::Continue,
         }
     };
-    match Dataset::watched(capture.clone(), config, fit, &watch) {
+    match Dataset::watched(capture.clone(), config, fit, processor, &watch) {
         Err(TrainError::Stopped) => {
             interrupt::check()?;
             Err(TrainError::Stopped.into())
@@ -146,6 +152,7 @@ fn load(capture: &Capture, config: &TrainConfig, fit: Fit) -> Result<Dataset> {
 
 /// Steps that leave the budget the time for loading, and for every fit.
 fn steps_within(
+    processor: Processor,
     capture: &Capture,
     config: &TrainConfig,
     budget: Duration,
@@ -154,7 +161,7 @@ fn steps_within(
     say("timing a few steps to fill the budget");
     let fits = Fit::of_run(capture, config);
     let loading = Instant::now();
-    let data = load(capture, config, fits[0])?;
+    let data = load(capture, config, fits[0], processor)?;
     let loading = loading.elapsed();
     interrupt::check()?;
     let trainer = Trainer::new(data, config.clone())?;
@@ -180,8 +187,12 @@ fn settings_of_the_run(args: &TrainArgs, now: &RunRecord, folder: &RunFolder) ->
 }
 
 fn resume_command(args: &TrainArgs, out: &Path) -> String {
+    let device = match args.device {
+        ProcessorName::Cpu => String::new(),
+        other => format!(" --device {}", Processor::from(other)),
+    };
     format!(
-        "unic train {} --out {} --resume",
+        "unic train {} --out {}{device} --resume",
         args.capture.display(),
         out.display()
     )
@@ -195,12 +206,17 @@ struct Run {
     folder: RunFolder,
     out: PathBuf,
     resume_command: String,
+    processor: Processor,
 }
 
 impl Run {
+    fn load(&self, fit: Fit) -> Result<Dataset> {
+        load(&self.capture, &self.config, fit, self.processor)
+    }
+
     /// The fit after `trainer`'s, at its beginning.
     fn next(&self, trainer: &Trainer, fit: Fit) -> Result<Trainer> {
-        let data = load(&self.capture, &self.config, fit);
+        let data = self.load(fit);
         // What the fit before has done is saved.
         self.stop_if_asked(trainer)?;
         Ok(Trainer::new(data?, self.config.clone())?)

@@ -9,7 +9,7 @@ use toml::Table;
 use unic_train::{Refit, RivalConfig, RivalKind, TrainConfig};
 
 /// The built-in rows, in the order of the table.
-const BUILT_IN: [(&str, &str); 17] = [
+const BUILT_IN: [(&str, &str); 18] = [
     ("pose_only", include_str!("../../../../rows/pose_only.toml")),
     (
         "virtual_bones",
@@ -27,6 +27,10 @@ const BUILT_IN: [(&str, &str); 17] = [
     (
         "standard_no_recurrence",
         include_str!("../../../../rows/standard_no_recurrence.toml"),
+    ),
+    (
+        "standard_no_swing",
+        include_str!("../../../../rows/standard_no_swing.toml"),
     ),
     (
         "standard_no_memory",

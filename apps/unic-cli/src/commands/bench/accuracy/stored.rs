@@ -5,7 +5,7 @@ use super::{
     row::{RowSettings, Training},
 };
 use crate::{
-    args::{AccuracyArgs, TrainArgs},
+    args::{AccuracyArgs, ProcessorName, TrainArgs},
     commands::{eval::timing::Timing, train},
     failure::Usage,
     model_file,
@@ -179,6 +179,7 @@ impl<'a> Cell<'a> {
             seed: (!is_begun).then_some(self.seed),
             steps: steps.filter(|_| !is_begun),
             budget: (steps.is_none() && !is_begun).then_some(self.args.budget),
+            device: ProcessorName::Cpu,
             out: Some(model),
             resume: is_begun,
             overwrite: !is_begun,
