@@ -7,9 +7,11 @@ use crate::{
     fit::{Fit, FitClips},
     mirror::{MirrorMap, View},
     prior::{FittedPrior, PriorSettings, fit_prior},
+    processor::Processor,
     recurrence::Watch,
     scales::{Scales, measure},
 };
+use burn::tensor::Device;
 use glam::Vec3;
 use rayon::prelude::*;
 use unic_core::{
@@ -43,6 +45,8 @@ pub struct Dataset {
     pub coefficients: Vec<Vec<Vec<f32>>>,
     /// Bounding box of the rest shape.
     pub rest_box: RestBox,
+    /// What it is trained on, with gradients.
+    pub(crate) device: Device,
 }
 
 /// Normalised motion vectors of one clip, as they are and mirrored.
@@ -104,20 +108,23 @@ impl Dataset {
     /// # Errors
     /// Clips that cannot be read, no clip to train on, settings that fit no network.
     pub fn new(capture: Capture, settings: &TrainConfig, fit: Fit) -> Result<Self, TrainError> {
-        Self::watched(capture, settings, fit, &|_, _| Control::Continue)
+        Self::watched(capture, settings, fit, Processor::Cpu, &|_, _| Control::Continue)
     }
 
-    /// As [`Dataset::new`]; `watch` is asked while the prior is trained, which takes as long as many a
-    /// step.
+    /// As [`Dataset::new`], to train on a processor; `watch` is asked while the prior is trained, which takes
+    /// as long as many a step.
     ///
     /// # Errors
-    /// As [`Dataset::new`]; [`TrainError::Stopped`] where the watch says so.
+    /// As [`Dataset::new`]; [`TrainError::Stopped`] where the watch says so; a processor that is
+    /// not there.
     pub fn watched(
         mut capture: Capture,
         settings: &TrainConfig,
         fit: Fit,
+        processor: Processor,
         watch: &Watch,
     ) -> Result<Self, TrainError> {
+        let device = processor.device()?;
         if matches!(settings.model.state, StateSettings::Position) {
             // The published method knows no skinning that a mask could blend to.
             capture.garment.mask = None;
@@ -147,7 +154,7 @@ impl Dataset {
             .iter()
             .map(|c| MotionVectors::new(c, &normalisation, mirror.as_ref()))
             .collect();
-        let fitted = fitted_prior(settings, &capture, &clips, &motion, watch)?;
+        let fitted = fitted_prior(settings, &capture, &clips, &motion, &device, watch)?;
         let scales = measure(&settings.model, &capture, &clips, &fitted);
         let config = model_config(settings, spec, &capture, scales.as_ref());
         config.check(joints)?;
@@ -162,6 +169,7 @@ impl Dataset {
             validation,
             capture,
             fit,
+            device,
         })
     }
 
@@ -227,6 +235,7 @@ fn fitted_prior(
     capture: &Capture,
     clips: &[PreparedClip],
     motion: &[MotionVectors],
+    device: &Device,
     watch: &Watch,
 ) -> Result<FittedPrior, TrainError> {
     match &settings.model.state {
@@ -246,6 +255,7 @@ fn fitted_prior(
                 recurrence: recurrence.as_ref(),
                 seed: settings.seed,
                 fps: capture.manifest.fps,
+                device: device.clone(),
             };
             fit_prior(&set, motion, &settings, watch)
         }

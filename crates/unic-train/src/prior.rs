@@ -11,6 +11,7 @@ use crate::{
     error::TrainError,
     recurrence::{Watch, fit_recurrence},
 };
+use burn::tensor::Device;
 use glam::Vec3;
 use rayon::prelude::*;
 use remembered::Remembered;
@@ -52,6 +53,8 @@ pub struct PriorSettings<'a> {
     pub seed: u64,
     /// Frames a second.
     pub fps: f32,
+    /// Where the recurrence is trained; with gradients.
+    pub device: Device,
 }
 
 /// Fits principal components of the displacement, a ridge regression to them whose strength is the

@@ -5,6 +5,7 @@
 //! small network. How much of what it says is believed is measured on clips that it has not seen.
 
 mod sequence;
+mod swing;
 mod unit;
 mod windows;
 
@@ -22,6 +23,7 @@ use burn::optim::GradientsParams;
 use burn::tensor::Device;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
+use swing::livelier;
 use unic_core::recurrence::Recurrence;
 use unit::Unit;
 use windows::Windows;
@@ -34,7 +36,8 @@ pub type Watch<'a> = dyn Fn(u64, u64) -> Control + Sync + 'a;
 pub(crate) struct Fitted {
     /// Trained on all sequences.
     pub(crate) recurrence: Recurrence,
-    /// Its corrections of each sequence, T × K, by one that has not seen the sequence's clip.
+    /// Corrections of each sequence, T × K, by one that has not seen the sequence's clip, without larger swings:
+    /// against those a field would learn to calm them.
     pub(crate) left_out: Vec<Vec<f32>>,
 }
 
@@ -68,37 +71,39 @@ pub(crate) fn fit_recurrence(
         all: count as u64 * fold_steps + steps,
         watch,
     };
-    let fit = |fold: Option<usize>| -> Result<Option<Recurrence>, TrainError> {
-        let is_kept = |s: &&Sequence| fold.is_none() || Some(fold_of(s)) != fold;
+    let fit = |steps: u64, sequences: Vec<&Sequence>| -> Result<Option<Recurrence>, TrainError> {
         let fit = UnitFit {
             settings,
-            steps: fold.map_or(steps, |_| fold_steps),
-            sequences: sequences.iter().filter(is_kept).collect(),
+            steps,
+            sequences,
             seed: prior.seed,
             fps: prior.fps,
+            device: &prior.device,
         };
         fit.run(&progress)
     };
-    let folds: Result<Vec<_>, TrainError> = (0..count).into_par_iter().map(|f| fit(Some(f))).collect();
+    let others = |fold: usize| sequences.iter().filter(|s| fold_of(s) != fold).collect();
+    let folds: Result<Vec<_>, TrainError> = (0..count)
+        .into_par_iter()
+        .map(|fold| fit(fold_steps, others(fold)))
+        .collect();
     let folds = folds?;
     let corrections = |s: &Sequence| match &folds[fold_of(s)] {
         Some(recurrence) => s.corrections(recurrence),
         None => vec![0.0; s.targets.len()],
     };
-    let left_out: Vec<Vec<f32>> = sequences.par_iter().map(corrections).collect();
+    let mut left_out: Vec<Vec<f32>> = sequences.par_iter().map(corrections).collect();
     let worth = Worth::of(sequences, &left_out);
     if !worth.is_believable() {
         return Ok(None);
     }
-    let share = worth.share;
-    let scaled = |values: &[f32]| values.iter().map(|x| x * share as f32).collect();
-    Ok(fit(None)?.map(|mut recurrence| {
-        recurrence.head.weight = scaled(&recurrence.head.weight);
-        recurrence.head.bias = scaled(&recurrence.head.bias);
-        Fitted {
-            recurrence,
-            left_out: left_out.iter().map(|c| scaled(c)).collect(),
-        }
+    let scale = |values: &mut Vec<f32>| values.iter_mut().for_each(|x| *x *= worth.share as f32);
+    left_out.iter_mut().for_each(scale);
+    let lively = livelier(sequences, &left_out, settings.swing, prior.fps);
+    Ok(fit(steps, lively.iter().collect())?.map(|mut recurrence| {
+        scale(&mut recurrence.head.weight);
+        scale(&mut recurrence.head.bias);
+        Fitted { recurrence, left_out }
     }))
 }
 
@@ -196,6 +201,7 @@ struct UnitFit<'a> {
     sequences: Vec<&'a Sequence<'a>>,
     seed: u64,
     fps: f32,
+    device: &'a Device,
 }
 
 impl UnitFit<'_> {
@@ -204,14 +210,14 @@ impl UnitFit<'_> {
         let Some(windows) = Windows::new(&self.sequences, self.settings) else {
             return Ok(None);
         };
-        let device = Device::flex().autodiff();
-        let mut unit = Unit::new(windows.sizes(), self.fps, self.seed, &device);
+        let device = self.device;
+        let mut unit = Unit::new(windows.sizes(), self.fps, self.seed, device);
         let mut moments = Moments::zeros(unit.values().iter().map(Vec::len));
         let mut average = unit.values();
         let optimiser = self.settings.optimiser(self.steps);
         for step in 0..self.steps {
             let mut rng = generator(self.seed, Stream::Recurrence, step);
-            let loss = unit.loss(&windows.draw(&mut rng), &device);
+            let loss = unit.loss(&windows.draw(&mut rng), device);
             let value = loss.clone().into_scalar::<f32>();
             if !value.is_finite() {
                 return Err(TrainError::Diverged {

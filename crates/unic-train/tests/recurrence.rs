@@ -7,7 +7,7 @@ mod common;
 
 use common::*;
 use glam::{Quat, Vec3};
-use unic_core::features::PointFrame;
+use unic_core::{features::PointFrame, recurrence::RecurrenceScratch};
 use unic_io::Split;
 use unic_train::*;
 
@@ -69,6 +69,7 @@ fn settings(recurrence: bool) -> TrainConfig {
         windows: 8,
         frames: 48,
         dropout: 0.2,
+        swing: 0.0,
     });
     config
 }
@@ -120,6 +121,50 @@ fn what_the_motion_does_not_tell_is_not_learned() {
     assert!(data(foreign, true).prior.recurrence.is_none());
 }
 
+/// Energy of the finished prior about its mean in the motion of the first clip, m².
+fn energy(data: &Dataset) -> f32 {
+    let recurrence = data.prior.recurrence.as_ref().unwrap();
+    let (mut scratch, mut state, mut a) = (RecurrenceScratch::default(), Vec::new(), Vec::new());
+    let of_frame = |t: usize| {
+        let frame = |t| data.motion[0].frame(t, View::Direct);
+        let pair = [frame(t.saturating_sub(1)), frame(t)].concat();
+        data.prior.coefficients(&pair, &mut a);
+        recurrence.read(&pair, &mut scratch);
+        match t {
+            0 => recurrence.start(&mut scratch, &mut state),
+            _ => recurrence.advance(&mut scratch, &mut state),
+        }
+        recurrence.correct(&state, &mut scratch, &mut a);
+        a[0]
+    };
+    let values: Vec<f32> = (0..LENGTH).map(of_frame).collect();
+    let mean = values.iter().sum::<f32>() / LENGTH as f32;
+    values.iter().map(|x| (x - mean).powi(2)).sum()
+}
+
+#[test]
+fn a_garment_that_is_half_unknown_swings_more_where_that_is_wanted() {
+    // What the motion does not tell is as fast and nearly as large as what it tells.
+    let sizes = |clip: usize| -> Vec<f32> {
+        let rate = 0.25 + 0.03 * clip as f32;
+        let own = |t: usize| 0.02 * (rate * t as f32 + clip as f32).sin();
+        swing(clip)
+            .into_iter()
+            .enumerate()
+            .map(|(t, x)| x + own(t))
+            .collect()
+    };
+    let takes: Vec<_> = (0..4)
+        .map(|clip| (take_of(clip, &sizes(clip)), Split::Train))
+        .collect();
+    let [calm, lively] = [0.0, 1.0].map(|swing| {
+        let mut config = settings(true);
+        recurrence_of(&mut config).swing = swing;
+        energy(&dataset_of(&takes, &config))
+    });
+    assert!(lively > 1.2 * calm, "{lively} m² beside {calm} m²");
+}
+
 #[test]
 fn short_clips_are_trained_on_beside_a_long_one() {
     // Windows as long as the longest clip would leave the others out: all but one of them swing.
@@ -131,14 +176,9 @@ fn short_clips_are_trained_on_beside_a_long_one() {
         take.garment.truncate(LENGTH - 1);
     }
     let mut config = settings(true);
-    if let StateSettings::Displacement {
-        recurrence: Some(recurrence),
-        ..
-    } = &mut config.model.state
-    {
-        recurrence.frames = LENGTH;
-        recurrence.steps = 100;
-    }
+    let recurrence = recurrence_of(&mut config);
+    recurrence.frames = LENGTH;
+    recurrence.steps = 100;
     assert!(dataset_of(&takes, &config).prior.recurrence.is_some());
 }
 
@@ -163,6 +203,6 @@ fn a_watch_can_stop_the_fit() {
             Control::Stop
         }
     };
-    let stopped = Dataset::watched(capture, &settings(true), Fit::HeldOut, &watch);
+    let stopped = Dataset::watched(capture, &settings(true), Fit::HeldOut, Processor::Cpu, &watch);
     assert!(matches!(stopped, Err(TrainError::Stopped)));
 }

@@ -180,6 +180,12 @@ impl RecurrenceSettings {
             (0.0..1.0).contains(&self.dropout),
         )?;
         ensure(
+            "model.state.displacement.recurrence.swing",
+            "0 to 1",
+            self.swing,
+            (0.0..=1.0).contains(&self.swing),
+        )?;
+        ensure(
             "model.state.displacement.recurrence.steps",
             "1 or more",
             steps,

@@ -99,7 +99,7 @@ fn paper() -> TrainConfig {
 
 /// A field that is small and briefly trained on purpose. Chosen by leaving clips out of the T-shirt in the
 /// shared data (35 s of motion in all): wider fields and more steps fit the training clips better and
-/// unseen ones worse, long rollouts and a long memory help, and so does the prior, whose recurrence may be
+/// unseen ones worse, long rollouts help, and so does the prior, whose recurrence may be
 /// wide: it is trained by epochs and judged by motions left out.
 fn standard() -> TrainConfig {
     use PointInput::{Displacement, Rest, SkinVelocity, Up, Velocity};
@@ -123,7 +123,7 @@ fn standard() -> TrainConfig {
                 skip: None,
             },
             state: StateSettings::Displacement {
-                memory_s: 2.0,
+                memory_s: 0.5,
                 prior_shapes: 64,
                 recurrence: Some(RecurrenceSettings {
                     oscillators: 128,
@@ -134,6 +134,7 @@ fn standard() -> TrainConfig {
                     windows: 32,
                     frames: 96,
                     dropout: 0.0,
+                    swing: 1.0,
                 }),
                 inputs: vec![Displacement, Velocity, Rest, Up, SkinVelocity],
             },

@@ -31,7 +31,7 @@ impl<'a> Remembered<'a> {
     /// # Errors
     /// None for a set whose clips show its garment.
     pub(super) fn sequences(&self) -> Result<Vec<Sequence<'a>>, SurfaceMapError> {
-        let direct = |place: Place| self.sequence(place, View::Direct, self.targets(place.series));
+        let direct = |place: Place| self.sequence(place, View::Direct, self.learned(place.series));
         let mut sequences: Vec<Sequence> = self.places().map(direct).collect();
         let is_mirrored = self.motion.iter().all(MotionVectors::is_mirrored);
         let map = is_mirrored
@@ -39,8 +39,8 @@ impl<'a> Remembered<'a> {
             .flatten();
         if let Some(map) = map {
             for place in self.places() {
-                let targets = self.mirrored_targets(place, &map)?;
-                sequences.push(self.sequence(place, View::Mirrored, targets));
+                let learned = self.mirrored(place, &map)?;
+                sequences.push(self.sequence(place, View::Mirrored, learned));
             }
         }
         Ok(sequences)
@@ -60,12 +60,13 @@ impl<'a> Remembered<'a> {
         })
     }
 
-    fn sequence(&self, place: Place, view: View, targets: Vec<f32>) -> Sequence<'a> {
+    fn sequence(&self, place: Place, view: View, learned: Learned) -> Sequence<'a> {
         Sequence {
             motion: &self.motion[place.clip],
             view,
             frames: self.frames(place),
-            targets,
+            targets: learned.targets,
+            coefficients: learned.coefficients,
             motion_number: self.motions[place.series],
         }
     }
@@ -75,14 +76,17 @@ impl<'a> Remembered<'a> {
         place.start..place.start + self.series[place.series].len()
     }
 
-    /// What the linear map leaves of a series.
-    fn targets(&self, index: usize) -> Vec<f32> {
+    /// A series and what the linear map leaves of it.
+    fn learned(&self, index: usize) -> Learned {
         let residual = self.series[index].residual(self.maps[index].as_ref());
-        residual.map(|c| c as f32).collect()
+        Learned {
+            coefficients: in_f32(self.series[index].components()),
+            targets: residual.map(|c| c as f32).collect(),
+        }
     }
 
-    /// What it leaves of the mirrored garment in the mirrored motion, under the mask of where it is then.
-    fn mirrored_targets(&self, place: Place, map: &SurfaceMap) -> Result<Vec<f32>, SurfaceMapError> {
+    /// The mirrored garment in the mirrored motion, under the mask of where it is then.
+    fn mirrored(&self, place: Place, map: &SurfaceMap) -> Result<Learned, SurfaceMapError> {
         let clip = &self.set.train[place.clip];
         let garment = &self.set.garment;
         let whole = Garment::new(garment.rest.clone(), garment.weights.clone());
@@ -93,6 +97,7 @@ impl<'a> Remembered<'a> {
             Ok(there.map(|(v, u)| mirrored(u) * garment.share(v)).collect())
         };
         let mut components = projected(self.components, self.frames(place), of_frame)?;
+        let coefficients = in_f32(&components);
         if let Some(linear) = &self.maps[place.series] {
             let frames = self.frames(place);
             let inputs: Vec<f64> = frames
@@ -101,8 +106,21 @@ impl<'a> Remembered<'a> {
             let predicted = linear.apply_rows(&inputs);
             components.iter_mut().zip(predicted).for_each(|(c, p)| *c -= p);
         }
-        Ok(components.into_iter().map(|c| c as f32).collect())
+        Ok(Learned {
+            coefficients,
+            targets: in_f32(&components),
+        })
     }
+}
+
+/// Frames × K each, metres.
+struct Learned {
+    coefficients: Vec<f32>,
+    targets: Vec<f32>,
+}
+
+fn in_f32(values: &[f64]) -> Vec<f32> {
+    values.iter().map(|c| *c as f32).collect()
 }
 
 /// Where a series stands.

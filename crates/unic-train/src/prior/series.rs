@@ -60,6 +60,11 @@ impl Series {
         &of[frames.start * width..frames.end * width]
     }
 
+    /// Of the true displacement: frames × K.
+    pub(super) fn components(&self) -> &[f64] {
+        &self.components
+    }
+
     pub(super) fn moments(&self) -> Moments {
         Moments::new(&self.inputs, &self.components, self.frames)
     }

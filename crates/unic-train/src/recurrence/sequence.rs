@@ -13,12 +13,15 @@ use unic_core::{
 };
 
 /// Consecutive frames of one clip in one view.
+#[derive(Clone)]
 pub(crate) struct Sequence<'a> {
     pub(crate) motion: &'a MotionVectors,
     pub(crate) view: View,
     pub(crate) frames: Range<usize>,
     /// What the linear map leaves, metres: frames × K.
     pub(crate) targets: Vec<f32>,
+    /// The true coefficients, metres: frames × K.
+    pub(crate) coefficients: Vec<f32>,
     /// A sequence, its mirror image and the same motion in another wind have the same number.
     pub(crate) motion_number: usize,
 }

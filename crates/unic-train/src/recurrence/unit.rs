@@ -268,6 +268,7 @@ mod tests {
             view: View::Direct,
             frames: 0..frames,
             targets: vec![0.0; frames * sizes.outputs],
+            coefficients: vec![0.0; frames * sizes.outputs],
             motion_number: 0,
         };
         let device = Device::flex().autodiff();

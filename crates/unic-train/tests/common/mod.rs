@@ -68,13 +68,26 @@ pub(crate) fn dataset(config: &TrainConfig) -> Dataset {
 
 /// [`dataset`] of another figure, which moves alike.
 pub(crate) fn dataset_for(figure: &Figure, config: &TrainConfig) -> Dataset {
-    let splits = [Split::Train, Split::Train, Split::Train, Split::Validation];
-    let takes = splits
-        .iter()
-        .enumerate()
-        .map(|(i, split)| (take(&format!("take{i}"), i, FRAMES), *split));
-    let (_folder, capture) = unic_testdata::capture(figure, &takes.collect::<Vec<_>>());
+    let (_folder, capture) = unic_testdata::capture(figure, &takes());
     Dataset::new(capture, config, Fit::HeldOut).unwrap()
+}
+
+/// Three to train on, one to validate.
+pub(crate) fn takes() -> Vec<(Take, Split)> {
+    let splits = [Split::Train, Split::Train, Split::Train, Split::Validation];
+    let take = |(i, split)| (take(&format!("take{i}"), i, FRAMES), split);
+    splits.into_iter().enumerate().map(take).collect()
+}
+
+/// Those of a preset with a recurrence.
+pub(crate) fn recurrence_of(config: &mut TrainConfig) -> &mut RecurrenceSettings {
+    match &mut config.model.state {
+        StateSettings::Displacement {
+            recurrence: Some(recurrence),
+            ..
+        } => recurrence,
+        other => panic!("a state without recurrence: {other:?}"),
+    }
 }
 
 /// Both kinds of state.
@@ -94,11 +107,14 @@ pub(crate) fn small(preset: Preset) -> TrainConfig {
         skip: Some(2),
     };
     if let StateSettings::Displacement {
+        memory_s,
         prior_shapes,
         recurrence,
         ..
     } = &mut config.model.state
     {
+        // Longer than the clips, so that what is forgotten is training's to correct.
+        *memory_s = 2.0;
         *prior_shapes = 3;
         *recurrence = Some(RecurrenceSettings {
             oscillators: 4,
@@ -109,6 +125,7 @@ pub(crate) fn small(preset: Preset) -> TrainConfig {
             windows: 4,
             frames: 12,
             dropout: 0.2,
+            swing: 0.0,
         });
     }
     config.batch = BatchConfig {

@@ -1,0 +1,153 @@
+//! How lively the garment is on motions that were left out.
+//!
+//! The mean of all that could follow from a motion swings less than any of it: where half of a swing's
+//! energy can be known, half of it is all that least squares show, and the cloth looks stiff. The
+//! recurrence therefore learns targets whose swings are larger by what is missing. Least squares of
+//! these are the old ones with larger swings, at no cost when animating.
+
+use super::Sequence;
+use rayon::prelude::*;
+use std::f32::consts::TAU;
+
+/// Period of what counts as a swing at most, seconds.
+const SLOWEST_S: f32 = 2.0;
+
+/// Factor of a coefficient's swings at most: what hardly follows the motion is noise when enlarged.
+const MOST_GAIN: f64 = 1.5;
+
+/// Sequences whose targets swing more, towards the share `wanted` of the true swings' energy on motions left out; `corrections` are those of each sequence by what has not seen it.
+pub(super) fn livelier<'a>(
+    sequences: &[Sequence<'a>],
+    corrections: &[Vec<f32>],
+    wanted: f32,
+    fps: f32,
+) -> Vec<Sequence<'a>> {
+    let outputs = sequences.first().map_or(0, Sequence::outputs);
+    let truths: Vec<Vec<f32>> = (sequences.par_iter())
+        .map(|s| swings(&s.coefficients, outputs, fps))
+        .collect();
+    let predicted = |(s, correction): (&Sequence, &Vec<f32>)| {
+        let left = s.targets.iter().zip(correction).map(|(t, c)| t - c);
+        let predicted: Vec<f32> = s.coefficients.iter().zip(left).map(|(a, e)| a - e).collect();
+        swings(&predicted, outputs, fps)
+    };
+    let predicted: Vec<Vec<f32>> = (sequences.par_iter().zip(corrections).map(predicted)).collect();
+    let gains = gains(
+        &energies(&truths, outputs),
+        &energies(&predicted, outputs),
+        wanted,
+    );
+    let livelier = |(s, swings): (&Sequence<'a>, &Vec<f32>)| {
+        let mut s = s.clone();
+        let pairs = s.targets.iter_mut().zip(swings).zip(gains.iter().cycle());
+        pairs.for_each(|((t, swing), gain)| *t += (gain - 1.0) * swing);
+        s
+    };
+    sequences.iter().zip(&truths).map(livelier).collect()
+}
+
+/// Sums of squares, one a coefficient.
+fn energies(swings: &[Vec<f32>], outputs: usize) -> Vec<f64> {
+    let mut energies = vec![0.0; outputs];
+    for row in swings.iter().flat_map(|s| s.chunks_exact(outputs.max(1))) {
+        energies
+            .iter_mut()
+            .zip(row)
+            .for_each(|(e, x)| *e += f64::from(x * x));
+    }
+    energies
+}
+
+/// Factors of swings, one a coefficient.
+fn gains(truths: &[f64], predicted: &[f64], wanted: f32) -> Vec<f32> {
+    let gain = |(truth, predicted): (&f64, &f64)| match *predicted > 0.0 {
+        true => (f64::from(wanted) * truth / predicted)
+            .sqrt()
+            .clamp(1.0, MOST_GAIN) as f32,
+        false => 1.0,
+    };
+    truths.iter().zip(predicted).map(gain).collect()
+}
+
+/// What is faster than a period of [`SLOWEST_S`]: frames × `outputs` less their mean over a Hann window
+/// of that length, which shifts no phase.
+fn swings(values: &[f32], outputs: usize, fps: f32) -> Vec<f32> {
+    let frames = values.len() / outputs.max(1);
+    let half = (0.5 * SLOWEST_S * fps) as usize;
+    let window: Vec<f32> = (0..=2 * half)
+        .map(|i| 1.0 - (TAU * (i + 1) as f32 / (2 * half + 2) as f32).cos())
+        .collect();
+    let mut fast = values.to_vec();
+    for (t, row) in fast.chunks_exact_mut(outputs.max(1)).enumerate() {
+        let near = t.saturating_sub(half)..(t + half + 1).min(frames);
+        let weights = &window[near.start + half - t..][..near.len()];
+        let total: f32 = weights.iter().sum();
+        for (s, weight) in near.zip(weights) {
+            let around = &values[s * outputs..][..outputs];
+            row.iter_mut()
+                .zip(around)
+                .for_each(|(x, y)| *x -= weight / total * y);
+        }
+    }
+    fast
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{dataset::MotionVectors, mirror::View};
+
+    #[test]
+    fn targets_gain_what_predictions_lack_of_swings_and_nothing_slow() {
+        const FPS: f32 = 30.0;
+        let motion = MotionVectors::of_plain(1, vec![0.0; 300]);
+        let wave: Vec<f32> = (0..300).map(|t| (TAU * 1.5 * t as f32 / FPS).sin()).collect();
+        // Four fifths of a swing about 5 m are known, and all of where it hangs.
+        let sequence = Sequence {
+            motion: &motion,
+            view: View::Direct,
+            frames: 0..300,
+            targets: wave.iter().map(|x| 0.2 * x).collect(),
+            coefficients: wave.iter().map(|x| 5.0 + x).collect(),
+            motion_number: 0,
+        };
+        let learned = |wanted| {
+            livelier(std::slice::from_ref(&sequence), &[vec![0.0; 300]], wanted, FPS)[0]
+                .targets
+                .clone()
+        };
+        for (t, (x, target)) in wave.iter().zip(learned(1.0)).enumerate().skip(45).take(210) {
+            assert!(
+                (target - (0.2 + 0.25) * x).abs() < 0.02,
+                "frame {t}: {target} of {x}"
+            );
+        }
+        assert_eq!(learned(0.0), sequence.targets);
+    }
+
+    #[test]
+    fn swings_keep_fast_and_drop_slow_waves_without_a_shift() {
+        const FPS: f32 = 30.0;
+        let wave = |hz: f32| move |t: usize| (TAU * hz * t as f32 / FPS).sin();
+        for (hz, share) in [(0.05, 0.0), (1.5, 1.0), (4.0, 1.0)] {
+            let values: Vec<f32> = (0..600).map(wave(hz)).flat_map(|x| [x, -2.0 * x]).collect();
+            let fast = swings(&values, 2, FPS);
+            for t in 60..540 {
+                let expected = share * wave(hz)(t);
+                assert!((fast[2 * t] - expected).abs() < 0.06, "{hz} Hz, frame {t}");
+                assert!((fast[2 * t + 1] + 2.0 * fast[2 * t]).abs() < 1e-4);
+            }
+        }
+        // At the ends the window is cut off, not padded.
+        assert!(swings(&[3.0; 40], 1, FPS).iter().all(|x| x.abs() < 1e-5));
+    }
+
+    #[test]
+    fn gains_restore_the_energy_that_is_wanted_and_stay_within_bounds() {
+        let found = gains(&[4.0, 4.0, 4.0, 100.0, 1.0], &[2.0, 3.6, 8.0, 1.0, 0.0], 0.85);
+        assert!((found[0] - 1.7f32.sqrt()).abs() < 1e-6);
+        // Lively enough, too lively, hardly predicted, not predicted at all.
+        assert_eq!(found[1..], [1.0, 1.0, 1.5, 1.0]);
+        assert_eq!(gains(&[4.0], &[1.0], 0.0), [1.0]);
+    }
+}
