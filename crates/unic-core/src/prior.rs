@@ -9,7 +9,7 @@ use glam::Vec3;
 
 /// A few displacement shapes, u ≈ ū_i + Σ_k a_k φ_{k,i} in the vertices' rotated frames, metres,
 /// with a = B (c_{t−1}, c_t) + b by ridge regression from a pair of motion vectors, and what a
-/// [`Recurrence`] that remembers the motion adds to it.
+/// [`Recurrence`] that remembers the motion adds to it: both are shares of one blend.
 ///
 /// The field learns what remains. A linear map of few shapes cannot overfit as a network can, so
 /// that the state is zero where nothing better is known than where the garment usually hangs.

@@ -2,12 +2,12 @@
 
 use crate::network::{LayerError, Linear, apply, check_layers, elu};
 
-/// A linear recurrent unit (Orvieto et al. 2023) that corrects the coefficients of a
+/// A linear recurrent unit (Orvieto et al. 2023) that adds to the coefficients of a
 /// [`Prior`](crate::prior::Prior).
 ///
 /// Each of M oscillators is a complex number h with h_t = λ h_{t−1} + u_t: its pole λ says how
 /// fast it swings and how soon it forgets, and the motion drives it by u. Of the normalised motion
-/// pair c, with e = elu(E c), the drive is u = D e; with m = elu(X h), the correction is
+/// pair c, with e = elu(E c), the drive is u = D e; with m = elu(X h), what it adds is
 /// Z elu(Y (m, e)).
 ///
 /// |λ| < 1, so |h| ≤ max|u| / (1 − |λ|) for ever, and all that has happened is forgotten: two

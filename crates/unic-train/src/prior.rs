@@ -1,6 +1,5 @@
 //! Fits where the garment hangs in a given motion to the training clips.
 
-mod remembered;
 mod series;
 
 pub(crate) use series::displacements;
@@ -9,13 +8,13 @@ use crate::{
     config::RecurrenceSettings,
     dataset::MotionVectors,
     error::TrainError,
+    mirror::View,
     recurrence::{Watch, fit_recurrence},
 };
 use burn::tensor::Device;
 use glam::Vec3;
 use rayon::prelude::*;
-use remembered::Remembered;
-use series::Series;
+use series::{Clips, Series};
 use unic_core::{model::ModelError, network::Linear, prior::Prior};
 use unic_eval::{Displacements, LinearMap, Moments, PrincipalComponents, TrainingSet};
 
@@ -58,7 +57,8 @@ pub struct PriorSettings<'a> {
 }
 
 /// Fits principal components of the displacement, a ridge regression to them whose strength is the
-/// best one for clips left out, and a recurrence to what that leaves.
+/// best one for motions left out, and a recurrence, blended with it; in both views where skeleton and
+/// garment are symmetric.
 ///
 /// # Errors
 /// A training of the recurrence that diverges, a watch that says stop.
@@ -71,79 +71,78 @@ pub fn fit_prior(
     let frames = set.spread_frames(MOST_FRAMES);
     let most = (MOST_SHAPE_VECTORS / set.garment.rest.vertices.len().max(1)).max(LEAST_MOST_SHAPES);
     let components = PrincipalComponents::fit(&Displacements { set, frames }, settings.shapes.min(most));
-    let clips: Vec<Series> = (0..set.train.len())
-        .map(|clip| Series::new(set, clip, &motion[clip], &components))
+    let clips = Clips {
+        set,
+        motion,
+        components: &components,
+    };
+    let series = clips.series(PIECES).map_err(ModelError::from)?;
+    let linear = LeaveOneOut::fit(&series);
+    let sequences: Vec<_> = (series.par_iter())
+        .map(|s| s.sequence(linear.without(s)))
         .collect();
-    let series = match clips.as_slice() {
-        [only] => only.cut(PIECES),
-        _ => clips,
-    };
-    let motions = match set.train.len() {
-        1 => (0..series.len()).collect(),
-        _ => set.motions(),
-    };
-    let linear = LeaveOneOut::fit(&series, &motions);
-    let coefficients = |(s, map): (&Series, &Option<LinearMap>)| -> Vec<Vec<f32>> {
-        let (predicted, count) = (s.predicted(map.as_ref()), components.len());
-        let of_frame = |t: usize| {
-            predicted[t * count..][..count]
-                .iter()
-                .map(|a| *a as f32)
-                .collect()
-        };
-        (0..s.len()).map(of_frame).collect()
-    };
-    let mut left_out: Vec<_> = series.iter().zip(&linear.maps).map(coefficients).collect();
     let inputs = 2 * motion.first().map_or(0, |m| m.len);
     let mut prior = linear_prior(&components, linear.all.as_ref(), inputs);
-    if let (Some(recurrence), false) = (settings.recurrence, prior.is_empty()) {
-        let data = Remembered {
-            set,
-            motion,
-            components: &components,
-            series: &series,
-            motions: &motions,
-            maps: &linear.maps,
-        };
-        let sequences = data.sequences().map_err(ModelError::from)?;
-        if let Some(fitted) = fit_recurrence(recurrence, &sequences, settings, watch)? {
-            for (left_out, corrections) in left_out.iter_mut().zip(fitted.left_out) {
-                let frames = left_out.iter_mut().zip(corrections.chunks_exact(prior.len()));
-                frames.for_each(|(a, c)| a.iter_mut().zip(c).for_each(|(a, c)| *a += c));
-            }
+    let fitted = match settings.recurrence {
+        Some(recurrence) if !prior.is_empty() => fit_recurrence(recurrence, &sequences, settings, watch)?,
+        _ => None,
+    };
+    let left_out = match fitted {
+        Some(fitted) => {
+            let map = &mut prior.map;
+            let numbers = map.weight.iter_mut().chain(&mut map.bias);
+            numbers.for_each(|x| *x *= fitted.linear_share);
             prior.recurrence = Some(fitted.recurrence);
+            fitted.left_out
         }
-    }
+        None => sequences.into_iter().map(|s| s.linear).collect(),
+    };
+    let direct = series
+        .iter()
+        .zip(left_out)
+        .filter(|(s, _)| s.view() == View::Direct);
+    let mut left_out: Vec<_> = direct.map(|(s, a)| by_frame(&a, s.len())).collect();
     if set.train.len() == 1 {
         left_out = vec![left_out.concat()];
     }
     Ok(FittedPrior { prior, left_out })
 }
 
-/// The linear map of all series, and of all but those of each one's motion.
+/// Frames × K numbers, by frame.
+fn by_frame(coefficients: &[f32], frames: usize) -> Vec<Vec<f32>> {
+    let count = coefficients.len() / frames.max(1);
+    (0..frames)
+        .map(|t| coefficients[t * count..][..count].to_vec())
+        .collect()
+}
+
+/// The linear map of all series, and of all but those of each motion.
 struct LeaveOneOut {
     all: Option<LinearMap>,
+    /// By motion.
     maps: Vec<Option<LinearMap>>,
 }
 
 impl LeaveOneOut {
-    fn fit(series: &[Series], motions: &[usize]) -> Self {
+    fn fit(series: &[Series]) -> Self {
         let moments: Vec<Moments> = series.iter().map(Series::moments).collect();
         let pooled = |left_out: Option<usize>| {
-            let kept = (moments.iter().zip(motions)).filter(|(_, motion)| Some(**motion) != left_out);
+            let kept = (moments.iter().zip(series)).filter(|(_, s)| Some(s.motion_number()) != left_out);
             Moments::pooled(kept.map(|(m, _)| m))
         };
-        let folds: Vec<Option<Moments>> = motions.iter().map(|motion| pooled(Some(*motion))).collect();
-        let maps = |strength: f64| -> Vec<Option<LinearMap>> {
+        let motions = series.iter().map(|s| s.motion_number() + 1).max().unwrap_or(0);
+        let folds: Vec<Option<Moments>> = (0..motions).map(|motion| pooled(Some(motion))).collect();
+        let at = |strength: f64| -> Self {
             let solved = |m: &Option<Moments>| m.as_ref().and_then(|m| m.solve(strength));
-            folds.par_iter().map(solved).collect()
+            Self {
+                all: None,
+                maps: folds.par_iter().map(solved).collect(),
+            }
         };
         let error = |strength: f64| -> f64 {
-            let pairs: Vec<_> = series.iter().zip(maps(strength)).collect();
-            let squared = |(s, map): (&Series, Option<LinearMap>)| -> f64 {
-                s.residual(map.as_ref()).map(|e| e * e).sum()
-            };
-            let errors: Vec<f64> = pairs.into_par_iter().map(squared).collect();
+            let fitted = at(strength);
+            let squared = |s: &Series| s.residual(fitted.without(s)).map(|e| e * e).sum::<f64>();
+            let errors: Vec<f64> = series.par_iter().map(squared).collect();
             errors.into_iter().sum()
         };
         let errors = STRENGTHS.map(|strength| (error(strength), strength));
@@ -151,8 +150,13 @@ impl LeaveOneOut {
         let strength = best.map_or(STRENGTHS[4], |best| best.1);
         Self {
             all: pooled(None).and_then(|m| m.solve(strength)),
-            maps: maps(strength),
+            ..at(strength)
         }
+    }
+
+    /// The map that has not seen the motion of `series`.
+    fn without(&self, series: &Series) -> Option<&LinearMap> {
+        self.maps[series.motion_number()].as_ref()
     }
 }
 

@@ -1,8 +1,10 @@
 //! Trains what remembers the motion: the recurrence of a prior.
 //!
-//! The linear map of a prior is fitted in closed form; what is left of the coefficients after it is
-//! learned by a [`Recurrence`], in the space of the K coefficients, where a frame costs nothing but the
-//! small network. How much of what it says is believed is measured on clips that it has not seen.
+//! The linear map of a prior is fitted in closed form. A [`Recurrence`] learns the same K coefficients
+//! beside it, where a frame costs nothing but the small network, and the two are blended by the share
+//! that does best on motions which neither has seen. The recurrence learns the coefficients and not what
+//! the linear map leaves of them: what a map leaves of a motion that it has not seen is mostly that
+//! motion's own, and says nothing of the next.
 
 mod sequence;
 mod swing;
@@ -23,7 +25,7 @@ use burn::optim::GradientsParams;
 use burn::tensor::Device;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
-use swing::livelier;
+use swing::Swings;
 use unic_core::recurrence::Recurrence;
 use unit::Unit;
 use windows::Windows;
@@ -34,10 +36,12 @@ pub type Watch<'a> = dyn Fn(u64, u64) -> Control + Sync + 'a;
 
 /// A recurrence that is worth having.
 pub(crate) struct Fitted {
-    /// Trained on all sequences.
+    /// Trained on all sequences; what it says is its share of the blend.
     pub(crate) recurrence: Recurrence,
-    /// Corrections of each sequence, T × K, by one that has not seen the sequence's clip, without larger swings:
-    /// against those a field would learn to calm them.
+    /// What is left to the linear map, 0 to 1.
+    pub(crate) linear_share: f32,
+    /// The blend in each sequence, T × K, by what has not seen the sequence's motion, without larger swings: against
+    /// those a field would learn to calm them.
     pub(crate) left_out: Vec<Vec<f32>>,
 }
 
@@ -45,13 +49,13 @@ pub(crate) struct Fitted {
 /// of what it teaches.
 const MOST_FOLDS: usize = 5;
 
-/// Less of what is left of the coefficients' squares than this is noise.
+/// Less of what the linear map leaves of the coefficients' squares than this is noise.
 const LEAST_GAIN: f64 = 0.02;
 
 /// Decay of the running mean of the parameters.
 const AVERAGE: f32 = 0.99;
 
-/// Trains on `sequences`; none if the corrections are of no use on clips left out.
+/// Trains on `sequences`; none if it is of no use beside the linear map on motions left out.
 ///
 /// # Errors
 /// A loss that is no number, a watch that says stop.
@@ -88,39 +92,70 @@ pub(crate) fn fit_recurrence(
         .map(|fold| fit(fold_steps, others(fold)))
         .collect();
     let folds = folds?;
-    let corrections = |s: &Sequence| match &folds[fold_of(s)] {
-        Some(recurrence) => s.corrections(recurrence),
-        None => vec![0.0; s.targets.len()],
+    let said = |s: &Sequence| match &folds[fold_of(s)] {
+        Some(recurrence) => s.said_by(recurrence),
+        None => s.linear.clone(),
     };
-    let mut left_out: Vec<Vec<f32>> = sequences.par_iter().map(corrections).collect();
-    let worth = Worth::of(sequences, &left_out);
-    if !worth.is_believable() {
+    let Some(blend) = Blend::of(sequences, sequences.par_iter().map(said).collect()) else {
         return Ok(None);
-    }
-    let scale = |values: &mut Vec<f32>| values.iter_mut().for_each(|x| *x *= worth.share as f32);
-    left_out.iter_mut().for_each(scale);
-    let lively = livelier(sequences, &left_out, settings.swing, prior.fps);
-    Ok(fit(steps, lively.iter().collect())?.map(|mut recurrence| {
-        scale(&mut recurrence.head.weight);
-        scale(&mut recurrence.head.bias);
-        Fitted { recurrence, left_out }
-    }))
+    };
+    let swings = Swings {
+        wanted: settings.swing,
+        share: blend.share,
+        fps: prior.fps,
+    };
+    let lively = swings.livelier(sequences, &blend.left_out);
+    let recurrence = fit(steps, lively.iter().collect())?;
+    Ok(recurrence.map(|recurrence| blend.fitted(recurrence)))
 }
 
-/// What corrections of clips left out are worth.
+/// The linear map and recurrences, each on motions that it has not seen.
+struct Blend {
+    /// Of the recurrence, above 0.
+    share: f32,
+    /// T × K of each sequence.
+    left_out: Vec<Vec<f32>>,
+}
+
+impl Blend {
+    /// None if the recurrences are of no use.
+    fn of(sequences: &[Sequence], recurrent: Vec<Vec<f32>>) -> Option<Self> {
+        let worth = Worth::of(sequences, &recurrent);
+        let share = worth.share as f32;
+        let mut left_out = recurrent;
+        for (s, left_out) in sequences.iter().zip(&mut left_out) {
+            let pairs = left_out.iter_mut().zip(&s.linear);
+            pairs.for_each(|(x, linear)| *x = linear + share * (*x - linear));
+        }
+        worth.is_believable().then_some(Self { share, left_out })
+    }
+
+    fn fitted(self, mut recurrence: Recurrence) -> Fitted {
+        let head = &mut recurrence.head;
+        let numbers = head.weight.iter_mut().chain(&mut head.bias);
+        numbers.for_each(|x| *x *= self.share);
+        Fitted {
+            recurrence,
+            linear_share: 1.0 - self.share,
+            left_out: self.left_out,
+        }
+    }
+}
+
+/// What a recurrence is worth on motions left out.
 #[derive(Clone, Copy, Debug)]
 struct Worth {
-    /// The factor, 0 to 1, by which they leave least, every clip counted by what it has to correct.
+    /// Its share in the blend that errs least, 0 to 1, every clip counted by what the linear map leaves of it.
     share: f64,
-    /// Part of the squares that they take away then, on average over clips.
+    /// Part of the squares left by the linear map that the blend takes away, on average over clips.
     gain: f64,
     /// Standard error of that average.
     gain_error: f64,
 }
 
 impl Worth {
-    fn of(sequences: &[Sequence], corrections: &[Vec<f32>]) -> Self {
-        let clips = by_clip(sequences, corrections);
+    fn of(sequences: &[Sequence], recurrent: &[Vec<f32>]) -> Self {
+        let clips = by_clip(sequences, recurrent);
         let sum = |of: fn(&Clip) -> f64| clips.iter().map(of).sum::<f64>();
         let (along, squares) = (sum(|c| c.along), sum(|c| c.squares));
         let share = if squares > 0.0 {
@@ -145,7 +180,7 @@ impl Worth {
     }
 }
 
-/// Corrections c and targets t of a clip, relative to its |t|².
+/// Of a clip: c from the linear map to the recurrence, t from the linear map to the truth.
 struct Clip {
     /// ⟨c, t⟩ / |t|².
     along: f64,
@@ -153,12 +188,13 @@ struct Clip {
     squares: f64,
 }
 
-fn by_clip(sequences: &[Sequence], corrections: &[Vec<f32>]) -> Vec<Clip> {
+fn by_clip(sequences: &[Sequence], recurrent: &[Vec<f32>]) -> Vec<Clip> {
     let mut sums = vec![[0.0f64; 3]; motions(sequences)];
-    for (sequence, correction) in sequences.iter().zip(corrections) {
+    for (sequence, recurrent) in sequences.iter().zip(recurrent) {
         let [along, squares, size] = &mut sums[sequence.motion_number];
-        for (c, t) in correction.iter().zip(&sequence.targets) {
-            let (c, t) = (f64::from(*c), f64::from(*t));
+        let pairs = recurrent.iter().zip(&sequence.coefficients);
+        for ((x, truth), linear) in pairs.zip(&sequence.linear) {
+            let (c, t) = (f64::from(x - linear), f64::from(truth - linear));
             *along += c * t;
             *squares += c * c;
             *size += t * t;

@@ -176,9 +176,7 @@ fn short_clips_are_trained_on_beside_a_long_one() {
         take.garment.truncate(LENGTH - 1);
     }
     let mut config = settings(true);
-    let recurrence = recurrence_of(&mut config);
-    recurrence.frames = LENGTH;
-    recurrence.steps = 100;
+    recurrence_of(&mut config).frames = LENGTH;
     assert!(dataset_of(&takes, &config).prior.recurrence.is_some());
 }
 

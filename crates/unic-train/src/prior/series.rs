@@ -1,72 +1,144 @@
-//! Clips as pairs of motion vectors and coefficients.
+//! Clips as pairs of motion vectors and coefficients, and their mirror images.
 
-use crate::{dataset::MotionVectors, mirror::View};
+use crate::{
+    dataset::MotionVectors,
+    mirror::{View, mirrored},
+    recurrence::{Sequence, mirrored_surface},
+};
 use glam::Vec3;
 use rayon::prelude::*;
-use std::{convert::Infallible, ops::Range};
-use unic_core::{character::Garment, features::PointFrame};
+use std::ops::Range;
+use unic_core::{
+    character::Garment,
+    features::PointFrame,
+    surface_map::{SurfaceMap, SurfaceMapError},
+};
 use unic_eval::{LinearMap, Moments, PreparedClip, PrincipalComponents, TrainingSet};
 
 /// Frames whose displacements are in memory at once.
 const ROWS: usize = 64;
 
-/// One clip: normalised pairs of motion vectors and components of the true displacement.
-pub(super) struct Series {
-    frames: usize,
-    /// Frames × 2 D; frame 0 is paired with itself.
-    inputs: Vec<f64>,
+/// Consecutive frames of one clip in one view, with the components of the true displacement.
+pub(super) struct Series<'a> {
+    motion: &'a MotionVectors,
+    view: View,
+    /// Of the clip.
+    frames: Range<usize>,
     /// Frames × K.
     components: Vec<f64>,
+    /// A series, its mirror image and the same motion in another wind have the same number.
+    motion_number: usize,
 }
 
-impl Series {
-    pub(super) fn new(
-        set: &TrainingSet,
-        clip: usize,
-        motion: &MotionVectors,
-        components: &PrincipalComponents,
-    ) -> Self {
-        let frames = set.train[clip].len();
-        let of_frame = |t| Ok::<_, Infallible>(displacements(&set.garment, &set.train[clip], t));
-        let Ok(components) = projected(components, 0..frames, of_frame);
-        Self {
-            frames,
-            inputs: (0..frames).flat_map(|t| pair(motion, t, View::Direct)).collect(),
-            components,
+/// Where series come from.
+pub(super) struct Clips<'a> {
+    pub(super) set: &'a TrainingSet,
+    /// By clip.
+    pub(super) motion: &'a [MotionVectors],
+    pub(super) components: &'a PrincipalComponents,
+}
+
+impl<'a> Clips<'a> {
+    /// Every clip, then every mirrored one where skeleton and garment are symmetric. A lone clip is cut
+    /// into `pieces`, each of which counts as a motion.
+    ///
+    /// # Errors
+    /// None for a set whose clips show its garment.
+    pub(super) fn series(&self, pieces: usize) -> Result<Vec<Series<'a>>, SurfaceMapError> {
+        let has_mirrored = self.motion.iter().all(MotionVectors::is_mirrored);
+        let map = has_mirrored
+            .then(|| mirrored_surface(&self.set.garment.rest))
+            .flatten();
+        let mut series = self.view(View::Direct, |clip, frame| {
+            Ok(displacements(&self.set.garment, &self.set.train[clip], frame))
+        })?;
+        if let Some(map) = &map {
+            let garment = &self.set.garment;
+            let whole = Garment::new(garment.rest.clone(), garment.weights.clone());
+            series.extend(self.view(View::Mirrored, |clip, frame| {
+                self.reflected(map, &displacements(&whole, &self.set.train[clip], frame))
+            })?);
         }
+        Ok(match self.set.train.len() {
+            1 => series.iter().flat_map(|s| s.cut(pieces)).collect(),
+            _ => series,
+        })
     }
 
+    fn view(
+        &self,
+        view: View,
+        of_frame: impl Fn(usize, usize) -> Result<Vec<Vec3>, SurfaceMapError> + Sync,
+    ) -> Result<Vec<Series<'a>>, SurfaceMapError> {
+        let numbers = self.set.motions();
+        let clips = self.set.train.iter().enumerate();
+        let series = |(clip, prepared): (usize, &PreparedClip)| {
+            let frames = 0..prepared.len();
+            Ok(Series {
+                motion: &self.motion[clip],
+                view,
+                components: projected(self.components, frames.clone(), |t| of_frame(clip, t))?,
+                frames,
+                motion_number: numbers[clip],
+            })
+        };
+        clips.map(series).collect()
+    }
+
+    /// The mirrored garment, under the mask of where it is then.
+    fn reflected(&self, map: &SurfaceMap, whole: &[Vec3]) -> Result<Vec<Vec3>, SurfaceMapError> {
+        let mut there = Vec::new();
+        map.vectors(whole, &mut there)?;
+        let there = there.into_iter().enumerate();
+        Ok(there
+            .map(|(v, u)| mirrored(u) * self.set.garment.share(v))
+            .collect())
+    }
+}
+
+impl<'a> Series<'a> {
     /// Number of frames.
     pub(super) fn len(&self) -> usize {
-        self.frames
+        self.frames.len()
     }
 
-    /// Consecutive pieces, `count` at most.
-    pub(super) fn cut(&self, count: usize) -> Vec<Self> {
-        let most = self.frames.div_ceil(count).max(1);
-        let piece = |start: usize| {
-            let frames = start..(start + most).min(self.frames);
+    pub(super) fn view(&self) -> View {
+        self.view
+    }
+
+    pub(super) fn motion_number(&self) -> usize {
+        self.motion_number
+    }
+
+    /// Consecutive pieces, `count` at most, numbered as motions of their own.
+    fn cut(&self, count: usize) -> impl Iterator<Item = Self> {
+        let most = self.len().div_ceil(count).max(1);
+        let width = self.components.len() / self.len().max(1);
+        let pieces = self.frames.clone().step_by(most).enumerate();
+        pieces.map(move |(motion_number, start)| {
+            let frames = start..(start + most).min(self.frames.end);
+            let rows = (frames.start - self.frames.start) * width..(frames.end - self.frames.start) * width;
             Self {
-                frames: frames.len(),
-                inputs: self.rows(&self.inputs, &frames).to_vec(),
-                components: self.rows(&self.components, &frames).to_vec(),
+                motion: self.motion,
+                view: self.view,
+                frames,
+                components: self.components[rows].to_vec(),
+                motion_number,
             }
+        })
+    }
+
+    /// Pairs of motion vectors: frames × 2 D; frame 0 of a clip is paired with itself.
+    fn inputs(&self) -> Vec<f64> {
+        let pair = |t: usize| {
+            let both = [t.saturating_sub(1), t].map(|t| self.motion.frame(t, self.view));
+            both.into_iter().flatten().copied().map(f64::from)
         };
-        (0..self.frames).step_by(most).map(piece).collect()
-    }
-
-    fn rows<'a>(&self, of: &'a [f64], frames: &Range<usize>) -> &'a [f64] {
-        let width = of.len() / self.frames.max(1);
-        &of[frames.start * width..frames.end * width]
-    }
-
-    /// Of the true displacement: frames × K.
-    pub(super) fn components(&self) -> &[f64] {
-        &self.components
+        self.frames.clone().flat_map(pair).collect()
     }
 
     pub(super) fn moments(&self) -> Moments {
-        Moments::new(&self.inputs, &self.components, self.frames)
+        Moments::new(&self.inputs(), &self.components, self.len())
     }
 
     /// What a map says of every frame: frames × K.
@@ -74,7 +146,7 @@ impl Series {
         // Without another clip to fit, the mean is all that is known.
         map.map_or_else(
             || vec![0.0; self.components.len()],
-            |m| m.apply_rows(&self.inputs),
+            |m| m.apply_rows(&self.inputs()),
         )
     }
 
@@ -83,13 +155,29 @@ impl Series {
         let predicted = self.predicted(map).into_iter();
         self.components.iter().zip(predicted).map(|(c, p)| c - p)
     }
+
+    /// For a recurrence to learn beside a map.
+    pub(super) fn sequence(&self, map: Option<&LinearMap>) -> Sequence<'a> {
+        Sequence {
+            motion: self.motion,
+            view: self.view,
+            frames: self.frames.clone(),
+            coefficients: in_f32(&self.components),
+            linear: in_f32(&self.predicted(map)),
+            motion_number: self.motion_number,
+        }
+    }
+}
+
+fn in_f32(values: &[f64]) -> Vec<f32> {
+    values.iter().map(|x| *x as f32).collect()
 }
 
 /// Components (frames × K) of what `of_frame` says, read a few frames at a time.
 ///
 /// # Errors
 /// Those of `of_frame`.
-pub(super) fn projected<E: Send>(
+fn projected<E: Send>(
     components: &PrincipalComponents,
     frames: Range<usize>,
     of_frame: impl Fn(usize) -> Result<Vec<Vec3>, E> + Sync,
@@ -113,10 +201,4 @@ pub(crate) fn displacements(garment: &Garment, clip: &PreparedClip, frame: usize
     world
         .map(|(v, x)| PointFrame::new(garment, v, world_from_rest).blended_displacement(*x))
         .collect()
-}
-
-/// Motion vectors of a frame and the one before; the first frame is paired with itself.
-pub(super) fn pair(motion: &MotionVectors, frame: usize, view: View) -> Vec<f64> {
-    let both = [frame.saturating_sub(1), frame].map(|t| motion.frame(t, view));
-    both.concat().into_iter().map(f64::from).collect()
 }

@@ -1,4 +1,4 @@
-//! Stretches of motion with what the linear map leaves of the coefficients.
+//! Stretches of motion with the coefficients of the garment.
 
 use crate::{
     dataset::MotionVectors,
@@ -18,10 +18,10 @@ pub(crate) struct Sequence<'a> {
     pub(crate) motion: &'a MotionVectors,
     pub(crate) view: View,
     pub(crate) frames: Range<usize>,
-    /// What the linear map leaves, metres: frames × K.
-    pub(crate) targets: Vec<f32>,
-    /// The true coefficients, metres: frames × K.
+    /// To learn, metres: frames × K.
     pub(crate) coefficients: Vec<f32>,
+    /// By the linear map that has not seen the motion: frames × K.
+    pub(crate) linear: Vec<f32>,
     /// A sequence, its mirror image and the same motion in another wind have the same number.
     pub(crate) motion_number: usize,
 }
@@ -33,7 +33,7 @@ impl Sequence<'_> {
 
     /// Coefficients K.
     pub(crate) fn outputs(&self) -> usize {
-        self.targets.len() / self.len().max(1)
+        self.coefficients.len() / self.len().max(1)
     }
 
     /// The normalised motion pair of the sequence's frame `t`; the first frame of a clip is paired
@@ -44,12 +44,12 @@ impl Sequence<'_> {
         out.extend_from_slice(self.motion.frame(frame, self.view));
     }
 
-    /// What a recurrence adds to the coefficients, as the animator has it: frames × K.
-    pub(crate) fn corrections(&self, recurrence: &Recurrence) -> Vec<f32> {
+    /// What a recurrence says of the coefficients, as the animator has it: frames × K.
+    pub(crate) fn said_by(&self, recurrence: &Recurrence) -> Vec<f32> {
         let (mut scratch, mut state) = (RecurrenceScratch::default(), Vec::new());
-        let mut corrections = vec![0.0; self.targets.len()];
+        let mut coefficients = vec![0.0; self.coefficients.len()];
         let mut pair = Vec::new();
-        for (t, out) in corrections.chunks_exact_mut(self.outputs().max(1)).enumerate() {
+        for (t, out) in coefficients.chunks_exact_mut(self.outputs().max(1)).enumerate() {
             pair.clear();
             self.write_pair(t, &mut pair);
             recurrence.read(&pair, &mut scratch);
@@ -59,7 +59,7 @@ impl Sequence<'_> {
             }
             recurrence.correct(&state, &mut scratch, out);
         }
-        corrections
+        coefficients
     }
 }
 

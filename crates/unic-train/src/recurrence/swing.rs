@@ -2,7 +2,7 @@
 //!
 //! The mean of all that could follow from a motion swings less than any of it: where half of a swing's
 //! energy can be known, half of it is all that least squares show, and the cloth looks stiff. The
-//! recurrence therefore learns targets whose swings are larger by what is missing. Least squares of
+//! recurrence therefore learns coefficients whose swings are larger by what is missing. Least squares of
 //! these are the old ones with larger swings, at no cost when animating.
 
 use super::Sequence;
@@ -15,35 +15,38 @@ const SLOWEST_S: f32 = 2.0;
 /// Factor of a coefficient's swings at most: what hardly follows the motion is noise when enlarged.
 const MOST_GAIN: f64 = 1.5;
 
-/// Sequences whose targets swing more, towards the share `wanted` of the true swings' energy on motions left out; `corrections` are those of each sequence by what has not seen it.
-pub(super) fn livelier<'a>(
-    sequences: &[Sequence<'a>],
-    corrections: &[Vec<f32>],
-    wanted: f32,
-    fps: f32,
-) -> Vec<Sequence<'a>> {
-    let outputs = sequences.first().map_or(0, Sequence::outputs);
-    let truths: Vec<Vec<f32>> = (sequences.par_iter())
-        .map(|s| swings(&s.coefficients, outputs, fps))
-        .collect();
-    let predicted = |(s, correction): (&Sequence, &Vec<f32>)| {
-        let left = s.targets.iter().zip(correction).map(|(t, c)| t - c);
-        let predicted: Vec<f32> = s.coefficients.iter().zip(left).map(|(a, e)| a - e).collect();
-        swings(&predicted, outputs, fps)
-    };
-    let predicted: Vec<Vec<f32>> = (sequences.par_iter().zip(corrections).map(predicted)).collect();
-    let gains = gains(
-        &energies(&truths, outputs),
-        &energies(&predicted, outputs),
-        wanted,
-    );
-    let livelier = |(s, swings): (&Sequence<'a>, &Vec<f32>)| {
-        let mut s = s.clone();
-        let pairs = s.targets.iter_mut().zip(swings).zip(gains.iter().cycle());
-        pairs.for_each(|((t, swing), gain)| *t += (gain - 1.0) * swing);
-        s
-    };
-    sequences.iter().zip(&truths).map(livelier).collect()
+/// How lively to be.
+pub(super) struct Swings {
+    /// Share of the true swings' energy on motions left out.
+    pub(super) wanted: f32,
+    /// Of the recurrence in the blend, above 0: it makes up for the linear map's swings too.
+    pub(super) share: f32,
+    /// Frames a second.
+    pub(super) fps: f32,
+}
+
+impl Swings {
+    /// Sequences whose coefficients swing as much more as `left_out` swings less, what has not seen their motions
+    /// says of them.
+    pub(super) fn livelier<'a>(
+        &self,
+        sequences: &[Sequence<'a>],
+        left_out: &[Vec<f32>],
+    ) -> Vec<Sequence<'a>> {
+        let outputs = sequences.first().map_or(0, Sequence::outputs);
+        let fast = |values: &Vec<f32>| swings(values, outputs, self.fps);
+        let truths: Vec<Vec<f32>> = sequences.par_iter().map(|s| fast(&s.coefficients)).collect();
+        let predicted: Vec<Vec<f32>> = left_out.par_iter().map(fast).collect();
+        let [truth, predicted] = [&truths, &predicted].map(|all| energies(all, outputs));
+        let gains = gains(&truth, &predicted, self.wanted);
+        let livelier = |(s, swings): (&Sequence<'a>, &Vec<f32>)| {
+            let mut s = s.clone();
+            let pairs = s.coefficients.iter_mut().zip(swings).zip(gains.iter().cycle());
+            pairs.for_each(|((a, swing), gain)| *a += (gain - 1.0) / self.share * swing);
+            s
+        };
+        sequences.iter().zip(&truths).map(livelier).collect()
+    }
 }
 
 /// Sums of squares, one a coefficient.
@@ -98,7 +101,7 @@ mod tests {
     use crate::{dataset::MotionVectors, mirror::View};
 
     #[test]
-    fn targets_gain_what_predictions_lack_of_swings_and_nothing_slow() {
+    fn coefficients_gain_what_predictions_lack_of_swings_and_nothing_slow() {
         const FPS: f32 = 30.0;
         let motion = MotionVectors::of_plain(1, vec![0.0; 300]);
         let wave: Vec<f32> = (0..300).map(|t| (TAU * 1.5 * t as f32 / FPS).sin()).collect();
@@ -107,22 +110,33 @@ mod tests {
             motion: &motion,
             view: View::Direct,
             frames: 0..300,
-            targets: wave.iter().map(|x| 0.2 * x).collect(),
             coefficients: wave.iter().map(|x| 5.0 + x).collect(),
+            linear: vec![0.0; 300],
             motion_number: 0,
         };
-        let learned = |wanted| {
-            livelier(std::slice::from_ref(&sequence), &[vec![0.0; 300]], wanted, FPS)[0]
-                .targets
-                .clone()
+        let left_out: Vec<f32> = wave.iter().map(|x| 5.0 + 0.8 * x).collect();
+        let learned = |wanted, share| {
+            let swings = Swings {
+                wanted,
+                share,
+                fps: FPS,
+            };
+            let lively = swings.livelier(std::slice::from_ref(&sequence), std::slice::from_ref(&left_out));
+            lively[0].coefficients.clone()
         };
-        for (t, (x, target)) in wave.iter().zip(learned(1.0)).enumerate().skip(45).take(210) {
-            assert!(
-                (target - (0.2 + 0.25) * x).abs() < 0.02,
-                "frame {t}: {target} of {x}"
-            );
+        for (share, size) in [(1.0, 1.25), (0.5, 1.5)] {
+            for (t, (x, target)) in (wave.iter().zip(learned(1.0, share)))
+                .enumerate()
+                .skip(45)
+                .take(210)
+            {
+                assert!(
+                    (target - 5.0 - size * x).abs() < 0.02,
+                    "frame {t}: {target} of {x}"
+                );
+            }
         }
-        assert_eq!(learned(0.0), sequence.targets);
+        assert_eq!(learned(0.0, 1.0), sequence.coefficients);
     }
 
     #[test]

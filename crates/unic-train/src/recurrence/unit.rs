@@ -267,8 +267,8 @@ mod tests {
             motion: &motion,
             view: View::Direct,
             frames: 0..frames,
-            targets: vec![0.0; frames * sizes.outputs],
             coefficients: vec![0.0; frames * sizes.outputs],
+            linear: vec![0.0; frames * sizes.outputs],
             motion_number: 0,
         };
         let device = Device::flex().autodiff();
@@ -280,13 +280,13 @@ mod tests {
             windows: 1,
             sizes,
             inputs,
-            targets: sequence.targets.clone(),
+            targets: sequence.coefficients.clone(),
             masks: [6, 5, 5].map(|width| vec![1.0; width]),
         };
         let trained = unit.outputs(&batch, &device).into_data();
         let trained = trained.try_to_vec::<f32>().unwrap();
         let scale = 0.3;
-        let run = sequence.corrections(&sizes.recurrence(&unit.values(), scale));
+        let run = sequence.said_by(&sizes.recurrence(&unit.values(), scale));
         let size = run.iter().fold(0.0f32, |most, x| most.max(x.abs()));
         assert!(size > 1e-3, "{size}: nothing is compared");
         for (a, b) in trained.iter().zip(&run) {

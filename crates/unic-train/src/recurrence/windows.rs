@@ -24,7 +24,7 @@ pub(super) struct Windows<'a> {
     windows: usize,
     frames: usize,
     dropout: f32,
-    /// Root mean square of the largest target, metres.
+    /// Root mean square of the largest coefficient, metres.
     scale: f32,
 }
 
@@ -58,7 +58,7 @@ impl<'a> Windows<'a> {
         };
         let rms = |k: usize| {
             let of = |s: &&Sequence| -> f64 {
-                let column = s.targets.iter().skip(k).step_by(sizes.outputs);
+                let column = s.coefficients.iter().skip(k).step_by(sizes.outputs);
                 column.map(|t| f64::from(t * t)).sum()
             };
             let frames: usize = sequences.iter().map(|s| s.len()).sum();
@@ -95,7 +95,7 @@ impl<'a> Windows<'a> {
         for t in 0..self.frames {
             for (sequence, start) in &chosen {
                 sequence.write_pair(start + t, &mut inputs);
-                let frame = &sequence.targets[(start + t) * outputs..][..outputs];
+                let frame = &sequence.coefficients[(start + t) * outputs..][..outputs];
                 targets.extend(frame.iter().map(|x| x / self.scale));
             }
         }
