@@ -44,6 +44,8 @@ pub struct Surface {
     /// The face that each triangle is, and the triangle of each face.
     face_of_triangle: Vec<u32>,
     triangle_of_face: Vec<u32>,
+    /// Empty where faces bear none.
+    marks_of_triangles: Vec<Marks>,
     faces: Vec<[u32; 3]>,
     /// `faces` with vertices at the same place in the bind pose made one, so that a seam whose
     /// vertices are split still has two sides to average.
@@ -131,6 +133,7 @@ impl Surface {
             triangles: vec![Triangle::default(); bind.faces.len()],
             face_of_triangle,
             triangle_of_face,
+            marks_of_triangles: Vec::new(),
             faces: bind.faces.clone(),
             welded,
             first_at,
@@ -147,6 +150,7 @@ impl Surface {
     pub(crate) fn mark(&mut self, marks_of_face: impl Fn(u32) -> Marks) {
         let faces = &self.face_of_triangle;
         self.tree.mark(|triangle| marks_of_face(faces[triangle as usize]));
+        self.marks_of_triangles = faces.iter().map(|&face| marks_of_face(face)).collect();
     }
 
     /// Poses the mesh: new positions for the vertices of the bind pose, metres.

@@ -62,9 +62,10 @@ impl Packet {
         Vec3::new(self.points[0][lane], self.points[1][lane], self.points[2][lane])
     }
 
-    /// Takes up a triangle where it is nearer than what was found, or as near and its number lower.
+    /// Takes up a triangle where it is nearer than what was found, or as near and its number lower; one that
+    /// is near is asked whether it counts.
     #[inline(always)]
-    pub(crate) fn meet(&mut self, item: u32, triangle: &Triangle) {
+    pub(crate) fn meet(&mut self, item: u32, triangle: &Triangle, counts: impl FnOnce() -> bool) {
         let mut found = [0.0; LANES];
         for (lane, found) in found.iter_mut().enumerate() {
             *found = triangle.nearest(self.point(lane)).squared_distance;
@@ -74,7 +75,7 @@ impl Packet {
         for (&found, &best) in found.iter().zip(&self.squared) {
             any |= u32::from(found <= best);
         }
-        if any != 0 {
+        if any != 0 && counts() {
             self.take_up(item, &found);
         }
     }
@@ -83,17 +84,12 @@ impl Packet {
     #[inline(always)]
     fn take_up(&mut self, item: u32, found: &Lanes<f32>) {
         self.has_found = true;
-        // Masks of the width of the numbers that they choose: a loop over these is vector instructions.
-        let mut takes = [0u32; LANES];
-        for (lane, takes) in takes.iter_mut().enumerate() {
-            let is_nearer = mask(found[lane] < self.squared[lane]);
-            let is_as_near = mask(found[lane] == self.squared[lane]);
-            *takes = is_nearer | (is_as_near & mask(item < self.item[lane]));
-        }
-        for (lane, takes) in takes.into_iter().enumerate() {
-            let (new, old) = (found[lane].to_bits(), self.squared[lane].to_bits());
-            self.squared[lane] = f32::from_bits(new & takes | old & !takes);
-            self.item[lane] = item & takes | self.item[lane] & !takes;
+        let (squared, items) = (self.squared, self.item);
+        for lane in 0..LANES {
+            let (new, old) = (found[lane], squared[lane]);
+            let takes = (new < old) | ((new == old) & (item < items[lane]));
+            self.squared[lane] = if takes { new } else { old };
+            self.item[lane] = if takes { item } else { items[lane] };
         }
     }
 
@@ -134,11 +130,6 @@ impl Packet {
     }
 }
 
-#[inline(always)]
-fn mask(condition: bool) -> u32 {
-    u32::from(condition).wrapping_neg()
-}
-
 /// In halves, which are vectors.
 #[inline(always)]
 fn maximum(mut lanes: Lanes<f32>) -> f32 {
@@ -163,17 +154,17 @@ impl Bvh {
         marks: Marks,
         mut visit: impl FnMut(&[u32], &mut Packet),
     ) {
-        let mut stack = [(0.0f32, 0u32, 0u8); STACK_ENTRIES];
+        let mut stack = [(0.0f32, 0u32); STACK_ENTRIES];
         let mut reach = packet.reach();
         let mut height = self.push_boxes(0, (packet.centre, reach, marks), &mut stack, 0);
         while height > 0 {
             height -= 1;
-            let (distance, node, child) = stack[height];
-            let node = &self.nodes[node as usize];
-            if distance > reach || !packet.reaches(node, usize::from(child)) {
+            let (distance, entry) = stack[height];
+            let (node, child) = (&self.nodes[entry as usize / 4], entry as usize % 4);
+            if distance > reach || !packet.reaches(node, child) {
                 continue;
             }
-            match node.children[usize::from(child)] {
+            match node.children[child] {
                 Child::Empty => {}
                 Child::Leaf { first, count } => {
                     visit(&self.order[first as usize..][..count as usize], packet);
@@ -190,13 +181,14 @@ impl Bvh {
         }
     }
 
-    /// Pushes the boxes of a node's children, the nearest to the packet's centre last; the new height.
+    /// Pushes the boxes of a node's children, the nearest to the packet's centre last; the new height. An
+    /// entry is four times the node's number plus the child's.
     #[inline(always)]
     fn push_boxes(
         &self,
         index: u32,
         (centre, reach, marks): (Vec3, f32, Marks),
-        stack: &mut [(f32, u32, u8); STACK_ENTRIES],
+        stack: &mut [(f32, u32); STACK_ENTRIES],
         bottom: usize,
     ) -> usize {
         let Some(node) = self.nodes.get(index as usize) else {
@@ -211,7 +203,7 @@ impl Bvh {
                     stack[at] = stack[at - 1];
                     at -= 1;
                 }
-                stack[at] = (distance, index, child as u8);
+                stack[at] = (distance, 4 * index + child as u32);
                 top += 1;
             }
         }

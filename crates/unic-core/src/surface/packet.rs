@@ -21,8 +21,8 @@ impl Surface {
                     if seeds[..k].contains(&seed) {
                         continue;
                     }
-                    if let Some(triangle) = self.triangle(seed).filter(|_| counts(seed)) {
-                        packet.meet(seed, triangle);
+                    if let Some(triangle) = self.triangle(seed) {
+                        packet.meet(seed, triangle, || counts(seed));
                     }
                 }
                 self.tree.nearest_of_packet(
@@ -31,9 +31,11 @@ impl Surface {
                     #[inline(always)]
                     |triangles, packet| {
                         for &triangle in triangles {
-                            let face = self.face_of_triangle[triangle as usize];
-                            if counts(face) {
-                                packet.meet(face, &self.triangles[triangle as usize]);
+                            let triangle = triangle as usize;
+                            let bears = self.marks_of_triangles.get(triangle);
+                            if bears.is_none_or(|bears| bears.meet(marks)) {
+                                let face = self.face_of_triangle[triangle];
+                                packet.meet(face, &self.triangles[triangle], || counts(face));
                             }
                         }
                     },

@@ -164,10 +164,8 @@ impl Cloth {
         at: impl Fn(u32) -> Vec3,
         counts: impl Fn(u32) -> bool,
     ) {
-        let is_due = |face: u32| {
-            let is_near = self.is_near.get(face as usize).is_some_and(|&is_near| is_near);
-            is_near && counts(self.numbers[face as usize])
-        };
+        let is_near = |face: u32| self.is_near.get(face as usize).is_some_and(|&is_near| is_near);
+        let counts = |face: u32| counts(self.numbers[face as usize]);
         let seeds = seeds
             .iter()
             .enumerate()
@@ -175,8 +173,8 @@ impl Cloth {
         self.instructions.run(
             #[inline(always)]
             || {
-                for (_, &seed) in seeds.filter(|(_, seed)| is_due(**seed)) {
-                    packet.meet(seed, &self.triangle(seed, &at));
+                for (_, &seed) in seeds.filter(|(_, seed)| is_near(**seed)) {
+                    packet.meet(seed, &self.triangle(seed, &at), || counts(seed));
                 }
                 self.tree.nearest_of_packet(
                     packet,
@@ -184,8 +182,8 @@ impl Cloth {
                     #[inline(always)]
                     |faces, packet| {
                         for &face in faces {
-                            if is_due(face) {
-                                packet.meet(face, &self.triangle(face, &at));
+                            if is_near(face) {
+                                packet.meet(face, &self.triangle(face, &at), || counts(face));
                             }
                         }
                     },
