@@ -44,6 +44,8 @@ pub struct Surface {
     /// The face that each triangle is, and the triangle of each face.
     face_of_triangle: Vec<u32>,
     triangle_of_face: Vec<u32>,
+    /// Vertices of each triangle.
+    corners_of_triangles: Vec<[u32; 3]>,
     /// Empty where faces bear none.
     marks_of_triangles: Vec<Marks>,
     faces: Vec<[u32; 3]>,
@@ -128,8 +130,10 @@ impl Surface {
         for (triangle, &face) in face_of_triangle.iter().enumerate() {
             triangle_of_face[face as usize] = triangle as u32;
         }
+        let corners_of_triangles = face_of_triangle.iter().map(|&face| bind.faces[face as usize]);
         let mut surface = Self {
             tree,
+            corners_of_triangles: corners_of_triangles.collect(),
             triangles: vec![Triangle::default(); bind.faces.len()],
             face_of_triangle,
             triangle_of_face,
@@ -159,12 +163,17 @@ impl Surface {
     /// When the number of vertices is another.
     pub fn refit(&mut self, vertices: &[Vec3]) {
         assert_eq!(vertices.len(), self.vertex_count, "vertices to refit");
-        let (faces, face_of_triangle) = (&self.faces, &self.face_of_triangle);
+        let (corners, instructions) = (&self.corners_of_triangles, self.instructions);
         let pose = |_, first: usize, triangles: &mut [Triangle]| {
-            for (triangle, &face) in triangles.iter_mut().zip(&face_of_triangle[first..]) {
-                let [a, b, c] = faces[face as usize];
-                *triangle = Triangle::new([a, b, c].map(|v| vertices[v as usize]));
-            }
+            instructions.run(
+                #[inline(always)]
+                || {
+                    for (triangle, &[a, b, c]) in triangles.iter_mut().zip(&corners[first..]) {
+                        let at = |vertex: u32| vertices[vertex as usize];
+                        *triangle = Triangle::new([at(a), at(b), at(c)]);
+                    }
+                },
+            );
             Posed::Moved
         };
         let box_of = |_, triangle: &Triangle| triangle.bounds();

@@ -77,25 +77,31 @@ pub(crate) struct Nearest {
 
 impl Triangle {
     /// From its corners, metres. One with a corner that is not finite is never near anything.
-    #[inline]
-    pub fn new(corners: [Vec3; 3]) -> Self {
-        let [a, b, c] = corners;
+    // Always inlined, without arrays that the compiler maps out of line: bodies are posed by the thousand.
+    #[inline(always)]
+    pub fn new([a, b, c]: [Vec3; 3]) -> Self {
         // NaN if anything is not finite: such a number times zero is.
         let poison = ((a + b + c) * 0.0).element_sum();
         let normal = (b - a).cross(c - a);
-        let squared = [b - a, c - b, a - c].map(squared_length);
+        let squared = [
+            squared_length(b - a),
+            squared_length(c - b),
+            squared_length(a - c),
+        ];
         let longest = squared[0].max(squared[1]).max(squared[2]);
-        let (area, inverse_area) = (squared_length(normal), squared_length(normal).recip());
+        let area = squared_length(normal);
+        let inverse_area = area.recip();
+        let least_area = LEAST_HEIGHT * longest;
         // |normal| = longest edge · height over it.
-        let is_sound = area > (LEAST_HEIGHT * longest).powi(2) && inverse_area.is_finite();
+        let is_sound = area > least_area * least_area && inverse_area.is_finite();
         if is_sound && poison == 0.0 {
-            Self::prepared(corners, squared, normal, inverse_area)
+            Self::prepared([a, b, c], squared, normal, inverse_area)
         } else {
-            Self::degenerate(corners.map(|corner| corner + poison), squared)
+            Self::degenerate([a + poison, b + poison, c + poison], squared)
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn prepared([a, b, c]: [Vec3; 3], squared: [f32; 3], area_normal: Vec3, inverse_area: f32) -> Self {
         let sides = [b - a, c - a];
         let inverse = |x: f32| if x > f32::MIN_POSITIVE { x.recip() } else { 0.0 };
@@ -115,6 +121,8 @@ impl Triangle {
         }
     }
 
+    #[cold]
+    #[inline(never)]
     fn degenerate(corners: [Vec3; 3], squared: [f32; 3]) -> Self {
         let first = (1..3).fold(0, |best, k| if squared[k] > squared[best] { k } else { best });
         let turned = [0, 1, 2].map(|k| (first + k) % 3);
@@ -130,8 +138,14 @@ impl Triangle {
         }
     }
 
+    #[inline(always)]
     pub(crate) fn corners(&self) -> [Vec3; 3] {
-        [0, 1, 2].map(|k| self.corners[(k + 3 - usize::from(self.first)) % 3])
+        let [a, b, c] = self.corners;
+        match self.first {
+            0 => [a, b, c],
+            1 => [c, a, b],
+            _ => [b, c, a],
+        }
     }
 
     #[inline(always)]

@@ -1,10 +1,10 @@
 //! Orders of items in which neighbours in space are neighbours in memory.
 
-use super::{Aabb, Branch, Bvh, Child, Node};
+use super::{Aabb, Branch, Bvh, Child, Link, Node};
 use glam::Vec3;
 use std::ops::Range;
 
-/// Most items in one leaf. With four, a leaf of triangles costs about as much as a node.
+/// Most items in one leaf, as [`Link`] has it. With four, a leaf of triangles costs about as much as a node.
 pub(super) const LEAF_ITEMS: usize = 4;
 
 /// Most items in a branch, which one thread refits at a time.
@@ -49,21 +49,23 @@ impl Bvh {
             right.start..three_quarters,
             three_quarters..right.end,
         ];
-        self.nodes[index].children = quarters.map(|part| match part.len() {
-            0 => Child::Empty,
-            count @ 1..=LEAF_ITEMS => Child::Leaf {
-                first: part.start as u32,
-                count: count as u32,
-            },
-            count => {
-                let items = part.clone();
-                let child = self.split(centres, part);
-                if count <= BRANCH_ITEMS && range.len() > BRANCH_ITEMS {
-                    let nodes = child as usize..self.nodes.len();
-                    self.branches.push(Branch { nodes, items });
+        self.nodes[index].children = quarters.map(|part| {
+            Link::to(match part.len() {
+                0 => Child::Empty,
+                count @ 1..=LEAF_ITEMS => Child::Leaf {
+                    first: part.start as u32,
+                    count: count as u32,
+                },
+                count => {
+                    let items = part.clone();
+                    let child = self.split(centres, part);
+                    if count <= BRANCH_ITEMS && range.len() > BRANCH_ITEMS {
+                        let nodes = child as usize..self.nodes.len();
+                        self.branches.push(Branch { nodes, items });
+                    }
+                    Child::Node(child)
                 }
-                Child::Node(child)
-            }
+            })
         });
         index as u32
     }

@@ -1,6 +1,6 @@
 //! Neighbouring points that search a tree together.
 
-use super::{Bvh, Child, Marks, Node, STACK_ENTRIES};
+use super::{Bvh, Child, Marks, Node, STACK_ENTRIES, most};
 use crate::triangle::Triangle;
 use glam::Vec3;
 
@@ -34,27 +34,37 @@ pub(crate) struct Packet {
 impl Packet {
     /// Looks `squared` far from each point; points beyond the last, and those that are not finite,
     /// take no part.
+    #[inline(always)]
     pub(crate) fn new(points: &[Vec3], squared: f32) -> Self {
-        let mut packet = Self {
-            points: [[0.0; LANES]; 3],
-            squared: [-1.0; LANES],
+        let point = |lane: usize| points.get(lane).copied().unwrap_or(Vec3::NAN);
+        let places: Lanes<Vec3> = std::array::from_fn(point);
+        // One where a lane takes part, and zero where it does not.
+        let parts = places.map(|p| f32::from(u8::from(p.is_finite())));
+        let axis = |axis: usize| -> Lanes<f32> {
+            std::array::from_fn(|lane| {
+                if parts[lane] > 0.0 {
+                    places[lane][axis]
+                } else {
+                    0.0
+                }
+            })
+        };
+        let coordinates = [axis(0), axis(1), axis(2)];
+        let count = most(sum(parts), 1.0);
+        let centre = Vec3::from(coordinates.map(sum)) / count;
+        let mut radii = [0.0; LANES];
+        for (lane, radius) in radii.iter_mut().enumerate() {
+            let [x, y, z] = [0, 1, 2].map(|axis| coordinates[axis][lane] - centre[axis]);
+            *radius = parts[lane] * (x * x + y * y + z * z).sqrt();
+        }
+        Self {
+            points: coordinates,
+            squared: parts.map(|part| if part > 0.0 { squared } else { -1.0 }),
             item: [u32::MAX; LANES],
             has_found: false,
-            centre: Vec3::ZERO,
-            radii: [0.0; LANES],
-        };
-        let mut count = 0.0;
-        for (lane, p) in points.iter().enumerate().filter(|(_, p)| p.is_finite()) {
-            (0..3).for_each(|axis| packet.points[axis][lane] = p[axis]);
-            packet.squared[lane] = squared;
-            packet.centre += *p;
-            count += 1.0;
+            centre,
+            radii,
         }
-        packet.centre /= f32::max(count, 1.0);
-        for (lane, p) in points.iter().enumerate().filter(|(_, p)| p.is_finite()) {
-            packet.radii[lane] = p.distance(packet.centre);
-        }
-        packet
     }
 
     #[inline(always)]
@@ -130,18 +140,27 @@ impl Packet {
     }
 }
 
-/// In halves, which are vectors.
+/// All lanes in one, in halves, which are vectors.
 #[inline(always)]
-fn maximum(mut lanes: Lanes<f32>) -> f32 {
+fn fold(mut lanes: Lanes<f32>, both: impl Fn(f32, f32) -> f32) -> f32 {
     let mut half = LANES / 2;
     while half > 0 {
         for lane in 0..half {
-            let (a, b) = (lanes[lane], lanes[lane + half]);
-            lanes[lane] = if b > a { b } else { a };
+            lanes[lane] = both(lanes[lane], lanes[lane + half]);
         }
         half /= 2;
     }
     lanes[0]
+}
+
+#[inline(always)]
+fn maximum(lanes: Lanes<f32>) -> f32 {
+    fold(lanes, most)
+}
+
+#[inline(always)]
+fn sum(lanes: Lanes<f32>) -> f32 {
+    fold(lanes, |a, b| a + b)
 }
 
 impl Bvh {
@@ -164,7 +183,7 @@ impl Bvh {
             if distance > reach || !packet.reaches(node, child) {
                 continue;
             }
-            match node.children[child] {
+            match node.children[child].child() {
                 Child::Empty => {}
                 Child::Leaf { first, count } => {
                     visit(&self.order[first as usize..][..count as usize], packet);
