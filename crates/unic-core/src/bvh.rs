@@ -30,6 +30,7 @@ impl Aabb {
     };
 
     /// The smallest box around points; coordinates that are NaN count for nothing.
+    #[inline(always)]
     pub(crate) fn around(points: &[Vec3]) -> Self {
         points
             .iter()
@@ -281,17 +282,21 @@ impl Node {
     };
 
     /// Whole vectors at once: what is written in pieces is slow to read as one.
-    fn set(&mut self, bounds: [Aabb; 4]) {
-        self.min = [0, 1, 2].map(|axis| bounds.map(|b| b.min[axis]));
-        self.max = [0, 1, 2].map(|axis| bounds.map(|b| b.max[axis]));
+    #[inline(always)]
+    fn set(&mut self, [a, b, c, d]: [Aabb; 4]) {
+        for axis in 0..3 {
+            self.min[axis] = [a.min[axis], b.min[axis], c.min[axis], d.min[axis]];
+            self.max[axis] = [a.max[axis], b.max[axis], c.max[axis], d.max[axis]];
+        }
     }
 
+    #[inline(always)]
     fn bounds(&self) -> Aabb {
-        let least = |[a, b, c, d]: [f32; 4]| least(least(a, b), least(c, d));
-        let most = |[a, b, c, d]: [f32; 4]| most(most(a, b), most(c, d));
+        let low = |[a, b, c, d]: [f32; 4]| least(least(a, b), least(c, d));
+        let high = |[a, b, c, d]: [f32; 4]| most(most(a, b), most(c, d));
         Aabb {
-            min: self.min.map(least).into(),
-            max: self.max.map(most).into(),
+            min: Vec3::new(low(self.min[0]), low(self.min[1]), low(self.min[2])),
+            max: Vec3::new(high(self.max[0]), high(self.max[1]), high(self.max[2])),
         }
     }
 

@@ -95,7 +95,7 @@ struct Candidate {
 pub(crate) struct Among<Counts> {
     /// Marks of which each of them bears one, see [`Surface::mark`].
     pub(crate) marks: Marks,
-    /// Whether a face is one of them.
+    /// Whether a face that does is one of them.
     pub(crate) counts: Counts,
 }
 
@@ -180,6 +180,12 @@ impl Surface {
         self.tree.refit_with(&mut self.triangles, pose, box_of);
     }
 
+    /// Whether a triangle bears one of these marks.
+    #[inline(always)]
+    fn bears(&self, triangle: usize, marks: Marks) -> bool {
+        (self.marks_of_triangles.get(triangle)).is_none_or(|own| own.meet(marks))
+    }
+
     /// A face, posed; none for what is no face.
     fn triangle(&self, face: u32) -> Option<&Triangle> {
         let &triangle = self.triangle_of_face.get(face as usize)?;
@@ -231,8 +237,10 @@ impl Surface {
         among: Among<impl Fn(u32) -> bool>,
     ) -> Option<SurfacePoint> {
         let squared = radius * radius;
-        let triangle = self.triangle(seed).filter(|_| (among.counts)(seed));
-        let start = triangle.map(|triangle| Candidate {
+        let triangle = self.triangle_of_face.get(seed as usize);
+        let triangle = triangle.filter(|&&t| self.bears(t as usize, among.marks) && (among.counts)(seed));
+        let start = triangle.map(|&triangle| &self.triangles[triangle as usize]);
+        let start = start.map(|triangle| Candidate {
             face: seed,
             hit: triangle.closest(p),
         });
@@ -267,9 +275,12 @@ impl Surface {
         let mut best = start;
         let bound = start.map_or(bound, |c| c.hit.squared_distance);
         self.tree.nearest_marked(p, bound, marks, |triangles, mut bound| {
-            for &triangle in triangles {
-                let face = self.face_of_triangle[triangle as usize];
-                let hit = self.triangles[triangle as usize].closest(p);
+            for triangle in triangles.iter().map(|&triangle| triangle as usize) {
+                if !self.bears(triangle, marks) {
+                    continue;
+                }
+                let face = self.face_of_triangle[triangle];
+                let hit = self.triangles[triangle].closest(p);
                 let found = hit.squared_distance;
                 let lower = best.is_none_or(|best| face < best.face);
                 if (found < bound || (found == bound && lower)) && counts(face) {

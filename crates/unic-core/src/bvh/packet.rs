@@ -1,7 +1,7 @@
 //! Neighbouring points that search a tree together.
 
 use super::{Bvh, Child, Marks, Node, STACK_ENTRIES, most};
-use crate::triangle::Triangle;
+use crate::{network::Instructions, triangle::Triangle};
 use glam::Vec3;
 
 /// Points that search together: lanes of the widest vector.
@@ -34,8 +34,17 @@ pub(crate) struct Packet {
 impl Packet {
     /// Looks `squared` far from each point; points beyond the last, and those that are not finite,
     /// take no part.
+    ///
+    /// Made apart from the search: a packet whose address nobody has is taken to pieces by the compiler.
+    pub(crate) fn of(instructions: Instructions, points: &[Vec3], squared: f32) -> Self {
+        instructions.run(
+            #[inline(always)]
+            || Self::new(points, squared),
+        )
+    }
+
     #[inline(always)]
-    pub(crate) fn new(points: &[Vec3], squared: f32) -> Self {
+    fn new(points: &[Vec3], squared: f32) -> Self {
         let point = |lane: usize| points.get(lane).copied().unwrap_or(Vec3::NAN);
         let places: Lanes<Vec3> = std::array::from_fn(point);
         // One where a lane takes part, and zero where it does not.

@@ -102,11 +102,13 @@ impl<'a, T> Iterator for Branches<'a, T> {
 impl<T> ExactSizeIterator for Branches<'_, T> {}
 
 /// Recomputes the boxes of one of these nodes, the first of which has the number `first`.
+#[inline(always)]
 fn refit_node(nodes: &mut [Node], first: usize, k: usize, bounds: impl Fn(Range<usize>) -> Aabb) {
-    let boxes = nodes[k].children.map(|link| match link.child() {
+    let of_child = |child: usize| match nodes[k].children[child].child() {
         Child::Empty => Aabb::EMPTY,
         Child::Node(child) => nodes[child as usize - first].bounds(),
         Child::Leaf { first, count } => bounds(first as usize..(first + count) as usize),
-    });
+    };
+    let boxes = [of_child(0), of_child(1), of_child(2), of_child(3)];
     nodes[k].set(boxes);
 }

@@ -109,7 +109,7 @@ impl DisplayPass {
             rule,
             cloth: Cloth::new(
                 &garment.rest,
-                packets,
+                body.parts(),
                 &neighbours,
                 rule.margin_m * FACE_HEIGHT_SHARE,
             ),

@@ -2,10 +2,7 @@
 
 use super::{Corrected, cloth::Cloth};
 use crate::{
-    bvh::{LANES, Packet},
-    folds,
-    intersection::RobustBody,
-    parallel::for_each_chunk,
+    bvh::LANES, folds, intersection::RobustBody, parallel::for_each_chunk, surface::Among,
     triangle::TrianglePoint,
 };
 use glam::Vec3;
@@ -101,12 +98,14 @@ impl Pokes {
 impl View<'_> {
     /// From body vertices that may lift the same faces.
     fn look(&self, vertices: &[u32], positions: &[Vec3; LANES], sights: &mut [Sight]) {
-        let mut packet = Packet::new(positions, self.cloth.reach_m().powi(2));
-        let one = vertices[0] as usize;
-        let counts = |face| self.body.parts().vertex_lifts(one, face);
+        let (one, parts) = (vertices[0] as usize, self.body.parts());
+        let lifted = Among {
+            marks: parts.marks_of_lifting(one),
+            counts: |face| parts.marks_tell_all() || parts.vertex_lifts(one, face),
+        };
         let seeds: [u32; LANES] = std::array::from_fn(|lane| sights.get(lane).map_or(u32::MAX, |s| s.seed));
-        self.cloth
-            .closest(&mut packet, &seeds, |slot| self.corrected.place(slot), counts);
+        let place = |slot| self.corrected.place(slot);
+        let packet = self.cloth.closest(positions, &seeds, place, lifted);
         for (lane, (&vertex, sight)) in vertices.iter().zip(sights).enumerate() {
             if positions[lane].is_finite() {
                 let face = Some(packet.item[lane]).filter(|&face| face != u32::MAX);

@@ -241,19 +241,15 @@ impl Group<'_> {
 
     /// The closest faces of the parts that may push.
     fn closest(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
-        let mut packet = Packet::new(points, f32::INFINITY);
         let pushing = self.body.pushing(self.vertex);
-        self.body.surface.closest_of_packet(&mut packet, seeds, pushing);
-        packet
+        let surface = &self.body.surface;
+        surface.closest_of_packet(points, f32::INFINITY, seeds, pushing)
     }
 
     /// The closest faces of the body.
     fn nearest(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
-        let mut packet = Packet::new(points, f32::INFINITY);
-        self.body
-            .surface
-            .closest_of_packet(&mut packet, seeds, Among::new(|_| true));
-        packet
+        let surface = &self.body.surface;
+        surface.closest_of_packet(points, f32::INFINITY, seeds, Among::new(|_| true))
     }
 }
 
