@@ -32,47 +32,42 @@ pub(crate) struct Packet {
 }
 
 impl Packet {
+    const EMPTY: Self = Self {
+        points: [[0.0; LANES]; 3],
+        squared: [-1.0; LANES],
+        item: [u32::MAX; LANES],
+        has_found: false,
+        centre: Vec3::ZERO,
+        radii: [0.0; LANES],
+    };
+
     /// Looks `squared` far from each point; points beyond the last, and those that are not finite,
     /// take no part.
-    ///
-    /// Made apart from the search: a packet whose address nobody has is taken to pieces by the compiler.
-    pub(crate) fn of(instructions: Instructions, points: &[Vec3], squared: f32) -> Self {
+    pub(crate) fn new(instructions: Instructions, points: &[Vec3], squared: f32) -> Self {
+        let mut packet = Self::EMPTY;
+        let mut count = 0.0;
+        for (lane, p) in points.iter().enumerate().filter(|(_, p)| p.is_finite()) {
+            (0..3).for_each(|axis| packet.points[axis][lane] = p[axis]);
+            packet.squared[lane] = squared;
+            count += 1.0;
+        }
         instructions.run(
             #[inline(always)]
-            || Self::new(points, squared),
-        )
+            || packet.surround(most(count, 1.0)),
+        );
+        packet
     }
 
+    /// Finds the middle of so many lanes, and how far they are from it.
     #[inline(always)]
-    fn new(points: &[Vec3], squared: f32) -> Self {
-        let point = |lane: usize| points.get(lane).copied().unwrap_or(Vec3::NAN);
-        let places: Lanes<Vec3> = std::array::from_fn(point);
-        // One where a lane takes part, and zero where it does not.
-        let parts = places.map(|p| f32::from(u8::from(p.is_finite())));
-        let axis = |axis: usize| -> Lanes<f32> {
-            std::array::from_fn(|lane| {
-                if parts[lane] > 0.0 {
-                    places[lane][axis]
-                } else {
-                    0.0
-                }
-            })
-        };
-        let coordinates = [axis(0), axis(1), axis(2)];
-        let count = most(sum(parts), 1.0);
-        let centre = Vec3::from(coordinates.map(sum)) / count;
-        let mut radii = [0.0; LANES];
-        for (lane, radius) in radii.iter_mut().enumerate() {
-            let [x, y, z] = [0, 1, 2].map(|axis| coordinates[axis][lane] - centre[axis]);
-            *radius = parts[lane] * (x * x + y * y + z * z).sqrt();
-        }
-        Self {
-            points: coordinates,
-            squared: parts.map(|part| if part > 0.0 { squared } else { -1.0 }),
-            item: [u32::MAX; LANES],
-            has_found: false,
-            centre,
-            radii,
+    fn surround(&mut self, count: f32) {
+        let [x, y, z] = &self.points;
+        self.centre = Vec3::new(sum(x), sum(y), sum(z)) / count;
+        let [cx, cy, cz] = self.centre.to_array();
+        for lane in 0..LANES {
+            let (x, y, z) = (x[lane] - cx, y[lane] - cy, z[lane] - cz);
+            let radius = (x * x + y * y + z * z).sqrt();
+            self.radii[lane] = if self.squared[lane] >= 0.0 { radius } else { 0.0 };
         }
     }
 
@@ -123,7 +118,7 @@ impl Packet {
             let asked = radius + squared.sqrt();
             *reach = if is_asked { asked } else { 0.0 };
         }
-        let reach = maximum(reaches) * REACH_SLACK;
+        let reach = maximum(&reaches) * REACH_SLACK;
         reach * reach + f32::MIN_POSITIVE
     }
 
@@ -151,8 +146,8 @@ impl Packet {
 
 /// All lanes in one, in halves, which are vectors.
 #[inline(always)]
-fn fold(mut lanes: Lanes<f32>, both: impl Fn(f32, f32) -> f32) -> f32 {
-    let mut half = LANES / 2;
+fn fold(lanes: &Lanes<f32>, both: impl Fn(f32, f32) -> f32) -> f32 {
+    let (mut lanes, mut half) = (*lanes, LANES / 2);
     while half > 0 {
         for lane in 0..half {
             lanes[lane] = both(lanes[lane], lanes[lane + half]);
@@ -163,12 +158,12 @@ fn fold(mut lanes: Lanes<f32>, both: impl Fn(f32, f32) -> f32) -> f32 {
 }
 
 #[inline(always)]
-fn maximum(lanes: Lanes<f32>) -> f32 {
+fn maximum(lanes: &Lanes<f32>) -> f32 {
     fold(lanes, most)
 }
 
 #[inline(always)]
-fn sum(lanes: Lanes<f32>) -> f32 {
+fn sum(lanes: &Lanes<f32>) -> f32 {
     fold(lanes, |a, b| a + b)
 }
 

@@ -16,7 +16,7 @@ impl Surface {
         seeds: &[u32],
         among: Among<impl Fn(u32) -> bool>,
     ) -> Packet {
-        let mut packet = Packet::of(self.instructions, points, radius * radius);
+        let mut packet = Packet::new(self.instructions, points, radius * radius);
         self.instructions.run(
             #[inline(always)]
             || {

@@ -168,7 +168,7 @@ impl Cloth {
         at: impl Fn(u32) -> Vec3,
         among: Among<impl Fn(u32) -> bool>,
     ) -> Packet {
-        let mut packet = Packet::of(self.instructions, points, self.reach_m * self.reach_m);
+        let mut packet = Packet::new(self.instructions, points, self.reach_m * self.reach_m);
         self.instructions.run(
             #[inline(always)]
             || {
