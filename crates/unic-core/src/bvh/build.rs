@@ -39,10 +39,12 @@ impl Bvh {
     fn split(&mut self, centres: &[Vec3], range: Range<usize>) -> u32 {
         let index = self.nodes.len();
         self.nodes.push(Node::EMPTY);
-        let middle = halve(&mut self.order, centres, range.clone());
+        // Full subtrees: half-full leaves would double the nodes.
+        let unit = largest_subtree(range.len());
+        let middle = halve(&mut self.order, centres, range.clone(), unit);
         let (left, right) = (range.start..middle, middle..range.end);
-        let quarter = halve(&mut self.order, centres, left.clone());
-        let three_quarters = halve(&mut self.order, centres, right.clone());
+        let quarter = halve(&mut self.order, centres, left.clone(), unit);
+        let three_quarters = halve(&mut self.order, centres, right.clone(), unit);
         let quarters = [
             left.start..quarter,
             quarter..left.end,
@@ -88,11 +90,20 @@ pub(crate) fn clustered(mut chosen: Vec<u32>, points: &[Vec3], sizes: &[usize]) 
     chosen
 }
 
-/// Puts the lower half of `range`, along the axis of widest spread, before the upper half.
-fn halve(order: &mut [u32], centres: &[Vec3], range: Range<usize>) -> usize {
-    match range.len() {
-        0 | 1 => range.end,
-        count => partition(order, centres, range, count / 2),
+/// Items that each child of a node over so many holds when it is full.
+fn largest_subtree(count: usize) -> usize {
+    let mut unit = LEAF_ITEMS;
+    while 4 * unit < count {
+        unit *= 4;
+    }
+    unit
+}
+
+/// Puts about the lower half of `range`, whole units along the axis of widest spread, before the others.
+fn halve(order: &mut [u32], centres: &[Vec3], range: Range<usize>, unit: usize) -> usize {
+    match (range.len() / 2).next_multiple_of(unit) {
+        lower if lower < range.len() => partition(order, centres, range, lower),
+        _ => range.end,
     }
 }
 
