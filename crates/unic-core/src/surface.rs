@@ -170,7 +170,7 @@ impl Surface {
                 || {
                     for (triangle, &[a, b, c]) in triangles.iter_mut().zip(&corners[first..]) {
                         let at = |vertex: u32| vertices[vertex as usize];
-                        *triangle = Triangle::new([at(a), at(b), at(c)]);
+                        triangle.pose([at(a), at(b), at(c)]);
                     }
                 },
             );

@@ -54,14 +54,14 @@ impl Cloth {
         neighbours: &Neighbours,
         clearance_m: f32,
     ) -> Self {
-        let corners = |f: &[u32; 3]| f.map(|v| rest.vertices[v as usize]);
+        let rest_corners = |f: &[u32; 3]| f.map(|v| rest.vertices[v as usize]);
         let centres: Vec<Vec3> = (rest.faces.iter())
-            .map(|f| corners(f).iter().sum::<Vec3>() / 3.0)
+            .map(|f| rest_corners(f).iter().sum::<Vec3>() / 3.0)
             .collect();
         let mut tree = Bvh::build(&centres);
         let numbers = tree.take_order();
         let rest_faces = || numbers.iter().map(|&face| &rest.faces[face as usize]);
-        let radii: Vec<f32> = rest_faces().map(|f| covering_radius(corners(f))).collect();
+        let radii: Vec<f32> = rest_faces().map(|f| covering_radius(rest_corners(f))).collect();
         let largest = radii.iter().copied().fold(0.0, f32::max);
         let faces: Vec<_> = rest_faces()
             .map(|f| f.map(|v| parts.packets().slots()[v as usize]))
@@ -103,24 +103,26 @@ impl Cloth {
 
     #[inline(always)]
     pub(super) fn triangle(&self, face: u32, at: impl Fn(u32) -> Vec3) -> Triangle {
-        Triangle::new(self.corners(face).map(at))
+        Triangle::new(corners(self.corners(face), at))
     }
 
     /// Takes positions and heights over the body by slot, metres, and the summaries of the packets.
     pub(super) fn find_near(
         &mut self,
         at: impl Fn(u32) -> Vec3 + Sync,
-        heights: impl Fn(u32) -> f32 + Sync,
+        heights: &[f32],
         summaries: &[Summary],
     ) {
         let (faces, radii, clearance_m) = (&self.faces, &self.radii, self.clearance_m);
         let is_face_near = |k: usize| {
-            let [a, b, c] = faces[k].map(&heights);
+            let [a, b, c] = faces[k];
+            let height = |slot: u32| heights[slot as usize];
+            let (a, b, c) = (height(a), height(b), height(c));
             let least = if b < a { b } else { a };
             let least = if c < least { c } else { least };
             // The bound for a stretched face first: it asks for no positions.
             least < clearance_m + MOST_STRETCH * radii[k]
-                && least < clearance_m + covering_radius(faces[k].map(&at))
+                && least < clearance_m + covering_radius(corners(faces[k], &at))
         };
         let (packets, largest_radii) = (&self.packets, &self.largest_radii);
         let may_be_near = |branch: usize| {
@@ -140,7 +142,7 @@ impl Cloth {
                 false => Posed::Nowhere,
             }
         };
-        let box_of = |k: usize, is_near: &bool| box_of_face(*is_near, || faces[k].map(&at));
+        let box_of = |k: usize, is_near: &bool| box_of_face(*is_near, || corners(faces[k], &at));
         self.tree.refit_with(&mut self.is_near, find, box_of);
     }
 
@@ -155,7 +157,7 @@ impl Cloth {
                 (false, _) => Posed::Nowhere,
             }
         };
-        let box_of = |k: usize, is_near: &bool| box_of_face(*is_near, || faces[k].map(&at));
+        let box_of = |k: usize, is_near: &bool| box_of_face(*is_near, || corners(faces[k], &at));
         self.tree.refit_with(&mut self.is_near, find, box_of);
     }
 
@@ -207,7 +209,14 @@ impl Cloth {
     }
 }
 
+/// Spelled out: the compiler maps arrays of places out of line.
+#[inline(always)]
+fn corners([a, b, c]: [u32; 3], at: impl Fn(u32) -> Vec3) -> [Vec3; 3] {
+    [at(a), at(b), at(c)]
+}
+
 /// A face that is not near is nowhere.
+#[inline(always)]
 fn box_of_face(is_near: bool, corners: impl FnOnce() -> [Vec3; 3]) -> Aabb {
     match is_near {
         true => Aabb::around(&corners()),
@@ -227,6 +236,7 @@ fn packets_of_branches(tree: &Bvh, faces: &[[u32; 3]], neighbours: &Neighbours) 
 }
 
 /// No point of a triangle is farther from its nearest corner, metres.
+#[inline(always)]
 fn covering_radius([a, b, c]: [Vec3; 3]) -> f32 {
     /// Of the longest edge: that of an equilateral triangle.
     const SHARE: f32 = 0.577_350_3;
