@@ -54,7 +54,8 @@ impl Bvh {
         self.nodes[index].children = quarters.map(|part| {
             Link::to(match part.len() {
                 0 => Child::Empty,
-                count @ 1..=LEAF_ITEMS => Child::Leaf {
+                // What is left over beside full branches is a branch too: refits pass by other items.
+                count @ 1..=LEAF_ITEMS if range.len() <= BRANCH_ITEMS => Child::Leaf {
                     first: part.start as u32,
                     count: count as u32,
                 },
