@@ -30,6 +30,7 @@ impl Aabb {
     };
 
     /// The smallest box around points; coordinates that are NaN count for nothing.
+    #[inline(always)]
     pub(crate) fn around(points: &[Vec3]) -> Self {
         points
             .iter()
@@ -49,15 +50,23 @@ impl Aabb {
 /// The lower of each coordinate; of `a` where `b` is NaN. One instruction, unlike `f32::min`.
 #[inline(always)]
 pub(crate) fn lower(a: Vec3, b: Vec3) -> Vec3 {
-    let least = |a: f32, b: f32| if b < a { b } else { a };
     Vec3::new(least(a.x, b.x), least(a.y, b.y), least(a.z, b.z))
 }
 
 /// The higher of each coordinate; of `a` where `b` is NaN.
 #[inline(always)]
 pub(crate) fn upper(a: Vec3, b: Vec3) -> Vec3 {
-    let most = |a: f32, b: f32| if b > a { b } else { a };
     Vec3::new(most(a.x, b.x), most(a.y, b.y), most(a.z, b.z))
+}
+
+#[inline(always)]
+fn least(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
+
+#[inline(always)]
+fn most(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
 }
 
 /// A half line: origin + t · direction, t ≥ 0.
@@ -84,7 +93,7 @@ impl Ray {
     }
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Child {
     Empty,
     Node(u32),
@@ -95,12 +104,43 @@ enum Child {
     },
 }
 
+/// A [`Child`] in one word, so that a node is two cache lines: searches wait for memory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Link(u32);
+
+impl Link {
+    const EMPTY: Self = Self(u32::MAX);
+    const LEAF: u32 = 1 << 31;
+
+    fn to(child: Child) -> Self {
+        match child {
+            Child::Empty => Self::EMPTY,
+            Child::Node(node) => Self(node),
+            // One to four of them: the count less one takes two bits.
+            Child::Leaf { first, count } => Self(Self::LEAF | first << 2 | (count - 1)),
+        }
+    }
+
+    #[inline(always)]
+    fn child(self) -> Child {
+        match self {
+            Self::EMPTY => Child::Empty,
+            Self(node) if node & Self::LEAF == 0 => Child::Node(node),
+            Self(leaf) => Child::Leaf {
+                first: (leaf & !Self::LEAF) >> 2,
+                count: (leaf & 3) + 1,
+            },
+        }
+    }
+}
+
 /// Boxes of four children by coordinate, so that one distance computation serves all four.
 #[derive(Clone, Debug)]
+#[repr(align(128))]
 struct Node {
     min: [[f32; 4]; 3],
     max: [[f32; 4]; 3],
-    children: [Child; 4],
+    children: [Link; 4],
 }
 
 /// Marks that items bear or that a search is for, a bit each: what bears none of them is passed by.
@@ -154,7 +194,7 @@ impl Bvh {
     pub(crate) fn mark(&mut self, marks_of_item: impl Fn(u32) -> Marks) {
         self.marks = vec![[Marks(0); 4]; self.nodes.len()];
         for (index, node) in self.nodes.iter().enumerate().rev() {
-            self.marks[index] = node.children.map(|child| match child {
+            self.marks[index] = node.children.map(|link| match link.child() {
                 Child::Empty => Marks(0),
                 Child::Node(child) => self.marks[child as usize]
                     .into_iter()
@@ -205,19 +245,16 @@ impl Bvh {
         mut bound: f32,
         mut visit: impl FnMut(&[u32], f32) -> f32,
     ) {
-        let mut stack = [(0.0, Child::Empty); STACK_ENTRIES];
-        let mut height = 0;
-        if !self.nodes.is_empty() {
-            stack[0] = (0.0, Child::Node(0));
-            height = 1;
-        }
+        let mut stack = [(0.0, Link(0)); STACK_ENTRIES];
+        // The root, where there is one.
+        let mut height = usize::from(!self.nodes.is_empty());
         while height > 0 {
             height -= 1;
-            let (distance, child) = stack[height];
+            let (distance, link) = stack[height];
             if distance > bound {
                 continue;
             }
-            match child {
+            match link.child() {
                 Child::Empty => {}
                 Child::Leaf { first, count } => {
                     bound = visit(&self.order[first as usize..][..count as usize], bound);
@@ -241,23 +278,25 @@ impl Node {
     const EMPTY: Self = Self {
         min: [[f32::INFINITY; 4]; 3],
         max: [[f32::NEG_INFINITY; 4]; 3],
-        children: [Child::Empty; 4],
+        children: [Link::EMPTY; 4],
     };
 
-    fn set(&mut self, lane: usize, bounds: Aabb) {
+    /// Whole vectors at once: what is written in pieces is slow to read as one.
+    #[inline(always)]
+    fn set(&mut self, [a, b, c, d]: [Aabb; 4]) {
         for axis in 0..3 {
-            self.min[axis][lane] = bounds.min[axis];
-            self.max[axis][lane] = bounds.max[axis];
+            self.min[axis] = [a.min[axis], b.min[axis], c.min[axis], d.min[axis]];
+            self.max[axis] = [a.max[axis], b.max[axis], c.max[axis], d.max[axis]];
         }
     }
 
+    #[inline(always)]
     fn bounds(&self) -> Aabb {
-        let fold = |lanes: [[f32; 4]; 3], start, f: fn(f32, f32) -> f32| {
-            Vec3::from(lanes.map(|lane| lane.into_iter().fold(start, f)))
-        };
+        let low = |[a, b, c, d]: [f32; 4]| least(least(a, b), least(c, d));
+        let high = |[a, b, c, d]: [f32; 4]| most(most(a, b), most(c, d));
         Aabb {
-            min: fold(self.min, f32::INFINITY, f32::min),
-            max: fold(self.max, f32::NEG_INFINITY, f32::max),
+            min: Vec3::new(low(self.min[0]), low(self.min[1]), low(self.min[2])),
+            max: Vec3::new(high(self.max[0]), high(self.max[1]), high(self.max[2])),
         }
     }
 
@@ -308,7 +347,7 @@ impl Node {
         &self,
         distances: [f32; 4],
         bound: f32,
-        stack: &mut [(f32, Child); STACK_ENTRIES],
+        stack: &mut [(f32, Link); STACK_ENTRIES],
         bottom: usize,
     ) -> usize {
         let mut top = bottom;

@@ -44,6 +44,10 @@ pub struct Surface {
     /// The face that each triangle is, and the triangle of each face.
     face_of_triangle: Vec<u32>,
     triangle_of_face: Vec<u32>,
+    /// Vertices of each triangle.
+    corners_of_triangles: Vec<[u32; 3]>,
+    /// Empty where faces bear none.
+    marks_of_triangles: Vec<Marks>,
     faces: Vec<[u32; 3]>,
     /// `faces` with vertices at the same place in the bind pose made one, so that a seam whose
     /// vertices are split still has two sides to average.
@@ -91,7 +95,7 @@ struct Candidate {
 pub(crate) struct Among<Counts> {
     /// Marks of which each of them bears one, see [`Surface::mark`].
     pub(crate) marks: Marks,
-    /// Whether a face is one of them.
+    /// Whether a face that does is one of them.
     pub(crate) counts: Counts,
 }
 
@@ -126,11 +130,14 @@ impl Surface {
         for (triangle, &face) in face_of_triangle.iter().enumerate() {
             triangle_of_face[face as usize] = triangle as u32;
         }
+        let corners_of_triangles = face_of_triangle.iter().map(|&face| bind.faces[face as usize]);
         let mut surface = Self {
             tree,
+            corners_of_triangles: corners_of_triangles.collect(),
             triangles: vec![Triangle::default(); bind.faces.len()],
             face_of_triangle,
             triangle_of_face,
+            marks_of_triangles: Vec::new(),
             faces: bind.faces.clone(),
             welded,
             first_at,
@@ -147,6 +154,7 @@ impl Surface {
     pub(crate) fn mark(&mut self, marks_of_face: impl Fn(u32) -> Marks) {
         let faces = &self.face_of_triangle;
         self.tree.mark(|triangle| marks_of_face(faces[triangle as usize]));
+        self.marks_of_triangles = faces.iter().map(|&face| marks_of_face(face)).collect();
     }
 
     /// Poses the mesh: new positions for the vertices of the bind pose, metres.
@@ -155,16 +163,27 @@ impl Surface {
     /// When the number of vertices is another.
     pub fn refit(&mut self, vertices: &[Vec3]) {
         assert_eq!(vertices.len(), self.vertex_count, "vertices to refit");
-        let (faces, face_of_triangle) = (&self.faces, &self.face_of_triangle);
+        let (corners, instructions) = (&self.corners_of_triangles, self.instructions);
         let pose = |_, first: usize, triangles: &mut [Triangle]| {
-            for (triangle, &face) in triangles.iter_mut().zip(&face_of_triangle[first..]) {
-                let [a, b, c] = faces[face as usize];
-                *triangle = Triangle::new([a, b, c].map(|v| vertices[v as usize]));
-            }
+            instructions.run(
+                #[inline(always)]
+                || {
+                    for (triangle, &[a, b, c]) in triangles.iter_mut().zip(&corners[first..]) {
+                        let at = |vertex: u32| vertices[vertex as usize];
+                        triangle.pose([at(a), at(b), at(c)]);
+                    }
+                },
+            );
             Posed::Moved
         };
         let box_of = |_, triangle: &Triangle| triangle.bounds();
         self.tree.refit_with(&mut self.triangles, pose, box_of);
+    }
+
+    /// Whether a triangle bears one of these marks.
+    #[inline(always)]
+    fn bears(&self, triangle: usize, marks: Marks) -> bool {
+        (self.marks_of_triangles.get(triangle)).is_none_or(|own| own.meet(marks))
     }
 
     /// A face, posed; none for what is no face.
@@ -218,8 +237,10 @@ impl Surface {
         among: Among<impl Fn(u32) -> bool>,
     ) -> Option<SurfacePoint> {
         let squared = radius * radius;
-        let triangle = self.triangle(seed).filter(|_| (among.counts)(seed));
-        let start = triangle.map(|triangle| Candidate {
+        let triangle = self.triangle_of_face.get(seed as usize);
+        let triangle = triangle.filter(|&&t| self.bears(t as usize, among.marks) && (among.counts)(seed));
+        let start = triangle.map(|&triangle| &self.triangles[triangle as usize]);
+        let start = start.map(|triangle| Candidate {
             face: seed,
             hit: triangle.closest(p),
         });
@@ -254,9 +275,12 @@ impl Surface {
         let mut best = start;
         let bound = start.map_or(bound, |c| c.hit.squared_distance);
         self.tree.nearest_marked(p, bound, marks, |triangles, mut bound| {
-            for &triangle in triangles {
-                let face = self.face_of_triangle[triangle as usize];
-                let hit = self.triangles[triangle as usize].closest(p);
+            for triangle in triangles.iter().map(|&triangle| triangle as usize) {
+                if !self.bears(triangle, marks) {
+                    continue;
+                }
+                let face = self.face_of_triangle[triangle];
+                let hit = self.triangles[triangle].closest(p);
                 let found = hit.squared_distance;
                 let lower = best.is_none_or(|best| face < best.face);
                 if (found < bound || (found == bound && lower)) && counts(face) {

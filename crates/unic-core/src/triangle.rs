@@ -77,61 +77,73 @@ pub(crate) struct Nearest {
 
 impl Triangle {
     /// From its corners, metres. One with a corner that is not finite is never near anything.
-    #[inline]
+    #[inline(always)]
     pub fn new(corners: [Vec3; 3]) -> Self {
-        let [a, b, c] = corners;
+        let mut triangle = Self::default();
+        triangle.pose(corners);
+        triangle
+    }
+
+    /// Becomes the triangle between these corners.
+    // Inlined and field by field: a triangle made elsewhere and copied costs twice as much.
+    #[inline(always)]
+    pub(crate) fn pose(&mut self, [a, b, c]: [Vec3; 3]) {
         // NaN if anything is not finite: such a number times zero is.
         let poison = ((a + b + c) * 0.0).element_sum();
         let normal = (b - a).cross(c - a);
-        let squared = [b - a, c - b, a - c].map(squared_length);
+        let squared = [
+            squared_length(b - a),
+            squared_length(c - b),
+            squared_length(a - c),
+        ];
         let longest = squared[0].max(squared[1]).max(squared[2]);
-        let (area, inverse_area) = (squared_length(normal), squared_length(normal).recip());
+        let area = squared_length(normal);
+        let inverse_area = area.recip();
+        let least_area = LEAST_HEIGHT * longest;
         // |normal| = longest edge · height over it.
-        let is_sound = area > (LEAST_HEIGHT * longest).powi(2) && inverse_area.is_finite();
+        let is_sound = area > least_area * least_area && inverse_area.is_finite();
         if is_sound && poison == 0.0 {
-            Self::prepared(corners, squared, normal, inverse_area)
+            self.prepare([a, b, c], squared, normal, inverse_area);
+            (self.first, self.is_degenerate) = (0, false);
         } else {
-            Self::degenerate(corners.map(|corner| corner + poison), squared)
+            self.degenerate([a + poison, b + poison, c + poison], squared);
         }
     }
 
-    #[inline]
-    fn prepared([a, b, c]: [Vec3; 3], squared: [f32; 3], area_normal: Vec3, inverse_area: f32) -> Self {
+    #[inline(always)]
+    fn prepare(&mut self, [a, b, c]: [Vec3; 3], squared: [f32; 3], area_normal: Vec3, inverse_area: f32) {
         let sides = [b - a, c - a];
         let inverse = |x: f32| if x > f32::MIN_POSITIVE { x.recip() } else { 0.0 };
-        Self {
-            corners: [a, b, c],
-            sides,
-            squared_sides: [squared[0], squared[2]],
-            turn: (c - b).dot(sides[0]),
-            inverse_edges: [inverse(squared[0]), inverse(squared[2]), inverse(squared[1])],
-            gradients: [
-                sides[1].cross(area_normal) * inverse_area,
-                area_normal.cross(sides[0]) * inverse_area,
-            ],
-            area_normal,
-            first: 0,
-            is_degenerate: false,
-        }
+        self.corners = [a, b, c];
+        self.sides = sides;
+        self.squared_sides = [squared[0], squared[2]];
+        self.turn = (c - b).dot(sides[0]);
+        self.inverse_edges = [inverse(squared[0]), inverse(squared[2]), inverse(squared[1])];
+        self.gradients = [
+            sides[1].cross(area_normal) * inverse_area,
+            area_normal.cross(sides[0]) * inverse_area,
+        ];
+        self.area_normal = area_normal;
     }
 
-    fn degenerate(corners: [Vec3; 3], squared: [f32; 3]) -> Self {
+    #[cold]
+    #[inline(never)]
+    fn degenerate(&mut self, corners: [Vec3; 3], squared: [f32; 3]) {
         let first = (1..3).fold(0, |best, k| if squared[k] > squared[best] { k } else { best });
         let turned = [0, 1, 2].map(|k| (first + k) % 3);
-        Self {
-            first: first as u8,
-            is_degenerate: true,
-            ..Self::prepared(
-                turned.map(|k| corners[k]),
-                turned.map(|k| squared[k]),
-                Vec3::ZERO,
-                0.0,
-            )
-        }
+        let (corners, squared) = (turned.map(|k| corners[k]), turned.map(|k| squared[k]));
+        self.prepare(corners, squared, Vec3::ZERO, 0.0);
+        (self.first, self.is_degenerate) = (first as u8, true);
     }
 
+    #[inline(always)]
     pub(crate) fn corners(&self) -> [Vec3; 3] {
-        [0, 1, 2].map(|k| self.corners[(k + 3 - usize::from(self.first)) % 3])
+        let [a, b, c] = self.corners;
+        match self.first {
+            0 => [a, b, c],
+            1 => [c, a, b],
+            _ => [b, c, a],
+        }
     }
 
     #[inline(always)]

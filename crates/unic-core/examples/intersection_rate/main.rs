@@ -2,22 +2,26 @@
 //!
 //! ```text
 //! cargo run --release -p unic-core --example intersection_rate
+//! cargo run --release -p unic-core --example intersection_rate -- 62461   # one size, one thread, nothing beside
 //! ```
 //!
 //! A garment of 3,790 and of 62,461 vertices on a body of 13,776 triangles: the captured T-shirt of
 //! `../shared/data` where it is there, else tubes. Milliseconds, medians over frames: `cpu` is what one
 //! thread ran itself, whatever else the machine does; `two` the clock's for two threads, which means
-//! little unless two cores are idle.
+//! little unless two cores are idle. `bits` tells whether two programs show the same to the last bit.
 
 mod oracle;
 mod refine;
 mod scene;
 
 use cpu_time::ThreadTime;
-use glam::Vec3;
 use oracle::Oracle;
 use scene::Scene;
-use std::{hint::black_box, time::Instant};
+use std::{
+    hash::{DefaultHasher, Hash, Hasher},
+    hint::black_box,
+    time::Instant,
+};
 use unic_core::{
     intersection::{DisplayPass, PosedVertices, RobustBody, RobustIntersection},
     mesh::vertex_normals,
@@ -27,27 +31,43 @@ const MARGIN_M: f32 = 0.003;
 const HANDLING: [&str; 4] = ["pose", "look", "cover", "smooth"];
 
 fn main() {
-    for vertices in [3_790, 62_461] {
-        let scene = Scene::new(vertices);
-        println!(
-            "{}: {} garment vertices, {} garment triangles, {} body triangles",
-            scene.name,
-            scene.garment.rest.vertices.len(),
-            scene.garment.rest.faces.len(),
-            scene.character.body.faces.len()
-        );
-        let [cpu, two] = [1, 2].map(|threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            let mut times = Times::new(threads);
-            pool.expect("threads").install(|| run(&scene, &mut times));
-            times
-        });
-        print(&cpu, &two);
-        Oracle::print(&scene);
+    match std::env::args().nth(1).map(|size| size.parse()) {
+        None => [3_790, 62_461].into_iter().for_each(compare),
+        Some(Ok(vertices)) => {
+            let (times, bits) = measure(&Scene::new(vertices), 1);
+            print(&times, &times);
+            println!("  {:24} {bits:016x}", "bits");
+        }
+        Some(Err(error)) => eprintln!("the number of garment vertices: {error}"),
     }
 }
 
-fn run(scene: &Scene, times: &mut Times) {
+fn compare(vertices: usize) {
+    let scene = Scene::new(vertices);
+    println!(
+        "{}: {} garment vertices, {} garment triangles, {} body triangles",
+        scene.name,
+        scene.garment.rest.vertices.len(),
+        scene.garment.rest.faces.len(),
+        scene.character.body.faces.len()
+    );
+    let [(cpu, bits), (two, bits_of_two)] = [1, 2].map(|threads| measure(&scene, threads));
+    assert_eq!(bits, bits_of_two, "threads change nothing");
+    print(&cpu, &two);
+    println!("  {:24} {bits:016x}", "bits");
+    Oracle::print(&scene);
+}
+
+/// Times on so many threads, and a hash of all positions that are shown.
+fn measure(scene: &Scene, threads: usize) -> (Times, u64) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let mut times = Times::new(threads);
+    let mut hasher = DefaultHasher::new();
+    (pool.expect("threads")).install(|| run(scene, &mut times, &mut hasher));
+    (times, hasher.finish())
+}
+
+fn run(scene: &Scene, times: &mut Times, hasher: &mut DefaultHasher) {
     let rule = RobustIntersection { margin_m: MARGIN_M };
     let character = &scene.character;
     let mut body = RobustBody::new(character, &scene.garment);
@@ -71,7 +91,10 @@ fn run(scene: &Scene, times: &mut Times) {
         times.stage("normals", || {
             vertex_normals(&positions, &scene.garment.rest.faces, &mut normals);
         });
-        black_box(positions.iter().copied().sum::<Vec3>());
+        for position in &positions {
+            position.to_array().map(f32::to_bits).hash(hasher);
+        }
+        black_box(&normals);
     }
 }
 

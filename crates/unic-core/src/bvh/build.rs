@@ -1,10 +1,10 @@
 //! Orders of items in which neighbours in space are neighbours in memory.
 
-use super::{Aabb, Branch, Bvh, Child, Node};
+use super::{Aabb, Branch, Bvh, Child, Link, Node};
 use glam::Vec3;
 use std::ops::Range;
 
-/// Most items in one leaf. With four, a leaf of triangles costs about as much as a node.
+/// Most items in one leaf, as [`Link`] has it. With four, a leaf of triangles costs about as much as a node.
 pub(super) const LEAF_ITEMS: usize = 4;
 
 /// Most items in a branch, which one thread refits at a time.
@@ -39,31 +39,36 @@ impl Bvh {
     fn split(&mut self, centres: &[Vec3], range: Range<usize>) -> u32 {
         let index = self.nodes.len();
         self.nodes.push(Node::EMPTY);
-        let middle = halve(&mut self.order, centres, range.clone());
+        // Full subtrees: half-full leaves would double the nodes.
+        let unit = largest_subtree(range.len());
+        let middle = halve(&mut self.order, centres, range.clone(), unit);
         let (left, right) = (range.start..middle, middle..range.end);
-        let quarter = halve(&mut self.order, centres, left.clone());
-        let three_quarters = halve(&mut self.order, centres, right.clone());
+        let quarter = halve(&mut self.order, centres, left.clone(), unit);
+        let three_quarters = halve(&mut self.order, centres, right.clone(), unit);
         let quarters = [
             left.start..quarter,
             quarter..left.end,
             right.start..three_quarters,
             three_quarters..right.end,
         ];
-        self.nodes[index].children = quarters.map(|part| match part.len() {
-            0 => Child::Empty,
-            count @ 1..=LEAF_ITEMS => Child::Leaf {
-                first: part.start as u32,
-                count: count as u32,
-            },
-            count => {
-                let items = part.clone();
-                let child = self.split(centres, part);
-                if count <= BRANCH_ITEMS && range.len() > BRANCH_ITEMS {
-                    let nodes = child as usize..self.nodes.len();
-                    self.branches.push(Branch { nodes, items });
+        self.nodes[index].children = quarters.map(|part| {
+            Link::to(match part.len() {
+                0 => Child::Empty,
+                // What is left over beside full branches is a branch too: refits pass by other items.
+                count @ 1..=LEAF_ITEMS if range.len() <= BRANCH_ITEMS => Child::Leaf {
+                    first: part.start as u32,
+                    count: count as u32,
+                },
+                count => {
+                    let items = part.clone();
+                    let child = self.split(centres, part);
+                    if count <= BRANCH_ITEMS && range.len() > BRANCH_ITEMS {
+                        let nodes = child as usize..self.nodes.len();
+                        self.branches.push(Branch { nodes, items });
+                    }
+                    Child::Node(child)
                 }
-                Child::Node(child)
-            }
+            })
         });
         index as u32
     }
@@ -86,11 +91,20 @@ pub(crate) fn clustered(mut chosen: Vec<u32>, points: &[Vec3], sizes: &[usize]) 
     chosen
 }
 
-/// Puts the lower half of `range`, along the axis of widest spread, before the upper half.
-fn halve(order: &mut [u32], centres: &[Vec3], range: Range<usize>) -> usize {
-    match range.len() {
-        0 | 1 => range.end,
-        count => partition(order, centres, range, count / 2),
+/// Items that each child of a node over so many holds when it is full.
+fn largest_subtree(count: usize) -> usize {
+    let mut unit = LEAF_ITEMS;
+    while 4 * unit < count {
+        unit *= 4;
+    }
+    unit
+}
+
+/// Puts about the lower half of `range`, whole units along the axis of widest spread, before the others.
+fn halve(order: &mut [u32], centres: &[Vec3], range: Range<usize>, unit: usize) -> usize {
+    match (range.len() / 2).next_multiple_of(unit) {
+        lower if lower < range.len() => partition(order, centres, range, lower),
+        _ => range.end,
     }
 }
 

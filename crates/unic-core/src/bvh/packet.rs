@@ -1,7 +1,7 @@
 //! Neighbouring points that search a tree together.
 
-use super::{Bvh, Child, Marks, Node, STACK_ENTRIES};
-use crate::triangle::Triangle;
+use super::{Bvh, Child, Marks, Node, STACK_ENTRIES, most};
+use crate::{network::Instructions, triangle::Triangle};
 use glam::Vec3;
 
 /// Points that search together: lanes of the widest vector.
@@ -32,29 +32,43 @@ pub(crate) struct Packet {
 }
 
 impl Packet {
+    const EMPTY: Self = Self {
+        points: [[0.0; LANES]; 3],
+        squared: [-1.0; LANES],
+        item: [u32::MAX; LANES],
+        has_found: false,
+        centre: Vec3::ZERO,
+        radii: [0.0; LANES],
+    };
+
     /// Looks `squared` far from each point; points beyond the last, and those that are not finite,
     /// take no part.
-    pub(crate) fn new(points: &[Vec3], squared: f32) -> Self {
-        let mut packet = Self {
-            points: [[0.0; LANES]; 3],
-            squared: [-1.0; LANES],
-            item: [u32::MAX; LANES],
-            has_found: false,
-            centre: Vec3::ZERO,
-            radii: [0.0; LANES],
-        };
+    pub(crate) fn new(instructions: Instructions, points: &[Vec3], squared: f32) -> Self {
+        let mut packet = Self::EMPTY;
         let mut count = 0.0;
         for (lane, p) in points.iter().enumerate().filter(|(_, p)| p.is_finite()) {
             (0..3).for_each(|axis| packet.points[axis][lane] = p[axis]);
             packet.squared[lane] = squared;
-            packet.centre += *p;
             count += 1.0;
         }
-        packet.centre /= f32::max(count, 1.0);
-        for (lane, p) in points.iter().enumerate().filter(|(_, p)| p.is_finite()) {
-            packet.radii[lane] = p.distance(packet.centre);
-        }
+        instructions.run(
+            #[inline(always)]
+            || packet.surround(most(count, 1.0)),
+        );
         packet
+    }
+
+    /// Finds the middle of so many lanes, and how far they are from it.
+    #[inline(always)]
+    fn surround(&mut self, count: f32) {
+        let [x, y, z] = &self.points;
+        self.centre = Vec3::new(sum(x), sum(y), sum(z)) / count;
+        let [cx, cy, cz] = self.centre.to_array();
+        for lane in 0..LANES {
+            let (x, y, z) = (x[lane] - cx, y[lane] - cy, z[lane] - cz);
+            let radius = (x * x + y * y + z * z).sqrt();
+            self.radii[lane] = if self.squared[lane] >= 0.0 { radius } else { 0.0 };
+        }
     }
 
     #[inline(always)]
@@ -62,9 +76,10 @@ impl Packet {
         Vec3::new(self.points[0][lane], self.points[1][lane], self.points[2][lane])
     }
 
-    /// Takes up a triangle where it is nearer than what was found, or as near and its number lower.
+    /// Takes up a triangle where it is nearer than what was found, or as near and its number lower; one that
+    /// is near is asked whether it counts.
     #[inline(always)]
-    pub(crate) fn meet(&mut self, item: u32, triangle: &Triangle) {
+    pub(crate) fn meet(&mut self, item: u32, triangle: &Triangle, counts: impl FnOnce() -> bool) {
         let mut found = [0.0; LANES];
         for (lane, found) in found.iter_mut().enumerate() {
             *found = triangle.nearest(self.point(lane)).squared_distance;
@@ -74,7 +89,7 @@ impl Packet {
         for (&found, &best) in found.iter().zip(&self.squared) {
             any |= u32::from(found <= best);
         }
-        if any != 0 {
+        if any != 0 && counts() {
             self.take_up(item, &found);
         }
     }
@@ -83,17 +98,12 @@ impl Packet {
     #[inline(always)]
     fn take_up(&mut self, item: u32, found: &Lanes<f32>) {
         self.has_found = true;
-        // Masks of the width of the numbers that they choose: a loop over these is vector instructions.
-        let mut takes = [0u32; LANES];
-        for (lane, takes) in takes.iter_mut().enumerate() {
-            let is_nearer = mask(found[lane] < self.squared[lane]);
-            let is_as_near = mask(found[lane] == self.squared[lane]);
-            *takes = is_nearer | (is_as_near & mask(item < self.item[lane]));
-        }
-        for (lane, takes) in takes.into_iter().enumerate() {
-            let (new, old) = (found[lane].to_bits(), self.squared[lane].to_bits());
-            self.squared[lane] = f32::from_bits(new & takes | old & !takes);
-            self.item[lane] = item & takes | self.item[lane] & !takes;
+        let (squared, items) = (self.squared, self.item);
+        for lane in 0..LANES {
+            let (new, old) = (found[lane], squared[lane]);
+            let takes = (new < old) | ((new == old) & (item < items[lane]));
+            self.squared[lane] = if takes { new } else { old };
+            self.item[lane] = if takes { item } else { items[lane] };
         }
     }
 
@@ -108,7 +118,7 @@ impl Packet {
             let asked = radius + squared.sqrt();
             *reach = if is_asked { asked } else { 0.0 };
         }
-        let reach = maximum(reaches) * REACH_SLACK;
+        let reach = maximum(&reaches) * REACH_SLACK;
         reach * reach + f32::MIN_POSITIVE
     }
 
@@ -134,23 +144,27 @@ impl Packet {
     }
 }
 
+/// All lanes in one, in halves, which are vectors.
 #[inline(always)]
-fn mask(condition: bool) -> u32 {
-    u32::from(condition).wrapping_neg()
-}
-
-/// In halves, which are vectors.
-#[inline(always)]
-fn maximum(mut lanes: Lanes<f32>) -> f32 {
-    let mut half = LANES / 2;
+fn fold(lanes: &Lanes<f32>, both: impl Fn(f32, f32) -> f32) -> f32 {
+    let (mut lanes, mut half) = (*lanes, LANES / 2);
     while half > 0 {
         for lane in 0..half {
-            let (a, b) = (lanes[lane], lanes[lane + half]);
-            lanes[lane] = if b > a { b } else { a };
+            lanes[lane] = both(lanes[lane], lanes[lane + half]);
         }
         half /= 2;
     }
     lanes[0]
+}
+
+#[inline(always)]
+fn maximum(lanes: &Lanes<f32>) -> f32 {
+    fold(lanes, most)
+}
+
+#[inline(always)]
+fn sum(lanes: &Lanes<f32>) -> f32 {
+    fold(lanes, |a, b| a + b)
 }
 
 impl Bvh {
@@ -163,17 +177,17 @@ impl Bvh {
         marks: Marks,
         mut visit: impl FnMut(&[u32], &mut Packet),
     ) {
-        let mut stack = [(0.0f32, 0u32, 0u8); STACK_ENTRIES];
+        let mut stack = [(0.0f32, 0u32); STACK_ENTRIES];
         let mut reach = packet.reach();
         let mut height = self.push_boxes(0, (packet.centre, reach, marks), &mut stack, 0);
         while height > 0 {
             height -= 1;
-            let (distance, node, child) = stack[height];
-            let node = &self.nodes[node as usize];
-            if distance > reach || !packet.reaches(node, usize::from(child)) {
+            let (distance, entry) = stack[height];
+            let (node, child) = (&self.nodes[entry as usize / 4], entry as usize % 4);
+            if distance > reach || !packet.reaches(node, child) {
                 continue;
             }
-            match node.children[usize::from(child)] {
+            match node.children[child].child() {
                 Child::Empty => {}
                 Child::Leaf { first, count } => {
                     visit(&self.order[first as usize..][..count as usize], packet);
@@ -190,13 +204,14 @@ impl Bvh {
         }
     }
 
-    /// Pushes the boxes of a node's children, the nearest to the packet's centre last; the new height.
+    /// Pushes the boxes of a node's children, the nearest to the packet's centre last; the new height. An
+    /// entry is four times the node's number plus the child's.
     #[inline(always)]
     fn push_boxes(
         &self,
         index: u32,
         (centre, reach, marks): (Vec3, f32, Marks),
-        stack: &mut [(f32, u32, u8); STACK_ENTRIES],
+        stack: &mut [(f32, u32); STACK_ENTRIES],
         bottom: usize,
     ) -> usize {
         let Some(node) = self.nodes.get(index as usize) else {
@@ -211,7 +226,7 @@ impl Bvh {
                     stack[at] = stack[at - 1];
                     at -= 1;
                 }
-                stack[at] = (distance, index, child as u8);
+                stack[at] = (distance, 4 * index + child as u32);
                 top += 1;
             }
         }

@@ -61,7 +61,7 @@ impl Bvh {
                 }
                 Posed::Nowhere => {
                     let root = nodes.first_mut().into_iter();
-                    root.for_each(|root| (0..4).for_each(|lane| root.set(lane, Aabb::EMPTY)));
+                    root.for_each(|root| root.set([Aabb::EMPTY; 4]));
                 }
             }
         });
@@ -102,13 +102,13 @@ impl<'a, T> Iterator for Branches<'a, T> {
 impl<T> ExactSizeIterator for Branches<'_, T> {}
 
 /// Recomputes the boxes of one of these nodes, the first of which has the number `first`.
+#[inline(always)]
 fn refit_node(nodes: &mut [Node], first: usize, k: usize, bounds: impl Fn(Range<usize>) -> Aabb) {
-    for lane in 0..4 {
-        let bounds = match nodes[k].children[lane] {
-            Child::Empty => Aabb::EMPTY,
-            Child::Node(child) => nodes[child as usize - first].bounds(),
-            Child::Leaf { first, count } => bounds(first as usize..(first + count) as usize),
-        };
-        nodes[k].set(lane, bounds);
-    }
+    let of_child = |child: usize| match nodes[k].children[child].child() {
+        Child::Empty => Aabb::EMPTY,
+        Child::Node(child) => nodes[child as usize - first].bounds(),
+        Child::Leaf { first, count } => bounds(first as usize..(first + count) as usize),
+    };
+    let boxes = [of_child(0), of_child(1), of_child(2), of_child(3)];
+    nodes[k].set(boxes);
 }

@@ -73,6 +73,11 @@ impl ContactParts {
         &self.lifting
     }
 
+    /// Whether all joints have marks of their own.
+    pub(crate) fn marks_tell_all(&self) -> bool {
+        self.of_vertices.words <= 1
+    }
+
     /// What a body face bears in a search for those that push.
     pub(crate) fn marks_of_face(&self, face: u32) -> Marks {
         let joint = self.joint_of_face[face as usize];
@@ -82,6 +87,17 @@ impl ContactParts {
     /// One of these is borne by every face that pushes a garment vertex.
     pub(crate) fn marks_of_vertex(&self, vertex: usize) -> Marks {
         let words = self.of_vertices.row(vertex).iter();
+        Marks(words.fold(0, |all, word| all | word))
+    }
+
+    /// What the part around a body vertex bears.
+    pub(crate) fn marks_of_lifting(&self, vertex: usize) -> Marks {
+        Marks(1 << (self.joint_of_vertex[vertex] % 64))
+    }
+
+    /// One of these is borne by every part that may push all corners of a garment face.
+    pub(crate) fn marks_of_lifted(&self, face: u32) -> Marks {
+        let words = self.of_faces.row(face as usize).iter();
         Marks(words.fold(0, |all, word| all | word))
     }
 

@@ -56,9 +56,13 @@ pub struct DisplayPass {
     /// From here on by slot: positions as they came, metres.
     at: Vec<Vec3>,
     contacts: Vec<Contact>,
+    /// Over the body once the contacts have moved, metres.
+    heights: Vec<f32>,
     /// Least that a place has to move by.
     corrections: Movements,
     lifts: Movements,
+    /// Positions with their corrections, metres.
+    corrected: Vec<Vec3>,
     spread: Spread,
     /// By packet.
     summaries: Vec<Summary>,
@@ -66,23 +70,6 @@ pub struct DisplayPass {
     /// them that may be too low, NaN for others there. What other packets hold means nothing.
     shown: Vec<Vec3>,
     doubtful: Vec<Vec3>,
-}
-
-/// Positions with their corrections.
-#[derive(Clone, Copy)]
-struct Corrected<'a> {
-    at: &'a [Vec3],
-    corrections: &'a Movements,
-    neighbours: &'a Neighbours,
-}
-
-impl Corrected<'_> {
-    /// By slot, metres.
-    #[inline(always)]
-    fn place(&self, slot: u32) -> Vec3 {
-        let slot = slot as usize;
-        self.at[slot] + self.corrections.of(self.neighbours.place(slot))
-    }
 }
 
 /// A posed body with its vertices, and what else a garment stays out of.
@@ -109,7 +96,7 @@ impl DisplayPass {
             rule,
             cloth: Cloth::new(
                 &garment.rest,
-                packets,
+                body.parts(),
                 &neighbours,
                 rule.margin_m * FACE_HEIGHT_SHARE,
             ),
@@ -118,6 +105,8 @@ impl DisplayPass {
             props: Props::default(),
             layered: None,
             contacts: vec![Contact::NONE; packets.len()],
+            heights: vec![f32::INFINITY; packets.len()],
+            corrected: slots.clone(),
             at: vec![Vec3::NAN; packets.len()],
             corrections: Movements::new(packets.len()),
             lifts: Movements::new(packets.len()),
@@ -167,10 +156,13 @@ impl DisplayPass {
 
     fn summarise(&mut self) {
         let (contacts, margin_m) = (&self.contacts, self.rule.margin_m);
-        for_each_chunk(&mut self.summaries, CHUNK / LANES, |first, summaries| {
-            let packets = contacts[first * LANES..].chunks(LANES);
-            for (summary, contacts) in summaries.iter_mut().zip(packets) {
-                *summary = Summary::new(contacts, margin_m);
+        let groups = self.heights.chunks_mut(Packets::GROUP);
+        let groups = groups.zip(self.summaries.chunks_mut(Packets::GROUP / LANES));
+        for_each(groups.enumerate(), |(group, (heights, summaries))| {
+            let contacts = contacts[group * Packets::GROUP..].chunks(LANES);
+            let packets = heights.chunks_mut(LANES).zip(summaries).zip(contacts);
+            for ((heights, summary), contacts) in packets {
+                *summary = Summary::new(contacts, margin_m, heights);
             }
         });
     }
@@ -189,23 +181,17 @@ impl DisplayPass {
     pub fn cover(&mut self, body: PosedVertices) {
         let least_height_m = FACE_HEIGHT_SHARE * self.rule.margin_m;
         for round in 0..ROUNDS {
-            let corrected = Corrected {
-                at: &self.at,
-                corrections: &self.corrections,
-                neighbours: &self.neighbours,
-            };
-            let place = |slot| corrected.place(slot);
-            let (contacts, margin_m) = (&self.contacts, self.rule.margin_m);
-            let height = |slot: u32| packets::height(&contacts[slot as usize], margin_m);
+            self.correct(round);
+            let place = |slot: u32| self.corrected[slot as usize];
             match round {
-                0 => self.cloth.find_near(place, height, &self.summaries),
+                0 => self.cloth.find_near(place, &self.heights, &self.summaries),
                 _ => self.cloth.refit(place, |packet| self.lifts.moves(packet)),
             }
             let view = View {
                 body: body.body,
                 vertices: body.vertices,
                 cloth: &self.cloth,
-                corrected,
+                corrected: &self.corrected,
                 least_height_m,
             };
             match round {
@@ -218,6 +204,26 @@ impl DisplayPass {
             }
             self.lift();
         }
+    }
+
+    /// Brings the corrected positions up to date: all in the first round, then where something was lifted.
+    fn correct(&mut self, round: usize) {
+        let (at, corrections, neighbours) = (&self.at, &self.corrections, &self.neighbours);
+        let changed = match round {
+            0 => corrections,
+            _ => &self.lifts,
+        };
+        for_each_chunk(&mut self.corrected, LANES, |first, corrected| {
+            let around = neighbours.of_packet(first / LANES);
+            let at = &at[first..][..LANES];
+            if around.iter().any(|&packet| changed.moves(packet)) {
+                for ((corrected, at), slot) in corrected.iter_mut().zip(at).zip(first..) {
+                    *corrected = *at + corrections.of(neighbours.place(slot));
+                }
+            } else if round == 0 {
+                corrected.copy_from_slice(at);
+            }
+        });
     }
 
     /// Adds to each corner's correction the longest lift that a poke asks of it.

@@ -80,7 +80,7 @@ impl RobustBody {
     fn pushing(&self, vertex: usize) -> Among<impl Fn(u32) -> bool> {
         Among {
             marks: self.parts.marks_of_vertex(vertex),
-            counts: move |face| self.parts.face_pushes(face, vertex),
+            counts: move |face| self.parts.marks_tell_all() || self.parts.face_pushes(face, vertex),
         }
     }
 

@@ -185,6 +185,21 @@ fn assert_together_as_alone(body: &RobustBody, garment: &Garment) -> Result<(), 
     Ok(())
 }
 
+/// The skin next to the cloth is the hand's, and its outer side.
+#[test]
+fn cloth_in_the_trunk_beside_a_hand_that_has_sunk_into_it_goes_out() -> Result<(), TestCaseError> {
+    let count = sphere(3, 1.0).vertices.len();
+    let body = trunk_and_hand(-0.1);
+    let character = character(body, &[-1, 0, 1, 2], |v| if v < count { 0 } else { 3 });
+    let garment = garment(shifted(sphere(2, 0.01), Vec3::X * 0.025), 4, |_| 0);
+    let body = RobustBody::new(&character, &garment);
+    for (vertex, &p) in garment.rest.vertices.iter().enumerate() {
+        let moved = RULE.look(&body, vertex, p, Handling::no_seed()).moved;
+        prop_assert!(moved.unwrap().length() > 0.15);
+    }
+    assert_together_as_alone(&body, &garment)
+}
+
 #[test]
 fn what_is_beyond_a_rim_is_not_under_it() {
     let (body, _) = rigid(sheet(8, 8, 0.05), cube());

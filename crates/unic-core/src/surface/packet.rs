@@ -2,18 +2,21 @@
 
 use super::{Among, Surface};
 use crate::bvh::Packet;
+use glam::Vec3;
 
 impl Surface {
-    /// The closest face to each point of the packet among those that count; sooner when `seeds` are
-    /// some of them near it.
+    /// The closest face to each of a packet of points among those that count, if it is at most `radius` metres
+    /// away; sooner when `seeds` are some of them near it.
     ///
     /// The same faces as [`Surface::closest_among`] finds, to the bit of their distances.
     pub(crate) fn closest_of_packet(
         &self,
-        packet: &mut Packet,
+        points: &[Vec3],
+        radius: f32,
         seeds: &[u32],
-        Among { marks, counts }: Among<impl Fn(u32) -> bool>,
-    ) {
+        among: Among<impl Fn(u32) -> bool>,
+    ) -> Packet {
+        let mut packet = Packet::new(self.instructions, points, radius * radius);
         self.instructions.run(
             #[inline(always)]
             || {
@@ -21,25 +24,31 @@ impl Surface {
                     if seeds[..k].contains(&seed) {
                         continue;
                     }
-                    if let Some(triangle) = self.triangle(seed).filter(|_| counts(seed)) {
-                        packet.meet(seed, triangle);
+                    if let Some(&triangle) = self.triangle_of_face.get(seed as usize) {
+                        self.meet(&mut packet, triangle as usize, &among);
                     }
                 }
                 self.tree.nearest_of_packet(
-                    packet,
-                    marks,
+                    &mut packet,
+                    among.marks,
                     #[inline(always)]
                     |triangles, packet| {
                         for &triangle in triangles {
-                            let face = self.face_of_triangle[triangle as usize];
-                            if counts(face) {
-                                packet.meet(face, &self.triangles[triangle as usize]);
-                            }
+                            self.meet(packet, triangle as usize, &among);
                         }
                     },
                 );
             },
         );
+        packet
+    }
+
+    #[inline(always)]
+    fn meet(&self, packet: &mut Packet, triangle: usize, among: &Among<impl Fn(u32) -> bool>) {
+        if self.bears(triangle, among.marks) {
+            let face = self.face_of_triangle[triangle];
+            packet.meet(face, &self.triangles[triangle], || (among.counts)(face));
+        }
     }
 }
 
@@ -52,7 +61,6 @@ mod tests {
         network::{Instructions, Precision},
         shapes::point,
     };
-    use glam::Vec3;
     use proptest::{collection::vec, prelude::*};
 
     proptest! {
@@ -68,8 +76,7 @@ mod tests {
             surface.mark(|face| Marks(1 << (face % 7)));
             for instructions in Instructions::available(Precision::F32) {
                 surface.instructions = instructions;
-                let mut packet = Packet::new(&points, radius * radius);
-                surface.closest_of_packet(&mut packet, &[seed], Among::new(counts));
+                let packet = surface.closest_of_packet(&points, radius, &[seed], Among::new(counts));
                 for (lane, &p) in points.iter().enumerate() {
                     let alone = surface.closest_among(p, radius, u32::MAX, counts);
                     let together = surface.point_on(packet.item[lane], p);
@@ -80,8 +87,7 @@ mod tests {
                 // Those of two marks, named by their marks and by looking at every face.
                 let counts = |face: u32| matches!(face % 7, 2 | 5);
                 let marked = Among { marks: Marks(1 << 2 | 1 << 5), counts };
-                let mut packet = Packet::new(&points, radius * radius);
-                surface.closest_of_packet(&mut packet, &[seed], marked);
+                let packet = surface.closest_of_packet(&points, radius, &[seed], marked);
                 for (lane, &p) in points.iter().enumerate() {
                     let expected = surface.closest_among(p, radius, u32::MAX, counts);
                     prop_assert_eq!(surface.closest_marked(p, radius, u32::MAX, marked), expected);
@@ -95,8 +101,8 @@ mod tests {
     fn points_that_are_not_finite_find_nothing() {
         let triangle = TriMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();
         let surface = Surface::build(&triangle);
-        let mut packet = Packet::new(&[Vec3::NAN, Vec3::Z, Vec3::INFINITY], f32::INFINITY);
-        surface.closest_of_packet(&mut packet, &[u32::MAX, 0], Among::new(|_| true));
+        let points = [Vec3::NAN, Vec3::Z, Vec3::INFINITY];
+        let packet = surface.closest_of_packet(&points, f32::INFINITY, &[u32::MAX, 0], Among::new(|_| true));
         assert_eq!(packet.item[..4], [u32::MAX, 0, u32::MAX, u32::MAX]);
     }
 }

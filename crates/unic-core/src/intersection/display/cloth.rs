@@ -6,10 +6,10 @@ use super::{
 };
 use crate::{
     bvh::{Aabb, Bvh, LANES, Marks, Packet, Posed},
-    intersection::packets::Packets,
+    intersection::ContactParts,
     mesh::TriMesh,
     network::{Instructions, Precision},
-    surface::Triangle,
+    surface::{Among, Triangle},
 };
 use glam::Vec3;
 
@@ -37,7 +37,10 @@ pub(super) struct Cloth {
     /// By branch of the tree: the packets of its corners and of their places, and the largest of its radii.
     packets: Rows,
     largest_radii: Vec<f32>,
+    /// By face: the marks of what may lift it.
+    lifted_by: Vec<Marks>,
     clearance_m: f32,
+    /// How far from a body vertex the cloth that it pokes through can be.
     reach_m: f32,
     is_near: Vec<bool>,
     instructions: Instructions,
@@ -45,23 +48,29 @@ pub(super) struct Cloth {
 
 impl Cloth {
     /// Of a garment's rest shape; nothing pokes through where `clearance_m` is left.
-    pub(super) fn new(rest: &TriMesh, packets: &Packets, neighbours: &Neighbours, clearance_m: f32) -> Self {
-        let corners = |f: &[u32; 3]| f.map(|v| rest.vertices[v as usize]);
+    pub(super) fn new(
+        rest: &TriMesh,
+        parts: &ContactParts,
+        neighbours: &Neighbours,
+        clearance_m: f32,
+    ) -> Self {
+        let rest_corners = |f: &[u32; 3]| f.map(|v| rest.vertices[v as usize]);
         let centres: Vec<Vec3> = (rest.faces.iter())
-            .map(|f| corners(f).iter().sum::<Vec3>() / 3.0)
+            .map(|f| rest_corners(f).iter().sum::<Vec3>() / 3.0)
             .collect();
         let mut tree = Bvh::build(&centres);
         let numbers = tree.take_order();
         let rest_faces = || numbers.iter().map(|&face| &rest.faces[face as usize]);
-        let radii: Vec<f32> = rest_faces().map(|f| covering_radius(corners(f))).collect();
+        let radii: Vec<f32> = rest_faces().map(|f| covering_radius(rest_corners(f))).collect();
         let largest = radii.iter().copied().fold(0.0, f32::max);
         let faces: Vec<_> = rest_faces()
-            .map(|f| f.map(|v| packets.slots()[v as usize]))
+            .map(|f| f.map(|v| parts.packets().slots()[v as usize]))
             .collect();
         let largest_of =
             |items: std::ops::Range<usize>| (radii[items].iter()).fold(0.0, |a, &b| f32::max(a, b));
         Self {
             packets: packets_of_branches(&tree, &faces, neighbours),
+            lifted_by: numbers.iter().map(|&face| parts.marks_of_lifted(face)).collect(),
             largest_radii: tree.branches().map(largest_of).collect(),
             clearance_m,
             // Corners are outside, so that a face leads no deeper than its radius; the vertex is
@@ -94,29 +103,26 @@ impl Cloth {
 
     #[inline(always)]
     pub(super) fn triangle(&self, face: u32, at: impl Fn(u32) -> Vec3) -> Triangle {
-        Triangle::new(self.corners(face).map(at))
-    }
-
-    /// How far from a body vertex the cloth that it pokes through can be, metres.
-    pub(super) fn reach_m(&self) -> f32 {
-        self.reach_m
+        Triangle::new(corners(self.corners(face), at))
     }
 
     /// Takes positions and heights over the body by slot, metres, and the summaries of the packets.
     pub(super) fn find_near(
         &mut self,
         at: impl Fn(u32) -> Vec3 + Sync,
-        heights: impl Fn(u32) -> f32 + Sync,
+        heights: &[f32],
         summaries: &[Summary],
     ) {
         let (faces, radii, clearance_m) = (&self.faces, &self.radii, self.clearance_m);
         let is_face_near = |k: usize| {
-            let [a, b, c] = faces[k].map(&heights);
+            let [a, b, c] = faces[k];
+            let height = |slot: u32| heights[slot as usize];
+            let (a, b, c) = (height(a), height(b), height(c));
             let least = if b < a { b } else { a };
             let least = if c < least { c } else { least };
             // The bound for a stretched face first: it asks for no positions.
             least < clearance_m + MOST_STRETCH * radii[k]
-                && least < clearance_m + covering_radius(faces[k].map(&at))
+                && least < clearance_m + covering_radius(corners(faces[k], &at))
         };
         let (packets, largest_radii) = (&self.packets, &self.largest_radii);
         let may_be_near = |branch: usize| {
@@ -136,7 +142,7 @@ impl Cloth {
                 false => Posed::Nowhere,
             }
         };
-        let box_of = |k: usize, is_near: &bool| box_of_face(*is_near, || faces[k].map(&at));
+        let box_of = |k: usize, is_near: &bool| box_of_face(*is_near, || corners(faces[k], &at));
         self.tree.refit_with(&mut self.is_near, find, box_of);
     }
 
@@ -151,51 +157,66 @@ impl Cloth {
                 (false, _) => Posed::Nowhere,
             }
         };
-        let box_of = |k: usize, is_near: &bool| box_of_face(*is_near, || faces[k].map(&at));
+        let box_of = |k: usize, is_near: &bool| box_of_face(*is_near, || corners(faces[k], &at));
         self.tree.refit_with(&mut self.is_near, find, box_of);
     }
 
-    /// The near face closest to each point of the packet, among those that count; sooner when `seeds` are
-    /// near it.
+    /// The near face closest to each of a packet of points, among those that may be lifted and count; sooner
+    /// when `seeds` are near it.
     pub(super) fn closest(
         &self,
-        packet: &mut Packet,
+        points: &[Vec3],
         seeds: &[u32],
         at: impl Fn(u32) -> Vec3,
-        counts: impl Fn(u32) -> bool,
-    ) {
-        let is_due = |face: u32| {
-            let is_near = self.is_near.get(face as usize).is_some_and(|&is_near| is_near);
-            is_near && counts(self.numbers[face as usize])
-        };
-        let seeds = seeds
-            .iter()
-            .enumerate()
-            .filter(|(k, seed)| !seeds[..*k].contains(seed));
+        among: Among<impl Fn(u32) -> bool>,
+    ) -> Packet {
+        let mut packet = Packet::new(self.instructions, points, self.reach_m * self.reach_m);
         self.instructions.run(
             #[inline(always)]
             || {
-                for (_, &seed) in seeds.filter(|(_, seed)| is_due(**seed)) {
-                    packet.meet(seed, &self.triangle(seed, &at));
+                for (k, &seed) in seeds.iter().enumerate() {
+                    if (seed as usize) < self.faces.len() && !seeds[..k].contains(&seed) {
+                        self.meet(&mut packet, seed, &at, &among);
+                    }
                 }
                 self.tree.nearest_of_packet(
-                    packet,
+                    &mut packet,
                     Marks::ANY,
                     #[inline(always)]
                     |faces, packet| {
                         for &face in faces {
-                            if is_due(face) {
-                                packet.meet(face, &self.triangle(face, &at));
-                            }
+                            self.meet(packet, face, &at, &among);
                         }
                     },
                 );
             },
         );
+        packet
+    }
+
+    #[inline(always)]
+    fn meet(
+        &self,
+        packet: &mut Packet,
+        face: u32,
+        at: impl Fn(u32) -> Vec3,
+        among: &Among<impl Fn(u32) -> bool>,
+    ) {
+        let k = face as usize;
+        if self.is_near[k] && self.lifted_by[k].meet(among.marks) {
+            packet.meet(face, &self.triangle(face, at), || (among.counts)(self.numbers[k]));
+        }
     }
 }
 
+/// Spelled out: the compiler maps arrays of places out of line.
+#[inline(always)]
+fn corners([a, b, c]: [u32; 3], at: impl Fn(u32) -> Vec3) -> [Vec3; 3] {
+    [at(a), at(b), at(c)]
+}
+
 /// A face that is not near is nowhere.
+#[inline(always)]
 fn box_of_face(is_near: bool, corners: impl FnOnce() -> [Vec3; 3]) -> Aabb {
     match is_near {
         true => Aabb::around(&corners()),
@@ -215,6 +236,7 @@ fn packets_of_branches(tree: &Bvh, faces: &[[u32; 3]], neighbours: &Neighbours) 
 }
 
 /// No point of a triangle is farther from its nearest corner, metres.
+#[inline(always)]
 fn covering_radius([a, b, c]: [Vec3; 3]) -> f32 {
     /// Of the longest edge: that of an equilateral triangle.
     const SHARE: f32 = 0.577_350_3;

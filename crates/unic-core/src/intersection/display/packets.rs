@@ -14,21 +14,23 @@ pub(super) struct Summary {
 }
 
 impl Summary {
-    /// Of contacts by a rule that moves to the margin.
-    pub(super) fn new(contacts: &[Contact], margin_m: f32) -> Self {
-        let heights = contacts.iter().map(|contact| height(contact, margin_m));
-        Self {
-            least_m: heights.fold(f32::INFINITY, |a, b| if b < a { b } else { a }),
-            is_corrected: contacts.iter().any(|contact| contact.moved.is_some()),
+    /// Of contacts by a rule that moves to the margin; fills in their heights once they have moved, metres.
+    pub(super) fn new(contacts: &[Contact], margin_m: f32, heights: &mut [f32]) -> Self {
+        let mut summary = Self {
+            least_m: f32::INFINITY,
+            is_corrected: false,
             is_moving: false,
+        };
+        for (contact, height) in contacts.iter().zip(heights) {
+            let is_corrected = contact.moved.is_some();
+            *height = if is_corrected { margin_m } else { contact.height_m };
+            summary.is_corrected |= is_corrected;
+            summary.least_m = if *height < summary.least_m {
+                *height
+            } else {
+                summary.least_m
+            };
         }
-    }
-}
-
-/// Height over the body once a contact has moved, metres.
-pub(super) fn height(contact: &Contact, margin_m: f32) -> f32 {
-    match contact {
-        Contact { moved: Some(_), .. } => margin_m,
-        contact => contact.height_m,
+        summary
     }
 }

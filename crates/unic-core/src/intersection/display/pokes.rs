@@ -1,11 +1,8 @@
 //! Body vertices that poke through garment faces.
 
-use super::{Corrected, cloth::Cloth};
+use super::cloth::Cloth;
 use crate::{
-    bvh::{LANES, Packet},
-    folds,
-    intersection::RobustBody,
-    parallel::for_each_chunk,
+    bvh::LANES, folds, intersection::RobustBody, parallel::for_each_chunk, surface::Among,
     triangle::TrianglePoint,
 };
 use glam::Vec3;
@@ -42,7 +39,8 @@ pub(super) struct View<'a> {
     /// Of the body's vertices, metres.
     pub(super) vertices: &'a [Vec3],
     pub(super) cloth: &'a Cloth,
-    pub(super) corrected: Corrected<'a>,
+    /// By slot, metres.
+    pub(super) corrected: &'a [Vec3],
     /// That cloth keeps over a body vertex.
     pub(super) least_height_m: f32,
 }
@@ -101,12 +99,14 @@ impl Pokes {
 impl View<'_> {
     /// From body vertices that may lift the same faces.
     fn look(&self, vertices: &[u32], positions: &[Vec3; LANES], sights: &mut [Sight]) {
-        let mut packet = Packet::new(positions, self.cloth.reach_m().powi(2));
-        let one = vertices[0] as usize;
-        let counts = |face| self.body.parts().vertex_lifts(one, face);
+        let (one, parts) = (vertices[0] as usize, self.body.parts());
+        let lifted = Among {
+            marks: parts.marks_of_lifting(one),
+            counts: |face| parts.marks_tell_all() || parts.vertex_lifts(one, face),
+        };
         let seeds: [u32; LANES] = std::array::from_fn(|lane| sights.get(lane).map_or(u32::MAX, |s| s.seed));
-        self.cloth
-            .closest(&mut packet, &seeds, |slot| self.corrected.place(slot), counts);
+        let place = |slot: u32| self.corrected[slot as usize];
+        let packet = self.cloth.closest(positions, &seeds, place, lifted);
         for (lane, (&vertex, sight)) in vertices.iter().zip(sights).enumerate() {
             if positions[lane].is_finite() {
                 let face = Some(packet.item[lane]).filter(|&face| face != u32::MAX);
@@ -119,7 +119,7 @@ impl View<'_> {
     /// How the cloth nearest to a body vertex has to be lifted to lie over it.
     fn poke(&self, face: u32, vertex: usize) -> Option<Poke> {
         let normal = self.body.surface().vertex_normal(vertex as u32);
-        let triangle = self.cloth.triangle(face, |slot| self.corrected.place(slot));
+        let triangle = self.cloth.triangle(face, |slot| self.corrected[slot as usize]);
         let hit: TrianglePoint = triangle.closest(self.vertices[vertex]);
         let height = hit.offset.dot(normal);
         let is_beside = height.abs() < LEAST_COSINE * hit.squared_distance.sqrt();

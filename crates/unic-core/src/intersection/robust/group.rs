@@ -80,13 +80,23 @@ impl Group<'_> {
             }
             false => [u32::MAX; LANES],
         };
+        // Outside a limb that has sunk into a part that pushes is inside that part.
+        let pushing = self.nearest_that_push(&centres, faces);
         std::array::from_fn(|k| {
-            let hit = self.body.surface.point_on(faces[k], centres[k]);
+            let height = |face| {
+                let hit = self.body.surface.point_on(face, centres[k]);
+                hit.map(|hit| hit.signed_distance)
+            };
+            let height_m = match pushing[k] {
+                face if face == faces[k] => height(face),
+                u32::MAX => height(faces[k]),
+                face => height(faces[k]).zip(height(face)).map(|(a, b)| a.min(b)),
+            };
             Ball {
                 centre: centres[k],
                 face: faces[k],
                 // Nothing is known of what has no face near it.
-                height_m: hit.map_or(0.0, |hit| hit.signed_distance),
+                height_m: height_m.unwrap_or(0.0),
             }
         })
     }
@@ -241,19 +251,15 @@ impl Group<'_> {
 
     /// The closest faces of the parts that may push.
     fn closest(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
-        let mut packet = Packet::new(points, f32::INFINITY);
         let pushing = self.body.pushing(self.vertex);
-        self.body.surface.closest_of_packet(&mut packet, seeds, pushing);
-        packet
+        let surface = &self.body.surface;
+        surface.closest_of_packet(points, f32::INFINITY, seeds, pushing)
     }
 
     /// The closest faces of the body.
     fn nearest(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
-        let mut packet = Packet::new(points, f32::INFINITY);
-        self.body
-            .surface
-            .closest_of_packet(&mut packet, seeds, Among::new(|_| true));
-        packet
+        let surface = &self.body.surface;
+        surface.closest_of_packet(points, f32::INFINITY, seeds, Among::new(|_| true))
     }
 }
 
