@@ -11,8 +11,8 @@ pub(crate) use refit::Posed;
 use glam::Vec3;
 use std::ops::Range;
 
-/// Entries of a traversal's stack: every level leaves at most three behind, and halving 2³² items
-/// twice a level ends after 16 levels.
+/// Entries of a traversal's stack: every level leaves at most three behind, and quartering 2²⁹ items,
+/// which is as many as links hold, ends after 16 levels.
 const STACK_ENTRIES: usize = 64;
 
 /// Axis-aligned box, metres.

@@ -19,9 +19,9 @@ pub struct Prior {
     pub mean: Vec<Vec3>,
     /// φ: V × K, the shapes of one vertex side by side.
     pub shapes: Vec<Vec3>,
-    /// B and b: normalised pairs (2 D numbers) to K coefficients.
+    /// B and b: normalised pairs (2 D numbers) to K coefficients; beside a recurrence, its share of the blend.
     pub map: Linear,
-    /// Adds to the K coefficients; none leaves them linear.
+    /// Adds its share to the K coefficients; none leaves them linear.
     pub recurrence: Option<Recurrence>,
 }
 
@@ -52,7 +52,8 @@ impl Prior {
         self.len() == 0
     }
 
-    /// Coefficients a of a normalised pair of motion vectors by the linear map alone.
+    /// Coefficients a of a normalised pair of motion vectors by the linear map: all of them
+    /// without a recurrence, else its share.
     pub fn coefficients(&self, pair: &[f32], out: &mut Vec<f32>) {
         out.clear();
         if self.is_empty() {

@@ -35,7 +35,7 @@ pub struct RecurrenceScratch {
     drive: Vec<f32>,
     joined: Vec<f32>,
     hidden: Vec<f32>,
-    correction: Vec<f32>,
+    part: Vec<f32>,
 }
 
 impl Recurrence {
@@ -123,13 +123,13 @@ impl Recurrence {
         }
     }
 
-    /// Adds the correction in this state to K coefficients.
-    pub fn correct(&self, state: &[f32], scratch: &mut RecurrenceScratch, coefficients: &mut [f32]) {
+    /// Adds its part in this state to K coefficients.
+    pub fn add_to(&self, state: &[f32], scratch: &mut RecurrenceScratch, coefficients: &mut [f32]) {
         let RecurrenceScratch {
             embedding,
             joined,
             hidden,
-            correction,
+            part,
             ..
         } = scratch;
         map_into(&self.memory, state, joined);
@@ -137,11 +137,8 @@ impl Recurrence {
         joined.extend_from_slice(embedding);
         map_into(&self.hidden, joined, hidden);
         hidden.iter_mut().for_each(|x| *x = elu(*x));
-        map_into(&self.head, hidden, correction);
-        coefficients
-            .iter_mut()
-            .zip(correction)
-            .for_each(|(a, z)| *a += *z);
+        map_into(&self.head, hidden, part);
+        coefficients.iter_mut().zip(part).for_each(|(a, z)| *a += *z);
     }
 }
 
@@ -186,7 +183,7 @@ mod tests {
             unit.read(&[c], &mut scratch);
             unit.advance(&mut scratch, &mut state);
             let mut a = [0.0];
-            unit.correct(&state, &mut scratch, &mut a);
+            unit.add_to(&state, &mut scratch, &mut a);
             a[0]
         };
         drive.map(tick).collect()

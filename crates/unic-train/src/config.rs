@@ -178,7 +178,8 @@ pub struct RegularisationConfig {
     pub state_noise_m: f32,
     /// Standard deviation of the noise on normalised motion vectors.
     pub motion_noise: f32,
-    /// Half of the windows are mirrored left to right.
+    /// Half of the windows are mirrored left to right, and the prior sees all motion in the mirror too where the
+    /// garment is symmetric.
     pub mirror: bool,
     /// Decay of the running mean of the parameters that the finished model takes; 0 takes the last ones.
     pub average: f64,

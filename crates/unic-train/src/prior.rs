@@ -57,8 +57,8 @@ pub struct PriorSettings<'a> {
 }
 
 /// Fits principal components of the displacement, a ridge regression to them whose strength is the
-/// best one for motions left out, and a recurrence, blended with it; in both views where skeleton and
-/// garment are symmetric.
+/// best one for motions left out, and a recurrence, blended with it; with mirrored motion too where it
+/// is wanted and skeleton and garment are symmetric.
 ///
 /// # Errors
 /// A training of the recurrence that diverges, a watch that says stop.
@@ -89,9 +89,7 @@ pub fn fit_prior(
     };
     let left_out = match fitted {
         Some(fitted) => {
-            let map = &mut prior.map;
-            let numbers = map.weight.iter_mut().chain(&mut map.bias);
-            numbers.for_each(|x| *x *= fitted.linear_share);
+            prior.map.scale(fitted.linear_share);
             prior.recurrence = Some(fitted.recurrence);
             fitted.left_out
         }
@@ -99,13 +97,16 @@ pub fn fit_prior(
     };
     let direct = series
         .iter()
-        .zip(left_out)
+        .zip(&left_out)
         .filter(|(s, _)| s.view() == View::Direct);
-    let mut left_out: Vec<_> = direct.map(|(s, a)| by_frame(&a, s.len())).collect();
-    if set.train.len() == 1 {
-        left_out = vec![left_out.concat()];
-    }
-    Ok(FittedPrior { prior, left_out })
+    let left_out: Vec<_> = direct.map(|(s, a)| by_frame(a, s.len())).collect();
+    Ok(FittedPrior {
+        prior,
+        left_out: match set.train.len() {
+            1 => vec![left_out.concat()],
+            _ => left_out,
+        },
+    })
 }
 
 /// Frames × K numbers, by frame.

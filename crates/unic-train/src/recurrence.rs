@@ -40,8 +40,8 @@ pub(crate) struct Fitted {
     pub(crate) recurrence: Recurrence,
     /// What is left to the linear map, 0 to 1.
     pub(crate) linear_share: f32,
-    /// The blend in each sequence, T × K, by what has not seen the sequence's motion, without larger swings: against
-    /// those a field would learn to calm them.
+    /// The blend in each sequence, T × K, by what has not seen the sequence's motion. Its swings are not enlarged: a
+    /// field would learn to calm them.
     pub(crate) left_out: Vec<Vec<f32>>,
 }
 
@@ -87,11 +87,10 @@ pub(crate) fn fit_recurrence(
         fit.run(&progress)
     };
     let others = |fold: usize| sequences.iter().filter(|s| fold_of(s) != fold).collect();
-    let folds: Result<Vec<_>, TrainError> = (0..count)
+    let folds = (0..count)
         .into_par_iter()
-        .map(|fold| fit(fold_steps, others(fold)))
-        .collect();
-    let folds = folds?;
+        .map(|fold| fit(fold_steps, others(fold)));
+    let folds = folds.collect::<Result<Vec<_>, TrainError>>()?;
     let said = |s: &Sequence| match &folds[fold_of(s)] {
         Some(recurrence) => s.said_by(recurrence),
         None => s.linear.clone(),
@@ -131,9 +130,7 @@ impl Blend {
     }
 
     fn fitted(self, mut recurrence: Recurrence) -> Fitted {
-        let head = &mut recurrence.head;
-        let numbers = head.weight.iter_mut().chain(&mut head.bias);
-        numbers.for_each(|x| *x *= self.share);
+        recurrence.head.scale(self.share);
         Fitted {
             recurrence,
             linear_share: 1.0 - self.share,
@@ -145,9 +142,9 @@ impl Blend {
 /// What a recurrence is worth on motions left out.
 #[derive(Clone, Copy, Debug)]
 struct Worth {
-    /// Its share in the blend that errs least, 0 to 1, every clip counted by what the linear map leaves of it.
+    /// Its share in the blend that errs least, 0 to 1, every motion counted by what the linear map leaves of it.
     share: f64,
-    /// Part of the squares left by the linear map that the blend takes away, on average over clips.
+    /// Part of the squares left by the linear map that the blend takes away, on average over motions.
     gain: f64,
     /// Standard error of that average.
     gain_error: f64,
@@ -155,8 +152,8 @@ struct Worth {
 
 impl Worth {
     fn of(sequences: &[Sequence], recurrent: &[Vec<f32>]) -> Self {
-        let clips = by_clip(sequences, recurrent);
-        let sum = |of: fn(&Clip) -> f64| clips.iter().map(of).sum::<f64>();
+        let clips = by_motion(sequences, recurrent);
+        let sum = |of: fn(&MotionFit) -> f64| clips.iter().map(of).sum::<f64>();
         let (along, squares) = (sum(|c| c.along), sum(|c| c.squares));
         let share = if squares > 0.0 {
             (along / squares).clamp(0.0, 1.0)
@@ -180,15 +177,15 @@ impl Worth {
     }
 }
 
-/// Of a clip: c from the linear map to the recurrence, t from the linear map to the truth.
-struct Clip {
+/// Of a motion: c from the linear map to the recurrence, t from the linear map to the truth.
+struct MotionFit {
     /// ⟨c, t⟩ / |t|².
     along: f64,
     /// |c|² / |t|².
     squares: f64,
 }
 
-fn by_clip(sequences: &[Sequence], recurrent: &[Vec<f32>]) -> Vec<Clip> {
+fn by_motion(sequences: &[Sequence], recurrent: &[Vec<f32>]) -> Vec<MotionFit> {
     let mut sums = vec![[0.0f64; 3]; motions(sequences)];
     for (sequence, recurrent) in sequences.iter().zip(recurrent) {
         let [along, squares, size] = &mut sums[sequence.motion_number];
@@ -202,7 +199,7 @@ fn by_clip(sequences: &[Sequence], recurrent: &[Vec<f32>]) -> Vec<Clip> {
     }
     let sized = sums.into_iter().filter(|[_, _, size]| *size > 0.0);
     sized
-        .map(|[along, squares, size]| Clip {
+        .map(|[along, squares, size]| MotionFit {
             along: along / size,
             squares: squares / size,
         })

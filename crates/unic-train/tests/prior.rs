@@ -102,7 +102,7 @@ fn final_coefficients(data: &Dataset, clip: usize) -> Vec<Vec<f32>> {
                 0 => recurrence.start(&mut scratch, &mut state),
                 _ => recurrence.advance(&mut scratch, &mut state),
             }
-            recurrence.correct(&state, &mut scratch, &mut out);
+            recurrence.add_to(&state, &mut scratch, &mut out);
         }
         out
     };

@@ -134,7 +134,7 @@ fn energy(data: &Dataset) -> f32 {
             0 => recurrence.start(&mut scratch, &mut state),
             _ => recurrence.advance(&mut scratch, &mut state),
         }
-        recurrence.correct(&state, &mut scratch, &mut a);
+        recurrence.add_to(&state, &mut scratch, &mut a);
         a[0]
     };
     let values: Vec<f32> = (0..LENGTH).map(of_frame).collect();

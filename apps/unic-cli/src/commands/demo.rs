@@ -57,8 +57,12 @@ const FULL: Scale = Scale {
     test: &["turn_on_spot", "dance"],
     seconds: 16,
     preset: "standard",
-    steps: [300, 60],
+    steps: [300, 300],
 };
+
+/// Windows of a step of what the prior remembers, and their frames: on little motion more steps do better than large
+/// ones.
+const PRIOR_WINDOW: [u32; 2] = [16, 64];
 
 const QUICK: Scale = Scale {
     motions: &["walk_circles", "mixed"],
@@ -232,7 +236,8 @@ fn simulate(args: &DemoArgs, scale: &Scale, capture: &Path) -> Vec<String> {
 }
 
 fn train(scale: &Scale, capture: &Path, model: &Path) -> Vec<String> {
-    let [steps, prior_steps] = scale.steps;
+    let [steps, prior_steps] = &scale.steps;
+    let recurrence = |key: &str, value: u32| format!("model.state.displacement.recurrence.{key}={value}");
     let mut line = words(&["train", &show(capture), "--out", &show(model)]);
     if model.with_extension("run").join("config.toml").exists() {
         line.push("--resume".into());
@@ -243,7 +248,11 @@ fn train(scale: &Scale, capture: &Path, model: &Path) -> Vec<String> {
             "--steps",
             &steps.to_string(),
             "--set",
-            &format!("model.state.displacement.recurrence.steps={prior_steps}"),
+            &recurrence("steps", *prior_steps),
+            "--set",
+            &recurrence("windows", PRIOR_WINDOW[0]),
+            "--set",
+            &recurrence("frames", PRIOR_WINDOW[1]),
             "--overwrite",
         ]));
     }

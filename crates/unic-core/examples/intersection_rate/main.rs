@@ -8,7 +8,8 @@
 //! A garment of 3,790 and of 62,461 vertices on a body of 13,776 triangles: the captured T-shirt of
 //! `../shared/data` where it is there, else tubes. Milliseconds, medians over frames: `cpu` is what one
 //! thread ran itself, whatever else the machine does; `two` the clock's for two threads, which means
-//! little unless two cores are idle. `bits` tells whether two programs show the same to the last bit.
+//! little unless two cores are idle. `bits` tells whether two programs, built by one compiler, show the same
+//! to the last bit.
 
 mod oracle;
 mod refine;
@@ -35,10 +36,13 @@ fn main() {
         None => [3_790, 62_461].into_iter().for_each(compare),
         Some(Ok(vertices)) => {
             let (times, bits) = measure(&Scene::new(vertices), 1);
-            print(&times, &times);
+            print(&times, None);
             println!("  {:24} {bits:016x}", "bits");
         }
-        Some(Err(error)) => eprintln!("the number of garment vertices: {error}"),
+        Some(Err(error)) => {
+            eprintln!("the number of garment vertices: {error}");
+            std::process::exit(2);
+        }
     }
 }
 
@@ -53,7 +57,7 @@ fn compare(vertices: usize) {
     );
     let [(cpu, bits), (two, bits_of_two)] = [1, 2].map(|threads| measure(&scene, threads));
     assert_eq!(bits, bits_of_two, "threads change nothing");
-    print(&cpu, &two);
+    print(&cpu, Some(&two));
     println!("  {:24} {bits:016x}", "bits");
     Oracle::print(&scene);
 }
@@ -138,15 +142,25 @@ fn median(times: &[f64]) -> f64 {
     sorted[sorted.len() / 2]
 }
 
-fn print(cpu: &Times, two: &Times) {
-    println!("  {:24} {:>8} {:>8}", "", "cpu", "two");
-    let mut sums = [0.0; 2];
+fn print(cpu: &Times, two: Option<&Times>) {
+    let columns: Vec<&Times> = std::iter::once(cpu).chain(two).collect();
+    let row = |name: &str, values: &[f64]| {
+        let values: String = values.iter().map(|ms| format!(" {ms:8.3}")).collect();
+        println!("  {name:24}{values}");
+    };
+    println!(
+        "  {:24} {:>8} {:>8}",
+        "",
+        "cpu",
+        if two.is_some() { "two" } else { "" }
+    );
+    let mut sums = vec![0.0; columns.len()];
     for (stage, (name, _)) in cpu.stages.iter().enumerate() {
-        let medians = [cpu, two].map(|times| times.median(stage));
+        let medians: Vec<f64> = columns.iter().map(|times| times.median(stage)).collect();
         if HANDLING.contains(name) {
-            sums.iter_mut().zip(medians).for_each(|(sum, ms)| *sum += ms);
+            sums.iter_mut().zip(&medians).for_each(|(sum, ms)| *sum += ms);
         }
-        println!("  {name:24} {:8.3} {:8.3}", medians[0], medians[1]);
+        row(name, &medians);
     }
-    println!("  {:24} {:8.3} {:8.3}", HANDLING.join(" + "), sums[0], sums[1]);
+    row(&HANDLING.join(" + "), &sums);
 }

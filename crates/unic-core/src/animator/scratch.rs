@@ -133,7 +133,7 @@ impl Animator {
                 Tick::Next => recurrence.advance(buffers, &mut state.recurrence),
                 Tick::Same => {}
             }
-            recurrence.correct(&state.recurrence, buffers, &mut scratch.coefficients);
+            recurrence.add_to(&state.recurrence, buffers, &mut scratch.coefficients);
         }
         scratch.prior.resize(model.vertex_count(), Vec3::ZERO);
         let coefficients = &scratch.coefficients;

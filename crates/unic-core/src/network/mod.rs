@@ -38,6 +38,14 @@ pub struct Linear {
     pub bias: Vec<f32>,
 }
 
+impl Linear {
+    /// Multiplies all that it says.
+    pub fn scale(&mut self, factor: f32) {
+        let numbers = self.weight.iter_mut().chain(&mut self.bias);
+        numbers.for_each(|x| *x *= factor);
+    }
+}
+
 /// A layer of another size than the configuration says.
 #[derive(Debug, Error, PartialEq)]
 #[error(

@@ -142,7 +142,7 @@ impl<'a> Series<'a> {
     }
 
     /// What a map says of every frame: frames × K.
-    pub(super) fn predicted(&self, map: Option<&LinearMap>) -> Vec<f64> {
+    fn predicted(&self, map: Option<&LinearMap>) -> Vec<f64> {
         // Without another clip to fit, the mean is all that is known.
         map.map_or_else(
             || vec![0.0; self.components.len()],

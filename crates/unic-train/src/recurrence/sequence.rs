@@ -57,7 +57,7 @@ impl Sequence<'_> {
                 0 => recurrence.start(&mut scratch, &mut state),
                 _ => recurrence.advance(&mut scratch, &mut state),
             }
-            recurrence.correct(&state, &mut scratch, out);
+            recurrence.add_to(&state, &mut scratch, out);
         }
         coefficients
     }

@@ -3,7 +3,7 @@
 //! The mean of all that could follow from a motion swings less than any of it: where half of a swing's
 //! energy can be known, half of it is all that least squares show, and the cloth looks stiff. The
 //! recurrence therefore learns coefficients whose swings are larger by what is missing. Least squares of
-//! these are the old ones with larger swings, at no cost when animating.
+//! these are those of the coefficients with larger swings, at no cost when animating.
 
 use super::Sequence;
 use rayon::prelude::*;
@@ -12,8 +12,11 @@ use std::f32::consts::TAU;
 /// Period of what counts as a swing at most, seconds.
 const SLOWEST_S: f32 = 2.0;
 
-/// Factor of a coefficient's swings at most: what hardly follows the motion is noise when enlarged.
+/// Factor of a coefficient's swings in the blend at most: what hardly follows the motion is noise when enlarged.
 const MOST_GAIN: f64 = 1.5;
+
+/// Factor of what the recurrence learns at most: a small share cannot make up for the linear map.
+const MOST_LEARNED_GAIN: f32 = 2.5;
 
 /// How lively to be.
 pub(super) struct Swings {
@@ -26,8 +29,8 @@ pub(super) struct Swings {
 }
 
 impl Swings {
-    /// Sequences whose coefficients swing as much more as `left_out` swings less, what has not seen their motions
-    /// says of them.
+    /// Sequences whose swings are larger by what those of `left_out` lack: the blend in each sequence, by what has not
+    /// seen its motion.
     pub(super) fn livelier<'a>(
         &self,
         sequences: &[Sequence<'a>],
@@ -42,10 +45,15 @@ impl Swings {
         let livelier = |(s, swings): (&Sequence<'a>, &Vec<f32>)| {
             let mut s = s.clone();
             let pairs = s.coefficients.iter_mut().zip(swings).zip(gains.iter().cycle());
-            pairs.for_each(|((a, swing), gain)| *a += (gain - 1.0) / self.share * swing);
+            pairs.for_each(|((a, swing), gain)| *a += (self.learned(*gain) - 1.0) * swing);
             s
         };
         sequences.iter().zip(&truths).map(livelier).collect()
+    }
+
+    /// Factor of the recurrence's swings for one of the blend's.
+    fn learned(&self, gain: f32) -> f32 {
+        (1.0 + (gain - 1.0) / self.share).min(MOST_LEARNED_GAIN)
     }
 }
 
@@ -124,7 +132,7 @@ mod tests {
             let lively = swings.livelier(std::slice::from_ref(&sequence), std::slice::from_ref(&left_out));
             lively[0].coefficients.clone()
         };
-        for (share, size) in [(1.0, 1.25), (0.5, 1.5)] {
+        for (share, size) in [(1.0, 1.25), (0.5, 1.5), (0.01, 2.5)] {
             for (t, (x, target)) in (wave.iter().zip(learned(1.0, share)))
                 .enumerate()
                 .skip(45)
