@@ -57,7 +57,7 @@ const FULL: Scale = Scale {
     test: &["turn_on_spot", "dance"],
     seconds: 16,
     preset: "standard",
-    steps: [300, 300],
+    steps: [100, 300],
 };
 
 /// Windows of a step of what the prior remembers, and their frames: on little motion more steps do better than large

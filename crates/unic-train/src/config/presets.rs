@@ -140,7 +140,7 @@ fn standard() -> TrainConfig {
             },
         },
         optimiser: OptimiserConfig {
-            steps: 300,
+            steps: 100,
             learning_rate: 3e-4,
             final_learning_rate: 1e-6,
             half_periods: 1.0,
