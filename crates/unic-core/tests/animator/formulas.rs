@@ -2,6 +2,11 @@
 
 use super::*;
 
+/// Positions after a step by the formulas, metres.
+fn expected(reference: &mut Reference, input: &StepInput) -> Vec<Vec3> {
+    reference.step(input).iter().map(|p| p.as_vec3()).collect()
+}
+
 #[test]
 fn a_step_is_the_documented_formulas() {
     let poses = motion(21);
@@ -12,11 +17,7 @@ fn a_step_is_the_documented_formulas() {
         animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
         let mut moved = 0.0f32;
         for t in 1..poses.len() {
-            let expected: Vec<Vec3> = reference
-                .step(&input(&poses, t))
-                .iter()
-                .map(|p| p.as_vec3())
-                .collect();
+            let expected = expected(&mut reference, &input(&poses, t));
             let before = animator.garment().positions.to_vec();
             let found = animator.step(&input(&poses, t)).unwrap().positions;
             let error = largest_distance(found, &expected);
@@ -51,11 +52,7 @@ fn teacher_forcing_sees_given_positions_alone() {
         let mut animator = Animator::new(Arc::clone(&model));
         animator.reset(&input(&poses, 0), Start::MeanShape).unwrap();
         for t in 1..poses.len() {
-            let expected: Vec<Vec3> = reference
-                .step(&input(&poses, t))
-                .iter()
-                .map(|p| p.as_vec3())
-                .collect();
+            let expected = expected(&mut reference, &input(&poses, t));
             let error = largest_distance(animator.step(&input(&poses, t)).unwrap().positions, &expected);
             assert!(
                 f64::from(error) < TOLERANCE,
