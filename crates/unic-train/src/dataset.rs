@@ -5,7 +5,7 @@ use crate::{
     error::TrainError,
     event::Control,
     fit::{Fit, FitClips},
-    mirror::{MirrorMap, View},
+    mirror::{MirrorMap, View, normalisation},
     prior::{FittedPrior, PriorSettings, fit_prior},
     processor::Processor,
     recurrence::Watch,
@@ -35,7 +35,7 @@ pub struct Dataset {
     pub clips: Vec<PreparedClip>,
     /// Clips that the free-running error is validated on; a fit on all clips has none.
     pub validation: Vec<PreparedClip>,
-    /// Statistics of the training clips' motion vectors.
+    /// Statistics of the training clips' motion vectors, in the mirror too where windows are.
     pub normalisation: Normalisation,
     /// Normalised motion vectors of each training clip, T × D.
     pub motion: Vec<MotionVectors>,
@@ -145,11 +145,11 @@ impl Dataset {
         let vectors = clips
             .iter()
             .flat_map(|c| (0..c.len()).map(|t| c.kinematics.motion(t)));
-        let normalisation = Normalisation::fit(joints, settings.model.normalisation, vectors)?;
         let mirror = settings.regularisation.mirror;
         let mirror = mirror
             .then(|| MirrorMap::new(&capture.character.skeleton))
             .flatten();
+        let normalisation = normalisation(joints, settings.model.normalisation, vectors, mirror.as_ref())?;
         let motion: Vec<MotionVectors> = clips
             .iter()
             .map(|c| MotionVectors::new(c, &normalisation, mirror.as_ref()))

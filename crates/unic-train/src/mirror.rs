@@ -5,8 +5,9 @@
 //! field is pointwise. The motion vector mirrors by swapping joints and flipping signs.
 
 use glam::Vec3;
+use std::borrow::Cow;
 use unic_core::{
-    motion::{MotionSlices, motion_len},
+    motion::{MotionError, MotionSlices, Normalisation, NormalisationRule, motion_len},
     skeleton::Skeleton,
 };
 
@@ -73,6 +74,24 @@ impl MirrorMap {
         let pairs = self.source.iter().zip(&self.sign);
         pairs.map(|(&from, sign)| vector[from] * sign).collect()
     }
+}
+
+/// Statistics of the motion vectors that a training sees: as they are, and mirrored where there is a map. Without the
+/// second half what only one side of the character does would be out of range on the other.
+///
+/// # Errors
+/// Vectors of another length than `joints` joints have, elements that are not finite.
+pub(crate) fn normalisation<'a>(
+    joints: usize,
+    rule: NormalisationRule,
+    vectors: impl Iterator<Item = &'a [f32]> + Clone,
+    mirror: Option<&MirrorMap>,
+) -> Result<Normalisation, MotionError> {
+    let others = mirror.into_iter().flat_map(|map| {
+        let vectors = vectors.clone();
+        vectors.map(|vector| Cow::Owned(map.apply(vector)))
+    });
+    Normalisation::fit(joints, rule, vectors.clone().map(Cow::Borrowed).chain(others))
 }
 
 /// How a training window is seen.

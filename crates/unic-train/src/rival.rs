@@ -100,6 +100,7 @@ impl RivalTrainer {
         let pace = Pace {
             step: timed.elapsed().as_secs_f64() / SAMPLES as f64,
             validation: 0.0,
+            last_validation: 0.0,
         };
         let left = seconds - started.elapsed().as_secs_f64();
         self.config.optimiser.steps = pace.steps_within(left, &[Fit::AllClips], 1);

@@ -250,7 +250,7 @@ impl Trainer {
     fn validate(&mut self, listen: &mut dyn FnMut(&Event) -> Control) -> Result<Control, TrainError> {
         let started = Instant::now();
         let parameters = self.averaged();
-        let model = Arc::new(self.model_of(&parameters)?);
+        let model = Arc::new(self.model_of(&parameters, 1.0)?);
         let rmse = free_running_rmse(&model, &self.data.validation)?;
         // A free run that has left the numbers is no result to keep, nor one that JSON can hold.
         let smaller = rmse.is_finite() && self.best.as_ref().is_none_or(|best| rmse < best.rmse);

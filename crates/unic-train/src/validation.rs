@@ -18,6 +18,8 @@ pub struct Validation {
     pub clips: Vec<String>,
     /// Free-running RMSE, millimetres.
     pub rmse_mm: f64,
+    /// The part of the field's output that does best there, of which this is the error: 1, the whole, to 0.
+    pub field_share: f32,
 }
 
 /// RMSE in metres of a model that runs free from frame 0 through every clip, frame 0 not counted.

@@ -52,19 +52,22 @@ fn linear_take(clip: usize, relation: f32) -> Take {
     take
 }
 
+fn prior_of(config: &mut TrainConfig) -> (&mut usize, &mut Option<RecurrenceSettings>) {
+    match &mut config.model.state {
+        StateSettings::Displacement {
+            prior_shapes,
+            recurrence,
+            ..
+        } => (prior_shapes, recurrence),
+        other => panic!("a state without prior: {other:?}"),
+    }
+}
+
 /// Training clips with these relations, and one to validate.
 fn linear_data(relations: &[f32], shapes: usize) -> Dataset {
     let mut config = small(Preset::Tiny);
-    let StateSettings::Displacement {
-        prior_shapes,
-        recurrence,
-        ..
-    } = &mut config.model.state
-    else {
-        unreachable!()
-    };
-    *prior_shapes = shapes;
-    *recurrence = None;
+    let (prior_shapes, recurrence) = prior_of(&mut config);
+    (*prior_shapes, *recurrence) = (shapes, None);
     let train = relations
         .iter()
         .enumerate()
@@ -159,6 +162,59 @@ fn a_lone_clip_is_cut_into_pieces_so_that_its_coefficients_agree_with_the_models
     assert!(
         left_out > 0.7 && (left_out - fitted).abs() < 0.3,
         "{left_out} {fitted}"
+    );
+}
+
+/// A take in which one arm alone moves, and the garment to that side.
+fn one_sided(clip: usize) -> Take {
+    let mut take = take(&format!("take{clip}"), clip, LENGTH);
+    let (character, garment) = (character(), garment());
+    for (t, pose) in take.clip.poses.iter_mut().enumerate() {
+        *pose = character.skeleton.bind_pose();
+        let angle = 4.0 * angle(clip, t);
+        pose.local[4] = Quat::from_rotation_x(angle);
+        let (mut joints, mut transforms) = (Vec::new(), Vec::new());
+        character.skeleton.forward_kinematics(pose, &mut joints);
+        character.skeleton.world_from_rest(&joints, &mut transforms);
+        let sideways = |rest: &Vec3| Vec3::X * (rest.y - 1.0) * angle;
+        let position = |(vertex, rest): (usize, &Vec3)| {
+            PointFrame::new(&garment, vertex, &transforms).position(sideways(rest))
+        };
+        take.garment[t] = garment.rest.vertices.iter().enumerate().map(position).collect();
+    }
+    take
+}
+
+#[test]
+fn what_one_side_does_is_known_of_the_other() {
+    let error = |mirror: bool| {
+        let mut config = small(Preset::Tiny);
+        config.regularisation.mirror = mirror;
+        *prior_of(&mut config).1 = None;
+        let train = (0..3).map(|i| (one_sided(i), Split::Train));
+        let other = mirror_image(&one_sided(9), "other");
+        let takes: Vec<_> = train.chain([(other, Split::Validation)]).collect();
+        let trainer = Trainer::new(dataset_of(&takes, &config), config).unwrap();
+        let animator = Animator::new(std::sync::Arc::new(trainer.model().unwrap()));
+        let mut row = PriorPredictor::new(&animator).unwrap().unwrap();
+        let clip = &trainer.data().validation[0];
+        row.start(clip, Mode::FreeRunning).unwrap();
+        let (mut positions, mut missed, mut moved) = (Vec::new(), 0.0, 0.0);
+        for t in 1..clip.len() {
+            row.predict(clip, t, &mut positions).unwrap();
+            let garment = &trainer.data().capture.garment;
+            for (vertex, (found, truth)) in positions.iter().zip(clip.captured.garment.frame(t)).enumerate() {
+                let frame = PointFrame::new(garment, vertex, clip.kinematics.world_from_rest(t));
+                missed += found.distance_squared(*truth);
+                moved += truth.distance_squared(frame.position(Vec3::ZERO));
+            }
+        }
+        missed / moved
+    };
+    let [with, without] = [true, false].map(error);
+    assert!(
+        with < 0.1 && without > 0.8,
+        "{with} of the squares missed, {without} without mirrored motion"
     );
 }
 

@@ -296,6 +296,7 @@ fn a_fit_on_all_clips_validates_nothing_and_tells_the_error_before() {
         fit: Fit::HeldOut,
         clips: vec!["take1".into()],
         rmse_mm: 41.5,
+        field_share: 0.5,
     });
     let training = trainer.model().unwrap().about().training.clone();
     assert_eq!(training["fit"], "all_clips");

@@ -108,13 +108,14 @@ fn settings_of_a_new_run(
     let Some(budget) = args.budget else {
         return Ok((config, None));
     };
-    shorten_prior(&mut config, budget);
+    let fits = Fit::of_run(capture, &config).len() as u32;
+    shorten_prior(&mut config, budget / fits);
     let (steps, data) = steps_within(args.device.into(), capture, &config, budget, started)?;
     config.optimiser.steps = steps;
     Ok((config, Some(data)))
 }
 
-/// Steps of the prior's recurrence a second of the budget: about half of it on two cores, where it is short.
+/// Steps of the prior's recurrence a second of a fit's budget: about half of it on two cores, where it is short.
 const PRIOR_STEPS_A_SECOND: f64 = 4.0;
 
 /// Leaves the field a share of a short budget.
@@ -277,10 +278,11 @@ impl Run {
         let validation = trainer.validation()?;
         if let Some(validation) = &validation {
             self.folder.log(&format!(
-                "{}: {:.2} mm on {} after {:.0} s",
+                "{}: {:.2} mm on {} with {} % of the field after {:.0} s",
                 validation.fit.name(),
                 validation.rmse_mm,
                 validation.clips.join(", "),
+                100.0 * validation.field_share,
                 trainer.seconds()
             ))?;
         }

@@ -73,14 +73,14 @@ impl Normalisation {
     ///
     /// # Errors
     /// Vectors of another length, elements that are not finite.
-    pub fn fit<'a>(
+    pub fn fit<V: AsRef<[f32]>>(
         joints: usize,
         rule: NormalisationRule,
-        vectors: impl IntoIterator<Item = &'a [f32]>,
+        vectors: impl IntoIterator<Item = V>,
     ) -> Result<Self, MotionError> {
         let mut moments = Moments::new(motion_len(joints));
         for vector in vectors {
-            moments.add(vector)?;
+            moments.add(vector.as_ref())?;
         }
         let mut fitted = Self {
             limit: rule.limit,

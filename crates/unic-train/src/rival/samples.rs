@@ -9,7 +9,7 @@ use super::{
 use crate::{
     dataset::MotionVectors,
     error::TrainError,
-    mirror::{MirrorMap, View, mirrored},
+    mirror::{MirrorMap, View, mirrored, normalisation},
     prior::displacements,
     recurrence::mirrored_surface,
     stream::{Stream, generator},
@@ -88,9 +88,9 @@ impl Samples {
         let vectors = frames
             .iter()
             .map(|f| set.train[f.clip].kinematics.motion(f.frame));
-        let normalisation = Normalisation::fit(joints, INPUT_SCALE, vectors)?;
         let mirrored = config.mirror.then(|| Mirrored::new(set, skeleton)).flatten();
         let map = mirrored.as_ref().map(|m| &m.motion);
+        let normalisation = normalisation(joints, INPUT_SCALE, vectors, map)?;
         let motion = set
             .train
             .iter()

@@ -9,22 +9,32 @@ use crate::{
 };
 use serde_json::json;
 use std::sync::Arc;
-use unic_core::model::{About, Model, ModelParts};
+use unic_core::{
+    config::StateConfig,
+    model::{About, Model, ModelParts},
+};
 use unic_eval::PreparedClip;
 
+/// How much of the field's output is tried on clips held out, the whole of it first.
+const FIELD_SHARES: [f32; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
+
 impl Trainer {
-    /// The model as the settings want it kept: the last or the best parameters, averaged or not.
+    /// The model as the settings want it kept: the last or the best parameters, averaged or not, its field
+    /// as far as [the validation](Trainer::set_validation) believes it.
     ///
     /// # Errors
     /// None for a run that has not diverged.
     pub fn model(&self) -> Result<Model, TrainError> {
-        match (&self.best, self.config.keep) {
-            (Some(best), Keep::Best) => self.model_of(&best.parameters),
-            _ => self.model_of(&self.averaged()),
-        }
+        self.model_of(
+            &self.kept(),
+            self.validation.as_ref().map_or(1.0, |v| v.field_share),
+        )
     }
 
     /// Measures the model on the clips held out; none in a fit on all clips.
+    ///
+    /// A field that moves a displacement from its prior can learn its training motions by heart, and does where they
+    /// are few. So several shares of its output are tried, and the best one is the validation's.
     ///
     /// # Errors
     /// As [`Trainer::run`].
@@ -32,18 +42,42 @@ impl Trainer {
         if !self.validates() {
             return Ok(None);
         }
-        let model = Arc::new(self.model()?);
-        Ok(Some(Validation {
-            fit: self.data.fit,
-            clips: names(&self.data.validation),
-            rmse_mm: 1e3 * free_running_rmse(&model, &self.data.validation)?,
-        }))
+        let parameters = self.kept();
+        let mut best: Option<Validation> = None;
+        for &field_share in self.field_shares() {
+            let model = Arc::new(self.model_of(&parameters, field_share)?);
+            let rmse_mm = 1e3 * free_running_rmse(&model, &self.data.validation)?;
+            if best.as_ref().is_none_or(|best| rmse_mm < best.rmse_mm) {
+                best = Some(Validation {
+                    fit: self.data.fit,
+                    clips: names(&self.data.validation),
+                    rmse_mm,
+                    field_share,
+                });
+            }
+        }
+        Ok(best)
     }
 
-    /// What the model file is to tell about unseen motion: the error of this fit, or of the one before
-    /// that held clips out.
+    /// What [`Trainer::validation`] tries: without a prior there is nothing but the field.
+    pub(super) fn field_shares(&self) -> &'static [f32] {
+        match self.data.config.state {
+            StateConfig::Displacement(_) => &FIELD_SHARES,
+            StateConfig::Position => &FIELD_SHARES[..1],
+        }
+    }
+
+    /// What the model file is to tell about unseen motion, and how much of the field the model takes: of this fit,
+    /// or of the one before that held clips out.
     pub fn set_validation(&mut self, validation: Validation) {
         self.validation = Some(validation);
+    }
+
+    fn kept(&self) -> Vec<Vec<f32>> {
+        match (&self.best, self.config.keep) {
+            (Some(best), Keep::Best) => best.parameters.clone(),
+            _ => self.averaged(),
+        }
     }
 
     /// The running mean of the parameters, or where there is none the parameters.
@@ -51,11 +85,17 @@ impl Trainer {
         self.average.clone().unwrap_or_else(|| self.network.values())
     }
 
-    pub(super) fn model_of(&self, parameters: &[Vec<f32>]) -> Result<Model, TrainError> {
+    pub(super) fn model_of(&self, parameters: &[Vec<f32>], field_share: f32) -> Result<Model, TrainError> {
         let capture = &self.data.capture;
-        let (encoder, field) = model_layers(&self.shape, parameters);
+        let (encoder, mut field) = model_layers(&self.shape, parameters);
+        let mut config = self.data.config.clone();
+        if let (StateConfig::Displacement(state), Some(last)) = (&mut config.state, field.last_mut()) {
+            last.scale(field_share);
+            // The limit is part of the output; a field that says nothing meets any.
+            state.output_limit *= if field_share > 0.0 { field_share } else { 1.0 };
+        }
         Ok(Model::new(ModelParts {
-            config: self.data.config.clone(),
+            config,
             character: capture.character.clone(),
             garment: capture.garment.clone(),
             prior: self.data.prior.clone(),

@@ -11,6 +11,8 @@ pub struct Pace {
     pub step: f64,
     /// A validation.
     pub validation: f64,
+    /// The one at the end of a fit that holds clips out.
+    pub last_validation: f64,
 }
 
 impl Pace {
@@ -22,7 +24,12 @@ impl Pace {
             Fit::AllClips => self.step,
         };
         let all: f64 = fits.iter().map(of_a_fit).sum();
-        ((seconds / all) as u64).max(1)
+        let last = if fits.contains(&Fit::HeldOut) {
+            self.last_validation
+        } else {
+            0.0
+        };
+        (((seconds - last) / all) as u64).max(1)
     }
 }
 
@@ -45,11 +52,13 @@ impl Trainer {
             total += started.elapsed().as_secs_f64();
         }
         let started = Instant::now();
-        let model = Arc::new(self.model_of(&self.network.values())?);
+        let model = Arc::new(self.model_of(&self.network.values(), 1.0)?);
         free_running_rmse(&model, &self.data.validation)?;
+        let validation = started.elapsed().as_secs_f64();
         Ok(Pace {
             step: total / SAMPLES as f64,
-            validation: started.elapsed().as_secs_f64(),
+            validation,
+            last_validation: validation * self.field_shares().len() as f64,
         })
     }
 }
@@ -63,10 +72,11 @@ mod tests {
         let pace = Pace {
             step: 0.1,
             validation: 2.0,
+            last_validation: 10.0,
         };
         let both = [Fit::HeldOut, Fit::AllClips];
-        assert_eq!(pace.steps_within(60.5, &both[..1], 20), 302);
-        assert_eq!(pace.steps_within(60.5, &both, 20), 201);
+        assert_eq!(pace.steps_within(70.5, &both[..1], 20), 302);
+        assert_eq!(pace.steps_within(70.5, &both, 20), 201);
         assert_eq!(pace.steps_within(-1.0, &both, 20), 1);
     }
 }

@@ -78,6 +78,9 @@ pub(crate) struct Summary {
     validation_clips: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     validation_rmse_mm: Option<f64>,
+    /// The part of its field's output that the model takes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    field_share: Option<f32>,
 }
 
 impl Trained<'_> {
@@ -98,6 +101,7 @@ impl Trained<'_> {
             validation_fit: validation.map(|v| v.fit),
             validation_clips: validation.map_or_else(Vec::new, |v| v.clips.clone()),
             validation_rmse_mm: validation.map(|v| v.rmse_mm),
+            field_share: validation.map(|v| v.field_share),
         };
         run.folder.log(&format!(
             "finished: the model is the fit {} after {:.0} s in all",

@@ -115,7 +115,7 @@ fn normalised_elements_have_mean_zero_and_deviation_one() {
 #[test]
 fn normalisations_are_checked() {
     assert_eq!(
-        Normalisation::fit(3, NormalisationRule::PAPER, []),
+        Normalisation::fit(3, NormalisationRule::PAPER, [[0.0; 0]; 0]),
         Ok(Normalisation::identity(3))
     );
     let wrong = Normalisation::fit(3, NormalisationRule::PAPER, [&[0.0; 42][..]]);

@@ -177,8 +177,11 @@ impl RowFile {
                 let base = TrainConfig::preset(preset.into());
                 let text = settings::laid_over(&base, self.settings, &self.remove)?;
                 let mut config = TrainConfig::from_toml(&text)?;
-                // Test clips measure every row.
-                config.validation.refit = Refit::Only;
+                // Test clips measure every row. A preset that trains twice does so to know how far its field can
+                // be believed.
+                if config.validation.refit == Refit::Never {
+                    config.validation.refit = Refit::Only;
+                }
                 Ok(Training::Model(Box::new(config)))
             }
             (None, Some(kind)) => {
