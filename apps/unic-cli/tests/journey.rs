@@ -167,6 +167,14 @@ fn a_budget_becomes_a_number_of_steps() {
 }
 
 #[test]
+fn a_budget_is_not_filled_with_steps_that_a_prior_has_no_use_for() {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture(folder.path());
+    let summary = train(folder.path(), "m.unic", "--budget 1h --set optimiser.steps=3");
+    assert_eq!(summary["steps"], 3);
+}
+
+#[test]
 fn both_fits_share_the_budget() {
     let folder = tempfile::tempdir().unwrap();
     write_capture_without_validation(folder.path());

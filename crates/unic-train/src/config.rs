@@ -313,6 +313,17 @@ impl TrainConfig {
     pub fn learning_rate(&self, step: u64) -> f64 {
         self.optimiser.learning_rate(step)
     }
+
+    /// Does a prior say where the garment hangs, so that little is left to the field?
+    pub fn has_prior(&self) -> bool {
+        matches!(
+            self.model.state,
+            StateSettings::Displacement {
+                prior_shapes: 1..,
+                ..
+            }
+        )
+    }
 }
 
 impl OptimiserConfig {

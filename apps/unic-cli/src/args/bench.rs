@@ -83,8 +83,8 @@ pub(crate) struct SpeedArgs {
 /// Train and measure rows of settings under equal budgets, beside all baselines.
 ///
 /// Each row is a settings file over a preset; --rows takes built-in ones by name, or your own files.
-/// Nothing is held out of a row's training: captures need test clips. What is done stays in --out, so
-/// that a stopped benchmark goes on where it was.
+/// Test clips measure it, and captures need some; what a preset holds out of its first fit is back in its
+/// second. What is done stays in --out, so that a stopped benchmark goes on where it was.
 ///
 /// Examples:
 ///   unic bench accuracy captures/tshirt captures/skirt --budget 5m
@@ -101,7 +101,7 @@ pub(crate) struct AccuracyArgs {
     /// Rows: names of built-in ones or settings files [default: all built-in ones].
     #[arg(long, value_name = "ROW,...", value_delimiter = ',')]
     pub(crate) rows: Vec<String>,
-    /// Wall-clock time of each training.
+    /// Wall-clock time of each training, at most.
     #[arg(long, value_name = "TIME", value_parser = parse::budget, default_value = "5m")]
     pub(crate) budget: Duration,
     /// Optimiser steps of each training instead.

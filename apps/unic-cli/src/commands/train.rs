@@ -111,7 +111,11 @@ fn settings_of_a_new_run(
     let fits = Fit::of_run(capture, &config).len() as u32;
     shorten_prior(&mut config, budget / fits);
     let (steps, data) = steps_within(args.device.into(), capture, &config, budget, started)?;
-    config.optimiser.steps = steps;
+    config.optimiser.steps = match config.has_prior() {
+        // More of them teach the field the training motions by heart.
+        true => steps.min(config.optimiser.steps),
+        false => steps,
+    };
     Ok((config, Some(data)))
 }
 
