@@ -51,6 +51,8 @@ const CHUNK: usize = 128;
 pub struct Folds {
     vertices: Vec<bool>,
     faces: Vec<bool>,
+    /// How many corners of each face.
+    corners: Vec<u8>,
 }
 
 impl Folds {
@@ -70,10 +72,16 @@ impl Folds {
 
     /// From the vertices that were looked at to the faces and to the vertices at the same places.
     fn spread(&mut self, surface: &Surface) {
-        self.faces.clear();
         let welded = surface.welded_faces();
-        let is_folded = |face: &[u32; 3]| face.iter().any(|&v| self.vertices[v as usize]);
-        self.faces.extend(welded.iter().map(is_folded));
+        let count = |face: &[u32; 3]| {
+            face.iter()
+                .map(|&v| u8::from(self.vertices[v as usize]))
+                .sum::<u8>()
+        };
+        self.corners.clear();
+        self.corners.extend(welded.iter().map(count));
+        self.faces.clear();
+        self.faces.extend(self.corners.iter().map(|&corners| corners > 0));
         for (face, first) in surface.faces().iter().zip(welded) {
             for (&vertex, &first) in face.iter().zip(first) {
                 self.vertices[vertex as usize] = self.vertices[first as usize];
@@ -91,7 +99,14 @@ impl Folds {
         &self.vertices
     }
 
-    /// Whether a face lies in a fold; false for what is no face.
+    /// How many corners of a face lie in folds; none of what is no face.
+    pub fn corners_of_face(&self, face: u32) -> usize {
+        self.corners
+            .get(face as usize)
+            .map_or(0, |&corners| corners.into())
+    }
+
+    /// Whether any corner of a face lies in a fold; false for what is no face.
     pub fn has_face(&self, face: u32) -> bool {
         self.faces.get(face as usize).is_some_and(|&folded| folded)
     }

@@ -5,8 +5,8 @@
 //! cargo run --release -p unic-eval --example intersection_quality -- CAPTURE MODEL FRAMES CLIP...
 //! ```
 //!
-//! Inside is by the closest triangle, outside the folds of the body (`unic_core::folds`), whose share of the
-//! skin is `mask`. A crossing is an
+//! Inside is by the closest triangle, outside the folds of the body (`unic_core::folds`, interpolated between the
+//! corners of faces), whose share of the skin is `mask`. A crossing is an
 //! edge of the garment through a triangle of the body or the reverse, `convex` those farther than 5 cm
 //! from any concave edge of the body. `paper` is the paper's indicator, `open` the same outside the folds.
 //! `state` and `display` say what robust handling corrects; `corrected` is the ground truth after the
@@ -23,11 +23,26 @@ use unic_core::{
     mesh::TriMesh,
     model::Model,
     skeleton::Skeleton,
-    surface::Surface,
+    surface::{Surface, SurfacePoint},
     topology::edges,
     transform::Rigid,
 };
 use unic_io::{Capture, CapturedClip};
+
+/// Interpolated over a face between corners that lie in folds, 1, and those that do not, 0: from here on a place
+/// counts as in a fold.
+const MASK_SHARE: f32 = 0.5;
+
+/// The part of a face's area that does, by the number of such corners.
+const MASKED: [f64; 4] = [0.0, 0.25, 0.75, 1.0];
+
+fn is_masked(folds: &Folds, faces: &[[u32; 3]], hit: &SurfacePoint) -> bool {
+    let weights = faces[hit.face as usize]
+        .into_iter()
+        .zip(hit.barycentric.to_array());
+    let folded = weights.filter(|(corner, _)| folds.vertices()[*corner as usize]);
+    folded.map(|(_, weight)| weight).sum::<f32>() > MASK_SHARE
+}
 
 /// A crossing nearer than this to a concave edge lies in a fold of the skin, metres.
 const CONCAVE_M: f32 = 0.05;
@@ -225,7 +240,7 @@ impl<'a> Measure<'a> {
             let hit = self.surface.closest(*p);
             let is_below = self.snapshot.is_inside(*p);
             sums.paper += usize::from(is_below);
-            let folded = hit.is_some_and(|hit| self.folds.has_face(hit.face));
+            let folded = hit.is_some_and(|hit| is_masked(&self.folds, faces, &hit));
             sums.open += usize::from(is_below && !folded);
             if hit.is_some_and(|hit| hit.signed_distance < 0.0) {
                 sums.folded += usize::from(folded);
@@ -249,11 +264,9 @@ impl<'a> Measure<'a> {
             let [a, b, c] = face.map(|v| body[v as usize]);
             f64::from((b - a).cross(c - a).length())
         };
-        let folded = faces
-            .iter()
-            .zip(self.folds.faces())
-            .filter(|(_, folded)| **folded);
-        sums.mask += folded.map(|(face, _)| areas(face)).sum::<f64>() / faces.iter().map(areas).sum::<f64>();
+        let masked =
+            |(face, corners): (u32, &[u32; 3])| areas(corners) * MASKED[self.folds.corners_of_face(face)];
+        sums.mask += (0..).zip(faces).map(masked).sum::<f64>() / faces.iter().map(areas).sum::<f64>();
         self.crossings(&body, garment);
     }
 
@@ -263,7 +276,7 @@ impl<'a> Measure<'a> {
         for &[a, b] in &self.garment_edges {
             let hit = crossing(&self.surface, garment[a as usize], garment[b as usize]);
             places.extend(
-                hit.filter(|(_, face)| !self.folds.has_face(*face))
+                hit.filter(|(_, face)| self.folds.corners_of_face(*face) < 2)
                     .map(|(p, _)| p),
             );
         }

@@ -25,6 +25,12 @@ const LEAST_COSINE: f32 = 0.3;
 /// Looks at the surface for one vertex: in a crease the way out of one side leads into the other.
 const MOST_LOOKS: usize = 4;
 
+/// Where a vertex goes after the first way out, by the looks since: all the way, but halfway after the last one. In a
+/// crease that is narrower than two margins the way leads to and fro, and its middle is outside both sides.
+fn next_place(look: usize, [at, out]: [Vec3; 2]) -> Vec3 {
+    if look < MOST_LOOKS { out } else { at.midpoint(out) }
+}
+
 /// Height below the margin at which a vertex is left, metres: what rounding does to one that was moved.
 const TOLERANCE_M: f32 = 1e-5;
 
@@ -84,19 +90,17 @@ impl RobustBody {
         }
     }
 
-    /// Does `face` lie in a fold between parts that may both push the vertex? See [`folds::Folds`].
+    /// Does `face`, with all its corners, lie in a fold between parts that may both push the vertex? See
+    /// [`folds::Folds`].
     fn is_folded(&self, face: u32, vertex: usize) -> bool {
         let kind = self.parts.packets().kind_of_vertex(vertex);
         let pushes = |face| self.parts.face_pushes(face, vertex);
-        let corners = self
-            .surface
-            .welded_faces()
-            .get(face as usize)
-            .into_iter()
-            .flatten();
-        corners.into_iter().any(|&corner| {
-            let find_out = || folds::vertex_is_folded(&self.surface, corner, pushes);
-            self.folds.is_folded(kind, corner, find_out)
+        let corners = self.surface.welded_faces().get(face as usize);
+        corners.is_some_and(|corners| {
+            corners.iter().all(|&corner| {
+                let find_out = || folds::vertex_is_folded(&self.surface, corner, pushes);
+                self.folds.is_folded(kind, corner, find_out)
+            })
         })
     }
 }
@@ -140,8 +144,8 @@ impl RobustIntersection {
 
     /// Looks at the body from garment vertex `vertex` at `p`. The vertex goes along the shortest way
     /// between it and the parts that may push it, out to the margin; from inside a part that may not
-    /// it sinks to them first. It stays when it is high enough, when the closest face is in a fold,
-    /// and when no part of the body pushes it.
+    /// it sinks to them first. It stays when it is high enough, when the closest face is in a fold with all its
+    /// corners, and when no part of the body pushes it. In a crease narrower than two margins it goes to the middle.
     ///
     /// Height and place are continuous functions of `p` but where two parts of the skin are equally
     /// far from it, and where cloth that lies over a visiting limb meets it from above.
@@ -198,14 +202,14 @@ impl RobustIntersection {
 
     /// Goes on from the first way out: in a crease it leads into the other side.
     fn follow(&self, body: &RobustBody, vertex: usize, mut at: Vec3, mut seed: u32) -> Vec3 {
-        for _ in 1..MOST_LOOKS {
+        for look in 1..=MOST_LOOKS {
             let Some(hit) = body.closest(vertex, at, seed) else {
                 break;
             };
             let Some(out) = self.way_out(&hit, at) else {
                 break;
             };
-            (at, seed) = (out, hit.face);
+            (at, seed) = (next_place(look, [at, out]), hit.face);
         }
         at
     }

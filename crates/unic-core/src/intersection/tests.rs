@@ -15,6 +15,7 @@ use proptest::{collection::vec, prelude::*};
 use std::sync::Arc;
 
 mod coherence;
+mod creases;
 
 const MARGIN_M: f32 = 0.003;
 const RULE: RobustIntersection = RobustIntersection { margin_m: MARGIN_M };

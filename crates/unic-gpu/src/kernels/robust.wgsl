@@ -279,7 +279,7 @@ fn is_vertex_folded(vertex: u32) -> bool {
 
 fn is_folded(face: u32) -> bool {
     let welded = faces[face].welded;
-    return is_vertex_folded(welded.x) || is_vertex_folded(welded.y) || is_vertex_folded(welded.z);
+    return is_vertex_folded(welded.x) && is_vertex_folded(welded.y) && is_vertex_folded(welded.z);
 }
 
 @compute @workgroup_size(64)
@@ -300,17 +300,18 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
     if (!out.exists || is_folded(face)) {
         return;
     }
-    // In a crease the way out of one side leads into the other.
-    for (var looks = 1u; looks < MOST_LOOKS && out.exists; looks++) {
-        p = out.to;
+    // In a crease the way out of one side leads into the other; between two that are close, halfway ends it.
+    p = out.to;
+    for (var looks = 1u; looks <= MOST_LOOKS; looks++) {
         face = nearest(p, face);
         if (face == NO_ITEM) {
             break;
         }
         out = way_out(contact(p, face), p, margin);
-    }
-    if (out.exists) {
-        p = out.to;
+        if (!out.exists) {
+            break;
+        }
+        p = select(0.5 * (p + out.to), out.to, looks < MOST_LOOKS);
     }
     shown[6u * i] = p.x;
     shown[6u * i + 1u] = p.y;

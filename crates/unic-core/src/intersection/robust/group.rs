@@ -1,6 +1,6 @@
 //! All vertices of a garment at once, group by group of [`Packets`].
 
-use super::{Contact, MOST_LOOKS, RobustBody, RobustIntersection};
+use super::{Contact, MOST_LOOKS, RobustBody, RobustIntersection, next_place};
 use crate::{
     bvh::{LANES, Packet},
     intersection::packets::Packets,
@@ -202,7 +202,7 @@ impl Group<'_> {
     /// Goes on from the first ways out, of the lanes that have one.
     fn follow(&self, at: &mut [Vec3; LANES], mut faces: [u32; LANES]) {
         let mut next = *at;
-        for _ in 1..MOST_LOOKS {
+        for look in 1..=MOST_LOOKS {
             if next.iter().all(|p| !p.is_finite()) {
                 break;
             }
@@ -210,7 +210,10 @@ impl Group<'_> {
             for (lane, next) in next.iter_mut().enumerate() {
                 let hit = self.body.surface.point_on(faces[lane], *next);
                 match hit.and_then(|hit| self.rule.way_out(&hit, *next)) {
-                    Some(out) => (at[lane], *next) = (out, out),
+                    Some(out) => {
+                        *next = next_place(look, [*next, out]);
+                        at[lane] = *next;
+                    }
                     None => *next = Vec3::NAN,
                 }
             }
