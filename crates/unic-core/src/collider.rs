@@ -159,7 +159,9 @@ impl Collider {
 fn nearest_to_axis(triangle: &Triangle, half: f32) -> TrianglePoint {
     let (mut middle, mut step) = (0.0, half);
     let mut hit = triangle.closest(Vec3::ZERO);
-    for _ in 0..HALVINGS {
+    // A sphere has no axis to look along.
+    let halvings = if half > 0.0 { HALVINGS } else { 0 };
+    for _ in 0..halvings {
         step *= 0.5;
         middle += step.copysign(hit.offset.y);
         hit = triangle.closest(Vec3::Y * middle);

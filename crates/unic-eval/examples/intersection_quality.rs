@@ -275,17 +275,16 @@ impl<'a> Measure<'a> {
         let mut places = Vec::new();
         for &[a, b] in &self.garment_edges {
             let hit = crossing(&self.surface, garment[a as usize], garment[b as usize]);
-            places.extend(
-                hit.filter(|(_, face)| self.folds.corners_of_face(*face) < 2)
-                    .map(|(p, _)| p),
-            );
+            places.extend(hit.map(|(p, _)| p));
         }
         for &[a, b] in &self.body_edges {
-            let is_folded = [a, b].iter().any(|&v| self.folds.vertices()[v as usize]);
-            if !is_folded {
-                places.extend(crossing(&self.cloth, body[a as usize], body[b as usize]).map(|(p, _)| p));
-            }
+            places.extend(crossing(&self.cloth, body[a as usize], body[b as usize]).map(|(p, _)| p));
         }
+        let faces = &self.capture.character.body.faces;
+        places.retain(|p| {
+            let hit = self.surface.closest(*p);
+            hit.is_some_and(|hit| !is_masked(&self.folds, faces, &hit))
+        });
         self.sums.crossings += places.len();
         if places.is_empty() {
             return;

@@ -12,8 +12,9 @@ use unic_kernels::*;
 /// f32 rounds at 6e-8; sums of some hundred terms through up to nine maps stay two orders above.
 const TOLERANCE: f64 = 1e-5;
 
-/// A ReLU whose input lies within rounding of its kink may take the other side in f32 and change gradients there;
-/// seeds of the fixed cases below avoid it, and random ones get this much.
+/// A ReLU whose input lies within rounding of its kink may take the other side in f32 and change gradients there: random
+/// cases keep this far from it, and seeds of the fixed ones below avoid it.
+const ROUNDING: f64 = 1e-6;
 const GRADIENT_TOLERANCE: f64 = 2e-3;
 
 fn check(case: &Case, retention: Retention, tolerance: f64) -> Result<(), TestCaseError> {
@@ -157,8 +158,8 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
     #[test]
     fn random_shapes(shape in shapes(), groups in 1..5usize, points in 1..150usize, seed in 0..1000u64) {
-        // A kink that f32 and f64 see from different sides is nothing that happens again with other numbers.
-        let check = |seed| check(&Case::new(shape, groups, points, seed), Retention::Activations, GRADIENT_TOLERANCE);
-        check(seed).or_else(|_| check(seed + 1000))?;
+        let case = Case::new(shape, groups, points, seed);
+        prop_assume!(case.reference(&numbers(case.output_count(), 1.0, 99)).nearest_kink > ROUNDING);
+        check(&case, Retention::Activations, GRADIENT_TOLERANCE)?;
     }
 }

@@ -16,7 +16,7 @@ pub struct Validation {
     pub fit: Fit,
     /// The clips that it was measured on.
     pub clips: Vec<String>,
-    /// Free-running RMSE, millimetres.
+    /// Free-running RMSE, millimetres: the least of those of the shares tried.
     pub rmse_mm: f64,
     /// The part of the field's output that does best there, of which this is the error: 1, the whole, to 0.
     pub field_share: f32,

@@ -37,8 +37,8 @@ pub(crate) struct TrainArgs {
     /// Optimiser steps of each fit.
     #[arg(long, value_name = "N")]
     pub(crate) steps: Option<u64>,
-    /// Wall-clock time instead: as many steps as this machine makes in e.g. 90s, 45m or 1h 30m. With a prior the
-    /// preset's own number is enough, and the most.
+    /// Wall-clock time instead: as many steps as this machine makes in e.g. 90s, 45m or 1h 30m. With a prior
+    /// optimiser.steps are enough, and the most.
     #[arg(long, value_name = "TIME", value_parser = parse::budget, conflicts_with = "steps")]
     pub(crate) budget: Option<Duration>,
     /// What computes losses and gradients. A run goes on on any.

@@ -22,11 +22,12 @@ const LEAST_DISTANCE_M: f32 = 1e-4;
 /// rim, of the parts that may push or of an open body: what is beyond a rim is not under it.
 const LEAST_COSINE: f32 = 0.3;
 
-/// Looks at the surface for one vertex: in a crease the way out of one side leads into the other.
+/// Further looks at the surface after the first way out: in a crease it leads into the other side. Rounds of sinking too.
 const MOST_LOOKS: usize = 4;
 
 /// Where a vertex goes after the first way out, by the looks since: all the way, but halfway after the last one. In a
-/// crease that is narrower than two margins the way leads to and fro, and its middle is outside both sides.
+/// crease that is narrower than two margins the way leads to and fro, and where there is a gap its middle is outside both
+/// sides.
 fn next_place(look: usize, [at, out]: [Vec3; 2]) -> Vec3 {
     if look < MOST_LOOKS { out } else { at.midpoint(out) }
 }
@@ -91,7 +92,7 @@ impl RobustBody {
     }
 
     /// Does `face`, with all its corners, lie in a fold between parts that may both push the vertex? See
-    /// [`folds::Folds`].
+    /// [`folds::Folds`]. Over a face with a corner outside there is room for cloth.
     fn is_folded(&self, face: u32, vertex: usize) -> bool {
         let kind = self.parts.packets().kind_of_vertex(vertex);
         let pushes = |face| self.parts.face_pushes(face, vertex);

@@ -72,10 +72,12 @@ impl Case {
             points: vec![0.0; self.points.len()],
             latents: vec![0.0; self.latents.len()],
             parameters: vec![0.0; self.parameters.len()],
+            nearest_kink: f64::INFINITY,
         };
         for point in 0..self.groups * self.points_per_group {
             let group = point / self.points_per_group;
-            let trace = self.trace(point, group);
+            let (trace, kink) = self.trace(point, group);
+            result.nearest_kink = result.nearest_kink.min(kink);
             result.outputs.extend(&trace[shape.hidden_layers + 1]);
             let range = point * shape.outputs..(point + 1) * shape.outputs;
             self.reverse(point, group, &trace, &output_gradients[range], &mut result);
@@ -83,9 +85,10 @@ impl Case {
         result
     }
 
-    /// Values of the hidden layers (entry i + 1 is map i's output) and of the head; entry 0 is empty.
-    fn trace(&self, point: usize, group: usize) -> Vec<Vec<f64>> {
-        let mut values = vec![Vec::new()];
+    /// Values of the hidden layers (entry i + 1 is map i's output) and of the head; entry 0 is empty. And how near to its
+    /// kink the nearest ReLU is.
+    fn trace(&self, point: usize, group: usize) -> (Vec<Vec<f64>>, f64) {
+        let (mut values, mut kink) = (vec![Vec::new()], f64::INFINITY);
         for (index, map) in self.shape.layout().iter().enumerate() {
             let input = self.map_input(index, point, group, &values[index]);
             let output = (0..map.outputs).map(|row| {
@@ -98,6 +101,7 @@ impl Case {
                     .sum::<f64>();
                 let value = sum + f64::from(self.parameters[map.bias.start + row]);
                 if index < self.shape.hidden_layers {
+                    kink = kink.min(value.abs());
                     value.max(0.0)
                 } else {
                     value
@@ -105,7 +109,7 @@ impl Case {
             });
             values.push(output.collect());
         }
-        values
+        (values, kink)
     }
 
     fn map_input(&self, index: usize, point: usize, group: usize, hidden: &[f64]) -> Vec<f64> {
@@ -162,6 +166,8 @@ pub(crate) struct Reference {
     pub(crate) points: Vec<f64>,
     pub(crate) latents: Vec<f64>,
     pub(crate) parameters: Vec<f64>,
+    /// Least magnitude of a ReLU's input.
+    pub(crate) nearest_kink: f64,
 }
 
 /// What the kernels compute.
@@ -203,7 +209,7 @@ pub(crate) fn compute(
 /// Numbers are seldom smaller than this in the mean; where terms of order one cancel to less, f32 has rounded before.
 const LEAST_SIZE: f64 = 1e-2;
 
-/// ‖found − expected‖ / ‖expected‖.
+/// ‖found − expected‖ / √(‖expected‖² + n · [`LEAST_SIZE`]²).
 pub(crate) fn relative_error(found: &[f32], expected: &[f64]) -> f64 {
     assert_eq!(found.len(), expected.len());
     let square = |values: &mut dyn Iterator<Item = f64>| values.map(|value| value * value).sum::<f64>();

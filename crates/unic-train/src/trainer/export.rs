@@ -34,7 +34,8 @@ impl Trainer {
     /// Measures the model on the clips held out; none in a fit on all clips.
     ///
     /// A field that moves a displacement from its prior can learn its training motions by heart, and does where they
-    /// are few. So several shares of its output are tried, and the best one is the validation's.
+    /// are few. So several shares of its output are tried, and the best one is the validation's: the least of their
+    /// errors, and so a little too small. A lone clip, which is trained on too, cannot tell.
     ///
     /// # Errors
     /// As [`Trainer::run`].
@@ -61,9 +62,9 @@ impl Trainer {
 
     /// What [`Trainer::validation`] tries: without a prior there is nothing but the field.
     pub(super) fn field_shares(&self) -> &'static [f32] {
-        match self.data.config.state {
-            StateConfig::Displacement(_) => &FIELD_SHARES,
-            StateConfig::Position => &FIELD_SHARES[..1],
+        match self.config.has_prior() {
+            true => &FIELD_SHARES,
+            false => &FIELD_SHARES[..1],
         }
     }
 

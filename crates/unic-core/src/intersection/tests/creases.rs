@@ -21,24 +21,31 @@ fn wedge() -> TriMesh {
     )
 }
 
-#[test]
-fn between_two_walls_cloth_stays_outside_both() {
-    let (body, _) = rigid(wedge(), cube());
-    for (x, y) in [
+/// Cloth in the narrow end, of which some is in one of the walls.
+fn strip() -> TriMesh {
+    let places = [
         (0.002, 0.0055),
         (0.004, 0.001),
         (0.01, 0.006),
         (0.01, -0.002),
         (0.015, 0.007),
-    ] {
-        let p = Vec3::new(x, y, 0.01);
-        let out = corrected(&body, p).unwrap();
+    ];
+    let places = places.map(|(x, y)| Vec3::new(x, y, 0.01));
+    TriMesh::new(places.to_vec(), vec![[0, 1, 2], [1, 3, 2], [2, 3, 4]]).unwrap()
+}
+
+#[test]
+fn between_two_walls_cloth_stays_outside_both() {
+    let (body, garment) = rigid(wedge(), strip());
+    for p in &garment.rest.vertices {
+        let out = corrected(&body, *p).unwrap();
         let height_m = body.surface().closest(out).unwrap().signed_distance;
         assert!(
             height_m > 0.0015,
             "{p} goes to {out}, {height_m} m over the nearer wall"
         );
     }
+    assert_together_as_alone(&body, &garment).unwrap();
 }
 
 #[test]
