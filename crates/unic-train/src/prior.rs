@@ -14,7 +14,7 @@ use crate::{
 use burn::tensor::Device;
 use glam::Vec3;
 use rayon::prelude::*;
-use series::{Clips, Series};
+use series::{Clips, Series, hang_alike};
 use unic_core::{model::ModelError, network::Linear, prior::Prior};
 use unic_eval::{Displacements, LinearMap, Moments, PrincipalComponents, TrainingSet};
 
@@ -76,7 +76,8 @@ pub fn fit_prior(
         motion,
         components: &components,
     };
-    let series = clips.series(PIECES).map_err(ModelError::from)?;
+    let mut series = clips.series(PIECES).map_err(ModelError::from)?;
+    hang_alike(&mut series, STRENGTHS[STRENGTHS.len() / 2]);
     let linear = LeaveOneOut::fit(&series);
     let sequences: Vec<_> = (series.par_iter())
         .map(|s| s.sequence(linear.without(s)))
