@@ -60,8 +60,10 @@ fn the_first_movie_comes_as_a_gif_too() {
     assert_eq!(names(&folder.join("deeper")), ["with.gif"]);
     let movie = fs::read(folder.join("deeper/with.gif")).unwrap();
     assert!(movie.starts_with(b"GIF89a") && movie.ends_with(b";"));
-    // A graphic control extension a frame: what its delay and its transparent colour are.
-    let frames = movie.windows(3).filter(|bytes| bytes == &[0x21, 0xf9, 4]).count();
+    // A graphic control extension a frame, what its delay and its transparent colour are, and the image after it. Three of
+    // these bytes alone may also stand in a picture.
+    let begins_a_frame = |bytes: &[u8]| bytes.starts_with(&[0x21, 0xf9, 4]) && bytes[7..] == [0, 0x2c];
+    let frames = movie.windows(9).filter(|bytes| begins_a_frame(bytes)).count();
     assert_eq!(frames, FRAMES - 1);
 }
 
