@@ -3,6 +3,7 @@
 use crate::{failure::Interrupted, output::say};
 use anyhow::{Context, Result};
 use std::sync::atomic::{AtomicBool, Ordering};
+use unic_train::Control;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 
@@ -20,6 +21,14 @@ pub(crate) fn listen() -> Result<()> {
 /// Has anyone asked to stop?
 pub(crate) fn is_asked() -> bool {
     ASKED.load(Ordering::SeqCst)
+}
+
+/// What a training that asks is told.
+pub(crate) fn control() -> Control {
+    match is_asked() {
+        true => Control::Stop,
+        false => Control::Continue,
+    }
 }
 
 /// An error once somebody has asked to stop: for work that leaves nothing to save.

@@ -17,7 +17,12 @@ mod worst_frames;
 use anyhow::{Context, Result};
 use args::{Args, Command};
 use clap::Parser;
+use peak_alloc::PeakAlloc;
 use std::process::ExitCode;
+
+/// Knows how many bytes are allocated.
+#[global_allocator]
+static HEAP: PeakAlloc = PeakAlloc;
 
 fn main() -> ExitCode {
     failure::install_panic_hook();

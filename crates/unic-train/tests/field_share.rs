@@ -19,7 +19,11 @@ fn harmed() -> (f64, Trainer) {
     config.optimiser.warmup_steps = 0;
     config.regularisation.average = 0.0;
     let mut trainer = Trainer::new(dataset(&config), config).unwrap();
-    let prior_mm = trainer.validation().unwrap().unwrap().rmse_mm;
+    let prior_mm = trainer
+        .validation(&|| Control::Continue)
+        .unwrap()
+        .unwrap()
+        .rmse_mm;
     trainer.run(None, &mut |_| Control::Continue).unwrap();
     (prior_mm, trainer)
 }
@@ -32,7 +36,7 @@ fn a_field_that_harms_motion_held_out_is_not_believed() {
         1e3 * whole > 1.1 * prior_mm,
         "{whole} m, of the prior {prior_mm} mm"
     );
-    let validation = trainer.validation().unwrap().unwrap();
+    let validation = trainer.validation(&|| Control::Continue).unwrap().unwrap();
     assert!(validation.field_share < 1.0, "{validation:?}");
     assert!(validation.rmse_mm < 1.001 * prior_mm, "{validation:?}");
     // The model is as good as it is said to be.

@@ -291,7 +291,7 @@ fn a_fit_on_all_clips_validates_nothing_and_tells_the_error_before() {
         Control::Continue
     };
     trainer.run(Some(folder.path()), &mut listen).unwrap();
-    assert_eq!(trainer.validation().unwrap(), None);
+    assert_eq!(trainer.validation(&|| Control::Continue).unwrap(), None);
     trainer.set_validation(Validation {
         fit: Fit::HeldOut,
         clips: vec!["take1".into()],

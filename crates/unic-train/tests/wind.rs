@@ -118,7 +118,11 @@ fn a_model_feels_the_wind_that_it_was_trained_in() {
         with < 0.6 * without,
         "{with} m in the wind, {without} m in still air"
     );
-    let rmse_mm = trainer.validation().unwrap().unwrap().rmse_mm;
+    let rmse_mm = trainer
+        .validation(&|| Control::Continue)
+        .unwrap()
+        .unwrap()
+        .rmse_mm;
     assert!(
         (rmse_mm - 1e3 * f64::from(with)).abs() < 0.1,
         "validation says {rmse_mm} mm"

@@ -75,6 +75,9 @@ pub(crate) struct SpeedArgs {
     /// Most frames that a median is over; large garments stop after two seconds.
     #[arg(long, value_name = "N", default_value = "200")]
     pub(crate) frames: NonZeroUsize,
+    /// Instances that share the model, for the time and the memory of each of many; 0 for none.
+    #[arg(long, value_name = "N", default_value = "16")]
+    pub(crate) instances: usize,
     /// Print the numbers as one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,

@@ -236,7 +236,7 @@ fn simulate(args: &DemoArgs, scale: &Scale, capture: &Path) -> Vec<String> {
 }
 
 fn train(scale: &Scale, capture: &Path, model: &Path) -> Vec<String> {
-    let [steps, prior_steps] = &scale.steps;
+    let [steps, prior_steps] = scale.steps;
     let recurrence = |key: &str, value: u32| format!("model.state.displacement.recurrence.{key}={value}");
     let mut line = words(&["train", &show(capture), "--out", &show(model)]);
     if model.with_extension("run").join("config.toml").exists() {
@@ -248,7 +248,7 @@ fn train(scale: &Scale, capture: &Path, model: &Path) -> Vec<String> {
             "--steps",
             &steps.to_string(),
             "--set",
-            &recurrence("steps", *prior_steps),
+            &recurrence("steps", prior_steps),
             "--set",
             &recurrence("windows", PRIOR_WINDOW[0]),
             "--set",

@@ -24,8 +24,7 @@ use std::{
 };
 use unic_io::Capture;
 use unic_train::{
-    Checkpoint, Control, Dataset, Fit, Outcome, Processor, StateSettings, TrainConfig, TrainError, Trainer,
-    Validation,
+    Checkpoint, Dataset, Fit, Outcome, Processor, StateSettings, TrainConfig, TrainError, Trainer, Validation,
 };
 
 /// Trains, writes the model and says so.
@@ -119,8 +118,8 @@ fn settings_of_a_new_run(
     Ok((config, Some(data)))
 }
 
-/// Steps of the prior's recurrence a second of a fit's budget: about half of it on two cores, where it is short.
-const PRIOR_STEPS_A_SECOND: f64 = 4.0;
+/// Steps of the prior's recurrence a second of a fit's budget and a thread: about half of it, where it is short.
+const PRIOR_STEPS_A_SECOND: f64 = 2.0;
 
 /// Leaves the field a share of a short budget.
 fn shorten_prior(config: &mut TrainConfig, budget: Duration) {
@@ -129,7 +128,8 @@ fn shorten_prior(config: &mut TrainConfig, budget: Duration) {
         ..
     } = &mut config.model.state
     {
-        let affordable = (PRIOR_STEPS_A_SECOND * budget.as_secs_f64()) as u64;
+        let thread_seconds = budget.as_secs_f64() * rayon::current_num_threads() as f64;
+        let affordable = (PRIOR_STEPS_A_SECOND * thread_seconds) as u64;
         recurrence.steps = recurrence.steps.min(affordable.max(1));
     }
 }
@@ -141,10 +141,7 @@ fn load(capture: &Capture, config: &TrainConfig, fit: Fit, processor: Processor)
         let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
         let shown = progress.get_or_insert_with(|| Progress::new("fitting the prior", 0, all));
         shown.set(done, String::new);
-        match interrupt::is_asked() {
-            true => Control::Stop,
-            false => Control::Continue,
-        }
+        interrupt::control()
     };
     match Dataset::watched(capture.clone(), config, fit, processor, &watch) {
         Err(TrainError::Stopped) => {
@@ -279,7 +276,9 @@ impl Run {
 
     /// The error on the clips that the first fit held out; none where it held out none.
     fn validated(&self, trainer: &Trainer) -> Result<Option<Validation>> {
-        let validation = trainer.validation()?;
+        let validation = trainer.validation(&interrupt::control);
+        self.stop_if_asked(trainer)?;
+        let validation = validation?;
         if let Some(validation) = &validation {
             self.folder.log(&format!(
                 "{}: {:.2} mm on {} with {} % of the field after {:.0} s",

@@ -4,6 +4,7 @@ use super::Trainer;
 use crate::{
     config::Keep,
     error::TrainError,
+    event::Control,
     network::model_layers,
     validation::{Validation, free_running_rmse},
 };
@@ -38,17 +39,23 @@ impl Trainer {
     /// errors, and so a little too small. A lone clip, which is trained on too, cannot tell.
     ///
     /// # Errors
-    /// As [`Trainer::run`].
-    pub fn validation(&self) -> Result<Option<Validation>, TrainError> {
+    /// As [`Trainer::run`]; `proceed`, asked before each, that says stop.
+    pub fn validation(&self, proceed: &dyn Fn() -> Control) -> Result<Option<Validation>, TrainError> {
         if !self.validates() {
             return Ok(None);
         }
         let parameters = self.kept();
         let mut best: Option<Validation> = None;
         for &field_share in self.field_shares() {
+            if proceed() == Control::Stop {
+                return Err(TrainError::Stopped);
+            }
             let model = Arc::new(self.model_of(&parameters, field_share)?);
             let rmse_mm = 1e3 * free_running_rmse(&model, &self.data.validation)?;
-            if best.as_ref().is_none_or(|best| rmse_mm < best.rmse_mm) {
+            if best
+                .as_ref()
+                .is_none_or(|best| rmse_mm < best.rmse_mm || best.rmse_mm.is_nan())
+            {
                 best = Some(Validation {
                     fit: self.data.fit,
                     clips: names(&self.data.validation),

@@ -1,6 +1,7 @@
 //! `unic bench` without a subcommand: how fast frames are.
 
 mod error;
+mod instances;
 mod machine;
 mod report;
 mod scene;
@@ -9,9 +10,10 @@ mod timing;
 use crate::{args::SpeedArgs, failure::Usage, interrupt, model_file, motion_file, output::say};
 use anyhow::{Context, Result, anyhow, bail};
 use error::AddedError;
+use instances::Instances;
 use report::{Case, Report};
 use scene::Scene;
-use std::{sync::Arc, time::Duration};
+use std::{num::NonZeroUsize, sync::Arc, time::Duration};
 use timing::Timing;
 use unic_builtin::scale;
 use unic_core::{animator::Animator, model::Model, network::Precision};
@@ -123,8 +125,11 @@ impl Bench<'_> {
         let pool = pool.context("threads cannot be started")?;
         let frames = self.args.frames.get();
         let timing = pool.install(|| Timing::measure(animator.clone(), self.scene, frames))?;
+        let crowd = |count| pool.install(|| Instances::measure(animator, self.scene, count));
+        let instances = NonZeroUsize::new(self.args.instances).map(crowd).transpose()?;
         let frame_ms = timing.frame;
-        let case = Case::new(&self.scene.network, animator.model(), threads, timing, error);
+        let mut case = Case::new(&self.scene.network, animator.model(), threads, timing, error);
+        case.instances = instances;
         say(&case.to_string());
         report.cases.push(case);
         Ok(frame_ms)

@@ -9,7 +9,7 @@ use std::{
 use unic_core::motion::{MotionLayout, MotionSpec, VelocityScheme};
 use unic_eval::{Mode, Predictor, PreparedClip, training_set};
 use unic_io::{Capture, Split};
-use unic_train::{Control, RivalConfig, RivalPredictor, RivalTrainer, TrainError};
+use unic_train::{RivalConfig, RivalPredictor, RivalTrainer, TrainError};
 
 /// What a training may take.
 #[derive(Clone, Copy, Debug)]
@@ -55,10 +55,7 @@ pub(super) fn train(
     let watch = |done: u64, _: u64| {
         let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
         progress.set(done, String::new);
-        match interrupt::is_asked() {
-            true => Control::Stop,
-            false => Control::Continue,
-        }
+        interrupt::control()
     };
     let begun = Instant::now();
     let predictor = match trainer.train(&watch) {

@@ -1,6 +1,6 @@
 //! What `unic bench` prints.
 
-use super::{error::AddedError, machine::Machine, timing::Timing};
+use super::{error::AddedError, instances::Instances, machine::Machine, timing::Timing};
 use crate::{
     args::SpeedArgs,
     output::{print, print_json},
@@ -38,6 +38,8 @@ pub(super) struct Case {
     added_rmse_mm: Option<f64>,
     /// The same after up to 10 s of free running.
     added_free_running_rmse_mm: Option<f64>,
+    /// Many at once that share the model; none where none were asked for.
+    pub(super) instances: Option<Instances>,
     /// Medians.
     stages_ms: BTreeMap<&'static str, f64>,
     /// What nine of ten frames take longer for.
@@ -84,6 +86,7 @@ impl Case {
             forward_only_ms: timing.forward,
             added_rmse_mm: error.map(|e| e.one_step),
             added_free_running_rmse_mm: error.map(|e| e.free_running),
+            instances: None,
             stages_ms: by_name(&timing.stages),
             stages_tenth_ms: by_name(&timing.stages_tenth),
         }
@@ -99,7 +102,7 @@ fn by_name(stages: &[(Stage, f64)]) -> BTreeMap<&'static str, f64> {
 }
 
 const HEADER: &str = "vertices network  precision sampled threads  frame ms     fps  forward  encoder    field   skin  \
-                      inters.  normals  +RMSE mm  +RMSE free";
+                      inters.  normals  each us  each KiB  +RMSE mm  +RMSE free";
 
 impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -122,6 +125,10 @@ impl fmt::Display for Case {
             self.stage("intersections")
         )?;
         write!(f, " {:8.2}", self.stage("normals"))?;
+        match &self.instances {
+            Some(each) => write!(f, " {:8.0} {:9.0}", each.frame_us, each.bytes as f64 / 1024.0)?,
+            None => write!(f, " {:>8} {:>9}", "-", "-")?,
+        }
         for error in [self.added_rmse_mm, self.added_free_running_rmse_mm]
             .into_iter()
             .flatten()
