@@ -277,18 +277,18 @@ impl Backward<Flex, 3> for FusedField {
 }
 
 /// The CPU's representation of a tensor that takes part in a graph.
-fn cpu<const D: usize>(tensor: Tensor<D>) -> FloatTensor<Autodiff<Flex>> {
+pub(crate) fn cpu<const D: usize>(tensor: Tensor<D>) -> FloatTensor<Autodiff<Flex>> {
     // Documented: a tensor of another device is a mistake in the program, not in its input.
     tensor
         .try_into_primitive::<Autodiff<Flex>>()
         .expect("CPU tensors")
 }
 
-fn slice(tensor: &FloatTensor<Flex>) -> &[f32] {
+pub(crate) fn slice(tensor: &FloatTensor<Flex>) -> &[f32] {
     // Every caller makes it contiguous first, and nothing here is of another type.
     tensor.as_slice::<f32>().expect("contiguous f32 values")
 }
 
-fn primitive(values: Vec<f32>, shape: impl Into<Shape>) -> FloatTensor<Flex> {
+pub(crate) fn primitive(values: Vec<f32>, shape: impl Into<Shape>) -> FloatTensor<Flex> {
     Flex::float_from_data(TensorData::new(values, shape.into()), &Default::default())
 }

@@ -81,6 +81,7 @@ mod checkpoint;
 mod config;
 mod correction;
 mod dataset;
+mod elu_op;
 mod error;
 mod event;
 mod field_op;

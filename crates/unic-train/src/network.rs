@@ -14,7 +14,7 @@ use crate::{
 };
 use burn::module::{Module, Param, ParamId};
 use burn::nn::Linear;
-use burn::tensor::{Device, Tensor, TensorData, activation};
+use burn::tensor::{Device, Tensor, TensorData};
 use unic_core::{
     config::{ModelConfig, StateConfig},
     motion::motion_len,
@@ -251,12 +251,6 @@ pub(crate) fn host<const D: usize>(name: String, parameter: &Param<Tensor<D>>) -
         // Parameters are made as f32 above and never change their type.
         values: values.expect("f32 parameters"),
     }
-}
-
-/// ELU with α = 1 whose gradient stays finite: Burn's own takes exp of positive inputs too, whose
-/// gradient is 0 · ∞ above 88.
-pub(crate) fn elu<const D: usize>(x: Tensor<D>) -> Tensor<D> {
-    activation::relu(x.clone()) + (x.clamp_max(0.0).exp() - 1.0)
 }
 
 /// Rows of `columns` numbers to columns.

@@ -6,6 +6,7 @@
 //! the linear map leaves of them: what a map leaves of a motion that it has not seen is mostly that
 //! motion's own, and says nothing of the next.
 
+mod scan;
 mod sequence;
 mod swing;
 mod unit;
@@ -250,7 +251,7 @@ impl UnitFit<'_> {
         let optimiser = self.settings.optimiser(self.steps);
         for step in 0..self.steps {
             let mut rng = generator(self.seed, Stream::Recurrence, step);
-            let loss = unit.loss(&windows.draw(&mut rng), device);
+            let loss = unit.loss(windows.draw(&mut rng), device);
             let value = loss.clone().into_scalar::<f32>();
             if !value.is_finite() {
                 return Err(TrainError::Diverged {

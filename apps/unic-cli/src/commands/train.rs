@@ -119,7 +119,7 @@ fn settings_of_a_new_run(
 }
 
 /// Steps of the prior's recurrence a second of a fit's budget and a thread: about half of it, where it is short.
-const PRIOR_STEPS_A_SECOND: f64 = 2.0;
+const PRIOR_STEPS_A_SECOND: f64 = 3.0;
 
 /// Leaves the field a share of a short budget.
 fn shorten_prior(config: &mut TrainConfig, budget: Duration) {

@@ -1,6 +1,7 @@
 //! Stacks of linear maps, and the pick of one category a channel: what all networks share.
 
-use super::{elu, parameter, transposed};
+use super::{parameter, transposed};
+use crate::elu_op::elu;
 use crate::stream::{Stream, generator};
 use burn::nn::Linear;
 use burn::tensor::{Device, Int, Tensor, TensorData};

@@ -137,24 +137,6 @@ fn noise_depends_on_seed_and_step_alone() {
 }
 
 #[test]
-fn elu_and_its_gradient_are_finite_everywhere() {
-    let device = Device::flex().autodiff();
-    let x = Tensor::<2>::from_data([[-200.0f32, -1.0, 0.5, 200.0]], &device).require_grad();
-    let y = elu(x.clone());
-    let gradients = y.clone().sum().backward();
-    let y = y.inner().try_into_vec_as::<f32>().unwrap();
-    let gradient = x.grad(&gradients).unwrap().try_into_vec_as::<f32>().unwrap();
-    let slope = (-1.0f32).exp();
-    for (a, b) in y
-        .iter()
-        .chain(&gradient)
-        .zip([-1.0, slope - 1.0, 0.5, 200.0, 0.0, slope, 1.0, 1.0])
-    {
-        assert!((a - b).abs() < 1e-6, "{a} {b}");
-    }
-}
-
-#[test]
 fn parameters_come_back_and_start_within_their_bounds() {
     let shape = shape(vec![10, 8, 4], 1, 4);
     let device = Device::flex();

@@ -1,8 +1,9 @@
 //! A linear recurrent unit in training.
 
-use super::windows::WindowBatch;
+use super::{scan::oscillations, windows::WindowBatch};
 use crate::{
-    network::{elu, host, parameter, transposed},
+    elu_op::elu,
+    network::{host, parameter, transposed},
     noise::normal,
     stream::{Stream, generator},
 };
@@ -148,101 +149,74 @@ impl Unit {
     }
 
     /// Mean over frames and windows of the squared error, summed over the outputs.
-    pub(super) fn loss(&self, batch: &WindowBatch, device: &Device) -> Tensor<1> {
-        let error =
-            self.outputs(batch, device) - tensor(&batch.targets, batch.shape(batch.sizes.outputs), device);
-        error.powi_scalar(2).mean() * batch.sizes.outputs as f64
+    pub(super) fn loss(&self, mut batch: WindowBatch, device: &Device) -> Tensor<1> {
+        let (outputs, shape) = (batch.sizes.outputs, batch.shape(batch.sizes.outputs));
+        let targets = tensor(std::mem::take(&mut batch.targets), shape, device);
+        let error = self.outputs(batch, device) - targets;
+        error.powi_scalar(2).mean() * outputs as f64
     }
 
     /// `[frames, windows, outputs]`.
-    fn outputs(&self, batch: &WindowBatch, device: &Device) -> Tensor<3> {
-        let inputs = tensor(&batch.inputs, batch.shape(batch.sizes.inputs), device);
-        let [inputs_mask, embedding_mask, memory_mask] = &batch.masks;
-        let of_windows = |mask: &[f32]| {
-            tensor(
-                mask,
-                [1, batch.windows, mask.len() / batch.windows.max(1)],
-                device,
-            )
-        };
-        let embedding = elu(self.map(0, inputs * of_windows(inputs_mask))) * of_windows(embedding_mask);
-        let [re, im] = self.remembered(self.map(1, embedding.clone()));
-        let memory = elu(self.map(2, Tensor::cat(vec![re, im], 2))) * of_windows(memory_mask);
+    fn outputs(&self, batch: WindowBatch, device: &Device) -> Tensor<3> {
+        let (windows, width, shape) = (batch.windows, batch.sizes.width, batch.shape(batch.sizes.inputs));
+        let [embedding_mask, memory_mask] = batch.masks.map(|mask| tensor(mask, [1, windows, width], device));
+        let embedding = elu(self.map(0, tensor(batch.inputs, shape, device))) * embedding_mask;
+        let states = self.remembered(self.drive(embedding.clone()));
+        let memory = elu(self.map(2, states)) * memory_mask;
         let hidden = elu(self.map(3, Tensor::cat(vec![memory, embedding], 2)));
         self.map(4, hidden)
     }
 
     fn map(&self, i: usize, x: Tensor<3>) -> Tensor<3> {
-        let [frames, windows, inputs] = x.dims();
-        let y = x
-            .reshape([frames * windows, inputs])
-            .matmul(self.weights[i].val())
-            + self.biases[i].val().unsqueeze::<2>();
-        let outputs = y.dims()[1];
-        y.reshape([frames, windows, outputs])
+        mapped(x, self.weights[i].val(), self.biases[i].val())
     }
 
-    /// States of the oscillators `[frames, windows, M]`, real and imaginary parts, for their drive
-    /// `[frames, windows, 2 M]`.
-    ///
-    /// h_t = Σ_s λ^s u_{t−s}, by doubling: sums over d ticks make sums over 2 d ticks.
-    fn remembered(&self, drive: Tensor<3>) -> [Tensor<3>; 2] {
-        let [frames, _, state] = drive.dims();
-        let count = state / 2;
-        let rates = self.rates.val().exp().clamp_min(LEAST_RATE);
-        let angles = self.angles.val();
-        let power = |ticks: f64| -> [Tensor<3>; 2] {
-            let decay = (rates.clone() * -ticks).exp();
-            let angle = angles.clone() * ticks;
-            [decay.clone() * angle.clone().cos(), decay * angle.sin()].map(Tensor::unsqueeze)
-        };
-        let gain: Tensor<1> = (-(rates.clone() * -2.0).exp() + 1.0).sqrt();
-        let gain = gain.unsqueeze::<3>();
-        let part = |first: usize| drive.clone().narrow(2, first, count) * gain.clone();
-        let mut h = started([part(0), part(count)], power(1.0));
-        let mut ticks = 1;
-        while ticks < frames {
-            let earlier = h.clone().map(|x| later(x, ticks));
-            let [re, im] = times(earlier, power(ticks as f64));
-            let [h_re, h_im] = h;
-            h = [h_re + re, h_im + im];
-            ticks *= 2;
-        }
-        h
+    /// The drive of the oscillators `[frames, windows, 2 M]`, so large that their states do not depend on how long
+    /// they remember.
+    fn drive(&self, embedding: Tensor<3>) -> Tensor<3> {
+        let gain: Tensor<1> = (-(self.rates() * -2.0).exp() + 1.0).sqrt();
+        let gain = Tensor::cat(vec![gain.clone(), gain], 0);
+        let weight = self.weights[1].val() * gain.clone().unsqueeze();
+        mapped(embedding, weight, self.biases[1].val() * gain)
+    }
+
+    /// States of the oscillators `[frames, windows, 2 M]`, real parts before imaginary ones, for their drive.
+    fn remembered(&self, drive: Tensor<3>) -> Tensor<3> {
+        let state = drive.dims()[2];
+        let decay = (-self.rates()).exp();
+        let angle = self.angles.val();
+        let poles = [decay.clone() * angle.clone().cos(), decay * angle.sin()];
+        let first = started(drive.clone().narrow(0, 0, 1).reshape([-1, state as i64]), &poles);
+        oscillations(Tensor::cat(poles.into(), 0), first, drive)
+    }
+
+    fn rates(&self) -> Tensor<1> {
+        self.rates.val().exp().clamp_min(LEAST_RATE)
     }
 }
 
-fn tensor(values: &[f32], shape: [usize; 3], device: &Device) -> Tensor<3> {
-    Tensor::from_data(TensorData::new(values.to_vec(), shape), device)
+fn tensor(values: Vec<f32>, shape: [usize; 3], device: &Device) -> Tensor<3> {
+    Tensor::from_data(TensorData::new(values, shape), device)
 }
 
-/// The first frame's drive as if it had lasted for ever: u_0 / (1 − λ).
-fn started([re, im]: [Tensor<3>; 2], [pole_re, pole_im]: [Tensor<3>; 2]) -> [Tensor<3>; 2] {
-    let frames = re.dims()[0];
-    let [a, b] = [-pole_re + 1.0, pole_im];
-    let norm = a.clone().powi_scalar(2) + b.clone().powi_scalar(2);
+/// `[frames, windows, inputs]` to outputs.
+fn mapped(x: Tensor<3>, weight: Tensor<2>, bias: Tensor<1>) -> Tensor<3> {
+    let [frames, windows, inputs] = x.dims();
+    let outputs = bias.dims()[0];
+    let y = x.reshape([frames * windows, inputs]).matmul(weight) + bias.unsqueeze::<2>();
+    y.reshape([frames, windows, outputs])
+}
+
+/// States that the first frame's drive u `[windows, 2 M]` would have come to if it had lasted for ever: u / (1 − λ).
+fn started(drive: Tensor<2>, [pole_re, pole_im]: &[Tensor<1>; 2]) -> Tensor<2> {
+    let count = pole_re.dims()[0];
+    let [re, im] = [0, count].map(|part| drive.clone().narrow(1, part, count));
     // 1 / (1 − λ) = (a + i b) / |1 − λ|² with 1 − λ = a − i b.
-    let inverse = [a / norm.clone(), b / norm];
-    let first = times([re.clone().narrow(0, 0, 1), im.clone().narrow(0, 0, 1)], inverse);
-    let [first_re, first_im] = first;
-    let joined = |first: Tensor<3>, all: Tensor<3>| match frames {
-        1 => first,
-        _ => Tensor::cat(vec![first, all.narrow(0, 1, frames - 1)], 0),
-    };
-    [joined(first_re, re), joined(first_im, im)]
-}
-
-/// Product of complex numbers.
-fn times([a, b]: [Tensor<3>; 2], [c, d]: [Tensor<3>; 2]) -> [Tensor<3>; 2] {
-    [a.clone() * c.clone() - b.clone() * d.clone(), a * d + b * c]
-}
-
-/// Moved `ticks` frames on, zeros before.
-fn later(x: Tensor<3>, ticks: usize) -> Tensor<3> {
-    let [frames, ..] = x.dims();
-    let kept = x.clone().narrow(0, 0, frames - ticks);
-    let zeros = x.narrow(0, 0, ticks).zeros_like();
-    Tensor::cat(vec![zeros, kept], 0)
+    let [a, b] = [-pole_re.clone() + 1.0, pole_im.clone()];
+    let norm = a.clone().powi_scalar(2) + b.clone().powi_scalar(2);
+    let [a, b]: [Tensor<2>; 2] = [a / norm.clone(), b / norm].map(Tensor::unsqueeze);
+    let turned = [re.clone() * a.clone() - im.clone() * b.clone(), re * b + im * a];
+    Tensor::cat(turned.into(), 1)
 }
 
 #[cfg(test)]
@@ -281,9 +255,9 @@ mod tests {
             sizes,
             inputs,
             targets: sequence.coefficients.clone(),
-            masks: [6, 5, 5].map(|width| vec![1.0; width]),
+            masks: [5, 5].map(|width| vec![1.0; width]),
         };
-        let trained = unit.outputs(&batch, &device).into_data();
+        let trained = unit.outputs(batch, &device).into_data();
         let trained = trained.try_to_vec::<f32>().unwrap();
         let scale = 0.3;
         let run = sequence.said_by(&sizes.recurrence(&unit.values(), scale));
@@ -311,7 +285,8 @@ mod tests {
         };
         let unit = Unit::new(sizes, 30.0, 1, &device);
         let of = |unit: &Unit| {
-            let [re, im] = unit.remembered(tensor(&drive, [7, 1, 2], &device));
+            let states = unit.remembered(unit.drive(tensor(drive.clone(), [7, 1, 2], &device)));
+            let [re, im] = [0, 1].map(|part| states.clone().narrow(2, part, 1));
             (re * 0.7 + im * 0.3).powi_scalar(2).sum()
         };
         let gradients = of(&unit).backward();

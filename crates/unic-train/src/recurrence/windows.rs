@@ -35,8 +35,8 @@ pub(super) struct WindowBatch {
     pub(super) sizes: Sizes,
     pub(super) inputs: Vec<f32>,
     pub(super) targets: Vec<f32>,
-    /// Of inputs, embedding and memory: windows × width.
-    pub(super) masks: [Vec<f32>; 3],
+    /// Of embedding and memory: windows × width. What is dropped of the inputs is zero in them.
+    pub(super) masks: [Vec<f32>; 2],
 }
 
 impl WindowBatch {
@@ -90,17 +90,25 @@ impl<'a> Windows<'a> {
         let chosen: Vec<(&Sequence, usize)> = (0..self.windows)
             .map(|_| self.locate(rng.random_range(0..total.max(1))))
             .collect();
-        let (mut inputs, mut targets) = (Vec::new(), Vec::new());
-        let outputs = self.sizes.outputs;
+        let Sizes {
+            inputs: numbers,
+            width,
+            outputs,
+            ..
+        } = self.sizes;
+        let inputs_mask = self.mask(numbers, rng);
+        let mut inputs = Vec::with_capacity(self.frames * inputs_mask.len());
+        let mut targets = Vec::with_capacity(self.frames * self.windows * outputs);
         for t in 0..self.frames {
-            for (sequence, start) in &chosen {
+            for ((sequence, start), mask) in chosen.iter().zip(inputs_mask.chunks_exact(numbers)) {
+                let first = inputs.len();
                 sequence.write_pair(start + t, &mut inputs);
+                inputs[first..].iter_mut().zip(mask).for_each(|(x, m)| *x *= m);
                 let frame = &sequence.coefficients[(start + t) * outputs..][..outputs];
                 targets.extend(frame.iter().map(|x| x / self.scale));
             }
         }
-        let Sizes { inputs: width, .. } = self.sizes;
-        let masks = [width, self.sizes.width, self.sizes.width].map(|width| self.mask(width, rng));
+        let masks = [width, width].map(|width| self.mask(width, rng));
         WindowBatch {
             frames: self.frames,
             windows: self.windows,

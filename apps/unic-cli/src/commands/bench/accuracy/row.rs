@@ -84,8 +84,6 @@ pub(super) struct RowSettings {
     pub(super) title: String,
     /// Its own settings over those of a preset or kind; the seed is the cell's.
     pub(super) training: Training,
-    /// Steps that stand whatever the budget.
-    pub(super) steps: Option<u64>,
 }
 
 /// What is trained.
@@ -112,7 +110,6 @@ struct RowFile {
     title: Option<String>,
     preset: Option<String>,
     kind: Option<RivalKind>,
-    steps: Option<u64>,
     #[serde(default)]
     remove: Vec<String>,
     #[serde(flatten)]
@@ -162,7 +159,6 @@ impl RowSettings {
         Ok(Self {
             name: name.to_owned(),
             title: file.title.clone().unwrap_or_else(|| name.to_owned()),
-            steps: file.steps,
             training: file.training()?,
         })
     }
@@ -218,12 +214,7 @@ mod tests {
         let rows = RowSettings::read_all(&[]).unwrap();
         for (i, a) in rows.iter().enumerate() {
             for b in &rows[..i] {
-                assert!(
-                    (&a.training, a.steps) != (&b.training, b.steps),
-                    "{} and {}",
-                    a.name,
-                    b.name
-                );
+                assert!(a.training != b.training, "{} and {}", a.name, b.name);
             }
         }
         let removed = rows

@@ -108,10 +108,7 @@ impl<'a> Cell<'a> {
     }
 
     fn asked(&self) -> String {
-        let budget = match self.row.steps {
-            Some(steps) => format!("{steps} steps"),
-            None => Self::budget(self.args),
-        };
+        let budget = Self::budget(self.args);
         format!("budget = \"{budget}\"\n{}", self.row.training.to_toml())
     }
 
@@ -144,7 +141,7 @@ impl<'a> Cell<'a> {
     }
 
     fn train_rival(&self, asked: String, config: &RivalConfig, capture: &Capture) -> Result<Trained> {
-        let budget = match self.steps() {
+        let budget = match self.args.steps {
             Some(steps) => rival::Budget::Steps(steps),
             None => rival::Budget::Time(self.args.budget),
         };
@@ -163,13 +160,8 @@ impl<'a> Cell<'a> {
         })
     }
 
-    /// Asked for instead of a time.
-    fn steps(&self) -> Option<u64> {
-        self.row.steps.or(self.args.steps)
-    }
-
     fn train_args(&self, settings: PathBuf, model: PathBuf) -> TrainArgs {
-        let steps = self.steps();
+        let steps = self.args.steps;
         let is_begun = model.with_extension("run").join("config.toml").exists();
         TrainArgs {
             capture: self.capture.to_path_buf(),
