@@ -7,7 +7,7 @@ use crate::network::{LayerError, Linear, apply, check_layers, elu};
 ///
 /// Each of M oscillators is a complex number h with h_t = λ h_{t−1} + u_t: its pole λ says how
 /// fast it swings and how soon it forgets, and the motion drives it by u. Of the normalised motion
-/// pair c, with e = elu(E c), the drive is u = D e; with m = elu(X h), what it adds is
+/// pair c, with e = elu(E c), the drive is u = Q e; with m = elu(X h), what it adds is
 /// Z elu(Y (m, e)).
 ///
 /// |λ| < 1, so |h| ≤ max|u| / (1 − |λ|) for ever, and all that has happened is forgotten: two
@@ -18,7 +18,7 @@ pub struct Recurrence {
     pub poles: Vec<[f32; 2]>,
     /// E: a motion pair, 2 D numbers, to the embedding.
     pub embedding: Linear,
-    /// D: to 2 M numbers, real parts before imaginary ones.
+    /// Q: to 2 M numbers, real parts before imaginary ones.
     pub drive: Linear,
     /// X: 2 M numbers in that order to the hidden width.
     pub memory: Linear,

@@ -82,4 +82,28 @@ mod tests {
             assert!((a - b).abs() < 1e-6 * (1.0 + b.abs()), "{a} {b}");
         }
     }
+
+    #[test]
+    fn values_and_slopes_are_known_and_finite_everywhere() {
+        let device = Device::flex().autodiff();
+        let x = Tensor::<2>::from_data([[-200.0f32, 0.5], [-1.0, 200.0]], &device);
+        let (slope, of) = ((-1.0f32).exp(), |data: TensorData| {
+            data.try_to_vec::<f32>().unwrap()
+        });
+        // Transposed, so that its numbers do not lie in their order.
+        let plain = of(elu(x.clone().transpose()).into_data());
+        let x = x.require_grad();
+        let y = elu(x.clone().transpose());
+        let gradients = y.clone().sum().backward();
+        let known = |found: Vec<f32>, known: [f32; 4]| {
+            let gaps = found.iter().zip(known).map(|(a, b)| (a - b).abs());
+            assert!(gaps.fold(0.0, f32::max) < 1e-6, "{found:?}");
+        };
+        known(plain, [-1.0, slope - 1.0, 0.5, 200.0]);
+        known(of(y.into_data()), [-1.0, slope - 1.0, 0.5, 200.0]);
+        known(
+            of(x.grad(&gradients).unwrap().into_data()),
+            [0.0, 1.0, slope, 1.0],
+        );
+    }
 }

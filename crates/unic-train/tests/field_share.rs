@@ -77,3 +77,18 @@ fn a_share_of_the_field_moves_the_displacement_by_that_share() {
         assert!((*half * 2.0).distance(*whole) < 1e-5, "{half} {whole}");
     }
 }
+
+#[test]
+fn a_validation_can_be_stopped_between_its_shares() {
+    let (_, trainer) = harmed();
+    let asked = std::cell::Cell::new(0);
+    let proceed = || {
+        asked.set(asked.get() + 1);
+        match asked.get() {
+            1 => Control::Continue,
+            _ => Control::Stop,
+        }
+    };
+    assert!(matches!(trainer.validation(&proceed), Err(TrainError::Stopped)));
+    assert_eq!(asked.get(), 2);
+}

@@ -1,5 +1,6 @@
 //! `unic train`.
 
+mod budget;
 mod listener;
 mod result;
 
@@ -20,11 +21,11 @@ use result::Trained;
 use std::{
     path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
-    time::{Duration, Instant},
+    time::Instant,
 };
 use unic_io::Capture;
 use unic_train::{
-    Checkpoint, Dataset, Fit, Outcome, Processor, StateSettings, TrainConfig, TrainError, Trainer, Validation,
+    Checkpoint, Dataset, Fit, Outcome, Processor, TrainConfig, TrainError, Trainer, Validation,
 };
 
 /// Trains, writes the model and says so.
@@ -50,7 +51,7 @@ pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
     interrupt::check()?;
     let (config, timed) = match args.resume {
         true => (settings_of_the_run(args, &record, &folder)?, None),
-        false => settings_of_a_new_run(args, &capture, started)?,
+        false => budget::settings_of_a_new_run(args, &capture, started)?,
     };
     let run = Run {
         fits: Fit::of_run(&capture, &config),
@@ -97,43 +98,6 @@ fn preset_name(args: &TrainArgs) -> String {
     value.map_or_else(|| "standard".to_owned(), |value| value.get_name().to_owned())
 }
 
-/// Settings, and the data of the first fit where a budget has asked for it.
-fn settings_of_a_new_run(
-    args: &TrainArgs,
-    capture: &Capture,
-    started: Instant,
-) -> Result<(TrainConfig, Option<Dataset>)> {
-    let mut config = settings::of_new_run(args)?;
-    let Some(budget) = args.budget else {
-        return Ok((config, None));
-    };
-    let fits = Fit::of_run(capture, &config).len() as u32;
-    shorten_prior(&mut config, budget / fits);
-    let (steps, data) = steps_within(args.device.into(), capture, &config, budget, started)?;
-    config.optimiser.steps = match config.has_prior() {
-        // More of them teach the field the training motions by heart.
-        true => steps.min(config.optimiser.steps),
-        false => steps,
-    };
-    Ok((config, Some(data)))
-}
-
-/// Steps of the prior's recurrence a second of a fit's budget and a thread: about half of it, where it is short.
-const PRIOR_STEPS_A_SECOND: f64 = 3.0;
-
-/// Leaves the field a share of a short budget.
-fn shorten_prior(config: &mut TrainConfig, budget: Duration) {
-    if let StateSettings::Displacement {
-        recurrence: Some(recurrence),
-        ..
-    } = &mut config.model.state
-    {
-        let thread_seconds = budget.as_secs_f64() * rayon::current_num_threads() as f64;
-        let affordable = (PRIOR_STEPS_A_SECOND * thread_seconds) as u64;
-        recurrence.steps = recurrence.steps.min(affordable.max(1));
-    }
-}
-
 /// Opens the clips of a fit and fits its prior.
 fn load(capture: &Capture, config: &TrainConfig, fit: Fit, processor: Processor) -> Result<Dataset> {
     let progress: Mutex<Option<Progress>> = Mutex::new(None);
@@ -150,29 +114,6 @@ fn load(capture: &Capture, config: &TrainConfig, fit: Fit, processor: Processor)
         }
         result => Ok(result?),
     }
-}
-
-/// Steps that leave the budget the time for loading, and for every fit.
-fn steps_within(
-    processor: Processor,
-    capture: &Capture,
-    config: &TrainConfig,
-    budget: Duration,
-    started: Instant,
-) -> Result<(u64, Dataset)> {
-    say("timing a few steps to fill the budget");
-    let fits = Fit::of_run(capture, config);
-    let loading = Instant::now();
-    let data = load(capture, config, fits[0], processor)?;
-    let loading = loading.elapsed();
-    interrupt::check()?;
-    let trainer = Trainer::new(data, config.clone())?;
-    let pace = trainer.pace()?;
-    interrupt::check()?;
-    let spent = started.elapsed() + loading * (fits.len() - 1) as u32;
-    let left = budget.saturating_sub(spent).as_secs_f64();
-    let steps = pace.steps_within(left, fits, config.validation.every);
-    Ok((steps, trainer.into_data()))
 }
 
 fn settings_of_the_run(args: &TrainArgs, now: &RunRecord, folder: &RunFolder) -> Result<TrainConfig> {
@@ -276,9 +217,10 @@ impl Run {
 
     /// The error on the clips that the first fit held out; none where it held out none.
     fn validated(&self, trainer: &Trainer) -> Result<Option<Validation>> {
-        let validation = trainer.validation(&interrupt::control);
-        self.stop_if_asked(trainer)?;
-        let validation = validation?;
+        let validation = match trainer.validation(&interrupt::control) {
+            Err(TrainError::Stopped) => return Err(self.stopped(trainer)?.into()),
+            validation => validation?,
+        };
         if let Some(validation) = &validation {
             self.folder.log(&format!(
                 "{}: {:.2} mm on {} with {} % of the field after {:.0} s",

@@ -128,7 +128,7 @@ fn standard() -> TrainConfig {
                 recurrence: Some(RecurrenceSettings {
                     oscillators: 128,
                     width: 256,
-                    steps: 1500,
+                    steps: 3000,
                     epochs: 150,
                     learning_rate: 2e-3,
                     windows: 32,

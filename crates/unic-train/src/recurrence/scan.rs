@@ -18,7 +18,17 @@ use burn::tensor::Tensor;
 /// h_0 = `first` `[windows, 2 M]`, h_t = λ h_{t−1} + u_t with u the `drive` `[frames, windows, 2 M]`, whose frame 0
 /// is not read; λ the `poles` `[2 M]`. Real parts before imaginary ones in each, also in what is returned,
 /// `[frames, windows, 2 M]`. Gradients flow to all three.
+///
+/// # Panics
+/// Of sizes that do not fit, and without a frame.
 pub(super) fn oscillations(poles: Tensor<1>, first: Tensor<2>, drive: Tensor<3>) -> Tensor<3> {
+    let [frames, windows, state] = drive.dims();
+    assert!(
+        frames > 0 && state > 0 && state.is_multiple_of(2),
+        "{:?}",
+        drive.dims()
+    );
+    assert_eq!((poles.dims(), first.dims()), ([state], [windows, state]));
     match is_on_cpu(&drive) {
         true => looped(poles, first, drive),
         false => composed(poles, first, drive),
@@ -129,7 +139,7 @@ impl<'a> Loop<'a> {
         states[..self.frame].copy_from_slice(first);
         for t in 1..self.frames {
             let (before, now) = states.split_at_mut(t * self.frame);
-            self.add_turned(&before[(t - 1) * self.frame..], now, 1.0);
+            self.add_turned(self.poles, &before[(t - 1) * self.frame..], now);
         }
         states
     }
@@ -139,15 +149,17 @@ impl<'a> Loop<'a> {
     /// The adjoint a_t = g_t + λ̄ a_{t+1} is that of u_t, and that of λ is Σ h̄_{t−1} a_t.
     fn backward(&self, states: &[f32], upstream: &[f32]) -> [Vec<f32>; 3] {
         let mut adjoint = upstream.to_vec();
+        let [re, im] = self.poles;
+        let conjugate: Vec<f32> = im.iter().map(|im| -im).collect();
         for t in (1..self.frames).rev() {
             let (before, now) = adjoint.split_at_mut(t * self.frame);
-            self.add_turned(now, &mut before[(t - 1) * self.frame..], -1.0);
+            self.add_turned([re, &conjugate], now, &mut before[(t - 1) * self.frame..]);
         }
-        let count = self.poles[0].len();
+        let count = re.len();
         let mut to_poles = vec![0.0f32; 2 * count];
         let (to_re, to_im) = to_poles.split_at_mut(count);
         let rows = states.chunks_exact(2 * count);
-        let later = adjoint[self.frame.min(adjoint.len())..].chunks_exact(2 * count);
+        let later = adjoint[self.frame..].chunks_exact(2 * count);
         for (h, a) in rows.zip(later) {
             let ((h_re, h_im), (a_re, a_im)) = (h.split_at(count), a.split_at(count));
             for k in 0..count {
@@ -160,16 +172,15 @@ impl<'a> Loop<'a> {
         [to_poles, first, adjoint]
     }
 
-    /// Adds a frame times λ to another; times λ̄ for a `sign` of −1.
-    fn add_turned(&self, from: &[f32], to: &mut [f32], sign: f32) {
-        let [re, im] = self.poles;
+    /// Adds a frame times complex numbers, one an oscillator, to another.
+    fn add_turned(&self, [re, im]: [&[f32]; 2], from: &[f32], to: &mut [f32]) {
         let count = re.len();
         let rows = from[..self.frame].chunks_exact(2 * count);
         for (from, to) in rows.zip(to.chunks_exact_mut(2 * count)) {
             let ((x, y), (to_x, to_y)) = (from.split_at(count), to.split_at_mut(count));
             for k in 0..count {
-                to_x[k] += re[k] * x[k] - sign * im[k] * y[k];
-                to_y[k] += re[k] * y[k] + sign * im[k] * x[k];
+                to_x[k] += re[k] * x[k] - im[k] * y[k];
+                to_y[k] += re[k] * y[k] + im[k] * x[k];
             }
         }
     }

@@ -276,7 +276,7 @@ mod tests {
     #[test]
     fn gradients_are_those_of_finite_differences() {
         let device = Device::flex().autodiff();
-        let drive: Vec<f32> = (0..2 * 7).map(|i| (i as f32 * 1.7).sin()).collect();
+        let embedding: Vec<f32> = (0..2 * 7).map(|i| (i as f32 * 1.7).sin()).collect();
         let sizes = Sizes {
             inputs: 2,
             width: 2,
@@ -285,7 +285,7 @@ mod tests {
         };
         let unit = Unit::new(sizes, 30.0, 1, &device);
         let of = |unit: &Unit| {
-            let states = unit.remembered(unit.drive(tensor(drive.clone(), [7, 1, 2], &device)));
+            let states = unit.remembered(unit.drive(tensor(embedding.clone(), [7, 1, 2], &device)));
             let [re, im] = [0, 1].map(|part| states.clone().narrow(2, part, 1));
             (re * 0.7 + im * 0.3).powi_scalar(2).sum()
         };

@@ -39,7 +39,7 @@ impl Trainer {
     /// errors, and so a little too small. A lone clip, which is trained on too, cannot tell.
     ///
     /// # Errors
-    /// As [`Trainer::run`]; `proceed`, asked before each, that says stop.
+    /// As [`Trainer::run`]; [`TrainError::Stopped`] where `proceed`, asked before each share, says stop.
     pub fn validation(&self, proceed: &dyn Fn() -> Control) -> Result<Option<Validation>, TrainError> {
         if !self.validates() {
             return Ok(None);
@@ -52,10 +52,11 @@ impl Trainer {
             }
             let model = Arc::new(self.model_of(&parameters, field_share)?);
             let rmse_mm = 1e3 * free_running_rmse(&model, &self.data.validation)?;
-            if best
-                .as_ref()
-                .is_none_or(|best| rmse_mm < best.rmse_mm || best.rmse_mm.is_nan())
-            {
+            // What has left the numbers is no result to prefer.
+            let is_better = |best: &Validation| {
+                rmse_mm < best.rmse_mm || (rmse_mm.is_finite() && !best.rmse_mm.is_finite())
+            };
+            if best.as_ref().is_none_or(is_better) {
                 best = Some(Validation {
                     fit: self.data.fit,
                     clips: names(&self.data.validation),

@@ -1,6 +1,6 @@
 //! Many characters in the same garment: instances that share one model.
 
-use super::scene::Scene;
+use super::{scene::Scene, timing::quantile};
 use crate::{HEAP, interrupt};
 use anyhow::Result;
 use rayon::prelude::*;
@@ -15,9 +15,8 @@ use unic_core::{
     parallel::Serial,
 };
 
-/// Rounds end after so long, if there are [`FEWEST`].
+/// Rounds end after so long, if there is one.
 const LONGEST: Duration = Duration::from_secs(1);
-const FEWEST: usize = 3;
 /// Frames that an instance is ahead of the one before.
 const AHEAD: usize = 7;
 
@@ -27,7 +26,7 @@ pub(super) struct Instances {
     count: usize,
     /// That an instance allocates beside the shared model.
     pub(super) bytes: usize,
-    /// The fastest round of one frame for each, by their number: microseconds by the clock.
+    /// The median time of one frame of all of them, by their number: microseconds by the clock.
     pub(super) frame_us: f64,
 }
 
@@ -35,38 +34,37 @@ impl Instances {
     /// One thread steps an instance, all threads of the pool as many at once.
     pub(super) fn measure(animator: &Animator, scene: &Scene, count: NonZeroUsize) -> Result<Self> {
         let count = count.get();
-        let before = HEAP.current_usage();
-        let mut crowd = (0..count)
-            .map(|instance| start(animator, scene, instance * AHEAD))
-            .collect::<Result<Vec<Animator>>>()?;
-        let mut round = |t: usize| -> Result<()> {
-            interrupt::check()?;
+        let mut crowd = Vec::with_capacity(count);
+        let before = HEAP.allocated();
+        for instance in 0..count {
+            crowd.push(start(animator, scene, instance * AHEAD)?);
+        }
+        let mut round = |t: usize| -> Result<f64> {
+            let begun = Instant::now();
             let instances = crowd.par_iter_mut().enumerate();
             instances.try_for_each(|(instance, animator)| -> Result<()> {
+                interrupt::check()?;
                 animator.step(&scene.input(instance * AHEAD + t))?;
                 Ok(())
-            })
+            })?;
+            Ok(begun.elapsed().as_secs_f64() * 1e6)
         };
-        // What a frame needs is allocated by the first.
+        // The first round fills caches and buffers.
         round(1)?;
-        let bytes = HEAP.current_usage().saturating_sub(before) / count;
-        let (started, mut rounds) = (Instant::now(), 0);
-        let mut fastest = Duration::MAX;
-        while rounds < FEWEST || started.elapsed() < LONGEST {
-            let begun = Instant::now();
-            round(2 + rounds)?;
-            fastest = fastest.min(begun.elapsed());
-            rounds += 1;
+        let (started, mut rounds) = (Instant::now(), Vec::new());
+        while rounds.is_empty() || started.elapsed() < LONGEST {
+            rounds.push(round(2 + rounds.len())?);
         }
         Ok(Self {
             count,
-            bytes,
-            frame_us: fastest.as_secs_f64() * 1e6 / count as f64,
+            bytes: HEAP.allocated().saturating_sub(before) / count,
+            frame_us: quantile(rounds.into_iter(), 0.5) / count as f64,
         })
     }
 }
 
 fn start(animator: &Animator, scene: &Scene, frame: usize) -> Result<Animator> {
+    interrupt::check()?;
     let mut instance = animator.clone();
     instance.set_threads(Arc::new(Serial));
     instance.reset(&scene.input(frame), Start::MeanShape)?;

@@ -73,7 +73,7 @@ fn frame(animator: &mut Animator, scene: &Scene, t: usize) -> Result<[f64; Stage
     Ok(times)
 }
 
-fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
+pub(super) fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     let at = (values.len() as f64 * share) as usize;

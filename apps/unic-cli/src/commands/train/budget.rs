@@ -1,0 +1,157 @@
+//! What fits into a time.
+
+use super::load;
+use crate::{args::TrainArgs, interrupt, output::say, settings};
+use anyhow::Result;
+use std::time::{Duration, Instant};
+use unic_io::{Capture, Split};
+use unic_train::{Dataset, Fit, Processor, RecurrenceSettings, StateSettings, TrainConfig, Trainer};
+
+/// Settings, and the data of the first fit where a budget has asked for it.
+pub(super) fn settings_of_a_new_run(
+    args: &TrainArgs,
+    capture: &Capture,
+    started: Instant,
+) -> Result<(TrainConfig, Option<Dataset>)> {
+    let mut config = settings::of_new_run(args)?;
+    let Some(budget) = args.budget else {
+        return Ok((config, None));
+    };
+    let fits = Fit::of_run(capture, &config).len() as u32;
+    if let StateSettings::Displacement {
+        recurrence: Some(recurrence),
+        ..
+    } = &mut config.model.state
+    {
+        let motion = Motion::of(capture)?;
+        shorten(recurrence, &motion, budget / fits, rayon::current_num_threads());
+    }
+    let (steps, data) = steps_within(args.device.into(), capture, &config, budget, started)?;
+    config.optimiser.steps = match config.has_prior() {
+        // More of them teach the field the training motions by heart.
+        true => steps.min(config.optimiser.steps),
+        false => steps,
+    };
+    Ok((config, Some(data)))
+}
+
+/// Frames of its windows that a thread teaches a recurrence of the preset's size in a second.
+const FRAMES_A_SECOND: f64 = 25_000.0;
+
+/// Trainings of the recurrence that a fit of the prior takes at most beside the last; as many less one at once.
+const MOST_FOLDS: usize = 5;
+
+/// Windows of a step where time is short, and their frames: many small steps do better then.
+const SHORT_WINDOWS: [usize; 2] = [8, 64];
+
+/// What there is to train on.
+struct Motion {
+    clips: usize,
+    /// With their mirror images.
+    frames: u64,
+}
+
+impl Motion {
+    fn of(capture: &Capture) -> Result<Self> {
+        let names = capture.clip_names(Split::Train);
+        let mut frames = 0;
+        for name in names {
+            frames += 2 * capture.load_clip(name)?.clip.len() as u64;
+        }
+        Ok(Self {
+            clips: names.len(),
+            frames,
+        })
+    }
+}
+
+/// Leaves the field about half of a fit's budget, where it is short.
+fn shorten(recurrence: &mut RecurrenceSettings, motion: &Motion, budget: Duration, threads: usize) {
+    let folds = motion.clips.clamp(2, MOST_FOLDS);
+    // Of the folds, each a little shorter, and then of all clips.
+    let rounds = (folds - 1) as f64 / threads.clamp(1, folds) as f64 + 1.0;
+    let affordable = (0.5 * budget.as_secs_f64() * FRAMES_A_SECOND / rounds) as u64;
+    let in_a_step = (recurrence.windows * recurrence.frames) as u64;
+    let wanted = (recurrence.steps * in_a_step).min(recurrence.epochs * motion.frames);
+    if affordable < wanted {
+        let [windows, frames] = SHORT_WINDOWS;
+        recurrence.windows = recurrence.windows.min(windows);
+        recurrence.frames = recurrence.frames.min(frames);
+        let in_a_step = (recurrence.windows * recurrence.frames).max(1) as u64;
+        recurrence.steps = (affordable / in_a_step).max(1);
+    }
+}
+
+/// Steps that leave the budget the time for loading, and for every fit.
+fn steps_within(
+    processor: Processor,
+    capture: &Capture,
+    config: &TrainConfig,
+    budget: Duration,
+    started: Instant,
+) -> Result<(u64, Dataset)> {
+    say("timing a few steps to fill the budget");
+    let fits = Fit::of_run(capture, config);
+    let loading = Instant::now();
+    let data = load(capture, config, fits[0], processor)?;
+    let loading = loading.elapsed();
+    interrupt::check()?;
+    let trainer = Trainer::new(data, config.clone())?;
+    let pace = trainer.pace()?;
+    interrupt::check()?;
+    let spent = started.elapsed() + loading * (fits.len() - 1) as u32;
+    let left = budget.saturating_sub(spent).as_secs_f64();
+    let steps = pace.steps_within(left, fits, config.validation.every);
+    Ok((steps, trainer.into_data()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use unic_train::Preset;
+
+    fn shortened(motion: &Motion, seconds: u64, threads: usize) -> [u64; 2] {
+        let config = TrainConfig::preset(Preset::Standard);
+        let StateSettings::Displacement { recurrence, .. } = config.model.state else {
+            unreachable!("standard's state is a displacement");
+        };
+        let mut recurrence = recurrence.unwrap();
+        shorten(&mut recurrence, motion, Duration::from_secs(seconds), threads);
+        [recurrence.steps, (recurrence.windows * recurrence.frames) as u64]
+    }
+
+    #[test]
+    fn a_short_budget_shortens_the_prior_by_what_its_folds_take() {
+        let steps = |clips: usize, seconds: u64, threads: usize| {
+            let frames = 1_000_000;
+            let [steps, in_a_step] = shortened(&Motion { clips, frames }, seconds, threads);
+            assert_eq!(in_a_step, 8 * 64);
+            steps
+        };
+        // Half of 512 s makes 6.4 million frames on one thread, 12,500 steps, which five folds share.
+        assert_eq!(steps(20, 512, 1), 2_500);
+        assert_eq!(steps(5, 512, 1), 2_500);
+        assert_eq!(steps(2, 512, 1), 6_250);
+        // Folds train at once, the last training alone; more threads than folds are of no use.
+        assert_eq!(steps(20, 512, 4), 6_250);
+        assert_eq!(steps(20, 512, 5), steps(20, 512, 64));
+        assert_eq!(steps(20, 0, 1), 1);
+    }
+
+    #[test]
+    fn a_budget_that_is_enough_leaves_the_prior_alone() {
+        let [steps, in_a_step] = [3000, 32 * 96];
+        let much = Motion {
+            clips: 20,
+            frames: 1_000_000,
+        };
+        assert_eq!(shortened(&much, 1_000_000, 1), [steps, in_a_step]);
+        // 600 thousand looks at its frames are all that little motion asks for: 240 s.
+        let little = Motion {
+            clips: 20,
+            frames: 4_000,
+        };
+        assert_eq!(shortened(&little, 241, 1), [steps, in_a_step]);
+        assert_eq!(shortened(&little, 239, 1)[1], 8 * 64);
+    }
+}
