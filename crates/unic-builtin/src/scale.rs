@@ -34,10 +34,11 @@ const BODY_VERTICES: usize = 6_890;
 const FPS: f32 = 30.0;
 
 /// Oscillators and width of the recurrence of `standard`.
-const OSCILLATORS: usize = 64;
-const WIDTH: usize = 128;
-/// Shapes of the prior of `standard`.
-const SHAPES: usize = 32;
+const OSCILLATORS: usize = 128;
+const WIDTH: usize = 256;
+/// Shapes of the prior of `standard`: fewer, and vectors of all of them, where the garment is large.
+const SHAPES: [usize; 2] = [32, 64];
+const MOST_SHAPE_VECTORS: usize = 1_000_000;
 
 /// Networks and state of a training preset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +71,8 @@ pub fn random_model(preset: Network, vertices: usize) -> Result<Model, Failure> 
     let config = config(preset)?;
     let pair = 2 * motion_len(PARENTS.len());
     let garment = garment(vertices)?;
+    let [fewest, most] = SHAPES;
+    let shapes = (MOST_SHAPE_VECTORS / vertices).clamp(fewest, most);
     Ok(Model::new(ModelParts {
         encoder: encoder_layers(&config),
         field: field_layers(&config),
@@ -78,15 +81,15 @@ pub fn random_model(preset: Network, vertices: usize) -> Result<Model, Failure> 
         prior: match preset {
             Network::Standard => Prior {
                 mean: vec![Vec3::ZERO; vertices],
-                shapes: vec![Vec3::splat(1e-3); vertices * SHAPES],
-                map: linear(pair, SHAPES),
+                shapes: vec![Vec3::splat(1e-3); vertices * shapes],
+                map: linear(pair, shapes),
                 recurrence: Some(Recurrence {
                     poles: vec![[0.9, 0.1]; OSCILLATORS],
                     embedding: linear(pair, WIDTH),
                     drive: linear(WIDTH, 2 * OSCILLATORS),
                     memory: linear(2 * OSCILLATORS, WIDTH),
                     hidden: linear(2 * WIDTH, WIDTH),
-                    head: linear(WIDTH, SHAPES),
+                    head: linear(WIDTH, shapes),
                 }),
             },
             Network::Paper => Prior::constant(vec![Vec3::ZERO; vertices], pair),
