@@ -121,7 +121,7 @@ impl RecurrenceSettings {
             final_learning_rate: 0.0,
             half_periods: 1.0,
             warmup_steps: steps / 6,
-            weight_decay: 1e-2,
+            weight_decay: 0.3,
             clip_norm: 1.0,
         }
     }

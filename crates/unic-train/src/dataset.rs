@@ -1,5 +1,7 @@
 //! The training clips of a capture, and what must be measured on them before training.
 
+mod held_out;
+
 use crate::{
     config::{StateSettings, TrainConfig},
     error::TrainError,
@@ -13,6 +15,7 @@ use crate::{
 };
 use burn::tensor::Device;
 use glam::Vec3;
+use held_out::{Later, known};
 use rayon::prelude::*;
 use unic_core::{
     config::{DisplacementConfig, ModelConfig, StateConfig},
@@ -21,7 +24,7 @@ use unic_core::{
     prior::Prior,
 };
 use unic_eval::{PreparedClip, TrainingSet};
-use unic_io::Capture;
+use unic_io::{Capture, Split};
 
 /// Clips to train and to validate on, and the measured parts of the model.
 pub struct Dataset {
@@ -47,6 +50,8 @@ pub struct Dataset {
     pub rest_box: RestBox,
     /// What it is trained on, with gradients.
     pub(crate) device: Device,
+    /// Of the fit on all clips after one that holds some of them out.
+    later: Option<Later>,
 }
 
 /// Normalised motion vectors of one clip, as they are and mirrored.
@@ -135,12 +140,16 @@ impl Dataset {
             capture.contact_joints,
             &capture.character,
         )?;
-        let names = FitClips::new(&capture, fit, settings.seed)?;
-        let (mut clips, validation) = (
-            load(&capture, &spec, &names.train, settings.motion_seconds)?,
-            load(&capture, &spec, &names.validation, None)?,
-        );
-        forget_motion(&mut clips, &validation);
+        let names = FitClips::new(&capture, fit, settings)?;
+        let known = match names.comes_back {
+            true => capture.clip_names(Split::Train),
+            false => &names.train,
+        };
+        let mut clips = load(&capture, &spec, known, settings.motion_seconds)?;
+        let validation = load(&capture, &spec, &names.validation, None)?;
+        if !names.comes_back {
+            forget_motion(&mut clips, &validation);
+        }
         let joints = capture.character.skeleton.len();
         let vectors = clips
             .iter()
@@ -155,22 +164,33 @@ impl Dataset {
             .map(|c| MotionVectors::new(c, &normalisation, mirror.as_ref()))
             .collect();
         let fitted = fitted_prior(settings, &capture, &clips, &motion, &device, watch)?;
-        let scales = measure(&settings.model, &capture, &clips, &fitted);
-        let config = model_config(settings, spec, &capture, scales.as_ref());
-        config.check(joints)?;
-        Ok(Self {
-            config,
+        let mut data = Self {
+            config: model_config(settings, spec, &capture, None),
             normalisation,
             motion,
-            prior: fitted.prior,
-            coefficients: fitted.left_out,
+            prior: fitted.prior.clone(),
+            coefficients: fitted.left_out.clone(),
             rest_box: RestBox::of(&capture.garment.rest.vertices),
             clips,
             validation,
             capture,
             fit,
             device,
+            later: None,
+        };
+        data.config = data.measured_config(settings);
+        data.config.check(joints)?;
+        Ok(match names.comes_back {
+            true => data.holding_out(settings, &fitted),
+            false => data,
         })
+    }
+
+    /// With the scales of the training clips about the prior.
+    fn measured_config(&self, settings: &TrainConfig) -> ModelConfig {
+        let prior = (&self.prior, self.coefficients.as_slice());
+        let scales = measure(&settings.model, &self.capture, &self.clips, prior);
+        model_config(settings, self.config.motion.clone(), &self.capture, scales.as_ref())
     }
 
     /// Can windows be mirrored?
@@ -197,12 +217,10 @@ impl Dataset {
 
 /// A motion that is validated on is not trained on in another wind, where other motion is left.
 fn forget_motion(clips: &mut Vec<PreparedClip>, validation: &[PreparedClip]) {
-    let is_known = |clip: &PreparedClip| {
-        let clip = &clip.captured.clip;
-        validation.iter().any(|v| clip.has_motion_of(&v.captured.clip))
-    };
-    if !clips.iter().all(is_known) {
-        clips.retain(|clip| !is_known(clip));
+    let known = known(clips, validation);
+    if !known.iter().all(|k| *k) {
+        let mut known = known.into_iter();
+        clips.retain(|_| known.next() != Some(true));
     }
 }
 
@@ -262,10 +280,8 @@ fn fitted_prior(
         StateSettings::Position => {
             let zeros = vec![Vec3::ZERO; capture.garment.rest.vertices.len()];
             let inputs = 2 * motion_len(capture.character.skeleton.len());
-            Ok(FittedPrior {
-                prior: Prior::constant(zeros, inputs),
-                left_out: clips.iter().map(|c| vec![Vec::new(); c.len()]).collect(),
-            })
+            let prior = Prior::constant(zeros, inputs);
+            Ok(FittedPrior::constant(prior, clips.iter().map(PreparedClip::len)))
         }
     }
 }

@@ -46,12 +46,14 @@ impl Fit {
 pub(crate) struct FitClips {
     pub(crate) train: Vec<String>,
     pub(crate) validation: Vec<String>,
+    /// The run's next fit trains on the validation clips too.
+    pub(crate) comes_back: bool,
 }
 
 impl FitClips {
     /// Held out are the capture's validation clips, else one training clip drawn by the seed. A lone
     /// training clip is both, which is better than nothing.
-    pub(crate) fn new(capture: &Capture, fit: Fit, seed: u64) -> Result<Self, TrainError> {
+    pub(crate) fn new(capture: &Capture, fit: Fit, config: &TrainConfig) -> Result<Self, TrainError> {
         let mut train = capture.clip_names(Split::Train).to_vec();
         let mut validation = capture.clip_names(Split::Validation).to_vec();
         if train.is_empty() {
@@ -62,7 +64,7 @@ impl FitClips {
         match fit {
             Fit::AllClips => validation.clear(),
             Fit::HeldOut if validation.is_empty() => {
-                let drawn = generator(seed, Stream::Validation, 0).random_range(0..train.len());
+                let drawn = generator(config.seed, Stream::Validation, 0).random_range(0..train.len());
                 validation = vec![train[drawn].clone()];
                 if train.len() > 1 {
                     train.remove(drawn);
@@ -70,6 +72,11 @@ impl FitClips {
             }
             Fit::HeldOut => {}
         }
-        Ok(Self { train, validation })
+        let comes_back = fit == Fit::HeldOut && Fit::of_run(capture, config).contains(&Fit::AllClips);
+        Ok(Self {
+            train,
+            validation,
+            comes_back,
+        })
     }
 }

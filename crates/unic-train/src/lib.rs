@@ -119,7 +119,7 @@ pub use noise::SmoothNoise;
 pub use optimiser::{Moments, update};
 pub use prior::{FittedPrior, PriorSettings, fit_prior};
 pub use processor::Processor;
-pub use recurrence::Watch;
+pub use recurrence::{MOST_FOLDS, Watch};
 pub use rival::{
     GlobalFeatureSettings, MotionElements, RivalConfig, RivalKind, RivalPredictor, RivalTrainer,
     SpaceSettings,
@@ -127,4 +127,4 @@ pub use rival::{
 pub use rollout::Rollout;
 pub use stream::{Stream, generator};
 pub use trainer::{Pace, Trainer};
-pub use validation::{Validation, free_running_rmse};
+pub use validation::{JUDGED_S, Validation, free_running_rmse};

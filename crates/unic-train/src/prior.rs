@@ -9,7 +9,7 @@ use crate::{
     dataset::MotionVectors,
     error::TrainError,
     mirror::View,
-    recurrence::{Watch, fit_recurrence},
+    recurrence::{Fitted, Watch, fit_recurrence},
 };
 use burn::tensor::Device;
 use glam::Vec3;
@@ -25,6 +25,48 @@ pub struct FittedPrior {
     pub prior: Prior,
     /// By clip and frame, K numbers each.
     pub left_out: Vec<Vec<Vec<f32>>>,
+    unseen: Unseen,
+}
+
+/// Priors that have not seen a motion; nothing for a prior that nothing was fitted for.
+#[derive(Default)]
+struct Unseen {
+    /// Of each clip.
+    motion_numbers: Vec<usize>,
+    /// The linear map without each motion.
+    maps: Vec<Linear>,
+    recurrence: Option<Fitted>,
+}
+
+impl FittedPrior {
+    /// A prior that says the same whatever the motion, before `clips` of so many frames.
+    pub(crate) fn constant(prior: Prior, clips: impl Iterator<Item = usize>) -> Self {
+        Self {
+            left_out: clips.map(|frames| vec![Vec::new(); frames]).collect(),
+            unseen: Unseen::default(),
+            prior,
+        }
+    }
+
+    /// The prior as it would be without the motion of a training clip, and at no cost: it is one of those that
+    /// strengths and shares were chosen by. Shapes, statistics and the share of the recurrence are those of all
+    /// clips, and swings are not enlarged.
+    pub fn without(&self, clip: usize) -> Prior {
+        let mut prior = self.prior.clone();
+        let motion = match self.unseen.motion_numbers.get(clip) {
+            Some(&motion) if !prior.is_empty() => motion,
+            _ => return prior,
+        };
+        prior.map = self.unseen.maps[motion].clone();
+        prior.recurrence = None;
+        if let Some(fitted) = &self.unseen.recurrence
+            && let Some(recurrence) = fitted.without(motion)
+        {
+            prior.map.scale(fitted.linear_share);
+            prior.recurrence = Some(recurrence.clone());
+        }
+        prior
+    }
 }
 
 /// Frames that the shapes are computed from at most, evenly spread.
@@ -89,17 +131,23 @@ pub fn fit_prior(
         Some(recurrence) if !prior.is_empty() => fit_recurrence(recurrence, &sequences, settings, watch)?,
         _ => None,
     };
-    let left_out = match fitted {
+    let map_without = |map: &Option<LinearMap>| linear_of(map.as_ref(), inputs, components.len());
+    let unseen = Unseen {
+        motion_numbers: set.motions(),
+        maps: linear.maps.iter().map(map_without).collect(),
+        recurrence: fitted,
+    };
+    let left_out: Vec<_> = match &unseen.recurrence {
         Some(fitted) => {
             prior.map.scale(fitted.linear_share);
-            prior.recurrence = Some(fitted.recurrence);
-            fitted.left_out
+            prior.recurrence = Some(fitted.recurrence.clone());
+            fitted.left_out.iter().collect()
         }
-        None => sequences.into_iter().map(|s| s.linear).collect(),
+        None => sequences.iter().map(|s| &s.linear).collect(),
     };
     let direct = series
         .iter()
-        .zip(&left_out)
+        .zip(left_out)
         .filter(|(s, _)| s.view() == View::Direct);
     let left_out: Vec<_> = direct.map(|(s, a)| by_frame(a, s.len())).collect();
     Ok(FittedPrior {
@@ -108,6 +156,7 @@ pub fn fit_prior(
             1 => vec![left_out.concat()],
             _ => left_out,
         },
+        unseen,
     })
 }
 
@@ -168,24 +217,29 @@ fn linear_prior(components: &PrincipalComponents, map: Option<&LinearMap>, input
     let Some(map) = map else {
         return Prior::constant(mean, inputs);
     };
-    let count = components.len();
-    let zero = map.apply(&vec![0.0; inputs]);
     let shape = |vertex: usize, k: usize| Vec3::from_slice(&components.component(k)[3 * vertex..]);
     Prior {
         shapes: (0..mean.len())
-            .flat_map(|v| (0..count).map(move |k| (v, k)))
+            .flat_map(|v| (0..components.len()).map(move |k| (v, k)))
             .map(|(v, k)| shape(v, k))
             .collect(),
-        map: Linear {
-            inputs,
-            outputs: count,
-            weight: (0..count)
-                .flat_map(|k| (0..inputs).map(move |i| (i, k)))
-                .map(|(i, k)| map.coefficient(i, k) as f32)
-                .collect(),
-            bias: zero.iter().map(|b| *b as f32).collect(),
-        },
+        map: linear_of(Some(map), inputs, components.len()),
         mean,
         recurrence: None,
+    }
+}
+
+/// Without a map the mean is all that is said.
+fn linear_of(map: Option<&LinearMap>, inputs: usize, outputs: usize) -> Linear {
+    let weight = |(k, i)| map.map_or(0.0, |m| m.coefficient(i, k) as f32);
+    let bias = map.map_or_else(|| vec![0.0; outputs], |m| m.apply(&vec![0.0; inputs]));
+    Linear {
+        inputs,
+        outputs,
+        weight: (0..outputs)
+            .flat_map(|k| (0..inputs).map(move |i| (k, i)))
+            .map(weight)
+            .collect(),
+        bias: bias.into_iter().map(|b| b as f32).collect(),
     }
 }

@@ -44,11 +44,25 @@ pub(crate) struct Fitted {
     /// The blend in each sequence, T × K, by what has not seen the sequence's motion. Its swings are not enlarged: a
     /// field would learn to calm them.
     pub(crate) left_out: Vec<Vec<f32>>,
+    /// By part of the motions, one that has not seen it, as large as its share; its swings are not enlarged either.
+    folds: Vec<Option<Recurrence>>,
+}
+
+impl Fitted {
+    /// What has not seen a motion; none where there was nothing else to learn from.
+    pub(crate) fn without(&self, motion_number: usize) -> Option<&Recurrence> {
+        self.folds[fold_of(motion_number, self.folds.len())].as_ref()
+    }
 }
 
 /// Parts that the motions are split into at most, to leave out one at a time. Two would judge a small capture by half
 /// of what it teaches.
-const MOST_FOLDS: usize = 5;
+pub const MOST_FOLDS: usize = 5;
+
+/// The part that a motion belongs to.
+fn fold_of(motion_number: usize, folds: usize) -> usize {
+    motion_number % folds
+}
 
 /// Less of what the linear map leaves of the coefficients' squares than this is noise.
 const LEAST_GAIN: f64 = 0.02;
@@ -69,7 +83,6 @@ pub(crate) fn fit_recurrence(
     let steps = settings.steps_for(sequences.iter().map(Sequence::len).sum());
     // As many looks at every frame as with all of them.
     let count = motions(sequences).clamp(2, MOST_FOLDS);
-    let fold_of = |s: &Sequence| s.motion_number % count;
     let fold_steps = (steps * (count as u64 - 1)).div_ceil(count as u64);
     let progress = Progress {
         done: AtomicU64::new(0),
@@ -87,12 +100,12 @@ pub(crate) fn fit_recurrence(
         };
         fit.run(&progress)
     };
-    let others = |fold: usize| sequences.iter().filter(|s| fold_of(s) != fold).collect();
+    let others = |fold: usize| sequences.iter().filter(|s| fold_of(s.motion_number, count) != fold).collect();
     let folds = (0..count)
         .into_par_iter()
         .map(|fold| fit(fold_steps, others(fold)));
     let folds = folds.collect::<Result<Vec<_>, TrainError>>()?;
-    let said = |s: &Sequence| match &folds[fold_of(s)] {
+    let said = |s: &Sequence| match &folds[fold_of(s.motion_number, count)] {
         Some(recurrence) => s.said_by(recurrence),
         None => s.linear.clone(),
     };
@@ -106,7 +119,7 @@ pub(crate) fn fit_recurrence(
     };
     let lively = swings.livelier(sequences, &blend.left_out);
     let recurrence = fit(steps, lively.iter().collect())?;
-    Ok(recurrence.map(|recurrence| blend.fitted(recurrence)))
+    Ok(recurrence.map(|recurrence| blend.fitted(recurrence, folds)))
 }
 
 /// The linear map and recurrences, each on motions that it has not seen.
@@ -130,10 +143,14 @@ impl Blend {
         worth.is_believable().then_some(Self { share, left_out })
     }
 
-    fn fitted(self, mut recurrence: Recurrence) -> Fitted {
-        recurrence.head.scale(self.share);
+    fn fitted(self, recurrence: Recurrence, folds: Vec<Option<Recurrence>>) -> Fitted {
+        let shared = |mut recurrence: Recurrence| {
+            recurrence.head.scale(self.share);
+            recurrence
+        };
         Fitted {
-            recurrence,
+            recurrence: shared(recurrence),
+            folds: folds.into_iter().map(|fold| fold.map(shared)).collect(),
             linear_share: 1.0 - self.share,
             left_out: self.left_out,
         }

@@ -2,11 +2,10 @@
 
 use crate::{
     config::{ModelSettings, StateSettings},
-    prior::FittedPrior,
 };
 use glam::Vec3;
 use rayon::prelude::*;
-use unic_core::{character::Garment, config::DisplacementConfig, features::PointFrame};
+use unic_core::{character::Garment, config::DisplacementConfig, features::PointFrame, prior::Prior};
 use unic_eval::PreparedClip;
 use unic_io::Capture;
 
@@ -30,12 +29,12 @@ const MOST_PAIRS: usize = 4000;
 /// Vertices of which a mask leaves less do not decide how far the field reaches.
 const LEAST_SHARE: f32 = 0.1;
 
-/// None for states that are positions.
+/// None for states that are positions. The prior comes with its coefficients by clip and frame.
 pub(crate) fn measure(
     settings: &ModelSettings,
     capture: &Capture,
     clips: &[PreparedClip],
-    fitted: &FittedPrior,
+    (prior, coefficients): (&Prior, &[Vec<Vec<f32>>]),
 ) -> Option<Scales> {
     let StateSettings::Displacement {
         memory_s, ref inputs, ..
@@ -50,12 +49,12 @@ pub(crate) fn measure(
         inputs: inputs.clone(),
     }
     .decay(1.0 / capture.manifest.fps);
-    let frames: usize = fitted.left_out.iter().map(Vec::len).sum();
+    let frames: usize = coefficients.iter().map(Vec::len).sum();
     let stride = frames.div_ceil(MOST_PAIRS).max(1);
     let vertices = capture.garment.rest.vertices.len();
     let by_vertex: Vec<(f64, f32)> = (0..vertices)
         .into_par_iter()
-        .map(|v| measure_vertex(&capture.garment, clips, fitted, v, (decay, stride)))
+        .map(|v| measure_vertex(&capture.garment, clips, (prior, coefficients), v, (decay, stride)))
         .collect();
     let variance: f64 = by_vertex.iter().map(|m| m.0).sum::<f64>() / (3 * vertices).max(1) as f64;
     let scale_m = (variance.sqrt() as f32).max(LEAST_SCALE_M);
@@ -72,16 +71,16 @@ pub(crate) fn measure(
 fn measure_vertex(
     garment: &Garment,
     clips: &[PreparedClip],
-    fitted: &FittedPrior,
+    (prior, coefficients): (&Prior, &[Vec<Vec<f32>>]),
     vertex: usize,
     (decay, stride): (f32, usize),
 ) -> (f64, f32) {
     let (mut squares, mut count, mut largest) = (0.0, 0usize, 0.0f32);
-    for (clip, coefficients) in clips.iter().zip(&fitted.left_out) {
+    for (clip, coefficients) in clips.iter().zip(coefficients) {
         let state = |t: usize| -> Vec3 {
             let frame = PointFrame::new(garment, vertex, clip.kinematics.world_from_rest(t));
             frame.blended_displacement(clip.captured.garment.frame(t)[vertex])
-                - fitted.prior.displacement(vertex, &coefficients[t])
+                - prior.displacement(vertex, &coefficients[t])
         };
         let share = garment.share(vertex).max(LEAST_SHARE);
         for t in (1..coefficients.len()).step_by(stride) {

@@ -11,7 +11,6 @@ use glam::{Quat, Vec3};
 use std::f32::consts::TAU;
 use unic_core::animator::Animator;
 use unic_core::features::PointFrame;
-use unic_core::recurrence::RecurrenceScratch;
 use unic_eval::{Mode, Predictor, PriorPredictor};
 use unic_io::Split;
 use unic_train::*;
@@ -90,28 +89,6 @@ fn share(data: &Dataset, clip: usize, coefficients: &[Vec<f32>]) -> f32 {
     products / squares
 }
 
-fn final_coefficients(data: &Dataset, clip: usize) -> Vec<Vec<f32>> {
-    let motion = &data.motion[clip];
-    let (mut scratch, mut state) = (RecurrenceScratch::default(), Vec::new());
-    let of = |t: usize| {
-        let pair = [t.saturating_sub(1), t]
-            .map(|t| motion.frame(t, View::Direct))
-            .concat();
-        let mut out = Vec::new();
-        data.prior.coefficients(&pair, &mut out);
-        if let Some(recurrence) = &data.prior.recurrence {
-            recurrence.read(&pair, &mut scratch);
-            match t {
-                0 => recurrence.start(&mut scratch, &mut state),
-                _ => recurrence.advance(&mut scratch, &mut state),
-            }
-            recurrence.add_to(&state, &mut scratch, &mut out);
-        }
-        out
-    };
-    (0..data.clips[clip].len()).map(of).collect()
-}
-
 #[test]
 fn a_linear_relation_is_recovered() {
     let data = linear_data(&[1.0, 1.0, 1.0], 2);
@@ -137,6 +114,22 @@ fn training_coefficients_come_from_the_other_clips() {
             "{both} of both clips, {shares:?} without one"
         );
     }
+}
+
+#[test]
+fn a_clip_that_is_held_out_and_comes_back_is_told_by_the_other_one() {
+    let takes: Vec<_> = [1.0, -1.0]
+        .into_iter()
+        .enumerate()
+        .map(|(i, relation)| (linear_take(i, relation), Split::Train))
+        .collect();
+    let mut config = small(Preset::Tiny);
+    config.validation.refit = Refit::AllClips;
+    let (shapes, recurrence) = prior_of(&mut config);
+    (*shapes, *recurrence) = (2, None);
+    let (drawn, data) = told_by_the_held_out_prior(dataset_of(&takes, &config));
+    let share = share(&data, drawn, &final_coefficients(&data, drawn));
+    assert!(if drawn == 0 { share < 0.0 } else { share > 0.0 }, "{share}");
 }
 
 #[test]

@@ -110,6 +110,17 @@ fn a_garment_that_swings_after_the_motion_is_learned() {
 }
 
 #[test]
+fn a_clip_that_is_held_out_and_comes_back_is_told_by_a_recurrence_that_has_not_seen_it() {
+    let takes: Vec<_> = (0..4)
+        .map(|clip| (take_of(clip, &swing(clip)), Split::Train))
+        .collect();
+    let mut config = settings(true);
+    config.validation.refit = Refit::AllClips;
+    let (_, data) = told_by_the_held_out_prior(dataset_of(&takes, &config));
+    assert!(data.prior.recurrence.is_some());
+}
+
+#[test]
 fn what_the_motion_does_not_tell_is_not_learned() {
     // A rhythm of its own in every clip.
     let foreign = |clip: usize| {

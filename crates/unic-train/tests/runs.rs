@@ -228,9 +228,18 @@ fn a_drawn_clip_is_held_out_of_the_first_fit_and_back_in_the_second() {
     let all = Dataset::new(capture.clone(), &config, *second).unwrap();
     assert_eq!(names(&all.clips), capture.clip_names(Split::Train));
     assert!(all.validation.is_empty());
-    // Without the clip everything measured is another's.
-    assert_ne!(held_out.normalisation, all.normalisation);
+    // The prior has not seen it; what motion vectors are scaled by is one for both fits.
+    assert_eq!(held_out.normalisation, all.normalisation);
     assert_ne!(held_out.prior, all.prior);
+    assert_ne!(held_out.config, all.config);
+    // The second fit begins with what it would have made itself.
+    let next = held_out.on_all_clips();
+    assert_eq!((next.fit, names(&next.clips)), (*second, names(&all.clips)));
+    assert!(next.validation.is_empty() && next.prior == all.prior && next.config == all.config);
+    assert_eq!(next.coefficients, all.coefficients);
+    for (next, all) in next.motion.iter().zip(&all.motion) {
+        assert_eq!(next.frame(5, View::Mirrored), all.frame(5, View::Mirrored));
+    }
 }
 
 #[test]
@@ -273,8 +282,8 @@ fn less_motion_is_less_of_every_clip() {
             .collect()
     };
     assert_eq!(lengths(&config), [FRAMES; 3]);
-    // Two clips to train on: a quarter of each.
-    config.motion_seconds = Some(0.25 * 2.0 * FRAMES as f64 / f64::from(FPS));
+    // Three clips to train on in the end: a quarter of each.
+    config.motion_seconds = Some(0.25 * 3.0 * FRAMES as f64 / f64::from(FPS));
     assert_eq!(lengths(&config), [FRAMES / 4, FRAMES / 4, FRAMES]);
     config.motion_seconds = Some(1e9);
     assert_eq!(lengths(&config), [FRAMES; 3]);

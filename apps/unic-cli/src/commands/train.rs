@@ -157,14 +157,6 @@ impl Run {
         load(&self.capture, &self.config, fit, self.processor)
     }
 
-    /// The fit after `trainer`'s, at its beginning.
-    fn next(&self, trainer: &Trainer, fit: Fit) -> Result<Trainer> {
-        let data = self.load(fit);
-        // What the fit before has done is saved.
-        self.stop_if_asked(trainer)?;
-        Ok(Trainer::new(data?, self.config.clone())?)
-    }
-
     /// Trains all fits, each from where its newest checkpoint has left it; the last one is the model.
     fn train(&self, first: Trainer) -> Result<Trained<'_>> {
         let mut listener = Listener::new(
@@ -177,10 +169,11 @@ impl Run {
         let mut earlier_seconds = 0.0;
         self.fit(&mut trainer, &mut listener, earlier_seconds)?;
         let validation = self.validated(&trainer)?;
-        for &fit in &self.fits[1..] {
+        for _ in &self.fits[1..] {
             earlier_seconds += trainer.seconds();
             self.stop_if_asked(&trainer)?;
-            trainer = self.resumed(self.next(&trainer, fit)?)?;
+            let data = trainer.into_data().on_all_clips();
+            trainer = self.resumed(Trainer::new(data, self.config.clone())?)?;
             self.stop_if_asked(&trainer)?;
             self.fit(&mut trainer, &mut listener, earlier_seconds)?;
         }

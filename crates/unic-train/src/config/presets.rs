@@ -174,7 +174,7 @@ fn standard() -> TrainConfig {
         },
         keep: Keep::Last,
         validation: ValidationConfig {
-            every: 50,
+            every: 100,
             refit: Refit::AllClips,
         },
         ..paper()

@@ -6,7 +6,7 @@ use crate::{
     error::TrainError,
     event::Control,
     network::model_layers,
-    validation::{Validation, free_running_rmse},
+    validation::{JUDGED_S, Validation, free_running_rmse, free_running_rmse_of},
 };
 use serde_json::json;
 use std::sync::Arc;
@@ -35,8 +35,8 @@ impl Trainer {
     /// Measures the model on the clips held out; none in a fit on all clips.
     ///
     /// A field that moves a displacement from its prior can learn its training motions by heart, and does where they
-    /// are few. So several shares of its output are tried, and the best one is the validation's: the least of their
-    /// errors, and so a little too small. A lone clip, which is trained on too, cannot tell.
+    /// are few. So several shares of its output are tried, each for [`JUDGED_S`] seconds of a clip, and the best one is
+    /// the validation's. A lone clip, which is trained on too, cannot tell.
     ///
     /// # Errors
     /// As [`Trainer::run`]; [`TrainError::Stopped`] where `proceed`, asked before each share, says stop.
@@ -45,31 +45,47 @@ impl Trainer {
             return Ok(None);
         }
         let parameters = self.kept();
-        let mut best: Option<Validation> = None;
+        let clips = &self.data.validation;
+        let proceed = || match proceed() {
+            Control::Continue => Ok(()),
+            Control::Stop => Err(TrainError::Stopped),
+        };
+        let mut best: Option<(f64, f32)> = None;
         for &field_share in self.field_shares() {
-            if proceed() == Control::Stop {
-                return Err(TrainError::Stopped);
-            }
+            proceed()?;
             let model = Arc::new(self.model_of(&parameters, field_share)?);
-            let rmse_mm = 1e3 * free_running_rmse(&model, &self.data.validation)?;
+            let rmse = free_running_rmse_of(&model, clips, self.judged_frames())?;
             // What has left the numbers is no result to prefer.
-            let is_better = |best: &Validation| {
-                rmse_mm < best.rmse_mm || (rmse_mm.is_finite() && !best.rmse_mm.is_finite())
-            };
-            if best.as_ref().is_none_or(is_better) {
-                best = Some(Validation {
-                    fit: self.data.fit,
-                    clips: names(&self.data.validation),
-                    rmse_mm,
-                    field_share,
-                });
+            let is_better = |(best, _): (f64, f32)| rmse < best || (rmse.is_finite() && !best.is_finite());
+            if best.is_none_or(is_better) {
+                best = Some((rmse, field_share));
             }
         }
-        Ok(best)
+        proceed()?;
+        let field_share = best.map_or(1.0, |(_, share)| share);
+        let model = Arc::new(self.model_of(&parameters, field_share)?);
+        Ok(Some(Validation {
+            fit: self.data.fit,
+            clips: names(clips),
+            rmse_mm: 1e3 * free_running_rmse(&model, clips)?,
+            field_share,
+        }))
+    }
+
+    /// Of a clip, for each share.
+    fn judged_frames(&self) -> usize {
+        (JUDGED_S * self.data.config.fps) as usize
+    }
+
+    /// What [`Trainer::validation`] takes, in runs through all clips held out.
+    pub(super) fn validation_passes(&self) -> f64 {
+        let clips = &self.data.validation;
+        let frames = |most: usize| clips.iter().map(|c| c.len().min(most)).sum::<usize>() as f64;
+        1.0 + self.field_shares().len() as f64 * frames(self.judged_frames()) / frames(usize::MAX).max(1.0)
     }
 
     /// What [`Trainer::validation`] tries: without a prior there is nothing but the field.
-    pub(super) fn field_shares(&self) -> &'static [f32] {
+    fn field_shares(&self) -> &'static [f32] {
         match self.config.has_prior() {
             true => &FIELD_SHARES,
             false => &FIELD_SHARES[..1],

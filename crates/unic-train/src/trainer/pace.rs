@@ -58,7 +58,7 @@ impl Trainer {
         Ok(Pace {
             step: total / SAMPLES as f64,
             validation,
-            last_validation: validation * self.field_shares().len() as f64,
+            last_validation: validation * self.validation_passes(),
         })
     }
 }

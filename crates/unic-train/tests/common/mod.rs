@@ -12,6 +12,7 @@ use unic_core::{
     character::{Character, Garment},
     clip::Clip,
     config::{EncoderConfig, FieldConfig},
+    recurrence::RecurrenceScratch,
 };
 use unic_io::{Capture, Split};
 pub(crate) use unic_testdata::{FPS, Figure, Take, VERTICES, clip, opposite, take};
@@ -88,6 +89,44 @@ pub(crate) fn recurrence_of(config: &mut TrainConfig) -> &mut RecurrenceSettings
         } => recurrence,
         other => panic!("a state without recurrence: {other:?}"),
     }
+}
+
+/// What the prior says of a training clip, by frame.
+pub(crate) fn final_coefficients(data: &Dataset, clip: usize) -> Vec<Vec<f32>> {
+    let motion = &data.motion[clip];
+    let (mut scratch, mut state) = (RecurrenceScratch::default(), Vec::new());
+    let of = |t: usize| {
+        let pair = [t.saturating_sub(1), t]
+            .map(|t| motion.frame(t, View::Direct))
+            .concat();
+        let mut out = Vec::new();
+        data.prior.coefficients(&pair, &mut out);
+        if let Some(recurrence) = &data.prior.recurrence {
+            recurrence.read(&pair, &mut scratch);
+            match t {
+                0 => recurrence.start(&mut scratch, &mut state),
+                _ => recurrence.advance(&mut scratch, &mut state),
+            }
+            recurrence.add_to(&state, &mut scratch, &mut out);
+        }
+        out
+    };
+    (0..data.clips[clip].len()).map(of).collect()
+}
+
+/// The drawn clip's number, and the data of all clips with the prior that has not seen it: what that says of the clip
+/// is what the clip's field is trained beside.
+pub(crate) fn told_by_the_held_out_prior(held_out: Dataset) -> (usize, Dataset) {
+    let (name, prior) = (held_out.validation[0].name().to_owned(), held_out.prior.clone());
+    let mut data = held_out.on_all_clips();
+    let drawn = data.clips.iter().position(|c| c.name() == name).unwrap();
+    assert_ne!(data.prior, prior);
+    data.prior = prior;
+    let said = final_coefficients(&data, drawn);
+    for (said, left_out) in said.iter().flatten().zip(data.coefficients[drawn].iter().flatten()) {
+        assert!((said - left_out).abs() < 1e-5, "{said} {left_out}");
+    }
+    (drawn, data)
 }
 
 /// Both kinds of state.

@@ -5,7 +5,7 @@ use crate::{args::TrainArgs, interrupt, output::say, settings};
 use anyhow::Result;
 use std::time::{Duration, Instant};
 use unic_io::{Capture, Split};
-use unic_train::{Dataset, Fit, Processor, RecurrenceSettings, StateSettings, TrainConfig, Trainer};
+use unic_train::{Dataset, Fit, MOST_FOLDS, Processor, RecurrenceSettings, StateSettings, TrainConfig, Trainer};
 
 /// Settings, and the data of the first fit where a budget has asked for it.
 pub(super) fn settings_of_a_new_run(
@@ -17,14 +17,13 @@ pub(super) fn settings_of_a_new_run(
     let Some(budget) = args.budget else {
         return Ok((config, None));
     };
-    let fits = Fit::of_run(capture, &config).len() as u32;
     if let StateSettings::Displacement {
         recurrence: Some(recurrence),
         ..
     } = &mut config.model.state
     {
         let motion = Motion::of(capture)?;
-        shorten(recurrence, &motion, budget / fits, rayon::current_num_threads());
+        shorten(recurrence, &motion, budget, rayon::current_num_threads());
     }
     let (steps, data) = steps_within(args.device.into(), capture, &config, budget, started)?;
     config.optimiser.steps = match config.has_prior() {
@@ -37,9 +36,6 @@ pub(super) fn settings_of_a_new_run(
 
 /// Frames of its windows that a thread teaches a recurrence of the preset's size in a second.
 const FRAMES_A_SECOND: f64 = 25_000.0;
-
-/// Trainings of the recurrence that a fit of the prior takes at most beside the last; as many less one at once.
-const MOST_FOLDS: usize = 5;
 
 /// Windows of a step where time is short, and their frames: many small steps do better then.
 const SHORT_WINDOWS: [usize; 2] = [8, 64];
@@ -65,7 +61,7 @@ impl Motion {
     }
 }
 
-/// Leaves the field about half of a fit's budget, where it is short.
+/// Leaves about half of a budget, where it is short, to all that comes after the prior.
 fn shorten(recurrence: &mut RecurrenceSettings, motion: &Motion, budget: Duration, threads: usize) {
     let folds = motion.clips.clamp(2, MOST_FOLDS);
     // Of the folds, each a little shorter, and then of all clips.
@@ -82,7 +78,7 @@ fn shorten(recurrence: &mut RecurrenceSettings, motion: &Motion, budget: Duratio
     }
 }
 
-/// Steps that leave the budget the time for loading, and for every fit.
+/// Steps of every fit that the rest of the budget has time for.
 fn steps_within(
     processor: Processor,
     capture: &Capture,
@@ -92,15 +88,12 @@ fn steps_within(
 ) -> Result<(u64, Dataset)> {
     say("timing a few steps to fill the budget");
     let fits = Fit::of_run(capture, config);
-    let loading = Instant::now();
     let data = load(capture, config, fits[0], processor)?;
-    let loading = loading.elapsed();
     interrupt::check()?;
     let trainer = Trainer::new(data, config.clone())?;
     let pace = trainer.pace()?;
     interrupt::check()?;
-    let spent = started.elapsed() + loading * (fits.len() - 1) as u32;
-    let left = budget.saturating_sub(spent).as_secs_f64();
+    let left = budget.saturating_sub(started.elapsed()).as_secs_f64();
     let steps = pace.steps_within(left, fits, config.validation.every);
     Ok((steps, trainer.into_data()))
 }
