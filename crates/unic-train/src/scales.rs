@@ -24,7 +24,7 @@ const OUTPUT_MARGIN: f32 = 1.25;
 const LEAST_SCALE_M: f32 = 1e-4;
 
 /// Pairs of successive frames that are looked at, at most and evenly spread.
-const MOST_PAIRS: usize = 4000;
+const MOST_PAIRS: usize = 1000;
 
 /// Vertices of which a mask leaves less do not decide how far the field reaches.
 const LEAST_SHARE: f32 = 0.1;

@@ -5,6 +5,7 @@ use serde::Serialize;
 use std::sync::Arc;
 use unic_core::{
     animator::{Animator, Start, StepInput},
+    config::IntersectionMode,
     model::Model,
 };
 use unic_eval::PreparedClip;
@@ -22,7 +23,7 @@ pub struct Validation {
     pub field_share: f32,
 }
 
-/// What a field changes shows in the first seconds or never: so much of a clip is run through for each share, seconds.
+/// So much of each clip is run through for a share of the field, seconds.
 pub const JUDGED_S: f32 = 20.0;
 
 /// RMSE in metres of a model that runs free from frame 0 through every clip, frame 0 not counted.
@@ -30,18 +31,20 @@ pub const JUDGED_S: f32 = 20.0;
 /// # Errors
 /// Clips of another skeleton or garment.
 pub fn free_running_rmse(model: &Arc<Model>, clips: &[PreparedClip]) -> Result<f64, TrainError> {
-    free_running_rmse_of(model, clips, usize::MAX)
+    free_running_rmse_of(model, clips, usize::MAX, model.config().intersection)
 }
 
-/// Of the first `most` frames of every clip.
+/// Of the first `most` frames of every clip, with intersections handled as said.
 pub(crate) fn free_running_rmse_of(
     model: &Arc<Model>,
     clips: &[PreparedClip],
     most: usize,
+    intersection: IntersectionMode,
 ) -> Result<f64, TrainError> {
     let (mut squares, mut count) = (0.0, 0usize);
     for clip in clips {
         let mut animator = Animator::new(model.clone());
+        animator.set_intersection(intersection);
         let garment = &clip.captured.garment;
         let motion = &clip.captured.clip;
         let input = |t: usize| StepInput {

@@ -11,7 +11,7 @@ use crate::{
 use serde_json::json;
 use std::sync::Arc;
 use unic_core::{
-    config::StateConfig,
+    config::{IntersectionMode, StateConfig},
     model::{About, Model, ModelParts},
 };
 use unic_eval::PreparedClip;
@@ -35,8 +35,8 @@ impl Trainer {
     /// Measures the model on the clips held out; none in a fit on all clips.
     ///
     /// A field that moves a displacement from its prior can learn its training motions by heart, and does where they
-    /// are few. So several shares of its output are tried, each for [`JUDGED_S`] seconds of a clip, and the best one is
-    /// the validation's. A lone clip, which is trained on too, cannot tell.
+    /// are few. So several shares of its output are tried, each for [`JUDGED_S`] seconds of a clip without intersections
+    /// handled, which takes most of the time, and the best one is the validation's. A lone clip, which is trained on too, cannot tell.
     ///
     /// # Errors
     /// As [`Trainer::run`]; [`TrainError::Stopped`] where `proceed`, asked before each share, says stop.
@@ -54,7 +54,7 @@ impl Trainer {
         for &field_share in self.field_shares() {
             proceed()?;
             let model = Arc::new(self.model_of(&parameters, field_share)?);
-            let rmse = free_running_rmse_of(&model, clips, self.judged_frames())?;
+            let rmse = free_running_rmse_of(&model, clips, self.judged_frames(), IntersectionMode::Off)?;
             // What has left the numbers is no result to prefer.
             let is_better = |(best, _): (f64, f32)| rmse < best || (rmse.is_finite() && !best.is_finite());
             if best.is_none_or(is_better) {
@@ -73,19 +73,12 @@ impl Trainer {
     }
 
     /// Of a clip, for each share.
-    fn judged_frames(&self) -> usize {
+    pub(super) fn judged_frames(&self) -> usize {
         (JUDGED_S * self.data.config.fps) as usize
     }
 
-    /// What [`Trainer::validation`] takes, in runs through all clips held out.
-    pub(super) fn validation_passes(&self) -> f64 {
-        let clips = &self.data.validation;
-        let frames = |most: usize| clips.iter().map(|c| c.len().min(most)).sum::<usize>() as f64;
-        1.0 + self.field_shares().len() as f64 * frames(self.judged_frames()) / frames(usize::MAX).max(1.0)
-    }
-
     /// What [`Trainer::validation`] tries: without a prior there is nothing but the field.
-    fn field_shares(&self) -> &'static [f32] {
+    pub(super) fn field_shares(&self) -> &'static [f32] {
         match self.config.has_prior() {
             true => &FIELD_SHARES,
             false => &FIELD_SHARES[..1],

@@ -1,8 +1,9 @@
 //! How fast a machine trains.
 
 use super::Trainer;
-use crate::{error::TrainError, fit::Fit, validation::free_running_rmse};
+use crate::{error::TrainError, fit::Fit, validation::free_running_rmse_of};
 use std::{sync::Arc, time::Instant};
+use unic_core::{config::IntersectionMode, model::Model};
 
 /// Wall-clock seconds on this machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +35,7 @@ impl Pace {
 }
 
 impl Trainer {
-    /// Times a few steps, which are not kept, and a validation.
+    /// Times a few steps, which are not kept, and a few frames of a validation.
     ///
     /// # Errors
     /// As [`Trainer::run`].
@@ -51,15 +52,29 @@ impl Trainer {
             self.stepped(&mut network, &mut moments, at)?;
             total += started.elapsed().as_secs_f64();
         }
-        let started = Instant::now();
         let model = Arc::new(self.model_of(&self.network.values(), 1.0)?);
-        free_running_rmse(&model, &self.data.validation)?;
-        let validation = started.elapsed().as_secs_f64();
+        let validation = self.seconds_of_validating(&model, model.config().intersection, usize::MAX)?;
+        let judging = self.seconds_of_validating(&model, IntersectionMode::Off, self.judged_frames())?;
         Ok(Pace {
             step: total / SAMPLES as f64,
             validation,
-            last_validation: validation * self.validation_passes(),
+            last_validation: validation + judging * self.field_shares().len() as f64,
         })
+    }
+
+    /// The first `most` frames of every clip, as a few of them tell.
+    fn seconds_of_validating(
+        &self,
+        model: &Arc<Model>,
+        intersection: IntersectionMode,
+        most: usize,
+    ) -> Result<f64, TrainError> {
+        const TIMED_FRAMES: usize = 100;
+        let clips = &self.data.validation;
+        let frames = |most: usize| clips.iter().map(|c| c.len().min(most)).sum::<usize>() as f64;
+        let started = Instant::now();
+        free_running_rmse_of(model, clips, TIMED_FRAMES, intersection)?;
+        Ok(started.elapsed().as_secs_f64() * frames(most) / frames(TIMED_FRAMES).max(1.0))
     }
 }
 
