@@ -1,13 +1,16 @@
 //! The training clips of a capture, and what must be measured on them before training.
 
 mod held_out;
+mod motion_vectors;
+
+pub use motion_vectors::MotionVectors;
 
 use crate::{
     config::{StateSettings, TrainConfig},
     error::TrainError,
     event::Control,
     fit::{Fit, FitClips},
-    mirror::{MirrorMap, View, normalisation},
+    mirror::{MirrorMap, normalisation},
     prior::{FittedPrior, PriorSettings, fit_prior},
     processor::Processor,
     recurrence::Watch,
@@ -52,59 +55,6 @@ pub struct Dataset {
     pub(crate) device: Device,
     /// Of the fit on all clips after one that holds some of them out.
     later: Option<Later>,
-}
-
-/// Normalised motion vectors of one clip, as they are and mirrored.
-#[derive(Clone, Debug)]
-pub struct MotionVectors {
-    /// Numbers in a vector.
-    pub len: usize,
-    plain: Vec<f32>,
-    mirrored: Option<Vec<f32>>,
-}
-
-impl MotionVectors {
-    /// As they are, without a mirror map.
-    #[cfg(test)]
-    pub(crate) fn of_plain(len: usize, plain: Vec<f32>) -> Self {
-        Self {
-            len,
-            plain,
-            mirrored: None,
-        }
-    }
-
-    /// Of every frame of a clip.
-    pub(crate) fn new(
-        clip: &PreparedClip,
-        normalisation: &Normalisation,
-        mirror: Option<&MirrorMap>,
-    ) -> Self {
-        let normalised = |mut vector: Vec<f32>| {
-            normalisation.apply(&mut vector);
-            vector
-        };
-        let frames = || (0..clip.len()).map(|t| clip.kinematics.motion(t));
-        Self {
-            len: normalisation.mean.len(),
-            plain: frames().flat_map(|c| normalised(c.to_vec())).collect(),
-            mirrored: mirror.map(|m| frames().flat_map(|c| normalised(m.apply(c))).collect()),
-        }
-    }
-
-    /// Is there a mirror map?
-    pub fn is_mirrored(&self) -> bool {
-        self.mirrored.is_some()
-    }
-
-    /// The vector of one frame; the mirrored one where there is a mirror map.
-    pub fn frame(&self, frame: usize, view: View) -> &[f32] {
-        let all = match (view, &self.mirrored) {
-            (View::Mirrored, Some(mirrored)) => mirrored,
-            _ => &self.plain,
-        };
-        &all[frame * self.len..(frame + 1) * self.len]
-    }
 }
 
 impl Dataset {

@@ -17,12 +17,13 @@ pub(super) fn settings_of_a_new_run(
     let Some(budget) = args.budget else {
         return Ok((config, None));
     };
+    let views = if config.regularisation.mirror { 2 } else { 1 };
     if let StateSettings::Displacement {
         recurrence: Some(recurrence),
         ..
     } = &mut config.model.state
     {
-        let motion = Motion::of(capture)?;
+        let motion = Motion::of(capture, views)?;
         shorten(recurrence, &motion, budget, rayon::current_num_threads());
     }
     let (steps, data) = steps_within(args.device.into(), capture, &config, budget, started)?;
@@ -43,16 +44,16 @@ const SHORT_WINDOWS: [usize; 2] = [8, 64];
 /// What there is to train on.
 struct Motion {
     clips: usize,
-    /// With their mirror images.
+    /// In all views: mirrored ones count too.
     frames: u64,
 }
 
 impl Motion {
-    fn of(capture: &Capture) -> Result<Self> {
+    fn of(capture: &Capture, views: u64) -> Result<Self> {
         let names = capture.clip_names(Split::Train);
         let mut frames = 0;
         for name in names {
-            frames += 2 * capture.load_clip(name)?.clip.len() as u64;
+            frames += views * capture.summarise_clip(name)?.pose_frames as u64;
         }
         Ok(Self {
             clips: names.len(),
