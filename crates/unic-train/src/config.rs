@@ -110,7 +110,10 @@ pub struct RecurrenceSettings {
 impl RecurrenceSettings {
     /// Steps for so many frames of motion, mirrored ones included.
     pub(crate) fn steps_for(&self, frames: usize) -> u64 {
-        let most = (self.epochs * frames as u64).div_ceil((self.windows * self.frames).max(1) as u64);
+        let most = self
+            .epochs
+            .saturating_mul(frames as u64)
+            .div_ceil((self.windows * self.frames).max(1) as u64);
         self.steps.min(most).max(1)
     }
 
@@ -332,7 +335,7 @@ impl OptimiserConfig {
         let phase = std::f64::consts::PI * self.half_periods * step as f64 / self.steps as f64;
         let rate = self.final_learning_rate
             + (self.learning_rate - self.final_learning_rate) * (1.0 + phase.cos()) / 2.0;
-        let warmup = (step + 1) as f64 / self.warmup_steps.max(1) as f64;
+        let warmup = (step as f64 + 1.0) / self.warmup_steps.max(1) as f64;
         rate * warmup.min(1.0)
     }
 }

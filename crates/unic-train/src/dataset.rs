@@ -140,7 +140,12 @@ impl Dataset {
     fn measured_config(&self, settings: &TrainConfig) -> ModelConfig {
         let prior = (&self.prior, self.coefficients.as_slice());
         let scales = measure(&settings.model, &self.capture, &self.clips, prior);
-        model_config(settings, self.config.motion.clone(), &self.capture, scales.as_ref())
+        model_config(
+            settings,
+            self.config.motion.clone(),
+            &self.capture,
+            scales.as_ref(),
+        )
     }
 
     /// Can windows be mirrored?

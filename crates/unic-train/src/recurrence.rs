@@ -100,7 +100,12 @@ pub(crate) fn fit_recurrence(
         };
         fit.run(&progress)
     };
-    let others = |fold: usize| sequences.iter().filter(|s| fold_of(s.motion_number, count) != fold).collect();
+    let others = |fold: usize| {
+        sequences
+            .iter()
+            .filter(|s| fold_of(s.motion_number, count) != fold)
+            .collect()
+    };
     let folds = (0..count)
         .into_par_iter()
         .map(|fold| fit(fold_steps, others(fold)));

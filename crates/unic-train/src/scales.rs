@@ -1,8 +1,6 @@
 //! The size of the displacements that a model is to work with.
 
-use crate::{
-    config::{ModelSettings, StateSettings},
-};
+use crate::config::{ModelSettings, StateSettings};
 use glam::Vec3;
 use rayon::prelude::*;
 use unic_core::{character::Garment, config::DisplacementConfig, features::PointFrame, prior::Prior};

@@ -110,3 +110,18 @@ fn a_file_with_a_fault_is_refused_in_one_line() {
         );
     }
 }
+
+#[test]
+fn the_greatest_numbers_overflow_nothing() {
+    let mut config = TrainConfig::preset(Preset::Standard);
+    config.optimiser.steps = u64::MAX;
+    assert!(config.learning_rate(u64::MAX) >= 0.0 && config.unroll(u64::MAX) > 0);
+    if let StateSettings::Displacement {
+        recurrence: Some(recurrence),
+        ..
+    } = &mut config.model.state
+    {
+        (recurrence.steps, recurrence.epochs) = (u64::MAX, u64::MAX);
+        assert!(recurrence.steps_for(usize::MAX) > 1);
+    }
+}

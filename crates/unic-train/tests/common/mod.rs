@@ -123,7 +123,11 @@ pub(crate) fn told_by_the_held_out_prior(held_out: Dataset) -> (usize, Dataset) 
     assert_ne!(data.prior, prior);
     data.prior = prior;
     let said = final_coefficients(&data, drawn);
-    for (said, left_out) in said.iter().flatten().zip(data.coefficients[drawn].iter().flatten()) {
+    for (said, left_out) in said
+        .iter()
+        .flatten()
+        .zip(data.coefficients[drawn].iter().flatten())
+    {
         assert!((said - left_out).abs() < 1e-5, "{said} {left_out}");
     }
     (drawn, data)

@@ -5,7 +5,9 @@ use crate::{args::TrainArgs, interrupt, output::say, settings};
 use anyhow::Result;
 use std::time::{Duration, Instant};
 use unic_io::{Capture, Split};
-use unic_train::{Dataset, Fit, MOST_FOLDS, Processor, RecurrenceSettings, StateSettings, TrainConfig, Trainer};
+use unic_train::{
+    Dataset, Fit, MOST_FOLDS, Processor, RecurrenceSettings, StateSettings, TrainConfig, Trainer,
+};
 
 /// Settings, and the data of the first fit where a budget has asked for it.
 pub(super) fn settings_of_a_new_run(
@@ -69,7 +71,8 @@ fn shorten(recurrence: &mut RecurrenceSettings, motion: &Motion, budget: Duratio
     let rounds = (folds - 1) as f64 / threads.clamp(1, folds) as f64 + 1.0;
     let affordable = (0.5 * budget.as_secs_f64() * FRAMES_A_SECOND / rounds) as u64;
     let in_a_step = (recurrence.windows * recurrence.frames) as u64;
-    let wanted = (recurrence.steps * in_a_step).min(recurrence.epochs * motion.frames);
+    let looks = recurrence.epochs.saturating_mul(motion.frames);
+    let wanted = recurrence.steps.saturating_mul(in_a_step).min(looks);
     if affordable < wanted {
         let [windows, frames] = SHORT_WINDOWS;
         recurrence.windows = recurrence.windows.min(windows);
