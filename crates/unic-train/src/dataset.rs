@@ -14,7 +14,7 @@ use crate::{
     prior::{FittedPrior, PriorSettings, fit_prior},
     processor::Processor,
     recurrence::Watch,
-    scales::{Scales, measure},
+    scales::measure,
 };
 use burn::tensor::Device;
 use glam::Vec3;
@@ -41,13 +41,14 @@ pub struct Dataset {
     pub clips: Vec<PreparedClip>,
     /// Clips that the free-running error is validated on; a fit on all clips has none.
     pub validation: Vec<PreparedClip>,
-    /// Statistics of the training clips' motion vectors, in the mirror too where windows are.
+    /// Statistics of the motion vectors of all clips that the run trains on, in the mirror too where windows are.
     pub normalisation: Normalisation,
     /// Normalised motion vectors of each training clip, T × D.
     pub motion: Vec<MotionVectors>,
-    /// Where the garment hangs in a given motion, as the finished model has it.
+    /// Where the garment hangs in a given motion, as the fit's model has it.
     pub prior: Prior,
-    /// Coefficients of the prior by training clip and frame, fitted without that clip.
+    /// Coefficients of the prior by training clip and frame, fitted without that clip; clips that are held out and
+    /// come back are not left out of them.
     pub coefficients: Vec<Vec<Vec<f32>>>,
     /// Bounding box of the rest shape.
     pub rest_box: RestBox,
@@ -91,11 +92,11 @@ impl Dataset {
             &capture.character,
         )?;
         let names = FitClips::new(&capture, fit, settings)?;
-        let known = match names.comes_back {
+        let prior_of = match names.comes_back {
             true => capture.clip_names(Split::Train),
             false => &names.train,
         };
-        let mut clips = load(&capture, &spec, known, settings.motion_seconds)?;
+        let mut clips = load(&capture, &spec, prior_of, settings.motion_seconds)?;
         let validation = load(&capture, &spec, &names.validation, None)?;
         if !names.comes_back {
             forget_motion(&mut clips, &validation);
@@ -114,12 +115,23 @@ impl Dataset {
             .map(|c| MotionVectors::new(c, &normalisation, mirror.as_ref()))
             .collect();
         let fitted = fitted_prior(settings, &capture, &clips, &motion, &device, watch)?;
-        let mut data = Self {
-            config: model_config(settings, spec, &capture, None),
+        let mut drawn = clips
+            .iter()
+            .map(|c| validation.iter().any(|v| v.name() == c.name()));
+        let drawn = drawn.position(|is_drawn| is_drawn && names.comes_back);
+        let unseen = drawn.map(|clip| fitted.without(clip));
+        let data = Self {
+            config: measured_config(
+                settings,
+                spec,
+                &capture,
+                &clips,
+                (&fitted.prior, &fitted.left_out),
+            ),
             normalisation,
             motion,
-            prior: fitted.prior.clone(),
-            coefficients: fitted.left_out.clone(),
+            prior: fitted.prior,
+            coefficients: fitted.left_out,
             rest_box: RestBox::of(&capture.garment.rest.vertices),
             clips,
             validation,
@@ -128,24 +140,12 @@ impl Dataset {
             device,
             later: None,
         };
-        data.config = data.measured_config(settings);
+        let data = match unseen {
+            Some(prior) => data.holding_out(settings, prior),
+            None => data,
+        };
         data.config.check(joints)?;
-        Ok(match names.comes_back {
-            true => data.holding_out(settings, &fitted),
-            false => data,
-        })
-    }
-
-    /// With the scales of the training clips about the prior.
-    fn measured_config(&self, settings: &TrainConfig) -> ModelConfig {
-        let prior = (&self.prior, self.coefficients.as_slice());
-        let scales = measure(&settings.model, &self.capture, &self.clips, prior);
-        model_config(
-            settings,
-            self.config.motion.clone(),
-            &self.capture,
-            scales.as_ref(),
-        )
+        Ok(data)
     }
 
     /// Can windows be mirrored?
@@ -241,14 +241,16 @@ fn fitted_prior(
     }
 }
 
-fn model_config(
+/// With the scales of the clips about a prior, which comes with its coefficients.
+fn measured_config(
     settings: &TrainConfig,
     spec: MotionSpec,
     capture: &Capture,
-    scales: Option<&Scales>,
+    clips: &[PreparedClip],
+    prior: (&Prior, &[Vec<Vec<f32>>]),
 ) -> ModelConfig {
     let model = &settings.model;
-    let state = match (&model.state, scales) {
+    let state = match (&model.state, measure(model, capture, clips, prior)) {
         (StateSettings::Displacement { memory_s, inputs, .. }, Some(scales)) => {
             StateConfig::Displacement(DisplacementConfig {
                 memory_s: *memory_s,

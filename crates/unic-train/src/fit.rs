@@ -72,7 +72,7 @@ impl FitClips {
             }
             Fit::HeldOut => {}
         }
-        let comes_back = fit == Fit::HeldOut && Fit::of_run(capture, config).contains(&Fit::AllClips);
+        let comes_back = fit == Fit::HeldOut && Fit::of_run(capture, config) == [fit, Fit::AllClips];
         Ok(Self {
             train,
             validation,

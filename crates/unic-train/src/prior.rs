@@ -48,10 +48,10 @@ impl FittedPrior {
         }
     }
 
-    /// The prior as it would be without the motion of a training clip, and at no cost: it is one of those that
-    /// strengths and shares were chosen by. Shapes, statistics and the share of the recurrence are those of all
-    /// clips, and swings are not enlarged.
-    pub fn without(&self, clip: usize) -> Prior {
+    /// The prior as it would be without the motion of one of several training clips, and at no cost: it is one of
+    /// those that strengths and shares were chosen by. Shapes, statistics, the strength, the share of the recurrence and how
+    /// askew the garment hangs are those of all clips, and swings are not enlarged.
+    pub(crate) fn without(&self, clip: usize) -> Prior {
         let mut prior = self.prior.clone();
         let motion = match self.unseen.motion_numbers.get(clip) {
             Some(&motion) if !prior.is_empty() => motion,

@@ -31,8 +31,7 @@ use unic_core::recurrence::Recurrence;
 use unit::Unit;
 use windows::Windows;
 
-/// Asked after every step of a fit, from several threads: steps done and steps in all. One that has said
-/// stop goes on saying so.
+/// Asked after every step, from several threads: steps done and steps in all. Once stop, always stop.
 pub type Watch<'a> = dyn Fn(u64, u64) -> Control + Sync + 'a;
 
 /// A recurrence that is worth having.

@@ -8,13 +8,17 @@ mod common;
 use common::*;
 use glam::Vec3;
 use std::sync::Arc;
-use unic_core::animator::{Animator, Start, StepInput};
+use unic_core::{
+    animator::{Animator, Start, StepInput},
+    config::IntersectionMode,
+};
 use unic_train::*;
 
 /// A run of `standard`'s kind whose steps are so large that they only do harm.
 fn harmed() -> (f64, Trainer) {
     let mut config = small(Preset::Tiny);
-    config.intersection.at_inference = false;
+    // Shares are judged without, the error is told with intersections handled.
+    config.intersection.at_inference = true;
     config.optimiser.learning_rate = 1.0;
     config.optimiser.warmup_steps = 0;
     config.regularisation.average = 0.0;
@@ -59,6 +63,7 @@ fn a_share_of_the_field_moves_the_displacement_by_that_share() {
             field_share,
         });
         let mut animator = Animator::new(Arc::new(trainer.model().unwrap()));
+        animator.set_intersection(IntersectionMode::Off);
         let motion = &trainer.data().validation[0].captured.clip;
         let input = StepInput {
             pose: &motion.poses[0],

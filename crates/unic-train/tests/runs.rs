@@ -233,8 +233,14 @@ fn a_drawn_clip_is_held_out_of_the_first_fit_and_back_in_the_second() {
     assert_ne!(held_out.prior, all.prior);
     assert_ne!(held_out.config, all.config);
     // The second fit begins with what it would have made itself.
-    let next = held_out.on_all_clips();
+    let next = held_out.on_all_clips().unwrap();
     assert_eq!((next.fit, names(&next.clips)), (*second, names(&all.clips)));
+    assert!(
+        Dataset::new(capture.clone(), &config, *second)
+            .unwrap()
+            .on_all_clips()
+            .is_none()
+    );
     assert!(next.validation.is_empty() && next.prior == all.prior && next.config == all.config);
     assert_eq!(next.coefficients, all.coefficients);
     for (next, all) in next.motion.iter().zip(&all.motion) {

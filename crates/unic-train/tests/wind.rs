@@ -45,12 +45,6 @@ enum Air {
 }
 
 fn windy_capture(air: Air) -> (tempfile::TempDir, Capture) {
-    let folder = tempfile::tempdir().unwrap();
-    let (root, figure) = (folder.path().join("tube"), Figure::tube());
-    let mut manifest = Manifest::new("tube", FPS);
-    manifest.contact_joints = Some(figure.contact_joints.map(JointReference::Index));
-    let (character, garment) = (&figure.character, &figure.garment);
-    let mut writer = CaptureWriter::create(&root, manifest, character, garment, &Default::default()).unwrap();
     let splits = [
         Split::Train,
         Split::Train,
@@ -58,13 +52,26 @@ fn windy_capture(air: Air) -> (tempfile::TempDir, Capture) {
         Split::Train,
         Split::Validation,
     ];
-    for (i, split) in splits.into_iter().enumerate() {
+    let clips = splits.into_iter().enumerate().map(|(i, split)| {
         let mut clip = clip(&format!("take{i}"), i, 4 * FRAMES);
         clip.wind = match air {
             Air::Gusts => (0..clip.len()).map(|t| gust(i, t)).collect(),
             Air::RecordedStill => vec![Vec3::ZERO; clip.len()],
             Air::Still => Vec::new(),
         };
+        (clip, split)
+    });
+    written(clips)
+}
+
+fn written(clips: impl Iterator<Item = (Clip, Split)>) -> (tempfile::TempDir, Capture) {
+    let folder = tempfile::tempdir().unwrap();
+    let (root, figure) = (folder.path().join("tube"), Figure::tube());
+    let mut manifest = Manifest::new("tube", FPS);
+    manifest.contact_joints = Some(figure.contact_joints.map(JointReference::Index));
+    let (character, garment) = (&figure.character, &figure.garment);
+    let mut writer = CaptureWriter::create(&root, manifest, character, garment, &Default::default()).unwrap();
+    for (clip, split) in clips {
         let take = in_air(clip);
         let mut out = writer.begin_clip(&take.clip, split).unwrap();
         take.garment.iter().for_each(|frame| out.push(frame).unwrap());
@@ -137,4 +144,42 @@ fn still_air_changes_no_byte() {
         Model::new(parts).unwrap().to_bytes().unwrap()
     };
     assert!(bytes(Air::RecordedStill) == bytes(Air::Still));
+}
+
+/// Names of clips.
+fn names(clips: &[unic_eval::PreparedClip]) -> Vec<&str> {
+    clips.iter().map(unic_eval::PreparedClip::name).collect()
+}
+
+#[test]
+fn a_motion_is_held_out_in_every_wind_and_comes_back_where_it_was() {
+    // Clips 0 and 2 are one motion in two winds.
+    let clips = [0, 1, 0, 2].into_iter().enumerate().map(|(i, motion)| {
+        let mut clip = clip(&format!("take{i}"), motion, 4 * FRAMES);
+        clip.wind = (0..clip.len()).map(|t| gust(i, t)).collect();
+        (clip, Split::Train)
+    });
+    let (_folder, capture) = written(clips);
+    let mut config = small(Preset::Tiny);
+    config.validation.refit = Refit::AllClips;
+    let mut left = std::collections::BTreeSet::new();
+    for seed in 1..=6 {
+        config.seed = seed;
+        let held_out = Dataset::new(capture.clone(), &config, Fit::HeldOut).unwrap();
+        let expected = match names(&held_out.validation)[0] {
+            "take1" => vec!["take0", "take2", "take3"],
+            "take3" => vec!["take0", "take1", "take2"],
+            _ => vec!["take1", "take3"],
+        };
+        assert_eq!(names(&held_out.clips), expected);
+        left.insert(expected.len());
+        let all = Dataset::new(capture.clone(), &config, Fit::AllClips).unwrap();
+        let back = held_out.on_all_clips().unwrap();
+        assert_eq!(names(&back.clips), names(&all.clips));
+        assert_eq!(back.coefficients, all.coefficients);
+        for (back, all) in back.motion.iter().zip(&all.motion) {
+            assert_eq!(back.frame(7, View::Direct), all.frame(7, View::Direct));
+        }
+    }
+    assert_eq!(left.len(), 2, "seeds draw both kinds");
 }

@@ -13,7 +13,7 @@ use crate::{
     run_folder::{Earlier, RunFolder, RunRecord},
     settings,
 };
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::ValueEnum;
 use listener::Listener;
 pub(crate) use result::Summary;
@@ -60,9 +60,8 @@ pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
         config,
         folder,
         out,
-        processor,
     };
-    let data = timed.map_or_else(|| run.load(run.fits[0]), Ok)?;
+    let data = timed.map_or_else(|| load(&run.capture, &run.config, run.fits[0], processor), Ok)?;
     let first = Trainer::new(data, run.config.clone())?;
     interrupt::check()?;
     if !args.resume {
@@ -149,14 +148,9 @@ struct Run {
     folder: RunFolder,
     out: PathBuf,
     resume_command: String,
-    processor: Processor,
 }
 
 impl Run {
-    fn load(&self, fit: Fit) -> Result<Dataset> {
-        load(&self.capture, &self.config, fit, self.processor)
-    }
-
     /// Trains all fits, each from where its newest checkpoint has left it; the last one is the model.
     fn train(&self, first: Trainer) -> Result<Trained<'_>> {
         let mut listener = Listener::new(
@@ -173,6 +167,7 @@ impl Run {
             earlier_seconds += trainer.seconds();
             self.stop_if_asked(&trainer)?;
             let data = trainer.into_data().on_all_clips();
+            let data = data.context("a clip that comes back is held out of the first of two fits")?;
             trainer = self.resumed(Trainer::new(data, self.config.clone())?)?;
             self.stop_if_asked(&trainer)?;
             self.fit(&mut trainer, &mut listener, earlier_seconds)?;

@@ -1,10 +1,11 @@
 //! Clips that one fit holds out and the next one trains on.
 //!
-//! Both fits share everything that is measured on the motion. The prior of the first is one of those without a
-//! motion that the prior of the second was judged by: its training, which takes longest, is done once.
+//! The prior of the first fit is one of those without a motion that the prior of the second was judged by: its
+//! training, which takes longest, is done once. Both fits share what motion vectors are scaled by, the shapes, and the
+//! coefficients that the fields of the other clips learn beside.
 
-use super::{Dataset, MotionVectors};
-use crate::{config::TrainConfig, fit::Fit, prior::FittedPrior};
+use super::{Dataset, MotionVectors, measured_config};
+use crate::{config::TrainConfig, fit::Fit};
 use unic_core::{config::ModelConfig, prior::Prior};
 use unic_eval::PreparedClip;
 
@@ -34,15 +35,14 @@ pub(super) fn known(clips: &[PreparedClip], validation: &[PreparedClip]) -> Vec<
 }
 
 impl Dataset {
-    /// Without the motion that is validated on, whose clips are among the training clips; of several winds in one
-    /// motion, without those clips alone.
-    pub(super) fn holding_out(mut self, settings: &TrainConfig, fitted: &FittedPrior) -> Self {
+    /// Without the motion that is validated on, whose clips are among the training clips, and with a prior that has
+    /// not seen it; where there is but one motion, in several winds, without those clips alone.
+    pub(super) fn holding_out(mut self, settings: &TrainConfig, prior: Prior) -> Self {
         let is_drawn = |clip: &PreparedClip| self.validation.iter().any(|v| v.name() == clip.name());
         let drawn: Vec<bool> = self.clips.iter().map(is_drawn).collect();
         let known = known(&self.clips, &self.validation);
         let held_out = if known.iter().all(|k| *k) { &drawn } else { &known };
-        let first = drawn.iter().position(|d| *d).unwrap_or(0);
-        let prior = std::mem::replace(&mut self.prior, fitted.without(first));
+        let prior = std::mem::replace(&mut self.prior, prior);
         let mut clips = Vec::new();
         for index in (0..held_out.len()).rev().filter(|i| held_out[*i]) {
             clips.push(HeldOut {
@@ -53,7 +53,8 @@ impl Dataset {
             });
         }
         clips.reverse();
-        let config = self.measured_config(settings);
+        let (spec, now) = (self.config.motion.clone(), (&self.prior, &self.coefficients[..]));
+        let config = measured_config(settings, spec, &self.capture, &self.clips, now);
         self.later = Some(Later {
             config: std::mem::replace(&mut self.config, config),
             prior,
@@ -62,12 +63,10 @@ impl Dataset {
         self
     }
 
-    /// For the fit on all clips after this one: the same as [`Dataset::new`] makes of them. Where nothing that
-    /// comes back is held out it stays as it is.
-    pub fn on_all_clips(mut self) -> Self {
-        let Some(later) = self.later.take() else {
-            return self;
-        };
+    /// For the fit on all clips after this one: the same as [`Dataset::new`] makes of them. None where nothing that
+    /// comes back is held out.
+    pub fn on_all_clips(mut self) -> Option<Self> {
+        let later = self.later.take()?;
         (self.config, self.prior) = (later.config, later.prior);
         for held_out in later.clips {
             let index = held_out.index;
@@ -77,6 +76,6 @@ impl Dataset {
         }
         self.validation.clear();
         self.fit = Fit::AllClips;
-        self
+        Some(self)
     }
 }

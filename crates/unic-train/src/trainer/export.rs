@@ -36,7 +36,8 @@ impl Trainer {
     ///
     /// A field that moves a displacement from its prior can learn its training motions by heart, and does where they
     /// are few. So several shares of its output are tried, each for [`JUDGED_S`] seconds of a clip without intersections
-    /// handled, which takes most of the time, and the best one is the validation's. A lone clip, which is trained on too, cannot tell.
+    /// handled, which takes most of the time, and the best one is the validation's: its error is a little too small,
+    /// for it was chosen there. A lone clip, which is trained on too, cannot tell.
     ///
     /// # Errors
     /// As [`Trainer::run`]; [`TrainError::Stopped`] where `proceed`, asked before each share, says stop.

@@ -25,8 +25,9 @@ impl Pace {
             Fit::AllClips => self.step,
         };
         let all: f64 = fits.iter().map(of_a_fit).sum();
+        // The last step is validated whether its turn has come or not.
         let last = if fits.contains(&Fit::HeldOut) {
-            self.last_validation
+            self.validation + self.last_validation
         } else {
             0.0
         };
@@ -45,7 +46,7 @@ impl Trainer {
         let (mut network, mut moments) = (self.network.clone(), self.moments.clone());
         let mut total = 0.0;
         for i in 0..SAMPLES {
-            let at = steps * (2 * i + 1) / (2 * SAMPLES);
+            let at = (steps / (2 * SAMPLES)).saturating_mul(2 * i + 1);
             // Twice: the first one warms caches and allocates.
             self.stepped(&mut network, &mut moments, at)?;
             let started = Instant::now();
@@ -72,9 +73,15 @@ impl Trainer {
         const TIMED_FRAMES: usize = 100;
         let clips = &self.data.validation;
         let frames = |most: usize| clips.iter().map(|c| c.len().min(most)).sum::<usize>() as f64;
-        let started = Instant::now();
-        free_running_rmse_of(model, clips, TIMED_FRAMES, intersection)?;
-        Ok(started.elapsed().as_secs_f64() * frames(most) / frames(TIMED_FRAMES).max(1.0))
+        let seconds = |most: usize| -> Result<f64, TrainError> {
+            let started = Instant::now();
+            free_running_rmse_of(model, clips, most, intersection)?;
+            Ok(started.elapsed().as_secs_f64())
+        };
+        // A run begins with much that it does once.
+        let [start, timed] = [seconds(1)?, seconds(TIMED_FRAMES)?];
+        let timed_steps = frames(TIMED_FRAMES) - frames(1);
+        Ok(start + (timed - start).max(0.0) * (frames(most) - frames(1)) / timed_steps.max(1.0))
     }
 }
 
@@ -90,8 +97,8 @@ mod tests {
             last_validation: 10.0,
         };
         let both = [Fit::HeldOut, Fit::AllClips];
-        assert_eq!(pace.steps_within(70.5, &both[..1], 20), 302);
-        assert_eq!(pace.steps_within(70.5, &both, 20), 201);
+        assert_eq!(pace.steps_within(72.5, &both[..1], 20), 302);
+        assert_eq!(pace.steps_within(72.5, &both, 20), 201);
         assert_eq!(pace.steps_within(-1.0, &both, 20), 1);
     }
 }

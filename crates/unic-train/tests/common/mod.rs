@@ -118,11 +118,12 @@ pub(crate) fn final_coefficients(data: &Dataset, clip: usize) -> Vec<Vec<f32>> {
 /// is what the clip's field is trained beside.
 pub(crate) fn told_by_the_held_out_prior(held_out: Dataset) -> (usize, Dataset) {
     let (name, prior) = (held_out.validation[0].name().to_owned(), held_out.prior.clone());
-    let mut data = held_out.on_all_clips();
+    let mut data = held_out.on_all_clips().unwrap();
     let drawn = data.clips.iter().position(|c| c.name() == name).unwrap();
     assert_ne!(data.prior, prior);
     data.prior = prior;
     let said = final_coefficients(&data, drawn);
+    assert_eq!(said.len(), data.coefficients[drawn].len());
     for (said, left_out) in said
         .iter()
         .flatten()
