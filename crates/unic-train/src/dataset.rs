@@ -20,6 +20,7 @@ use burn::tensor::Device;
 use glam::Vec3;
 use held_out::{Later, known};
 use rayon::prelude::*;
+use std::time::Instant;
 use unic_core::{
     config::{DisplacementConfig, ModelConfig, StateConfig},
     features::RestBox,
@@ -52,6 +53,8 @@ pub struct Dataset {
     pub coefficients: Vec<Vec<Vec<f32>>>,
     /// Bounding box of the rest shape.
     pub rest_box: RestBox,
+    /// What fitting the prior took, seconds; nothing where the fit before has done so.
+    pub prior_seconds: f64,
     /// What it is trained on, with gradients.
     pub(crate) device: Device,
     /// Of the fit on all clips after one that holds some of them out.
@@ -114,6 +117,7 @@ impl Dataset {
             .iter()
             .map(|c| MotionVectors::new(c, &normalisation, mirror.as_ref()))
             .collect();
+        let started = Instant::now();
         let fitted = fitted_prior(settings, &capture, &clips, &motion, &device, watch)?;
         let mut drawn = clips
             .iter()
@@ -137,6 +141,7 @@ impl Dataset {
             validation,
             capture,
             fit,
+            prior_seconds: started.elapsed().as_secs_f64(),
             device,
             later: None,
         };

@@ -79,7 +79,7 @@ impl Trainer {
             average: (config.regularisation.average > 0.0).then(|| network.values()),
             best: None,
             step: 0,
-            seconds: 0.0,
+            seconds: data.prior_seconds,
             bodies: Bodies::default(),
             rule: Handling::new(
                 config.intersection.in_training(),
@@ -120,7 +120,7 @@ impl Trainer {
         self.step
     }
 
-    /// Training seconds so far, over all resumes.
+    /// Training seconds so far, over all resumes, with those of the prior.
     pub fn seconds(&self) -> f64 {
         self.seconds
     }

@@ -75,6 +75,7 @@ impl Dataset {
             self.coefficients.insert(index, held_out.coefficients);
         }
         self.validation.clear();
+        self.prior_seconds = 0.0;
         self.fit = Fit::AllClips;
         Some(self)
     }
