@@ -6,20 +6,25 @@
 //! ```
 //!
 //! Inside is by the closest triangle, outside the folds of the body (`unic_core::folds`, interpolated between the
-//! corners of faces), whose share of the skin is `mask`. A crossing is an
-//! edge of the garment through a triangle of the body or the reverse, `convex` those farther than 5 cm
-//! from any concave edge of the body. `paper` is the paper's indicator, `open` the same outside the folds.
-//! `state` and `display` say what robust handling corrects; `corrected` is the ground truth after the
-//! corrections of `display`, and `to it` the error of the others against that.
+//! corners of faces), whose share of the skin is `mask`. A crossing is an edge of the garment through a triangle of the
+//! body or the reverse; `pushing` are those by parts that may push the garment there (not by a hand in front of it),
+//! `convex` those farther than 5 cm from any concave edge of the body. `paper` is the paper's indicator, `open` the same
+//! outside the folds. `state` and `display` say what robust handling corrects; `corrected` is the ground truth after
+//! the corrections of `display`, and `to it` the error of the others against that.
 
 use glam::Vec3;
-use std::{collections::HashSet, path::Path, sync::Arc, time::Instant};
+use std::{
+    collections::{HashMap, HashSet},
+    path::Path,
+    sync::Arc,
+    time::Instant,
+};
 use unic_core::{
     animator::{Animator, Start, StepInput},
     closest::ClosestVertex,
     config::{Corrects, IntersectionMode},
     folds::Folds,
-    intersection::{BodySnapshot, DisplayPass, PosedVertices, RobustBody, RobustIntersection},
+    intersection::{BodySnapshot, ContactParts, DisplayPass, PosedVertices, RobustBody, RobustIntersection},
     mesh::TriMesh,
     model::Model,
     skeleton::Skeleton,
@@ -58,7 +63,7 @@ fn main() -> Anything<()> {
     let model = Arc::new(Model::from_bytes(&std::fs::read(model)?)?);
     let frames: usize = frames.parse()?;
     println!(
-        "{:14} {:>8} {:>8} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>9} {:>9}",
+        "{:14} {:>8} {:>8} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8} {:>9} {:>9}",
         "",
         "RMSE mm",
         "to it",
@@ -68,6 +73,7 @@ fn main() -> Anything<()> {
         "paper %",
         "open %",
         "crossings",
+        "pushing",
         "convex",
         "collapsed",
         "mask %",
@@ -178,7 +184,10 @@ struct Measure<'a> {
     folds: Folds,
     snapshot: BodySnapshot,
     cloth: Surface,
+    parts: ContactParts,
     body_edges: Vec<[u32; 2]>,
+    /// A body face at each.
+    faces_at_edges: Vec<u32>,
     garment_edges: Vec<[u32; 2]>,
     before: [Vec<Vec3>; 2],
     sums: Sums,
@@ -198,6 +207,7 @@ struct Sums {
     paper: usize,
     open: usize,
     crossings: usize,
+    pushing: usize,
     convex: usize,
     collapsed: usize,
     mask: f64,
@@ -206,7 +216,14 @@ struct Sums {
 impl<'a> Measure<'a> {
     fn new(capture: &'a Capture, clip: &'a CapturedClip) -> Self {
         let body = &capture.character.body;
+        let body_edges = edges(&body.faces);
+        let mut face_at = HashMap::new();
+        for (face, &[a, b, c]) in (0..).zip(&body.faces) {
+            face_at.extend([[a, b], [b, c], [c, a]].map(|[u, v]| ([u.min(v), u.max(v)], face)));
+        }
         Self {
+            parts: ContactParts::new(&capture.character, &capture.garment),
+            faces_at_edges: body_edges.iter().map(|edge| face_at[edge]).collect(),
             capture,
             clip,
             corrected: Corrected::new(capture),
@@ -214,7 +231,7 @@ impl<'a> Measure<'a> {
             folds: Folds::default(),
             snapshot: BodySnapshot::default(),
             cloth: Surface::build(&capture.garment.rest),
-            body_edges: edges(&body.faces),
+            body_edges,
             garment_edges: edges(&capture.garment.rest.faces),
             before: [Vec::new(), Vec::new()],
             sums: Sums::default(),
@@ -272,19 +289,31 @@ impl<'a> Measure<'a> {
 
     fn crossings(&mut self, body: &[Vec3], garment: &[Vec3]) {
         self.cloth.refit(garment);
-        let mut places = Vec::new();
-        for &[a, b] in &self.garment_edges {
-            let hit = crossing(&self.surface, garment[a as usize], garment[b as usize]);
-            places.extend(hit.map(|(p, _)| p));
-        }
-        for &[a, b] in &self.body_edges {
-            places.extend(crossing(&self.cloth, body[a as usize], body[b as usize]).map(|(p, _)| p));
-        }
-        let faces = &self.capture.character.body.faces;
-        places.retain(|p| {
-            let hit = self.surface.closest(*p);
+        let (faces, cloth_faces) = (
+            &self.capture.character.body.faces,
+            &self.capture.garment.rest.faces,
+        );
+        let is_open = |p: Vec3| {
+            let hit = self.surface.closest(p);
             hit.is_some_and(|hit| !is_masked(&self.folds, faces, &hit))
-        });
+        };
+        let pushes =
+            |face, corners: &[u32]| corners.iter().all(|&v| self.parts.face_pushes(face, v as usize));
+        let mut places = Vec::new();
+        for edge in &self.garment_edges {
+            let [a, b] = edge.map(|v| garment[v as usize]);
+            if let Some((p, face)) = crossing(&self.surface, a, b).filter(|(p, _)| is_open(*p)) {
+                places.push(p);
+                self.sums.pushing += usize::from(pushes(face, edge));
+            }
+        }
+        for (&[a, b], &beside) in self.body_edges.iter().zip(&self.faces_at_edges) {
+            let hit = crossing(&self.cloth, body[a as usize], body[b as usize]);
+            if let Some((p, face)) = hit.filter(|(p, _)| is_open(*p)) {
+                places.push(p);
+                self.sums.pushing += usize::from(pushes(beside, &cloth_faces[face as usize]));
+            }
+        }
         self.sums.crossings += places.len();
         if places.is_empty() {
             return;
@@ -300,7 +329,7 @@ impl<'a> Measure<'a> {
         let mut ms = self.ms.clone();
         ms.sort_by(f64::total_cmp);
         println!(
-            "{name:14} {:8.2} {:8.2} {:8.3} {:10.4} {:9.4} {:9.4} {:9.4} {:9.2} {:9.3} {:8} {:9.2} {:9.2}",
+            "{name:14} {:8.2} {:8.2} {:8.3} {:10.4} {:9.4} {:9.4} {:9.4} {:9.2} {:9.2} {:9.3} {:8} {:9.2} {:9.2}",
             1e3 * (s.squared / s.vertices as f64).sqrt(),
             1e3 * (s.squared_corrected / s.vertices as f64).sqrt(),
             1e3 * (s.second / s.seconds as f64).sqrt(),
@@ -309,6 +338,7 @@ impl<'a> Measure<'a> {
             share(s.paper),
             share(s.open),
             s.crossings as f64 / s.frames as f64,
+            s.pushing as f64 / s.frames as f64,
             s.convex as f64 / s.frames as f64,
             s.collapsed,
             100.0 * s.mask / s.frames as f64,
@@ -326,7 +356,7 @@ fn crossing(surface: &Surface, a: Vec3, b: Vec3) -> Option<(Vec3, u32)> {
 
 /// Middles of the edges over which the body bends inwards.
 fn concave_edges(mesh: &TriMesh, at: &[Vec3]) -> Vec<Vec3> {
-    let mut opposite = std::collections::HashMap::new();
+    let mut opposite = HashMap::new();
     let mut middles = Vec::new();
     for &[a, b, c] in &mesh.faces {
         for [u, v, w] in [[a, b, c], [b, c, a], [c, a, b]] {

@@ -7,6 +7,7 @@ mod neighbours;
 mod packets;
 mod pokes;
 mod props;
+mod spans;
 mod spread;
 
 use super::{Contact, Layers, RobustBody, RobustIntersection, packets::Packets};
@@ -24,6 +25,7 @@ use neighbours::Neighbours;
 use packets::Summary;
 use pokes::{Pokes, View};
 use props::Props;
+use spans::Spans;
 use spread::{SWEEPS, Spread};
 
 /// Share of the height that vertices are kept at, below which cloth over a body vertex counts as poked
@@ -52,6 +54,7 @@ pub struct DisplayPass {
     cloth: Cloth,
     pokes: Pokes,
     props: Props,
+    spans: Spans,
     layered: Option<Box<Layered>>,
     /// From here on by slot: positions as they came, metres.
     at: Vec<Vec3>,
@@ -92,14 +95,12 @@ impl DisplayPass {
         let packets = body.parts().packets();
         let slots = vec![Vec3::ZERO; packets.len()];
         let neighbours = Neighbours::new(&garment.rest, packets);
+        let height_m = rule.margin_m * FACE_HEIGHT_SHARE;
+        let cloth = Cloth::new(&garment.rest, body.parts(), &neighbours, height_m);
         Self {
             rule,
-            cloth: Cloth::new(
-                &garment.rest,
-                body.parts(),
-                &neighbours,
-                rule.margin_m * FACE_HEIGHT_SHARE,
-            ),
+            spans: Spans::new(&cloth),
+            cloth,
             pokes: Pokes::new(body.parts().lifting().len()),
             neighbours,
             props: Props::default(),
@@ -188,10 +189,12 @@ impl DisplayPass {
                 _ => self.cloth.refit(place, |packet| self.lifts.moves(packet)),
             }
             let view = View {
+                rule: self.rule,
                 body: body.body,
                 vertices: body.vertices,
                 cloth: &self.cloth,
                 corrected: &self.corrected,
+                contacts: &self.contacts,
                 least_height_m,
             };
             match round {
@@ -199,10 +202,10 @@ impl DisplayPass {
                 _ => self.pokes.find_again(&view),
             }
             (self.props).find(body.colliders, self.cloth.faces(), place, least_height_m);
-            if self.pokes.iter().chain(self.props.iter()).next().is_none() {
+            self.spans.find(&view);
+            if !self.lift() {
                 break;
             }
-            self.lift();
         }
     }
 
@@ -226,15 +229,23 @@ impl DisplayPass {
         });
     }
 
-    /// Adds to each corner's correction the longest lift that a poke asks of it.
-    fn lift(&mut self) {
+    /// Adds to each corner's correction the longest lift that a poke asks of it; is there any poke?
+    fn lift(&mut self) -> bool {
         self.lifts.clear();
-        for poke in self.pokes.iter().chain(self.props.iter()) {
+        let mut any = false;
+        for poke in self
+            .pokes
+            .iter()
+            .chain(self.props.iter())
+            .chain(self.spans.iter())
+        {
+            any = true;
             for (slot, lift) in self.cloth.corners(poke.face).into_iter().zip(poke.lifts) {
                 self.lifts.lengthen(self.neighbours.place(slot as usize), lift);
             }
         }
         self.corrections.add(&self.lifts);
+        any
     }
 
     /// Spreads the corrections and moves the positions by them.

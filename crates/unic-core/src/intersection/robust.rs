@@ -32,6 +32,9 @@ fn next_place(look: usize, [at, out]: [Vec3; 2]) -> Vec3 {
     if look < MOST_LOOKS { out } else { at.midpoint(out) }
 }
 
+/// Deeper than this no place is in a limb, metres.
+const MOST_DEPTH_M: f32 = 0.06;
+
 /// Height below the margin at which a vertex is left, metres: what rounding does to one that was moved.
 const TOLERANCE_M: f32 = 1e-5;
 
@@ -213,6 +216,16 @@ impl RobustIntersection {
             (at, seed) = (next_place(look, [at, out]), hit.face);
         }
         at
+    }
+
+    /// Where a place inside the parts that may push garment vertex `vertex` goes, by the shortest way; none for one
+    /// outside. It may end in another part: this is for places whose neighbours are looked at in full.
+    pub(crate) fn out_of_depth(&self, body: &RobustBody, vertex: usize, p: Vec3, seed: u32) -> Option<Vec3> {
+        let hit = body
+            .surface
+            .closest_marked(p, MOST_DEPTH_M, seed, body.pushing(vertex))?;
+        let is_inside = hit.signed_distance < 0.0 && !body.is_folded(hit.face, vertex);
+        self.way_out(&hit, p).filter(|_| is_inside)
     }
 
     fn is_high_enough(&self, height_m: f32) -> bool {

@@ -90,6 +90,17 @@ impl Cloth {
         &self.faces
     }
 
+    /// Faces with points farther than this from their corners, once they are stretched, metres.
+    pub(super) fn wide(&self, radius_m: f32) -> Vec<u32> {
+        let is_wide = |&face: &u32| MOST_STRETCH * self.radii[face as usize] > radius_m;
+        (0..self.faces.len() as u32).filter(is_wide).collect()
+    }
+
+    /// Is a face near the body, and stretched by more than a factor between these corners?
+    pub(super) fn is_stretched(&self, face: u32, factor: f32, corners: [Vec3; 3]) -> bool {
+        self.is_near[face as usize] && covering_radius(corners) > factor * self.radii[face as usize]
+    }
+
     /// Slots of the corners.
     #[inline(always)]
     pub(super) fn corners(&self, face: u32) -> [u32; 3] {

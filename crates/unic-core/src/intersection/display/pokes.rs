@@ -2,7 +2,11 @@
 
 use super::cloth::Cloth;
 use crate::{
-    bvh::LANES, folds, intersection::RobustBody, parallel::for_each_chunk, surface::Among,
+    bvh::LANES,
+    folds,
+    intersection::{Contact, RobustBody, RobustIntersection},
+    parallel::for_each_chunk,
+    surface::Among,
     triangle::TrianglePoint,
 };
 use glam::Vec3;
@@ -35,12 +39,15 @@ pub(super) struct Pokes(Vec<Sight>);
 /// Posed body and cloth, for looking from one to the other.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a> {
+    pub(super) rule: RobustIntersection,
     pub(super) body: &'a RobustBody,
     /// Of the body's vertices, metres.
     pub(super) vertices: &'a [Vec3],
     pub(super) cloth: &'a Cloth,
     /// By slot, metres.
     pub(super) corrected: &'a [Vec3],
+    /// By slot, from before the corrections.
+    pub(super) contacts: &'a [Contact],
     /// That cloth keeps over a body vertex.
     pub(super) least_height_m: f32,
 }
