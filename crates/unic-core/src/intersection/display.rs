@@ -1,6 +1,7 @@
 //! What needs all vertices at once, for positions on their way to the screen.
 
 mod cloth;
+mod cover;
 mod layered;
 mod movements;
 mod neighbours;
@@ -17,23 +18,13 @@ use crate::{
     collider::Collider,
     parallel::{for_each, for_each_chunk},
 };
-use cloth::Cloth;
+use cover::{Cover, Seen};
 use glam::Vec3;
 use layered::Layered;
 use movements::Movements;
 use neighbours::Neighbours;
 use packets::Summary;
-use pokes::{Pokes, View};
-use props::Props;
-use spans::Spans;
 use spread::{SWEEPS, Spread};
-
-/// Share of the height that vertices are kept at, below which cloth over a body vertex counts as poked
-/// through: a flat face on flat skin is left alone.
-const FACE_HEIGHT_SHARE: f32 = 0.5;
-
-/// Rounds of lifting: a face lifted over one vertex takes its corners over others.
-const ROUNDS: usize = 2;
 
 /// What is inside a limb is at most this far from its skin, metres.
 const LIMB_RADIUS_M: f32 = 0.05;
@@ -41,7 +32,7 @@ const LIMB_RADIUS_M: f32 = 0.05;
 /// Vertices that one thread takes at a time.
 const CHUNK: usize = 1024;
 
-/// Lifts garment faces that body vertices poke through, and spreads corrections over the garment,
+/// Lifts garment faces that the body comes through, and spreads corrections over the garment,
 /// so that a push makes neither dent nor spike.
 ///
 /// Positions farther than [`REACH_EDGES`](Self::REACH_EDGES) edges from any correction keep their
@@ -51,10 +42,7 @@ const CHUNK: usize = 1024;
 pub struct DisplayPass {
     rule: RobustIntersection,
     neighbours: Neighbours,
-    cloth: Cloth,
-    pokes: Pokes,
-    props: Props,
-    spans: Spans,
+    cover: Cover,
     layered: Option<Box<Layered>>,
     /// From here on by slot: positions as they came, metres.
     at: Vec<Vec3>,
@@ -63,9 +51,6 @@ pub struct DisplayPass {
     heights: Vec<f32>,
     /// Least that a place has to move by.
     corrections: Movements,
-    lifts: Movements,
-    /// Positions with their corrections, metres.
-    corrected: Vec<Vec3>,
     spread: Spread,
     /// By packet.
     summaries: Vec<Summary>,
@@ -95,22 +80,15 @@ impl DisplayPass {
         let packets = body.parts().packets();
         let slots = vec![Vec3::ZERO; packets.len()];
         let neighbours = Neighbours::new(&garment.rest, packets);
-        let height_m = rule.margin_m * FACE_HEIGHT_SHARE;
-        let cloth = Cloth::new(&garment.rest, body.parts(), &neighbours, height_m);
         Self {
             rule,
-            spans: Spans::new(&cloth),
-            cloth,
-            pokes: Pokes::new(body.parts().lifting().len()),
+            cover: Cover::new(rule, garment, body, &neighbours),
             neighbours,
-            props: Props::default(),
             layered: None,
             contacts: vec![Contact::NONE; packets.len()],
             heights: vec![f32::INFINITY; packets.len()],
-            corrected: slots.clone(),
             at: vec![Vec3::NAN; packets.len()],
             corrections: Movements::new(packets.len()),
-            lifts: Movements::new(packets.len()),
             spread: Spread::new(packets.len()),
             summaries: vec![Summary::default(); packets.len() / LANES],
             doubtful: slots.clone(),
@@ -178,74 +156,16 @@ impl DisplayPass {
         });
     }
 
-    /// Lifts the faces that body vertices poke through.
+    /// Lifts the faces that the body and props come through.
     pub fn cover(&mut self, body: PosedVertices) {
-        let least_height_m = FACE_HEIGHT_SHARE * self.rule.margin_m;
-        for round in 0..ROUNDS {
-            self.correct(round);
-            let place = |slot: u32| self.corrected[slot as usize];
-            match round {
-                0 => self.cloth.find_near(place, &self.heights, &self.summaries),
-                _ => self.cloth.refit(place, |packet| self.lifts.moves(packet)),
-            }
-            let view = View {
-                rule: self.rule,
-                body: body.body,
-                vertices: body.vertices,
-                cloth: &self.cloth,
-                corrected: &self.corrected,
-                contacts: &self.contacts,
-                least_height_m,
-            };
-            match round {
-                0 => self.pokes.find(&view),
-                _ => self.pokes.find_again(&view),
-            }
-            (self.props).find(body.colliders, self.cloth.faces(), place, least_height_m);
-            self.spans.find(&view);
-            if !self.lift() {
-                break;
-            }
-        }
-    }
-
-    /// Brings the corrected positions up to date: all in the first round, then where something was lifted.
-    fn correct(&mut self, round: usize) {
-        let (at, corrections, neighbours) = (&self.at, &self.corrections, &self.neighbours);
-        let changed = match round {
-            0 => corrections,
-            _ => &self.lifts,
+        let seen = Seen {
+            neighbours: &self.neighbours,
+            at: &self.at,
+            contacts: &self.contacts,
+            heights: &self.heights,
+            summaries: &self.summaries,
         };
-        for_each_chunk(&mut self.corrected, LANES, |first, corrected| {
-            let around = neighbours.of_packet(first / LANES);
-            let at = &at[first..][..LANES];
-            if around.iter().any(|&packet| changed.moves(packet)) {
-                for ((corrected, at), slot) in corrected.iter_mut().zip(at).zip(first..) {
-                    *corrected = *at + corrections.of(neighbours.place(slot));
-                }
-            } else if round == 0 {
-                corrected.copy_from_slice(at);
-            }
-        });
-    }
-
-    /// Adds to each corner's correction the longest lift that a poke asks of it; is there any poke?
-    fn lift(&mut self) -> bool {
-        self.lifts.clear();
-        let mut any = false;
-        for poke in self
-            .pokes
-            .iter()
-            .chain(self.props.iter())
-            .chain(self.spans.iter())
-        {
-            any = true;
-            for (slot, lift) in self.cloth.corners(poke.face).into_iter().zip(poke.lifts) {
-                self.lifts.lengthen(self.neighbours.place(slot as usize), lift);
-            }
-        }
-        self.corrections.add(&self.lifts);
-        any
+        self.cover.lift(body, seen, &mut self.corrections);
     }
 
     /// Spreads the corrections and moves the positions by them.

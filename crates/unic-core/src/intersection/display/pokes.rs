@@ -15,7 +15,7 @@ use glam::Vec3;
 /// cloth is beside the vertex, as beyond a hem.
 const LEAST_COSINE: f32 = 0.5;
 
-/// What lifts a garment face: a body vertex through it.
+/// What lifts a garment face: something that comes through it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Poke {
     /// Of the cloth.
@@ -60,6 +60,12 @@ impl Poke {
             face,
             lifts: weights.to_array().map(|weight| lift * weight),
         }
+    }
+
+    /// The same for the longest of the ways that points of these weights have to go.
+    pub(super) fn longest(face: u32, ways: impl Iterator<Item = (Vec3, Vec3)>) -> Option<Self> {
+        let longest = ways.max_by(|(_, a), (_, b)| a.length_squared().total_cmp(&b.length_squared()));
+        longest.map(|(weights, way)| Self::new(face, weights, way))
     }
 }
 

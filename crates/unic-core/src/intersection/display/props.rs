@@ -44,8 +44,7 @@ impl Props {
                 let ways = colliders
                     .iter()
                     .filter_map(|c| c.way_out_of_face(corners, height_m));
-                let deepest = ways.max_by(|(_, a), (_, b)| a.length_squared().total_cmp(&b.length_squared()));
-                *poke = deepest.map(|(hit, way)| Poke::new(face as u32, hit.barycentric, way));
+                *poke = Poke::longest(face as u32, ways.map(|(hit, way)| (hit.barycentric, way)));
             }
         });
     }

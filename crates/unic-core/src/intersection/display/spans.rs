@@ -68,16 +68,16 @@ impl View<'_> {
         if !self.cloth.is_stretched(face, LEAST_STRETCH, corners) {
             return None;
         }
+        let span = Mat3::from_cols(corners[0], corners[1], corners[2]);
         let skins = slots.map(|slot| self.contacts[slot].face);
         let vertex = self.body.parts().packets().vertices()[slots[0]] as usize;
         let ways = PLACES.iter().filter_map(|&weights| {
-            let p = Mat3::from_cols_array_2d(&corners.map(|corner| corner.to_array())) * weights;
+            let p = span * weights;
             // Over the skin under all corners nothing is spanned: most faces ask no more.
             let is_over = skins.iter().all(|&skin| self.body.surface().is_above(skin, p));
             let out = (!is_over).then(|| self.rule.out_of_depth(self.body, vertex, p, skins[0]));
             Some((weights, out?? - p))
         });
-        let longest = ways.max_by(|(_, a), (_, b)| a.length_squared().total_cmp(&b.length_squared()));
-        longest.map(|(weights, way)| Poke::new(face, weights, way))
+        Poke::longest(face, ways)
     }
 }
