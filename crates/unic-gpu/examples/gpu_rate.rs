@@ -52,7 +52,7 @@ struct Case {
 
 fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     let arguments = arguments()?;
-    let context = match GpuContext::new() {
+    let context = match GpuContext::with_matrix_units() {
         Err(GpuError::NoAdapter(why)) => {
             println!("no GPU: {why}");
             return Ok(());
@@ -62,6 +62,9 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     let mut precisions = vec![Precision::F32];
     if context.has(wgpu::Features::SHADER_F16) {
         precisions.push(Precision::F16);
+    }
+    if context.has_matrix_units() {
+        precisions.push(Precision::F16Matrix);
     }
     let peaks: Vec<MultiplyAdds> = (precisions.iter())
         .map(|&precision| MultiplyAdds::new(&context, precision))

@@ -1,13 +1,48 @@
 //! A device, and the few ways in which it is used here.
 
-use crate::GpuError;
-use wgpu::{Buffer, BufferUsages, Device, Features, Queue, util::DeviceExt};
+use crate::{GpuError, Precision};
+use half::f16;
+use wgpu::{
+    Adapter, Buffer, BufferUsages, CooperativeScalarType, Device, ExperimentalFeatures, Features, Queue,
+    util::DeviceExt,
+};
 
 /// A device and its queue: cheap to clone, shared by all that is made on it.
 #[derive(Clone, Debug)]
 pub struct GpuContext {
     device: Device,
     queue: Queue,
+    matrix_units: Option<MatrixUnits>,
+}
+
+/// Matrices of halves that a device multiplies and adds up in single precision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct MatrixUnits {
+    /// Rows and columns of each.
+    pub(crate) side: usize,
+    /// Invocations that hold one together: the least and the most.
+    pub(crate) subgroup: [usize; 2],
+}
+
+impl MatrixUnits {
+    const FEATURES: Features = Features::EXPERIMENTAL_COOPERATIVE_MATRIX
+        .union(Features::SUBGROUP)
+        .union(Features::SHADER_F16);
+
+    /// The largest of an adapter.
+    fn of(adapter: &Adapter) -> Option<Self> {
+        let info = adapter.get_info();
+        let sizes = adapter.cooperative_matrix_properties().into_iter();
+        let fitting = sizes.filter(|size| {
+            (size.ab_type, size.cr_type) == (CooperativeScalarType::F16, CooperativeScalarType::F32)
+                && (size.m_size, size.n_size) == (size.k_size, size.k_size)
+        });
+        let side = fitting.map(|size| size.k_size as usize).max()?;
+        adapter.features().contains(Self::FEATURES).then_some(Self {
+            side,
+            subgroup: [info.subgroup_min_size as usize, info.subgroup_max_size as usize],
+        })
+    }
 }
 
 impl GpuContext {
@@ -20,27 +55,74 @@ impl GpuContext {
     /// # Errors
     /// [`GpuError::NoAdapter`] without one, [`GpuError::Device`] when it gives no device.
     pub fn new() -> Result<Self, GpuError> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
-        let options = wgpu::RequestAdapterOptions {
-            power_preference: wgpu::PowerPreference::HighPerformance,
-            ..Default::default()
+        let adapter = fastest_adapter()?;
+        Self::of(&adapter, None)
+    }
+
+    /// The same with the adapter's matrix units, if it has any, for [`Precision::F16Matrix`].
+    ///
+    /// wgpu calls them experimental and does not promise that they are free of undefined behaviour: that is why
+    /// they have to be asked for.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_matrix_units() -> Result<Self, GpuError> {
+        let adapter = fastest_adapter()?;
+        Self::of(&adapter, MatrixUnits::of(&adapter))
+    }
+
+    fn of(adapter: &Adapter, matrix_units: Option<MatrixUnits>) -> Result<Self, GpuError> {
+        let (features, experimental_features) = match matrix_units {
+            None => (Features::empty(), ExperimentalFeatures::disabled()),
+            // SAFETY: the caller asked for what may hold bugs of wgpu; the kernel keeps to what the feature's
+            // description allows: whole subgroups, strides and places of whole matrices within their buffers.
+            Some(_) => (MatrixUnits::FEATURES, unsafe { ExperimentalFeatures::enabled() }),
         };
-        let adapter = pollster::block_on(instance.request_adapter(&options))
-            .map_err(|e| GpuError::NoAdapter(e.to_string()))?;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("unic"),
-            required_features: adapter.features() & Self::USEFUL_FEATURES,
+            required_features: adapter.features() & Self::USEFUL_FEATURES | features,
             required_limits: adapter.limits(),
+            experimental_features,
             ..Default::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| GpuError::Device(e.to_string()))?;
-        Ok(Self { device, queue })
+        Ok(Self {
+            device,
+            queue,
+            matrix_units,
+        })
     }
 
-    /// The caller's own device and queue, so that what is computed can be drawn where it is.
+    /// The caller's own device and queue, so that what is computed can be drawn where it is; without matrix units.
     pub fn from_device(device: Device, queue: Queue) -> Self {
-        Self { device, queue }
+        Self {
+            device,
+            queue,
+            matrix_units: None,
+        }
+    }
+
+    /// The same with the matrix units of the adapter that the device came from, where the device was made with
+    /// [`Features::EXPERIMENTAL_COOPERATIVE_MATRIX`], [`Features::SUBGROUP`] and [`Features::SHADER_F16`].
+    pub fn from_device_of(adapter: &Adapter, device: Device, queue: Queue) -> Self {
+        let has_units = device.features().contains(MatrixUnits::FEATURES);
+        Self {
+            matrix_units: MatrixUnits::of(adapter).filter(|_| has_units),
+            ..Self::from_device(device, queue)
+        }
+    }
+
+    /// Has it matrix units, for [`Precision::F16Matrix`]?
+    pub fn has_matrix_units(&self) -> bool {
+        self.matrix_units.is_some()
+    }
+
+    pub(crate) fn needed_matrix_units(&self) -> Result<MatrixUnits, GpuError> {
+        self.matrix_units.ok_or(GpuError::Feature {
+            what: "a field on matrix units",
+            feature: "EXPERIMENTAL_COOPERATIVE_MATRIX",
+        })
     }
 
     /// The device.
@@ -98,6 +180,17 @@ impl GpuContext {
         self.filled(label, contents, BufferUsages::STORAGE | BufferUsages::COPY_DST)
     }
 
+    /// A storage buffer of weights, in halves where the precision has them so.
+    pub(crate) fn upload_weights(&self, label: &str, precision: Precision, weights: &[f32]) -> Buffer {
+        match precision {
+            Precision::F32 => self.upload(label, weights),
+            Precision::F16 | Precision::F16Matrix => {
+                let halves: Vec<u16> = weights.iter().map(|&w| f16::from_f32(w).to_bits()).collect();
+                self.upload(label, &halves)
+            }
+        }
+    }
+
     /// A uniform buffer.
     pub(crate) fn uniform<T: bytemuck::NoUninit>(&self, label: &str, contents: &T) -> Buffer {
         self.filled(label, std::slice::from_ref(contents), BufferUsages::UNIFORM)
@@ -148,4 +241,13 @@ impl GpuContext {
         let view = staging.get_mapped_range(..).map_err(|e| lost(&e))?;
         Ok(view.to_vec())
     }
+}
+
+fn fastest_adapter() -> Result<Adapter, GpuError> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    let options = wgpu::RequestAdapterOptions {
+        power_preference: wgpu::PowerPreference::HighPerformance,
+        ..Default::default()
+    };
+    pollster::block_on(instance.request_adapter(&options)).map_err(|e| GpuError::NoAdapter(e.to_string()))
 }

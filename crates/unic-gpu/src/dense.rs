@@ -5,7 +5,6 @@ use crate::{
     kernel::{Dispatch, Kernel, Source},
 };
 use bytemuck::{Pod, Zeroable};
-use half::f16;
 use std::ops::Range;
 use unic_core::network::Linear;
 use wgpu::Buffer;
@@ -110,12 +109,9 @@ impl DenseKernels {
 
     pub(crate) fn map(&self, context: &GpuContext, precision: Precision, map: &Map) -> Dense {
         let rows = padded_rows(map.layer, map.columns);
-        let (kernel, weights) = match precision {
-            Precision::F32 => (&self.full, context.upload("weights", &rows)),
-            Precision::F16 => {
-                let halves: Vec<u16> = rows.iter().map(|&w| f16::from_f32(w).to_bits()).collect();
-                (&self.half, context.upload("weights", &halves))
-            }
+        let kernel = match precision {
+            Precision::F32 => &self.full,
+            Precision::F16 | Precision::F16Matrix => &self.half,
         };
         let outputs = map.layer.outputs;
         let layer = Layer {
@@ -129,7 +125,7 @@ impl DenseKernels {
         Dense {
             kernel: kernel.clone(),
             layer: context.uniform("layer", &layer),
-            weights,
+            weights: context.upload_weights("weights", precision, &rows),
             biases: context.upload("biases", &map.layer.bias),
             groups: outputs.div_ceil(ROWS),
         }

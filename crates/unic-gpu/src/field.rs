@@ -1,26 +1,19 @@
 //! The deformation field's kernel, written for the sizes of a model.
 
+mod blocks;
 mod source;
+mod tiles;
 
 use crate::{
     GpuContext, GpuError, Precision,
     animator::Buffers,
     kernel::{Dispatch, Kernel, Source},
 };
-use half::f16;
-use source::source;
+use blocks::{Blocks, Real};
 use std::ops::Range;
+use tiles::Tiles;
 use unic_core::{model::Model, network::Linear};
 use wgpu::{Buffer, Features};
-
-/// Outputs, and vertices, that one invocation computes.
-const BLOCK: usize = 8;
-/// Inputs of a layer whose weights are in workgroup memory at one time.
-const CHUNK: usize = 8;
-/// Most invocations of a workgroup: more of them leave a GPU too few registers for 64 sums each.
-const MOST_INVOCATIONS: usize = 256;
-/// Most vertices of a tile: more gain nothing, as weights are then read seldom enough.
-const MOST_LANES: usize = 128;
 
 /// Sizes of a field on a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,9 +25,16 @@ pub(crate) struct FieldShape {
     skip: Option<usize>,
     /// Point inputs.
     inputs: usize,
-    /// Blocks of vertices in a tile.
-    lines: usize,
-    precision: Precision,
+    tile: Tile,
+}
+
+/// Vertices that a workgroup takes through the layers, and what multiplies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Tile {
+    /// Every invocation for itself.
+    Blocks(Blocks),
+    /// Matrix units.
+    Tiles(Tiles),
 }
 
 /// The field on the device. Asset.
@@ -51,68 +51,46 @@ impl FieldShape {
     /// Of a model's field, in tiles that fit the device.
     pub(crate) fn new(context: &GpuContext, model: &Model, precision: Precision) -> Result<Self, GpuError> {
         let config = &model.config().field;
-        if precision == Precision::F16 && !context.has(Features::SHADER_F16) {
+        let limits = context.device().limits();
+        if precision != Precision::F32 && !context.has(Features::SHADER_F16) {
             return Err(GpuError::Feature {
                 what: "half precision",
                 feature: "SHADER_F16",
             });
         }
-        let mut shape = Self {
-            width: config.width.next_multiple_of(BLOCK),
+        let tile = match precision {
+            Precision::F32 => Tile::Blocks(Blocks::new(Real::Single, config.width, &limits)?),
+            Precision::F16 => Tile::Blocks(Blocks::new(Real::Half, config.width, &limits)?),
+            Precision::F16Matrix => {
+                let units = context.needed_matrix_units()?;
+                Tile::Tiles(Tiles::new(units, config.width, &limits)?)
+            }
+        };
+        Ok(Self {
+            width: match tile {
+                Tile::Blocks(blocks) => blocks.width(),
+                Tile::Tiles(tiles) => tiles.width(),
+            },
             layers: config.hidden_layers,
             skip: config.skip,
             inputs: model.field().point_inputs(),
-            lines: 1,
-            precision,
-        };
-        let limits = context.device().limits();
-        let memory = limits.max_compute_workgroup_storage_size as usize;
-        let invocations = (limits.max_compute_invocations_per_workgroup as usize)
-            .min(limits.max_compute_workgroup_size_x as usize)
-            .min(MOST_INVOCATIONS);
-        let fits = |shape: &Self| shape.workgroup_bytes() <= memory && shape.invocations() <= invocations;
-        if !fits(&shape) {
-            let by_memory = memory / (2 * shape.number_bytes() * BLOCK);
-            return Err(GpuError::TooLarge {
-                what: "the width of the field",
-                most: by_memory.min(invocations * BLOCK),
-                found: shape.width,
-            });
-        }
-        // Powers of two divide the chunk's quadruples evenly among the invocations.
-        loop {
-            let mut larger = shape;
-            larger.lines *= 2;
-            if !fits(&larger) || larger.lanes() > MOST_LANES {
-                return Ok(shape);
-            }
-            shape = larger;
-        }
+            tile,
+        })
     }
 
     /// Vertices of a tile.
     pub(crate) fn lanes(&self) -> usize {
-        self.lines * BLOCK
-    }
-
-    fn number_bytes(&self) -> usize {
-        match self.precision {
-            Precision::F32 => 4,
-            Precision::F16 => 2,
+        match self.tile {
+            Tile::Blocks(blocks) => blocks.lanes(),
+            Tile::Tiles(tiles) => tiles.lanes(),
         }
     }
 
-    fn workgroup_bytes(&self) -> usize {
-        self.width * (self.lanes() + CHUNK) * self.number_bytes()
-    }
-
-    /// Blocks of outputs.
-    fn columns(&self) -> usize {
-        self.width / BLOCK
-    }
-
-    fn invocations(&self) -> usize {
-        self.columns() * self.lines
+    fn source(&self, model: &Model, biases: usize) -> String {
+        match &self.tile {
+            Tile::Blocks(blocks) => blocks.source(self, model, biases),
+            Tile::Tiles(tiles) => tiles.source(self, model, biases),
+        }
     }
 
     /// Numbers of one input channel of so many vertices: whole tiles.
@@ -154,8 +132,14 @@ pub(crate) fn latent_columns(model: &Model, layer: &Linear) -> Range<usize> {
 }
 
 impl FieldKernel {
-    pub(crate) fn new(context: &GpuContext, model: &Model, shape: FieldShape, biases: usize) -> Self {
-        let text = source(&shape, model, biases);
+    pub(crate) fn new(
+        context: &GpuContext,
+        model: &Model,
+        shape: FieldShape,
+        precision: Precision,
+        biases: usize,
+    ) -> Self {
+        let text = shape.source(model, biases);
         let source = Source {
             text: &text,
             entry: "field",
@@ -168,13 +152,7 @@ impl FieldKernel {
             // the weights as they are packed below, whole tiles of inputs, activations and chunks of
             // the declared lengths; states are guarded by the number of vertices. Its loops count to constants.
             kernel: unsafe { Kernel::unchecked(context, &source) },
-            hidden_weights: match shape.precision {
-                Precision::F32 => context.upload("hidden weights", &hidden),
-                Precision::F16 => {
-                    let halves: Vec<u16> = hidden.iter().map(|&w| f16::from_f32(w).to_bits()).collect();
-                    context.upload("hidden weights", &halves)
-                }
-            },
+            hidden_weights: context.upload_weights("hidden weights", precision, &hidden),
             edge_weights: context.upload("edge weights", &edge_weights(&shape, model)),
             tiles: model.vertex_count().div_ceil(shape.lanes()),
         }

@@ -19,6 +19,9 @@ pub enum Precision {
     /// Halves: weights of encoder and field, activations between the field's layers and sums of eight of
     /// their products. Everything else is f32. Needs [`wgpu::Features::SHADER_F16`].
     F16,
+    /// Halves in the field's products, on the device's matrix units, with sums in f32; the encoder's as in
+    /// [`F16`](Self::F16). Needs a context made by [`GpuContext::with_matrix_units`], on a device that has any.
+    F16Matrix,
 }
 
 /// The asset: weights, meshes and compiled kernels, immutable, shared by the
@@ -45,7 +48,7 @@ impl GpuModel {
         context.checked(|| {
             let networks = MotionNetworks::new(context, &model, &shape, precision);
             Ok(Self {
-                field: FieldKernel::new(context, &model, shape, networks.biases),
+                field: FieldKernel::new(context, &model, shape, precision, networks.biases),
                 garment: Garment::new(context, &model, &shape, networks.coefficients),
                 body: Body::new(context, &model)?,
                 networks,

@@ -192,3 +192,23 @@ fn half_precision_stays_close() {
         assert!(errors[0] > 1e-5 && errors[0] < 5e-4, "{errors:?}");
     }
 }
+
+/// As close as halves without matrix units, or closer: sums are in single precision.
+#[test]
+fn matrix_units_stay_close() {
+    let Some(context) = device::context_with_matrix_units() else {
+        return;
+    };
+    // Two as wide as whole matrices, and two whose width of 18 is padded.
+    for model in [
+        of_published_size(common::variant("short limit").state),
+        of_published_size(StateConfig::Position),
+        common::model(&common::variant("pose only")),
+        common::model(&common::variant("second order")),
+    ] {
+        let mut cpu = Animator::new(Arc::clone(&model));
+        let mut gpu = gpu_animator(&context, &model, Precision::F16Matrix);
+        let errors = largest_errors(&mut cpu, &mut gpu, 5);
+        assert!(errors[0] > 1e-5 && errors[0] < 5e-4, "{errors:?}");
+    }
+}

@@ -25,6 +25,17 @@ pub fn context() -> Option<GpuContext> {
     CONTEXT.get_or_init(make).clone()
 }
 
+/// One with matrix units, if this machine's device has any.
+pub fn context_with_matrix_units() -> Option<GpuContext> {
+    let name = context()?.adapter_name();
+    let context = GpuContext::with_matrix_units().unwrap();
+    if !context.has_matrix_units() {
+        eprintln!("skipped: {name} has no matrix units");
+        return None;
+    }
+    Some(context)
+}
+
 pub fn gpu_animator(context: &GpuContext, model: &Arc<Model>, precision: Precision) -> GpuAnimator {
     let asset = GpuModel::new(context, Arc::clone(model), precision).unwrap();
     GpuAnimator::new(Arc::new(asset)).unwrap()

@@ -1,0 +1,96 @@
+//{constants}
+
+// The deformation field through matrix units: a workgroup takes a tile of vertices through all layers.
+//
+// Hidden activations stay in workgroup memory, as halves. Each subgroup has SIDE × ROWS outputs of all vertices of
+// the tile as cooperative matrices, sums in single precision; weights come straight from their buffer. What the
+// matrices hold cannot be touched element by element, so each passes through `staged`, where biases, point inputs
+// and the ramp are applied. The latent vector's share of the layers that read it is in their biases.
+//
+// Written by `field::tiles`, which knows the sizes and writes out what must not be indexed.
+
+struct VertexState {
+    // Its w is the garment's mask.
+    value: vec4<f32>,
+    previous: vec4<f32>,
+}
+
+// Of hidden inputs, layer after layer, input by input: columns of W.
+@group(0) @binding(0) var<storage, read> hidden_weights: array<f16>;
+// Of point inputs, input by input: first and skip layer; then the rows of the head.
+@group(0) @binding(1) var<storage, read> edge_weights: array<f32>;
+@group(0) @binding(2) var<storage, read> vectors: array<f32>;
+@group(0) @binding(3) var<storage, read> inputs: array<f32>;
+@group(0) @binding(4) var<storage, read_write> states: array<VertexState>;
+
+// Output n at vertex v of the tile: n PITCH + v.
+var<workgroup> hidden: array<f16, HIDDEN>;
+// A matrix of each subgroup, row by row.
+var<workgroup> staged: array<f32, STAGED>;
+
+@compute @workgroup_size(THREADS)
+fn field(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) t: u32,
+    @builtin(subgroup_id) subgroup: u32,
+) {
+    let tile = group.x * LANES;
+    // Where subgroups are smaller than the largest, there are more of them than there is work.
+    let row = subgroup % JOBS * ROWS * SIDE;
+    for (var e = t; e < WIDTH * LANES; e += THREADS) {
+        activate(0u, e / LANES, tile, e % LANES, 0.0);
+    }
+    workgroupBarrier();
+    for (var layer = 1u; layer < LAYERS; layer++) {
+        let weights = (layer - 1u) * WIDTH * WIDTH + row;
+        //{zeros}
+        for (var k = 0u; k < WIDTH; k += SIDE) {
+            //{products}
+        }
+        //{outputs}
+    }
+    for (var lane = t; lane < LANES; lane += THREADS) {
+        let i = tile + lane;
+        if (i < VERTICES) {
+            let state = states[i].value;
+            states[i] = VertexState(vec4<f32>(updated(state, head(lane)), state.w), state);
+        }
+    }
+}
+
+// Turns what all subgroups have staged, matrices whose outputs and vertices begin there in their parts of the tile,
+// into activations.
+fn activate_staged(layer: u32, tile: u32, first_output: u32, first_lane: u32, t: u32) {
+    for (var e = t; e < JOBS * SIDE * SIDE; e += THREADS) {
+        let n = e / (SIDE * SIDE) * ROWS * SIDE + first_output + e / SIDE % SIDE;
+        activate(layer, n, tile, first_lane + e % SIDE, staged[e]);
+    }
+}
+
+// Output n of a layer at a vertex of the tile, from the sum of its products with hidden inputs.
+fn activate(layer: u32, n: u32, tile: u32, lane: u32, products: f32) {
+    var sum = products + vectors[BIASES + layer * WIDTH + n];
+    if (layer == 0u || layer == SKIP) {
+        let rows = select(INPUTS * WIDTH, 0u, layer == 0u);
+        for (var k = 0u; k < INPUTS; k++) {
+            sum += edge_weights[rows + k * WIDTH + n] * inputs[k * STRIDE + tile + lane];
+        }
+    }
+    // Beyond the largest half a number would turn into infinity.
+    hidden[n * PITCH + lane] = f16(clamp(sum, 0.0, LARGEST));
+}
+
+// The linear head at one vertex of the tile.
+fn head(lane: u32) -> vec3<f32> {
+    let biases = BIASES + LAYERS * WIDTH;
+    var sum = vec3<f32>(vectors[biases], vectors[biases + 1u], vectors[biases + 2u]);
+    for (var n = 0u; n < WIDTH; n++) {
+        let x = f32(hidden[n * PITCH + lane]);
+        sum.x += edge_weights[HEAD + n] * x;
+        sum.y += edge_weights[HEAD + WIDTH + n] * x;
+        sum.z += edge_weights[HEAD + 2u * WIDTH + n] * x;
+    }
+    return sum;
+}
+
+//{update}
