@@ -43,6 +43,10 @@ const FRAMES_A_SECOND: f64 = 25_000.0;
 /// Windows of a step where time is short, and their frames: many small steps do better then.
 const SHORT_WINDOWS: [usize; 2] = [8, 64];
 
+/// Time is that short where it is enough for less than one in this many of the looks at frames that are asked for. Half a minute of motion, which is
+/// looked at more often in little time, teaches better in few large steps.
+const SHORT_SHARE: u64 = 3;
+
 /// What there is to train on.
 struct Motion {
     clips: usize,
@@ -73,13 +77,16 @@ fn shorten(recurrence: &mut RecurrenceSettings, motion: &Motion, budget: Duratio
     let in_a_step = (recurrence.windows * recurrence.frames) as u64;
     let looks = recurrence.epochs.saturating_mul(motion.frames);
     let wanted = recurrence.steps.saturating_mul(in_a_step).min(looks);
-    if affordable < wanted {
+    if affordable >= wanted {
+        return;
+    }
+    if affordable < wanted / SHORT_SHARE {
         let [windows, frames] = SHORT_WINDOWS;
         recurrence.windows = recurrence.windows.min(windows);
         recurrence.frames = recurrence.frames.min(frames);
-        let in_a_step = (recurrence.windows * recurrence.frames).max(1) as u64;
-        recurrence.steps = (affordable / in_a_step).max(1);
     }
+    let in_a_step = (recurrence.windows * recurrence.frames).max(1) as u64;
+    recurrence.steps = (affordable / in_a_step).max(1);
 }
 
 /// Steps of every fit that the rest of the budget has time for.
@@ -136,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_budget_that_is_enough_leaves_the_prior_alone() {
+    fn what_a_budget_leaves_of_the_prior_depends_on_the_motion() {
         let [steps, in_a_step] = [3000, 32 * 96];
         let much = Motion {
             clips: 20,
@@ -149,6 +156,9 @@ mod tests {
             frames: 4_000,
         };
         assert_eq!(shortened(&little, 241, 1), [steps, in_a_step]);
-        assert_eq!(shortened(&little, 239, 1)[1], 8 * 64);
+        // A little less makes fewer steps, a third of it small ones.
+        assert_eq!(shortened(&little, 239, 1), [597_500 / in_a_step, in_a_step]);
+        assert_eq!(shortened(&little, 81, 1)[1], in_a_step);
+        assert_eq!(shortened(&little, 79, 1), [197_500 / 512, 512]);
     }
 }
