@@ -40,12 +40,15 @@ pub(super) fn settings_of_a_new_run(
 /// Frames of its windows that a thread teaches a recurrence of the preset's size in a second.
 const FRAMES_A_SECOND: f64 = 25_000.0;
 
+/// Part of a short budget that the prior takes: the field's few steps need little.
+const PRIOR_SHARE: f64 = 0.75;
+
 /// Windows of a step where time is short, and their frames: many small steps do better then.
 const SHORT_WINDOWS: [usize; 2] = [8, 64];
 
 /// Time is that short where it is enough for less than one in this many of the looks at frames that are asked for. Half a minute of motion, which is
 /// looked at more often in little time, teaches better in few large steps.
-const SHORT_SHARE: u64 = 3;
+const SHORT_SHARE: u64 = 2;
 
 /// What there is to train on.
 struct Motion {
@@ -68,12 +71,12 @@ impl Motion {
     }
 }
 
-/// Leaves about half of a budget, where it is short, to all that comes after the prior.
+/// Leaves a quarter of a budget, where it is short, to all that comes after the prior.
 fn shorten(recurrence: &mut RecurrenceSettings, motion: &Motion, budget: Duration, threads: usize) {
     let folds = motion.clips.clamp(2, MOST_FOLDS);
     // Of the folds, each a little shorter, and then of all clips.
     let rounds = (folds - 1) as f64 / threads.clamp(1, folds) as f64 + 1.0;
-    let affordable = (0.5 * budget.as_secs_f64() * FRAMES_A_SECOND / rounds) as u64;
+    let affordable = (PRIOR_SHARE * budget.as_secs_f64() * FRAMES_A_SECOND / rounds) as u64;
     let in_a_step = (recurrence.windows * recurrence.frames) as u64;
     let looks = recurrence.epochs.saturating_mul(motion.frames);
     let wanted = recurrence.steps.saturating_mul(in_a_step).min(looks);
@@ -132,13 +135,13 @@ mod tests {
             assert_eq!(in_a_step, 8 * 64);
             steps
         };
-        // Half of 512 s makes 6.4 million frames on one thread, 12,500 steps, which five folds share.
-        assert_eq!(steps(20, 512, 1), 2_500);
-        assert_eq!(steps(5, 512, 1), 2_500);
-        assert_eq!(steps(2, 512, 1), 6_250);
+        // Three quarters of 512 s make 9.6 million frames on one thread, 18,750 steps, which five folds share.
+        assert_eq!(steps(20, 512, 1), 3_750);
+        assert_eq!(steps(5, 512, 1), 3_750);
+        assert_eq!(steps(2, 256, 1), 4_687);
         // Folds train at once, the last training alone; more threads than folds are of no use.
-        assert_eq!(steps(20, 512, 4), 6_250);
-        assert_eq!(steps(20, 512, 5), steps(20, 512, 64));
+        assert_eq!(steps(20, 256, 4), 4_687);
+        assert_eq!(steps(20, 256, 5), steps(20, 256, 64));
         assert_eq!(steps(20, 0, 1), 1);
     }
 
@@ -150,15 +153,15 @@ mod tests {
             frames: 1_000_000,
         };
         assert_eq!(shortened(&much, 1_000_000, 1), [steps, in_a_step]);
-        // 600 thousand looks at its frames are all that little motion asks for: 240 s.
+        // 600 thousand looks at its frames are all that little motion asks for: 160 s.
         let little = Motion {
             clips: 20,
             frames: 4_000,
         };
-        assert_eq!(shortened(&little, 241, 1), [steps, in_a_step]);
-        // A little less makes fewer steps, a third of it small ones.
-        assert_eq!(shortened(&little, 239, 1), [597_500 / in_a_step, in_a_step]);
+        assert_eq!(shortened(&little, 161, 1), [steps, in_a_step]);
+        // A little less makes fewer steps, half of it small ones.
+        assert_eq!(shortened(&little, 159, 1), [596_250 / in_a_step, in_a_step]);
         assert_eq!(shortened(&little, 81, 1)[1], in_a_step);
-        assert_eq!(shortened(&little, 79, 1), [197_500 / 512, 512]);
+        assert_eq!(shortened(&little, 79, 1), [296_250 / 512, 512]);
     }
 }
