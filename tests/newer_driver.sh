@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# The GPU tests on a newer software driver than the system's: lavapipe of Debian's unstable, in a folder of its own.
+# It has cooperative matrices (8 by 8) and runs the trainer's kernels, on which that of Mesa 22.3 crashes.
+# Needs root and debootstrap; the trainer with Vulkan takes long to build.
+#
+#   tests/newer_driver.sh [FOLDER]
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+# As cargo's runner: a test program, inside the folder.
+if [ "${1:-}" = --exec ]; then
+    folder=$2 program=$3
+    shift 3
+    install "$program" "$folder/root/test"
+    exec chroot "$folder" /root/test "$@"
+fi
+
+folder=$(realpath -m "${1:-target/newer_driver}")
+if [ ! -e "$folder/usr/share/vulkan" ]; then
+    debootstrap --variant=minbase --include=mesa-vulkan-drivers,libvulkan1 sid "$folder"
+fi
+mountpoint -q "$folder/proc" || mount --bind /proc "$folder/proc"
+trap 'umount "$folder/proc"' EXIT
+
+export CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER="$PWD/tests/newer_driver.sh --exec $folder"
+cargo test -p unic-gpu --tests -- --nocapture
+cargo test -p unic-train --features vulkan --test processor -- --nocapture
