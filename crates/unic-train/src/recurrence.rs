@@ -6,6 +6,7 @@
 //! the linear map leaves of them: what a map leaves of a motion that it has not seen is mostly that
 //! motion's own, and says nothing of the next.
 
+mod learner;
 mod scan;
 mod sequence;
 mod swing;
@@ -14,22 +15,12 @@ mod windows;
 
 pub(crate) use sequence::{Sequence, mirrored_surface};
 
-use crate::{
-    config::RecurrenceSettings,
-    error::TrainError,
-    event::Control,
-    optimiser::{Moments, update},
-    prior::PriorSettings,
-    stream::{Stream, generator},
-};
-use burn::optim::GradientsParams;
-use burn::tensor::Device;
+use crate::{config::RecurrenceSettings, error::TrainError, event::Control, prior::PriorSettings};
+use learner::UnitFit;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 use swing::Swings;
 use unic_core::recurrence::Recurrence;
-use unit::Unit;
-use windows::Windows;
 
 /// Asked after every step, from several threads: steps done and steps in all. Once stop, always stop.
 pub type Watch<'a> = dyn Fn(u64, u64) -> Control + Sync + 'a;
@@ -65,9 +56,6 @@ fn fold_of(motion_number: usize, folds: usize) -> usize {
 
 /// Less of what the linear map leaves of the coefficients' squares than this is noise.
 const LEAST_GAIN: f64 = 0.02;
-
-/// Decay of the running mean of the parameters.
-const AVERAGE: f32 = 0.99;
 
 /// Trains on `sequences`; none if it is of no use beside the linear map on motions left out.
 ///
@@ -246,57 +234,5 @@ impl Progress<'_> {
             Control::Continue => Ok(()),
             Control::Stop => Err(TrainError::Stopped),
         }
-    }
-}
-
-/// One training of one unit.
-struct UnitFit<'a> {
-    settings: &'a RecurrenceSettings,
-    steps: u64,
-    sequences: Vec<&'a Sequence<'a>>,
-    seed: u64,
-    fps: f32,
-    device: &'a Device,
-}
-
-impl UnitFit<'_> {
-    /// None without anything to learn.
-    fn run(&self, progress: &Progress) -> Result<Option<Recurrence>, TrainError> {
-        let Some(windows) = Windows::new(&self.sequences, self.settings) else {
-            return Ok(None);
-        };
-        let device = self.device;
-        let mut unit = Unit::new(windows.sizes(), self.fps, self.seed, device);
-        let mut moments = Moments::zeros(unit.values().iter().map(Vec::len));
-        let mut average = unit.values();
-        let optimiser = self.settings.optimiser(self.steps);
-        for step in 0..self.steps {
-            let mut rng = generator(self.seed, Stream::Recurrence, step);
-            let loss = unit.loss(windows.draw(&mut rng), device);
-            let value = loss.clone().into_scalar::<f32>();
-            if !value.is_finite() {
-                return Err(TrainError::Diverged {
-                    step,
-                    what: "loss of the prior's recurrence",
-                    value: value.into(),
-                });
-            }
-            let gradients = GradientsParams::from_grads(loss.backward(), &unit);
-            let rate = optimiser.learning_rate(step);
-            let norm = update(&mut unit, gradients, &mut moments, &optimiser, rate, step)?;
-            if !norm.is_finite() {
-                return Err(TrainError::Diverged {
-                    step,
-                    what: "gradient's norm of the prior's recurrence",
-                    value: norm,
-                });
-            }
-            for (average, now) in average.iter_mut().zip(unit.values()) {
-                let pairs = average.iter_mut().zip(now);
-                pairs.for_each(|(a, x)| *a += (1.0 - AVERAGE) * (x - *a));
-            }
-            progress.step()?;
-        }
-        Ok(Some(windows.sizes().recurrence(&average, windows.scale())))
     }
 }

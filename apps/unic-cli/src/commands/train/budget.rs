@@ -4,6 +4,7 @@ use super::load;
 use crate::{args::TrainArgs, interrupt, output::say, settings};
 use anyhow::Result;
 use std::time::{Duration, Instant};
+use unic_core::motion::motion_len;
 use unic_io::{Capture, Split};
 use unic_train::{
     Dataset, Fit, MOST_FOLDS, Processor, RecurrenceSettings, StateSettings, TrainConfig, Trainer,
@@ -22,11 +23,15 @@ pub(super) fn settings_of_a_new_run(
     let views = if config.regularisation.mirror { 2 } else { 1 };
     if let StateSettings::Displacement {
         recurrence: Some(recurrence),
+        prior_shapes,
         ..
     } = &mut config.model.state
     {
         let motion = Motion::of(capture, views)?;
-        shorten(recurrence, &motion, budget, rayon::current_num_threads());
+        let sizes = [motion_len(capture.character.skeleton.len()), *prior_shapes];
+        let threads = rayon::current_num_threads();
+        let rate = recurrence.frames_a_second(sizes, args.device.into())?;
+        shorten(recurrence, &motion, rate * budget.as_secs_f64(), threads);
     }
     let (steps, data) = steps_within(args.device.into(), capture, &config, budget, started)?;
     config.optimiser.steps = match config.has_prior() {
@@ -37,11 +42,9 @@ pub(super) fn settings_of_a_new_run(
     Ok((config, Some(data)))
 }
 
-/// Frames of its windows that a thread teaches a recurrence of the preset's size in a second.
-const FRAMES_A_SECOND: f64 = 25_000.0;
-
-/// Part of a short budget that the prior takes: the field's few steps need little.
-const PRIOR_SHARE: f64 = 0.75;
+/// Part of a short budget that goes to the recurrence's steps. Loading, the rest of the prior and the field's few steps
+/// take less than what is left.
+const RECURRENCE_SHARE: f64 = 0.6;
 
 /// Windows of a step where time is short, and their frames: many small steps do better then.
 const SHORT_WINDOWS: [usize; 2] = [8, 64];
@@ -71,15 +74,16 @@ impl Motion {
     }
 }
 
-/// Leaves a quarter of a budget, where it is short, to all that comes after the prior.
-fn shorten(recurrence: &mut RecurrenceSettings, motion: &Motion, budget: Duration, threads: usize) {
+/// Leaves a part of a budget, where it is short, to all beside the recurrence. `looks` are the frames that one
+/// thread could teach the recurrence in the whole of it.
+fn shorten(recurrence: &mut RecurrenceSettings, motion: &Motion, looks: f64, threads: usize) {
     let folds = motion.clips.clamp(2, MOST_FOLDS);
     // Of the folds, each a little shorter, and then of all clips.
     let rounds = (folds - 1) as f64 / threads.clamp(1, folds) as f64 + 1.0;
-    let affordable = (PRIOR_SHARE * budget.as_secs_f64() * FRAMES_A_SECOND / rounds) as u64;
+    let affordable = (RECURRENCE_SHARE * looks / rounds) as u64;
     let in_a_step = (recurrence.windows * recurrence.frames) as u64;
-    let looks = recurrence.epochs.saturating_mul(motion.frames);
-    let wanted = recurrence.steps.saturating_mul(in_a_step).min(looks);
+    let all = recurrence.epochs.saturating_mul(motion.frames);
+    let wanted = recurrence.steps.saturating_mul(in_a_step).min(all);
     if affordable >= wanted {
         return;
     }
@@ -123,7 +127,7 @@ mod tests {
             unreachable!("standard's state is a displacement");
         };
         let mut recurrence = recurrence.unwrap();
-        shorten(&mut recurrence, motion, Duration::from_secs(seconds), threads);
+        shorten(&mut recurrence, motion, 25_000.0 * seconds as f64, threads);
         [recurrence.steps, (recurrence.windows * recurrence.frames) as u64]
     }
 
@@ -135,13 +139,13 @@ mod tests {
             assert_eq!(in_a_step, 8 * 64);
             steps
         };
-        // Three quarters of 512 s make 9.6 million frames on one thread, 18,750 steps, which five folds share.
-        assert_eq!(steps(20, 512, 1), 3_750);
-        assert_eq!(steps(5, 512, 1), 3_750);
-        assert_eq!(steps(2, 256, 1), 4_687);
+        // Three fifths of 512 s make 7.68 million frames at 25,000 a second, 15,000 steps, which five folds share.
+        assert_eq!(steps(20, 512, 1), 3_000);
+        assert_eq!(steps(5, 512, 1), 3_000);
+        assert_eq!(steps(2, 512, 1), 7_500);
         // Folds train at once, the last training alone; more threads than folds are of no use.
-        assert_eq!(steps(20, 256, 4), 4_687);
-        assert_eq!(steps(20, 256, 5), steps(20, 256, 64));
+        assert_eq!(steps(20, 512, 4), 7_500);
+        assert_eq!(steps(20, 512, 5), steps(20, 512, 64));
         assert_eq!(steps(20, 0, 1), 1);
     }
 
@@ -153,15 +157,15 @@ mod tests {
             frames: 1_000_000,
         };
         assert_eq!(shortened(&much, 1_000_000, 1), [steps, in_a_step]);
-        // 600 thousand looks at its frames are all that little motion asks for: 160 s.
+        // 600 thousand looks at its frames are all that little motion asks for: 200 s.
         let little = Motion {
             clips: 20,
             frames: 4_000,
         };
-        assert_eq!(shortened(&little, 161, 1), [steps, in_a_step]);
+        assert_eq!(shortened(&little, 201, 1), [steps, in_a_step]);
         // A little less makes fewer steps, half of it small ones.
-        assert_eq!(shortened(&little, 159, 1), [596_250 / in_a_step, in_a_step]);
-        assert_eq!(shortened(&little, 81, 1)[1], in_a_step);
-        assert_eq!(shortened(&little, 79, 1), [296_250 / 512, 512]);
+        assert_eq!(shortened(&little, 199, 1), [597_000 / in_a_step, in_a_step]);
+        assert_eq!(shortened(&little, 101, 1)[1], in_a_step);
+        assert_eq!(shortened(&little, 99, 1), [297_000 / 512, 512]);
     }
 }
