@@ -77,7 +77,13 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
         for &vertices in &arguments.vertices {
             let model = Arc::new(random_model(network, vertices)?);
             for (&precision, peak) in precisions.iter().zip(&peaks) {
-                let case = measure(&context, &model, precision, peak, arguments.budget)?;
+                let case = match measure(&context, &model, precision, peak, arguments.budget) {
+                    Err(error @ GpuError::TooLarge { .. }) => {
+                        eprintln!("left out, {} in {precision:?}: {error}", network.name());
+                        continue;
+                    }
+                    case => case?,
+                };
                 let case = Case {
                     network: network.name(),
                     ..case

@@ -61,8 +61,9 @@ impl GpuContext {
 
     /// The same with the adapter's matrix units, if it has any, for [`Precision::F16Matrix`].
     ///
-    /// wgpu calls them experimental and does not promise that they are free of undefined behaviour: that is why
-    /// they have to be asked for.
+    /// They are an experimental feature of wgpu, whose bugs could be undefined behaviour that no caller prevents:
+    /// that is why they have to be asked for. Subgroups of different sizes on one device make a workgroup larger
+    /// than it need be, and some of them repeat what others do.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -74,8 +75,9 @@ impl GpuContext {
     fn of(adapter: &Adapter, matrix_units: Option<MatrixUnits>) -> Result<Self, GpuError> {
         let (features, experimental_features) = match matrix_units {
             None => (Features::empty(), ExperimentalFeatures::disabled()),
-            // SAFETY: the caller asked for what may hold bugs of wgpu; the kernel keeps to what the feature's
-            // description allows: whole subgroups, strides and places of whole matrices within their buffers.
+            // SAFETY: the caller asked for what may hold bugs of wgpu. The kernels load and store whole matrices within
+            // their buffers; that subgroups are full, as many as the workgroup holds, and see each other's memory
+            // behind a barrier is the driver's and wgpu's part.
             Some(_) => (MatrixUnits::FEATURES, unsafe { ExperimentalFeatures::enabled() }),
         };
         let descriptor = wgpu::DeviceDescriptor {
@@ -100,16 +102,6 @@ impl GpuContext {
             device,
             queue,
             matrix_units: None,
-        }
-    }
-
-    /// The same with the matrix units of the adapter that the device came from, where the device was made with
-    /// [`Features::EXPERIMENTAL_COOPERATIVE_MATRIX`], [`Features::SUBGROUP`] and [`Features::SHADER_F16`].
-    pub fn from_device_of(adapter: &Adapter, device: Device, queue: Queue) -> Self {
-        let has_units = device.features().contains(MatrixUnits::FEATURES);
-        Self {
-            matrix_units: MatrixUnits::of(adapter).filter(|_| has_units),
-            ..Self::from_device(device, queue)
         }
     }
 

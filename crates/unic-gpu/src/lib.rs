@@ -48,7 +48,7 @@
 //! |---|---|
 //! | `prior`, `encoder` | rows of a matrix times one vector, 32 lanes a row: bound by memory |
 //! | `skinning` | one invocation a vertex: its frame, the prior's displacement, the field's inputs |
-//! | `field` | a workgroup takes a tile of vertices through all layers; activations stay in workgroup memory, sums in registers or matrix units, weights pass by in chunks; the latent vector is folded into biases, as on the CPU |
+//! | `field` | a workgroup takes a tile of vertices through all layers; activations stay in workgroup memory, sums in registers, weights pass by in chunks, or both in matrix units; the latent vector is folded into biases, as on the CPU |
 //! | `body`, `intersections` | the body is skinned, a tree of boxes refitted from its leaves up, and searched from last frame's answer on |
 //! | `positions`, `normals` | one invocation a vertex; sums in a fixed order, so that there are no atomics |
 //!
@@ -60,7 +60,8 @@
 //!   that the body pokes through, nor spread corrections over the garment.
 //! - Matrix units ([`Precision::F16Matrix`]) are used where they are asked for by
 //!   [`GpuContext::with_matrix_units`]: wgpu 30 has cooperative matrices as an experimental feature only.
-//! - A field may be as wide as a workgroup's memory allows: 256 in the 16 KiB that every device has.
+//! - A field may be as wide as a workgroup's memory allows: 256 in the 16 KiB that every device has, where it does
+//!   without matrix units.
 //! - [`GpuAnimator::read_back`], [`GpuAnimator::state`] and timings block, which browsers do not allow.
 
 mod animator;

@@ -32,7 +32,7 @@ fn next_place(look: usize, [at, out]: [Vec3; 2]) -> Vec3 {
     if look < MOST_LOOKS { out } else { at.midpoint(out) }
 }
 
-/// Deeper than this no place is in a limb, metres.
+/// How far the skin is looked for from inside a stretched face, metres: what is deeper is no limb.
 const MOST_DEPTH_M: f32 = 0.06;
 
 /// Height below the margin at which a vertex is left, metres: what rounding does to one that was moved.
@@ -218,14 +218,23 @@ impl RobustIntersection {
         at
     }
 
-    /// Where a place inside the parts that may push garment vertex `vertex` goes, by the shortest way; none for one
-    /// outside. It may end in another part: this is for places whose neighbours are looked at in full.
-    pub(crate) fn out_of_depth(&self, body: &RobustBody, vertex: usize, p: Vec3, seed: u32) -> Option<Vec3> {
-        let hit = body
-            .surface
-            .closest_marked(p, MOST_DEPTH_M, seed, body.pushing(vertex))?;
-        let is_inside = hit.signed_distance < 0.0 && !body.is_folded(hit.face, vertex);
-        self.way_out(&hit, p).filter(|_| is_inside)
+    /// Where a place of garment face `face` inside the parts that may push all its corners goes, by the shortest way;
+    /// none for one outside. `corner` is one of them. It may end in another part: the face's neighbours show that.
+    pub(crate) fn out_of_depth(
+        &self,
+        body: &RobustBody,
+        [face, corner]: [u32; 2],
+        p: Vec3,
+        seed: u32,
+    ) -> Option<Vec3> {
+        let parts = &body.parts;
+        let lifting = Among {
+            marks: parts.marks_of_lifted(face),
+            counts: |part| parts.marks_tell_all() || parts.face_lifts(part, face),
+        };
+        let hit = body.surface.closest_marked(p, MOST_DEPTH_M, seed, lifting)?;
+        let out = self.way_out(&hit, p).filter(|_| hit.signed_distance < 0.0)?;
+        (!body.is_folded(hit.face, corner as usize)).then_some(out)
     }
 
     fn is_high_enough(&self, height_m: f32) -> bool {

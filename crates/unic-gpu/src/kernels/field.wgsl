@@ -7,7 +7,7 @@
 // n + COLUMNS of the weights) by two quadruples of vertices (m and m + LINES of the tile). The latent
 // vector's share of the layers that read it is in their biases.
 //
-// Written by `field::source`, which knows the sizes and writes out what must not be indexed, so that sums
+// Written by `field::blocks`, which knows the sizes and writes out what must not be indexed, so that sums
 // stay in registers. `Real` is the type of weights and hidden activations.
 
 struct VertexState {

@@ -13,7 +13,9 @@ var<workgroup> numbers: array<f16, SIDE * SIDE>;
 
 @compute @workgroup_size(256)
 fn peak(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) t: u32) {
-    numbers[t % (SIDE * SIDE)] = f16(out[t % (SIDE * SIDE)]);
+    if (t < SIDE * SIDE) {
+        numbers[t] = f16(t) / 256.0h;
+    }
     workgroupBarrier();
     let a = coopLoad<Left>(&numbers[0], SIDE);
     let b = coopLoad<Right>(&numbers[0], SIDE);
@@ -21,6 +23,7 @@ fn peak(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     for (var k = 0u; k < ROUNDS; k++) {
         //{steps}
     }
+    // All subgroups of a workgroup have the same sums, and write them to the same place.
     let at = group.x * SUMS * SIDE * SIDE;
     //{stores}
 }

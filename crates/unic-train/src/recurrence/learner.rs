@@ -103,7 +103,7 @@ impl Learner {
 }
 
 impl RecurrenceSettings {
-    /// Frames of its windows that one thread teaches a recurrence in a second, from motion vectors of so many
+    /// Frames of its windows that the threads of this pool teach a recurrence in a second, from motion vectors of so many
     /// `inputs` to so many coefficients, `outputs`: by a few steps on noise, of which nothing is kept.
     ///
     /// # Errors

@@ -29,8 +29,14 @@ pub(super) fn settings_of_a_new_run(
     {
         let motion = Motion::of(capture, views)?;
         let sizes = [motion_len(capture.character.skeleton.len()), *prior_shapes];
-        let threads = rayon::current_num_threads();
-        let rate = recurrence.frames_a_second(sizes, args.device.into())?;
+        let processor = args.device.into();
+        // A device elsewhere is no faster for more threads here.
+        let threads = match processor {
+            Processor::Cpu => rayon::current_num_threads(),
+            _ => 1,
+        };
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+        let rate = alone.install(|| recurrence.frames_a_second(sizes, processor))?;
         shorten(recurrence, &motion, rate * budget.as_secs_f64(), threads);
     }
     let (steps, data) = steps_within(args.device.into(), capture, &config, budget, started)?;
@@ -49,8 +55,8 @@ const RECURRENCE_SHARE: f64 = 0.6;
 /// Windows of a step where time is short, and their frames: many small steps do better then.
 const SHORT_WINDOWS: [usize; 2] = [8, 64];
 
-/// Time is that short where it is enough for less than one in this many of the looks at frames that are asked for. Half a minute of motion, which is
-/// looked at more often in little time, teaches better in few large steps.
+/// Time is that short where it is enough for less than one in this many of the looks at frames that are asked
+/// for. Half a minute of motion, which is looked at more often in little time, teaches better in few large steps.
 const SHORT_SHARE: u64 = 2;
 
 /// What there is to train on.

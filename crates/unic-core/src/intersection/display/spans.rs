@@ -13,7 +13,7 @@ const CHUNK: usize = 64;
 /// A face stretched less than this follows the skin well enough for the body's vertices to find it.
 const LEAST_STRETCH: f32 = 1.1;
 
-/// A face whose points are all this close to its corners spans nothing that is seen, metres.
+/// A face whose points stay this close to its corners, stretched as far as cloth is, spans nothing that is seen, metres.
 const LEAST_RADIUS_M: f32 = 0.009;
 
 /// Where a face is looked at: the middles of its edges, barycentric.
@@ -70,13 +70,16 @@ impl View<'_> {
         }
         let span = Mat3::from_cols(corners[0], corners[1], corners[2]);
         let skins = slots.map(|slot| self.contacts[slot].face);
-        let vertex = self.body.parts().packets().vertices()[slots[0]] as usize;
+        let corner = self.body.parts().packets().vertices()[slots[0]];
+        let lifted = [self.cloth.number(face), corner];
         let ways = PLACES.iter().filter_map(|&weights| {
             let p = span * weights;
             // Over the skin under all corners nothing is spanned: most faces ask no more.
-            let is_over = skins.iter().all(|&skin| self.body.surface().is_above(skin, p));
-            let out = (!is_over).then(|| self.rule.out_of_depth(self.body, vertex, p, skins[0]));
-            Some((weights, out?? - p))
+            if skins.iter().all(|&skin| self.body.surface().is_above(skin, p)) {
+                return None;
+            }
+            let out = self.rule.out_of_depth(self.body, lifted, p, skins[0])?;
+            Some((weights, out - p))
         });
         Poke::longest(face, ways)
     }
