@@ -20,8 +20,8 @@ pub struct GpuContext {
 pub(crate) struct MatrixUnits {
     /// Rows and columns of each.
     pub(crate) side: usize,
-    /// Invocations that hold one together: the least and the most.
-    pub(crate) subgroup: [usize; 2],
+    /// Most invocations that hold one together.
+    pub(crate) largest_subgroup: usize,
 }
 
 impl MatrixUnits {
@@ -40,7 +40,7 @@ impl MatrixUnits {
         let side = fitting.map(|size| size.k_size as usize).max()?;
         adapter.features().contains(Self::FEATURES).then_some(Self {
             side,
-            subgroup: [info.subgroup_min_size as usize, info.subgroup_max_size as usize],
+            largest_subgroup: info.subgroup_max_size as usize,
         })
     }
 }
@@ -62,8 +62,8 @@ impl GpuContext {
     /// The same with the adapter's matrix units, if it has any, for [`Precision::F16Matrix`].
     ///
     /// They are an experimental feature of wgpu, whose bugs could be undefined behaviour that no caller prevents:
-    /// that is why they have to be asked for. Subgroups of different sizes on one device make a workgroup larger
-    /// than it need be, and some of them repeat what others do.
+    /// that is why they have to be asked for. Where subgroups of a device differ in size, a workgroup has
+    /// as many invocations as it needs of the largest, and some idle.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -243,3 +243,6 @@ fn fastest_adapter() -> Result<Adapter, GpuError> {
     };
     pollster::block_on(instance.request_adapter(&options)).map_err(|e| GpuError::NoAdapter(e.to_string()))
 }
+
+#[cfg(test)]
+mod tests;

@@ -151,7 +151,7 @@ impl FieldKernel {
             // SAFETY: all sizes that the text indexes with are constants of this shape: rows and columns of
             // the weights as they are packed below, whole tiles of inputs, activations and chunks of
             // the declared lengths; states are guarded by the number of vertices. Its loops count to constants.
-            // Subgroups are numbered below the invocations by the least size, for which `staged` has room.
+            // `staged` has room for the jobs and a matrix more, where subgroups without one write what nobody reads.
             kernel: unsafe { Kernel::unchecked(context, &source) },
             hidden_weights: context.upload_weights("hidden weights", precision, &hidden),
             edge_weights: context.upload("edge weights", &edge_weights(&shape, model)),

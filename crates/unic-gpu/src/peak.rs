@@ -2,18 +2,20 @@
 
 use crate::{
     GpuContext, GpuError, Precision,
-    context::MatrixUnits,
     kernel::{Kernel, Source},
     program::Program,
 };
-use wgpu::BufferUsages;
+use wgpu::{Buffer, BufferUsages};
 
 /// Independent sums of four in one invocation, enough to hide the latency of an addition.
 const SUMS: usize = 16;
+/// Matrices that a workgroup stages: 8 KiB where they are 16 by 16.
+const MOST_STAGED: usize = 8;
 /// Independent sums of matrices in one subgroup.
 const MATRIX_SUMS: usize = 8;
-/// Workgroups of 256: as many as the largest devices hold at one time.
+/// Workgroups: as many as the largest devices hold at one time.
 const GROUPS: usize = 2048;
+/// Invocations of a workgroup.
 const GROUP: usize = 256;
 /// A measurement lasts at least so long, milliseconds: clocks have risen and starting costs nothing.
 const LEAST_MS: f64 = 20.0;
@@ -41,14 +43,16 @@ impl MultiplyAdds {
         let work = Work::new(context, precision)?;
         let mut rounds = 16;
         loop {
-            let kernel = Self {
+            let (program, out) = work.program(context, rounds)?;
+            let mut kernel = Self {
                 context: context.clone(),
-                program: work.program(context, rounds)?,
+                program,
                 rounds,
-                flop: work.flop as f64,
+                flop: 0.0,
             };
             // The first run pages in.
             kernel.seconds()?;
+            kernel.flop = work.flop(context, &out)?;
             if kernel.seconds()? >= LEAST_MS * 1e-3 || rounds >= MOST_ROUNDS {
                 return Ok(kernel);
             }
@@ -73,48 +77,63 @@ impl MultiplyAdds {
 /// What a round is.
 struct Work {
     text: String,
-    /// Floating-point operations of all workgroups.
+    /// Floating-point operations of a worker.
     flop: usize,
+    workers: Workers,
     /// Of what is written.
     bytes: usize,
+}
+
+/// Who has sums of its own.
+enum Workers {
+    Invocations,
+    /// A workgroup has as many as the device sees fit, which the kernel writes down.
+    Subgroups,
 }
 
 impl Work {
     fn new(context: &GpuContext, precision: Precision) -> Result<Self, GpuError> {
         let numbers = |text| Self {
             text,
-            flop: GROUPS * GROUP * SUMS * 4 * 2,
+            flop: SUMS * 4 * 2,
+            workers: Workers::Invocations,
             bytes: 16 * (2 + GROUPS * GROUP),
         };
         match precision {
             Precision::F32 => Ok(numbers(numbers_source("", "f32"))),
             Precision::F16 => Ok(numbers(numbers_source("enable f16;\n", "f16"))),
             Precision::F16Matrix => {
-                let MatrixUnits { side, subgroup } = context.needed_matrix_units()?;
-                // Where subgroups differ in size, those of the largest: a rate that is surely reached.
-                let subgroups = GROUPS * GROUP / subgroup[1];
+                let side = context.needed_matrix_units()?.side;
                 Ok(Self {
                     text: matrices_source(side),
-                    flop: subgroups * MATRIX_SUMS * 2 * side.pow(3),
-                    bytes: 4 * GROUPS * MATRIX_SUMS * side * side,
+                    flop: MATRIX_SUMS * 2 * side.pow(3),
+                    workers: Workers::Subgroups,
+                    bytes: 4 * (1 + GROUPS * GROUP),
                 })
             }
         }
     }
 
-    fn program(&self, context: &GpuContext, rounds: u32) -> Result<Program, GpuError> {
+    /// Floating-point operations of all workgroups, by what a run has written.
+    fn flop(&self, context: &GpuContext, out: &Buffer) -> Result<f64, GpuError> {
+        let workers = match self.workers {
+            Workers::Invocations => GROUP as f32,
+            Workers::Subgroups => bytemuck::pod_read_unaligned(&context.download(out, 0, 4)?),
+        };
+        Ok((GROUPS * self.flop) as f64 * f64::from(workers))
+    }
+
+    fn program(&self, context: &GpuContext, rounds: u32) -> Result<(Program, Buffer), GpuError> {
         let source = Source {
             text: &self.text,
             entry: "peak",
             constants: &[("ROUNDS", f64::from(rounds))],
         };
         let mut program = Program::default();
-        let dispatch = context.checked(|| {
-            let out = context.zeroed("peak", self.bytes, BufferUsages::empty());
-            Kernel::new(context, &source).dispatch(&[(0, &out)], GROUPS)
-        })?;
+        let out = context.zeroed("peak", self.bytes, BufferUsages::empty());
+        let dispatch = context.checked(|| Kernel::new(context, &source).dispatch(&[(0, &out)], GROUPS))?;
         program.stage("peak", vec![dispatch]);
-        Ok(program)
+        Ok((program, out))
     }
 }
 
@@ -122,6 +141,7 @@ fn numbers_source(enable: &str, real: &str) -> String {
     let sum: Vec<String> = (0..SUMS).map(|i| format!("vec4<f32>(s{i})")).collect();
     let starts = lines(SUMS, |i| format!("var s{i} = vec4<{real}>({real}(id.x + {i}u));"));
     let text = include_str!("kernels/peak.wgsl")
+        .replace("//{constants}", &format!("const THREADS = {GROUP}u;"))
         .replace("//{starts}", &starts)
         .replace("//{steps}", &lines(SUMS, |i| format!("s{i} = s{i} * a + b;")))
         .replace("//{sum}", &sum.join(" + "))
@@ -135,9 +155,16 @@ fn matrices_source(side: usize) -> String {
         matrix("Left", "f16", "A"),
         matrix("Right", "f16", "B"),
         matrix("Sum", "f32", "C"),
-        format!("const SIDE = {side}u; const SUMS = {MATRIX_SUMS}u;"),
+        format!("const SIDE = {side}u; const STAGED = {MOST_STAGED}u; const THREADS = {GROUP}u;"),
     ];
-    let stores = |i| format!("coopStore(s{i}, &out[at + {i}u * SIDE * SIDE], SIDE);");
+    let total = |i| {
+        format!(
+            "coopStore(s{i}, &staged[stage], SIDE);
+            workgroupBarrier();
+            total += staged[t % (STAGED * SIDE * SIDE)];
+            workgroupBarrier();"
+        )
+    };
     include_str!("kernels/peak_matrix.wgsl")
         .replace("//{constants}", &constants.concat())
         .replace(
@@ -148,7 +175,7 @@ fn matrices_source(side: usize) -> String {
             "//{steps}",
             &lines(MATRIX_SUMS, |i| format!("s{i} = coopMultiplyAdd(a, b, s{i});")),
         )
-        .replace("//{stores}", &lines(MATRIX_SUMS, stores))
+        .replace("//{totals}", &lines(MATRIX_SUMS, total))
 }
 
 fn lines(count: usize, line: impl Fn(usize) -> String) -> String {

@@ -193,9 +193,9 @@ fn half_precision_stays_close() {
     }
 }
 
-/// As close as halves without matrix units, or closer: sums are in single precision.
+/// Closer than halves without matrix units: sums are in single precision.
 #[test]
-fn matrix_units_stay_close() {
+fn matrix_units_stay_closer() {
     let Some(context) = device::context_with_matrix_units() else {
         return;
     };
@@ -206,9 +206,11 @@ fn matrix_units_stay_close() {
         common::model(&common::variant("pose only")),
         common::model(&common::variant("second order")),
     ] {
-        let mut cpu = Animator::new(Arc::clone(&model));
-        let mut gpu = gpu_animator(&context, &model, Precision::F16Matrix);
-        let errors = largest_errors(&mut cpu, &mut gpu, 5);
-        assert!(errors[0] > 1e-5 && errors[0] < 5e-4, "{errors:?}");
+        let [halves, matrices] = [Precision::F16, Precision::F16Matrix].map(|precision| {
+            let mut cpu = Animator::new(Arc::clone(&model));
+            let mut gpu = gpu_animator(&context, &model, precision);
+            largest_errors(&mut cpu, &mut gpu, 5)[0]
+        });
+        assert!(matrices > 1e-5 && matrices < halves, "{matrices} {halves}");
     }
 }

@@ -9,7 +9,8 @@ use wgpu::Limits;
 const ROWS: usize = 2;
 /// Blocks of vertices in a tile, at most: more sums would not fit the registers of a subgroup.
 const MOST_COLUMNS: usize = 4;
-/// Halves between two outputs beyond a tile's vertices: eight rows of a matrix then lie in different banks.
+/// Halves between two outputs beyond a tile's vertices: from 16 vertices on, eight rows of a matrix then lie in
+/// different banks.
 const PADDING: usize = 8;
 
 /// A tile of vertices that a workgroup takes through the layers.
@@ -25,21 +26,32 @@ pub(super) struct Tiles {
 impl Tiles {
     /// As large as fit the device.
     pub(super) fn new(units: MatrixUnits, width: usize, limits: &Limits) -> Result<Self, GpuError> {
-        let tiles = |columns| Self {
+        let step = ROWS * units.side;
+        let tiles = |blocks: usize, columns| Self {
             units,
-            width: width.next_multiple_of(ROWS * units.side),
+            width: blocks * step,
             columns,
         };
-        let memory = limits.max_compute_workgroup_storage_size as usize;
-        let invocations = (limits.max_compute_invocations_per_workgroup as usize)
-            .min(limits.max_compute_workgroup_size_x as usize);
-        let mut sizes = [MOST_COLUMNS, MOST_COLUMNS / 2, 1].map(tiles).into_iter();
-        let fitting = sizes.find(|tiles| tiles.bytes() <= memory && tiles.invocations() <= invocations);
-        fitting.ok_or(GpuError::TooLarge {
-            what: "the width of the field on matrix units",
-            most: invocations / units.subgroup[1] * ROWS * units.side,
-            found: width,
+        let blocks = width.div_ceil(step);
+        let mut sizes = [MOST_COLUMNS, MOST_COLUMNS / 2, 1]
+            .map(|columns| tiles(blocks, columns))
+            .into_iter();
+        sizes.find(|tiles| tiles.fit(limits)).ok_or_else(|| {
+            let smaller = (1..blocks).take_while(|&blocks| tiles(blocks, 1).fit(limits));
+            GpuError::TooLarge {
+                what: "the width of the field on matrix units",
+                most: smaller.count() * step,
+                found: blocks * step,
+            }
         })
+    }
+
+    fn fit(&self, limits: &Limits) -> bool {
+        let invocations = limits
+            .max_compute_invocations_per_workgroup
+            .min(limits.max_compute_workgroup_size_x);
+        self.bytes() <= limits.max_compute_workgroup_storage_size as usize
+            && self.invocations() <= invocations as usize
     }
 
     pub(super) fn width(&self) -> usize {
@@ -56,8 +68,9 @@ impl Tiles {
         self.width / (ROWS * self.units.side)
     }
 
+    /// As many as the jobs need where all subgroups are of the largest size. Of smaller ones there are more than jobs.
     fn invocations(&self) -> usize {
-        self.jobs() * self.units.subgroup[1]
+        self.jobs() * self.units.largest_subgroup
     }
 
     /// Numbers from one output's activations to the next one's.
@@ -65,9 +78,9 @@ impl Tiles {
         self.lanes() + PADDING
     }
 
-    /// Numbers of the matrices that all subgroups stage at a time.
+    /// Numbers of the matrices that are staged at a time: one of each job, and one of subgroups without.
     fn staged(&self) -> usize {
-        self.invocations() / self.units.subgroup[0] * self.units.side * self.units.side
+        (self.jobs() + 1) * self.units.side * self.units.side
     }
 
     fn bytes(&self) -> usize {
@@ -138,13 +151,16 @@ impl Tiles {
     }
 }
 
-/// Stages a matrix of each subgroup and turns it into activations. Behind the first barrier no subgroup reads the
+/// Stages a matrix of each job and turns it into activations. Behind the first barrier no subgroup reads the
 /// layer before any more; behind the last one the next layer may.
 fn output(r: usize, c: usize) -> String {
     format!(
-        "coopStoreT(c{r}{c}, &staged[subgroup * SIDE * SIDE], SIDE);
+        "coopStoreT(c{r}{c}, &staged[stage], SIDE);
         workgroupBarrier();
         activate_staged(layer, tile, {r}u * SIDE, {c}u * SIDE, t);
         workgroupBarrier();"
     )
 }
+
+#[cfg(test)]
+mod tests;

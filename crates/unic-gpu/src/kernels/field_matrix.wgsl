@@ -2,9 +2,9 @@
 
 // The deformation field through matrix units: a workgroup takes a tile of vertices through all layers.
 //
-// Hidden activations stay in workgroup memory, as halves. Each subgroup has SIDE × ROWS outputs of all vertices of
-// the tile as cooperative matrices, sums in single precision; weights come straight from their buffer. What the
-// matrices hold cannot be touched element by element, so each passes through `staged`, where biases, point inputs
+// Hidden activations stay in workgroup memory, as halves. A job is SIDE × ROWS outputs of all vertices of the tile: a
+// subgroup has their sums, in single precision, as cooperative matrices; weights come straight from their buffer. What
+// the matrices hold cannot be touched element by element, so each passes through `staged`, where biases, point inputs
 // and the ramp are applied. The latent vector's share of the layers that read it is in their biases.
 //
 // Written by `field::tiles`, which knows the sizes and writes out what must not be indexed.
@@ -25,7 +25,7 @@ struct VertexState {
 
 // Output n at vertex v of the tile: n PITCH + v.
 var<workgroup> hidden: array<f16, HIDDEN>;
-// A matrix of each subgroup, row by row.
+// A matrix of each job, row by row, and one of those that have none.
 var<workgroup> staged: array<f32, STAGED>;
 
 @compute @workgroup_size(THREADS)
@@ -35,8 +35,10 @@ fn field(
     @builtin(subgroup_id) subgroup: u32,
 ) {
     let tile = group.x * LANES;
-    // Where subgroups are smaller than the largest, there are more of them than there is work.
+    // Where subgroups are smaller than the device's largest, there are more of them than jobs. The rest repeat one, for
+    // matrices want all subgroups in the same place of the program, and stage where nobody looks.
     let row = subgroup % JOBS * ROWS * SIDE;
+    let stage = min(subgroup, JOBS) * SIDE * SIDE;
     for (var e = t; e < WIDTH * LANES; e += THREADS) {
         activate(0u, e / LANES, tile, e % LANES, 0.0);
     }
@@ -58,8 +60,8 @@ fn field(
     }
 }
 
-// Turns what all subgroups have staged, matrices whose outputs and vertices begin there in their parts of the tile,
-// into activations.
+// Turns what is staged, a matrix of each job whose outputs and vertices begin there in its part of the tile, into
+// activations.
 fn activate_staged(layer: u32, tile: u32, first_output: u32, first_lane: u32, t: u32) {
     for (var e = t; e < JOBS * SIDE * SIDE; e += THREADS) {
         let n = e / (SIDE * SIDE) * ROWS * SIDE + first_output + e / SIDE % SIDE;

@@ -2,9 +2,11 @@
 
 override ROUNDS: u32;
 
+//{constants}
+
 @group(0) @binding(0) var<storage, read_write> out: array<vec4<f32>>;
 
-@compute @workgroup_size(256)
+@compute @workgroup_size(THREADS)
 fn peak(@builtin(global_invocation_id) id: vec3<u32>) {
     let a = vec4<Real>(out[0]);
     let b = vec4<Real>(out[1]);

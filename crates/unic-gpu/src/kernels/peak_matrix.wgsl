@@ -1,4 +1,4 @@
-// Products of matrices and nothing else: 8 independent sums in each subgroup.
+// Products of matrices and nothing else: independent sums in each subgroup.
 
 enable f16;
 enable wgpu_cooperative_matrix;
@@ -7,14 +7,22 @@ override ROUNDS: u32;
 
 //{constants}
 
+// Subgroups of a workgroup; then a number of each invocation.
 @group(0) @binding(0) var<storage, read_write> out: array<f32>;
 
 var<workgroup> numbers: array<f16, SIDE * SIDE>;
+// A matrix of each subgroup, as far as there is room.
+var<workgroup> staged: array<f32, STAGED * SIDE * SIDE>;
 
-@compute @workgroup_size(256)
-fn peak(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) t: u32) {
-    if (t < SIDE * SIDE) {
-        numbers[t] = f16(t) / 256.0h;
+@compute @workgroup_size(THREADS)
+fn peak(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) t: u32,
+    @builtin(subgroup_id) subgroup: u32,
+    @builtin(num_subgroups) subgroups: u32,
+) {
+    for (var e = t; e < SIDE * SIDE; e += THREADS) {
+        numbers[e] = f16(e) / 256.0h;
     }
     workgroupBarrier();
     let a = coopLoad<Left>(&numbers[0], SIDE);
@@ -23,7 +31,11 @@ fn peak(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     for (var k = 0u; k < ROUNDS; k++) {
         //{steps}
     }
-    // All subgroups of a workgroup have the same sums, and write them to the same place.
-    let at = group.x * SUMS * SIDE * SIDE;
-    //{stores}
+    let stage = subgroup % STAGED * SIDE * SIDE;
+    var total = 0.0;
+    //{totals}
+    if (id.x == 0u) {
+        out[0] = f32(subgroups);
+    }
+    out[1u + id.x] = total;
 }
