@@ -1,7 +1,9 @@
 //! Intel's matrix units (AMX) for bf16 and int8: 16 and 32 times the multiply-adds of AVX-512 in f32.
 //!
 //! The intrinsics are not stable, assembly is. A block is 32 outputs by 32 vertices: two tile registers
-//! of weights (16 outputs × 16 words), two of activations (16 words × 16 vertices), four of sums.
+//! of weights (16 outputs × 16 words), two of activations (16 words × 16 vertices), four of sums. Weights
+//! stream from the second-level cache; that they are not to stay in the first (`tileloaddt1`) leaves it to the
+//! activations: a tenth more is done.
 
 use super::{
     arithmetic::{Arithmetic, Bf16, F32, Int8},
@@ -31,8 +33,8 @@ macro_rules! matrix {
             const PADDED: usize = TILE_ROWS * <$arithmetic as Arithmetic>::CHANNELS;
 
             /// Tile register after tile register, in the order that they are read.
-            fn place(row: usize, group: usize, groups: usize) -> usize {
-                let tile = row / TILE_ROWS * (groups / TILE_ROWS) + group / TILE_ROWS;
+            fn place(row: usize, group: usize, _: usize) -> usize {
+                let tile = 2 * (group / TILE_ROWS) + row / TILE_ROWS;
                 tile * TILE_WORDS + row % TILE_ROWS * TILE_ROWS + group % TILE_ROWS
             }
 
@@ -66,15 +68,14 @@ macro_rules! matrix {
                             "tilezero tmm3",
                             "2:",
                             "tileloadd tmm6, [{words} + {row}]",
-                            "tileloadd tmm4, [{upper} + {line}]",
+                            "tileloaddt1 tmm4, [{weights} + {line}]",
                             "tileloadd tmm7, [{words} + {row} + 64]",
                             concat!($multiply, " tmm0, tmm4, tmm6"),
-                            "tileloadd tmm5, [{lower} + {line}]",
+                            "tileloaddt1 tmm5, [{weights} + {line} + 1024]",
                             concat!($multiply, " tmm1, tmm4, tmm7"),
                             concat!($multiply, " tmm2, tmm5, tmm6"),
                             concat!($multiply, " tmm3, tmm5, tmm7"),
-                            "add {upper}, 1024",
-                            "add {lower}, 1024",
+                            "add {weights}, 2048",
                             "add {words}, {step}",
                             "dec {tiles}",
                             "jnz 2b",
@@ -83,8 +84,7 @@ macro_rules! matrix {
                             "tilestored [{under} + {row}], tmm2",
                             "tilestored [{under} + {row} + 64], tmm3",
                             words = inout(reg) words.as_ptr().add(vertex) => _,
-                            upper = inout(reg) weights => _,
-                            lower = inout(reg) weights.add(tiles * TILE_WORDS) => _,
+                            weights = inout(reg) weights => _,
                             tiles = inout(reg) tiles => _,
                             sums = in(reg) sums,
                             under = in(reg) sums.add(TILE_ROWS * W),

@@ -16,8 +16,11 @@ pub(super) trait Arithmetic {
     fn unit(row: &[f32]) -> f32;
     /// Weights of one row for one word, divided by the row's unit.
     fn weights(scaled: &[f32]) -> u32;
-    /// Words of activations, which are not negative; `factor` scales those of each vertex to the range.
-    fn pack<const W: usize>(values: &[[f32; W]], factor: &[f32; W], words: &mut [[u32; W]]);
+    /// Words of activations, which are not negative; `factor` scales those of each vertex to the range. Words
+    /// without a range are made register by register ([`Float::store_bf16`]), or are the activations themselves.
+    fn pack<const W: usize>(_values: &[[f32; W]], _factor: &[f32; W], _words: &mut [[u32; W]]) {
+        unreachable!("words without a range are not scaled")
+    }
     /// Sums as numbers, in units of weights and activations.
     ///
     /// # Safety
@@ -45,12 +48,6 @@ impl Arithmetic for F32 {
         scaled[0].to_bits()
     }
     #[inline(always)]
-    fn pack<const W: usize>(values: &[[f32; W]], _: &[f32; W], words: &mut [[u32; W]]) {
-        for (words, x) in words.iter_mut().zip(values) {
-            *words = std::array::from_fn(|v| x[v].to_bits());
-        }
-    }
-    #[inline(always)]
     unsafe fn load<F: Float>(sums: *const f32) -> F {
         // SAFETY: passed on.
         unsafe { F::load(sums) }
@@ -66,16 +63,6 @@ impl Arithmetic for Bf16 {
     }
     fn weights(scaled: &[f32]) -> u32 {
         u32::from(to_bf16(scaled[0])) | u32::from(to_bf16(scaled[1])) << 16
-    }
-    /// Halves round up: a tie in 2^16 does not pay for rounding to even.
-    #[inline(always)]
-    fn pack<const W: usize>(values: &[[f32; W]], _: &[f32; W], words: &mut [[u32; W]]) {
-        let rounded = |x: f32| x.to_bits().wrapping_add(0x8000);
-        for (words, [a, b]) in words.iter_mut().zip(values.as_chunks().0) {
-            for v in 0..W {
-                words[v] = rounded(a[v]) >> 16 | rounded(b[v]) & 0xFFFF_0000;
-            }
-        }
     }
     #[inline(always)]
     unsafe fn load<F: Float>(sums: *const f32) -> F {
@@ -184,7 +171,6 @@ mod tests {
         );
         assert_eq!(packed::<Int16>(&[[4095.5], [1.25]]), 8191 | 2 << 16);
         assert_eq!(Int16::weights(&[-2.0, 7.0]), 0xFFFE | 7 << 16);
-        assert_eq!(packed::<Bf16>(&[[1.0], [2.0]]), 0x3F80 | 0x4000 << 16);
         assert_eq!(to_bf16(-1.0), 0xBF80);
     }
 

@@ -179,7 +179,7 @@ macro_rules! for_kernel {
             (P::F32, I::Simd128) => body!(Registers<Simd128<F32>, Simd128<F32>, 4, 2>, NARROW, portable),
             (P::F32, I::Portable) => body!(Registers<Plain<F32>, Plain<F32>, 4, 1>, NARROW, portable),
             #[cfg(target_arch = "x86_64")]
-            (P::Bf16, I::Amx) => body!(Matrix<Bf16>, TILE, avx512),
+            (P::Bf16, I::Amx) => body!(Matrix<Bf16>, NARROW, avx512),
             #[cfg(target_arch = "x86_64")]
             (P::Bf16, I::Avx512) => body!(Registers<Zmm<Bf16>, Zmm<F32>, 8, 2>, TILE, avx512_bf16),
             #[cfg(target_arch = "x86_64")]
@@ -230,7 +230,8 @@ macro_rules! for_kernel {
 }
 
 /// Vertices of a tile of f32 that are evaluated together: 256 channels of them fill two thirds of a
-/// first-level cache of 48 KiB. Words of 16 and 8 bits take the whole tile.
+/// first-level cache of 48 KiB. Words of 16 and 8 bits take the whole tile; those of bf16 on matrix units do not, which
+/// are so fast that they wait where activations, sums and next activations do not all stay in that cache.
 const NARROW: usize = TILE / 2;
 
 impl Field {

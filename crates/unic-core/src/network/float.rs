@@ -16,11 +16,15 @@ pub(super) trait Float: Copy {
     unsafe fn mul(self, other: Self) -> Self;
     /// max(0, x), and 0 for what is no number.
     unsafe fn relu(self) -> Self;
+    /// The nearest bf16, ties upwards, of numbers that are not negative: `low`'s in the lower halves of words.
+    /// A tie in 2^16 does not pay for rounding to even.
+    unsafe fn store_bf16(low: Self, high: Self, to: *mut u32);
 }
 
 macro_rules! float {
     ($register:ty, $lanes:literal, |$from:ident| $load:expr, $whole:expr, |$to:ident, $x:ident| $store:expr,
-     |$value:ident| $splat:expr, |$a:ident, $b:ident| $add:expr, $mul:expr, $relu:expr) => {
+     |$value:ident| $splat:expr, |$a:ident, $b:ident| $add:expr, $mul:expr, $relu:expr,
+     |$low:ident, $high:ident, $words:ident| $bf16:expr) => {
         // SAFETY (all blocks below): the trait's contract, passed on; loads and stores are the unaligned
         // ones.
         #[allow(
@@ -62,6 +66,10 @@ macro_rules! float {
                 let $a = self;
                 unsafe { $relu }
             }
+            #[inline(always)]
+            unsafe fn store_bf16($low: Self, $high: Self, $words: *mut u32) {
+                unsafe { $bf16 }
+            }
         }
     };
 }
@@ -75,7 +83,11 @@ float!(
     |value| [value; 8],
     |a, b| std::array::from_fn(|i| a[i] + b[i]),
     std::array::from_fn(|i| a[i] * b[i]),
-    a.map(|x| if x > 0.0 { x } else { 0.0 })
+    a.map(|x| if x > 0.0 { x } else { 0.0 }),
+    |low, high, to| to.cast::<[u32; 8]>().write_unaligned(std::array::from_fn(|i| {
+        let rounded = |x: f32| x.to_bits().wrapping_add(0x8000);
+        rounded(low[i]) >> 16 | rounded(high[i]) & 0xFFFF_0000
+    }))
 );
 
 // maxps gives its second operand where one is no number.
@@ -93,7 +105,14 @@ mod x86 {
         |value| _mm512_set1_ps(value),
         |a, b| _mm512_add_ps(a, b),
         _mm512_mul_ps(a, b),
-        _mm512_max_ps(a, _mm512_setzero_ps())
+        _mm512_max_ps(a, _mm512_setzero_ps()),
+        |low, high, to| {
+            let half = _mm512_set1_epi32(0x8000);
+            let low = _mm512_add_epi32(_mm512_castps_si512(low), half);
+            let high = _mm512_add_epi32(_mm512_castps_si512(high), half);
+            let words = _mm512_mask_blend_epi16(0xAAAA_AAAA, _mm512_srli_epi32::<16>(low), high);
+            _mm512_storeu_si512(to.cast(), words)
+        }
     );
     float!(
         __m256,
@@ -104,7 +123,14 @@ mod x86 {
         |value| _mm256_set1_ps(value),
         |a, b| _mm256_add_ps(a, b),
         _mm256_mul_ps(a, b),
-        _mm256_max_ps(a, _mm256_setzero_ps())
+        _mm256_max_ps(a, _mm256_setzero_ps()),
+        |low, high, to| {
+            let half = _mm256_set1_epi32(0x8000);
+            let low = _mm256_add_epi32(_mm256_castps_si256(low), half);
+            let high = _mm256_add_epi32(_mm256_castps_si256(high), half);
+            let words = _mm256_blend_epi16::<0xAA>(_mm256_srli_epi32::<16>(low), high);
+            _mm256_storeu_si256(to.cast(), words)
+        }
     );
 }
 
@@ -123,7 +149,14 @@ mod neon {
         |value| vdupq_n_f32(value),
         |a, b| vaddq_f32(a, b),
         vmulq_f32(a, b),
-        vmaxnmq_f32(a, vdupq_n_f32(0.0))
+        vmaxnmq_f32(a, vdupq_n_f32(0.0)),
+        |low, high, to| {
+            let half = vdupq_n_u32(0x8000);
+            let low = vaddq_u32(vreinterpretq_u32_f32(low), half);
+            let high = vaddq_u32(vreinterpretq_u32_f32(high), half);
+            // The lower half of each lane of `high` gives way to the upper one of `low`.
+            vst1q_u32(to, vsriq_n_u32::<16>(high, low))
+        }
     );
 }
 
@@ -142,6 +175,94 @@ mod simd128 {
         |value| f32x4_splat(value),
         |a, b| f32x4_add(a, b),
         f32x4_mul(a, b),
-        f32x4_pmax(f32x4_splat(0.0), a)
+        f32x4_pmax(f32x4_splat(0.0), a),
+        |low, high, to| {
+            let half = u32x4_splat(0x8000);
+            let low = u32x4_shr(u32x4_add(low, half), 16);
+            let high = v128_and(u32x4_add(high, half), u32x4_splat(0xFFFF_0000));
+            v128_store(to.cast(), v128_or(low, high))
+        }
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Words of what a type's lanes hold, `low` and `high` in turn from `numbers`.
+    ///
+    /// # Safety
+    /// The machine has the instructions of `F`.
+    #[inline(always)]
+    unsafe fn words<F: Float>(numbers: &[f32]) -> Vec<u32> {
+        let mut words = vec![0; numbers.len() / 2];
+        for (numbers, words) in numbers
+            .chunks_exact(2 * F::LANES)
+            .zip(words.chunks_exact_mut(F::LANES))
+        {
+            // SAFETY: the caller's promise; the slices have so many numbers.
+            unsafe {
+                let (low, high) = (F::load(numbers.as_ptr()), F::load(numbers[F::LANES..].as_ptr()));
+                F::store_bf16(low, high, words.as_mut_ptr());
+            }
+        }
+        words
+    }
+
+    fn check<F: Float>(words: unsafe fn(&[f32]) -> Vec<u32>) {
+        let ulp = f32::from_bits(1.0f32.to_bits() + 1) - 1.0;
+        let tie = 1.0 + 1.0 / 256.0;
+        let firsts = [0.0, 1.0, tie, tie - ulp, 3.0e38, 1e-40, f32::INFINITY, 0.3];
+        let numbers: Vec<f32> = (0..32)
+            .flat_map(|i| firsts.map(|x| x / (1 << (i % 7)) as f32))
+            .collect();
+        // SAFETY: the caller has asked the machine.
+        let found = unsafe { words(&numbers) };
+        for (numbers, words) in numbers
+            .chunks_exact(2 * F::LANES)
+            .zip(found.chunks_exact(F::LANES))
+        {
+            for (i, word) in words.iter().enumerate() {
+                let rounded = |x: f32| (x.to_bits() + 0x8000) >> 16;
+                let [low, high] = [numbers[i], numbers[F::LANES + i]];
+                assert_eq!(*word, rounded(low) | rounded(high) << 16, "{low} {high}");
+            }
+        }
+    }
+
+    #[test]
+    fn halves_are_rounded_and_side_by_side() {
+        assert_eq!(
+            // SAFETY: plain loops.
+            unsafe { words::<[f32; 8]>(&[1.0; 8].into_iter().chain([2.0; 8]).collect::<Vec<_>>()) },
+            [0x3F80 | 0x4000 << 16; 8]
+        );
+        check::<[f32; 8]>(words::<[f32; 8]>);
+        #[cfg(target_arch = "x86_64")]
+        {
+            use std::arch::x86_64::{__m256, __m512};
+            #[target_feature(enable = "avx2")]
+            fn avx2(numbers: &[f32]) -> Vec<u32> {
+                // SAFETY: the caller has the instructions.
+                unsafe { words::<__m256>(numbers) }
+            }
+            #[target_feature(enable = "avx512f,avx512bw")]
+            fn avx512(numbers: &[f32]) -> Vec<u32> {
+                // SAFETY: the caller has the instructions.
+                unsafe { words::<__m512>(numbers) }
+            }
+            match is_x86_feature_detected!("avx2") {
+                true => check::<__m256>(avx2),
+                false => eprintln!("skipped: no AVX2"),
+            }
+            match is_x86_feature_detected!("avx512bw") {
+                true => check::<__m512>(avx512),
+                false => eprintln!("skipped: no AVX-512"),
+            }
+        }
+        #[cfg(target_arch = "aarch64")]
+        check::<std::arch::aarch64::float32x4_t>(words::<std::arch::aarch64::float32x4_t>);
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        check::<std::arch::wasm32::v128>(words::<std::arch::wasm32::v128>);
+    }
 }

@@ -15,9 +15,10 @@ pub(super) const LINE: usize = 16;
 pub(super) struct Lines(Vec<Line>);
 
 impl Lines {
-    /// Room for `count` numbers; what was there stays.
-    pub(super) fn resize(&mut self, count: usize) {
-        self.0.resize(count.div_ceil(LINE), Line::default());
+    /// Room for `count` numbers at least; what was there stays.
+    pub(super) fn make_room(&mut self, count: usize) {
+        let lines = count.div_ceil(LINE).max(self.0.len());
+        self.0.resize(lines, Line::default());
     }
 
     pub(super) fn zeroed(count: usize) -> Self {

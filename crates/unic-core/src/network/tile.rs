@@ -91,9 +91,11 @@ impl FieldScratch {
         };
         // Unscaled words are made on the way, scaled ones when the largest value is known.
         let makes_words = kind == Layer::Hidden && channels > 1 && K::Arithmetic::RANGE.is_none();
-        self.next.resize(layer.rows * W);
-        self.next_words.resize(layer.rows * W);
-        self.sums.resize(K::ROWS * W);
+        match makes_words {
+            true => self.next_words.make_room(layer.rows / channels * W),
+            false => self.next.make_room(layer.rows * W),
+        }
+        self.sums.make_room(K::ROWS * W);
         let block = K::ROWS * layer.groups;
         let finish = Finish {
             layer,
@@ -109,16 +111,16 @@ impl FieldScratch {
                 // SAFETY: the caller's promise.
                 unsafe { K::block::<W>(weights, reads.of(), sums) };
             }
-            // Words that have been made need no values any more.
-            let at = if makes_words { 0 } else { first * W };
-            let values = self.next.of_mut::<f32>()[at..].as_chunks_mut::<W>().0;
             let sums = sums.as_chunks::<W>().0;
-            let values = &mut values[..K::ROWS];
             // SAFETY: the caller's promise.
-            unsafe { finish.rows::<K::Arithmetic, K::Float, W>(first, sums, &worth, values) };
-            if makes_words {
-                let words = &mut self.next_words.of_mut::<u32>()[first / channels * W..];
-                K::Arithmetic::pack(values, &worth, words.as_chunks_mut().0);
+            unsafe {
+                if makes_words {
+                    let words = &mut self.next_words.of_mut::<u32>()[first / 2 * W..][..K::ROWS / 2 * W];
+                    finish.words::<K::Arithmetic, K::Float, W>(first, sums, &worth, words.as_chunks_mut().0);
+                } else {
+                    let values = &mut self.next.of_mut::<f32>()[first * W..][..K::ROWS * W];
+                    finish.rows::<K::Arithmetic, K::Float, W>(first, sums, &worth, values.as_chunks_mut().0);
+                }
             }
         }
         match makes_words {
@@ -136,7 +138,7 @@ impl FieldScratch {
         let values = &self.values.of::<f32>().as_chunks::<W>().0[..groups * A::CHANNELS];
         let largest = largest(values);
         let factor = largest.map(|m| if m > 0.0 { range / m } else { 0.0 });
-        self.words.resize(groups * W);
+        self.words.make_room(groups * W);
         A::pack(values, &factor, self.words.of_mut().as_chunks_mut().0);
         largest.map(|m| m / range)
     }
@@ -163,6 +165,11 @@ struct Finish<'a> {
 }
 
 impl Finish<'_> {
+    /// Most layers read no inputs of vertices: to ask every time costs as much as all else here.
+    fn is_edge(&self) -> bool {
+        self.layer.point_inputs > 0 || self.layer.groups == 0
+    }
+
     /// The outputs from `first` on, as many as `out` has.
     ///
     /// # Safety
@@ -175,30 +182,93 @@ impl Finish<'_> {
         worth: &[f32; W],
         out: &mut [[f32; W]],
     ) {
-        let biases = &self.bias[first..][..out.len()];
-        let units = &self.layer.units[first..][..out.len()];
-        let rows = out.iter_mut().zip(sums).zip(biases.iter().zip(units));
-        // SAFETY: the caller's promise.
+        let edge = self.is_edge();
+        for (row, (out, sums)) in (first..).zip(out.iter_mut().zip(sums)) {
+            for lane in (0..W).step_by(2 * F::LANES) {
+                // SAFETY: the caller's promise; `lane` is a multiple of two registers, whose lanes `out` has.
+                unsafe {
+                    let outputs = match edge {
+                        true => self.outputs::<A, F, W, true>(row, sums, worth, lane),
+                        false => self.outputs::<A, F, W, false>(row, sums, worth, lane),
+                    };
+                    outputs[0].store(out.as_mut_ptr().add(lane));
+                    outputs[1].store(out.as_mut_ptr().add(lane + F::LANES));
+                }
+            }
+        }
+    }
+
+    /// The same as words of bf16 for the next layer, of two outputs each.
+    ///
+    /// # Safety
+    /// As [`rows`](Self::rows).
+    #[inline(always)]
+    unsafe fn words<A: Arithmetic, F: Float, const W: usize>(
+        &self,
+        first: usize,
+        sums: &[[A::Sum; W]],
+        worth: &[f32; W],
+        words: &mut [[u32; W]],
+    ) {
+        let edge = self.is_edge();
+        let rows = (first..).step_by(2).zip(sums.as_chunks::<2>().0);
+        for ((row, [low, high]), words) in rows.zip(words) {
+            for lane in (0..W).step_by(2 * F::LANES) {
+                // SAFETY: the caller's promise; `lane` is a multiple of two registers, whose lanes `words` has.
+                unsafe {
+                    let [low, high] = match edge {
+                        true => [
+                            self.outputs::<A, F, W, true>(row, low, worth, lane),
+                            self.outputs::<A, F, W, true>(row + 1, high, worth, lane),
+                        ],
+                        false => [
+                            self.outputs::<A, F, W, false>(row, low, worth, lane),
+                            self.outputs::<A, F, W, false>(row + 1, high, worth, lane),
+                        ],
+                    };
+                    let words = words.as_mut_ptr().add(lane);
+                    F::store_bf16(low[0], high[0], words);
+                    F::store_bf16(low[1], high[1], words.add(F::LANES));
+                }
+            }
+        }
+    }
+
+    /// Two registers of one output from `lane` on. `EDGE`: of a layer that reads inputs of vertices, or no activations.
+    ///
+    /// # Safety
+    /// As [`rows`](Self::rows); `lane` is a multiple of the lanes of two registers.
+    #[inline(always)]
+    unsafe fn outputs<A: Arithmetic, F: Float, const W: usize, const EDGE: bool>(
+        &self,
+        row: usize,
+        sums: &[A::Sum; W],
+        worth: &[f32; W],
+        lane: usize,
+    ) -> [F; 2] {
+        const { assert!(W.is_multiple_of(2 * F::LANES)) };
+        // SAFETY: the caller's promise; `lane..lane + 2 · LANES` lies within the arrays.
         unsafe {
-            // Most layers read no inputs of vertices: what asks for them costs as much as all else here.
-            if self.layer.point_inputs == 0 && self.layer.groups > 0 {
-                for ((out, sums), (&bias, &unit)) in rows {
-                    for lane in (0..W).step_by(F::LANES) {
-                        let sum = Self::sum::<A, F, W>(sums, worth, unit, lane);
-                        self.store(F::splat(bias).add(sum), &mut out[lane..][..F::LANES]);
-                    }
+            let bias = F::splat(self.bias[row]);
+            let mut y = [bias, bias];
+            if !EDGE || self.layer.groups > 0 {
+                let unit = self.layer.units[row];
+                y[0] = y[0].add(Self::sum::<A, F, W>(sums, worth, unit, lane));
+                y[1] = y[1].add(Self::sum::<A, F, W>(sums, worth, unit, lane + F::LANES));
+            }
+            if EDGE {
+                let count = self.layer.point_inputs;
+                let points = &self.layer.points[row * count..][..count];
+                for (&w, x) in points.iter().zip(self.inputs.channels) {
+                    let x = &x[self.inputs.first + lane..][..2 * F::LANES];
+                    let w = F::splat(w);
+                    y[0] = y[0].add(w.mul(F::load(x.as_ptr())));
+                    y[1] = y[1].add(w.mul(F::load(x.as_ptr().add(F::LANES))));
                 }
-            } else {
-                for (row, ((out, sums), (&bias, &unit))) in (first..).zip(rows) {
-                    for lane in (0..W).step_by(F::LANES) {
-                        let mut y = F::splat(bias);
-                        if self.layer.groups > 0 {
-                            y = y.add(Self::sum::<A, F, W>(sums, worth, unit, lane));
-                        }
-                        y = self.add_points(row, lane, y);
-                        self.store(y, &mut out[lane..][..F::LANES]);
-                    }
-                }
+            }
+            match self.kind {
+                Layer::Hidden | Layer::LastHidden => [y[0].relu(), y[1].relu()],
+                Layer::Last => y,
             }
         }
     }
@@ -206,7 +276,7 @@ impl Finish<'_> {
     /// In units of the layer's outputs.
     ///
     /// # Safety
-    /// As [`rows`](Self::rows); `lane` is a multiple of the vector's lanes.
+    /// As [`rows`](Self::rows); `lane..lane + LANES` lies within the arrays.
     #[inline(always)]
     unsafe fn sum<A: Arithmetic, F: Float, const W: usize>(
         sums: &[A::Sum; W],
@@ -214,40 +284,12 @@ impl Finish<'_> {
         unit: f32,
         lane: usize,
     ) -> F {
-        const { assert!(W.is_multiple_of(F::LANES)) };
-        // SAFETY: the caller's promise; `lane..lane + LANES` lies within the arrays.
+        // SAFETY: the caller's promise.
         unsafe {
             let sum = A::load::<F>(sums.as_ptr().add(lane));
             match A::RANGE {
                 Some(_) => sum.mul(F::splat(unit).mul(F::load(worth.as_ptr().add(lane)))),
                 None => sum,
-            }
-        }
-    }
-
-    /// # Safety
-    /// As [`rows`](Self::rows).
-    #[inline(always)]
-    unsafe fn add_points<F: Float>(&self, row: usize, lane: usize, mut y: F) -> F {
-        let count = self.layer.point_inputs;
-        let points = &self.layer.points[row * count..][..count];
-        for (&w, x) in points.iter().zip(self.inputs.channels) {
-            let x = &x[self.inputs.first + lane..][..F::LANES];
-            // SAFETY: the caller's promise; the slice has so many numbers.
-            y = unsafe { y.add(F::splat(w).mul(F::load(x.as_ptr()))) };
-        }
-        y
-    }
-
-    /// # Safety
-    /// As [`rows`](Self::rows); `out` has so many numbers.
-    #[inline(always)]
-    unsafe fn store<F: Float>(&self, y: F, out: &mut [f32]) {
-        // SAFETY: the caller's promise.
-        unsafe {
-            match self.kind {
-                Layer::Hidden | Layer::LastHidden => y.relu().store(out.as_mut_ptr()),
-                Layer::Last => y.store(out.as_mut_ptr()),
             }
         }
     }
