@@ -32,6 +32,8 @@ macro_rules! matrix {
             const ROWS: usize = 2 * TILE_ROWS;
             const PADDED: usize = TILE_ROWS * <$arithmetic as Arithmetic>::CHANNELS;
 
+            const SKIPS_ZEROS: bool = false;
+
             /// Tile register after tile register, in the order that they are read.
             fn place(row: usize, group: usize, _: usize) -> usize {
                 let tile = 2 * (group / TILE_ROWS) + row / TILE_ROWS;
@@ -52,7 +54,12 @@ macro_rules! matrix {
             }
 
             #[inline(always)]
-            unsafe fn block<const W: usize>(weights: &[u32], words: &[u32], sums: &mut [<$arithmetic as Arithmetic>::Sum]) {
+            unsafe fn block<const W: usize>(
+                weights: &[u32],
+                words: &[u32],
+                _: &[u32],
+                sums: &mut [<$arithmetic as Arithmetic>::Sum],
+            ) {
                 const { assert!(W.is_multiple_of(Self::ROWS)) };
                 let tiles = weights.len() / (2 * TILE_WORDS);
                 assert!(tiles > 0 && words.len() >= tiles * TILE_ROWS * W && sums.len() >= Self::ROWS * W);

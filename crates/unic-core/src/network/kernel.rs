@@ -26,22 +26,31 @@ pub(super) trait Kernel {
     /// Layers are padded to a multiple of this and of a block, so that the next one reads whole words.
     const PADDED: usize;
 
+    /// Does [`Kernel::block`] look at `active`?
+    const SKIPS_ZEROS: bool;
+
     /// Place of a weight in its block of `groups` words a row.
     fn place(row: usize, group: usize, groups: usize) -> usize;
 
     unsafe fn begin() {}
     unsafe fn end() {}
 
-    /// sums[row][vertex] = Σ over groups of weights · activations.
+    /// sums[row][vertex] = Σ over groups of weights · activations. Groups that are not among `active` hold nothing but
+    /// zeros.
+    ///
+    /// # Safety
+    /// As the trait; groups of `active` are below the number of words in a row of weights.
     unsafe fn block<const W: usize>(
         weights: &[u32],
         words: &[u32],
+        active: &[u32],
         sums: &mut [<Self::Arithmetic as Arithmetic>::Sum],
     );
 }
 
 /// Vertices in the lanes of registers: `R` outputs by `N` registers of vertices are summed at a time, so
-/// that a load of a weight serves `N` products and one of an activation `R`.
+/// that a load of a weight serves `N` products and one of an activation `R`. Groups without activations are
+/// left out.
 pub(super) struct Registers<D, H, const R: usize, const N: usize>(D, H);
 
 /// Outputs of a block: a divisor of usual widths, so that nothing is multiplied in vain, and 8 × 2 sums of
@@ -62,6 +71,7 @@ where
     type Float = H::Float;
     const ROWS: usize = ROWS;
     const PADDED: usize = ROWS;
+    const SKIPS_ZEROS: bool = true;
 
     fn place(row: usize, group: usize, _: usize) -> usize {
         group * ROWS + row
@@ -71,11 +81,13 @@ where
     unsafe fn block<const W: usize>(
         weights: &[u32],
         words: &[u32],
+        active: &[u32],
         sums: &mut [<Self::Arithmetic as Arithmetic>::Sum],
     ) {
         const { assert!(W.is_multiple_of(N * D::LANES) && ROWS.is_multiple_of(R)) };
         let groups = weights.len() / ROWS;
         assert!(words.len() >= groups * W && sums.len() >= ROWS * W);
+        debug_assert!(active.iter().all(|&group| (group as usize) < groups));
         let sums: *mut u32 = sums.as_mut_ptr().cast();
         for row in (0..ROWS).step_by(R) {
             for lane in (0..W).step_by(N * D::LANES) {
@@ -83,7 +95,7 @@ where
                 // the tile, of which they are divisors; sums are 32 bits wide.
                 unsafe {
                     let weights = weights.as_ptr().add(row);
-                    let block = registers::<D, R, N, W>(weights, words.as_ptr().add(lane), groups);
+                    let block = registers::<D, R, N, W>(weights, words.as_ptr().add(lane), active);
                     for (r, block) in block.into_iter().enumerate() {
                         for (n, sum) in block.into_iter().enumerate() {
                             D::store(sum, sums.add((row + r) * W + lane + n * D::LANES));
@@ -96,18 +108,19 @@ where
 }
 
 /// # Safety
-/// The machine has the instructions of `D`; `weights` are valid for `groups` blocks of [`ROWS`] from the
-/// first of `R` rows on, `words` for `groups` rows of `W` from the first of `N · LANES` lanes on.
+/// The machine has the instructions of `D`; `weights` are valid for every active group's block of [`ROWS`] from the
+/// first of `R` rows on, `words` for its row of `W` from the first of `N · LANES` lanes on.
 #[inline(always)]
 unsafe fn registers<D: Dot, const R: usize, const N: usize, const W: usize>(
     weights: *const u32,
     words: *const u32,
-    groups: usize,
+    active: &[u32],
 ) -> [[D::Sum; N]; R] {
     // SAFETY: see above.
     unsafe {
         let mut sums = [[D::zero(); N]; R];
-        for group in 0..groups {
+        for &group in active {
+            let group = group as usize;
             let words = words.add(group * W);
             D::prefetch(weights.wrapping_add(group * ROWS + AHEAD));
             let x: [D::Words; N] = std::array::from_fn(|n| D::load(words.add(n * D::LANES)));

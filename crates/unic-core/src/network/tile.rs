@@ -14,6 +14,8 @@ pub struct FieldScratch {
     /// The same as words.
     words: Lines,
     next_words: Lines,
+    /// Groups of words that are not zero at all vertices.
+    active: Vec<u32>,
     /// Of one block.
     sums: Lines,
 }
@@ -96,6 +98,11 @@ impl FieldScratch {
             false => self.next.make_room(layer.rows * W),
         }
         self.sums.make_room(K::ROWS * W);
+        if K::SKIPS_ZEROS {
+            let reads = if channels == 1 { &self.values } else { &self.words };
+            let words = &reads.of::<u32>().as_chunks::<W>().0[..layer.groups];
+            find_active(words, &mut self.active);
+        }
         let block = K::ROWS * layer.groups;
         let finish = Finish {
             layer,
@@ -108,8 +115,8 @@ impl FieldScratch {
             if block > 0 {
                 let reads = if channels == 1 { &self.values } else { &self.words };
                 let weights = &layer.weights.of::<u32>()[first * layer.groups..][..block];
-                // SAFETY: the caller's promise.
-                unsafe { K::block::<W>(weights, reads.of(), sums) };
+                // SAFETY: the caller's promise; active groups are among those that the layer has.
+                unsafe { K::block::<W>(weights, reads.of(), &self.active, sums) };
             }
             let sums = sums.as_chunks::<W>().0;
             // SAFETY: the caller's promise.
@@ -142,6 +149,19 @@ impl FieldScratch {
         A::pack(values, &factor, self.words.of_mut().as_chunks_mut().0);
         largest.map(|m| m / range)
     }
+}
+
+/// The ramp leaves about half of the channels at zero, and the same ones at neighbouring vertices.
+#[inline(always)]
+fn find_active<const W: usize>(words: &[[u32; W]], active: &mut Vec<u32>) {
+    active.clear();
+    active.resize(words.len(), 0);
+    let mut count = 0;
+    for (group, words) in words.iter().enumerate() {
+        active[count] = group as u32;
+        count += usize::from(words.iter().fold(0, |any, word| any | word) != 0);
+    }
+    active.truncate(count);
 }
 
 #[inline(always)]
