@@ -95,7 +95,11 @@ where
                 // the tile, of which they are divisors; sums are 32 bits wide.
                 unsafe {
                     let weights = weights.as_ptr().add(row);
-                    let block = registers::<D, R, N, W>(weights, words.as_ptr().add(lane), active);
+                    let words = words.as_ptr().add(lane);
+                    let block = match active.len() < groups {
+                        true => registers::<D, R, N, W>(weights, words, active.iter().map(|&g| g as usize)),
+                        false => registers::<D, R, N, W>(weights, words, 0..groups),
+                    };
                     for (r, block) in block.into_iter().enumerate() {
                         for (n, sum) in block.into_iter().enumerate() {
                             D::store(sum, sums.add((row + r) * W + lane + n * D::LANES));
@@ -108,19 +112,18 @@ where
 }
 
 /// # Safety
-/// The machine has the instructions of `D`; `weights` are valid for every active group's block of [`ROWS`] from the
+/// The machine has the instructions of `D`; `weights` are valid for every group's block of [`ROWS`] from the
 /// first of `R` rows on, `words` for its row of `W` from the first of `N · LANES` lanes on.
 #[inline(always)]
 unsafe fn registers<D: Dot, const R: usize, const N: usize, const W: usize>(
     weights: *const u32,
     words: *const u32,
-    active: &[u32],
+    groups: impl Iterator<Item = usize>,
 ) -> [[D::Sum; N]; R] {
     // SAFETY: see above.
     unsafe {
         let mut sums = [[D::zero(); N]; R];
-        for &group in active {
-            let group = group as usize;
+        for group in groups {
             let words = words.add(group * W);
             D::prefetch(weights.wrapping_add(group * ROWS + AHEAD));
             let x: [D::Words; N] = std::array::from_fn(|n| D::load(words.add(n * D::LANES)));
