@@ -72,7 +72,8 @@ pub(crate) struct SpeedArgs {
     /// What becomes of vertices inside the body [default: the paper's way, or the model's own].
     #[arg(long, value_enum)]
     pub(crate) intersection: Option<IntersectionName>,
-    /// Most frames that a median is over; large garments stop after two seconds.
+    /// Most frames that a median is over; large garments stop after two seconds. Cases are over the same frames where
+    /// none takes that long.
     #[arg(long, value_name = "N", default_value = "200")]
     pub(crate) frames: NonZeroUsize,
     /// Instances that share the model, for the time and the memory of each of many; 0 for none.

@@ -11,7 +11,7 @@ mod props;
 mod spans;
 mod spread;
 
-use super::{Contact, Layers, RobustBody, RobustIntersection, packets::Packets};
+use super::{Contact, Layers, RobustBody, RobustIntersection, packets::Packets, robust::LIMB_RADIUS_M};
 use crate::{
     bvh::LANES,
     character::Garment,
@@ -25,9 +25,6 @@ use movements::Movements;
 use neighbours::Neighbours;
 use packets::Summary;
 use spread::{SWEEPS, Spread};
-
-/// What is inside a limb is at most this far from its skin, metres.
-const LIMB_RADIUS_M: f32 = 0.05;
 
 /// Vertices that one thread takes at a time.
 const CHUNK: usize = 1024;

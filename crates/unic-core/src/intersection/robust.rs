@@ -32,8 +32,8 @@ fn next_place(look: usize, [at, out]: [Vec3; 2]) -> Vec3 {
     if look < MOST_LOOKS { out } else { at.midpoint(out) }
 }
 
-/// How far the skin is looked for from inside a stretched face, metres: what is deeper is no limb.
-const MOST_DEPTH_M: f32 = 0.06;
+/// What is inside a limb is at most this far from its skin, metres.
+pub(super) const LIMB_RADIUS_M: f32 = 0.06;
 
 /// Height below the margin at which a vertex is left, metres: what rounding does to one that was moved.
 const TOLERANCE_M: f32 = 1e-5;
@@ -232,7 +232,7 @@ impl RobustIntersection {
             marks: parts.marks_of_lifted(face),
             counts: |part| parts.marks_tell_all() || parts.face_lifts(part, face),
         };
-        let hit = body.surface.closest_marked(p, MOST_DEPTH_M, seed, lifting)?;
+        let hit = body.surface.closest_marked(p, LIMB_RADIUS_M, seed, lifting)?;
         let out = self.way_out(&hit, p).filter(|_| hit.signed_distance < 0.0)?;
         (!body.is_folded(hit.face, corner as usize)).then_some(out)
     }
