@@ -1,5 +1,5 @@
-//! Models of the presets' sizes with random weights, for a garment of any number of vertices: times do not
-//! depend on what weights say.
+//! Models of the presets' sizes with random weights, for a garment of any number of vertices. Trained weights leave
+//! more channels at zero than these do, and are faster in f32.
 
 use glam::{Quat, Vec3};
 use std::{error::Error, f32::consts::TAU, ops::Range};

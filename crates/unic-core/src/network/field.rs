@@ -25,7 +25,8 @@ use crate::config::FieldConfig;
 ///
 /// The latent vector is the same for all vertices of a frame, so its share of the first and of the
 /// skip layer is folded into their biases once a frame: exact, and a vertex costs the same for any
-/// latent length.
+/// latent length. Channels that are zero at all vertices of a tile are left out, which changes no bit: tiles of
+/// neighbours, such as meshes have in their order, are the fastest.
 #[derive(Clone, Debug)]
 pub struct Field {
     layers: Vec<Linear>,
