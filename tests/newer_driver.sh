@@ -11,8 +11,8 @@ cd "$(dirname "$0")/.."
 if [ "${1:-}" = --exec ]; then
     folder=$2 program=$3
     shift 3
-    install "$program" "$folder/root/test"
-    exec chroot "$folder" /root/test "$@"
+    install "$program" "$folder/test"
+    exec chroot "$folder" /test "$@"
 fi
 
 folder=$(realpath -m "${1:-target/newer_driver}")

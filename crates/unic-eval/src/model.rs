@@ -107,13 +107,7 @@ impl Predictor for PriorPredictor {
 }
 
 fn input(clip: &PreparedClip, frame: usize) -> StepInput<'_> {
-    let clip = &clip.captured.clip;
-    StepInput {
-        pose: &clip.poses[frame],
-        next_pose: clip.poses.get(frame + 1),
-        ground_height: clip.ground_height,
-        wind: clip.wind_at(frame),
-    }
+    StepInput::of_clip(&clip.captured.clip, frame)
 }
 
 impl Predictor for ModelPredictor {

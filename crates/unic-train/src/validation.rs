@@ -47,12 +47,7 @@ pub(crate) fn free_running_rmse_of(
         animator.set_intersection(intersection);
         let garment = &clip.captured.garment;
         let motion = &clip.captured.clip;
-        let input = |t: usize| StepInput {
-            pose: &motion.poses[t],
-            next_pose: motion.poses.get(t + 1),
-            ground_height: motion.ground_height,
-            wind: motion.wind_at(t),
-        };
+        let input = |t: usize| StepInput::of_clip(motion, t);
         animator.reset(&input(0), Start::Positions(garment.frame(0)))?;
         for t in 1..clip.len().min(most) {
             let predicted = animator.step(&input(t))?.positions;

@@ -136,12 +136,8 @@ fn animate(
     let mut body = Vec::new();
     for (t, pose) in clip.poses.iter().enumerate() {
         interrupt::check()?;
-        let input = StepInput {
-            pose,
-            next_pose: clip.poses.get(t + 1),
-            ground_height: clip.ground_height,
-            wind: args.wind.unwrap_or_else(|| clip.wind_at(t)),
-        };
+        let mut input = StepInput::of_clip(clip, t);
+        input.wind = args.wind.unwrap_or(input.wind);
         let garment = match t {
             0 => animator.reset(&input, start.map_or(Start::MeanShape, Start::Positions)),
             _ => animator.step(&input),

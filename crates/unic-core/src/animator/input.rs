@@ -1,7 +1,7 @@
 //! What goes into an animator and what comes out.
 
 use super::AnimatorError;
-use crate::{model::Model, motion::MotionInput, skeleton::Pose};
+use crate::{clip::Clip, model::Model, motion::MotionInput, skeleton::Pose};
 use glam::Vec3;
 
 /// Poses and grounds farther than this from the origin are refused, metres: f32 places nothing there
@@ -20,6 +20,21 @@ pub struct StepInput<'a> {
     pub ground_height: f32,
     /// Velocity of the air around the character, m/s, world space; zero in still air.
     pub wind: Vec3,
+}
+
+impl<'a> StepInput<'a> {
+    /// A frame of a clip, whose next pose is known.
+    ///
+    /// # Panics
+    /// When the clip has no such frame.
+    pub fn of_clip(clip: &'a Clip, frame: usize) -> Self {
+        Self {
+            pose: &clip.poses[frame],
+            next_pose: clip.poses.get(frame + 1),
+            ground_height: clip.ground_height,
+            wind: clip.wind_at(frame),
+        }
+    }
 }
 
 /// What the garment is before the first step.

@@ -95,12 +95,7 @@ fn run(
 ) -> Anything<()> {
     let mut animator = Animator::new(model.clone());
     animator.set_intersection(mode);
-    let input = |t: usize| StepInput {
-        pose: &clip.clip.poses[t],
-        next_pose: clip.clip.poses.get(t + 1),
-        ground_height: clip.clip.ground_height,
-        wind: clip.clip.wind_at(t),
-    };
+    let input = |t: usize| StepInput::of_clip(&clip.clip, t);
     animator.reset(&input(0), Start::Positions(clip.garment.frame(0)))?;
     let mut measure = Measure::new(capture, clip);
     for frame in 1..frames.min(clip.clip.len()) {

@@ -72,7 +72,9 @@ impl<'a> Subject<'a> {
         if frames.is_empty() {
             return Ok(());
         }
-        let first = self.animator.reset(&input(clip, frames.start), start);
+        let first = self
+            .animator
+            .reset(&StepInput::of_clip(clip, frames.start), start);
         first.map(|_| ()).map_err(|e| refused(clip, e))?;
         visit(frames.start, &self.animator);
         self.go_on(clip, frames.start + 1..frames.end, visit)
@@ -81,22 +83,13 @@ impl<'a> Subject<'a> {
     /// Steps through the frames from the state that the animator is in.
     pub(super) fn go_on(&mut self, clip: &Clip, frames: Range<usize>, visit: &mut Visit) -> Result<()> {
         for frame in frames {
-            let stepped = self.animator.step(&input(clip, frame));
+            let stepped = self.animator.step(&StepInput::of_clip(clip, frame));
             stepped.map(|_| ()).map_err(|e| refused(clip, e))?;
             visit(frame, &self.animator);
             self.tick.done += 1;
             (self.watch)(&self.tick).map_err(Error::Stopped)?;
         }
         Ok(())
-    }
-}
-
-fn input(clip: &Clip, frame: usize) -> StepInput<'_> {
-    StepInput {
-        pose: &clip.poses[frame],
-        next_pose: clip.poses.get(frame + 1),
-        ground_height: clip.ground_height,
-        wind: clip.wind_at(frame),
     }
 }
 

@@ -25,12 +25,7 @@ impl Timing {
             bail!("expected clips to time the model on, found none")
         };
         let clip = capture.load_clip(name)?;
-        let input = |t: usize| StepInput {
-            pose: &clip.clip.poses[t],
-            next_pose: clip.clip.poses.get(t + 1),
-            ground_height: clip.clip.ground_height,
-            wind: clip.clip.wind_at(t),
-        };
+        let input = |t: usize| StepInput::of_clip(&clip.clip, t);
         animator.reset(&input(0), Start::Positions(clip.garment.frame(0)))?;
         let frame_ms = median_of_frames(clip.clip.len(), |t| {
             animator.step(&input(t))?;
