@@ -65,6 +65,11 @@ pub(crate) fn laid_over(base: &impl Serialize, file: Table, remove: &[String]) -
             return Err(anyhow!("expected a key of the preset to remove, found {key}"));
         }
     }
+    let optimiser = file.get("optimiser").and_then(Value::as_table);
+    if optimiser.is_some_and(|o| o.contains_key("steps") && !o.contains_key("epochs")) {
+        // A number of steps replaces the preset's epochs.
+        removed(&mut all, "optimiser.epochs");
+    }
     overlay(&mut all, file);
     Ok(toml::to_string(&all)?)
 }

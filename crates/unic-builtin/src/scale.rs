@@ -131,7 +131,7 @@ fn config(preset: Network) -> Result<ModelConfig, Failure> {
             vec![4096, 4096],
             128,
             (256, 8, Some(5)),
-            StateConfig::Position,
+            StateConfig::RootRelative,
         ),
     };
     let (width, hidden_layers, skip) = field;
@@ -142,6 +142,7 @@ fn config(preset: Network) -> Result<ModelConfig, Failure> {
             hidden,
             channels,
             categories: 8,
+            code: LatentCode::PickedLogit,
         },
         field: FieldConfig {
             width,
@@ -162,7 +163,7 @@ fn encoder_layers(config: &ModelConfig) -> Vec<Linear> {
 
 fn field_layers(config: &ModelConfig) -> Vec<Linear> {
     let field = &config.field;
-    let input = config.state.input_len() + config.encoder.channels;
+    let input = config.state.input_len() + config.encoder.latent_len();
     let layer = |i: usize| {
         let before = if i == 0 { 0 } else { field.width };
         let again = if i == 0 || field.skip == Some(i) { input } else { 0 };

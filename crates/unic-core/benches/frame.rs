@@ -101,13 +101,13 @@ fn stage_encoder<P: Named>(bencher: Bencher) {
         ..
     } = P::model(VERTICES[0]).to_parts();
     let pair = vec![0.1; 2 * normalisation.mean.len()];
-    let (points, channels) = (config.state.input_len(), config.encoder.channels);
+    let (points, channels) = (config.state.input_len(), config.encoder.latent_len());
     let encoder = Encoder::new(&config.encoder, pair.len(), encoder).unwrap();
     let field = Field::new(&config.field, points, channels, field).unwrap();
     let (mut scratch, mut biases) = (EncoderScratch::default(), FieldBiases::default());
-    let mut latent = vec![0.0; config.encoder.channels];
+    let mut latent = vec![0.0; config.encoder.latent_len()];
     bencher.bench_local(|| {
-        encoder.encode(black_box(&pair), &mut scratch, &mut latent);
+        encoder.encode(black_box(&pair), &[], &mut scratch, &mut latent);
         field.fold(&latent, &mut biases);
     });
 }
@@ -116,10 +116,10 @@ fn stage_encoder<P: Named>(bencher: Bencher) {
 #[divan::bench(args = VERTICES, types = [Standard, Paper], sample_count = 10, sample_size = 1, max_time = 3)]
 fn stage_field<P: Named>(bencher: Bencher, vertices: usize) {
     let ModelParts { config, field, .. } = P::model(VERTICES[0]).to_parts();
-    let (points, channels) = (config.state.input_len(), config.encoder.channels);
+    let (points, channels) = (config.state.input_len(), config.encoder.latent_len());
     let field = Field::new(&config.field, points, channels, field).unwrap();
     let mut biases = FieldBiases::default();
-    field.fold(&vec![0.1; config.encoder.channels], &mut biases);
+    field.fold(&vec![0.1; config.encoder.latent_len()], &mut biases);
     let inputs = vec![[0.3; TILE]; field.point_inputs()];
     let (mut scratch, mut outputs) = (FieldScratch::default(), [[0.0; TILE]; 3]);
     bencher.counter(ItemsCount::new(vertices)).bench_local(|| {

@@ -23,6 +23,7 @@ use crate::{
     config::IntersectionMode,
     intersection::Layers,
     model::Model,
+    network::CodeSampling,
     parallel::{Threads, install_own},
 };
 use glam::Vec3;
@@ -42,6 +43,7 @@ pub struct Animator {
     intersections: Intersections,
     state: AnimatorState,
     scratch: Scratch,
+    code_sampling: CodeSampling,
     /// Those that it was given.
     threads: Option<Arc<dyn Threads>>,
 }
@@ -62,6 +64,7 @@ impl Animator {
             scratch: Scratch::default(),
             state,
             model,
+            code_sampling: CodeSampling::default(),
             threads: None,
         };
         animator.refresh();
@@ -84,6 +87,12 @@ impl Animator {
         if mode != self.intersections.mode {
             self.intersections.in_mode(mode, &self.model);
         }
+    }
+
+    /// How the categories of the motion's code are picked from the next step on; kept over resets.
+    /// [`CodeSampling::Largest`] unless replaced.
+    pub fn set_code_sampling(&mut self, sampling: CodeSampling) {
+        self.code_sampling = sampling;
     }
 
     /// Steps on these threads from now on, to the same bytes as on any others: an engine's own, see
@@ -183,6 +192,7 @@ impl Animator {
         let model = &self.model;
         let (spec, skeleton) = (&model.config.motion, &model.character.skeleton);
         self.state.motion.advance(spec, skeleton, &input.motion(model));
+        self.state.ticks += 1;
         observe(Stage::Motion);
         self.carry();
         observe(Stage::Skinning);

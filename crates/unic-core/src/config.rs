@@ -31,13 +31,36 @@ pub struct ModelConfig {
 pub struct EncoderConfig {
     /// Widths of the hidden layers.
     pub hidden: Vec<usize>,
-    /// Channels D_h: numbers in the latent vector.
+    /// Channels D_h, each of which picks one category.
     pub channels: usize,
     /// Categories D_w that one number of each channel is picked from.
     pub categories: usize,
+    /// What the field reads of a picked category.
+    #[serde(default)]
+    pub code: LatentCode,
+}
+
+/// What the field reads of the category that a channel picks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LatentCode {
+    /// The picked logit, one number a channel, as in the authors' release.
+    #[default]
+    PickedLogit,
+    /// One at the picked category and zero at the others, `categories` numbers a channel: Gumbel-Softmax
+    /// with straight-through gradients (Jang et al. 2017).
+    OneHot,
 }
 
 impl EncoderConfig {
+    /// Numbers in the latent vector, which the field reads.
+    pub fn latent_len(&self) -> usize {
+        match self.code {
+            LatentCode::PickedLogit => self.channels,
+            LatentCode::OneHot => self.channels * self.categories,
+        }
+    }
+
     /// Widths from input to output: `inputs`, the hidden ones, channels × categories.
     pub fn widths(&self, inputs: usize) -> Vec<usize> {
         let ends = (inputs, self.channels * self.categories);
@@ -62,8 +85,9 @@ pub struct FieldConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum StateConfig {
-    /// The paper's: the position in the frame of the motion vector; v_t = v_{t−1} + field(v_{t−1}, z).
-    Position,
+    /// The paper's: the position relative to the root joint of the same frame, turned as the motion vector is;
+    /// v_t = v_{t−1} + field(v_{t−1}, z). See [`MotionState::world_from_state`](crate::motion::MotionState::world_from_state).
+    RootRelative,
     /// A displacement carried by the skeleton; see [`DisplacementConfig`].
     Displacement(DisplacementConfig),
 }
@@ -126,7 +150,7 @@ impl StateConfig {
     /// Numbers that the field reads of one vertex.
     pub fn input_len(&self) -> usize {
         match self {
-            Self::Position => 3,
+            Self::RootRelative => 3,
             Self::Displacement(d) => 3 * d.inputs.len(),
         }
     }
@@ -134,7 +158,7 @@ impl StateConfig {
     /// How many of them depend on the state: the leading ones.
     pub fn state_input_len(&self) -> usize {
         match self {
-            Self::Position => 3,
+            Self::RootRelative => 3,
             Self::Displacement(d) => 3 * d.inputs.iter().filter(|i| i.is_state()).count(),
         }
     }
@@ -206,6 +230,7 @@ impl ModelConfig {
             hidden,
             channels,
             categories,
+            code: _,
         } = &self.encoder;
         for &width in hidden.iter().chain([channels, categories, &self.field.width]) {
             check(
@@ -328,6 +353,7 @@ mod tests {
                 hidden: vec![8],
                 channels: 4,
                 categories: 3,
+                code: LatentCode::default(),
             },
             field: FieldConfig {
                 width: 8,
@@ -403,8 +429,8 @@ mod tests {
         );
         assert_eq!(
             (
-                StateConfig::Position.input_len(),
-                StateConfig::Position.state_input_len()
+                StateConfig::RootRelative.input_len(),
+                StateConfig::RootRelative.state_input_len()
             ),
             (3, 3)
         );

@@ -58,9 +58,9 @@ pub struct Place {
 }
 
 impl Place {
-    /// Of a state that is a position in the frame of the motion vector.
-    pub fn in_frame(world_from_frame: Rigid) -> Self {
-        let (skinned, rotation) = (world_from_frame.translation, world_from_frame.rotation);
+    /// Place of a state that is a position in a frame, see [`MotionState::world_from_state`](crate::motion::MotionState::world_from_state).
+    pub fn in_frame(world_from_state: Rigid) -> Self {
+        let (skinned, rotation) = (world_from_state.translation, world_from_state.rotation);
         let share = 1.0;
         Self {
             frame: PointFrame {

@@ -29,7 +29,7 @@
 //! #         config: ModelConfig {
 //! #             fps: 30.0,
 //! #             motion: MotionSpec::new(MotionLayout::Heading, VelocityScheme::Backward, [1; 4], &character)?,
-//! #             encoder: EncoderConfig { hidden: vec![4], channels: 2, categories: 3 },
+//! #             encoder: EncoderConfig { hidden: vec![4], channels: 2, categories: 3, code: LatentCode::PickedLogit },
 //! #             field: FieldConfig { width: 8, hidden_layers: 2, skip: Some(1) },
 //! #             state: StateConfig::Displacement(state),
 //! #             intersection: IntersectionMode::Off,

@@ -122,10 +122,10 @@ impl Model {
         check_numbers(&parts)?;
         let config = parts.config;
         let inputs = 2 * motion;
-        let channels = config.encoder.channels;
+        let latent = config.encoder.latent_len();
         Ok(Self {
             encoder: Encoder::new(&config.encoder, inputs, parts.encoder)?,
-            field: Field::new(&config.field, config.state.input_len(), channels, parts.field)?,
+            field: Field::new(&config.field, config.state.input_len(), latent, parts.field)?,
             config,
             character: parts.character,
             garment: parts.garment,
@@ -372,7 +372,7 @@ fn check_numbers(parts: &ModelParts) -> Result<(), ModelError> {
         ("the garment's mask", mask.iter().all(|m| (0.0..=1.0).contains(m))),
         (
             "a mask, where the state is no displacement from skinning,",
-            parts.garment.mask.is_none() || parts.config.state != StateConfig::Position,
+            parts.garment.mask.is_none() || parts.config.state != StateConfig::RootRelative,
         ),
         ("the encoder", layers(&parts.encoder)),
         ("the field", layers(&parts.field)),

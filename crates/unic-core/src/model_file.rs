@@ -48,6 +48,13 @@ pub enum ModelFileError {
         /// The version of the file.
         found: u32,
     },
+    /// A state that no build from now on reads: positions in the frame of the first root pose, which hold the
+    /// distance travelled.
+    #[error(
+        "expected a state relative to the root joint (`root_relative`), found `position`, which holds the distance \
+         travelled; train the model again"
+    )]
+    TravellingState,
     /// A tensor that is missing, of another type or shape, or of no use.
     #[error(
         "tensor `{}`: expected {}, found {}",
@@ -158,6 +165,9 @@ fn read_metadata(bytes: &[u8]) -> Result<Metadata, ModelFileError> {
             expected: FORMAT_VERSION,
             found,
         });
+    }
+    if any.pointer("/config/state").and_then(serde_json::Value::as_str) == Some("position") {
+        return Err(ModelFileError::TravellingState);
     }
     Ok(serde_json::from_value(any)?)
 }

@@ -15,6 +15,9 @@
 //! | 222-290 | joint velocities of world positions | m per frame, sequence frame | m/s, heading frame |
 //! | 291-294 | contacts, 0 or 1 | squared step below 0.002 m² | slower than 0.25 m/s and lower than at rest + 5 cm |
 //!
+//! [`MotionLayout::PaperRootRelative`] is the paper's layout with joint positions relative to the root
+//! joint of their own frame and a root position of zero.
+//!
 //! The **sequence frame** is the root's frame in the first frame of the sequence: a vector in this
 //! layout stays the same when the whole sequence moves rigidly. The **heading frame** of frame t
 //! has its origin at the root joint and is turned about +Y by the [`Heading`](crate::heading): a
@@ -43,6 +46,9 @@ use thiserror::Error;
 pub enum MotionLayout {
     /// The published one: frame of the sequence's first root pose, units per frame.
     Paper,
+    /// As [`Paper`](Self::Paper), but positions are relative to the root joint of the same frame: none
+    /// of them leaves the training range on a long walk.
+    PaperRootRelative,
     /// Frame that follows the character about the vertical, SI units.
     Heading,
 }

@@ -258,6 +258,30 @@ fn a_misspelt_tensor_is_named() {
 }
 
 #[test]
+fn a_state_that_holds_the_distance_travelled_is_refused() {
+    let bytes = model(&variant("paper")).to_bytes().unwrap();
+    let old = with_metadata(&bytes, |m| {
+        assert_eq!(m["config"]["state"], json!("root_relative"));
+        m["config"]["state"] = json!("position");
+    });
+    let text = refusal(&old);
+    assert!(
+        text.contains("position") && text.contains("train the model again"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_file_from_before_there_were_other_codes_has_picked_logits() {
+    let bytes = full();
+    let older = with_metadata(&bytes, |m| {
+        let encoder = m["config"]["encoder"].as_object_mut().unwrap();
+        assert_eq!(encoder.remove("code"), Some(json!("picked_logit")));
+    });
+    assert_eq!(Model::from_bytes(&older).unwrap().to_bytes().unwrap(), bytes);
+}
+
+#[test]
 fn absurd_sizes_are_refused_before_they_are_believed() {
     let bytes = full();
     for huge in [u64::MAX, 1 << 62, 1 << 40, 70_000, 0] {

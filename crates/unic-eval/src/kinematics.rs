@@ -15,6 +15,7 @@ pub struct ClipKinematics {
     /// T × J.
     world_from_rest: Vec<Rigid>,
     world_from_frame: Vec<Rigid>,
+    world_from_state: Vec<Rigid>,
     /// T × (12 J + 7).
     motion: Vec<f32>,
 }
@@ -26,6 +27,7 @@ impl ClipKinematics {
             joints: skeleton.len(),
             world_from_rest: Vec::new(),
             world_from_frame: Vec::new(),
+            world_from_state: Vec::new(),
             motion: Vec::new(),
         };
         let mut state: Option<MotionState> = None;
@@ -56,6 +58,7 @@ impl ClipKinematics {
         skeleton.world_from_rest(state.world_from_joint(), &mut world_from_rest);
         self.world_from_rest.append(&mut world_from_rest);
         self.world_from_frame.push(state.world_from_frame());
+        self.world_from_state.push(state.world_from_state(skeleton));
         self.motion.extend(state.pair().1);
     }
 
@@ -83,6 +86,12 @@ impl ClipKinematics {
     /// joint, in the paper's the sequence's first root frame; see `MotionState::world_from_frame`.
     pub fn world_from_frame(&self, frame: usize) -> Rigid {
         self.world_from_frame[frame]
+    }
+
+    /// Frame of garment positions that are a state: its origin is the root joint, its orientation that of
+    /// the motion vector's frame; see `MotionState::world_from_state`.
+    pub fn world_from_state(&self, frame: usize) -> Rigid {
+        self.world_from_state[frame]
     }
 
     /// Motion vector c_t of one frame, not normalised.

@@ -119,7 +119,7 @@ impl FieldShape {
     fn products(&self, model: &Model) -> usize {
         let layers = model.field().layers().iter().enumerate();
         let used = layers.map(|(i, layer)| match self.reads_latent(i) {
-            true => layer.weight.len() - layer.outputs * model.config().encoder.channels,
+            true => layer.weight.len() - layer.outputs * model.config().encoder.latent_len(),
             false => layer.weight.len(),
         });
         used.sum()
@@ -128,7 +128,7 @@ impl FieldShape {
 
 /// The columns of a layer that multiply the latent vector: the last ones.
 pub(crate) fn latent_columns(model: &Model, layer: &Linear) -> Range<usize> {
-    layer.inputs - model.config().encoder.channels..layer.inputs
+    layer.inputs - model.config().encoder.latent_len()..layer.inputs
 }
 
 impl FieldKernel {

@@ -128,9 +128,9 @@ impl Garment {
     }
 }
 
-/// Are states positions in the frame of the motion vector?
+/// Are states positions relative to the root joint?
 pub(crate) fn is_in_frame(model: &Model) -> bool {
-    model.config().state == StateConfig::Position
+    model.config().state == StateConfig::RootRelative
 }
 
 /// Coordinates of the prior's shapes side by side, so that neighbouring invocations read neighbours.
@@ -151,7 +151,7 @@ fn planar_shapes(model: &Model) -> Vec<f32> {
 /// Writes what the field reads of a vertex, in the configuration's order.
 fn input_lines(model: &Model) -> String {
     let values = match &model.config().state {
-        StateConfig::Position => vec!["state.value.xyz".to_owned()],
+        StateConfig::RootRelative => vec!["state.value.xyz".to_owned()],
         StateConfig::Displacement(config) => displacement_inputs(model, config),
     };
     let lines = values.iter().enumerate();

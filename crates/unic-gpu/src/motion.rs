@@ -8,7 +8,9 @@ use crate::{
     kernel::{Dispatch, GROUP, Kernel, Source},
 };
 use std::{ops::Range, slice::from_ref};
-use unic_core::{model::Model, motion::motion_len, network::Linear, recurrence::Recurrence};
+use unic_core::{
+    config::LatentCode, model::Model, motion::motion_len, network::Linear, recurrence::Recurrence,
+};
 use wgpu::{Buffer, BufferUsages};
 
 /// Maps between regions of an animator's vectors. Asset.
@@ -81,8 +83,9 @@ impl MotionNetworks {
         let recurrence =
             recurrence.map(|unit| Oscillators::new(&mut maker, unit, pair, memory, coefficients));
         let (encoder, logits) = maker.encoder(model, pair, precision);
-        let channels = model.config().encoder.channels;
-        let latent = maker.regions.take(channels);
+        let encoding = &model.config().encoder;
+        let channels = encoding.channels;
+        let latent = maker.regions.take(encoding.latent_len());
         let biases = maker.regions.take(shape.biases());
         let fold = maker.fold(model, shape, latent, biases);
         let mut initial = vec![0.0; maker.regions.len()];
@@ -143,6 +146,10 @@ fn pick(context: &GpuContext, model: &Model, logits: usize, latent: usize) -> Ke
         constants: &[
             ("CHANNELS", config.channels as f64),
             ("CATEGORIES", config.categories as f64),
+            (
+                "ONE_HOT",
+                f64::from(u8::from(config.code == LatentCode::OneHot)),
+            ),
             ("LOGITS", logits as f64),
             ("LATENT", latent as f64),
         ],

@@ -147,6 +147,7 @@ fn of_published_size(state: StateConfig) -> Arc<Model> {
             hidden: vec![70, 33],
             channels: 128,
             categories: 8,
+            code: LatentCode::PickedLogit,
         },
         field: FieldConfig {
             width: 256,
@@ -164,7 +165,7 @@ fn of_published_size(state: StateConfig) -> Arc<Model> {
 fn a_field_of_the_published_size_runs_as_on_the_cpu() {
     let Some(context) = context() else { return };
     let displacement = common::variant("short limit").state;
-    for state in [StateConfig::Position, displacement] {
+    for state in [StateConfig::RootRelative, displacement] {
         let model = of_published_size(state);
         let mut cpu = Animator::new(Arc::clone(&model));
         let mut gpu = gpu_animator(&context, &model, Precision::F32);
@@ -202,7 +203,7 @@ fn matrix_units_stay_closer() {
     // Two as wide as whole matrices, and two whose width of 18 is padded.
     for model in [
         of_published_size(common::variant("short limit").state),
-        of_published_size(StateConfig::Position),
+        of_published_size(StateConfig::RootRelative),
         common::model(&common::variant("pose only")),
         common::model(&common::variant("second order")),
     ] {

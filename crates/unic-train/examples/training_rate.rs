@@ -128,7 +128,7 @@ fn measure(threads: usize, capture: &Path) -> Result<Report> {
 
 fn field_shape(model: &ModelSettings) -> FieldShape {
     let inputs = match &model.state {
-        StateSettings::Position => 1,
+        StateSettings::RootRelative => 1,
         StateSettings::Displacement { inputs, .. } => inputs.len(),
     };
     FieldShape {

@@ -32,6 +32,17 @@ pub struct Window {
     pub points: Vec<u32>,
 }
 
+/// How much of the training clips is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sample {
+    /// Windows, any of which may be drawn again.
+    pub windows: usize,
+    /// Vertices of each, at most.
+    pub points: usize,
+    /// Frames of a window after its start.
+    pub frames: usize,
+}
+
 /// Data of one step, on the host.
 #[derive(Clone, Debug, Default)]
 pub struct Batch {
@@ -66,10 +77,23 @@ impl Batch {
     /// The batch of one step: a function of the seed and the step alone.
     pub fn gather(data: &Dataset, config: &TrainConfig, step: u64) -> Self {
         let frames = config.unroll(step).min(data.longest_unroll());
-        let windows = draw_windows(data, config, step, frames);
+        let mut rng = generator(config.seed, Stream::Windows, step);
+        let sample = Sample {
+            windows: config.batch.windows,
+            points: config.batch.points,
+            frames,
+        };
+        let windows = draw_windows(data, &mut rng, sample, data.mirrors());
         let mut batch = Self::of_windows(data, windows, frames);
         batch.add_noise(data, config, step);
         batch
+    }
+
+    /// A sample of the training clips as captured, without noise: a function of the seed alone.
+    pub fn sample(data: &Dataset, seed: u64, sample: Sample) -> Self {
+        let mut rng = generator(seed, Stream::OneStep, 0);
+        let windows = draw_windows(data, &mut rng, sample, false);
+        Self::of_windows(data, windows, sample.frames)
     }
 
     /// Given windows as they are, without noise; all have as many points, and `frames` more frames
@@ -145,19 +169,17 @@ impl Batch {
     }
 }
 
-fn draw_windows(data: &Dataset, config: &TrainConfig, step: u64, frames: usize) -> Vec<Window> {
-    let mut rng = generator(config.seed, Stream::Windows, step);
+fn draw_windows(data: &Dataset, rng: &mut ChaCha8Rng, sample: Sample, mirrors: bool) -> Vec<Window> {
     // Every start of every clip is equally likely.
     let starts: Vec<usize> = data
         .clips
         .iter()
-        .map(|c| c.len().saturating_sub(frames))
+        .map(|c| c.len().saturating_sub(sample.frames))
         .collect();
     let total: usize = starts.iter().sum();
     let vertices = data.capture.garment.rest.vertices.len();
-    let points = config.batch.points.min(vertices);
-    let mirrors = data.mirrors();
-    (0..config.batch.windows)
+    let points = sample.points.min(vertices);
+    (0..sample.windows)
         .map(|_| {
             let (clip, start) = locate(&starts, rng.random_range(0..total.max(1)));
             let view = match rng.random::<bool>() && mirrors {
@@ -168,7 +190,7 @@ fn draw_windows(data: &Dataset, config: &TrainConfig, step: u64, frames: usize) 
                 clip,
                 start,
                 view,
-                points: draw_points(&mut rng, vertices, points),
+                points: draw_points(rng, vertices, points),
             }
         })
         .collect()
@@ -215,7 +237,7 @@ fn motion_pairs(data: &Dataset, windows: &[Window], frames: usize) -> Vec<f32> {
 
 fn gather_window(data: &Dataset, window: &Window, frames: usize) -> Gathered {
     match &data.config.state {
-        StateConfig::Position => gather_positions(data, window, frames),
+        StateConfig::RootRelative => gather_positions(data, window, frames),
         StateConfig::Displacement(config) => gather_displacements(data, config, window, frames),
     }
 }
@@ -223,9 +245,9 @@ fn gather_window(data: &Dataset, window: &Window, frames: usize) -> Gathered {
 fn gather_positions(data: &Dataset, window: &Window, frames: usize) -> Gathered {
     let clip = &data.clips[window.clip];
     let positions = |t: usize| {
-        let frame_from_world = clip.kinematics.world_from_frame(t).inverse();
+        let state_from_world = clip.kinematics.world_from_state(t).inverse();
         let garment = clip.captured.garment.frame(t);
-        let place = |&v: &u32| window.view.of(frame_from_world.point(garment[v as usize]));
+        let place = |&v: &u32| window.view.of(state_from_world.point(garment[v as usize]));
         flat(window.points.iter().map(place))
     };
     let before = window.start.saturating_sub(1);

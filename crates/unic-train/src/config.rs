@@ -15,6 +15,9 @@ use unic_core::{
     motion::{MotionLayout, NormalisationRule, VelocityScheme},
 };
 
+/// Epochs of the published training: the authors' release trains for 400 and uses the checkpoint after 300.
+pub const PUBLISHED_EPOCHS: u64 = 300;
+
 /// Everything that a run depends on beside its capture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -65,8 +68,8 @@ pub struct ModelSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum StateSettings {
-    /// The paper's: positions in the frame of the first root pose.
-    Position,
+    /// The paper's: positions relative to the root joint, turned by the inverse of the first root rotation.
+    RootRelative,
     /// Displacement carried by the skeleton.
     Displacement {
         /// Time constant of forgetting, seconds.
@@ -120,6 +123,7 @@ impl RecurrenceSettings {
     pub(crate) fn optimiser(&self, steps: u64) -> OptimiserConfig {
         OptimiserConfig {
             steps,
+            epochs: None,
             learning_rate: self.learning_rate,
             final_learning_rate: 0.0,
             half_periods: 1.0,
@@ -135,8 +139,12 @@ impl RecurrenceSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OptimiserConfig {
-    /// Optimiser steps of the whole run.
+    /// Optimiser steps of the whole run; computed from `epochs` where there are some.
     pub steps: u64,
+    /// Passes over all pairs of consecutive frames of the training clips, each pair with a random subset of its
+    /// vertices; absent: the number of steps is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub epochs: Option<u64>,
     /// Learning rate at the start.
     pub learning_rate: f64,
     /// Learning rate at the minima of the cosine.
@@ -316,6 +324,39 @@ impl TrainConfig {
     /// Learning rate of a step.
     pub fn learning_rate(&self, step: u64) -> f64 {
         self.optimiser.learning_rate(step)
+    }
+
+    /// Exactly so many steps, whatever number of epochs that is.
+    pub fn set_steps(&mut self, steps: u64) {
+        (self.optimiser.steps, self.optimiser.epochs) = (steps, None);
+    }
+
+    /// Epochs that `steps` make of so many pairs of consecutive frames.
+    pub fn epochs_of(&self, steps: u64, pairs: usize) -> f64 {
+        steps as f64 * self.pairs_a_step() as f64 / pairs.max(1) as f64
+    }
+
+    /// Steps of a training of [`PUBLISHED_EPOCHS`] of so many pairs of consecutive frames.
+    pub fn published_steps(&self, pairs: usize) -> u64 {
+        self.steps_of(PUBLISHED_EPOCHS, pairs)
+    }
+
+    /// These settings with the number of steps that their epochs are, for clips with so many pairs of
+    /// consecutive frames.
+    pub(crate) fn for_pairs(mut self, pairs: usize) -> Self {
+        if let Some(epochs) = self.optimiser.epochs {
+            self.optimiser.steps = self.steps_of(epochs, pairs);
+        }
+        self
+    }
+
+    fn steps_of(&self, epochs: u64, pairs: usize) -> u64 {
+        let samples = epochs.saturating_mul(pairs as u64);
+        samples.div_ceil(self.pairs_a_step()).max(1)
+    }
+
+    fn pairs_a_step(&self) -> u64 {
+        (self.batch.windows.max(1) * self.batch.unroll_last.max(1)) as u64
     }
 
     /// Does a prior say where the garment hangs, so that little is left to the field?

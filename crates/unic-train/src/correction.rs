@@ -96,7 +96,7 @@ impl Correction<'_> {
     fn place(&self, clip: usize, frame: usize, vertex: usize) -> Place {
         let kinematics = &self.data.clips[clip].kinematics;
         match self.data.config.state {
-            StateConfig::Position => Place::in_frame(kinematics.world_from_frame(frame)),
+            StateConfig::RootRelative => Place::in_frame(kinematics.world_from_state(frame)),
             StateConfig::Displacement(_) => {
                 let garment = &self.data.capture.garment;
                 let point = PointFrame::new(garment, vertex, kinematics.world_from_rest(frame));

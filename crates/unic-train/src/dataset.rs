@@ -84,7 +84,7 @@ impl Dataset {
         watch: &Watch,
     ) -> Result<Self, TrainError> {
         let device = processor.device()?;
-        if matches!(settings.model.state, StateSettings::Position) {
+        if matches!(settings.model.state, StateSettings::RootRelative) {
             // The published method knows no skinning that a mask could blend to.
             capture.garment.mask = None;
         }
@@ -168,6 +168,11 @@ impl Dataset {
             .unwrap_or(0)
     }
 
+    /// Pairs of consecutive frames in the training clips: samples of a teacher-forced step.
+    pub fn frame_pairs(&self) -> usize {
+        self.clips.iter().map(|c| c.len().saturating_sub(1)).sum()
+    }
+
     /// Seconds of training motion.
     pub fn seconds(&self) -> f64 {
         let frames: usize = self.clips.iter().map(PreparedClip::len).sum();
@@ -237,7 +242,7 @@ fn fitted_prior(
             };
             fit_prior(&set, motion, &settings, watch)
         }
-        StateSettings::Position => {
+        StateSettings::RootRelative => {
             let zeros = vec![Vec3::ZERO; capture.garment.rest.vertices.len()];
             let inputs = 2 * motion_len(capture.character.skeleton.len());
             let prior = Prior::constant(zeros, inputs);
@@ -264,7 +269,7 @@ fn measured_config(
                 inputs: inputs.clone(),
             })
         }
-        _ => StateConfig::Position,
+        _ => StateConfig::RootRelative,
     };
     ModelConfig {
         fps: capture.manifest.fps,

@@ -18,6 +18,17 @@ pub enum Event<'a> {
         /// Seconds that the step took.
         seconds: f64,
     },
+    /// The error of single steps from ground truth, without dropout, noise and intersection handling.
+    OneStep {
+        /// Steps done so far.
+        step: u64,
+        /// RMSE on a fixed sample of the training clips, metres.
+        training_rmse: f64,
+        /// RMSE on the first seconds of the validation clips, where there are some, metres.
+        validation_rmse: Option<f64>,
+        /// Seconds that measuring took.
+        seconds: f64,
+    },
     /// The free-running error on the validation clips.
     Validated {
         /// Steps done so far.

@@ -104,7 +104,7 @@ pub use batch::{Batch, Window};
 pub use checkpoint::{Checkpoint, Progress};
 pub use config::{
     BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, ModelSettings, OptimiserConfig,
-    Preset, RecurrenceSettings, Refit, RegularisationConfig, SettingsError, StateSettings, TrainConfig,
+    PUBLISHED_EPOCHS, Preset, RecurrenceSettings, Refit, RegularisationConfig, SettingsError, StateSettings, TrainConfig,
     ValidationConfig,
 };
 pub use correction::{Bodies, Correction};

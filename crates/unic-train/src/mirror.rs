@@ -221,7 +221,11 @@ mod tests {
         let poses: Vec<Pose> = (0..5).map(|f| pose(f as f32 / 7.0)).collect();
         let other: Vec<Pose> = poses.iter().map(mirrored_pose).collect();
         let map = MirrorMap::new(&figure()).unwrap();
-        for layout in [MotionLayout::Heading, MotionLayout::Paper] {
+        for layout in [
+            MotionLayout::Heading,
+            MotionLayout::Paper,
+            MotionLayout::PaperRootRelative,
+        ] {
             for (a, b) in vectors(layout, &poses).iter().zip(vectors(layout, &other)) {
                 for (i, (a, b)) in map.apply(a).iter().zip(&b).enumerate() {
                     assert!((a - b).abs() < 2e-4, "{layout:?} number {i}: {a} {b}");

@@ -3,7 +3,7 @@
 mod layers;
 
 pub(crate) use layers::{
-    dropout_mask, gumbel_noise, picked, runtime_layers, stacked, uniform, uniform_layers,
+    dropout_mask, gumbel_noise, one_hot, picked, runtime_layers, stacked, uniform, uniform_layers,
 };
 
 use crate::{
@@ -16,7 +16,7 @@ use burn::module::{Module, Param, ParamId};
 use burn::nn::Linear;
 use burn::tensor::{Device, Tensor, TensorData};
 use unic_core::{
-    config::{ModelConfig, StateConfig},
+    config::{LatentCode, ModelConfig, StateConfig},
     motion::motion_len,
     network,
 };
@@ -31,6 +31,8 @@ pub struct NetworkShape {
     pub channels: usize,
     /// Categories a channel.
     pub categories: usize,
+    /// What the field reads of a picked category.
+    pub code: LatentCode,
     /// The field.
     pub field: FieldShape,
     /// Does the field's head start at zero, so that a new model moves nothing? Where the state is a
@@ -45,15 +47,16 @@ impl NetworkShape {
             encoder: config.encoder.widths(2 * motion_len(joints)),
             channels: config.encoder.channels,
             categories: config.encoder.categories,
+            code: config.encoder.code,
             field: FieldShape {
                 point_inputs: config.state.input_len(),
-                latent: config.encoder.channels,
+                latent: config.encoder.latent_len(),
                 hidden: config.field.width,
                 hidden_layers: config.field.hidden_layers,
                 skip: config.field.skip,
                 outputs: 3,
             },
-            zero_head: config.state != StateConfig::Position,
+            zero_head: config.state != StateConfig::RootRelative,
         }
     }
 }
@@ -149,15 +152,20 @@ impl Network {
         }
     }
 
-    /// Latent vectors z `[rows, C]` of motion pairs `[rows, 2 D]`.
+    /// Latent vectors z of motion pairs `[rows, 2 D]`: `[rows, C]` of picked logits, `[rows, C · K]` one-hot.
     ///
-    /// One logit of each channel is picked by argmax of logit + noise; gradients flow through the
-    /// picked logit (reference: straight pick of the raw logit, temperature 1).
+    /// One category of each channel is picked by argmax of logit + noise. Gradients flow through the
+    /// picked logit (reference: straight pick of the raw logit, temperature 1), or through the softmax
+    /// of logit + noise that a one-hot code stands for.
     pub fn latents(&self, shape: &NetworkShape, motion: Tensor<2>, noise: Option<&StepNoise>) -> Tensor<2> {
         let masks = noise.map_or(&[][..], |n| &n.masks);
         let logits = stacked(&self.encoder, motion, masks); // [rows, C · K]
         let sizes = [shape.channels, shape.categories];
-        picked(logits, sizes, noise.map(|n| n.gumbel.as_slice()))
+        let noise = noise.map(|n| n.gumbel.as_slice());
+        match shape.code {
+            LatentCode::PickedLogit => picked(logits, sizes, noise),
+            LatentCode::OneHot => one_hot(logits, sizes, noise),
+        }
     }
 
     /// The field of one step.

@@ -106,7 +106,7 @@ impl Rollout<'_> {
     /// `shares` [rows, 1] are those of the garment's mask.
     fn updated(&self, state: Tensor<2>, output: Tensor<2>, shares: Option<&Tensor<2>>) -> Tensor<2> {
         match &self.config.state {
-            StateConfig::Position => state + output,
+            StateConfig::RootRelative => state + output,
             StateConfig::Displacement(config) => {
                 let decay = config.decay(1.0 / self.config.fps);
                 let moved = limited(output, config) * config.scale_m;

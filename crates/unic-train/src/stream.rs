@@ -22,6 +22,8 @@ pub enum Stream {
     MotionNoise = 7,
     /// Windows and dropout masks of the prior's recurrence.
     Recurrence = 8,
+    /// Sample of the training clips that one-step errors are measured on.
+    OneStep = 9,
 }
 
 /// The generator of one stream at one step.

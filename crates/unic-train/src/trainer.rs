@@ -1,6 +1,7 @@
 //! The training loop. It emits events; command line, log and tests listen.
 
 mod export;
+mod one_step;
 mod pace;
 mod resume;
 
@@ -58,6 +59,7 @@ impl Trainer {
     /// Settings that fit no network, clips too short to train on.
     pub fn new(data: Dataset, config: TrainConfig) -> Result<Self, TrainError> {
         config.check()?;
+        let config = config.for_pairs(data.frame_pairs());
         if data.longest_unroll() == 0 {
             let frames = data
                 .clips
@@ -143,6 +145,9 @@ impl Trainer {
             let mut control = self.advance(listen)?;
             let last = self.step == self.config.optimiser.steps;
             let validation_due = last || self.step.is_multiple_of(self.config.validation.every);
+            if validation_due {
+                control = control.and(self.measure_one_step(listen)?);
+            }
             if validation_due && self.validates() {
                 control = control.and(self.validate(listen)?);
             }

@@ -1,6 +1,7 @@
 //! Free-running error during training, by the animator that users run.
 
 use crate::{error::TrainError, fit::Fit};
+use glam::Vec3;
 use serde::Serialize;
 use std::sync::Arc;
 use unic_core::{
@@ -34,6 +35,49 @@ pub fn free_running_rmse(model: &Arc<Model>, clips: &[PreparedClip]) -> Result<f
     free_running_rmse_of(model, clips, usize::MAX, model.config().intersection)
 }
 
+/// RMSE in metres of single steps from the true frame before, over the first `most` frames of every clip;
+/// intersections are not handled.
+pub(crate) fn one_step_rmse_of(
+    model: &Arc<Model>,
+    clips: &[PreparedClip],
+    most: usize,
+) -> Result<f64, TrainError> {
+    let mut error = MeanSquare::default();
+    for clip in clips {
+        let mut animator = Animator::new(model.clone());
+        animator.set_intersection(IntersectionMode::Off);
+        let garment = &clip.captured.garment;
+        let input = |t: usize| StepInput::of_clip(&clip.captured.clip, t);
+        animator.reset(&input(0), Start::Positions(garment.frame(0)))?;
+        for t in 1..clip.len().min(most) {
+            error.add(animator.step(&input(t))?.positions, garment.frame(t));
+            animator.set_garment(garment.frame(t))?;
+        }
+    }
+    Ok(error.root())
+}
+
+/// Mean squared distance of points.
+#[derive(Default)]
+struct MeanSquare {
+    sum: f64,
+    count: usize,
+}
+
+impl MeanSquare {
+    fn add(&mut self, predicted: &[Vec3], truth: &[Vec3]) {
+        let pairs = predicted.iter().zip(truth);
+        self.sum += pairs
+            .map(|(p, g)| f64::from(p.distance_squared(*g)))
+            .sum::<f64>();
+        self.count += predicted.len();
+    }
+
+    fn root(&self) -> f64 {
+        (self.sum / self.count.max(1) as f64).sqrt()
+    }
+}
+
 /// Of the first `most` frames of every clip, with intersections handled as said.
 pub(crate) fn free_running_rmse_of(
     model: &Arc<Model>,
@@ -41,7 +85,7 @@ pub(crate) fn free_running_rmse_of(
     most: usize,
     intersection: IntersectionMode,
 ) -> Result<f64, TrainError> {
-    let (mut squares, mut count) = (0.0, 0usize);
+    let mut error = MeanSquare::default();
     for clip in clips {
         let mut animator = Animator::new(model.clone());
         animator.set_intersection(intersection);
@@ -50,14 +94,8 @@ pub(crate) fn free_running_rmse_of(
         let input = |t: usize| StepInput::of_clip(motion, t);
         animator.reset(&input(0), Start::Positions(garment.frame(0)))?;
         for t in 1..clip.len().min(most) {
-            let predicted = animator.step(&input(t))?.positions;
-            let errors = predicted
-                .iter()
-                .zip(garment.frame(t))
-                .map(|(p, g)| f64::from(p.distance_squared(*g)));
-            squares += errors.sum::<f64>();
-            count += predicted.len();
+            error.add(animator.step(&input(t))?.positions, garment.frame(t));
         }
     }
-    Ok((squares / count.max(1) as f64).sqrt())
+    Ok(error.root())
 }

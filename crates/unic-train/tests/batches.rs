@@ -6,6 +6,7 @@
 mod common;
 
 use common::*;
+use glam::Vec3;
 use unic_io::Split;
 use unic_train::*;
 
@@ -123,6 +124,51 @@ fn a_mirrored_window_is_a_window_of_the_mirrored_clip() {
             }
             assert_ne!(mirrored.motion, plain.motion);
             assert_ne!(mirrored.start, plain.start);
+        }
+    }
+}
+
+/// Poses and garment of a take carried through the world, 3 m a second.
+fn carried_away(take: &Take) -> Take {
+    let mut carried = take.clone();
+    for (t, (pose, garment)) in carried.clip.poses.iter_mut().zip(&mut carried.garment).enumerate() {
+        let by = Vec3::new(0.1, 0.02, -0.05) * t as f32;
+        pose.trans += by;
+        garment.iter_mut().for_each(|v| *v += by);
+    }
+    carried
+}
+
+#[test]
+fn the_distance_travelled_is_in_no_state_and_in_no_target() {
+    use unic_core::motion::MotionLayout::{Heading, Paper, PaperRootRelative};
+    for layout in [Paper, PaperRootRelative, Heading] {
+        let mut config = without_noise(small(Preset::Paper));
+        config.model.layout = layout;
+        let batch = |carry: fn(&Take) -> Take| {
+            let takes: Vec<_> = (takes().iter()).map(|(take, split)| (carry(take), *split)).collect();
+            let data = dataset_of(&takes, &config);
+            let window = Window {
+                clip: 1,
+                start: 6,
+                view: View::Direct,
+                points: (0..VERTICES as u32).collect(),
+            };
+            let travelled = data.clips[1].captured.garment.frame(16)[0];
+            (Batch::of_windows(&data, vec![window], 10), travelled)
+        };
+        let ((here, near), (there, far)) = (batch(Take::clone), batch(carried_away));
+        assert!(near.distance(far) > 1.0);
+        let close = |a: &[f32], b: &[f32]| {
+            assert!(!a.is_empty() && a.len() == b.len());
+            a.iter()
+                .zip(b)
+                .for_each(|(a, b)| assert!((a - b).abs() < 1e-5, "{layout:?}: {a} {b}"));
+        };
+        close(&here.before_start, &there.before_start);
+        close(&here.start, &there.start);
+        for (here, there) in here.targets.iter().zip(&there.targets) {
+            close(here, there);
         }
     }
 }

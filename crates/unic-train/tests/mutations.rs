@@ -13,7 +13,7 @@ use std::{
     fs,
     path::{Path, PathBuf},
 };
-use unic_core::config::{EncoderConfig, FieldConfig};
+use unic_core::config::{EncoderConfig, FieldConfig, LatentCode};
 use unic_mutation::{Container, Counting, Subject, survive, workshop};
 use unic_train::*;
 
@@ -31,6 +31,7 @@ fn tiny() -> TrainConfig {
         hidden: vec![2],
         channels: 2,
         categories: 2,
+        code: LatentCode::PickedLogit,
     };
     config.model.field = FieldConfig {
         width: 8,

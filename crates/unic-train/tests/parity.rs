@@ -69,7 +69,7 @@ fn world(data: &Dataset, clip: usize, frame: usize, states: &[f32]) -> Vec<Vec3>
     let position = |(vertex, state): (usize, &[f32])| {
         let state = Vec3::from_slice(state);
         match &data.config.state {
-            StateConfig::Position => kinematics.world_from_frame(frame).point(state),
+            StateConfig::RootRelative => kinematics.world_from_state(frame).point(state),
             StateConfig::Displacement(_) => {
                 let own = PointFrame::new(&data.capture.garment, vertex, kinematics.world_from_rest(frame));
                 own.position(data.prior.displacement(vertex, &data.coefficients[clip][frame]) + state)
@@ -200,6 +200,19 @@ fn the_animator_plays_what_a_trained_network_rolls_out() {
         assert_parity(Preset::Paper, 0, 50, intersections);
         assert_parity(Preset::Tiny, 0, 50, intersections);
         assert_parity(Preset::Tiny, 4, 50, intersections);
+    }
+}
+
+#[test]
+fn the_animator_plays_other_frames_and_codes_of_the_paper() {
+    use unic_core::{config::LatentCode, motion::MotionLayout};
+    for layout in [MotionLayout::PaperRootRelative, MotionLayout::Heading] {
+        let mut config = small(Preset::Paper);
+        config.model.layout = layout;
+        config.model.encoder.code = LatentCode::OneHot;
+        for intersections in [Intersections::Stay, Intersections::Handled] {
+            assert_parity_of(&Figure::tube(), config.clone(), 0, 50, intersections);
+        }
     }
 }
 

@@ -136,6 +136,7 @@ fn pose_only_reads_nothing_but_the_pose_and_the_vertical() {
         RivalConfig {
             optimiser: OptimiserConfig {
                 steps: 30,
+                epochs: None,
                 ..small_rival(RivalKind::PoseOnly).optimiser
             },
             ..small_rival(RivalKind::PoseOnly)

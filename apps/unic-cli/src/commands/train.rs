@@ -53,7 +53,7 @@ pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
         true => (settings_of_the_run(args, &record, &folder)?, None),
         false => budget::settings_of_a_new_run(args, &capture, started)?,
     };
-    let run = Run {
+    let mut run = Run {
         fits: Fit::of_run(&capture, &config),
         resume_command: resume_command(args, &out),
         capture,
@@ -63,6 +63,8 @@ pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
     };
     let data = timed.map_or_else(|| load(&run.capture, &run.config, run.fits[0], processor), Ok)?;
     let first = Trainer::new(data, run.config.clone())?;
+    // Epochs are so many steps now.
+    run.config = first.config().clone();
     interrupt::check()?;
     if !args.resume {
         run.folder.begin(&run.config, &record)?;

@@ -16,7 +16,8 @@ const STEPS_A_LINE: u64 = 50;
 
 /// Writes one JSON object a line: `fit`, `step`, `loss`, `gradient_norm` (means over the steps since
 /// the line before), `learning_rate`, `seconds` every 50 steps; `fit`, `step`, `validation_rmse_mm`,
-/// `best_mm`, `seconds` a validation. `step` counts from the beginning of the fit, `seconds` from that
+/// `best_mm`, `seconds` a validation; `fit`, `step`, `one_step_rmse_mm`, where clips are held out
+/// `validation_one_step_rmse_mm`, and `seconds` as often. `step` counts from the beginning of the fit, `seconds` from that
 /// of the run, over all fits and resumes.
 pub(crate) struct MetricsLog {
     path: PathBuf,
@@ -90,6 +91,22 @@ impl MetricsLog {
                 } else {
                     Ok(())
                 }
+            }
+            Event::OneStep {
+                step,
+                training_rmse,
+                validation_rmse,
+                seconds,
+            } => {
+                self.seconds += seconds;
+                let mut line = json!({
+                    "fit": self.fit, "step": step,
+                    "one_step_rmse_mm": 1e3 * training_rmse, "seconds": self.seconds
+                });
+                if let Some(rmse) = validation_rmse {
+                    line["validation_one_step_rmse_mm"] = json!(1e3 * rmse);
+                }
+                self.write(&line)
             }
             Event::Validated {
                 step,

@@ -111,6 +111,7 @@ fn encoder_rates() {
         hidden: vec![4096, 4096],
         channels: LATENT,
         categories: 8,
+        code: LatentCode::PickedLogit,
     };
     let mut noise = common::Noise(2);
     let linear = |w: &[usize]| Linear {
@@ -139,7 +140,7 @@ fn encode_seconds(encoder: &Encoder) -> f64 {
     let mut times: Vec<f64> = (0..ROUNDS)
         .map(|_| {
             let start = cpu_seconds();
-            encoder.encode(black_box(&pair), &mut scratch, &mut latent);
+            encoder.encode(black_box(&pair), &[], &mut scratch, &mut latent);
             black_box(&latent);
             cpu_seconds() - start
         })

@@ -69,7 +69,7 @@ impl FieldFrame<'_> {
 
     fn write_inputs(&self, index: usize, vertex: &VertexState, out: &mut [f32]) {
         match &self.model.config.state {
-            StateConfig::Position => out.copy_from_slice(&vertex.value.to_array()),
+            StateConfig::RootRelative => out.copy_from_slice(&vertex.value.to_array()),
             StateConfig::Displacement(config) => self.write_displacement_inputs(config, index, vertex, out),
         }
     }
@@ -94,7 +94,7 @@ impl FieldFrame<'_> {
 
     fn updated(&self, value: Vec3, output: Vec3, share: f32) -> Vec3 {
         match &self.model.config.state {
-            StateConfig::Position => within_reach(value, output),
+            StateConfig::RootRelative => within_reach(value, output),
             StateConfig::Displacement(config) => {
                 let decay = config.decay(1.0 / self.model.config.fps);
                 value * decay + limited(output, config.output_limit) * (share * config.scale_m)

@@ -39,7 +39,7 @@ impl Animator {
         sampled.extend(sampling.samples().iter().map(|&v| state.vertices[v as usize]));
         for_each_tile_with(sampled, &mut scratch.tiles, task);
         let histories = &scratch.histories;
-        let own = OwnFrames::new(model, histories, state.motion.world_from_frame());
+        let own = OwnFrames::new(model, histories, state.motion.world_from_state(&model.character.skeleton));
         own.interpolate(histories, sampling, sampled, &mut state.vertices);
     }
 
@@ -66,7 +66,7 @@ impl Animator {
             model,
             &scratch.histories,
             &scratch.prior,
-            state.motion.world_from_frame(),
+            state.motion.world_from_state(&model.character.skeleton),
         );
         for (vertex, state) in state.vertices.iter_mut().enumerate() {
             state.value = of(&at.of(vertex), vertex);
@@ -90,7 +90,7 @@ impl Animator {
             model,
             &scratch.histories,
             &scratch.prior,
-            state.motion.world_from_frame(),
+            state.motion.world_from_state(&model.character.skeleton),
         );
         scratch.positions.resize(vertices.len(), Vec3::ZERO);
         for_each_tile(&mut scratch.positions, |first, positions| {

@@ -142,7 +142,7 @@ impl Animator {
             model,
             &scratch.histories,
             &scratch.prior,
-            state.motion.world_from_frame(),
+            state.motion.world_from_state(&model.character.skeleton),
         );
         let Intersections { handling, looks, .. } = intersections;
         for_each_tile(looks, |first, looks| {

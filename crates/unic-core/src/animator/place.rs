@@ -12,8 +12,8 @@ use glam::Vec3;
 
 /// Where the states of all vertices are counted from in one frame.
 pub(super) enum Places<'a> {
-    /// States are positions in the frame of the motion vector.
-    Frame(Rigid),
+    /// States are positions relative to the root joint.
+    RootRelative(Rigid),
     /// States are displacements from where the prior puts each vertex, in its own frame.
     Points {
         histories: &'a [PointHistory],
@@ -26,17 +26,17 @@ impl<'a> Places<'a> {
         model: &Model,
         histories: &'a [PointHistory],
         prior: &'a [Vec3],
-        world_from_frame: Rigid,
+        world_from_state: Rigid,
     ) -> Self {
         match model.config.state {
-            StateConfig::Position => Self::Frame(world_from_frame),
+            StateConfig::RootRelative => Self::RootRelative(world_from_state),
             StateConfig::Displacement(_) => Self::Points { histories, prior },
         }
     }
 
     pub(super) fn of(&self, vertex: usize) -> Place {
         match self {
-            Self::Frame(frame) => Place::in_frame(*frame),
+            Self::RootRelative(frame) => Place::in_frame(*frame),
             Self::Points { histories, prior } => Place::at_point(histories[vertex].now, prior[vertex]),
         }
     }
@@ -46,20 +46,20 @@ impl<'a> Places<'a> {
 pub(super) enum OwnFrames<'a> {
     /// States are such displacements.
     Own,
-    /// States are positions in a frame, which follow from where the skeleton carries each vertex.
-    Positions {
+    /// States are positions relative to the root joint, which follow from where the skeleton carries each vertex.
+    RootRelative {
         histories: &'a [PointHistory],
-        world_from_frame: Rigid,
+        world_from_state: Rigid,
     },
 }
 
 impl<'a> OwnFrames<'a> {
-    pub(super) fn new(model: &Model, histories: &'a [PointHistory], world_from_frame: Rigid) -> Self {
+    pub(super) fn new(model: &Model, histories: &'a [PointHistory], world_from_state: Rigid) -> Self {
         match model.config.state {
             StateConfig::Displacement(_) => Self::Own,
-            StateConfig::Position => Self::Positions {
+            StateConfig::RootRelative => Self::RootRelative {
                 histories,
-                world_from_frame,
+                world_from_state,
             },
         }
     }
@@ -94,20 +94,20 @@ impl<'a> OwnFrames<'a> {
     fn displacement(&self, vertex: usize, state: Vec3) -> Vec3 {
         match self {
             Self::Own => state,
-            Self::Positions {
+            Self::RootRelative {
                 histories,
-                world_from_frame,
-            } => histories[vertex].now.displacement(world_from_frame.point(state)),
+                world_from_state,
+            } => histories[vertex].now.displacement(world_from_state.point(state)),
         }
     }
 
     fn state(&self, vertex: usize, displacement: Vec3) -> Vec3 {
         match self {
             Self::Own => displacement,
-            Self::Positions {
+            Self::RootRelative {
                 histories,
-                world_from_frame,
-            } => Place::in_frame(*world_from_frame).to_state(histories[vertex].now.position(displacement)),
+                world_from_state,
+            } => Place::in_frame(*world_from_state).to_state(histories[vertex].now.position(displacement)),
         }
     }
 }

@@ -18,6 +18,8 @@ pub(super) struct Scratch {
     pub(super) histories: Vec<PointHistory>,
     pub(super) encoder_input: Vec<f32>,
     pub(super) encoder: EncoderScratch,
+    /// Of a tick, where the code is sampled.
+    pub(super) code_noise: Vec<f32>,
     pub(super) latent: Vec<f32>,
     pub(super) biases: FieldBiases,
     pub(super) tiles: Vec<TileScratch>,
@@ -120,7 +122,7 @@ impl Animator {
             state,
             ..
         } = self;
-        if model.config.state == StateConfig::Position {
+        if model.config.state == StateConfig::RootRelative {
             return;
         }
         let prior = &model.prior;
@@ -151,11 +153,19 @@ impl Animator {
             .normalisation
             .write_pair([before, now], &mut self.scratch.encoder_input);
         self.hang(Tick::Next);
-        let Self { model, scratch, .. } = self;
-        scratch.latent.resize(model.config.encoder.channels, 0.0);
+        let Self {
+            model,
+            scratch,
+            state,
+            code_sampling,
+            ..
+        } = self;
+        scratch.latent.resize(model.config.encoder.latent_len(), 0.0);
+        code_sampling.write_noise(state.ticks, model.encoder.logit_count(), &mut scratch.code_noise);
+        let (input, noise) = (&scratch.encoder_input, &scratch.code_noise);
         model
             .encoder
-            .encode(&scratch.encoder_input, &mut scratch.encoder, &mut scratch.latent);
+            .encode(input, noise, &mut scratch.encoder, &mut scratch.latent);
         model.field.fold(&scratch.latent, &mut scratch.biases);
     }
 }

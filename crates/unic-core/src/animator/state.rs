@@ -17,6 +17,9 @@ pub struct AnimatorState {
     pub motion: MotionState,
     /// Has no step been taken since the reset?
     pub at_start: bool,
+    /// Steps since the reset: noise on the motion's code is drawn by it.
+    #[serde(default)]
+    pub ticks: u64,
     /// Of the garment, one a vertex.
     pub vertices: Vec<VertexState>,
     /// Of the prior's recurrence; empty without one.
@@ -24,7 +27,7 @@ pub struct AnimatorState {
     pub recurrence: Vec<f32>,
 }
 
-/// State of one vertex: positions in the motion vector's frame, or displacements, metres.
+/// State of one vertex: a position relative to the root joint, or a displacement, metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VertexState {
@@ -40,6 +43,7 @@ impl AnimatorState {
         Self {
             motion: MotionState::start(&model.config.motion, &model.character.skeleton, input),
             at_start: true,
+            ticks: 0,
             vertices: vec![VertexState::default(); model.vertex_count()],
             // At rest; the first look at the motion starts it.
             recurrence: vec![0.0; model.prior.state_len()],

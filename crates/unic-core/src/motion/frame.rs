@@ -40,7 +40,7 @@ impl Step<'_> {
     /// Factor from differences to the layout's unit of velocity.
     fn rate(&self, layout: MotionLayout) -> f32 {
         match layout {
-            MotionLayout::Paper => 1.0,
+            MotionLayout::Paper | MotionLayout::PaperRootRelative => 1.0,
             MotionLayout::Heading if self.dt >= LEAST_STEP => self.dt.recip(),
             MotionLayout::Heading => 0.0,
         }
@@ -71,6 +71,7 @@ pub(super) fn write_pose(
     let frame_from_world = frame.world_from_frame.inverse();
     let root_position = match layout {
         MotionLayout::Paper => frame_from_world.point(root.translation),
+        MotionLayout::PaperRootRelative => Vec3::ZERO,
         MotionLayout::Heading => Vec3::Y * (root.translation.y - frame.ground_height),
     };
     put(&mut c[slices.root_position], root_position);
@@ -130,7 +131,9 @@ pub(super) fn write_contacts(
         let difference = step.difference(joint);
         let height = world_from_joint[joint].translation.y - ground_height;
         match spec.layout {
-            MotionLayout::Paper => difference.length_squared() < PAPER_CONTACT_STEP_SQUARED,
+            MotionLayout::Paper | MotionLayout::PaperRootRelative => {
+                difference.length_squared() < PAPER_CONTACT_STEP_SQUARED
+            }
             MotionLayout::Heading => {
                 difference.length() * step.rate(spec.layout) < CONTACT_SPEED && height < rest + CONTACT_HEIGHT
             }

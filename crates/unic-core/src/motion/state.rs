@@ -99,7 +99,7 @@ impl MotionState {
         let root = world_from_joint[skeleton.root()];
         let heading = Heading::start(root.rotation);
         let world_from_frame = match spec.layout {
-            MotionLayout::Paper => root,
+            MotionLayout::Paper | MotionLayout::PaperRootRelative => root,
             MotionLayout::Heading => Rigid::new(heading.rotation(), root.translation),
         };
         let first = match (spec.velocity, input.next_pose) {
@@ -146,8 +146,12 @@ impl MotionState {
         let root = self.world_from_joint[root];
         self.heading.advance(previous, root.rotation, dt);
         self.previous_world_from_frame = self.world_from_frame;
-        if layout == MotionLayout::Heading {
-            self.world_from_frame = Rigid::new(self.heading.rotation(), root.translation);
+        match layout {
+            MotionLayout::Paper => {}
+            MotionLayout::PaperRootRelative => self.world_from_frame.translation = root.translation,
+            MotionLayout::Heading => {
+                self.world_from_frame = Rigid::new(self.heading.rotation(), root.translation);
+            }
         }
     }
 
@@ -202,8 +206,9 @@ impl MotionState {
         &self.previous_world_from_joint
     }
 
-    /// The frame of c_t: heading about the vertical with its origin at the root joint, or in the
-    /// paper's layout the sequence's first root frame.
+    /// The frame of c_t: heading about the vertical with its origin at the root joint; in the
+    /// paper's layout the sequence's first root frame, and that turned but with its origin at the
+    /// root joint where positions are relative to it.
     pub fn world_from_frame(&self) -> Rigid {
         self.world_from_frame
     }
@@ -211,6 +216,18 @@ impl MotionState {
     /// The frame of c_{t−1}; at frame 0 that of c_0.
     pub fn previous_world_from_frame(&self) -> Rigid {
         self.previous_world_from_frame
+    }
+
+    /// The frame of garment positions that are a state: its origin is the root joint at t, its
+    /// orientation that of the frame of c_t. Such positions hold no distance travelled, as in the
+    /// authors' release, which subtracts the root's position in every frame and turns by the
+    /// inverse of the first root rotation.
+    ///
+    /// # Panics
+    /// When the state is of another skeleton.
+    pub fn world_from_state(&self, skeleton: &Skeleton) -> Rigid {
+        let root = self.world_from_joint[skeleton.root()];
+        Rigid::new(self.world_from_frame.rotation, root.translation)
     }
 
     /// Does a state that comes from a file belong to this skeleton, and is it made of numbers?

@@ -16,11 +16,13 @@ use reference::{Motion, motion_vectors};
 const SMPL_PARENTS: [i64; 24] = [
     -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
 ];
-const VARIANTS: [(MotionLayout, VelocityScheme); 4] = [
+const VARIANTS: [(MotionLayout, VelocityScheme); 6] = [
     (MotionLayout::Paper, VelocityScheme::Forward),
     (MotionLayout::Paper, VelocityScheme::Backward),
     (MotionLayout::Heading, VelocityScheme::Forward),
     (MotionLayout::Heading, VelocityScheme::Backward),
+    (MotionLayout::PaperRootRelative, VelocityScheme::Forward),
+    (MotionLayout::PaperRootRelative, VelocityScheme::Backward),
 ];
 const FRAMES: usize = 120;
 
@@ -150,7 +152,7 @@ fn every_slice_agrees_with_matrices_in_double_precision() {
                 .collect();
             assert_eq!(found[0].len(), motion_len(parents.len()));
             let tolerance = match spec.layout {
-                MotionLayout::Paper => 3e-6,
+                MotionLayout::Paper | MotionLayout::PaperRootRelative => 3e-6,
                 // Rounding of positions, 1e-6 m, times 30 frames a second.
                 MotionLayout::Heading => 5e-5,
             };
@@ -206,16 +208,40 @@ fn the_heading_layout_ignores_where_and_which_way_the_character_goes() {
 }
 
 #[test]
-fn the_paper_layout_ignores_every_rigid_motion_of_the_whole_sequence() {
+fn the_paper_layouts_ignore_every_rigid_motion_of_the_whole_sequence() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
-    for velocity in [VelocityScheme::Forward, VelocityScheme::Backward] {
-        let spec = spec((MotionLayout::Paper, velocity), 24);
+    for variant in VARIANTS.into_iter().filter(|v| v.0 != MotionLayout::Heading) {
+        let spec = spec(variant, 24);
         let own = streamed(&spec, &skeleton, &poses, Source::Clip);
         let rotation = Quat::from_scaled_axis(Vec3::new(1.0, -2.0, 0.5));
         let by = Rigid::new(rotation, Vec3::new(4.0, 2.0, -3.0));
         let there = streamed(&spec, &skeleton, &moved(&skeleton, &poses, by), Source::Clip);
         assert_close(&there, &own, 1e-5);
     }
+}
+
+/// A clip with a translation track added to it: what a character carries within itself stays.
+#[test]
+fn root_relative_positions_hold_no_distance_travelled() {
+    let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
+    let travelling: Vec<Pose> = (poses.iter().enumerate())
+        .map(|(t, pose)| Pose {
+            trans: pose.trans + Vec3::new(0.05, 0.01, -0.03) * t as f32,
+            local: pose.local.clone(),
+        })
+        .collect();
+    let slices = MotionSlices::new(24);
+    let positions = [slices.root_position, slices.joint_positions];
+    let of = |layout, poses: &[Pose]| -> Vec<Vec<f32>> {
+        let spec = spec((layout, VelocityScheme::Backward), 24);
+        let vectors = streamed(&spec, &skeleton, poses, Source::Clip);
+        let kept = |c: &Vec<f32>| positions.clone().map(|range| c[range].to_vec()).concat();
+        vectors.iter().map(kept).collect()
+    };
+    let relative = MotionLayout::PaperRootRelative;
+    assert_close(&of(relative, &travelling), &of(relative, &poses), 2e-6);
+    let far = |c: &[Vec<f32>]| c.iter().flatten().fold(0f32, |far, x| far.max(x.abs()));
+    assert!(far(&of(MotionLayout::Paper, &travelling)) > far(&of(MotionLayout::Paper, &poses)) + 1.0);
 }
 
 /// To move at v in still air is to stand in a wind of −v; only the ground tells the one from the other.

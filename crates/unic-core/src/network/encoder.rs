@@ -1,6 +1,10 @@
 //! Categorical motion encoder at batch one: memory-bound, so plain rows times a vector.
 
-use super::{LayerError, Linear, Precision, check_layers, rows::Rows};
+use super::{
+    LayerError, Linear, Precision, check_layers,
+    code::{pick, top_probability},
+    rows::Rows,
+};
 use crate::{config::EncoderConfig, parallel::for_each_chunk};
 
 /// E_θ and the pick of one category a channel (paper, section 3.1).
@@ -9,8 +13,7 @@ pub struct Encoder {
     layers: Vec<Linear>,
     /// Of each layer.
     rows: Vec<Rows>,
-    channels: usize,
-    categories: usize,
+    config: EncoderConfig,
 }
 
 /// Buffers of one evaluation.
@@ -32,8 +35,7 @@ impl Encoder {
         Ok(Self {
             rows: vec![Rows::F32; layers.len()],
             layers,
-            channels: config.channels,
-            categories: config.categories,
+            config: config.clone(),
         })
     }
 
@@ -49,15 +51,33 @@ impl Encoder {
     }
 
     /// Numbers in the latent vector.
-    pub fn channels(&self) -> usize {
-        self.channels
+    pub fn latent_len(&self) -> usize {
+        self.config.latent_len()
     }
 
-    /// Latent vector z of a pair of normalised motion vectors, `latent` holding one number a channel.
+    /// Numbers that the categories are picked by: channels × categories.
+    pub fn logit_count(&self) -> usize {
+        self.config.channels * self.config.categories
+    }
+
+    /// Latent vector z of a pair of normalised motion vectors, of [`EncoderConfig::latent_len`] numbers.
     ///
-    /// Each channel gives its largest logit: the pick of the Gumbel sampling without noise, so that
-    /// inference is deterministic.
-    pub fn encode(&self, inputs: &[f32], scratch: &mut EncoderScratch, latent: &mut [f32]) {
+    /// Each channel picks its largest logit after `noise` is added, which has [`Encoder::logit_count`]
+    /// numbers or none. Without noise the same motion always gives the same code.
+    pub fn encode(&self, inputs: &[f32], noise: &[f32], scratch: &mut EncoderScratch, latent: &mut [f32]) {
+        let logits = self.logits(inputs, scratch);
+        debug_assert_eq!(latent.len(), self.config.latent_len());
+        pick(&self.config, logits, noise, latent);
+    }
+
+    /// How far a pair of normalised motion vectors decides its code: the mean over channels of the largest
+    /// probability in the softmax of a channel's logits. 1: every category is certain; one over the number
+    /// of categories: none is preferred.
+    pub fn top_probability(&self, inputs: &[f32], scratch: &mut EncoderScratch) -> f32 {
+        top_probability(self.logits(inputs, scratch), self.config.categories)
+    }
+
+    fn logits<'a>(&self, inputs: &[f32], scratch: &'a mut EncoderScratch) -> &'a [f32] {
         let EncoderScratch { front, back } = scratch;
         front.clear();
         front.extend_from_slice(inputs);
@@ -70,10 +90,7 @@ impl Encoder {
             }
             std::mem::swap(front, back);
         }
-        for (latent, logits) in latent.iter_mut().zip(front.chunks_exact(self.categories)) {
-            *latent = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        }
-        debug_assert_eq!(latent.len(), self.channels);
+        front
     }
 }
 
@@ -99,6 +116,7 @@ fn apply_rows(layer: &Linear, rows: &Rows, input: &[f32], output: &mut [f32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::LatentCode;
 
     #[test]
     fn the_largest_logit_of_each_channel_is_picked() {
@@ -106,6 +124,7 @@ mod tests {
             hidden: vec![],
             channels: 2,
             categories: 3,
+            code: LatentCode::PickedLogit,
         };
         let layer = Linear {
             inputs: 1,
@@ -115,7 +134,7 @@ mod tests {
         };
         let encoder = Encoder::new(&config, 1, vec![layer]).unwrap();
         let mut latent = [0.0; 2];
-        encoder.encode(&[2.0], &mut EncoderScratch::default(), &mut latent);
+        encoder.encode(&[2.0], &[], &mut EncoderScratch::default(), &mut latent);
         assert_eq!(latent, [4.0, 1.0]);
         assert!(Encoder::new(&config, 2, encoder.layers().to_vec()).is_err());
     }

@@ -3,6 +3,7 @@
 #[cfg(target_arch = "x86_64")]
 mod amx;
 mod arithmetic;
+mod code;
 mod encoder;
 mod field;
 mod float;
@@ -16,6 +17,7 @@ mod tile;
 mod vector;
 mod words;
 
+pub use code::{CodeSampling, gumbel};
 pub use encoder::{Encoder, EncoderScratch};
 pub(crate) use encoder::{apply, elu};
 pub use field::{Field, FieldBiases};

@@ -72,6 +72,71 @@ fn teacher_forcing_sees_given_positions_alone() {
     }
 }
 
+/// What a model stores of a garment that is carried through the world with its character.
+#[test]
+fn the_distance_travelled_is_in_no_state() {
+    let poses = motion(12);
+    let by = |t: usize| Vec3::new(0.3, 0.05, -0.2) * t as f32;
+    let far: Vec<Pose> = (poses.iter().enumerate())
+        .map(|(t, pose)| Pose {
+            trans: pose.trans + by(t),
+            local: pose.local.clone(),
+        })
+        .collect();
+    let relative = |v: &Variant| v.state == StateConfig::RootRelative;
+    for variant in variants().into_iter().filter(relative) {
+        let model = model(&variant);
+        let states = |poses: &[Pose], carried: &dyn Fn(usize) -> Vec3| {
+            let mut animator = Animator::new(Arc::clone(&model));
+            let rest = &model.garment().rest.vertices;
+            let given = |t: usize| -> Vec<Vec3> { rest.iter().map(|v| *v + carried(t)).collect() };
+            animator
+                .reset(&input(poses, 0), Start::Positions(&given(0)))
+                .unwrap();
+            for t in 1..poses.len() {
+                animator.step(&input(poses, t)).unwrap();
+                animator.set_garment(&given(t)).unwrap();
+            }
+            let values = animator.state().vertices.iter().map(|v| v.value);
+            values.collect::<Vec<_>>()
+        };
+        let (here, there) = (states(&poses, &|_| Vec3::ZERO), states(&far, &by));
+        let apart = largest_distance(&here, &there);
+        assert!(apart < 1e-5, "{}: {apart} m", variant.name);
+    }
+}
+
+#[test]
+fn noise_on_the_code_repeats_with_its_seed_and_is_off_at_scale_zero() {
+    use unic_core::network::CodeSampling::{Gumbel, Largest};
+    let (poses, model) = (motion(12), model(&variant("one-hot code")));
+    let run = |sampling| {
+        let mut animator = Animator::new(Arc::clone(&model));
+        animator.set_code_sampling(sampling);
+        run(&mut animator, &poses)
+    };
+    let noisy = Gumbel { scale: 1.0, seed: 4 };
+    assert_eq!(run(noisy), run(noisy));
+    assert_ne!(run(noisy), run(Gumbel { scale: 1.0, seed: 5 }));
+    assert_ne!(run(noisy), run(Largest));
+    assert_eq!(run(Gumbel { scale: 0.0, seed: 4 }), run(Largest));
+    // A saved state goes on with the noise of its own ticks.
+    let mut whole = Animator::new(Arc::clone(&model));
+    whole.set_code_sampling(noisy);
+    whole.reset(&input(&poses, 0), Start::MeanShape).unwrap();
+    (1..6).for_each(|t| {
+        whole.step(&input(&poses, t)).unwrap();
+    });
+    let mut resumed = Animator::new(Arc::clone(&model));
+    resumed.set_code_sampling(noisy);
+    resumed.restore(whole.state().clone()).unwrap();
+    let next = input(&poses, 6);
+    assert_eq!(
+        whole.step(&next).unwrap().positions,
+        resumed.step(&next).unwrap().positions
+    );
+}
+
 #[test]
 fn a_mask_of_zero_is_skinning_and_a_mask_of_one_is_the_model() {
     let (poses, whole) = (motion(20), model(&variant("second order")));

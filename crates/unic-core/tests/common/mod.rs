@@ -41,6 +41,7 @@ pub struct Variant {
     /// Of the normalised motion vector.
     pub limit: Option<f32>,
     pub masking: Masking,
+    pub code: LatentCode,
 }
 
 /// Whose the garment's vertices are.
@@ -54,7 +55,7 @@ pub enum Masking {
 
 /// Both states, with and without prior shapes, both layouts.
 pub fn variants() -> Vec<Variant> {
-    use MotionLayout::{Heading, Paper};
+    use MotionLayout::{Heading, Paper, PaperRootRelative};
     use PointInput::*;
     use VelocityScheme::{Backward, Forward};
     let second_order = displacement(
@@ -73,6 +74,11 @@ pub fn variants() -> Vec<Variant> {
         shapes,
         limit,
         masking: Masking::None,
+        code: LatentCode::PickedLogit,
+    };
+    let one_hot = Variant {
+        code: LatentCode::OneHot,
+        ..variant("one-hot code", Paper, Forward, StateConfig::RootRelative, 0, None)
     };
     let masked = Variant {
         masking: Masking::Graded,
@@ -80,12 +86,21 @@ pub fn variants() -> Vec<Variant> {
     };
     vec![
         masked,
-        variant("paper", Paper, Forward, StateConfig::Position, 0, None),
+        one_hot,
+        variant("paper", Paper, Forward, StateConfig::RootRelative, 0, None),
+        variant(
+            "paper, motion relative to the root",
+            PaperRootRelative,
+            Forward,
+            StateConfig::RootRelative,
+            0,
+            None,
+        ),
         variant(
             "position in the heading frame",
             Heading,
             Backward,
-            StateConfig::Position,
+            StateConfig::RootRelative,
             0,
             Some(5.0),
         ),
@@ -140,6 +155,7 @@ pub fn parts(variant: &Variant) -> ModelParts {
             hidden: vec![24, 16],
             channels: 6,
             categories: 4,
+            code: variant.code,
         },
         field: FieldConfig {
             width: 18,
@@ -176,9 +192,9 @@ pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit:
         .windows(2)
         .enumerate()
         .map(|(i, w)| linear(w[0], w[1], 1.2, 100 + i as u64));
-    let field_widths = field_sizes(&config.field, points + config.encoder.channels);
+    let field_widths = field_sizes(&config.field, points + config.encoder.latent_len());
     // The paper's state integrates its outputs: small ones keep the test within the motion's size.
-    let gain = if config.state == StateConfig::Position {
+    let gain = if config.state == StateConfig::RootRelative {
         0.02
     } else {
         1.5

@@ -7,7 +7,7 @@
 use glam::{DQuat, DVec3, Quat, Vec3};
 use unic_core::{
     animator::StepInput,
-    config::{DisplacementConfig, PointInput, StateConfig},
+    config::{DisplacementConfig, LatentCode, PointInput, StateConfig},
     model::{Model, ModelParts},
     motion::{MotionInput, MotionState},
     network::Linear,
@@ -61,8 +61,8 @@ impl Reference {
             wind: input.wind.as_dvec3(),
             limited: 0,
         };
-        if reference.parts.config.state == StateConfig::Position {
-            reference.states = vec![reference.to_frame(&reference.start.clone())];
+        if reference.parts.config.state == StateConfig::RootRelative {
+            reference.states = vec![reference.to_root_relative(&reference.start.clone())];
         }
         reference
     }
@@ -113,7 +113,7 @@ impl Reference {
     pub fn set_garment(&mut self, positions: &[Vec3]) {
         let world: Vec<DVec3> = positions.iter().map(|p| p.as_dvec3()).collect();
         let state = match self.parts.config.state {
-            StateConfig::Position => self.to_frame(&world),
+            StateConfig::RootRelative => self.to_root_relative(&world),
             StateConfig::Displacement(_) => {
                 let (before, now) = self.motion.pair();
                 let prior = self.prior(&[self.normalised(before), self.normalised(now)].concat());
@@ -130,21 +130,23 @@ impl Reference {
         &self.skinned[self.skinned.len() - back]
     }
 
-    fn to_frame(&self, world: &[DVec3]) -> Vec<DVec3> {
-        let frame = self.motion.world_from_frame();
-        let (rotation, translation) = (unit(frame.rotation), frame.translation.as_dvec3());
-        world
-            .iter()
-            .map(|x| rotation.inverse() * (*x - translation))
-            .collect()
+    /// Orientation of the motion vector's frame, and the root joint of the present frame.
+    fn root_frame(&self) -> (DQuat, DVec3) {
+        let root = self.parts.character.skeleton.root();
+        let rotation = unit(self.motion.world_from_frame().rotation);
+        (rotation, self.motion.world_from_joint()[root].translation.as_dvec3())
+    }
+
+    fn to_root_relative(&self, world: &[DVec3]) -> Vec<DVec3> {
+        let (rotation, root) = self.root_frame();
+        world.iter().map(|x| rotation.inverse() * (*x - root)).collect()
     }
 
     fn positions(&self, pair: &[f64]) -> Vec<DVec3> {
         let states = self.states.last().unwrap();
-        if self.parts.config.state == StateConfig::Position {
-            let frame = self.motion.world_from_frame();
-            let (rotation, translation) = (unit(frame.rotation), frame.translation.as_dvec3());
-            return states.iter().map(|v| rotation * *v + translation).collect();
+        if self.parts.config.state == StateConfig::RootRelative {
+            let (rotation, root) = self.root_frame();
+            return states.iter().map(|v| rotation * *v + root).collect();
         }
         let prior = self.prior(pair);
         let place = |i: usize| self.skinned_at(1)[i] + self.rotations[i] * (prior[i] + states[i]);
@@ -231,16 +233,27 @@ impl Reference {
         product(&r.head, &hidden)
     }
 
-    /// Linear maps with ELU between them, then the largest of each channel's logits.
+    /// Linear maps with ELU between them, then the largest of each channel's logits, or where it stands.
     fn latent(&self, pair: &[f64]) -> Vec<f64> {
         let (last, hidden) = self.parts.encoder.split_last().unwrap();
         let x = hidden.iter().fold(pair.to_vec(), |x, layer| {
             product(layer, &x).into_iter().map(elu).collect()
         });
         let logits = product(last, &x);
-        let channels = logits.chunks_exact(self.parts.config.encoder.categories);
-        channels
-            .map(|c| c.iter().copied().fold(f64::MIN, f64::max))
+        let config = &self.parts.config.encoder;
+        let of_channel = |channel: &[f64]| {
+            let largest = channel.iter().copied().fold(f64::MIN, f64::max);
+            match config.code {
+                LatentCode::PickedLogit => vec![largest],
+                LatentCode::OneHot => channel
+                    .iter()
+                    .map(|x| f64::from(u8::from(*x == largest)))
+                    .collect(),
+            }
+        };
+        logits
+            .chunks_exact(config.categories)
+            .flat_map(of_channel)
             .collect()
     }
 
@@ -259,7 +272,7 @@ impl Reference {
 
     fn point_inputs(&self, vertex: usize) -> Vec<f64> {
         match &self.parts.config.state {
-            StateConfig::Position => self.states.last().unwrap()[vertex].to_array().to_vec(),
+            StateConfig::RootRelative => self.states.last().unwrap()[vertex].to_array().to_vec(),
             StateConfig::Displacement(config) => {
                 let inputs = config.inputs.iter();
                 inputs

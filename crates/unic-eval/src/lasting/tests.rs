@@ -15,7 +15,7 @@ use unic_core::{
     animator::{Start, StepInput},
     clip::Clip,
     config::{
-        DisplacementConfig, EncoderConfig, FieldConfig, IntersectionMode, ModelConfig, PointInput,
+        DisplacementConfig, EncoderConfig, FieldConfig, IntersectionMode, LatentCode, ModelConfig, PointInput,
         StateConfig,
     },
     features::{PointFrame, RestBox, limited},
@@ -57,6 +57,7 @@ fn animator(memory_s: f32, bias: Vec3) -> Animator {
                 hidden: vec![4],
                 channels: 2,
                 categories: 3,
+                code: LatentCode::PickedLogit,
             },
             field: FieldConfig {
                 width: 8,

@@ -63,7 +63,8 @@ impl Upload {
         };
         let first = if head.at_start { 1.0 } else { 0.0 };
         self.tick.clear();
-        self.tick.extend(quadruples(&motion.world_from_frame(), first));
+        self.tick
+            .extend(quadruples(&motion.world_from_state(skeleton), first));
         let Vec3 { x, y, z } = head.wind;
         self.tick.push([handling, x, y, z]);
         let joints = self.world_from_rest.iter();

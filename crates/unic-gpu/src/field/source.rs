@@ -31,7 +31,7 @@ pub(super) fn constants(shape: &FieldShape, model: &Model, further: &[(&str, usi
 /// How outputs move the state, and the numbers that it takes.
 pub(super) fn state_update(model: &Model) -> (&'static str, String) {
     match &model.config().state {
-        StateConfig::Position => (
+        StateConfig::RootRelative => (
             include_str!("../kernels/update_position.wgsl"),
             format!("const FARTHEST = {FARTHEST:?}f;"),
         ),

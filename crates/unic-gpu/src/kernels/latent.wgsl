@@ -1,7 +1,9 @@
-// The largest logit of every channel.
+// The latent vector: of every channel its largest logit, or where that stands.
 
 override CHANNELS: u32;
 override CATEGORIES: u32;
+// Is a code one at the picked category and zero at the others, or the picked logit?
+override ONE_HOT: bool = false;
 // Where they are in `vectors`.
 override LOGITS: u32;
 override LATENT: u32;
@@ -13,9 +15,18 @@ fn pick(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x >= CHANNELS) {
         return;
     }
-    var largest = vectors[LOGITS + id.x * CATEGORIES];
+    let first = id.x * CATEGORIES;
+    var best = 0u;
     for (var k = 1u; k < CATEGORIES; k++) {
-        largest = max(largest, vectors[LOGITS + id.x * CATEGORIES + k]);
+        if (vectors[LOGITS + first + k] > vectors[LOGITS + first + best]) {
+            best = k;
+        }
     }
-    vectors[LATENT + id.x] = largest;
+    if (ONE_HOT) {
+        for (var k = 0u; k < CATEGORIES; k++) {
+            vectors[LATENT + first + k] = select(0.0, 1.0, k == best);
+        }
+    } else {
+        vectors[LATENT + id.x] = vectors[LOGITS + first + best];
+    }
 }

@@ -26,10 +26,10 @@ struct Place {
 }
 
 override VERTICES: u32;
-// Are states positions in the frame of the motion vector, or displacements?
+// Are states positions relative to the root joint, or displacements?
 override IN_FRAME: bool = false;
 
-// World from the motion vector's frame: rotation, then translation, whose w is 1 on the first step
+// World from the frame of root-relative states: rotation, then translation, whose w is 1 on the first step
 // after a reset; margin of the intersection handling and the wind in m/s; then rotation and translation of
 // `world_from_rest` of every joint.
 @group(0) @binding(0) var<storage, read> tick: array<vec4<f32>>;

@@ -115,7 +115,7 @@ impl TrainConfig {
     fn amounts(&self) -> [(&'static str, f64); 13] {
         let (o, r) = (&self.optimiser, &self.regularisation);
         let memory_s = match self.model.state {
-            StateSettings::Position => 0.0,
+            StateSettings::RootRelative => 0.0,
             StateSettings::Displacement { memory_s, .. } => memory_s,
         };
         [

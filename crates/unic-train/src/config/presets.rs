@@ -2,10 +2,10 @@
 
 use super::{
     BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, ModelSettings, OptimiserConfig,
-    RecurrenceSettings, Refit, RegularisationConfig, StateSettings, TrainConfig, ValidationConfig,
+    PUBLISHED_EPOCHS,    RecurrenceSettings, Refit, RegularisationConfig, StateSettings, TrainConfig, ValidationConfig,
 };
 use unic_core::{
-    config::{EncoderConfig, FieldConfig, IntersectionMode, PointInput},
+    config::{EncoderConfig, FieldConfig, IntersectionMode, LatentCode, PointInput},
     motion::{MotionLayout, NormalisationRule, NormalisedElements, VelocityScheme},
 };
 
@@ -32,7 +32,7 @@ impl TrainConfig {
 }
 
 /// Sizes, optimiser, schedule and teacher forcing of the paper (section 4.1) and the authors'
-/// release; a batch is subsampled, which the pointwise field allows.
+/// release: 300 epochs of all training clips. A batch is subsampled, which the pointwise field allows.
 fn paper() -> TrainConfig {
     TrainConfig {
         seed: 1,
@@ -45,16 +45,19 @@ fn paper() -> TrainConfig {
                 hidden: vec![4096, 4096],
                 channels: 128,
                 categories: 8,
+                code: LatentCode::PickedLogit,
             },
             field: FieldConfig {
                 width: 256,
                 hidden_layers: 8,
                 skip: Some(5),
             },
-            state: StateSettings::Position,
+            state: StateSettings::RootRelative,
         },
         optimiser: OptimiserConfig {
+            // What 300 epochs are of about 1,300 pairs; every capture has its own number.
             steps: 3000,
+            epochs: Some(PUBLISHED_EPOCHS),
             learning_rate: 1e-4,
             final_learning_rate: 1e-6,
             half_periods: 3.0,
@@ -92,7 +95,7 @@ fn paper() -> TrainConfig {
         keep: Keep::Last,
         validation: ValidationConfig {
             every: 500,
-            refit: Refit::Never,
+            refit: Refit::Only,
         },
     }
 }
@@ -116,6 +119,7 @@ fn standard() -> TrainConfig {
                 hidden: vec![128],
                 channels: 32,
                 categories: 8,
+                code: LatentCode::PickedLogit,
             },
             field: FieldConfig {
                 width: 32,
@@ -141,6 +145,7 @@ fn standard() -> TrainConfig {
         },
         optimiser: OptimiserConfig {
             steps: 100,
+            epochs: None,
             learning_rate: 3e-4,
             final_learning_rate: 1e-6,
             half_periods: 1.0,
@@ -189,6 +194,7 @@ fn tiny() -> TrainConfig {
                 hidden: vec![64],
                 channels: 16,
                 categories: 8,
+                code: LatentCode::PickedLogit,
             },
             field: FieldConfig {
                 width: 32,

@@ -40,6 +40,29 @@ fn assignments_reach_nested_keys_and_refuse_unknown_ones() {
 }
 
 #[test]
+fn epochs_are_so_many_steps_of_a_capture_unless_steps_are_given() {
+    let config = TrainConfig::preset(Preset::Paper);
+    // 300 passes over 1,000 pairs, 128 of them in a step.
+    assert_eq!(config.clone().for_pairs(1000).optimiser.steps, 2344);
+    assert!((config.epochs_of(2344, 1000) - 300.0).abs() < 0.1);
+    assert_eq!(config.clone().for_pairs(0).optimiser.steps, 1);
+    assert_eq!(
+        config.clone().for_pairs(usize::MAX).optimiser.steps,
+        u64::MAX.div_ceil(128)
+    );
+    let set = |lines: &[&str]| {
+        let lines: Vec<String> = lines.iter().map(|l| (*l).to_owned()).collect();
+        config.with_assignments(&lines).unwrap().for_pairs(1000).optimiser
+    };
+    let given = set(&["optimiser.steps=7"]);
+    assert_eq!((given.steps, given.epochs), (7, None));
+    assert_eq!(set(&["optimiser.epochs=30"]).steps, 235);
+    assert_eq!(set(&["optimiser.steps = 7", "optimiser.epochs = 30"]).steps, 235);
+    let standard = TrainConfig::preset(Preset::Standard);
+    assert_eq!(standard.clone().for_pairs(1000), standard);
+}
+
+#[test]
 fn the_schedule_of_the_paper_rises_again() {
     let config = TrainConfig::preset(Preset::Paper);
     let third = config.optimiser.steps / 3;

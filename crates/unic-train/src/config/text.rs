@@ -15,6 +15,11 @@ impl TrainConfig {
             let value = parse_value(value.trim());
             assign(&mut table, key.trim(), value).ok_or_else(wrong)?;
         }
+        // A number of steps replaces the preset's epochs.
+        let is_given = |key: &str| assignments.iter().any(|a| a.split('=').next().map(str::trim) == Some(key));
+        if is_given("optimiser.steps") && !is_given("optimiser.epochs") {
+            remove_epochs(&mut table);
+        }
         let config: Self = table.try_into()?;
         config.check()?;
         Ok(config)
@@ -42,6 +47,12 @@ fn parse_value(text: &str) -> toml::Value {
     let document: Result<toml::Table, _> = toml::from_str(&format!("value = {text}"));
     let value = document.ok().and_then(|mut table| table.remove("value"));
     value.unwrap_or_else(|| toml::Value::String(text.to_owned()))
+}
+
+/// Leaves the number of steps of settings as it is written.
+fn remove_epochs(settings: &mut toml::Table) {
+    let optimiser = settings.get_mut("optimiser").and_then(toml::Value::as_table_mut);
+    optimiser.and_then(|optimiser| optimiser.remove("epochs"));
 }
 
 fn assign(table: &mut toml::Table, key: &str, value: toml::Value) -> Option<()> {

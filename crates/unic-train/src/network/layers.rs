@@ -4,7 +4,7 @@ use super::{parameter, transposed};
 use crate::elu_op::elu;
 use crate::stream::{Stream, generator};
 use burn::nn::Linear;
-use burn::tensor::{Device, Int, Tensor, TensorData};
+use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor, TensorData, activation::softmax};
 use rand::{Rng, RngExt};
 use unic_core::network;
 
@@ -39,10 +39,9 @@ pub(crate) fn dropout_mask(rng: &mut impl Rng, rate: f32, count: usize) -> Vec<f
     (0..count).map(factor).collect()
 }
 
-/// −ln(−ln u), u uniform and kept away from 0 and 1.
+/// Independent Gumbel numbers.
 pub(crate) fn gumbel_noise(rng: &mut impl Rng, count: usize) -> Vec<f32> {
-    let gumbel = |u: f32| -(-u.clamp(1e-7, 1.0 - 1e-7).ln()).ln();
-    (0..count).map(|_| gumbel(rng.random())).collect()
+    (0..count).map(|_| network::gumbel(rng.random())).collect()
 }
 
 /// Linear maps with ELU between them, their inputs `[rows, width]` times dropout factors where
@@ -72,13 +71,38 @@ pub(crate) fn picked(
 ) -> Tensor<2> {
     let sizes = [logits.dims()[0], channels, categories];
     let logits: Tensor<3> = logits.reshape(sizes); // [rows, C, K]
-    let mut scores = logits.clone().inner();
-    if let Some(noise) = noise {
-        let device = scores.device();
-        scores = scores + Tensor::from_data(TensorData::new(noise.to_vec(), sizes), &device);
-    }
+    let scores = with_noise(logits.clone().inner(), noise);
     let picked: Tensor<3, Int> = scores.argmax(2); // [rows, C, 1]
     logits.gather(2, picked).squeeze_dim::<2>(2)
+}
+
+/// One at the category of each channel that argmax of logit + noise picks, zero at the others, `[rows, C · K]`.
+/// Gradients are those of the softmax of logit + noise, temperature 1: the straight-through estimator of Jang et
+/// al. 2017, "Categorical Reparameterization with Gumbel-Softmax".
+pub(crate) fn one_hot(
+    logits: Tensor<2>,
+    [channels, categories]: [usize; 2],
+    noise: Option<&[f32]>,
+) -> Tensor<2> {
+    let rows = logits.dims()[0];
+    let scores = with_noise(logits.reshape([rows, channels, categories]), noise); // [rows, C, K]
+    let soft = softmax(scores.clone(), 2);
+    let scores = scores.inner();
+    let picked: Tensor<3, Int> = scores.clone().argmax(2); // [rows, C, 1]
+    let ones = Tensor::ones([rows, channels, 1], &scores.device());
+    let hard = scores.zeros_like().scatter(2, picked, ones, IndexingUpdateOp::Add);
+    // Soft minus soft is zero exactly, so the values are the hard ones and the gradient is the soft one's.
+    let code = match soft.device().is_autodiff() {
+        true => Tensor::from_inner(hard) + (soft.clone() - soft.detach()),
+        false => hard,
+    };
+    code.reshape([rows, channels * categories])
+}
+
+fn with_noise(logits: Tensor<3>, noise: Option<&[f32]>) -> Tensor<3> {
+    let Some(noise) = noise else { return logits };
+    let (sizes, device) = (logits.dims(), logits.device());
+    logits + Tensor::from_data(TensorData::new(noise.to_vec(), sizes), &device)
 }
 
 /// Maps as the runtime has them, weights `[out, in]`; `values` begin with weight and bias of each.

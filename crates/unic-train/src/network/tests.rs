@@ -14,6 +14,7 @@ fn shape(encoder: Vec<usize>, channels: usize, categories: usize) -> NetworkShap
         encoder,
         channels,
         categories,
+        code: LatentCode::PickedLogit,
         field,
         zero_head: false,
     }
@@ -61,6 +62,48 @@ fn categories_are_picked_as_often_as_the_softmax_says() {
     // Without noise it is always the largest.
     let latents = network.latents(&shape, Tensor::zeros([3, 2], &device), None);
     assert_eq!(latents.try_into_vec_as::<f32>().unwrap(), [2.0; 3]);
+}
+
+#[test]
+fn a_one_hot_code_has_the_values_of_the_pick_and_the_slope_of_the_softmax() {
+    let shape = NetworkShape {
+        code: LatentCode::OneHot,
+        ..shape(vec![2, 6], 2, 3)
+    };
+    let logits = [0.1f32, 0.9, 0.5, 3.0, 1.0, 2.0];
+    let device = Device::flex().autodiff();
+    let network = constant_logits(&shape, &logits, &device);
+    let code = network.latents(&shape, Tensor::ones([1, 2], &device), None);
+    let values = code.clone().inner().try_into_vec_as::<f32>().unwrap();
+    assert_eq!(values, [0.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
+    let factors = [2.0f32, -3.0, 1.0, 0.5, 4.0, -1.0];
+    let weighted = code * Tensor::<2>::from_data([factors], &device);
+    let gradients = weighted.sum().backward();
+    let bias = network.encoder[0].bias.as_ref().unwrap().val();
+    let gradient = bias.grad(&gradients).unwrap().try_into_vec_as::<f32>().unwrap();
+    let soft = |logits: &[f64]| -> f64 {
+        let of_channel = |channel: usize| {
+            let exp = |k: usize| logits[3 * channel + k].exp();
+            let weighted = |k: usize| exp(k) * f64::from(factors[3 * channel + k]);
+            (0..3).map(weighted).sum::<f64>() / (0..3).map(exp).sum::<f64>()
+        };
+        of_channel(0) + of_channel(1)
+    };
+    let logits = logits.map(f64::from);
+    for (i, found) in gradient.into_iter().enumerate() {
+        let moved = |by: f64| {
+            let mut logits = logits;
+            logits[i] += by;
+            soft(&logits)
+        };
+        let slope = (moved(1e-4) - moved(-1e-4)) / 2e-4;
+        assert!((f64::from(found) - slope).abs() < 1e-5, "{i}: {found} {slope}");
+    }
+    // Without gradients, as in validation, the code is the same.
+    let plain = Device::flex();
+    let network = constant_logits(&shape, &[0.1, 0.9, 0.5, 3.0, 1.0, 2.0], &plain);
+    let code = network.latents(&shape, Tensor::ones([1, 2], &plain), None);
+    assert_eq!(code.try_into_vec_as::<f32>().unwrap(), values);
 }
 
 #[test]

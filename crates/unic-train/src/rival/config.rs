@@ -2,7 +2,7 @@
 
 use crate::config::{OptimiserConfig, SettingsError};
 use serde::{Deserialize, Serialize};
-use unic_core::config::EncoderConfig;
+use unic_core::config::{EncoderConfig, LatentCode};
 
 /// The networks that ours are compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -127,6 +127,15 @@ impl RivalConfig {
         for (what, found) in counts {
             ensure(what, "1 to 4096", found, (1..=4096).contains(&found))?;
         }
+        if let Some(feature) = &self.global_feature {
+            let code = feature.encoder.code;
+            ensure(
+                "global_feature.encoder.code",
+                "picked_logit",
+                format!("{code:?}"),
+                code == LatentCode::PickedLogit,
+            )?;
+        }
         ensure("lags_s", "one at least", "none", !self.lags_s.is_empty())?;
         for &lag in &self.lags_s {
             ensure("lags_s", "0 to 10 seconds", lag, (0.0..=10.0).contains(&lag))?;
@@ -169,6 +178,7 @@ fn pose_only() -> RivalConfig {
         frames: 256,
         optimiser: OptimiserConfig {
             steps: 3000,
+            epochs: None,
             learning_rate: 1e-3,
             final_learning_rate: 1e-6,
             half_periods: 1.0,
@@ -200,6 +210,7 @@ fn global_feature() -> RivalConfig {
                 hidden: vec![128],
                 channels: 32,
                 categories: 8,
+                code: LatentCode::PickedLogit,
             },
             hidden: 128,
             width: 64,

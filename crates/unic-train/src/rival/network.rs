@@ -13,7 +13,7 @@ use burn::module::Module;
 use burn::nn::Linear;
 use burn::tensor::{Device, Tensor, TensorData};
 use unic_core::{
-    config::EncoderConfig,
+    config::{EncoderConfig, LatentCode},
     network::{Encoder, EncoderScratch},
 };
 
@@ -53,6 +53,7 @@ impl Shape {
             channels: outputs,
             // One category: there is nothing to pick.
             categories: 1,
+            code: LatentCode::PickedLogit,
         };
         let encoders = self.global_feature.as_ref().map(|g| {
             [
@@ -240,14 +241,14 @@ impl Runtime {
     ) {
         let RuntimeScratch { encoder, code } = scratch;
         let Some(encoders) = &self.encoders else {
-            return self.decoder.encode(motion, encoder, out);
+            return self.decoder.encode(motion, &[], encoder, out);
         };
-        let widths = encoders.each_ref().map(Encoder::channels);
+        let widths = encoders.each_ref().map(Encoder::latent_len);
         code.resize(widths.iter().sum(), 0.0);
         let (of_motion, of_garment) = code.split_at_mut(widths[0]);
-        encoders[0].encode(motion, encoder, of_motion);
-        encoders[1].encode(garment, encoder, of_garment);
-        self.decoder.encode(code, encoder, out);
+        encoders[0].encode(motion, &[], encoder, of_motion);
+        encoders[1].encode(garment, &[], encoder, of_garment);
+        self.decoder.encode(code, &[], encoder, out);
     }
 }
 

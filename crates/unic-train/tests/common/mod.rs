@@ -11,7 +11,7 @@ use glam::{Quat, Vec3};
 use unic_core::{
     character::{Character, Garment},
     clip::Clip,
-    config::{EncoderConfig, FieldConfig},
+    config::{EncoderConfig, FieldConfig, LatentCode},
     recurrence::RecurrenceScratch,
 };
 use unic_io::{Capture, Split};
@@ -144,6 +144,7 @@ pub(crate) fn small(preset: Preset) -> TrainConfig {
         hidden: vec![24],
         channels: 6,
         categories: 4,
+        code: LatentCode::PickedLogit,
     };
     config.model.field = FieldConfig {
         width: 24,
@@ -179,7 +180,7 @@ pub(crate) fn small(preset: Preset) -> TrainConfig {
         unroll_last: 3,
         unroll_grown: 0.5,
     };
-    config.optimiser.steps = 10;
+    config.set_steps(10);
     config.optimiser.warmup_steps = 2;
     config.validation.every = 4;
     config.validation.refit = Refit::Never;

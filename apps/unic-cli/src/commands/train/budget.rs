@@ -40,11 +40,11 @@ pub(super) fn settings_of_a_new_run(
         shorten(recurrence, &motion, rate * budget.as_secs_f64(), threads);
     }
     let (steps, data) = steps_within(args.device.into(), capture, &config, budget, started)?;
-    config.optimiser.steps = match config.has_prior() {
+    config.set_steps(match config.has_prior() {
         // More of them teach the field the training motions by heart.
         true => steps.min(config.optimiser.steps),
         false => steps,
-    };
+    });
     Ok((config, Some(data)))
 }
 

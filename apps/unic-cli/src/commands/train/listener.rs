@@ -102,6 +102,20 @@ impl Listener {
                     progress.log(self.before + step, &message);
                 }
             }
+            Event::OneStep {
+                step,
+                training_rmse,
+                validation_rmse,
+                ..
+            } => {
+                let held_out = validation_rmse.map_or_else(String::new, |rmse| {
+                    format!(", on clips held out {:.2} mm", 1e3 * rmse)
+                });
+                if let Some(progress) = &self.progress {
+                    let message = format!("one step {:.2} mm{held_out}", 1e3 * training_rmse);
+                    progress.log(self.before + step, &message);
+                }
+            }
             Event::Saved { .. } => {}
         }
     }

@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
     time::Duration,
 };
-use unic_train::{Fit, Trainer, Validation};
+use unic_train::{Fit, PUBLISHED_EPOCHS, TrainConfig, Trainer, Validation};
 
 /// What is about to happen, told with the first fit at hand.
 pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
@@ -27,10 +27,12 @@ pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
         0 => String::new(),
         step => format!(", {step} of them done"),
     };
+    let epochs = run.config.epochs_of(steps, data.frame_pairs());
+    let squeezed = squeezed(&run.config, epochs, data.frame_pairs());
     Ok(format!(
         "{}: {} vertices, {} joints, {} fps\n\
          training on {} clips, {:.1} s of motion; {held_out}{again}\n\
-         {} parameters, {steps} steps{done}, seed {}\n\
+         {} parameters, {steps} steps, which are {epochs:.1} epochs{done}, seed {}{squeezed}\n\
          the model will be {}, its run {}",
         capture.manifest.name,
         capture.garment.rest.vertices.len(),
@@ -43,6 +45,23 @@ pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
         run.out.display(),
         run.folder.path().display(),
     ))
+}
+
+/// Fewer steps than this are told where a schedule of several half periods is squeezed into them.
+const FEW_STEPS: u64 = 200;
+
+/// What is said of a schedule that falls, rises and falls again within a few steps.
+fn squeezed(config: &TrainConfig, epochs: f64, pairs: usize) -> String {
+    let optimiser = &config.optimiser;
+    if optimiser.half_periods <= 1.0 || optimiser.steps >= FEW_STEPS {
+        return String::new();
+    }
+    let published = config.published_steps(pairs);
+    format!(
+        "\nthe learning rate's {} half periods are squeezed into {epochs:.1} epochs: the published training is \
+         {PUBLISHED_EPOCHS} epochs, {published} steps of this capture",
+        optimiser.half_periods
+    )
 }
 
 /// A run that has come to its end.

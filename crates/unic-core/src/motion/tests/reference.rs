@@ -58,11 +58,10 @@ fn vector(
     let moved = |j: usize| step.1.position[j] - step.0.position[j];
     let velocity = |world: DVec3| velocity_frame.transpose() * world / unit;
     let mut c: Vec<f64> = Vec::new();
-    let place = frame.transpose() * (now.position[root] - origin);
-    c.extend(if si {
-        [0.0, height(root), 0.0]
-    } else {
-        place.to_array()
+    c.extend(match spec.layout {
+        MotionLayout::Paper => (frame.transpose() * (now.position[root] - origin)).to_array(),
+        MotionLayout::PaperRootRelative => [0.0; 3],
+        MotionLayout::Heading => [0.0, height(root), 0.0],
     });
     c.extend(velocity(moved(root)).to_array());
     c.extend(rows(frame.transpose() * now.rotation[root]));
@@ -93,8 +92,13 @@ fn vector(
 /// Rotation and origin of the frame of every c_t.
 fn frames(spec: &MotionSpec, skeleton: &Skeleton, joints: &[Joints], dt: f64) -> Vec<(DMat3, DVec3)> {
     let root = skeleton.root();
-    if spec.layout == MotionLayout::Paper {
-        return vec![(joints[0].rotation[root], joints[0].position[root]); joints.len()];
+    let first = (joints[0].rotation[root], joints[0].position[root]);
+    match spec.layout {
+        MotionLayout::Paper => return vec![first; joints.len()],
+        MotionLayout::PaperRootRelative => {
+            return joints.iter().map(|j| (first.0, j.position[root])).collect();
+        }
+        MotionLayout::Heading => {}
     }
     let rotations: Vec<DMat3> = joints.iter().map(|j| j.rotation[root]).collect();
     let own_yaw = |r: &DMat3| (r.z_axis.x - r.x_axis.z).atan2(r.x_axis.x + r.z_axis.z);

@@ -6,7 +6,7 @@ use super::*;
 fn the_first_velocity_is_the_second_also_after_a_reset() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
     let slices = MotionSlices::new(24);
-    for layout in [MotionLayout::Paper, MotionLayout::Heading] {
+    for layout in [MotionLayout::Paper, MotionLayout::PaperRootRelative, MotionLayout::Heading] {
         let spec = spec((layout, VelocityScheme::Backward), 24);
         for from in [0, 40] {
             let c = streamed(&spec, &skeleton, &poses[from..from + 3], Source::Live);
@@ -25,7 +25,7 @@ fn the_first_velocity_is_the_second_also_after_a_reset() {
 #[test]
 fn a_live_forward_scheme_falls_back_to_backward_differences() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
-    for layout in [MotionLayout::Paper, MotionLayout::Heading] {
+    for layout in [MotionLayout::Paper, MotionLayout::PaperRootRelative, MotionLayout::Heading] {
         let vectors = |velocity, source| streamed(&spec((layout, velocity), 24), &skeleton, &poses, source);
         let forward = vectors(VelocityScheme::Forward, Source::Live);
         assert_eq!(forward[1..], vectors(VelocityScheme::Backward, Source::Live)[1..]);
@@ -153,13 +153,15 @@ fn contacts(layout: MotionLayout, offset: [Vec3; 2], ground: [f32; 2]) -> [f32; 
 
 #[test]
 fn a_contact_is_slow_and_low() {
-    use MotionLayout::{Heading, Paper};
+    use MotionLayout::{Heading, Paper, PaperRootRelative};
     let (at, level) = (Vec3::new, [0.0; 2]);
     let sliding = |step| [Vec3::ZERO, at(step, 0.0, 0.0)];
     assert_eq!(contacts(Heading, sliding(0.24 / 30.0), level), [1.0, 1.0]);
     assert_eq!(contacts(Heading, sliding(0.26 / 30.0), level), [0.0, 0.0]);
-    assert_eq!(contacts(Paper, sliding(0.044), level), [1.0, 1.0]);
-    assert_eq!(contacts(Paper, sliding(0.046), level), [0.0, 0.0]);
+    for layout in [Paper, PaperRootRelative] {
+        assert_eq!(contacts(layout, sliding(0.044), level), [1.0, 1.0]);
+        assert_eq!(contacts(layout, sliding(0.046), level), [0.0, 0.0]);
+    }
     // Each frame has its own height above its own ground.
     let landing = [at(0.0, 0.052, 0.0), at(0.0, 0.048, 0.0)];
     assert_eq!(contacts(Heading, landing, level), [0.0, 1.0]);

@@ -35,7 +35,7 @@ impl Scene {
             bail!("expected a motion of two frames or more, found {}", clip.len());
         }
         let network = match model.config().state {
-            StateConfig::Position => Network::Paper,
+            StateConfig::RootRelative => Network::Paper,
             StateConfig::Displacement(_) => Network::Standard,
         };
         Ok(Self {

@@ -82,7 +82,7 @@ fn of_model(model: &Model, path: &Path) -> Facts {
 
 fn state(config: &ModelConfig) -> String {
     match &config.state {
-        StateConfig::Position => "positions, as in the paper".to_owned(),
+        StateConfig::RootRelative => "positions, as in the paper".to_owned(),
         StateConfig::Displacement(d) => format!("displacement from a prior, forgotten over {} s", d.memory_s),
     }
 }

@@ -1,0 +1,63 @@
+//! The error of single steps from ground truth, on clips that are trained on and on those held out.
+
+use super::Trainer;
+use crate::{
+    batch::{Batch, Sample},
+    error::TrainError,
+    event::{Control, Event},
+    network::Network,
+    rollout::Rollout,
+    validation::one_step_rmse_of,
+};
+use std::{sync::Arc, time::Instant};
+
+/// Pairs of frames, and vertices of each, that the error on training clips is measured on: always the same ones.
+const SAMPLE: Sample = Sample {
+    windows: 512,
+    points: 64,
+    frames: 1,
+};
+
+impl Trainer {
+    /// Measures and tells. Nothing is dropped out and no noise is added; intersections are not handled.
+    pub(super) fn measure_one_step(
+        &mut self,
+        listen: &mut dyn FnMut(&Event) -> Control,
+    ) -> Result<Control, TrainError> {
+        let started = Instant::now();
+        let training_rmse = self.one_step_in_training()?;
+        let validation_rmse = match self.validates() {
+            true => {
+                let model = Arc::new(self.model_of(&self.averaged(), 1.0)?);
+                let frames = self.judged_frames();
+                Some(one_step_rmse_of(&model, &self.data.validation, frames)?)
+            }
+            false => None,
+        };
+        let seconds = started.elapsed().as_secs_f64();
+        self.seconds += seconds;
+        Ok(listen(&Event::OneStep {
+            step: self.step,
+            training_rmse,
+            validation_rmse,
+            seconds,
+        }))
+    }
+
+    /// RMSE in metres over [`SAMPLE`].
+    fn one_step_in_training(&self) -> Result<f64, TrainError> {
+        let batch = Batch::sample(&self.data, self.config.seed, SAMPLE);
+        let network = Network::with_parameters(&self.shape, &self.averaged(), &self.device);
+        let rollout = Rollout {
+            shape: &self.shape,
+            config: &self.data.config,
+            loss: &self.config.loss,
+            correction: None,
+        };
+        let states = rollout.states(&network, &batch, None, &self.device)?;
+        let predicted = states.into_iter().flat_map(|s| s.inner().try_into_vec_as::<f32>());
+        let pairs = predicted.flatten().zip(batch.targets.iter().flatten());
+        let squares: f64 = pairs.map(|(x, target)| f64::from(x - target).powi(2)).sum();
+        Ok((squares / batch.rows().max(1) as f64).sqrt())
+    }
+}
