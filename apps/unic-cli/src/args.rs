@@ -2,6 +2,7 @@
 
 mod animate;
 mod bench;
+mod code;
 mod demo;
 mod eval;
 mod inspect;
@@ -13,6 +14,7 @@ mod train;
 
 pub(crate) use animate::AnimateArgs;
 pub(crate) use bench::{AccuracyArgs, Bench, BenchArgs, LastingArgs, SpeedArgs};
+pub(crate) use code::CodeArgs;
 pub(crate) use demo::{DemoArgs, DemoGarment};
 pub(crate) use eval::EvalArgs;
 pub(crate) use inspect::InspectArgs;

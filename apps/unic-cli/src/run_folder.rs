@@ -99,6 +99,11 @@ impl RunFolder {
     pub(crate) fn begin(&self, config: &TrainConfig, record: &RunRecord) -> Result<()> {
         self.clear()?;
         record.write(&self.path.join("run.toml"))?;
+        self.write_config(config)
+    }
+
+    /// Settings of the run from here on: those that it began with, or longer ones.
+    pub(crate) fn write_config(&self, config: &TrainConfig) -> Result<()> {
         Ok(atomic::write(&self.config(), config.to_toml().as_bytes())?)
     }
 

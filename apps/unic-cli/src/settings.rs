@@ -16,9 +16,13 @@ pub(crate) fn of_new_run(args: &TrainArgs) -> Result<TrainConfig> {
     overlaid(args, TrainConfig::preset(preset.into()))
 }
 
-/// Settings of a run to go on with: `stored`, which the command line may repeat but not change.
+/// Settings of a run to go on with: `stored`, which the command line may repeat, or lengthen by more of the same
+/// schedule, but not change.
 pub(crate) fn of_resumed_run(args: &TrainArgs, stored: TrainConfig, path: &Path) -> Result<TrainConfig> {
     let asked = overlaid(args, stored.clone())?;
+    if stored.is_lengthened_by(&asked) {
+        return Ok(asked);
+    }
     let (old, new) = (table(&stored)?, table(&asked)?);
     let Some((key, old, new)) = first_difference(&old, &new) else {
         return Ok(stored);
@@ -169,6 +173,7 @@ mod tests {
         let resumed = |line: &str| of_resumed_run(&args(line), stored.clone(), Path::new("config.toml"));
         assert_eq!(resumed("").unwrap(), stored);
         assert_eq!(resumed("--steps 40 --set keep=last").unwrap(), stored);
+        assert!(resumed("--steps 80").is_err(), "tiny's windows grow");
         let error = resumed("--seed 3 --set batch.points=9").unwrap_err().to_string();
         assert!(
             error.contains("batch.points = 64") && error.contains("found 9"),

@@ -188,12 +188,19 @@ pub fn evaluate_by(
 /// # Errors
 /// No training clips, files that cannot be used.
 pub fn training_set(capture: &Capture) -> Result<TrainingSet> {
-    let spec = motion_spec(capture)?;
+    training_set_of(capture, &motion_spec(capture)?)
+}
+
+/// As [`training_set`], with motion vectors of another specification than the baselines'.
+///
+/// # Errors
+/// As [`training_set`].
+pub fn training_set_of(capture: &Capture, spec: &MotionSpec) -> Result<TrainingSet> {
     let load = |split| -> Result<Vec<PreparedClip>> {
         let names = capture.clip_names(split).iter();
         let prepare = |name: &String| {
             let captured = capture.load_clip(name)?;
-            Ok(PreparedClip::new(&spec, &capture.character.skeleton, captured))
+            Ok(PreparedClip::new(spec, &capture.character.skeleton, captured))
         };
         names.map(prepare).collect()
     };

@@ -38,6 +38,7 @@
 
 pub mod baselines;
 mod bench;
+mod code;
 mod coverage;
 mod dump;
 mod error;
@@ -55,11 +56,13 @@ mod report;
 mod synthetic;
 mod training;
 
+pub use code::CodeCertainty;
 pub use coverage::{Coverage, CoverageReport, Excess, KindShare, Place, Stretch, Unit, capture_clips};
 pub use dump::Dump;
 pub use error::{Error, Result};
 pub use evaluate::{
     Event, MODEL, Observer, PRIOR, Protocol, Row, evaluate, evaluate_by, evaluate_sampled, training_set,
+    training_set_of,
 };
 pub use kinematics::{ClipKinematics, PreparedClip};
 pub use measure::{FrameContext, MeasureScratch, Nearest, Prediction};
@@ -69,4 +72,4 @@ pub use pca::{PrincipalComponents, SampleMatrix, mean};
 pub use predictor::{Mode, Predictor, PredictorError};
 pub use regression::{LinearMap, Moments};
 pub use report::{ByMode, Evaluation, Scores};
-pub use training::{Displacements, FrameIndex, HeadingPositions, TrainingSet};
+pub use training::{Displacements, FrameIndex, RootRelativePositions, TrainingSet};

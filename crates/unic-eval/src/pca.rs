@@ -35,7 +35,7 @@ pub struct PrincipalComponents {
 
 impl PrincipalComponents {
     /// The first `count` components; fewer when the samples span fewer dimensions.
-    pub fn fit(samples: &impl SampleMatrix, count: usize) -> Self {
+    pub fn fit(samples: &(impl SampleMatrix + ?Sized), count: usize) -> Self {
         let mean = mean(samples);
         let (scale, variances) = leading_samples(&gram(samples, &mean), count);
         let components = combine(samples, &mean, &scale);
@@ -109,7 +109,7 @@ impl PrincipalComponents {
 }
 
 /// Mean of the rows, summed in f64 in the order of the rows.
-pub fn mean(samples: &impl SampleMatrix) -> Vec<f32> {
+pub fn mean(samples: &(impl SampleMatrix + ?Sized)) -> Vec<f32> {
     let rows = samples.rows();
     let block_mean = |columns: Range<usize>| {
         let mut row = vec![0.0_f32; columns.len()];
@@ -134,7 +134,7 @@ fn blocks(columns: usize) -> Vec<Range<usize>> {
 }
 
 /// Centred columns of all samples, row-major.
-fn centred(samples: &impl SampleMatrix, mean: &[f32], columns: &Range<usize>) -> Vec<f64> {
+fn centred(samples: &(impl SampleMatrix + ?Sized), mean: &[f32], columns: &Range<usize>) -> Vec<f64> {
     let width = columns.len();
     let mut block = vec![0.0_f64; samples.rows() * width];
     let rows = block.par_chunks_exact_mut(width).enumerate();
@@ -152,7 +152,7 @@ fn centred(samples: &impl SampleMatrix, mean: &[f32], columns: &Range<usize>) ->
 
 /// Lower triangle (and some of the rest) of the inner products of the centred samples, divided by
 /// their number.
-fn gram(samples: &impl SampleMatrix, mean: &[f32]) -> Mat<f64> {
+fn gram(samples: &(impl SampleMatrix + ?Sized), mean: &[f32]) -> Mat<f64> {
     let rows = samples.rows();
     let mut gram = vec![0.0_f64; rows * rows];
     for columns in blocks(samples.columns()) {
@@ -193,7 +193,7 @@ fn leading_samples(gram: &Mat<f64>, count: usize) -> (Mat<f64>, Vec<f64>) {
 }
 
 /// Components from the weights of the samples: weightsᵀ · X, K × D row-major.
-fn combine(samples: &impl SampleMatrix, mean: &[f32], weights: &Mat<f64>) -> Vec<f32> {
+fn combine(samples: &(impl SampleMatrix + ?Sized), mean: &[f32], weights: &Mat<f64>) -> Vec<f32> {
     let (columns, count) = (samples.columns(), weights.ncols());
     let mut components = vec![0.0_f32; count * columns];
     for range in blocks(columns) {

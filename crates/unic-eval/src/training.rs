@@ -69,9 +69,9 @@ pub struct Displacements<'a> {
     pub frames: Vec<FrameIndex>,
 }
 
-/// Positions in the heading frame (origin at the root joint) of chosen frames.
+/// Positions relative to the root joint of chosen frames, turned as the motion vectors are.
 #[derive(Clone, Debug)]
-pub struct HeadingPositions<'a> {
+pub struct RootRelativePositions<'a> {
     /// Where the frames come from.
     pub set: &'a TrainingSet,
     /// One a sample.
@@ -93,7 +93,7 @@ impl SampleMatrix for Displacements<'_> {
     }
 }
 
-impl SampleMatrix for HeadingPositions<'_> {
+impl SampleMatrix for RootRelativePositions<'_> {
     fn rows(&self) -> usize {
         self.frames.len()
     }
@@ -105,10 +105,10 @@ impl SampleMatrix for HeadingPositions<'_> {
     fn read(&self, row: usize, columns: Range<usize>, out: &mut [f32]) {
         let FrameIndex { clip, frame } = self.frames[row];
         let clip = &self.set.train[clip];
-        let heading_from_world = clip.kinematics.world_from_frame(frame).inverse();
+        let own_from_world = clip.kinematics.world_from_state(frame).inverse();
         let world = &clip.captured.garment.frame(frame)[vertices(&columns)];
         for (x, out) in world.iter().zip(out.chunks_exact_mut(3)) {
-            out.copy_from_slice(&heading_from_world.point(*x).to_array());
+            out.copy_from_slice(&own_from_world.point(*x).to_array());
         }
     }
 }

@@ -146,10 +146,7 @@ fn pick(context: &GpuContext, model: &Model, logits: usize, latent: usize) -> Ke
         constants: &[
             ("CHANNELS", config.channels as f64),
             ("CATEGORIES", config.categories as f64),
-            (
-                "ONE_HOT",
-                f64::from(u8::from(config.code == LatentCode::OneHot)),
-            ),
+            ("ONE_HOT", f64::from(u8::from(config.code == LatentCode::OneHot))),
             ("LOGITS", logits as f64),
             ("LATENT", latent as f64),
         ],

@@ -326,6 +326,30 @@ impl TrainConfig {
         self.optimiser.learning_rate(step)
     }
 
+    /// Are `longer` the same settings for a longer run, whose learning rate has been the same up to where this one
+    /// ends? The half periods of the schedule grow with the epochs, or with the steps where those are given.
+    pub fn is_lengthened_by(&self, longer: &Self) -> bool {
+        let (o, l) = (&self.optimiser, &longer.optimiser);
+        let lengths = match (o.epochs, l.epochs) {
+            (Some(epochs), Some(longer)) => [epochs, longer],
+            (None, None) => [o.steps, l.steps],
+            _ => return false,
+        };
+        let [rate, longer_rate] = [o.half_periods, l.half_periods];
+        let same_rate = (rate * lengths[1] as f64 - longer_rate * lengths[0] as f64).abs()
+            <= 1e-9 * longer_rate * lengths[0] as f64;
+        let mut alike = longer.clone();
+        alike.optimiser = OptimiserConfig {
+            steps: o.steps,
+            epochs: o.epochs,
+            half_periods: rate,
+            ..l.clone()
+        };
+        // Windows that grow over a run have grown otherwise over a longer one.
+        let grows = self.batch.unroll_first != self.batch.unroll_last;
+        lengths[1] > lengths[0] && same_rate && alike == *self && !grows
+    }
+
     /// Exactly so many steps, whatever number of epochs that is.
     pub fn set_steps(&mut self, steps: u64) {
         (self.optimiser.steps, self.optimiser.epochs) = (steps, None);

@@ -104,8 +104,8 @@ pub use batch::{Batch, Window};
 pub use checkpoint::{Checkpoint, Progress};
 pub use config::{
     BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, ModelSettings, OptimiserConfig,
-    PUBLISHED_EPOCHS, Preset, RecurrenceSettings, Refit, RegularisationConfig, SettingsError, StateSettings, TrainConfig,
-    ValidationConfig,
+    PUBLISHED_EPOCHS, Preset, RecurrenceSettings, Refit, RegularisationConfig, SettingsError, StateSettings,
+    TrainConfig, ValidationConfig,
 };
 pub use correction::{Bodies, Correction};
 pub use dataset::{Dataset, MotionVectors};
@@ -122,7 +122,7 @@ pub use processor::Processor;
 pub use recurrence::{MOST_FOLDS, Watch};
 pub use rival::{
     GlobalFeatureSettings, MotionElements, RivalConfig, RivalKind, RivalPredictor, RivalTrainer,
-    SpaceSettings,
+    SpaceSettings, SurfaceKind,
 };
 pub use rollout::Rollout;
 pub use stream::{Stream, generator};

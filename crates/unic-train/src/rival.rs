@@ -21,8 +21,9 @@ mod network;
 mod predictor;
 mod samples;
 mod space;
+mod surface;
 
-pub use config::{GlobalFeatureSettings, MotionElements, RivalConfig, RivalKind, SpaceSettings};
+pub use config::{GlobalFeatureSettings, MotionElements, RivalConfig, RivalKind, SpaceSettings, SurfaceKind};
 pub use predictor::RivalPredictor;
 
 use crate::{
@@ -39,7 +40,7 @@ use network::{RivalNetwork, Shape};
 use predictor::Trained;
 use samples::Samples;
 use std::{sync::Arc, time::Instant};
-use unic_core::skeleton::Skeleton;
+use unic_core::{motion::MotionSpec, skeleton::Skeleton};
 use unic_eval::TrainingSet;
 
 /// One training of one network.
@@ -53,14 +54,19 @@ pub struct RivalTrainer {
 }
 
 impl RivalTrainer {
-    /// Reads every frame of the training clips once. The motion vectors of `set` are those of the
-    /// heading layout.
+    /// Reads every frame of the training clips once. The motion vectors of `set` are those of `spec`, which has the
+    /// settings' layout and velocity.
     ///
     /// # Errors
     /// Settings out of range, clips too short to train on.
-    pub fn new(set: &TrainingSet, skeleton: &Skeleton, config: RivalConfig) -> Result<Self, TrainError> {
+    pub fn new(
+        set: &TrainingSet,
+        spec: &MotionSpec,
+        skeleton: &Skeleton,
+        config: RivalConfig,
+    ) -> Result<Self, TrainError> {
         config.check()?;
-        let samples = Samples::new(set, skeleton, &config)?;
+        let samples = Samples::new(set, spec, skeleton, &config)?;
         let shape = Shape::new(&config, samples.features.len(), samples.space.dimensions());
         let device = Device::flex().autodiff();
         let network = RivalNetwork::new(&shape, config.seed, &device);

@@ -67,9 +67,7 @@ struct MeanSquare {
 impl MeanSquare {
     fn add(&mut self, predicted: &[Vec3], truth: &[Vec3]) {
         let pairs = predicted.iter().zip(truth);
-        self.sum += pairs
-            .map(|(p, g)| f64::from(p.distance_squared(*g)))
-            .sum::<f64>();
+        self.sum += pairs.map(|(p, g)| f64::from(p.distance_squared(*g))).sum::<f64>();
         self.count += predicted.len();
     }
 

@@ -131,7 +131,13 @@ fn a_mirrored_window_is_a_window_of_the_mirrored_clip() {
 /// Poses and garment of a take carried through the world, 3 m a second.
 fn carried_away(take: &Take) -> Take {
     let mut carried = take.clone();
-    for (t, (pose, garment)) in carried.clip.poses.iter_mut().zip(&mut carried.garment).enumerate() {
+    for (t, (pose, garment)) in carried
+        .clip
+        .poses
+        .iter_mut()
+        .zip(&mut carried.garment)
+        .enumerate()
+    {
         let by = Vec3::new(0.1, 0.02, -0.05) * t as f32;
         pose.trans += by;
         garment.iter_mut().for_each(|v| *v += by);
@@ -146,7 +152,9 @@ fn the_distance_travelled_is_in_no_state_and_in_no_target() {
         let mut config = without_noise(small(Preset::Paper));
         config.model.layout = layout;
         let batch = |carry: fn(&Take) -> Take| {
-            let takes: Vec<_> = (takes().iter()).map(|(take, split)| (carry(take), *split)).collect();
+            let takes: Vec<_> = (takes().iter())
+                .map(|(take, split)| (carry(take), *split))
+                .collect();
             let data = dataset_of(&takes, &config);
             let window = Window {
                 clip: 1,

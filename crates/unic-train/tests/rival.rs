@@ -9,8 +9,9 @@ mod common;
 use common::*;
 use glam::{Quat, Vec3};
 use unic_core::features::PointFrame;
+use unic_core::motion::{MotionLayout, MotionSpec, VelocityScheme};
 use unic_core::skeleton::Pose;
-use unic_eval::{Mode, Predictor, PreparedClip, TrainingSet, training_set};
+use unic_eval::{Mode, Predictor, PreparedClip, TrainingSet, training_set, training_set_of};
 use unic_io::Split;
 use unic_train::*;
 
@@ -74,18 +75,28 @@ fn small_rival(kind: RivalKind) -> RivalConfig {
     config
 }
 
+fn spec(config: &RivalConfig) -> MotionSpec {
+    let contact_joints = Figure::tube().contact_joints;
+    MotionSpec::new(config.layout, config.velocity, contact_joints, &character()).unwrap()
+}
+
 /// Three takes to train on, a fourth apart.
 fn sets(take: fn(usize) -> Take) -> (TrainingSet, PreparedClip) {
+    sets_of(&small_rival(RivalKind::PoseOnly), take)
+}
+
+/// With the motion vectors of these settings.
+fn sets_of(config: &RivalConfig, take: fn(usize) -> Take) -> (TrainingSet, PreparedClip) {
     let splits = [Split::Train, Split::Train, Split::Train, Split::Validation];
     let takes: Vec<_> = splits.iter().enumerate().map(|(i, s)| (take(i), *s)).collect();
     let (_folder, capture) = capture(&takes);
-    let mut set = training_set(&capture).unwrap();
+    let mut set = training_set_of(&capture, &spec(config)).unwrap();
     let unseen = set.validation.pop().unwrap();
     (set, unseen)
 }
 
 fn trained(set: &TrainingSet, config: RivalConfig) -> RivalPredictor {
-    let trainer = RivalTrainer::new(set, &character().skeleton, config).unwrap();
+    let trainer = RivalTrainer::new(set, &spec(&config), &character().skeleton, config).unwrap();
     trainer.train(&|_, _| Control::Continue).unwrap()
 }
 
@@ -214,6 +225,29 @@ fn the_garment_before_is_what_one_step_starts_from() {
 }
 
 #[test]
+fn positions_about_the_root_follow_a_character_that_travels() {
+    let mut config = small_rival(RivalKind::GlobalFeature);
+    config.layout = MotionLayout::PaperRootRelative;
+    config.velocity = VelocityScheme::Forward;
+    config.surface = SurfaceKind::RootRelative;
+    let (set, unseen) = sets_of(&config, dragged);
+    let mut predictor = trained(&set, config);
+    let frames = predicted(&mut predictor, &unseen, Mode::OneStep);
+    let (mut error, mut held, mut count) = (0.0, 0.0, 0);
+    for (i, predicted) in frames.iter().enumerate() {
+        let [before, now] = [i, i + 1].map(|t| unseen.captured.garment.frame(t));
+        for ((x, now), before) in predicted.iter().zip(now).zip(before) {
+            error += x.distance_squared(*now);
+            held += before.distance_squared(*now);
+            count += 1;
+        }
+    }
+    let [error, held] = [error, held].map(|sum: f32| (sum / count as f32).sqrt());
+    assert!(error < held, "{error} m, the frame before {held} m");
+    assert!(frames.iter().flatten().all(|x| x.is_finite()));
+}
+
+#[test]
 fn the_number_of_threads_changes_no_bit() {
     for kind in [
         RivalKind::PoseOnly,
@@ -238,7 +272,7 @@ fn the_number_of_threads_changes_no_bit() {
 fn a_watch_stops_the_training() {
     let (set, _) = sets(posed);
     let config = small_rival(RivalKind::PoseOnly);
-    let trainer = RivalTrainer::new(&set, &character().skeleton, config).unwrap();
+    let trainer = RivalTrainer::new(&set, &spec(&config), &character().skeleton, config).unwrap();
     let stopped = trainer.train(&|done, _| {
         if done == 3 {
             Control::Stop

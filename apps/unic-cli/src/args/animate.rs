@@ -1,6 +1,6 @@
 //! `unic animate`.
 
-use super::{IntersectionName, MotionArgs, parse};
+use super::{CodeArgs, IntersectionName, MotionArgs, parse};
 use std::{ops::Range, path::PathBuf};
 
 /// Animate a garment on a motion.
@@ -38,6 +38,8 @@ pub(crate) struct AnimateArgs {
     /// What becomes of vertices inside the body [default: as the model was trained for].
     #[arg(long, value_enum)]
     pub(crate) intersection: Option<IntersectionName>,
+    #[command(flatten)]
+    pub(crate) code: CodeArgs,
     /// The garment at the first frame, in world space: .obj, or the first frame of a .pc2, a .npy or
     /// an npz (a capture's clip) [default: the mean shape of training].
     #[arg(long, value_name = "FILE")]

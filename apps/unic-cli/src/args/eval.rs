@@ -1,6 +1,6 @@
 //! `unic eval`.
 
-use super::{IntersectionName, ProtocolName, SplitName};
+use super::{CodeArgs, IntersectionName, ProtocolName, SplitName};
 use std::{num::NonZeroUsize, path::PathBuf};
 
 /// Measure a model beside all baselines.
@@ -55,6 +55,8 @@ pub(crate) struct EvalArgs {
     /// What becomes of vertices inside the body [default: as the model was trained for].
     #[arg(long, value_enum, conflicts_with = "baselines")]
     pub(crate) intersection: Option<IntersectionName>,
+    #[command(flatten)]
+    pub(crate) code: CodeArgs,
     /// Look for distances to the body and the Hausdorff distance in every Nth frame alone, which is what takes
     /// long; errors are those of all frames.
     #[arg(long, value_name = "N", default_value = "1")]

@@ -169,6 +169,7 @@ fn animator(args: &AnimateArgs, model: &Arc<Model>) -> Animator {
     if let Some(name) = args.intersection {
         animator.set_intersection(model_file::intersection(model, name));
     }
+    animator.set_code_sampling(args.code.sampling());
     animator
 }
 

@@ -19,8 +19,8 @@ use std::{collections::HashSet, path::Path, sync::Arc};
 use timing::Timing;
 use unic_core::{animator::Animator, model::Model};
 use unic_eval::{
-    Evaluation, Event, ModelPredictor, PRIOR, PriorPredictor, Protocol, Row, baselines, evaluate_by,
-    training_set,
+    CodeCertainty, Evaluation, Event, ModelPredictor, PRIOR, PriorPredictor, Protocol, Row, baselines,
+    evaluate_by, training_set,
 };
 use unic_io::{Capture, Split};
 
@@ -34,7 +34,11 @@ fn measure(args: &EvalArgs) -> Result<Measured> {
     let capture = protocol::capture(args)?;
     let clips = clip_names(args, &capture)?;
     let animator = match &args.model {
-        Some(path) => Some(animator(path, args.intersection, &capture)?),
+        Some(path) => {
+            let mut animator = animator(path, args.intersection, &capture)?;
+            animator.set_code_sampling(args.code.sampling());
+            Some(animator)
+        }
         None => None,
     };
     let mut listener = Listener::new(args, &capture, &clips)?;
@@ -48,7 +52,15 @@ fn measure(args: &EvalArgs) -> Result<Measured> {
         Some(animator) => Some(Timing::measure(animator.clone(), &capture, &clips)?),
         None => None,
     };
-    let measured = Measured { evaluation, timing };
+    let code = match &animator {
+        Some(animator) => CodeCertainty::of_clips(animator.model(), &capture, &clips)?,
+        None => None,
+    };
+    let measured = Measured {
+        evaluation,
+        timing,
+        code,
+    };
     if let (Some(recorder), Some(animator), Some(path)) = (recorder, &animator, &args.model) {
         let bytes = recorder.finish(animator.model(), path, &measured)?;
         say(&format!("the report has {:.1} MB", bytes as f64 / 1e6));
@@ -62,6 +74,8 @@ struct Measured {
     evaluation: Evaluation,
     /// Of the model, where there is one.
     timing: Option<Timing>,
+    /// How far the clips decide the model's code.
+    code: Option<CodeCertainty>,
 }
 
 fn clip_names(args: &EvalArgs, capture: &Capture) -> Result<Vec<String>> {
@@ -137,7 +151,7 @@ fn rows(capture: &Capture, animator: Option<&Animator>) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// The JSON contract: the evaluation's own keys, and `timing` where there is a model.
+/// The JSON contract: the evaluation's own keys, and `timing` and `code` where there is a model.
 #[derive(Serialize)]
 struct Output<'a> {
     #[serde(flatten)]
@@ -146,22 +160,33 @@ struct Output<'a> {
     protocol: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     timing: Option<Timing>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    code: Option<CodeCertainty>,
 }
 
 fn show(args: &EvalArgs, measured: &Measured) -> Result<()> {
-    let Measured { evaluation, timing } = measured;
-    let timing = *timing;
+    let Measured {
+        evaluation,
+        timing,
+        code,
+    } = measured;
+    let (timing, code) = (*timing, *code);
     if args.json {
         let protocol = args.protocol.map(protocol::name);
         return print_json(&Output {
             evaluation,
             protocol,
             timing,
+            code,
         });
     }
     let timing = timing.map_or_else(String::new, |Timing { frame_ms, threads }| {
         format!("a frame of the model takes {frame_ms:.2} ms (median, threads: {threads})\n")
     });
+    let code = code.map_or_else(String::new, |code| format!("the motion's code: {code}\n"));
     let headline = args.protocol.map(|name| protocol::headline(name, evaluation));
-    print(&format!("{evaluation}{}{timing}", headline.unwrap_or_default()))
+    print(&format!(
+        "{evaluation}{}{code}{timing}",
+        headline.unwrap_or_default()
+    ))
 }

@@ -9,6 +9,7 @@ use crate::{
 use anyhow::{Result, bail};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use unic_core::{config::LatentCode, model::Model};
 use unic_eval::{Coverage, CoverageReport, capture_clips};
 use unic_io::{
     Capture, Split,
@@ -45,6 +46,28 @@ fn inspect(args: &InspectArgs, path: &Path) -> Result<()> {
     }
 }
 
+/// What the field reads of the motion, and how far the training motions decided it.
+fn code_facts(model: &Model) -> Vec<(String, String)> {
+    let encoder = &model.config().encoder;
+    let code = match encoder.code {
+        LatentCode::PickedLogit => "picked logits",
+        LatentCode::OneHot => "one-hot",
+    };
+    let sizes = format!(
+        "{} channels of {} categories, {code}",
+        encoder.channels, encoder.categories
+    );
+    let measured = &model.about().training["code"];
+    let number = |key: &str| measured[key].as_f64();
+    let certainty = number("mean_top_probability").zip(number("uniform"));
+    let certainty = certainty.map(|(top, uniform)| {
+        let text = format!("{top:.3} on training motion, where {uniform:.3} is undecided and 1 certain");
+        ("mean top probability".to_owned(), text)
+    });
+    let sizes = ("motion code".to_owned(), sizes);
+    std::iter::once(sizes).chain(certainty).collect()
+}
+
 /// The report reads a model's header alone; a model that opens is one that runs.
 fn open_model(report: &mut Report) {
     match model_file::read(&report.path) {
@@ -54,6 +77,7 @@ fn open_model(report: &mut Report) {
             fact("garment vertices", model.vertex_count());
             fact("body vertices", model.character().body.vertices.len());
             fact("joints", model.character().skeleton.len());
+            report.facts.extend(code_facts(&model));
         }
         Err(error) => report.problems.push(error.to_string()),
     }

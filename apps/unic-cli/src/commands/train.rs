@@ -66,8 +66,9 @@ pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
     // Epochs are so many steps now.
     run.config = first.config().clone();
     interrupt::check()?;
-    if !args.resume {
-        run.folder.begin(&run.config, &record)?;
+    match args.resume {
+        true => run.folder.write_config(&run.config)?,
+        false => run.folder.begin(&run.config, &record)?,
     }
     run.folder.log(&super::machine())?;
     run.train(first)?.deliver()

@@ -39,7 +39,11 @@ impl Animator {
         sampled.extend(sampling.samples().iter().map(|&v| state.vertices[v as usize]));
         for_each_tile_with(sampled, &mut scratch.tiles, task);
         let histories = &scratch.histories;
-        let own = OwnFrames::new(model, histories, state.motion.world_from_state(&model.character.skeleton));
+        let own = OwnFrames::new(
+            model,
+            histories,
+            state.motion.world_from_state(&model.character.skeleton),
+        );
         own.interpolate(histories, sampling, sampled, &mut state.vertices);
     }
 

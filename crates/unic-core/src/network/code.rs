@@ -124,7 +124,10 @@ mod tests {
             (0..3).for_each(|k| picks[k] += latent[k] as u64);
         }
         let total = 1f64.exp() + 2.0;
-        for (found, expected) in picks.into_iter().zip([1.0 / total, 1f64.exp() / total, 1.0 / total]) {
+        for (found, expected) in picks
+            .into_iter()
+            .zip([1.0 / total, 1f64.exp() / total, 1.0 / total])
+        {
             let share = found as f64 / ticks as f64;
             // Four standard deviations of a share near a half.
             assert!((share - expected).abs() < 0.015, "{share} {expected}");

@@ -134,7 +134,10 @@ impl Reference {
     fn root_frame(&self) -> (DQuat, DVec3) {
         let root = self.parts.character.skeleton.root();
         let rotation = unit(self.motion.world_from_frame().rotation);
-        (rotation, self.motion.world_from_joint()[root].translation.as_dvec3())
+        (
+            rotation,
+            self.motion.world_from_joint()[root].translation.as_dvec3(),
+        )
     }
 
     fn to_root_relative(&self, world: &[DVec3]) -> Vec<DVec3> {

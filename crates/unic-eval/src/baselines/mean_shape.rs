@@ -4,7 +4,7 @@ use crate::{
     kinematics::PreparedClip,
     pca::mean,
     predictor::{Mode, Predictor, PredictorError},
-    training::{HeadingPositions, TrainingSet},
+    training::{RootRelativePositions, TrainingSet},
 };
 use glam::Vec3;
 
@@ -20,7 +20,7 @@ impl MeanShape {
     pub fn fit(set: &TrainingSet) -> Self {
         let frames = set.frames();
         Self {
-            shape: points(&mean(&HeadingPositions { set, frames })).collect(),
+            shape: points(&mean(&RootRelativePositions { set, frames })).collect(),
         }
     }
 }

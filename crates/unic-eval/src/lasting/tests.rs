@@ -15,8 +15,8 @@ use unic_core::{
     animator::{Start, StepInput},
     clip::Clip,
     config::{
-        DisplacementConfig, EncoderConfig, FieldConfig, IntersectionMode, LatentCode, ModelConfig, PointInput,
-        StateConfig,
+        DisplacementConfig, EncoderConfig, FieldConfig, IntersectionMode, LatentCode, ModelConfig,
+        PointInput, StateConfig,
     },
     features::{PointFrame, RestBox, limited},
     model::{About, Model, ModelParts},

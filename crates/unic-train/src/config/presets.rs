@@ -2,7 +2,8 @@
 
 use super::{
     BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, ModelSettings, OptimiserConfig,
-    PUBLISHED_EPOCHS,    RecurrenceSettings, Refit, RegularisationConfig, StateSettings, TrainConfig, ValidationConfig,
+    PUBLISHED_EPOCHS, RecurrenceSettings, Refit, RegularisationConfig, StateSettings, TrainConfig,
+    ValidationConfig,
 };
 use unic_core::{
     config::{EncoderConfig, FieldConfig, IntersectionMode, LatentCode, PointInput},

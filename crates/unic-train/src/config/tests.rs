@@ -63,6 +63,35 @@ fn epochs_are_so_many_steps_of_a_capture_unless_steps_are_given() {
 }
 
 #[test]
+fn a_longer_run_goes_on_with_the_schedule_of_the_shorter_one() {
+    let config = TrainConfig::preset(Preset::Paper);
+    let with = |lines: &[&str]| {
+        let lines: Vec<String> = lines.iter().map(|l| (*l).to_owned()).collect();
+        config.with_assignments(&lines).unwrap()
+    };
+    let longer = with(&["optimiser.epochs=500", "optimiser.half_periods=5.0"]);
+    assert!(config.is_lengthened_by(&longer));
+    assert!(!longer.is_lengthened_by(&config));
+    assert!(!config.is_lengthened_by(&config));
+    let (short, long) = (config.clone().for_pairs(1280), longer.clone().for_pairs(1280));
+    for step in [0, 900, 2999] {
+        assert!((short.learning_rate(step) - long.learning_rate(step)).abs() < 1e-12);
+    }
+    assert!(!config.is_lengthened_by(&with(&["optimiser.epochs=500"])));
+    assert!(!config.is_lengthened_by(&with(&["optimiser.steps=5000", "optimiser.half_periods=5.0"])));
+    let other = &["optimiser.epochs=500", "optimiser.half_periods=5.0", "seed=2"];
+    assert!(!config.is_lengthened_by(&with(other)));
+    let grows = |c: &TrainConfig| TrainConfig {
+        batch: BatchConfig {
+            unroll_last: 3,
+            ..c.batch.clone()
+        },
+        ..c.clone()
+    };
+    assert!(!grows(&config).is_lengthened_by(&grows(&longer)));
+}
+
+#[test]
 fn the_schedule_of_the_paper_rises_again() {
     let config = TrainConfig::preset(Preset::Paper);
     let third = config.optimiser.steps / 3;

@@ -16,7 +16,11 @@ impl TrainConfig {
             assign(&mut table, key.trim(), value).ok_or_else(wrong)?;
         }
         // A number of steps replaces the preset's epochs.
-        let is_given = |key: &str| assignments.iter().any(|a| a.split('=').next().map(str::trim) == Some(key));
+        let is_given = |key: &str| {
+            assignments
+                .iter()
+                .any(|a| a.split('=').next().map(str::trim) == Some(key))
+        };
         if is_given("optimiser.steps") && !is_given("optimiser.epochs") {
             remove_epochs(&mut table);
         }

@@ -90,7 +90,9 @@ pub(crate) fn one_hot(
     let scores = scores.inner();
     let picked: Tensor<3, Int> = scores.clone().argmax(2); // [rows, C, 1]
     let ones = Tensor::ones([rows, channels, 1], &scores.device());
-    let hard = scores.zeros_like().scatter(2, picked, ones, IndexingUpdateOp::Add);
+    let hard = scores
+        .zeros_like()
+        .scatter(2, picked, ones, IndexingUpdateOp::Add);
     // Soft minus soft is zero exactly, so the values are the hard ones and the gradient is the soft one's.
     let code = match soft.device().is_autodiff() {
         true => Tensor::from_inner(hard) + (soft.clone() - soft.detach()),

@@ -2,7 +2,10 @@
 
 use crate::config::{OptimiserConfig, SettingsError};
 use serde::{Deserialize, Serialize};
-use unic_core::config::{EncoderConfig, LatentCode};
+use unic_core::{
+    config::{EncoderConfig, LatentCode},
+    motion::{MotionLayout, VelocityScheme},
+};
 
 /// The networks that ours are compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,7 +26,13 @@ pub enum RivalKind {
 pub struct RivalConfig {
     /// Seed of all random streams.
     pub seed: u64,
-    /// Displacements that can be said.
+    /// Frames and units of the motion vector.
+    pub layout: MotionLayout,
+    /// Direction of differences in the motion vector.
+    pub velocity: VelocityScheme,
+    /// What the subspace holds of the garment.
+    pub surface: SurfaceKind,
+    /// The subspace.
     pub space: SpaceSettings,
     /// What is read of a motion vector.
     pub reads: MotionElements,
@@ -47,7 +56,17 @@ pub struct RivalConfig {
     pub optimiser: OptimiserConfig,
 }
 
-/// Displacements that can be said.
+/// What a subspace holds of the garment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SurfaceKind {
+    /// Displacements from the skinned garment, in the vertices' rotated frames.
+    Displacement,
+    /// Positions relative to the root joint, as the paper has them.
+    RootRelative,
+}
+
+/// The subspace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum SpaceSettings {
@@ -167,6 +186,9 @@ fn ensure(
 fn pose_only() -> RivalConfig {
     RivalConfig {
         seed: 1,
+        layout: MotionLayout::Heading,
+        velocity: VelocityScheme::Backward,
+        surface: SurfaceKind::Displacement,
         space: SpaceSettings::Components(unic_eval::baselines::COMPONENTS),
         reads: MotionElements::Pose,
         lags_s: vec![0.0],

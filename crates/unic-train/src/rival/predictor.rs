@@ -6,12 +6,17 @@ use super::{
     space::Subspace,
 };
 use crate::{
-    dataset::MotionVectors, error::TrainError, mirror::View, prior::displacements, rival::features::Features,
+    dataset::MotionVectors, error::TrainError, mirror::View, rival::config::SurfaceKind,
+    rival::features::Features,
 };
 use glam::Vec3;
 use std::sync::Arc;
 use thiserror::Error;
-use unic_core::{character::Garment, features::PointFrame, motion::Normalisation};
+use unic_core::{
+    character::Garment,
+    motion::{MotionSpec, Normalisation},
+    skeleton::Skeleton,
+};
 use unic_eval::{FrameRateError, Mode, Predictor, PredictorError, PreparedClip};
 
 /// Coefficients may leave the range seen in training by this factor, no further: a network that feeds on
@@ -30,8 +35,10 @@ struct JointsError {
 #[derive(Debug)]
 pub(super) struct Trained {
     garment: Garment,
+    surface: SurfaceKind,
+    spec: MotionSpec,
+    skeleton: Skeleton,
     fps: f32,
-    joints: usize,
     normalisation: Normalisation,
     features: Features,
     space: Subspace,
@@ -48,8 +55,10 @@ impl Trained {
             parameters: values.iter().map(Vec::len).sum(),
             limits: samples.ranges.iter().map(|r| r * RANGE_FACTOR).collect(),
             garment: samples.garment,
+            surface: samples.surface,
+            spec: samples.spec,
+            skeleton: samples.skeleton,
             fps: samples.fps,
-            joints: samples.joints,
             normalisation: samples.normalisation,
             features: samples.features,
             space: samples.space,
@@ -58,7 +67,8 @@ impl Trained {
     }
 
     fn project(&self, clip: &PreparedClip, frame: usize) -> Vec<f32> {
-        self.space.project(&displacements(&self.garment, clip, frame))
+        self.space
+            .project(&self.surface.of_frame(&self.garment, clip, frame))
     }
 }
 
@@ -67,11 +77,19 @@ impl Trained {
 pub struct RivalPredictor {
     trained: Arc<Trained>,
     mode: Mode,
-    /// Of the clip at hand.
-    motion: Option<MotionVectors>,
+    clip: Option<Clip>,
     /// Coefficients of the frame predicted last, metres.
     state: Vec<f32>,
     scratch: Scratch,
+}
+
+/// The clip at hand.
+#[derive(Clone, Debug)]
+struct Clip {
+    /// With the motion vectors that the network reads.
+    prepared: PreparedClip,
+    /// Normalised.
+    motion: MotionVectors,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -80,7 +98,7 @@ struct Scratch {
     features: Vec<f32>,
     garment: Vec<f32>,
     next: Vec<f32>,
-    displacement: Vec<f32>,
+    surface: Vec<f32>,
 }
 
 impl RivalPredictor {
@@ -88,7 +106,7 @@ impl RivalPredictor {
         Self {
             trained,
             mode: Mode::FreeRunning,
-            motion: None,
+            clip: None,
             state: Vec::new(),
             scratch: Scratch::default(),
         }
@@ -103,7 +121,7 @@ impl RivalPredictor {
     fn advance(&mut self, frame: usize) {
         let Self {
             trained,
-            motion: Some(motion),
+            clip: Some(Clip { motion, .. }),
             state,
             scratch,
             ..
@@ -144,35 +162,35 @@ impl Predictor for RivalPredictor {
     fn start(&mut self, clip: &PreparedClip, mode: Mode) -> Result<(), PredictorError> {
         FrameRateError::check(self.trained.fps, clip.captured.clip.fps)?;
         self.mode = mode;
-        let (expected, found) = (self.trained.joints, clip.kinematics.joints());
+        let trained = &self.trained;
+        let (expected, found) = (trained.skeleton.len(), clip.kinematics.joints());
         if expected != found {
             return Err(JointsError { expected, found }.into());
         }
-        self.motion = Some(MotionVectors::new(clip, &self.trained.normalisation, None));
-        self.state = self.trained.project(clip, 0);
+        let prepared = PreparedClip::new(&trained.spec, &trained.skeleton, clip.captured.clone());
+        self.state = trained.project(&prepared, 0);
+        let motion = MotionVectors::new(&prepared, &trained.normalisation, None);
+        self.clip = Some(Clip { prepared, motion });
         Ok(())
     }
 
     fn predict(
         &mut self,
-        clip: &PreparedClip,
+        _: &PreparedClip,
         frame: usize,
         positions: &mut Vec<Vec3>,
     ) -> Result<(), PredictorError> {
-        if self.mode == Mode::OneStep {
-            self.state = self.trained.project(clip, frame - 1);
+        if let (Mode::OneStep, Some(clip)) = (self.mode, &self.clip) {
+            self.state = self.trained.project(&clip.prepared, frame - 1);
         }
         self.advance(frame);
-        let (trained, u) = (&self.trained, &mut self.scratch.displacement);
+        let Some(clip) = &self.clip else { return Ok(()) };
+        let (trained, u) = (&self.trained, &mut self.scratch.surface);
         trained.space.reconstruct(&self.state, u);
-        let world_from_rest = clip.kinematics.world_from_rest(frame);
         let count = u.len() / 3;
-        let position = |v: usize| {
-            let u = Vec3::new(u[v], u[count + v], u[2 * count + v]);
-            PointFrame::new(&trained.garment, v, world_from_rest).position(u)
-        };
-        positions.clear();
-        positions.extend((0..count).map(position));
+        let surface = (0..count).map(|v| Vec3::new(u[v], u[count + v], u[2 * count + v]));
+        let kinematics = &clip.prepared.kinematics;
+        (trained.surface).to_world(&trained.garment, kinematics, frame, surface, positions);
         Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! The training clips as the networks see them: normalised motion and coefficients of the garment.
 
 use super::{
-    config::RivalConfig,
+    config::{RivalConfig, SurfaceKind},
     features::Features,
     network::{Noise, Shape},
     space::Subspace,
@@ -10,7 +10,6 @@ use crate::{
     dataset::MotionVectors,
     error::TrainError,
     mirror::{MirrorMap, View, mirrored, normalisation},
-    prior::displacements,
     recurrence::mirrored_surface,
     stream::{Stream, generator},
 };
@@ -19,7 +18,7 @@ use rand::RngExt;
 use rayon::prelude::*;
 use unic_core::{
     character::Garment,
-    motion::{Normalisation, NormalisationRule, NormalisedElements},
+    motion::{MotionSpec, Normalisation, NormalisationRule, NormalisedElements},
     skeleton::Skeleton,
     surface_map::SurfaceMap,
 };
@@ -35,8 +34,10 @@ const INPUT_SCALE: NormalisationRule = NormalisationRule {
 /// All frames to train on, and what the predictor needs of them.
 pub(super) struct Samples {
     pub(super) garment: Garment,
+    pub(super) surface: SurfaceKind,
+    pub(super) spec: MotionSpec,
+    pub(super) skeleton: Skeleton,
     pub(super) fps: f32,
-    pub(super) joints: usize,
     pub(super) normalisation: Normalisation,
     pub(super) features: Features,
     pub(super) space: Subspace,
@@ -80,6 +81,7 @@ pub(super) struct Batch {
 impl Samples {
     pub(super) fn new(
         set: &TrainingSet,
+        spec: &MotionSpec,
         skeleton: &Skeleton,
         config: &RivalConfig,
     ) -> Result<Self, TrainError> {
@@ -96,13 +98,15 @@ impl Samples {
             .iter()
             .map(|c| MotionVectors::new(c, &normalisation, map));
         let motion: Vec<MotionVectors> = motion.collect();
-        let space = Subspace::fit(set, config.space)?;
-        let sequences = sequences(set, &space, mirrored.as_ref())?;
+        let space = Subspace::fit(set, config.surface, config.space)?;
+        let sequences = sequences(set, config.surface, &space, mirrored.as_ref())?;
         let fps = set.train.first().map_or(0.0, |c| c.captured.clip.fps);
         Ok(Self {
             garment: set.garment.clone(),
+            surface: config.surface,
+            spec: spec.clone(),
+            skeleton: skeleton.clone(),
             fps,
-            joints,
             features: Features::new(config, joints, fps),
             units: Units::of(&sequences, config.global_feature.is_some()),
             ranges: ranges(&sequences),
@@ -217,12 +221,13 @@ impl Mirrored {
 
 fn sequences(
     set: &TrainingSet,
+    surface: SurfaceKind,
     space: &Subspace,
     mirror: Option<&Mirrored>,
 ) -> Result<Vec<Sequence>, TrainError> {
     let coefficients = |clip: &PreparedClip, view: View| -> Result<Vec<Vec<f32>>, TrainError> {
         let frame = |t: usize| -> Result<Vec<f32>, TrainError> {
-            let here = displacements(&set.garment, clip, t);
+            let here = surface.of_frame(&set.garment, clip, t);
             match (view, mirror) {
                 (View::Mirrored, Some(mirror)) => {
                     let mut there: Vec<Vec3> = Vec::new();

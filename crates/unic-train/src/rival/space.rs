@@ -1,9 +1,14 @@
-//! Displacements of the whole garment as a few coefficients.
+//! The whole garment as a few coefficients.
 
-use super::{bones::bone_functions, config::SpaceSettings};
+use super::{
+    bones::bone_functions,
+    config::{SpaceSettings, SurfaceKind},
+};
 use crate::error::TrainError;
 use glam::Vec3;
-use unic_eval::{Displacements, PrincipalComponents, TrainingSet, mean};
+use unic_eval::{
+    Displacements, FrameIndex, PrincipalComponents, RootRelativePositions, SampleMatrix, TrainingSet, mean,
+};
 
 /// u = ū + Σ_k z_k φ_k with orthonormal φ.
 ///
@@ -24,11 +29,15 @@ const MOST_FRAMES: usize = 2000;
 const LEAST_SHARE: f64 = 1e-4;
 
 impl Subspace {
-    pub(super) fn fit(set: &TrainingSet, settings: SpaceSettings) -> Result<Self, TrainError> {
+    pub(super) fn fit(
+        set: &TrainingSet,
+        surface: SurfaceKind,
+        settings: SpaceSettings,
+    ) -> Result<Self, TrainError> {
         match settings {
             SpaceSettings::Components(count) => {
                 let frames = set.spread_frames(MOST_FRAMES);
-                let fitted = PrincipalComponents::fit(&Displacements { set, frames }, count);
+                let fitted = PrincipalComponents::fit(&*samples(set, surface, frames), count);
                 let rows = (0..fitted.len()).flat_map(|k| by_axis(fitted.component(k)));
                 Ok(Self {
                     basis: rows.collect(),
@@ -38,7 +47,7 @@ impl Subspace {
             }
             SpaceSettings::VirtualBones(count) => {
                 let frames = set.frames();
-                let mean = mean(&Displacements { set, frames });
+                let mean = mean(&*samples(set, surface, frames));
                 Ok(Self {
                     basis: orthonormal(bone_functions(&set.garment.rest, count)?),
                     len: set.garment.rest.vertices.len(),
@@ -81,6 +90,14 @@ impl Subspace {
                 part.iter_mut().zip(row).for_each(|(u, phi)| *u += z * phi);
             }
         }
+    }
+}
+
+/// A row a frame.
+fn samples(set: &TrainingSet, surface: SurfaceKind, frames: Vec<FrameIndex>) -> Box<dyn SampleMatrix + '_> {
+    match surface {
+        SurfaceKind::Displacement => Box::new(Displacements { set, frames }),
+        SurfaceKind::RootRelative => Box::new(RootRelativePositions { set, frames }),
     }
 }
 

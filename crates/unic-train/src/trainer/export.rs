@@ -14,7 +14,7 @@ use unic_core::{
     config::{IntersectionMode, StateConfig},
     model::{About, Model, ModelParts},
 };
-use unic_eval::PreparedClip;
+use unic_eval::{CodeCertainty, PreparedClip};
 
 /// How much of the field's output is tried on clips held out, the whole of it first.
 const FIELD_SHARES: [f32; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
@@ -30,6 +30,20 @@ impl Trainer {
             &self.kept(),
             self.validation.as_ref().map_or(1.0, |v| v.field_share),
         )
+    }
+
+    /// [`Trainer::model`], whose file also tells how far the training motions decide its code.
+    ///
+    /// # Errors
+    /// As [`Trainer::model`].
+    pub fn measured_model(&self) -> Result<Model, TrainError> {
+        let model = self.model()?;
+        let Some(code) = CodeCertainty::measure(&model, &self.data.clips) else {
+            return Ok(model);
+        };
+        let mut parts = model.to_parts();
+        parts.about.training["code"] = json!(code);
+        Ok(Model::new(parts)?)
     }
 
     /// Measures the model on the clips held out; none in a fit on all clips.

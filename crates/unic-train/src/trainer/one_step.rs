@@ -55,7 +55,9 @@ impl Trainer {
             correction: None,
         };
         let states = rollout.states(&network, &batch, None, &self.device)?;
-        let predicted = states.into_iter().flat_map(|s| s.inner().try_into_vec_as::<f32>());
+        let predicted = states
+            .into_iter()
+            .flat_map(|s| s.inner().try_into_vec_as::<f32>());
         let pairs = predicted.flatten().zip(batch.targets.iter().flatten());
         let squares: f64 = pairs.map(|(x, target)| f64::from(x - target).powi(2)).sum();
         Ok((squares / batch.rows().max(1) as f64).sqrt())

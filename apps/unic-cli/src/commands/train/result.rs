@@ -106,7 +106,7 @@ impl Trained<'_> {
     /// Writes the model.
     pub(super) fn deliver(&self) -> Result<Summary> {
         let (run, data) = (self.run, self.trainer.data());
-        let model = self.trainer.model()?;
+        let model = self.trainer.measured_model()?;
         let validation = self.validation.as_ref();
         let summary = Summary {
             model: run.out.clone(),

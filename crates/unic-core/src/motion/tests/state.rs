@@ -6,7 +6,11 @@ use super::*;
 fn the_first_velocity_is_the_second_also_after_a_reset() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
     let slices = MotionSlices::new(24);
-    for layout in [MotionLayout::Paper, MotionLayout::PaperRootRelative, MotionLayout::Heading] {
+    for layout in [
+        MotionLayout::Paper,
+        MotionLayout::PaperRootRelative,
+        MotionLayout::Heading,
+    ] {
         let spec = spec((layout, VelocityScheme::Backward), 24);
         for from in [0, 40] {
             let c = streamed(&spec, &skeleton, &poses[from..from + 3], Source::Live);
@@ -25,7 +29,11 @@ fn the_first_velocity_is_the_second_also_after_a_reset() {
 #[test]
 fn a_live_forward_scheme_falls_back_to_backward_differences() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
-    for layout in [MotionLayout::Paper, MotionLayout::PaperRootRelative, MotionLayout::Heading] {
+    for layout in [
+        MotionLayout::Paper,
+        MotionLayout::PaperRootRelative,
+        MotionLayout::Heading,
+    ] {
         let vectors = |velocity, source| streamed(&spec((layout, velocity), 24), &skeleton, &poses, source);
         let forward = vectors(VelocityScheme::Forward, Source::Live);
         assert_eq!(forward[1..], vectors(VelocityScheme::Backward, Source::Live)[1..]);

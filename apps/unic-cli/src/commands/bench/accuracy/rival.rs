@@ -7,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 use unic_core::motion::{MotionLayout, MotionSpec, VelocityScheme};
-use unic_eval::{Mode, Predictor, PreparedClip, training_set};
+use unic_eval::{Mode, Predictor, PreparedClip, training_set_of};
 use unic_io::{Capture, Split};
 use unic_train::{RivalConfig, RivalPredictor, RivalTrainer, TrainError};
 
@@ -44,8 +44,10 @@ pub(super) fn train(
     if let Budget::Steps(steps) = budget {
         config.optimiser.steps = steps;
     }
-    let set = training_set(capture)?;
-    let mut trainer = RivalTrainer::new(&set, &capture.character.skeleton, config)?;
+    let character = &capture.character;
+    let spec = MotionSpec::new(config.layout, config.velocity, capture.contact_joints, character)?;
+    let set = training_set_of(capture, &spec)?;
+    let mut trainer = RivalTrainer::new(&set, &spec, &character.skeleton, config)?;
     interrupt::check()?;
     if let Budget::Time(time) = budget {
         trainer.fill(time.saturating_sub(started.elapsed()).as_secs_f64())?;

@@ -9,7 +9,7 @@ use toml::Table;
 use unic_train::{Refit, RivalConfig, RivalKind, TrainConfig};
 
 /// The built-in rows, in the order of the table.
-const BUILT_IN: [(&str, &str); 18] = [
+const BUILT_IN: [(&str, &str); 22] = [
     ("pose_only", include_str!("../../../../rows/pose_only.toml")),
     (
         "virtual_bones",
@@ -64,6 +64,22 @@ const BUILT_IN: [(&str, &str); 18] = [
     (
         "paper_no_picking",
         include_str!("../../../../rows/paper_no_picking.toml"),
+    ),
+    (
+        "paper_one_hot",
+        include_str!("../../../../rows/paper_one_hot.toml"),
+    ),
+    (
+        "paper_heading",
+        include_str!("../../../../rows/paper_heading.toml"),
+    ),
+    (
+        "paper_root_relative",
+        include_str!("../../../../rows/paper_root_relative.toml"),
+    ),
+    (
+        "paper_no_field",
+        include_str!("../../../../rows/paper_no_field.toml"),
     ),
     (
         "paper_no_intersection",
