@@ -1,6 +1,8 @@
 //! Prints the rates of the field's forward and backward beside the multiply-add peak of the same moment.
 //!
 //! `cargo run --release -p unic-kernels --example field_rate -- [frames] [points per frame] [hidden] [layers]`
+//!
+//! With `UNIC_AMX=1` the field runs on matrix units.
 
 use std::time::Instant;
 
@@ -35,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     println!(
         "{shape:?}\n{groups} frames of {points} points, {:?}",
-        InstructionSet::detect()
+        instructions()
     );
     let forward = (groups * points) as f64 * shape.flops_per_point() as f64;
     for threads in [1, 2] {
@@ -61,6 +63,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+fn instructions() -> InstructionSet {
+    match std::env::var_os("UNIC_AMX") {
+        Some(_) => InstructionSet::Amx,
+        None => InstructionSet::detect(),
+    }
+}
+
 fn measure(shape: FieldShape, groups: usize, points_per_group: usize) -> Result<Vec<Run>, KernelError> {
     let points = groups * points_per_group;
     let parameters = numbers(shape.parameter_count(), (6.0 / shape.hidden as f32).sqrt());
@@ -73,7 +82,7 @@ fn measure(shape: FieldShape, groups: usize, points_per_group: usize) -> Result<
         latents: &z,
         points_per_group,
     };
-    let mut field = Field::new(shape)?;
+    let mut field = Field::with_instructions(shape, instructions())?;
     field.load(&parameters)?;
     let mut outputs = vec![0.0; points * shape.outputs];
     let (mut dx, mut dz, mut dp) = (vec![0.0; x.len()], vec![0.0; z.len()], parameters.clone());

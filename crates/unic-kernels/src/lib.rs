@@ -34,12 +34,15 @@
 //! Three kinds of object: [`Field`] is the asset (parameters packed for the processor), [`Saved`] is what one forward
 //! keeps for its backward, [`BackwardScratch`] can be thrown away at any time.
 //!
-//! **Determinism.** Results have the same bytes for any number of threads and for every [`InstructionSet`]. Work runs
+//! **Determinism.** Results have the same bytes for any number of threads and for every [`InstructionSet`] but
+//! [`InstructionSet::Amx`], which rounds factors to bf16 and is used where it is asked for alone. Work runs
 //! on the current rayon pool.
 //!
 //! **Rates.** `cargo run --release -p unic-kernels --example field_rate` prints them beside [`fma_peak`].
 
 mod adamw;
+#[cfg(target_arch = "x86_64")]
+mod amx;
 mod backward;
 mod batch;
 mod blocks;

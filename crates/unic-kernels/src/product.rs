@@ -1,7 +1,7 @@
 //! The three products of training on tiles in panels ([`crate::panels`]), for every instruction set.
 //!
 //! Each output number is one chain of fused multiply-adds in the order of its inner index, whatever the lanes, so
-//! every instruction set computes the same bytes.
+//! every instruction set computes the same bytes; but for matrix units, whose factors are bf16.
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::{__m256, __m512};
@@ -81,6 +81,8 @@ pub(crate) fn affine(set: InstructionSet, job: &Affine, output: &mut [f32]) {
     unsafe {
         match set {
             #[cfg(target_arch = "x86_64")]
+            InstructionSet::Amx => crate::amx::affine(job, output),
+            #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx512 => affine_avx512(job, output),
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx2 => affine_avx2(job, output),
@@ -112,6 +114,8 @@ pub(crate) fn outer(set: InstructionSet, gradient: Tile, input: Tile, rows: usiz
     unsafe {
         match set {
             #[cfg(target_arch = "x86_64")]
+            InstructionSet::Amx => crate::amx::outer(&job, sums),
+            #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx512 => outer_avx512(&job, sums),
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx2 => outer_avx2(&job, sums),
@@ -129,7 +133,7 @@ pub(crate) fn column_sums(set: InstructionSet, tile: Tile, rows: Range<usize>, s
     unsafe {
         match set {
             #[cfg(target_arch = "x86_64")]
-            InstructionSet::Avx512 => column_sums_avx512(&tile, rows, sums),
+            InstructionSet::Amx | InstructionSet::Avx512 => column_sums_avx512(&tile, rows, sums),
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx2 => column_sums_avx2(&tile, rows, sums),
             _ => column_sums_lanes::<Quad>(&tile, rows, sums),

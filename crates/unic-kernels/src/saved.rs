@@ -36,6 +36,11 @@ impl Saved {
         }
     }
 
+    /// How backward will come by the activations.
+    pub fn retention(&self) -> Retention {
+        self.retention
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.activations) + size_of_val(&*self.biases)

@@ -60,6 +60,59 @@ fn same_bytes_on_every_instruction_set() {
     }
 }
 
+/// Small whole numbers: bf16 holds them and every product, f32 every sum.
+fn whole(count: usize, most: i32, seed: u64) -> Vec<f32> {
+    let wide = numbers(count, f64::from(most) + 0.499, seed);
+    wide.into_iter().map(f32::round).collect()
+}
+
+#[test]
+fn matrix_units_calculate_whole_numbers_exactly() {
+    if !InstructionSet::Amx.is_available() {
+        eprintln!("skipped: {:?} is not available", InstructionSet::Amx);
+        return;
+    }
+    // With one hidden layer nothing that is multiplied grows beyond 8 bits.
+    for (hidden, point_inputs, outputs) in [(40, 3, 3), (17, 34, 2), (256, 3, 3), (64, 5, 1), (1, 1, 4)] {
+        let shape = FieldShape {
+            hidden,
+            hidden_layers: 1,
+            skip: Some(1),
+            point_inputs,
+            outputs,
+            ..SHAPE
+        };
+        for (groups, points) in [(3, 75), (1, 1), (2, 450), (5, 192)] {
+            let mut case = Case::new(shape, groups, points, 1);
+            case.parameters = whole(case.parameters.len(), 1, 4);
+            case.points = whole(case.points.len(), 2, 5);
+            case.latents = whole(case.latents.len(), 2, 6);
+            let gradients = whole(case.output_count(), 2, 7);
+            let run = |set| compute(&case, &case.field_on(set), &mut Saved::default(), &gradients, 3.0);
+            let (exact, found) = (run(InstructionSet::Portable), run(InstructionSet::Amx));
+            assert!(exact == found, "{shape:?}, {groups} x {points}");
+        }
+    }
+}
+
+#[test]
+fn same_bytes_on_matrix_units_for_any_number_of_threads() {
+    if !InstructionSet::Amx.is_available() {
+        eprintln!("skipped: {:?} is not available", InstructionSet::Amx);
+        return;
+    }
+    let case = Case::new(SHAPE, 7, 900, 1);
+    let gradients = numbers(case.output_count(), 1.0, 2);
+    let field = case.field_on(InstructionSet::Amx);
+    let run = || compute(&case, &field, &mut Saved::default(), &gradients, 0.0);
+    let one = on_threads(1, run);
+    for threads in [2, 5] {
+        assert!(one == on_threads(threads, run), "{threads} threads");
+    }
+    let mut none = Saved::new(Retention::Recompute);
+    assert!(one == compute(&case, &field, &mut none, &gradients, 0.0));
+}
+
 #[test]
 fn recomputing_gives_the_same_bytes_without_keeping_activations() {
     let case = Case::new(SHAPE, 3, 500, 1);

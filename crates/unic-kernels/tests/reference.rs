@@ -48,6 +48,28 @@ fn published_field_over_several_tiles_and_groups() {
     check(&case, Retention::Activations, 1e-4).unwrap();
 }
 
+/// bf16 rounds factors at 2⁻⁹; ReLUs whose input is that near to zero take the other side.
+#[test]
+fn matrix_units_err_by_the_rounding_of_their_factors() {
+    if !InstructionSet::Amx.is_available() {
+        eprintln!("skipped: {:?} is not available", InstructionSet::Amx);
+        return;
+    }
+    let case = Case::new(FieldShape::PAPER, 3, 131, 7);
+    let output_gradients = numbers(case.output_count(), 1.0, 99);
+    let expected = case.reference(&output_gradients);
+    let field = case.field_on(InstructionSet::Amx);
+    let found = compute(&case, &field, &mut Saved::default(), &output_gradients, 0.0);
+    let of_outputs = relative_error(&found.outputs, &expected.outputs);
+    assert!((1e-4..0.03).contains(&of_outputs), "{of_outputs}");
+    let errors = [
+        relative_error(&found.points, &expected.points),
+        relative_error(&found.latents, &expected.latents),
+        relative_error(&found.parameters, &expected.parameters),
+    ];
+    assert!(errors.iter().all(|e| (1e-4..0.2).contains(e)), "{errors:?}");
+}
+
 #[test]
 fn field_over_several_chunks() {
     let shape = FieldShape {

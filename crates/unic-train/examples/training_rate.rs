@@ -188,7 +188,8 @@ fn through_burn(shape: FieldShape, fused: bool) -> Result<Time> {
     median(|| {
         timed(|| {
             let outputs = match fused {
-                true => PackedField::new(shape, parameters.clone())?.forward(x.clone(), z.clone())?,
+                true => PackedField::new(shape, parameters.clone(), Products::F32)?
+                    .forward(x.clone(), z.clone())?,
                 false => composed(&shape, x.clone(), z.clone(), parameters.clone()),
             };
             outputs.sum().backward();
@@ -263,6 +264,7 @@ impl Run<'_> {
             shape,
             config: &data.config,
             loss: &config.loss,
+            products: Products::F32,
             correction: None,
         };
         let (forward, loss) = timed(|| Ok(rollout.loss(network, &batch, Some(&noise), &device)?))?;

@@ -4,7 +4,7 @@
 //! forward and backward (`unic-kernels`). Elsewhere it is composed of Burn's operations, which are
 //! also what the fused one is tested and measured against.
 
-use crate::processor::is_on_cpu;
+use crate::{config::Products, processor::is_on_cpu};
 use burn::backend::autodiff::{
     checkpoint::{base::Checkpointer, strategy::NoCheckpointing},
     grads::Gradients as Registry,
@@ -16,7 +16,9 @@ use std::{
     fmt,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
-use unic_kernels::{BackwardScratch, Batch, Field, FieldShape, Gradients, KernelError, Saved};
+use unic_kernels::{
+    BackwardScratch, Batch, Field, FieldShape, Gradients, InstructionSet, KernelError, Retention, Saved,
+};
 
 /// The field of one step, for the device of its parameters.
 #[derive(Clone, Debug)]
@@ -36,11 +38,12 @@ impl FieldOperation {
     /// From parameters `[K]`, flat by [`FieldShape::layout`].
     ///
     /// # Errors
-    /// As [`PackedField::new`].
-    pub fn new(shape: FieldShape, parameters: Tensor<1>) -> Result<Self, KernelError> {
-        match is_on_cpu(&parameters) {
-            true => Ok(Self::Fused(PackedField::new(shape, parameters)?)),
-            false => Ok(Self::Composed { shape, parameters }),
+    /// As [`PackedField::new`]; products that a device other than the CPU does not have.
+    pub fn new(shape: FieldShape, parameters: Tensor<1>, products: Products) -> Result<Self, KernelError> {
+        match (is_on_cpu(&parameters), products) {
+            (true, _) => Ok(Self::Fused(PackedField::new(shape, parameters, products)?)),
+            (false, Products::F32) => Ok(Self::Composed { shape, parameters }),
+            (false, Products::Bf16) => Err(KernelError::Instructions(InstructionSet::Amx)),
         }
     }
 
@@ -60,6 +63,7 @@ impl FieldOperation {
 #[derive(Clone)]
 pub struct PackedField {
     field: Arc<Field>,
+    products: Products,
     parameters: Tensor<1>,
 }
 
@@ -67,16 +71,20 @@ impl PackedField {
     /// From parameters `[K]` on the CPU, flat by [`FieldShape::layout`].
     ///
     /// # Errors
-    /// Sizes out of range, another number of parameters.
+    /// Sizes out of range, another number of parameters, products that the processor does not have.
     ///
     /// # Panics
     /// Of a tensor that is not on the CPU; [`composed`] is for other devices.
-    pub fn new(shape: FieldShape, parameters: Tensor<1>) -> Result<Self, KernelError> {
+    pub fn new(shape: FieldShape, parameters: Tensor<1>, products: Products) -> Result<Self, KernelError> {
         let (values, _) = cpu(parameters.clone().autodiff()).into_parts();
-        let mut field = Field::new(shape)?;
+        let mut field = match products {
+            Products::F32 => Field::new(shape)?,
+            Products::Bf16 => Field::with_instructions(shape, InstructionSet::Amx)?,
+        };
         field.load(slice(&values.to_contiguous()))?;
         Ok(Self {
             field: Arc::new(field),
+            products,
             parameters,
         })
     }
@@ -102,7 +110,11 @@ impl PackedField {
         };
         let sizes = [points.shape()[0], self.field.shape().outputs];
         let mut outputs = vec![0.0; sizes[0] * sizes[1]];
-        let mut saved = ACTIVATIONS.take();
+        let mut saved = match self.products {
+            Products::F32 => ACTIVATIONS.take(),
+            // Matrix units compute activations again sooner than memory returns them.
+            Products::Bf16 => Saved::new(Retention::Recompute),
+        };
         self.field.forward(&batch, &mut outputs, &mut saved)?;
         let outputs = primitive(outputs, sizes);
         let nodes = [points_node, latents_node, parameters_node];
@@ -188,7 +200,9 @@ struct Forward {
 
 impl Drop for Forward {
     fn drop(&mut self) {
-        ACTIVATIONS.put(std::mem::take(&mut self.saved));
+        if self.saved.retention() == Retention::Activations {
+            ACTIVATIONS.put(std::mem::take(&mut self.saved));
+        }
     }
 }
 

@@ -104,8 +104,8 @@ pub use batch::{Batch, Window};
 pub use checkpoint::{Checkpoint, Progress};
 pub use config::{
     BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, ModelSettings, OptimiserConfig,
-    PUBLISHED_EPOCHS, Preset, RecurrenceSettings, Refit, RegularisationConfig, SettingsError, StateSettings,
-    TrainConfig, ValidationConfig,
+    PUBLISHED_EPOCHS, Preset, Products, RecurrenceSettings, Refit, RegularisationConfig, SettingsError,
+    StateSettings, TrainConfig, ValidationConfig,
 };
 pub use correction::{Bodies, Correction};
 pub use dataset::{Dataset, MotionVectors};

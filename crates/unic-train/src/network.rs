@@ -7,7 +7,7 @@ pub(crate) use layers::{
 };
 
 use crate::{
-    config::RegularisationConfig,
+    config::{Products, RegularisationConfig},
     error::TrainError,
     field_op::FieldOperation,
     stream::{Stream, generator},
@@ -171,9 +171,9 @@ impl Network {
     /// The field of one step.
     ///
     /// # Errors
-    /// Sizes that do not fit the shape.
-    pub fn field(&self, shape: &NetworkShape) -> Result<FieldOperation, TrainError> {
-        Ok(FieldOperation::new(shape.field, self.field.val())?)
+    /// Sizes that do not fit the shape, products that the device does not have.
+    pub fn field(&self, shape: &NetworkShape, products: Products) -> Result<FieldOperation, TrainError> {
+        Ok(FieldOperation::new(shape.field, self.field.val(), products)?)
     }
 
     /// All parameters, in a fixed order.

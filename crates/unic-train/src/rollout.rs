@@ -2,7 +2,7 @@
 
 use crate::{
     batch::Batch,
-    config::LossConfig,
+    config::{LossConfig, Products},
     correction::Correction,
     error::TrainError,
     network::{Network, NetworkShape, StepNoise},
@@ -21,6 +21,8 @@ pub struct Rollout<'a> {
     pub config: &'a ModelConfig,
     /// Weights of the loss terms.
     pub loss: &'a LossConfig,
+    /// What the field is computed in.
+    pub products: Products,
     /// Intersection handling, from its step on.
     pub correction: Option<&'a Correction<'a>>,
 }
@@ -41,7 +43,7 @@ impl Rollout<'_> {
         let pairs = batch.frames * windows;
         let motion = tensor(&batch.motion, [pairs, batch.motion.len() / pairs.max(1)], device);
         let latents = network.latents(self.shape, motion, noise); // [K · W, C]
-        let field = network.field(self.shape)?;
+        let field = network.field(self.shape, self.products)?;
         let shares = (!batch.shares.is_empty()).then(|| tensor(&batch.shares, [batch.rows(), 1], device));
         let (mut previous, mut state) = (points(&batch.before_start, device), points(&batch.start, device));
         let mut states = Vec::with_capacity(batch.frames);

@@ -228,6 +228,7 @@ impl Trainer {
             shape: &self.shape,
             config: &self.data.config,
             loss: &config.loss,
+            products: config.optimiser.products,
             correction: corrects.then_some(&correction),
         };
         rollout.loss(network, &batch, Some(&noise), &self.device)

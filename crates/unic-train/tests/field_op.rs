@@ -9,7 +9,7 @@ use burn::tensor::{Tensor, TensorData};
 use common::{device, numbers, relative_error};
 use proptest::prelude::*;
 use unic_kernels::FieldShape;
-use unic_train::{PackedField, composed};
+use unic_train::{PackedField, Products, composed};
 
 /// Data of one evaluation: `groups` latents, each of `points` points.
 struct Case {
@@ -60,7 +60,7 @@ impl Case {
             Tensor::<1>::from_data(TensorData::new(self.values[2].clone(), count), &device).require_grad();
         let outputs = match implementation {
             Implementation::Fused => {
-                let field = PackedField::new(self.shape, w.clone()).unwrap();
+                let field = PackedField::new(self.shape, w.clone(), Products::F32).unwrap();
                 field.forward(x.clone(), z.clone()).unwrap()
             }
             Implementation::Composed => composed(&self.shape, x.clone(), z.clone(), w.clone()),
@@ -169,8 +169,8 @@ fn sizes_that_do_not_fit_are_refused() {
         skip: None,
         outputs: 3,
     };
-    assert!(PackedField::new(shape, zeros(shape.parameter_count() - 1)).is_err());
-    let field = PackedField::new(shape, zeros(shape.parameter_count())).unwrap();
+    assert!(PackedField::new(shape, zeros(shape.parameter_count() - 1), Products::F32).is_err());
+    let field = PackedField::new(shape, zeros(shape.parameter_count()), Products::F32).unwrap();
     let forward = |points: [usize; 2], latents: [usize; 2]| {
         field
             .forward(Tensor::zeros(points, &device), Tensor::zeros(latents, &device))

@@ -56,6 +56,7 @@ impl Fixture {
             shape: &self.shape,
             config: &self.data.config,
             loss: &self.config.loss,
+            products: Products::F32,
             correction,
         }
     }

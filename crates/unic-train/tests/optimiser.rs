@@ -24,6 +24,7 @@ fn gradients(
         shape,
         config: &data.config,
         loss: &config.loss,
+        products: Products::F32,
         correction: None,
     };
     let loss: Tensor<1> = rollout.loss(network, &batch, Some(&noise), &device()).unwrap();

@@ -50,6 +50,7 @@ fn by_tensors(trainer: &Trainer, clip: usize, intersections: Intersections) -> V
         shape: &NetworkShape::new(&data.config, data.capture.character.skeleton.len()),
         config: &data.config,
         loss: &config.loss,
+        products: Products::F32,
         correction: (intersections == Intersections::Handled).then_some(&correction),
     };
     let states = rollout

@@ -2,7 +2,7 @@
 
 use super::{
     BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, ModelSettings, OptimiserConfig,
-    PUBLISHED_EPOCHS, RecurrenceSettings, Refit, RegularisationConfig, StateSettings, TrainConfig,
+    PUBLISHED_EPOCHS, Products, RecurrenceSettings, Refit, RegularisationConfig, StateSettings, TrainConfig,
     ValidationConfig,
 };
 use unic_core::{
@@ -65,6 +65,7 @@ fn paper() -> TrainConfig {
             warmup_steps: 0,
             weight_decay: 1e-4,
             clip_norm: 0.0,
+            products: Products::F32,
         },
         batch: BatchConfig {
             windows: 128,
@@ -153,6 +154,7 @@ fn standard() -> TrainConfig {
             warmup_steps: 100,
             weight_decay: 1e-2,
             clip_norm: 1.0,
+            products: Products::F32,
         },
         batch: BatchConfig {
             windows: 16,

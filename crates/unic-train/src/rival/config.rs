@@ -1,6 +1,6 @@
 //! Settings of the networks to compare with.
 
-use crate::config::{OptimiserConfig, SettingsError};
+use crate::config::{OptimiserConfig, Products, SettingsError};
 use serde::{Deserialize, Serialize};
 use unic_core::{
     config::{EncoderConfig, LatentCode},
@@ -207,6 +207,7 @@ fn pose_only() -> RivalConfig {
             warmup_steps: 100,
             weight_decay: 1e-2,
             clip_norm: 1.0,
+            products: Products::F32,
         },
     }
 }

@@ -3,6 +3,7 @@
 use super::Trainer;
 use crate::{
     batch::{Batch, Sample},
+    config::Products,
     error::TrainError,
     event::{Control, Event},
     network::Network,
@@ -52,6 +53,7 @@ impl Trainer {
             shape: &self.shape,
             config: &self.data.config,
             loss: &self.config.loss,
+            products: Products::F32,
             correction: None,
         };
         let states = rollout.states(&network, &batch, None, &self.device)?;

@@ -1,0 +1,390 @@
+//! The products of [`crate::product`] on Intel's matrix units (AMX): factors rounded to bf16, sums in f32.
+//!
+//! The intrinsics of the units are not stable, so that they are used by assembly. A block is 32 rows by 32 columns:
+//! two tile registers of the left factor (16 rows × 32 numbers), two of the right one (16 pairs of rows × 16 columns),
+//! four of sums. Both factors are converted once a call into buffers of the thread.
+
+use std::{
+    arch::{asm, x86_64::*},
+    cell::RefCell,
+};
+
+use crate::buffer::Buffer;
+use crate::panels::PANEL;
+use crate::product::{Affine, Finish, Outer, Start, Tile};
+
+/// Rows of a tile register; words in each of its rows.
+const LANES: usize = 16;
+/// Words of a tile register: pairs of bf16.
+const REGISTER: usize = LANES * LANES;
+/// Words of the two registers that a block reads at a time of each factor.
+const PAIR: usize = 2 * REGISTER;
+/// Sums of a block.
+const BLOCK: usize = PANEL * PANEL;
+
+/// Factors in bf16, two numbers a word, and the sums of one block; buffers of f32 for their alignment alone.
+#[derive(Default)]
+struct Scratch {
+    left: Buffer,
+    right: Buffer,
+    sums: Buffer,
+}
+
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
+}
+
+/// Does this processor have the units, and may this process use them?
+pub(crate) fn is_available() -> bool {
+    use unic_core::network::{Instructions, Precision};
+    is_x86_feature_detected!("avx512bf16")
+        && is_x86_feature_detected!("avx512bw")
+        && Instructions::available(Precision::Bf16).any(|set| set == Instructions::Amx)
+}
+
+/// As [`crate::product::affine`].
+///
+/// # Safety
+/// The processor has the units, and `affine` has checked every slice.
+pub(crate) unsafe fn affine(job: &Affine, output: *mut f32) {
+    SCRATCH.with_borrow_mut(|scratch| {
+        let (rows, panels) = (job.rows.len(), job.input.widths.len());
+        let blocks = rows.div_ceil(PANEL);
+        scratch.left.resize(blocks * panels * PAIR);
+        scratch.right.resize(job.output_widths.len() * panels * PAIR);
+        scratch.sums.resize(BLOCK);
+        // SAFETY: the buffers hold `PAIR` words for every panel of every block; the rest is the caller's contract.
+        unsafe {
+            convert_rows(&job.input, job.rows.start, rows, &mut scratch.left);
+            convert_weights(job, &mut scratch.right);
+            affine_blocks(job, scratch, output);
+        }
+    });
+}
+
+/// As [`crate::product::outer`].
+///
+/// # Safety
+/// The processor has the units, and `outer` has checked every slice.
+pub(crate) unsafe fn outer(job: &Outer, target: *mut f32) {
+    SCRATCH.with_borrow_mut(|scratch| {
+        let steps = job.rows.div_ceil(PANEL);
+        scratch.left.resize(job.gradient.widths.len() * steps * PAIR);
+        scratch.right.resize(job.input.widths.len() * steps * PAIR);
+        scratch.sums.resize(BLOCK);
+        // SAFETY: the buffers hold `PAIR` words for every 32 rows of every panel; the rest is the caller's contract.
+        unsafe {
+            convert_columns(&job.gradient, job.rows, &mut scratch.left);
+            convert_pairs(&job.input, job.rows, &mut scratch.right);
+            outer_blocks(job, scratch, steps, target);
+        }
+    });
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
+unsafe fn affine_blocks(job: &Affine, scratch: &mut Scratch, output: *mut f32) {
+    let (rows, panels) = (job.rows.len(), job.input.widths.len());
+    let sums = scratch.sums.as_mut_ptr();
+    // SAFETY: blocks end where their buffers do; rows and columns are those that `affine` has checked.
+    unsafe {
+        configure();
+        for panel in 0..job.output_widths.len() {
+            let weights = scratch.right.as_ptr().add(panel * panels * PAIR);
+            for first in (0..rows).step_by(PANEL) {
+                let count = PANEL.min(rows - first);
+                let target = panel * job.input.stride + (job.rows.start + first) * PANEL;
+                match job.start {
+                    Start::Bias(bias) => repeat(bias.as_ptr().add(panel * PANEL), sums),
+                    Start::Output => output.add(target).copy_to_nonoverlapping(sums, count * PANEL),
+                }
+                let input = scratch.left.as_ptr().add(first / PANEL * panels * PAIR);
+                multiply(input, weights, panels, sums);
+                finish(&job.finish, sums, target, count, output);
+            }
+        }
+        release();
+    }
+}
+
+#[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
+unsafe fn outer_blocks(job: &Outer, scratch: &mut Scratch, steps: usize, target: *mut f32) {
+    let sums = scratch.sums.as_mut_ptr();
+    // SAFETY: as in `affine_blocks`.
+    unsafe {
+        configure();
+        for input in 0..job.input.widths.len() {
+            let right = scratch.right.as_ptr().add(input * steps * PAIR);
+            let mut column = 0;
+            for (gradient, &width) in job.gradient.widths.iter().enumerate() {
+                let left = scratch.left.as_ptr().add(gradient * steps * PAIR);
+                sums.write_bytes(0, BLOCK);
+                multiply(left, right, steps, sums);
+                let target = target.add((input * job.outputs + column) * PANEL);
+                for line in (0..width * PANEL).step_by(LANES) {
+                    let sum =
+                        _mm512_add_ps(_mm512_loadu_ps(target.add(line)), _mm512_loadu_ps(sums.add(line)));
+                    _mm512_storeu_ps(target.add(line), sum);
+                }
+                column += width;
+            }
+        }
+        release();
+    }
+}
+
+/// Sums of a block, `[32][32]`, plus the products of `steps` pairs of registers of each factor.
+#[inline(always)]
+unsafe fn multiply(left: *const f32, right: *const f32, steps: usize, sums: *mut f32) {
+    debug_assert!(steps > 0);
+    // SAFETY: the caller's contract: `steps` · [`PAIR`] words at `left` and `right`, a block at `sums`, units that
+    // are configured. Nothing else is touched.
+    unsafe {
+        asm!(
+            "tileloadd tmm0, [{sums} + {row}]",
+            "tileloadd tmm1, [{sums} + {row} + 64]",
+            "tileloadd tmm2, [{under} + {row}]",
+            "tileloadd tmm3, [{under} + {row} + 64]",
+            "2:",
+            "tileloadd tmm4, [{left} + {line}]",
+            "tileloadd tmm6, [{right} + {line}]",
+            "tileloadd tmm7, [{right} + {line} + 1024]",
+            "tdpbf16ps tmm0, tmm4, tmm6",
+            "tileloadd tmm5, [{left} + {line} + 1024]",
+            "tdpbf16ps tmm1, tmm4, tmm7",
+            "tdpbf16ps tmm2, tmm5, tmm6",
+            "tdpbf16ps tmm3, tmm5, tmm7",
+            "add {left}, 2048",
+            "add {right}, 2048",
+            "dec {steps}",
+            "jnz 2b",
+            "tilestored [{sums} + {row}], tmm0",
+            "tilestored [{sums} + {row} + 64], tmm1",
+            "tilestored [{under} + {row}], tmm2",
+            "tilestored [{under} + {row} + 64], tmm3",
+            left = inout(reg) left => _,
+            right = inout(reg) right => _,
+            steps = inout(reg) steps => _,
+            sums = in(reg) sums,
+            under = in(reg) sums.add(BLOCK / 2),
+            row = in(reg) PANEL * size_of::<f32>(),
+            line = in(reg) LANES * size_of::<f32>(),
+            out("tmm0") _, out("tmm1") _, out("tmm2") _, out("tmm3") _,
+            out("tmm4") _, out("tmm5") _, out("tmm6") _, out("tmm7") _,
+            options(nostack)
+        );
+    }
+}
+
+/// One row of 32 numbers to all rows of a block.
+#[inline]
+#[target_feature(enable = "avx512f")]
+unsafe fn repeat(row: *const f32, sums: *mut f32) {
+    // SAFETY: 32 floats at `row`, a block at `sums`.
+    unsafe {
+        let halves = [_mm512_loadu_ps(row), _mm512_loadu_ps(row.add(LANES))];
+        for line in 0..2 * PANEL {
+            _mm512_storeu_ps(sums.add(line * LANES), halves[line % 2]);
+        }
+    }
+}
+
+/// `rows` rows of a block to their place, `target` floats into the output.
+#[inline]
+#[target_feature(enable = "avx512f")]
+unsafe fn finish(finish: &Finish, sums: *const f32, target: usize, rows: usize, output: *mut f32) {
+    for line in (0..rows * PANEL).step_by(LANES) {
+        // SAFETY: the block has `rows` rows; output and gate reach as far, by `affine`.
+        unsafe {
+            let sum = _mm512_loadu_ps(sums.add(line));
+            let value = match finish {
+                Finish::Keep => sum,
+                // maxps returns its second operand when either is NaN.
+                Finish::Relu => _mm512_max_ps(_mm512_setzero_ps(), sum),
+                Finish::Gate(gate) => {
+                    let gate = _mm512_loadu_ps(gate.as_ptr().add(target + line));
+                    let is_open = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(gate, _mm512_setzero_ps());
+                    _mm512_maskz_mov_ps(is_open, sum)
+                }
+            };
+            _mm512_storeu_ps(output.add(target + line), value);
+        }
+    }
+}
+
+/// Left factor of [`affine`]: for each 32 rows, for each panel, 32 rows of 32 bf16. Columns out of use are zero, so
+/// are rows beyond the last.
+#[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
+unsafe fn convert_rows(tile: &Tile, first: usize, rows: usize, words: &mut [f32]) {
+    let panels = tile.widths.len();
+    for (panel, &width) in tile.widths.iter().enumerate() {
+        let used = used_columns(width);
+        for row in 0..rows.next_multiple_of(PANEL) {
+            let place = (row / PANEL * panels + panel) * PAIR + row % PANEL * LANES;
+            // SAFETY: `place` lies in `words` by its length; the row lies in the tile by `check_tile`.
+            unsafe {
+                let bf16 = match row < rows {
+                    true => {
+                        let from = tile
+                            .data
+                            .as_ptr()
+                            .add(panel * tile.stride + (first + row) * PANEL);
+                        let low = _mm512_maskz_loadu_ps(used as u16, from);
+                        let high = _mm512_maskz_loadu_ps((used >> LANES) as u16, from.add(LANES));
+                        std::mem::transmute::<__m512bh, __m512i>(_mm512_cvtne2ps_pbh(high, low))
+                    }
+                    false => _mm512_setzero_si512(),
+                };
+                _mm512_storeu_si512(words.as_mut_ptr().add(place).cast(), bf16);
+            }
+        }
+    }
+}
+
+fn used_columns(width: usize) -> u32 {
+    ((1u64 << width) - 1) as u32
+}
+
+/// Right factor of [`affine`]: for each output panel, for each input panel, 32 rows of weights as [`pairs_of_rows`].
+#[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
+unsafe fn convert_weights(job: &Affine, words: &mut [f32]) {
+    let depth: usize = job.input.widths.iter().sum();
+    let mut place = words.as_mut_ptr();
+    for panel in 0..job.output_widths.len() {
+        let mut row = panel * depth;
+        for &width in job.input.widths {
+            // SAFETY: `affine` has checked the weights' length, the caller that of `words`.
+            unsafe {
+                pairs_of_rows(job.weights.as_ptr().add(row * PANEL), width, place);
+                place = place.add(PAIR);
+            }
+            row += width;
+        }
+    }
+}
+
+/// Right factor of [`outer`]: for each panel, for each 32 rows, these as [`pairs_of_rows`].
+#[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
+unsafe fn convert_pairs(tile: &Tile, rows: usize, words: &mut [f32]) {
+    let mut place = words.as_mut_ptr();
+    for panel in 0..tile.widths.len() {
+        for first in (0..rows).step_by(PANEL) {
+            // SAFETY: as in `convert_weights`.
+            unsafe {
+                let from = tile.data.as_ptr().add(panel * tile.stride + first * PANEL);
+                pairs_of_rows(from, PANEL.min(rows - first), place);
+                place = place.add(PAIR);
+            }
+        }
+    }
+}
+
+/// Left factor of [`outer`]: for each panel, for each 32 rows, the panel's 32 columns as rows of 32 bf16.
+#[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
+unsafe fn convert_columns(tile: &Tile, rows: usize, words: &mut [f32]) {
+    // SAFETY: as in `convert_weights`; a register is turned where it lies.
+    unsafe {
+        convert_pairs(tile, rows, words);
+        for register in words.chunks_exact_mut(REGISTER) {
+            transpose(register.as_mut_ptr());
+        }
+    }
+}
+
+/// `count` rows of 32 floats, at most 32, as two registers of 16 pairs of rows: a word holds a column's numbers of
+/// two consecutive rows. Rows beyond the last are zero.
+#[inline]
+#[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
+unsafe fn pairs_of_rows(rows: *const f32, count: usize, words: *mut f32) {
+    for pair in 0..LANES {
+        for half in 0..2 {
+            // SAFETY: the caller's contract; rows beyond `count` are not read.
+            unsafe {
+                let of_row = |row: usize| match row < count {
+                    true => {
+                        let numbers = _mm512_loadu_ps(rows.add(row * PANEL + half * LANES));
+                        let bf16 = std::mem::transmute::<__m256bh, __m256i>(_mm512_cvtneps_pbh(numbers));
+                        _mm512_cvtepu16_epi32(bf16)
+                    }
+                    false => _mm512_setzero_si512(),
+                };
+                let (even, odd) = (of_row(2 * pair), of_row(2 * pair + 1));
+                let word = _mm512_or_si512(even, _mm512_slli_epi32::<16>(odd));
+                _mm512_storeu_si512(words.add(half * REGISTER + pair * LANES).cast(), word);
+            }
+        }
+    }
+}
+
+/// Sixteen rows of sixteen words, transposed in place.
+#[inline]
+#[target_feature(enable = "avx512f")]
+unsafe fn transpose(words: *mut f32) {
+    // SAFETY: the caller's contract: a register at `words`.
+    let r: [__m512i; LANES] =
+        std::array::from_fn(|i| unsafe { _mm512_loadu_si512(words.add(i * LANES).cast()) });
+    // Columns 4 L + j of rows 4 b to 4 b + 3 in part L of [b][j].
+    let quads: [[__m512i; 4]; 4] = std::array::from_fn(|b| {
+        let [r0, r1, r2, r3] = [r[4 * b], r[4 * b + 1], r[4 * b + 2], r[4 * b + 3]];
+        let (low, high) = (_mm512_unpacklo_epi32(r0, r1), _mm512_unpackhi_epi32(r0, r1));
+        let (low2, high2) = (_mm512_unpacklo_epi32(r2, r3), _mm512_unpackhi_epi32(r2, r3));
+        [
+            _mm512_unpacklo_epi64(low, low2),
+            _mm512_unpackhi_epi64(low, low2),
+            _mm512_unpacklo_epi64(high, high2),
+            _mm512_unpackhi_epi64(high, high2),
+        ]
+    });
+    const EVEN: i32 = 0x88;
+    const ODD: i32 = 0xdd;
+    for j in 0..4 {
+        let [a, b, c, d] = [quads[0][j], quads[1][j], quads[2][j], quads[3][j]];
+        let (even, even2) = (
+            _mm512_shuffle_i32x4::<EVEN>(a, b),
+            _mm512_shuffle_i32x4::<EVEN>(c, d),
+        );
+        let (odd, odd2) = (
+            _mm512_shuffle_i32x4::<ODD>(a, b),
+            _mm512_shuffle_i32x4::<ODD>(c, d),
+        );
+        let columns = [
+            _mm512_shuffle_i32x4::<EVEN>(even, even2),
+            _mm512_shuffle_i32x4::<EVEN>(odd, odd2),
+            _mm512_shuffle_i32x4::<ODD>(even, even2),
+            _mm512_shuffle_i32x4::<ODD>(odd, odd2),
+        ];
+        for (part, column) in columns.into_iter().enumerate() {
+            // SAFETY: as above.
+            unsafe { _mm512_storeu_si512(words.add((4 * part + j) * LANES).cast(), column) }
+        }
+    }
+}
+
+#[inline(always)]
+unsafe fn configure() {
+    // SAFETY: the caller has the units, and the configuration is 64 bytes.
+    unsafe { asm!("ldtilecfg [{}]", in(reg) &raw const CONFIGURATION, options(nostack, readonly)) }
+}
+
+#[inline(always)]
+unsafe fn release() {
+    // SAFETY: the caller has the units.
+    unsafe { asm!("tilerelease", options(nostack, nomem)) }
+}
+
+/// Palette 1; bytes of a row from the 16th on, rows from the 48th on: eight registers of 16 rows of 64 bytes.
+#[repr(C, align(64))]
+struct Configuration([u8; 64]);
+
+static CONFIGURATION: Configuration = Configuration(configuration());
+
+const fn configuration() -> [u8; 64] {
+    let mut bytes = [0; 64];
+    bytes[0] = 1;
+    let mut register = 0;
+    while register < 8 {
+        bytes[16 + 2 * register] = 64;
+        bytes[48 + register] = LANES as u8;
+        register += 1;
+    }
+    bytes
+}
