@@ -33,6 +33,8 @@ pub struct GpuAnimator {
     motion: MotionState,
     /// Has no step been taken since the reset?
     at_start: bool,
+    /// Steps since the reset.
+    ticks: u64,
     wind: Vec3,
     buffers: Buffers,
     programs: Programs,
@@ -78,6 +80,7 @@ impl GpuAnimator {
         let mut animator = Self {
             motion: start_motion(&model, &input),
             at_start: true,
+            ticks: 0,
             wind: Vec3::ZERO,
             mode,
             buffers,
@@ -121,7 +124,7 @@ impl GpuAnimator {
         input.check(model)?;
         start.check(model)?;
         self.motion = start_motion(model, input);
-        self.at_start = true;
+        (self.at_start, self.ticks) = (true, 0);
         self.wind = input.wind;
         let (before, now) = self.motion.pair();
         self.upload.pair(&self.asset, &self.buffers, [before, now]);
@@ -188,6 +191,7 @@ impl GpuAnimator {
         Ok(AnimatorState {
             motion: self.motion.clone(),
             at_start: self.at_start,
+            ticks: self.ticks,
             vertices: states.iter().map(vertex).collect(),
             recurrence: bytemuck::pod_collect_to_vec(&remembered),
         })
@@ -216,7 +220,7 @@ impl GpuAnimator {
             memory,
             bytemuck::cast_slice(&state.recurrence),
         );
-        (self.motion, self.at_start) = (state.motion, state.at_start);
+        (self.motion, self.at_start, self.ticks) = (state.motion, state.at_start, state.ticks);
         self.upload_tick(Frame::Before);
         self.programs.carry.submit(context);
         let (before, now) = self.motion.pair();
@@ -269,6 +273,7 @@ impl GpuAnimator {
         self.upload.pair(&asset, &self.buffers, [before, now]);
         self.upload_tick(Frame::Now);
         self.at_start = false;
+        self.ticks += 1;
         Ok(())
     }
 

@@ -86,7 +86,13 @@ fn moved(model: &Arc<Model>, mode: IntersectionMode, frames: usize) -> usize {
 #[test]
 fn the_papers_intersection_handling_is_the_cpus() {
     let Some(context) = context() else { return };
-    for name in ["paper", "second order", "pose only"] {
+    for name in [
+        "paper",
+        "one-hot code",
+        "paper, motion relative to the root",
+        "second order",
+        "pose only",
+    ] {
         let model = tight(name);
         let mode = IntersectionMode::Paper { relaxation_m: 0.005 };
         assert!(moved(&model, mode, FRAMES) > 100, "{name} must cut into the body");

@@ -203,7 +203,9 @@ fn a_head_of_zeros_moves_nothing() {
     let device = Device::flex().autodiff();
     let mut shape = shape(vec![10, 4], 1, 4);
     let largest = |shape: &NetworkShape| {
-        let field = Network::new(shape, 7, &device).field(shape, Products::F32).unwrap();
+        let field = Network::new(shape, 7, &device)
+            .field(shape, Products::F32)
+            .unwrap();
         let outputs = field
             .forward(Tensor::ones([5, 3], &device), Tensor::ones([1, 1], &device))
             .unwrap();
