@@ -27,12 +27,15 @@ pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
         0 => String::new(),
         step => format!(", {step} of them done"),
     };
-    let epochs = run.config.epochs_of(steps, data.frame_pairs());
-    let squeezed = squeezed(&run.config, epochs, data.frame_pairs());
+    let epochs = match run.config.optimiser.epochs {
+        Some(epochs) => epochs.to_string(),
+        None => format!("{:.1}", run.config.epochs_of(steps, data.frame_pairs())),
+    };
+    let squeezed = squeezed(&run.config, &epochs, data.frame_pairs());
     Ok(format!(
         "{}: {} vertices, {} joints, {} fps\n\
          training on {} clips, {:.1} s of motion; {held_out}{again}\n\
-         {} parameters, {steps} steps, which are {epochs:.1} epochs{done}, seed {}{squeezed}\n\
+         {} parameters, {steps} steps, which are {epochs} epochs{done}, seed {}{squeezed}\n\
          the model will be {}, its run {}",
         capture.manifest.name,
         capture.garment.rest.vertices.len(),
@@ -51,14 +54,14 @@ pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
 const FEW_STEPS: u64 = 200;
 
 /// What is said of a schedule that falls, rises and falls again within a few steps.
-fn squeezed(config: &TrainConfig, epochs: f64, pairs: usize) -> String {
+fn squeezed(config: &TrainConfig, epochs: &str, pairs: usize) -> String {
     let optimiser = &config.optimiser;
     if optimiser.half_periods <= 1.0 || optimiser.steps >= FEW_STEPS {
         return String::new();
     }
     let published = config.published_steps(pairs);
     format!(
-        "\nthe learning rate's {} half periods are squeezed into {epochs:.1} epochs: the published training is \
+        "\nthe learning rate's {} half periods are squeezed into {epochs} epochs: the published training is \
          {PUBLISHED_EPOCHS} epochs, {published} steps of this capture",
         optimiser.half_periods
     )

@@ -1,0 +1,123 @@
+//! Preset `paper` as a user runs it: trained on all clips for epochs, told when its schedule is squeezed, made
+//! longer; how categorical its code is, and noise on it.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod common;
+
+use common::*;
+use serde_json::Value;
+use std::{fs, path::Path};
+
+/// Networks of a second.
+const SMALL: &str = "--preset paper --set model.encoder.hidden=[16] --set model.encoder.channels=6 \
+                     --set model.field.width=16 --set batch.windows=16 --set batch.points=8";
+
+fn trained(folder: &Path, more: &str) -> (Value, String) {
+    let output = unic(
+        folder,
+        &format!("train tube {SMALL} --out p.unic --overwrite --json {more}"),
+    );
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{stderr}");
+    (serde_json::from_slice(&output.stdout).unwrap(), stderr)
+}
+
+#[test]
+fn its_length_is_epochs_of_all_training_clips() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_capture(folder);
+    let (summary, stderr) = trained(folder, "");
+    // 300 passes over the pairs of two clips of 30 frames, 16 in a step.
+    let steps = (300 * 2 * (FRAMES as u64 - 1)).div_ceil(16);
+    assert_eq!(summary["steps"], steps);
+    assert_eq!(summary["training_clips"], serde_json::json!(["one", "two"]));
+    assert!(summary.get("validation_rmse_mm").is_none(), "{summary}");
+    assert!(
+        stderr.contains(&format!("{steps} steps, which are 300 epochs")),
+        "{stderr}"
+    );
+    assert!(stderr.contains("nothing is held out"), "{stderr}");
+    assert!(!stderr.contains("squeezed"), "{stderr}");
+
+    let (summary, stderr) = trained(folder, "--steps 24");
+    assert_eq!(summary["steps"], 24);
+    assert!(
+        stderr.contains("squeezed into 6.6 epochs") && stderr.contains(&format!("{steps} steps")),
+        "{stderr}"
+    );
+}
+
+#[test]
+fn a_run_is_made_longer_where_its_schedule_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_capture(folder);
+    let curve = |folder: &Path| -> Vec<(u64, f64)> {
+        let text = fs::read_to_string(folder.join("p.run/metrics.jsonl")).unwrap();
+        let lines = text.lines().map(|l| serde_json::from_str::<Value>(l).unwrap());
+        lines
+            .filter_map(|l| Some((l["step"].as_u64()?, l["one_step_rmse_mm"].as_f64()?)))
+            .collect()
+    };
+    let every = "--set validation.every=109";
+    let whole = trained(
+        folder,
+        &format!("--set optimiser.epochs=50 --set optimiser.half_periods=5.0 {every}"),
+    );
+    let expected = curve(folder);
+    trained(
+        folder,
+        &format!("--set optimiser.epochs=30 --set optimiser.half_periods=3.0 {every}"),
+    );
+    let resume = "train tube --out p.unic --resume --json";
+    let refused = unic(folder, &format!("{resume} --set optimiser.epochs=50"));
+    assert_eq!(refused.status.code(), Some(2));
+    let longer = json(
+        folder,
+        &format!("{resume} --set optimiser.epochs=50 --set optimiser.half_periods=5.0"),
+    );
+    assert_eq!(longer["steps"], whole.0["steps"]);
+    let found = curve(folder);
+    assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
+    // Epochs are rounded up to whole steps, and so is the period.
+    for ((step, found), (expected_step, expected)) in found.iter().zip(&expected) {
+        assert_eq!(step, expected_step);
+        assert!(
+            (found - expected).abs() < 0.02 * expected,
+            "{step}: {found} {expected}"
+        );
+    }
+    let config = fs::read_to_string(folder.join("p.run/config.toml")).unwrap();
+    assert!(config.contains("epochs = 50\n"), "{config}");
+}
+
+#[test]
+fn how_categorical_the_code_is_is_told_and_noise_is_drawn_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_capture(folder);
+    for code in ["picked_logit", "one_hot"] {
+        trained(folder, &format!("--steps 40 --set model.encoder.code={code}"));
+        let inspected = succeeds(folder, "inspect p.unic");
+        assert!(
+            inspected.contains("mean top probability") && inspected.contains("0.125 is undecided"),
+            "{inspected}"
+        );
+        let scores = json(folder, "eval p.unic tube --json");
+        let top = scores["code"]["mean_top_probability"].as_f64().unwrap();
+        assert!(0.125 < top && top <= 1.0, "{top}");
+        let rmse = |line: &str| {
+            let scores = json(folder, &format!("eval p.unic tube --json {line}"));
+            scores["model"]["one_step"]["rmse_mm"].as_f64().unwrap()
+        };
+        let still = scores["model"]["one_step"]["rmse_mm"].as_f64().unwrap();
+        assert_eq!(rmse("--gumbel 0"), still);
+        assert_eq!(rmse("--gumbel 1"), rmse("--gumbel 1 --gumbel-seed 1"));
+        assert_ne!(rmse("--gumbel 1"), still);
+        assert_ne!(rmse("--gumbel 1"), rmse("--gumbel 1 --gumbel-seed 2"));
+    }
+    let refused = unic(folder, "eval p.unic tube --gumbel 2");
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("expected a number from 0 to 1"));
+}
