@@ -12,6 +12,7 @@ use std::{
 use crate::buffer::Buffer;
 use crate::panels::PANEL;
 use crate::product::{Affine, Finish, Outer, Start, Tile};
+use unic_core::network::matrix_units;
 
 /// Rows of a tile register; words in each of its rows.
 const LANES: usize = 16;
@@ -36,10 +37,10 @@ thread_local! {
 
 /// Does this processor have the units, and may this process use them?
 pub(crate) fn is_available() -> bool {
-    use unic_core::network::{Instructions, Precision};
-    is_x86_feature_detected!("avx512bf16")
+    is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512bf16")
         && is_x86_feature_detected!("avx512bw")
-        && Instructions::available(Precision::Bf16).any(|set| set == Instructions::Amx)
+        && matrix_units::is_available()
 }
 
 /// As [`crate::product::affine`].
@@ -87,7 +88,7 @@ unsafe fn affine_blocks(job: &Affine, scratch: &mut Scratch, output: *mut f32) {
     let sums = scratch.sums.as_mut_ptr();
     // SAFETY: blocks end where their buffers do; rows and columns are those that `affine` has checked.
     unsafe {
-        configure();
+        matrix_units::configure();
         for panel in 0..job.output_widths.len() {
             let weights = scratch.right.as_ptr().add(panel * panels * PAIR);
             for first in (0..rows).step_by(PANEL) {
@@ -102,7 +103,7 @@ unsafe fn affine_blocks(job: &Affine, scratch: &mut Scratch, output: *mut f32) {
                 finish(&job.finish, sums, target, count, output);
             }
         }
-        release();
+        matrix_units::release();
     }
 }
 
@@ -111,7 +112,7 @@ unsafe fn outer_blocks(job: &Outer, scratch: &mut Scratch, steps: usize, target:
     let sums = scratch.sums.as_mut_ptr();
     // SAFETY: as in `affine_blocks`.
     unsafe {
-        configure();
+        matrix_units::configure();
         for input in 0..job.input.widths.len() {
             let right = scratch.right.as_ptr().add(input * steps * PAIR);
             let mut column = 0;
@@ -128,7 +129,7 @@ unsafe fn outer_blocks(job: &Outer, scratch: &mut Scratch, steps: usize, target:
                 column += width;
             }
         }
-        release();
+        matrix_units::release();
     }
 }
 
@@ -357,34 +358,4 @@ unsafe fn transpose(words: *mut f32) {
             unsafe { _mm512_storeu_si512(words.add((4 * part + j) * LANES).cast(), column) }
         }
     }
-}
-
-#[inline(always)]
-unsafe fn configure() {
-    // SAFETY: the caller has the units, and the configuration is 64 bytes.
-    unsafe { asm!("ldtilecfg [{}]", in(reg) &raw const CONFIGURATION, options(nostack, readonly)) }
-}
-
-#[inline(always)]
-unsafe fn release() {
-    // SAFETY: the caller has the units.
-    unsafe { asm!("tilerelease", options(nostack, nomem)) }
-}
-
-/// Palette 1; bytes of a row from the 16th on, rows from the 48th on: eight registers of 16 rows of 64 bytes.
-#[repr(C, align(64))]
-struct Configuration([u8; 64]);
-
-static CONFIGURATION: Configuration = Configuration(configuration());
-
-const fn configuration() -> [u8; 64] {
-    let mut bytes = [0; 64];
-    bytes[0] = 1;
-    let mut register = 0;
-    while register < 8 {
-        bytes[16 + 2 * register] = 64;
-        bytes[48 + register] = LANES as u8;
-        register += 1;
-    }
-    bytes
 }

@@ -83,7 +83,7 @@ impl Instructions {
             #[cfg(target_arch = "x86_64")]
             Self::Amx => {
                 let multiplies = matches!(precision, Precision::Bf16 | Precision::Int8);
-                multiplies && has_avx512(precision) && super::amx::is_available()
+                multiplies && has_avx512(precision) && super::matrix_units::is_available()
             }
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 => has_avx512(precision),

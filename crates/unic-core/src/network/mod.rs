@@ -10,6 +10,8 @@ mod float;
 mod instructions;
 mod kernel;
 mod lines;
+#[cfg(target_arch = "x86_64")]
+pub mod matrix_units;
 mod packed;
 mod precision;
 mod rows;
