@@ -19,7 +19,11 @@ pub(crate) fn of_new_run(args: &TrainArgs) -> Result<TrainConfig> {
 /// Settings of a run to go on with: `stored`, which the command line may repeat, or lengthen by more of the same
 /// schedule, but not change.
 pub(crate) fn of_resumed_run(args: &TrainArgs, stored: TrainConfig, path: &Path) -> Result<TrainConfig> {
-    let asked = overlaid(args, stored.clone())?;
+    let mut asked = overlaid(args, stored.clone())?;
+    if asked.optimiser.epochs.is_some() && asked.optimiser.epochs == stored.optimiser.epochs {
+        // The steps of a run are those that its capture makes of its epochs.
+        asked.optimiser.steps = stored.optimiser.steps;
+    }
     if stored.is_lengthened_by(&asked) {
         return Ok(asked);
     }
@@ -28,8 +32,14 @@ pub(crate) fn of_resumed_run(args: &TrainArgs, stored: TrainConfig, path: &Path)
         return Ok(stored);
     };
     let path = path.display();
+    let longer = match key.as_str() {
+        "optimiser.epochs" | "optimiser.steps" => {
+            "; a run of one fit is made longer where optimiser.half_periods grows by the same factor"
+        }
+        _ => "",
+    };
     Err(Usage(format!(
-        "{path}: expected --resume to keep {key} = {old}, found {new} asked for"
+        "{path}: expected --resume to keep {key} = {old}, found {new} asked for{longer}"
     ))
     .into())
 }
@@ -165,6 +175,23 @@ mod tests {
             error.contains("s.toml") && error.contains("stepz") && !error.contains('\n'),
             "{error}"
         );
+    }
+
+    #[test]
+    fn resuming_may_repeat_the_epochs_of_a_file_from_elsewhere() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("full.toml");
+        let paper = TrainConfig::preset(unic_train::Preset::Paper);
+        fs::write(&path, paper.to_toml()).unwrap();
+        let mut stored = paper.clone();
+        stored.optimiser.steps = 1088;
+        let line = format!("--config {}", path.display());
+        let resumed = |line: &str| of_resumed_run(&args(line), stored.clone(), Path::new("config.toml"));
+        assert_eq!(resumed(&line).unwrap(), stored);
+        let longer = "--set optimiser.epochs=500 --set optimiser.half_periods=5.0";
+        assert_eq!(resumed(longer).unwrap().optimiser.epochs, Some(500));
+        let error = resumed("--set optimiser.epochs=500").unwrap_err().to_string();
+        assert!(error.contains("optimiser.half_periods grows"), "{error}");
     }
 
     #[test]

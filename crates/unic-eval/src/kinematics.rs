@@ -82,8 +82,7 @@ impl ClipKinematics {
         &self.world_from_rest[frame * self.joints..(frame + 1) * self.joints]
     }
 
-    /// Frame of the motion vector: in the heading layout yaw about +Y with its origin at the root
-    /// joint, in the paper's the sequence's first root frame; see `MotionState::world_from_frame`.
+    /// Frame of the motion vector, which depends on its layout; see `MotionState::world_from_frame`.
     pub fn world_from_frame(&self, frame: usize) -> Rigid {
         self.world_from_frame[frame]
     }

@@ -105,10 +105,10 @@ impl SampleMatrix for RootRelativePositions<'_> {
     fn read(&self, row: usize, columns: Range<usize>, out: &mut [f32]) {
         let FrameIndex { clip, frame } = self.frames[row];
         let clip = &self.set.train[clip];
-        let own_from_world = clip.kinematics.world_from_state(frame).inverse();
+        let state_from_world = clip.kinematics.world_from_state(frame).inverse();
         let world = &clip.captured.garment.frame(frame)[vertices(&columns)];
         for (x, out) in world.iter().zip(out.chunks_exact_mut(3)) {
-            out.copy_from_slice(&own_from_world.point(*x).to_array());
+            out.copy_from_slice(&state_from_world.point(*x).to_array());
         }
     }
 }

@@ -140,7 +140,8 @@ impl GpuAnimator {
         Ok(())
     }
 
-    /// One tick of 1 / fps seconds to a new pose.
+    /// One tick of 1 / fps seconds to a new pose. Each channel of the motion's code picks its largest logit: devices
+    /// draw no [noise](unic_core::network::CodeSampling), also after a state of an animator that does.
     ///
     /// # Errors
     /// A pose of another skeleton, with numbers that are not finite or farther than 1000 km from the

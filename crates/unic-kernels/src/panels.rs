@@ -3,7 +3,7 @@
 //! A tile holds some points (its rows) with some columns each. Its columns are cut into panels of 32; a panel stores
 //! its rows one after another, 32 floats each. All three products of training walk this one layout in order: forward
 //! and input gradient broadcast along a row and stream packed weights, the weight gradient broadcasts along a row of
-//! the output gradient and streams rows of the input. Nothing is ever transposed.
+//! the output gradient and streams rows of the input. Only matrix units need a transposed copy.
 
 /// Columns in a panel: two AVX-512 registers, four AVX2 registers.
 pub(crate) const PANEL: usize = 32;

@@ -1,7 +1,7 @@
 //! The three products of training on tiles in panels ([`crate::panels`]), for every instruction set.
 //!
 //! Each output number is one chain of fused multiply-adds in the order of its inner index, whatever the lanes, so
-//! every instruction set computes the same bytes; but for matrix units, whose factors are bf16.
+//! every instruction set computes the same bytes. Matrix units are the exception: their factors are bf16.
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::{__m256, __m512};

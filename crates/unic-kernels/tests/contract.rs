@@ -17,6 +17,12 @@ const SHAPE: FieldShape = FieldShape {
     outputs: 3,
 };
 
+/// The set that is chosen unasked, and matrix units where there are some.
+fn exact_and_matrix() -> impl Iterator<Item = InstructionSet> {
+    let matrix = Some(InstructionSet::Amx).filter(|set| set.is_available());
+    std::iter::once(InstructionSet::detect()).chain(matrix)
+}
+
 fn on_threads<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -152,9 +158,11 @@ fn parameter_gradients_add_up() {
 fn an_empty_batch_changes_no_parameter_gradient() {
     for (groups, points) in [(0, 0), (0, 10), (3, 0)] {
         let case = Case::new(SHAPE, groups, points, 1);
-        let found = compute(&case, &case.field(), &mut Saved::default(), &[], 4.0);
-        assert!(found.parameters.iter().all(|&gradient| gradient == 4.0));
-        assert!(found.latents.iter().all(|&gradient| gradient == 0.0));
+        for set in exact_and_matrix() {
+            let found = compute(&case, &case.field_on(set), &mut Saved::default(), &[], 4.0);
+            assert!(found.parameters.iter().all(|&gradient| gradient == 4.0));
+            assert!(found.latents.iter().all(|&gradient| gradient == 0.0));
+        }
     }
 }
 
@@ -162,12 +170,14 @@ fn an_empty_batch_changes_no_parameter_gradient() {
 fn a_diverged_input_shows_in_the_output() {
     let mut case = Case::new(SHAPE, 1, 30, 1);
     case.points[3 * 4] = f32::NAN;
-    let mut outputs = vec![0.0; case.output_count()];
-    case.field().infer(&case.batch(), &mut outputs).unwrap();
-    let spoilt: Vec<usize> = (0..30)
-        .filter(|point| outputs[point * 3..point * 3 + 3].iter().any(|y| y.is_nan()))
-        .collect();
-    assert_eq!(spoilt, [4]);
+    for set in exact_and_matrix() {
+        let mut outputs = vec![0.0; case.output_count()];
+        case.field_on(set).infer(&case.batch(), &mut outputs).unwrap();
+        let spoilt: Vec<usize> = (0..30)
+            .filter(|point| outputs[point * 3..point * 3 + 3].iter().any(|y| y.is_nan()))
+            .collect();
+        assert_eq!(spoilt, [4], "{set:?}");
+    }
 }
 
 #[test]

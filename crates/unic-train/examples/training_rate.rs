@@ -133,7 +133,7 @@ fn field_shape(model: &ModelSettings) -> FieldShape {
     };
     FieldShape {
         point_inputs: 3 * inputs,
-        latent: model.encoder.channels,
+        latent: model.encoder.latent_len(),
         hidden: model.field.width,
         hidden_layers: model.field.hidden_layers,
         skip: model.field.skip,

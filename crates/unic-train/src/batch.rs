@@ -34,13 +34,22 @@ pub struct Window {
 
 /// How much of the training clips is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sample {
+pub(crate) struct Sample {
     /// Windows, any of which may be drawn again.
-    pub windows: usize,
+    pub(crate) windows: usize,
     /// Vertices of each, at most.
-    pub points: usize,
+    pub(crate) points: usize,
     /// Frames of a window after its start.
-    pub frames: usize,
+    pub(crate) frames: usize,
+}
+
+/// How drawn windows are seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Views {
+    /// As captured.
+    Direct,
+    /// Half of them mirrored.
+    Both,
 }
 
 /// Data of one step, on the host.
@@ -83,16 +92,20 @@ impl Batch {
             points: config.batch.points,
             frames,
         };
-        let windows = draw_windows(data, &mut rng, sample, data.mirrors());
+        let views = match data.mirrors() {
+            true => Views::Both,
+            false => Views::Direct,
+        };
+        let windows = draw_windows(data, &mut rng, sample, views);
         let mut batch = Self::of_windows(data, windows, frames);
         batch.add_noise(data, config, step);
         batch
     }
 
     /// A sample of the training clips as captured, without noise: a function of the seed alone.
-    pub fn sample(data: &Dataset, seed: u64, sample: Sample) -> Self {
+    pub(crate) fn sample(data: &Dataset, seed: u64, sample: Sample) -> Self {
         let mut rng = generator(seed, Stream::OneStep, 0);
-        let windows = draw_windows(data, &mut rng, sample, false);
+        let windows = draw_windows(data, &mut rng, sample, Views::Direct);
         Self::of_windows(data, windows, sample.frames)
     }
 
@@ -169,7 +182,7 @@ impl Batch {
     }
 }
 
-fn draw_windows(data: &Dataset, rng: &mut ChaCha8Rng, sample: Sample, mirrors: bool) -> Vec<Window> {
+fn draw_windows(data: &Dataset, rng: &mut ChaCha8Rng, sample: Sample, views: Views) -> Vec<Window> {
     // Every start of every clip is equally likely.
     let starts: Vec<usize> = data
         .clips
@@ -182,7 +195,7 @@ fn draw_windows(data: &Dataset, rng: &mut ChaCha8Rng, sample: Sample, mirrors: b
     (0..sample.windows)
         .map(|_| {
             let (clip, start) = locate(&starts, rng.random_range(0..total.max(1)));
-            let view = match rng.random::<bool>() && mirrors {
+            let view = match rng.random::<bool>() && views == Views::Both {
                 true => View::Mirrored,
                 false => View::Direct,
             };

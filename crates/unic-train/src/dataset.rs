@@ -83,6 +83,7 @@ impl Dataset {
         processor: Processor,
         watch: &Watch,
     ) -> Result<Self, TrainError> {
+        settings.optimiser.products.check(processor)?;
         let device = processor.device()?;
         if matches!(settings.model.state, StateSettings::RootRelative) {
             // The published method knows no skinning that a mask could blend to.

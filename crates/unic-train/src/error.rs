@@ -84,6 +84,23 @@ pub enum TrainError {
         /// What there is, in the driver's words.
         found: String,
     },
+    /// Motion vectors of another layout or velocity than the settings have.
+    #[error("expected motion vectors with {expected}, found {found}")]
+    MotionSpec {
+        /// Layout and velocity of the settings.
+        expected: String,
+        /// Those of the motion vectors.
+        found: String,
+    },
+    /// Products that a processor does not have.
+    #[error(
+        "expected a CPU with matrix units (Intel AMX) for optimiser.products = \"bf16\", found {processor} without; \
+         take \"f32\""
+    )]
+    Products {
+        /// Where the networks were to be trained.
+        processor: Processor,
+    },
     /// A watch asked for it before there was anything to save.
     #[error("stopped before there was anything to save")]
     Stopped,

@@ -1,8 +1,9 @@
 //! Networks to compare with: what others do instead of a neural field, trained on the same clips.
 //!
-//! All of them give coefficients of the garment's displacement in a fixed subspace, the whole garment at
-//! once: x_i = LBS_i(rest) + R_i (ū_i + Σ_k z_k φ_{k,i}). The φ are orthonormal, so that the loss in the
-//! coefficients is the loss in the vertices, and a step costs no vertex.
+//! All of them give coefficients in a fixed subspace, the whole garment at once: u = ū + Σ_k z_k φ_k. The φ are
+//! orthonormal, so that the loss in the coefficients is the loss in the vertices, and a step costs no vertex. What u
+//! holds of the garment is the settings' [`SurfaceKind`]: displacements from skinning, x_i = LBS_i(rest) + R_i u_i, or
+//! positions relative to the root joint, as the paper has them.
 //!
 //! | [`RivalKind`] | reads | subspace |
 //! |---|---|---|
@@ -10,7 +11,7 @@
 //! | `VirtualBones`: after Pan et al. 2022, "Predicting Loose-Fitting Garment Deformations Using Bone-Driven Motion Networks" | motion vectors of half a second | affine transforms of smoothly weighted bones |
 //! | `GlobalFeature`: the paper's ablation "w/o neural field" | categorical code of two motion vectors, a feature of the garment before | principal components |
 //!
-//! Where they depart from their sources, it is to be comparable: all stand on the skinned garment in the
+//! Where they depart from their sources, it is to be comparable. By default all stand on the skinned garment in the
 //! heading frame, have about as many parameters as preset `standard`, and learn from mirrored motion where
 //! skeleton and garment are symmetric.
 
@@ -66,6 +67,13 @@ impl RivalTrainer {
         config: RivalConfig,
     ) -> Result<Self, TrainError> {
         config.check()?;
+        let (expected, found) = ((config.layout, config.velocity), (spec.layout, spec.velocity));
+        if expected != found {
+            return Err(TrainError::MotionSpec {
+                expected: format!("{expected:?}"),
+                found: format!("{found:?}"),
+            });
+        }
         let samples = Samples::new(set, spec, skeleton, &config)?;
         let shape = Shape::new(&config, samples.features.len(), samples.space.dimensions());
         let device = Device::flex().autodiff();

@@ -8,7 +8,7 @@ mod common;
 use burn::tensor::{Tensor, TensorData};
 use common::{device, numbers, relative_error};
 use proptest::prelude::*;
-use unic_kernels::FieldShape;
+use unic_kernels::{FieldShape, InstructionSet};
 use unic_train::{PackedField, Products, composed};
 
 /// Data of one evaluation: `groups` latents, each of `points` points.
@@ -22,9 +22,11 @@ struct Case {
 
 #[derive(Clone, Copy)]
 enum Implementation {
-    Fused,
+    Fused(Products),
     Composed,
 }
+
+const FUSED: Implementation = Implementation::Fused(Products::F32);
 
 impl Case {
     fn new(shape: FieldShape, groups: usize, points: usize) -> Self {
@@ -59,8 +61,8 @@ impl Case {
         let w =
             Tensor::<1>::from_data(TensorData::new(self.values[2].clone(), count), &device).require_grad();
         let outputs = match implementation {
-            Implementation::Fused => {
-                let field = PackedField::new(self.shape, w.clone(), Products::F32).unwrap();
+            Implementation::Fused(products) => {
+                let field = PackedField::new(self.shape, w.clone(), products).unwrap();
                 field.forward(x.clone(), z.clone()).unwrap()
             }
             Implementation::Composed => composed(&self.shape, x.clone(), z.clone(), w.clone()),
@@ -80,7 +82,7 @@ impl Case {
 
     /// Σ upstream · output, in f64.
     fn objective(&self) -> f64 {
-        let [outputs, ..] = self.evaluate(Implementation::Fused);
+        let [outputs, ..] = self.evaluate(FUSED);
         outputs
             .iter()
             .zip(self.upstream())
@@ -90,7 +92,7 @@ impl Case {
 }
 
 fn assert_fused_is_composed(case: &Case) {
-    let fused = case.evaluate(Implementation::Fused);
+    let fused = case.evaluate(FUSED);
     let composed = case.evaluate(Implementation::Composed);
     for (name, (a, b)) in ["outputs", "points", "latents", "parameters"]
         .iter()
@@ -110,6 +112,34 @@ fn assert_fused_is_composed(case: &Case) {
 #[test]
 fn fused_equals_composed_for_the_published_field() {
     assert_fused_is_composed(&Case::new(FieldShape::PAPER, 3, 37));
+}
+
+/// Values by half a percent. Gradients by more: ReLUs whose input is within the rounding turn on or off.
+#[test]
+fn matrix_units_come_near_to_the_composed_field() {
+    if !InstructionSet::Amx.is_available() {
+        eprintln!("skipped: {:?} is not available", InstructionSet::Amx);
+        return;
+    }
+    let shape = FieldShape {
+        hidden: 64,
+        hidden_layers: 3,
+        skip: Some(2),
+        ..FieldShape::PAPER
+    };
+    let case = Case::new(shape, 3, 37);
+    // Twice: the second forward pass finds what the first one's backward pass has left.
+    for _ in 0..2 {
+        let found = case.evaluate(Implementation::Fused(Products::Bf16));
+        let exact = case.evaluate(Implementation::Composed);
+        let errors: Vec<f64> = found
+            .iter()
+            .zip(&exact)
+            .map(|(a, b)| relative_error(a, b))
+            .collect();
+        assert!((1e-5..0.01).contains(&errors[0]), "{errors:?}");
+        assert!(errors[1..].iter().all(|e| *e < 0.25), "{errors:?}");
+    }
 }
 
 proptest! {
@@ -139,7 +169,7 @@ fn gradients_are_those_of_finite_differences() {
         skip: Some(2),
         outputs: 3,
     };
-    let [_, gradients @ ..] = Case::new(shape, 2, 3).evaluate(Implementation::Fused);
+    let [_, gradients @ ..] = Case::new(shape, 2, 3).evaluate(FUSED);
     for (i, gradient) in gradients.iter().enumerate() {
         let norm = gradient.iter().map(|g| g * g).sum::<f32>().sqrt();
         let moved = |step: f32| {

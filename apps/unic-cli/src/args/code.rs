@@ -8,7 +8,7 @@ pub(crate) struct CodeArgs {
     /// Pick the categories of the motion's code with Gumbel noise of this scale, 0 to 1, as the authors' release
     /// does [default: no noise, the largest logit].
     #[arg(long, value_name = "SCALE", value_parser = scale)]
-    gumbel: Option<f32>,
+    pub(crate) gumbel: Option<f32>,
     /// Seed of that noise.
     #[arg(long, value_name = "N", default_value_t = 1, requires = "gumbel")]
     gumbel_seed: u64,

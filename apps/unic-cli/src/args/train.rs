@@ -10,7 +10,8 @@ use std::{path::PathBuf, time::Duration};
 /// it to the same result as if nothing had happened.
 ///
 /// Without validation clips in the capture, one training clip is held out to measure the error on
-/// unseen motion; then the model is trained once more on all clips (validation.refit).
+/// unseen motion; then the model is trained once more on all clips (validation.refit). Preset paper
+/// holds nothing out and trains for 300 epochs of the capture, unless --steps says otherwise.
 ///
 /// Examples:
 ///   unic train captures/tshirt --preset tiny

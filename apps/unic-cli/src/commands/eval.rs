@@ -9,6 +9,7 @@ pub(crate) mod timing;
 
 use crate::{
     args::{EvalArgs, IntersectionName},
+    failure::Usage,
     model_file,
     output::{print, print_json, say},
 };
@@ -17,7 +18,7 @@ use listener::Listener;
 use serde::Serialize;
 use std::{collections::HashSet, path::Path, sync::Arc};
 use timing::Timing;
-use unic_core::{animator::Animator, model::Model};
+use unic_core::{animator::Animator, model::Model, network::CodeSampling};
 use unic_eval::{
     CodeCertainty, Evaluation, Event, ModelPredictor, PRIOR, PriorPredictor, Protocol, Row, baselines,
     evaluate_by, training_set,
@@ -31,6 +32,9 @@ pub(crate) fn run(args: &EvalArgs) -> Result<()> {
 
 /// Evaluates and writes what is asked for, and prints nothing but progress.
 fn measure(args: &EvalArgs) -> Result<Measured> {
+    if args.baselines && args.code.gumbel.is_some() {
+        return Err(Usage("expected a model for --gumbel, found --baselines".to_owned()).into());
+    }
     let capture = protocol::capture(args)?;
     let clips = clip_names(args, &capture)?;
     let animator = match &args.model {
@@ -162,6 +166,9 @@ struct Output<'a> {
     timing: Option<Timing>,
     #[serde(skip_serializing_if = "Option::is_none")]
     code: Option<CodeCertainty>,
+    /// How the model picked its code's categories.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    code_sampling: Option<CodeSampling>,
 }
 
 fn show(args: &EvalArgs, measured: &Measured) -> Result<()> {
@@ -178,6 +185,7 @@ fn show(args: &EvalArgs, measured: &Measured) -> Result<()> {
             protocol,
             timing,
             code,
+            code_sampling: args.model.is_some().then(|| args.code.sampling()),
         });
     }
     let timing = timing.map_or_else(String::new, |Timing { frame_ms, threads }| {

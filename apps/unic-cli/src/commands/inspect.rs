@@ -57,15 +57,11 @@ fn code_facts(model: &Model) -> Vec<(String, String)> {
         "{} channels of {} categories, {code}",
         encoder.channels, encoder.categories
     );
-    let measured = &model.about().training["code"];
-    let number = |key: &str| measured[key].as_f64();
-    let certainty = number("mean_top_probability").zip(number("uniform"));
-    let certainty = certainty.map(|(top, uniform)| {
-        let text = format!("{top:.3} on training motion, where {uniform:.3} is undecided and 1 certain");
-        ("mean top probability".to_owned(), text)
-    });
-    let sizes = ("motion code".to_owned(), sizes);
-    std::iter::once(sizes).chain(certainty).collect()
+    let certainty = model_file::code_certainty(model).unwrap_or_else(|| "not told by this file".to_owned());
+    vec![
+        ("motion code".to_owned(), sizes),
+        ("mean top probability".to_owned(), certainty),
+    ]
 }
 
 /// The report reads a model's header alone; a model that opens is one that runs.

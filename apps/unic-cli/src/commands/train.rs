@@ -66,9 +66,8 @@ pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
     // Epochs are so many steps now.
     run.config = first.config().clone();
     interrupt::check()?;
-    match args.resume {
-        true => run.folder.write_config(&run.config)?,
-        false => run.folder.begin(&run.config, &record)?,
+    if !args.resume {
+        run.folder.begin(&run.config, &record)?;
     }
     run.folder.log(&super::machine())?;
     run.train(first)?.deliver()
@@ -162,6 +161,8 @@ impl Run {
             self.config.optimiser.steps,
         );
         let mut trainer = self.resumed(first)?;
+        // A run that is made longer is so from here on.
+        self.folder.write_config(&self.config)?;
         say(&result::summary(self, &trainer)?);
         let mut earlier_seconds = 0.0;
         self.fit(&mut trainer, &mut listener, earlier_seconds)?;
@@ -171,7 +172,10 @@ impl Run {
             self.stop_if_asked(&trainer)?;
             let data = trainer.into_data().on_all_clips();
             let data = data.context("a clip that comes back is held out of the first of two fits")?;
-            trainer = self.resumed(Trainer::new(data, self.config.clone())?)?;
+            // As many steps as the first fit has, whatever number of epochs that is of more clips.
+            let mut config = self.config.clone();
+            config.set_steps(config.optimiser.steps);
+            trainer = self.resumed(Trainer::new(data, config)?)?;
             self.stop_if_asked(&trainer)?;
             self.fit(&mut trainer, &mut listener, earlier_seconds)?;
         }

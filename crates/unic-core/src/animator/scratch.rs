@@ -18,7 +18,7 @@ pub(super) struct Scratch {
     pub(super) histories: Vec<PointHistory>,
     pub(super) encoder_input: Vec<f32>,
     pub(super) encoder: EncoderScratch,
-    /// Of a tick, where the code is sampled.
+    /// Gumbel noise of the current tick, one number a logit; empty without sampling.
     pub(super) code_noise: Vec<f32>,
     pub(super) latent: Vec<f32>,
     pub(super) biases: FieldBiases,

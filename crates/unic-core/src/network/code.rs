@@ -1,9 +1,11 @@
 //! The categorical code of the motion: one category is picked in each channel of logits.
 
 use crate::config::{EncoderConfig, LatentCode};
+use serde::Serialize;
 
 /// How inference picks the category of each channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum CodeSampling {
     /// The largest logit: the same motion always gives the same code.
     #[default]
@@ -11,7 +13,8 @@ pub enum CodeSampling {
     /// The largest sum of logit and Gumbel noise, drawn anew in every tick, as the authors' release does:
     /// with a `scale` of 1 a category is picked as often as the softmax of its channel says.
     Gumbel {
-        /// Spread of the uniform numbers that the noise is made of, 0 to 1; 0 picks the largest logit.
+        /// Spread of the uniform numbers that the noise is made of, 0 to 1; 0 picks the largest logit. What lies
+        /// beyond counts as the nearer end, NaN as 0.
         scale: f32,
         /// Seed of the noise.
         seed: u64,
@@ -23,6 +26,8 @@ impl CodeSampling {
     pub(crate) fn write_noise(self, tick: u64, logits: usize, noise: &mut Vec<f32>) {
         noise.clear();
         if let Self::Gumbel { scale, seed } = self {
+            // NaN is not above zero.
+            let scale = if scale > 0.0 { scale.min(1.0) } else { 0.0 };
             let mut state = mixed(seed ^ mixed(tick));
             noise.extend((0..logits).map(|_| {
                 state = state.wrapping_add(GOLDEN_GAMMA);
@@ -145,6 +150,8 @@ mod tests {
         assert_ne!(noise(1.0, 1, 5), noise(1.0, 1, 6));
         assert_ne!(noise(1.0, 1, 5), noise(1.0, 2, 5));
         assert_eq!(noise(0.0, 1, 5), [gumbel(0.5); 4]);
+        assert_eq!(noise(f32::NAN, 1, 5), noise(0.0, 1, 5));
+        assert_eq!(noise(7.0, 1, 5), noise(1.0, 1, 5));
         let mut none = vec![1.0];
         CodeSampling::Largest.write_noise(5, 4, &mut none);
         assert!(none.is_empty());

@@ -45,9 +45,9 @@ impl Predictor for MeanShape {
         frame: usize,
         positions: &mut Vec<Vec3>,
     ) -> Result<(), PredictorError> {
-        let world_from_frame = clip.kinematics.world_from_frame(frame);
+        let world_from_state = clip.kinematics.world_from_state(frame);
         positions.clear();
-        positions.extend(self.shape.iter().map(|&x| world_from_frame.point(x)));
+        positions.extend(self.shape.iter().map(|&x| world_from_state.point(x)));
         Ok(())
     }
 }

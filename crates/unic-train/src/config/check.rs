@@ -61,6 +61,9 @@ impl TrainConfig {
         ] {
             ensure(what, "1 or more", found, found > 0)?;
         }
+        if let Some(epochs) = o.epochs {
+            ensure("optimiser.epochs", "1 or more", epochs, epochs > 0)?;
+        }
         if let Some(seconds) = self.motion_seconds {
             ensure("motion_seconds", "above 0", seconds, is_positive(seconds))?;
         }

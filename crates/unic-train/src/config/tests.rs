@@ -58,6 +58,12 @@ fn epochs_are_so_many_steps_of_a_capture_unless_steps_are_given() {
     assert_eq!((given.steps, given.epochs), (7, None));
     assert_eq!(set(&["optimiser.epochs=30"]).steps, 235);
     assert_eq!(set(&["optimiser.steps = 7", "optimiser.epochs = 30"]).steps, 235);
+    assert_eq!(set(&["optimiser.epochs = 30", "optimiser.steps = 7"]).steps, 7);
+    assert!(
+        config
+            .with_assignments(&["optimiser.epochs=0".to_owned()])
+            .is_err()
+    );
     let standard = TrainConfig::preset(Preset::Standard);
     assert_eq!(standard.clone().for_pairs(1000), standard);
 }
@@ -73,14 +79,23 @@ fn a_longer_run_goes_on_with_the_schedule_of_the_shorter_one() {
     assert!(config.is_lengthened_by(&longer));
     assert!(!longer.is_lengthened_by(&config));
     assert!(!config.is_lengthened_by(&config));
-    let (short, long) = (config.clone().for_pairs(1280), longer.clone().for_pairs(1280));
-    for step in [0, 900, 2999] {
-        assert!((short.learning_rate(step) - long.learning_rate(step)).abs() < 1e-12);
+    // Epochs are rounded up to whole steps: 2,344 and 3,907 of them here.
+    let (short, long) = (config.clone().for_pairs(1000), longer.clone().for_pairs(1000));
+    for step in [0, 900, 2343] {
+        assert!((short.learning_rate(step) - long.learning_rate(step)).abs() < 1e-3 * 1e-4);
     }
     assert!(!config.is_lengthened_by(&with(&["optimiser.epochs=500"])));
     assert!(!config.is_lengthened_by(&with(&["optimiser.steps=5000", "optimiser.half_periods=5.0"])));
     let other = &["optimiser.epochs=500", "optimiser.half_periods=5.0", "seed=2"];
     assert!(!config.is_lengthened_by(&with(other)));
+    let twice = |c: &TrainConfig| TrainConfig {
+        validation: ValidationConfig {
+            refit: Refit::AllClips,
+            ..c.validation.clone()
+        },
+        ..c.clone()
+    };
+    assert!(!twice(&config).is_lengthened_by(&twice(&longer)));
     let grows = |c: &TrainConfig| TrainConfig {
         batch: BatchConfig {
             unroll_last: 3,

@@ -15,13 +15,12 @@ impl TrainConfig {
             let value = parse_value(value.trim());
             assign(&mut table, key.trim(), value).ok_or_else(wrong)?;
         }
-        // A number of steps replaces the preset's epochs.
-        let is_given = |key: &str| {
-            assignments
-                .iter()
-                .any(|a| a.split('=').next().map(str::trim) == Some(key))
+        // Of steps and epochs the one that is given last counts.
+        let last = |key: &str| {
+            let key_of = |a: &String| a.split('=').next().map(str::trim) == Some(key);
+            assignments.iter().rposition(key_of)
         };
-        if is_given("optimiser.steps") && !is_given("optimiser.epochs") {
+        if last("optimiser.steps") > last("optimiser.epochs") {
             remove_epochs(&mut table);
         }
         let config: Self = table.try_into()?;
@@ -53,7 +52,7 @@ fn parse_value(text: &str) -> toml::Value {
     value.unwrap_or_else(|| toml::Value::String(text.to_owned()))
 }
 
-/// Leaves the number of steps of settings as it is written.
+/// Removes `optimiser.epochs`, so that `optimiser.steps` counts.
 fn remove_epochs(settings: &mut toml::Table) {
     let optimiser = settings.get_mut("optimiser").and_then(toml::Value::as_table_mut);
     optimiser.and_then(|optimiser| optimiser.remove("epochs"));

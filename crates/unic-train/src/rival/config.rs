@@ -146,6 +146,23 @@ impl RivalConfig {
         for (what, found) in counts {
             ensure(what, "1 to 4096", found, (1..=4096).contains(&found))?;
         }
+        let optimiser = &self.optimiser;
+        let epochs = optimiser.epochs.map_or("none".to_owned(), |e| e.to_string());
+        ensure("optimiser.epochs", "absent", epochs, optimiser.epochs.is_none())?;
+        let products = optimiser.products;
+        ensure(
+            "optimiser.products",
+            "f32",
+            format!("{products:?}"),
+            products == Products::F32,
+        )?;
+        // The vertical is a row of the root's orientation in the heading layout alone.
+        ensure(
+            "layout",
+            "heading where the pose alone is read",
+            format!("{:?}", self.layout),
+            self.reads == MotionElements::All || self.layout == MotionLayout::Heading,
+        )?;
         if let Some(feature) = &self.global_feature {
             let code = feature.encoder.code;
             ensure(

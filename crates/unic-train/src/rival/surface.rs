@@ -45,3 +45,48 @@ impl SurfaceKind {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use unic_core::motion::{MotionLayout, MotionSpec, VelocityScheme};
+    use unic_io::Split;
+    use unic_testdata::{Figure, Take, capture, take};
+
+    fn prepared(take: Take) -> PreparedClip {
+        let figure = Figure::tube();
+        let (layout, velocity) = (MotionLayout::Paper, VelocityScheme::Forward);
+        let spec = MotionSpec::new(layout, velocity, figure.contact_joints, &figure.character).unwrap();
+        let (_folder, capture) = capture(&figure, &[(take, Split::Train)]);
+        let captured = capture.load_clip("take").unwrap();
+        PreparedClip::new(&spec, &figure.character.skeleton, captured)
+    }
+
+    #[test]
+    fn a_surface_has_its_places_back_and_holds_no_distance_travelled() {
+        let garment = Figure::tube().garment;
+        let here = take("take", 2, 20);
+        let mut there = here.clone();
+        for (t, (pose, vertices)) in there.clip.poses.iter_mut().zip(&mut there.garment).enumerate() {
+            let by = Vec3::new(0.2, 0.0, -0.1) * t as f32;
+            pose.trans += by;
+            vertices.iter_mut().for_each(|v| *v += by);
+        }
+        let clips = [prepared(here), prepared(there)];
+        let mut world = Vec::new();
+        for kind in [SurfaceKind::Displacement, SurfaceKind::RootRelative] {
+            let [near, far] = [0, 1].map(|i| kind.of_frame(&garment, &clips[i], 19));
+            assert!(
+                near.iter().zip(&far).all(|(a, b)| a.distance(*b) < 1e-5),
+                "{kind:?}"
+            );
+            let surface = far.into_iter();
+            kind.to_world(&garment, &clips[1].kinematics, 19, surface, &mut world);
+            let truth = clips[1].captured.garment.frame(19);
+            assert!(
+                world.iter().zip(truth).all(|(a, b)| a.distance(*b) < 1e-5),
+                "{kind:?}"
+            );
+        }
+    }
+}

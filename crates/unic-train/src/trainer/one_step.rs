@@ -10,6 +10,7 @@ use crate::{
     rollout::Rollout,
     validation::one_step_rmse_of,
 };
+use burn::tensor::Tensor;
 use std::{sync::Arc, time::Instant};
 
 /// Pairs of frames, and vertices of each, that the error on training clips is measured on: always the same ones.
@@ -57,10 +58,10 @@ impl Trainer {
             correction: None,
         };
         let states = rollout.states(&network, &batch, None, &self.device)?;
-        let predicted = states
-            .into_iter()
-            .flat_map(|s| s.inner().try_into_vec_as::<f32>());
-        let pairs = predicted.flatten().zip(batch.targets.iter().flatten());
+        // States are made of f32 tensors alone.
+        let values = |state: Tensor<2>| state.inner().try_into_vec_as::<f32>().expect("f32 states");
+        let predicted = states.into_iter().flat_map(values);
+        let pairs = predicted.zip(batch.targets.iter().flatten());
         let squares: f64 = pairs.map(|(x, target)| f64::from(x - target).powi(2)).sum();
         Ok((squares / batch.rows().max(1) as f64).sqrt())
     }

@@ -58,7 +58,8 @@ impl Trainer {
         let judging = self.seconds_of_validating(&model, IntersectionMode::Off, self.judged_frames())?;
         Ok(Pace {
             step: total / SAMPLES as f64,
-            validation,
+            // Beside free running, single steps over as many frames as shares are judged on.
+            validation: validation + judging,
             last_validation: validation + judging * self.field_shares().len() as f64,
         })
     }

@@ -39,10 +39,10 @@ pub(super) fn settings_of_a_new_run(
         let rate = alone.install(|| recurrence.frames_a_second(sizes, processor))?;
         shorten(recurrence, &motion, rate * budget.as_secs_f64(), threads);
     }
-    let (steps, data) = steps_within(args.device.into(), capture, &config, budget, started)?;
+    let (steps, most, data) = steps_within(args.device.into(), capture, &config, budget, started)?;
     config.set_steps(match config.has_prior() {
         // More of them teach the field the training motions by heart.
-        true => steps.min(config.optimiser.steps),
+        true => steps.min(most),
         false => steps,
     });
     Ok((config, Some(data)))
@@ -102,14 +102,14 @@ fn shorten(recurrence: &mut RecurrenceSettings, motion: &Motion, looks: f64, thr
     recurrence.steps = (affordable / in_a_step).max(1);
 }
 
-/// Steps of every fit that the rest of the budget has time for.
+/// Steps of every fit that the rest of the budget has time for, and those that the settings ask for.
 fn steps_within(
     processor: Processor,
     capture: &Capture,
     config: &TrainConfig,
     budget: Duration,
     started: Instant,
-) -> Result<(u64, Dataset)> {
+) -> Result<(u64, u64, Dataset)> {
     say("timing a few steps to fill the budget");
     let fits = Fit::of_run(capture, config);
     let data = load(capture, config, fits[0], processor)?;
@@ -119,7 +119,7 @@ fn steps_within(
     interrupt::check()?;
     let left = budget.saturating_sub(started.elapsed()).as_secs_f64();
     let steps = pace.steps_within(left, fits, config.validation.every);
-    Ok((steps, trainer.into_data()))
+    Ok((steps, trainer.config().optimiser.steps, trainer.into_data()))
 }
 
 #[cfg(test)]

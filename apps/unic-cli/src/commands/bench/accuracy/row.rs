@@ -108,7 +108,7 @@ pub(super) enum Training {
     /// A model of ours.
     Model(Box<TrainConfig>),
     /// A network to compare with.
-    Rival(RivalConfig),
+    Rival(Box<RivalConfig>),
 }
 
 impl Training {
@@ -198,7 +198,7 @@ impl RowFile {
             }
             (None, Some(kind)) => {
                 let text = settings::laid_over(&RivalConfig::of(kind), self.settings, &self.remove)?;
-                Ok(Training::Rival(RivalConfig::from_toml(&text)?))
+                Ok(Training::Rival(Box::new(RivalConfig::from_toml(&text)?)))
             }
             (preset, kind) => Err(anyhow!(
                 "expected a preset or the kind of another network, found {}",

@@ -1,7 +1,7 @@
 //! What was measured, with what, on what.
 
 use super::{machine, words::counted};
-use crate::commands::eval::timing::Timing;
+use crate::{commands::eval::timing::Timing, model_file};
 use anyhow::Result;
 use std::{fs, path::Path, time::Duration};
 use unic_core::{
@@ -69,6 +69,7 @@ fn of_model(model: &Model, path: &Path) -> Facts {
                     encoder.categories
                 )),
             ),
+            ("mean top probability", model_file::code_certainty(model)),
             ("state", Some(state(config))),
             ("intersections", Some(intersections(config))),
             (
@@ -82,7 +83,7 @@ fn of_model(model: &Model, path: &Path) -> Facts {
 
 fn state(config: &ModelConfig) -> String {
     match &config.state {
-        StateConfig::RootRelative => "positions, as in the paper".to_owned(),
+        StateConfig::RootRelative => "positions relative to the root joint, as in the paper".to_owned(),
         StateConfig::Displacement(d) => format!("displacement from a prior, forgotten over {} s", d.memory_s),
     }
 }
