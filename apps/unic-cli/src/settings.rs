@@ -17,9 +17,10 @@ pub(crate) fn of_new_run(args: &TrainArgs) -> Result<TrainConfig> {
 }
 
 /// Settings of a run to go on with: `stored`, which the command line may repeat, or lengthen by more of the same
-/// schedule, but not change.
+/// schedule, or compute in other products, but not change.
 pub(crate) fn of_resumed_run(args: &TrainArgs, stored: TrainConfig, path: &Path) -> Result<TrainConfig> {
     let mut asked = overlaid(args, stored.clone())?;
+    let stored = stored.with_products_of(&asked);
     if asked.optimiser.epochs.is_some() && asked.optimiser.epochs == stored.optimiser.epochs {
         // The steps of a run are those that its capture makes of its epochs.
         asked.optimiser.steps = stored.optimiser.steps;
@@ -201,6 +202,11 @@ mod tests {
         assert_eq!(resumed("").unwrap(), stored);
         assert_eq!(resumed("--steps 40 --set keep=last").unwrap(), stored);
         assert!(resumed("--steps 80").is_err(), "tiny's windows grow");
+        let products = resumed("--set optimiser.products=bf16")
+            .unwrap()
+            .optimiser
+            .products;
+        assert_eq!(products, unic_train::Products::Bf16);
         let error = resumed("--seed 3 --set batch.points=9").unwrap_err().to_string();
         assert!(
             error.contains("batch.points = 64") && error.contains("found 9"),

@@ -1,5 +1,6 @@
 //! What the field is computed in.
 
+use super::TrainConfig;
 use crate::{error::TrainError, processor::Processor};
 use serde::{Deserialize, Serialize};
 use unic_kernels::InstructionSet;
@@ -13,6 +14,16 @@ pub enum Products {
     F32,
     /// bf16, on the CPU's matrix units (Intel AMX), about three times as fast; refused where there are none.
     Bf16,
+}
+
+impl TrainConfig {
+    /// These settings with the products of others: what a run is computed in may change where it goes on, as the
+    /// device may.
+    pub fn with_products_of(&self, other: &Self) -> Self {
+        let mut config = self.clone();
+        config.optimiser.products = other.optimiser.products;
+        config
+    }
 }
 
 impl Products {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 impl Trainer {
     /// Goes on from a checkpoint of the same fit with the same settings, to the same result as if it
-    /// had never stopped; or with those of a longer run, see
+    /// had never stopped where products are those of before; or with those of a longer run, see
     /// [`TrainConfig::is_lengthened_by`](crate::TrainConfig::is_lengthened_by).
     ///
     /// # Errors
@@ -24,8 +24,8 @@ impl Trainer {
         if checkpoint.progress.fit != self.data.fit {
             return Err(wrong("one of another fit"));
         }
-        let begun = &checkpoint.progress.config;
-        if *begun != self.config && !begun.is_lengthened_by(&self.config) {
+        let begun = checkpoint.progress.config.with_products_of(&self.config);
+        if begun != self.config && !begun.is_lengthened_by(&self.config) {
             return Err(wrong("one of other settings"));
         }
         let lengths: Vec<usize> = self.network.values().iter().map(Vec::len).collect();
