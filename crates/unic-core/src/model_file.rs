@@ -48,8 +48,8 @@ pub enum ModelFileError {
         /// The version of the file.
         found: u32,
     },
-    /// A state that no build from now on reads: positions in the frame of the first root pose, which hold the
-    /// distance travelled.
+    /// The state `position`: positions in the frame of the first root pose, which hold the distance travelled. Nothing
+    /// reads it.
     #[error(
         "expected a state relative to the root joint (`root_relative`), found `position`, which holds the distance \
          travelled; train the model again"

@@ -17,8 +17,8 @@ pub struct AnimatorState {
     pub motion: MotionState,
     /// Has no step been taken since the reset?
     pub at_start: bool,
-    /// Steps since the reset: noise on the motion's code is drawn by it. States of before 2026-11-23, whose
-    /// root-relative positions held the distance travelled, lack it and are refused.
+    /// Steps since the reset: noise on the motion's code is drawn by it.
+    // Without a default: saved states that lack it may hold positions with the distance travelled.
     pub ticks: u64,
     /// Of the garment, one a vertex.
     pub vertices: Vec<VertexState>,
