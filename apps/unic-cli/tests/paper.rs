@@ -60,7 +60,7 @@ fn a_run_is_made_longer_where_its_schedule_goes_on() {
             .filter_map(|l| Some((l["step"].as_u64()?, l["one_step_rmse_mm"].as_f64()?)))
             .collect()
     };
-    let every = "--set validation.every=109";
+    let every = "--set validation.every=50";
     let whole = trained(
         folder,
         &format!("--set optimiser.epochs=50 --set optimiser.half_periods=5.0 {every}"),
@@ -78,7 +78,10 @@ fn a_run_is_made_longer_where_its_schedule_goes_on() {
         &format!("{resume} --set optimiser.epochs=50 --set optimiser.half_periods=5.0"),
     );
     assert_eq!(longer["steps"], whole.0["steps"]);
-    let found = curve(folder);
+    let mut found = curve(folder);
+    // The end of the shorter run is measured too.
+    let ends = found.iter().position(|(step, _)| *step == 109).unwrap();
+    found.remove(ends);
     assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
     // Epochs are rounded up to whole steps, and so is the period.
     for ((step, found), (expected_step, expected)) in found.iter().zip(&expected) {
@@ -120,4 +123,30 @@ fn how_categorical_the_code_is_is_told_and_noise_is_drawn_on_request() {
     let refused = unic(folder, "eval p.unic tube --gumbel 2");
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("expected a number from 0 to 1"));
+}
+
+/// Steps of so many epochs of two clips, in windows of preset tiny.
+fn steps_of_tiny(epochs: usize) -> usize {
+    (epochs * 2 * (FRAMES - 1)).div_ceil(8 * 12)
+}
+
+#[test]
+fn epochs_are_those_of_the_first_of_two_fits() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_capture_without_validation(folder);
+    let summary = train(folder, "m.unic", "--set optimiser.epochs=30");
+    assert_eq!(summary["fit"], "all_clips");
+    assert_eq!(summary["steps"], steps_of_tiny(30));
+    let again = json(folder, "train tube --out m.unic --resume --json");
+    assert_eq!(again["steps"], summary["steps"]);
+}
+
+#[test]
+fn a_budget_buys_no_more_than_the_epochs_where_there_is_a_prior() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_capture(folder);
+    let summary = train(folder, "m.unic", "--set optimiser.epochs=8 --budget 1h");
+    assert_eq!(summary["steps"], steps_of_tiny(8));
 }
