@@ -35,12 +35,12 @@ pub struct EncoderConfig {
     pub channels: usize,
     /// Categories D_w that one number of each channel is picked from.
     pub categories: usize,
-    /// What the field reads of a picked category.
+    /// Form in which the field reads the picked categories.
     #[serde(default)]
     pub code: LatentCode,
 }
 
-/// What the field reads of the category that a channel picks.
+/// Form in which the field reads the category that a channel picks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LatentCode {

@@ -46,8 +46,8 @@ use thiserror::Error;
 pub enum MotionLayout {
     /// The published one: frame of the sequence's first root pose, units per frame.
     Paper,
-    /// As [`Paper`](Self::Paper), but positions are relative to the root joint of the same frame: none
-    /// of them leaves the training range on a long walk.
+    /// The published layout with positions relative to the root joint of the same frame: none of them
+    /// leaves the training range on a long walk.
     PaperRootRelative,
     /// Frame that follows the character about the vertical, SI units.
     Heading,

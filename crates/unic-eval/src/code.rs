@@ -10,7 +10,7 @@ pub struct CodeCertainty {
     /// Largest probability in the softmax of a channel's logits, averaged over channels and frames. 1: every
     /// category is certain.
     pub mean_top_probability: f64,
-    /// What it is where no category is preferred: one over their number.
+    /// Top probability where no category is preferred: one over their number.
     pub uniform: f64,
     /// Frames that it was measured in.
     pub frames: usize,

@@ -191,10 +191,10 @@ pub fn training_set(capture: &Capture) -> Result<TrainingSet> {
     training_set_of(capture, &motion_spec(capture)?)
 }
 
-/// As [`training_set`], with motion vectors of another specification than the baselines'.
+/// Reads the clips that baselines are fitted on, with motion vectors of a given specification.
 ///
 /// # Errors
-/// As [`training_set`].
+/// No training clips, files that cannot be used.
 pub fn training_set_of(capture: &Capture, spec: &MotionSpec) -> Result<TrainingSet> {
     let load = |split| -> Result<Vec<PreparedClip>> {
         let names = capture.clip_names(split).iter();

@@ -46,7 +46,7 @@ fn inspect(args: &InspectArgs, path: &Path) -> Result<()> {
     }
 }
 
-/// What the field reads of the motion, and how far the training motions decided it.
+/// Facts about the motion's code: its size, its kind, and how far the training motions decided it.
 fn code_facts(model: &Model) -> Vec<(String, String)> {
     let encoder = &model.config().encoder;
     let code = match encoder.code {

@@ -15,7 +15,7 @@ pub unsafe fn configure() {
 /// Gives the thread's tile registers back: the system saves them no more.
 ///
 /// # Safety
-/// As [`configure`].
+/// [`is_available`] has said yes.
 #[inline(always)]
 pub unsafe fn release() {
     // SAFETY: the caller has AMX.

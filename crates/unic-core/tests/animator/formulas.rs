@@ -72,7 +72,7 @@ fn teacher_forcing_sees_given_positions_alone() {
     }
 }
 
-/// What a model stores of a garment that is carried through the world with its character.
+/// A garment that is carried through the world with its character leaves the same states.
 #[test]
 fn the_distance_travelled_is_in_no_state() {
     let poses = motion(12);

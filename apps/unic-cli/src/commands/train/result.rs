@@ -53,7 +53,7 @@ pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
 /// Fewer steps than this are told where a schedule of several half periods is squeezed into them.
 const FEW_STEPS: u64 = 200;
 
-/// What is said of a schedule that falls, rises and falls again within a few steps.
+/// Warning about a learning rate that falls, rises and falls again within a few steps; else empty.
 fn squeezed(config: &TrainConfig, epochs: &str, pairs: usize) -> String {
     let optimiser = &config.optimiser;
     if optimiser.half_periods <= 1.0 || optimiser.steps >= FEW_STEPS {
