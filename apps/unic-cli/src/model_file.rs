@@ -7,6 +7,7 @@ use unic_core::{
     config::{Corrects, IntersectionMode},
     model::Model,
 };
+use unic_eval::CodeCertainty;
 
 /// Reads a model.
 pub(crate) fn read(path: &Path) -> Result<Model> {
@@ -41,10 +42,7 @@ pub(crate) fn intersection(model: &Model, name: IntersectionName) -> Intersectio
 
 /// How far the training motions decided the model's code, where its file tells.
 pub(crate) fn code_certainty(model: &Model) -> Option<String> {
-    let measured = &model.about().training["code"];
-    let number = |key: &str| measured[key].as_f64();
-    let (top, uniform) = number("mean_top_probability").zip(number("uniform"))?;
-    Some(format!(
-        "{top:.3} on training motion, where {uniform:.3} is undecided and 1 certain"
-    ))
+    let told = model.about().training["code"].clone();
+    let measured: CodeCertainty = serde_json::from_value(told).ok()?;
+    Some(format!("{measured}, on training motion"))
 }

@@ -1,11 +1,11 @@
 //! How categorical a model's code of the motion is.
 
 use crate::kinematics::PreparedClip;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use unic_core::{model::Model, network::EncoderScratch};
 
 /// How far motions decide the categories of a model's code.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CodeCertainty {
     /// Largest probability in the softmax of a channel's logits, averaged over channels and frames. 1: every
     /// category is certain.
@@ -68,7 +68,7 @@ impl std::fmt::Display for CodeCertainty {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
-            "mean top probability {:.3}, where {:.3} is undecided and 1 certain",
+            "{:.3}, where {:.3} is undecided and 1 certain",
             self.mean_top_probability, self.uniform
         )
     }

@@ -59,6 +59,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             run.forward + run.backward
         });
         rate("backward, recomputing", 3.0 * forward, |run| run.recompute);
+        rate("both, recomputing", 3.0 * forward, |run| {
+            run.infer + run.recompute
+        });
     }
     Ok(())
 }

@@ -22,7 +22,7 @@ use crate::{
 use burn::optim::GradientsParams;
 use burn::tensor::{Device, Tensor};
 use std::{mem::take, path::Path, sync::Arc, time::Instant};
-use unic_core::intersection::Handling;
+use unic_core::{intersection::Handling, model::Model};
 
 /// One fit of a run: data, networks, optimiser.
 pub struct Trainer {
@@ -139,17 +139,14 @@ impl Trainer {
         let mut saved_at = Instant::now();
         if self.step == 0 && self.config.keep == Keep::Best && self.best.is_none() && self.validates() {
             // A new displacement model is its prior: training must beat that to be kept.
-            let _ = self.validate(listen)?;
+            let _ = self.measure(listen)?;
         }
         while self.step < self.config.optimiser.steps {
             let mut control = self.advance(listen)?;
             let last = self.step == self.config.optimiser.steps;
             let validation_due = last || self.step.is_multiple_of(self.config.validation.every);
             if validation_due {
-                control = control.and(self.measure_one_step(listen)?);
-            }
-            if validation_due && self.validates() {
-                control = control.and(self.validate(listen)?);
+                control = control.and(self.measure(listen)?);
             }
             let due = saved_at.elapsed().as_secs_f64() > CHECKPOINT_SECONDS;
             if let Some(folder) = folder.filter(|_| last || due || control == Control::Stop) {
@@ -253,11 +250,28 @@ impl Trainer {
         !self.data.validation.is_empty()
     }
 
-    fn validate(&mut self, listen: &mut dyn FnMut(&Event) -> Control) -> Result<Control, TrainError> {
-        let started = Instant::now();
+    /// Tells the error of one step, and in free running where clips are held out.
+    fn measure(&mut self, listen: &mut dyn FnMut(&Event) -> Control) -> Result<Control, TrainError> {
         let parameters = self.averaged();
-        let model = Arc::new(self.model_of(&parameters, 1.0)?);
-        let rmse = free_running_rmse(&model, &self.data.validation)?;
+        let model = match self.validates() {
+            true => Some(Arc::new(self.model_of(&parameters, 1.0)?)),
+            false => None,
+        };
+        let control = self.measure_one_step(&parameters, model.as_ref(), listen)?;
+        match model {
+            Some(model) => Ok(control.and(self.validate(parameters, &model, listen)?)),
+            None => Ok(control),
+        }
+    }
+
+    fn validate(
+        &mut self,
+        parameters: Vec<Vec<f32>>,
+        model: &Arc<Model>,
+        listen: &mut dyn FnMut(&Event) -> Control,
+    ) -> Result<Control, TrainError> {
+        let started = Instant::now();
+        let rmse = free_running_rmse(model, &self.data.validation)?;
         // A free run that has left the numbers is no result to keep, nor one that JSON can hold.
         let smaller = rmse.is_finite() && self.best.as_ref().is_none_or(|best| rmse < best.rmse);
         if smaller {

@@ -191,7 +191,9 @@ fn show(args: &EvalArgs, measured: &Measured) -> Result<()> {
     let timing = timing.map_or_else(String::new, |Timing { frame_ms, threads }| {
         format!("a frame of the model takes {frame_ms:.2} ms (median, threads: {threads})\n")
     });
-    let code = code.map_or_else(String::new, |code| format!("the motion's code: {code}\n"));
+    let code = code.map_or_else(String::new, |code| {
+        format!("mean top probability of the motion's code: {code}\n")
+    });
     let headline = args.protocol.map(|name| protocol::headline(name, evaluation));
     print(&format!(
         "{evaluation}{}{code}{timing}",

@@ -12,6 +12,7 @@ use crate::{
 };
 use burn::tensor::Tensor;
 use std::{sync::Arc, time::Instant};
+use unic_core::model::Model;
 
 /// Pairs of frames, and vertices of each, that the error on training clips is measured on: always the same ones.
 const SAMPLE: Sample = Sample {
@@ -22,20 +23,17 @@ const SAMPLE: Sample = Sample {
 
 impl Trainer {
     /// Measures and tells. Nothing is dropped out and no noise is added; intersections are not handled.
+    /// `model` has the same `parameters`, for the clips held out.
     pub(super) fn measure_one_step(
         &mut self,
+        parameters: &[Vec<f32>],
+        model: Option<&Arc<Model>>,
         listen: &mut dyn FnMut(&Event) -> Control,
     ) -> Result<Control, TrainError> {
         let started = Instant::now();
-        let training_rmse = self.one_step_in_training()?;
-        let validation_rmse = match self.validates() {
-            true => {
-                let model = Arc::new(self.model_of(&self.averaged(), 1.0)?);
-                let frames = self.judged_frames();
-                Some(one_step_rmse_of(&model, &self.data.validation, frames)?)
-            }
-            false => None,
-        };
+        let training_rmse = self.one_step_in_training(parameters)?;
+        let on_held_out = |model| one_step_rmse_of(model, &self.data.validation, self.judged_frames());
+        let validation_rmse = model.map(on_held_out).transpose()?;
         let seconds = started.elapsed().as_secs_f64();
         self.seconds += seconds;
         Ok(listen(&Event::OneStep {
@@ -47,9 +45,9 @@ impl Trainer {
     }
 
     /// RMSE in metres over [`SAMPLE`].
-    fn one_step_in_training(&self) -> Result<f64, TrainError> {
+    fn one_step_in_training(&self, parameters: &[Vec<f32>]) -> Result<f64, TrainError> {
         let batch = Batch::sample(&self.data, self.config.seed, SAMPLE);
-        let network = Network::with_parameters(&self.shape, &self.averaged(), &self.device);
+        let network = Network::with_parameters(&self.shape, parameters, &self.device);
         let rollout = Rollout {
             shape: &self.shape,
             config: &self.data.config,
