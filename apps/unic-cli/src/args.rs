@@ -46,7 +46,7 @@ use std::num::NonZeroUsize;
 #[command(name = "unic", version, verbatim_doc_comment, max_term_width = 100)]
 pub(crate) struct Args {
     /// Threads to work with [default: one a core].
-    #[arg(long, global = true, value_name = "N", value_parser = threads)]
+    #[arg(long, global = true, value_name = "N", value_parser = parse::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -66,11 +66,6 @@ pub(crate) enum Command {
         /// The shell.
         shell: Shell,
     },
-}
-
-fn threads(text: &str) -> Result<NonZeroUsize, String> {
-    let expected = |_| "expected a whole number from 1 on".to_owned();
-    text.parse().map_err(expected)
 }
 
 #[cfg(test)]

@@ -1,11 +1,13 @@
 //! How the program ends: one sentence on stderr and an exit code.
 
-use crate::output::say;
+use crate::output::{self, say};
 use anyhow::{Error, Result};
+use serde::Serialize;
 use std::{
     io,
     panic::{self, AssertUnwindSafe},
     process::ExitCode,
+    sync::atomic::{AtomicBool, Ordering},
 };
 use thiserror::Error;
 
@@ -19,32 +21,117 @@ pub(crate) struct Usage(pub(crate) String);
 #[error("{0}")]
 pub(crate) struct Interrupted(pub(crate) String);
 
+/// What is wrong is part of a result that stdout has already, as an object where JSON is asked for: exit code 1.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub(crate) struct Shown(pub(crate) String);
+
 const FAILED: u8 = 1;
 const MISUSED: u8 = 2;
 /// 128 + SIGINT, as shells report it.
-const INTERRUPTED: u8 = 130;
+pub(crate) const INTERRUPTED: u8 = 130;
+
+/// The key `error` of the one JSON object that a failed command prints.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct ErrorObject {
+    /// One sentence.
+    message: String,
+    kind: Kind,
+    exit_code: u8,
+}
+
+/// Why a command fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    /// A command line that cannot be meant.
+    Usage,
+    /// Somebody has stopped it.
+    Interrupted,
+    /// An error in the program itself.
+    Internal,
+    /// Everything else: files above all.
+    Failed,
+}
+
+impl ErrorObject {
+    pub(crate) fn of(error: &Error) -> Self {
+        Self::new(sentence(error), kind(error))
+    }
+
+    fn new(message: String, kind: Kind) -> Self {
+        let exit_code = kind.exit_code();
+        Self {
+            message,
+            kind,
+            exit_code,
+        }
+    }
+}
+
+impl Kind {
+    fn exit_code(self) -> u8 {
+        match self {
+            Self::Usage => MISUSED,
+            Self::Interrupted => INTERRUPTED,
+            Self::Internal | Self::Failed => FAILED,
+        }
+    }
+}
 
 /// Runs a command, tells why it failed if it did, and gives the exit code.
 pub(crate) fn exit_code(command: impl FnOnce() -> Result<()>) -> ExitCode {
     match panic::catch_unwind(AssertUnwindSafe(command)) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(error)) => {
-            say(&format!("unic: {}", sentence(&error)));
-            ExitCode::from(code(&error))
+            tell(&error);
+            ExitCode::from(kind(&error).exit_code())
         }
         // The hook has told already.
         Err(_) => ExitCode::from(FAILED),
     }
 }
 
-fn code(error: &Error) -> u8 {
+/// Says why the program fails: once, however many threads find out.
+pub(crate) fn tell(error: &Error) {
+    static TOLD: AtomicBool = AtomicBool::new(false);
+    if TOLD.swap(true, Ordering::SeqCst) {
+        return;
+    }
+    say(&format!("unic: {}", sentence(error)));
+    if !error.chain().any(|e| e.is::<Shown>()) {
+        print_object(ErrorObject::of(error));
+    }
+}
+
+/// Says what clap has found; the exit code is clap's.
+pub(crate) fn tell_usage(error: &clap::Error) -> ExitCode {
+    // Help and version are no failures. Where the terminal is gone there is nobody to tell.
+    let _ = error.print();
+    if error.use_stderr() {
+        let text = error.to_string();
+        let message = one_line(text.split("\n\n").next().unwrap_or_default());
+        let message = message.strip_prefix("error: ").unwrap_or(&message).to_owned();
+        print_object(ErrorObject::new(message, Kind::Usage));
+    }
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(MISUSED))
+}
+
+fn print_object(error: ErrorObject) {
+    if output::is_json() {
+        // A closed stdout is nobody's failure.
+        let _ = output::print_json(&serde_json::json!({ "error": error }));
+    }
+}
+
+fn kind(error: &Error) -> Kind {
     // Libraries hand a listener's error back inside their own.
     if error.chain().any(|e| e.is::<Interrupted>()) {
-        INTERRUPTED
+        Kind::Interrupted
     } else if error.chain().any(|e| e.is::<Usage>()) {
-        MISUSED
+        Kind::Usage
     } else {
-        FAILED
+        Kind::Failed
     }
 }
 
@@ -79,10 +166,9 @@ pub(crate) fn install_panic_hook() {
     panic::set_hook(Box::new(|info| {
         let place = info.location().map(|l| format!(" at {l}")).unwrap_or_default();
         let what = info.payload_as_str().unwrap_or("no message");
-        say(&format!(
-            "unic: internal error{place}: {}; please report it",
-            one_line(what)
-        ));
+        let message = format!("internal error{place}: {}; please report it", one_line(what));
+        say(&format!("unic: {message}"));
+        print_object(ErrorObject::new(message, Kind::Internal));
     }));
 }
 
@@ -117,15 +203,15 @@ mod tests {
 
     #[test]
     fn exit_codes_follow_the_cause_wherever_it_sits() {
-        assert_eq!(code(&anyhow!("a file")), FAILED);
-        assert_eq!(code(&Usage("--set".into()).into()), MISUSED);
+        assert_eq!(kind(&anyhow!("a file")).exit_code(), FAILED);
+        assert_eq!(kind(&Usage("--set".into()).into()).exit_code(), MISUSED);
         let inside = unic_eval::Error::Observer {
             clip: "walk".into(),
             source: Box::new(Interrupted("stopped".into())),
         };
         let error = Error::from(inside);
         assert_eq!(
-            (code(&error), sentence(&error).as_str()),
+            (kind(&error).exit_code(), sentence(&error).as_str()),
             (INTERRUPTED, "stopped")
         );
     }

@@ -5,6 +5,7 @@ use std::{
     fs::{self, File, OpenOptions, TryLockError},
     path::{Path, PathBuf},
 };
+use unic_io::atomic::Listed;
 
 const NAME: &str = ".unic.lock";
 
@@ -18,6 +19,7 @@ pub(crate) struct FolderLock {
     /// There before: else an empty folder goes with the lock.
     found: bool,
     _held: File,
+    _listed: Listed,
 }
 
 impl FolderLock {
@@ -40,6 +42,7 @@ impl FolderLock {
                 // A file system without locks: nothing is gained by refusing to work.
                 Ok(()) | Err(TryLockError::Error(_)) => {
                     return Ok(Self {
+                        _listed: Listed::new(&file),
                         file,
                         found,
                         _held: held,

@@ -1,13 +1,16 @@
 //! The `unic` command: simulate, train, evaluate and animate neural garments.
 
 mod args;
+mod checks;
 mod commands;
 mod failure;
 mod folder_lock;
 mod interrupt;
+mod limits;
 mod model_file;
 mod motion_file;
 mod output;
+mod outputs;
 mod pictures;
 mod progress;
 mod run_folder;
@@ -26,7 +29,11 @@ static HEAP: Cap<System> = Cap::new(System, usize::MAX);
 
 fn main() -> ExitCode {
     failure::install_panic_hook();
-    let args = Args::parse();
+    output::look_for_json(std::env::args_os());
+    let args = match Args::try_parse() {
+        Ok(args) => args,
+        Err(error) => return failure::tell_usage(&error),
+    };
     failure::exit_code(|| prepare(&args).and_then(|()| run(&args.command)))
 }
 

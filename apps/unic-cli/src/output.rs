@@ -2,7 +2,11 @@
 
 use anyhow::{Context, Result};
 use serde::Serialize;
-use std::io::{self, ErrorKind, Write};
+use std::{
+    ffi::OsString,
+    io::{self, ErrorKind, Write},
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 /// A line on stderr. Where stderr is closed there is nobody to tell.
 pub(crate) fn say(line: &str) {
@@ -16,6 +20,22 @@ pub(crate) fn print(text: &str) -> Result<()> {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("stdout cannot be written"),
         _ => Ok(()),
     }
+}
+
+static JSON: AtomicBool = AtomicBool::new(false);
+
+/// Finds out whether this command line asks for JSON, be it a right one or not.
+pub(crate) fn look_for_json(words: impl IntoIterator<Item = OsString>) {
+    let asked = words
+        .into_iter()
+        .take_while(|word| word != "--")
+        .any(|word| word == "--json");
+    JSON.store(asked, Ordering::SeqCst);
+}
+
+/// Is one JSON object to come out, whatever happens?
+pub(crate) fn is_json() -> bool {
+    JSON.load(Ordering::SeqCst)
 }
 
 /// One JSON object on stdout.

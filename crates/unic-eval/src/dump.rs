@@ -9,6 +9,7 @@ use indexmap::IndexMap;
 use std::path::{Path, PathBuf};
 use unic_io::{
     NpzWriter,
+    atomic::TemporaryFolder,
     frames::VertexFramesWriter,
     npy::{Dim, read_npy},
 };
@@ -28,7 +29,7 @@ pub struct Dump {
 #[derive(Debug)]
 struct OpenClip {
     target: PathBuf,
-    spool: tempfile::TempDir,
+    spool: TemporaryFolder,
     first: Vec<Vec3>,
     rows: IndexMap<String, VertexFramesWriter>,
 }
@@ -56,7 +57,7 @@ impl Dump {
                 let garment = &clip.captured.garment;
                 let mut open = OpenClip {
                     target: self.folder.join(format!("{}.npz", clip.name())),
-                    spool: tempfile::tempdir_in(&self.folder)?,
+                    spool: TemporaryFolder::create_in(&self.folder)?,
                     first: garment.frame(0).to_vec(),
                     rows: IndexMap::new(),
                 };

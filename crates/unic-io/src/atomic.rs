@@ -2,11 +2,16 @@
 
 use crate::error::{Error, Result};
 use std::{
+    collections::BTreeSet,
     fs::File,
     io::{self, BufWriter, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
+    sync::{Mutex, MutexGuard, PoisonError},
 };
-use tempfile::TempPath;
+use tempfile::{TempDir, TempPath};
+
+/// Temporary files and folders of this process.
+static TEMPORARY: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Temporary files are called `.NAME.RANDOM.tmp`.
 const SUFFIX: &str = ".tmp";
@@ -22,6 +27,81 @@ pub struct AtomicFile {
     file: BufWriter<File>,
     temporary: TempPath,
     target: PathBuf,
+    _listed: Listed,
+}
+
+/// A folder for temporary files, inside another; it goes with all that it holds when this is dropped.
+#[derive(Debug)]
+pub struct TemporaryFolder {
+    folder: TempDir,
+    _listed: Listed,
+}
+
+impl TemporaryFolder {
+    /// Makes one in `parent`, which must be there. Its name begins with a dot and ends in `.tmp`.
+    ///
+    /// # Errors
+    /// The folder cannot be made.
+    pub fn create_in(parent: &Path) -> io::Result<Self> {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".frames.").suffix(SUFFIX);
+        // Temporary folders are private by default; this one may become an ordinary folder.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+        let folder = builder.tempdir_in(parent).map_err(without_path)?;
+        let _listed = Listed::new(folder.path());
+        Ok(Self { folder, _listed })
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Gives the folder its final name.
+    ///
+    /// # Errors
+    /// It cannot be renamed; it is removed then.
+    pub fn persist(self, target: &Path) -> io::Result<()> {
+        std::fs::rename(self.folder.path(), target)?;
+        // Kept only once renamed: a failed rename must still be cleaned up.
+        let _ = self.folder.keep();
+        sync_folder(parent_folder(target))
+    }
+}
+
+/// A path that [`remove_temporary`] removes, as long as this lives.
+#[derive(Debug)]
+pub struct Listed(PathBuf);
+
+impl Listed {
+    /// Lists a file, or a folder with all that it holds.
+    pub fn new(path: &Path) -> Self {
+        temporary().insert(path.to_path_buf());
+        Self(path.to_path_buf())
+    }
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        temporary().remove(&self.0);
+    }
+}
+
+fn temporary() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the temporary files and folders of this process, for a program that is about to end without dropping
+/// what it holds. Whatever is being written is lost; files that have their names already stay.
+pub fn remove_temporary() {
+    for path in std::mem::take(&mut *temporary()) {
+        // What cannot be removed is only in the way.
+        let _ = match path.is_dir() {
+            true => std::fs::remove_dir_all(&path),
+            false => std::fs::remove_file(&path),
+        };
+    }
 }
 
 impl AtomicFile {
@@ -46,6 +126,7 @@ impl AtomicFile {
         let (file, temporary) = file.map_err(Error::io(target, "create"))?.into_parts();
         Ok(Self {
             file: BufWriter::with_capacity(1 << 16, file),
+            _listed: Listed::new(&temporary),
             temporary,
             target: target.to_path_buf(),
         })

@@ -11,6 +11,7 @@
 //! | vertex animations, `.pc2`, `.npz`, `.npy`, folders of `.obj` | [`cache`], [`pc2`], [`frames`] |
 //! | a character and its garment in one file, `.glb` | [`glb`] |
 //! | numpy arrays | [`npz`], [`npy`] |
+//! | plausible mistakes in all of it | [`check`] |
 //! | whatever it is, and what is wrong with it | [`inspect()`] |
 //!
 //! Everything is metres, +Y up, right-handed once it is read; importers say what they converted.
@@ -69,6 +70,7 @@ pub mod bvh;
 pub mod cache;
 pub mod capture;
 mod character;
+pub mod check;
 pub mod datasets;
 mod error;
 pub mod frames;

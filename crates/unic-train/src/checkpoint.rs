@@ -33,6 +33,9 @@ pub struct Progress {
     pub seconds: f64,
     /// Smallest free-running error on the validation clips, metres, and its step.
     pub best: Option<(f64, u64)>,
+    /// The measurement that is due after this step is still to be made: somebody has stopped it.
+    #[serde(default)]
+    pub owes_measurement: bool,
 }
 
 const METADATA_KEY: &str = "unic_checkpoint";

@@ -40,6 +40,12 @@ pub enum Event<'a> {
         /// Seconds that the validation took.
         seconds: f64,
     },
+    /// A frame of a validation clip is about to be predicted. An answer to stop ends the measurement; a resumed run
+    /// makes it again.
+    Measuring {
+        /// Steps done so far.
+        step: u64,
+    },
     /// A checkpoint is on disk.
     Saved {
         /// Steps done so far.

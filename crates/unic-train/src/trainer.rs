@@ -17,7 +17,7 @@ use crate::{
     network::{Network, NetworkShape, StepNoise},
     optimiser::{Moments, update},
     rollout::Rollout,
-    validation::{Validation, free_running_rmse},
+    validation::{Validation, free_running_rmse_of},
 };
 use burn::optim::GradientsParams;
 use burn::tensor::{Device, Tensor};
@@ -36,6 +36,8 @@ pub struct Trainer {
     best: Option<Best>,
     step: u64,
     seconds: f64,
+    /// A measurement is due after the last step and not made yet.
+    owes_measurement: bool,
     bodies: Bodies,
     /// Intersection handling in training.
     rule: Handling,
@@ -82,6 +84,7 @@ impl Trainer {
             best: None,
             step: 0,
             seconds: data.prior_seconds,
+            owes_measurement: false,
             bodies: Bodies::default(),
             rule: Handling::new(
                 config.intersection.in_training(),
@@ -139,15 +142,19 @@ impl Trainer {
         let mut saved_at = Instant::now();
         if self.step == 0 && self.config.keep == Keep::Best && self.best.is_none() && self.validates() {
             // A new displacement model is its prior: training must beat that to be kept.
-            let _ = self.measure(listen)?;
+            self.owes_measurement = true;
         }
-        while self.step < self.config.optimiser.steps {
-            let mut control = self.advance(listen)?;
-            let last = self.step == self.config.optimiser.steps;
-            let validation_due = last || self.step.is_multiple_of(self.config.validation.every);
-            if validation_due {
-                control = control.and(self.measure(listen)?);
+        while self.owes_measurement || self.step < self.config.optimiser.steps {
+            let mut control = Control::Continue;
+            if !self.owes_measurement {
+                control = self.advance(listen)?;
+                let is_last = self.step == self.config.optimiser.steps;
+                self.owes_measurement = is_last || self.step.is_multiple_of(self.config.validation.every);
             }
+            if self.owes_measurement && control == Control::Continue {
+                control = self.measure_unless_stopped(listen)?;
+            }
+            let last = self.step == self.config.optimiser.steps && !self.owes_measurement;
             let due = saved_at.elapsed().as_secs_f64() > CHECKPOINT_SECONDS;
             if let Some(folder) = folder.filter(|_| last || due || control == Control::Stop) {
                 let path = self.save(folder)?;
@@ -163,6 +170,20 @@ impl Trainer {
             }
         }
         Ok(Outcome::Finished)
+    }
+
+    /// Makes the measurement that is due, unless a listener cuts it off: then it stays due.
+    fn measure_unless_stopped(
+        &mut self,
+        listen: &mut dyn FnMut(&Event) -> Control,
+    ) -> Result<Control, TrainError> {
+        match self.measure(listen) {
+            Err(TrainError::Stopped) => Ok(Control::Stop),
+            measured => {
+                self.owes_measurement = false;
+                measured
+            }
+        }
     }
 
     fn advance(&mut self, listen: &mut dyn FnMut(&Event) -> Control) -> Result<Control, TrainError> {
@@ -271,7 +292,9 @@ impl Trainer {
         listen: &mut dyn FnMut(&Event) -> Control,
     ) -> Result<Control, TrainError> {
         let started = Instant::now();
-        let rmse = free_running_rmse(model, &self.data.validation)?;
+        let mut proceed = || listen(&Event::Measuring { step: self.step });
+        let (clips, intersection) = (&self.data.validation, model.config().intersection);
+        let rmse = free_running_rmse_of(model, clips, usize::MAX, intersection, &mut proceed)?;
         // A free run that has left the numbers is no result to keep, nor one that JSON can hold.
         let smaller = rmse.is_finite() && self.best.as_ref().is_none_or(|best| rmse < best.rmse);
         if smaller {

@@ -1,6 +1,6 @@
 //! Free-running error during training, by the animator that users run.
 
-use crate::{error::TrainError, fit::Fit};
+use crate::{error::TrainError, event::Control, fit::Fit};
 use glam::Vec3;
 use serde::Serialize;
 use std::sync::Arc;
@@ -32,7 +32,18 @@ pub const JUDGED_S: f32 = 20.0;
 /// # Errors
 /// Clips of another skeleton or garment.
 pub fn free_running_rmse(model: &Arc<Model>, clips: &[PreparedClip]) -> Result<f64, TrainError> {
-    free_running_rmse_of(model, clips, usize::MAX, model.config().intersection)
+    let intersection = model.config().intersection;
+    free_running_rmse_of(model, clips, usize::MAX, intersection, &mut || Control::Continue)
+}
+
+/// Asked before each frame; [`TrainError::Stopped`] follows from a stop.
+pub(crate) type Proceed<'a> = dyn FnMut() -> Control + 'a;
+
+fn go_on(proceed: &mut Proceed) -> Result<(), TrainError> {
+    match proceed() {
+        Control::Continue => Ok(()),
+        Control::Stop => Err(TrainError::Stopped),
+    }
 }
 
 /// RMSE in metres of single steps from the true frame before, over the first `most` frames of every clip;
@@ -41,6 +52,7 @@ pub(crate) fn one_step_rmse_of(
     model: &Arc<Model>,
     clips: &[PreparedClip],
     most: usize,
+    proceed: &mut Proceed,
 ) -> Result<f64, TrainError> {
     let mut error = MeanSquare::default();
     for clip in clips {
@@ -50,6 +62,7 @@ pub(crate) fn one_step_rmse_of(
         let input = |t: usize| StepInput::of_clip(&clip.captured.clip, t);
         animator.reset(&input(0), Start::Positions(garment.frame(0)))?;
         for t in 1..clip.len().min(most) {
+            go_on(proceed)?;
             error.add(animator.step(&input(t))?.positions, garment.frame(t));
             animator.set_garment(garment.frame(t))?;
         }
@@ -82,6 +95,7 @@ pub(crate) fn free_running_rmse_of(
     clips: &[PreparedClip],
     most: usize,
     intersection: IntersectionMode,
+    proceed: &mut Proceed,
 ) -> Result<f64, TrainError> {
     let mut error = MeanSquare::default();
     for clip in clips {
@@ -92,6 +106,7 @@ pub(crate) fn free_running_rmse_of(
         let input = |t: usize| StepInput::of_clip(motion, t);
         animator.reset(&input(0), Start::Positions(garment.frame(0)))?;
         for t in 1..clip.len().min(most) {
+            go_on(proceed)?;
             error.add(animator.step(&input(t))?.positions, garment.frame(t));
         }
     }

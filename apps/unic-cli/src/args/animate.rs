@@ -1,6 +1,7 @@
 //! `unic animate`.
 
 use super::{CodeArgs, IntersectionName, MotionArgs, parse};
+use crate::checks::ForceArgs;
 use std::{ops::Range, path::PathBuf};
 
 /// Animate a garment on a motion.
@@ -55,6 +56,8 @@ pub(crate) struct AnimateArgs {
     /// Replace files that are there already; a folder is never replaced.
     #[arg(long)]
     pub(crate) overwrite: bool,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Print one JSON object about the result on stdout.
     #[arg(long)]
     pub(crate) json: bool,

@@ -1,6 +1,7 @@
 //! `unic bench`.
 
 use super::{IntersectionName, MotionArgs, NetworkName, PrecisionName, parse};
+use crate::{checks::ForceArgs, limits};
 use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
 
 /// Measure how fast this machine animates.
@@ -58,9 +59,13 @@ pub(crate) struct SpeedArgs {
     /// Write the model with the sampling that the budget has chosen.
     #[arg(long, value_name = "FILE.unic", requires = "budget")]
     pub(crate) out: Option<PathBuf>,
+    /// Replace the model that is there already.
+    #[arg(long, requires = "out")]
+    pub(crate) overwrite: bool,
     /// Sizes of garments.
-    #[arg(long, value_name = "N,...", value_delimiter = ',', default_values_t = unic_builtin::scale::VERTICES)]
-    pub(crate) vertices: Vec<usize>,
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_values_t = unic_builtin::scale::VERTICES.map(|n| n as u64),
+        value_parser = clap::value_parser!(u64).range(1..=limits::MOST_VERTICES))]
+    pub(crate) vertices: Vec<u64>,
     /// Sizes of networks.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [NetworkName::Standard, NetworkName::Paper])]
     pub(crate) network: Vec<NetworkName>,
@@ -68,7 +73,7 @@ pub(crate) struct SpeedArgs {
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = PrecisionName::ALL)]
     pub(crate) precision: Vec<PrecisionName>,
     /// Numbers of threads to measure with [default: 1, and --threads].
-    #[arg(long, value_name = "N,...", value_delimiter = ',')]
+    #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = parse::threads)]
     pub(crate) on_threads: Vec<NonZeroUsize>,
     /// What becomes of vertices inside the body [default: the paper's way, or the model's own].
     #[arg(long, value_enum)]
@@ -80,6 +85,8 @@ pub(crate) struct SpeedArgs {
     /// Instances that share the model, for the time and the memory of each of many; 0 for none.
     #[arg(long, value_name = "N", default_value = "16")]
     pub(crate) instances: usize,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Print the numbers as one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,
@@ -118,6 +125,8 @@ pub(crate) struct AccuracyArgs {
     /// List the built-in rows and end.
     #[arg(long)]
     pub(crate) list: bool,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Print the results as one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,
@@ -147,6 +156,8 @@ pub(crate) struct LastingArgs {
     /// What becomes of vertices inside the body [default: as the model was trained for].
     #[arg(long, value_enum)]
     pub(crate) intersection: Option<IntersectionName>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Print the results as one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,

@@ -1,6 +1,7 @@
 //! `unic eval`.
 
 use super::{CodeArgs, IntersectionName, ProtocolName, SplitName};
+use crate::checks::ForceArgs;
 use std::{num::NonZeroUsize, path::PathBuf};
 
 /// Measure a model beside all baselines.
@@ -73,6 +74,11 @@ pub(crate) struct EvalArgs {
     /// Write the page's first moving picture as a GIF, too.
     #[arg(long, value_name = "FILE.gif", requires = "report")]
     pub(crate) movie: Option<PathBuf>,
+    /// Replace files that are there already: of --dump, --pictures, --report and --movie.
+    #[arg(long)]
+    pub(crate) overwrite: bool,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Print the numbers as one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,

@@ -1,6 +1,7 @@
 //! Values that are no plain numbers or paths.
 
-use std::{ops::Range, time::Duration};
+use crate::limits;
+use std::{num::NonZeroUsize, ops::Range, time::Duration};
 use unic_io::{LowPass, capture::JointReference};
 
 pub(super) fn budget(text: &str) -> Result<Duration, String> {
@@ -9,6 +10,14 @@ pub(super) fn budget(text: &str) -> Result<Duration, String> {
         true => Err("a time above zero, such as 45m, is needed".into()),
         false => Ok(budget),
     }
+}
+
+pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let most = limits::most_threads();
+    let count: Option<NonZeroUsize> = text.parse().ok();
+    count
+        .filter(|count| count.get() <= most)
+        .ok_or_else(|| format!("a whole number from 1 to {most} is needed on this machine"))
 }
 
 pub(super) fn low_pass(text: &str) -> Result<LowPass, String> {

@@ -1,6 +1,7 @@
 //! `unic simulate`.
 
 use super::{MaterialName, MotionArgs, Switch, parse};
+use crate::checks::ForceArgs;
 use std::path::PathBuf;
 use unic_io::capture::JointReference;
 
@@ -81,6 +82,8 @@ pub(crate) struct SimulateArgs {
     /// Replace the capture in the folder.
     #[arg(long)]
     pub(crate) overwrite: bool,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Print one JSON object about the result on stdout.
     #[arg(long)]
     pub(crate) json: bool,

@@ -1,6 +1,7 @@
 //! `unic train`.
 
 use super::{PresetName, ProcessorName, parse};
+use crate::checks::ForceArgs;
 use std::{path::PathBuf, time::Duration};
 
 /// Train a model on a capture.
@@ -54,6 +55,8 @@ pub(crate) struct TrainArgs {
     /// Throw away the run that is beside the model.
     #[arg(long)]
     pub(crate) overwrite: bool,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Print one JSON object about the result on stdout.
     #[arg(long)]
     pub(crate) json: bool,

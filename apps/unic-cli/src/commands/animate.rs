@@ -23,7 +23,7 @@ use unic_core::{
     clip::Clip,
     model::Model,
 };
-use unic_io::{read_obj, read_vertex_cache};
+use unic_io::{check, read_obj, read_vertex_cache};
 use unic_viewer::grid;
 
 /// Pictures in the strip.
@@ -32,6 +32,7 @@ const SHOTS: usize = 8;
 /// Animates and writes.
 pub(crate) fn run(args: &AnimateArgs) -> Result<()> {
     let started = Instant::now();
+    files::check(args)?;
     let model = Arc::new(read_model(args)?);
     let clip = read_motion(args, &model)?;
     let start = args
@@ -60,6 +61,8 @@ fn read_model(args: &AnimateArgs) -> Result<Model> {
     let model = model_file::read(&args.model)?;
     let Some(path) = &args.mesh else { return Ok(model) };
     let mesh = read_obj(path)?;
+    args.force
+        .settle(path, &check::other_mesh(&mesh, &model.garment().rest))?;
     model
         .with_mesh(mesh)
         .map_err(|e| anyhow!("{}: {e}", path.display()))
@@ -68,6 +71,7 @@ fn read_model(args: &AnimateArgs) -> Result<Model> {
 fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
     let fps = model.config().fps;
     let clip = motion_file::read(&args.motion, model.character(), fps, &args.reading)?;
+    args.force.motion(&args.motion, &clip, model)?;
     let Some(range) = args.frames.clone() else {
         return Ok(clip);
     };

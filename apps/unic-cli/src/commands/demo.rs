@@ -6,6 +6,7 @@ use crate::{
     folder_lock::FolderLock,
     interrupt,
     output::{print, say},
+    outputs::{Existing, Outputs},
 };
 use anyhow::{Context, Result};
 use clap::{Parser, ValueEnum};
@@ -82,6 +83,9 @@ struct Stage {
 /// Runs whatever the folder still lacks.
 pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let started = Instant::now();
+    Outputs::default()
+        .folder(&args.out, [])
+        .check(Existing::Resumed)?;
     // Each stage locks its own folder below this one.
     let _lock = FolderLock::hold(&args.out)?;
     open(args)?;

@@ -3,6 +3,7 @@
 mod gallery;
 mod listener;
 mod moment;
+mod outputs;
 mod protocol;
 mod report;
 pub(crate) mod timing;
@@ -35,8 +36,11 @@ fn measure(args: &EvalArgs) -> Result<Measured> {
     if args.baselines && args.code.gumbel.is_some() {
         return Err(Usage("expected a model for --gumbel, found --baselines".to_owned()).into());
     }
+    outputs::check(args)?;
     let capture = protocol::capture(args)?;
     let clips = clip_names(args, &capture)?;
+    outputs::check_clips(args, &clips)?;
+    args.force.capture(&capture)?;
     let animator = match &args.model {
         Some(path) => {
             let mut animator = animator(path, args.intersection, &capture)?;

@@ -1,15 +1,16 @@
 //! `unic inspect`.
 
+mod model;
+
 use crate::{
     args::InspectArgs,
-    failure::Usage,
-    model_file, motion_file,
+    failure::{ErrorObject, Shown, Usage},
+    motion_file,
     output::{self, say},
 };
 use anyhow::{Result, bail};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use unic_core::{config::LatentCode, model::Model};
 use unic_eval::{Coverage, CoverageReport, capture_clips};
 use unic_io::{
     Capture, Split,
@@ -31,52 +32,42 @@ pub(crate) fn run(args: &InspectArgs) -> Result<()> {
 fn inspect(args: &InspectArgs, path: &Path) -> Result<()> {
     let mut report = unic_io::inspect(path)?;
     if report.kind == Kind::Model && report.problems.is_empty() {
-        open_model(&mut report);
+        model::open(&mut report);
     }
+    let failure = sentence(&report).map(|sentence| anyhow::Error::from(Shown(sentence)));
     match args.json {
-        true => output::print_json(&report)?,
+        true => output::print_json(&Inspected {
+            report: &report,
+            error: failure.as_ref().map(ErrorObject::of),
+        })?,
         false => output::print(&report.to_string())?,
     }
+    failure.map_or(Ok(()), Err)
+}
+
+/// What `--json` prints: the report, and an error where something is wrong.
+#[derive(Serialize)]
+struct Inspected<'a> {
+    #[serde(flatten)]
+    report: &'a Report,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<ErrorObject>,
+}
+
+/// All that is wrong in one sentence.
+fn sentence(report: &Report) -> Option<String> {
     let path = report.path.display().to_string();
-    match report.problems.as_slice() {
-        [] => Ok(()),
-        [problem] if problem.starts_with(&path) => bail!("{problem}"),
-        [problem] => bail!("{path}: {problem}"),
-        [first, rest @ ..] => bail!("{path}: {first}; and {} more", rest.len()),
-    }
-}
-
-/// Facts about the motion's code: its size, its kind, and how far the training motions decided it.
-fn code_facts(model: &Model) -> Vec<(String, String)> {
-    let encoder = &model.config().encoder;
-    let code = match encoder.code {
-        LatentCode::PickedLogit => "picked logits",
-        LatentCode::OneHot => "one-hot",
+    let [first, rest @ ..] = report.problems.as_slice() else {
+        return None;
     };
-    let sizes = format!(
-        "{} channels of {} categories, {code}",
-        encoder.channels, encoder.categories
-    );
-    let certainty = model_file::code_certainty(model).unwrap_or_else(|| "not told by this file".to_owned());
-    vec![
-        ("motion code".to_owned(), sizes),
-        ("mean top probability".to_owned(), certainty),
-    ]
-}
-
-/// The report reads a model's header alone; a model that opens is one that runs.
-fn open_model(report: &mut Report) {
-    match model_file::read(&report.path) {
-        Ok(model) => {
-            let mut fact = |name: &str, value: usize| report.facts.push((name.to_owned(), value.to_string()));
-            fact("parameters", model.parameter_count());
-            fact("garment vertices", model.vertex_count());
-            fact("body vertices", model.character().body.vertices.len());
-            fact("joints", model.character().skeleton.len());
-            report.facts.extend(code_facts(&model));
-        }
-        Err(error) => report.problems.push(error.to_string()),
-    }
+    let named = match first.starts_with(&path) {
+        true => first.clone(),
+        false => format!("{path}: {first}"),
+    };
+    Some(match rest.len() {
+        0 => named,
+        more => format!("{named}; and {more} more"),
+    })
 }
 
 /// What `--coverage --json` prints.

@@ -13,7 +13,7 @@ use anyhow::{Result, anyhow};
 use folder::Found;
 use inputs::{Cut, Job};
 use report::Summary;
-use std::{sync::Arc, time::Instant};
+use std::{path::Path, sync::Arc, time::Instant};
 use unic_core::{character::Character, surface::Surface};
 use unic_io::{CaptureWriter, Manifest};
 use unic_sim::{
@@ -34,8 +34,9 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     let character = inputs::character(args)?;
     let cut = inputs::garment(args, &character)?;
     let jobs = inputs::jobs(args, &character)?;
+    check(args, &character, &cut, &jobs)?;
     let settings = settings(args, &cut);
-    report::open(args)?;
+    report::open(args, &jobs)?;
     let record = folder::record(args, &cut, &jobs, &settings);
     let cloth = cloth(&cut, &character).map_err(|e| anyhow!("{}: {e}", args.garment.display()))?;
     let (_lock, found) = folder::open(args, &record)?;
@@ -68,6 +69,18 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     folder::close(&args.out)?;
     report::draw(args, &workshop, &made)?;
     report::show(args, &summary)
+}
+
+fn check(args: &SimulateArgs, character: &Character, cut: &Cut, jobs: &[Job]) -> Result<()> {
+    let force = args.force;
+    force.settle(&args.character, &unic_io::check::character(character))?;
+    let findings = unic_io::check::garment(&cut.garment.rest, character);
+    force.settle(&args.garment, &findings)?;
+    for job in jobs {
+        let findings = unic_io::check::motion(&job.clip, Some(&character.skeleton));
+        force.settle(Path::new(&job.source), &findings)?;
+    }
+    Ok(())
 }
 
 /// A simulation that is finished already and asked for again, as after a crash in its last moment.

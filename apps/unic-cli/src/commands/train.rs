@@ -9,6 +9,7 @@ use crate::{
     failure::{Interrupted, Usage},
     interrupt,
     output::{print, print_json, say},
+    outputs::{Existing, Outputs},
     progress::Progress,
     run_folder::{Earlier, RunFolder, RunRecord},
     settings,
@@ -46,8 +47,12 @@ pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
     }
     let capture = Capture::open(&args.capture)?;
     let out = args.out.clone().unwrap_or_else(|| default_out(&capture));
+    check_outputs(args, &out)?;
     let folder = RunFolder::open(&out, earlier(args))?;
     let record = RunRecord::new(&capture, preset_name(args))?;
+    if !args.resume {
+        args.force.capture(&capture)?;
+    }
     interrupt::check()?;
     let (config, timed) = match args.resume {
         true => (settings_of_the_run(args, &record, &folder)?, None),
@@ -70,7 +75,17 @@ pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
         run.folder.begin(&run.config, &record)?;
     }
     run.folder.log(&super::machine())?;
+    let _saving = interrupt::saving();
     run.train(first)?.deliver()
+}
+
+/// The run's folder has its own rule about an earlier run.
+fn check_outputs(args: &TrainArgs, out: &Path) -> Result<()> {
+    let inputs = std::iter::once(&args.capture).chain(&args.config);
+    Outputs::beside(inputs)
+        .file(out)
+        .folder(&out.with_extension("run"), [])
+        .check(Existing::Resumed)
 }
 
 fn earlier(args: &TrainArgs) -> Earlier {

@@ -121,7 +121,7 @@ impl MetricsLog {
                     "validation_rmse_mm": rmse, "best_mm": best, "seconds": seconds
                 }))
             }
-            Event::Saved { .. } => Ok(()),
+            Event::Measuring { .. } | Event::Saved { .. } => Ok(()),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Writing vertex animations, one frame at a time.
 
 use crate::{
-    atomic::{parent_folder, sync_folder, without_path},
+    atomic::{TemporaryFolder, parent_folder, without_path},
     error::{Error, Result},
     frames::check_vertex_count,
     npz::NpzWriter,
@@ -14,7 +14,6 @@ use std::{
     io::{BufWriter, Seek, Write},
     path::{Path, PathBuf},
 };
-use tempfile::TempDir;
 use unic_core::mesh::TriMesh;
 
 /// Writes a vertex animation in the form that its path's ending names.
@@ -140,7 +139,7 @@ impl NpzAnimationWriter {
 /// Writes `frame_0000.obj`, `frame_0001.obj`, ... into a folder that appears when it is complete.
 #[derive(Debug)]
 pub struct ObjFolderWriter {
-    folder: TempDir,
+    folder: TemporaryFolder,
     target: PathBuf,
     mesh: TriMesh,
     len: usize,
@@ -157,11 +156,7 @@ impl ObjFolderWriter {
         }
         let parent = parent_folder(target);
         std::fs::create_dir_all(parent).map_err(Error::io(parent, "create folder"))?;
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".frames.").suffix(".tmp");
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-        let folder = builder.tempdir_in(parent).map_err(without_path);
+        let folder = TemporaryFolder::create_in(parent);
         let folder = folder.map_err(Error::io(target, "create"))?;
         Ok(Self {
             folder,
@@ -195,10 +190,6 @@ impl ObjFolderWriter {
     /// It cannot be renamed.
     pub fn finish(self) -> Result<()> {
         let target = self.target;
-        // Kept only once renamed: a failed rename must still be cleaned up.
-        std::fs::rename(self.folder.path(), &target).map_err(Error::io(&target, "rename to"))?;
-        let _ = self.folder.keep();
-        sync_folder(parent_folder(&target)).map_err(Error::io(&target, "sync the folder of"))?;
-        Ok(())
+        (self.folder.persist(&target)).map_err(Error::io(&target, "rename to"))
     }
 }

@@ -12,11 +12,13 @@
 
 mod garment;
 mod manifest;
+mod own_files;
 mod read;
 mod write;
 
 pub use garment::{VertexAttributes, WeightsSource, default_weights, read_garment};
 pub use manifest::{CAPTURE_VERSION, JointReference, Manifest, Split, Splits, Units, Up};
+pub use own_files::{MANIFEST, OWN_FILES, UNFINISHED, capture_written_by, is_capture, real_path};
 pub use read::{Capture, CapturedClip, ClipSummary};
 pub use write::{CaptureWriter, ClipWriter};
 
@@ -25,7 +27,7 @@ pub(crate) mod layout {
     use std::path::{Path, PathBuf};
 
     pub(crate) fn manifest(root: &Path) -> PathBuf {
-        root.join("capture.toml")
+        root.join(super::MANIFEST)
     }
 
     pub(crate) fn character(root: &Path) -> PathBuf {

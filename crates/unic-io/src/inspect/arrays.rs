@@ -4,12 +4,14 @@ use super::{Kind, Report, mesh, motion};
 use crate::{
     cache::read_vertex_cache,
     character::read_character,
+    check,
     frames::VertexFrames,
     npy::{self, Header},
     npz::Npz,
     pc2,
 };
 use glam::Vec3;
+use serde_json::json;
 use std::path::Path;
 use unic_core::character::Character;
 
@@ -60,9 +62,10 @@ fn array(report: &mut Report, name: &str, header: &Header) {
         ""
     };
     let shape = npy::shape_text(&header.shape);
-    report.fact(
+    report.measured(
         format!("array {name}"),
         format!("{} {shape}{order}", header.dtype),
+        json!({ "type": header.dtype.to_string(), "shape": header.shape }),
     );
     if matches!(header.dtype.kind, npy::Kind::Object | npy::Kind::Other) {
         let dtype = header.dtype;
@@ -78,20 +81,23 @@ pub(super) fn describe_character(report: &mut Report, character: &Character) {
     } = character;
     mesh::describe(report, "body", body);
     let names = skeleton.names().join(" ");
-    report.fact("joints", format!("{} ({names})", skeleton.len()));
+    report.measured(
+        "joints",
+        format!("{} ({names})", skeleton.len()),
+        json!({ "count": skeleton.len(), "names": skeleton.names() }),
+    );
     let posed = skeleton.rest_pose().iter().any(|r| r.length() > 1e-4);
     report.fact("bind pose", if posed { "posed (rest_pose)" } else { "zero" });
     let most = (0..weights.len())
         .map(|v| weights.row(v).len())
         .max()
         .unwrap_or(0);
-    report.fact("joints a vertex", format!("at most {most}"));
-    let height = mesh::bounds(&body.vertices).map_or(0.0, |(low, high)| high.y - low.y);
-    if !(0.3..=3.0).contains(&height) {
-        report.problem(format!(
-            "character: expected a height from 0.3 m to 3 m, found {height} (units, or another up axis?)"
-        ));
-    }
+    report.measured(
+        "joints a vertex",
+        format!("at most {most}"),
+        json!({ "most": most }),
+    );
+    report.findings(check::character(character));
 }
 
 pub(super) fn npy(path: &Path) -> Report {
@@ -133,6 +139,7 @@ fn vertex_cache(report: &mut Report) {
     }
     if let Some(mesh) = &cache.mesh {
         mesh::describe(report, "mesh", mesh);
+        report.findings(check::mesh("mesh", mesh));
     }
 }
 
@@ -149,6 +156,6 @@ fn describe_frames(report: &mut Report, frames: &VertexFrames) {
     let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let (low, high) = all.fold(start, |(low, high), v| (low.min(v), high.max(v)));
     if !frames.is_empty() {
-        report.fact("extent", mesh::extent_text(low, high));
+        mesh::extent(report, "extent".to_owned(), low, high);
     }
 }

@@ -1,18 +1,13 @@
 //! Captures.
 
 use super::{Kind, Report, arrays, mesh};
-use crate::capture::{Capture, CapturedClip, Split, WeightsSource};
+use crate::{
+    capture::{Capture, CapturedClip, Split, WeightsSource},
+    check,
+};
+use serde_json::json;
 use std::path::Path;
 use unic_core::surface::Surface;
-
-/// Frames of a clip whose garment is compared with its skinning.
-const FRAMES_COMPARED: usize = 20;
-
-/// A garment this far from its skinned rest shape on average does not belong to the motion.
-const FAR_FROM_SKINNING: f32 = 0.5;
-
-/// A rest shape with more of its vertices inside the body is probably not in its bind pose.
-const MOSTLY_INSIDE: f32 = 0.3;
 
 pub(super) fn inspect(root: &Path) -> Report {
     let mut report = Report::new(root, Kind::Capture);
@@ -20,7 +15,7 @@ pub(super) fn inspect(root: &Path) -> Report {
         return report;
     };
     let manifest = &capture.manifest;
-    report.fact("name", &manifest.name);
+    report.fact("name", manifest.name.as_str());
     report.fact("frames per second", manifest.fps);
     report.fact("provenance", manifest.provenance.trim());
     if manifest.provenance.trim().is_empty() {
@@ -38,7 +33,7 @@ fn contacts(report: &mut Report, capture: &Capture) {
     let contacts: Vec<&str> = (capture.contact_joints.iter())
         .filter_map(|&j| names.get(j).map(String::as_str))
         .collect();
-    report.fact("contact joints", contacts.join(" "));
+    report.measured("contact joints", contacts.join(" "), json!(contacts));
 }
 
 fn garment(report: &mut Report, capture: &Capture) {
@@ -66,14 +61,9 @@ fn garment(report: &mut Report, capture: &Capture) {
         100.0 * share,
         1e3 * deepest
     );
-    report.fact("garment inside the body at rest", text);
-    if share > MOSTLY_INSIDE {
-        report.problem(format!(
-            "garment.obj: expected a rest shape around the body in its bind pose, found {:.0} % of \
-             its vertices inside",
-            100.0 * share
-        ));
-    }
+    let value = json!({ "percent": 100.0 * share, "deepest_mm": 1e3 * deepest });
+    report.measured("garment inside the body at rest", text, value);
+    report.findings(check::garment(rest, &capture.character));
 }
 
 fn clips(report: &mut Report, capture: &Capture) {
@@ -93,14 +83,16 @@ fn clips(report: &mut Report, capture: &Capture) {
         seconds += clip.clip.seconds();
         describe_clip(report, capture, &clip, split);
     }
-    report.fact(
+    report.measured(
         "clips",
         format!("{}, {frames} frames, {seconds:.1} s", on_disk.len()),
+        json!({ "count": on_disk.len(), "frames": frames, "seconds": seconds }),
     );
     for split in Split::ALL {
         let names = capture.clip_names(split);
         if !names.is_empty() {
-            report.fact(split.name(), format!("{}: {}", names.len(), names.join(" ")));
+            let text = format!("{}: {}", names.len(), names.join(" "));
+            report.measured(split.name(), text, json!(names));
         } else if split != Split::Validation {
             report.problem(format!(
                 "[splits]: expected clips in {}, found none",
@@ -115,12 +107,13 @@ fn describe_mask(report: &mut Report, mask: &[f32]) {
     let (skinned, whole) = (count(0.0), count(1.0));
     let between = mask.len() - skinned - whole;
     let text = format!("{skinned} vertices follow skinning alone, {between} in part, {whole} the model");
-    report.fact("mask", text);
+    let value = json!({ "skinned": skinned, "in_part": between, "whole": whole });
+    report.measured("mask", text, value);
 }
 
 fn describe_clip(report: &mut Report, capture: &Capture, clip: &CapturedClip, split: Option<Split>) {
-    let distance = distance_to_skinning(capture, clip);
-    let name = &clip.clip.name;
+    let distance = check::distance_to_skinning(capture, clip);
+    let (frames, seconds) = (clip.clip.len(), clip.clip.seconds());
     let mut extras = String::new();
     if clip.body.is_some() {
         extras.push_str(", body");
@@ -128,44 +121,27 @@ fn describe_clip(report: &mut Report, capture: &Capture, clip: &CapturedClip, sp
     if !clip.clip.wind.is_empty() {
         extras.push_str(", wind");
     }
-    report.fact(
-        format!("clip {name}"),
+    let split = split.map_or("no split", Split::name);
+    let stored = if clip.garment.is_mapped() {
+        "mapped"
+    } else {
+        "packed"
+    };
+    report.measured(
+        format!("clip {}", clip.clip.name),
         format!(
-            "{} frames, {:.2} s, {}, {}{extras}, RMS distance to skinning {:.0} mm",
-            clip.clip.len(),
-            clip.clip.seconds(),
-            split.map_or("no split", Split::name),
-            if clip.garment.is_mapped() {
-                "mapped"
-            } else {
-                "packed"
-            },
+            "{frames} frames, {seconds:.2} s, {split}, {stored}{extras}, RMS distance to skinning {:.0} mm",
             1e3 * distance
         ),
+        json!({
+            "frames": frames,
+            "seconds": seconds,
+            "split": split,
+            "stored": stored,
+            "body": clip.body.is_some(),
+            "wind": !clip.clip.wind.is_empty(),
+            "distance_to_skinning_mm": 1e3 * distance,
+        }),
     );
-    if distance > FAR_FROM_SKINNING {
-        report.problem(format!(
-            "clip `{name}`: expected the garment near the posed body, found it {distance:.2} m (RMS) \
-             from the skinned rest shape: another unit, axis, vertex order or first frame?"
-        ));
-    }
-}
-
-/// RMS distance between the garment and its skinned rest shape, metres.
-fn distance_to_skinning(capture: &Capture, clip: &CapturedClip) -> f32 {
-    let (skeleton, garment) = (&capture.character.skeleton, &capture.garment);
-    let stride = clip.clip.len().div_ceil(FRAMES_COMPARED).max(1);
-    let (mut joints, mut transforms, mut skinned) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut sum, mut count) = (0.0_f64, 0_usize);
-    for (t, pose) in clip.clip.poses.iter().enumerate().step_by(stride) {
-        skeleton.forward_kinematics(pose, &mut joints);
-        skeleton.world_from_rest(&joints, &mut transforms);
-        garment
-            .weights
-            .skin(&garment.rest.vertices, &transforms, &mut skinned);
-        let pairs = skinned.iter().zip(clip.garment.frame(t));
-        sum += pairs.map(|(a, b)| f64::from(a.distance_squared(*b))).sum::<f64>();
-        count += skinned.len();
-    }
-    (sum / count.max(1) as f64).sqrt() as f32
+    report.findings(check::clip(capture, clip));
 }

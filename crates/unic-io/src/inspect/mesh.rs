@@ -1,8 +1,12 @@
 //! Meshes.
 
 use super::{Kind, Report};
-use crate::obj;
+use crate::{
+    check::{self, bounds},
+    obj,
+};
 use glam::Vec3;
+use serde_json::json;
 use std::{collections::HashMap, path::Path};
 use unic_core::{
     mesh::TriMesh,
@@ -13,62 +17,43 @@ pub(super) fn inspect(path: &Path) -> Report {
     let mut report = Report::new(path, Kind::Mesh);
     if let Some(mesh) = report.take(obj::read_obj(path)) {
         describe(&mut report, "mesh", &mesh);
+        report.findings(check::mesh("mesh", &mesh));
     }
     report
 }
 
-/// Counts, size and faults of a mesh, each named after `what` it is.
+/// Counts and size of a mesh, each named after `what` it is.
 pub(super) fn describe(report: &mut Report, what: &str, mesh: &TriMesh) {
     let (vertices, faces) = (mesh.vertices.len(), mesh.faces.len());
     let uvs = if mesh.uvs.is_some() { "with UVs" } else { "no UVs" };
-    report.fact(what, format!("{vertices} vertices, {faces} triangles, {uvs}"));
+    report.measured(
+        what,
+        format!("{vertices} vertices, {faces} triangles, {uvs}"),
+        json!({ "vertices": vertices, "triangles": faces, "uvs": mesh.uvs.is_some() }),
+    );
     if let Some((low, high)) = bounds(&mesh.vertices) {
-        report.fact(format!("{what} extent"), extent_text(low, high));
-        if (high - low).max_element() > 10.0 {
-            report.problem(format!(
-                "{what}: expected metres, found an extent of {:.1}: centimetres?",
-                (high - low).max_element()
-            ));
-        }
+        extent(report, format!("{what} extent"), low, high);
     }
     let (_, panels) = components(vertices, &mesh.faces);
     let distinct = distinct_places(&mesh.vertices);
-    report.fact(
+    report.measured(
         format!("{what} parts"),
         format!("{panels}, {distinct} distinct places"),
+        json!({ "parts": panels, "distinct_places": distinct }),
     );
     if let Some(length) = median_edge(mesh) {
-        report.fact(
+        report.measured(
             format!("{what} edges"),
             format!("{:.1} mm (median)", 1e3 * length),
+            json!({ "median_m": length }),
         );
     }
     let open = open_edges(mesh);
-    report.fact(format!("{what} rim"), format!("{open} open edges"));
-    faults(report, what, mesh);
-}
-
-fn faults(report: &mut Report, what: &str, mesh: &TriMesh) {
-    let degenerate = mesh.faces.iter().filter(|f| area(mesh, f) < 1e-12).count();
-    if degenerate > 0 {
-        report.problem(format!(
-            "{what}: expected triangles with an area, found {degenerate} without"
-        ));
-    }
-    let mut used = vec![false; mesh.vertices.len()];
-    mesh.faces.iter().flatten().for_each(|&v| used[v as usize] = true);
-    let unused = used.iter().filter(|u| !**u).count();
-    if unused > 0 {
-        report.problem(format!(
-            "{what}: expected a face at every vertex, found {unused} vertices without"
-        ));
-    }
-}
-
-/// Square metres.
-fn area(mesh: &TriMesh, face: &[u32; 3]) -> f32 {
-    let [a, b, c] = face.map(|v| mesh.vertices[v as usize]);
-    0.5 * (b - a).cross(c - a).length()
+    report.measured(
+        format!("{what} rim"),
+        format!("{open} open edges"),
+        json!({ "open_edges": open }),
+    );
 }
 
 fn distinct_places(vertices: &[Vec3]) -> usize {
@@ -98,17 +83,15 @@ fn open_edges(mesh: &TriMesh) -> usize {
     faces_at.values().filter(|count| **count == 1).count()
 }
 
-/// Lowest and highest corner of the box around the points.
-pub(super) fn bounds(vertices: &[Vec3]) -> Option<(Vec3, Vec3)> {
-    let first = *vertices.first()?;
-    let grow = |(low, high): (Vec3, Vec3), v: &Vec3| (low.min(*v), high.max(*v));
-    Some(vertices.iter().fold((first, first), grow))
-}
-
-pub(super) fn extent_text(low: Vec3, high: Vec3) -> String {
+/// Size and height of the box between two corners.
+pub(super) fn extent(report: &mut Report, name: String, low: Vec3, high: Vec3) {
     let size = high - low;
-    format!(
-        "{:.3} x {:.3} x {:.3} m, y from {:.3} to {:.3}",
-        size.x, size.y, size.z, low.y, high.y
-    )
+    report.measured(
+        name,
+        format!(
+            "{:.3} x {:.3} x {:.3} m, y from {:.3} to {:.3}",
+            size.x, size.y, size.z, low.y, high.y
+        ),
+        json!({ "low_m": low.to_array(), "high_m": high.to_array() }),
+    );
 }

@@ -9,10 +9,12 @@ mod motion;
 use crate::{
     atomic::parent_folder,
     cache,
+    check::Finding,
     error::{Error, Result},
     motion::is_bvh,
 };
 use serde::{Serialize, Serializer};
+use serde_json::Value;
 use std::{
     fmt::{self, Display},
     fs::File,
@@ -22,17 +24,50 @@ use std::{
 use unic_core::shown::shown;
 
 /// What was found at a path.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
     /// The file or folder.
     pub path: PathBuf,
     /// What it is.
     pub kind: Kind,
-    /// Name and value of what it holds, in reading order; an object in JSON.
+    /// What it holds, in reading order; an object in JSON.
     #[serde(serialize_with = "as_object")]
-    pub facts: Vec<(String, String)>,
+    pub facts: Vec<Fact>,
     /// One sentence for each thing that is wrong; empty when nothing is.
     pub problems: Vec<String>,
+}
+
+/// Something that a file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fact {
+    /// What it is about.
+    pub name: String,
+    /// For people.
+    pub text: String,
+    /// For programs: numbers as numbers.
+    pub value: Value,
+}
+
+impl Fact {
+    /// A number, or text that is no number.
+    pub fn plain(name: impl Into<String>, value: impl Into<Value>) -> Self {
+        let value = value.into();
+        let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        Self {
+            name: name.into(),
+            text,
+            value,
+        }
+    }
+
+    /// Words for people, and the same as numbers.
+    pub fn measured(name: impl Into<String>, text: impl Into<String>, value: Value) -> Self {
+        Self {
+            name: name.into(),
+            text: text.into(),
+            value,
+        }
+    }
 }
 
 /// What a file is.
@@ -75,8 +110,16 @@ impl Report {
         }
     }
 
-    pub(crate) fn fact(&mut self, name: impl Into<String>, value: impl Display) {
-        self.facts.push((name.into(), value.to_string()));
+    pub(crate) fn fact(&mut self, name: impl Into<String>, value: impl Into<Value>) {
+        self.facts.push(Fact::plain(name, value));
+    }
+
+    pub(crate) fn measured(&mut self, name: impl Into<String>, text: impl Into<String>, value: Value) {
+        self.facts.push(Fact::measured(name, text, value));
+    }
+
+    pub(crate) fn findings(&mut self, findings: impl IntoIterator<Item = Finding>) {
+        findings.into_iter().for_each(|finding| self.problem(finding));
     }
 
     pub(crate) fn problem(&mut self, sentence: impl Display) {
@@ -92,16 +135,13 @@ impl Report {
     pub fn get(&self, name: &str) -> Option<&str> {
         self.facts
             .iter()
-            .find(|(n, _)| n == name)
-            .map(|(_, value)| value.as_str())
+            .find(|fact| fact.name == name)
+            .map(|fact| fact.text.as_str())
     }
 }
 
-fn as_object<S: Serializer>(
-    facts: &[(String, String)],
-    serializer: S,
-) -> std::result::Result<S::Ok, S::Error> {
-    serializer.collect_map(facts.iter().map(|(name, value)| (name, value)))
+fn as_object<S: Serializer>(facts: &[Fact], serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_map(facts.iter().map(|fact| (&fact.name, &fact.value)))
 }
 
 impl Display for Kind {
@@ -129,11 +169,11 @@ impl Display for Report {
         let width = self
             .facts
             .iter()
-            .map(|(name, _)| name.chars().count())
+            .map(|fact| fact.name.chars().count())
             .max()
             .unwrap_or(0);
-        for (name, value) in &self.facts {
-            writeln!(f, "  {:width$}  {}", shown(name).to_string(), shown(value))?;
+        for Fact { name, text, .. } in &self.facts {
+            writeln!(f, "  {:width$}  {}", shown(name).to_string(), shown(text))?;
         }
         match self.problems.as_slice() {
             [] => writeln!(f, "no problems found"),

@@ -2,7 +2,7 @@
 
 use super::{Kind, Report};
 use crate::error::{Error, Result};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use std::{fs::File, io::Read, path::Path};
 
 /// The format's own limit.
@@ -26,9 +26,10 @@ pub(super) fn inspect(path: &Path) -> Report {
     report.fact("tensors", tensors.len());
     for (name, tensor) in tensors {
         let (dtype, shape) = (&tensor["dtype"], &tensor["shape"]);
-        report.fact(
+        report.measured(
             format!("tensor {name}"),
             format!("{} {shape}", dtype.as_str().unwrap_or("?")),
+            json!({ "type": dtype, "shape": shape }),
         );
     }
     report

@@ -6,7 +6,7 @@ use crate::{
     error::TrainError,
     event::Control,
     network::model_layers,
-    validation::{JUDGED_S, Validation, free_running_rmse, free_running_rmse_of},
+    validation::{JUDGED_S, Validation, free_running_rmse_of},
 };
 use serde_json::json;
 use std::sync::Arc;
@@ -54,35 +54,38 @@ impl Trainer {
     /// for it was chosen there. A lone clip, which is trained on too, cannot tell.
     ///
     /// # Errors
-    /// As [`Trainer::run`]; [`TrainError::Stopped`] where `proceed`, asked before each share, says stop.
+    /// As [`Trainer::run`]; [`TrainError::Stopped`] where `proceed`, asked before each frame, says stop.
     pub fn validation(&self, proceed: &dyn Fn() -> Control) -> Result<Option<Validation>, TrainError> {
         if !self.validates() {
             return Ok(None);
         }
         let parameters = self.kept();
         let clips = &self.data.validation;
-        let proceed = || match proceed() {
-            Control::Continue => Ok(()),
-            Control::Stop => Err(TrainError::Stopped),
-        };
+        let mut proceed = || proceed();
         let mut best: Option<(f64, f32)> = None;
         for &field_share in self.field_shares() {
-            proceed()?;
             let model = Arc::new(self.model_of(&parameters, field_share)?);
-            let rmse = free_running_rmse_of(&model, clips, self.judged_frames(), IntersectionMode::Off)?;
+            let rmse = free_running_rmse_of(
+                &model,
+                clips,
+                self.judged_frames(),
+                IntersectionMode::Off,
+                &mut proceed,
+            )?;
             // What has left the numbers is no result to prefer.
             let is_better = |(best, _): (f64, f32)| rmse < best || (rmse.is_finite() && !best.is_finite());
             if best.is_none_or(is_better) {
                 best = Some((rmse, field_share));
             }
         }
-        proceed()?;
         let field_share = best.map_or(1.0, |(_, share)| share);
         let model = Arc::new(self.model_of(&parameters, field_share)?);
+        let intersection = model.config().intersection;
+        let rmse = free_running_rmse_of(&model, clips, usize::MAX, intersection, &mut proceed)?;
         Ok(Some(Validation {
             fit: self.data.fit,
             clips: names(clips),
-            rmse_mm: 1e3 * free_running_rmse(&model, clips)?,
+            rmse_mm: 1e3 * rmse,
             field_share,
         }))
     }

@@ -32,7 +32,9 @@ impl Trainer {
     ) -> Result<Control, TrainError> {
         let started = Instant::now();
         let training_rmse = self.one_step_in_training(parameters)?;
-        let on_held_out = |model| one_step_rmse_of(model, &self.data.validation, self.judged_frames());
+        let mut proceed = || listen(&Event::Measuring { step: self.step });
+        let on_held_out =
+            |model| one_step_rmse_of(model, &self.data.validation, self.judged_frames(), &mut proceed);
         let validation_rmse = model.map(on_held_out).transpose()?;
         let seconds = started.elapsed().as_secs_f64();
         self.seconds += seconds;

@@ -1,7 +1,7 @@
 //! How fast a machine trains.
 
 use super::Trainer;
-use crate::{error::TrainError, fit::Fit, validation::free_running_rmse_of};
+use crate::{error::TrainError, event::Control, fit::Fit, validation::free_running_rmse_of};
 use std::{sync::Arc, time::Instant};
 use unic_core::{config::IntersectionMode, model::Model};
 
@@ -76,7 +76,7 @@ impl Trainer {
         let frames = |most: usize| clips.iter().map(|c| c.len().min(most)).sum::<usize>() as f64;
         let seconds = |most: usize| -> Result<f64, TrainError> {
             let started = Instant::now();
-            free_running_rmse_of(model, clips, most, intersection)?;
+            free_running_rmse_of(model, clips, most, intersection, &mut || Control::Continue)?;
             Ok(started.elapsed().as_secs_f64())
         };
         // A run begins with much that it does once.

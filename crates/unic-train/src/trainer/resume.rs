@@ -52,6 +52,7 @@ impl Trainer {
         (self.moments, self.average, self.best) = (moments, average, best);
         self.step = checkpoint.progress.step;
         self.seconds = checkpoint.progress.seconds;
+        self.owes_measurement = checkpoint.progress.owes_measurement;
         Ok(())
     }
 
@@ -71,6 +72,7 @@ impl Trainer {
             config: self.config.clone(),
             seconds: self.seconds,
             best: self.best.as_ref().map(|b| (b.rmse, b.step)),
+            owes_measurement: self.owes_measurement,
         };
         Checkpoint { progress, groups }.write(folder)
     }

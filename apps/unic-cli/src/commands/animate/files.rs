@@ -1,6 +1,9 @@
 //! What `unic animate` writes, and what it never writes over.
 
-use crate::args::AnimateArgs;
+use crate::{
+    args::AnimateArgs,
+    outputs::{self, Existing},
+};
 use anyhow::{Result, anyhow, bail};
 use glam::Vec3;
 use std::{
@@ -92,14 +95,26 @@ impl Outputs {
     }
 }
 
+/// Refuses outputs that would cost the user something; before anything is read.
+pub(super) fn check(args: &AnimateArgs) -> Result<()> {
+    let outputs = Outputs::of(args, Form::of(&args.out)?);
+    let inputs = [
+        Some(&args.model),
+        Some(&args.motion),
+        args.mesh.as_ref(),
+        args.start.as_ref(),
+        args.reading.bone_map.as_ref(),
+    ];
+    outputs::Outputs::beside(inputs.into_iter().flatten())
+        .files(outputs.all())
+        .check(Existing::of(args.overwrite))
+}
+
 impl Files {
     pub(super) fn create(args: &AnimateArgs, model: &Model, clip: &Clip) -> Result<Self> {
         let form = Form::of(&args.out)?;
         let outputs = Outputs::of(args, form);
         let paths = outputs.all();
-        refuse_the_same_twice(&paths)?;
-        refuse_inputs(args, &paths)?;
-        refuse_existing(args, &paths)?;
         let meshes = [&model.garment().rest, &model.character().body];
         let mesh = |(path, mesh): (&PathBuf, &TriMesh)| mesh_file(path, mesh);
         Ok(Self {
@@ -167,54 +182,6 @@ fn mesh_file(path: &Path, mesh: &TriMesh) -> Result<AtomicFile> {
     let mut file = AtomicFile::create(path)?;
     write_obj_to(&mut file, mesh).map_err(|e| anyhow!("{}: cannot write: {e}", path.display()))?;
     Ok(file)
-}
-
-fn refuse_the_same_twice(outputs: &[PathBuf]) -> Result<()> {
-    match (outputs.iter().enumerate()).find(|(i, path)| outputs[..*i].contains(path)) {
-        None => Ok(()),
-        Some((_, path)) => bail!("{}: expected one output of this name, found two", path.display()),
-    }
-}
-
-/// No output may be one of the files that are read: an artist's motion or mesh is never lost.
-fn refuse_inputs(args: &AnimateArgs, outputs: &[PathBuf]) -> Result<()> {
-    let inputs = [
-        Some(&args.model),
-        Some(&args.motion),
-        args.mesh.as_ref(),
-        args.start.as_ref(),
-    ];
-    let real: Vec<PathBuf> = inputs
-        .into_iter()
-        .flatten()
-        .filter_map(|p| p.canonicalize().ok())
-        .collect();
-    match outputs
-        .iter()
-        .find(|path| path.canonicalize().is_ok_and(|path| real.contains(&path)))
-    {
-        None => Ok(()),
-        Some(path) => bail!(
-            "{}: expected an output that is none of the inputs, found one of them",
-            path.display()
-        ),
-    }
-}
-
-/// What is there stays, the picture and the meshes as much as the animation, unless the user says
-/// otherwise; folders stay in any case, for they may hold more than frames.
-fn refuse_existing(args: &AnimateArgs, outputs: &[PathBuf]) -> Result<()> {
-    for path in outputs {
-        let shown = path.display();
-        match path.symlink_metadata() {
-            Ok(there) if there.is_dir() => bail!("{shown}: expected no folder of this name, found one"),
-            Ok(_) if !args.overwrite => {
-                bail!("{shown}: expected no such file yet, found one; --overwrite replaces it")
-            }
-            _ => {}
-        }
-    }
-    Ok(())
 }
 
 /// `walk.body.pc2` for `walk.pc2`, `frames_body` for a folder `frames`.

@@ -17,6 +17,7 @@ use crate::{
     folder_lock::FolderLock,
     interrupt,
     output::{print, print_json, say},
+    outputs::{Existing, Outputs},
 };
 use anyhow::{Result, bail};
 use row::RowSettings;
@@ -33,6 +34,12 @@ pub(crate) fn run(args: &AccuracyArgs) -> Result<()> {
     }
     let rows = RowSettings::read_all(&args.rows)?;
     let captures = open_all(&args.captures)?;
+    for capture in &captures {
+        args.force.capture(capture)?;
+    }
+    Outputs::beside(&args.captures)
+        .folder(&args.out, [])
+        .check(Existing::Resumed)?;
     let _lock = FolderLock::hold(&args.out)?;
     let mut results = Vec::new();
     for (path, capture) in args.captures.iter().zip(&captures) {

@@ -15,6 +15,7 @@ use unic_io::Capture;
 /// Measures and prints.
 pub(crate) fn run(args: &LastingArgs) -> Result<()> {
     let capture = Capture::open(&args.capture)?;
+    args.force.capture(&capture)?;
     let animator = eval::animator(&args.model, args.intersection, &capture)?;
     let settings = Settings {
         seed: args.seed,

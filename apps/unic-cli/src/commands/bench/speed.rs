@@ -7,7 +7,13 @@ mod report;
 mod scene;
 mod timing;
 
-use crate::{args::SpeedArgs, failure::Usage, interrupt, model_file, motion_file, output::say};
+use crate::{
+    args::SpeedArgs,
+    failure::Usage,
+    interrupt, model_file, motion_file,
+    output::say,
+    outputs::{Existing, Outputs},
+};
 use anyhow::{Context, Result, anyhow, bail};
 use error::AddedError;
 use instances::Instances;
@@ -17,7 +23,7 @@ use std::{num::NonZeroUsize, sync::Arc, time::Duration};
 use timing::Timing;
 use unic_builtin::scale;
 use unic_core::{animator::Animator, model::Model, network::Precision};
-use unic_io::read_obj;
+use unic_io::{check, read_obj};
 
 /// Percent of the vertices that a budget chooses from.
 const PERCENTS: [f32; 9] = [100.0, 70.0, 50.0, 35.0, 25.0, 18.0, 12.0, 8.0, 5.0];
@@ -31,9 +37,11 @@ pub(crate) fn run(args: &SpeedArgs) -> Result<()> {
         ))
         .into());
     }
-    if let Some(out) = args.out.as_ref().filter(|out| out.exists()) {
-        let out = out.display();
-        return Err(Usage(format!("{out}: expected no such model yet, found one")).into());
+    if let Some(out) = &args.out {
+        let inputs = [&args.model, &args.motion, &args.mesh, &args.reading.bone_map];
+        Outputs::beside(inputs.into_iter().flatten())
+            .file(out)
+            .check(Existing::of(args.overwrite))?;
     }
     let mut report = Report::new();
     for subject in subjects(args) {
@@ -155,7 +163,7 @@ fn subjects(args: &SpeedArgs) -> Vec<Subject> {
     let sizes = |&network| {
         let random = move |&vertices| Subject::Random {
             network: scale::Network::from(network),
-            vertices,
+            vertices: vertices as usize,
         };
         args.vertices.iter().map(random)
     };
@@ -170,11 +178,14 @@ impl Subject {
                 let mut model = model_file::read(model)?;
                 if let Some(path) = &args.mesh {
                     let mesh = read_obj(path)?;
+                    let rest = &model.garment().rest;
+                    args.force.settle(path, &check::other_mesh(&mesh, rest))?;
                     model = model
                         .with_mesh(mesh)
                         .map_err(|e| anyhow!("{}: {e}", path.display()))?;
                 }
                 let clip = motion_file::read(motion, model.character(), model.config().fps, &args.reading)?;
+                args.force.motion(motion, &clip, &model)?;
                 Scene::trained(model, clip)
             }
             (Self::Trained, ..) => Err(anyhow!("expected --model and --motion, found one of them")),

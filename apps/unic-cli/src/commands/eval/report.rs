@@ -9,7 +9,6 @@ mod scores;
 mod words;
 
 use super::{Measured, moment::Moment};
-use crate::failure::Usage;
 use anyhow::{Result, anyhow};
 use drift::Drift;
 use film::Film;
@@ -46,8 +45,6 @@ impl<'a> Recorder<'a> {
         (page, movie): (&Path, Option<&Path>),
         clips: &[String],
     ) -> Result<Self> {
-        check_name(page, "--report", "html")?;
-        movie.map_or(Ok(()), |movie| check_name(movie, "--movie", "gif"))?;
         Ok(Self {
             capture,
             file: AtomicFile::create(page)?,
@@ -134,18 +131,6 @@ fn write(mut file: AtomicFile, bytes: &[u8]) -> Result<()> {
     let target = file.target().display().to_string();
     (file.write_all(bytes)).map_err(|e| anyhow!("{target}: cannot write: {e}"))?;
     Ok(file.finish()?)
-}
-
-/// The endings keep models and captures from being written over by a slip.
-fn check_name(path: &Path, option: &str, ending: &str) -> Result<()> {
-    let ends = path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
-    if ends && !path.is_dir() {
-        return Ok(());
-    }
-    let found = if path.is_dir() { "the folder " } else { "" };
-    let path = path.display();
-    let text = format!("{option}: expected the name of an .{ending} file to write, found {found}{path}");
-    Err(Usage(text).into())
 }
 
 fn colophon() -> String {

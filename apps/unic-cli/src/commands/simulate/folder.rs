@@ -19,13 +19,13 @@ use toml::Value;
 use unic_core::character::{Character, Garment};
 use unic_io::{
     atomic,
-    capture::{VertexAttributes, read_garment},
+    capture::{
+        MANIFEST as FINISHED, OWN_FILES, UNFINISHED, VertexAttributes, capture_written_by, read_garment,
+        real_path,
+    },
     read_character,
 };
 use unic_sim::SimulationSettings;
-
-const UNFINISHED: &str = "simulation.toml";
-const FINISHED: &str = "capture.toml";
 
 /// How a run meets its folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +42,7 @@ pub(super) enum Found {
 /// lost. What a killed process has left half-written goes.
 pub(super) fn open(args: &SimulateArgs, record: &toml::Table) -> Result<(FolderLock, Found)> {
     refuse_inputs_inside(args)?;
+    refuse_other_captures(&args.out)?;
     let lock = FolderLock::hold(&args.out)?;
     remove_leftovers(&args.out);
     if args.overwrite {
@@ -92,6 +93,21 @@ fn refuse_inputs_inside(args: &SimulateArgs) -> Result<()> {
             let text = format!(
                 "--out: expected a folder that holds none of the inputs, found {}",
                 input.display()
+            );
+            Err(Usage(text).into())
+        }
+    }
+}
+
+/// The folder may be a capture, which `--overwrite` replaces, but not a part of another.
+fn refuse_other_captures(out: &Path) -> Result<()> {
+    match capture_written_by(out).filter(|capture| *capture != real_path(out)) {
+        None => Ok(()),
+        Some(capture) => {
+            let text = format!(
+                "--out: expected a folder of its own, found {}, which is a part of the capture {}",
+                out.display(),
+                capture.display()
             );
             Err(Usage(text).into())
         }
@@ -241,19 +257,9 @@ pub(super) fn clear(out: &Path) -> Result<()> {
 }
 
 fn remove_leftovers(out: &Path) {
-    atomic::remove_leftovers(out, |name| NAMES.contains(&name));
+    atomic::remove_leftovers(out, |name| OWN_FILES.contains(&name));
     atomic::remove_leftovers(&out.join("clips"), is_of_a_clip);
 }
-
-/// What a simulation writes beside its clips.
-const NAMES: [&str; 6] = [
-    FINISHED,
-    UNFINISHED,
-    "character.npz",
-    "garment.obj",
-    "garment.npz",
-    "simulation.json",
-];
 
 fn is_of_a_clip(name: &str) -> bool {
     name.ends_with(".npz") || name.ends_with(".garment.npy")
@@ -261,7 +267,7 @@ fn is_of_a_clip(name: &str) -> bool {
 
 /// Paths of the files that a simulation writes, whether they are there or not.
 fn files(out: &Path) -> Vec<PathBuf> {
-    let mut paths: Vec<PathBuf> = NAMES.iter().map(|name| out.join(name)).collect();
+    let mut paths: Vec<PathBuf> = OWN_FILES.iter().map(|name| out.join(name)).collect();
     for entry in fs::read_dir(out.join("clips")).into_iter().flatten().flatten() {
         if is_of_a_clip(&entry.file_name().to_string_lossy()) {
             paths.push(entry.path());

@@ -7,6 +7,7 @@ use super::{
 use crate::{
     args::SimulateArgs,
     output::{print, print_json},
+    outputs::{Existing, Outputs},
     pictures::{CLOTH, GAP, Shot, Studio},
 };
 use anyhow::{Context, Result};
@@ -62,11 +63,18 @@ pub(super) fn rows(folder: &Path) -> Vec<Row> {
     serde_json::from_str::<Before>(&text).map_or(Vec::new(), |before| before.clips)
 }
 
-/// Before the work begins: a folder that cannot be made is found out now.
-pub(super) fn open(args: &SimulateArgs) -> Result<()> {
+/// Before the work begins: a folder that cannot be made, or pictures that are there, are found out now.
+pub(super) fn open(args: &SimulateArgs, jobs: &[Job]) -> Result<()> {
     let Some(folder) = &args.pictures else {
         return Ok(());
     };
+    let names = jobs.iter().map(|job| picture_name(&job.clip.name));
+    let inputs = [&args.character, &args.garment].into_iter().chain(&args.motion);
+    let existing = match args.resume {
+        true => Existing::Resumed,
+        false => Existing::of(args.overwrite),
+    };
+    Outputs::beside(inputs).folder(folder, names).check(existing)?;
     fs::create_dir_all(folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))
 }
 
@@ -82,9 +90,13 @@ pub(super) fn draw(args: &SimulateArgs, workshop: &Workshop, made: &[Made]) -> R
             .map(|(t, shot)| studio.picture(shot, CLOTH, &format!("{:.2} s", *t as f32 / args.fps)))
             .collect::<Result<Vec<_>>>()?;
         let picture = grid(&tiles, tiles.len(), GAP)?.encode_png()?;
-        unic_io::atomic::write(&folder.join(format!("{}.png", clip.row.clip)), &picture)?;
+        unic_io::atomic::write(&folder.join(picture_name(&clip.row.clip)), &picture)?;
     }
     Ok(())
+}
+
+fn picture_name(clip: &str) -> String {
+    format!("{clip}.png")
 }
 
 /// Writes `simulation.json`.

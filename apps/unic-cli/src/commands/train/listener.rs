@@ -116,7 +116,7 @@ impl Listener {
                     progress.log(self.before + step, &message);
                 }
             }
-            Event::Saved { .. } => {}
+            Event::Measuring { .. } | Event::Saved { .. } => {}
         }
     }
 }

@@ -175,6 +175,7 @@ impl<'a> Cell<'a> {
             out: Some(model),
             resume: is_begun,
             overwrite: !is_begun,
+            force: self.args.force,
             json: false,
         }
     }

@@ -1,7 +1,7 @@
 //! Many characters in the same garment: instances that share one model.
 
 use super::{scene::Scene, timing::quantile};
-use crate::{HEAP, interrupt};
+use crate::{HEAP, failure::Usage, interrupt, limits};
 use anyhow::Result;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -34,9 +34,10 @@ impl Instances {
     /// One thread steps an instance, all threads of the pool as many at once.
     pub(super) fn measure(animator: &Animator, scene: &Scene, count: NonZeroUsize) -> Result<Self> {
         let count = count.get();
-        let mut crowd = Vec::with_capacity(count);
         let before = HEAP.allocated();
-        for instance in 0..count {
+        let mut crowd = vec![start(animator, scene, 0)?];
+        check_memory(HEAP.allocated().saturating_sub(before), count)?;
+        for instance in 1..count {
             crowd.push(start(animator, scene, instance * AHEAD)?);
         }
         let mut round = |t: usize| -> Result<f64> {
@@ -60,6 +61,19 @@ impl Instances {
             bytes: HEAP.allocated().saturating_sub(before) / count,
             frame_us: quantile(rounds.into_iter(), 0.5) / count as f64,
         })
+    }
+}
+
+/// `bytes`: of one instance.
+fn check_memory(bytes: usize, count: usize) -> Result<()> {
+    let most = limits::memory_bytes() / bytes.max(1) as u64;
+    match count as u64 <= most {
+        true => Ok(()),
+        false => Err(Usage(format!(
+            "--instances: expected at most {most}, which fit into half of the free memory at {:.1} MB each, found {count}",
+            bytes as f64 / 1e6
+        ))
+        .into()),
     }
 }
 

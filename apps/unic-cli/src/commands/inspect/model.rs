@@ -1,0 +1,147 @@
+//! What a user wants to know of a model, before its tensors.
+
+use crate::model_file;
+use serde_json::{Value, json};
+use std::path::Path;
+use unic_core::{
+    config::{IntersectionMode, LatentCode, StateConfig},
+    model::Model,
+    motion::MotionLayout,
+};
+use unic_io::inspect::{Fact, Report};
+
+/// Puts the model's own facts before those of its file, and the file's before its tensors; a model that opens is one
+/// that runs.
+pub(super) fn open(report: &mut Report) {
+    match model_file::read(&report.path) {
+        Ok(model) => {
+            let of_file = std::mem::take(&mut report.facts);
+            report.facts = facts(&report.path, &model);
+            report.facts.extend(of_file);
+        }
+        Err(error) => report.problems.push(error.to_string()),
+    }
+}
+
+fn facts(path: &Path, model: &Model) -> Vec<Fact> {
+    let (config, about) = (model.config(), model.about());
+    let character = model.character();
+    let mut facts = vec![
+        Fact::plain("trained on", about.name.as_str()),
+        Fact::plain("provenance", about.provenance.as_str()),
+        Fact::plain("garment vertices", model.vertex_count()),
+        Fact::plain("body vertices", character.body.vertices.len()),
+        joints(character.skeleton.names()),
+        Fact::measured(
+            "frames per second",
+            config.fps.to_string(),
+            json!(rounded(config.fps)),
+        ),
+        Fact::plain("parameters", model.parameter_count()),
+        Fact::plain("precision", model.precision().name()),
+        Fact::plain("state", state(&config.state)),
+        Fact::plain("motion vector", layout(config.motion.layout)),
+        Fact::plain("intersection handling", intersection(config.intersection)),
+    ];
+    facts.extend(file_size(path));
+    facts.extend(code(model));
+    facts.extend(training(&about.training));
+    facts
+}
+
+fn joints(names: &[String]) -> Fact {
+    let text = format!("{} ({})", names.len(), names.join(" "));
+    Fact::measured("joints", text, json!({ "count": names.len(), "names": names }))
+}
+
+/// As people write it: 29.97 is not 29.969999313354492.
+fn rounded(number: f32) -> f64 {
+    number.to_string().parse().unwrap_or(f64::from(number))
+}
+
+fn file_size(path: &Path) -> Option<Fact> {
+    let bytes = std::fs::metadata(path).ok()?.len();
+    let text = format!("{:.1} MB", bytes as f64 / 1e6);
+    Some(Fact::measured("file size", text, json!({ "bytes": bytes })))
+}
+
+fn state(state: &StateConfig) -> &'static str {
+    match state {
+        StateConfig::RootRelative => "positions relative to the root joint, as published",
+        StateConfig::Displacement(_) => "displacements from a linear prior",
+    }
+}
+
+fn layout(layout: MotionLayout) -> &'static str {
+    match layout {
+        MotionLayout::Heading => "in the frame of the heading",
+        MotionLayout::Paper => "in the frame of the first root rotation, as published",
+        MotionLayout::PaperRootRelative => {
+            "in the frame of the first root rotation, positions relative to the root joint"
+        }
+    }
+}
+
+fn intersection(mode: IntersectionMode) -> &'static str {
+    match mode {
+        IntersectionMode::Off => "off",
+        IntersectionMode::Paper { .. } => "paper",
+        IntersectionMode::Robust { .. } => "robust",
+    }
+}
+
+/// The motion's code: its size, its kind, and how far the training motions decided it.
+fn code(model: &Model) -> [Fact; 2] {
+    let encoder = &model.config().encoder;
+    let kind = match encoder.code {
+        LatentCode::PickedLogit => "picked logits",
+        LatentCode::OneHot => "one-hot",
+    };
+    let (channels, categories) = (encoder.channels, encoder.categories);
+    let sizes = format!("{channels} channels of {categories} categories, {kind}");
+    let certainty = model_file::code_certainty(model).unwrap_or_else(|| "not told by this file".to_owned());
+    let told = model.about().training["code"].clone();
+    [
+        Fact::measured(
+            "motion code",
+            sizes,
+            json!({ "channels": channels, "categories": categories, "kind": kind }),
+        ),
+        Fact::measured("mean top probability", certainty, told),
+    ]
+}
+
+/// What the file tells about its training; files of other makers may tell nothing.
+fn training(told: &Value) -> Vec<Fact> {
+    let mut facts = Vec::new();
+    if let Some(clips) = told["training_clips"].as_array() {
+        let names: Vec<&str> = clips.iter().filter_map(Value::as_str).collect();
+        let text = format!("{}: {}", names.len(), names.join(" "));
+        facts.push(Fact::measured("training clips", text, json!(names)));
+    }
+    if let Some(steps) = told["steps"].as_u64() {
+        facts.push(Fact::plain("training steps", steps));
+    }
+    if let Some(seconds) = told["seconds"].as_f64() {
+        facts.push(Fact::measured(
+            "training time",
+            format!("{seconds:.0} s"),
+            json!({ "seconds": seconds }),
+        ));
+    }
+    let validation = &told["validation"];
+    match validation["rmse_mm"].as_f64() {
+        Some(rmse) => {
+            let clips: Vec<&str> = validation["clips"]
+                .as_array()
+                .into_iter()
+                .flatten()
+                .filter_map(Value::as_str)
+                .collect();
+            let text = format!("{rmse:.2} mm RMSE in free running on {}", clips.join(", "));
+            facts.push(Fact::measured("validation", text, validation.clone()));
+        }
+        None => facts.push(Fact::measured("validation", "none", Value::Null)),
+    }
+    facts
+}

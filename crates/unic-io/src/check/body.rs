@@ -1,0 +1,244 @@
+//! A body, its skeleton and its skinning weights.
+
+use super::{Finding, lengths, mesh, shapes::bounds};
+use crate::retarget::feet_by_name;
+use glam::Vec3;
+use std::collections::HashSet;
+use unic_core::{
+    character::Character,
+    skeleton::{SMPL_JOINT_NAMES, Skeleton},
+};
+
+/// Heights of bodies, metres.
+const HEIGHTS: std::ops::RangeInclusive<f32> = 0.3..=3.0;
+/// Of a usual body, metres.
+const USUAL_HEIGHT: f32 = 1.7;
+
+/// A direction is along an axis when this much of it is: 45 degrees.
+const ALONG: f32 = 0.7;
+
+/// Parents in SMPL's order.
+const SMPL_PARENTS: [Option<usize>; 24] = {
+    const fn of(joint: usize) -> Option<usize> {
+        Some(joint)
+    }
+    [
+        None,
+        of(0),
+        of(0),
+        of(0),
+        of(1),
+        of(2),
+        of(3),
+        of(4),
+        of(5),
+        of(6),
+        of(7),
+        of(8),
+        of(9),
+        of(9),
+        of(9),
+        of(12),
+        of(13),
+        of(14),
+        of(16),
+        of(17),
+        of(18),
+        of(19),
+        of(20),
+        of(21),
+    ]
+};
+
+/// Units, axes, orientation, names and weights of a body.
+pub fn character(character: &Character) -> Vec<Finding> {
+    let mut findings = mesh("body", &character.body);
+    // A mesh of another unit is told once.
+    if !findings
+        .iter()
+        .any(|finding| finding.found.contains("an extent of"))
+    {
+        findings.extend(height(character));
+    }
+    findings.extend(inside_out(character));
+    findings.extend(namesakes(&character.skeleton));
+    findings.extend(assumed_names(&character.skeleton));
+    findings.extend(orientation(&character.skeleton));
+    findings.extend(weights(character));
+    findings.extend(joints_apart(character));
+    findings
+}
+
+/// Height or, for a body that lies on its back, the remedy for that.
+fn height(character: &Character) -> Option<Finding> {
+    let (low, high) = bounds(&character.body.vertices)?;
+    let size = high - low;
+    if HEIGHTS.contains(&size.y) {
+        return None;
+    }
+    let (probably, remedy) = match HEIGHTS.contains(&size.z) {
+        true => (
+            "Z up".to_owned(),
+            "export with Y up, or turn the body by -90 degrees about X".to_owned(),
+        ),
+        false => lengths::words(size.y / USUAL_HEIGHT, "the character"),
+    };
+    Some(Finding::new(
+        "body",
+        format!("a height of {:.3} m", size.y),
+        probably,
+        remedy,
+    ))
+}
+
+/// The volume of a body whose triangles are counter-clockwise seen from outside is positive.
+fn inside_out(character: &Character) -> Option<Finding> {
+    let body = &character.body;
+    let (low, high) = bounds(&body.vertices)?;
+    let centre = 0.5 * (low + high);
+    let volume = |face: &[u32; 3]| {
+        let [a, b, c] = face.map(|v| body.vertices[v as usize] - centre);
+        f64::from(a.dot(b.cross(c))) / 6.0
+    };
+    let litres: f64 = 1e3 * body.faces.iter().map(volume).sum::<f64>();
+    (litres < 0.0).then(|| {
+        Finding::new(
+            "body",
+            format!("a volume of {litres:.1} litres"),
+            "triangles that face inwards",
+            "flip the normals",
+        )
+    })
+}
+
+fn namesakes(skeleton: &Skeleton) -> Option<Finding> {
+    let mut seen = HashSet::new();
+    let twice = skeleton.names().iter().find(|name| !seen.insert(name.as_str()))?;
+    Some(Finding::new(
+        "skeleton",
+        format!("two joints named `{twice}`"),
+        "two rigs in one file, or names cut short",
+        "give every joint a name of its own",
+    ))
+}
+
+/// 24 joints without names take SMPL's, which belong to SMPL's tree.
+fn assumed_names(skeleton: &Skeleton) -> Option<Finding> {
+    let is_smpl = skeleton.names() == SMPL_JOINT_NAMES;
+    (is_smpl && skeleton.parents() != SMPL_PARENTS).then(|| {
+        Finding::new(
+            "skeleton",
+            "24 joints with SMPL's names in another tree than SMPL's",
+            "joints in another order, such as Blender's, without their names",
+            "store the joints' own names as joint_names",
+        )
+    })
+}
+
+/// Up and facing, by the joints that names tell.
+fn orientation(skeleton: &Skeleton) -> Option<Finding> {
+    let [left_ankle, left_foot, right_ankle, right_foot] = feet_by_name(skeleton.names())?;
+    let joints = skeleton.joints();
+    let ankles = 0.5 * (joints[left_ankle] + joints[right_ankle]);
+    let up = (joints[skeleton.root()] - ankles).normalize_or_zero();
+    if up.y < ALONG {
+        let (axis, remedy) = match axis_of(up) {
+            "+Z" => (
+                "Z up",
+                "export with Y up, or turn the character by -90 degrees about X",
+            ),
+            "-Y" => ("upside down", "turn the character by 180 degrees about Z"),
+            _ => ("another axis up", "export with Y up"),
+        };
+        return Some(Finding::new(
+            "skeleton",
+            format!("a trunk that points along {}", axis_of(up)),
+            axis,
+            remedy,
+        ));
+    }
+    let toes = (joints[left_foot] - joints[left_ankle]) + (joints[right_foot] - joints[right_ankle]);
+    let forward = Vec3::new(toes.x, 0.0, toes.z).normalize_or_zero();
+    if forward.z < ALONG && forward != Vec3::ZERO {
+        return Some(Finding::new(
+            "skeleton",
+            format!("feet that point along {}", axis_of(forward)),
+            "a character that does not face +Z",
+            "turn the character about Y until it faces +Z",
+        ));
+    }
+    let is_swapped = joints[left_ankle].x < joints[right_ankle].x;
+    is_swapped.then(|| {
+        Finding::new(
+            "skeleton",
+            "left joints on the right side (-X)",
+            "a mirrored character, or the viewer's left",
+            "mirror it, or exchange the names of left and right",
+        )
+    })
+}
+
+fn axis_of(direction: Vec3) -> &'static str {
+    let axes = [
+        ("+X", Vec3::X),
+        ("-X", Vec3::NEG_X),
+        ("+Y", Vec3::Y),
+        ("-Y", Vec3::NEG_Y),
+        ("+Z", Vec3::Z),
+        ("-Z", Vec3::NEG_Z),
+    ];
+    let most = axes
+        .iter()
+        .max_by(|a, b| direction.dot(a.1).total_cmp(&direction.dot(b.1)));
+    most.map_or("none", |(name, _)| name)
+}
+
+/// A character that is all one piece does not bend.
+fn weights(character: &Character) -> Option<Finding> {
+    let weights = &character.weights;
+    let mut moving = HashSet::new();
+    for vertex in 0..weights.len() {
+        moving.extend(
+            weights
+                .row(vertex)
+                .filter(|(_, weight)| *weight > 0.0)
+                .map(|(joint, _)| joint),
+        );
+        if moving.len() > 1 {
+            return None;
+        }
+    }
+    (character.skeleton.len() > 1).then(|| {
+        Finding::new(
+            "skinning weights",
+            "a body that follows one joint alone",
+            "a mesh exported without its skin",
+            "bind the mesh to the skeleton and export its weights",
+        )
+    })
+}
+
+/// Body and skeleton in different units or places.
+fn joints_apart(character: &Character) -> Option<Finding> {
+    let (low, high) = bounds(&character.body.vertices)?;
+    let (joint_low, joint_high) = bounds(character.skeleton.joints())?;
+    let [body, joints] = [(high - low).length(), (joint_high - joint_low).length()];
+    let centre = 0.5 * (joint_low + joint_high);
+    let room = 0.25 * (high - low).max_element();
+    let is_inside = centre.cmpge(low - room).all() && centre.cmple(high + room).all();
+    let ratio = joints / body.max(f32::MIN_POSITIVE);
+    if ratio > 3.0 {
+        let (unit, remedy) = lengths::words(ratio, "the joints");
+        let found = format!("joints {ratio:.0} times as far apart as the body is large");
+        return Some(Finding::new("skeleton", found, unit, remedy));
+    }
+    (!is_inside).then(|| {
+        let away = centre.distance(0.5 * (low + high));
+        Finding::new(
+            "skeleton",
+            format!("joints {away:.2} m away from the body"),
+            "a transform of the mesh or of the rig that was not applied",
+            "apply all transforms and export again",
+        )
+    })
+}
