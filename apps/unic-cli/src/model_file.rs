@@ -12,6 +12,10 @@ use unic_eval::CodeCertainty;
 /// Reads a model.
 pub(crate) fn read(path: &Path) -> Result<Model> {
     let failed = |e: &dyn std::fmt::Display| anyhow!("{}: {e}", path.display());
+    unic_io::refuse_foreign(path, "a model (.unic)")?;
+    if path.is_dir() {
+        return Err(failed(&"expected a model (.unic), found a folder"));
+    }
     let bytes = fs::read(path).map_err(|e| failed(&format!("cannot read the model: {e}")))?;
     Model::from_bytes(&bytes).map_err(|e| failed(&e))
 }

@@ -13,12 +13,42 @@ pub(crate) fn say(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
+static STAGE: AtomicBool = AtomicBool::new(false);
+
+/// As long as this lives, results are those of a stage of a larger command and go to stderr.
+#[derive(Debug)]
+pub(crate) struct Stage(());
+
+/// From here on, see [`Stage`].
+pub(crate) fn stage() -> Stage {
+    STAGE.store(true, Ordering::SeqCst);
+    Stage(())
+}
+
+impl Drop for Stage {
+    fn drop(&mut self) {
+        STAGE.store(false, Ordering::SeqCst);
+    }
+}
+
 /// Text on stdout. A closed pipe (`| head`) is the reader's way to say that it has enough.
 pub(crate) fn print(text: &str) -> Result<()> {
+    if STAGE.load(Ordering::SeqCst) {
+        say(text.trim_end());
+        return Ok(());
+    }
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("stdout cannot be written"),
         _ => Ok(()),
+    }
+}
+
+/// `1 clip`, `2 clips`.
+pub(crate) fn counted(count: usize, noun: &str) -> String {
+    match count {
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
     }
 }
 

@@ -39,6 +39,7 @@ static INPUTS: LazyLock<TempDir> = LazyLock::new(|| {
         write_motion(
             &path.join(format!("{name}.npz")),
             &unic_testdata::clip(name, seed, frames),
+            &[],
         )
         .unwrap();
     }

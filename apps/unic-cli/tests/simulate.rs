@@ -31,7 +31,7 @@ fn inputs(folder: &Path) {
     arrays.finish().unwrap();
     for (seed, (name, frames)) in [("one", 60), ("two", 50), ("three", 20)].into_iter().enumerate() {
         let clip = unic_testdata::clip(name, seed, frames);
-        write_motion(&folder.join(format!("{name}.npz")), &clip).unwrap();
+        write_motion(&folder.join(format!("{name}.npz")), &clip, &[]).unwrap();
     }
 }
 

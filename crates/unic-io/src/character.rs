@@ -2,6 +2,8 @@
 
 use crate::{
     error::{Error, Result},
+    formats::refuse_foreign,
+    motion::JOINT_NAMES,
     npy::Dim,
     npz::{Npz, NpzWriter},
 };
@@ -25,6 +27,7 @@ pub fn read_character(path: &Path) -> Result<Character> {
 
 /// The same with joint names from elsewhere; none takes the file's own.
 pub(crate) fn read_named_character(path: &Path, names: Vec<String>) -> Result<Character> {
+    refuse_foreign(path, "a character (npz)")?;
     let mut npz = Npz::open(path)?;
     let body = read_mesh(&mut npz)?;
     let skeleton = read_skeleton(&mut npz, names)?;
@@ -56,11 +59,12 @@ fn read_skeleton(npz: &mut Npz, names: Vec<String>) -> Result<Skeleton> {
     } else {
         Vec::new()
     };
-    let names = if names.is_empty() && npz.contains("joint_names") {
-        smpl_names(npz.text("joint_names")?)
-    } else {
-        names
+    let own = match npz.contains(JOINT_NAMES) {
+        true => smpl_names(npz.text(JOINT_NAMES)?),
+        false => Vec::new(),
     };
+    refuse_another_order(npz, &own, &names)?;
+    let names = if names.is_empty() { own } else { names };
     Skeleton::new(SkeletonParts {
         names,
         parents,
@@ -71,6 +75,23 @@ fn read_skeleton(npz: &mut Npz, names: Vec<String>) -> Result<Skeleton> {
         path: npz.path().to_path_buf(),
         source,
     })
+}
+
+/// Names from elsewhere may name the joints anew, but not exchange them.
+fn refuse_another_order(npz: &Npz, own: &[String], others: &[String]) -> Result<()> {
+    let sorted = |names: &[String]| {
+        let mut names = names.to_vec();
+        names.sort_unstable();
+        names
+    };
+    let swapped = own.iter().zip(others).find(|(own, other)| own != other);
+    match swapped.filter(|_| sorted(own) == sorted(others)) {
+        None => Ok(()),
+        Some((own, other)) => {
+            let expected = format!("the order of the manifest's joint_names, in which {other} stands here");
+            Err(npz.array_error(JOINT_NAMES, expected, own.as_str()))
+        }
+    }
 }
 
 /// SMPL's names in one spelling: bodies come with `left_hip` as well as `L_hip`.
@@ -120,7 +141,7 @@ pub fn write_character(path: &Path, character: &Character) -> Result<()> {
     npz.i32s("faces", &[body.faces.len(), 3], &faces)?;
     npz.f32s("joints", &[joints, 3], bytemuck::cast_slice(&parts.joints))?;
     npz.i32s("parents", &[joints], &parents)?;
-    npz.text("joint_names", &parts.names)?;
+    npz.text(JOINT_NAMES, &parts.names)?;
     npz.f32s("weights", &[vertices, joints], &weights.to_dense())?;
     npz.f32s("rest_pose", &[joints, 3], bytemuck::cast_slice(&parts.rest_pose))?;
     npz.finish()

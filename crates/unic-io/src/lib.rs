@@ -73,6 +73,7 @@ mod character;
 pub mod check;
 pub mod datasets;
 mod error;
+mod formats;
 pub mod frames;
 pub mod glb;
 pub mod inspect;
@@ -88,6 +89,7 @@ pub use cache::{VertexCache, VertexCacheWriter, read_vertex_cache};
 pub use capture::{Capture, CaptureWriter, CapturedClip, Manifest, Split};
 pub use character::{read_character, write_character};
 pub use error::{Error, Result};
+pub use formats::refuse_foreign;
 pub use frames::{GarmentFrames, VertexFrames};
 pub use inspect::inspect;
 

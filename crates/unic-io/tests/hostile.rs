@@ -82,7 +82,7 @@ fn small_files(folder: &Path) -> Vec<PathBuf> {
     let at = |name: &str| folder.join(name);
     let garment = small_garment();
     write_character(&at("character.npz"), &small_character()).unwrap();
-    write_motion(&at("motion.npz"), &small_clip("motion", 4)).unwrap();
+    write_motion(&at("motion.npz"), &small_clip("motion", 4), &[]).unwrap();
     write_obj(&at("garment.obj"), &garment.rest).unwrap();
     write_npy(&at("frames.npy"), &[2, 4, 3], &[0.5; 24]).unwrap();
     for name in ["cache.pc2", "cache.npz"] {

@@ -93,10 +93,10 @@ fn jumps_of_the_root_are_noticed() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("walk.npz");
     let mut clip = small_clip("walk", 6);
-    write_motion(&path, &clip).unwrap();
+    write_motion(&path, &clip, &[]).unwrap();
     assert_eq!(inspect(&path).unwrap().problems, Vec::<String>::new());
     clip.poses[3].trans.x += 1.0;
-    write_motion(&path, &clip).unwrap();
+    write_motion(&path, &clip, &[]).unwrap();
     let report = inspect(&path).unwrap();
     assert_eq!(report.kind, Kind::Motion);
     assert!(problems(&report).contains("at frame 2: a jump"), "{report}");

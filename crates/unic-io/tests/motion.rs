@@ -170,7 +170,7 @@ fn a_written_motion_comes_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("walk.npz");
     let clip = small_clip("walk", 9);
-    write_motion(&path, &clip).unwrap();
+    write_motion(&path, &clip, &[]).unwrap();
     let options = MotionOptions {
         up: UpAxis::Y,
         ..MotionOptions::default()

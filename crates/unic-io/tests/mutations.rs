@@ -105,7 +105,7 @@ fn characters() {
 #[test]
 fn motion_arrays() {
     let path = folder("motion").join("motion.npz");
-    write_motion(&path, &small_clip("motion", 12)).unwrap();
+    write_motion(&path, &small_clip("motion", 12), &[]).unwrap();
     let character = small_character();
     let options = MotionOptions {
         fps: Some(24.0),

@@ -1,6 +1,7 @@
 //! Training settings.
 
 mod check;
+mod keys;
 mod length;
 mod presets;
 mod products;

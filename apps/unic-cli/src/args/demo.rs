@@ -32,6 +32,9 @@ pub(crate) struct DemoArgs {
     /// Make everything in the folder anew.
     #[arg(long)]
     pub(crate) overwrite: bool,
+    /// Print one JSON object about the result on stdout; what the stages print goes to stderr.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// Garments that a demo is made of: they simulate in seconds.

@@ -5,7 +5,7 @@ use crate::{
     failure::{Interrupted, Usage},
     folder_lock::FolderLock,
     interrupt,
-    output::{print, say},
+    output::{self, print, say},
     outputs::{Existing, Outputs},
 };
 use anyhow::{Context, Result};
@@ -90,16 +90,48 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let _lock = FolderLock::hold(&args.out)?;
     open(args)?;
     let stages = stages(args);
+    let mut done = Vec::new();
     for (i, stage) in stages.iter().enumerate() {
         let title = format!("[{}/{}] {}", i + 1, stages.len(), stage.title);
-        if stage.leaves.exists() {
-            say(&format!("{title}: {} is there", stage.leaves.display()));
-            continue;
+        let was_there = stage.leaves.exists();
+        let begun = Instant::now();
+        match was_there {
+            true => say(&format!("{title}: {} is there", stage.leaves.display())),
+            false => {
+                say(&format!("\n{title}\n  unic {}", stage.line()));
+                let _stage = args.json.then(output::stage);
+                stage.run().map_err(|error| told_how_to_go_on(error, args))?;
+            }
         }
-        say(&format!("\n{title}\n  unic {}", stage.line()));
-        stage.run().map_err(|error| told_how_to_go_on(error, args))?;
+        done.push(Done {
+            title: stage.title,
+            command: format!("unic {}", stage.line()),
+            leaves: &stage.leaves,
+            was_there,
+            seconds: begun.elapsed().as_secs_f64(),
+        });
     }
-    close(args, started)
+    close(args, &done, started)
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Summary<'a> {
+    folder: &'a Path,
+    /// Of the whole command.
+    seconds: f64,
+    stages: &'a [Done<'a>],
+}
+
+/// One stage in [`Summary`].
+#[derive(Serialize)]
+struct Done<'a> {
+    title: &'static str,
+    command: String,
+    leaves: &'a Path,
+    /// Made by an earlier run.
+    was_there: bool,
+    seconds: f64,
 }
 
 fn open(args: &DemoArgs) -> Result<()> {
@@ -310,11 +342,18 @@ fn told_how_to_go_on(error: anyhow::Error, args: &DemoArgs) -> anyhow::Error {
     }
 }
 
-fn close(args: &DemoArgs, started: Instant) -> Result<()> {
+fn close(args: &DemoArgs, stages: &[Done], started: Instant) -> Result<()> {
+    let seconds = started.elapsed().as_secs_f64();
+    if args.json {
+        return output::print_json(&Summary {
+            folder: &args.out,
+            seconds,
+            stages,
+        });
+    }
     let out = args.out.display();
     print(&format!(
-        "\nDone in {:.0} s.\n  {out}/report.html    open it in a browser\n  {out}/animation.glb  open it in Blender\n  \
-         {out}/demo.unic      the model: unic animate {out}/demo.unic --motion YOURS.npz --out walk.glb\n",
-        started.elapsed().as_secs_f64()
+        "\nDone in {seconds:.0} s.\n  {out}/report.html    open it in a browser\n  {out}/animation.glb  open it in \
+         Blender\n  {out}/demo.unic      the model: unic animate {out}/demo.unic --motion YOURS.npz --out walk.glb\n"
     ))
 }

@@ -40,7 +40,6 @@ fn measure(args: &EvalArgs) -> Result<Measured> {
     let capture = protocol::capture(args)?;
     let clips = clip_names(args, &capture)?;
     outputs::check_clips(args, &clips)?;
-    args.force.capture(&capture)?;
     let animator = match &args.model {
         Some(path) => {
             let mut animator = animator(path, args.intersection, &capture)?;
@@ -49,6 +48,7 @@ fn measure(args: &EvalArgs) -> Result<Measured> {
         }
         None => None,
     };
+    args.force.capture(&capture)?;
     let mut listener = Listener::new(args, &capture, &clips)?;
     let mut rows = rows(&capture, animator.as_ref())?;
     let mut listen = |event: &Event| listener.listen(event);
@@ -133,6 +133,14 @@ fn check_fit(model: &Model, path: &Path, capture: &Capture) -> Result<()> {
     if let Some((what, expected, found)) = counts.into_iter().find(|(_, expected, found)| expected != found) {
         bail!(
             "{}: expected a model of {expected} {what} as in {capture_path}, found {found}",
+            path.display()
+        );
+    }
+    let [expected, found] = [skeleton, &model.character().skeleton].map(|skeleton| skeleton.names());
+    if let Some((expected, found)) = expected.iter().zip(found).find(|(a, b)| a != b) {
+        bail!(
+            "{}: expected joints in the order of {capture_path}, found {found} in the place of {expected}: probably \
+             a model of another export of the character; train it on this capture",
             path.display()
         );
     }

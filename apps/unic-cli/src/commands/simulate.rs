@@ -7,7 +7,7 @@ mod work;
 
 use crate::{
     args::{SimulateArgs, Switch},
-    output::say,
+    output::{counted, say},
 };
 use anyhow::{Result, anyhow};
 use folder::Found;
@@ -224,8 +224,8 @@ fn announce(cut: &Cut, jobs: &[Job], kept: &Kept) {
     let seconds: f32 = jobs.iter().map(|job| job.clip.seconds()).sum();
     let vertices = cut.garment.rest.vertices.len();
     say(&format!(
-        "{} clips, {seconds:.0} s of motion, {vertices} vertices",
-        jobs.len()
+        "{}, {seconds:.1} s of motion, {vertices} vertices",
+        counted(jobs.len(), "clip")
     ));
     if kept.frames > 0 {
         say(&format!("{} frames are there already", kept.frames));

@@ -2,6 +2,7 @@
 
 use crate::{
     error::{Error, Result},
+    formats::refuse_foreign,
     frames::VertexFrames,
     npy::Dim,
     npz::Npz,
@@ -33,6 +34,7 @@ pub fn read_vertex_cache(path: &Path) -> Result<VertexCache> {
     if path.is_dir() {
         return read_obj_folder(path);
     }
+    refuse_foreign(path, "a vertex cache (.pc2, .npz, .npy or a folder of .obj)")?;
     match path.extension().and_then(|e| e.to_str()) {
         Some("pc2") => Ok(bare(pc2::read_pc2(path)?.frames)),
         Some("npy") => Ok(bare(VertexFrames::open_npy(path)?)),

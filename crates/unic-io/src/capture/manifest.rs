@@ -33,8 +33,8 @@ pub struct Manifest {
     /// One a joint; empty takes the character's own names, or SMPL's for 24 joints.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joint_names: Vec<String>,
-    /// Joints that touch the ground: L ankle, L foot, R ankle, R foot. Where missing, those of
-    /// SMPL's order for 24 joints, else those that are named so, as SMPL, Mixamo, Unreal and others name them.
+    /// Joints that touch the ground: L ankle, L foot, R ankle, R foot. Where missing, those that are named so, as
+    /// SMPL, Mixamo, Unreal and others name them; 24 joints without names have SMPL's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_joints: Option<[JointReference; 4]>,
     /// Always Y: importers convert.
@@ -225,7 +225,6 @@ impl Manifest {
     pub(crate) fn contacts(&self, path: &Path, skeleton: &Skeleton) -> Result<[usize; 4]> {
         let references = match &self.contact_joints {
             Some(references) => references.clone(),
-            None if skeleton.len() == SMPL_JOINT_NAMES.len() => SMPL_CONTACTS.map(JointReference::Index),
             None => match feet_by_name(skeleton.names()) {
                 Some(feet) => return Ok(feet),
                 // Of an error, then.

@@ -9,8 +9,9 @@ use crate::{
     cache::frames_of,
     character::read_named_character,
     error::{Error, Result},
+    formats::folder_that_is_no_capture,
     frames::{GarmentFrames, VertexFrames},
-    motion::{MotionArrays, PoseLayout},
+    motion::{Joints, MotionArrays, PoseLayout},
     npy,
     npz::Npz,
 };
@@ -69,6 +70,14 @@ impl Capture {
     /// are not there.
     pub fn open(root: &Path) -> Result<Self> {
         let path = layout::manifest(root);
+        if !path.exists() {
+            let found = folder_that_is_no_capture(root);
+            return Err(Error::content(
+                root,
+                "a capture (a folder with capture.toml)",
+                found,
+            ));
+        }
         let manifest = Manifest::read(&path)?;
         check_clips_exist(root, &path, &manifest)?;
         let names = manifest.joint_names.clone();
@@ -147,7 +156,7 @@ impl Capture {
     }
 
     fn read_motion(&self, npz: &mut Npz, name: &str) -> Result<Clip> {
-        let arrays = MotionArrays::read(npz, self.character.skeleton.len())?;
+        let arrays = MotionArrays::read(npz, &Joints::Own(&self.character.skeleton))?;
         if arrays.layout != PoseLayout::Native {
             let expected = format!("3 x {} numbers a frame", self.character.skeleton.len());
             return Err(npz.array_error("poses", expected, format!("{:?}", arrays.layout)));

@@ -9,7 +9,7 @@ use crate::{
     character::write_character,
     error::{Error, Result},
     frames::VertexFramesWriter,
-    motion::{self, MotionArrays},
+    motion::{self, Joints, MotionArrays},
     npy::{read_npy_header, shape_text},
     npz::{Npz, NpzWriter},
 };
@@ -26,7 +26,7 @@ use unic_core::{
 pub struct CaptureWriter {
     root: PathBuf,
     manifest: Manifest,
-    joints: usize,
+    skeleton: Skeleton,
     vertices: usize,
 }
 
@@ -58,7 +58,7 @@ impl CaptureWriter {
         Ok(Self {
             root: root.to_path_buf(),
             manifest,
-            joints: character.skeleton.len(),
+            skeleton: character.skeleton.clone(),
             vertices: garment.rest.vertices.len(),
         })
     }
@@ -77,6 +77,7 @@ impl CaptureWriter {
         Ok(ClipWriter {
             path: layout::clip(&self.root, &clip.name),
             clip: clip.clone(),
+            joint_names: self.skeleton.names().to_vec(),
             frames,
         })
     }
@@ -94,7 +95,7 @@ impl CaptureWriter {
         }
         self.check(clip)?;
         let mut npz = Npz::open(&path)?;
-        let kept = MotionArrays::read(&mut npz, self.joints)?.into_clip(clip.name.clone());
+        let kept = MotionArrays::read(&mut npz, &Joints::Own(&self.skeleton))?.into_clip(clip.name.clone());
         let garment = read_npy_header(&layout::clip_garment(&self.root, &clip.name))?.shape;
         let expected = [clip.len(), self.vertices, 3];
         if garment != expected {
@@ -148,8 +149,11 @@ impl CaptureWriter {
         if clip.len() < 2 {
             return error("at least two frames".into(), clip.len().to_string());
         }
-        if let Some(pose) = clip.poses.iter().find(|p| p.local.len() != self.joints) {
-            return error(format!("{} joints", self.joints), pose.local.len().to_string());
+        if let Some(pose) = clip.poses.iter().find(|p| p.local.len() != self.skeleton.len()) {
+            return error(
+                format!("{} joints", self.skeleton.len()),
+                pose.local.len().to_string(),
+            );
         }
         match clip.wind.len() {
             found if found > 0 && found != clip.len() => {
@@ -185,6 +189,7 @@ fn completed(mut manifest: Manifest, path: &Path, skeleton: &Skeleton) -> Result
 pub struct ClipWriter {
     path: PathBuf,
     clip: Clip,
+    joint_names: Vec<String>,
     frames: VertexFramesWriter,
 }
 
@@ -221,7 +226,7 @@ impl ClipWriter {
         }
         self.frames.finish()?;
         let mut npz = NpzWriter::create(&self.path)?;
-        motion::write_arrays(&mut npz, &self.clip)?;
+        motion::write_arrays(&mut npz, &self.clip, &self.joint_names)?;
         npz.finish()
     }
 }

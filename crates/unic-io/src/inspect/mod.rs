@@ -11,6 +11,7 @@ use crate::{
     cache,
     check::Finding,
     error::{Error, Result},
+    formats::{CHARACTER, GARMENT, NOTHING_KNOWN, folder_that_is_no_capture, is_foreign, refuse_foreign},
     motion::is_bvh,
 };
 use serde::{Serialize, Serializer};
@@ -94,6 +95,8 @@ pub enum Kind {
     MeshSequence,
     /// A PC2 file.
     PointCache,
+    /// Any other folder.
+    Folder,
     /// A trained model: safetensors.
     Model,
     /// None of these.
@@ -157,6 +160,7 @@ impl Display for Kind {
             Kind::Mesh => "OBJ mesh",
             Kind::MeshSequence => "OBJ sequence",
             Kind::PointCache => "PC2 point cache",
+            Kind::Folder => "folder",
             Kind::Model => "model",
             Kind::Unknown => "unknown",
         })
@@ -203,7 +207,9 @@ pub fn inspect(path: &Path) -> Result<Report> {
     file.take(12)
         .read_to_end(&mut start)
         .map_err(Error::io(path, "read"))?;
-    Ok(if start.starts_with(b"PK") {
+    Ok(if is_foreign(path) {
+        unknown(path, &start)
+    } else if start.starts_with(b"PK") {
         arrays::npz(path)
     } else if start.starts_with(b"\x93NUMPY") {
         arrays::npy(path)
@@ -224,9 +230,15 @@ fn inspect_folder(folder: &Path) -> Result<Report> {
     if folder.join("capture.toml").exists() {
         return Ok(capture::inspect(folder));
     }
-    if cache::obj_files(folder)?.is_empty() {
-        let mut report = Report::new(folder, Kind::Unknown);
-        report.problem("expected a folder with capture.toml or .obj files, found neither");
+    let found = folder_that_is_no_capture(folder);
+    if found != NOTHING_KNOWN || cache::obj_files(folder)?.is_empty() {
+        let mut report = Report::new(folder, Kind::Folder);
+        report.fact("folder", found);
+        if found != CHARACTER && found != GARMENT {
+            report.problem(format!(
+                "expected a capture or a folder of .obj files, found {found}"
+            ));
+        }
         return Ok(report);
     }
     Ok(arrays::mesh_sequence(folder))
@@ -234,6 +246,12 @@ fn inspect_folder(folder: &Path) -> Result<Report> {
 
 fn unknown(path: &Path, start: &[u8]) -> Report {
     let mut report = Report::new(path, Kind::Unknown);
+    if report
+        .take(refuse_foreign(path, "a file that unic reads"))
+        .is_none()
+    {
+        return report;
+    }
     report.problem(format!(
         "{}: expected an npz, npy, OBJ, PC2, BVH or model file or a capture folder, found a file that \
          begins with \"{}\"",

@@ -4,7 +4,7 @@ use super::{Kind, Report};
 use crate::{
     bvh::Bvh,
     check,
-    motion::{MotionArrays, POSE_NAMES, UpAxis},
+    motion::{Joints, MotionArrays, POSE_NAMES, UpAxis},
     npz::Npz,
     retarget::{BoneMap, Source},
 };
@@ -27,7 +27,7 @@ pub(super) fn describe(report: &mut Report, npz: &mut Npz) {
     report.fact("layout", layout_text(numbers));
     // 75 numbers are 24 joints and a translation.
     let joints = if numbers == 75 { 24 } else { numbers / 3 };
-    if let Some(arrays) = report.take(MotionArrays::read(npz, joints)) {
+    if let Some(arrays) = report.take(MotionArrays::read(npz, &Joints::Count(joints))) {
         let notes = arrays.notes.clone();
         notes.iter().for_each(|note| report.fact("note", note.as_str()));
         describe_clip(report, &arrays.into_clip(String::new()));

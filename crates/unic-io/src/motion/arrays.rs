@@ -1,5 +1,6 @@
 //! The arrays of a motion file, and the layouts that they come in.
 
+use super::joints::{Joints, Order};
 use crate::{
     character::positions,
     error::{Error, Result},
@@ -23,8 +24,10 @@ pub(crate) const GROUND_HEIGHT_NAME: &str = "ground_height";
 /// Joints of the SMPL family that carry the body: the rest are hands, jaw and eyes.
 const BODY_JOINTS: usize = 22;
 
-/// No rotation needs more than a few turns; more are degrees or damage.
-const LARGEST_ANGLE: f32 = 100.0;
+/// Longer rotations are seldom, radians.
+const MORE_THAN_A_TURN: f32 = 6.4;
+/// Part of a file's rotations that may be longer; more are in degrees.
+const MOST_TURNS: f32 = 0.05;
 
 /// Which joints a frame of a motion file holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +44,7 @@ pub enum PoseLayout {
 
 impl PoseLayout {
     /// The layout of frames of `numbers` numbers for a character of `joints` joints.
-    fn of(numbers: usize, joints: usize) -> Option<Self> {
+    pub(super) fn of(numbers: usize, joints: usize) -> Option<Self> {
         let smpl = joints == SMPL_JOINT_NAMES.len();
         match numbers {
             n if n > 0 && Some(n) == joints.checked_mul(3) => Some(Self::Native),
@@ -53,7 +56,7 @@ impl PoseLayout {
     }
 
     /// Joints to take from a frame; the character's others do not turn.
-    fn joints_taken(self, joints: usize) -> usize {
+    pub(super) fn joints_taken(self, joints: usize) -> usize {
         match self {
             Self::Native | Self::SmplWithTranslation => joints,
             Self::SmplH | Self::SmplX => BODY_JOINTS,
@@ -82,21 +85,22 @@ pub(crate) struct MotionArrays {
 }
 
 impl MotionArrays {
-    pub(crate) fn read(npz: &mut Npz, joints: usize) -> Result<Self> {
+    pub(crate) fn read(npz: &mut Npz, joints: &Joints) -> Result<Self> {
         let name = npz.first_of(&POSE_NAMES).unwrap_or(POSE_NAMES[0]);
         let (numbers, dims) = frame_numbers(npz, name)?;
-        let Some(layout) = PoseLayout::of(numbers, joints) else {
-            let expected = expected_numbers(joints);
-            return Err(npz.array_error(name, expected, format!("{numbers} numbers a frame")));
-        };
+        let Order {
+            sources,
+            layout,
+            note,
+        } = Order::of(npz, name, numbers, joints)?;
         let fps = frame_rate(npz)?;
         let ground_height = ground_height(npz)?;
         let values = npz.finite::<f32>(name, &dims)?;
         check_frames(npz, name, &values, numbers)?;
-        let mut notes: Vec<String> = layout.note().into_iter().collect();
+        let mut notes: Vec<String> = layout.note().into_iter().chain(note).collect();
         let trans = translations(npz, &values, layout, &mut notes)?;
         let poses = (values.data.chunks_exact(numbers).zip(trans))
-            .map(|(frame, trans)| pose(frame, trans, layout, joints))
+            .map(|(frame, trans)| pose(frame, trans, &sources))
             .collect::<Vec<_>>();
         let wind = match npz.contains(WIND_NAME) {
             true => positions(npz, WIND_NAME, Dim::Is(poses.len()))?,
@@ -140,33 +144,32 @@ fn frame_numbers(npz: &mut Npz, name: &str) -> Result<(usize, Vec<Dim>)> {
     }
 }
 
-fn expected_numbers(joints: usize) -> String {
-    let own = 3 * joints;
-    if joints == SMPL_JOINT_NAMES.len() {
-        format!("{own}, 75, 156 or 165 numbers a frame")
-    } else {
-        format!("{own} numbers a frame for {joints} joints")
-    }
-}
-
 fn check_frames(npz: &Npz, name: &str, values: &Array<f32>, numbers: usize) -> Result<()> {
     let frames = values.shape[0];
     if frames < 2 {
         return Err(npz.array_error(name, "at least two frames", frames.to_string()));
     }
-    let mut rotations = values.data.chunks_exact(numbers).map(|f| &f[..numbers.min(66)]);
-    let large = |frame: &[f32]| frame.iter().any(|x| x.abs() > LARGEST_ANGLE);
-    match rotations.position(large) {
-        None => Ok(()),
-        Some(t) => Err(npz.array_error(
-            name,
-            "axis-angle rotations in radians",
-            format!("numbers beyond {LARGEST_ANGLE} in frame {t}"),
-        )),
+    let of_joints = |f: &'_ [f32]| numbers.min(66).min(f.len());
+    let rotations = values
+        .data
+        .chunks_exact(numbers)
+        .flat_map(|f| f[..of_joints(f)].chunks_exact(3));
+    let (mut turns, mut count) = (0, 0);
+    for rotation in rotations {
+        count += 1;
+        turns += usize::from(Vec3::from_slice(rotation).length() > MORE_THAN_A_TURN);
     }
+    let share = turns as f32 / count.max(1) as f32;
+    if share <= MOST_TURNS {
+        return Ok(());
+    }
+    let found = format!(
+        "{:.0} % of them longer than a whole turn: probably degrees, which become radians by 0.01745",
+        100.0 * share
+    );
+    Err(npz.array_error(name, "axis-angle rotations in radians", found))
 }
 
-/// Translations from `trans`, else from the end of each frame, else none.
 fn translations(
     npz: &mut Npz,
     values: &Array<f32>,
@@ -186,11 +189,12 @@ fn translations(
     Ok(vec![Vec3::ZERO; frames])
 }
 
-fn pose(frame: &[f32], trans: Vec3, layout: PoseLayout, joints: usize) -> Pose {
-    let taken = layout.joints_taken(joints);
-    let rotations = frame.chunks_exact(3).take(taken).map(Vec3::from_slice);
-    let mut axis_angles: Vec<Vec3> = rotations.collect();
-    axis_angles.resize(joints, Vec3::ZERO);
+fn pose(frame: &[f32], trans: Vec3, sources: &[Option<usize>]) -> Pose {
+    let rotation = |source: &Option<usize>| match source {
+        Some(joint) => Vec3::from_slice(&frame[3 * joint..3 * joint + 3]),
+        None => Vec3::ZERO,
+    };
+    let axis_angles: Vec<Vec3> = sources.iter().map(rotation).collect();
     Pose::from_axis_angles(trans, &axis_angles)
 }
 

@@ -5,12 +5,14 @@
 
 mod arrays;
 mod ground;
+mod joints;
 mod looped;
 mod up;
 mod write;
 
 pub use arrays::PoseLayout;
 pub(crate) use arrays::{GROUND_HEIGHT_NAME, MotionArrays, POSE_NAMES, WIND_NAME, check_frame_rate};
+pub(crate) use joints::{JOINT_NAMES, Joints};
 pub use looped::{Cycle, Repeat, looped};
 pub(crate) use up::turn as turn_to_y_up;
 pub(crate) use write::write_arrays;
@@ -19,6 +21,7 @@ pub use write::write_motion;
 use crate::{
     bvh::Bvh,
     error::{Error, Result},
+    formats::refuse_foreign,
     npz::Npz,
     retarget::{BoneMap, Source, feet, low_pass},
 };
@@ -120,8 +123,9 @@ enum Origin {
 /// Reads a motion file as a clip for `character`: BVH by its extension or first word, else npz.
 ///
 /// **npz**: `poses` (T, 3K) or (T, K, 3) local axis-angle in radians, `trans` (T, 3) in metres and
-/// the frame rate (`mocap_framerate`, `mocap_frame_rate` or `fps`). K is the character's number of
-/// joints, or for a character of 24 joints in SMPL's order one of [`PoseLayout`]'s. Z up becomes Y
+/// the frame rate (`mocap_framerate`, `mocap_frame_rate` or `fps`). With `joint_names` (K) the
+/// character's joints are found by name, in any order. Without, K is the character's number of
+/// joints, or for a character of 24 joints one of [`PoseLayout`]'s, in SMPL's order. Z up becomes Y
 /// up by R, −90° about x: R · (trans + J₀) − J₀ is the translation, with J₀ the character's root
 /// joint, and R · root the orientation.
 ///
@@ -132,6 +136,7 @@ enum Origin {
 /// Missing arrays, another number of joints, joints that cannot be told, fewer than two frames,
 /// numbers that are not finite, a frame rate outside 1 to 1000.
 pub fn import_motion(path: &Path, character: &Character, options: &MotionOptions) -> Result<MotionImport> {
+    refuse_foreign(path, "a motion (npz or BVH)")?;
     let (mut clip, origin, mut notes) = match is_bvh(path)? {
         true => from_bvh(path, character, options)?,
         false => from_npz(path, character, options)?,
@@ -196,7 +201,7 @@ fn from_npz(
     options: &MotionOptions,
 ) -> Result<(Clip, Origin, Vec<String>)> {
     let mut npz = Npz::open(path)?;
-    let arrays = MotionArrays::read(&mut npz, character.skeleton.len())?;
+    let arrays = MotionArrays::read(&mut npz, &Joints::Of(&character.skeleton))?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let mut notes = arrays.notes.clone();
     let is_native = arrays.layout == PoseLayout::Native;

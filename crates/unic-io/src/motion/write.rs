@@ -1,24 +1,24 @@
 //! Writing motion files.
 
-use super::{GROUND_HEIGHT_NAME, WIND_NAME};
+use super::{GROUND_HEIGHT_NAME, JOINT_NAMES, WIND_NAME};
 use crate::{error::Result, npz::NpzWriter};
 use glam::{Quat, Vec3};
 use std::path::Path;
 use unic_core::clip::Clip;
 
 /// Writes a clip as [`import_motion`](super::import_motion) reads it, atomically: `poses` (T, 3J),
-/// `trans` (T, 3), `mocap_framerate`, `ground_height`.
+/// `trans` (T, 3), `mocap_framerate`, `ground_height`, and where there are some `joint_names` (J).
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_motion(path: &Path, clip: &Clip) -> Result<()> {
+pub fn write_motion(path: &Path, clip: &Clip, joint_names: &[String]) -> Result<()> {
     let mut npz = NpzWriter::create(path)?;
-    write_arrays(&mut npz, clip)?;
+    write_arrays(&mut npz, clip, joint_names)?;
     npz.finish()
 }
 
-/// `poses`, `trans`, `mocap_framerate` and `ground_height` of a clip.
-pub(crate) fn write_arrays(npz: &mut NpzWriter, clip: &Clip) -> Result<()> {
+/// The arrays of [`write_motion`].
+pub(crate) fn write_arrays(npz: &mut NpzWriter, clip: &Clip, joint_names: &[String]) -> Result<()> {
     let joints = clip.poses.first().map_or(0, |p| p.local.len());
     let trans: Vec<Vec3> = clip.poses.iter().map(|p| p.trans).collect();
     let rotations: Vec<Vec3> = (clip.poses.iter())
@@ -32,6 +32,9 @@ pub(crate) fn write_arrays(npz: &mut NpzWriter, clip: &Clip) -> Result<()> {
     npz.f32s("trans", &[clip.len(), 3], bytemuck::cast_slice(&trans))?;
     if !clip.wind.is_empty() {
         npz.f32s(WIND_NAME, &[clip.wind.len(), 3], bytemuck::cast_slice(&clip.wind))?;
+    }
+    if !joint_names.is_empty() {
+        npz.text(JOINT_NAMES, joint_names)?;
     }
     npz.f64s("mocap_framerate", &[], &[f64::from(clip.fps)])?;
     npz.f64s(GROUND_HEIGHT_NAME, &[], &[f64::from(clip.ground_height)])

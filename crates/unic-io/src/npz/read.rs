@@ -2,6 +2,7 @@
 
 use crate::{
     error::{Error, Result},
+    formats::refuse_foreign,
     npy::{self, Array, Dim, Element, Header, Source},
 };
 use std::{
@@ -29,7 +30,13 @@ impl Npz {
     /// No such file, no zip archive.
     pub fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(Error::io(path, "open"))?;
-        let archive = ZipArchive::new(BufReader::new(file)).map_err(|e| archive_error(path, e))?;
+        let archive = match ZipArchive::new(BufReader::new(file)) {
+            Ok(archive) => archive,
+            Err(error) => {
+                refuse_foreign(path, "an npz archive")?;
+                return Err(archive_error(path, error));
+            }
+        };
         let names = (archive.file_names())
             .filter_map(|name| Some(name.ok()?.strip_suffix(".npy")?.to_string()))
             .collect();

@@ -1,6 +1,9 @@
 //! Reading OBJ.
 
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    formats::refuse_foreign,
+};
 use glam::{Vec2, Vec3};
 use std::path::Path;
 use unic_core::mesh::{TriMesh, Uvs};
@@ -10,6 +13,7 @@ use unic_core::mesh::{TriMesh, Uvs};
 /// # Errors
 /// No such file, and those of [`parse_obj`].
 pub fn read_obj(path: &Path) -> Result<TriMesh> {
+    refuse_foreign(path, "an OBJ mesh")?;
     let bytes = std::fs::read(path).map_err(Error::io(path, "open"))?;
     parse_obj(path, &String::from_utf8_lossy(&bytes))
 }

@@ -243,6 +243,11 @@ impl Name {
     }
 }
 
+/// Whether two names differ by case, prefix and separators alone.
+pub(crate) fn is_same_joint(a: &str, b: &str) -> bool {
+    Name::new(a) == Name::new(b)
+}
+
 /// Lower-case words of `LeftUpLeg`, `LHipJoint`, `upper_arm.L`, `Bip01 L Toe0`.
 fn words(name: &str) -> Vec<String> {
     let letters: Vec<char> = name.chars().collect();

@@ -13,6 +13,18 @@ pub enum SettingsError {
     /// A `key=value` that is none.
     #[error("expected key=value with a dotted key such as optimiser.steps=1000, found `{}`", shortened(.0))]
     Assignment(String),
+    /// A key that no settings have.
+    #[error(
+        "training settings: expected a key that there is, found the unknown key `{}`{}",
+        shortened(key),
+        meant(nearest)
+    )]
+    UnknownKey {
+        /// As it was given.
+        key: String,
+        /// The key that it is most like.
+        nearest: Option<String>,
+    },
     /// A value out of range.
     #[error("training settings: {what} must be {expected}, found {}", shortened(found))]
     Value {
@@ -23,6 +35,12 @@ pub enum SettingsError {
         /// What it is.
         found: String,
     },
+}
+
+fn meant(nearest: &Option<String>) -> String {
+    nearest
+        .as_ref()
+        .map_or_else(String::new, |key| format!("; did you mean `{key}`?"))
 }
 
 /// What is wrong and where, without the picture of the line.

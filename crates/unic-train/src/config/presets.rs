@@ -21,6 +21,11 @@ pub enum Preset {
     Tiny,
 }
 
+impl Preset {
+    /// All of them.
+    pub const ALL: [Preset; 3] = [Preset::Paper, Preset::Standard, Preset::Tiny];
+}
+
 impl TrainConfig {
     /// The settings of a preset.
     pub fn preset(preset: Preset) -> Self {

@@ -1,6 +1,6 @@
 //! Settings as TOML, whole and one key at a time.
 
-use super::{SettingsError, TrainConfig};
+use super::{SettingsError, TrainConfig, keys};
 
 impl TrainConfig {
     /// These settings with `key=value` assignments, keys dotted as in the TOML file.
@@ -13,7 +13,8 @@ impl TrainConfig {
             let wrong = || SettingsError::Assignment(assignment.clone());
             let (key, value) = assignment.split_once('=').ok_or_else(wrong)?;
             let value = parse_value(value.trim());
-            assign(&mut table, key.trim(), value).ok_or_else(wrong)?;
+            let key = key.trim();
+            assign(&mut table, key, value).ok_or_else(|| keys::unknown(key).unwrap_or_else(wrong))?;
         }
         // Of steps and epochs the one that is given last counts.
         let last = |key: &str| {
@@ -23,7 +24,13 @@ impl TrainConfig {
         if last("optimiser.steps") > last("optimiser.epochs") {
             remove_epochs(&mut table);
         }
-        let config: Self = table.try_into()?;
+        let config: Self = table.try_into().map_err(|error: toml::de::Error| {
+            let keys = assignments
+                .iter()
+                .filter_map(|a| Some(a.split_once('=')?.0.trim()));
+            let unknown = keys.filter_map(keys::unknown).next();
+            unknown.unwrap_or(SettingsError::Toml(error))
+        })?;
         config.check()?;
         Ok(config)
     }

@@ -46,7 +46,8 @@ pub(crate) fn run(args: &AccuracyArgs) -> Result<()> {
         results.push(OfCapture::measure(args, path, capture, &rows)?);
     }
     let results = Results {
-        budget: Cell::budget(args),
+        budget: Budget::of(args),
+        budget_in_words: Cell::budget(args),
         machine: crate::commands::machine(),
         captures: results,
     };
@@ -86,10 +87,29 @@ fn open_all(paths: &[PathBuf]) -> Result<Vec<Capture>> {
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Results {
-    /// Of each training.
-    budget: String,
+    budget: Budget,
+    #[serde(skip)]
+    budget_in_words: String,
     machine: String,
     captures: Vec<OfCapture>,
+}
+
+/// Of each training.
+#[derive(Serialize)]
+struct Budget {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    steps: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds: Option<f64>,
+}
+
+impl Budget {
+    fn of(args: &AccuracyArgs) -> Self {
+        Self {
+            steps: args.steps,
+            seconds: args.steps.is_none().then(|| args.budget.as_secs_f64()),
+        }
+    }
 }
 
 /// One table.

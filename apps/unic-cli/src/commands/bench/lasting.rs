@@ -15,8 +15,8 @@ use unic_io::Capture;
 /// Measures and prints.
 pub(crate) fn run(args: &LastingArgs) -> Result<()> {
     let capture = Capture::open(&args.capture)?;
-    args.force.capture(&capture)?;
     let animator = eval::animator(&args.model, args.intersection, &capture)?;
+    args.force.capture(&capture)?;
     let settings = Settings {
         seed: args.seed,
         random_frames: args.frames as usize,

@@ -2,7 +2,7 @@
 
 use crate::{
     args::{EvalArgs, ProtocolName},
-    output::say,
+    output::{counted, say},
 };
 use anyhow::{Result, bail};
 use std::num::NonZeroUsize;
@@ -37,7 +37,11 @@ pub(super) fn capture(args: &EvalArgs) -> Result<Capture> {
     };
     let converted = convert(dataset, &args.capture, &read_character(&file)?, out)?;
     converted.notes.iter().for_each(|note| say(note));
-    say(&format!("{}: {} clips", out.display(), converted.clips));
+    say(&format!(
+        "{}: {}",
+        out.display(),
+        counted(converted.clips, "clip")
+    ));
     Ok(Capture::open(out)?)
 }
 

@@ -1,7 +1,7 @@
 //! What a run says before and after it trains.
 
 use super::Run;
-use crate::model_file;
+use crate::{model_file, output::counted};
 use anyhow::Result;
 use serde::Serialize;
 use std::{
@@ -34,16 +34,17 @@ pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
     let squeezed = squeezed(&run.config, &epochs, data.frame_pairs());
     Ok(format!(
         "{}: {} vertices, {} joints, {} fps\n\
-         training on {} clips, {:.1} s of motion; {held_out}{again}\n\
-         {} parameters, {steps} steps, which are {epochs} epochs{done}, seed {}{squeezed}\n\
+         training on {}, {:.1} s of motion; {held_out}{again}\n\
+         {} parameters, {}, which are {epochs} epochs{done}, seed {}{squeezed}\n\
          the model will be {}, its run {}",
         capture.manifest.name,
         capture.garment.rest.vertices.len(),
         capture.character.skeleton.len(),
         capture.manifest.fps,
-        data.clips.len(),
+        counted(data.clips.len(), "clip"),
         data.seconds(),
         trainer.model()?.parameter_count(),
+        counted(steps as usize, "step"),
         run.config.seed,
         run.out.display(),
         run.folder.path().display(),

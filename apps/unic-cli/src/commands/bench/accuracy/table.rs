@@ -34,7 +34,11 @@ const OF_ROWS: [&str; 5] = [
 
 impl Display for Results {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{} for each training, on {}\n", self.budget, self.machine)?;
+        writeln!(
+            f,
+            "{} for each training, on {}\n",
+            self.budget_in_words, self.machine
+        )?;
         self.captures
             .iter()
             .try_for_each(|capture| writeln!(f, "{capture}"))

@@ -1,0 +1,158 @@
+//! Which rotation of a frame turns which joint of the character: by name, wherever there are names.
+
+use super::arrays::PoseLayout;
+use crate::{error::Result, npz::Npz, retarget::is_same_joint};
+use unic_core::skeleton::{SMPL_JOINT_NAMES, Skeleton};
+
+/// Names of the joints that `poses` has, one a joint.
+pub(crate) const JOINT_NAMES: &str = "joint_names";
+
+/// Longest list of joints that an error repeats.
+const QUOTED: usize = 6;
+
+/// The joints that a motion is read for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Joints<'a> {
+    /// So many, in the order of the file.
+    Count(usize),
+    /// A capture's own: in the order of the character where the file has no names.
+    Own(&'a Skeleton),
+    /// A character's that the file was not made for.
+    Of(&'a Skeleton),
+}
+
+/// For each joint of the character the joint of the file; none for a joint that the file does not turn.
+#[derive(Debug)]
+pub(super) struct Order {
+    pub(super) sources: Vec<Option<usize>>,
+    pub(super) layout: PoseLayout,
+    pub(super) note: Option<String>,
+}
+
+impl Joints<'_> {
+    fn len(&self) -> usize {
+        match self {
+            Joints::Count(count) => *count,
+            Joints::Own(skeleton) | Joints::Of(skeleton) => skeleton.len(),
+        }
+    }
+
+    fn skeleton(&self) -> Option<&Skeleton> {
+        match self {
+            Joints::Count(_) => None,
+            Joints::Own(skeleton) | Joints::Of(skeleton) => Some(skeleton),
+        }
+    }
+}
+
+impl Order {
+    /// Of the array `poses` with so many numbers a frame.
+    pub(super) fn of(npz: &mut Npz, poses: &str, numbers: usize, joints: &Joints) -> Result<Self> {
+        if let Some(skeleton) = joints.skeleton().filter(|skeleton| is_named(skeleton))
+            && npz.contains(JOINT_NAMES)
+        {
+            return Self::by_names(npz, poses, numbers, skeleton);
+        }
+        let Some(layout) = PoseLayout::of(numbers, joints.len()) else {
+            let expected = expected_numbers(joints.len());
+            return Err(npz.array_error(poses, expected, format!("{numbers} numbers a frame")));
+        };
+        match joints {
+            Joints::Of(skeleton) if skeleton.len() == SMPL_JOINT_NAMES.len() => {
+                Self::by_smpl_names(npz, layout, skeleton)
+            }
+            _ => Ok(Self::by_number(layout, joints.len())),
+        }
+    }
+
+    fn by_number(layout: PoseLayout, joints: usize) -> Self {
+        let taken = layout.joints_taken(joints);
+        Self {
+            sources: (0..joints)
+                .map(|joint| (joint < taken).then_some(joint))
+                .collect(),
+            layout,
+            note: None,
+        }
+    }
+
+    fn by_names(npz: &mut Npz, poses: &str, numbers: usize, skeleton: &Skeleton) -> Result<Self> {
+        let names = npz.text(JOINT_NAMES)?;
+        if 3 * names.len() != numbers {
+            let expected = format!("3 numbers for each of the {} joint names", names.len());
+            return Err(npz.array_error(poses, expected, format!("{numbers} numbers a frame")));
+        }
+        let sources: Vec<Option<usize>> = skeleton.names().iter().map(|name| found(name, &names)).collect();
+        let missing: Vec<&str> = (skeleton.names().iter().zip(&sources))
+            .filter(|(_, source)| source.is_none())
+            .map(|(name, _)| name.as_str())
+            .collect();
+        if !missing.is_empty() {
+            let expected = format!("the character's joints, with {} among them", listed(&missing));
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            return Err(npz.array_error(JOINT_NAMES, expected, listed(&names)));
+        }
+        let is_in_order = sources
+            .iter()
+            .enumerate()
+            .all(|(joint, source)| *source == Some(joint));
+        let note = (!is_in_order || names.len() > sources.len())
+            .then(|| format!("{} of {} joints taken by their names", sources.len(), names.len()));
+        Ok(Self {
+            sources,
+            layout: PoseLayout::Native,
+            note,
+        })
+    }
+
+    /// Frames without names are in the order of SMPL's joints; a character of as many joints may have others.
+    fn by_smpl_names(npz: &Npz, layout: PoseLayout, skeleton: &Skeleton) -> Result<Self> {
+        let by_number = Self::by_number(layout, skeleton.len());
+        if skeleton.names() == SMPL_JOINT_NAMES || !is_named(skeleton) {
+            return Ok(by_number);
+        }
+        let smpl = SMPL_JOINT_NAMES.map(str::to_owned);
+        let sources: Option<Vec<usize>> = skeleton.names().iter().map(|name| found(name, &smpl)).collect();
+        let Some(sources) = sources else {
+            let names: Vec<&str> = skeleton.names().iter().map(String::as_str).collect();
+            let expected = format!("joint names for the character's joints ({})", listed(&names));
+            return Err(npz.array_error(JOINT_NAMES, expected, "none, and so SMPL's order"));
+        };
+        Ok(Self {
+            sources: sources
+                .into_iter()
+                .map(|joint| by_number.sources[joint])
+                .collect(),
+            note: Some("joints in SMPL's order taken by their names".to_owned()),
+            layout,
+        })
+    }
+}
+
+/// Joints that were given names, and not numbers for want of them.
+fn is_named(skeleton: &Skeleton) -> bool {
+    let numbered = |(joint, name): (usize, &String)| *name == format!("joint_{joint}");
+    !skeleton.names().iter().enumerate().all(numbered)
+}
+
+/// The joint of the same name; else the one that only spelling, prefix or case tell apart.
+fn found(name: &str, names: &[String]) -> Option<usize> {
+    let same = names.iter().position(|other| other == name);
+    same.or_else(|| names.iter().position(|other| is_same_joint(name, other)))
+}
+
+fn listed(names: &[&str]) -> String {
+    match names {
+        [few @ ..] if few.len() <= QUOTED => few.join(", "),
+        many => format!("{} and {} more", many[..QUOTED].join(", "), many.len() - QUOTED),
+    }
+}
+
+fn expected_numbers(joints: usize) -> String {
+    let own = 3 * joints;
+    if joints == SMPL_JOINT_NAMES.len() {
+        format!("{own}, 75, 156 or 165 numbers a frame")
+    } else {
+        format!("{own} numbers a frame for {joints} joints")
+    }
+}

@@ -1,0 +1,92 @@
+"""What `--json` prints, against its schema.
+
+Contract: the object of every command is the one that docs/json.schema.json describes, and so is that of every command
+that fails; docs/json.md names every key.
+
+    python3 tests/contract.py target/release/unic
+"""
+
+import json
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+
+from figures import FPS, motion, write_capture
+
+UNIC = str(Path(sys.argv[1]).resolve())
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+SCHEMA = json.loads((DOCS / "json.schema.json").read_text())
+SHORT = ["--preset", "tiny", "--steps", "10", "--set", "optimiser.warmup_steps=2"]
+
+# The schema's name, the command, and its exit code.
+COMMANDS = [
+    ("train", ["train", "tube", *SHORT, "--out", "tube.unic"], 0),
+    ("eval", ["eval", "tube.unic", "tube"], 0),
+    ("eval", ["eval", "--baselines", "tube"], 0),
+    ("animate", ["animate", "tube.unic", "--motion", "walk.npz", "--out", "walk.pc2"], 0),
+    ("inspect", ["inspect", "tube"], 0),
+    ("inspect", ["inspect", "tube.unic"], 0),
+    ("inspect", ["inspect", "walk.npz"], 0),
+    ("inspect", ["inspect", "walk.pc2"], 0),
+    ("inspect", ["inspect", "tube/character.npz"], 0),
+    ("inspect", ["inspect", "tube/garment.obj"], 0),
+    ("inspect", ["inspect", "nothing_known"], 1),
+    ("coverage", ["inspect", "--coverage", "tube", "walk.npz"], 0),
+    ("simulate", ["simulate", "--character", "tube/character.npz", "--garment", "tube/garment.obj", "--motion",
+                  "walk.npz", "--seconds", "0.3", "--contacts", "1,1,1,1", "--out", "made"], 0),
+    ("bench", ["bench", "--model", "tube.unic", "--motion", "walk.npz", "--frames", "10"], 0),
+    ("bench accuracy", ["bench", "accuracy", "tube", "--rows", "tiny.toml", "--steps", "10", "--seeds", "1", "--out",
+                        "accuracy"], 0),
+    ("bench lasting", ["bench", "lasting", "tube.unic", "tube", "--frames", "60"], 0),
+    ("failure", ["animate", "nothing.unic", "--motion", "walk.npz", "--out", "new.pc2"], 1),
+    ("failure", ["train", "tube", "--stepz", "3"], 2),
+    ("failure", ["--threads", "0", "inspect", "tube"], 2),
+]
+
+
+def check(name, folder, arguments, code):
+    done = subprocess.run([UNIC, *arguments, "--json"], cwd=folder, capture_output=True, text=True)
+    about = f"unic {' '.join(arguments)}: exit code {done.returncode}\n{done.stderr}"
+    assert done.returncode == code, about
+    found = json.loads(done.stdout)
+    validator = jsonschema.Draft202012Validator({"$ref": f"#/$defs/{name}", "$defs": SCHEMA["$defs"]})
+    errors = [f"{error.json_path}: {error.message}" for error in validator.iter_errors(found)]
+    assert not errors, f"{about}{errors}"
+
+
+def check_page():
+    """Every command of the schema has its row in docs/json.md, and every key of it is named there."""
+    page = (DOCS / "json.md").read_text()
+    rows = dict(re.findall(r"^\| `([^`]+)` \| (.+) \|$", page, re.M))
+    names = {"coverage": "inspect --coverage"}
+    for name, schema in SCHEMA["$defs"].items():
+        row = rows.get(names.get(name, name))
+        if row is None:
+            assert name in {"error", "failure", "metrics", "by_mode", "evaluation", "code", "timing"}, name
+            continue
+        if name == "bench lasting":
+            continue
+        for key in schema["properties"]:
+            assert f"`{key}`" in row or key == "protocol", f"docs/json.md, {name}: {key}"
+
+
+def main():
+    check_page()
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        write_capture(folder / "tube")
+        poses, trans = motion(9)
+        np.savez(folder / "walk.npz", poses=poses, trans=trans, mocap_framerate=float(FPS))
+        (folder / "nothing_known").mkdir()
+        (folder / "tiny.toml").write_text('title = "tiny"\npreset = "tiny"\n[optimiser]\nwarmup_steps = 2\n')
+        for name, arguments, code in COMMANDS:
+            check(name, folder, arguments, code)
+    print(f"{len(COMMANDS)} objects are as their schema says")
+
+
+main()
