@@ -64,7 +64,7 @@ fn code_facts(model: &Model) -> Vec<(String, String)> {
     ]
 }
 
-/// The report reads a model's header alone; a model that opens is one that runs.
+/// The report reads a model's header and checksum; a model that opens is one that runs.
 fn open_model(report: &mut Report) {
     match model_file::read(&report.path) {
         Ok(model) => {
