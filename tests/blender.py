@@ -1,12 +1,12 @@
 """Opens in Blender what `unic animate` writes, and compares every vertex with the npz of the same run.
 
-Contract: after an import as a user does it, body and garment of a .glb, a .pc2 on its .obj and a folder of
-OBJ files stand at each frame where the npz has them, within 0.02 mm.
+Contract: after an import as docs/animation.md describes it, body and garment of a .glb, a .pc2 on its .obj and a
+folder of OBJ files stand upright in Blender's world, +Z up, at each frame where the npz has them, within 0.02 mm.
 
     python3 tests/blender.py target/release/unic                          a small capture of its own
     python3 tests/blender.py target/release/unic MODEL.unic MOTION.npz    at most 300 frames of motion
 
-Blender comes from PyPI: `pip install bpy` (4.2 or later).
+Run by hand, because Blender is an install of 370 MB: `pip install bpy` (4.2 or later), numpy and safetensors.
 """
 
 import sys
@@ -33,8 +33,8 @@ def empty_scene(fps):
     bpy.context.scene.render.fps = round(fps)
 
 
-def positions(object, y_up):
-    """World positions (V, 3) as they are drawn in the current frame, +Y up."""
+def positions(object):
+    """World positions (V, 3) as they are drawn in the current frame, turned from Blender's +Z up to +Y up."""
     evaluated = object.evaluated_get(bpy.context.evaluated_depsgraph_get())
     mesh = evaluated.to_mesh()
     flat = np.empty(3 * len(mesh.vertices), np.float32)
@@ -42,7 +42,7 @@ def positions(object, y_up):
     evaluated.to_mesh_clear()
     world = np.array(evaluated.matrix_world)
     x, y, z = (flat.reshape(-1, 3) @ world[:3, :3].T + world[:3, 3]).T
-    return np.stack([x, y, z] if y_up else [x, z, -y], axis=1)
+    return np.stack([x, z, -y], axis=1)
 
 
 def largest_mm(found, expected):
@@ -65,27 +65,28 @@ def at_frames(truth, current):
 def check_glb(folder, truth):
     bpy.ops.import_scene.gltf(filepath=str(folder / "d.glb"))
     objects = bpy.data.objects
-    errors = {f"{name} of a .glb": at_frames(truth[name], lambda: positions(objects[name], y_up=False))
+    errors = {f"{name} of a .glb": at_frames(truth[name], lambda: positions(objects[name]))
               for name in truth}
     bpy.context.scene.frame_set(3, subframe=0.5)
     halfway = (truth["garment"][3] + truth["garment"][4]) / 2
-    errors["garment of a .glb, halfway"] = largest_mm(positions(objects["garment"], y_up=False), halfway)
+    errors["garment of a .glb, halfway"] = largest_mm(positions(objects["garment"]), halfway)
     return errors
 
 
 def import_obj(path):
-    """Vertices in the file's order and axes."""
-    bpy.ops.wm.obj_import(filepath=str(path), forward_axis="Y", up_axis="Z")
+    """As the menu does with its own settings, Forward -Z and Up Y: the object is turned, its vertices are the file's."""
+    bpy.ops.wm.obj_import(filepath=str(path))
     return bpy.context.selected_objects[0]
 
 
 def check_pc2(folder, truth):
+    """Mesh Cache modifiers with their own settings, Forward +Y and Up +Z: they move vertices before the object turns."""
     errors = {}
     for name, stem in (("garment", "d"), ("body", "d.body")):
         object = import_obj(folder / f"{stem}.obj")
         cache = object.modifiers.new("cache", "MESH_CACHE")
         cache.cache_format, cache.filepath, cache.frame_start = "PC2", str(folder / f"{stem}.pc2"), 0
-        errors[f"{name} of a .pc2"] = at_frames(truth[name], lambda: positions(object, y_up=True))
+        errors[f"{name} of a .pc2"] = at_frames(truth[name], lambda: positions(object))
     return errors
 
 
@@ -94,7 +95,7 @@ def check_obj_folder(folder, truth):
     for name, part in (("garment", "d"), ("body", "d_body")):
         last = len(truth[name]) - 1
         object = import_obj(folder / part / f"frame_{last:04}.obj")
-        errors[f"{name} of a folder of OBJ files"] = largest_mm(positions(object, y_up=True), truth[name][last])
+        errors[f"{name} of a folder of OBJ files"] = largest_mm(positions(object), truth[name][last])
     return errors
 
 

@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import tomllib
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -110,6 +111,19 @@ def check_tensors(path):
         counts = counts.astype(int)
         sums = np.add.reduceat(weights, np.concatenate([[0], np.cumsum(counts[:-1])]))
         assert counts.sum() == len(weights) and np.abs(sums - 1).max() < 1e-5, owner
+
+
+def check_checksum(path):
+    """CRC-32 of the whole file with the checksum's digits as zeros, by Python's standard library."""
+    data = path.read_bytes()
+    with safe_open(path, "np") as file:
+        checksum = json.loads(file.metadata()["unic"])["checksum"]
+    plain = data.replace(checksum.encode(), b"crc32:00000000", 1)
+    assert checksum == f"crc32:{zlib.crc32(plain):08x}", checksum
+    damaged = path.with_name("damaged.unic")
+    damaged.write_bytes(data[:-1] + bytes([data[-1] ^ 1]))
+    run = subprocess.run([UNIC, "inspect", damaged], capture_output=True, text=True)
+    assert run.returncode != 0 and "the file is damaged" in run.stdout, run
 
 
 def read_pc2(path):
@@ -238,6 +252,7 @@ def checks(folder):
         yield f"training with preset {preset}", lambda: trains(preset)
         yield f"settings of preset {preset}", lambda: check_settings(folder, preset)
         yield f"tensors of a model of preset {preset}", lambda: check_tensors(folder / f"{preset}.unic")
+    yield "checksum of a model", lambda: check_checksum(folder / "tiny.unic")
     yield "animations as npz, PC2 and OBJ", lambda: check_animations(folder, capture)
     yield "animations as GLB", lambda: check_glb(folder, capture)
     if importlib.util.find_spec("trimesh"):

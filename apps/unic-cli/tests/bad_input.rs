@@ -211,11 +211,14 @@ fn models_that_are_none() {
     let place = bytes.windows(text.len()).position(|w| w == text).unwrap();
     let mut newer = bytes.clone();
     newer[place + text.len() - 1] = b'9';
+    let mut damaged = bytes.clone();
+    *damaged.last_mut().unwrap() ^= 1;
     for content in [
         b"garbage".to_vec(),
         Vec::new(),
         bytes[..bytes.len() - 100].to_vec(),
         newer,
+        damaged,
     ] {
         fs::write(&path, content).unwrap();
         fails(folder.path(), EVAL, "tube.unic");

@@ -141,7 +141,7 @@ pub mod transform;
 mod triangle;
 pub mod weights;
 
-pub use model_file::{FORMAT_VERSION, ModelFileError};
+pub use model_file::{FORMAT_VERSION, Integrity, ModelFileError, verify_checksum};
 
 // The page's snippets compile against this crate.
 #[cfg(doctest)]

@@ -1,8 +1,10 @@
 //! The model file: one safetensors file, opened in Python by the `safetensors` package.
 //!
 //! Tensors are named `encoder.N.weight`, `field.N.bias`, `garment.vertices`, ...; the metadata key
-//! `unic` holds a JSON object with the format version, the configuration and the provenance.
+//! `unic` holds a JSON object with the format version, a checksum of the file, the configuration and the
+//! provenance.
 
+mod checksum;
 mod read;
 mod write;
 
@@ -16,9 +18,11 @@ use crate::{
     skeleton::SkeletonError,
     skinning::WeightsError,
 };
+pub use checksum::{Integrity, verify_checksum};
 use read::Source;
 use safetensors::{SafeTensorError, SafeTensors};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::collections::HashMap;
 use thiserror::Error;
 
@@ -48,6 +52,17 @@ pub enum ModelFileError {
         /// The version of the file.
         found: u32,
     },
+    /// The bytes are not those that were written.
+    #[error("the file is damaged: expected its bytes to have the checksum {expected}, found {found}")]
+    Damaged {
+        /// The checksum in the file.
+        expected: String,
+        /// The checksum of the file.
+        found: String,
+    },
+    /// A checksum of another kind.
+    #[error("expected a checksum `crc32:` with eight hexadecimal digits, found {}", shortened(.0))]
+    UnknownChecksum(String),
     /// The state `position`: positions in the frame of the first root pose, which hold the distance travelled. Nothing
     /// reads it.
     #[error(
@@ -88,6 +103,9 @@ pub enum ModelFileError {
 #[serde(deny_unknown_fields)]
 struct Metadata {
     version: u32,
+    /// Checksum of the file, before everything whose text users choose: the first such digits in the file are these.
+    #[serde(default)]
+    checksum: Option<String>,
     config: ModelConfig,
     joint_names: Vec<String>,
     about: About,
@@ -102,20 +120,30 @@ impl Model {
         let parts = self.to_parts();
         let metadata = Metadata {
             version: FORMAT_VERSION,
+            checksum: Some(checksum::UNKNOWN.to_owned()),
             joint_names: parts.character.skeleton.names().to_vec(),
             config: parts.config.clone(),
             about: parts.about.clone(),
         };
         let metadata = HashMap::from([(METADATA_KEY.to_owned(), serde_json::to_string(&metadata)?)]);
-        Ok(write::serialised(&parts, self.sampling(), metadata)?)
+        checksum::seal(write::serialised(&parts, self.sampling(), metadata)?)
     }
 
-    /// Reads a model from the bytes of its file.
+    /// Reads a model from the bytes of its file, which are compared with its checksum.
     ///
     /// # Errors
     /// Says what was expected and what was found; the caller knows the file's name.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ModelFileError> {
-        let metadata = read_metadata(bytes)?;
+        Self::from_bytes_with(bytes, Integrity::Check)
+    }
+
+    /// The same with or without the comparison, which reads all bytes once more (docs/model-file.md has its time).
+    /// Everything else is judged in either case: no bytes make this panic.
+    ///
+    /// # Errors
+    /// As [`Model::from_bytes`].
+    pub fn from_bytes_with(bytes: &[u8], integrity: Integrity) -> Result<Self, ModelFileError> {
+        let metadata = read_metadata(bytes, integrity)?;
         let file = Source::open(bytes)?;
         let character = file.character(metadata.joint_names)?;
         // Sizes are judged before anything is read by them.
@@ -149,25 +177,33 @@ impl Model {
     }
 }
 
-fn read_metadata(bytes: &[u8]) -> Result<Metadata, ModelFileError> {
+fn read_metadata(bytes: &[u8], integrity: Integrity) -> Result<Metadata, ModelFileError> {
+    let any = metadata(bytes)?;
+    if integrity == Integrity::Check {
+        checksum::check(bytes, &any)?;
+    }
+    if any.pointer("/config/state").and_then(Value::as_str) == Some("position") {
+        return Err(ModelFileError::TravellingState);
+    }
+    Ok(serde_json::from_value(any)?)
+}
+
+/// Metadata of this build's version, its keys unread: other versions may have others.
+fn metadata(bytes: &[u8]) -> Result<Value, ModelFileError> {
     let (_, header) = SafeTensors::read_metadata(bytes)?;
     let text = (header.metadata().as_ref())
         .and_then(|m| m.get(METADATA_KEY))
         .ok_or(ModelFileError::NotUnic)?;
-    // The version is read on its own first: other versions may have other keys.
-    let any: serde_json::Value = serde_json::from_str(text)?;
+    let any: Value = serde_json::from_str(text)?;
     let found = any["version"]
         .as_u64()
         .and_then(|v| u32::try_from(v).ok())
         .unwrap_or(0);
-    if found != FORMAT_VERSION {
-        return Err(ModelFileError::Version {
+    match found {
+        FORMAT_VERSION => Ok(any),
+        _ => Err(ModelFileError::Version {
             expected: FORMAT_VERSION,
             found,
-        });
+        }),
     }
-    if any.pointer("/config/state").and_then(serde_json::Value::as_str) == Some("position") {
-        return Err(ModelFileError::TravellingState);
-    }
-    Ok(serde_json::from_value(any)?)
 }

@@ -1,6 +1,6 @@
 //! The model file's contract: what is written reads back to the byte and opens in Python; what is
 //! damaged is refused in a sentence, without a panic and without asking for more memory than the
-//! file can mean.
+//! file can mean. The checksum notices every changed byte; what is behind it does without.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
@@ -12,10 +12,11 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 use std::{process::Command, sync::Arc};
 use unic_core::{
-    FORMAT_VERSION, ModelFileError,
+    FORMAT_VERSION, Integrity, ModelFileError,
     animator::Animator,
     mesh::Uvs,
     model::{Model, ModelParts},
+    verify_checksum,
 };
 
 /// Small, with every optional tensor.
@@ -65,14 +66,20 @@ fn with_metadata(bytes: &[u8], change: impl FnOnce(&mut Value)) -> Vec<u8> {
     })
 }
 
+/// Why the reader behind the checksum refuses a file.
 fn refusal(bytes: &[u8]) -> String {
-    Model::from_bytes(bytes).expect_err("a damaged file").to_string()
+    unchecked(bytes).expect_err("a damaged file").to_string()
 }
 
-/// Reads without asking for more memory than the file's size explains.
+/// The reader behind the checksum: damage that hides from the one must not get past the other.
+fn unchecked(bytes: &[u8]) -> Result<Model, ModelFileError> {
+    Model::from_bytes_with(bytes, Integrity::Skip)
+}
+
+/// The same, without asking for more memory than the file's size explains.
 fn read_frugally(bytes: &[u8]) -> Result<Model, ModelFileError> {
     let mut result = None;
-    let counted = allocation_counter::measure(|| result = Some(Model::from_bytes(bytes)));
+    let counted = allocation_counter::measure(|| result = Some(unchecked(bytes)));
     let allowed = 40 * bytes.len() as u64 + (1 << 20);
     assert!(
         counted.bytes_max <= allowed,
@@ -91,6 +98,7 @@ fn what_is_written_reads_back_to_the_byte_and_moves_the_same_way() {
         let bytes = model.to_bytes().unwrap();
         assert_eq!(model.to_bytes().unwrap(), bytes);
         let read = read_frugally(&bytes).unwrap();
+        assert!(Model::from_bytes(&bytes).unwrap().to_bytes().unwrap() == bytes);
         assert_eq!(read.to_parts(), parts);
         assert!(read.to_bytes().unwrap() == bytes);
         let [written, read] = [model, read].map(|m| run(&mut Animator::new(Arc::new(m)), &poses));
@@ -103,6 +111,91 @@ fn a_mesh_carried_over_reads_back_to_the_byte_too() {
     let model = Model::new(full_parts()).unwrap();
     let mesh = tube(17, 9, 0.26).rest;
     let bytes = model.with_mesh(mesh).unwrap().to_bytes().unwrap();
+    assert!(Model::from_bytes(&bytes).unwrap().to_bytes().unwrap() == bytes);
+}
+
+#[test]
+fn every_changed_byte_is_noticed() {
+    let bytes = full();
+    let tensors = 8 + u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+    for at in tensors..bytes.len() {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 1 << (at % 8);
+        assert!(
+            matches!(Model::from_bytes(&damaged), Err(ModelFileError::Damaged { .. })),
+            "byte {at}"
+        );
+    }
+    // In the header other sentences may come first.
+    for at in 0..tensors {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 1 << (at % 7);
+        assert!(Model::from_bytes(&damaged).is_err(), "byte {at}");
+    }
+}
+
+#[test]
+fn a_wrong_checksum_is_told_in_a_sentence_and_can_be_skipped() {
+    let sound = full();
+    let expected = verify_checksum(&sound).unwrap().unwrap();
+    // The lowest bit of a weight: nothing else notices it.
+    let bytes = with_data(&sound, "encoder.0.weight", |data| data[0] ^= 1);
+    let Err(ModelFileError::Damaged {
+        expected: written,
+        found,
+    }) = Model::from_bytes(&bytes)
+    else {
+        panic!("a damaged file is read");
+    };
+    assert_eq!(written, expected);
+    assert!(
+        found != written && found.starts_with("crc32:") && found.len() == 14,
+        "{found}"
+    );
+    let sentence = Model::from_bytes(&bytes).unwrap_err().to_string();
+    assert!(
+        sentence.starts_with("the file is damaged: expected"),
+        "{sentence}"
+    );
+    assert_eq!(verify_checksum(&bytes).unwrap_err().to_string(), sentence);
+    run(
+        &mut Animator::new(Arc::new(unchecked(&bytes).unwrap())),
+        &motion(4),
+    );
+}
+
+#[test]
+fn files_without_a_checksum_are_read_and_other_kinds_refused() {
+    let bytes = full();
+    let without = with_metadata(&bytes, |m| {
+        assert!(m.as_object_mut().unwrap().remove("checksum").is_some());
+    });
+    assert_eq!(verify_checksum(&without).unwrap(), None);
+    assert!(Model::from_bytes(&without).unwrap().to_bytes().unwrap() == bytes);
+    for other in [
+        json!("md5:0"),
+        json!("crc32:"),
+        json!(7),
+        json!(["crc32:00000000"]),
+    ] {
+        let bytes = with_metadata(&bytes, |m| m["checksum"] = other.clone());
+        assert!(
+            matches!(Model::from_bytes(&bytes), Err(ModelFileError::UnknownChecksum(_))),
+            "{other}"
+        );
+    }
+    let wrong = with_metadata(&bytes, |m| m["checksum"] = json!("crc32:0000000G"));
+    assert!(matches!(
+        Model::from_bytes(&wrong),
+        Err(ModelFileError::Damaged { .. })
+    ));
+}
+
+#[test]
+fn text_that_looks_like_a_checksum_is_none() {
+    let mut parts = full_parts();
+    parts.about.provenance = "crc32:00000000".into();
+    let bytes = Model::new(parts).unwrap().to_bytes().unwrap();
     assert!(Model::from_bytes(&bytes).unwrap().to_bytes().unwrap() == bytes);
 }
 
@@ -182,10 +275,7 @@ fn other_files_are_refused_in_a_sentence() {
     });
     assert!(matches!(Model::from_bytes(&bare), Err(ModelFileError::NotUnic)));
     let text = with_header(&full(), |header| header["__metadata__"]["unic"] = json!("unic"));
-    assert!(matches!(
-        Model::from_bytes(&text),
-        Err(ModelFileError::Metadata(_))
-    ));
+    assert!(matches!(unchecked(&text), Err(ModelFileError::Metadata(_))));
     let unknown = with_metadata(&full(), |m| m["config"]["gain"] = json!(1));
     assert!(refusal(&unknown).contains("gain"));
 }
@@ -278,7 +368,7 @@ fn a_file_from_before_there_were_other_codes_has_picked_logits() {
         let encoder = m["config"]["encoder"].as_object_mut().unwrap();
         assert_eq!(encoder.remove("code"), Some(json!("picked_logit")));
     });
-    assert_eq!(Model::from_bytes(&older).unwrap().to_bytes().unwrap(), bytes);
+    assert_eq!(unchecked(&older).unwrap().to_bytes().unwrap(), bytes);
 }
 
 #[test]

@@ -137,6 +137,25 @@ fn a_model_shows_its_metadata() {
     assert_eq!((report.kind, report.get("license")), (Kind::Model, Some("MIT")));
     assert_eq!(report.get("unic.version"), Some("1"));
     assert_eq!(report.get("tensor field.0.weight"), Some("F32 [2,3]"));
+    assert!(report.get("checksum").unwrap().starts_with("none"), "{report}");
+    assert_eq!(report.problems, [""; 0]);
+
+    let damaged = header.replace(
+        r#""version\":1"#,
+        r#""version\":1,\"checksum\":\"crc32:01234567\""#,
+    );
+    let mut bytes = (damaged.len() as u64).to_le_bytes().to_vec();
+    bytes.extend(damaged.bytes());
+    bytes.extend([0; 24]);
+    std::fs::write(&path, bytes).unwrap();
+    let report = inspect(&path).unwrap();
+    let [problem] = report.problems.as_slice() else {
+        panic!("{report}");
+    };
+    assert!(
+        problem.contains("a.unic: the file is damaged: expected") && problem.contains("crc32:01234567"),
+        "{problem}"
+    );
 }
 
 #[test]

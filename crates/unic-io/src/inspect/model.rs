@@ -1,9 +1,10 @@
-//! Models: the safetensors header alone.
+//! Models: the safetensors header, and whether the bytes are those that were written.
 
 use super::{Kind, Report};
 use crate::error::{Error, Result};
 use serde_json::{Map, Value, json};
 use std::{fs::File, io::Read, path::Path};
+use unic_core::{ModelFileError, verify_checksum};
 
 /// The format's own limit.
 const LONGEST_HEADER: u64 = 100_000_000;
@@ -32,7 +33,22 @@ pub(super) fn inspect(path: &Path) -> Report {
             json!({ "type": dtype, "shape": shape }),
         );
     }
+    checksum(&mut report);
     report
+}
+
+fn checksum(report: &mut Report) {
+    let path = report.path.clone();
+    let Some(bytes) = report.take(std::fs::read(&path).map_err(Error::io(&path, "read"))) else {
+        return;
+    };
+    match verify_checksum(&bytes) {
+        Ok(Some(_)) => report.fact("checksum", "as written"),
+        Ok(None) => report.fact("checksum", "none: the file was written before there was one"),
+        // Tensors of somebody else.
+        Err(ModelFileError::NotUnic) => {}
+        Err(error) => report.problem(format!("{}: {error}", path.display())),
+    }
 }
 
 /// Metadata values are strings; those that hold a JSON object themselves are opened.

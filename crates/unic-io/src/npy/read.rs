@@ -160,11 +160,14 @@ pub(crate) fn decoded(dtype: Dtype, bytes: &[u8]) -> Option<Vec<f64>> {
     sound.then(|| bytes.chunks_exact(dtype.size).map(element).collect())?
 }
 
-/// Reaching the end makes a zip entry verify its checksum.
+/// Reaching the end makes a zip entry verify its checksum and that nothing more would be unpacked.
 fn expect_end(source: Source<'_>, reader: &mut impl Read) -> Result<()> {
     match reader.read(&mut [0]) {
         Ok(0) => Ok(()),
         Ok(_) => Err(source.error("the end of the array", "more bytes")),
+        Err(e) if e.kind() == io::ErrorKind::InvalidData => {
+            Err(source.error("the end of the array with its checksum", e.to_string()))
+        }
         Err(e) => Err(source.read_error(e)),
     }
 }
@@ -222,6 +225,7 @@ pub(crate) fn read_text(source: Source<'_>, reader: &mut impl Read) -> Result<Ve
         }
         texts.push(text(header.dtype, &bytes));
     }
+    expect_end(source, reader)?;
     Ok(texts)
 }
 

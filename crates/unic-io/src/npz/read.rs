@@ -15,10 +15,19 @@ use zip::{ZipArchive, read::ZipFile, result::ZipError};
 /// Deflate never packs better than 1,032 to 1; a size beyond that is a lie.
 const DEFLATE_LIMIT: u64 = 1032;
 
+/// Arrays up to this many bytes may be packed as well as deflate can: masks, motions that stand still.
+const SMALL: u64 = 64 << 20;
+
+/// Larger arrays unpack to at most this many bytes for each byte that they are packed into. Skinning weights
+/// with a column for each joint, the emptiest numbers that anyone stores, reach 13 at 24 joints and 47 at 300.
+const LARGE_LIMIT: u64 = 100;
+
 /// A `.npz` file open for reading; arrays are read when asked for.
 #[derive(Debug)]
 pub struct Npz {
     path: PathBuf,
+    /// Bytes of the whole file.
+    length: u64,
     names: Vec<String>,
     archive: ZipArchive<BufReader<File>>,
 }
@@ -30,6 +39,7 @@ impl Npz {
     /// No such file, no zip archive.
     pub fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(Error::io(path, "open"))?;
+        let length = file.metadata().map_err(Error::io(path, "read"))?.len();
         let archive = match ZipArchive::new(BufReader::new(file)) {
             Ok(archive) => archive,
             Err(error) => {
@@ -42,6 +52,7 @@ impl Npz {
             .collect();
         Ok(Self {
             path: path.to_path_buf(),
+            length,
             names,
             archive,
         })
@@ -70,7 +81,8 @@ impl Npz {
     /// Type and shape of an array, without reading its elements.
     ///
     /// # Errors
-    /// No such array, a header that is damaged or contradicts the archive.
+    /// No such array, a header that is damaged or contradicts the archive, and more than 64 MiB that are packed
+    /// more than 100 to 1.
     pub fn header(&mut self, name: &str) -> Result<Header> {
         self.with_entry(name, |source, entry| source.header(entry))
     }
@@ -78,7 +90,7 @@ impl Npz {
     /// Reads an array whose shape fits `dims`.
     ///
     /// # Errors
-    /// No such array, another shape or type, damaged data.
+    /// No such array, another shape or type, damaged data; as [`Npz::header`].
     pub fn array<T: Element>(&mut self, name: &str, dims: &[Dim]) -> Result<Array<T>> {
         self.with_entry(name, |source, entry| npy::read_array(source, entry, dims))
     }
@@ -112,7 +124,7 @@ impl Npz {
     /// Text, one string an element.
     ///
     /// # Errors
-    /// No such array, another type, damaged data.
+    /// No such array, another type, damaged data; as [`Npz::header`].
     pub fn text(&mut self, name: &str) -> Result<Vec<String>> {
         self.with_entry(name, |source, entry| npy::read_text(source, entry))
     }
@@ -152,14 +164,31 @@ impl Npz {
             array: name,
             length: entry.size(),
         };
-        let packed = entry.compressed_size();
-        if entry.size() > packed.saturating_mul(DEFLATE_LIMIT).saturating_add(DEFLATE_LIMIT) {
-            let found = format!("{} bytes unpacked from {packed}", entry.size());
-            return Err(source.error("a size that deflate can reach", found));
-        }
+        // The directory may claim more packed bytes than there are.
+        check_packing(source, entry.compressed_size().min(self.length))?;
         let value = read(source, &mut entry)?;
         Ok(value)
     }
+}
+
+/// Refuses an array that would unpack to far more than it is packed into, before any of it is unpacked.
+///
+/// Readers would hold two gigabytes for a file of two megabytes. What is behind the declared size is never
+/// unpacked: the entry's reader fails there.
+fn check_packing(source: Source<'_>, packed: u64) -> Result<()> {
+    let unpacked = source.length;
+    let found = || format!("{unpacked} bytes packed into {packed}");
+    let deflated = packed.saturating_mul(DEFLATE_LIMIT).saturating_add(DEFLATE_LIMIT);
+    if unpacked > deflated {
+        return Err(source.error("a size that deflate can reach", found()));
+    }
+    if unpacked > SMALL.max(packed.saturating_mul(LARGE_LIMIT)) {
+        let expected = format!(
+            "at most {LARGE_LIMIT} bytes for each packed byte (such an array can be stored uncompressed)"
+        );
+        return Err(source.error(expected, found()));
+    }
+    Ok(())
 }
 
 fn archive_error(path: &Path, error: ZipError) -> Error {

@@ -1,0 +1,40 @@
+//! How long a model takes to be read from its bytes, with its checksum compared and without: the shortest of
+//! some rounds, as other programs make a machine slower and nothing makes it faster.
+//!
+//! ```text
+//! cargo run --release -p unic-core --example load_time                  # random weights in the paper's sizes
+//! cargo run --release -p unic-core --example load_time garment.unic
+//! ```
+
+use std::{error::Error, hint::black_box, time::Instant};
+use unic_builtin::scale::{Network, VERTICES, random_model};
+use unic_core::{Integrity, model::Model, verify_checksum};
+
+const ROUNDS: usize = 21;
+
+fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
+    let model = match std::env::args().nth(1) {
+        Some(path) => Model::from_bytes(&std::fs::read(path)?)?,
+        None => random_model(Network::Paper, VERTICES[0])?,
+    };
+    // Written anew: files of older versions have no checksum.
+    let bytes = model.to_bytes()?;
+    println!("a model of {:.1} MB", bytes.len() as f64 / 1e6);
+    let checksum = milliseconds(|| verify_checksum(&bytes).map(drop))?;
+    println!("the checksum alone: {checksum:.2} ms");
+    for integrity in [Integrity::Check, Integrity::Skip] {
+        let load = milliseconds(|| Model::from_bytes_with(&bytes, integrity).map(|m| drop(black_box(m))))?;
+        println!("reading, {integrity:?}: {load:.2} ms");
+    }
+    Ok(())
+}
+
+fn milliseconds<E>(mut work: impl FnMut() -> Result<(), E>) -> Result<f64, E> {
+    let mut shortest = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let start = Instant::now();
+        work()?;
+        shortest = shortest.min(1e3 * start.elapsed().as_secs_f64());
+    }
+    Ok(shortest)
+}

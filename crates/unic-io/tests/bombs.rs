@@ -1,0 +1,227 @@
+//! Contract: an archive that would unpack to far more than it holds is refused before it is unpacked,
+//! in time and memory of the order of the file, by everything that reads archives.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
+mod common;
+
+use common::small_character;
+use std::{
+    fs::{self, File},
+    io::Write,
+    path::{Path, PathBuf},
+};
+use unic_io::{
+    MotionOptions, Npz, capture::read_garment, import_motion, inspect, npy::Dim, read_character,
+    read_vertex_cache, write_obj,
+};
+use unic_mutation::{Counting, measured};
+use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// What each bomb would unpack to, bytes.
+const UNPACKED: usize = 192 << 20;
+
+/// Memory for refusing one, bytes: buffers of fixed size.
+const ALLOWED: usize = 2 << 20;
+
+/// One array of zeros: how its header describes it, and how many bytes there are behind the header.
+struct Zeros {
+    name: &'static str,
+    shape: String,
+    length: usize,
+}
+
+impl Zeros {
+    /// f32 of a shape that tells the truth.
+    fn floats(name: &'static str, shape: &[usize]) -> Self {
+        let extents: String = shape.iter().map(|n| format!("{n}, ")).collect();
+        Self {
+            name,
+            shape: format!("({extents})"),
+            length: 4 * shape.iter().product::<usize>(),
+        }
+    }
+
+    fn header(&self) -> Vec<u8> {
+        let text = format!(
+            "{{'descr': '<f4', 'fortran_order': False, 'shape': {}}}",
+            self.shape
+        );
+        let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+        bytes.extend(format!("{text:117}\n").bytes());
+        bytes
+    }
+}
+
+fn write_archive(path: &Path, method: CompressionMethod, arrays: &[Zeros]) {
+    let mut zip = ZipWriter::new(File::create(path).unwrap());
+    let options = SimpleFileOptions::default().compression_method(method);
+    for array in arrays {
+        zip.start_file(format!("{}.npy", array.name), options).unwrap();
+        zip.write_all(&array.header()).unwrap();
+        let zeros = vec![0; 1 << 20];
+        let mut left = array.length;
+        while left > 0 {
+            let count = left.min(zeros.len());
+            zip.write_all(&zeros[..count]).unwrap();
+            left -= count;
+        }
+    }
+    zip.finish().unwrap();
+}
+
+/// An archive of one packed array.
+fn bomb(folder: &Path, array: Zeros) -> PathBuf {
+    let path = folder.join("bomb.npz");
+    write_archive(&path, CompressionMethod::Deflated, &[array]);
+    path
+}
+
+/// Changes a number of the first entry of the archive's directory, where `at` is its place in the entry
+/// (APPNOTE.TXT of PKWARE, 4.3.12).
+fn put_in_directory(path: &Path, at: usize, number: u32) {
+    let mut bytes = fs::read(path).unwrap();
+    let entry = (bytes.windows(4).position(|w| w == b"PK\x01\x02")).unwrap();
+    bytes[entry + at..entry + at + 4].copy_from_slice(&number.to_le_bytes());
+    fs::write(path, bytes).unwrap();
+}
+
+const PACKED_SIZE: usize = 20;
+const UNPACKED_SIZE: usize = 24;
+
+/// The sentence of a refusal that takes little.
+fn refusal<T>(what: &str, read: impl FnOnce() -> unic_io::Result<T>) -> String {
+    let (outcome, cost) = measured(read);
+    assert!(cost.peak < ALLOWED, "{what}: {cost}");
+    match outcome {
+        Ok(_) => panic!("{what}: a bomb is read"),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn zeros_without_end_are_refused_by_every_reader() {
+    let folder = tempfile::tempdir().unwrap();
+    let character = small_character();
+    let rows = UNPACKED / 12;
+    let packed_too_well = |sentence: String| {
+        assert!(sentence.contains("bytes for each packed byte"), "{sentence}");
+    };
+
+    let path = bomb(folder.path(), Zeros::floats("vertices", &[rows / 1024, 1024, 3]));
+    packed_too_well(refusal("cache", || read_vertex_cache(&path)));
+    let path = bomb(folder.path(), Zeros::floats("vertices", &[rows, 3]));
+    packed_too_well(refusal("character", || read_character(&path)));
+    let path = bomb(folder.path(), Zeros::floats("poses", &[rows / 1024, 3 * 1024]));
+    let joints = 1024;
+    packed_too_well(refusal("array", || {
+        Npz::open(&path)?.array::<f32>("poses", &[Dim::Any("T"), Dim::Is(3 * joints)])
+    }));
+    let count = character.skeleton.len();
+    let path = bomb(folder.path(), Zeros::floats("poses", &[rows / count, 3 * count]));
+    let sentence = refusal("motion", || {
+        import_motion(&path, &character, &MotionOptions::default())
+    });
+    assert!(
+        sentence.contains("poses") || sentence.contains("frame rate"),
+        "{sentence}"
+    );
+
+    write_obj(&folder.path().join("garment.obj"), &character.body).unwrap();
+    let path = folder.path().join("garment.npz");
+    let array = Zeros::floats("weights", &[rows, 3]);
+    write_archive(&path, CompressionMethod::Deflated, &[array]);
+    refusal("garment", || read_garment(folder.path(), &character));
+}
+
+#[test]
+fn inspection_reports_one_without_unpacking_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = bomb(
+        folder.path(),
+        Zeros::floats("vertices", &[UNPACKED / 12 / 1024, 1024, 3]),
+    );
+    let (report, cost) = measured(|| inspect(&path).unwrap());
+    assert!(cost.peak < ALLOWED, "{cost}");
+    assert!(
+        report.problems.iter().any(|p| p.contains("packed into")),
+        "{report}"
+    );
+}
+
+#[test]
+fn more_bytes_than_the_shape_holds_are_refused_by_the_directory() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut array = Zeros::floats("vertices", &[2, 2, 3]);
+    array.length = UNPACKED / 6;
+    let path = bomb(folder.path(), array);
+    let sentence = refusal("small shape", || read_vertex_cache(&path));
+    assert!(
+        sentence.contains("expected 48 bytes for shape (2, 2, 3)"),
+        "{sentence}"
+    );
+}
+
+#[test]
+fn a_directory_that_lies_is_believed_no_further_than_it_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let header = Zeros::floats("vertices", &[2, 2, 3]).header().len();
+    let mut array = Zeros::floats("vertices", &[2, 2, 3]);
+    array.length = UNPACKED;
+    let path = bomb(folder.path(), array);
+    put_in_directory(&path, UNPACKED_SIZE, (header + 48) as u32);
+    let sentence = refusal("unpacked size", || read_vertex_cache(&path));
+    assert!(
+        sentence.contains("array `vertices`: expected the end of the array"),
+        "{sentence}"
+    );
+
+    // A packed size beyond the file's does not make the file larger.
+    let path = bomb(
+        folder.path(),
+        Zeros::floats("vertices", &[UNPACKED / 12 / 1024, 1024, 3]),
+    );
+    put_in_directory(&path, PACKED_SIZE, 1 << 30);
+    refusal("packed size", || read_vertex_cache(&path));
+}
+
+#[test]
+fn text_ends_where_its_shape_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("text.npz");
+    let mut zip = ZipWriter::new(File::create(&path).unwrap());
+    zip.start_file("names.npy", SimpleFileOptions::default()).unwrap();
+    let header = Zeros::floats("names", &[2]).header();
+    let header = String::from_utf8_lossy(&header).replace("<f4", "|S4");
+    // The first byte of an array's file is no text.
+    zip.write_all(b"\x93").unwrap();
+    zip.write_all(&header.as_bytes()[header.find("NUMPY").unwrap()..])
+        .unwrap();
+    zip.write_all(&vec![b'a'; UNPACKED]).unwrap();
+    zip.finish().unwrap();
+    let length = header.len() - header.find("NUMPY").unwrap() + 1 + 8;
+    put_in_directory(&path, UNPACKED_SIZE, length as u32);
+    let sentence = refusal("text", || Npz::open(&path)?.text("names"));
+    assert!(sentence.contains("expected the end of the array"), "{sentence}");
+}
+
+#[test]
+fn what_is_constant_or_not_packed_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sound.npz");
+    // A thousand to one, as masks and motions that stand still are; and large, but not packed.
+    for (method, length) in [
+        (CompressionMethod::Deflated, 2 << 20),
+        (CompressionMethod::Stored, 20 << 20),
+    ] {
+        write_archive(&path, method, &[Zeros::floats("mask", &[length])]);
+        let mask = Npz::open(&path)
+            .unwrap()
+            .array::<f32>("mask", &[Dim::Any("V")])
+            .unwrap();
+        assert_eq!(mask.data.len(), length);
+    }
+}
