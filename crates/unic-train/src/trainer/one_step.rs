@@ -35,7 +35,7 @@ impl Trainer {
         let on_held_out = |model| one_step_rmse_of(model, &self.data.validation, self.judged_frames());
         let validation_rmse = model.map(on_held_out).transpose()?;
         let seconds = started.elapsed().as_secs_f64();
-        self.seconds += seconds;
+        self.time.seconds += seconds;
         Ok(listen(&Event::OneStep {
             step: self.step,
             training_rmse,
