@@ -33,11 +33,18 @@ pub(crate) fn intersection(model: &Model, name: IntersectionName) -> Intersectio
     match (name, own) {
         (IntersectionName::Paper, IntersectionMode::Paper { .. })
         | (IntersectionName::Robust, IntersectionMode::Robust { .. }) => own,
-        (IntersectionName::Off, _) => IntersectionMode::Off,
-        (IntersectionName::Paper, _) => IntersectionMode::Paper {
+        _ => usual_intersection(name),
+    }
+}
+
+/// The handling of a name with the usual distance.
+pub(crate) fn usual_intersection(name: IntersectionName) -> IntersectionMode {
+    match name {
+        IntersectionName::Off => IntersectionMode::Off,
+        IntersectionName::Paper => IntersectionMode::Paper {
             relaxation_m: IntersectionMode::RELAXATION_M,
         },
-        (IntersectionName::Robust, _) => IntersectionMode::Robust {
+        IntersectionName::Robust => IntersectionMode::Robust {
             margin_m: IntersectionMode::MARGIN_M,
             corrects: Corrects::Display,
         },

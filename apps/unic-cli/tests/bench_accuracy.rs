@@ -56,7 +56,10 @@ fn rows_are_trained_once_and_measured_beside_the_baselines() {
     assert_eq!(fs::metadata(&model).unwrap().modified().unwrap(), written);
     let table = text(&again.stdout);
     assert!(
-        table.contains("| mine | ") && table.contains("| ridge | ") && table.contains(" ± "),
+        table.contains("| mine | ")
+            && table.contains("| ridge | ")
+            && table.contains("| ridge_handled | ")
+            && table.contains(" ± "),
         "{table}"
     );
 

@@ -68,12 +68,15 @@ fn training_leaves_a_model_and_its_run() {
         "training_clips",
         "steps",
         "seconds",
+        "prior_seconds",
         "validation_fit",
+        "validation_motion",
         "validation_clips",
         "validation_rmse_mm",
     ] {
         assert!(summary.get(key).is_some(), "{key} in {summary}");
     }
+    assert_eq!(summary["validation_motion"], "unseen");
     assert_eq!(
         (&summary["steps"], &summary["validation_clips"][0]),
         (&60.into(), &"three".into())
@@ -125,6 +128,17 @@ fn a_drawn_validation_clip_goes_back_into_the_model() {
         (&summary["fit"], &summary["validation_fit"], &summary["steps"]),
         (&"all_clips".into(), &"held_out".into(), &60.into())
     );
+    // The model's time is that of the prior and of both fits, as the run's is.
+    let told = metadata(&folder.join("m.unic"));
+    let told = &told["about"]["training"];
+    for key in ["seconds", "prior_seconds"] {
+        let [told, summed] = [told, &summary].map(|time| time[key].as_f64().unwrap());
+        assert!(
+            told > 0.0 && (told - summed).abs() < 1e-9,
+            "{key}: {told}, {summed}"
+        );
+    }
+    assert!(told["prior_seconds"].as_f64() < told["seconds"].as_f64());
     assert_eq!(summary["training_clips"].as_array().unwrap().len(), 3);
     assert_eq!(summary["validation_clips"].as_array().unwrap().len(), 1);
     // Without a second fit the same clip is held out, of the prior's shapes too.
@@ -216,6 +230,8 @@ fn evaluation_has_every_key_of_the_contract() {
     assert_baselines(&scores);
     assert_baselines(&scores["clips"]["five"]);
     assert_metrics(&scores["baselines"]["prior"]["free_running"]);
+    assert_metrics(&scores["baselines"]["ridge_handled"]["free_running"]);
+    assert!(scores.get("caveats").is_none());
     assert!(scores["timing"]["frame_ms"].as_f64().unwrap() > 0.0);
     // Three seconds of training must beat the shape that knows nothing.
     let rmse = |row: &Value| row["free_running"]["rmse_mm"].as_f64().unwrap();
@@ -230,7 +246,11 @@ fn baselines_stand_alone() {
     let folder = TRAINED.path();
     let scores = json(folder, "eval --baselines tube --json --split validation");
     assert_baselines(&scores);
-    assert!(scores["baselines"].get("prior").is_none());
+    for row in ["prior", "ridge_handled"] {
+        assert!(scores["baselines"].get(row).is_none(), "{row}");
+    }
+    let handled = json(folder, "eval --baselines tube --intersection robust --json");
+    assert_metrics(&handled["baselines"]["ridge_handled"]["free_running"]);
     assert!(scores.get("model").is_none() && scores["clips"].get("three").is_some());
     let table = succeeds(folder, "eval --baselines tube --clips four");
     assert!(

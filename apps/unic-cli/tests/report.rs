@@ -6,6 +6,7 @@ mod common;
 use common::*;
 use std::{fs, path::Path, sync::LazyLock};
 use tempfile::TempDir;
+use unic_io::npy::Dim;
 
 /// A capture and a model trained on it, shared by the tests of this file.
 static TRAINED: LazyLock<TempDir> = LazyLock::new(|| {
@@ -39,13 +40,24 @@ fn a_page_shows_every_clip_and_needs_nothing_else() {
         page.matches("data:image/jpeg;base64,/9j/").count(),
         2 * (FRAMES - 1 + 4)
     );
-    assert_eq!(page.matches("the worst frame</p>").count(), 2);
-    assert_eq!(page.matches("<path class=\"line").count(), 8);
+    assert_eq!(page.matches(", the worst frame of all clips</p>").count(), 1);
+    assert_eq!(page.matches(", the worst of this clip</p>").count(), 1);
+    assert_eq!(page.matches("the whole clip of 1.0 s").count(), 2 * 2);
+    assert_eq!(page.matches("<path class=\"line").count(), 9);
     assert_eq!(page.matches("<table>").count(), 3);
     assert!(page.contains("On 2 clips that training has never seen"));
     let rmse = scores["model"]["free_running"]["rmse_mm"].as_f64().unwrap();
     assert!(page.contains(&format!("{rmse:.1} mm RMSE from the simulation")));
-    for row in ["linear dynamics", "hold", "prior", "skinning mean"] {
+    // Ridge is beside the model in each movie, with the same handling.
+    assert_eq!(page.matches("</i>ridge handled</span>").count(), 2);
+    for row in [
+        "linear dynamics",
+        "ridge",
+        "ridge handled",
+        "hold",
+        "prior",
+        "skinning mean",
+    ] {
         assert!(page.contains(&format!("<th scope=\"row\">{row}</th>")), "{row}");
     }
 }
@@ -71,13 +83,14 @@ fn the_first_movie_comes_as_a_gif_too() {
 fn the_page_says_what_training_knew() {
     let folder = TRAINED.path();
     for (clip, words) in [
-        ("one", "On 1 clip, some of which training has seen"),
-        ("three", "On 1 clip, some of which training was steered by"),
+        ("one", "On 1 clip that training has seen"),
+        ("three", "On 1 clip that training was validated on"),
     ] {
         let line = format!("eval tube.unic tube --clips {clip} --report {clip}.html");
         succeeds(folder, &line);
         let page = fs::read_to_string(folder.join(format!("{clip}.html"))).unwrap();
         assert!(page.contains(words), "{clip}");
+        assert!(page.contains("<p class=\"caveat\">Training "), "{clip}");
     }
 }
 
@@ -97,4 +110,93 @@ fn what_is_no_name_of_a_page_is_refused_before_the_work() {
         assert_eq!(output.status.code(), Some(2), "{line}");
     }
     assert_eq!(fs::read(folder.join("tube.unic")).unwrap(), model);
+}
+
+/// Seconds and RMSE in millimetres of the frame of a clip that `eval --dump` shows the model farthest off in.
+fn worst_of(dump: &Path) -> (f64, f64) {
+    let mut dump = unic_io::Npz::open(dump).unwrap();
+    let dims = [Dim::Any("T"), Dim::Is(VERTICES), Dim::Is(3)];
+    let [model, truth] =
+        ["model.free_running", "truth"].map(|name| dump.array::<f32>(name, &dims).unwrap().data);
+    let frames = truth.chunks(3 * VERTICES).zip(model.chunks(3 * VERTICES));
+    let rmse = |(truth, model): (&[f32], &[f32])| {
+        let squares = truth.iter().zip(model).map(|(a, b)| f64::from(a - b).powi(2));
+        1e3 * (squares.sum::<f64>() / VERTICES as f64).sqrt()
+    };
+    let errors: Vec<f64> = frames.map(rmse).collect();
+    let worst = (0..errors.len())
+        .max_by(|&a, &b| errors[a].total_cmp(&errors[b]))
+        .unwrap();
+    (worst as f64 / f64::from(FPS), errors[worst])
+}
+
+#[test]
+fn the_worst_frame_is_that_of_everything_that_was_measured() {
+    let folder = TRAINED.path();
+    let clips = ["one", "two", "three", "four", "five"];
+    let line = format!(
+        "eval tube.unic tube --clips {} --report all.html --dump dump",
+        clips.join(",")
+    );
+    succeeds(folder, &line);
+    let page = fs::read_to_string(folder.join("all.html")).unwrap();
+    let mut worst: Vec<_> = clips
+        .iter()
+        .map(|clip| (worst_of(&folder.join(format!("dump/{clip}.npz"))), *clip))
+        .collect();
+    worst.sort_by(|a, b| b.0.1.total_cmp(&a.0.1));
+    let ((seconds, rmse), _) = worst[0];
+    let words = format!("{seconds:.2} s: {rmse:.1} mm, the worst frame of all clips");
+    assert!(page.contains(&words), "{words}");
+    assert!(page.contains("Of 5 clips the 3 with the worst frames"));
+    for (rank, (_, clip)) in worst.iter().enumerate() {
+        let is_shown = page.contains(&format!("<h3>{clip}, the whole clip of 1.0 s</h3>"));
+        assert_eq!(is_shown, rank < 3, "{clip}");
+    }
+}
+
+#[test]
+fn the_title_is_the_capture_s_name_and_the_garment_s() {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture(folder.path());
+    let manifest = folder.path().join("tube/capture.toml");
+    let text = fs::read_to_string(&manifest).unwrap();
+    let hostile = text.replace("name = \"tube\"", "name = \"<b>tube & co</b>\"");
+    assert_ne!(hostile, text);
+    fs::write(
+        &manifest,
+        format!("{hostile}\n[source]\ngarment = \"wear/<i>coat.obj\"\n"),
+    )
+    .unwrap();
+    train(folder.path(), "tube.unic", "--steps 4");
+    succeeds(
+        folder.path(),
+        "eval tube.unic tube --clips four --report page.html",
+    );
+    let page = fs::read_to_string(folder.path().join("page.html")).unwrap();
+    let title = "&lt;b&gt;tube &amp; co&lt;/b&gt;: &lt;i&gt;coat";
+    assert!(page.contains(&format!("<h1>{title}</h1>")));
+    assert!(page.contains(&format!("<title>{title}</title>")));
+}
+
+#[test]
+fn a_model_that_was_validated_on_its_own_training_clip_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let only = [(unic_testdata::take("only", 0, FRAMES), unic_io::Split::Train)];
+    unic_testdata::write_capture(&folder.join("tube"), &unic_testdata::Figure::tube(), &only);
+    let words = succeeds(folder, &format!("train tube {SHORT} --steps 20 --out m.unic"));
+    let caveat = "which it was trained on";
+    assert!(words.contains(caveat), "{words}");
+    let validation = &metadata(&folder.join("m.unic"))["about"]["training"]["validation"];
+    assert_eq!(validation["motion"], "trained_on", "{validation}");
+    let line = "eval m.unic tube --split train";
+    let table = succeeds(folder, &format!("{line} --report page.html"));
+    let seen = "Training has seen only: errors there are no measure of unseen motion.";
+    assert!(table.contains(seen) && table.contains(caveat), "{table}");
+    let scores = json(folder, &format!("{line} --json"));
+    assert_eq!(scores["caveats"][0], seen);
+    let page = fs::read_to_string(folder.join("page.html")).unwrap();
+    assert!(page.contains(&format!("<p class=\"caveat\">{seen}</p>")));
+    assert!(page.contains("mm on only, which it was trained on</dd>"));
 }

@@ -21,14 +21,14 @@ pub use state::{AnimatorState, VertexState};
 use crate::{
     collider::Collider,
     config::IntersectionMode,
-    intersection::Layers,
+    intersection::{Layers, pose_body},
     model::Model,
     network::CodeSampling,
     parallel::{Threads, install_own},
 };
 use glam::Vec3;
 use input::check_positions;
-use intersections::{Intersections, pose_body};
+use intersections::Intersections;
 use scratch::Scratch;
 use std::sync::Arc;
 
@@ -78,13 +78,13 @@ impl Animator {
 
     /// Intersection handling in force: the model's own, unless replaced.
     pub fn intersection(&self) -> IntersectionMode {
-        self.intersections.mode
+        self.intersections.mode()
     }
 
     /// Replaces the model's intersection handling from the next frame on; kept over resets. `mode`
     /// passes [`IntersectionMode::check`].
     pub fn set_intersection(&mut self, mode: IntersectionMode) {
-        if mode != self.intersections.mode {
+        if mode != self.intersections.mode() {
             self.intersections.in_mode(mode, &self.model);
         }
     }

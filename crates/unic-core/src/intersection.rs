@@ -3,7 +3,8 @@
 //! [`Handling`] is a mode of [`IntersectionMode`] with what it needs of the posed body; training and
 //! the animator correct vertices by the same [`Handling::correct`]. The paper's rule is
 //! [`PaperIntersection`], ours is [`RobustIntersection`]; what needs all vertices at once, faces that
-//! the body pokes through, is a [`DisplayPass`] over positions on their way to the screen.
+//! the body pokes through, is a [`DisplayPass`] over positions on their way to the screen. A whole garment is
+//! handled by [`GarmentHandling`].
 //!
 //! ```
 //! use unic_core::{config::{Corrects, IntersectionMode}, intersection::Handling};
@@ -28,6 +29,7 @@
 
 mod contact;
 mod display;
+mod garment_handling;
 mod layers;
 mod measure;
 mod packets;
@@ -38,6 +40,8 @@ mod tests;
 
 pub use contact::ContactParts;
 pub use display::{DisplayPass, PosedVertices};
+pub use garment_handling::GarmentHandling;
+pub(crate) use garment_handling::pose_body;
 pub use layers::{Layers, LayersError};
 pub use measure::{InsideTest, PosedBody};
 pub use paper::{BodySnapshot, PaperIntersection, TangentPlane};

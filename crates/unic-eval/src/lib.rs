@@ -43,6 +43,7 @@ mod coverage;
 mod dump;
 mod error;
 mod evaluate;
+mod handled;
 mod kinematics;
 pub mod lasting;
 mod measure;
@@ -64,6 +65,7 @@ pub use evaluate::{
     Event, MODEL, Observer, PRIOR, Protocol, Row, evaluate, evaluate_by, evaluate_sampled, training_set,
     training_set_of,
 };
+pub use handled::{HandledPredictor, Handler};
 pub use kinematics::{ClipKinematics, PreparedClip};
 pub use measure::{FrameContext, MeasureScratch, Nearest, Prediction};
 pub use metrics::{ClipMetrics, FrameSums, Metrics, PooledMetrics};

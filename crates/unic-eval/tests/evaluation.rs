@@ -1,5 +1,6 @@
 //! Evaluations end to end on a small capture written to disk: rows that must be exact are, the
-//! result has the same bytes for any number of threads, and failures name their row.
+//! result has the same bytes for any number of threads, handled rows are those that the animator's handling
+//! moves, and failures name their row.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -8,13 +9,14 @@ use std::path::Path;
 use unic_core::{
     character::{Character, Garment},
     clip::Clip,
+    config::{Corrects, IntersectionMode},
     mesh::TriMesh,
     skeleton::{Pose, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
 use unic_eval::{
-    Error, Evaluation, Event, Mode, Predictor, PredictorError, PreparedClip, Row, baselines, evaluate,
-    training_set,
+    Error, Evaluation, Event, HandledPredictor, Handler, Mode, Predictor, PredictorError, PreparedClip, Row,
+    baselines, evaluate, training_set,
 };
 use unic_io::{Capture, Split};
 use unic_testdata::{Figure, Take};
@@ -247,4 +249,80 @@ fn failures_name_the_row_and_the_clip() {
     );
     let none = evaluate(&capture, &mut [], &[], &mut |_| Ok(()));
     assert!(matches!(none, Err(Error::NoClips { .. })));
+}
+
+/// Every vertex at one place, given in the frame of the root, which moves as the body does.
+struct At(Vec3);
+
+impl Predictor for At {
+    fn modes(&self) -> &[Mode] {
+        &[Mode::FreeRunning]
+    }
+
+    fn start(&mut self, _: &PreparedClip, _: Mode) -> Result<(), PredictorError> {
+        Ok(())
+    }
+
+    fn predict(
+        &mut self,
+        clip: &PreparedClip,
+        frame: usize,
+        positions: &mut Vec<Vec3>,
+    ) -> Result<(), PredictorError> {
+        let place = clip.kinematics.world_from_rest(frame)[0].point(self.0);
+        *positions = vec![place; 8];
+        Ok(())
+    }
+}
+
+#[test]
+fn a_handled_row_is_out_of_the_body_and_else_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = write_capture(folder.path(), Motion::Rigid);
+    let clips = capture.clip_names(Split::Test).to_vec();
+    let modes = [Corrects::State, Corrects::Display].map(|corrects| IntersectionMode::Robust {
+        margin_m: 0.003,
+        corrects,
+    });
+    for mode in modes
+        .into_iter()
+        .chain([IntersectionMode::Paper { relaxation_m: 0.003 }])
+    {
+        let handler = || Handler::new(mode, &capture.character, &capture.garment).unwrap();
+        let (inside, outside) = (Vec3::new(0.2, 0.2, 0.001), Vec3::new(5.0, 5.0, 5.0));
+        let mut rows = [
+            Row::baseline("inside", At(inside)),
+            Row::baseline("inside_handled", HandledPredictor::new(At(inside), handler())),
+            Row::baseline("outside", At(outside)),
+            Row::baseline("outside_handled", HandledPredictor::new(At(outside), handler())),
+        ];
+        let evaluation = evaluate(&capture, &mut rows, &clips, &mut |_| Ok(())).unwrap();
+        let metrics = |row: &str| evaluation.pooled.baselines[row].free_running.clone().unwrap();
+        assert_eq!(metrics("inside").intersecting_vertices_percent_closest, 100.0);
+        assert_eq!(
+            metrics("inside_handled").intersecting_vertices_percent_closest,
+            0.0,
+            "{mode:?}"
+        );
+        assert_eq!(metrics("outside"), metrics("outside_handled"), "{mode:?}");
+    }
+    assert!(Handler::new(IntersectionMode::Off, &capture.character, &capture.garment).is_none());
+}
+
+#[test]
+fn ridge_has_a_handled_row_beside_it_where_a_model_handles() {
+    let folder = tempfile::tempdir().unwrap();
+    let capture = write_capture(folder.path(), Motion::Swinging);
+    let set = training_set(&capture).unwrap();
+    let mode = IntersectionMode::Robust {
+        margin_m: IntersectionMode::MARGIN_M,
+        corrects: Corrects::Display,
+    };
+    let handler = Handler::new(mode, &capture.character, &capture.garment);
+    let rows = baselines::fit_with(&set, handler);
+    let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
+    assert_eq!(
+        names.join(" "),
+        "hold mean_shape skinning skinning_mean skinning_first ridge ridge_handled linear_dynamics"
+    );
 }

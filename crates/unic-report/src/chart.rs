@@ -40,7 +40,7 @@ const MOST_POINTS: usize = 720;
 const MOST_MEDIANS: f64 = 4.0;
 
 /// Colours that the style sheet has.
-const COLOURS: usize = 8;
+const COLOURS: usize = 9;
 
 /// Class of a series' colour.
 pub(crate) fn colour_class(series: usize) -> String {

@@ -57,6 +57,7 @@ fn heading(report: &Report) -> Markup {
         header {
             h1 { (report.title) }
             p.lead { (report.lead) }
+            @for caveat in &report.caveats { p.caveat { (caveat) } }
             @if !report.figures.is_empty() {
                 dl.figures {
                     @for figure in &report.figures {

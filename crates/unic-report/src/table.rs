@@ -85,7 +85,7 @@ impl Order {
 
 impl Table {
     pub(crate) fn markup(&self) -> Markup {
-        let best: Vec<Option<f64>> = (0..self.columns.len()).map(|c| self.best(c)).collect();
+        let best: Vec<Option<String>> = (0..self.columns.len()).map(|c| self.best(c)).collect();
         html! {
             div.scroll tabindex="0" role="region" aria-label=(self.title) {
                 table {
@@ -101,15 +101,15 @@ impl Table {
         }
     }
 
-    fn row(&self, row: &Row, best: &[Option<f64>]) -> Markup {
+    fn row(&self, row: &Row, best: &[Option<String>]) -> Markup {
         let cells = self.columns.iter().zip(best).enumerate();
         html! {
             tr {
                 th scope="row" { (row.name) }
                 @for (c, (column, best)) in cells {
                     @let value = row.values.get(c).copied().unwrap_or_default();
-                    @let is_best = value.finite().is_some_and(|v| Some(column.order.badness(v)) == *best);
-                    td.best[is_best] { (value.text(column.digits)) }
+                    @let text = value.text(column.digits);
+                    td.best[best.as_ref() == Some(&text)] { (text) }
                 }
             }
         }
@@ -120,14 +120,18 @@ impl Table {
         (0..self.columns.len()).any(|c| self.best(c).is_some())
     }
 
-    /// Badness of the best number of a column; none where there is nothing to compare.
-    fn best(&self, column: usize) -> Option<f64> {
-        let order = self.columns.get(column)?.order;
+    /// The best number of a column as it is printed, so that rows that print the same stand out together; none
+    /// where there is nothing to compare.
+    fn best(&self, column: usize) -> Option<String> {
+        let Column { order, digits, .. } = self.columns.get(column)?;
         let values = self
             .rows
             .iter()
             .filter_map(|row| row.values.get(column)?.finite());
-        let badness: Vec<f64> = values.map(|value| order.badness(value)).collect();
-        (badness.len() > 1).then(|| badness.into_iter().fold(f64::INFINITY, f64::min))
+        let values: Vec<f64> = values.collect();
+        let best = values
+            .iter()
+            .min_by(|a, b| order.badness(**a).total_cmp(&order.badness(**b)))?;
+        (values.len() > 1).then(|| Value::Number(*best).text(*digits))
     }
 }

@@ -72,6 +72,7 @@ fn full(movies: Vec<Movie>) -> Report {
     Report {
         title: text(),
         lead: text(),
+        caveats: vec![text(), text()],
         figures: vec![KeyFigure {
             value: text(),
             unit: text(),
@@ -210,6 +211,7 @@ fn without_scripts_a_strip_of_pictures_shows() {
 fn an_empty_report_is_a_page_without_sections() {
     let document = parse(&Report::default().html());
     assert_eq!(count(&document, "section"), 0);
+    assert_eq!(count(&document, ".caveat"), 0);
     let hollow = Report {
         movies: vec![Movie::default()],
         heat: Some(HeatMap::default()),
@@ -237,6 +239,15 @@ fn movies_lose_frames_before_a_page_grows_too_large() {
 }
 
 #[test]
+fn caveats_stand_between_the_result_and_its_numbers() {
+    let document = parse(&full(vec![]).html());
+    assert_eq!(
+        count(&document, "header > .lead + .caveat + .caveat + .figures"),
+        1
+    );
+}
+
+#[test]
 fn small_movies_keep_every_frame() {
     let document = parse(&full(vec![movie(300, 10_000)]).html());
     assert_eq!(count(&document, ".frames img"), 300);
@@ -258,6 +269,8 @@ fn the_best_number_of_a_column_stands_out() {
     };
     assert_eq!(best([3.0, 2.0]), ["2.0"]);
     assert_eq!(best([3.0, f64::NAN]), Vec::<String>::new());
+    // What is printed alike is equally good.
+    assert_eq!(best([2.04, 2.01]), ["2.0", "2.0"]);
     let page = Report {
         tables: vec![table([f64::NAN, 2.0])],
         ..Report::default()

@@ -29,8 +29,11 @@ pub struct Progress {
     pub step: u64,
     /// Settings of the run.
     pub config: TrainConfig,
-    /// Training time so far, seconds.
+    /// Training time of the fit so far, with that of its prior, seconds.
     pub seconds: f64,
+    /// The part of it that the prior's fit took.
+    #[serde(default)]
+    pub prior_seconds: f64,
     /// Smallest free-running error on the validation clips, metres, and its step.
     pub best: Option<(f64, u64)>,
     /// The measurement that is due after this step is still to be made: somebody has stopped it.
@@ -176,6 +179,7 @@ mod tests {
                 step,
                 config,
                 seconds: 1.25,
+                prior_seconds: 0.5,
                 best: Some((0.0421, 7)),
             },
             groups: vec![

@@ -97,6 +97,7 @@ mod rival;
 mod rollout;
 mod scales;
 mod stream;
+mod time;
 mod trainer;
 mod validation;
 
@@ -126,5 +127,6 @@ pub use rival::{
 };
 pub use rollout::Rollout;
 pub use stream::{Stream, generator};
+pub use time::TrainingTime;
 pub use trainer::{Pace, Trainer};
-pub use validation::{JUDGED_S, Validation, free_running_rmse};
+pub use validation::{JUDGED_S, Validation, ValidationMotion, free_running_rmse};

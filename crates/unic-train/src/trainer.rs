@@ -17,6 +17,7 @@ use crate::{
     network::{Network, NetworkShape, StepNoise},
     optimiser::{Moments, update},
     rollout::Rollout,
+    time::TrainingTime,
     validation::{Validation, free_running_rmse_of},
 };
 use burn::optim::GradientsParams;
@@ -35,7 +36,10 @@ pub struct Trainer {
     average: Option<Vec<Vec<f32>>>,
     best: Option<Best>,
     step: u64,
-    seconds: f64,
+    /// Of this fit.
+    time: TrainingTime,
+    /// Of the run beside this fit.
+    other: TrainingTime,
     /// A measurement is due after the last step and not made yet.
     owes_measurement: bool,
     bodies: Bodies,
@@ -83,7 +87,11 @@ impl Trainer {
             average: (config.regularisation.average > 0.0).then(|| network.values()),
             best: None,
             step: 0,
-            seconds: data.prior_seconds,
+            time: TrainingTime {
+                seconds: data.prior_seconds,
+                prior_seconds: data.prior_seconds,
+            },
+            other: TrainingTime::default(),
             owes_measurement: false,
             bodies: Bodies::default(),
             rule: Handling::new(
@@ -125,9 +133,15 @@ impl Trainer {
         self.step
     }
 
-    /// Training seconds so far, over all resumes, with those of the prior.
-    pub fn seconds(&self) -> f64 {
-        self.seconds
+    /// Training time of this fit so far, over all resumes, with that of its prior.
+    pub fn time(&self) -> TrainingTime {
+        self.time
+    }
+
+    /// Training time that the run has taken beside this fit, in fits before and in the last validation: the
+    /// model file tells the sum.
+    pub fn set_other_time(&mut self, other: TrainingTime) {
+        self.other = other;
     }
 
     /// Runs to the last step, or until a listener says stop. With a folder, checkpoints go there.
@@ -196,7 +210,7 @@ impl Trainer {
         let learning_rate = self.config.learning_rate(self.step);
         self.step += 1;
         let seconds = started.elapsed().as_secs_f64();
-        self.seconds += seconds;
+        self.time.seconds += seconds;
         Ok(listen(&Event::Step {
             step: self.step,
             loss,
@@ -306,7 +320,7 @@ impl Trainer {
         }
         let best = self.best.as_ref().map_or(rmse, |b| b.rmse);
         let seconds = started.elapsed().as_secs_f64();
-        self.seconds += seconds;
+        self.time.seconds += seconds;
         Ok(listen(&Event::Validated {
             step: self.step,
             rmse,

@@ -2,7 +2,7 @@
 
 use crate::{error::TrainError, event::Control, fit::Fit};
 use glam::Vec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use unic_core::{
     animator::{Animator, Start, StepInput},
@@ -11,11 +11,35 @@ use unic_core::{
 };
 use unic_eval::PreparedClip;
 
-/// How well a run does on motion that it has not seen.
+/// What validation clips are to the fit that is measured on them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ValidationMotion {
+    /// The fit has not seen them: their error is that of unseen motion.
+    Unseen,
+    /// The fit was trained on one of them: the error is too small for unseen motion. A capture with one
+    /// training clip has nothing else to measure on.
+    TrainedOn,
+}
+
+impl ValidationMotion {
+    /// By the names of the clips of a fit.
+    pub(crate) fn of(validation: &[PreparedClip], training: &[PreparedClip]) -> Self {
+        let is_trained_on = |clip: &PreparedClip| training.iter().any(|t| t.name() == clip.name());
+        match validation.iter().any(is_trained_on) {
+            true => Self::TrainedOn,
+            false => Self::Unseen,
+        }
+    }
+}
+
+/// How well a run does on the clips that it is validated on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Validation {
     /// The fit that was measured.
     pub fit: Fit,
+    /// What the clips were to that fit.
+    pub motion: ValidationMotion,
     /// The clips that it was measured on.
     pub clips: Vec<String>,
     /// Free-running RMSE, millimetres, with the share below.

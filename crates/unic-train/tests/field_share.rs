@@ -58,6 +58,7 @@ fn a_share_of_the_field_moves_the_displacement_by_that_share() {
     let mut displacements = |field_share: f32| {
         trainer.set_validation(Validation {
             fit: Fit::HeldOut,
+            motion: ValidationMotion::Unseen,
             clips: vec![],
             rmse_mm: 0.0,
             field_share,

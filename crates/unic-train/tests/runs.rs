@@ -16,6 +16,7 @@ type Result = (Progress, Vec<(String, Vec<Vec<f32>>)>);
 fn newest(folder: &Path) -> Result {
     let mut checkpoint = Checkpoint::newest(folder).unwrap().unwrap();
     checkpoint.progress.seconds = 0.0;
+    checkpoint.progress.prior_seconds = 0.0;
     (checkpoint.progress, checkpoint.groups)
 }
 
@@ -309,6 +310,7 @@ fn a_fit_on_all_clips_validates_nothing_and_tells_the_error_before() {
     assert_eq!(trainer.validation(&|| Control::Continue).unwrap(), None);
     trainer.set_validation(Validation {
         fit: Fit::HeldOut,
+        motion: ValidationMotion::Unseen,
         clips: vec!["take1".into()],
         rmse_mm: 41.5,
         field_share: 0.5,

@@ -8,7 +8,8 @@ use std::{num::NonZeroUsize, path::PathBuf};
 ///
 /// Every row is measured one-step (each frame from the true one before it) and free-running (from
 /// frame 0 alone), which is the one that counts. Lengths are in millimetres. The row `prior` is what
-/// the model's prior says on its own, without the network's field.
+/// the model's prior says on its own, without the network's field; the row `ridge_handled` is ridge regression with the
+/// model's handling of intersections. Clips that training has seen are told.
 ///
 /// With --protocol the numbers are those that others publish, on the data sets that they publish them for: free running from
 /// frame 0 alone, `vto` over 300 frames. A folder of the data set itself is first made into a capture, to train on
@@ -16,6 +17,7 @@ use std::{num::NonZeroUsize, path::PathBuf};
 ///
 /// Examples:
 ///   unic eval --baselines captures/tshirt
+///   unic eval --baselines captures/tshirt --intersection robust
 ///   unic eval --baselines vto/tshirt --protocol vto --character smpl.npz --as captures/vto
 ///   unic eval vto.unic captures/vto --protocol vto
 ///   unic eval tshirt.unic captures/tshirt
@@ -53,8 +55,9 @@ pub(crate) struct EvalArgs {
         conflicts_with = "split"
     )]
     pub(crate) clips: Vec<String>,
-    /// What becomes of vertices inside the body [default: as the model was trained for].
-    #[arg(long, value_enum, conflicts_with = "baselines")]
+    /// What becomes of vertices inside the body, for the model and the row `ridge_handled` [default: as the model
+    /// was trained for; with --baselines off].
+    #[arg(long, value_enum)]
     pub(crate) intersection: Option<IntersectionName>,
     #[command(flatten)]
     pub(crate) code: CodeArgs,

@@ -1,6 +1,7 @@
 //! `unic eval`.
 
 mod gallery;
+mod knowledge;
 mod listener;
 mod moment;
 mod outputs;
@@ -15,14 +16,15 @@ use crate::{
     output::{print, print_json, say},
 };
 use anyhow::{Result, bail};
+use knowledge::Knowledge;
 use listener::Listener;
 use serde::Serialize;
 use std::{collections::HashSet, path::Path, sync::Arc};
 use timing::Timing;
-use unic_core::{animator::Animator, model::Model, network::CodeSampling};
+use unic_core::{animator::Animator, config::IntersectionMode, model::Model, network::CodeSampling};
 use unic_eval::{
-    CodeCertainty, Evaluation, Event, ModelPredictor, PRIOR, PriorPredictor, Protocol, Row, baselines,
-    evaluate_by, training_set,
+    CodeCertainty, Evaluation, Event, Handler, ModelPredictor, PRIOR, PriorPredictor, Protocol, Row,
+    baselines, evaluate_by, training_set,
 };
 use unic_io::{Capture, Split};
 
@@ -49,8 +51,17 @@ fn measure(args: &EvalArgs) -> Result<Measured> {
         None => None,
     };
     args.force.capture(&capture)?;
-    let mut listener = Listener::new(args, &capture, &clips)?;
-    let mut rows = rows(&capture, animator.as_ref())?;
+    let handler = Handler::new(
+        handling(args, animator.as_ref()),
+        &capture.character,
+        &capture.garment,
+    );
+    let rival = match handler {
+        Some(_) => baselines::RIDGE_HANDLED,
+        None => baselines::RIDGE,
+    };
+    let mut listener = Listener::new(args, &capture, &clips, rival)?;
+    let mut rows = rows(&capture, animator.as_ref(), handler)?;
     let mut listen = |event: &Event| listener.listen(event);
     let protocol = args.protocol.map_or_else(Protocol::default, protocol::of);
     let every = args.nearest_every;
@@ -68,6 +79,7 @@ fn measure(args: &EvalArgs) -> Result<Measured> {
         evaluation,
         timing,
         code,
+        caveats: Knowledge::of(&capture, animator.as_ref().map(|a| &**a.model()), &clips).caveats(),
     };
     if let (Some(recorder), Some(animator), Some(path)) = (recorder, &animator, &args.model) {
         let bytes = recorder.finish(animator.model(), path, &measured)?;
@@ -84,6 +96,17 @@ struct Measured {
     timing: Option<Timing>,
     /// How far the clips decide the model's code.
     code: Option<CodeCertainty>,
+    /// Why the numbers may be better than those of unseen motion.
+    caveats: Vec<String>,
+}
+
+/// The intersection handling that ridge regression is shown with: the model's, or without one what is asked for.
+fn handling(args: &EvalArgs, animator: Option<&Animator>) -> IntersectionMode {
+    match (animator, args.intersection) {
+        (Some(animator), _) => animator.intersection(),
+        (None, Some(name)) => model_file::usual_intersection(name),
+        (None, None) => IntersectionMode::Off,
+    }
 }
 
 fn clip_names(args: &EvalArgs, capture: &Capture) -> Result<Vec<String>> {
@@ -154,7 +177,7 @@ fn check_fit(model: &Model, path: &Path, capture: &Capture) -> Result<()> {
     Ok(())
 }
 
-fn rows(capture: &Capture, animator: Option<&Animator>) -> Result<Vec<Row>> {
+fn rows(capture: &Capture, animator: Option<&Animator>, handler: Option<Handler>) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     if let Some(animator) = animator {
         rows.push(Row::model(ModelPredictor::from_animator(animator.clone())));
@@ -163,11 +186,12 @@ fn rows(capture: &Capture, animator: Option<&Animator>) -> Result<Vec<Row>> {
     }
     let set = training_set(capture)?;
     say("fitting the baselines on the training clips");
-    rows.extend(baselines::fit(&set));
+    rows.extend(baselines::fit_with(&set, handler));
     Ok(rows)
 }
 
-/// The JSON contract: the evaluation's own keys, and `timing` and `code` where there is a model.
+/// The JSON contract: the evaluation's own keys, `timing` and `code` where there is a model, and `caveats` where
+/// there are any.
 #[derive(Serialize)]
 struct Output<'a> {
     #[serde(flatten)]
@@ -181,6 +205,8 @@ struct Output<'a> {
     /// How the model picked its code's categories.
     #[serde(skip_serializing_if = "Option::is_none")]
     code_sampling: Option<CodeSampling>,
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    caveats: &'a [String],
 }
 
 fn show(args: &EvalArgs, measured: &Measured) -> Result<()> {
@@ -188,6 +214,7 @@ fn show(args: &EvalArgs, measured: &Measured) -> Result<()> {
         evaluation,
         timing,
         code,
+        caveats,
     } = measured;
     let (timing, code) = (*timing, *code);
     if args.json {
@@ -198,6 +225,7 @@ fn show(args: &EvalArgs, measured: &Measured) -> Result<()> {
             timing,
             code,
             code_sampling: args.model.is_some().then(|| args.code.sampling()),
+            caveats,
         });
     }
     let timing = timing.map_or_else(String::new, |Timing { frame_ms, threads }| {
@@ -207,8 +235,9 @@ fn show(args: &EvalArgs, measured: &Measured) -> Result<()> {
         format!("mean top probability of the motion's code: {code}\n")
     });
     let headline = args.protocol.map(|name| protocol::headline(name, evaluation));
+    let caveats: String = caveats.iter().map(|text| format!("{text}\n")).collect();
     print(&format!(
-        "{evaluation}{}{code}{timing}",
+        "{evaluation}{}{code}{timing}{caveats}",
         headline.unwrap_or_default()
     ))
 }

@@ -26,7 +26,7 @@ use std::{
 };
 use unic_io::Capture;
 use unic_train::{
-    Checkpoint, Dataset, Fit, Outcome, Processor, TrainConfig, TrainError, Trainer, Validation,
+    Checkpoint, Dataset, Fit, Outcome, Processor, TrainConfig, TrainError, Trainer, TrainingTime, Validation,
 };
 
 /// Trains, writes the model and says so.
@@ -179,11 +179,13 @@ impl Run {
         // A run that is made longer is so from here on.
         self.folder.write_config(&self.config)?;
         say(&result::summary(self, &trainer)?);
-        let mut earlier_seconds = 0.0;
-        self.fit(&mut trainer, &mut listener, earlier_seconds)?;
+        let mut other = TrainingTime::default();
+        self.fit(&mut trainer, &mut listener, other)?;
+        let begun = Instant::now();
         let validation = self.validated(&trainer)?;
+        other.seconds += begun.elapsed().as_secs_f64();
         for _ in &self.fits[1..] {
-            earlier_seconds += trainer.seconds();
+            other = other + trainer.time();
             self.stop_if_asked(&trainer)?;
             let data = trainer.into_data().on_all_clips();
             let data = data.context("a clip that comes back is held out of the first of two fits")?;
@@ -192,15 +194,16 @@ impl Run {
             config.set_steps(config.optimiser.steps);
             trainer = self.resumed(Trainer::new(data, config)?)?;
             self.stop_if_asked(&trainer)?;
-            self.fit(&mut trainer, &mut listener, earlier_seconds)?;
+            self.fit(&mut trainer, &mut listener, other)?;
         }
         drop(listener);
+        trainer.set_other_time(other);
         if let Some(validation) = &validation {
             trainer.set_validation(validation.clone());
         }
         Ok(Trained {
             run: self,
-            seconds: earlier_seconds + trainer.seconds(),
+            time: other + trainer.time(),
             trainer,
             validation,
         })
@@ -214,8 +217,8 @@ impl Run {
         Ok(trainer)
     }
 
-    fn fit(&self, trainer: &mut Trainer, listener: &mut Listener, earlier_seconds: f64) -> Result<()> {
-        listener.begin(trainer, earlier_seconds)?;
+    fn fit(&self, trainer: &mut Trainer, listener: &mut Listener, other: TrainingTime) -> Result<()> {
+        listener.begin(trainer, other)?;
         let folder = self.folder.checkpoints(trainer.data().fit);
         let outcome = trainer.run(Some(&folder), &mut |event| listener.listen(event));
         match (outcome?, listener.error.take()) {
@@ -238,7 +241,7 @@ impl Run {
                 validation.rmse_mm,
                 validation.clips.join(", "),
                 100.0 * validation.field_share,
-                trainer.seconds()
+                trainer.time().seconds
             ))?;
         }
         Ok(validation)

@@ -4,8 +4,8 @@ use super::{Animator, place::Places, tiles::for_each_tile};
 use crate::{
     character::Character,
     collider::Collider,
-    config::{Corrects, IntersectionMode},
-    intersection::{DisplayPass, Handling, Layers, PosedVertices},
+    config::IntersectionMode,
+    intersection::{GarmentHandling, Handling, Layers},
     model::Model,
     transform::Rigid,
 };
@@ -14,14 +14,10 @@ use glam::Vec3;
 /// Intersection handling of one animator: scratch, but for the mode that it is made for.
 #[derive(Clone, Debug)]
 pub(super) struct Intersections {
-    pub(super) mode: IntersectionMode,
     /// World, metres.
     pub(super) colliders: Vec<Collider>,
     layers: Option<Layers>,
-    handling: Handling,
-    display: Option<Box<DisplayPass>>,
-    /// World, metres.
-    body_vertices: Vec<Vec3>,
+    handling: GarmentHandling,
     pose: Posed,
     /// By garment vertex, where the state is corrected.
     looks: Vec<LastLook>,
@@ -45,31 +41,26 @@ struct LastLook {
 
 impl Intersections {
     pub(super) fn new(mode: IntersectionMode, model: &Model) -> Self {
-        let (character, garment) = (&model.character, &model.garment);
+        let handling = GarmentHandling::new(mode, &model.character, &model.garment);
         let unknown = LastLook {
             seed: Handling::no_seed(),
             moved: None,
         };
-        let corrected = if corrects_state(mode) {
-            model.vertex_count()
-        } else {
-            0
-        };
-        let handling = Handling::new(mode, character, garment);
-        let display = match &handling {
-            Handling::Robust(rule, body) => Some(Box::new(DisplayPass::new(*rule, garment, body))),
-            _ => None,
+        let corrected = match handling.corrects_state() {
+            true => model.vertex_count(),
+            false => 0,
         };
         Self {
-            mode,
             colliders: Vec::new(),
             layers: None,
             handling,
-            display,
-            body_vertices: Vec::new(),
             pose: Posed::Before,
             looks: vec![unknown; corrected],
         }
+    }
+
+    pub(super) fn mode(&self) -> IntersectionMode {
+        self.handling.mode()
     }
 
     /// In another mode, with the same things around.
@@ -84,9 +75,7 @@ impl Intersections {
     }
 
     pub(super) fn set_layers(&mut self, layers: Layers) {
-        if let Some(display) = &mut self.display {
-            display.set_layers(&layers);
-        }
+        self.handling.set_layers(&layers);
         self.layers = Some(layers);
     }
 
@@ -97,30 +86,9 @@ impl Intersections {
 
     fn pose(&mut self, character: &Character, world_from_rest: &[Rigid]) {
         if self.pose == Posed::Before {
-            pose_body(character, world_from_rest, &mut self.body_vertices);
-            self.handling.pose(character, &self.body_vertices);
+            self.handling.pose(character, world_from_rest);
             self.pose = Posed::Now;
         }
-    }
-
-    /// Moves shown positions off the body.
-    fn lift(&mut self, positions: &mut [Vec3]) {
-        if let (Handling::Robust(_, body), Some(display)) = (&self.handling, &mut self.display) {
-            let posed = PosedVertices {
-                body,
-                vertices: &self.body_vertices,
-                colliders: &self.colliders,
-            };
-            display.apply(posed, positions);
-        }
-    }
-}
-
-fn corrects_state(mode: IntersectionMode) -> bool {
-    match mode {
-        IntersectionMode::Off => false,
-        IntersectionMode::Paper { .. } => true,
-        IntersectionMode::Robust { corrects, .. } => corrects == Corrects::State,
     }
 }
 
@@ -134,7 +102,7 @@ impl Animator {
             intersections,
             ..
         } = self;
-        if !corrects_state(intersections.mode) {
+        if !intersections.handling.corrects_state() {
             return;
         }
         intersections.pose(&model.character, &scratch.world_from_rest);
@@ -166,20 +134,12 @@ impl Animator {
             intersections,
             ..
         } = self;
-        if intersections.display.is_some() {
+        if intersections.handling.corrects_display() {
             intersections.pose(&model.character, &scratch.world_from_rest);
-            intersections.lift(&mut scratch.positions);
+            let Intersections {
+                handling, colliders, ..
+            } = intersections;
+            handling.lift(colliders, &mut scratch.positions);
         }
     }
-}
-
-/// Skinned body, world space, on all threads.
-pub(super) fn pose_body(character: &Character, world_from_rest: &[Rigid], positions: &mut Vec<Vec3>) {
-    let (weights, rest) = (&character.weights, &character.body.vertices);
-    positions.resize(rest.len(), Vec3::ZERO);
-    for_each_tile(positions, |first, tile| {
-        for (vertex, position) in (first..).zip(tile) {
-            *position = weights.position(vertex, rest[vertex], world_from_rest);
-        }
-    });
 }

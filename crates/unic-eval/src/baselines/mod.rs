@@ -8,7 +8,11 @@
 //! | `skinning_mean` | the mean displacement of the training frames on top of that |
 //! | `skinning_first` | the displacement of the clip's own frame 0 on top of that |
 //! | `ridge` | the displacement by ridge regression from two motion vectors |
-//! | `linear_dynamics` | the same with the previous displacement as a further input |
+//! | `ridge_handled` | the same with the intersection handling of the model, where it has one |
+//! | `linear_dynamics` | `ridge` with the previous displacement as a further input |
+//!
+//! `ridge_handled` is what a model's share of vertices inside the body is compared with: no other
+//! baseline handles intersections ([`fit_with`]).
 //!
 //! Beside a displacement model stands one more row, `prior`: the model's own prior without its
 //! field and its state ([`PriorPredictor`](crate::PriorPredictor)). It is fitted as the model is, and
@@ -36,22 +40,41 @@ pub use mean_shape::MeanShape;
 pub use ridge::ComponentRegression;
 pub use skinning::Skinning;
 
-use crate::{evaluate::Row, training::TrainingSet};
+use crate::{
+    evaluate::Row,
+    handled::{HandledPredictor, Handler},
+    training::TrainingSet,
+};
 use std::sync::Arc;
 
-/// Fits all baselines, in the order of the table.
+/// Name of ridge regression's row.
+pub const RIDGE: &str = "ridge";
+
+/// Name of the row of ridge regression with intersections handled as a model handles them.
+pub const RIDGE_HANDLED: &str = "ridge_handled";
+
+/// Fits all baselines, in the order of the table; none handles intersections.
 pub fn fit(set: &TrainingSet) -> Vec<Row> {
+    fit_with(set, None)
+}
+
+/// Fits all baselines, in the order of the table, with [`RIDGE_HANDLED`] where there is a handler.
+pub fn fit_with(set: &TrainingSet, handler: Option<Handler>) -> Vec<Row> {
     let components = Arc::new(ComponentModel::fit(set));
     let series = components.series_set(set);
     let garment = &components.garment;
+    let ridge = ComponentRegression::ridge(&components, &series);
+    let handled = handler.map(|handler| HandledPredictor::new(ridge.clone(), handler));
     let linear_dynamics = ComponentRegression::linear_dynamics(&components, &series);
-    vec![
+    let mut rows = vec![
         Row::baseline("hold", Hold),
         Row::baseline("mean_shape", MeanShape::fit(set)),
         Row::baseline("skinning", Skinning::rest(garment)),
         Row::baseline("skinning_mean", Skinning::mean(garment, set)),
         Row::baseline("skinning_first", Skinning::first(garment)),
-        Row::baseline("ridge", ComponentRegression::ridge(&components, &series)),
-        Row::baseline("linear_dynamics", linear_dynamics),
-    ]
+        Row::baseline(RIDGE, ridge),
+    ];
+    rows.extend(handled.map(|handled| Row::baseline(RIDGE_HANDLED, handled)));
+    rows.push(Row::baseline("linear_dynamics", linear_dynamics));
+    rows
 }

@@ -6,7 +6,7 @@ use crate::{
     error::TrainError,
     event::Control,
     network::model_layers,
-    validation::{JUDGED_S, Validation, free_running_rmse_of},
+    validation::{JUDGED_S, Validation, ValidationMotion, free_running_rmse_of},
 };
 use serde_json::json;
 use std::sync::Arc;
@@ -84,6 +84,7 @@ impl Trainer {
         let rmse = free_running_rmse_of(&model, clips, usize::MAX, intersection, &mut proceed)?;
         Ok(Some(Validation {
             fit: self.data.fit,
+            motion: ValidationMotion::of(clips, &self.data.clips),
             clips: names(clips),
             rmse_mm: 1e3 * rmse,
             field_share,
@@ -149,6 +150,7 @@ impl Trainer {
 
     /// What the model file tells about its training.
     fn account(&self) -> serde_json::Value {
+        let time = self.other + self.time;
         json!({
             "settings": self.config,
             "fit": self.data.fit,
@@ -158,7 +160,8 @@ impl Trainer {
                 (Some(best), Keep::Best) => best.step,
                 _ => self.step,
             },
-            "seconds": self.seconds,
+            "seconds": time.seconds,
+            "prior_seconds": time.prior_seconds,
             "validation": self.validation,
         })
     }

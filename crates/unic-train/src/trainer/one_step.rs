@@ -37,7 +37,7 @@ impl Trainer {
             |model| one_step_rmse_of(model, &self.data.validation, self.judged_frames(), &mut proceed);
         let validation_rmse = model.map(on_held_out).transpose()?;
         let seconds = started.elapsed().as_secs_f64();
-        self.seconds += seconds;
+        self.time.seconds += seconds;
         Ok(listen(&Event::OneStep {
             step: self.step,
             training_rmse,

@@ -6,6 +6,7 @@ use crate::{
     error::TrainError,
     network::Network,
     optimiser::Moments,
+    time::TrainingTime,
 };
 use std::path::{Path, PathBuf};
 
@@ -51,7 +52,10 @@ impl Trainer {
         self.network = Network::with_parameters(&self.shape, &parameters, &self.device);
         (self.moments, self.average, self.best) = (moments, average, best);
         self.step = checkpoint.progress.step;
-        self.seconds = checkpoint.progress.seconds;
+        self.time = TrainingTime {
+            seconds: checkpoint.progress.seconds,
+            prior_seconds: checkpoint.progress.prior_seconds,
+        };
         self.owes_measurement = checkpoint.progress.owes_measurement;
         Ok(())
     }
@@ -70,7 +74,8 @@ impl Trainer {
             fit: self.data.fit,
             step: self.step,
             config: self.config.clone(),
-            seconds: self.seconds,
+            seconds: self.time.seconds,
+            prior_seconds: self.time.prior_seconds,
             best: self.best.as_ref().map(|b| (b.rmse, b.step)),
             owes_measurement: self.owes_measurement,
         };

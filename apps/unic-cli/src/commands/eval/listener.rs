@@ -18,7 +18,13 @@ pub(super) struct Listener<'a> {
 }
 
 impl<'a> Listener<'a> {
-    pub(super) fn new(args: &EvalArgs, capture: &'a Capture, clips: &[String]) -> Result<Self> {
+    /// `rival`: the row that movies show beside the model.
+    pub(super) fn new(
+        args: &EvalArgs,
+        capture: &'a Capture,
+        clips: &[String],
+        rival: &'static str,
+    ) -> Result<Self> {
         let dump = args.dump.as_ref().map(|folder| {
             Dump::create(folder).map_err(|e| anyhow!("{}: cannot create the folder: {e}", folder.display()))
         });
@@ -27,7 +33,7 @@ impl<'a> Listener<'a> {
             .as_ref()
             .map(|folder| Gallery::create(capture, folder));
         let recorder = (args.report.as_ref())
-            .map(|page| Recorder::create(capture, (page, args.movie.as_deref()), clips));
+            .map(|page| Recorder::create(capture, (page, args.movie.as_deref()), clips, rival));
         let frames = |name: &String| Ok(capture.summarise_clip(name)?.pose_frames as u64);
         let total: u64 = clips.iter().map(frames).sum::<Result<u64>>()?;
         Ok(Self {

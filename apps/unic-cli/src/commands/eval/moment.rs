@@ -8,6 +8,8 @@ use unic_io::Capture;
 /// One frame, three times.
 #[derive(Clone, Debug)]
 pub(super) struct Moment {
+    /// From 0.
+    pub(super) frame: usize,
     pub(super) seconds: f32,
     pub(super) truth: Shot,
     /// Vertices of the garment, world space, metres.
@@ -28,6 +30,7 @@ impl Moment {
         }
         let motion = &clip.captured.clip;
         Self {
+            frame,
             seconds: frame as f32 / motion.fps,
             truth: Shot {
                 body,

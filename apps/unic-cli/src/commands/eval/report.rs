@@ -3,23 +3,27 @@
 mod drift;
 mod facts;
 mod film;
+mod footage;
 mod heat;
 mod machine;
 mod scores;
 mod words;
 
-use super::{Measured, moment::Moment};
+use super::{Measured, knowledge::Knowledge, moment::Moment};
 use anyhow::{Result, anyhow};
 use drift::Drift;
 use film::Film;
+use footage::Footage;
 use std::{io::Write, path::Path, time::SystemTime};
 use unic_core::model::Model;
 use unic_eval::{Event, MODEL, Mode, PredictorError};
 use unic_io::{Capture, atomic::AtomicFile};
 use unic_report::{Movie, Report};
 
-/// Clips that the page shows in motion, from the first one on; the numbers are of all.
+/// Clips that the page shows in motion: those with the worst frames. The numbers are of all.
 const FILMED_CLIPS: usize = 3;
+/// Most frames of all movies of a page together.
+const MOST_FRAMES: usize = 270;
 
 /// Listens to an evaluation and keeps what a page needs.
 pub(super) struct Recorder<'a> {
@@ -29,7 +33,13 @@ pub(super) struct Recorder<'a> {
     movie_file: Option<AtomicFile>,
     clips: Vec<String>,
     drift: Drift,
-    film: Option<Film>,
+    /// The row that the movies show beside the model.
+    rival: &'static str,
+    /// The clip that runs.
+    footage: Option<Footage>,
+    /// Of the clips with the worst frames so far, in the order of the evaluation.
+    worst: Vec<Footage>,
+    is_last: bool,
     movies: Vec<Movie>,
     /// The frames of the error maps, a clip each.
     moments: Vec<(String, Vec<Moment>)>,
@@ -44,6 +54,7 @@ impl<'a> Recorder<'a> {
         capture: &'a Capture,
         (page, movie): (&Path, Option<&Path>),
         clips: &[String],
+        rival: &'static str,
     ) -> Result<Self> {
         Ok(Self {
             capture,
@@ -51,7 +62,10 @@ impl<'a> Recorder<'a> {
             movie_file: movie.map(AtomicFile::create).transpose()?,
             clips: clips.to_vec(),
             drift: Drift::default(),
-            film: None,
+            rival,
+            footage: None,
+            worst: Vec::new(),
+            is_last: false,
             movies: Vec::new(),
             moments: Vec::new(),
         })
@@ -62,8 +76,9 @@ impl<'a> Recorder<'a> {
         match *event {
             Event::ClipStarted { clip, index, count } => {
                 self.drift.start(clip);
+                self.is_last = index + 1 == count;
                 let filmed = count.min(FILMED_CLIPS);
-                self.film = (index < filmed).then(|| Film::new(clip, filmed));
+                self.footage = Some(Footage::new(clip, MOST_FRAMES / filmed.max(1)));
             }
             Event::Predicted {
                 row,
@@ -72,21 +87,47 @@ impl<'a> Recorder<'a> {
                 positions,
             } => {
                 self.drift.add(row, frame, positions);
-                if let Some(film) = self.film.as_mut().filter(|_| row == MODEL) {
-                    film.keep(frame, positions);
+                match &mut self.footage {
+                    Some(footage) if row == MODEL => footage.add_model(frame, positions),
+                    Some(footage) if row == self.rival => footage.add_rival(frame, positions),
+                    _ => {}
                 }
             }
             Event::Predicted { .. } | Event::Progress { .. } => {}
             Event::ClipFinished => {
-                if let Some(film) = self.film.take() {
-                    self.movies.push(film.movie(self.capture, drawing)?);
-                    if let Some(file) = self.movie_file.take() {
-                        write(file, &film.gif(self.capture, drawing)?)?;
-                    }
-                    let moments = film.moments(self.capture);
-                    self.moments.push((film.clip_name().to_owned(), moments));
+                self.keep_worst();
+                if self.is_last {
+                    self.draw(drawing)?;
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Takes up the clip that has run, if its worst frame is among the worst.
+    fn keep_worst(&mut self) {
+        self.worst.extend(self.footage.take());
+        if self.worst.len() <= FILMED_CLIPS {
+            return;
+        }
+        let error = |footage: &Footage| footage.worst().map_or(0.0, |(_, error)| error);
+        let errors: Vec<f64> = self.worst.iter().map(error).collect();
+        let best = (0..errors.len()).min_by(|&a, &b| errors[a].total_cmp(&errors[b]));
+        if let Some(best) = best {
+            self.worst.remove(best);
+        }
+    }
+
+    fn draw(&mut self, drawing: &mut Drawing) -> Result<()> {
+        let all = std::mem::take(&mut self.worst);
+        for footage in &all {
+            let film = Film::new(footage, self.capture, self.rival);
+            self.movies.push(film.movie(all.len(), drawing)?);
+            if let Some(file) = self.movie_file.take() {
+                write(file, &film.gif(drawing)?)?;
+            }
+            let moments = footage.moments(self.capture);
+            self.moments.push((footage.clip.name().to_owned(), moments));
         }
         Ok(())
     }
@@ -100,10 +141,11 @@ impl<'a> Recorder<'a> {
             ..
         } = &self;
         let evaluation = &measured.evaluation;
-        let subject = words::Subject::of(capture, model, clips);
+        let knowledge = Knowledge::of(capture, Some(model), clips);
         let report = Report {
-            title: capture.manifest.name.clone(),
-            lead: words::lead(evaluation, &subject),
+            title: words::title(capture),
+            lead: words::lead(evaluation, &knowledge),
+            caveats: knowledge.caveats(),
             figures: words::figures(evaluation, measured.timing.as_ref()),
             heat: heat::map(capture, &self.moments)?,
             drift: Some(drift.chart()),
@@ -114,7 +156,7 @@ impl<'a> Recorder<'a> {
             colophon: colophon(),
             movies_note: match clips.len() > FILMED_CLIPS {
                 true => format!(
-                    "The first {FILMED_CLIPS} of {} clips; numbers are of all.",
+                    "Of {} clips the {FILMED_CLIPS} with the worst frames; numbers are of all.",
                     clips.len()
                 ),
                 false => String::new(),

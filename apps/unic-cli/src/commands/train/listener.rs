@@ -7,7 +7,7 @@ use crate::{
 };
 use anyhow::{Error, Result};
 use std::path::PathBuf;
-use unic_train::{Control, Event, Fit, Trainer};
+use unic_train::{Control, Event, Fit, Trainer, TrainingTime};
 
 /// Follows all fits of a run: one bar, one file of curves.
 pub(super) struct Listener {
@@ -48,8 +48,8 @@ impl Listener {
         }
     }
 
-    /// A fit begins or goes on. `earlier_seconds`: training time of the fits before.
-    pub(super) fn begin(&mut self, trainer: &Trainer, earlier_seconds: f64) -> Result<()> {
+    /// A fit begins or goes on. `other`: training time of the run before it.
+    pub(super) fn begin(&mut self, trainer: &Trainer, other: TrainingTime) -> Result<()> {
         self.fit = trainer.data().fit;
         self.before = match self.fit {
             Fit::HeldOut => 0,
@@ -63,7 +63,7 @@ impl Listener {
         let moment = Moment {
             fit: self.fit,
             step: done,
-            seconds: earlier_seconds + trainer.seconds(),
+            seconds: (other + trainer.time()).seconds,
         };
         self.metrics = Some(MetricsLog::open(&self.metrics_path, moment)?);
         let (done, total) = (self.before + done, self.fits * self.steps);

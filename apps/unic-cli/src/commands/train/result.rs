@@ -8,7 +8,10 @@ use std::{
     path::{Path, PathBuf},
     time::Duration,
 };
-use unic_train::{Fit, PUBLISHED_EPOCHS, TrainConfig, Trainer, Validation};
+use unic_eval::PreparedClip;
+use unic_train::{
+    Dataset, Fit, PUBLISHED_EPOCHS, TrainConfig, Trainer, TrainingTime, Validation, ValidationMotion,
+};
 
 /// What is about to happen, told with the first fit at hand.
 pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
@@ -16,6 +19,10 @@ pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
     let held_out: Vec<&str> = data.validation.iter().map(|clip| clip.name()).collect();
     let held_out = match held_out.as_slice() {
         [] => "nothing is held out".to_owned(),
+        clips if is_trained_on(data) => format!(
+            "validating on {}, which is trained on too: there is no other clip",
+            clips.join(", ")
+        ),
         clips => format!("validating on {}", clips.join(", ")),
     };
     let (capture, steps) = (&data.capture, run.config.optimiser.steps);
@@ -51,6 +58,12 @@ pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
     ))
 }
 
+/// Is the clip that the run is validated on the only one that there is?
+fn is_trained_on(data: &Dataset) -> bool {
+    let is_known = |clip: &PreparedClip| data.clips.iter().any(|c| c.name() == clip.name());
+    data.validation.iter().any(is_known)
+}
+
 /// Fewer steps than this are told where a schedule of several half periods is squeezed into them.
 const FEW_STEPS: u64 = 200;
 
@@ -75,8 +88,8 @@ pub(super) struct Trained<'a> {
     pub(super) trainer: Trainer,
     /// Of the first one, where it held clips out.
     pub(super) validation: Option<Validation>,
-    /// Training time of all fits.
-    pub(super) seconds: f64,
+    /// Of the prior, all fits and their validation.
+    pub(super) time: TrainingTime,
 }
 
 /// What `--json` prints.
@@ -93,11 +106,16 @@ pub(crate) struct Summary {
     training_clips: Vec<String>,
     /// Of each fit.
     pub(crate) steps: u64,
-    /// Training time of all fits.
+    /// Training time of the prior, all fits and their validation; loading is no part of it.
     pub(crate) seconds: f64,
+    /// The part of it that the prior's fit took.
+    prior_seconds: f64,
     /// The fit that the validation is of.
     #[serde(skip_serializing_if = "Option::is_none")]
     validation_fit: Option<Fit>,
+    /// Whether that fit has seen the clips.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    validation_motion: Option<ValidationMotion>,
     validation_clips: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     validation_rmse_mm: Option<f64>,
@@ -120,8 +138,10 @@ impl Trained<'_> {
             fit: data.fit,
             training_clips: data.clips.iter().map(|clip| clip.name().to_owned()).collect(),
             steps: self.trainer.step(),
-            seconds: self.seconds,
+            seconds: self.time.seconds,
+            prior_seconds: self.time.prior_seconds,
             validation_fit: validation.map(|v| v.fit),
+            validation_motion: validation.map(|v| v.motion),
             validation_clips: validation.map_or_else(Vec::new, |v| v.clips.clone()),
             validation_rmse_mm: validation.map(|v| v.rmse_mm),
             field_share: validation.map(|v| v.field_share),
@@ -142,6 +162,12 @@ impl Summary {
         let clips = self.validation_clips.join(", ");
         let (fits, error) = match (self.fit, self.validation_rmse_mm) {
             (_, None) => ("", "and nothing was held out to measure it on".to_owned()),
+            (Fit::HeldOut, Some(rmse)) if self.validation_motion == Some(ValidationMotion::TrainedOn) => (
+                "",
+                format!(
+                    "{rmse:.2} mm free-running on {clips}, which it was trained on: no measure of unseen motion"
+                ),
+            ),
             (Fit::HeldOut, Some(rmse)) => ("", format!("{rmse:.2} mm free-running on {clips}")),
             (Fit::AllClips, Some(rmse)) => (
                 "two fits of ",

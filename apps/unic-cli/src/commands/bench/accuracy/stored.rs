@@ -39,7 +39,7 @@ pub(super) struct Trained {
     /// Settings and budget that it was asked for by; another answer is no answer to them.
     asked: String,
     pub(super) steps: u64,
-    /// Training alone, without loading and the prior.
+    /// Training time with the prior's, without loading.
     pub(super) training_seconds: f64,
     pub(super) parameters: usize,
     pub(super) bytes: usize,

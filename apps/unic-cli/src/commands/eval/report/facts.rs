@@ -1,8 +1,12 @@
 //! What was measured, with what, on what.
 
-use super::{machine, words::counted};
-use crate::{commands::eval::timing::Timing, model_file};
+use super::{machine, words};
+use crate::{
+    commands::eval::{knowledge::counted, timing::Timing},
+    model_file,
+};
 use anyhow::Result;
+use serde_json::Value;
 use std::{fs, path::Path, time::Duration};
 use unic_core::{
     config::{IntersectionMode, ModelConfig, StateConfig},
@@ -39,9 +43,6 @@ fn of_model(model: &Model, path: &Path) -> Facts {
     let config = model.config();
     let training = &model.about().training;
     let bytes = fs::metadata(path).ok().map(|file| file.len() as f64);
-    let seconds = training.get("seconds").and_then(|s| s.as_f64());
-    // Files may say anything.
-    let seconds = seconds.and_then(|s| Duration::try_from_secs_f64(s.round()).ok());
     let steps = training.get("steps").and_then(|s| s.as_u64());
     let file = path.file_name().map(|name| name.to_string_lossy().into_owned());
     let encoder = &config.encoder;
@@ -72,13 +73,39 @@ fn of_model(model: &Model, path: &Path) -> Facts {
             ("mean top probability", model_file::code_certainty(model)),
             ("state", Some(state(config))),
             ("intersections", Some(intersections(config))),
-            (
-                "training time",
-                seconds.map(|s| humantime::format_duration(s).to_string()),
-            ),
+            ("training time", training_time(training)),
             ("training steps", steps.map(|steps| grouped(steps as usize))),
+            ("validation", validation(training)),
         ],
     )
+}
+
+/// All of it, and the prior's part.
+fn training_time(training: &Value) -> Option<String> {
+    let duration = |key: &str| {
+        let seconds = training.get(key)?.as_f64()?;
+        // Files may say anything.
+        let duration = Duration::try_from_secs_f64(seconds.round()).ok()?;
+        Some(humantime::format_duration(duration).to_string())
+    };
+    let all = duration("seconds")?;
+    match duration("prior_seconds") {
+        Some(prior) => Some(format!("{all}, {prior} of it the prior's")),
+        None => Some(all),
+    }
+}
+
+/// The error on the clips that training validated on, and what they were to it.
+fn validation(training: &Value) -> Option<String> {
+    let validation = training.get("validation")?;
+    let rmse = validation.get("rmse_mm")?.as_f64()?;
+    let clips = validation.get("clips")?.as_array()?;
+    let clips: Vec<&str> = clips.iter().filter_map(Value::as_str).collect();
+    let what = match validation.get("motion").and_then(Value::as_str) {
+        Some("trained_on") => ", which it was trained on",
+        _ => ", held out",
+    };
+    Some(format!("{rmse:.1} mm on {}{what}", clips.join(", ")))
 }
 
 fn state(config: &ModelConfig) -> String {
@@ -121,7 +148,8 @@ fn of_capture(capture: &Capture, clips: &[String]) -> Result<Facts> {
             (
                 "garment",
                 Some(format!(
-                    "{} vertices, {} triangles",
+                    "{}{} vertices, {} triangles",
+                    words::garment_name(capture).map_or_else(String::new, |name| format!("{name}, ")),
                     grouped(rest.vertices.len()),
                     grouped(rest.faces.len())
                 )),
@@ -183,6 +211,18 @@ fn grouped(number: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn training_time_is_told_with_the_prior_s_part() {
+        let time = |text: &str| training_time(&serde_json::from_str(text).unwrap_or_default());
+        assert_eq!(
+            time(r#"{"seconds": 35.2, "prior_seconds": 31.9}"#).as_deref(),
+            Some("35s, 32s of it the prior's")
+        );
+        assert_eq!(time(r#"{"seconds": 61}"#).as_deref(), Some("1m 1s"));
+        assert_eq!(time(r#"{"seconds": -1e300}"#), None);
+        assert_eq!(time("{}"), None);
+    }
 
     #[test]
     fn thousands_are_apart() {

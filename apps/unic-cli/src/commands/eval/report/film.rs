@@ -1,6 +1,6 @@
-//! A clip in motion: the simulation, the model and skinning side by side.
+//! A clip in motion: the simulation, the model, the strongest baseline and skinning side by side.
 
-use super::{Drawing, heat, words::millimetres};
+use super::{Drawing, footage::Footage, scores, words::millimetres};
 use crate::{
     commands::eval::moment::{Moment, skinned},
     pictures::{CLOTH, Framing, Paint, SKIN, Shot, Studio, evenly_spread},
@@ -8,22 +8,17 @@ use crate::{
 };
 use anyhow::Result;
 use glam::Vec3;
-use unic_eval::PreparedClip;
 use unic_io::Capture;
 use unic_report::{Frame, Movie, Picture, PictureFormat, View};
 use unic_viewer::{Image, encode_gif};
 
 /// Pixels of one view.
-const VIEW: [u32; 2] = [344, 464];
+const VIEW: [u32; 2] = [300, 404];
 /// The same in a GIF, with captions, for where a page cannot go: about 30 kB a frame.
-const SMALL_VIEW: [u32; 2] = [240, 324];
+const SMALL_VIEW: [u32; 2] = [196, 264];
 /// Most frames of a GIF.
 const MOST_SMALL_FRAMES: usize = 75;
-const NAMES: [&str; 3] = ["simulation", "unic", "skinning"];
 const INK: [u8; 3] = [70, 72, 76];
-/// Most frames of all movies of a page together, and most seconds of one.
-const MOST_FRAMES: usize = 270;
-const MOST_SECONDS: f32 = 6.0;
 /// Bytes that all movies of a page may have, encoded as text a third more.
 const MOVIE_BYTES: usize = 7_200_000;
 /// Qualities to choose from, the best first.
@@ -32,63 +27,34 @@ const QUALITIES: [u8; 6] = [86, 80, 74, 66, 56, 44];
 const CAMERA_PROBES: usize = 16;
 const QUALITY_PROBES: usize = 3;
 
-/// The frames of a clip that a movie shows.
-pub(super) struct Film {
-    clip: PreparedClip,
-    frames: Vec<usize>,
-    fps: f32,
-    most_bytes: usize,
-    /// The model's positions in those of `frames` that have passed.
-    kept: Vec<Vec<Vec3>>,
+/// A clip to be drawn.
+pub(super) struct Film<'a> {
+    footage: &'a Footage,
+    capture: &'a Capture,
+    /// The row between the model and skinning.
+    rival: &'static str,
+    shots: Vec<(Moment, Option<&'a [Vec3]>)>,
 }
 
-impl Film {
-    /// Of a clip; `films` share the page. A long clip is shown by its end, where drift would show.
-    pub(super) fn new(clip: &PreparedClip, films: usize) -> Self {
-        let fps = clip.captured.clip.fps;
-        let (frames, stride) = excerpt(clip.len(), fps, MOST_FRAMES / films.max(1));
+impl<'a> Film<'a> {
+    /// The worst seconds of a clip, or all of it.
+    pub(super) fn new(footage: &'a Footage, capture: &'a Capture, rival: &'static str) -> Self {
         Self {
-            clip: clip.clone(),
-            frames,
-            fps: fps / stride as f32,
-            most_bytes: MOVIE_BYTES / films.max(1),
-            kept: Vec::new(),
+            shots: footage.shots(capture),
+            footage,
+            capture,
+            rival,
         }
     }
 
-    pub(super) fn clip_name(&self) -> &str {
-        self.clip.name()
-    }
-
-    /// A frame of the model; frames come in order.
-    pub(super) fn keep(&mut self, frame: usize, positions: &[Vec3]) {
-        if self.frames.get(self.kept.len()) == Some(&frame) {
-            self.kept.push(positions.to_vec());
-        }
-    }
-
-    fn moment(&self, capture: &Capture, k: usize) -> Moment {
-        Moment::new(capture, &self.clip, self.frames[k], &self.kept[k])
-    }
-
-    /// Of the frames of error maps.
-    pub(super) fn moments(&self, capture: &Capture) -> Vec<Moment> {
-        let truth = |k: usize| self.clip.captured.garment.frame(self.frames[k]);
-        let errors: Vec<f64> = (0..self.kept.len())
-            .map(|k| rmse(&self.kept[k], truth(k)))
-            .collect();
-        let chosen = heat::frames(&errors);
-        chosen.into_iter().map(|k| self.moment(capture, k)).collect()
-    }
-
-    /// Draws it.
-    pub(super) fn movie(&self, capture: &Capture, drawing: &mut Drawing) -> Result<Movie> {
-        let stage = Stage::new(self, capture, VIEW)?;
-        let quality = stage.quality()?;
-        let count = self.kept.len();
+    /// Draws it for a page; `films` share the page.
+    pub(super) fn movie(&self, films: usize, drawing: &mut Drawing) -> Result<Movie> {
+        let stage = Stage::new(self, VIEW)?;
+        let quality = stage.quality(MOVIE_BYTES / films.max(1))?;
+        let count = self.shots.len();
         let mut frames = Vec::with_capacity(count);
         for k in 0..count {
-            drawing(self.clip.name(), k, count)?;
+            drawing(self.footage.clip.name(), k, count)?;
             frames.push(stage.take(k)?.frame(quality)?);
         }
         let view = |name: &str, series| View {
@@ -96,58 +62,73 @@ impl Film {
             series,
         };
         Ok(Movie {
-            title: self.clip.name().to_owned(),
+            title: self.title(),
             note: self.note(),
-            fps: self.fps,
-            // Series of the drift chart: the model comes first there, skinning second.
+            fps: self.footage.fps(),
             views: vec![
                 view("simulation", None),
-                view("model", Some(0)),
-                view("skinning", Some(1)),
+                view("model", Some(scores::MODEL_SERIES)),
+                view(&scores::display_name(self.rival), Some(scores::RIVAL_SERIES)),
+                view("skinning", Some(scores::SKINNING_SERIES)),
             ],
             frames,
         })
     }
 
     /// Draws it as a GIF.
-    pub(super) fn gif(&self, capture: &Capture, drawing: &mut Drawing) -> Result<Vec<u8>> {
-        let stage = Stage::new(self, capture, SMALL_VIEW)?;
-        let stride = self.kept.len().div_ceil(MOST_SMALL_FRAMES).max(1);
+    pub(super) fn gif(&self, drawing: &mut Drawing) -> Result<Vec<u8>> {
+        let stage = Stage::new(self, SMALL_VIEW)?;
+        let stride = self.shots.len().div_ceil(MOST_SMALL_FRAMES).max(1);
+        let rival = scores::display_name(self.rival);
         let mut images = Vec::new();
-        for k in (0..self.kept.len()).step_by(stride) {
-            drawing(self.clip.name(), k, self.kept.len())?;
-            images.push(stage.take(k)?.captioned());
+        for k in (0..self.shots.len()).step_by(stride) {
+            drawing(self.footage.clip.name(), k, self.shots.len())?;
+            images.push(
+                stage
+                    .take(k)?
+                    .captioned(["simulation", "unic", &rival, "skinning"]),
+            );
         }
-        Ok(encode_gif(&images, self.fps / stride as f32)?)
+        Ok(encode_gif(&images, self.footage.fps() / stride as f32)?)
+    }
+
+    /// Seconds of the movie's first frame, of its end and of the clip's end.
+    fn span(&self) -> [f32; 3] {
+        let fps = self.footage.clip.captured.clip.fps;
+        let window = self.footage.window();
+        [window.start, window.end, self.footage.clip.len()].map(|frame| frame as f32 / fps)
+    }
+
+    fn is_whole(&self) -> bool {
+        self.footage.window().len() + 1 >= self.footage.clip.len()
+    }
+
+    fn title(&self) -> String {
+        let (name, [from, to, all]) = (self.footage.clip.name(), self.span());
+        match self.is_whole() {
+            true => format!("{name}, the whole clip of {all:.1} s"),
+            false => format!("{name}, {from:.1} s to {to:.1} s of {all:.1} s"),
+        }
     }
 
     fn note(&self) -> String {
-        let motion = &self.clip.captured.clip;
-        let whole = motion.len() as f32 / motion.fps;
-        let shown = self.frames.len() as f32 / self.fps;
-        let part = match shown + 2.0 / self.fps < whole {
-            true => format!("The last {shown:.1} s of {whole:.1} s of free running"),
-            false => format!("{shown:.1} s of free running from the first frame alone"),
+        let what = match self.is_whole() {
+            true => "Free running from the first frame alone",
+            false => "The worst seconds of free running from the clip's first frame alone",
         };
-        format!(
-            "{part}; {:.0} frames a second. RMSE of the frame in mm.",
-            self.fps
-        )
+        let fps = self.footage.clip.captured.clip.fps;
+        let worst = self.footage.worst().map_or_else(String::new, |(frame, error)| {
+            let (seconds, error) = (frame as f32 / fps, millimetres(error));
+            format!("; the model's worst frame of the clip is at {seconds:.2} s ({error})")
+        });
+        let shown = self.footage.fps();
+        format!("{what}{worst}. {shown:.0} frames a second. RMSE of the frame in mm.")
     }
-}
-
-/// Frames to show, from 1 on, and the stride between them.
-fn excerpt(len: usize, fps: f32, most: usize) -> (Vec<usize>, usize) {
-    let window = (MOST_SECONDS * fps).ceil().max(1.0) as usize;
-    let first = len.saturating_sub(window).max(1);
-    let stride = (len - first.min(len)).div_ceil(most.max(1)).max(1);
-    ((first..len).step_by(stride).collect(), stride)
 }
 
 /// Where a film is drawn.
 struct Stage<'a> {
-    film: &'a Film,
-    capture: &'a Capture,
+    film: &'a Film<'a>,
     studio: Studio<'a>,
     view: [u32; 2],
 }
@@ -156,57 +137,63 @@ struct Stage<'a> {
 struct Take {
     image: Image,
     seconds: f32,
-    /// Metres.
-    model: f64,
-    skinning: f64,
+    /// By view, metres; none where there is no such number.
+    errors: [Option<f64>; 4],
 }
 
 impl<'a> Stage<'a> {
-    fn new(film: &'a Film, capture: &'a Capture, view: [u32; 2]) -> Result<Self> {
-        let probes = probes(film.kept.len(), CAMERA_PROBES);
-        let shots: Vec<Shot> = probes.map(|k| film.moment(capture, k).truth).collect();
-        let ground = film.clip.captured.clip.ground_height;
-        let (character, garment) = (&capture.character, &capture.garment);
+    fn new(film: &'a Film<'a>, view: [u32; 2]) -> Result<Self> {
+        let probes = probes(film.shots.len(), CAMERA_PROBES);
+        let shots: Vec<Shot> = probes.map(|k| film.shots[k].0.truth.clone()).collect();
+        let ground = film.footage.clip.captured.clip.ground_height;
+        let (character, garment) = (&film.capture.character, &film.capture.garment);
         Ok(Self {
             film,
-            capture,
             studio: Studio::close(character, garment, ground, &shots, (Framing::Figure, view))?,
             view,
         })
     }
 
     fn take(&self, k: usize) -> Result<Take> {
-        let moment = self.film.moment(self.capture, k);
-        let skinning = skinned(self.capture, &self.film.clip, self.film.frames[k]);
+        let (moment, rival) = &self.film.shots[k];
+        let skinning = skinned(self.film.capture, &self.film.footage.clip, moment.frame);
         let truth = &moment.truth.garment;
+        let garments = [
+            Some(truth.as_slice()),
+            Some(&moment.model),
+            *rival,
+            Some(&skinning),
+        ];
         let [width, height] = self.view;
-        let mut image = Image::filled(3 * width, height, [0; 3])?;
+        let mut image = Image::filled(garments.len() as u32 * width, height, [0; 3])?;
         let paint = Paint {
             skin: SKIN,
             cloth: CLOTH,
         };
-        for (i, garment) in [truth, &moment.model, &skinning].into_iter().enumerate() {
+        for (i, garment) in garments.into_iter().enumerate() {
+            let Some(garment) = garment else { continue };
             let view = self.studio.draw(&moment.with_garment(garment), paint)?;
             image.draw_image((i as u32 * width) as i32, 0, &view);
         }
+        let mut errors = garments.map(|garment| garment.map(|garment| rmse(garment, truth)));
+        errors[0] = None;
         Ok(Take {
             image,
             seconds: moment.seconds,
-            model: rmse(&moment.model, truth),
-            skinning: rmse(&skinning, truth),
+            errors,
         })
     }
 
     /// The best quality at which a few frames promise that the film stays within its bytes.
-    fn quality(&self) -> Result<u8> {
-        let count = self.film.kept.len();
+    fn quality(&self, most_bytes: usize) -> Result<u8> {
+        let count = self.film.shots.len();
         let takes = probes(count, QUALITY_PROBES).map(|k| self.take(k));
         let takes = takes.collect::<Result<Vec<_>>>()?;
         for quality in QUALITIES {
             let bytes = takes
                 .iter()
                 .map(|take| Ok(take.image.encode_jpeg(quality)?.len()));
-            if bytes.sum::<Result<usize>>()? * count <= self.film.most_bytes * takes.len() {
+            if bytes.sum::<Result<usize>>()? * count <= most_bytes * takes.len() {
                 return Ok(quality);
             }
         }
@@ -217,10 +204,9 @@ impl<'a> Stage<'a> {
 
 impl Take {
     /// With the name of each view, and its error below.
-    fn captioned(mut self) -> Image {
-        let width = self.image.width() as usize / NAMES.len();
-        let errors = [None, Some(self.model), Some(self.skinning)];
-        for (i, (name, error)) in NAMES.into_iter().zip(errors).enumerate() {
+    fn captioned(mut self, names: [&str; 4]) -> Image {
+        let width = self.image.width() as usize / names.len();
+        for (i, (name, error)) in names.into_iter().zip(self.errors).enumerate() {
             let left = (i * width) as i32 + 8;
             self.image.draw_text(left, 8, 2, INK, name);
             if let Some(error) = error {
@@ -232,10 +218,11 @@ impl Take {
     }
 
     fn frame(&self, quality: u8) -> Result<Frame> {
+        let value = |error: &Option<f64>| error.map_or_else(String::new, millimetres);
         Ok(Frame {
             picture: jpeg(&self.image, quality)?,
             time: format!("{:.2} s", self.seconds),
-            values: vec![String::new(), millimetres(self.model), millimetres(self.skinning)],
+            values: self.errors.iter().map(value).collect(),
         })
     }
 }
@@ -253,19 +240,4 @@ pub(super) fn jpeg(image: &Image, quality: u8) -> Result<Picture> {
         width: image.width(),
         height: image.height(),
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn excerpts_end_with_the_clip_and_hold_few_frames() {
-        let (frames, stride) = excerpt(150, 30.0, 90);
-        assert_eq!((frames[0], stride, frames.len()), (1, 2, 75));
-        let (frames, stride) = excerpt(3000, 60.0, 90);
-        assert_eq!((frames[0], stride, frames.len()), (2640, 4, 90));
-        assert_eq!(excerpt(2, 30.0, 90).0, [1]);
-        assert!(excerpt(1, 30.0, 90).0.is_empty());
-    }
 }

@@ -1,70 +1,35 @@
 //! The page's first sentence, its large numbers and its footnote.
 
 use super::scores;
-use crate::commands::eval::timing::Timing;
-use unic_core::model::Model;
-use unic_eval::{ByMode, Evaluation, MODEL};
-use unic_io::{Capture, Split};
+use crate::commands::eval::{
+    knowledge::{Knowledge, counted},
+    timing::Timing,
+};
+use std::path::Path;
+use unic_eval::{
+    ByMode, Evaluation, MODEL,
+    baselines::{RIDGE, RIDGE_HANDLED},
+};
+use unic_io::Capture;
 use unic_report::{Definition, KeyFigure};
 
 /// The rows that are linear and fitted to training clips: what a model has to beat.
-const LINEAR: [&str; 2] = ["ridge", "linear_dynamics"];
+const LINEAR: [&str; 3] = [RIDGE_HANDLED, RIDGE, "linear_dynamics"];
 
-/// What the clips are to the model.
-pub(super) struct Subject {
-    clips: usize,
-    exposure: Exposure,
+/// The capture's name and, where the capture tells what garment it is, the garment's.
+pub(super) fn title(capture: &Capture) -> String {
+    let name = &capture.manifest.name;
+    match garment_name(capture).filter(|garment| garment != name) {
+        Some(garment) => format!("{name}: {garment}"),
+        None => name.clone(),
+    }
 }
 
-/// How much training knew of the clips.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Exposure {
-    Unseen,
-    /// Choices were made by some of them.
-    Validation,
-    /// Some of them were fitted.
-    Seen,
-}
-
-impl Subject {
-    /// By the capture's splits and by what the model says of its training.
-    pub(super) fn of(capture: &Capture, model: &Model, clips: &[String]) -> Self {
-        let about = model.about();
-        let listed = |key: &str| -> Vec<&str> {
-            let names = about.training.pointer(key).and_then(|names| names.as_array());
-            names
-                .into_iter()
-                .flatten()
-                .filter_map(|name| name.as_str())
-                .collect()
-        };
-        let is_same_capture = about.name == capture.manifest.name;
-        let is_in = |clip: &str, split, key: &str| {
-            capture.clip_names(split).iter().any(|name| name == clip)
-                || is_same_capture && listed(key).contains(&clip)
-        };
-        let any = |split, key: &str| clips.iter().any(|clip| is_in(clip, split, key));
-        let exposure = if any(Split::Train, "/training_clips") {
-            Exposure::Seen
-        } else if any(Split::Validation, "/validation/clips") {
-            Exposure::Validation
-        } else {
-            Exposure::Unseen
-        };
-        Self {
-            clips: clips.len(),
-            exposure,
-        }
-    }
-
-    fn text(&self) -> String {
-        let clips = counted(self.clips, "clip");
-        match self.exposure {
-            Exposure::Unseen => format!("On {clips} that training has never seen"),
-            Exposure::Validation => format!("On {clips}, some of which training was steered by"),
-            Exposure::Seen => format!("On {clips}, some of which training has seen"),
-        }
-    }
+/// The name of a built-in garment or of the garment's file, where the capture was simulated here.
+pub(super) fn garment_name(capture: &Capture) -> Option<String> {
+    let garment = capture.manifest.source.get("garment")?.as_str()?;
+    let stem = Path::new(garment).file_stem()?.to_str()?;
+    (!stem.is_empty()).then(|| stem.to_owned())
 }
 
 /// An error in metres as millimetres; beyond this it means nothing.
@@ -91,8 +56,8 @@ fn best<'a>(evaluation: &'a Evaluation, names: &[&str]) -> Option<(&'a str, f64)
 }
 
 /// One sentence.
-pub(super) fn lead(evaluation: &Evaluation, subject: &Subject) -> String {
-    let on = subject.text();
+pub(super) fn lead(evaluation: &Evaluation, knowledge: &Knowledge) -> String {
+    let on = knowledge.on_clips();
     let model = match best(evaluation, &[MODEL]) {
         Some((_, error)) => format!("the model, running freely, is {error:.1} mm RMSE from the simulation"),
         None => "the model, running freely, diverges".to_owned(),
@@ -132,16 +97,8 @@ pub(super) fn figures(evaluation: &Evaluation, timing: Option<&Timing>) -> Vec<K
     errors.into_iter().chain([frame]).flatten().collect()
 }
 
-/// As in "2 threads".
-pub(super) fn counted(count: usize, thing: &str) -> String {
-    match count {
-        1 => format!("1 {thing}"),
-        n => format!("{n} {thing}s"),
-    }
-}
-
 /// What each row is.
-const ROWS: [(&str, &str); 9] = [
+const ROWS: [(&str, &str); 10] = [
     (
         MODEL,
         "the model under evaluation, with its handling of intersections.",
@@ -155,12 +112,16 @@ const ROWS: [(&str, &str); 9] = [
         "the same with the mean of the training clips' unposed shapes in place of the rest shape.",
     ),
     (
-        "ridge",
+        RIDGE,
         "ridge regression from two motion vectors to 60 principal components of the unposed shape.",
     ),
     (
+        RIDGE_HANDLED,
+        "the same with the model's handling of intersections: what its vertices inside the body compare with.",
+    ),
+    (
         "linear_dynamics",
-        "the same with the previous components as further inputs.",
+        "ridge regression with the previous components as further inputs.",
     ),
     ("prior", "the model's own prior, without the network's field."),
     ("skinning_first", "skinning of the clip's first frame, unposed."),
