@@ -120,7 +120,7 @@ pub(crate) fn tell_usage(error: &clap::Error) -> ExitCode {
 fn print_object(error: ErrorObject) {
     if output::is_json() {
         // A closed stdout is nobody's failure.
-        let _ = output::print_json(&serde_json::json!({ "error": error }));
+        let _ = output::print_json_of_failure(&serde_json::json!({ "error": error }));
     }
 }
 

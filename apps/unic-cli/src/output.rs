@@ -37,6 +37,15 @@ pub(crate) fn print(text: &str) -> Result<()> {
         say(text.trim_end());
         return Ok(());
     }
+    to_stdout(text)
+}
+
+/// The same from within a stage: for the one object of a command that fails there.
+pub(crate) fn print_json_of_failure(value: &impl Serialize) -> Result<()> {
+    to_stdout(&format!("{}\n", serde_json::to_string_pretty(value)?))
+}
+
+fn to_stdout(text: &str) -> Result<()> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("stdout cannot be written"),

@@ -8,7 +8,7 @@ use common::{small_character, small_clip, small_frame, small_garment};
 use glam::Vec3;
 use std::path::Path;
 use unic_io::{
-    CaptureWriter, Manifest, NpzWriter, Split,
+    Capture, CaptureWriter, Manifest, NpzWriter, Split,
     capture::{JointReference, VertexAttributes},
     inspect::{Kind, Report, inspect},
     write_motion, write_obj,
@@ -48,7 +48,8 @@ fn a_clip_of_no_split_and_a_garment_far_away_are_problems() {
     for words in [
         "clip `stray`: expected it in a split",
         "stray.garment.npy beside it, found neither",
-        "clip `walk`: expected the garment near the posed body",
+        "clip `walk`: found a garment",
+        "(RMS) from the skinned rest shape",
     ] {
         assert!(found.contains(words), "{found}");
     }
@@ -82,7 +83,11 @@ fn meshes_in_centimetres_are_noticed() {
     write_obj(&path, &mesh).unwrap();
     let report = inspect(&path).unwrap();
     let found = problems(&report);
-    for words in ["centimetres?", "found 1 without", "found 1 vertices without"] {
+    for words in [
+        "probably centimetres",
+        "1 triangles without an area",
+        "1 vertices without a face",
+    ] {
         assert!(found.contains(words), "{found}");
     }
     assert_eq!(report.get("mesh"), Some("5 vertices, 3 triangles, no UVs"));
@@ -99,7 +104,10 @@ fn jumps_of_the_root_are_noticed() {
     write_motion(&path, &clip, &[]).unwrap();
     let report = inspect(&path).unwrap();
     assert_eq!(report.kind, Kind::Motion);
-    assert!(problems(&report).contains("at frame 2: a jump"), "{report}");
+    assert!(
+        problems(&report).contains("in frame 2: probably a jump"),
+        "{report}"
+    );
 }
 
 #[test]
@@ -166,5 +174,33 @@ fn reports_are_json_objects() {
     let json = serde_json::to_value(inspect(&path).unwrap()).unwrap();
     assert_eq!(json["kind"], "unknown");
     assert!(json["facts"].is_object() && json["problems"][0].is_string());
+    let path = folder.path().join("walk.npz");
+    write_motion(&path, &small_clip("walk", 6), &[]).unwrap();
+    let json = serde_json::to_value(inspect(&path).unwrap()).unwrap();
+    assert_eq!(
+        (&json["facts"]["frames"], &json["facts"]["frames per second"]),
+        (&6.into(), &30.0.into())
+    );
     assert!(inspect(&folder.path().join("absent")).is_err());
+}
+
+#[test]
+fn folders_are_named_as_what_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path().join("coat");
+    capture(&root, Vec3::ZERO);
+    let told = |root: &Path| {
+        let opened = Capture::open(root).map_or_else(|e| e.to_string(), |_| String::new());
+        let report = inspect(root).unwrap();
+        assert!(
+            report.kind == Kind::Folder && opened.contains(report.get("folder").unwrap()),
+            "{opened}"
+        );
+        opened
+    };
+    std::fs::rename(root.join("capture.toml"), root.join("simulation.toml")).unwrap();
+    assert!(told(&root).contains("--resume goes on"));
+    std::fs::remove_file(root.join("simulation.toml")).unwrap();
+    assert!(told(&root).contains("a capture without its capture.toml"));
+    assert!(told(folder.path()).contains("a folder without capture.toml"));
 }

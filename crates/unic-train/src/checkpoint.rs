@@ -180,6 +180,7 @@ mod tests {
                 config,
                 seconds: 1.25,
                 prior_seconds: 0.5,
+                owes_measurement: true,
                 best: Some((0.0421, 7)),
             },
             groups: vec![

@@ -13,7 +13,7 @@ use anyhow::{Result, anyhow};
 use folder::Found;
 use inputs::{Cut, Job};
 use report::Summary;
-use std::{path::Path, sync::Arc, time::Instant};
+use std::{sync::Arc, time::Instant};
 use unic_core::{character::Character, surface::Surface};
 use unic_io::{CaptureWriter, Manifest};
 use unic_sim::{
@@ -32,9 +32,14 @@ const ATTACHMENT_COMPLIANCE: f32 = 1e-3;
 pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     let started = Instant::now();
     let character = inputs::character(args)?;
+    args.force
+        .settle(&args.character, &unic_io::check::character(&character))?;
     let cut = inputs::garment(args, &character)?;
+    args.force.settle(
+        &args.garment,
+        &unic_io::check::garment(&cut.garment.rest, &character),
+    )?;
     let jobs = inputs::jobs(args, &character)?;
-    check(args, &character, &cut, &jobs)?;
     let settings = settings(args, &cut);
     report::open(args, &jobs)?;
     let record = folder::record(args, &cut, &jobs, &settings);
@@ -69,18 +74,6 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     folder::close(&args.out)?;
     report::draw(args, &workshop, &made)?;
     report::show(args, &summary)
-}
-
-fn check(args: &SimulateArgs, character: &Character, cut: &Cut, jobs: &[Job]) -> Result<()> {
-    let force = args.force;
-    force.settle(&args.character, &unic_io::check::character(character))?;
-    let findings = unic_io::check::garment(&cut.garment.rest, character);
-    force.settle(&args.garment, &findings)?;
-    for job in jobs {
-        let findings = unic_io::check::motion(&job.clip, Some(&character.skeleton));
-        force.settle(Path::new(&job.source), &findings)?;
-    }
-    Ok(())
 }
 
 /// A simulation that is finished already and asked for again, as after a crash in its last moment.

@@ -11,6 +11,9 @@ const SAMPLES: usize = 500;
 /// Garments hang at most so far from the body on average, as a part of the body's height.
 const FAR: f32 = 0.15;
 
+/// Extents of garments, as parts of the body's height.
+const SIZES: std::ops::RangeInclusive<f32> = 0.1..=2.0;
+
 /// A rest shape with more of its vertices deeper than [`DEEP_M`] inside the body is not in its bind pose.
 const MOSTLY_INSIDE: f32 = 0.3;
 /// Deeper than cloth that touches, metres.
@@ -130,10 +133,13 @@ fn misplaced(place: &Place, rest: &TriMesh, here: Fit) -> Option<Finding> {
         return None;
     }
     let found = format!("it {:.2} m from the body on average", here.distance);
+    let extent = bounds(&rest.vertices).map_or(0.0, |(low, high)| (high - low).max_element());
+    // A garment of no size is near every body that stands at the origin.
+    let is_wearable = |undo: Mat3| SIZES.contains(&(undo.x_axis.length() * extent / place.height));
     let undone = slips().map(|slip| (place.of(sampled(rest).map(|v| slip.undo * v)), slip));
-    let fitting = undone
-        .into_iter()
-        .filter(|(fit, _)| !place.is_far(*fit) && fit.inside < MOSTLY_INSIDE);
+    let fitting = undone.into_iter().filter(|(fit, slip)| {
+        !place.is_far(*fit) && fit.inside < MOSTLY_INSIDE && is_wearable(slip.undo)
+    });
     let best = fitting.min_by(|a, b| a.0.distance.total_cmp(&b.0.distance));
     let (probably, remedy) = match best {
         Some((_, slip)) => (slip.name, slip.remedy),

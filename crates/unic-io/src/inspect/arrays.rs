@@ -135,7 +135,10 @@ fn vertex_cache(report: &mut Report) {
     describe_frames(report, &cache.frames);
     if let Some(fps) = cache.fps {
         report.fact("frames per second", fps);
-        report.fact("seconds", cache.frames.len().saturating_sub(1) as f32 / fps);
+        match fps.is_finite() && fps > 0.0 {
+            true => report.fact("seconds", cache.frames.len().saturating_sub(1) as f32 / fps),
+            false => report.problem(format!("fps: expected a frame rate above 0, found {fps}")),
+        }
     }
     if let Some(mesh) = &cache.mesh {
         mesh::describe(report, "mesh", mesh);
