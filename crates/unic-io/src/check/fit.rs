@@ -137,9 +137,9 @@ fn misplaced(place: &Place, rest: &TriMesh, here: Fit) -> Option<Finding> {
     // A garment of no size is near every body that stands at the origin.
     let is_wearable = |undo: Mat3| SIZES.contains(&(undo.x_axis.length() * extent / place.height));
     let undone = slips().map(|slip| (place.of(sampled(rest).map(|v| slip.undo * v)), slip));
-    let fitting = undone.into_iter().filter(|(fit, slip)| {
-        !place.is_far(*fit) && fit.inside < MOSTLY_INSIDE && is_wearable(slip.undo)
-    });
+    let fitting = undone
+        .into_iter()
+        .filter(|(fit, slip)| !place.is_far(*fit) && fit.inside < MOSTLY_INSIDE && is_wearable(slip.undo));
     let best = fitting.min_by(|a, b| a.0.distance.total_cmp(&b.0.distance));
     let (probably, remedy) = match best {
         Some((_, slip)) => (slip.name, slip.remedy),
