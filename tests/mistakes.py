@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -120,10 +121,19 @@ def bytes_of(name, start):
     return lambda scene: (scene / name).write_bytes(start + bytes(64))
 
 
-def flipped(path, at):
+def flipped(path):
+    """Changes one bit of the last tensor."""
     data = bytearray(path.read_bytes())
-    data[at] ^= 0x10
+    data[-9] ^= 0x10
     path.write_bytes(data)
+
+
+def bomb(path):
+    """A motion of 200 MB of zeros in an archive of 200 KB."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("poses.npy", "w") as entry:
+        np.lib.format.write_array_header_1_0(entry, {"descr": "<f4", "fortran_order": False, "shape": (50_000_000, 1)})
+        for _ in range(200):
+            entry.write(bytes(1_000_000))
 
 
 TURN = lambda v: v @ np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], float)
@@ -285,6 +295,9 @@ MISTAKES = [
     ("a setting of another type", None, [*TRAIN, "--set", "batch.windows=many"], "batch.windows"),
     ("a mistyped option", None, [*TRAIN, "--stepz", "5"], "--stepz"),
     ("a clip of no split", None, [*EVAL, "--clips", "walk"], "walk"),
+    ("a model with a flipped bit", lambda s: flipped(s / "tube.unic"), EVAL, "the file is damaged"),
+    ("an archive of zeros", lambda s: bomb(s / "moved.npz"), MOVED, "moved.npz"),
+    ("an archive of zeros inspected", lambda s: bomb(s / "moved.npz"), ["inspect", "moved.npz"], "moved.npz"),
     ("a model cut short", lambda s: (s / "tube.unic").write_bytes((s / "tube.unic").read_bytes()[:-100]), EVAL,
      "tube.unic"),
 ]
@@ -324,6 +337,25 @@ def check(title, prepare, command, words, template):
         changed = {name for name, digest in contents(scene).items() if before.get(name) != digest}
         assert not changed and before.keys() == contents(scene).keys(), f"changed {changed}: {about}"
         return seconds, error["message"]
+
+
+# What `--force` goes on with.
+FORCED = [
+    ("a garment 9 frames late", [*TRAIN, "--force"]),
+    ("two frames of constant channels", [*MOVED, "--force"]),
+    ("another mesh with Z up", [*ANIMATE, "--mesh", "z.obj", "--force"]),
+]
+
+
+def check_forced(title, command, template):
+    """The warning stays, and the work is done."""
+    prepare = next(prepare for named, prepare, _, _ in MISTAKES if named == title)
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / "scene"
+        shutil.copytree(template, scene, symlinks=True)
+        prepare(scene)
+        done = run(scene, command)
+        assert done.returncode == 0 and "probably" in done.stderr, f"forced: {title}: {done.stderr}"
 
 
 # Commands that would go on for long, and what a stop leaves.
@@ -373,6 +405,11 @@ def main():
         for title, prepare, command, words in MISTAKES:
             try:
                 rows.append((title, *check(title, prepare, command, words, template)))
+            except AssertionError as failure:
+                failures.append(str(failure))
+        for title, command in FORCED:
+            try:
+                check_forced(title, command, template)
             except AssertionError as failure:
                 failures.append(str(failure))
         for command, after in [(command, after) for command in STOPPED for after in (0.3, 2.0)]:

@@ -10,6 +10,7 @@ use unic_core::{
     motion::{MotionError, MotionSlices, Normalisation, NormalisationRule, motion_len},
     skeleton::Skeleton,
 };
+use unic_io::retarget::counterparts;
 
 /// Mirrors motion vectors of one skeleton: `out[i] = sign[i] · c[source[i]]`.
 #[derive(Clone, Debug)]
@@ -25,8 +26,8 @@ const AXIAL: [f32; 3] = [1.0, -1.0, -1.0];
 const ROTATION: [f32; 6] = [1.0, -1.0, -1.0, -1.0, 1.0, 1.0];
 
 impl MirrorMap {
-    /// From joint names: `L_knee`/`R_knee`, `LeftFoot`/`RightFoot`, `hand.l`/`hand.r`, ...
-    /// None when a joint that names a side has no counterpart, or no joint names a side.
+    /// From joint names in any of the spellings that [`counterparts`] reads. None when a joint that names a side has
+    /// no counterpart, or no joint names a side.
     pub fn new(skeleton: &Skeleton) -> Option<Self> {
         let counterparts = counterparts(skeleton.names())?;
         let slices = MotionSlices::new(skeleton.len());
@@ -118,37 +119,6 @@ pub fn mirrored(vector: Vec3) -> Vec3 {
     Vec3::new(-vector.x, vector.y, vector.z)
 }
 
-fn counterparts(names: &[String]) -> Option<Vec<usize>> {
-    let all: Option<Vec<usize>> = (names.iter().enumerate())
-        .map(|(joint, name)| match other_side(name) {
-            None => Some(joint),
-            Some(other) => names.iter().position(|n| n.eq_ignore_ascii_case(&other)),
-        })
-        .collect();
-    all.filter(|all| all.iter().enumerate().any(|(joint, other)| joint != *other))
-}
-
-/// The name on the other side, if the name has a side. Compared without case.
-fn other_side(name: &str) -> Option<String> {
-    let lower = name.to_ascii_lowercase();
-    for (left, right) in [("left", "right"), ("l_", "r_"), ("l.", "r.")] {
-        for (from, to) in [(left, right), (right, left)] {
-            let stem = lower.rsplit(':').next().unwrap_or(&lower);
-            if let Some(rest) = stem.strip_prefix(from) {
-                return Some(format!("{}{to}{rest}", &lower[..lower.len() - stem.len()]));
-            }
-        }
-    }
-    for (left, right) in [("_l", "_r"), (".l", ".r"), ("_left", "_right")] {
-        for (from, to) in [(left, right), (right, left)] {
-            if let Some(rest) = lower.strip_suffix(from) {
-                return Some(format!("{rest}{to}"));
-            }
-        }
-    }
-    None
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -232,18 +202,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn sides_are_read_from_common_names() {
-        assert_eq!(other_side("L_knee").as_deref(), Some("r_knee"));
-        assert_eq!(
-            other_side("mixamorig:RightFoot").as_deref(),
-            Some("mixamorig:leftfoot")
-        );
-        assert_eq!(other_side("hand.L").as_deref(), Some("hand.r"));
-        assert_eq!(other_side("spine"), None);
-        assert!(counterparts(&["pelvis".into(), "spine".into()]).is_none());
-        assert!(counterparts(&["pelvis".into(), "L_leg".into()]).is_none());
     }
 }

@@ -19,6 +19,7 @@ mod transfer;
 pub use bones::BoneMap;
 pub(crate) use bones::feet_by_name;
 pub use feet::{FootMeasure, measure_feet};
+pub use names::counterparts;
 pub(crate) use names::is_same_joint;
 
 use crate::{
