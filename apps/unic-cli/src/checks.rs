@@ -3,7 +3,6 @@
 use crate::{interrupt, output::say};
 use anyhow::{Result, bail};
 use std::path::Path;
-use unic_core::{clip::Clip, model::Model};
 use unic_io::{
     Capture, Split,
     check::{self, Finding},
@@ -48,11 +47,5 @@ impl ForceArgs {
             &capture.root,
             &check::capture(capture, &Split::ALL, &mut proceed)?,
         )
-    }
-
-    /// A motion on a model's character.
-    pub(crate) fn motion(self, path: &Path, clip: &Clip, model: &Model) -> Result<()> {
-        let skeleton = &model.character().skeleton;
-        self.settle(path, &check::motion(clip, Some(skeleton)))
     }
 }

@@ -118,7 +118,8 @@ pub(crate) fn tell_usage(error: &clap::Error) -> ExitCode {
 }
 
 fn print_object(error: ErrorObject) {
-    if output::is_json() {
+    // A second object would be none, and a reader that does not read would be waited for.
+    if output::is_json() && !output::is_begun() {
         // A closed stdout is nobody's failure.
         let _ = output::print_json_of_failure(&serde_json::json!({ "error": error }));
     }

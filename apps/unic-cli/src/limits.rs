@@ -10,7 +10,14 @@ const FEWEST_THREADS: usize = 64;
 const USUAL_MEMORY: u64 = 8 << 30;
 
 /// Vertices of a garment that is measured with random weights: one that takes seconds a frame.
-pub(crate) const MOST_VERTICES: u64 = 1_000_000;
+const MOST_VERTICES: u64 = 1_000_000;
+/// Memory for each of them, with mesh, body and networks.
+const BYTES_A_VERTEX: u64 = 4096;
+
+/// Most vertices of such a garment on this machine.
+pub(crate) fn most_vertices() -> u64 {
+    MOST_VERTICES.min(memory_bytes() / BYTES_A_VERTEX)
+}
 
 /// Most threads that this machine is asked to start.
 pub(crate) fn most_threads() -> usize {

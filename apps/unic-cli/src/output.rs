@@ -15,7 +15,7 @@ pub(crate) fn say(line: &str) {
 
 static STAGE: AtomicBool = AtomicBool::new(false);
 
-/// As long as this lives, results are those of a stage of a larger command and go to stderr.
+/// A stage of a larger command: as long as this lives, results go to stderr.
 #[derive(Debug)]
 pub(crate) struct Stage(());
 
@@ -45,19 +45,19 @@ pub(crate) fn print_json_of_failure(value: &impl Serialize) -> Result<()> {
     to_stdout(&format!("{}\n", serde_json::to_string_pretty(value)?))
 }
 
+static BEGUN: AtomicBool = AtomicBool::new(false);
+
+/// Has a result gone to stdout, or is it on its way?
+pub(crate) fn is_begun() -> bool {
+    BEGUN.load(Ordering::SeqCst)
+}
+
 fn to_stdout(text: &str) -> Result<()> {
+    BEGUN.store(true, Ordering::SeqCst);
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("stdout cannot be written"),
         _ => Ok(()),
-    }
-}
-
-/// `1 clip`, `2 clips`.
-pub(crate) fn counted(count: usize, noun: &str) -> String {
-    match count {
-        1 => format!("1 {noun}"),
-        _ => format!("{count} {noun}s"),
     }
 }
 

@@ -80,6 +80,7 @@ pub(crate) fn pose(frame: usize) -> Pose {
 pub(crate) fn clip(character: &Character, garment: &[Vec<Vec3>]) -> PreparedClip {
     let numbers: Vec<f32> = garment.iter().flatten().flat_map(|v| v.to_array()).collect();
     let captured = CapturedClip {
+        findings: Vec::new(),
         clip: Clip {
             name: "walk".into(),
             fps: 30.0,

@@ -26,7 +26,7 @@ const FOREIGN: [Foreign; 12] = [
     },
     Foreign {
         name: "Alembic",
-        starts: &[b"Ogawa", b"\x89HDF"],
+        starts: &[b"Ogawa"],
         endings: &["abc"],
     },
     Foreign {
@@ -76,7 +76,7 @@ const FOREIGN: [Foreign; 12] = [
     },
     Foreign {
         name: "Python pickle",
-        starts: &[b"\x80\x02", b"\x80\x03", b"\x80\x04"],
+        starts: &[],
         endings: &["pkl"],
     },
 ];
@@ -118,10 +118,11 @@ pub(crate) fn is_foreign(path: &Path) -> bool {
     foreign(path).is_some()
 }
 
-/// Of folders that other commands take.
+/// Description of a folder that `unic simulate --character` takes.
 pub(crate) const CHARACTER: &str = "a folder with a character, for `unic simulate --character`";
+/// Description of a folder that `unic simulate --garment` takes.
 pub(crate) const GARMENT: &str = "a folder with a garment, for `unic simulate --garment`";
-/// Of folders that are nothing of ours.
+/// Description of a folder that is nothing of the project's.
 pub(crate) const NOTHING_KNOWN: &str = "a folder without capture.toml";
 
 /// What a folder is that is no capture, as far as its files tell, with what to do.

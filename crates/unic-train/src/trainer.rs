@@ -36,9 +36,9 @@ pub struct Trainer {
     average: Option<Vec<Vec<f32>>>,
     best: Option<Best>,
     step: u64,
-    /// Of this fit.
+    /// Training time of this fit.
     time: TrainingTime,
-    /// Of the run beside this fit.
+    /// Training time of the run beside this fit.
     other: TrainingTime,
     /// A measurement is due after the last step and not made yet.
     owes_measurement: bool,

@@ -23,7 +23,7 @@ pub enum ValidationMotion {
 }
 
 impl ValidationMotion {
-    /// By the names of the clips of a fit.
+    /// Compares the names of the clips of a fit.
     pub(crate) fn of(validation: &[PreparedClip], training: &[PreparedClip]) -> Self {
         let is_trained_on = |clip: &PreparedClip| training.iter().any(|t| t.name() == clip.name());
         match validation.iter().any(is_trained_on) {

@@ -64,7 +64,7 @@ pub(crate) struct SpeedArgs {
     pub(crate) overwrite: bool,
     /// Sizes of garments.
     #[arg(long, value_name = "N,...", value_delimiter = ',', default_values_t = unic_builtin::scale::VERTICES.map(|n| n as u64),
-        value_parser = clap::value_parser!(u64).range(1..=limits::MOST_VERTICES))]
+        value_parser = clap::value_parser!(u64).range(1..=limits::most_vertices()))]
     pub(crate) vertices: Vec<u64>,
     /// Sizes of networks.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [NetworkName::Standard, NetworkName::Paper])]

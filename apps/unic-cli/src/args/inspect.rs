@@ -27,6 +27,9 @@ pub(crate) struct InspectArgs {
     pub(crate) coverage: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,
+    /// With --coverage: go on with input that is probably a mistake; what was found is said all the same.
+    #[arg(long, requires = "coverage")]
+    pub(crate) force: bool,
     /// Print one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,

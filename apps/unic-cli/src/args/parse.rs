@@ -28,6 +28,11 @@ pub(super) fn low_pass(text: &str) -> Result<LowPass, String> {
     }
 }
 
+pub(super) fn frame_rate(text: &str) -> Result<f32, String> {
+    let fps: Option<f32> = text.parse().ok().filter(|fps| (1.0..=1000.0).contains(fps));
+    fps.ok_or_else(|| "a frame rate from 1 to 1000 is needed, such as 30".into())
+}
+
 pub(super) fn percent(text: &str) -> Result<f32, String> {
     let percent: Option<f32> = text.parse().ok().filter(|p: &f32| *p > 0.0 && *p <= 100.0);
     percent.ok_or_else(|| "a number above 0 and up to 100 is needed, such as 25".into())

@@ -48,8 +48,8 @@ pub(crate) struct SimulateArgs {
     /// [default: those of SMPL's names, or of its order for 24 joints].
     #[arg(long, value_name = "L,L,R,R", value_parser = parse::contacts)]
     pub(crate) contacts: Option<[JointReference; 4]>,
-    /// Frames a second of the capture.
-    #[arg(long, value_name = "FPS", default_value_t = 30.0)]
+    /// Frames a second of the capture, 1 to 1000.
+    #[arg(long, value_name = "FPS", default_value_t = 30.0, value_parser = parse::frame_rate)]
     pub(crate) fps: f32,
     /// Only the first seconds of each motion.
     #[arg(long, value_name = "S", value_parser = parse::seconds)]

@@ -38,7 +38,7 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<()> {
     let start = args
         .start
         .as_ref()
-        .map(|path| read_start(path, &model))
+        .map(|path| read_start(args, path, &model, &clip))
         .transpose()?;
     let mut files = Files::create(args, &model, &clip)?;
     let shots = animate(args, &model, &clip, start.as_deref(), &mut files)?;
@@ -70,8 +70,7 @@ fn read_model(args: &AnimateArgs) -> Result<Model> {
 
 fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
     let fps = model.config().fps;
-    let clip = motion_file::read(&args.motion, model.character(), fps, &args.reading)?;
-    args.force.motion(&args.motion, &clip, model)?;
+    let clip = motion_file::read(&args.motion, model.character(), fps, &args.reading, args.force)?;
     let Some(range) = args.frames.clone() else {
         return Ok(clip);
     };
@@ -88,7 +87,7 @@ fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
 }
 
 /// Positions of the first frame, or of the only one.
-fn read_start(path: &Path, model: &Model) -> Result<Vec<Vec3>> {
+fn read_start(args: &AnimateArgs, path: &Path, model: &Model, clip: &Clip) -> Result<Vec<Vec3>> {
     let is_obj = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"));
     let positions = match is_obj {
         true => read_obj(path)?.vertices,
@@ -102,7 +101,12 @@ fn read_start(path: &Path, model: &Model) -> Result<Vec<Vec3>> {
         );
     }
     match positions.iter().position(|p| !p.is_finite()) {
-        None => Ok(positions),
+        None => {
+            let skeleton = &model.character().skeleton;
+            let findings = check::start(&positions, model.garment(), skeleton, &clip.poses[0]);
+            args.force.settle(path, &findings)?;
+            Ok(positions)
+        }
         Some(vertex) => bail!(
             "{}: expected finite positions, found vertex {vertex} at none",
             path.display()

@@ -118,7 +118,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
 #[derive(Serialize)]
 struct Summary<'a> {
     folder: &'a Path,
-    /// Of the whole command.
+    /// Time of the whole command.
     seconds: f64,
     stages: &'a [Done<'a>],
 }

@@ -160,7 +160,11 @@ fn check_fit(model: &Model, path: &Path, capture: &Capture) -> Result<()> {
         );
     }
     let [expected, found] = [skeleton, &model.character().skeleton].map(|skeleton| skeleton.names());
-    if let Some((expected, found)) = expected.iter().zip(found).find(|(a, b)| a != b) {
+    // Other spellings are no other order.
+    let is_elsewhere = |(joint, (a, b)): &(usize, (&String, &String))| {
+        a != b && (expected.iter().enumerate()).any(|(place, name)| name == *b && place != *joint)
+    };
+    if let Some((_, (expected, found))) = expected.iter().zip(found).enumerate().find(is_elsewhere) {
         bail!(
             "{}: expected joints in the order of {capture_path}, found {found} in the place of {expected}: probably \
              a model of another export of the character; train it on this capture",

@@ -4,6 +4,7 @@ mod model;
 
 use crate::{
     args::InspectArgs,
+    checks::ForceArgs,
     failure::{ErrorObject, Shown, Usage},
     motion_file,
     output::{self, say},
@@ -82,12 +83,15 @@ struct Covered<'a> {
 /// Compares motions, or the capture's own test clips, with its training clips.
 fn coverage(args: &InspectArgs, path: &Path, motions: &[PathBuf]) -> Result<()> {
     let capture = Capture::open(path)?;
+    let force = ForceArgs { force: args.force };
+    force.capture(&capture)?;
     let coverage = Coverage::of(&capture)?;
     let clips = match motions {
         [] => capture_clips(&capture, Split::Test)?,
         _ => {
             let fps = capture.manifest.fps;
-            let read = |path: &PathBuf| motion_file::read(path, &capture.character, fps, &args.reading);
+            let read =
+                |path: &PathBuf| motion_file::read(path, &capture.character, fps, &args.reading, force);
             motions.iter().map(read).collect::<Result<Vec<_>>>()?
         }
     };

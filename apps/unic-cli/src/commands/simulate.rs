@@ -7,7 +7,7 @@ mod work;
 
 use crate::{
     args::{SimulateArgs, Switch},
-    output::{counted, say},
+    output::say,
 };
 use anyhow::{Result, anyhow};
 use folder::Found;
@@ -15,7 +15,7 @@ use inputs::{Cut, Job};
 use report::Summary;
 use std::{sync::Arc, time::Instant};
 use unic_core::{character::Character, surface::Surface};
-use unic_io::{CaptureWriter, Manifest};
+use unic_io::{CaptureWriter, Manifest, counted};
 use unic_sim::{
     Attachment, Cloth, ClothSpec, Material, SimulationSettings,
     contact::{ContactSettings, Friction},
@@ -31,6 +31,7 @@ const ATTACHMENT_COMPLIANCE: f32 = 1e-3;
 /// Simulates every motion and writes a capture.
 pub(crate) fn run(args: &SimulateArgs) -> Result<()> {
     let started = Instant::now();
+    folder::refuse(args)?;
     let character = inputs::character(args)?;
     args.force
         .settle(&args.character, &unic_io::check::character(&character))?;

@@ -81,10 +81,12 @@ pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
 
 /// The run's folder has its own rule about an earlier run.
 fn check_outputs(args: &TrainArgs, out: &Path) -> Result<()> {
-    let inputs = std::iter::once(&args.capture).chain(&args.config);
-    Outputs::beside(inputs)
+    // A resumed run may be asked for with its own settings again.
+    let config = args.config.iter().filter(|_| !args.resume);
+    let own = ["config.toml", "run.toml", "metrics.jsonl", "log.txt"].map(str::to_owned);
+    Outputs::beside(std::iter::once(&args.capture).chain(config))
         .file(out)
-        .folder(&out.with_extension("run"), [])
+        .folder(&out.with_extension("run"), own)
         .check(Existing::Resumed)
 }
 

@@ -64,7 +64,12 @@ pub fn real_path(path: &Path) -> PathBuf {
             return path.to_path_buf();
         };
         missing.push(last.as_os_str().to_owned());
-        there = parent_folder(&there).to_path_buf();
+        let parent = parent_folder(&there).to_path_buf();
+        if parent == there {
+            // The working folder itself is gone.
+            return path.to_path_buf();
+        }
+        there = parent;
     }
 }
 

@@ -8,6 +8,7 @@ use super::{
 use crate::{
     cache::frames_of,
     character::read_named_character,
+    check::Finding,
     error::{Error, Result},
     formats::folder_that_is_no_capture,
     frames::{GarmentFrames, VertexFrames},
@@ -49,6 +50,8 @@ pub struct CapturedClip {
     pub garment: GarmentFrames,
     /// The body's vertices, where they are not what skinning gives.
     pub body: Option<VertexFrames>,
+    /// What is probably wrong with the numbers of the motion.
+    pub findings: Vec<Finding>,
 }
 
 /// A clip's counts, from the headers of its files alone.
@@ -119,7 +122,7 @@ impl Capture {
         check_clip_name(&self.root, name)?;
         let path = layout::clip(&self.root, name);
         let mut npz = Npz::open(&path)?;
-        let clip = self.read_motion(&mut npz, name)?;
+        let (clip, findings) = self.read_motion(&mut npz, name)?;
         let frames = clip.len();
         let garment = self.read_garment(&mut npz, name, frames)?;
         let body = match npz.contains("body") {
@@ -130,7 +133,12 @@ impl Capture {
             }
             false => None,
         };
-        Ok(CapturedClip { clip, garment, body })
+        Ok(CapturedClip {
+            clip,
+            garment,
+            body,
+            findings,
+        })
     }
 
     /// Counts of a clip without reading its frames.
@@ -155,7 +163,7 @@ impl Capture {
         })
     }
 
-    fn read_motion(&self, npz: &mut Npz, name: &str) -> Result<Clip> {
+    fn read_motion(&self, npz: &mut Npz, name: &str) -> Result<(Clip, Vec<Finding>)> {
         let arrays = MotionArrays::read(npz, &Joints::Own(&self.character.skeleton))?;
         if arrays.layout != PoseLayout::Native {
             let expected = format!("3 x {} numbers a frame", self.character.skeleton.len());
@@ -170,7 +178,8 @@ impl Capture {
         if !npz.contains("trans") {
             return Err(Error::content(npz.path(), "an array `trans` (T, 3)", "none"));
         }
-        Ok(arrays.into_clip(name.into()))
+        let findings = arrays.findings.clone();
+        Ok((arrays.into_clip(name.into()), findings))
     }
 
     fn read_garment(&self, npz: &mut Npz, name: &str, frames: usize) -> Result<GarmentFrames> {

@@ -11,7 +11,7 @@ use unic_core::{
 
 /// Heights of bodies, metres.
 const HEIGHTS: std::ops::RangeInclusive<f32> = 0.3..=3.0;
-/// Of a usual body, metres.
+/// Height of a usual body, metres.
 const USUAL_HEIGHT: f32 = 1.7;
 
 /// A direction is along an axis when this much of it is: 45 degrees.

@@ -8,8 +8,16 @@ use unic_core::{character::Character, mesh::TriMesh, surface::Surface};
 /// Vertices that are looked at: a sample tells as much as all.
 const SAMPLES: usize = 500;
 
-/// Garments hang at most so far from the body on average, as a part of the body's height.
+/// Garments hang at most so far from the body on average, as a part of the body's height; or their nearest parts lie
+/// on it, as the waist of a wide skirt does.
 const FAR: f32 = 0.15;
+const NEAREST_FAR: f32 = 0.05;
+/// Part of the vertices that are nearest.
+const NEAREST: f32 = 0.1;
+
+/// A garment that faces the other way has this many times the vertices inside, and so many of them at the least.
+const FACING_RATIO: f32 = 3.0;
+const FACING_INSIDE: f32 = 0.1;
 
 /// Extents of garments, as parts of the body's height.
 const SIZES: std::ops::RangeInclusive<f32> = 0.1..=2.0;
@@ -77,7 +85,7 @@ pub fn garment(rest: &TriMesh, character: &Character) -> Vec<Finding> {
             findings.retain(|finding| !finding.found.contains("an extent of"));
             findings.push(finding);
         }
-        None => findings.extend(sunk(here)),
+        None => findings.extend(turned_round(&place, rest, here).or_else(|| sunk(here))),
     }
     findings
 }
@@ -87,6 +95,8 @@ pub fn garment(rest: &TriMesh, character: &Character) -> Vec<Finding> {
 struct Fit {
     /// Mean distance from the skin, metres.
     distance: f32,
+    /// Distance within which the nearest tenth of the vertices lies, metres.
+    nearest: f32,
     /// Share of vertices deeper than [`DEEP_M`].
     inside: f32,
 }
@@ -106,20 +116,21 @@ impl Place {
     }
 
     fn of(&self, points: impl Iterator<Item = Vec3>) -> Fit {
-        let (mut distance, mut inside, mut count) = (0.0, 0.0, 0.0_f32);
-        for closest in points.filter_map(|point| self.body.closest(point)) {
-            distance += closest.signed_distance.abs();
-            inside += f32::from(closest.signed_distance < -DEEP_M);
-            count += 1.0;
-        }
+        let signed = points.filter_map(|point| Some(self.body.closest(point)?.signed_distance));
+        let signed: Vec<f32> = signed.collect();
+        let count = signed.len().max(1) as f32;
+        let mut distances: Vec<f32> = signed.iter().map(|d| d.abs()).collect();
+        distances.sort_by(f32::total_cmp);
+        let nearest = distances.get((NEAREST * count) as usize);
         Fit {
-            distance: distance / count.max(1.0),
-            inside: inside / count.max(1.0),
+            distance: distances.iter().sum::<f32>() / count,
+            nearest: nearest.copied().unwrap_or(f32::INFINITY),
+            inside: signed.iter().filter(|d| **d < -DEEP_M).count() as f32 / count,
         }
     }
 
     fn is_far(&self, fit: Fit) -> bool {
-        fit.distance > FAR * self.height
+        fit.distance > FAR * self.height && fit.nearest > NEAREST_FAR * self.height
     }
 }
 
@@ -132,7 +143,7 @@ fn misplaced(place: &Place, rest: &TriMesh, here: Fit) -> Option<Finding> {
     if !place.is_far(here) {
         return None;
     }
-    let found = format!("it {:.2} m from the body on average", here.distance);
+    let found = format!("a garment {:.2} m from the body on average", here.distance);
     let extent = bounds(&rest.vertices).map_or(0.0, |(low, high)| (high - low).max_element());
     // A garment of no size is near every body that stands at the origin.
     let is_wearable = |undo: Mat3| SIZES.contains(&(undo.x_axis.length() * extent / place.height));
@@ -149,6 +160,23 @@ fn misplaced(place: &Place, rest: &TriMesh, here: Fit) -> Option<Finding> {
         ),
     };
     Some(Finding::new("garment", found, probably, remedy))
+}
+
+/// A garment that would be far less inside the body if it faced the other way.
+fn turned_round(place: &Place, rest: &TriMesh, here: Fit) -> Option<Finding> {
+    let turned = Mat3::from_quat(Quat::from_rotation_y(PI));
+    let there = place.of(sampled(rest).map(|v| turned * v));
+    (here.inside > FACING_INSIDE && here.inside > FACING_RATIO * there.inside).then(|| {
+        Finding::new(
+            "garment",
+            format!("{:.0} % of its vertices inside the body", 100.0 * here.inside),
+            format!(
+                "a garment that faces -Z: turned round {:.0} % are",
+                100.0 * there.inside
+            ),
+            "turn the mesh by 180 degrees about Y",
+        )
+    })
 }
 
 fn sunk(here: Fit) -> Option<Finding> {
@@ -188,6 +216,6 @@ pub fn other_mesh(other: &TriMesh, rest: &TriMesh) -> Vec<Finding> {
             "use a mesh in the rest space of the model's garment",
         ),
     };
-    let found = format!("it {here:.3} m (median) from the model's garment");
+    let found = format!("a mesh {here:.3} m (median) from the model's garment");
     vec![Finding::new("mesh", found, probably, remedy)]
 }

@@ -11,6 +11,7 @@
 //! | another mesh of a garment | [`other_mesh`] |
 //! | a motion on a character | [`motion`] |
 //! | a capture with its clips | [`capture`], [`clip`] |
+//! | where an animation starts | [`start`] |
 
 mod body;
 mod clips;
@@ -22,8 +23,9 @@ mod shift;
 
 pub use body::character;
 pub(crate) use clips::distance_to_skinning;
-pub use clips::{capture, clip};
+pub use clips::{capture, clip, start};
 pub use fit::{garment, other_mesh};
+pub(crate) use motions::degrees;
 pub use motions::motion;
 pub(crate) use shapes::bounds;
 pub use shapes::mesh;

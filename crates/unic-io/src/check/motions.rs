@@ -18,6 +18,21 @@ const LEAST_TURN: f32 = 1e-3;
 /// Way of a root that does not move, metres.
 const LEAST_WAY: f32 = 1e-4;
 
+/// Part of a file's rotations that may be longer than a whole turn.
+const MOST_TURNS: f32 = 0.05;
+
+/// Rotation vectors of which so many are longer than a whole turn.
+pub(crate) fn degrees(share: f32) -> Option<Finding> {
+    (share > MOST_TURNS).then(|| {
+        Finding::new(
+            "motion",
+            format!("{:.0} % of the rotations longer than a whole turn", 100.0 * share),
+            "degrees instead of radians",
+            "scale the rotation vectors by 0.01745",
+        )
+    })
+}
+
 /// Units, jumps and stillness of a motion; where the skeleton is not known a person's.
 pub fn motion(clip: &Clip, skeleton: Option<&Skeleton>) -> Vec<Finding> {
     match still(clip) {

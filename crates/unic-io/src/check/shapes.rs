@@ -1,6 +1,7 @@
 //! A mesh by itself.
 
 use super::{Finding, lengths};
+use crate::counted;
 use glam::Vec3;
 use std::collections::HashMap;
 use unic_core::mesh::TriMesh;
@@ -8,7 +9,7 @@ use unic_core::mesh::TriMesh;
 /// Extents of garments and bodies, metres.
 const SMALLEST: f32 = 0.05;
 const LARGEST: f32 = 10.0;
-/// Of a usual garment or body, metres.
+/// Extent of a usual garment or body, metres.
 const USUAL: f32 = 1.0;
 
 /// Triangles around a vertex of a mesh that is made to be simulated; a polygon of many corners becomes a fan.
@@ -63,7 +64,7 @@ fn flat_faces(what: &str, mesh: &TriMesh) -> Option<Finding> {
     (count > 0).then(|| {
         Finding::new(
             what,
-            format!("{count} triangles without an area"),
+            format!("{} without an area", counted(count, "triangle")),
             "vertices that lie on each other",
             "merge them, or remove the triangles",
         )
@@ -80,7 +81,10 @@ fn unused_vertices(what: &str, mesh: &TriMesh) -> Option<Finding> {
     (count > 0).then(|| {
         Finding::new(
             what,
-            format!("{count} vertices without a face"),
+            match count {
+                1 => "a vertex without a face".to_owned(),
+                _ => format!("{count} vertices without a face"),
+            },
             "loose points or lines",
             "remove them",
         )

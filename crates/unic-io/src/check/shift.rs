@@ -4,10 +4,10 @@ use super::Finding;
 use crate::capture::{Capture, CapturedClip};
 use glam::Vec3;
 
-/// Longest shift that is looked for, frames.
-const MOST_FRAMES: usize = 30;
-/// Shorter ones are the cloth's own lag.
-const FEWEST_FRAMES: usize = 2;
+/// Longest shift that is looked for, seconds.
+const LONGEST_S: f32 = 1.0;
+/// Shorter ones are the cloth's own lag, seconds: two frames at 30 fps.
+const SHORTEST_S: f32 = 0.06;
 /// Vertices whose mean tells where the garment is.
 const SAMPLES: usize = 200;
 /// Centroids that differ by less agree, metres.
@@ -19,16 +19,17 @@ const LEFT: f32 = 0.35;
 pub(super) fn shift(capture: &Capture, clip: &CapturedClip) -> Option<Finding> {
     let (garment, skinned) = (centroids(clip), skinned_centroids(capture, clip));
     let frames = garment.len();
-    if frames < 4 * FEWEST_FRAMES {
+    let fewest = (SHORTEST_S * clip.clip.fps).ceil() as usize;
+    let most = ((LONGEST_S * clip.clip.fps) as usize).min(frames / 3) as isize;
+    if frames < 4 * fewest {
         return None;
     }
-    let most = MOST_FRAMES.min(frames / 3) as isize;
     let here = difference(&garment, &skinned, 0);
     let best = (-most..=most)
         .map(|lag| (difference(&garment, &skinned, lag), lag))
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
     let (there, lag) = best;
-    if here < AGREE_M || there > LEFT * here || lag.unsigned_abs() < FEWEST_FRAMES {
+    if here < AGREE_M || there > LEFT * here || lag.unsigned_abs() < fewest.max(1) {
         return None;
     }
     let late = if lag > 0 { "after" } else { "before" };

@@ -3,7 +3,7 @@
 use super::{Kind, Report, arrays, mesh};
 use crate::{
     capture::{Capture, CapturedClip, Split, WeightsSource},
-    check,
+    check, counted,
 };
 use serde_json::json;
 use std::path::Path;
@@ -85,7 +85,11 @@ fn clips(report: &mut Report, capture: &Capture) {
     }
     report.measured(
         "clips",
-        format!("{}, {frames} frames, {seconds:.1} s", on_disk.len()),
+        format!(
+            "{}, {}, {seconds:.1} s",
+            counted(on_disk.len(), "clip"),
+            counted(frames, "frame")
+        ),
         json!({ "count": on_disk.len(), "frames": frames, "seconds": seconds }),
     );
     for split in Split::ALL {

@@ -30,6 +30,7 @@ pub(super) fn describe(report: &mut Report, npz: &mut Npz) {
     if let Some(arrays) = report.take(MotionArrays::read(npz, &Joints::Count(joints))) {
         let notes = arrays.notes.clone();
         notes.iter().for_each(|note| report.fact("note", note.as_str()));
+        report.findings(arrays.findings.clone());
         describe_clip(report, &arrays.into_clip(String::new()));
     }
 }

@@ -3,6 +3,7 @@
 use super::joints::{Joints, Order};
 use crate::{
     character::positions,
+    check::{self, Finding},
     error::{Error, Result},
     npy::{self, Array, Dim},
     npz::Npz,
@@ -26,8 +27,6 @@ const BODY_JOINTS: usize = 22;
 
 /// Longer rotations are seldom, radians.
 const MORE_THAN_A_TURN: f32 = 6.4;
-/// Part of a file's rotations that may be longer; more are in degrees.
-const MOST_TURNS: f32 = 0.05;
 
 /// Which joints a frame of a motion file holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +78,8 @@ pub(crate) struct MotionArrays {
     pub(crate) layout: PoseLayout,
     pub(crate) notes: Vec<String>,
     pub(crate) fps: f32,
+    /// What is probably wrong with the numbers themselves.
+    pub(crate) findings: Vec<Finding>,
     ground_height: f32,
     poses: Vec<Pose>,
     wind: Vec<Vec3>,
@@ -96,7 +97,7 @@ impl MotionArrays {
         let fps = frame_rate(npz)?;
         let ground_height = ground_height(npz)?;
         let values = npz.finite::<f32>(name, &dims)?;
-        check_frames(npz, name, &values, numbers)?;
+        check_frames(npz, name, &values)?;
         let mut notes: Vec<String> = layout.note().into_iter().chain(note).collect();
         let trans = translations(npz, &values, layout, &mut notes)?;
         let poses = (values.data.chunks_exact(numbers).zip(trans))
@@ -109,6 +110,9 @@ impl MotionArrays {
         Ok(Self {
             layout,
             notes,
+            findings: check::degrees(share_of_turns(&values, numbers))
+                .into_iter()
+                .collect(),
             fps,
             ground_height,
             poses,
@@ -144,30 +148,24 @@ fn frame_numbers(npz: &mut Npz, name: &str) -> Result<(usize, Vec<Dim>)> {
     }
 }
 
-fn check_frames(npz: &Npz, name: &str, values: &Array<f32>, numbers: usize) -> Result<()> {
+fn check_frames(npz: &Npz, name: &str, values: &Array<f32>) -> Result<()> {
     let frames = values.shape[0];
     if frames < 2 {
         return Err(npz.array_error(name, "at least two frames", frames.to_string()));
     }
-    let of_joints = |f: &'_ [f32]| numbers.min(66).min(f.len());
-    let rotations = values
-        .data
-        .chunks_exact(numbers)
-        .flat_map(|f| f[..of_joints(f)].chunks_exact(3));
+    Ok(())
+}
+
+/// Part of the rotations that are longer than a turn; those of the root may be counted up over turns.
+fn share_of_turns(values: &Array<f32>, numbers: usize) -> f32 {
+    let frames = values.data.chunks_exact(numbers);
+    let rotations = frames.flat_map(|frame| frame[..numbers.min(66)].chunks_exact(3).skip(1));
     let (mut turns, mut count) = (0, 0);
     for rotation in rotations {
         count += 1;
         turns += usize::from(Vec3::from_slice(rotation).length() > MORE_THAN_A_TURN);
     }
-    let share = turns as f32 / count.max(1) as f32;
-    if share <= MOST_TURNS {
-        return Ok(());
-    }
-    let found = format!(
-        "{:.0} % of them longer than a whole turn: probably degrees, which become radians by 0.01745",
-        100.0 * share
-    );
-    Err(npz.array_error(name, "axis-angle rotations in radians", found))
+    turns as f32 / count.max(1) as f32
 }
 
 fn translations(

@@ -46,7 +46,7 @@ impl Joints<'_> {
 }
 
 impl Order {
-    /// Of the array `poses` with so many numbers a frame.
+    /// The order of the array `poses` with so many numbers a frame.
     pub(super) fn of(npz: &mut Npz, poses: &str, numbers: usize, joints: &Joints) -> Result<Self> {
         if let Some(skeleton) = joints.skeleton().filter(|skeleton| is_named(skeleton))
             && npz.contains(JOINT_NAMES)
@@ -78,29 +78,27 @@ impl Order {
 
     fn by_names(npz: &mut Npz, poses: &str, numbers: usize, skeleton: &Skeleton) -> Result<Self> {
         let names = npz.text(JOINT_NAMES)?;
-        if 3 * names.len() != numbers {
-            let expected = format!("3 numbers for each of the {} joint names", names.len());
-            return Err(npz.array_error(poses, expected, format!("{numbers} numbers a frame")));
-        }
+        let layout = match numbers.checked_sub(3 * names.len()) {
+            Some(0) => PoseLayout::Native,
+            Some(3) if names.len() == SMPL_JOINT_NAMES.len() => PoseLayout::SmplWithTranslation,
+            _ => {
+                let expected = format!("3 numbers for each of the {} joint names", names.len());
+                return Err(npz.array_error(poses, expected, format!("{numbers} numbers a frame")));
+            }
+        };
         let sources: Vec<Option<usize>> = skeleton.names().iter().map(|name| found(name, &names)).collect();
-        let missing: Vec<&str> = (skeleton.names().iter().zip(&sources))
-            .filter(|(_, source)| source.is_none())
-            .map(|(name, _)| name.as_str())
-            .collect();
-        if !missing.is_empty() {
-            let expected = format!("the character's joints, with {} among them", listed(&missing));
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            return Err(npz.array_error(JOINT_NAMES, expected, listed(&names)));
-        }
+        refuse_missing(npz, skeleton, &sources, &names)?;
+        refuse_twice(npz, skeleton, &sources, &names)?;
+        let taken = sources.iter().flatten().count();
         let is_in_order = sources
             .iter()
             .enumerate()
             .all(|(joint, source)| *source == Some(joint));
-        let note = (!is_in_order || names.len() > sources.len())
-            .then(|| format!("{} of {} joints taken by their names", sources.len(), names.len()));
+        let note = (!is_in_order || names.len() > taken)
+            .then(|| format!("{taken} of {} joints taken by their names", names.len()));
         Ok(Self {
             sources,
-            layout: PoseLayout::Native,
+            layout,
             note,
         })
     }
@@ -126,6 +124,35 @@ impl Order {
             note: Some("joints in SMPL's order taken by their names".to_owned()),
             layout,
         })
+    }
+}
+
+/// Joints that carry no other, such as hands, may be missing: they do not turn.
+fn refuse_missing(npz: &Npz, skeleton: &Skeleton, sources: &[Option<usize>], names: &[String]) -> Result<()> {
+    let carries = |joint: usize| skeleton.parents().contains(&Some(joint));
+    let missing: Vec<&str> = (skeleton.names().iter().zip(sources).enumerate())
+        .filter(|(joint, (_, source))| source.is_none() && (carries(*joint) || skeleton.len() == 1))
+        .map(|(_, (name, _))| name.as_str())
+        .collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let expected = format!("the character's joints, with {} among them", listed(&missing));
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    Err(npz.array_error(JOINT_NAMES, expected, listed(&names)))
+}
+
+/// Names that spelling alone tells apart may stand for one joint of the file.
+fn refuse_twice(npz: &Npz, skeleton: &Skeleton, sources: &[Option<usize>], names: &[String]) -> Result<()> {
+    let twice =
+        |(joint, source): &(usize, &Option<usize>)| source.is_some() && sources[..*joint].contains(source);
+    match sources.iter().enumerate().find(twice) {
+        Some((joint, Some(source))) => {
+            let expected = format!("a joint of its own for {}", skeleton.names()[joint]);
+            let found = format!("{}, which stands for another already", names[*source]);
+            Err(npz.array_error(JOINT_NAMES, expected, found))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -20,6 +20,7 @@ pub use write::write_motion;
 
 use crate::{
     bvh::Bvh,
+    check::{self, Finding},
     error::{Error, Result},
     formats::refuse_foreign,
     npz::Npz,
@@ -107,6 +108,8 @@ pub struct MotionImport {
     pub clip: Clip,
     /// One sentence a conversion.
     pub notes: Vec<String>,
+    /// What is probably wrong with the motion as the file has it.
+    pub findings: Vec<Finding>,
 }
 
 /// Whose joints a file has.
@@ -137,10 +140,19 @@ enum Origin {
 /// numbers that are not finite, a frame rate outside 1 to 1000.
 pub fn import_motion(path: &Path, character: &Character, options: &MotionOptions) -> Result<MotionImport> {
     refuse_foreign(path, "a motion (npz or BVH)")?;
-    let (mut clip, origin, mut notes) = match is_bvh(path)? {
+    let Motion {
+        mut clip,
+        origin,
+        mut notes,
+        mut findings,
+    } = match is_bvh(path)? {
         true => from_bvh(path, character, options)?,
         false => from_npz(path, character, options)?,
     };
+    if findings.is_empty() {
+        // Before the body is put on the ground, which would hide another unit.
+        findings = check::motion(&clip, Some(&character.skeleton));
+    }
     let captured = origin == Origin::Captured;
     match options.low_pass {
         LowPass::Auto if captured => filter(path, &mut clip, low_pass::DEFAULT_HZ, &mut notes)?,
@@ -164,7 +176,11 @@ pub fn import_motion(path: &Path, character: &Character, options: &MotionOptions
     if let Some(repeat) = &options.repeat {
         clip = repeated(path, &clip, character, repeat, &mut notes)?;
     }
-    Ok(MotionImport { clip, notes })
+    Ok(MotionImport {
+        clip,
+        notes,
+        findings,
+    })
 }
 
 /// Whether a file is BVH: by its extension, or because it begins as one.
@@ -184,26 +200,31 @@ pub(crate) fn begins_as_bvh(start: &[u8]) -> bool {
     start.trim_ascii_start().starts_with(b"HIERARCHY")
 }
 
-fn from_bvh(
-    path: &Path,
-    character: &Character,
-    options: &MotionOptions,
-) -> Result<(Clip, Origin, Vec<String>)> {
+/// What a file says, on the character.
+struct Motion {
+    clip: Clip,
+    origin: Origin,
+    notes: Vec<String>,
+    findings: Vec<Finding>,
+}
+
+fn from_bvh(path: &Path, character: &Character, options: &MotionOptions) -> Result<Motion> {
     let bvh = Bvh::read(path)?;
     let source = Source::new(path, &bvh, &options.bones, options.up)?;
     let (clip, notes) = source.on(path, &bvh, character)?;
-    Ok((clip, Origin::Captured, notes))
+    Ok(Motion {
+        clip,
+        origin: Origin::Captured,
+        notes,
+        findings: Vec::new(),
+    })
 }
 
-fn from_npz(
-    path: &Path,
-    character: &Character,
-    options: &MotionOptions,
-) -> Result<(Clip, Origin, Vec<String>)> {
+fn from_npz(path: &Path, character: &Character, options: &MotionOptions) -> Result<Motion> {
     let mut npz = Npz::open(path)?;
     let arrays = MotionArrays::read(&mut npz, &Joints::Of(&character.skeleton))?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    let mut notes = arrays.notes.clone();
+    let (mut notes, findings) = (arrays.notes.clone(), arrays.findings.clone());
     let is_native = arrays.layout == PoseLayout::Native;
     let mut clip = arrays.into_clip(name.into_owned());
     let turned = up::to_y_up(&mut clip, &character.skeleton, options.up, &mut notes);
@@ -211,7 +232,12 @@ fn from_npz(
         true => Origin::Own,
         false => Origin::Foreign,
     };
-    Ok((clip, origin, notes))
+    Ok(Motion {
+        clip,
+        origin,
+        notes,
+        findings,
+    })
 }
 
 fn filter(path: &Path, clip: &mut Clip, hertz: f32, notes: &mut Vec<String>) -> Result<()> {

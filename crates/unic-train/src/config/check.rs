@@ -20,7 +20,7 @@ pub enum SettingsError {
         meant(nearest)
     )]
     UnknownKey {
-        /// As it was given.
+        /// The key as it was given.
         key: String,
         /// The key that it is most like.
         nearest: Option<String>,

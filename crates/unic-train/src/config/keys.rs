@@ -31,7 +31,7 @@ fn last(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }
 
-/// Of all presets, tables and values.
+/// The keys of all presets, of tables and of values.
 fn all() -> BTreeSet<String> {
     let mut keys: BTreeSet<String> = OPTIONAL.map(str::to_owned).into();
     for preset in Preset::ALL {

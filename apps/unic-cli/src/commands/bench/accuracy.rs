@@ -34,12 +34,10 @@ pub(crate) fn run(args: &AccuracyArgs) -> Result<()> {
     }
     let rows = RowSettings::read_all(&args.rows)?;
     let captures = open_all(&args.captures)?;
+    check_outputs(args, &captures)?;
     for capture in &captures {
         args.force.capture(capture)?;
     }
-    Outputs::beside(&args.captures)
-        .folder(&args.out, [])
-        .check(Existing::Resumed)?;
     let _lock = FolderLock::hold(&args.out)?;
     let mut results = Vec::new();
     for (path, capture) in args.captures.iter().zip(&captures) {
@@ -55,6 +53,19 @@ pub(crate) fn run(args: &AccuracyArgs) -> Result<()> {
         true => print_json(&results),
         false => print(&results.to_string()),
     }
+}
+
+/// Results are kept in a folder for each capture, which may not be the capture itself.
+fn check_outputs(args: &AccuracyArgs, captures: &[Capture]) -> Result<()> {
+    let folders = captures
+        .iter()
+        .map(|capture| args.out.join(&capture.manifest.name));
+    folders
+        .fold(
+            Outputs::beside(&args.captures).folder(&args.out, []),
+            |outputs, folder| outputs.folder(&folder, []),
+        )
+        .check(Existing::Resumed)
 }
 
 /// All of them before the first training, so that nothing is found wrong hours later.
@@ -94,7 +105,7 @@ struct Results {
     captures: Vec<OfCapture>,
 }
 
-/// Of each training.
+/// The budget of each training.
 #[derive(Serialize)]
 struct Budget {
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -184,8 +184,8 @@ impl Subject {
                         .with_mesh(mesh)
                         .map_err(|e| anyhow!("{}: {e}", path.display()))?;
                 }
-                let clip = motion_file::read(motion, model.character(), model.config().fps, &args.reading)?;
-                args.force.motion(motion, &clip, &model)?;
+                let (character, fps) = (model.character(), model.config().fps);
+                let clip = motion_file::read(motion, character, fps, &args.reading, args.force)?;
                 Scene::trained(model, clip)
             }
             (Self::Trained, ..) => Err(anyhow!("expected --model and --motion, found one of them")),

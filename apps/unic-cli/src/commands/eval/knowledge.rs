@@ -34,7 +34,7 @@ struct ToldValidation {
 }
 
 impl Knowledge {
-    /// By the capture's splits, which the baselines are fitted on, and by what a model says of its training.
+    /// Follows from the capture's splits, which the baselines are fitted on, and from what a model says of its training.
     pub(super) fn of(capture: &Capture, model: Option<&Model>, clips: &[String]) -> Self {
         let told: Told = model
             .and_then(|model| serde_json::from_value(model.about().training.clone()).ok())
@@ -105,7 +105,7 @@ fn listed(clips: &[String], all: usize) -> String {
     }
 }
 
-/// As in "2 threads".
+/// A number with its noun, as in "2 threads".
 pub(super) fn counted(count: usize, thing: &str) -> String {
     match count {
         1 => format!("1 {thing}"),

@@ -30,6 +30,7 @@ pub(super) fn check(args: &EvalArgs) -> Result<()> {
         // A capture is made once and then measured on: it is never replaced.
         Some(made) => beside_inputs(args)
             .folder(made, OWN_FILES.map(str::to_owned))
+            .folder(&made.join("clips"), [])
             .check(Existing::Refused),
         None => Ok(()),
     }

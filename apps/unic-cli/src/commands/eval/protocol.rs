@@ -2,13 +2,13 @@
 
 use crate::{
     args::{EvalArgs, ProtocolName},
-    output::{counted, say},
+    output::say,
 };
 use anyhow::{Result, bail};
 use std::num::NonZeroUsize;
 use unic_eval::{ByMode, Evaluation, Metrics, Mode, Protocol};
 use unic_io::{
-    Capture,
+    Capture, check, counted,
     datasets::{Dataset, convert},
     read_character,
 };
@@ -35,7 +35,9 @@ pub(super) fn capture(args: &EvalArgs) -> Result<Capture> {
         true => character.join("character.npz"),
         false => character.clone(),
     };
-    let converted = convert(dataset, &args.capture, &read_character(&file)?, out)?;
+    let character = read_character(&file)?;
+    args.force.settle(&file, &check::character(&character))?;
+    let converted = convert(dataset, &args.capture, &character, out)?;
     converted.notes.iter().for_each(|note| say(note));
     say(&format!(
         "{}: {}",

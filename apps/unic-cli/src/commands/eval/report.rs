@@ -37,7 +37,7 @@ pub(super) struct Recorder<'a> {
     rival: &'static str,
     /// The clip that runs.
     footage: Option<Footage>,
-    /// Of the clips with the worst frames so far, in the order of the evaluation.
+    /// The clips with the worst frames so far, in the order of the evaluation.
     worst: Vec<Footage>,
     is_last: bool,
     movies: Vec<Movie>,

@@ -54,7 +54,7 @@ fn joints(names: &[String]) -> Fact {
     Fact::measured("joints", text, json!({ "count": names.len(), "names": names }))
 }
 
-/// As people write it: 29.97 is not 29.969999313354492.
+/// The number as people write it: 29.97 is not 29.969999313354492.
 fn rounded(number: f32) -> f64 {
     number.to_string().parse().unwrap_or(f64::from(number))
 }

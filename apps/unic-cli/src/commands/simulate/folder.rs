@@ -38,11 +38,19 @@ pub(super) enum Found {
     Finished,
 }
 
+/// Refuses what would be lost, as far as it can be told before anything is made.
+pub(super) fn refuse(args: &SimulateArgs) -> Result<()> {
+    refuse_inputs_inside(args)?;
+    refuse_other_captures(&args.out)?;
+    match args.resume || args.overwrite {
+        true => Ok(()),
+        false => found(args, &toml::Table::new()).map(drop),
+    }
+}
+
 /// Locks the folder, looks at it, empties it where `--overwrite` says so, and refuses what would be
 /// lost. What a killed process has left half-written goes.
 pub(super) fn open(args: &SimulateArgs, record: &toml::Table) -> Result<(FolderLock, Found)> {
-    refuse_inputs_inside(args)?;
-    refuse_other_captures(&args.out)?;
     let lock = FolderLock::hold(&args.out)?;
     remove_leftovers(&args.out);
     if args.overwrite {
@@ -101,6 +109,14 @@ fn refuse_inputs_inside(args: &SimulateArgs) -> Result<()> {
 
 /// The folder may be a capture, which `--overwrite` replaces, but not a part of another.
 fn refuse_other_captures(out: &Path) -> Result<()> {
+    let clips = out.join("clips");
+    if real_path(&clips) != real_path(out).join("clips") {
+        let text = format!(
+            "--out: expected a folder of clips of its own, found the link {}",
+            clips.display()
+        );
+        return Err(Usage(text).into());
+    }
     match capture_written_by(out).filter(|capture| *capture != real_path(out)) {
         None => Ok(()),
         Some(capture) => {

@@ -211,10 +211,7 @@ fn named_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>>
     let mut jobs = Vec::new();
     for (i, path) in args.motion.iter().enumerate() {
         let (clip, source) = if path.exists() || path.extension().is_some() {
-            let clip = motion_file::read(path, character, args.fps, &args.reading)?;
-            // The whole of it: its first seconds may well be still.
-            args.force
-                .settle(path, &unic_io::check::motion(&clip, Some(&character.skeleton)))?;
+            let clip = motion_file::read(path, character, args.fps, &args.reading, args.force)?;
             (clip, path.display().to_string())
         } else {
             let clips = match built_in.take() {

@@ -70,11 +70,9 @@ pub(super) fn open(args: &SimulateArgs, jobs: &[Job]) -> Result<()> {
     };
     let names = jobs.iter().map(|job| picture_name(&job.clip.name));
     let inputs = [&args.character, &args.garment].into_iter().chain(&args.motion);
-    let existing = match args.resume {
-        true => Existing::Resumed,
-        false => Existing::of(args.overwrite),
-    };
-    Outputs::beside(inputs).folder(folder, names).check(existing)?;
+    Outputs::beside(inputs)
+        .folder(folder, names)
+        .check(Existing::of(args.overwrite))?;
     fs::create_dir_all(folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))
 }
 

@@ -1,7 +1,7 @@
 //! What a run says before and after it trains.
 
 use super::Run;
-use crate::{model_file, output::counted};
+use crate::model_file;
 use anyhow::Result;
 use serde::Serialize;
 use std::{
@@ -9,6 +9,7 @@ use std::{
     time::Duration,
 };
 use unic_eval::PreparedClip;
+use unic_io::counted;
 use unic_train::{
     Dataset, Fit, PUBLISHED_EPOCHS, TrainConfig, Trainer, TrainingTime, Validation, ValidationMotion,
 };
@@ -88,7 +89,7 @@ pub(super) struct Trained<'a> {
     pub(super) trainer: Trainer,
     /// Of the first one, where it held clips out.
     pub(super) validation: Option<Validation>,
-    /// Of the prior, all fits and their validation.
+    /// Training time of the prior, all fits and their validation.
     pub(super) time: TrainingTime,
 }
 

@@ -14,7 +14,7 @@ use unic_io::{Capture, Split, atomic};
 /// hundredth, and a table takes a third of the time.
 const NEAREST_EVERY: NonZeroUsize = NonZeroUsize::new(5).unwrap();
 
-/// Of all baselines, kept in `folder`: they depend on the capture alone. Ridge stands there with intersections handled
+/// The evaluation of all baselines, kept in `folder`: they depend on the capture alone. Ridge stands there with intersections handled
 /// as preset `standard` handles them, too.
 pub(super) fn baselines(capture: &Capture, folder: &Path) -> Result<Evaluation> {
     let path = folder.join("baselines.json");

@@ -137,7 +137,7 @@ struct Stage<'a> {
 struct Take {
     image: Image,
     seconds: f32,
-    /// By view, metres; none where there is no such number.
+    /// The numbers by view, metres; none where there is no such number.
     errors: [Option<f64>; 4],
 }
 

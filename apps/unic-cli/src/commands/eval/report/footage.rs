@@ -161,7 +161,7 @@ impl Footage {
     }
 }
 
-/// Of the ranges of `window` frames that hold frame `worst`, that with the largest squared errors; `errors` begin
+/// The range of `window` frames with the largest squared errors among those that hold frame `worst`; `errors` begin
 /// with frame 1.
 fn worst_window(errors: &[f64], window: usize, worst: usize) -> Range<usize> {
     /// A frame that has left the numbers counts as much as one that is so far off, metres.
