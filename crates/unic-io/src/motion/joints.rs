@@ -169,9 +169,9 @@ fn found(name: &str, names: &[String]) -> Option<usize> {
 }
 
 fn listed(names: &[&str]) -> String {
-    match names {
-        [few @ ..] if few.len() <= QUOTED => few.join(", "),
-        many => format!("{} and {} more", many[..QUOTED].join(", "), many.len() - QUOTED),
+    match names.split_at_checked(QUOTED) {
+        Some((first, more)) if !more.is_empty() => format!("{} and {} more", first.join(", "), more.len()),
+        _ => names.join(", "),
     }
 }
 

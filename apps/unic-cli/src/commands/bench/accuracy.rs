@@ -118,7 +118,7 @@ impl Budget {
     fn of(args: &AccuracyArgs) -> Self {
         Self {
             steps: args.steps,
-            seconds: args.steps.is_none().then(|| args.budget.as_secs_f64()),
+            seconds: args.steps.is_none().then_some(args.budget.as_secs_f64()),
         }
     }
 }
