@@ -1,27 +1,21 @@
 //! `unic demo`: the other commands, one after another.
 
+mod stages;
+
 use crate::{
-    args::{Args, Command, DemoArgs, DemoGarment},
+    args::DemoArgs,
     failure::{Interrupted, Usage},
     folder_lock::FolderLock,
-    interrupt,
     output::{self, print, say},
     outputs::{Existing, Outputs},
 };
 use anyhow::{Context, Result};
-use clap::{Parser, ValueEnum};
 use serde::Serialize;
-use std::{
-    borrow::Cow,
-    fs,
-    path::{Path, PathBuf},
-    time::Instant,
-};
+use stages::{Scale, garment, quoted, scale, show, stages};
+use std::{fs, path::Path, time::Instant};
 
 /// What the folder was made with: a demo of another kind does not go on with it.
 const RECORD: &str = "demo.toml";
-/// Frames of the animation: what one .glb holds.
-const ANIMATED_FRAMES: usize = 300;
 
 /// What [`RECORD`] holds.
 #[derive(Serialize)]
@@ -30,54 +24,6 @@ struct Record {
     quick: bool,
     #[serde(flatten)]
     scale: Scale,
-}
-
-/// How much of everything.
-#[derive(Serialize)]
-struct Scale {
-    motions: &'static [&'static str],
-    /// Held out.
-    test: &'static [&'static str],
-    /// Of each motion.
-    seconds: u32,
-    preset: &'static str,
-    /// Of each fit, and of what its prior remembers.
-    steps: [u32; 2],
-}
-
-const FULL: Scale = Scale {
-    motions: &[
-        "walk_speeds",
-        "walk_circles",
-        "walk_starts_stops",
-        "walk_slalom",
-        "run_circles",
-        "arms_trunk",
-        "mixed",
-    ],
-    test: &["turn_on_spot", "dance"],
-    seconds: 16,
-    preset: "standard",
-    steps: [100, 300],
-};
-
-/// Windows of a step of what the prior remembers, and their frames: on little motion more steps do better than large
-/// ones.
-const PRIOR_WINDOW: [u32; 2] = [16, 64];
-
-const QUICK: Scale = Scale {
-    motions: &["walk_circles", "mixed"],
-    test: &["dance"],
-    seconds: 5,
-    preset: "tiny",
-    steps: [60, 40],
-};
-
-/// One command with the file that it leaves when it has finished.
-struct Stage {
-    title: &'static str,
-    leaves: PathBuf,
-    words: Vec<String>,
 }
 
 /// Runs whatever the folder still lacks.
@@ -194,138 +140,6 @@ fn clear(args: &DemoArgs) -> Result<()> {
         fs::remove_file(&path).with_context(|| format!("{} cannot be removed", path.display()))?;
     }
     Ok(())
-}
-
-fn garment(args: &DemoArgs) -> String {
-    let value = DemoGarment::to_possible_value(&args.garment);
-    value.map_or_else(String::new, |value| value.get_name().to_owned())
-}
-
-fn scale(args: &DemoArgs) -> Scale {
-    if args.quick { QUICK } else { FULL }
-}
-
-fn stages(args: &DemoArgs) -> Vec<Stage> {
-    let out = args.out.as_path();
-    let scale = scale(args);
-    let [capture, model, report, animation] =
-        ["capture", "demo.unic", "report.html", "animation.glb"].map(|name| out.join(name));
-    let motion = capture.join("clips").join("dance.npz");
-    vec![
-        Stage {
-            title: "simulate the garment",
-            leaves: capture.join("capture.toml"),
-            words: simulate(args, &scale, &capture),
-        },
-        Stage {
-            title: "train a model",
-            leaves: model.clone(),
-            words: train(&scale, &capture, &model),
-        },
-        Stage {
-            title: "measure it on motions that it has not seen",
-            leaves: report.clone(),
-            words: words(&["eval", &show(&model), &show(&capture), "--report", &show(&report)]),
-        },
-        Stage {
-            title: "animate it",
-            leaves: animation.clone(),
-            words: {
-                let frames = format!("0..{}", ANIMATED_FRAMES.min(30 * scale.seconds as usize));
-                let [model, motion, animation] = [&model, &motion, &animation].map(|path| show(path));
-                words(&[
-                    "animate",
-                    &model,
-                    "--motion",
-                    &motion,
-                    "--frames",
-                    &frames,
-                    "--out",
-                    &animation,
-                    "--overwrite",
-                ])
-            },
-        },
-    ]
-}
-
-fn simulate(args: &DemoArgs, scale: &Scale, capture: &Path) -> Vec<String> {
-    let mut line = words(&["simulate", "--garment", &garment(args), "--motion"]);
-    line.extend(
-        scale
-            .motions
-            .iter()
-            .chain(scale.test)
-            .map(|name| (*name).to_owned()),
-    );
-    line.extend(words(&["--test", &scale.test.join(",")]));
-    line.extend(words(&[
-        "--seconds",
-        &scale.seconds.to_string(),
-        "--out",
-        &show(capture),
-    ]));
-    // What else is there is a demo's, of which nothing is finished.
-    let is_begun = capture.join("simulation.toml").exists();
-    line.push(if is_begun { "--resume" } else { "--overwrite" }.into());
-    line
-}
-
-fn train(scale: &Scale, capture: &Path, model: &Path) -> Vec<String> {
-    let [steps, prior_steps] = scale.steps;
-    let recurrence = |key: &str, value: u32| format!("model.state.displacement.recurrence.{key}={value}");
-    let mut line = words(&["train", &show(capture), "--out", &show(model)]);
-    if model.with_extension("run").join("config.toml").exists() {
-        line.push("--resume".into());
-    } else {
-        line.extend(words(&[
-            "--preset",
-            scale.preset,
-            "--steps",
-            &steps.to_string(),
-            "--set",
-            &recurrence("steps", prior_steps),
-            "--set",
-            &recurrence("windows", PRIOR_WINDOW[0]),
-            "--set",
-            &recurrence("frames", PRIOR_WINDOW[1]),
-            "--overwrite",
-        ]));
-    }
-    line
-}
-
-fn words(line: &[&str]) -> Vec<String> {
-    line.iter().map(|word| (*word).to_owned()).collect()
-}
-
-/// For a shell; as it is what no shell can take.
-fn quoted(word: &str) -> Cow<'_, str> {
-    shlex::try_quote(word).unwrap_or(Cow::Borrowed(word))
-}
-
-fn show(path: &Path) -> String {
-    path.display().to_string()
-}
-
-impl Stage {
-    /// As a shell takes it.
-    fn line(&self) -> String {
-        let words: Vec<_> = self.words.iter().map(|word| quoted(word)).collect();
-        words.join(" ")
-    }
-
-    fn run(&self) -> Result<()> {
-        interrupt::check()?;
-        let line = std::iter::once("unic").chain(self.words.iter().map(String::as_str));
-        match Args::try_parse_from(line)?.command {
-            Command::Simulate(args) => super::simulate::run(&args),
-            Command::Train(args) => super::train::run(&args),
-            Command::Eval(args) => super::eval::run(&args),
-            Command::Animate(args) => super::animate::run(&args),
-            other => anyhow::bail!("{other:?} is no stage of a demo"),
-        }
-    }
 }
 
 /// What the stage says of itself is right, but the demo's own command is shorter.

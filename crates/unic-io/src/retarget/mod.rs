@@ -14,13 +14,14 @@ mod leg;
 pub(crate) mod low_pass;
 mod names;
 mod rig;
+mod sides;
 mod transfer;
 
 pub use bones::BoneMap;
 pub(crate) use bones::feet_by_name;
 pub use feet::{FootMeasure, measure_feet};
-pub use names::counterparts;
 pub(crate) use names::is_same_joint;
+pub use sides::counterparts;
 
 use crate::{
     bvh::Bvh,
