@@ -35,11 +35,32 @@ fn straight(config: &TrainConfig) -> Result {
 
 /// Stopped after `steps`, then resumed by another trainer.
 fn interrupted(config: &TrainConfig, steps: u64) -> Result {
-    let folder = tempfile::tempdir().unwrap();
-    let mut listen = |event: &Event| match event {
+    let listen = |event: &Event| match event {
         Event::Step { step, .. } if *step == steps => Control::Stop,
         _ => Control::Continue,
     };
+    resumed(config, steps, listen)
+}
+
+/// Stopped within the measurement after `steps`, after that of its first frame, then resumed.
+fn interrupted_in_measuring(config: &TrainConfig, steps: u64) -> Result {
+    let mut frames = 0;
+    let listen = |event: &Event| match event {
+        Event::Measuring { step } if *step == steps => {
+            frames += 1;
+            if frames > 1 {
+                Control::Stop
+            } else {
+                Control::Continue
+            }
+        }
+        _ => Control::Continue,
+    };
+    resumed(config, steps, listen)
+}
+
+fn resumed(config: &TrainConfig, steps: u64, mut listen: impl FnMut(&Event) -> Control) -> Result {
+    let folder = tempfile::tempdir().unwrap();
     assert_eq!(
         trainer(config).run(Some(folder.path()), &mut listen).unwrap(),
         Outcome::Stopped
@@ -78,6 +99,16 @@ fn a_resumed_run_ends_where_an_uninterrupted_one_does() {
                 );
             }
         }
+    }
+}
+
+#[test]
+fn a_measurement_that_was_stopped_is_made_again() {
+    let mut config = small(PRESETS[0]);
+    config.keep = Keep::Best;
+    let whole = straight(&config);
+    for steps in [config.validation.every, config.optimiser.steps] {
+        assert!(interrupted_in_measuring(&config, steps) == whole, "{steps} steps");
     }
 }
 

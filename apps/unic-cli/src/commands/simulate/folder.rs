@@ -42,9 +42,11 @@ pub(super) enum Found {
 pub(super) fn refuse(args: &SimulateArgs) -> Result<()> {
     refuse_inputs_inside(args)?;
     refuse_other_captures(&args.out)?;
-    match args.resume || args.overwrite {
-        true => Ok(()),
-        false => found(args, &toml::Table::new()).map(drop),
+    // An unfinished simulation may still be going on, which its lock tells.
+    let is_finished = args.out.join(FINISHED).exists();
+    match is_finished && !args.resume && !args.overwrite {
+        true => found(args, &toml::Table::new()).map(drop),
+        false => Ok(()),
     }
 }
 
