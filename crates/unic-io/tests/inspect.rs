@@ -85,8 +85,8 @@ fn meshes_in_centimetres_are_noticed() {
     let found = problems(&report);
     for words in [
         "probably centimetres",
-        "1 triangles without an area",
-        "1 vertices without a face",
+        "1 triangle without an area",
+        "a vertex without a face",
     ] {
         assert!(found.contains(words), "{found}");
     }
