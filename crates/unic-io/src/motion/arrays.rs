@@ -1,6 +1,6 @@
 //! The arrays of a motion file, and the layouts that they come in.
 
-use super::joints::{Joints, Order};
+use super::joints::{Joints, Order, Sources};
 use crate::{
     character::positions,
     check::{self, Finding},
@@ -187,12 +187,12 @@ fn translations(
     Ok(vec![Vec3::ZERO; frames])
 }
 
-fn pose(frame: &[f32], trans: Vec3, sources: &[Option<usize>]) -> Pose {
-    let rotation = |source: &Option<usize>| match source {
-        Some(joint) => Vec3::from_slice(&frame[3 * joint..3 * joint + 3]),
+fn pose(frame: &[f32], trans: Vec3, sources: &Sources) -> Pose {
+    let rotation = |joint: usize| match sources.of(joint) {
+        Some(source) => Vec3::from_slice(&frame[3 * source..3 * source + 3]),
         None => Vec3::ZERO,
     };
-    let axis_angles: Vec<Vec3> = sources.iter().map(rotation).collect();
+    let axis_angles: Vec<Vec3> = (0..sources.len()).map(rotation).collect();
     Pose::from_axis_angles(trans, &axis_angles)
 }
 

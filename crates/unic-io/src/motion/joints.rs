@@ -21,12 +21,39 @@ pub(crate) enum Joints<'a> {
     Of(&'a Skeleton),
 }
 
-/// For each joint of the character the joint of the file; none for a joint that the file does not turn.
+/// Which joint of the file turns which joint of the character.
 #[derive(Debug)]
 pub(super) struct Order {
-    pub(super) sources: Vec<Option<usize>>,
+    pub(super) sources: Sources,
     pub(super) layout: PoseLayout,
     pub(super) note: Option<String>,
+}
+
+/// For each joint of the character the joint of the file; none for a joint that the file does not turn.
+#[derive(Debug)]
+pub(super) enum Sources {
+    /// The first `taken` of `joints` joints are those of the file. Nothing is allocated for them: a damaged file may
+    /// claim any number.
+    InOrder { joints: usize, taken: usize },
+    /// Found by name.
+    Named(Vec<Option<usize>>),
+}
+
+impl Sources {
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Self::InOrder { joints, .. } => *joints,
+            Self::Named(sources) => sources.len(),
+        }
+    }
+
+    /// The joint of the file for a joint of the character.
+    pub(super) fn of(&self, joint: usize) -> Option<usize> {
+        match self {
+            Self::InOrder { taken, .. } => (joint < *taken).then_some(joint),
+            Self::Named(sources) => sources[joint],
+        }
+    }
 }
 
 impl Joints<'_> {
@@ -68,9 +95,7 @@ impl Order {
     fn by_number(layout: PoseLayout, joints: usize) -> Self {
         let taken = layout.joints_taken(joints);
         Self {
-            sources: (0..joints)
-                .map(|joint| (joint < taken).then_some(joint))
-                .collect(),
+            sources: Sources::InOrder { joints, taken },
             layout,
             note: None,
         }
@@ -97,7 +122,7 @@ impl Order {
         let note = (!is_in_order || names.len() > taken)
             .then(|| format!("{taken} of {} joints taken by their names", names.len()));
         Ok(Self {
-            sources,
+            sources: Sources::Named(sources),
             layout,
             note,
         })
@@ -116,11 +141,9 @@ impl Order {
             let expected = format!("joint names for the character's joints ({})", listed(&names));
             return Err(npz.array_error(JOINT_NAMES, expected, "none, and so SMPL's order"));
         };
+        let taken = |joint: usize| by_number.sources.of(joint);
         Ok(Self {
-            sources: sources
-                .into_iter()
-                .map(|joint| by_number.sources[joint])
-                .collect(),
+            sources: Sources::Named(sources.into_iter().map(taken).collect()),
             note: Some("joints in SMPL's order taken by their names".to_owned()),
             layout,
         })
