@@ -21,7 +21,7 @@ pub(crate) struct Usage(pub(crate) String);
 #[error("{0}")]
 pub(crate) struct Interrupted(pub(crate) String);
 
-/// What is wrong is part of a result that stdout has already, as an object where JSON is asked for: exit code 1.
+/// A failure whose reason is part of a result that stdout has already, in JSON too: exit code 1.
 #[derive(Debug, Error)]
 #[error("{0}")]
 pub(crate) struct Shown(pub(crate) String);

@@ -15,7 +15,7 @@ use unic_train::Control;
 static ASKED: AtomicBool = AtomicBool::new(false);
 static SAVING: AtomicUsize = AtomicUsize::new(0);
 
-/// What the program has to come to its end by itself.
+/// Time for the program to come to its end by itself.
 const PATIENCE: Duration = Duration::from_millis(1500);
 
 /// Listens from here on.

@@ -1,4 +1,4 @@
-//! What this machine can take: sizes on the command line that it cannot are refused before memory is asked for.
+//! Limits of this machine: sizes on the command line beyond them are refused before memory is asked for.
 
 use std::{fs, num::NonZeroUsize, thread::available_parallelism};
 

@@ -5,7 +5,7 @@ use anyhow::Result;
 use std::path::{Path, PathBuf};
 use unic_io::capture::{capture_written_by, real_path};
 
-/// What becomes of files that are there already.
+/// Treatment of files that are there already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Existing {
     /// They stay: the command is refused.
@@ -17,7 +17,7 @@ pub(crate) enum Existing {
 }
 
 impl Existing {
-    /// What `--overwrite` says.
+    /// The treatment that `--overwrite` asks for.
     pub(crate) fn of(overwrite: bool) -> Self {
         match overwrite {
             true => Self::Replaced,

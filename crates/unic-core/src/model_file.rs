@@ -141,7 +141,7 @@ impl Model {
     /// Everything else is judged in either case: no bytes make this panic.
     ///
     /// # Errors
-    /// As [`Model::from_bytes`].
+    /// The errors of [`Model::from_bytes`].
     pub fn from_bytes_with(bytes: &[u8], integrity: Integrity) -> Result<Self, ModelFileError> {
         let metadata = read_metadata(bytes, integrity)?;
         let file = Source::open(bytes)?;

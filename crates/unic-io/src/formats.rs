@@ -125,7 +125,7 @@ pub(crate) const GARMENT: &str = "a folder with a garment, for `unic simulate --
 /// Description of a folder that is nothing of the project's.
 pub(crate) const NOTHING_KNOWN: &str = "a folder without capture.toml";
 
-/// What a folder is that is no capture, as far as its files tell, with what to do.
+/// Description of a folder that is no capture, as far as its files tell, with the way on.
 pub(crate) fn folder_that_is_no_capture(folder: &Path) -> &'static str {
     let has = |name: &str| folder.join(name).exists();
     if has(UNFINISHED) {

@@ -21,7 +21,7 @@ use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// What each bomb would unpack to, bytes.
+/// Size that each bomb would unpack to, bytes.
 const UNPACKED: usize = 192 << 20;
 
 /// Memory for refusing one, bytes: buffers of fixed size.

@@ -350,7 +350,7 @@ fn motions_in_other_units_and_still_ones() {
     one(&found(&degrees), &["from frame to frame", "degrees"]);
 }
 
-/// What is found in a capture of one clip that somebody has changed.
+/// Findings in a capture of one clip that somebody has changed.
 fn findings_of(change: impl Fn(&mut Take)) -> Vec<Finding> {
     let folder = tempfile::tempdir().unwrap();
     let mut take = take("walk", 1, 90);

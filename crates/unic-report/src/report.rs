@@ -10,7 +10,7 @@ pub struct Report {
     pub title: String,
     /// One sentence with the result.
     pub lead: String,
-    /// What keeps the result from meaning what it seems to, a sentence each, set off below it.
+    /// Reasons why the result does not mean what it seems to, a sentence each, set off below it.
     pub caveats: Vec<String>,
     /// The same as numbers to be seen from afar; the first is what the page is about.
     pub figures: Vec<KeyFigure>,

@@ -3,7 +3,7 @@ use maud::{Markup, html};
 /// Numbers in rows and columns.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// What it is about.
+    /// The subject.
     pub title: String,
     /// From left to right, after the rows' names.
     pub columns: Vec<Column>,

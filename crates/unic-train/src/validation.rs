@@ -11,7 +11,7 @@ use unic_core::{
 };
 use unic_eval::PreparedClip;
 
-/// What validation clips are to the fit that is measured on them.
+/// Relation of validation clips to the fit that is measured on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ValidationMotion {
@@ -38,7 +38,7 @@ impl ValidationMotion {
 pub struct Validation {
     /// The fit that was measured.
     pub fit: Fit,
-    /// What the clips were to that fit.
+    /// Relation of the clips to that fit.
     pub motion: ValidationMotion,
     /// The clips that it was measured on.
     pub clips: Vec<String>,

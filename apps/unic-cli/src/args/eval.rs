@@ -55,7 +55,7 @@ pub(crate) struct EvalArgs {
         conflicts_with = "split"
     )]
     pub(crate) clips: Vec<String>,
-    /// What becomes of vertices inside the body, for the model and the row `ridge_handled` [default: as the model
+    /// Handling of vertices inside the body, for the model and the row `ridge_handled` [default: as the model
     /// was trained for; with --baselines off].
     #[arg(long, value_enum)]
     pub(crate) intersection: Option<IntersectionName>,

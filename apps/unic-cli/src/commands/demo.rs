@@ -60,7 +60,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     close(args, &done, started)
 }
 
-/// What `--json` prints.
+/// The object of `--json`.
 #[derive(Serialize)]
 struct Summary<'a> {
     folder: &'a Path,

@@ -46,7 +46,7 @@ fn inspect(args: &InspectArgs, path: &Path) -> Result<()> {
     failure.map_or(Ok(()), Err)
 }
 
-/// What `--json` prints: the report, and an error where something is wrong.
+/// The object of `--json`: the report, and an error where something is wrong.
 #[derive(Serialize)]
 struct Inspected<'a> {
     #[serde(flatten)]

@@ -5,7 +5,7 @@
 use super::{ModelFileError, metadata};
 use serde_json::Value;
 
-/// What becomes of a model file's checksum when the file is read.
+/// Treatment of a model file's checksum when the file is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Integrity {
     /// Files whose bytes have changed since they were written are refused; files without a checksum are read.

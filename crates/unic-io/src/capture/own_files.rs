@@ -9,7 +9,7 @@ use std::{
 /// The manifest: there once a capture is complete.
 pub const MANIFEST: &str = "capture.toml";
 
-/// What a simulation keeps instead of the manifest until all of its clips are made.
+/// Name of the file that a simulation keeps instead of the manifest until all of its clips are made.
 pub const UNFINISHED: &str = "simulation.toml";
 
 /// Names of a capture's own files beside its folder of clips.

@@ -50,7 +50,7 @@ pub struct CapturedClip {
     pub garment: GarmentFrames,
     /// The body's vertices, where they are not what skinning gives.
     pub body: Option<VertexFrames>,
-    /// What is probably wrong with the numbers of the motion.
+    /// Probable mistakes in the numbers of the motion.
     pub findings: Vec<Finding>,
 }
 

@@ -30,7 +30,7 @@ const DEEP_M: f32 = 0.005;
 /// Another mesh of a garment lies at most so far from the first, as a part of its extent.
 const OTHER_MESH_FAR: f32 = 0.05;
 
-/// What may have happened to a mesh on its way: name, remedy, and what undoes it.
+/// A mistake that may have happened to a mesh on its way, with its remedy and the transform that undoes it.
 struct Slip {
     name: &'static str,
     remedy: &'static str,

@@ -19,7 +19,7 @@ pub(super) fn unit_of(ratio: f32) -> Option<(&'static str, f32)> {
     (off(nearest.1) < SIZES.ln()).then_some((nearest.0, 1.0 / nearest.1))
 }
 
-/// What lengths that are `ratio` times too large probably are, and what to do.
+/// The probable unit of lengths that are `ratio` times too large, and its remedy.
 pub(super) fn words(ratio: f32, thing: &str) -> (String, String) {
     match unit_of(ratio) {
         Some((unit, scale)) => (unit.to_owned(), format!("scale {thing} by {scale} to metres")),

@@ -35,13 +35,13 @@ use std::fmt::{self, Display};
 /// Something that is probably a mistake.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// What it is about: "body", "garment", "clip `walk`", ...
+    /// The subject: "body", "garment", "clip `walk`", ...
     pub subject: String,
-    /// What was found.
+    /// The thing that was found.
     pub found: String,
-    /// What it probably is.
+    /// The probable cause.
     pub probably: String,
-    /// What to do about it.
+    /// The way to mend it.
     pub remedy: String,
 }
 

@@ -31,7 +31,7 @@ pub struct Report {
     pub path: PathBuf,
     /// What it is.
     pub kind: Kind,
-    /// What it holds, in reading order; an object in JSON.
+    /// Facts about the content, in reading order; an object in JSON.
     #[serde(serialize_with = "as_object")]
     pub facts: Vec<Fact>,
     /// One sentence for each thing that is wrong; empty when nothing is.
@@ -41,7 +41,7 @@ pub struct Report {
 /// Something that a file holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fact {
-    /// What it is about.
+    /// The subject.
     pub name: String,
     /// For people.
     pub text: String,

@@ -78,7 +78,7 @@ pub(crate) struct MotionArrays {
     pub(crate) layout: PoseLayout,
     pub(crate) notes: Vec<String>,
     pub(crate) fps: f32,
-    /// What is probably wrong with the numbers themselves.
+    /// Probable mistakes in the numbers themselves.
     pub(crate) findings: Vec<Finding>,
     ground_height: f32,
     poses: Vec<Pose>,

@@ -108,7 +108,7 @@ pub struct MotionImport {
     pub clip: Clip,
     /// One sentence a conversion.
     pub notes: Vec<String>,
-    /// What is probably wrong with the motion as the file has it.
+    /// Probable mistakes in the motion as the file has it.
     pub findings: Vec<Finding>,
 }
 
@@ -200,7 +200,7 @@ pub(crate) fn begins_as_bvh(start: &[u8]) -> bool {
     start.trim_ascii_start().starts_with(b"HIERARCHY")
 }
 
-/// What a file says, on the character.
+/// A motion file's content, on the character.
 struct Motion {
     clip: Clip,
     origin: Origin,

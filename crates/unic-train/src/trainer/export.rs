@@ -54,7 +54,7 @@ impl Trainer {
     /// for it was chosen there. A lone clip, which is trained on too, cannot tell.
     ///
     /// # Errors
-    /// As [`Trainer::run`]; [`TrainError::Stopped`] where `proceed`, asked before each frame, says stop.
+    /// The errors of [`Trainer::run`]; [`TrainError::Stopped`] where `proceed`, asked before each frame, says stop.
     pub fn validation(&self, proceed: &dyn Fn() -> Control) -> Result<Option<Validation>, TrainError> {
         if !self.validates() {
             return Ok(None);

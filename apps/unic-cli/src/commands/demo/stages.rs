@@ -21,10 +21,10 @@ pub(super) struct Scale {
     motions: &'static [&'static str],
     /// Held out.
     test: &'static [&'static str],
-    /// Of each motion.
+    /// Seconds of each motion.
     seconds: u32,
     preset: &'static str,
-    /// Of each fit, and of what its prior remembers.
+    /// Optimiser steps of each fit, and of the recurrent unit of its prior.
     steps: [u32; 2],
 }
 
@@ -176,7 +176,7 @@ pub(super) fn show(path: &Path) -> String {
 }
 
 impl Stage {
-    /// As a shell takes it.
+    /// The command as a shell takes it.
     pub(super) fn line(&self) -> String {
         let words: Vec<_> = self.words.iter().map(|word| quoted(word)).collect();
         words.join(" ")

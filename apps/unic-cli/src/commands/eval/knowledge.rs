@@ -1,4 +1,4 @@
-//! What training knew of the clips that are measured.
+//! Training's knowledge of the clips that are measured.
 
 use serde::Deserialize;
 use unic_core::model::Model;
@@ -7,7 +7,7 @@ use unic_io::{Capture, Split};
 /// Names of clips that one sentence lists at most.
 const MOST_NAMES: usize = 6;
 
-/// What training knew of the clips that are measured, and of those that the model was validated on.
+/// Training's knowledge of the clips that are measured, and of those that the model was validated on.
 pub(super) struct Knowledge {
     clips: usize,
     /// The clips that training has fitted.
@@ -18,7 +18,7 @@ pub(super) struct Knowledge {
     validated_on_itself: Vec<String>,
 }
 
-/// What a model tells of its training, as far as it matters here; files may tell anything.
+/// The part of a model's account of its training that matters here; files may tell anything.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Told {

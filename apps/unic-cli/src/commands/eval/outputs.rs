@@ -1,4 +1,4 @@
-//! What `unic eval` writes.
+//! Outputs of `unic eval`.
 
 use crate::{
     args::EvalArgs,

@@ -1,4 +1,4 @@
-//! What a user wants to know of a model, before its tensors.
+//! Facts about a model that a user wants to know before its tensors.
 
 use crate::model_file;
 use serde_json::{Value, json};
@@ -111,7 +111,7 @@ fn code(model: &Model) -> [Fact; 2] {
     ]
 }
 
-/// What the file tells about its training; files of other makers may tell nothing.
+/// The file's account of its training; files of other makers may tell nothing.
 fn training(told: &Value) -> Vec<Fact> {
     let mut facts = Vec::new();
     if let Some(clips) = told["training_clips"].as_array() {

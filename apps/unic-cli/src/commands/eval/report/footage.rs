@@ -1,4 +1,4 @@
-//! What is kept of a clip while rows run through it: enough to show its worst seconds, wherever they are.
+//! Frames of a clip that are kept while rows run through it: enough to show its worst seconds, wherever they are.
 
 use super::super::moment::Moment;
 use crate::{
