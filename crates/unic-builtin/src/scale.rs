@@ -13,7 +13,7 @@ use unic_core::{
     network::Linear,
     prior::Prior,
     recurrence::Recurrence,
-    skeleton::{Pose, Skeleton, SkeletonParts},
+    skeleton::{Pose, SMPL_PARENTS, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
 
@@ -26,10 +26,6 @@ pub type Failure = Box<dyn Error + Send + Sync>;
 /// Fewest vertices of a garment that is made here: three rings.
 const FEWEST: usize = 32;
 
-/// SMPL's.
-const PARENTS: [i64; 24] = [
-    -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
-];
 const BODY_VERTICES: usize = 6_890;
 const FPS: f32 = 30.0;
 
@@ -69,14 +65,14 @@ pub fn random_model(preset: Network, vertices: usize) -> Result<Model, Failure> 
         return Err(format!("expected a garment of {FEWEST} vertices or more, found {vertices}").into());
     }
     let config = config(preset)?;
-    let pair = 2 * motion_len(PARENTS.len());
+    let pair = 2 * motion_len(SMPL_PARENTS.len());
     let garment = garment(vertices)?;
     let [fewest, most] = SHAPES;
     let shapes = (MOST_SHAPE_VECTORS / vertices).clamp(fewest, most);
     Ok(Model::new(ModelParts {
         encoder: encoder_layers(&config),
         field: field_layers(&config),
-        normalisation: Normalisation::identity(PARENTS.len()),
+        normalisation: Normalisation::identity(SMPL_PARENTS.len()),
         character: character()?,
         prior: match preset {
             Network::Standard => Prior {
@@ -111,7 +107,7 @@ pub fn walk(frame: usize) -> Pose {
     let turn = |j: usize| Quat::from_rotation_x(0.2 * (TAU * s + j as f32).sin());
     Pose {
         trans: Vec3::Z * s,
-        local: (0..PARENTS.len()).map(turn).collect(),
+        local: (0..SMPL_PARENTS.len()).map(turn).collect(),
     }
 }
 
@@ -157,7 +153,7 @@ fn config(preset: Network) -> Result<ModelConfig, Failure> {
 }
 
 fn encoder_layers(config: &ModelConfig) -> Vec<Linear> {
-    let widths = config.encoder.widths(2 * motion_len(PARENTS.len()));
+    let widths = config.encoder.widths(2 * motion_len(SMPL_PARENTS.len()));
     widths.windows(2).map(|w| linear(w[0], w[1])).collect()
 }
 
@@ -189,8 +185,8 @@ fn character() -> Result<Character, Failure> {
     let body = tube(BODY_VERTICES, 60, 0.15, 0.0..1.6)?;
     let place = |j: usize| Vec3::new(0.02 * (j % 3) as f32 - 0.02, 0.9 + 0.02 * j as f32, 0.0);
     let skeleton = Skeleton::new(SkeletonParts {
-        parents: PARENTS.to_vec(),
-        joints: (0..PARENTS.len()).map(place).collect(),
+        parents: SMPL_PARENTS.to_vec(),
+        joints: (0..SMPL_PARENTS.len()).map(place).collect(),
         ..SkeletonParts::default()
     });
     Ok(Character {
@@ -210,14 +206,14 @@ fn garment(vertices: usize) -> Result<Garment, Failure> {
 /// Four joints a vertex, as engines skin with.
 fn weights(mesh: &TriMesh) -> Result<SkinningWeights, Failure> {
     let row = |v: &Vec3| {
-        let first = (v.y * 12.0) as usize % (PARENTS.len() - 3);
+        let first = (v.y * 12.0) as usize % (SMPL_PARENTS.len() - 3);
         [0.4, 0.3, 0.2, 0.1]
             .into_iter()
             .enumerate()
             .map(move |(i, w)| (first + i, w))
     };
     Ok(SkinningWeights::from_rows(
-        PARENTS.len(),
+        SMPL_PARENTS.len(),
         mesh.vertices.iter().map(row),
     )?)
 }

@@ -27,7 +27,7 @@ use thiserror::Error;
 use unic_core::{
     character::Character,
     mesh::{MeshError, TriMesh},
-    skeleton::{Skeleton, SkeletonError, SkeletonParts},
+    skeleton::{SMPL_PARENTS, Skeleton, SkeletonError, SkeletonParts},
     skinning::WeightsError,
     weights::diffused_weights,
 };
@@ -107,7 +107,7 @@ pub fn human(parameters: &HumanParameters) -> Result<Character, HumanError> {
     let (patch, image) = mirrored(&half_body(&anatomy, &proportions), MIDPLANE, |label| label);
     let body = TriMesh::new(patch.vertices, patch.faces)?;
     let skeleton = Skeleton::new(SkeletonParts {
-        parents: proportions::PARENTS.to_vec(),
+        parents: SMPL_PARENTS.to_vec(),
         joints: proportions.joints.to_vec(),
         ..SkeletonParts::default()
     })?;

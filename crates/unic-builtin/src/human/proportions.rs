@@ -3,11 +3,6 @@
 use super::{HumanError, HumanParameters};
 use glam::Vec3;
 
-/// Parents in SMPL's joint order.
-pub(super) const PARENTS: [i64; 24] = [
-    -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
-];
-
 /// Height of the body that all constants of this module's siblings are given for, metres.
 const STANDARD_HEIGHT_M: f32 = 1.70;
 

@@ -11,24 +11,15 @@ use glam::{Mat3, Quat, Vec3};
 use std::f32::consts::FRAC_PI_2;
 use unic_core::{
     character::Character,
-    skeleton::{Pose, SMPL_JOINT_NAMES, Skeleton},
+    skeleton::{Pose, SMPL_JOINT_NAMES, SMPL_PARENTS, Skeleton},
 };
 
 const JOINTS: usize = SMPL_JOINT_NAMES.len();
 
-/// Parents of [`SMPL_JOINT_NAMES`].
-const PARENTS: [Option<usize>; JOINTS] = {
-    let mut parents = [None; JOINTS];
-    let of = [
-        0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
-    ];
-    let mut j = 1;
-    while j < JOINTS {
-        parents[j] = Some(of[j]);
-        j += 1;
-    }
-    parents
-};
+/// Parent of a joint in SMPL's order; none for the root.
+fn parent_of(joint: usize) -> Option<usize> {
+    usize::try_from(SMPL_PARENTS[joint]).ok()
+}
 
 /// Shares of its full length from which on a leg yields, and beyond which it never stretches, while it
 /// carries weight: the pelvis stays where the first is enough.
@@ -116,7 +107,7 @@ impl Rig {
             self.arm(posture, side, &mut world);
             self.leg(posture, side, &mut world);
         }
-        let local = |j: usize| PARENTS[j].map_or(world[j], |p| world[p].inverse() * world[j]);
+        let local = |j: usize| parent_of(j).map_or(world[j], |p| world[p].inverse() * world[j]);
         Pose {
             trans: posture.position - self.joints[0],
             local: (0..JOINTS).map(|j| shortest(local(j).normalize())).collect(),
@@ -216,11 +207,11 @@ fn check_joints(skeleton: &Skeleton) -> Result<(), MotionError> {
             found: skeleton.len(),
         });
     }
-    match (0..JOINTS).find(|&j| skeleton.parents()[j] != PARENTS[j]) {
+    match (0..JOINTS).find(|&j| skeleton.parents()[j] != parent_of(j)) {
         None => Ok(()),
         Some(joint) => Err(MotionError::Parent {
             joint,
-            expected: PARENTS[joint],
+            expected: parent_of(joint),
             found: skeleton.parents()[joint],
         }),
     }

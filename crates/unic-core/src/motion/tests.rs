@@ -7,15 +7,12 @@ mod state;
 
 use super::*;
 use crate::{
-    skeleton::{Pose, SkeletonParts},
+    skeleton::{Pose, SMPL_PARENTS, SkeletonParts},
     transform::Rigid,
 };
 use glam::{Quat, Vec3};
 use reference::{Motion, motion_vectors};
 
-const SMPL_PARENTS: [i64; 24] = [
-    -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
-];
 const VARIANTS: [(MotionLayout, VelocityScheme); 6] = [
     (MotionLayout::Paper, VelocityScheme::Forward),
     (MotionLayout::Paper, VelocityScheme::Backward),

@@ -28,6 +28,11 @@ pub const SMPL_JOINT_NAMES: [&str; 24] = [
     "R_hand",
 ];
 
+/// Parents of [`SMPL_JOINT_NAMES`], as [`SkeletonParts`](super::SkeletonParts) has them: -1 for the root.
+pub const SMPL_PARENTS: [i64; 24] = [
+    -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
+];
+
 /// The names given, or those that a skeleton of `count` joints has without.
 pub(super) fn named(names: Vec<String>, count: usize) -> Vec<String> {
     if !names.is_empty() {

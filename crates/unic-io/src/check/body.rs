@@ -6,7 +6,7 @@ use glam::Vec3;
 use std::collections::HashSet;
 use unic_core::{
     character::Character,
-    skeleton::{SMPL_JOINT_NAMES, Skeleton},
+    skeleton::{SMPL_JOINT_NAMES, SMPL_PARENTS, Skeleton},
 };
 
 /// Heights of bodies, metres.
@@ -16,39 +16,6 @@ const USUAL_HEIGHT: f32 = 1.7;
 
 /// A direction is along an axis when this much of it is: 45 degrees.
 const ALONG: f32 = 0.7;
-
-/// Parents in SMPL's order.
-const SMPL_PARENTS: [Option<usize>; 24] = {
-    const fn of(joint: usize) -> Option<usize> {
-        Some(joint)
-    }
-    [
-        None,
-        of(0),
-        of(0),
-        of(0),
-        of(1),
-        of(2),
-        of(3),
-        of(4),
-        of(5),
-        of(6),
-        of(7),
-        of(8),
-        of(9),
-        of(9),
-        of(9),
-        of(12),
-        of(13),
-        of(14),
-        of(16),
-        of(17),
-        of(18),
-        of(19),
-        of(20),
-        of(21),
-    ]
-};
 
 /// Units, axes, orientation, names and weights of a body.
 pub fn character(character: &Character) -> Vec<Finding> {
@@ -125,7 +92,7 @@ fn namesakes(skeleton: &Skeleton) -> Option<Finding> {
 /// 24 joints without names take SMPL's, which belong to SMPL's tree.
 fn assumed_names(skeleton: &Skeleton) -> Option<Finding> {
     let is_smpl = skeleton.names() == SMPL_JOINT_NAMES;
-    (is_smpl && skeleton.parents() != SMPL_PARENTS).then(|| {
+    (is_smpl && skeleton.to_parts().parents != SMPL_PARENTS).then(|| {
         Finding::new(
             "skeleton",
             "24 joints with SMPL's names in another tree than SMPL's",

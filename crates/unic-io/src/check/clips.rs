@@ -1,10 +1,7 @@
 //! Captures and their clips.
 
 use super::{Finding, body, fit, lengths, motions, shift};
-use crate::{
-    capture::{Capture, CapturedClip, Split},
-    error::Result,
-};
+use crate::capture::{Capture, CapturedClip, Split};
 use glam::Vec3;
 use unic_core::{
     character::Garment,
@@ -39,13 +36,9 @@ pub fn capture<E: From<crate::Error>>(
     findings.extend(fit::garment(&capture.garment.rest, &capture.character));
     for name in splits.iter().flat_map(|split| capture.clip_names(*split)) {
         proceed()?;
-        findings.extend(clip(capture, &loaded(capture, name)?));
+        findings.extend(clip(capture, &capture.load_clip(name)?));
     }
     Ok(findings)
-}
-
-fn loaded(capture: &Capture, name: &str) -> Result<CapturedClip> {
-    capture.load_clip(name)
 }
 
 /// One clip: its motion, and its garment over time.

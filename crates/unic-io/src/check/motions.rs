@@ -1,8 +1,11 @@
 //! A motion on a skeleton.
 
 use super::{Finding, lengths};
-use glam::{Quat, Vec3};
-use unic_core::{clip::Clip, skeleton::Skeleton};
+use glam::Vec3;
+use unic_core::{
+    clip::Clip,
+    skeleton::{Pose, Skeleton},
+};
 
 /// Faster than any runner, m/s.
 const FASTEST_ROOT: f32 = 15.0;
@@ -57,7 +60,7 @@ fn unit(clip: &Clip, skeleton: Option<&Skeleton>) -> Option<Finding> {
     let root = skeleton.map_or(Vec3::ZERO, |s| s.joints()[s.root()]);
     let far = |s: &Skeleton| s.joints().iter().map(|j| j.distance(root)).fold(0.0, f32::max);
     let size = skeleton.map_or(USUAL_SIZE, far);
-    let height = |pose: &unic_core::skeleton::Pose| (pose.trans.y + root.y - clip.ground_height).abs();
+    let height = |pose: &Pose| (pose.trans.y + root.y - clip.ground_height).abs();
     // A skeleton without size has no unit either.
     let size = size.max(1e-3);
     let highest = lengths::median(clip.poses.iter().map(height).collect())?;
@@ -81,19 +84,15 @@ fn jump(clip: &Clip) -> Option<Finding> {
 
 /// Median over frames of the largest turn of a joint.
 fn turn(clip: &Clip) -> f32 {
-    let largest = |pair: &[unic_core::skeleton::Pose]| {
+    let largest = |pair: &[Pose]| {
         let turned = pair[0]
             .local
             .iter()
             .zip(&pair[1].local)
-            .map(|(a, b)| angle(*a, *b));
+            .map(|(a, b)| a.angle_between(*b));
         turned.fold(0.0, f32::max)
     };
     lengths::median(clip.poses.windows(2).map(largest).collect()).unwrap_or(0.0)
-}
-
-fn angle(a: Quat, b: Quat) -> f32 {
-    a.angle_between(b)
 }
 
 fn scrambled(clip: &Clip) -> Option<Finding> {
@@ -119,7 +118,7 @@ fn still(clip: &Clip) -> Option<Finding> {
             .local
             .iter()
             .zip(&pose.local)
-            .any(|(a, b)| angle(*a, *b) > LEAST_TURN);
+            .any(|(a, b)| a.angle_between(*b) > LEAST_TURN);
         turns || first.trans.distance(pose.trans) > LEAST_WAY
     });
     (!moves).then(|| {

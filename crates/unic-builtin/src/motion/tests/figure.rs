@@ -7,7 +7,7 @@ use std::path::Path;
 use unic_core::{
     character::Character,
     mesh::TriMesh,
-    skeleton::{Pose, Skeleton, SkeletonParts},
+    skeleton::{Pose, SMPL_PARENTS, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
     transform::Rigid,
 };
@@ -34,10 +34,6 @@ const MIDDLE: [(usize, [f32; 3]); 6] = [
     (15, [0.0, 1.57, 0.02]),
 ];
 
-const PARENTS: [i64; 24] = [
-    -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
-];
-
 /// A T-posed skeleton of 1.7 m with the vertices that matter: heel, ball and toe of each foot, crown.
 pub(super) fn figure() -> Character {
     let mirrored = |p: [f32; 3]| Vec3::new(-p[0], p[1], p[2]);
@@ -61,7 +57,7 @@ pub(super) fn figure() -> Character {
     Character {
         body: TriMesh::new(rows.iter().map(|r| r.1).collect(), vec![[0, 2, 4], [1, 3, 5]]).unwrap(),
         skeleton: Skeleton::new(SkeletonParts {
-            parents: PARENTS.to_vec(),
+            parents: SMPL_PARENTS.to_vec(),
             joints,
             ..SkeletonParts::default()
         })
