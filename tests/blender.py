@@ -1,12 +1,14 @@
-"""Opens in Blender what `unic animate` writes, and compares every vertex with the npz of the same run.
+"""Imports the files of `unic animate` into Blender and compares every vertex with the .npz file.
 
-Contract: after an import as docs/animation.md describes it, body and garment of a .glb, a .pc2 on its .obj and a
-folder of OBJ files stand upright in Blender's world, +Z up, at each frame where the npz has them, within 0.02 mm.
+Contract: after an import by docs/guides/animate.md, body and garment of a .glb, a .pc2 on its .obj and
+a folder of OBJ files are upright in Blender's world (+Z up). In each frame their vertices are within
+0.02 mm of those of the .npz.
 
-    python3 tests/blender.py target/release/unic                          a small capture of its own
+    python3 tests/blender.py target/release/unic                          makes its own capture
     python3 tests/blender.py target/release/unic MODEL.unic MOTION.npz    at most 300 frames of motion
 
-Run by hand, because Blender is an install of 370 MB: `pip install bpy` (4.2 or later), numpy and safetensors.
+The test needs `pip install bpy` (4.2 or later, 370 MB), numpy and safetensors. It is skipped without
+bpy.
 """
 
 import sys
@@ -28,13 +30,13 @@ LARGEST_MM = 0.02
 
 
 def empty_scene(fps):
-    """Nothing in it; importers place key frames by its frame rate."""
+    """Empties the scene and sets its frame rate, by which importers place key frames."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.context.scene.render.fps = round(fps)
 
 
 def positions(object):
-    """World positions (V, 3) as they are drawn in the current frame, turned from Blender's +Z up to +Y up."""
+    """World positions (V, 3) in the current frame, turned from Blender's +Z up to +Y up."""
     evaluated = object.evaluated_get(bpy.context.evaluated_depsgraph_get())
     mesh = evaluated.to_mesh()
     flat = np.empty(3 * len(mesh.vertices), np.float32)
@@ -46,17 +48,19 @@ def positions(object):
 
 
 def largest_mm(found, expected):
+    """Largest distance in mm; a .glb has copies of vertices after those of the garment."""
     return 1e3 * np.linalg.norm(found[:len(expected)] - expected, axis=1).max()
 
 
-def frames_to_look_at(count):
+def sample_frames(count):
+    """Frames to compare: some at the beginning, in the middle and at the end."""
     return sorted({0, 1, 2, count // 3, count // 2, count - 2, count - 1})
 
 
-def at_frames(truth, current):
-    """The largest difference over some frames, and halfway between two."""
+def largest_over_frames(truth, current):
+    """Largest difference in mm over some frames; `current` returns the positions in a frame."""
     worst = 0.0
-    for frame in frames_to_look_at(len(truth)):
+    for frame in sample_frames(len(truth)):
         bpy.context.scene.frame_set(frame)
         worst = max(worst, largest_mm(current(), truth[frame]))
     return worst
@@ -65,8 +69,9 @@ def at_frames(truth, current):
 def check_glb(folder, truth):
     bpy.ops.import_scene.gltf(filepath=str(folder / "d.glb"))
     objects = bpy.data.objects
-    errors = {f"{name} of a .glb": at_frames(truth[name], lambda: positions(objects[name]))
+    errors = {f"{name} of a .glb": largest_over_frames(truth[name], lambda: positions(objects[name]))
               for name in truth}
+    # Between two key frames positions are interpolated linearly.
     bpy.context.scene.frame_set(3, subframe=0.5)
     halfway = (truth["garment"][3] + truth["garment"][4]) / 2
     errors["garment of a .glb, halfway"] = largest_mm(positions(objects["garment"]), halfway)
@@ -74,19 +79,25 @@ def check_glb(folder, truth):
 
 
 def import_obj(path):
-    """As the menu does with its own settings, Forward -Z and Up Y: the object is turned, its vertices are the file's."""
+    """Imports an OBJ with the default settings of the menu, Forward -Z and Up Y.
+
+    They turn the object and leave its vertices as they are in the file.
+    """
     bpy.ops.wm.obj_import(filepath=str(path))
     return bpy.context.selected_objects[0]
 
 
 def check_pc2(folder, truth):
-    """Mesh Cache modifiers with their own settings, Forward +Y and Up +Z: they move vertices before the object turns."""
+    """Adds Mesh Cache modifiers with their default settings, Forward +Y and Up +Z.
+
+    They move vertices before the object is turned.
+    """
     errors = {}
     for name, stem in (("garment", "d"), ("body", "d.body")):
         object = import_obj(folder / f"{stem}.obj")
         cache = object.modifiers.new("cache", "MESH_CACHE")
         cache.cache_format, cache.filepath, cache.frame_start = "PC2", str(folder / f"{stem}.pc2"), 0
-        errors[f"{name} of a .pc2"] = at_frames(truth[name], lambda: positions(object))
+        errors[f"{name} of a .pc2"] = largest_over_frames(truth[name], lambda: positions(object))
     return errors
 
 
@@ -100,9 +111,9 @@ def check_obj_folder(folder, truth):
 
 
 def four_influences(folder, truth):
-    """What a reader of the first set alone makes of the body: mean and largest error, mm."""
+    """Mean and largest error in mm of the body in readers that use four influences per vertex."""
     glb = Glb(folder / "d.glb")
-    frames = frames_to_look_at(len(truth))
+    frames = sample_frames(len(truth))
     errors = np.concatenate([np.linalg.norm(glb.body(t, sets=1) - truth[t], axis=1) for t in frames])
     return 1e3 * errors.mean(), 1e3 * errors.max()
 
@@ -130,7 +141,7 @@ def main():
     print(f"Blender {bpy.app.version_string}, {len(truth['garment'])} frames, largest difference in mm:")
     for name, error in errors.items():
         print(f"  {name}: {error:.4f}{'' if error < LARGEST_MM else '  FAILED'}")
-    print(f"  (for readers of four influences a vertex, the body of the .glb: {largest:.4f}, mean {mean:.4f})")
+    print(f"  (body of the .glb with four influences per vertex: {largest:.4f}, mean {mean:.4f})")
     return int(max(errors.values()) >= LARGEST_MM)
 
 

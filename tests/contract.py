@@ -1,9 +1,11 @@
-"""What `--json` prints, against its schema.
+"""JSON output of every command, compared with its schema.
 
-Contract: the object of every command is the one that docs/json.schema.json describes, and so is that of every command
-that fails; docs/json.md names every key.
+Contract: the object that a command prints with --json, also when it fails, matches
+docs/json.schema.json. docs/reference/json.md names every key.
 
     python3 tests/contract.py target/release/unic
+
+The program `unic-lab` must be in the same folder as `unic`.
 """
 
 import json
@@ -18,12 +20,13 @@ import numpy as np
 
 from figures import FPS, motion, write_capture
 
-UNIC = str(Path(sys.argv[1]).resolve())
+UNIC = Path(sys.argv[1]).resolve()
+PROGRAMS = {"unic": UNIC, "unic-lab": UNIC.with_name("unic-lab")}
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 SCHEMA = json.loads((DOCS / "json.schema.json").read_text())
 SHORT = ["--preset", "tiny", "--steps", "10", "--set", "optimiser.warmup_steps=2"]
 
-# The schema's name, the command, and its exit code.
+# Name of the schema, arguments of the command, exit code.
 COMMANDS = [
     ("train", ["train", "tube", *SHORT, "--out", "tube.unic"], 0),
     ("eval", ["eval", "tube.unic", "tube"], 0),
@@ -40,9 +43,9 @@ COMMANDS = [
     ("simulate", ["simulate", "--character", "tube/character.npz", "--garment", "tube/garment.obj", "--motion",
                   "walk.npz", "--seconds", "0.3", "--contacts", "1,1,1,1", "--out", "made"], 0),
     ("bench", ["bench", "--model", "tube.unic", "--motion", "walk.npz", "--frames", "10"], 0),
-    ("bench accuracy", ["bench", "accuracy", "tube", "--rows", "tiny.toml", "--steps", "10", "--seeds", "1", "--out",
-                        "accuracy"], 0),
-    ("bench lasting", ["bench", "lasting", "tube.unic", "tube", "--frames", "60"], 0),
+    ("unic-lab accuracy", ["accuracy", "tube", "--rows", "tiny.toml", "--steps", "10", "--seeds", "1", "--out",
+                           "accuracy"], 0),
+    ("unic-lab lasting", ["lasting", "tube.unic", "tube", "--frames", "60"], 0),
     ("failure", ["animate", "nothing.unic", "--motion", "walk.npz", "--out", "new.pc2"], 1),
     ("failure", ["train", "tube", "--stepz", "3"], 2),
     ("failure", ["--threads", "0", "inspect", "tube"], 2),
@@ -50,8 +53,10 @@ COMMANDS = [
 
 
 def check(name, folder, arguments, code):
-    done = subprocess.run([UNIC, *arguments, "--json"], cwd=folder, capture_output=True, text=True)
-    about = f"unic {' '.join(arguments)}: exit code {done.returncode}\n{done.stderr}"
+    """Runs a command and compares its exit code and its object with those expected."""
+    program = "unic-lab" if name.startswith("unic-lab ") else "unic"
+    done = subprocess.run([PROGRAMS[program], *arguments, "--json"], cwd=folder, capture_output=True, text=True)
+    about = f"{program} {' '.join(arguments)}: exit code {done.returncode}\n{done.stderr}"
     assert done.returncode == code, about
     found = json.loads(done.stdout)
     validator = jsonschema.Draft202012Validator({"$ref": f"#/$defs/{name}", "$defs": SCHEMA["$defs"]})
@@ -60,8 +65,8 @@ def check(name, folder, arguments, code):
 
 
 def check_page():
-    """Every command of the schema has its row in docs/json.md, and every key of it is named there."""
-    page = (DOCS / "json.md").read_text()
+    """Checks that docs/reference/json.md has a row for every command and names all of its keys."""
+    page = (DOCS / "reference/json.md").read_text()
     rows = dict(re.findall(r"^\| `([^`]+)` \| (.+) \|$", page, re.M))
     names = {"coverage": "inspect --coverage"}
     for name, schema in SCHEMA["$defs"].items():
@@ -69,10 +74,10 @@ def check_page():
         if row is None:
             assert name in {"error", "failure", "metrics", "by_mode", "evaluation", "code", "timing"}, name
             continue
-        if name == "bench lasting":
+        if name == "unic-lab lasting":
             continue
         for key in schema["properties"]:
-            assert f"`{key}`" in row or key == "protocol", f"docs/json.md, {name}: {key}"
+            assert f"`{key}`" in row or key == "protocol", f"docs/reference/json.md, {name}: {key}"
 
 
 def main():
@@ -86,7 +91,7 @@ def main():
         (folder / "tiny.toml").write_text('title = "tiny"\npreset = "tiny"\n[optimiser]\nwarmup_steps = 2\n')
         for name, arguments, code in COMMANDS:
             check(name, folder, arguments, code)
-    print(f"{len(COMMANDS)} objects are as their schema says")
+    print(f"{len(COMMANDS)} objects match their schema")
 
 
 main()

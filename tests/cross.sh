@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# The field's kernels on processors that this machine does not have: compiles unic-core for 64-bit ARM and for
-# WebAssembly with simd128, and runs their test suite under qemu and node. The compiler, its libraries and qemu are
-# unpacked from Debian's packages into the target folder; nothing is installed. Where they cannot be had, says so
-# and succeeds.
+# Tests the field's kernels on processors that this machine does not have: compiles unic-core for
+# 64-bit ARM and for WebAssembly with simd128, and runs the test suite under qemu and node. The
+# compiler, its libraries and qemu are unpacked from Debian packages into the target folder; nothing
+# is installed. If they cannot be downloaded, the script prints a line and succeeds.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 target=${CARGO_TARGET_DIR:-target}/cross
@@ -10,7 +10,7 @@ mkdir -p "$target"
 target=$(cd "$target" && pwd)
 root=$target/root
 
-# apt for two architectures, with lists of its own: the machine's are left as they are.
+# Runs apt for two architectures with its own package lists, so that the machine's do not change.
 apt() {
     APT_CONFIG=$target/apt.conf "$@" 2> "$target/apt.log"
 }
@@ -27,7 +27,7 @@ CONF
     apt timeout 60 apt-get update -qq
 }
 
-# The package of a pattern that a package depends on: names that carry a version.
+# Prints the dependency of a package whose name matches a pattern, for names that contain a version.
 dependency() {
     apt apt-cache depends "$1" | sed -n "s/^ *Depends: \($2\)\$/\1/p" | head -n 1
 }
@@ -44,7 +44,7 @@ packages() {
 
 unpack() {
     case $1 in
-        # All of the compiler's own source is there, too.
+        # Only the standard library is needed of the compiler's source.
         *rust-web-src*) dpkg --fsys-tarfile "$1" | tar -x -C "$root" --wildcards './usr/src/*/library' './usr/lib' ;;
         *) dpkg -x "$1" "$root" ;;
     esac
@@ -61,7 +61,7 @@ get_compiler() {
     touch "$root/complete"
 }
 
-# cargo of this machine with the compiler that has been unpacked.
+# Runs this machine's cargo with the unpacked compiler.
 cargo_with() {
     LD_LIBRARY_PATH=$root/usr/lib/x86_64-linux-gnu RUSTC=$root/usr/bin/rustc CARGO_TARGET_DIR=$target \
         cargo "$@" --release -p unic-portability
@@ -78,9 +78,9 @@ arm() {
     cargo_with test --test field --target aarch64-unknown-linux-gnu
 }
 
-# Debian has no standard library for WebAssembly, but its source: it is built here, which stable compilers do when
-# they are told that they are not stable. Debian's C library for it knows no threads: what std would call of them
-# stays undefined, and nobody calls it.
+# Debian has the standard library for WebAssembly as source only. It is built here, which a stable
+# compiler does with RUSTC_BOOTSTRAP=1. Debian's C library for WebAssembly has no threads: these
+# functions stay undefined (--unresolved-symbols=ignore-all) and are never called.
 wasm() {
     local lld
     lld=$(find "$(rustc --print sysroot)" -name rust-lld | head -n 1)
@@ -98,6 +98,6 @@ wasm() {
 
 get_compiler || { echo "skipped: no compiler for other processors: $(tail -n 1 "$target/apt.log")"; exit 0; }
 (arm)
-# One without dot products.
+# A processor without dot product instructions.
 (arm cortex-a53)
 (wasm)

@@ -1,4 +1,7 @@
-"""A swaying column of six joints in a wide tube: a capture written by numpy alone, by docs/capture.md."""
+"""A small capture, written with numpy alone in the format of docs/reference/capture.md.
+
+The character is a column of six joints, and the garment a wide tube around it.
+"""
 
 import numpy as np
 
@@ -6,7 +9,7 @@ FPS, FRAMES = 30, 40
 
 
 def tube(radius, heights, around=16):
-    """Vertices and outward faces of an open cylinder about +Y."""
+    """Vertices and faces of an open cylinder about +Y, with the faces counter-clockwise outside."""
     angle = 2 * np.pi * np.arange(around) / around
     ring = np.stack([radius * np.sin(angle), 0 * angle, radius * np.cos(angle)], axis=1)
     vertices = np.concatenate([ring + [0, y, 0] for y in heights])
@@ -19,16 +22,17 @@ def tube(radius, heights, around=16):
 
 
 def unrolled(faces, around=16):
-    """Texture coordinates of a tube that is cut open, and their numbers at the corners of the faces."""
+    """Texture coordinates of a tube that is cut open, and their indices at the face corners."""
     rows = faces.max() // around + 1
     uvs = np.array([[i / around, row / rows] for row in range(rows) for i in range(around + 1)])
     row, i = faces // around, faces % around
-    # A face that closes the ring ends at the far side of the cut.
+    # A face that closes the ring uses the coordinates at the far side of the cut.
     i = np.where((i == 0) & (i.max(axis=1, keepdims=True) == around - 1), around, i)
     return uvs, row * (around + 1) + i
 
 
 def write_character(path):
+    """Writes character.npz, with a rest pose that is not zero."""
     vertices, faces = tube(0.15, np.linspace(0, 1.6, 17))
     joints = np.array([[0, y, 0] for y in (0.9, 0.5, 1.1, 1.4, 0.2, 1.55)], np.float32)
     nearness = np.exp(-(((vertices[:, None, 1] - joints[None, :, 1]) / 0.3) ** 2))
@@ -49,6 +53,7 @@ def motion(seed):
 
 
 def write_clip(folder, name, seed, garment_rest, character):
+    """Writes a clip whose garment follows the nearest body vertices, with a wave of 2 cm."""
     poses, trans = motion(seed)
     weights = character["weights"]
     nearest = np.linalg.norm(garment_rest[:, None] - character["vertices"][None], axis=2).argmin(axis=1)
@@ -59,6 +64,7 @@ def write_clip(folder, name, seed, garment_rest, character):
 
 
 def write_capture(root):
+    """Writes a capture with two training clips, a validation clip and a test clip."""
     (root / "clips").mkdir(parents=True)
     (root / "capture.toml").write_text(
         'version = 1\nname = "tube"\nfps = 30.0\nup = "y"\nunits = "metres"\n'
@@ -75,7 +81,7 @@ def write_capture(root):
         write_clip(root / "clips", name, seed, vertices, character)
 
 
-# ---- kinematics, from docs/capture.md ----------------------------------------------------------
+# ---- kinematics, from docs/reference/capture.md -------------------------------------------------
 
 
 def matrices(axis_angles):
@@ -89,6 +95,7 @@ def matrices(axis_angles):
 
 
 def globals_of(local, parents):
+    """Global rotations from local ones."""
     turned = []
     for j, parent in enumerate(parents):
         turned.append(local[j] if parent < 0 else turned[parent] @ local[j])

@@ -1,4 +1,4 @@
-"""A binary glTF file evaluated with numpy alone, as the specification says (ISO/IEC 12113)."""
+"""Evaluation of a binary glTF file with numpy alone, by the specification (ISO/IEC 12113)."""
 
 import json
 import struct
@@ -10,6 +10,8 @@ SHAPES = {"SCALAR": (), "VEC2": (2,), "VEC3": (3,), "VEC4": (4,), "MAT4": (4, 4)
 
 
 class Glb:
+    """GLB with one animation of a skinned body and a morphed garment."""
+
     def __init__(self, path):
         data = path.read_bytes()
         magic, version, length, json_length, json_type = struct.unpack_from("<4sIII4s", data)
@@ -26,6 +28,7 @@ class Glb:
             self.times = self.array(sampler["input"])
 
     def array(self, accessor):
+        """Array of an accessor, given by its index."""
         accessor = self.json["accessors"][accessor]
         view = self.json["bufferViews"][accessor["bufferView"]]
         dtype, shape = np.dtype(COMPONENTS[accessor["componentType"]]), SHAPES[accessor["type"]]
@@ -44,7 +47,7 @@ class Glb:
         return self.array(self.primitive(name)["attributes"][semantic])
 
     def garment(self, frame, semantic="POSITION"):
-        """The morphed garment at a key, (V, 3)."""
+        """Garment vertices (V, 3) at a key frame, by the morph weights."""
         weights = self.keys[self.node("garment"), "weights"].reshape(len(self.times), -1)[frame]
         shape = self.attribute("garment", semantic).astype(float)
         for weight, target in zip(weights, self.primitive("garment")["targets"]):
@@ -53,7 +56,7 @@ class Glb:
         return shape
 
     def transforms(self, frame):
-        """World transforms of all nodes at a key."""
+        """World transforms of all nodes at a key frame, by their indices."""
         worlds = {}
 
         def descend(index, parent):
@@ -72,9 +75,10 @@ class Glb:
         return worlds
 
     def body(self, frame, sets=None):
-        """The skinned body at a key, (B, 3); by the first sets of influences alone, normalised."""
+        """Body vertices (B, 3) at a key frame, by the first `sets` sets of influences."""
         skin, worlds = self.json["skins"][0], self.transforms(frame)
-        inverse = self.array(skin["inverseBindMatrices"]).astype(float).transpose(0, 2, 1)  # by columns
+        # glTF stores matrices by columns.
+        inverse = self.array(skin["inverseBindMatrices"]).astype(float).transpose(0, 2, 1)
         world_from_bind = np.stack([worlds[j] @ m for j, m in zip(skin["joints"], inverse)])
         names = self.primitive("body")["attributes"]
         count = sum(name.startswith("JOINTS_") for name in names)
@@ -89,7 +93,7 @@ class Glb:
 
 
 def rotation(q):
-    """Matrix of a unit quaternion x, y, z, w."""
+    """Rotation matrix of a unit quaternion (x, y, z, w)."""
     x, y, z, w = q
     k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.eye(3) + 2 * w * k + 2 * k @ k

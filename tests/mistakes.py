@@ -1,12 +1,14 @@
-"""Plausible mistakes, made as users make them.
+"""Mistakes that users plausibly make, and signals that stop commands.
 
-Contract: every mistake is refused with exit code 1 or 2 and one sentence that says what is wrong; with `--json`
-stdout is one object that holds the same sentence as `error`; nothing is written, changed or removed; and every
-command ends within two seconds of SIGTERM.
+Contract:
+- Every mistake is refused with exit code 1 or 2 and one sentence that names the problem.
+- With --json, stdout is one object whose `error` holds the same sentence.
+- No file is written, changed or removed.
+- Every command ends within two seconds of SIGTERM.
 
     python3 tests/mistakes.py target/release/unic [--table]
 
-`--table` prints every mistake with what happens, in Markdown.
+`--table` prints every mistake with its error message, in Markdown.
 """
 
 import hashlib
@@ -26,16 +28,23 @@ import numpy as np
 
 from figures import FPS, motion, write_capture
 
-UNIC = str(Path(sys.argv[1]).resolve())
-# A refusal that takes longer has begun to work.
+UNIC = Path(sys.argv[1]).resolve()
+# Commands of the program for research; all others are those of `unic`.
+LAB_COMMANDS = {"accuracy", "lasting"}
+# Longest time of a refusal in seconds. A command that takes longer has begun to work.
 LONGEST_S = 20.0
-# Between SIGTERM and the end, with room for a loaded machine.
+# Longest time from SIGTERM to the end, in seconds, on a machine with other work.
 PATIENCE_S = 2.0
 SHORT = ["--preset", "tiny", "--steps", "10", "--set", "optimiser.warmup_steps=2"]
 
 
+def program(arguments):
+    """The program that has this command: `unic-lab` lies beside `unic`."""
+    return UNIC.with_name("unic-lab") if arguments[0] in LAB_COMMANDS else UNIC
+
+
 def run(folder, arguments):
-    return subprocess.run([UNIC, *map(str, arguments)], cwd=folder, capture_output=True, text=True)
+    return subprocess.run([program(arguments), *map(str, arguments)], cwd=folder, capture_output=True, text=True)
 
 
 def succeed(folder, *arguments):
@@ -43,7 +52,7 @@ def succeed(folder, *arguments):
     assert done.returncode == 0, f"unic {arguments}: {done.stderr}"
 
 
-# ---- what the mistakes are made with -----------------------------------------------------------
+# ---- files for the mistakes --------------------------------------------------------------------
 
 
 def write_motion(path, poses, trans, **more):
@@ -51,7 +60,7 @@ def write_motion(path, poses, trans, **more):
 
 
 def make_scene(folder):
-    """A capture, a model of it, motions, meshes, and a character of 24 joints."""
+    """Makes a capture, a model of it, motions, meshes, and a character of 24 joints."""
     write_capture(folder / "tube")
     poses, trans = motion(9)
     write_motion(folder / "walk.npz", poses, trans)
@@ -72,17 +81,20 @@ def make_scene(folder):
 
 
 def obj(scene, name, change):
-    """A copy of the capture's rest shape with changed vertices."""
+    """Writes a copy of the capture's rest shape; `change` maps its vertices (V, 3) to new ones."""
     lines = (scene / "tube/garment.obj").read_text().splitlines()
     places = np.array([line.split()[1:4] for line in lines if line.startswith("v ")], float)
     moved = iter(change(places))
-    told = [f"v {x} {y} {z}" if line.startswith("v ") else line
-            for line in lines for x, y, z in [next(moved) if line.startswith("v ") else (0, 0, 0)]]
-    (scene / name).write_text("\n".join(told) + "\n")
+    changed = [f"v {x} {y} {z}" if line.startswith("v ") else line
+               for line in lines for x, y, z in [next(moved) if line.startswith("v ") else (0, 0, 0)]]
+    (scene / name).write_text("\n".join(changed) + "\n")
 
 
 def arrays(source, target, **changes):
-    """A copy of an npz; changes are values, or functions of what was there."""
+    """Writes a copy of an npz with changed arrays: values, or functions of all arrays.
+
+    None removes an array.
+    """
     values = dict(np.load(source))
     for name, change in changes.items():
         values[name] = change(values) if callable(change) else change
@@ -92,12 +104,13 @@ def arrays(source, target, **changes):
 
 
 def clip(scene, change):
-    """Changes the garment of the capture's clip `a`, (T, V, 3)."""
+    """Changes the garment (T, V, 3) of the capture's clip `a`."""
     path = scene / "tube/clips/a.garment.npy"
     np.save(path, change(np.load(path)).astype(np.float32))
 
 
 def fan(path):
+    """Writes a mesh of one polygon with 3,019 corners."""
     angle = 2 * np.pi * np.arange(3019) / 3019
     lines = [f"v {0.3 * x} 1.0 {0.3 * z}" for x, z in zip(np.cos(angle), np.sin(angle))]
     path.write_text("\n".join(lines) + "\nf " + " ".join(str(i + 1) for i in range(3019)) + "\n")
@@ -108,7 +121,7 @@ def linked_clips(scene):
     os.symlink("../tube/clips", scene / "linked/clips")
 
 
-# Depth first, as Blender lists bones.
+# Indices of SMPL's joints, depth first, which is the order in which Blender lists bones.
 BLENDER = [0, 1, 4, 7, 10, 2, 5, 8, 11, 3, 6, 9, 12, 15, 13, 16, 18, 20, 22, 14, 17, 19, 21, 23]
 
 
@@ -123,14 +136,14 @@ def bytes_of(name, start):
 
 
 def flipped(path):
-    """Changes one bit of the last tensor."""
+    """Changes one bit of the last tensor of a model."""
     data = bytearray(path.read_bytes())
     data[-9] ^= 0x10
     path.write_bytes(data)
 
 
 def bomb(path):
-    """A motion of 200 MB of zeros in an archive of 200 KB."""
+    """Writes a motion of 200 MB of zeros in an archive of 200 KB."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("poses.npy", "w") as entry:
         np.lib.format.write_array_header_1_0(entry, {"descr": "<f4", "fortran_order": False, "shape": (50_000_000, 1)})
         for _ in range(200):
@@ -170,9 +183,9 @@ def capture_of(folder, **change):
     return lambda scene: arrays(scene / folder / "character.npz", scene / folder / "character.npz", **change)
 
 
-# What is done, what is prepared for it, the command, and words of the refusal.
+# Title, preparation, command, and words of the error message.
 MISTAKES = [
-    # ---- nothing is lost
+    # ---- outputs that would lose files
     ("dump into a capture's clips", None, [*EVAL, "--dump", "tube/clips"], "a part of the capture"),
     ("dump through a link", None, [*EVAL, "--dump", "link", "--overwrite"], "a part of the capture"),
     ("dump onto files", None, [*EVAL, "--dump", "dumps"], "--overwrite replaces it"),
@@ -200,8 +213,8 @@ MISTAKES = [
     ("strips onto strips", None, ["simulate", "--motion", "dance", "--out", "new", "--pictures", "strips"],
      "--overwrite replaces it"),
     ("bench onto a model", None, [*BENCH, "--budget", "9s", "--precision", "f32", "--out", "tube.unic"], "tube.unic"),
-    ("benchmark into a capture", None, ["bench", "accuracy", "tube", "--steps", "1", "--out", "tube"], "is no input"),
-    ("benchmark beside its capture", None, ["bench", "accuracy", "tube", "--steps", "1", "--out", "."], "is no input"),
+    ("benchmark into a capture", None, ["accuracy", "tube", "--steps", "1", "--out", "tube"], "is no input"),
+    ("benchmark beside its capture", None, ["accuracy", "tube", "--steps", "1", "--out", "."], "is no input"),
     ("train onto the settings in its run", lambda s: (s / "other.run").rename(s / "tube.run"),
      ["train", "tube", "--config", "tube.run/config.toml", "--out", "tube.unic", "--overwrite"], "is no input"),
     ("demo into a capture", None, ["demo", "--quick", "--out", "tube"], "a part of the capture"),
@@ -222,7 +235,7 @@ MISTAKES = [
      EVAL, "another order"),
     ("vertices shuffled, lasting",
      lambda s: clip(s, lambda g: g[:, np.random.default_rng(2).permutation(g.shape[1])]),
-     ["bench", "lasting", "tube.unic", "tube"], "another order"),
+     ["lasting", "tube.unic", "tube"], "another order"),
     ("a clip in centimetres", lambda s: clip(s, lambda g: 100 * g), TRAIN, "centimetres"),
     ("a garment 9 frames late", lambda s: clip(s, lambda g: g[np.maximum(np.arange(len(g)) - 9, 0)]), TRAIN,
      "frames after its body"),
@@ -287,10 +300,10 @@ MISTAKES = [
     ("names exchanged in capture.toml", lambda s: (s / "person/capture.toml").write_text(
         (s / "person/capture.toml").read_text().replace('"L_hip"', '"?"').replace('"R_hip"', '"L_hip"')
         .replace('"?"', '"R_hip"')), ["eval", "--baselines", "person"], "joint_names"),
-    ("contacts that no name tells", lambda s: (s / "tube/capture.toml").write_text(
+    ("contacts that joint names do not tell", lambda s: (s / "tube/capture.toml").write_text(
         (s / "tube/capture.toml").read_text().replace("contact_joints = [1, 1, 1, 1]\n", "")), TRAIN,
      "contact_joints"),
-    # ---- things that are something else
+    # ---- files of another kind
     ("FBX as a motion", bytes_of("x.fbx", b"Kaydara FBX Binary  "), [*ANIMATE, "--motion", "x.fbx"][:2]
      + ["--motion", "x.fbx", "--out", "new.pc2"], "export motion as BVH"),
     ("Alembic as a garment", bytes_of("x.abc", b"Ogawa\xff"), on("x.abc"), "Alembic"),
@@ -317,17 +330,17 @@ MISTAKES = [
 ]
 
 
-# ---- running them ------------------------------------------------------------------------------
+# ---- running the commands ----------------------------------------------------------------------
 
 
 def contents(folder):
-    """Names and hashes of everything in a folder."""
+    """Paths and hashes of all files in a folder."""
     files = (path for path in sorted(folder.rglob("*")) if path.is_file())
     return {str(path.relative_to(folder)): hashlib.sha1(path.read_bytes()).hexdigest() for path in files}
 
 
 def check(title, prepare, command, words, template):
-    """Seconds to the refusal, and its sentence."""
+    """Makes a mistake. Returns the seconds to the refusal and the error message."""
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / "scene"
         shutil.copytree(template, scene, symlinks=True)
@@ -339,21 +352,21 @@ def check(title, prepare, command, words, template):
         begun = time.monotonic()
         done = run(scene, [*command, "--json"])
         seconds = time.monotonic() - begun
-        told = done.stderr.strip().splitlines()
-        about = f"{title}: unic {' '.join(map(str, command))}: exit code {done.returncode}\n{done.stderr}{done.stdout}"
+        told, name = done.stderr.strip().splitlines(), program(command).name
+        about = f"{title}: {name} {' '.join(map(str, command))}: exit code {done.returncode}\n{done.stderr}{done.stdout}"
         assert done.returncode in (1, 2), about
         error = json.loads(done.stdout)["error"]
         assert error["exit_code"] == done.returncode and words in error["message"], f"expected {words}: {about}"
         assert "panicked" not in done.stderr and error["kind"] != "internal", about
         if not done.stderr.startswith("error: "):
-            assert told[-1] == f"unic: {error['message']}", about
+            assert told[-1] == f"{name}: {error['message']}", about
         assert seconds < LONGEST_S, f"{seconds:.1f} s: {about}"
         changed = {name for name, digest in contents(scene).items() if before.get(name) != digest}
         assert not changed and before.keys() == contents(scene).keys(), f"changed {changed}: {about}"
         return seconds, error["message"]
 
 
-# What `--force` goes on with.
+# Mistakes that `--force` accepts.
 FORCED = [
     ("a garment 9 frames late", [*TRAIN, "--force"]),
     ("two frames of constant channels", [*MOVED, "--force"]),
@@ -362,7 +375,7 @@ FORCED = [
 
 
 def check_forced(title, command, template):
-    """The warning stays, and the work is done."""
+    """Checks that --force prints the warning and does the work."""
     prepare = next(prepare for named, prepare, _, _ in MISTAKES if named == title)
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / "scene"
@@ -372,25 +385,28 @@ def check_forced(title, command, template):
         assert done.returncode == 0 and "probably" in done.stderr, f"forced: {title}: {done.stderr}"
 
 
-# Commands that would go on for long, and what a stop leaves.
+# Commands that run for a long time.
 STOPPED = [
     ["simulate", "--out", "new"],
     ["train", "tube", "--preset", "standard", "--steps", "100000", "--out", "new.unic"],
     ["eval", "tube.unic", "tube", "--dump", "new"],
     ["animate", "tube.unic", "--motion", "long.npz", "--out", "new.npz"],
     ["bench", "--vertices", "200000"],
-    ["bench", "accuracy", "tube", "--budget", "1h", "--out", "new"],
-    ["bench", "lasting", "tube.unic", "tube", "--frames", "1000000"],
+    ["accuracy", "tube", "--budget", "1h", "--out", "new"],
+    ["lasting", "tube.unic", "tube", "--frames", "1000000"],
     ["demo", "--out", "new"],
 ]
 
 
 def check_stop(command, template, after):
-    """Seconds from SIGTERM to the end."""
+    """Stops a command `after` some seconds. Returns the seconds from SIGTERM to its end.
+
+    Returns None if the command has ended by itself.
+    """
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / "scene"
         shutil.copytree(template, scene, symlinks=True)
-        running = subprocess.Popen([UNIC, *command, "--json"], cwd=scene, stdout=subprocess.PIPE,
+        running = subprocess.Popen([program(command), *command, "--json"], cwd=scene, stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True)
         time.sleep(after)
         if running.poll() is not None:
@@ -400,7 +416,7 @@ def check_stop(command, template, after):
         running.send_signal(signal.SIGTERM)
         stdout, stderr = running.communicate()
         seconds = time.monotonic() - begun
-        about = f"unic {' '.join(command)} after {after} s: exit code {running.returncode}, {seconds:.1f} s\n{stderr}"
+        about = f"{program(command).name} {' '.join(command)} after {after} s: exit code {running.returncode}, {seconds:.1f} s\n{stderr}"
         if running.returncode == 0:
             return None
         assert running.returncode == 130, about
@@ -432,7 +448,7 @@ def main():
             except AssertionError as failure:
                 failures.append(str(failure))
     if "--table" in sys.argv:
-        print("| mistake | what happens | s |\n|---|---|---|")
+        print("| mistake | message | s |\n|---|---|---|")
         for title, seconds, message in rows:
             print(f"| {title} | {message.replace('|', '/')} | {seconds:.2f} |")
     median = statistics.median(seconds for _, seconds, _ in rows)

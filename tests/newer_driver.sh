@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
-# The GPU tests on a newer software driver than the system's: lavapipe of Debian's unstable, in a folder of its own.
-# It has cooperative matrices (8 by 8) and runs the trainer's kernels, on which that of Mesa 22.3 crashes.
-# Needs root and debootstrap; the trainer with Vulkan takes long to build.
+# Runs the GPU tests on a newer software driver than the system's: lavapipe of Debian unstable, in
+# its own folder. It has cooperative matrices (8 by 8) and runs the trainer's kernels, on which the
+# driver of Mesa 22.3 crashes. Needs root and debootstrap. Building the trainer with Vulkan takes
+# long.
 #
 #   tests/newer_driver.sh [FOLDER]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-# As cargo's runner: a test program, inside the folder.
+# cargo calls the script with --exec as its runner: it then runs a test program inside the folder.
 if [ "${1:-}" = --exec ]; then
     folder=$2 program=$3
     shift 3

@@ -1,9 +1,12 @@
-"""Reads what `unic` writes, and writes what it reads, without any of its code.
+"""Independent readers and writers of the files of `unic`, without any of its code.
 
-Contract: a capture written by numpy alone, by docs/capture.md, trains; the model's tensors are those
-of docs/model-file.md; the settings of every preset are those of docs/training.md; animations in all
-forms hold the same positions; the body in them follows the kinematics of docs/capture.md; the
-errors that `unic eval` prints are those of the positions that it dumps.
+Contract:
+- A capture written with numpy by docs/reference/capture.md can be trained on.
+- The tensors of a model are those of docs/reference/model-file.md.
+- The settings of every preset are those of docs/reference/settings.md.
+- Animations in all formats hold the same positions.
+- The body in them follows the kinematics of docs/reference/capture.md.
+- The errors that `unic eval` prints are those of the positions that it dumps.
 
     python3 tests/readers.py target/release/unic
 """
@@ -31,7 +34,7 @@ PRESETS = ["paper", "standard", "tiny"]
 
 
 def unic(*arguments):
-    """Runs the program; its JSON object."""
+    """Runs the program and returns its JSON object."""
     done = subprocess.run([UNIC, *map(str, arguments), "--json"], capture_output=True, text=True)
     assert done.returncode == 0, f"unic {arguments}: {done.stderr}"
     return json.loads(done.stdout)
@@ -41,7 +44,7 @@ def unic(*arguments):
 
 
 def table(page, first_column):
-    """Rows of the table whose first heading is given, as lists of cells."""
+    """Rows of the tables of a page whose first heading is given, as lists of cells."""
     rows, inside = [], False
     for line in (DOCS / page).read_text().splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")] if line.startswith("|") else []
@@ -56,6 +59,7 @@ def table(page, first_column):
 
 
 def flattened(value, prefix=""):
+    """Nested dictionaries as one dictionary with dotted keys."""
     if not isinstance(value, dict):
         return {prefix: value}
     parts = (flattened(inner, f"{prefix}.{key}" if prefix else key) for key, inner in value.items())
@@ -63,7 +67,7 @@ def flattened(value, prefix=""):
 
 
 def bound(size, letters):
-    """A size such as 3, V or 2D."""
+    """Number for a size such as 3, V or 2D, with the numbers that the letters stand for."""
     number, letter = re.fullmatch(r"(\d*)([A-Z]?)", size).groups()
     return int(number or 1) * (letters[letter] if letter else 1)
 
@@ -72,21 +76,24 @@ def bound(size, letters):
 
 
 def check_settings(folder, preset):
-    """docs/training.md against config.toml; `optimiser.steps` is what this script asks for."""
+    """Compares docs/reference/settings.md with the config.toml of a preset."""
     stored = flattened(tomllib.loads((folder / f"{preset}.run/config.toml").read_text()))
     column = 1 + PRESETS.index(preset)
-    told = {row[0].strip("`"): row[column].strip("`") for row in table("training.md", "setting")}
-    told = {key: tomllib.loads(f"v = {value}")["v"] for key, value in told.items() if value != "absent"}
-    told["optimiser.steps"] = stored["optimiser.steps"]
-    # A number of steps replaces epochs.
-    told.pop("optimiser.epochs", None)
-    assert told == stored, f"{preset}: {set(map(str, told.items())) ^ set(map(str, stored.items()))}"
+    page = {row[0].strip("`"): row[column].strip("`") for row in table("reference/settings.md", "setting")}
+    page = {key: tomllib.loads(f"v = {value}")["v"] for key, value in page.items() if value != "absent"}
+    # The models are trained with --steps, which replaces the epochs of a preset too.
+    page["optimiser.steps"] = stored["optimiser.steps"]
+    page.pop("optimiser.epochs", None)
+    assert page == stored, f"{preset}: {set(map(str, page.items())) ^ set(map(str, stored.items()))}"
 
 
 def check_tensors(path):
-    """docs/model-file.md against the file: every tensor has its row, of this type and shape."""
+    """Compares docs/reference/model-file.md with a model.
+
+    Every tensor has one row, with its type and shape.
+    """
     rows = []
-    for name, dtype, shape, *_ in table("model-file.md", "tensor"):
+    for name, dtype, shape, *_ in table("reference/model-file.md", "tensor"):
         pattern = re.escape(name.strip("`")).replace("N", r"\d+")
         rows.append((pattern, dtype, [size for size in shape.split(" × ")]))
     types = {"f32": np.float32, "u16": np.uint16, "u32": np.uint32, "i64": np.int64}
@@ -96,7 +103,7 @@ def check_tensors(path):
         found = {}
         for name in names:
             matching = [row for row in rows if re.fullmatch(row[0], name)]
-            assert len(matching) == 1, f"{name} has {len(matching)} rows in model-file.md"
+            assert len(matching) == 1, f"{name} has {len(matching)} rows in reference/model-file.md"
             found[name] = (file.get_tensor(name), matching[0])
         for tensor, (_, dtype, shape) in found.values():
             assert tensor.dtype == types[dtype] and tensor.ndim == len(shape), (tensor.dtype, dtype)
@@ -105,7 +112,7 @@ def check_tensors(path):
             sizes = [n if size == "·" else bound(size, letters) for size, n in zip(shape, tensor.shape)]
             assert list(tensor.shape) == sizes, f"{name}: {tensor.shape}, {shape} with {letters}"
         metadata = json.loads(file.metadata()["unic"])
-    assert set(metadata) == {row[0].strip("`") for row in table("model-file.md", "key")}, set(metadata)
+    assert set(metadata) == {row[0].strip("`") for row in table("reference/model-file.md", "key")}, set(metadata)
     for owner in ("character", "garment"):
         counts, weights = (found[f"{owner}.skinning.{part}"][0] for part in ("counts", "weights"))
         counts = counts.astype(int)
@@ -114,7 +121,7 @@ def check_tensors(path):
 
 
 def check_checksum(path):
-    """CRC-32 of the whole file with the checksum's digits as zeros, by Python's standard library."""
+    """Checks the CRC-32 of the whole file, whose own digits count as zeros."""
     data = path.read_bytes()
     with safe_open(path, "np") as file:
         checksum = json.loads(file.metadata()["unic"])["checksum"]
@@ -141,7 +148,7 @@ def read_obj(path):
 
 
 def check_animations(folder, capture):
-    """Garment and body are the same in every form; the picture is a PNG."""
+    """Checks that garment and body are the same in every format, and that the picture is a PNG."""
     model, clip = folder / "tiny.unic", capture / "clips/d.npz"
     for out in ("d.npz", "d.pc2", "d", "d.glb"):
         picture = folder / f"{out}.png"
@@ -163,7 +170,7 @@ def check_animations(folder, capture):
 
 
 def check_glb(folder, capture):
-    """The animated GLB against the npz: each frame, the texture, and what trimesh makes of it."""
+    """Compares every frame of the GLB, and its texture coordinates, with the .npz."""
     glb = Glb(folder / "d.glb")
     garment, body = (np.load(folder / f"d{part}.npz")["vertices"] for part in ("", ".body"))
     assert np.allclose(glb.times, np.arange(FRAMES) / FPS), glb.times
@@ -181,7 +188,7 @@ def check_glb(folder, capture):
 
 
 def check_trimesh(folder, capture):
-    """A reader without animation sees the garment's first frame and the body's bind pose."""
+    """Checks that a reader without animation shows the garment's first frame and the bind pose."""
     import trimesh
 
     scene = trimesh.load(folder / "d.glb", process=False)
@@ -194,7 +201,7 @@ def check_trimesh(folder, capture):
 
 
 def check_body(folder, capture):
-    """The body beside the garment is the one that numpy skins."""
+    """Compares the body beside the garment with skinning by numpy."""
     character, (poses, trans) = np.load(capture / "character.npz"), motion(3)
     expected = skinned(character, poses, trans, character["vertices"].astype(float), character["weights"])
     error = np.abs(np.load(folder / "d.body.npz")["vertices"] - expected).max()
@@ -215,13 +222,14 @@ BASELINES = {
 def check_scores(scores):
     rows = [scores["model"]["one_step"], scores["model"]["free_running"]]
     rows += [scores["baselines"][name][mode] for name, mode in BASELINES.items()]
-    rows.append(scores["baselines"]["prior"]["free_running"])  # of a displacement model
+    # Only models with a prior have this row; preset tiny is one.
+    rows.append(scores["baselines"]["prior"]["free_running"])
     for row in rows:
         assert METRICS <= set(row), METRICS - set(row)
 
 
 def check_evaluation(folder, capture):
-    """Keys, and the errors once more from the dumped positions."""
+    """Checks the keys of `unic eval`, and computes its errors again from the dumped positions."""
     scores = unic("eval", folder / "tiny.unic", capture, "--dump", folder / "dump")
     check_scores(scores)
     check_scores(scores["clips"]["d"])
@@ -241,7 +249,7 @@ def check_evaluation(folder, capture):
 
 
 def checks(folder):
-    """Names and functions, in the order that they build on one another."""
+    """Names and functions of the checks. Later ones use the files of earlier ones."""
     capture = folder / "tube"
 
     def trains(preset):
@@ -271,7 +279,7 @@ def main():
                 check()
                 passed += 1
                 print(f"{name}: ok")
-            except Exception as error:  # one failed check must not hide the others
+            except Exception as error:  # A failed check must not hide the others.
                 failed += 1
                 print(f"{name}: FAILED\n  {type(error).__name__}: {error}")
     print(f"readers: {passed} passed, {failed} failed")

@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""The networks of a model in f32 beside ONNX Runtime and PyTorch, in one run.
+"""Times the networks of a model in f32 in `unic`, ONNX Runtime and PyTorch, in one run.
 
     pip install numpy safetensors onnx onnxruntime torch
     cargo build --release -p unic-cli
     python tests/side_by_side.py MODEL.unic MOTION.npz --unic target/release/unic
 
-Writes the ONNX graph from the model's tensors: the motion encoder at batch one, then the field at every
-vertex. The latent vector's share is folded into biases in all three, so that all multiply as much. Rounds
-alternate between the three; what counts is the tenth of them that other work on the machine disturbed least.
-`unic` times its whole encoder and field stages within frames: gathering inputs and updating states too.
+The ONNX graph is built from the model's tensors: the motion encoder at batch size one, then the field
+at every vertex. All three fold the products of the latent vector into biases, so that they do the
+same number of multiplications.
+
+Rounds alternate between the three. The time of a round is the first decile of its runs, which other
+work on the machine disturbs least. The time of `unic` is that of the encoder and field stages within
+frames, so it includes gathering inputs and updating states.
 """
 
 import argparse
@@ -23,11 +26,12 @@ import torch
 from onnx import TensorProto, helper, numpy_helper
 from safetensors import safe_open
 
-ROUNDS = 40
+# Runs of ONNX Runtime and PyTorch in a round.
+RUNS = 40
 
 
 class Networks:
-    """Tensors of a model, and what its configuration says about them."""
+    """Layers of a model with the sizes from its configuration."""
 
     def __init__(self, path):
         with safe_open(path, "np") as file:
@@ -50,7 +54,7 @@ class Networks:
         return pair, points
 
     def parts(self, layer):
-        """Weights of a field's layer: of the hidden activations, the points, the latent vector."""
+        """Weights of a field layer for hidden units, points and latent vector, and the bias."""
         weight, bias = self.field[layer]
         hidden = 0 if layer == 0 else self.config["field"]["width"]
         ends = [hidden, hidden + self.points] if layer in (0, self.skip) else [hidden, hidden]
@@ -58,7 +62,7 @@ class Networks:
 
 
 def graph(networks):
-    """The ONNX model, as a file's bytes."""
+    """Bytes of the ONNX model."""
     nodes, constants = [], []
 
     def constant(array):
@@ -148,9 +152,10 @@ def unic_runner(arguments, threads):
     return run
 
 
-def tenth(run):
+def first_decile(run):
+    """First decile of the times of a function, in milliseconds."""
     times = []
-    for _ in range(ROUNDS):
+    for _ in range(RUNS):
         start = time.perf_counter()
         run()
         times.append((time.perf_counter() - start) * 1e3)
@@ -170,7 +175,7 @@ def main():
         ours = unic_runner(arguments, threads)
         difference = np.abs(runners[0]() - runners[1]()).max()
         assert difference < 1e-3 * np.abs(runners[1]()).max(), f"the two graphs differ by {difference}"
-        rounds = np.array([[tenth(runners[0]), tenth(runners[1]), ours()] for _ in range(3)])
+        rounds = np.array([[first_decile(runners[0]), first_decile(runners[1]), ours()] for _ in range(3)])
         by_onnx, by_torch, by_unic = np.median(rounds, axis=0)
         print(f"threads {threads}: onnxruntime {by_onnx:.2f}, torch {by_torch:.2f}, unic {by_unic:.2f}")
         print(f"  times as fast: {by_onnx / by_unic:.2f} x onnxruntime, {by_torch / by_unic:.2f} x torch")

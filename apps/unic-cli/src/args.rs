@@ -1,4 +1,5 @@
-//! The command line.
+//! Options and arguments of every command, as clap parses them. The doc comments are the help
+//! texts.
 
 mod animate;
 mod bench;
@@ -8,46 +9,49 @@ mod eval;
 mod inspect;
 mod motion;
 mod names;
-mod parse;
+pub mod parse;
 mod simulate;
+mod threads;
 mod train;
 
 pub(crate) use animate::AnimateArgs;
-pub(crate) use bench::{AccuracyArgs, Bench, BenchArgs, LastingArgs, SpeedArgs};
+pub(crate) use bench::BenchArgs;
 pub(crate) use code::CodeArgs;
 pub(crate) use demo::{DemoArgs, DemoGarment};
 pub(crate) use eval::EvalArgs;
 pub(crate) use inspect::InspectArgs;
 pub(crate) use motion::MotionArgs;
-pub(crate) use names::{
-    IntersectionName, MaterialName, NetworkName, PrecisionName, PresetName, ProcessorName, ProtocolName,
-    SplitName, Switch, UpName,
-};
+pub use names::{IntersectionName, PresetName, ProcessorName};
+pub(crate) use names::{MaterialName, NetworkName, PrecisionName, ProtocolName, SplitName, Switch, UpName};
 pub(crate) use simulate::SimulateArgs;
-pub(crate) use train::TrainArgs;
+pub use threads::ThreadArgs;
+pub use train::TrainArgs;
 
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
-use std::num::NonZeroUsize;
 
-/// Learns how one garment moves on one character, and animates it on any motion in real time.
+/// Learns how one garment moves on one character, then animates it on new motion in real time.
 ///
-/// A capture (a folder with capture.toml) goes in, a model (.unic) comes out:
+/// A capture is a folder with a character, a garment and clips. A clip is one motion with the
+/// garment's vertex positions in every frame. Training turns a capture into a model (.unic).
 ///
-///   unic demo                                         all of it in minutes: no files are needed
-///   unic simulate --out captures/tshirt               makes a capture
-///   unic inspect captures/tshirt                      what is there, and what is wrong with it
-///   unic eval --baselines captures/tshirt             the numbers to beat
-///   unic train captures/tshirt --budget 45m           writes tshirt.unic
-///   unic eval tshirt.unic captures/tshirt             the model beside the baselines
+/// The usual order of commands:
+///
+///   unic demo                                         runs all steps on built-in data, in minutes
+///   unic simulate --out captures/tshirt               makes a capture by cloth simulation
+///   unic inspect captures/tshirt                      shows its contents and reports problems
+///   unic eval --baselines captures/tshirt             measures simple methods, for comparison
+///   unic train captures/tshirt --budget 45m           trains a model and writes tshirt.unic
+///   unic eval tshirt.unic captures/tshirt             measures the model beside those methods
 ///   unic animate tshirt.unic --motion walk.npz --out walk.pc2
 ///   unic bench                                        how fast this machine is
+// Help texts are taken verbatim, here and in every command: clap would join the lines of their
+// lists and examples into paragraphs. They fit into 100 columns.
 #[derive(Debug, Parser)]
 #[command(name = "unic", version, verbatim_doc_comment, max_term_width = 100)]
 pub(crate) struct Args {
-    /// Threads to work with [default: one a core].
-    #[arg(long, global = true, value_name = "N", value_parser = parse::threads)]
-    pub(crate) threads: Option<NonZeroUsize>,
+    #[command(flatten)]
+    pub(crate) threads: ThreadArgs,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -61,9 +65,11 @@ pub(crate) enum Command {
     Animate(AnimateArgs),
     Inspect(InspectArgs),
     Bench(BenchArgs),
-    /// Print a completion script, e.g. `unic completions bash > ~/.local/share/bash-completion/completions/unic`.
+    /// Print a script that completes commands and options in a shell.
+    ///
+    /// Example: unic completions bash > ~/.local/share/bash-completion/completions/unic
     Completions {
-        /// The shell.
+        /// Shell to print the script for.
         shell: Shell,
     },
 }
@@ -75,7 +81,7 @@ mod tests {
     use std::time::Duration;
 
     #[test]
-    fn the_definition_is_consistent() {
+    fn clap_accepts_the_definition() {
         Args::command().debug_assert();
     }
 
@@ -92,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn budgets_and_frames() {
+    fn budgets_and_frame_ranges_are_parsed() {
         assert_eq!(parse::budget("1h 30m"), Ok(Duration::from_secs(5400)));
         assert_eq!(parse::budget("45m"), Ok(Duration::from_secs(2700)));
         assert!(parse::budget("45").is_err() && parse::budget("0s").is_err());

@@ -1,6 +1,8 @@
-//! Plausible mistakes in what a command reads: refused before any work, unless `--force` goes on.
+//! Checks of a command's input for plausible mistakes, such as another unit.
+//!
+//! A finding stops the command before any work is done. `--force` turns it into a warning.
 
-use crate::{interrupt, output::say};
+use crate::{interrupt, output::print_status};
 use anyhow::{Result, bail};
 use std::path::Path;
 use unic_io::{
@@ -8,42 +10,45 @@ use unic_io::{
     check::{self, Finding},
 };
 
-/// Whether plausible mistakes stop a command.
+/// Option that turns plausible mistakes from errors into warnings.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
-pub(crate) struct ForceArgs {
-    /// Go on with input that is probably a mistake; what was found is said all the same.
+pub struct ForceArgs {
+    /// Continue with input that is probably a mistake, and print what was found.
     #[arg(long)]
-    pub(crate) force: bool,
+    pub force: bool,
 }
 
 impl ForceArgs {
-    /// Says what was found in the file or folder `path`.
+    /// Reports the findings in the file or folder `path`.
     ///
     /// # Errors
-    /// The first finding, unless the user goes on all the same.
-    pub(crate) fn settle(self, path: &Path, findings: &[Finding]) -> Result<()> {
+    /// The first finding, unless `--force` is given.
+    pub fn check_findings(self, path: &Path, findings: &[Finding]) -> Result<()> {
         let path = path.display();
         if self.force {
             findings
                 .iter()
-                .for_each(|finding| say(&format!("{path}: {finding}")));
+                .for_each(|finding| print_status(&format!("{path}: {finding}")));
             return Ok(());
         }
         match findings {
             [] => Ok(()),
-            [finding] => bail!("{path}: {finding}, or go on with --force"),
+            [finding] => bail!("{path}: {finding}, or continue with --force"),
             [first, rest @ ..] => bail!(
-                "{path}: {first}, or go on with --force; and {} more, of which the next is {}",
+                "{path}: {first}, or continue with --force; and {} more, of which the next is {}",
                 rest.len(),
                 rest[0]
             ),
         }
     }
 
-    /// A capture with its clips of all splits.
-    pub(crate) fn capture(self, capture: &Capture) -> Result<()> {
+    /// Checks a capture with the clips of all splits, and reports the findings.
+    ///
+    /// # Errors
+    /// The first finding, unless `--force` is given; clips that cannot be read; an interruption.
+    pub fn check_capture(self, capture: &Capture) -> Result<()> {
         let mut proceed = || -> Result<()> { Ok(interrupt::check()?) };
-        self.settle(
+        self.check_findings(
             &capture.root,
             &check::capture(capture, &Split::ALL, &mut proceed)?,
         )

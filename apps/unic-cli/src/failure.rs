@@ -1,56 +1,63 @@
-//! How the program ends: one sentence on stderr and an exit code.
+//! Failures of a program: one sentence on stderr, an exit code, and with `--json` an object on
+//! stdout.
 
-use crate::output::{self, say};
+use crate::{
+    output::{self, print_status},
+    program,
+};
 use anyhow::{Error, Result};
 use serde::Serialize;
 use std::{
     io,
     panic::{self, AssertUnwindSafe},
-    process::ExitCode,
     sync::atomic::{AtomicBool, Ordering},
 };
 use thiserror::Error;
 
-/// A command line that cannot be meant: exit code 2, as for those that clap refuses.
+/// Command line that makes no sense or would lose files: exit code 2, as of lines that clap
+/// refuses.
 #[derive(Debug, Error)]
 #[error("{0}")]
-pub(crate) struct Usage(pub(crate) String);
+pub struct Usage(pub String);
 
-/// Ctrl-C or a request to terminate: exit code 130. The text says what is left and how to go on.
+/// Ctrl-C or SIGTERM: exit code 130. The text names what is kept and how to continue.
 #[derive(Debug, Error)]
 #[error("{0}")]
-pub(crate) struct Interrupted(pub(crate) String);
+pub struct Interrupted(pub String);
 
-/// A failure whose reason is part of a result that stdout has already, in JSON too: exit code 1.
+/// Failure whose reason is part of a result that is already printed, in JSON too: exit code 1.
 #[derive(Debug, Error)]
 #[error("{0}")]
-pub(crate) struct Shown(pub(crate) String);
+pub(crate) struct AlreadyPrinted(pub(crate) String);
 
+const SUCCEEDED: u8 = 0;
+/// Exit code of files and numbers that cannot be used, and of errors in the program.
 const FAILED: u8 = 1;
+/// Exit code of a wrong command line, the one that clap uses.
 const MISUSED: u8 = 2;
-/// 128 + SIGINT, as shells report it.
+/// Exit code of an interrupted program: 128 + SIGINT, as shells report it.
 pub(crate) const INTERRUPTED: u8 = 130;
 
-/// The key `error` of the one JSON object that a failed command prints.
+/// Value of the key `error` of the JSON object that a failed command prints.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct ErrorObject {
-    /// One sentence.
+    /// Sentence that stderr has too.
     message: String,
-    kind: Kind,
+    kind: FailureKind,
     exit_code: u8,
 }
 
-/// Why a command fails.
+/// Kind of a failure. The names are values in JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-enum Kind {
-    /// A command line that cannot be meant.
+enum FailureKind {
+    /// Wrong command line.
     Usage,
-    /// Somebody has stopped it.
+    /// Ctrl-C or SIGTERM.
     Interrupted,
-    /// An error in the program itself.
+    /// Error in the program itself.
     Internal,
-    /// Everything else: files above all.
+    /// Everything else, mostly files that cannot be used.
     Failed,
 }
 
@@ -59,7 +66,7 @@ impl ErrorObject {
         Self::new(sentence(error), kind(error))
     }
 
-    fn new(message: String, kind: Kind) -> Self {
+    fn new(message: String, kind: FailureKind) -> Self {
         let exit_code = kind.exit_code();
         Self {
             message,
@@ -69,7 +76,7 @@ impl ErrorObject {
     }
 }
 
-impl Kind {
+impl FailureKind {
     fn exit_code(self) -> u8 {
         match self {
             Self::Usage => MISUSED,
@@ -79,68 +86,71 @@ impl Kind {
     }
 }
 
-/// Runs a command, tells why it failed if it did, and gives the exit code.
-pub(crate) fn exit_code(command: impl FnOnce() -> Result<()>) -> ExitCode {
+/// Runs a command and reports its failure. Returns the exit code.
+pub(crate) fn exit_code(command: impl FnOnce() -> Result<()>) -> u8 {
     match panic::catch_unwind(AssertUnwindSafe(command)) {
-        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Ok(())) => SUCCEEDED,
         Ok(Err(error)) => {
-            tell(&error);
-            ExitCode::from(kind(&error).exit_code())
+            report(&error);
+            kind(&error).exit_code()
         }
-        // The hook has told already.
-        Err(_) => ExitCode::from(FAILED),
+        // The panic hook has reported it.
+        Err(_) => FAILED,
     }
 }
 
-/// Says why the program fails: once, however many threads find out.
-pub(crate) fn tell(error: &Error) {
-    static TOLD: AtomicBool = AtomicBool::new(false);
-    if TOLD.swap(true, Ordering::SeqCst) {
+/// Reports a failure on stderr, and with `--json` on stdout. Only the first call has an effect.
+pub(crate) fn report(error: &Error) {
+    // The signal handler may report an interruption while a command reports its own failure.
+    static REPORTED: AtomicBool = AtomicBool::new(false);
+    if REPORTED.swap(true, Ordering::SeqCst) {
         return;
     }
-    say(&format!("unic: {}", sentence(error)));
-    if !error.chain().any(|e| e.is::<Shown>()) {
+    print_status(&format!("{}: {}", program::name(), sentence(error)));
+    if !error.chain().any(|e| e.is::<AlreadyPrinted>()) {
         print_object(ErrorObject::of(error));
     }
 }
 
-/// Says what clap has found; the exit code is clap's.
-pub(crate) fn tell_usage(error: &clap::Error) -> ExitCode {
-    // Help and version are no failures. Where the terminal is gone there is nobody to tell.
+/// Reports an error of clap, or prints the help or the version. Returns the exit code of clap.
+pub(crate) fn report_usage(error: &clap::Error) -> u8 {
+    // A closed terminal cannot be reported anywhere.
     let _ = error.print();
+    // Clap treats help and version as errors that go to stdout.
     if error.use_stderr() {
+        // The first paragraph is the error; usage and hints follow.
         let text = error.to_string();
         let message = one_line(text.split("\n\n").next().unwrap_or_default());
         let message = message.strip_prefix("error: ").unwrap_or(&message).to_owned();
-        print_object(ErrorObject::new(message, Kind::Usage));
+        print_object(ErrorObject::new(message, FailureKind::Usage));
     }
-    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(MISUSED))
+    u8::try_from(error.exit_code()).unwrap_or(MISUSED)
 }
 
 fn print_object(error: ErrorObject) {
-    // A second object would be none, and a reader that does not read would be waited for.
-    if output::is_json() && !output::is_begun() {
-        // A closed stdout is nobody's failure.
+    // Two objects are not JSON, and a second write could wait for a reader that does not read.
+    if output::is_json() && !output::has_printed_result() {
+        // A failure is being reported already: an error of stdout would hide it.
         let _ = output::print_json_of_failure(&serde_json::json!({ "error": error }));
     }
 }
 
-fn kind(error: &Error) -> Kind {
-    // Libraries hand a listener's error back inside their own.
+fn kind(error: &Error) -> FailureKind {
+    // The whole chain is searched: libraries return the error of a listener inside their own.
     if error.chain().any(|e| e.is::<Interrupted>()) {
-        Kind::Interrupted
+        FailureKind::Interrupted
     } else if error.chain().any(|e| e.is::<Usage>()) {
-        Kind::Usage
+        FailureKind::Usage
     } else {
-        Kind::Failed
+        FailureKind::Failed
     }
 }
 
-/// The error on one line. The libraries' errors name their causes themselves; a context of ours leaves
-/// the operating system's reason to be added.
+/// Text of an error on one line, with the reason of the operating system.
 fn sentence(error: &Error) -> String {
     let interrupted = error.chain().find(|e| e.is::<Interrupted>());
     let text = interrupted.map_or_else(|| one_line(&error.to_string()), |e| one_line(&e.to_string()));
+    // Errors of the libraries contain the reason, an anyhow context does not.
     let reason = error.chain().find_map(|e| e.downcast_ref::<io::Error>());
     match reason.map(|reason| one_line(&reason.to_string())) {
         Some(reason) if !text.contains(&reason) => format!("{text}: {reason}"),
@@ -148,7 +158,8 @@ fn sentence(error: &Error) -> String {
     }
 }
 
-/// TOML's errors quote the source over several lines: those that begin with a margin go.
+/// Joins the lines of an error message and leaves out quotations of a TOML source.
+// Errors of the crate `toml` quote the source in lines that begin with a line number and a bar.
 pub(crate) fn one_line(text: &str) -> String {
     let quoted = |line: &&str| {
         line.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' ')
@@ -162,14 +173,15 @@ pub(crate) fn one_line(text: &str) -> String {
         .join(": ")
 }
 
-/// The last resort: a panic is one sentence too.
+/// Makes panics report one sentence, as other failures do.
 pub(crate) fn install_panic_hook() {
     panic::set_hook(Box::new(|info| {
         let place = info.location().map(|l| format!(" at {l}")).unwrap_or_default();
+        // A payload that is no string comes from `panic_any`, which no dependency should use.
         let what = info.payload_as_str().unwrap_or("no message");
         let message = format!("internal error{place}: {}; please report it", one_line(what));
-        say(&format!("unic: {message}"));
-        print_object(ErrorObject::new(message, Kind::Internal));
+        print_status(&format!("{}: {message}", program::name()));
+        print_object(ErrorObject::new(message, FailureKind::Internal));
     }));
 }
 
@@ -179,7 +191,7 @@ mod tests {
     use anyhow::anyhow;
 
     #[test]
-    fn toml_errors_lose_their_quotations() {
+    fn quotations_of_toml_errors_are_left_out() {
         let error = toml::from_str::<toml::Table>("a = 1\nb = = 2\n").unwrap_err();
         let line = one_line(&error.to_string());
         assert!(line.starts_with("TOML parse error at line 2, column"), "{line}");
@@ -187,12 +199,12 @@ mod tests {
     }
 
     #[test]
-    fn the_systems_reason_is_told_once() {
+    fn the_reason_of_the_operating_system_appears_once() {
         let full = || io::Error::from(io::ErrorKind::StorageFull);
-        let told = "a.txt cannot be written: no storage space";
+        let expected = "a.txt cannot be written: no storage space";
         assert_eq!(
             sentence(&Error::from(full()).context("a.txt cannot be written")),
-            told
+            expected
         );
         let own = unic_io::Error::Io {
             path: "a.txt".into(),
@@ -203,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn exit_codes_follow_the_cause_wherever_it_sits() {
+    fn the_exit_code_follows_from_any_error_of_the_chain() {
         assert_eq!(kind(&anyhow!("a file")).exit_code(), FAILED);
         assert_eq!(kind(&Usage("--set".into()).into()).exit_code(), MISUSED);
         let inside = unic_eval::Error::Observer {

@@ -1,32 +1,35 @@
-//! One process at a time writes into a folder.
+//! Lock of a folder, so that one process at a time writes into it.
 
 use anyhow::{Result, anyhow, bail};
 use std::{
     fs::{self, File, OpenOptions, TryLockError},
     path::{Path, PathBuf},
 };
-use unic_io::atomic::Listed;
+use unic_io::atomic::CleanupGuard;
 
 const NAME: &str = ".unic.lock";
 
-/// A folder that nobody else writes into, from [`FolderLock::hold`] until this is dropped.
+/// Exclusive lock of a folder for writers, from [`FolderLock::acquire`] until it is dropped.
 ///
-/// What is locked is an empty file `.unic.lock` in the folder, by the operating system: the lock goes when the
-/// process does, however it ends. Readers do not ask for it.
+/// The operating system locks an empty file `.unic.lock` in the folder. It releases the lock when
+/// the process ends in any way. Readers do not take the lock.
 #[derive(Debug)]
-pub(crate) struct FolderLock {
+pub struct FolderLock {
     file: PathBuf,
-    /// There before: else an empty folder goes with the lock.
-    found: bool,
+    /// Did the folder exist before? If not, it is removed with the lock while it is empty.
+    existed: bool,
     _held: File,
-    _listed: Listed,
+    _cleanup: CleanupGuard,
 }
 
 impl FolderLock {
-    /// Locks a folder, which is made where it is missing. A failure when another process has it: exit
-    /// code 1, for the command is right and only too early.
-    pub(crate) fn hold(folder: &Path) -> Result<Self> {
-        let found = folder.is_dir();
+    /// Locks a folder, and creates it if it does not exist.
+    ///
+    /// # Errors
+    /// A folder that another process has locked or that cannot be written.
+    // Not a `Usage`: the command is correct and can be repeated later.
+    pub fn acquire(folder: &Path) -> Result<Self> {
+        let existed = folder.is_dir();
         fs::create_dir_all(folder)
             .map_err(|e| anyhow!("{}: cannot create the folder: {e}", folder.display()))?;
         let file = folder.join(NAME);
@@ -37,14 +40,15 @@ impl FolderLock {
                 Err(TryLockError::WouldBlock) => {
                     bail!("{}: another unic is writing to this folder", folder.display())
                 }
-                // Its holder has removed it in between: the name may be another file's by now.
+                // The holder has removed the file between opening and locking. A lock on a removed
+                // file excludes nobody: try again with the file that has the name now.
                 Ok(()) if !is_named(&held, &file) => {}
-                // A file system without locks: nothing is gained by refusing to work.
+                // Some network file systems have no locks. The program works there without one.
                 Ok(()) | Err(TryLockError::Error(_)) => {
                     return Ok(Self {
-                        _listed: Listed::new(&file),
+                        _cleanup: CleanupGuard::new(&file),
                         file,
-                        found,
+                        existed,
                         _held: held,
                     });
                 }
@@ -55,18 +59,19 @@ impl FolderLock {
 
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        // What cannot be removed is only in the way; a folder that holds anything stays.
+        // A lock file that cannot be removed does no harm. One that has content is the user's file.
         let is_ours = fs::metadata(&self.file).is_ok_and(|m| m.is_file() && m.len() == 0);
         if is_ours {
             let _ = fs::remove_file(&self.file);
         }
-        if let Some(folder) = self.file.parent().filter(|_| !self.found) {
+        if let Some(folder) = self.file.parent().filter(|_| !self.existed) {
+            // Fails, as it should, if the folder is not empty.
             let _ = fs::remove_dir(folder);
         }
     }
 }
 
-/// Is this open file the one of that name?
+/// Is `path` the name of the open file?
 #[cfg(unix)]
 fn is_named(open: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -77,7 +82,7 @@ fn is_named(open: &File, path: &Path) -> bool {
     }
 }
 
-/// Elsewhere the name of an open file is not given to another.
+/// Is `path` the name of the open file? Always true, because an open file keeps its name here.
 #[cfg(not(unix))]
 fn is_named(_: &File, _: &Path) -> bool {
     true
@@ -91,18 +96,21 @@ mod tests {
     fn one_holder_at_a_time() {
         let parent = tempfile::tempdir().unwrap();
         let folder = parent.path().join("a/b");
-        let lock = FolderLock::hold(&folder).unwrap();
-        let error = FolderLock::hold(&folder).unwrap_err().to_string();
+        let lock = FolderLock::acquire(&folder).unwrap();
+        let error = FolderLock::acquire(&folder).unwrap_err().to_string();
         assert!(error.contains("a/b") && error.contains("another unic"), "{error}");
         drop(lock);
-        assert!(!folder.exists(), "an empty folder that the lock has made");
+        assert!(
+            !folder.exists(),
+            "the lock removes an empty folder that it has created"
+        );
         fs::create_dir(&folder).unwrap();
-        drop(FolderLock::hold(&folder).unwrap());
+        drop(FolderLock::acquire(&folder).unwrap());
         assert!(folder.exists() && !folder.join(NAME).exists());
     }
 
     #[test]
-    fn holders_that_come_and_go_never_overlap() {
+    fn locks_of_many_threads_never_overlap() {
         use std::sync::atomic::{AtomicU32, Ordering::SeqCst};
         let folder = tempfile::tempdir().unwrap();
         let (inside, held) = (AtomicU32::new(0), AtomicU32::new(0));
@@ -110,7 +118,7 @@ mod tests {
             for _ in 0..4 {
                 scope.spawn(|| {
                     for _ in 0..500 {
-                        let Ok(_lock) = FolderLock::hold(folder.path()) else {
+                        let Ok(_lock) = FolderLock::acquire(folder.path()) else {
                             continue;
                         };
                         assert_eq!(inside.fetch_add(1, SeqCst), 0);

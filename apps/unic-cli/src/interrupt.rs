@@ -1,9 +1,9 @@
-//! Ctrl-C and SIGTERM: the first asks the program to save and stop, the second ends it at once.
+//! Ctrl-C and SIGTERM: the first signal asks the program to stop, the second ends it at once.
 //!
-//! Work asks [`check`] now and then. Where it does not for [`PATIENCE`], the program ends all the same, without its
-//! temporary files, unless it is [`saving`].
+//! Commands call [`check`] in their loops and stop in an orderly way. If that takes longer than
+//! [`PATIENCE`], the program removes its temporary files and ends, unless a [`SaveGuard`] is alive.
 
-use crate::{failure, failure::Interrupted, output::say};
+use crate::{failure, failure::Interrupted, output::print_status, program};
 use anyhow::{Context, Result};
 use std::{
     sync::atomic::{AtomicBool, AtomicUsize, Ordering},
@@ -12,22 +12,30 @@ use std::{
 };
 use unic_train::Control;
 
-static ASKED: AtomicBool = AtomicBool::new(false);
+static REQUESTED: AtomicBool = AtomicBool::new(false);
+// A count, because guards may be nested.
 static SAVING: AtomicUsize = AtomicUsize::new(0);
 
-/// Time for the program to come to its end by itself.
+/// Time that a command has to stop by itself.
 const PATIENCE: Duration = Duration::from_millis(1500);
 
-/// Listens from here on.
-pub(crate) fn listen() -> Result<()> {
+/// Installs the handler of both signals.
+///
+/// # Errors
+/// A handler that cannot be installed.
+pub(crate) fn install_handler() -> Result<()> {
     ctrlc::set_handler(|| {
-        if ASKED.swap(true, Ordering::SeqCst) {
+        if REQUESTED.swap(true, Ordering::SeqCst) {
             end();
         }
-        say("unic: stopping; once more to stop at once");
+        print_status(&format!(
+            "{}: stopping; once more to stop at once",
+            program::name()
+        ));
+        // The handler must return, so that a second signal can be received.
         thread::spawn(end_after_patience);
     })
-    .context("Ctrl-C cannot be listened to")
+    .context("the handler of Ctrl-C cannot be installed")
 }
 
 fn end_after_patience() {
@@ -39,44 +47,49 @@ fn end_after_patience() {
 }
 
 fn end() -> ! {
+    // Other threads still run, and `exit` calls no destructors: temporary files are removed by a
+    // list.
     unic_io::atomic::remove_temporary();
-    failure::tell(&interrupted().into());
+    failure::report(&interrupted().into());
     std::process::exit(failure::INTERRUPTED.into());
 }
 
-/// Work whose result would be lost, a training's above all: as long as this lives, only the second signal ends the
-/// program.
+/// Guard of work whose result would be lost, mainly a training. As long as it lives, the program
+/// ends only after the work has stopped by itself or after a second signal.
 #[derive(Debug)]
-pub(crate) struct Saving(());
+pub(crate) struct SaveGuard(());
 
-/// From here on, see [`Saving`].
-pub(crate) fn saving() -> Saving {
+/// Begins work that must be saved, which lasts as long as the returned guard.
+pub(crate) fn begin_saving() -> SaveGuard {
     SAVING.fetch_add(1, Ordering::SeqCst);
-    Saving(())
+    SaveGuard(())
 }
 
-impl Drop for Saving {
+impl Drop for SaveGuard {
     fn drop(&mut self) {
         SAVING.fetch_sub(1, Ordering::SeqCst);
     }
 }
 
-/// Has anyone asked to stop?
-pub(crate) fn is_asked() -> bool {
-    ASKED.load(Ordering::SeqCst)
+/// Has a signal asked the program to stop?
+pub(crate) fn is_requested() -> bool {
+    REQUESTED.load(Ordering::SeqCst)
 }
 
-/// What a training that asks is told.
-pub(crate) fn control() -> Control {
-    match is_asked() {
+/// Answer to a training that asks whether to continue.
+pub fn control() -> Control {
+    match is_requested() {
         true => Control::Stop,
         false => Control::Continue,
     }
 }
 
-/// An error once somebody has asked to stop: for work that leaves nothing to save.
-pub(crate) fn check() -> Result<(), Interrupted> {
-    match is_asked() {
+/// Returns an error if a signal has asked the program to stop, for work without anything to save.
+///
+/// # Errors
+/// [`Interrupted`] after a signal.
+pub fn check() -> Result<(), Interrupted> {
+    match is_requested() {
         true => Err(interrupted()),
         false => Ok(()),
     }

@@ -1,35 +1,39 @@
-//! Limits of this machine: sizes on the command line beyond them are refused before memory is asked for.
+//! Limits of this machine for sizes on the command line.
+//!
+//! Larger sizes are refused when the command line is parsed, before memory is allocated.
 
 use std::{fs, num::NonZeroUsize, thread::available_parallelism};
 
-/// Threads for each processor: more only wait for each other.
+/// Largest number of threads per processor. More would only wait for each other.
 const THREADS_A_PROCESSOR: usize = 8;
-/// Machines with few processors may still be asked how results do not depend on threads.
+/// Number of threads that every machine allows, so that results can be compared over many threads
+/// on small machines too.
 const FEWEST_THREADS: usize = 64;
-/// Memory where the system does not tell, bytes.
+/// Available memory in bytes that is assumed if the operating system does not give it.
 const USUAL_MEMORY: u64 = 8 << 30;
 
-/// Vertices of a garment that is measured with random weights: one that takes seconds a frame.
+/// Largest number of vertices of a garment with random weights. A frame of it takes seconds.
 const MOST_VERTICES: u64 = 1_000_000;
-/// Memory for each of them, with mesh, body and networks.
+/// Memory in bytes for each of these vertices, with mesh, body and networks.
 const BYTES_A_VERTEX: u64 = 4096;
 
-/// Most vertices of such a garment on this machine.
+/// Largest number of vertices of a garment with random weights on this machine.
 pub(crate) fn most_vertices() -> u64 {
     MOST_VERTICES.min(memory_bytes() / BYTES_A_VERTEX)
 }
 
-/// Most threads that this machine is asked to start.
+/// Largest number of threads to start on this machine.
 pub(crate) fn most_threads() -> usize {
     let processors = available_parallelism().map_or(1, NonZeroUsize::get);
     (THREADS_A_PROCESSOR * processors).max(FEWEST_THREADS)
 }
 
-/// Bytes that may be taken at once: half of what is free.
+/// Number of bytes that a command may allocate: half of the available memory.
 pub(crate) fn memory_bytes() -> u64 {
     available().unwrap_or(USUAL_MEMORY) / 2
 }
 
+/// Available memory in bytes, if the operating system gives it (Linux).
 fn available() -> Option<u64> {
     let text = fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;

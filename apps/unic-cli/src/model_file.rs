@@ -1,17 +1,19 @@
-//! Reading and writing models by name.
+//! Reading and writing of model files, and the choice of their intersection handling.
 
 use crate::args::IntersectionName;
-use anyhow::{Result, anyhow};
-use std::{fs, path::Path};
-use unic_core::{
-    config::{Corrects, IntersectionMode},
-    model::Model,
-};
+use anyhow::{Result, anyhow, bail};
+use std::{fs, path::Path, sync::Arc};
+use unic_core::{Animator, Corrects, IntersectionMode, Model};
 use unic_eval::CodeCertainty;
+use unic_io::Capture;
 
 /// Reads a model.
-pub(crate) fn read(path: &Path) -> Result<Model> {
+///
+/// # Errors
+/// A file that cannot be read or is no model. The message names the path.
+pub fn read(path: &Path) -> Result<Model> {
     let failed = |e: &dyn std::fmt::Display| anyhow!("{}: {e}", path.display());
+    // A file of another known format is named as such, instead of as a damaged model.
     unic_io::refuse_foreign(path, "a model (.unic)")?;
     if path.is_dir() {
         return Err(failed(&"expected a model (.unic), found a folder"));
@@ -20,14 +22,17 @@ pub(crate) fn read(path: &Path) -> Result<Model> {
     Model::from_bytes(&bytes).map_err(|e| failed(&e))
 }
 
-/// Writes a model, atomically; its size in bytes.
+/// Writes a model and returns its size in bytes. The file appears complete or not at all.
+///
+/// # Errors
+/// A file that cannot be written. The message names the path.
 pub(crate) fn write(path: &Path, model: &Model) -> Result<usize> {
     let bytes = model.to_bytes().map_err(|e| anyhow!("{}: {e}", path.display()))?;
     unic_io::atomic::write(path, &bytes)?;
     Ok(bytes.len())
 }
 
-/// The handling of a name, with the model's own distance where it has one, else the usual one.
+/// Intersection handling by name: the model's own if it has that name, else the usual one.
 pub(crate) fn intersection(model: &Model, name: IntersectionName) -> IntersectionMode {
     let own = model.config().intersection;
     match (name, own) {
@@ -37,8 +42,8 @@ pub(crate) fn intersection(model: &Model, name: IntersectionName) -> Intersectio
     }
 }
 
-/// The handling of a name with the usual distance.
-pub(crate) fn usual_intersection(name: IntersectionName) -> IntersectionMode {
+/// Intersection handling by name, with the default distance from the body.
+pub fn usual_intersection(name: IntersectionName) -> IntersectionMode {
     match name {
         IntersectionName::Off => IntersectionMode::Off,
         IntersectionName::Paper => IntersectionMode::Paper {
@@ -51,9 +56,65 @@ pub(crate) fn usual_intersection(name: IntersectionName) -> IntersectionMode {
     }
 }
 
-/// How far the training motions decided the model's code, where its file tells.
+/// Reads a model that fits the capture and returns an animator of it.
+///
+/// # Errors
+/// A file that is no model, or a model for another garment, character or frame rate.
+pub fn animator(path: &Path, handling: Option<IntersectionName>, capture: &Capture) -> Result<Animator> {
+    let model = Arc::new(read(path)?);
+    check_fit(&model, path, capture)?;
+    let mode = handling.map(|name| intersection(&model, name));
+    let mut animator = Animator::new(model);
+    if let Some(mode) = mode {
+        animator.set_intersection(mode);
+    }
+    Ok(animator)
+}
+
+/// Checks that a model fits a capture: numbers of vertices and joints, order of joints, frame rate.
+///
+/// # Errors
+/// The first property that differs.
+fn check_fit(model: &Model, path: &Path, capture: &Capture) -> Result<()> {
+    let (garment, skeleton) = (&capture.garment.rest, &capture.character.skeleton);
+    let counts = [
+        ("garment vertices", garment.vertices.len(), model.vertex_count()),
+        ("joints", skeleton.len(), model.character().skeleton.len()),
+    ];
+    let capture_path = capture.root.display();
+    if let Some((what, expected, found)) = counts.into_iter().find(|(_, expected, found)| expected != found) {
+        bail!(
+            "{}: expected a model of {expected} {what} as in {capture_path}, found {found}",
+            path.display()
+        );
+    }
+    let [expected, found] = [skeleton, &model.character().skeleton].map(|skeleton| skeleton.names());
+    // A joint of another name is no error: captures spell names in several ways. The same name at
+    // another index is.
+    let is_elsewhere = |(joint, (a, b)): &(usize, (&String, &String))| {
+        a != b && (expected.iter().enumerate()).any(|(place, name)| name == *b && place != *joint)
+    };
+    if let Some((_, (expected, found))) = expected.iter().zip(found).enumerate().find(is_elsewhere) {
+        bail!(
+            "{}: expected joints in the order of {capture_path}, found {found} in the place of {expected}: probably \
+             a model of another export of the character; train it on this capture",
+            path.display()
+        );
+    }
+    let (expected, found) = (capture.manifest.fps, model.config().fps);
+    // A tolerance, because files round rates such as 29.97.
+    if (expected - found).abs() > 1e-3 * expected {
+        bail!(
+            "{}: expected a model for {expected} fps as in {capture_path}, found {found}",
+            path.display()
+        );
+    }
+    Ok(())
+}
+
+/// Text of the certainty of the motion code on the training motions. `None` if the file has none.
 pub(crate) fn code_certainty(model: &Model) -> Option<String> {
-    let told = model.about().training["code"].clone();
-    let measured: CodeCertainty = serde_json::from_value(told).ok()?;
+    let recorded = model.about().training["code"].clone();
+    let measured: CodeCertainty = serde_json::from_value(recorded).ok()?;
     Some(format!("{measured}, on training motion"))
 }

@@ -1,15 +1,17 @@
-//! Motion files, as every command reads them.
+//! Reading of motion files, the same for every command.
 
-use crate::{args::MotionArgs, checks::ForceArgs, output::say};
+use crate::{args::MotionArgs, checks::ForceArgs, output::print_status};
 use anyhow::Result;
 use std::path::Path;
 use unic_core::{character::Character, clip::Clip};
 use unic_io::{BoneMap, MotionOptions, Repeat, import_motion};
 
-/// A motion for a character at `fps` frames a second; what was converted is said on stderr.
+/// Reads a motion for a character, resampled to `fps` frames per second.
+///
+/// Conversions, such as of the up axis, are reported on stderr.
 ///
 /// # Errors
-/// A file that cannot be read, and one that is probably a mistake unless `force` goes on.
+/// A file that cannot be read, or that is probably a mistake without `--force`.
 pub(crate) fn read(
     path: &Path,
     character: &Character,
@@ -35,9 +37,9 @@ pub(crate) fn read(
         ..MotionOptions::default()
     };
     let import = import_motion(path, character, &options)?;
-    force.settle(path, &import.findings)?;
+    force.check_findings(path, &import.findings)?;
     for note in &import.notes {
-        say(&format!("{}: {note}", path.display()));
+        print_status(&format!("{}: {note}", path.display()));
     }
     Ok(import.clip)
 }

@@ -1,24 +1,26 @@
-//! The one rule about what commands write: nothing is lost that the user has not named for it.
+//! Check of the outputs of a command, so that no file is lost that the user has not named.
+//!
+//! Every command builds its [`Outputs`] and checks them before it begins to work.
 
 use crate::failure::Usage;
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 use unic_io::capture::{capture_written_by, real_path};
 
-/// Treatment of files that are there already.
+/// Treatment of output files that exist already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Existing {
-    /// They stay: the command is refused.
+pub enum Existing {
+    /// Existing files are an error.
     Refused,
-    /// `--overwrite`: files are replaced, folders are not.
+    /// Existing files are replaced, as with `--overwrite`. Folders never are.
     Replaced,
-    /// The command has a rule of its own about what it goes on with.
+    /// Existing files are no error here: the command checks them by a rule of its own.
     Resumed,
 }
 
 impl Existing {
-    /// The treatment that `--overwrite` asks for.
-    pub(crate) fn of(overwrite: bool) -> Self {
+    /// Returns the treatment for the value of `--overwrite`.
+    pub fn of(overwrite: bool) -> Self {
         match overwrite {
             true => Self::Replaced,
             false => Self::Refused,
@@ -26,52 +28,53 @@ impl Existing {
     }
 }
 
-/// Everything that a command is about to write, beside what it reads; checked before any work is done.
+/// Inputs and outputs of a command.
 ///
-/// An output is never an input, nor a second output, nor a capture's own file, be it by another path or through a
-/// link. What exists is refused unless `--overwrite` is there.
+/// An output must not be an input, another output or a file of a capture, not even by another path
+/// or through a link. Existing files are refused unless `--overwrite` is given.
 #[derive(Debug, Default)]
-pub(crate) struct Outputs {
+pub struct Outputs {
     inputs: Vec<PathBuf>,
     files: Vec<PathBuf>,
     folders: Vec<PathBuf>,
 }
 
 impl Outputs {
-    /// Outputs of a command that reads these files and folders.
-    pub(crate) fn beside<'a>(inputs: impl IntoIterator<Item = &'a PathBuf>) -> Self {
+    /// Creates the outputs of a command that reads `inputs`, files and folders.
+    pub fn with_inputs<'a>(inputs: impl IntoIterator<Item = &'a PathBuf>) -> Self {
         Self {
             inputs: inputs.into_iter().cloned().collect(),
             ..Self::default()
         }
     }
 
-    /// Adds a file.
-    pub(crate) fn file(mut self, path: impl Into<PathBuf>) -> Self {
+    /// Adds a file to write.
+    pub fn file(mut self, path: impl Into<PathBuf>) -> Self {
         self.files.push(path.into());
         self
     }
 
-    /// Adds a folder that may be there already, and its files by name.
-    pub(crate) fn folder(mut self, folder: &Path, names: impl IntoIterator<Item = String>) -> Self {
+    /// Adds a folder, which may exist, with the names of the files to write in it.
+    pub fn folder(mut self, folder: &Path, names: impl IntoIterator<Item = String>) -> Self {
         self.folders.push(folder.to_path_buf());
         self.files.extend(names.into_iter().map(|name| folder.join(name)));
         self
     }
 
-    /// Adds files that are named already.
-    pub(crate) fn files(mut self, paths: impl IntoIterator<Item = PathBuf>) -> Self {
+    /// Adds files to write.
+    pub fn files(mut self, paths: impl IntoIterator<Item = PathBuf>) -> Self {
         self.files.extend(paths);
         self
     }
 
-    /// Refuses what would be lost.
+    /// Checks all outputs.
     ///
     /// # Errors
-    /// [`Usage`], which names the output and what it is.
-    pub(crate) fn check(&self, existing: Existing) -> Result<()> {
-        self.refuse_the_same_twice()?;
+    /// A [`Usage`] that names the first output that is refused and the reason.
+    pub fn check(&self, existing: Existing) -> Result<()> {
+        self.refuse_duplicates()?;
         for path in self.files.iter().chain(&self.folders) {
+            // Inputs and captures are refused even with `--overwrite`, which is meant for results.
             self.refuse_input(path)?;
             refuse_captures(path)?;
         }
@@ -85,7 +88,8 @@ impl Outputs {
             .try_for_each(|path| refuse_existing(path, existing))
     }
 
-    fn refuse_the_same_twice(&self) -> Result<()> {
+    fn refuse_duplicates(&self) -> Result<()> {
+        // Links are resolved, so that two names of one file are found.
         let real: Vec<PathBuf> = self.files.iter().map(|path| real_path(path)).collect();
         match (real.iter().enumerate()).find(|(i, path)| real[..*i].contains(path)) {
             None => Ok(()),
@@ -125,13 +129,14 @@ fn refuse_captures(path: &Path) -> Result<()> {
 }
 
 fn refuse_existing(path: &Path, existing: Existing) -> Result<()> {
-    // A link that leads nowhere is there too.
+    // A link whose target does not exist is an existing file too.
     let Ok(there) = path.metadata().or_else(|_| path.symlink_metadata()) else {
         return Ok(());
     };
     if path.is_dir() {
         return refused(path, "expected the name of a file to write, found a folder");
     }
+    // Writers rename a temporary file to the path, which would replace a device by a plain file.
     if !there.is_file() && !there.is_symlink() {
         return refused(
             path,
@@ -139,15 +144,12 @@ fn refuse_existing(path: &Path, existing: Existing) -> Result<()> {
         );
     }
     match existing {
-        Existing::Refused => refused(
-            path,
-            "expected no such file yet, found one; --overwrite replaces it",
-        ),
+        Existing::Refused => refused(path, "expected no file, found one; --overwrite replaces it"),
         Existing::Replaced | Existing::Resumed => Ok(()),
     }
 }
 
-/// One file or folder by two names, by links of both kinds too.
+/// Are two paths the same file or folder, also by symbolic or hard links?
 fn is_same_file(a: &Path, b: &Path) -> bool {
     real_path(a) == real_path(b) || is_same_inode(a, b)
 }
@@ -161,7 +163,8 @@ fn is_same_inode(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// Elsewhere the standard library does not tell hard links.
+/// Are two paths hard links of one file? Always false, because the standard library cannot tell
+/// here.
 #[cfg(not(unix))]
 fn is_same_inode(_: &Path, _: &Path) -> bool {
     false
@@ -172,27 +175,28 @@ mod tests {
     use super::*;
     use std::fs;
 
-    fn told(outputs: &Outputs, existing: Existing) -> String {
+    /// Error message of a check, empty if there is none.
+    fn message(outputs: &Outputs, existing: Existing) -> String {
         outputs
             .check(existing)
             .map_or_else(|e| e.to_string(), |()| String::new())
     }
 
     #[test]
-    fn what_is_there_stays_unless_it_may_be_replaced() {
+    fn existing_files_are_refused_unless_they_may_be_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.pc2");
         let outputs = Outputs::default().file(&path);
-        assert_eq!(told(&outputs, Existing::Refused), "");
+        assert_eq!(message(&outputs, Existing::Refused), "");
         fs::write(&path, "").unwrap();
-        assert!(told(&outputs, Existing::Refused).contains("--overwrite"));
-        assert_eq!(told(&outputs, Existing::Replaced), "");
+        assert!(message(&outputs, Existing::Refused).contains("--overwrite"));
+        assert_eq!(message(&outputs, Existing::Replaced), "");
         let folders = Outputs::default().file(folder.path());
-        assert!(told(&folders, Existing::Replaced).contains("found a folder"));
+        assert!(message(&folders, Existing::Replaced).contains("found a folder"));
     }
 
     #[test]
-    fn an_input_is_no_output_by_any_name() {
+    fn an_input_is_refused_as_an_output_under_any_name() {
         let folder = tempfile::tempdir().unwrap();
         let input = folder.path().join("walk.npz");
         fs::write(&input, "").unwrap();
@@ -205,43 +209,47 @@ mod tests {
             names.extend([soft, hard]);
         }
         for name in names {
-            let outputs = Outputs::beside([&input]).file(&name);
-            let told = told(&outputs, Existing::Replaced);
-            assert!(told.contains("found the input"), "{}: {told}", name.display());
+            let outputs = Outputs::with_inputs([&input]).file(&name);
+            let message = message(&outputs, Existing::Replaced);
+            assert!(
+                message.contains("found the input"),
+                "{}: {message}",
+                name.display()
+            );
         }
     }
 
     #[test]
-    fn captures_and_devices_are_never_written_over() {
+    fn files_of_captures_and_devices_are_never_overwritten() {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join("clips")).unwrap();
         fs::write(folder.path().join("capture.toml"), "").unwrap();
         for name in ["clips/new.npz", "garment.npz"] {
             let outputs = Outputs::default().file(folder.path().join(name));
             assert!(
-                told(&outputs, Existing::Replaced).contains("a part of the capture"),
+                message(&outputs, Existing::Replaced).contains("a part of the capture"),
                 "{name}"
             );
         }
         for name in ["", "clips", "clips/new"] {
             let outputs = Outputs::default().folder(&folder.path().join(name), ["a.png".to_owned()]);
             assert!(
-                told(&outputs, Existing::Replaced).contains("a part of the capture"),
+                message(&outputs, Existing::Replaced).contains("a part of the capture"),
                 "{name}"
             );
         }
         let beside = Outputs::default().folder(&folder.path().join("pictures"), ["a.png".to_owned()]);
-        assert_eq!(told(&beside, Existing::Refused), "");
+        assert_eq!(message(&beside, Existing::Refused), "");
         if cfg!(unix) {
             let device = Outputs::default().file("/dev/null");
-            assert!(told(&device, Existing::Replaced).contains("a device"));
+            assert!(message(&device, Existing::Replaced).contains("a device"));
         }
     }
 
     #[test]
-    fn two_outputs_have_two_names() {
+    fn two_outputs_of_one_name_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let outputs = Outputs::default().files(["a.gif", "x/../a.gif"].map(|name| folder.path().join(name)));
-        assert!(told(&outputs, Existing::Refused).contains("found two"));
+        assert!(message(&outputs, Existing::Refused).contains("found two"));
     }
 }

@@ -1,59 +1,65 @@
-//! Progress on stderr: a bar with time left on a terminal, a line now and then elsewhere.
+//! Progress on stderr: a bar on a terminal, lines at intervals in a log. Both show the time left.
 
-use crate::output::say;
+use crate::output::print_status;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use std::{
     io::{IsTerminal, stderr},
     time::{Duration, Instant},
 };
 
-/// Between lines where there is no terminal.
+/// Interval between lines of progress in a log.
 const LINE_INTERVAL: Duration = Duration::from_secs(15);
 
-/// Work with a known length.
-pub(crate) enum Progress {
-    /// On a terminal.
+/// Progress of work with a known length.
+pub struct Progress {
+    display: Display,
+}
+
+/// Form of the progress on stderr.
+enum Display {
+    /// Bar on a terminal.
     Bar(ProgressBar),
-    /// In a log.
+    /// Lines of a log.
     Lines(Lines),
 }
 
 impl Progress {
-    /// Starts at `done` of `total`.
-    pub(crate) fn new(title: &str, done: u64, total: u64) -> Self {
-        match stderr().is_terminal() {
-            true => Self::Bar(bar(title, done, total)),
-            false => Self::Lines(Lines::new(title, done, total)),
-        }
+    /// Starts the progress at `done` of `total` units.
+    pub fn new(title: &str, done: u64, total: u64) -> Self {
+        let display = match stderr().is_terminal() {
+            true => Display::Bar(bar(title, done, total)),
+            false => Display::Lines(Lines::new(title, done, total)),
+        };
+        Self { display }
     }
 
-    /// `done` units are done; `message` is made only when it is shown.
-    pub(crate) fn set(&mut self, done: u64, message: impl Fn() -> String) {
-        match self {
-            Self::Bar(bar) => {
+    /// Sets the number of units done. `message` is called only when it is shown.
+    pub fn set(&mut self, done: u64, message: impl Fn() -> String) {
+        match &mut self.display {
+            Display::Bar(bar) => {
                 bar.set_position(done);
                 bar.set_message(message());
             }
-            Self::Lines(lines) if lines.last.elapsed() >= LINE_INTERVAL => {
+            Display::Lines(lines) if lines.last.elapsed() >= LINE_INTERVAL => {
                 lines.last = Instant::now();
                 lines.write(done, &message());
             }
-            Self::Lines(_) => {}
+            Display::Lines(_) => {}
         }
     }
 
-    /// Something that a log should hold; a bar shows it in its message already.
+    /// Writes a line to a log at once. A bar shows its messages with [`Progress::set`].
     pub(crate) fn log(&self, done: u64, message: &str) {
-        if let Self::Lines(lines) = self {
+        if let Display::Lines(lines) = &self.display {
             lines.write(done, message);
         }
     }
 }
 
 impl Drop for Progress {
-    /// What follows, errors included, finds a clean line.
+    /// Removes the bar, so that later output begins on an empty line.
     fn drop(&mut self) {
-        if let Self::Bar(bar) = self {
+        if let Display::Bar(bar) = &self.display {
             bar.finish_and_clear();
         }
     }
@@ -64,19 +70,23 @@ fn bar(title: &str, done: u64, total: u64) -> ProgressBar {
         .with_prefix(title.to_owned())
         .with_position(done);
     let template = "{prefix} {wide_bar:.cyan/dim} {pos}/{len}  {msg}  {eta} left";
+    // With a wrong template the bar keeps its default style.
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style.progress_chars("━╸─"));
     }
+    // Units of an earlier run took no time in this one.
     bar.reset_eta();
     bar
 }
 
-/// Lines of a log.
-pub(crate) struct Lines {
+/// Progress in the lines of a log.
+struct Lines {
     title: String,
+    /// Number of units that an earlier run has done.
     first: u64,
     total: u64,
     started: Instant,
+    /// Time of the last line.
     last: Instant,
 }
 
@@ -93,17 +103,18 @@ impl Lines {
     }
 
     fn write(&self, done: u64, message: &str) {
+        // The rate is that of this run: units of an earlier run took none of its time.
         let left = time_left(
             self.started.elapsed(),
             done.saturating_sub(self.first),
             self.total.saturating_sub(done),
         );
         let left = left.map_or_else(String::new, |left| format!("  {} left", HumanDuration(left)));
-        say(&format!("{} {done}/{}  {message}{left}", self.title, self.total));
+        print_status(&format!("{} {done}/{}  {message}{left}", self.title, self.total));
     }
 }
 
-/// At the pace so far.
+/// Time left at the mean rate so far. `None` at the beginning and at the end.
 fn time_left(elapsed: Duration, done: u64, to_do: u64) -> Option<Duration> {
     (done > 0 && to_do > 0).then(|| elapsed.mul_f64(to_do as f64 / done as f64))
 }

@@ -1,18 +1,18 @@
-//! The folder of a training run, beside its model: `tshirt.run` for `tshirt.unic`.
+//! Folder of a training run, beside its model: `tshirt.run` for `tshirt.unic`.
 //!
-//! ```text
-//! run.toml        capture, clips and preset: what a resumed run must find again
-//! config.toml     all settings; there from the moment that training starts
-//! metrics.jsonl   one JSON object a line
-//! checkpoints/    the two newest of each fit, in held_out/ and all_clips/
-//! log.txt         what ran when, on which machine
-//! .unic.lock      there while a process trains into the folder
-//! ```
+//! | file | content |
+//! |---|---|
+//! | `run.toml` | capture, clips and preset, which a resumed run compares with its own |
+//! | `config.toml` | all settings; marks a run that can be resumed |
+//! | `metrics.jsonl` | training curves, one JSON object per line |
+//! | `checkpoints/` | the two newest checkpoints of each fit and of the prior, in a folder each |
+//! | `log.txt` | times, machines and command lines |
+//! | `.unic.lock` | exists while a process trains into the folder |
 
 mod metrics;
 mod record;
 
-pub(crate) use metrics::{MetricsLog, Moment};
+pub(crate) use metrics::{MetricsLog, RunPosition};
 pub(crate) use record::RunRecord;
 
 use crate::{failure::Usage, folder_lock::FolderLock};
@@ -26,18 +26,18 @@ use std::{
 use unic_io::atomic::{self, AtomicFile};
 use unic_train::{Fit, TrainConfig};
 
-/// What becomes of a run that is there already.
+/// Treatment of a run that exists already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Earlier {
-    /// It stays, and is an error.
+pub(crate) enum EarlierRun {
+    /// An existing run is an error.
     Refuse,
-    /// It is thrown away once the new one starts.
+    /// An existing run is discarded when the new one begins.
     Overwrite,
-    /// It goes on.
+    /// An existing run is continued; none is an error.
     Resume,
 }
 
-/// A run's folder, locked against other processes.
+/// Folder of a run, locked against other processes.
 #[derive(Debug)]
 pub(crate) struct RunFolder {
     path: PathBuf,
@@ -45,16 +45,22 @@ pub(crate) struct RunFolder {
 }
 
 impl RunFolder {
-    /// Locks the folder beside the model `out` and checks that both can be written, so that no
-    /// training is lost for want of a place. What a killed process has left half-written goes.
-    pub(crate) fn open(out: &Path, earlier: Earlier) -> Result<Self> {
+    /// Locks the folder beside the model `out`, and removes temporary files of killed processes.
+    ///
+    /// # Errors
+    /// An existing run or model that `earlier` refuses, a folder that is locked, a folder or model
+    /// that cannot be written.
+    pub(crate) fn open(out: &Path, earlier: EarlierRun) -> Result<Self> {
         let path = path_beside(out)?;
         if !path.exists() {
-            // Nothing is made for a run that is refused.
+            // Checked before the lock, which creates the folder: a refused run leaves nothing
+            // behind.
             check_earlier(out, &path, earlier)?;
         }
+        // Both places are tried now, so that no training is lost at its end.
         drop(AtomicFile::create(out)?);
-        let lock = FolderLock::hold(&path)?;
+        let lock = FolderLock::acquire(&path)?;
+        // Checked again under the lock: another process may have finished in between.
         check_earlier(out, &path, earlier)?;
         drop(AtomicFile::create(&path.join("checkpoints").join("writable"))?);
         let folder = Self { path, _lock: lock };
@@ -62,68 +68,96 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// The folder itself.
+    /// Path of the folder.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Settings in TOML.
+    /// Path of the settings.
     pub(crate) fn config(&self) -> PathBuf {
         self.path.join("config.toml")
     }
 
-    /// Where the trainer keeps the checkpoints of a fit.
+    /// Folder of the checkpoints of a fit.
     pub(crate) fn checkpoints(&self, fit: Fit) -> PathBuf {
         self.path.join("checkpoints").join(fit.name())
     }
 
-    /// Losses and validation errors.
+    /// Folder with the checkpoints of the prior's recurrences, one folder each.
+    pub(crate) fn checkpoints_of_prior(&self) -> PathBuf {
+        self.path.join("checkpoints").join("prior")
+    }
+
+    /// Path of the training curves.
     pub(crate) fn metrics(&self) -> PathBuf {
         self.path.join("metrics.jsonl")
     }
 
-    /// The settings of the run that is there.
+    /// Reads the settings of the run in the folder.
+    ///
+    /// # Errors
+    /// A file that cannot be read or has unknown settings.
     pub(crate) fn stored_config(&self) -> Result<TrainConfig> {
         let path = self.config();
         let text = fs::read_to_string(&path).map_err(|e| anyhow!("{}: cannot read: {e}", path.display()))?;
         TrainConfig::from_toml(&text).map_err(|e| anyhow!("{}: {e}", path.display()))
     }
 
-    /// The record of the run that is there.
+    /// Reads the record of the run in the folder.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no record.
     pub(crate) fn stored_record(&self) -> Result<RunRecord> {
         RunRecord::read(&self.path.join("run.toml"))
     }
 
-    /// Begins a new run: from here on there is something to resume. Whatever is there of another one
-    /// goes, be it all of it or what a process killed in between has left.
+    /// Begins a new run, which can then be resumed. Removes all files of another run.
+    ///
+    /// # Errors
+    /// Files that cannot be removed or written.
     pub(crate) fn begin(&self, config: &TrainConfig, record: &RunRecord) -> Result<()> {
         self.clear()?;
         record.write(&self.path.join("run.toml"))?;
+        // Last, for it marks a run that can be resumed, which needs its record.
         self.write_config(config)
     }
 
-    /// Settings of the run from here on: those that it began with, or longer ones.
+    /// Writes the settings of the run, those that it began with or longer ones.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
     pub(crate) fn write_config(&self, config: &TrainConfig) -> Result<()> {
         Ok(atomic::write(&self.config(), config.to_toml().as_bytes())?)
     }
 
-    /// Adds a line to the log.
+    /// Replaces the record.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub(crate) fn write_record(&self, record: &RunRecord) -> Result<()> {
+        record.write(&self.path.join("run.toml"))
+    }
+
+    /// Adds a line with the present time to the log.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
     pub(crate) fn log(&self, line: &str) -> Result<()> {
         let path = self.path.join("log.txt");
         let now = humantime::format_rfc3339_seconds(SystemTime::now());
         let file = OpenOptions::new().create(true).append(true).open(&path);
-        // One call a line, so that no line is half there.
+        // One call writes the whole line, so that a crash leaves no half line.
         file.and_then(|mut file| file.write_all(format!("{now} {line}\n").as_bytes()))
             .map_err(|e| anyhow!("{}: cannot write: {e}", path.display()))
     }
 
+    /// Removes temporary files of killed processes, in the folder and beside the model.
     fn remove_leftovers(&self, out: &Path) {
-        let checkpoints = [Fit::HeldOut, Fit::AllClips].map(|fit| self.checkpoints(fit));
         let own = [self.path.clone(), self.path.join("checkpoints")];
-        for folder in own.iter().chain(&checkpoints) {
-            atomic::remove_leftovers(folder, |_| true);
+        for folder in own.into_iter().chain(self.folders_of_checkpoints()) {
+            atomic::remove_leftovers(&folder, |_| true);
         }
-        // A bare name has an empty parent.
+        // A bare file name has an empty parent, which stands for the working folder.
         let beside = self.path.parent().filter(|folder| !folder.as_os_str().is_empty());
         if let Some(model) = out.file_name() {
             atomic::remove_leftovers(beside.unwrap_or(Path::new(".")), |name| {
@@ -132,11 +166,24 @@ impl RunFolder {
         }
     }
 
+    /// Folders with checkpoints: of each fit, and of each recurrence of the prior.
+    fn folders_of_checkpoints(&self) -> Vec<PathBuf> {
+        let of_prior = fs::read_dir(self.checkpoints_of_prior()).into_iter().flatten();
+        let of_prior = of_prior.flatten().map(|entry| entry.path());
+        let fits = [Fit::HeldOut, Fit::AllClips].map(|fit| self.checkpoints(fit));
+        fits.into_iter()
+            .chain(of_prior.filter(|path| path.is_dir()))
+            .collect()
+    }
+
+    /// Removes the files of a run. Other files in the folder stay.
     fn clear(&self) -> Result<()> {
-        let checkpoints = [Fit::HeldOut, Fit::AllClips]
+        let checkpoints = self
+            .folders_of_checkpoints()
             .into_iter()
-            .flat_map(|fit| fs::read_dir(self.checkpoints(fit)))
-            .flat_map(|entries| entries.flatten().map(|entry| entry.path()));
+            .flat_map(fs::read_dir)
+            .flat_map(|entries| entries.flatten().map(|entry| entry.path()))
+            .filter(|path| path.is_file());
         let files = ["config.toml", "run.toml", "metrics.jsonl", "log.txt"].map(|name| self.path.join(name));
         for file in files.into_iter().chain(checkpoints).filter(|file| file.exists()) {
             fs::remove_file(&file).map_err(|e| anyhow!("{}: cannot remove: {e}", file.display()))?;
@@ -146,14 +193,20 @@ impl RunFolder {
 }
 
 impl Drop for RunFolder {
-    /// A run that never began leaves no folder; `remove_dir` spares those that hold anything.
+    /// Removes the folder of checkpoints of a run that has not begun. The lock removes the run
+    /// folder.
     fn drop(&mut self) {
+        // `remove_dir` fails, as it should, if the folder is not empty.
         if !self.config().exists() {
             let _ = fs::remove_dir(self.path.join("checkpoints"));
         }
     }
 }
 
+/// Path of the run folder beside a model.
+///
+/// # Errors
+/// A path that is no name of a model file.
 fn path_beside(out: &Path) -> Result<PathBuf> {
     let path = out.with_extension("run");
     if out.is_dir() || out.file_name().is_none() || path == out {
@@ -165,19 +218,26 @@ fn path_beside(out: &Path) -> Result<PathBuf> {
     Ok(path)
 }
 
-fn check_earlier(out: &Path, path: &Path, earlier: Earlier) -> Result<()> {
+/// Checks an existing run and model against the treatment that the options ask for.
+///
+/// # Errors
+/// An existing run or model with [`EarlierRun::Refuse`], no run with [`EarlierRun::Resume`].
+fn check_earlier(out: &Path, path: &Path, earlier: EarlierRun) -> Result<()> {
     let has_run = path.join("config.toml").exists();
     let shown = path.display();
     match earlier {
-        Earlier::Refuse if has_run => Err(Usage(format!(
-            "{shown}: expected no earlier run, found one; --resume goes on with it, --overwrite throws it away"
+        EarlierRun::Refuse if has_run => Err(Usage(format!(
+            "{shown}: expected no earlier run, found one; --resume continues it, --overwrite discards it"
         ))
         .into()),
-        Earlier::Refuse if out.exists() => {
+        EarlierRun::Refuse if out.exists() => {
             let out = out.display();
-            Err(Usage(format!("{out}: expected no such model yet, found one; --overwrite replaces it")).into())
+            Err(Usage(format!(
+                "{out}: expected no model, found one; --overwrite replaces it"
+            ))
+            .into())
         }
-        Earlier::Resume if !has_run => bail!("{shown}: expected a run to resume, found none"),
+        EarlierRun::Resume if !has_run => bail!("{shown}: expected a run to resume, found none"),
         _ => Ok(()),
     }
 }
@@ -187,8 +247,8 @@ mod tests {
     use super::*;
     use unic_train::Preset;
 
-    fn begun(out: &Path) -> RunFolder {
-        let folder = RunFolder::open(out, Earlier::Overwrite).unwrap();
+    fn begin_run(out: &Path) -> RunFolder {
+        let folder = RunFolder::open(out, EarlierRun::Overwrite).unwrap();
         folder
             .begin(&TrainConfig::preset(Preset::Tiny), &RunRecord::default())
             .unwrap();
@@ -199,33 +259,33 @@ mod tests {
     fn one_process_at_a_time() {
         let parent = tempfile::tempdir().unwrap();
         let out = parent.path().join("a.unic");
-        let folder = begun(&out);
-        let error = RunFolder::open(&out, Earlier::Resume).unwrap_err().to_string();
+        let folder = begin_run(&out);
+        let error = RunFolder::open(&out, EarlierRun::Resume).unwrap_err().to_string();
         assert!(error.contains("another unic"), "{error}");
         drop(folder);
-        assert!(RunFolder::open(&out, Earlier::Resume).is_ok());
+        assert!(RunFolder::open(&out, EarlierRun::Resume).is_ok());
     }
 
     #[test]
-    fn an_earlier_run_is_lost_on_request_alone() {
+    fn an_earlier_run_is_discarded_only_when_a_new_one_begins() {
         let parent = tempfile::tempdir().unwrap();
         let out = parent.path().join("a.unic");
-        assert!(RunFolder::open(&out, Earlier::Resume).is_err());
-        drop(begun(&out));
+        assert!(RunFolder::open(&out, EarlierRun::Resume).is_err());
+        drop(begin_run(&out));
         fs::write(out.with_extension("run").join("metrics.jsonl"), "{}\n").unwrap();
-        assert!(RunFolder::open(&out, Earlier::Refuse).is_err());
-        // Opening to overwrite loses nothing yet: the new run may fail before it begins.
-        drop(RunFolder::open(&out, Earlier::Overwrite).unwrap());
+        assert!(RunFolder::open(&out, EarlierRun::Refuse).is_err());
+        // Opening to overwrite removes nothing: the new run may fail before it begins.
+        drop(RunFolder::open(&out, EarlierRun::Overwrite).unwrap());
         assert!(out.with_extension("run").join("metrics.jsonl").exists());
-        drop(begun(&out));
+        drop(begin_run(&out));
         assert!(!out.with_extension("run").join("metrics.jsonl").exists());
     }
 
     #[test]
-    fn a_killed_process_leaves_nothing_that_a_new_run_would_take_for_its_own() {
+    fn files_of_a_killed_process_are_not_taken_for_those_of_a_new_run() {
         let parent = tempfile::tempdir().unwrap();
         let out = parent.path().join("a.unic");
-        let folder = begun(&out);
+        let folder = begin_run(&out);
         let checkpoint = folder.checkpoints(Fit::HeldOut).join("step-00000001.safetensors");
         let half = ["a.run/.run.toml.AbC123.tmp", ".a.unic.AbC123.tmp"].map(|name| parent.path().join(name));
         let foreign = parent.path().join(".b.unic.AbC123.tmp");
@@ -235,7 +295,7 @@ mod tests {
         }
         fs::remove_file(folder.config()).unwrap();
         drop(folder);
-        let folder = RunFolder::open(&out, Earlier::Refuse).unwrap();
+        let folder = RunFolder::open(&out, EarlierRun::Refuse).unwrap();
         assert!(half.iter().all(|file| !file.exists()) && foreign.exists());
         folder
             .begin(&TrainConfig::preset(Preset::Tiny), &RunRecord::default())
@@ -244,9 +304,9 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_never_began_leaves_nothing() {
+    fn a_run_that_has_not_begun_leaves_no_files() {
         let parent = tempfile::tempdir().unwrap();
-        drop(RunFolder::open(&parent.path().join("a.unic"), Earlier::Refuse).unwrap());
+        drop(RunFolder::open(&parent.path().join("a.unic"), EarlierRun::Refuse).unwrap());
         assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 0);
     }
 }

@@ -1,4 +1,4 @@
-//! Training settings from the command line.
+//! Training settings of a command line: preset, settings file and single settings.
 
 use crate::{
     args::{PresetName, TrainArgs},
@@ -10,32 +10,42 @@ use std::{fs, path::Path};
 use toml::{Table, Value};
 use unic_train::TrainConfig;
 
-/// Settings of a new run: the preset, then `--config`, then `--set`, `--seed` and `--steps`.
+/// Returns the settings of a new run: the preset, then `--config`, then `--set`, `--seed`,
+/// `--steps`.
+///
+/// # Errors
+/// A settings file that cannot be read, unknown settings or values out of range.
 pub(crate) fn of_new_run(args: &TrainArgs) -> Result<TrainConfig> {
     let preset = args.preset.unwrap_or(PresetName::Standard);
     overlaid(args, TrainConfig::preset(preset.into()))
 }
 
-/// Settings of a run to go on with: `stored`, which the command line may repeat, or lengthen by more of the same
-/// schedule, or compute in other products, but not change.
+/// Returns the settings of a resumed run, whose settings file at `path` holds `stored`.
+///
+/// The command line may repeat the settings, lengthen the same schedule and change
+/// `optimiser.products`.
+///
+/// # Errors
+/// The first setting that the command line changes in another way.
 pub(crate) fn of_resumed_run(args: &TrainArgs, stored: TrainConfig, path: &Path) -> Result<TrainConfig> {
     let mut asked = overlaid(args, stored.clone())?;
     let stored = stored.with_products_of(&asked);
     if asked.optimiser.epochs.is_some() && asked.optimiser.epochs == stored.optimiser.epochs {
-        // The steps of a run are those that its capture makes of its epochs.
+        // Steps follow from epochs and the capture. A file from elsewhere may hold those of another
+        // capture.
         asked.optimiser.steps = stored.optimiser.steps;
     }
     if stored.is_lengthened_by(&asked) {
         return Ok(asked);
     }
     let (old, new) = (table(&stored)?, table(&asked)?);
-    let Some((key, old, new)) = first_difference(&old, &new) else {
+    let Some(Difference { key, old, new }) = first_difference(&old, &new) else {
         return Ok(stored);
     };
     let path = path.display();
     let longer = match key.as_str() {
         "optimiser.epochs" | "optimiser.steps" => {
-            "; a run of one fit is made longer where optimiser.half_periods grows by the same factor"
+            "; a run of one fit can be made longer if optimiser.half_periods grows by the same factor"
         }
         _ => "",
     };
@@ -45,6 +55,7 @@ pub(crate) fn of_resumed_run(args: &TrainArgs, stored: TrainConfig, path: &Path)
     .into())
 }
 
+/// Settings of `base`, changed by the settings file and the single settings of the command line.
 fn overlaid(args: &TrainArgs, base: TrainConfig) -> Result<TrainConfig> {
     let config = match &args.config {
         Some(path) => with_file(&base, path)?,
@@ -58,22 +69,26 @@ fn overlaid(args: &TrainArgs, base: TrainConfig) -> Result<TrainConfig> {
         .map_err(|e| Usage(one_line(&e.to_string())))?)
 }
 
-/// A complete file stands for itself, so that an optional key that it lacks is absent; a partial
-/// one is laid over `base`.
+/// Settings of a file. A partial file is completed by the settings of `base`.
 fn with_file(base: &TrainConfig, path: &Path) -> Result<TrainConfig> {
     let failed = |what: String| anyhow!("{}: {}", path.display(), one_line(&what));
     let text = fs::read_to_string(path).map_err(|e| failed(format!("cannot read the settings: {e}")))?;
+    // A complete file is not completed by the preset: an optional key that it lacks stays absent.
     if let Ok(config) = TrainConfig::from_toml(&text) {
         return Ok(config);
     }
     let file: Table = toml::from_str(&text).map_err(|e: toml::de::Error| failed(e.to_string()))?;
-    let text = laid_over(base, file, &[]);
+    let text = merged_toml(base, file, &[]);
     let config = text.and_then(|text| Ok(TrainConfig::from_toml(&text)?));
     config.map_err(|e| failed(e.to_string()))
 }
 
-/// Settings of `base` without some dotted keys, and with those of `file`, as TOML.
-pub(crate) fn laid_over(base: &impl Serialize, file: Table, remove: &[String]) -> Result<String> {
+/// Returns TOML text of the settings of `base`, without the dotted keys in `remove`, changed by
+/// `file`.
+///
+/// # Errors
+/// A key to remove that `base` lacks.
+pub fn merged_toml(base: &impl Serialize, file: Table, remove: &[String]) -> Result<String> {
     let mut all = table(base)?;
     for key in remove {
         if !removed(&mut all, key) {
@@ -82,13 +97,14 @@ pub(crate) fn laid_over(base: &impl Serialize, file: Table, remove: &[String]) -
     }
     let optimiser = file.get("optimiser").and_then(Value::as_table);
     if optimiser.is_some_and(|o| o.contains_key("steps") && !o.contains_key("epochs")) {
-        // A number of steps replaces the preset's epochs.
+        // Epochs determine the number of steps, so a number of steps must replace them.
         removed(&mut all, "optimiser.epochs");
     }
     overlay(&mut all, file);
     Ok(toml::to_string(&all)?)
 }
 
+/// Removes a dotted key. False if it does not exist.
 fn removed(table: &mut Table, key: &str) -> bool {
     match key.split_once('.') {
         None => table.remove(key).is_some(),
@@ -103,6 +119,7 @@ fn table(config: &impl Serialize) -> Result<Table> {
     Ok(Table::try_from(config)?)
 }
 
+/// Copies the values of `over` into `base`, table by table.
 fn overlay(base: &mut Table, over: Table) {
     for (key, value) in over {
         match (base.get_mut(&key), value) {
@@ -114,16 +131,31 @@ fn overlay(base: &mut Table, over: Table) {
     }
 }
 
-/// Dotted key and both values of the first key that differs.
-fn first_difference(old: &Table, new: &Table) -> Option<(String, String, String)> {
+/// Setting that differs between two runs.
+struct Difference {
+    /// Dotted key.
+    key: String,
+    /// Values in TOML, or "nothing".
+    old: String,
+    new: String,
+}
+
+/// First setting that differs between two tables.
+fn first_difference(old: &Table, new: &Table) -> Option<Difference> {
     let text = |value: Option<&Value>| value.map_or("nothing".into(), Value::to_string);
     let keys = old.keys().chain(new.keys().filter(|key| !old.contains_key(*key)));
     keys.filter(|key| old.get(*key) != new.get(*key))
         .find_map(|key| match (old.get(key), new.get(key)) {
             (Some(Value::Table(old)), Some(Value::Table(new))) => {
-                first_difference(old, new).map(|(below, old, new)| (format!("{key}.{below}"), old, new))
+                let below = first_difference(old, new)?;
+                let key = format!("{key}.{}", below.key);
+                Some(Difference { key, ..below })
             }
-            (old, new) => Some((key.clone(), text(old), text(new))),
+            (old, new) => Some(Difference {
+                key: key.clone(),
+                old: text(old),
+                new: text(new),
+            }),
         })
 }
 
@@ -141,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn later_sources_win() {
+    fn later_sources_take_precedence() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("s.toml");
         fs::write(&path, "seed = 5\n[optimiser]\nsteps = 70\nclip_norm = 2.0\n").unwrap();
@@ -159,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_complete_file_owes_the_preset_nothing() {
+    fn a_complete_file_is_independent_of_the_preset() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("s.toml");
         let tiny = TrainConfig::preset(unic_train::Preset::Tiny);
@@ -179,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn resuming_may_repeat_the_epochs_of_a_file_from_elsewhere() {
+    fn a_resumed_run_may_repeat_the_epochs_of_another_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("full.toml");
         let paper = TrainConfig::preset(unic_train::Preset::Paper);
@@ -196,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn resuming_may_repeat_settings_and_not_change_them() {
+    fn a_resumed_run_may_repeat_settings_but_not_change_them() {
         let stored = of_new_run(&args("--preset tiny --steps 40 --seed 3")).unwrap();
         let resumed = |line: &str| of_resumed_run(&args(line), stored.clone(), Path::new("config.toml"));
         assert_eq!(resumed("").unwrap(), stored);

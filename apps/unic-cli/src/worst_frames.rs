@@ -1,45 +1,51 @@
-//! The frames of a clip that a model gets most wrong.
+//! Frames of a clip in which a model has its largest errors.
 
 use glam::Vec3;
 
-/// One of them.
+/// Frame with a large error.
 #[derive(Clone, Debug)]
 pub(crate) struct WorstFrame {
-    /// From 0.
+    /// Frame of the clip, from 0.
     pub(crate) frame: usize,
-    /// Metres.
+    /// RMSE over the vertices, metres.
     pub(crate) rmse: f64,
-    /// What was predicted.
+    /// Predicted positions of the vertices, metres.
     pub(crate) positions: Vec<Vec3>,
 }
 
-/// Keeps the worst frames of a clip as they pass by, some way apart from one another: neighbours
-/// would show the same thing.
+/// Selection of the worst frames of a clip, made while the frames are predicted.
+///
+/// The frames keep a distance from each other, because neighbouring frames are nearly equal.
 #[derive(Clone, Debug)]
 pub(crate) struct WorstFrames {
+    /// Largest number of frames.
     most: usize,
+    /// Smallest distance between two of them, in frames.
     apart: usize,
+    /// Frames selected so far, in the order of time.
     kept: Vec<WorstFrame>,
 }
 
 impl WorstFrames {
-    /// At most `most` of a clip of `len` frames.
+    /// Creates a selection of at most `most` frames of a clip of `len` frames.
     pub(crate) fn new(most: usize, len: usize) -> Self {
         Self {
             most,
+            // Half of the distance of frames spread evenly over the clip: errors may lie closer.
             apart: (len / (2 * most).max(1)).max(1),
             kept: Vec::new(),
         }
     }
 
-    /// Frames must be offered in order; a diverged one (NaN) is worse than all others.
+    /// Offers the next frame. Frames come in order; a diverged one (NaN) is worse than all others.
     pub(crate) fn offer(&mut self, frame: usize, predicted: &[Vec3], truth: &[Vec3]) {
         let rmse = rmse(predicted, truth);
-        let Some(place) = self.place(frame, rmse) else {
+        let Some(index) = self.index_to_replace(frame, rmse) else {
             return;
         };
-        if place < self.kept.len() {
-            self.kept.remove(place);
+        // Removed and pushed instead of replaced, so that the order of time is kept.
+        if index < self.kept.len() {
+            self.kept.remove(index);
         }
         self.kept.push(WorstFrame {
             frame,
@@ -48,9 +54,10 @@ impl WorstFrames {
         });
     }
 
-    /// Index of the kept frame that a new one takes the place of; the end where there is room.
-    fn place(&self, frame: usize, rmse: f64) -> Option<usize> {
-        // In order of frames: only the last one can be close.
+    /// Index of the selected frame that a new one replaces; the length if there is room for one
+    /// more. `None` if the new frame is not selected.
+    fn index_to_replace(&self, frame: usize, rmse: f64) -> Option<usize> {
+        // Frames come in order, so that only the last one selected can be too close.
         let close = self.kept.last().filter(|last| frame < last.frame + self.apart);
         if let Some(last) = close {
             return rmse.total_cmp(&last.rmse).is_gt().then_some(self.kept.len() - 1);
@@ -62,18 +69,19 @@ impl WorstFrames {
         rmse.total_cmp(&self.kept[least].rmse).is_gt().then_some(least)
     }
 
-    /// In the order of time.
+    /// Selected frames in the order of time.
     pub(crate) fn frames(&self) -> &[WorstFrame] {
         &self.kept
     }
 }
 
-/// Root mean square distance, metres.
+/// Root mean square of the distances between two sets of positions, metres.
 pub(crate) fn rmse(predicted: &[Vec3], truth: &[Vec3]) -> f64 {
     let squares = predicted
         .iter()
         .zip(truth)
         .map(|(p, g)| f64::from(p.distance_squared(*g)));
+    // `abs` clears the sign of NaN, which `total_cmp` would else order below all numbers.
     (squares.sum::<f64>() / predicted.len().max(1) as f64)
         .sqrt()
         .abs()
@@ -92,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn peaks_are_found_and_their_neighbours_left_out() {
+    fn peaks_are_selected_without_their_neighbours() {
         let peaks = [30, 60, 95];
         let height = |t: i32| {
             peaks

@@ -1,4 +1,5 @@
-//! What `unic animate` writes as GLB, what it refuses to write, and what it never writes over.
+//! Contract: `unic animate` writes a complete GLB, and never overwrites files without
+//! `--overwrite`, folders or its inputs.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
@@ -16,7 +17,7 @@ static TRAINED: LazyLock<TempDir> = LazyLock::new(|| {
     folder
 });
 
-/// A folder of its own with the model and one motion.
+/// Folder with a copy of the model and of one motion.
 fn fresh() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (from, to) in [("tube.unic", "tube.unic"), ("tube/clips/four.npz", "four.npz")] {
@@ -27,7 +28,7 @@ fn fresh() -> TempDir {
 
 const ANIMATE: &str = "animate tube.unic --motion four.npz";
 
-/// Names and bytes of everything in a folder; a folder in it has none.
+/// Names and bytes of the files in a folder. Folders in it have no bytes.
 fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
     entries
@@ -38,7 +39,7 @@ fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         .collect()
 }
 
-/// The error of a run that must fail and leave everything as it was: its last line, after notes.
+/// Runs a command that must fail and change no files. Returns the last line of stderr.
 fn refusal(folder: &Path, line: &str) -> String {
     let before = contents(folder);
     let output = unic(folder, line);
@@ -53,7 +54,7 @@ fn refusal(folder: &Path, line: &str) -> String {
     error.to_owned()
 }
 
-/// The document of a GLB.
+/// JSON document of a GLB.
 fn document(path: &Path) -> Value {
     let bytes = fs::read(path).unwrap();
     assert!(bytes.starts_with(b"glTF\x02\0\0\0"));
@@ -62,7 +63,7 @@ fn document(path: &Path) -> Value {
 }
 
 #[test]
-fn a_glb_has_body_and_garment_in_one_file() {
+fn a_glb_contains_body_and_garment() {
     let folder = fresh();
     let summary = json(folder.path(), &format!("{ANIMATE} --out a.glb --json"));
     assert_eq!(summary["written"], serde_json::json!(["a.glb", "a.png"]));
@@ -81,9 +82,9 @@ fn a_glb_has_body_and_garment_in_one_file() {
 }
 
 #[test]
-fn more_than_300_frames_are_no_glb() {
+fn a_glb_of_more_than_300_frames_is_refused() {
     let folder = fresh();
-    // A cycle of the motion, again and again.
+    // One cycle of the motion, repeated.
     let long = format!("{ANIMATE} --repeat 60 --out a.glb");
     let message = refusal(folder.path(), &long);
     assert!(
@@ -97,7 +98,7 @@ fn more_than_300_frames_are_no_glb() {
 }
 
 #[test]
-fn no_output_is_written_over_unless_told() {
+fn files_are_overwritten_only_with_overwrite() {
     for side_file in ["a.pc2", "a.body.pc2", "a.obj", "a.body.obj", "a.png"] {
         let folder = fresh();
         fs::write(folder.path().join(side_file), "somebody's work").unwrap();
@@ -110,7 +111,7 @@ fn no_output_is_written_over_unless_told() {
 }
 
 #[test]
-fn folders_are_never_written_over() {
+fn folders_are_never_overwritten() {
     for name in ["frames", "frames_body", "frames.png"] {
         let folder = fresh();
         fs::create_dir(folder.path().join(name)).unwrap();
@@ -122,7 +123,7 @@ fn folders_are_never_written_over() {
 }
 
 #[test]
-fn outputs_are_files_of_their_own() {
+fn outputs_that_are_equal_or_inputs_are_refused() {
     let folder = fresh();
     for (line, name) in [
         ("--out a.glb --picture a.glb", "a.glb"),

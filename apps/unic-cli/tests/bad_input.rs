@@ -1,4 +1,5 @@
-//! Bad input: exit code 1 or 2, one sentence on stderr that names the file, nothing half-written.
+//! Contract: bad input gives exit code 1 or 2 and one sentence on stderr that names the file. No
+//! file is written.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
@@ -16,6 +17,7 @@ static TRAINED: LazyLock<TempDir> = LazyLock::new(|| {
     folder
 });
 
+/// Folder with a copy of the capture and the model.
 fn fresh() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     write_capture(folder.path());
@@ -23,7 +25,7 @@ fn fresh() -> TempDir {
     folder
 }
 
-/// Runs a command that must fail with one line that has `word` in it, and leave nothing new.
+/// Runs a command that must fail with one line that contains `word`, and write no files.
 fn fails(folder: &Path, line: &str, word: &str) {
     let before = listing(folder);
     let output = unic(folder, line);
@@ -203,7 +205,7 @@ fn a_character_that_does_not_fit_its_weights() {
 }
 
 #[test]
-fn models_that_are_none() {
+fn damaged_models() {
     let folder = fresh();
     let path = folder.path().join("tube.unic");
     let bytes = fs::read(&path).unwrap();
@@ -240,7 +242,7 @@ fn a_model_of_another_garment() {
 }
 
 #[test]
-fn settings_that_mean_nothing() {
+fn invalid_settings() {
     let folder = fresh();
     fails(
         folder.path(),
@@ -278,9 +280,9 @@ fn settings_that_mean_nothing() {
 }
 
 #[test]
-fn places_that_cannot_be_written() {
+fn outputs_that_cannot_be_written() {
     let folder = fresh();
-    // Below a file: refused to everybody, the superuser included.
+    // A path below a file cannot be written even by the superuser, who may run the tests.
     fails(
         folder.path(),
         "train tube --preset tiny --out tube.unic/new.unic",
@@ -303,7 +305,7 @@ fn places_that_cannot_be_written() {
         "tube.unic",
     );
     fails(folder.path(), &ANIMATE.replace("a.pc2", "a.abc"), "a.abc");
-    // The picture is the last file to be named, and the first that there is no place for.
+    // The picture is opened last and fails: the files opened before it must not stay.
     fails(
         folder.path(),
         &format!("{ANIMATE} --picture tube.unic/a.png"),
@@ -349,7 +351,7 @@ fn captures_without_clips() {
 }
 
 #[test]
-fn command_lines_that_cannot_be_meant() {
+fn invalid_command_lines() {
     let folder = tempfile::tempdir().unwrap();
     for line in [
         "",

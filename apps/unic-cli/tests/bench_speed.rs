@@ -1,4 +1,5 @@
-//! `unic bench` as a user runs it.
+//! Contract of `unic bench`: every case has times, instances count only their own memory, and 0
+//! instances measure none.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
@@ -9,7 +10,7 @@ const SMALL: &str =
     "bench --vertices 300 --network standard --precision f32,bf16 --on-threads 1,2 --frames 5";
 
 #[test]
-fn every_case_has_its_numbers_and_many_instances_theirs() {
+fn every_case_has_times_and_the_memory_of_instances() {
     let folder = tempfile::tempdir().unwrap();
     let results = json(folder.path(), &format!("{SMALL} --instances 3 --json"));
     let cases = results["cases"].as_array().unwrap();
@@ -24,14 +25,15 @@ fn every_case_has_its_numbers_and_many_instances_theirs() {
         assert!(case["stages_ms"]["field"].as_f64().unwrap() > 0.0, "{case}");
         assert_eq!(case["instances"]["count"], 3);
         assert!(case["instances"]["frame_us"].as_f64().unwrap() > 0.0, "{case}");
-        // Three positions, their normals and the displacement at the least; not the weights, which are shared.
+        // At least a position, a normal and a displacement for each vertex. Weights are shared and
+        // do not count.
         let bytes = case["instances"]["bytes"].as_f64().unwrap();
         assert!((300.0 * 36.0..1e6).contains(&bytes), "{bytes}");
     }
 }
 
 #[test]
-fn a_larger_garment_needs_more_bytes_an_instance() {
+fn memory_of_an_instance_grows_with_the_garment() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = |vertices: usize| {
         let line = format!("bench --vertices {vertices} --network standard --precision f32 --on-threads 1");
@@ -39,16 +41,16 @@ fn a_larger_garment_needs_more_bytes_an_instance() {
         results["cases"][0]["instances"]["bytes"].as_f64().unwrap()
     };
     let (small, large) = (bytes(300), bytes(900));
-    // Beside the body's share, which both have.
-    let of_a_vertex = (large - small) / 600.0;
+    // The memory for the body is the same in both and cancels.
+    let bytes_per_vertex = (large - small) / 600.0;
     assert!(
-        (60.0..1000.0).contains(&of_a_vertex),
-        "{of_a_vertex} bytes a vertex"
+        (60.0..1000.0).contains(&bytes_per_vertex),
+        "{bytes_per_vertex} bytes per vertex"
     );
 }
 
 #[test]
-fn no_instances_are_none() {
+fn zero_instances_measure_none() {
     let folder = tempfile::tempdir().unwrap();
     let results = json(folder.path(), &format!("{SMALL} --instances 0 --json"));
     assert!(results["cases"][0]["instances"].is_null(), "{results}");

@@ -1,4 +1,4 @@
-//! Completion scripts and help cover every command and option.
+//! Contract: completion scripts and help texts cover every command and option.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
@@ -17,7 +17,7 @@ fn here() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The long options of a command as its help lists them.
+/// Long options of a command, as its help lists them.
 fn options(command: &str) -> Vec<String> {
     let help = succeeds(here(), &format!("{command} --help"));
     let option = |line: &str| {
@@ -62,9 +62,9 @@ fn help_lists_the_commands_and_their_options() {
     }
 }
 
-/// A shell reads its own script without running it; a machine without that shell says so.
+/// Shells parse their scripts without running them. Shells that are not installed are skipped.
 #[test]
-fn the_scripts_parse() {
+fn every_installed_shell_parses_its_script() {
     for (shell, check) in [("bash", "-n"), ("zsh", "-n"), ("fish", "--no-execute")] {
         let child = Command::new(shell)
             .arg(check)

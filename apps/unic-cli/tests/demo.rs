@@ -1,4 +1,5 @@
-//! `unic demo --quick`: from an empty folder to a report and an animation.
+//! Contract: `unic demo --quick` makes a report, a model and an animation from nothing. It skips
+//! finished stages, and never replaces files of other work.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
@@ -7,10 +8,10 @@ use common::*;
 use std::fs;
 
 #[test]
-fn a_demo_leaves_everything_it_promises_and_goes_on_where_it_was() {
+fn a_demo_writes_all_results_and_skips_finished_stages() {
     let folder = tempfile::tempdir().unwrap();
-    let said = succeeds(folder.path(), "demo --quick");
-    assert!(said.contains("unic_demo/report.html"), "{said}");
+    let stdout = succeeds(folder.path(), "demo --quick");
+    assert!(stdout.contains("unic_demo/report.html"), "{stdout}");
     let out = folder.path().join("unic_demo");
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.starts_with("<!DOCTYPE html>"), "{}", &page[..60]);
@@ -22,7 +23,7 @@ fn a_demo_leaves_everything_it_promises_and_goes_on_where_it_was() {
     assert_eq!(&animation[..4], b"glTF");
     let model = fs::read(out.join("demo.unic")).unwrap();
 
-    // A stage whose file is missing is made again, the others stay.
+    // A stage whose file is missing runs again. The others do not.
     fs::remove_file(out.join("animation.glb")).unwrap();
     succeeds(folder.path(), "demo --quick");
     assert_eq!(fs::read(out.join("animation.glb")).unwrap(), animation);
@@ -41,7 +42,7 @@ fn a_demo_leaves_everything_it_promises_and_goes_on_where_it_was() {
 }
 
 #[test]
-fn a_folder_of_other_work_is_refused() {
+fn a_folder_with_other_files_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("mine")).unwrap();
     fs::write(folder.path().join("mine/report.html"), "mine").unwrap();

@@ -1,4 +1,5 @@
-//! The main job as a user does it: inspect, train, evaluate, animate; the JSON keys are a contract.
+//! Contract: the commands of a user's work, inspect, train, evaluate and animate, write their files
+//! and print the JSON keys that programs rely on.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
@@ -55,7 +56,7 @@ fn assert_baselines(scores: &Value) {
 }
 
 #[test]
-fn training_leaves_a_model_and_its_run() {
+fn training_writes_a_model_and_its_run_folder() {
     let folder = tempfile::tempdir().unwrap();
     write_capture(folder.path());
     let summary = train(folder.path(), "m.unic", "--steps 60");
@@ -110,7 +111,7 @@ fn training_leaves_a_model_and_its_run() {
         run.join("checkpoints/held_out/step-00000060.safetensors")
             .exists()
     );
-    // The capture names its validation clip: it stays out, and one fit is all.
+    // The capture names its validation clip, which stays held out: there is one fit.
     assert_eq!(
         (&summary["fit"], &summary["validation_fit"]),
         (&"held_out".into(), &"held_out".into())
@@ -119,7 +120,7 @@ fn training_leaves_a_model_and_its_run() {
 }
 
 #[test]
-fn a_drawn_validation_clip_goes_back_into_the_model() {
+fn a_second_fit_trains_on_the_clip_that_was_held_out() {
     let folder = tempfile::tempdir().unwrap();
     write_capture_without_validation(folder.path());
     let folder = folder.path();
@@ -128,25 +129,25 @@ fn a_drawn_validation_clip_goes_back_into_the_model() {
         (&summary["fit"], &summary["validation_fit"], &summary["steps"]),
         (&"all_clips".into(), &"held_out".into(), &60.into())
     );
-    // The model's time is that of the prior and of both fits, as the run's is.
-    let told = metadata(&folder.join("m.unic"));
-    let told = &told["about"]["training"];
+    // The model file and the summary have the same times: those of the prior and of both fits.
+    let about = metadata(&folder.join("m.unic"));
+    let recorded = &about["about"]["training"];
     for key in ["seconds", "prior_seconds"] {
-        let [told, summed] = [told, &summary].map(|time| time[key].as_f64().unwrap());
+        let [in_file, in_summary] = [recorded, &summary].map(|time| time[key].as_f64().unwrap());
         assert!(
-            told > 0.0 && (told - summed).abs() < 1e-9,
-            "{key}: {told}, {summed}"
+            in_file > 0.0 && (in_file - in_summary).abs() < 1e-9,
+            "{key}: {in_file}, {in_summary}"
         );
     }
-    assert!(told["prior_seconds"].as_f64() < told["seconds"].as_f64());
+    assert!(recorded["prior_seconds"].as_f64() < recorded["seconds"].as_f64());
     assert_eq!(summary["training_clips"].as_array().unwrap().len(), 3);
     assert_eq!(summary["validation_clips"].as_array().unwrap().len(), 1);
-    // Without a second fit the same clip is held out, of the prior's shapes too.
+    // Without a second fit the same clip is held out, also of the prior's principal components.
     let once = train(folder, "once.unic", "--steps 60 --set validation.refit=never");
     assert_eq!(once["fit"], "held_out");
     assert_eq!(once["training_clips"].as_array().unwrap().len(), 2);
     assert_eq!(once["validation_clips"], summary["validation_clips"]);
-    // The model is that of a second fit alone, but for the share of its field: a factor of the last layer.
+    // The model is that of a second fit alone, but for `field_share`, which scales the last layer.
     train(folder, "only.unic", "--steps 60 --set validation.refit=only");
     let [both, only] = ["m", "only"].map(|name| tensors(&folder.join(format!("{name}.unic"))));
     let differ: Vec<&str> = both
@@ -157,7 +158,7 @@ fn a_drawn_validation_clip_goes_back_into_the_model() {
         .collect();
     let expected = if summary["field_share"] == 1.0 { 0 } else { 2 };
     assert_eq!(differ.len(), expected, "{differ:?}, {summary}");
-    // Nothing is validated in the second fit; its steps count from its own beginning.
+    // The second fit validates nothing and counts its steps from its own beginning.
     let metrics = std::fs::read_to_string(folder.join("m.run/metrics.jsonl")).unwrap();
     let lines = metrics
         .lines()
@@ -165,7 +166,8 @@ fn a_drawn_validation_clip_goes_back_into_the_model() {
     let places: Vec<(String, u64)> = lines
         .map(|l| (l["fit"].as_str().unwrap().to_owned(), l["step"].as_u64().unwrap()))
         .collect();
-    // At 20, 40 and 60 the error of one step, in the first fit that of free running too; at 50 the mean loss.
+    // Steps 20, 40 and 60 have the error of one step, in the first fit also that of free running.
+    // Step 50 has the mean loss.
     let held_out = [20, 20, 40, 40, 50, 60, 60].map(|step| ("held_out".to_owned(), step));
     assert_eq!(places[..7], held_out);
     let all_clips = [20, 40, 50, 60].map(|step| ("all_clips".to_owned(), step));
@@ -177,7 +179,7 @@ fn a_drawn_validation_clip_goes_back_into_the_model() {
 }
 
 #[test]
-fn a_budget_becomes_a_number_of_steps() {
+fn a_budget_determines_the_number_of_steps() {
     let folder = tempfile::tempdir().unwrap();
     write_capture(folder.path());
     let summary = train(
@@ -192,7 +194,7 @@ fn a_budget_becomes_a_number_of_steps() {
 }
 
 #[test]
-fn a_budget_is_not_filled_with_steps_that_a_prior_has_no_use_for() {
+fn with_a_prior_a_budget_makes_at_most_the_steps_of_the_settings() {
     let folder = tempfile::tempdir().unwrap();
     write_capture(folder.path());
     let summary = train(folder.path(), "m.unic", "--budget 1h --set optimiser.steps=3");
@@ -214,13 +216,13 @@ fn both_fits_share_the_budget() {
         (0.0..=1.0).contains(&summary["field_share"].as_f64().unwrap()),
         "{summary}"
     );
-    // Steps are timed while other tests run: twice as slow is no surprise.
+    // Steps are timed while other tests run, so the training may take twice as long.
     let seconds = summary["seconds"].as_f64().unwrap();
     assert!(seconds < 8.0, "{seconds}");
 }
 
 #[test]
-fn evaluation_has_every_key_of_the_contract() {
+fn evaluation_prints_all_json_keys() {
     let folder = TRAINED.path();
     let scores = json(folder, "eval tube.unic tube --json");
     for mode in ["one_step", "free_running"] {
@@ -233,7 +235,7 @@ fn evaluation_has_every_key_of_the_contract() {
     assert_metrics(&scores["baselines"]["ridge_handled"]["free_running"]);
     assert!(scores.get("caveats").is_none());
     assert!(scores["timing"]["frame_ms"].as_f64().unwrap() > 0.0);
-    // Three seconds of training must beat the shape that knows nothing.
+    // Three seconds of training must give a smaller error than skinning.
     let rmse = |row: &Value| row["free_running"]["rmse_mm"].as_f64().unwrap();
     assert!(
         rmse(&scores["model"]) < rmse(&scores["baselines"]["skinning"]),
@@ -242,7 +244,7 @@ fn evaluation_has_every_key_of_the_contract() {
 }
 
 #[test]
-fn baselines_stand_alone() {
+fn baselines_are_measured_without_a_model() {
     let folder = TRAINED.path();
     let scores = json(folder, "eval --baselines tube --json --split validation");
     assert_baselines(&scores);
@@ -260,7 +262,7 @@ fn baselines_stand_alone() {
 }
 
 #[test]
-fn evaluation_keeps_positions_and_pictures_on_request() {
+fn evaluation_writes_positions_and_pictures() {
     let folder = TRAINED.path();
     let table = succeeds(
         folder,
@@ -288,7 +290,7 @@ fn assert_png(path: &Path) {
 }
 
 #[test]
-fn animations_come_in_every_form_with_the_body_and_a_picture() {
+fn animations_of_every_format_have_a_body_and_a_picture() {
     let folder = TRAINED.path();
     for (out, body) in [
         ("a.pc2", "a.body.pc2"),
@@ -328,7 +330,7 @@ fn animations_come_in_every_form_with_the_body_and_a_picture() {
 }
 
 #[test]
-fn a_start_is_the_first_frame_and_ranges_cut() {
+fn start_gives_the_first_frame_and_frames_cuts_the_motion() {
     let folder = TRAINED.path();
     let start = "--start tube/clips/five.npz --picture p.png --intersection off";
     succeeds(
@@ -356,7 +358,7 @@ fn another_mesh_of_the_garment_can_be_animated() {
     mesh.vertices.truncate(48);
     mesh.faces.retain(|face| face.iter().all(|&v| v < 48));
     unic_io::write_obj(&folder.join("short.obj"), &mesh).unwrap();
-    // The corrections look at neighbours, of which a cut mesh has fewer.
+    // Intersection handling is off: it uses neighbours, of which a cut mesh has fewer.
     let motion = "animate tube.unic --motion tube/clips/four.npz --intersection off";
     succeeds(folder, &format!("{motion} --out short.npz --mesh short.obj"));
     succeeds(folder, &format!("{motion} --out whole.npz"));
@@ -372,7 +374,7 @@ fn another_mesh_of_the_garment_can_be_animated() {
 }
 
 #[test]
-fn every_file_of_a_run_can_be_inspected() {
+fn files_of_every_kind_can_be_inspected() {
     let folder = TRAINED.path();
     for (path, kind) in [
         ("tube", "capture"),
@@ -395,14 +397,14 @@ fn every_file_of_a_run_can_be_inspected() {
 }
 
 #[test]
-fn completions_and_help_print() {
+fn completions_and_help_are_printed() {
     let folder = tempfile::tempdir().unwrap();
     assert!(succeeds(folder.path(), "completions bash").contains("--baselines"));
     assert!(succeeds(folder.path(), "train --help").contains("--resume"));
 }
 
 #[test]
-fn a_reader_that_leaves_early_is_no_error() {
+fn a_closed_stdout_is_no_error() {
     let mut child = command(TRAINED.path(), "inspect tube.unic");
     let mut child = child
         .stdout(Stdio::piped())

@@ -1,19 +1,19 @@
-//! Contract: a character of any skeleton, here 65 joints named as Mixamo's, goes all the way by its names: capture,
-//! inspection, training with mirrored data, animation.
+//! Contract: a character of any skeleton works by its joint names, here 65 joints named as
+//! Mixamo's: in a capture, in inspection, in training with mirrored data and in animation.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
 
 use common::*;
 use std::{fs, path::Path};
-use unic_core::{model::Model, motion::motion_len};
+use unic_core::{Model, motion::motion_len};
 use unic_io::{Capture, Split};
 use unic_testdata::{Figure, MIXAMO_JOINTS, mixamo_clip, write_capture as write_takes};
 
-/// Feet by name.
+/// Joint names of the feet.
 const FEET: [&str; 4] = ["LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase"];
 
-/// The capture `folder`/tube, whose manifest does not say which joints touch the ground.
+/// Writes the capture `folder`/tube, whose manifest does not name the joints that touch the ground.
 fn mixamo_capture(folder: &Path) {
     let (root, figure) = (folder.join("tube"), Figure::mixamo());
     let splits = [
@@ -37,7 +37,7 @@ fn mixamo_capture(folder: &Path) {
 }
 
 #[test]
-fn a_skeleton_of_65_joints_goes_all_the_way() {
+fn a_skeleton_of_65_joints_is_captured_trained_and_animated() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     mixamo_capture(path);

@@ -1,5 +1,6 @@
-//! Preset `paper` as a user runs it: trained on all clips for epochs, told when its schedule is squeezed, made
-//! longer; how categorical its code is, and noise on it.
+//! Contract: preset `paper` trains on all clips for a number of epochs, warns about a schedule in
+//! too few steps, and can be made longer. The certainty of its code is measured, and `--gumbel`
+//! adds noise.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
@@ -8,27 +9,34 @@ use common::*;
 use serde_json::Value;
 use std::{fs, path::Path};
 
-/// Networks of a second.
+/// Options of networks that train in a second.
 const SMALL: &str = "--preset paper --set model.encoder.hidden=[16] --set model.encoder.channels=6 \
                      --set model.field.width=16 --set batch.windows=16 --set batch.points=8";
 
-fn trained(folder: &Path, more: &str) -> (Value, String) {
+/// Result of a training.
+struct Training {
+    summary: Value,
+    stderr: String,
+}
+
+fn trained(folder: &Path, more: &str) -> Training {
     let output = unic(
         folder,
         &format!("train tube {SMALL} --out p.unic --overwrite --json {more}"),
     );
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success(), "{stderr}");
-    (serde_json::from_slice(&output.stdout).unwrap(), stderr)
+    let summary = serde_json::from_slice(&output.stdout).unwrap();
+    Training { summary, stderr }
 }
 
 #[test]
-fn its_length_is_epochs_of_all_training_clips() {
+fn the_number_of_steps_follows_from_epochs_of_all_training_clips() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_capture(folder);
-    let (summary, stderr) = trained(folder, "");
-    // 300 passes over the pairs of two clips of 30 frames, 16 in a step.
+    let Training { summary, stderr } = trained(folder, "");
+    // 300 epochs over the frame pairs of two clips of 30 frames, 16 pairs per step.
     let steps = (300 * 2 * (FRAMES as u64 - 1)).div_ceil(16);
     assert_eq!(summary["steps"], steps);
     assert_eq!(summary["training_clips"], serde_json::json!(["one", "two"]));
@@ -40,7 +48,7 @@ fn its_length_is_epochs_of_all_training_clips() {
     assert!(stderr.contains("nothing is held out"), "{stderr}");
     assert!(!stderr.contains("squeezed"), "{stderr}");
 
-    let (summary, stderr) = trained(folder, "--steps 24");
+    let Training { summary, stderr } = trained(folder, "--steps 24");
     assert_eq!(summary["steps"], 24);
     assert!(
         stderr.contains("squeezed into 6.6 epochs") && stderr.contains(&format!("{steps} steps")),
@@ -49,7 +57,7 @@ fn its_length_is_epochs_of_all_training_clips() {
 }
 
 #[test]
-fn a_run_is_made_longer_where_its_schedule_goes_on() {
+fn a_run_can_be_made_longer_if_its_schedule_continues() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_capture(folder);
@@ -77,13 +85,14 @@ fn a_run_is_made_longer_where_its_schedule_goes_on() {
         folder,
         &format!("{resume} --set optimiser.epochs=50 --set optimiser.half_periods=5.0"),
     );
-    assert_eq!(longer["steps"], whole.0["steps"]);
+    assert_eq!(longer["steps"], whole.summary["steps"]);
     let mut found = curve(folder);
-    // The end of the shorter run is measured too.
+    // The end of the shorter run is an additional measurement.
     let ends = found.iter().position(|(step, _)| *step == 109).unwrap();
     found.remove(ends);
     assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
-    // Epochs are rounded up to whole steps, and so is the period.
+    // Epochs are rounded up to whole steps, and so is the period: the learning rates differ a
+    // little.
     for ((step, found), (expected_step, expected)) in found.iter().zip(&expected) {
         assert_eq!(step, expected_step);
         assert!(
@@ -96,7 +105,7 @@ fn a_run_is_made_longer_where_its_schedule_goes_on() {
 }
 
 #[test]
-fn how_categorical_the_code_is_is_told_and_noise_is_drawn_on_request() {
+fn the_certainty_of_the_code_is_measured_and_gumbel_noise_is_reproducible() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_capture(folder);
@@ -114,10 +123,10 @@ fn how_categorical_the_code_is_is_told_and_noise_is_drawn_on_request() {
             let scores = json(folder, &format!("eval p.unic tube --json {line}"));
             scores["model"]["one_step"]["rmse_mm"].as_f64().unwrap()
         };
-        let still = scores["model"]["one_step"]["rmse_mm"].as_f64().unwrap();
-        assert_eq!(rmse("--gumbel 0"), still);
+        let without_noise = scores["model"]["one_step"]["rmse_mm"].as_f64().unwrap();
+        assert_eq!(rmse("--gumbel 0"), without_noise);
         assert_eq!(rmse("--gumbel 1"), rmse("--gumbel 1 --gumbel-seed 1"));
-        assert_ne!(rmse("--gumbel 1"), still);
+        assert_ne!(rmse("--gumbel 1"), without_noise);
         assert_ne!(rmse("--gumbel 1"), rmse("--gumbel 1 --gumbel-seed 2"));
     }
     let refused = unic(folder, "eval p.unic tube --gumbel 2");
@@ -125,13 +134,13 @@ fn how_categorical_the_code_is_is_told_and_noise_is_drawn_on_request() {
     assert!(String::from_utf8_lossy(&refused.stderr).contains("expected a number from 0 to 1"));
 }
 
-/// Steps of so many epochs of two clips, in windows of preset tiny.
+/// Number of steps of preset tiny for a number of epochs of two clips.
 fn steps_of_tiny(epochs: usize) -> usize {
     (epochs * 2 * (FRAMES - 1)).div_ceil(8 * 12)
 }
 
 #[test]
-fn epochs_are_those_of_the_first_of_two_fits() {
+fn the_first_of_two_fits_determines_the_steps_of_both() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_capture_without_validation(folder);
@@ -143,7 +152,7 @@ fn epochs_are_those_of_the_first_of_two_fits() {
 }
 
 #[test]
-fn a_budget_buys_no_more_than_the_epochs_where_there_is_a_prior() {
+fn with_a_prior_a_budget_makes_no_more_steps_than_the_epochs() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_capture(folder);

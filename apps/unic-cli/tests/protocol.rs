@@ -1,5 +1,5 @@
-//! Contract: a published data set's folder becomes a capture to train on, and a protocol measures what its users publish:
-//! free running alone, over as many frames as it says.
+//! Contract: `--as` converts the folder of a published data set to a capture. `--protocol` measures
+//! free running alone, over the number of frames of the protocol.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
@@ -11,17 +11,17 @@ use unic_core::mesh::TriMesh;
 use unic_io::{NpzWriter, write_obj};
 use unic_testdata::{Figure, take};
 
-/// Where the template's pelvis is, metres, Z up.
+/// Position of the template's pelvis in metres, Z up.
 const PELVIS: Vec3 = Vec3::new(0.0, -0.0215, 0.9048);
-/// More than the 300 of the VTO protocol.
+/// Number of frames of a clip, more than the 300 of the VTO protocol.
 const LONG: usize = 320;
 
-/// Z up: (x, y, z) to (x, −z, y).
+/// Vector with Y up, turned to Z up: (x, −z, y).
 fn z_up(v: Vec3) -> Vec3 {
     Vec3::new(v.x, -v.z, v.y)
 }
 
-/// The tube in the layout of VirtualBones, and its character beside it.
+/// Writes the tube in the layout of VirtualBones, and its character beside it.
 fn virtual_bones(folder: &Path) {
     let figure = Figure::tube();
     unic_io::write_character(&folder.join("body.npz"), &figure.character).unwrap();
@@ -56,7 +56,7 @@ fn virtual_bones(folder: &Path) {
 }
 
 #[test]
-fn a_data_set_is_trained_on_and_measured_by_its_protocol() {
+fn a_data_set_is_converted_trained_on_and_measured() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     virtual_bones(path);
@@ -72,7 +72,7 @@ fn a_data_set_is_trained_on_and_measured_by_its_protocol() {
     let measured = json(path, "eval tube.unic tube --protocol vto --json");
     let model = &measured["model"];
     assert!(model["one_step"].is_null());
-    // 300 frames are ten seconds at 30 fps, and no eleventh.
+    // The drift has one value per second: 300 frames are ten seconds at 30 fps.
     assert_eq!(model["free_running"]["drift_mm"].as_array().unwrap().len(), 10);
     let table = succeeds(path, "eval tube.unic tube --protocol vto");
     let expected = model["free_running"]["mean_vertex_error_mm"].as_f64().unwrap();

@@ -1,4 +1,5 @@
-//! The page of `unic eval --report`: one file that holds everything, written whole or not at all.
+//! Contract: `unic eval --report` writes one HTML file that holds everything and opens offline. It
+//! shows the worst frames of the clips and names those that training has used.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
@@ -16,6 +17,7 @@ static TRAINED: LazyLock<TempDir> = LazyLock::new(|| {
     folder
 });
 
+/// Sorted names of the files in a folder.
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
     let mut names: Vec<String> = entries
@@ -26,7 +28,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn a_page_shows_every_clip_and_needs_nothing_else() {
+fn the_page_shows_every_clip_and_loads_nothing() {
     let folder = TRAINED.path();
     let scores = json(folder, "eval tube.unic tube --report deep/page.html --json");
     assert_eq!(names(&folder.join("deep")), ["page.html"]);
@@ -34,7 +36,7 @@ fn a_page_shows_every_clip_and_needs_nothing_else() {
     assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</html>"));
     assert!(page.len() < 12_000_000, "{}", page.len());
     assert!(!page.contains("http://") && !page.contains("https://"));
-    // Two clips of 30 frames, of which the first is given; four error maps each.
+    // Two clips of 30 frames without the first, which is given, and four error maps of each.
     assert_eq!(page.matches("<figure class=\"movie\"").count(), 2);
     assert_eq!(
         page.matches("data:image/jpeg;base64,/9j/").count(),
@@ -48,7 +50,7 @@ fn a_page_shows_every_clip_and_needs_nothing_else() {
     assert!(page.contains("On 2 clips that training has never seen"));
     let rmse = scores["model"]["free_running"]["rmse_mm"].as_f64().unwrap();
     assert!(page.contains(&format!("{rmse:.1} mm RMSE from the simulation")));
-    // Ridge is beside the model in each movie, with the same handling.
+    // Each movie shows ridge with the model's intersection handling beside the model.
     assert_eq!(page.matches("</i>ridge handled</span>").count(), 2);
     for row in [
         "linear dynamics",
@@ -63,7 +65,7 @@ fn a_page_shows_every_clip_and_needs_nothing_else() {
 }
 
 #[test]
-fn the_first_movie_comes_as_a_gif_too() {
+fn the_first_movie_is_also_written_as_a_gif() {
     let folder = TRAINED.path();
     succeeds(
         folder,
@@ -72,15 +74,15 @@ fn the_first_movie_comes_as_a_gif_too() {
     assert_eq!(names(&folder.join("deeper")), ["with.gif"]);
     let movie = fs::read(folder.join("deeper/with.gif")).unwrap();
     assert!(movie.starts_with(b"GIF89a") && movie.ends_with(b";"));
-    // A graphic control extension a frame, what its delay and its transparent colour are, and the image after it. Three of
-    // these bytes alone may also stand in a picture.
+    // Each frame begins with a graphic control extension: three bytes, its delay and transparent
+    // colour, then the image. The three bytes alone may also occur within a picture.
     let begins_a_frame = |bytes: &[u8]| bytes.starts_with(&[0x21, 0xf9, 4]) && bytes[7..] == [0, 0x2c];
     let frames = movie.windows(9).filter(|bytes| begins_a_frame(bytes)).count();
     assert_eq!(frames, FRAMES - 1);
 }
 
 #[test]
-fn the_page_says_what_training_knew() {
+fn the_page_names_clips_that_training_has_used() {
     let folder = TRAINED.path();
     for (clip, words) in [
         ("one", "On 1 clip that training has seen"),
@@ -95,7 +97,7 @@ fn the_page_says_what_training_knew() {
 }
 
 #[test]
-fn what_is_no_name_of_a_page_is_refused_before_the_work() {
+fn invalid_names_of_a_page_are_refused() {
     let folder = TRAINED.path();
     let model = fs::read(folder.join("tube.unic")).unwrap();
     for line in [
@@ -112,8 +114,14 @@ fn what_is_no_name_of_a_page_is_refused_before_the_work() {
     assert_eq!(fs::read(folder.join("tube.unic")).unwrap(), model);
 }
 
-/// Seconds and RMSE in millimetres of the frame of a clip that `eval --dump` shows the model farthest off in.
-fn worst_of(dump: &Path) -> (f64, f64) {
+/// Frame in which the model has its largest error.
+struct WorstFrame {
+    seconds: f64,
+    rmse_mm: f64,
+}
+
+/// Finds the worst frame of a clip in the positions that `eval --dump` has written.
+fn worst_of(dump: &Path) -> WorstFrame {
     let mut dump = unic_io::Npz::open(dump).unwrap();
     let dims = [Dim::Any("T"), Dim::Is(VERTICES), Dim::Is(3)];
     let [model, truth] =
@@ -127,11 +135,14 @@ fn worst_of(dump: &Path) -> (f64, f64) {
     let worst = (0..errors.len())
         .max_by(|&a, &b| errors[a].total_cmp(&errors[b]))
         .unwrap();
-    (worst as f64 / f64::from(FPS), errors[worst])
+    WorstFrame {
+        seconds: worst as f64 / f64::from(FPS),
+        rmse_mm: errors[worst],
+    }
 }
 
 #[test]
-fn the_worst_frame_is_that_of_everything_that_was_measured() {
+fn the_worst_frame_is_that_of_all_measured_clips() {
     let folder = TRAINED.path();
     let clips = ["one", "two", "three", "four", "five"];
     let line = format!(
@@ -144,10 +155,10 @@ fn the_worst_frame_is_that_of_everything_that_was_measured() {
         .iter()
         .map(|clip| (worst_of(&folder.join(format!("dump/{clip}.npz"))), *clip))
         .collect();
-    worst.sort_by(|a, b| b.0.1.total_cmp(&a.0.1));
-    let ((seconds, rmse), _) = worst[0];
-    let words = format!("{seconds:.2} s: {rmse:.1} mm, the worst frame of all clips");
-    assert!(page.contains(&words), "{words}");
+    worst.sort_by(|(a, _), (b, _)| b.rmse_mm.total_cmp(&a.rmse_mm));
+    let (WorstFrame { seconds, rmse_mm }, _) = &worst[0];
+    let caption = format!("{seconds:.2} s: {rmse_mm:.1} mm, the worst frame of all clips");
+    assert!(page.contains(&caption), "{caption}");
     assert!(page.contains("Of 5 clips the 3 with the worst frames"));
     for (rank, (_, clip)) in worst.iter().enumerate() {
         let is_shown = page.contains(&format!("<h3>{clip}, the whole clip of 1.0 s</h3>"));
@@ -156,7 +167,7 @@ fn the_worst_frame_is_that_of_everything_that_was_measured() {
 }
 
 #[test]
-fn the_title_is_the_capture_s_name_and_the_garment_s() {
+fn the_title_is_escaped_and_names_capture_and_garment() {
     let folder = tempfile::tempdir().unwrap();
     write_capture(folder.path());
     let manifest = folder.path().join("tube/capture.toml");
@@ -180,14 +191,14 @@ fn the_title_is_the_capture_s_name_and_the_garment_s() {
 }
 
 #[test]
-fn a_model_that_was_validated_on_its_own_training_clip_says_so() {
+fn validation_on_a_training_clip_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let only = [(unic_testdata::take("only", 0, FRAMES), unic_io::Split::Train)];
     unic_testdata::write_capture(&folder.join("tube"), &unic_testdata::Figure::tube(), &only);
-    let words = succeeds(folder, &format!("train tube {SHORT} --steps 20 --out m.unic"));
+    let text = succeeds(folder, &format!("train tube {SHORT} --steps 20 --out m.unic"));
     let caveat = "which it was trained on";
-    assert!(words.contains(caveat), "{words}");
+    assert!(text.contains(caveat), "{text}");
     let validation = &metadata(&folder.join("m.unic"))["about"]["training"]["validation"];
     assert_eq!(validation["motion"], "trained_on", "{validation}");
     let line = "eval m.unic tube --split train";

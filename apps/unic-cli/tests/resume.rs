@@ -1,5 +1,5 @@
-//! Runs repeat: the same seed, another number of threads and an interruption all lead to the same
-//! tensors, bit for bit.
+//! Contract: a training depends on its settings alone. Another number of threads or an interruption
+//! leads to the same tensors, bit for bit.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
@@ -30,7 +30,7 @@ fn the_same_seed_gives_the_same_tensors_on_any_number_of_threads() {
     assert!(first != trained("d.unic", "--threads 2 --seed 9"), "another seed");
 }
 
-/// The signal that Ctrl-C sends.
+/// Sends the signal of Ctrl-C.
 fn interrupt(child: &Child) {
     let killed = Command::new("kill")
         .args(["-INT", &child.id().to_string()])
@@ -39,7 +39,7 @@ fn interrupt(child: &Child) {
     assert!(killed.success());
 }
 
-/// Waits until a file has a line with this in it.
+/// Waits until a file has a line that contains `word`.
 fn wait_for_line(path: &Path, word: &str) {
     let started = Instant::now();
     let is_there = |text: String| text.lines().any(|line| line.contains(word));
@@ -53,7 +53,7 @@ fn wait_for_line(path: &Path, word: &str) {
     }
 }
 
-/// Runs `line` until its metrics have a line with `word`, then sends what Ctrl-C sends; stderr.
+/// Runs `line` until its metrics have a line with `word`, then interrupts it. Returns stderr.
 fn interrupted(folder: &Path, line: &str, metrics: &str, word: &str) -> String {
     let mut command = command(folder, line);
     let child = command
@@ -71,7 +71,7 @@ fn interrupted(folder: &Path, line: &str, metrics: &str, word: &str) -> String {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_run_goes_on_to_the_same_model() {
+fn an_interrupted_run_continues_to_the_same_model() {
     let folder = tempfile::tempdir().unwrap();
     write_capture(folder.path());
     let folder = folder.path();
@@ -91,6 +91,45 @@ fn an_interrupted_run_goes_on_to_the_same_model() {
     succeeds(folder, "train tube --out cut.unic --resume");
     assert!(tensors(&folder.join("whole.unic")) == tensors(&folder.join("cut.unic")));
     assert_eq!(curve(folder, "whole"), curve(folder, "cut"));
+}
+
+/// Waits until a path exists.
+fn wait_for(path: &Path) {
+    let started = Instant::now();
+    while !path.exists() {
+        assert!(started.elapsed() < Duration::from_secs(120), "{}", path.display());
+        sleep(Duration::from_millis(5));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_prior_continues_to_the_same_model() {
+    const LONG_PRIOR: &str = "--steps 10 --set model.state.displacement.recurrence.steps=1500 --set \
+                              model.state.displacement.recurrence.epochs=100000";
+    let folder = tempfile::tempdir().unwrap();
+    write_capture(folder.path());
+    let folder = folder.path();
+    train(folder, "whole.unic", LONG_PRIOR);
+    let line = format!("train tube {SHORT} {LONG_PRIOR} --out cut.unic");
+    let child = command(folder, &line)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Written with the first step of the recurrence.
+    wait_for(&folder.join("cut.run/config.toml"));
+    interrupt(&child);
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    assert!(
+        stderr.contains("while the prior was trained, which is saved"),
+        "{stderr}"
+    );
+    assert!(folder.join("cut.run/checkpoints/prior").exists());
+    succeeds(folder, "train tube --out cut.unic --resume");
+    assert!(tensors(&folder.join("whole.unic")) == tensors(&folder.join("cut.unic")));
 }
 
 #[cfg(unix)]
@@ -119,14 +158,14 @@ fn a_run_of_two_fits_can_be_interrupted_in_either() {
     ] {
         assert_eq!(whole[key], cut[key], "{key}");
     }
-    // A finished run that is resumed tells the same once more.
+    // A finished run that is resumed prints the same result again.
     assert_eq!(
         json(folder, &format!("{resume} --json"))["validation_rmse_mm"],
         whole["validation_rmse_mm"]
     );
 }
 
-/// Steps and values of the validations of a run.
+/// Steps and validation errors of a run.
 fn curve(folder: &Path, run: &str) -> Vec<(u64, f64)> {
     let text = fs::read_to_string(folder.join(format!("{run}.run/metrics.jsonl"))).unwrap();
     let lines = text
@@ -138,7 +177,7 @@ fn curve(folder: &Path, run: &str) -> Vec<(u64, f64)> {
 }
 
 #[test]
-fn a_finished_run_is_not_lost_by_accident() {
+fn a_finished_run_is_replaced_only_with_overwrite() {
     let folder = tempfile::tempdir().unwrap();
     write_capture(folder.path());
     let folder = folder.path();
@@ -162,7 +201,7 @@ fn a_finished_run_is_not_lost_by_accident() {
 }
 
 #[test]
-fn a_run_does_not_go_on_with_clips_that_have_changed_sides() {
+fn a_run_is_not_resumed_with_other_splits() {
     let folder = tempfile::tempdir().unwrap();
     let root = write_capture_without_validation(folder.path());
     train(folder.path(), "m.unic", "--steps 10");

@@ -1,6 +1,6 @@
-//! What happens to disks, processes and folders: every failure is one sentence and an exit code, what was
-//! there stays, nothing half-written gets a final name, and `--resume` leads to the very bytes of a run
-//! that nothing has disturbed.
+//! Contract: failures of disks and processes give one sentence and an exit code. Existing files
+//! stay, no incomplete file gets a final name, and `--resume` leads to the bytes of an undisturbed
+//! run.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -24,7 +24,7 @@ use std::{
 use tempfile::TempDir;
 use unic_io::{write_character, write_motion, write_obj};
 
-/// A capture, a model trained on it, and what a simulation takes.
+/// A capture, a model trained on it, and the inputs of a simulation.
 static INPUTS: LazyLock<TempDir> = LazyLock::new(|| {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
@@ -46,7 +46,7 @@ static INPUTS: LazyLock<TempDir> = LazyLock::new(|| {
     folder
 });
 
-/// A copy of them.
+/// Folder with a copy of the inputs.
 fn fresh() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     copy(INPUTS.path(), folder.path());
@@ -64,7 +64,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Bytes of all files below a folder by their paths, hidden ones too.
+/// Bytes of all files below a folder by their paths, hidden files included.
 fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(root).into_iter().flatten().map(Result::unwrap) {
@@ -81,7 +81,7 @@ fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-/// The one sentence of a command that has failed.
+/// Error message of a command that has failed, which must be the last line and the only one.
 fn sentence(output: &Output) -> String {
     let text = stderr(output);
     let errors: Vec<&str> = text.lines().filter(|line| line.starts_with("unic: ")).collect();
@@ -99,7 +99,7 @@ const SIMULATE: &str = "simulate --character body.npz --garment tube.obj --conta
 const ANIMATE: &str = "animate tube.unic --motion tube/clips/four.npz --out disk";
 const EVAL: &str = "eval tube.unic tube";
 
-/// Everything that writes, with what it writes to `disk`.
+/// Command lines of everything that writes files, with outputs in the folder `disk`.
 fn writers() -> [String; 8] {
     [
         TRAIN.to_owned(),
@@ -113,15 +113,15 @@ fn writers() -> [String; 8] {
     ]
 }
 
-/// Files that tell the time or grow, and the one that goes at the end.
+/// Does the file hold times, grow, or disappear at the end? Its bytes are not compared.
 fn is_a_log(name: &str) -> bool {
     ["simulation.json", "simulation.toml", "metrics.jsonl", "log.txt"]
         .iter()
         .any(|log| name.ends_with(log))
 }
 
-/// What a command has left on a disk that was too small: whole files alone, and nothing of the earlier
-/// ones has changed.
+/// Checks that a command on a small disk has left complete files only, and has lost no earlier
+/// ones.
 fn check_left(
     line: &str,
     left: &Left,
@@ -133,7 +133,7 @@ fn check_left(
         let is_known = [earlier, whole]
             .iter()
             .any(|known| known.get(name) == Some(bytes));
-        // A checkpoint holds seconds: no other run writes the same bytes.
+        // A checkpoint holds times, so that no other run writes the same bytes.
         let is_checkpoint = || safetensors::SafeTensors::deserialize(bytes).is_ok();
         assert!(
             is_known || (name.ends_with(".safetensors") && is_checkpoint()),
@@ -146,7 +146,7 @@ fn check_left(
 }
 
 #[test]
-fn a_full_disk_is_one_sentence_and_loses_nothing() {
+fn a_full_disk_gives_one_sentence_and_loses_no_files() {
     let Some(disk) = Disk::new() else { return };
     for line in writers() {
         let folder = fresh();
@@ -178,14 +178,14 @@ fn a_full_disk_is_one_sentence_and_loses_nothing() {
 }
 
 #[test]
-fn what_a_full_disk_has_stopped_goes_on_when_there_is_room() {
+fn a_training_stopped_by_a_full_disk_can_be_resumed() {
     let Some(disk) = Disk::new() else { return };
     let folder = fresh();
     disk.seed(folder.path(), &[]);
     let whole = disk.run(folder.path(), 64 << 10, TRAIN);
     let model = whole.files["m.unic"].len() as u64 >> 10;
     let others: usize = whole.files.values().map(Vec::len).sum();
-    // Room for a checkpoint, not for the model.
+    // The disk has room for a checkpoint but not for the model.
     let left = disk.run(folder.path(), (others as u64 >> 10) - model / 2, TRAIN);
     assert_eq!(left.output.status.code(), Some(1));
     assert!(
@@ -201,7 +201,7 @@ fn what_a_full_disk_has_stopped_goes_on_when_there_is_room() {
 }
 
 #[test]
-fn a_read_only_folder_is_one_sentence() {
+fn a_read_only_folder_gives_one_sentence() {
     let Some(disk) = Disk::new() else { return };
     let folder = fresh();
     let earlier = disk.seed(folder.path(), &[("m.unic", "tube.unic")]);
@@ -218,7 +218,7 @@ fn a_read_only_folder_is_one_sentence() {
 }
 
 #[test]
-fn a_full_standard_output_is_one_sentence() {
+fn a_full_standard_output_gives_one_sentence() {
     let Ok(full) = fs::File::options().write(true).open("/dev/full") else {
         eprintln!("skipped: there is no /dev/full");
         return;
@@ -235,10 +235,10 @@ fn a_full_standard_output_is_one_sentence() {
     );
 }
 
-/// Numbers in 0..1, the same in every run (splitmix64).
-struct Moments(u64);
+/// Random numbers in 0..1 of a fixed seed (splitmix64).
+struct RandomTimes(u64);
 
-impl Moments {
+impl RandomTimes {
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let bits = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -247,10 +247,12 @@ impl Moments {
     }
 }
 
-/// Ends a command again and again at moments spread over `duration`, in every way in turn, and starts it
-/// again as a user does: `line`, with --resume once `begun` exists. Times that it was caught at work.
-fn end_again_and_again(folder: &Path, line: &str, begun: &str, duration: Duration, seed: u64) -> usize {
-    let mut moments = Moments(seed);
+/// Ends and restarts a command eight times, at random times within `duration` and by all signals in
+/// turn. It is restarted with --resume once the file `begun` exists.
+///
+/// Returns the number of times that it was still running when it was ended.
+fn end_repeatedly(folder: &Path, line: &str, begun: &str, duration: Duration, seed: u64) -> usize {
+    let mut times = RandomTimes(seed);
     let ways = [
         Signal::Kill,
         Signal::Interrupt,
@@ -259,28 +261,29 @@ fn end_again_and_again(folder: &Path, line: &str, begun: &str, duration: Duratio
     ];
     let mut caught = 0;
     for signal in ways.into_iter().cycle().take(8) {
-        let mut running = Running::start(folder, &again(folder, line, begun));
-        running.sleep(duration.mul_f64(0.02 + 0.3 * moments.next()));
-        let Some(output) = running.end(signal, duration.mul_f64(0.1 * moments.next())) else {
+        let mut running = Running::start(folder, &restart_line(folder, line, begun));
+        running.sleep(duration.mul_f64(0.02 + 0.3 * times.next()));
+        let Some(output) = running.end(signal, duration.mul_f64(0.1 * times.next())) else {
             continue;
         };
         caught += 1;
-        let told = stderr(&output);
-        let last = told.lines().last().unwrap_or_default();
+        let stderr = stderr(&output);
+        let last = stderr.lines().last().unwrap_or_default();
         match output.status.code() {
-            // Killed, or before it listens to signals.
+            // Killed, or ended before it has installed its signal handler.
             None => {}
             Some(130) => assert!(
                 last.contains("--resume") || last.contains("interrupted"),
-                "{told}"
+                "{stderr}"
             ),
-            other => panic!("{signal:?} of unic {line}: {other:?} {told}"),
+            other => panic!("{signal:?} of unic {line}: {other:?} {stderr}"),
         }
     }
     caught
 }
 
-fn again(folder: &Path, line: &str, begun: &str) -> String {
+/// Command line that starts or resumes the command.
+fn restart_line(folder: &Path, line: &str, begun: &str) -> String {
     match folder.join(begun).exists() {
         true => format!("{line} --resume"),
         false => line.to_owned(),
@@ -294,28 +297,28 @@ fn training_killed_at_any_moment_ends_in_the_same_model() {
     let started = Instant::now();
     succeeds(whole.path(), &line);
     let begun = "m.run/config.toml";
-    let caught = end_again_and_again(cut.path(), &line, begun, started.elapsed(), 1);
+    let caught = end_repeatedly(cut.path(), &line, begun, started.elapsed(), 1);
     assert!(caught >= 3, "caught at work {caught} times");
-    succeeds(cut.path(), &again(cut.path(), &line, begun));
-    let [(tensors_whole, told_whole), (tensors_cut, told_cut)] = [&whole, &cut].map(|folder| {
+    succeeds(cut.path(), &restart_line(cut.path(), &line, begun));
+    let [(whole_tensors, whole_metadata), (cut_tensors, cut_metadata)] = [&whole, &cut].map(|folder| {
         let model = folder.path().join("m.unic");
-        let mut told = metadata(&model);
-        // Time is all that may differ, and with it the checksum of the file.
-        told["checksum"].take();
+        let mut metadata = metadata(&model);
+        // Only times may differ, and with them the checksum of the file.
+        metadata["checksum"].take();
         for time in ["seconds", "prior_seconds"] {
-            told["about"]["training"][time].take();
+            metadata["about"]["training"][time].take();
         }
-        (tensors(&model), told)
+        (tensors(&model), metadata)
     });
-    assert!(tensors_whole == tensors_cut && told_whole == told_cut);
+    assert!(whole_tensors == cut_tensors && whole_metadata == cut_metadata);
     let [whole, cut] = [whole, cut].map(|folder| files(folder.path()));
-    // An interrupted run leaves one checkpoint more.
+    // An interrupted run may keep one checkpoint more.
     let names = |files: &BTreeMap<String, Vec<u8>>| -> Vec<String> {
         let is_checkpoint = |name: &&String| name.ends_with(".safetensors") && name.contains("/step-");
         let others = files.keys().filter(|name| !is_checkpoint(name));
         others.cloned().collect()
     };
-    assert_eq!(names(&whole), names(&cut), "nothing is left of the killed ones");
+    assert_eq!(names(&whole), names(&cut), "killed processes leave no files");
 }
 
 #[test]
@@ -324,12 +327,12 @@ fn simulations_killed_at_any_moment_end_in_the_same_capture() {
     let line = format!("{SIMULATE} --threads 2 --out made");
     let started = Instant::now();
     succeeds(whole.path(), &line);
-    let caught = end_again_and_again(cut.path(), &line, "made", started.elapsed(), 2);
+    let caught = end_repeatedly(cut.path(), &line, "made", started.elapsed(), 2);
     assert!(caught >= 3, "caught at work {caught} times");
-    // Whatever has been reached, asking once more is right.
+    // A finished simulation may be resumed again.
     for _ in 0..2 {
-        let told = json(cut.path(), &format!("{line} --resume --json"));
-        assert_eq!(told["clips"].as_array().unwrap().len(), 3);
+        let summary = json(cut.path(), &format!("{line} --resume --json"));
+        assert_eq!(summary["clips"].as_array().unwrap().len(), 3);
     }
     let [whole, cut] = [whole, cut].map(|folder| files(&folder.path().join("made")));
     let differing: Vec<&String> = (whole.keys().chain(cut.keys()))
@@ -338,17 +341,17 @@ fn simulations_killed_at_any_moment_end_in_the_same_capture() {
     assert!(differing.is_empty(), "{differing:?}");
 }
 
-/// While one process stands still in the middle of its work, others are refused in one sentence and it
-/// then goes on as if they had never been.
-fn refused_while(folder: &Path, line: &str, begun: &str, place: &str) {
+/// Pauses a command in the middle of its work, checks that other processes are refused with one
+/// sentence, and that the command then finishes undisturbed.
+fn refused_while_running(folder: &Path, line: &str, begun: &str, place: &str) {
     let mut running = Running::start(folder, line);
     running.wait_for(&folder.join(begun));
     running.signal("STOP");
     let others = ["", "--resume", "--overwrite"].map(|more| unic(folder, &format!("{line} {more}")));
     running.signal("CONT");
     for other in others {
-        let told = format!("unic: {place}: another unic is writing to this folder");
-        assert_eq!((other.status.code(), sentence(&other)), (Some(1), told));
+        let message = format!("unic: {place}: another unic is writing to this folder");
+        assert_eq!((other.status.code(), sentence(&other)), (Some(1), message));
     }
     let output = running.finish();
     assert!(output.status.success(), "{}", stderr(&output));
@@ -358,7 +361,7 @@ fn refused_while(folder: &Path, line: &str, begun: &str, place: &str) {
 fn two_processes_never_train_into_one_folder() {
     let folder = fresh();
     let line = format!("train tube {SHORT} --steps 150 --out m.unic");
-    refused_while(folder.path(), &line, "m.run/config.toml", "m.run");
+    refused_while_running(folder.path(), &line, "m.run/config.toml", "m.run");
     succeeds(folder.path(), "eval m.unic tube");
     assert!(!folder.path().join("m.run/.unic.lock").exists());
 }
@@ -367,7 +370,7 @@ fn two_processes_never_train_into_one_folder() {
 fn two_processes_never_simulate_into_one_folder() {
     let folder = fresh();
     let line = format!("{SIMULATE} --out made");
-    refused_while(folder.path(), &line, "made/simulation.toml", "made");
+    refused_while_running(folder.path(), &line, "made/simulation.toml", "made");
     let made = unic_io::Capture::open(&folder.path().join("made")).unwrap();
     assert_eq!(made.clips_on_disk().unwrap().len(), 3);
     assert!(!folder.path().join("made/.unic.lock").exists());

@@ -1,5 +1,5 @@
-//! `unic simulate` makes captures that everything else takes, the same bytes for any number of
-//! threads and after an interruption, and loses nothing without being asked.
+//! Contract: `unic simulate` makes captures that all other commands read. Its bytes depend neither
+//! on the number of threads nor on interruptions, and it overwrites nothing without `--overwrite`.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
@@ -16,18 +16,19 @@ use unic_io::{Capture, NpzWriter, Split, write_character, write_motion, write_ob
 
 const INPUTS: &str = "--character body.npz --garment tube --contacts 4,4,5,5";
 
-/// A character, a garment and three motions, the last of them short.
+/// Writes a character, a garment and three motions, the last of them short.
 fn inputs(folder: &Path) {
     write_character(&folder.join("body.npz"), &character()).unwrap();
     let rest = garment().rest;
     write_obj(&folder.join("tube.obj"), &rest).unwrap();
-    // The same as a folder, with the topmost ring held: a tube without shoulders falls down.
+    // The same garment as a folder, with the topmost ring pinned: a tube without shoulders falls
+    // down.
     fs::create_dir(folder.join("tube")).unwrap();
     write_obj(&folder.join("tube/garment.obj"), &rest).unwrap();
     let top = rest.vertices.iter().map(|v| v.y).fold(0.0, f32::max);
-    let held: Vec<bool> = rest.vertices.iter().map(|v| v.y > top - 1e-3).collect();
+    let pinned: Vec<bool> = rest.vertices.iter().map(|v| v.y > top - 1e-3).collect();
     let mut arrays = NpzWriter::create(&folder.join("tube/garment.npz")).unwrap();
-    arrays.bools("pinned", &held).unwrap();
+    arrays.bools("pinned", &pinned).unwrap();
     arrays.finish().unwrap();
     for (seed, (name, frames)) in [("one", 60), ("two", 50), ("three", 20)].into_iter().enumerate() {
         let clip = unic_testdata::clip(name, seed, frames);
@@ -44,7 +45,7 @@ fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// All files of a capture but the report, whose timings differ.
+/// Names and bytes of the files of a capture, without `simulation.json`, which holds times.
 fn bytes(root: &Path) -> Vec<(String, Vec<u8>)> {
     let list =
         |folder: &Path| -> Vec<_> { fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect() };
@@ -59,7 +60,7 @@ fn bytes(root: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 #[test]
-fn feet_are_found_by_their_names() {
+fn feet_are_found_by_joint_name() {
     let folder = tempfile::tempdir().unwrap();
     inputs(folder.path());
     let line = "simulate --character body.npz --garment tube --motion one.npz --seconds 0.1 --out feet";
@@ -70,7 +71,7 @@ fn feet_are_found_by_their_names() {
 }
 
 #[test]
-fn a_breeze_blows_on_training_motions_from_other_sides() {
+fn breeze_adds_training_clips_in_wind_of_different_directions() {
     let folder = tempfile::tempdir().unwrap();
     inputs(folder.path());
     let output = simulate(folder.path(), "--out windy --seconds 0.5 --breeze 2.5");
@@ -93,7 +94,7 @@ fn a_breeze_blows_on_training_motions_from_other_sides() {
 }
 
 #[test]
-fn a_capture_is_made_that_trains() {
+fn a_simulated_capture_can_be_inspected_and_trained_on() {
     let folder = tempfile::tempdir().unwrap();
     inputs(folder.path());
     let output = simulate(folder.path(), "--out made/tube --pictures strips --json");
@@ -109,7 +110,7 @@ fn a_capture_is_made_that_trains() {
     let clip = capture.load_clip("one").unwrap();
     assert_eq!((clip.garment.len(), clip.garment.vertex_count()), (60, VERTICES));
     let moved = clip.garment.frame(0)[0].distance(clip.garment.frame(59)[0]);
-    assert!(moved > 0.01, "the garment goes with its wearer: {moved} m");
+    assert!(moved > 0.01, "the garment moves with the character: {moved} m");
     assert!(folder.path().join("strips/two.png").exists());
 
     let inspected = command(folder.path(), "inspect made/tube").output().unwrap();
@@ -121,7 +122,7 @@ fn a_capture_is_made_that_trains() {
 }
 
 #[test]
-fn built_in_motions_go_by_name() {
+fn built_in_motions_are_chosen_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let line = "simulate --garment skirt --motion dance idle --seconds 0.1 --out made";
     let output = command(folder.path(), line).output().unwrap();
@@ -132,7 +133,7 @@ fn built_in_motions_go_by_name() {
 }
 
 #[test]
-fn threads_and_interruptions_change_nothing() {
+fn threads_and_interruptions_do_not_change_the_bytes() {
     let folder = tempfile::tempdir().unwrap();
     inputs(folder.path());
     assert!(simulate(folder.path(), "--out a --threads 1").status.success());
@@ -156,7 +157,7 @@ fn threads_and_interruptions_change_nothing() {
         );
         sleep(Duration::from_millis(2));
     }
-    // Finished by then or not: the result is the same.
+    // The simulation may be finished before the signal arrives. The result is the same.
     let _ = std::process::Command::new("kill")
         .args(["-INT", &child.id().to_string()])
         .status();
@@ -186,7 +187,11 @@ fn threads_and_interruptions_change_nothing() {
         .iter()
         .map(|c| &c["clip"])
         .collect();
-    assert_eq!(clips, ["one", "two", "three"], "kept clips are reported too");
+    assert_eq!(
+        clips,
+        ["one", "two", "three"],
+        "clips of the first run are reported too"
+    );
     let name_free = |files: Vec<(String, Vec<u8>)>| -> Vec<_> {
         files
             .into_iter()
@@ -197,7 +202,7 @@ fn threads_and_interruptions_change_nothing() {
 }
 
 #[test]
-fn what_cannot_be_meant_is_said_in_one_sentence() {
+fn invalid_input_is_refused_in_one_sentence() {
     let folder = tempfile::tempdir().unwrap();
     inputs(folder.path());
     let refused = |line: &str, words: &[&str]| {
@@ -256,12 +261,12 @@ fn what_cannot_be_meant_is_said_in_one_sentence() {
     );
     assert!(
         folder.path().join("b/notes.txt").exists(),
-        "only the capture's files go"
+        "only files of the capture are removed"
     );
 }
 
 #[test]
-fn nothing_of_anybody_is_written_over() {
+fn inputs_and_foreign_clips_are_never_overwritten() {
     let folder = tempfile::tempdir().unwrap();
     inputs(folder.path());
     let tube = folder.path().join("tube");
@@ -277,7 +282,7 @@ fn nothing_of_anybody_is_written_over() {
     }
     assert!(fs::read(tube.join("garment.obj")).unwrap() == before);
 
-    // Clips that are there already are somebody's, unless this simulation has made them.
+    // Clips that no simulation has made belong to the user.
     fs::create_dir_all(folder.path().join("c/clips")).unwrap();
     fs::copy(
         folder.path().join("one.npz"),

@@ -1,6 +1,8 @@
 //! Draws the three complex garments from several sides.
 //!
-//! `cargo run --release -p unic-builtin --example complex_pictures -- FOLDER [CHARACTER.npz]`
+//! ```text
+//! cargo run --release -p unic-builtin --example complex_pictures -- FOLDER [CHARACTER.npz]
+//! ```
 
 use glam::Vec3;
 use std::{error::Error, path::Path, time::Instant};
@@ -8,9 +10,10 @@ use unic_builtin::garments::{GarmentMesh, PleatedDress, Robe, TulleSkirt};
 use unic_core::character::Character;
 use unic_viewer::{Camera, Colouring, Image, Scene, Surface, grid, render, vertex_normals};
 
+/// Colour of the body, sRGB.
 const BODY: [f32; 3] = [0.78, 0.70, 0.64];
 
-/// Colours of the parts in turn.
+/// Colours of the parts in turn, sRGB.
 const CLOTH: [[f32; 3]; 8] = [
     [0.35, 0.47, 0.66],
     [0.75, 0.45, 0.45],
@@ -22,12 +25,17 @@ const CLOTH: [[f32; 3]; 8] = [
     [0.86, 0.60, 0.60],
 ];
 
-/// Azimuth and elevation of each view, radians.
-const VIEWS: [[f32; 2]; 4] = [[0.0, 0.1], [0.8, 0.1], [1.5, 0.1], [3.3, 0.1]];
+/// Azimuth of each view, radians from the front.
+const AZIMUTHS: [f32; 4] = [0.0, 0.8, 1.5, 3.3];
+
+/// Elevation of all views, radians.
+const ELEVATION: f32 = 0.1;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
-    let folder = arguments.next().ok_or("which folder?")?;
+    let folder = arguments
+        .next()
+        .ok_or("usage: complex_pictures FOLDER [CHARACTER.npz]")?;
     let folder = Path::new(&folder);
     let character = match arguments.next() {
         Some(path) => unic_io::read_character(Path::new(&path))?,
@@ -56,18 +64,13 @@ fn draw<E: Error + 'static>(
         "{name}: {} vertices in {seconds:.2} s",
         garment.mesh.vertices.len()
     );
-    let views = VIEWS.map(|[azimuth, elevation]| view(character, &garment, azimuth, elevation));
+    let views = AZIMUTHS.map(|azimuth| view(character, &garment, azimuth));
     let views = views.into_iter().collect::<Result<Vec<_>, _>>()?;
     grid(&views, 2, 8)?.save_png(folder.join(format!("{name}.png")))?;
     Ok(())
 }
 
-fn view(
-    character: &Character,
-    garment: &GarmentMesh,
-    azimuth: f32,
-    elevation: f32,
-) -> Result<Image, Box<dyn Error>> {
+fn view(character: &Character, garment: &GarmentMesh, azimuth: f32) -> Result<Image, Box<dyn Error>> {
     let body = &character.body;
     let cloth = &garment.mesh;
     let colours: Vec<[f32; 3]> = (garment.part_of_vertex.iter())
@@ -90,6 +93,6 @@ fn view(
     let low = cloth.vertices.iter().fold(Vec3::MAX, |low, v| low.min(*v));
     let high = cloth.vertices.iter().fold(Vec3::MIN, |high, v| high.max(*v));
     let margin = Vec3::splat(0.03);
-    let camera = Camera::framing(low - margin, high + margin, azimuth, elevation, 1.0)?;
+    let camera = Camera::framing(low - margin, high + margin, azimuth, ELEVATION, 1.0)?;
     Ok(render(&Scene::new(&surfaces), &camera, 900, 900)?)
 }

@@ -1,6 +1,8 @@
-//! Draws the procedural human in several poses, and each garment.
+//! Draws the procedural human in several poses, and the two simple garments.
 //!
-//! `cargo run --release -p unic-builtin --example pictures -- FOLDER`
+//! ```text
+//! cargo run --release -p unic-builtin --example pictures -- FOLDER
+//! ```
 
 use glam::Vec3;
 use std::{error::Error, f32::consts::PI, path::Path, time::Instant};
@@ -8,13 +10,29 @@ use unic_builtin::{
     garments::{FlaredSkirt, GarmentMesh, TShirt},
     human::{HumanParameters, human},
 };
-use unic_core::{character::Character, skeleton::Pose};
+use unic_core::{Pose, character::Character};
 use unic_viewer::{Camera, Colouring, Image, Scene, Surface, captioned, grid, render, vertex_normals};
 
 /// Side of a tile, pixels.
 const TILE: u32 = 640;
 
+/// Colour of the body, sRGB.
 const SKIN: [f32; 3] = [0.80, 0.70, 0.62];
+
+/// A mesh to draw in one sRGB colour.
+#[derive(Clone, Copy)]
+struct ColouredMesh<'a> {
+    vertices: &'a [Vec3],
+    faces: &'a [[u32; 3]],
+    colour: [f32; 3],
+}
+
+/// Box around a part of a scene, metres.
+#[derive(Clone, Copy)]
+struct Bounds {
+    low: Vec3,
+    high: Vec3,
+}
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).unwrap_or_else(|| ".".into());
@@ -51,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Colours of parts in turn.
+/// Colours of the parts in turn, sRGB.
 const CLOTH: [[f32; 3]; 4] = [
     [0.30, 0.45, 0.68],
     [0.36, 0.54, 0.78],
@@ -63,19 +81,33 @@ fn garment_sheet(character: &Character, garment: &GarmentMesh) -> Result<Image, 
     let (body, mesh) = (&character.body, &garment.mesh);
     let mut tiles = Vec::new();
     for (name, azimuth) in [("front", 0.2), ("left", 1.3), ("back", 3.4)] {
-        let mut surfaces: Vec<Coloured> = vec![(&body.vertices, &body.faces, SKIN)];
+        let mut meshes = vec![skin(&body.vertices, &body.faces)];
         let panels = panels(garment);
         for (part, faces) in panels.iter().enumerate() {
-            surfaces.push((&mesh.vertices, faces, CLOTH[part % CLOTH.len()]));
+            meshes.push(ColouredMesh {
+                vertices: &mesh.vertices,
+                faces,
+                colour: CLOTH[part % CLOTH.len()],
+            });
         }
-        let (low, high) = bounds(&mesh.vertices);
-        tiles.push(picture(&surfaces, (low, high), azimuth, name)?);
+        tiles.push(picture(&meshes, bounds(&mesh.vertices), azimuth, name)?);
     }
     tiles.push(pattern_picture(garment)?);
     Ok(grid(&tiles, 2, 4)?)
 }
 
-/// Faces by their parts: a vertex on a seam belongs to the part of the least index.
+fn skin<'a>(vertices: &'a [Vec3], faces: &'a [[u32; 3]]) -> ColouredMesh<'a> {
+    ColouredMesh {
+        vertices,
+        faces,
+        colour: SKIN,
+    }
+}
+
+/// Faces of each part.
+///
+/// A vertex on a seam belongs to the part with the lower index. The largest index of a face's corners
+/// is therefore its part.
 fn panels(garment: &GarmentMesh) -> Vec<Vec<[u32; 3]>> {
     let mut panels = vec![Vec::new(); garment.parts.len()];
     for face in &garment.mesh.faces {
@@ -85,7 +117,7 @@ fn panels(garment: &GarmentMesh) -> Vec<Vec<[u32; 3]>> {
     panels
 }
 
-/// The pattern laid out, with its triangles shrunk so that they show.
+/// Picture of the pattern with shrunk triangles, so that each can be seen.
 fn pattern_picture(garment: &GarmentMesh) -> Result<Image, Box<dyn Error>> {
     let uvs = garment.mesh.uvs.as_ref().ok_or("a garment without a pattern")?;
     let (mut vertices, mut faces) = (Vec::new(), Vec::new());
@@ -96,8 +128,12 @@ fn pattern_picture(garment: &GarmentMesh) -> Result<Image, Box<dyn Error>> {
         vertices.extend(places.map(|p| p.lerp(middle, 0.2)));
         faces.push([first, first + 1, first + 2]);
     }
-    let surfaces: [Coloured; 1] = [(&vertices, &faces, CLOTH[0])];
-    picture(&surfaces, bounds(&vertices), 0.0, "pattern")
+    let pattern = ColouredMesh {
+        vertices: &vertices,
+        faces: &faces,
+        colour: CLOTH[0],
+    };
+    picture(&[pattern], bounds(&vertices), 0.0, "pattern")
 }
 
 fn rest_sheet(character: &Character) -> Result<Image, Box<dyn Error>> {
@@ -109,8 +145,7 @@ fn rest_sheet(character: &Character) -> Result<Image, Box<dyn Error>> {
         ("back", PI),
     ];
     let tile = |(name, azimuth): (&str, f32)| -> Result<Image, Box<dyn Error>> {
-        let surfaces = [(rest.as_slice(), character.body.faces.as_slice(), SKIN)];
-        picture(&surfaces, bounds(rest), azimuth, name)
+        picture(&[skin(rest, &character.body.faces)], bounds(rest), azimuth, name)
     };
     let tiles: Vec<Image> = views.into_iter().map(tile).collect::<Result<_, _>>()?;
     Ok(grid(&tiles, 2, 4)?)
@@ -119,7 +154,8 @@ fn rest_sheet(character: &Character) -> Result<Image, Box<dyn Error>> {
 fn close_ups(character: &Character) -> Result<Image, Box<dyn Error>> {
     let rest = &character.body.vertices;
     let [head, hand, foot] = [15, 22, 7].map(|j| character.skeleton.joints()[j]);
-    let around = |p: Vec3, r: f32| (p - Vec3::splat(r), p + Vec3::splat(r));
+    let between = |low: Vec3, high: Vec3| Bounds { low, high };
+    let around = |p: Vec3, r: f32| between(p - Vec3::splat(r), p + Vec3::splat(r));
     let views = [
         ("head", around(head + Vec3::Y * 0.04, 0.11), 0.0),
         ("head from the side", around(head + Vec3::Y * 0.04, 0.11), 1.2),
@@ -127,19 +163,19 @@ fn close_ups(character: &Character) -> Result<Image, Box<dyn Error>> {
         ("foot", around(foot + Vec3::Z * 0.05, 0.12), 0.9),
         (
             "shoulders",
-            (Vec3::new(-0.3, 1.1, -0.2), Vec3::new(0.3, 1.6, 0.2)),
+            between(Vec3::new(-0.3, 1.1, -0.2), Vec3::new(0.3, 1.6, 0.2)),
             0.3,
         ),
         (
             "hips",
-            (Vec3::new(-0.25, 0.65, -0.2), Vec3::new(0.25, 1.15, 0.2)),
+            between(Vec3::new(-0.25, 0.65, -0.2), Vec3::new(0.25, 1.15, 0.2)),
             2.7,
         ),
     ];
     let mut tiles = Vec::new();
     for (name, bounds, azimuth) in views {
-        let surfaces = [(rest.as_slice(), character.body.faces.as_slice(), SKIN)];
-        tiles.push(picture(&surfaces, bounds, azimuth, name)?);
+        let body = skin(rest, &character.body.faces);
+        tiles.push(picture(&[body], bounds, azimuth, name)?);
     }
     Ok(grid(&tiles, 2, 4)?)
 }
@@ -228,8 +264,8 @@ fn pose_sheet(character: &Character) -> Result<Image, Box<dyn Error>> {
     let mut tiles = Vec::new();
     for (name, turns, azimuth) in poses {
         let posed = posed(character, turns);
-        let surfaces = [(posed.as_slice(), character.body.faces.as_slice(), SKIN)];
-        tiles.push(picture(&surfaces, bounds(&posed), azimuth, name)?);
+        let body = skin(&posed, &character.body.faces);
+        tiles.push(picture(&[body], bounds(&posed), azimuth, name)?);
     }
     Ok(grid(&tiles, 4, 4)?)
 }
@@ -251,36 +287,32 @@ fn posed(character: &Character, turns: &Turns) -> Vec<Vec3> {
     out
 }
 
-fn bounds(vertices: &[Vec3]) -> (Vec3, Vec3) {
-    let start = (Vec3::MAX, Vec3::MIN);
-    vertices
-        .iter()
-        .fold(start, |(low, high), v| (low.min(*v), high.max(*v)))
+fn bounds(vertices: &[Vec3]) -> Bounds {
+    Bounds {
+        low: vertices.iter().fold(Vec3::MAX, |low, v| low.min(*v)),
+        high: vertices.iter().fold(Vec3::MIN, |high, v| high.max(*v)),
+    }
 }
 
-type Coloured<'a> = (&'a [Vec3], &'a [[u32; 3]], [f32; 3]);
-
 fn picture(
-    meshes: &[Coloured],
-    (low, high): (Vec3, Vec3),
+    meshes: &[ColouredMesh],
+    bounds: Bounds,
     azimuth: f32,
     name: &str,
 ) -> Result<Image, Box<dyn Error>> {
     let normals: Vec<Vec<Vec3>> = meshes
         .iter()
-        .map(|(v, f, _)| vertex_normals(v, f))
+        .map(|mesh| vertex_normals(mesh.vertices, mesh.faces))
         .collect::<Result<_, _>>()?;
-    let mut surfaces = Vec::new();
-    for (&(vertices, faces, colour), normals) in meshes.iter().zip(&normals) {
-        let colour = Colouring::Solid(colour);
-        surfaces.push(Surface {
-            vertices,
-            faces,
+    let surfaces: Vec<Surface> = (meshes.iter().zip(&normals))
+        .map(|(mesh, normals)| Surface {
+            vertices: mesh.vertices,
+            faces: mesh.faces,
             normals,
-            colour,
-        });
-    }
-    let camera = Camera::framing(low, high, azimuth, 0.08, 1.0)?;
+            colour: Colouring::Solid(mesh.colour),
+        })
+        .collect();
+    let camera = Camera::framing(bounds.low, bounds.high, azimuth, 0.08, 1.0)?;
     Ok(captioned(
         &render(&Scene::new(&surfaces), &camera, TILE, TILE)?,
         name,

@@ -1,6 +1,6 @@
-//! A procedural human, garments and motion, for when there are none.
+//! A procedural human, garments and motion, for use without any files.
 //!
-//! Everything is made from parameters: nothing is read from a file, and the same parameters give the
+//! Everything is made from parameters. Nothing is read from a file, and the same parameters give the
 //! same bytes.
 //!
 //! ```
@@ -9,7 +9,7 @@
 //! // A skinned human in a T-pose, its 24 joints in SMPL's order.
 //! let character = human(&HumanParameters::default())?;
 //!
-//! // A garment is cut to the body that it is for, whoever made that.
+//! // A garment fits the body that it is made for, which may also come from a file.
 //! let shirt = TShirt { sleeve_m: 0.16, ..TShirt::default() }.make(&character)?;
 //! let sleeve = shirt.part("sleeve_left").map(|part| shirt.vertices_of(part).count());
 //! assert!(sleeve > Some(100));
@@ -17,15 +17,17 @@
 //! ```
 //!
 //! - [`human`]: the body, from height, shoulder width and girths.
-//! - [`garments`]: T-shirt, skirts, dress and robe for any character with SMPL's joints, and what
-//!   they are made with: slices of the body, grids of cloth, seams.
+//! - [`garments`]: T-shirt, skirts, dress and robe for any character with SMPL's joints, and their
+//!   building blocks: slices of the body, grids of cloth, seams.
 //! - [`motion`]: clips for the same skeleton.
 //! - [`scale`]: models with random weights for garments of any size, to measure times with.
 //!
-//! Metres, +Y up, facing +Z, left is +X; garments are in the character's bind-pose space.
+//! Lengths are in metres. +Y is up, characters face +Z, and their left is +X. Garments are in the
+//! character's bind-pose space.
 
 pub mod garments;
 pub mod human;
 mod implicit;
 pub mod motion;
 pub mod scale;
+mod side;

@@ -1,52 +1,69 @@
-//! Models of the presets' sizes with random weights, for a garment of any number of vertices. Trained weights leave
-//! more channels at zero than these do, and are faster in f32.
+//! Models with random weights for garments of any number of vertices, to measure times with.
+//!
+//! Networks have the sizes of the training presets. Trained weights give more zero activations than
+//! these random ones do, and evaluate faster in f32.
 
 use glam::{Quat, Vec3};
 use std::{error::Error, f32::consts::TAU, ops::Range};
 use unic_core::{
+    Model, Pose,
     character::{Character, Garment},
     config::*,
     features::RestBox,
     mesh::TriMesh,
-    model::{About, Model, ModelParts},
+    model::{About, ModelParts},
     motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
     network::Linear,
     prior::Prior,
     recurrence::Recurrence,
-    skeleton::{Pose, SMPL_PARENTS, Skeleton, SkeletonParts},
+    skeleton::{SMPL_PARENTS, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
 
-/// Vertices of the four garments of the paper.
+/// Numbers of vertices of the four garments of the paper.
 pub const VERTICES: [usize; 4] = [3_653, 34_907, 59_380, 62_461];
 
-/// Why a model cannot be made.
+/// Reason why a model cannot be made.
 pub type Failure = Box<dyn Error + Send + Sync>;
 
-/// Fewest vertices of a garment that is made here: three rings.
+/// Smallest number of vertices of a garment: three rings.
 const FEWEST: usize = 32;
 
+/// Number of vertices of the body, that of SMPL's.
 const BODY_VERTICES: usize = 6_890;
+
+/// Frames a second of the models and of [`walk`].
 const FPS: f32 = 30.0;
 
-/// Oscillators and width of the recurrence of `standard`.
+/// Number of oscillators of the recurrence of the preset `standard`.
 const OSCILLATORS: usize = 128;
-const WIDTH: usize = 256;
-/// Shapes of the prior of `standard`: fewer, and vectors of all of them, where the garment is large.
-const SHAPES: [usize; 2] = [32, 64];
-const MOST_SHAPE_VECTORS: usize = 1_000_000;
 
-/// Networks and state of a training preset.
+/// Width of the recurrence of the preset `standard`.
+const WIDTH: usize = 256;
+
+/// Smallest number of principal components of the prior of the preset `standard`.
+const LEAST_COMPONENTS: usize = 32;
+
+/// Largest number of principal components of the prior of the preset `standard`.
+const MOST_COMPONENTS: usize = 64;
+
+/// Number of vectors in all principal components above which a large garment gets fewer components.
+const MOST_COMPONENT_VECTORS: usize = 1_000_000;
+
+/// Left ankle and foot, right ankle and foot, by SMPL's index.
+const CONTACT_JOINTS: [usize; 4] = [7, 10, 8, 11];
+
+/// Training preset that sets the networks and the state of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Network {
-    /// The one that we train.
+    /// The preset `standard`: the network of this project.
     Standard,
-    /// The published one.
+    /// The preset `paper`: the published network.
     Paper,
 }
 
 impl Network {
-    /// As the preset is called.
+    /// Name of the preset.
     pub fn name(self) -> &'static str {
         match self {
             Self::Standard => "standard",
@@ -55,11 +72,13 @@ impl Network {
     }
 }
 
-/// A model with random weights on a tube around a body of 6,890 vertices and 24 joints, with the paper's
-/// intersection handling.
+/// Makes a model with random weights for a garment of `vertices` vertices.
+///
+/// The garment is a tube around a body of 6,890 vertices and 24 joints. Intersections are handled as
+/// in the paper.
 ///
 /// # Errors
-/// Fewer than 32 vertices.
+/// Returns an error for fewer than 32 vertices.
 pub fn random_model(preset: Network, vertices: usize) -> Result<Model, Failure> {
     if vertices < FEWEST {
         return Err(format!("expected a garment of {FEWEST} vertices or more, found {vertices}").into());
@@ -67,8 +86,7 @@ pub fn random_model(preset: Network, vertices: usize) -> Result<Model, Failure> 
     let config = config(preset)?;
     let pair = 2 * motion_len(SMPL_PARENTS.len());
     let garment = garment(vertices)?;
-    let [fewest, most] = SHAPES;
-    let shapes = (MOST_SHAPE_VECTORS / vertices).clamp(fewest, most);
+    let components = (MOST_COMPONENT_VECTORS / vertices).clamp(LEAST_COMPONENTS, MOST_COMPONENTS);
     Ok(Model::new(ModelParts {
         encoder: encoder_layers(&config),
         field: field_layers(&config),
@@ -77,15 +95,16 @@ pub fn random_model(preset: Network, vertices: usize) -> Result<Model, Failure> 
         prior: match preset {
             Network::Standard => Prior {
                 mean: vec![Vec3::ZERO; vertices],
-                shapes: vec![Vec3::splat(1e-3); vertices * shapes],
-                map: linear(pair, shapes),
+                components: vec![Vec3::splat(1e-3); vertices * components],
+                map: linear(pair, components),
                 recurrence: Some(Recurrence {
+                    // Inside the unit circle, so that the state does not grow.
                     poles: vec![[0.9, 0.1]; OSCILLATORS],
                     embedding: linear(pair, WIDTH),
                     drive: linear(WIDTH, 2 * OSCILLATORS),
                     memory: linear(2 * OSCILLATORS, WIDTH),
                     hidden: linear(2 * WIDTH, WIDTH),
-                    head: linear(WIDTH, shapes),
+                    head: linear(WIDTH, components),
                 }),
             },
             Network::Paper => Prior::constant(vec![Vec3::ZERO; vertices], pair),
@@ -101,7 +120,7 @@ pub fn random_model(preset: Network, vertices: usize) -> Result<Model, Failure> 
     })?)
 }
 
-/// Frame by frame a walk in which all joints turn a little.
+/// Pose of a frame of a straight walk in which all joints turn a little.
 pub fn walk(frame: usize) -> Pose {
     let s = frame as f32 / FPS;
     let turn = |j: usize| Quat::from_rotation_x(0.2 * (TAU * s + j as f32).sin());
@@ -111,7 +130,7 @@ pub fn walk(frame: usize) -> Pose {
     }
 }
 
-/// Sizes and inputs of the training presets of the same names.
+/// Model configuration with the sizes and inputs of a training preset.
 fn config(preset: Network) -> Result<ModelConfig, Failure> {
     use PointInput::{Displacement, Rest, SkinVelocity, Up, Velocity};
     let displacement = StateConfig::Displacement(DisplacementConfig {
@@ -120,32 +139,39 @@ fn config(preset: Network) -> Result<ModelConfig, Failure> {
         output_limit: 1.0,
         inputs: vec![Displacement, Velocity, Rest, Up, SkinVelocity],
     });
-    let (layout, hidden, channels, field, state) = match preset {
-        Network::Standard => (MotionLayout::Heading, vec![128], 32, (32, 4, None), displacement),
-        Network::Paper => (
-            MotionLayout::Paper,
-            vec![4096, 4096],
-            128,
-            (256, 8, Some(5)),
-            StateConfig::RootRelative,
-        ),
+    let layout = match preset {
+        Network::Standard => MotionLayout::Heading,
+        Network::Paper => MotionLayout::Paper,
     };
-    let (width, hidden_layers, skip) = field;
+    let encoder = |hidden, channels| EncoderConfig {
+        hidden,
+        channels,
+        categories: 8,
+        code: LatentCode::PickedLogit,
+    };
     Ok(ModelConfig {
         fps: FPS,
-        motion: MotionSpec::new(layout, VelocityScheme::Backward, [7, 10, 8, 11], &character()?)?,
-        encoder: EncoderConfig {
-            hidden,
-            channels,
-            categories: 8,
-            code: LatentCode::PickedLogit,
+        motion: MotionSpec::new(layout, VelocityScheme::Backward, CONTACT_JOINTS, &character()?)?,
+        encoder: match preset {
+            Network::Standard => encoder(vec![128], 32),
+            Network::Paper => encoder(vec![4096, 4096], 128),
         },
-        field: FieldConfig {
-            width,
-            hidden_layers,
-            skip,
+        field: match preset {
+            Network::Standard => FieldConfig {
+                width: 32,
+                hidden_layers: 4,
+                skip: None,
+            },
+            Network::Paper => FieldConfig {
+                width: 256,
+                hidden_layers: 8,
+                skip: Some(5),
+            },
         },
-        state,
+        state: match preset {
+            Network::Standard => displacement,
+            Network::Paper => StateConfig::RootRelative,
+        },
         intersection: IntersectionMode::Paper {
             relaxation_m: IntersectionMode::RELAXATION_M,
         },
@@ -162,6 +188,7 @@ fn field_layers(config: &ModelConfig) -> Vec<Linear> {
     let input = config.state.input_len() + config.encoder.latent_len();
     let layer = |i: usize| {
         let before = if i == 0 { 0 } else { field.width };
+        // A skip connection feeds the input of the network to a hidden layer once more.
         let again = if i == 0 || field.skip == Some(i) { input } else { 0 };
         let after = if i == field.hidden_layers { 3 } else { field.width };
         linear(before + again, after)
@@ -169,9 +196,10 @@ fn field_layers(config: &ModelConfig) -> Vec<Linear> {
     (0..=field.hidden_layers).map(layer).collect()
 }
 
-/// Small weights of either sign, multiples of the golden ratio: the state stays near the body.
+/// Layer with small pseudorandom weights of either sign, which keep the state near the body.
 fn linear(inputs: usize, outputs: usize) -> Linear {
     let spread = 0.1 / (inputs as f32).sqrt();
+    // Multiples of the golden ratio modulo 1 are evenly spread. f64, because the index is large.
     let number = |i: usize| ((i as f64 * 0.618_033_988_75).fract() * 2.0 - 1.0) as f32;
     Linear {
         inputs,
@@ -203,7 +231,7 @@ fn garment(vertices: usize) -> Result<Garment, Failure> {
     Ok(Garment::new(rest, weights))
 }
 
-/// Four joints a vertex, as engines skin with.
+/// Skinning weights with four joints per vertex, as in game engines.
 fn weights(mesh: &TriMesh) -> Result<SkinningWeights, Failure> {
     let row = |v: &Vec3| {
         let first = (v.y * 12.0) as usize % (SMPL_PARENTS.len() - 3);
@@ -218,7 +246,9 @@ fn weights(mesh: &TriMesh) -> Result<SkinningWeights, Failure> {
     )?)
 }
 
-/// Rings of squares from the bottom up; the last ring ends where the vertices do.
+/// Tube of rings of squares from the bottom up.
+///
+/// The last ring may be incomplete, so that the tube has any number of vertices.
 fn tube(vertices: usize, sides: usize, radius: f32, heights: Range<f32>) -> Result<TriMesh, Failure> {
     let rings = (vertices / sides) as f32;
     let place = |i: usize| {
@@ -226,6 +256,7 @@ fn tube(vertices: usize, sides: usize, radius: f32, heights: Range<f32>) -> Resu
         let up = (i / sides) as f32 / rings * (heights.end - heights.start);
         Vec3::new(radius * sine, heights.start + up, radius * cosine)
     };
+    // The square below vertex i and its successor in the ring.
     let square = |i: usize| {
         let next = i / sides * sides + (i + 1) % sides;
         let [a, b, c, d] = [i - sides, next - sides, next, i].map(|v| v as u32);

@@ -1,6 +1,7 @@
-//! The three complex garments: sound meshes of the promised size whose layers lie apart and outside
-//! the body, with patterns true to the rest shape, on the built-in human and on a real body in an
-//! A-pose.
+//! Contract of the three complex garments: valid meshes of the requested size whose layers do not
+//! touch each other or the body, and whose patterns have the areas of the rest shape.
+//!
+//! Bodies are the built-in human and, if its file exists, a real body in an A-pose.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
@@ -22,10 +23,13 @@ fn characters() -> Vec<(&'static str, Character)> {
     all
 }
 
-/// What a garment must be.
+/// Expected properties of a garment.
 struct Expected {
+    /// Number of vertices.
     vertices: std::ops::RangeInclusive<usize>,
+    /// Number of connected components.
     components: usize,
+    /// Number of closed borders.
     loops: usize,
     /// Least distance of a vertex from the skin, metres.
     clearance: f32,
@@ -39,7 +43,7 @@ fn assert_sound(name: &str, character: &Character, garment: &GarmentMesh, expect
     assert_manifold(count, &mesh.faces);
     assert_eq!(component_count(count, &mesh.faces), expected.components, "{name}");
     assert_eq!(boundary_loops(&mesh.faces), expected.loops, "{name}");
-    // Spheres with holes.
+    // Every component is a sphere with holes.
     let euler = 2 * expected.components as i64 - expected.loops as i64;
     assert_eq!(euler_characteristic(count, &mesh.faces), euler, "{name}");
     assert_well_shaped(name, garment);
@@ -120,7 +124,7 @@ fn area_ratios(garment: &GarmentMesh) -> Vec<f32> {
     ratios
 }
 
-/// Edges that pass through a face which they share no vertex with.
+/// Edges that pass through a face with which they share no vertex.
 fn crossings(mesh: &TriMesh) -> Vec<([u32; 2], [u32; 3])> {
     const CELL_M: f32 = 0.012;
     let cells = |corners: &[Vec3]| {
@@ -151,7 +155,9 @@ fn crossings(mesh: &TriMesh) -> Vec<([u32; 2], [u32; 3])> {
     found
 }
 
+/// Returns true if a segment passes through the interior of a triangle.
 fn crosses([p, q]: [Vec3; 2], [a, b, c]: [Vec3; 3]) -> bool {
+    // The ends lie on different sides of the plane, and the line passes the edges on the same side.
     let volume = |a: Vec3, b: Vec3, c: Vec3, d: Vec3| (b - a).cross(c - a).dot(d - a);
     let sides = [volume(a, b, c, p), volume(a, b, c, q)];
     let turns = [volume(p, q, a, b), volume(p, q, b, c), volume(p, q, c, a)];
@@ -241,7 +247,8 @@ fn tulle_skirts_are_sound() {
 fn robes_are_sound() {
     for (name, character) in characters() {
         let garment = Robe::default().make(&character).unwrap();
-        // The robe's outline and two sleeves; the sash's lower edge, and its upper one with the ties.
+        // The robe's outline and two sleeves; the sash's lower edge, and its upper one with the
+        // ties.
         let expected = Expected {
             vertices: 61_000..=63_000,
             components: 2,

@@ -1,5 +1,5 @@
-//! The procedural human: a closed, symmetric, outward skin of the promised size that its skeleton
-//! carries locally.
+//! Contract of the procedural human: a closed and symmetric skin of the requested measures, facing
+//! outward, in which every joint moves its own limb alone.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
@@ -12,7 +12,7 @@ use unic_builtin::{
     garments::BodyShape,
     human::{HumanError, HumanParameters, human},
 };
-use unic_core::{character::Character, skeleton::Pose};
+use unic_core::{Pose, character::Character};
 
 static DEFAULT: LazyLock<Character> = LazyLock::new(|| human(&HumanParameters::default()).unwrap());
 
@@ -78,7 +78,7 @@ fn every_joint_moves_its_own_limb_alone() {
             };
             assert!(on(own) > 0.999, "vertex {v} at {p}");
         }
-        // The flanks below the armpits do not follow the arms, nor the thighs one another.
+        // The flanks below the armpits do not follow the arms, and no thigh follows the other one.
         if p.y < 1.2 {
             assert!(on(&[16, 17, 18, 19]) < 0.01, "vertex {v} at {p}");
         }
@@ -108,7 +108,7 @@ fn bending_keeps_the_volume_of_the_limbs() {
 }
 
 #[test]
-fn measures_are_as_asked() {
+fn measures_are_as_requested() {
     let asked = HumanParameters {
         height_m: 1.6,
         shoulder_width_m: 0.34,

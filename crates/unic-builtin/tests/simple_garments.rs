@@ -1,5 +1,7 @@
-//! T-shirt and skirt: sound meshes that lie outside the body, with patterns true to the rest shape,
-//! on the built-in human and on a real body in an A-pose.
+//! Contract of T-shirt and skirt: valid meshes outside the body whose patterns have the areas of the
+//! rest shape.
+//!
+//! Bodies are two built-in humans and, if its file exists, a real body in an A-pose.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
@@ -105,7 +107,7 @@ fn shirts_fit() {
     for (name, character) in characters() {
         let shirt = TShirt::default().make(&character).unwrap();
         assert_sound(&format!("shirt on {name}"), &shirt, 4);
-        // A larger body has the same edges, and more of them.
+        // A larger body has more edges of the same length.
         let most = if name == "built-in" { 4000 } else { 4500 };
         let count = shirt.mesh.vertices.len();
         assert!((3000..=most).contains(&count), "{name}: {count}");
@@ -140,7 +142,7 @@ fn skirts_fit() {
 }
 
 #[test]
-fn ease_and_lengths_are_obeyed() {
+fn ease_is_as_requested_and_bad_parameters_are_refused() {
     let character = human(&HumanParameters::default()).unwrap();
     let wide = TShirt {
         ease_m: 0.05,

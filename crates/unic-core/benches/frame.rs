@@ -18,13 +18,11 @@ use glam::Vec3;
 use std::sync::Arc;
 use unic_builtin::scale::{Network, VERTICES, random_model, walk};
 use unic_core::{
-    animator::{Animator, Start, StepInput},
-    config::IntersectionMode,
+    Animator, IntersectionMode, Model, Pose, Start, StepInput,
     intersection::{BodySnapshot, PaperIntersection},
-    model::{Model, ModelParts},
+    model::ModelParts,
     motion::{MotionInput, MotionState},
     network::{Encoder, EncoderScratch, Field, FieldBiases, FieldScratch, TILE},
-    skeleton::Pose,
 };
 
 /// Networks as types, which a benchmark is named after.

@@ -8,7 +8,10 @@
 
 use std::{error::Error, hint::black_box, time::Instant};
 use unic_builtin::scale::{Network, VERTICES, random_model};
-use unic_core::{Integrity, model::Model, verify_checksum};
+use unic_core::{
+    Model,
+    model_file::{Integrity, verify_checksum},
+};
 
 const ROUNDS: usize = 21;
 

@@ -1,22 +1,25 @@
-//! The animator: one instance of a model on one character, stepped once a tick.
+//! The animator: one garment in motion, stepped once a tick.
+//!
+//! For engines. The crate's root re-exports the names that they need; [`Stage`] is for
+//! measurements, [`VertexState`] for other implementations of a step, such as one on a GPU.
 
 mod deform;
-mod display;
 mod error;
 mod garment;
 mod input;
 mod intersections;
-mod place;
 mod scratch;
 mod stage;
 mod state;
+mod state_frames;
+mod tick_interpolator;
 mod tiles;
 
-pub use display::Display;
 pub use error::AnimatorError;
 pub use input::{FARTHEST, GarmentFrame, Start, StepInput};
 pub use stage::Stage;
 pub use state::{AnimatorState, VertexState};
+pub use tick_interpolator::TickInterpolator;
 
 use crate::{
     collider::Collider,
@@ -24,7 +27,7 @@ use crate::{
     intersection::{Layers, pose_body},
     model::Model,
     network::CodeSampling,
-    parallel::{Threads, install_own},
+    parallel::{Threads, install_if_some},
 };
 use glam::Vec3;
 use input::check_positions;
@@ -32,11 +35,11 @@ use intersections::Intersections;
 use scratch::Scratch;
 use std::sync::Arc;
 
-/// One garment in motion: a shared [`Model`], its own state and scratch memory.
+/// One garment in motion: a shared [`Model`] with its own state and scratch memory.
 ///
-/// Many animators share one model. [`reset`](Self::reset) at the first frame and after a cut, then
-/// [`step`](Self::step) at the model's frame rate; the same inputs give the same bytes whatever the
-/// number of threads.
+/// Many animators can share one model. [`reset`](Self::reset) the animator at the first frame and
+/// after every cut, then [`step`](Self::step) it at the model's frame rate. The same inputs give
+/// the same bytes for any number of threads.
 #[derive(Clone, Debug)]
 pub struct Animator {
     model: Arc<Model>,
@@ -44,12 +47,12 @@ pub struct Animator {
     state: AnimatorState,
     scratch: Scratch,
     code_sampling: CodeSampling,
-    /// Those that it was given.
+    /// Threads of [`set_threads`](Self::set_threads).
     threads: Option<Arc<dyn Threads>>,
 }
 
 impl Animator {
-    /// An animator at the bind pose; call [`reset`](Self::reset) before the first step.
+    /// Makes an animator at the bind pose; call [`reset`](Self::reset) before the first step.
     pub fn new(model: Arc<Model>) -> Self {
         let bind_pose = model.character.skeleton.bind_pose();
         let input = StepInput {
@@ -67,52 +70,57 @@ impl Animator {
             code_sampling: CodeSampling::default(),
             threads: None,
         };
-        animator.refresh();
+        animator.rebuild_scratch();
         animator
     }
 
-    /// The shared asset.
+    /// The shared model.
     pub fn model(&self) -> &Arc<Model> {
         &self.model
     }
 
-    /// Intersection handling in force: the model's own, unless replaced.
+    /// Intersection handling in force: the model's own unless it was replaced.
     pub fn intersection(&self) -> IntersectionMode {
         self.intersections.mode()
     }
 
-    /// Replaces the model's intersection handling from the next frame on; kept over resets. `mode`
-    /// passes [`IntersectionMode::check`].
+    /// Replaces the intersection handling from the next frame on; resets keep it.
+    ///
+    /// `mode` must pass [`IntersectionMode::check`].
     pub fn set_intersection(&mut self, mode: IntersectionMode) {
         if mode != self.intersections.mode() {
-            self.intersections.in_mode(mode, &self.model);
+            self.intersections.set_mode(mode, &self.model);
         }
     }
 
-    /// How the categories of the motion's code are picked from the next step on; kept over resets.
-    /// [`CodeSampling::Largest`] unless replaced.
+    /// Replaces the rule by which the categories of the motion's code are picked, from the next
+    /// step on; resets keep it.
+    ///
+    /// The default is [`CodeSampling::Largest`].
     pub fn set_code_sampling(&mut self, sampling: CodeSampling) {
         self.code_sampling = sampling;
     }
 
-    /// Steps on these threads from now on, to the same bytes as on any others: an engine's own, see
-    /// [`parallel`](crate::parallel).
+    /// Sets the threads of all later calls, an engine's own (see [`parallel`](crate::parallel)).
     ///
-    /// Many animators may share them. What one that is given none steps on is [installed](crate::parallel::install)
-    /// around the call, or the default.
+    /// Animators can share them. An animator without threads uses those that are
+    /// [installed](crate::parallel::install) around the call, or the default ones. Results are the
+    /// same bytes for all threads.
     pub fn set_threads(&mut self, threads: Arc<dyn Threads>) {
         self.threads = Some(threads);
     }
 
-    /// Ground and props that shown garments stay out of from the next frame on, world space, metres; kept
-    /// over resets. [`IntersectionMode::Robust`] alone looks at them, after the body.
+    /// Sets ground and props, in world space and metres, from the next frame on; resets keep them.
+    ///
+    /// [`IntersectionMode::Robust`] moves shown vertices out of them, after the body. The other
+    /// modes ignore them.
     ///
     /// ```
     /// # use glam::Vec3;
     /// # use unic_core::{animator::Animator, collider::Collider};
     /// # fn every_frame(animator: &mut Animator, hand: Vec3) {
     /// animator.set_colliders([Collider::ground(0.0), Collider::sphere(0.12, hand)]);
-    /// // Or, when they are there already:
+    /// // Later, when it has moved:
     /// animator.colliders_mut()[1].world_from_collider.translation = hand;
     /// # }
     /// ```
@@ -121,18 +129,21 @@ impl Animator {
         self.intersections.colliders.extend(colliders);
     }
 
-    /// The ground and the props, to be moved: a collider that moves is placed anew before every step.
+    /// Ground and props, to be moved before a step.
     pub fn colliders_mut(&mut self) -> &mut [Collider] {
         &mut self.intersections.colliders
     }
 
-    /// Keeps layers of the shown garment in order from the next frame on; kept over resets.
-    /// [`IntersectionMode::Robust`] alone does. The layers are those of this model's garment.
+    /// Sets the layers of the garment, whose order is kept from the next frame on; resets keep
+    /// them.
+    ///
+    /// [`IntersectionMode::Robust`] moves shown vertices of outer layers out of inner ones. The
+    /// other modes ignore layers.
     ///
     /// # Errors
     /// Layers of another mesh.
     pub fn set_layers(&mut self, layers: Layers) -> Result<(), AnimatorError> {
-        let (expected, found) = (self.model.vertex_count(), layers.of_vertices().len());
+        let (expected, found) = (self.model.vertex_count(), layers.layer_of_vertex().len());
         if expected != found {
             return Err(AnimatorError::Vertices { expected, found });
         }
@@ -140,51 +151,54 @@ impl Animator {
         Ok(())
     }
 
-    /// Frame 0 of a sequence, or the frame after a cut.
+    /// Begins a sequence: at its first frame, or at the frame after a cut.
     ///
     /// # Errors
-    /// A pose of another skeleton, positions of another mesh, numbers that are not finite; the
+    /// A pose of another skeleton, positions of another mesh, numbers that are not finite. The
     /// state stays as it was.
     pub fn reset(&mut self, input: &StepInput, start: Start) -> Result<GarmentFrame<'_>, AnimatorError> {
         input.check(&self.model)?;
         start.check(&self.model)?;
-        install_own(self.threads.clone(), || self.begin(input, start));
+        install_if_some(self.threads.clone(), || self.begin(input, start));
         Ok(self.garment())
     }
 
     fn begin(&mut self, input: &StepInput, start: Start) {
         self.state = AnimatorState::start(&self.model, &input.motion(&self.model));
-        self.refresh();
+        self.rebuild_scratch();
         match start {
             Start::Positions(positions) => self.place(positions),
             Start::MeanShape => self.place_mean_shape(),
         }
+        // The garment starts at rest.
         for vertex in &mut self.state.vertices {
             vertex.previous = vertex.value;
         }
         self.finish();
     }
 
-    /// One tick of 1 / fps seconds to a new pose.
+    /// Advances the garment by one tick of 1 / fps seconds, to a new pose.
     ///
     /// # Errors
-    /// A pose of another skeleton, with numbers that are not finite or farther than 1000 km from the
-    /// origin; the state stays as it was.
+    /// A pose of another skeleton, with numbers that are not finite or farther than 1000 km from
+    /// the origin. The state stays as it was.
     pub fn step(&mut self, input: &StepInput) -> Result<GarmentFrame<'_>, AnimatorError> {
         self.step_observed(input, &mut |_| ())
     }
 
-    /// As [`step`](Self::step); `observe` is called after each part of it, after some of them twice.
+    /// Advances the garment like [`step`](Self::step) and calls `observe` after each part of it.
+    ///
+    /// Stages that a step does in two parts are reported twice.
     ///
     /// # Errors
-    /// As [`step`](Self::step).
+    /// The errors of [`step`](Self::step).
     pub fn step_observed(
         &mut self,
         input: &StepInput,
         observe: &mut dyn FnMut(Stage),
     ) -> Result<GarmentFrame<'_>, AnimatorError> {
         input.check(&self.model)?;
-        install_own(self.threads.clone(), || self.advance(input, observe));
+        install_if_some(self.threads.clone(), || self.advance(input, observe));
         Ok(self.garment())
     }
 
@@ -194,7 +208,7 @@ impl Animator {
         self.state.motion.advance(spec, skeleton, &input.motion(model));
         self.state.ticks += 1;
         observe(Stage::Motion);
-        self.carry();
+        self.skin();
         observe(Stage::Skinning);
         if self.state.at_start {
             self.complete_start();
@@ -208,24 +222,25 @@ impl Animator {
         self.finish_observed(observe);
     }
 
-    /// Replaces the garment at the current frame by given world positions in metres: teacher forcing, or
-    /// a hand-over from a simulation.
+    /// Replaces the garment at the current frame by world positions in metres, for teacher forcing
+    /// or to take over from a simulation.
     ///
-    /// The garment of the frame before stays, and velocities are differences to it: called after
-    /// every step, the next one sees given positions alone; called once, the jump counts as motion.
+    /// The garment of the previous frame stays, and velocities are differences to it. Called after
+    /// every step, the next step sees given positions alone. Called once, the jump counts as
+    /// motion.
     ///
     /// # Errors
-    /// Positions of another mesh or that are not finite; the state stays as it was.
+    /// Positions of another mesh or that are not finite. The state stays as it was.
     pub fn set_garment(&mut self, positions: &[Vec3]) -> Result<(), AnimatorError> {
         check_positions(&self.model, positions)?;
-        install_own(self.threads.clone(), || {
+        install_if_some(self.threads.clone(), || {
             self.place(positions);
             self.finish();
         });
         Ok(())
     }
 
-    /// The garment as it is.
+    /// Garment at the current frame.
     pub fn garment(&self) -> GarmentFrame<'_> {
         GarmentFrame {
             positions: &self.scratch.positions,
@@ -233,28 +248,28 @@ impl Animator {
         }
     }
 
-    /// Everything that the next step depends on; save and restore it at will.
+    /// State at the current frame: everything that the next step depends on.
     pub fn state(&self) -> &AnimatorState {
         &self.state
     }
 
-    /// Goes on from a saved state, to the same bytes as if nothing had happened.
+    /// Replaces the state by a saved one. Later steps give the same bytes as they gave after it.
     ///
     /// # Errors
-    /// A state of another model; the current state stays.
+    /// A state of another model. The current state stays.
     pub fn restore(&mut self, state: AnimatorState) -> Result<GarmentFrame<'_>, AnimatorError> {
         state.check(&self.model)?;
         self.state = state;
-        install_own(self.threads.clone(), || {
-            self.refresh();
+        install_if_some(self.threads.clone(), || {
+            self.rebuild_scratch();
             self.finish();
         });
         Ok(self.garment())
     }
 
-    /// World positions of the body's vertices in the current pose.
+    /// Writes the world positions of the body's vertices in the current pose, metres.
     pub fn body(&self, positions: &mut Vec<Vec3>) {
-        install_own(self.threads.clone(), || {
+        install_if_some(self.threads.clone(), || {
             pose_body(&self.model.character, &self.scratch.world_from_rest, positions);
         });
     }

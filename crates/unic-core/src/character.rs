@@ -1,54 +1,54 @@
-//! The two assets that a model is made for: a character and one garment.
+//! Character and garment: the two assets that a model is made for.
 
 use crate::{mesh::TriMesh, skeleton::Skeleton, skinning::SkinningWeights};
 
-/// A skinned body.
+/// Skinned body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Character {
-    /// The body in its bind pose.
+    /// Body in its bind pose.
     pub body: TriMesh,
-    /// The joint tree.
+    /// Tree of joints.
     pub skeleton: Skeleton,
-    /// One row a body vertex.
+    /// Skinning weights, one row for each body vertex.
     pub weights: SkinningWeights,
 }
 
 impl Character {
-    /// The joint that moves each face of the body most, by the sum of the weights of its corners; the lower
-    /// of two.
+    /// Finds the joint that moves each face of the body most, by the sum of the weights of its
+    /// corners. Of several the lowest index is taken.
     pub fn joints_of_faces(&self) -> Vec<usize> {
         let mut sums = vec![0.0f32; self.skeleton.len()];
-        let mut most = |face: &[u32; 3]| {
+        let mut heaviest = |face: &[u32; 3]| {
             sums.fill(0.0);
             let entries = face.iter().flat_map(|&v| self.weights.row(v as usize));
             entries.for_each(|(joint, weight)| sums[joint] += weight);
             let larger = |best: usize, joint: usize| if sums[joint] > sums[best] { joint } else { best };
             (0..sums.len()).fold(0, larger)
         };
-        self.body.faces.iter().map(&mut most).collect()
+        self.body.faces.iter().map(&mut heaviest).collect()
     }
 }
 
-/// A garment in its rest shape, in the character's bind-pose space.
+/// Garment in its rest shape, in the character's bind-pose space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Garment {
-    /// The rest shape: defines rest lengths, may cut into the body.
+    /// Rest shape: defines the rest lengths, and may cut into the body.
     pub rest: TriMesh,
-    /// One row a garment vertex, over the character's joints.
+    /// Skinning weights over the character's joints, one row for each garment vertex.
     pub weights: SkinningWeights,
-    /// How far each vertex is the model's, in [0, 1]: 0 leaves it where skinning puts the rest shape,
-    /// values between blend. None is 1 everywhere.
+    /// Weight of the model's displacement at each vertex, in [0, 1]: at 0 the vertex is where
+    /// skinning puts the rest shape. None means 1 everywhere.
     pub mask: Option<Vec<f32>>,
 }
 
 impl Garment {
-    /// A garment that is the model's everywhere.
+    /// Makes a garment without a mask.
     pub fn new(rest: TriMesh, weights: SkinningWeights) -> Self {
         let mask = None;
         Self { rest, weights, mask }
     }
 
-    /// The mask at one vertex.
+    /// Mask at one vertex; 1 without a mask.
     pub fn share(&self, vertex: usize) -> f32 {
         self.mask.as_ref().map_or(1.0, |mask| mask[vertex])
     }

@@ -1,26 +1,28 @@
-//! Motion clips.
+//! Motion clips: poses at a uniform frame rate.
+//!
+//! For tools and offline engines. A live engine makes each pose when it needs it.
 
 use crate::skeleton::Pose;
 use glam::Vec3;
 use std::ops::Range;
 
-/// Poses at a uniform frame rate.
+/// Motion clip: poses of one skeleton at a uniform frame rate, with ground and wind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
     /// Name, without folder or extension.
     pub name: String,
     /// Frames per second.
     pub fps: f32,
-    /// One a frame, all of one skeleton.
+    /// Poses, one a frame.
     pub poses: Vec<Pose>,
     /// Height of the ground, metres, world space.
     pub ground_height: f32,
-    /// Velocity of the air, m/s, world space: one a frame, or none in still air.
+    /// Velocity of the air, m/s, world space, one a frame; empty in still air.
     pub wind: Vec<Vec3>,
 }
 
 impl Clip {
-    /// Velocity of the air in a frame, m/s, world space.
+    /// Returns the velocity of the air in a frame, m/s, world space.
     pub fn wind_at(&self, frame: usize) -> Vec3 {
         self.wind.get(frame).copied().unwrap_or_default()
     }
@@ -30,7 +32,7 @@ impl Clip {
         self.poses.len()
     }
 
-    /// No frames at all.
+    /// Returns true if the clip has no frames.
     pub fn is_empty(&self) -> bool {
         self.poses.is_empty()
     }
@@ -40,16 +42,18 @@ impl Clip {
         self.len().saturating_sub(1) as f32 / self.fps
     }
 
-    /// Does the character do the same as far as both go, whatever the air does?
+    /// Returns true if both clips have the same poses, as far as the shorter one goes.
+    ///
+    /// Wind, ground and frame rate are not compared. A single common frame is no motion.
     pub fn has_motion_of(&self, other: &Clip) -> bool {
         let both = self.len().min(other.len());
         both > 1 && self.poses[..both] == other.poses[..both]
     }
 
-    /// Some of the frames.
+    /// Returns the part of the clip with these frames.
     ///
     /// # Panics
-    /// Of frames that the clip does not have.
+    /// When the clip does not have the frames.
     pub fn part(mut self, frames: Range<usize>) -> Clip {
         if !self.wind.is_empty() {
             self.wind = frames.clone().map(|t| self.wind_at(t)).collect();
@@ -58,11 +62,14 @@ impl Clip {
         self
     }
 
-    /// The same motion at another frame rate, interpolated between frames; the first frame stays.
+    /// Returns the motion at another frame rate, interpolated between frames; the first frame
+    /// stays.
     pub fn resampled(&self, fps: f32) -> Clip {
+        // In f64: in f32, frame times of long clips are off by a share of a frame.
         let step = f64::from(self.fps) / f64::from(fps);
         let last = self.len().saturating_sub(1);
-        // A thousandth of a frame of slack keeps the last frame when the rates divide each other.
+        // The tolerance of a thousandth of a frame keeps the last frame where the quotient of the
+        // rates is rounded down.
         let count = if self.is_empty() {
             0
         } else {
@@ -71,25 +78,39 @@ impl Clip {
         let between = |frame: usize| {
             let at = (frame as f64 * step).min(last as f64);
             let before = at.floor() as usize;
-            (before, (before + 1).min(last), (at - before as f64) as f32)
+            Between {
+                before,
+                after: (before + 1).min(last),
+                share: (at - before as f64) as f32,
+            }
         };
         let pose_at = |frame: usize| {
-            let (before, after, share) = between(frame);
-            self.poses[before].interpolate(&self.poses[after], share)
+            let at = between(frame);
+            self.poses[at.before].interpolate(&self.poses[at.after], at.share)
         };
         let wind_at = |frame: usize| {
-            let (before, after, share) = between(frame);
-            self.wind_at(before).lerp(self.wind_at(after), share)
+            let at = between(frame);
+            self.wind_at(at.before).lerp(self.wind_at(at.after), at.share)
         };
-        let windy = if self.wind.is_empty() { 0 } else { count };
+        let wind_count = if self.wind.is_empty() { 0 } else { count };
         Clip {
             name: self.name.clone(),
             fps,
             poses: (0..count).map(pose_at).collect(),
             ground_height: self.ground_height,
-            wind: (0..windy).map(wind_at).collect(),
+            wind: (0..wind_count).map(wind_at).collect(),
         }
     }
+}
+
+/// Time between two frames of a clip.
+struct Between {
+    /// Last frame at or before the time.
+    before: usize,
+    /// Frame after it, or the last one.
+    after: usize,
+    /// Share of the way from `before` to `after`, 0 to 1.
+    share: f32,
 }
 
 #[cfg(test)]
@@ -97,6 +118,7 @@ mod tests {
     use super::*;
     use glam::{Quat, Vec3};
 
+    /// A joint that moves at 1 m/s and turns at 1 rad/s.
     fn turning(frames: usize, fps: f32) -> Clip {
         let pose = |f: usize| Pose {
             trans: Vec3::X * f as f32 / fps,
@@ -112,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_turn_is_the_same_at_any_rate() {
+    fn resampling_keeps_a_steady_motion() {
         for (from, to) in [(120.0, 30.0), (30.0, 60.0), (100.0, 30.0)] {
             let clip = turning(121, from).resampled(to);
             assert_eq!(clip.len(), (120.0 / from * to + 1e-3).floor() as usize + 1);

@@ -1,10 +1,13 @@
-//! The nearest of a set of points.
+//! Nearest-neighbour search in a set of points.
 
-use crate::bvh::{Aabb, Bvh, squared_length};
+use crate::{
+    aabb_tree::AabbTree,
+    bounds::{Aabb, squared_length},
+};
 use glam::Vec3;
 
-/// A set of points that answers which of them is nearest; among points at the same distance, the
-/// one with the lowest index.
+/// Nearest-neighbour search over a set of points. Among points at the same distance, the lowest
+/// index is the answer.
 ///
 /// The tree is built once; [`ClosestVertex::refit`] follows points that move, without allocating.
 ///
@@ -19,16 +22,16 @@ use glam::Vec3;
 /// ```
 #[derive(Clone, Debug)]
 pub struct ClosestVertex {
-    tree: Bvh,
+    tree: AabbTree,
     points: Vec<Vec3>,
 }
 
 impl ClosestVertex {
-    /// Builds the tree. Points that are not finite are never the answer; there may be any number
-    /// of identical ones.
+    /// Builds the tree. Points that are not finite are never the answer. Any number of points may
+    /// be identical.
     pub fn build(points: &[Vec3]) -> Self {
         let mut closest = Self {
-            tree: Bvh::build(points),
+            tree: AabbTree::build(points),
             points: points.to_vec(),
         };
         closest.refit(points);
@@ -40,7 +43,7 @@ impl ClosestVertex {
         self.points.len()
     }
 
-    /// No points.
+    /// Returns whether there are no points.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -49,21 +52,21 @@ impl ClosestVertex {
     /// neighbours stay neighbours, as the vertices of a posed mesh do.
     ///
     /// # Panics
-    /// When the number of points is another.
+    /// When the number of points is not [`Self::len`].
     pub fn refit(&mut self, points: &[Vec3]) {
         assert_eq!(points.len(), self.len(), "points to refit");
         self.points.copy_from_slice(points);
         self.tree.refit(|i| Aabb::around(&[points[i as usize]]));
     }
 
-    /// Index of the nearest point and its distance in metres; none when there are no finite points
-    /// or `p` is not finite.
+    /// Returns the index of the nearest point and its distance in metres. None when there are no
+    /// finite points or `p` is not finite.
     pub fn nearest(&self, p: Vec3) -> Option<(usize, f32)> {
         if !p.is_finite() {
             return None;
         }
         let mut best = (f32::INFINITY, u32::MAX);
-        self.tree.nearest(p, best.0, |indices, _| {
+        self.tree.visit_nearest(p, best.0, |indices, _| {
             for &index in indices {
                 let found = (squared_length(self.points[index as usize] - p), index);
                 // NaN compares as neither less nor equal.
@@ -80,10 +83,10 @@ impl ClosestVertex {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::point;
+    use crate::test_meshes::point;
     use proptest::{collection::vec, prelude::*};
 
-    fn nearest_of_all(points: &[Vec3], p: Vec3) -> Option<(usize, f32)> {
+    fn brute_force_nearest(points: &[Vec3], p: Vec3) -> Option<(usize, f32)> {
         (points.iter().enumerate())
             .map(|(i, &x)| (i, (x - p).length_squared()))
             .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))
@@ -92,36 +95,36 @@ mod tests {
 
     proptest! {
         #[test]
-        fn agrees_with_looking_at_every_point(
+        fn nearest_agrees_with_brute_force(
             points in vec(point(2.0), 1..300), moved in vec(point(2.0), 300), p in point(3.0),
         ) {
             let mut tree = ClosestVertex::build(&points);
-            prop_assert_eq!(tree.nearest(p), nearest_of_all(&points, p));
+            prop_assert_eq!(tree.nearest(p), brute_force_nearest(&points, p));
             let moved = &moved[..points.len()];
             tree.refit(moved);
-            prop_assert_eq!(tree.nearest(p), nearest_of_all(moved, p));
+            prop_assert_eq!(tree.nearest(p), brute_force_nearest(moved, p));
         }
 
         #[test]
         fn ties_go_to_the_lowest_index(
             cells in vec((0i8..4, 0i8..4, 0i8..4), 1..400), q in (0i8..8, 0i8..8, 0i8..8),
         ) {
-            // On a coarse grid most distances are shared by several points.
+            // In a coarse grid several points share most distances.
             let grid = |(x, y, z): (i8, i8, i8)| Vec3::new(x.into(), y.into(), z.into());
             let points: Vec<Vec3> = cells.into_iter().map(grid).collect();
             let tree = ClosestVertex::build(&points);
-            prop_assert_eq!(tree.nearest(grid(q) / 2.0), nearest_of_all(&points, grid(q) / 2.0));
+            prop_assert_eq!(tree.nearest(grid(q) / 2.0), brute_force_nearest(&points, grid(q) / 2.0));
         }
     }
 
     #[test]
-    fn identical_points_are_no_trouble() {
+    fn identical_points_are_allowed() {
         let tree = ClosestVertex::build(&[Vec3::ONE; 10_000]);
         assert_eq!(tree.nearest(Vec3::ZERO), Some((0, 3f32.sqrt())));
     }
 
     #[test]
-    fn what_is_not_finite_has_no_nearest_point_and_is_none() {
+    fn points_that_are_not_finite_neither_find_nor_are_found() {
         assert_eq!(ClosestVertex::build(&[]).nearest(Vec3::ZERO), None);
         let tree = ClosestVertex::build(&[Vec3::NAN, Vec3::INFINITY, Vec3::X, Vec3::Y]);
         assert_eq!(tree.nearest(Vec3::Y * 2.0), Some((3, 1.0)));

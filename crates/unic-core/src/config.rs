@@ -1,59 +1,61 @@
-//! What a model is: the values that its variants differ in.
+//! Configuration of a model: sizes, and the meaning of its numbers.
 //!
-//! A configuration travels inside the model file, so that the runtime needs nothing else. Training
-//! settings (learning rate, noise, unrolling) are not part of it.
+//! For training, which writes it into the model file, and for engines, which read the frame rate
+//! and choose the intersection handling. Settings of training (learning rate, noise, unrolling) are
+//! not part of it.
 
 use crate::motion::MotionSpec;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Everything that defines the shape and the meaning of a model's numbers.
+/// Configuration of a model, stored in its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelConfig {
-    /// Frames per second that the garment ticks at: the training rate.
+    /// Ticks of the garment per second; the frame rate of training.
     pub fps: f32,
-    /// Which motion vector the encoder reads.
+    /// Motion vector that the networks read.
     pub motion: MotionSpec,
-    /// Motion encoder.
+    /// Sizes of the motion encoder.
     pub encoder: EncoderConfig,
-    /// Deformation field.
+    /// Sizes of the deformation field.
     pub field: FieldConfig,
-    /// What the field reads of a vertex and what it changes.
+    /// State of a vertex: the field's inputs, and what its output changes.
     pub state: StateConfig,
-    /// What happens to vertices inside the body, in the loop.
+    /// Handling of vertices inside the body; an animator can replace it.
     pub intersection: IntersectionMode,
 }
 
-/// Categorical motion encoder: linear maps with ELU between them, then one code a channel.
+/// Sizes of the categorical motion encoder: linear maps with ELU between them, then one category a
+/// channel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EncoderConfig {
     /// Widths of the hidden layers.
     pub hidden: Vec<usize>,
-    /// Channels D_h, each of which picks one category.
+    /// Number of channels D_h, each of which picks one category.
     pub channels: usize,
-    /// Categories D_w that one number of each channel is picked from.
+    /// Number of categories D_w of each channel.
     pub categories: usize,
-    /// Form in which the field reads the picked categories.
+    /// Encoding of the picked categories in the latent vector.
     #[serde(default)]
     pub code: LatentCode,
 }
 
-/// Form in which the field reads the category that a channel picks.
+/// Encoding of the picked categories in the latent vector.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LatentCode {
     /// The picked logit, one number a channel, as in the authors' release.
     #[default]
     PickedLogit,
-    /// One at the picked category and zero at the others, `categories` numbers a channel: Gumbel-Softmax
-    /// with straight-through gradients (Jang et al. 2017).
+    /// A one-hot vector of `categories` numbers a channel, trained by Gumbel-Softmax with
+    /// straight-through gradients (Jang et al. 2017).
     OneHot,
 }
 
 impl EncoderConfig {
-    /// Numbers in the latent vector, which the field reads.
+    /// Length of the latent vector, which the field reads.
     pub fn latent_len(&self) -> usize {
         match self.code {
             LatentCode::PickedLogit => self.channels,
@@ -61,15 +63,15 @@ impl EncoderConfig {
         }
     }
 
-    /// Widths from input to output: `inputs`, the hidden ones, channels × categories.
+    /// Lists the widths from input to output: `inputs`, the hidden layers, channels × categories.
     pub fn widths(&self, inputs: usize) -> Vec<usize> {
-        let ends = (inputs, self.channels * self.categories);
+        let logits = self.channels * self.categories;
         let hidden = self.hidden.iter().copied();
-        std::iter::once(ends.0).chain(hidden).chain([ends.1]).collect()
+        std::iter::once(inputs).chain(hidden).chain([logits]).collect()
     }
 }
 
-/// Pointwise deformation field: a ReLU network with a linear head.
+/// Sizes of the deformation field, a ReLU network with a linear last layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FieldConfig {
@@ -77,32 +79,39 @@ pub struct FieldConfig {
     pub width: usize,
     /// Number of hidden layers.
     pub hidden_layers: usize,
-    /// Hidden layer (from 0) before which the input is concatenated again.
+    /// Hidden layer, counted from 0, that reads the input again beside the previous layer's output.
     pub skip: Option<usize>,
 }
 
-/// The state of one vertex, and how the field moves it.
+/// State of one vertex, and the effect of the field's output on it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum StateConfig {
-    /// The paper's: the position relative to the root joint of the same frame, turned as the motion vector is;
-    /// v_t = v_{t−1} + field(v_{t−1}, z). See [`MotionState::world_from_state`](crate::motion::MotionState::world_from_state).
+    /// Position v relative to the root joint, as in the paper: v_t = v_{t−1} + field(v_{t−1}, z).
+    ///
+    /// [`MotionState::world_from_state`](crate::motion::MotionState::world_from_state) is its
+    /// coordinate frame.
     RootRelative,
-    /// A displacement carried by the skeleton; see [`DisplacementConfig`].
+    /// Displacement from the skinned prior.
     Displacement(DisplacementConfig),
 }
 
-/// Displacement from where the garment usually hangs, in the rotated frame of each vertex:
-/// x_i = LBS_i(rest) + R_i (p_i + d_i) and d_t = γ d_{t−1} + s · field(...), γ = exp(−dt / memory).
+/// Configuration of a state that is a displacement d from the prior, in the rotated frame of each
+/// vertex.
 ///
-/// p is the model's [`crate::prior::Prior`], which may remember the motion. The field's output is bounded in length by
-/// `output_limit`, so |d_t| ≤ γ^t |d_0| + s · output_limit / (1 − γ) for ever.
+/// Positions are x_i = LBS_i(rest) + R_i (p_i + d_i), with the model's
+/// [`Prior`](crate::prior::Prior) p. A tick is d_t = γ d_{t−1} + s · field(...) with the decay
+/// γ = exp(−dt / memory).
+///
+/// The field's output is bounded in length by `output_limit`, so that
+/// |d_t| ≤ γ^t |d_0| + s · output_limit / (1 − γ) for ever.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DisplacementConfig {
-    /// Time constant in seconds by which a displacement is forgotten; 0 makes the field pose-only.
+    /// Time constant of the decay, seconds; 0 makes the displacement a function of the motion
+    /// alone.
     pub memory_s: f32,
-    /// s, metres: what one unit of the field's output and of its displacement inputs means.
+    /// Unit s of the field's output and of its displacement inputs, metres.
     pub scale_m: f32,
     /// Largest length of the field's output, in units of `scale_m`.
     pub output_limit: f32,
@@ -110,33 +119,34 @@ pub struct DisplacementConfig {
     pub inputs: Vec<PointInput>,
 }
 
-/// One input of the field, all in the vertex's own rotated frame, each three numbers.
+/// Input of the field at a vertex: three numbers in the vertex's own rotated frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PointInput {
-    /// d_{t−1} / s.
+    /// Displacement d_{t−1} / s.
     Displacement,
-    /// (d_{t−1} − d_{t−2}) / (s · 3 frames): the second order of the state, without which a garment cannot ring.
+    /// Velocity (d_{t−1} − d_{t−2}) / (s · 3 frames). It makes the state second-order, without
+    /// which a garment cannot oscillate.
     Velocity,
-    /// Position in the rest shape, scaled to its bounding box: tells layers that touch apart.
+    /// Rest position, scaled to the bounding box. It separates layers that touch.
     Rest,
-    /// World up, Rᵀ·(0, 1, 0): gravity.
+    /// World up, Rᵀ·(0, 1, 0): the direction of gravity.
     Up,
-    /// Rᵀ times the velocity of the skinned point, in units of 2 m/s.
+    /// Velocity of the skinned point, in units of 2 m/s.
     SkinVelocity,
-    /// Rᵀ times the acceleration of the skinned point, in units of 20 m/s².
+    /// Acceleration of the skinned point, in units of 20 m/s².
     SkinAcceleration,
 }
 
 impl PointInput {
-    /// Does it change with the state, so that gradients flow through it?
+    /// Returns true for inputs that depend on the state, through which gradients flow.
     pub fn is_state(self) -> bool {
         matches!(self, Self::Displacement | Self::Velocity)
     }
 }
 
 impl DisplacementConfig {
-    /// γ for a tick of `dt` seconds.
+    /// Returns the decay γ of a tick of `dt` seconds.
     pub fn decay(&self, dt: f32) -> f32 {
         if self.memory_s > 0.0 {
             (-dt / self.memory_s).exp()
@@ -147,7 +157,7 @@ impl DisplacementConfig {
 }
 
 impl StateConfig {
-    /// Numbers that the field reads of one vertex.
+    /// Number of the field's inputs at a vertex.
     pub fn input_len(&self) -> usize {
         match self {
             Self::RootRelative => 3,
@@ -155,7 +165,7 @@ impl StateConfig {
         }
     }
 
-    /// How many of them depend on the state: the leading ones.
+    /// Number of the leading inputs at a vertex, which depend on the state.
     pub fn state_input_len(&self) -> usize {
         match self {
             Self::RootRelative => 3,
@@ -164,60 +174,66 @@ impl StateConfig {
     }
 }
 
-/// What happens to garment vertices inside the body.
+/// Handling of garment vertices inside the body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum IntersectionMode {
-    /// Nothing.
+    /// Vertices inside the body stay there.
     Off,
-    /// The paper's: nearest body vertex, its tangent plane, dragged to b + relaxation · n.
+    /// Published rule: a vertex below the tangent plane of its nearest body vertex b is moved to
+    /// b + relaxation · n.
     Paper {
-        /// r, metres; the paper's is 0.005.
+        /// Relaxation r, metres; 0.005 in the paper.
         relaxation_m: f32,
     },
-    /// Ours: closest triangle of the parts of the body that may push the vertex, out to a height
-    /// along the shortest way; faces that the body pokes through are lifted, and corrections spread.
+    /// Rule of this project: a vertex is moved the shortest way to `margin_m` over the closest
+    /// triangle, among the body parts that may push it. Faces that the body pokes through are
+    /// lifted, and corrections spread to neighbours.
     Robust {
-        /// Height over the skin that vertices are kept at, metres.
+        /// Least height of vertices over the skin, metres.
         margin_m: f32,
-        /// What is corrected.
+        /// Positions that are corrected.
         #[serde(default)]
         corrects: Corrects,
     },
 }
 
-/// What a correction changes.
+/// Positions that [`IntersectionMode::Robust`] corrects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Corrects {
-    /// What is shown. The state goes on as if there were no body, so that a push leaves with what
-    /// pushed.
+    /// The shown positions alone. The state continues as if there were no body, so that a
+    /// correction ends with the contact.
     #[default]
     Display,
-    /// The state, vertex by vertex, and then what is shown. For models that are trained with corrections.
+    /// The state, vertex by vertex, and then the shown positions. For models that are trained with
+    /// corrections.
     State,
 }
 
-/// A configuration that no network can be built from.
+/// Error: a configuration that no network can be built from.
 #[derive(Debug, Error, PartialEq)]
 #[error("model configuration: {what} must be {expected}, found {found}")]
 pub struct ConfigError {
-    /// Which value.
+    /// Name of the value.
     pub what: &'static str,
-    /// What it must be.
+    /// Values that are accepted.
     pub expected: String,
-    /// What it is.
+    /// Value that was found.
     pub found: String,
 }
 
-/// Widths beyond this are refused: a damaged file must not ask for terabytes.
+/// Largest width of a layer. Without a limit a damaged file could ask for terabytes.
 const LARGEST_WIDTH: usize = 1 << 16;
-/// Ticks so short that accelerations, differences over dt², lose their meaning in f32.
+/// Largest frame rate. Accelerations are differences over dt², which f32 cannot represent for
+/// shorter ticks.
 const FASTEST_FPS: f32 = 10_000.0;
 
 impl ModelConfig {
+    /// Checks all values, for a skeleton of `joints` joints.
+    ///
     /// # Errors
-    /// Names the value, what it must be and what it is.
+    /// The first value that is not accepted.
     pub fn check(&self, joints: usize) -> Result<(), ConfigError> {
         let positive = |what, value: f32| check(what, "above 0", value, value > 0.0 && value.is_finite());
         check(
@@ -273,13 +289,14 @@ impl ModelConfig {
         if let StateConfig::Displacement(d) = &self.state {
             positive("state.scale_m", d.scale_m)?;
             positive("state.output_limit", d.output_limit)?;
-            // In f32 a very long memory is an integrator, whose errors grow without bound.
-            let forgets = d.memory_s >= 0.0 && d.decay(1.0 / self.fps) < 1.0;
+            // A very long memory rounds to a decay of 1: an integrator, whose errors grow without
+            // bound.
+            let decays = d.memory_s >= 0.0 && d.decay(1.0 / self.fps) < 1.0;
             check(
                 "state.memory_s",
                 "0 or more, and short enough to forget",
                 d.memory_s,
-                forgets,
+                decays,
             )?;
             check_inputs(&d.inputs)?;
         }
@@ -288,11 +305,13 @@ impl ModelConfig {
 }
 
 impl IntersectionMode {
-    /// r of the paper (section 3.3), metres.
+    /// Relaxation r of the paper (section 3.3), metres.
     pub const RELAXATION_M: f32 = 0.005;
-    /// What simulated cloth keeps from the skin, metres.
+    /// Distance of simulated cloth from the skin, metres.
     pub const MARGIN_M: f32 = 0.003;
 
+    /// Checks the mode's lengths.
+    ///
     /// # Errors
     /// A relaxation or a margin that is negative or not finite.
     pub fn check(self) -> Result<(), ConfigError> {
@@ -306,6 +325,7 @@ impl IntersectionMode {
     }
 }
 
+/// Checks that inputs which depend on the state come first, for gradients are taken of a prefix.
 fn check_inputs(inputs: &[PointInput]) -> Result<(), ConfigError> {
     let sorted = inputs.is_sorted_by_key(|input| !input.is_state());
     let expected = "without repetition and with displacement and velocity first";
@@ -381,7 +401,7 @@ mod tests {
     }
 
     #[test]
-    fn every_value_that_means_nothing_is_named() {
+    fn errors_name_the_value_that_is_not_accepted() {
         assert_eq!(config().check(5), Ok(()));
         assert_eq!(refused(|c, _| c.fps = f32::NAN), "fps");
         assert_eq!(refused(|c, _| c.fps = 0.0), "fps");
@@ -422,7 +442,7 @@ mod tests {
     }
 
     #[test]
-    fn state_inputs_are_the_leading_ones() {
+    fn inputs_are_counted_three_numbers_each() {
         assert_eq!(
             (config().state.input_len(), config().state.state_input_len()),
             (9, 6)
@@ -437,7 +457,7 @@ mod tests {
     }
 
     #[test]
-    fn a_memory_of_one_tick_decays_by_e() {
+    fn a_memory_of_one_tick_decays_by_the_factor_e() {
         let StateConfig::Displacement(mut state) = config().state else {
             unreachable!("the configuration above");
         };

@@ -1,74 +1,103 @@
-//! One implicit step of heat flow on a triangle mesh.
+//! Heat diffusion on a triangle mesh, in one implicit step.
 
 use glam::{DVec3, Vec3};
 
-/// Largest error of a solution, in units of the data. Far below what f32 weights resolve.
+/// Largest error of a solution, in units of the data; far below the resolution of weights in f32.
 const TOLERANCE: f64 = 1e-9;
 
-/// Ends a solve that rounding keeps from its tolerance. Conjugate gradients need some ten steps for
-/// every edge that the diffusion length spans, hundreds at most.
+/// Iterations after which a solve ends, should rounding keep it from its tolerance.
+///
+/// Conjugate gradients need about ten iterations for every edge that the diffusion length spans,
+/// and hundreds at most.
 const MAX_ITERATIONS: usize = 5_000;
 
-/// Largest |cotangent| that a face contributes: angles below half a degree count as that, or one
-/// sliver would stiffen the whole system.
+/// Largest |cotangent| that an angle contributes, that of half a degree.
+///
+/// The cotangents of a single sliver would otherwise dominate the matrix and slow convergence.
 const MAX_COTANGENT: f64 = 100.0;
 
-/// The matrix A = M + τL: lumped vertex areas M (m²) and cotangent Laplacian L, rows compressed.
+/// Matrix A = M + τL of a diffusion step: lumped vertex areas M (m²) and cotangent Laplacian L.
 ///
-/// Off-diagonal entries are never positive and rows sum to the masses, so A is an M-matrix and
-/// A⁻¹M averages: every solution stays between the least and the greatest value of its data.
+/// Off-diagonal entries are never positive and rows sum to the masses, so that A is an M-matrix and
+/// the rows of A⁻¹M are averages. Every solution stays between the least and the greatest value of
+/// its data (maximum principle).
 pub(crate) struct Diffusion {
+    /// Lumped areas of the vertices, m².
     masses: Vec<f64>,
+    /// Diagonal of A.
     diagonal: Vec<f64>,
-    /// Couplings of vertex i are `couplings[starts[i]..starts[i + 1]]`: (neighbour, τ · weight > 0).
+    /// Index of the first coupling of each vertex, and the number of couplings at the end.
     starts: Vec<usize>,
-    couplings: Vec<(u32, f64)>,
+    /// Off-diagonal entries, row after row.
+    couplings: Vec<Coupling>,
+}
+
+/// Off-diagonal entry −`weight` of the matrix.
+struct Coupling {
+    /// Column: the neighbouring vertex.
+    neighbour: u32,
+    /// τ times the cotangent weight of the edge; above zero.
+    weight: f64,
+}
+
+/// Contribution of one angle to the weight of the edge opposite to it.
+struct EdgeShare {
+    /// The edge, with a direction: from the matrix row to its column.
+    from: u32,
+    to: u32,
+    /// Half the cotangent of the angle.
+    half_cotangent: f64,
 }
 
 impl Diffusion {
-    /// For positions in metres and τ in m².
+    /// Assembles the matrix for positions in metres and τ in m².
     pub(crate) fn new(positions: &[Vec3], faces: &[[u32; 3]], tau: f64) -> Self {
         let mut masses = vec![0.0; positions.len()];
-        let mut edges = Vec::new();
+        let mut shares = Vec::new();
         for face in faces {
             let corners = face.map(|v| positions[v as usize].as_dvec3());
             let area = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
+            // A face without area has no angles; false for NaN, too.
             if area > 0.0 {
                 face.iter().for_each(|&v| masses[v as usize] += area / 3.0);
-                push_cotangents(face, &corners, &mut edges);
+                push_shares(face, &corners, &mut shares);
             }
         }
-        // Stable, so that sums are taken in the order of the faces.
-        edges.sort_by_key(|&(edge, _)| edge);
-        let mut all = Self {
+        // A stable sort, so that the shares of an edge are summed in the order of the faces.
+        shares.sort_by_key(|share| (share.from, share.to));
+        let mut diffusion = Self {
             diagonal: masses.clone(),
             masses,
             starts: vec![0],
             couplings: Vec::new(),
         };
-        all.couple(&edges, tau);
-        all
+        diffusion.couple(&shares, tau);
+        diffusion
     }
 
-    /// Adds up the half weights of each directed edge; they come sorted.
-    fn couple(&mut self, edges: &[([u32; 2], f64)], tau: f64) {
-        for same_edge in edges.chunk_by(|a, b| a.0 == b.0) {
-            let [from, to] = same_edge[0].0;
-            let weight = tau * same_edge.iter().map(|(_, half)| half).sum::<f64>();
-            // A negative sum (obtuse, not Delaunay) would break the maximum principle.
+    /// Sums the shares of each directed edge, which are sorted by edge, and fills the matrix.
+    fn couple(&mut self, shares: &[EdgeShare], tau: f64) {
+        for same_edge in shares.chunk_by(|a, b| (a.from, a.to) == (b.from, b.to)) {
+            let EdgeShare { from, to, .. } = same_edge[0];
+            let weight = tau * same_edge.iter().map(|share| share.half_cotangent).sum::<f64>();
+            // Edges that are not Delaunay have a negative sum, which would break the maximum
+            // principle. They count as zero.
             if weight > 0.0 {
                 self.starts.resize(from as usize + 1, self.couplings.len());
-                self.couplings.push((to, weight));
+                self.couplings.push(Coupling {
+                    neighbour: to,
+                    weight,
+                });
                 self.diagonal[from as usize] += weight;
             }
         }
         self.starts.resize(self.masses.len() + 1, self.couplings.len());
     }
 
-    /// Replaces w₀ by w with (M + τL) w = M w₀, by conjugate gradients with Jacobi preconditioning.
-    /// Vertices without mass keep their values.
+    /// Replaces w₀ by the solution w of (M + τL) w = M w₀.
     ///
-    /// Since |A⁻¹M| ≤ 1 in the maximum norm, |r_i| ≤ ε m_i for all i bounds every error by ε.
+    /// Vertices without mass keep their values. The solver is conjugate gradients with a Jacobi
+    /// preconditioner.
     pub(crate) fn solve(&self, w: &mut [f64]) {
         let count = w.len();
         let mut product = vec![0.0; count];
@@ -96,15 +125,18 @@ impl Diffusion {
         }
     }
 
+    /// Writes the product A x.
     fn apply(&self, x: &[f64], out: &mut [f64]) {
         for (i, out) in out.iter_mut().enumerate() {
             let row = &self.couplings[self.starts[i]..self.starts[i + 1]];
-            let pulled: f64 = row.iter().map(|&(j, weight)| weight * x[j as usize]).sum();
-            *out = self.diagonal[i] * x[i] - pulled;
+            let of_neighbours: f64 = row.iter().map(|c| c.weight * x[c.neighbour as usize]).sum();
+            *out = self.diagonal[i] * x[i] - of_neighbours;
         }
     }
 
+    /// Returns element `i` of the preconditioned residual.
     fn preconditioned(&self, residual: &[f64], i: usize) -> f64 {
+        // Vertices without mass have an empty row.
         if self.diagonal[i] > 0.0 {
             residual[i] / self.diagonal[i]
         } else {
@@ -113,6 +145,7 @@ impl Diffusion {
     }
 
     fn is_solved(&self, residual: &[f64]) -> bool {
+        // |A⁻¹M| ≤ 1 in the maximum norm: if |r_i| ≤ ε m_i for all i, no error exceeds ε.
         residual
             .iter()
             .zip(&self.masses)
@@ -120,14 +153,18 @@ impl Diffusion {
     }
 }
 
-/// Half the cotangent of each angle, for both directions of the edge opposite to it.
-fn push_cotangents(face: &[u32; 3], corners: &[DVec3; 3], edges: &mut Vec<([u32; 2], f64)>) {
+/// Appends the shares of a face's angles, for both directions of the opposite edges.
+fn push_shares(face: &[u32; 3], corners: &[DVec3; 3], shares: &mut Vec<EdgeShare>) {
     for k in 0..3 {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let (u, v) = (corners[i] - corners[k], corners[j] - corners[k]);
         let cotangent = u.dot(v) / u.cross(v).length();
-        let half = 0.5 * cotangent.clamp(-MAX_COTANGENT, MAX_COTANGENT);
-        edges.extend([([face[i], face[j]], half), ([face[j], face[i]], half)]);
+        let half_cotangent = 0.5 * cotangent.clamp(-MAX_COTANGENT, MAX_COTANGENT);
+        shares.extend([(i, j), (j, i)].map(|(from, to)| EdgeShare {
+            from: face[from],
+            to: face[to],
+            half_cotangent,
+        }));
     }
 }
 
@@ -138,13 +175,13 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::{point, sheet, sphere};
+    use crate::test_meshes::{point, sheet, sphere};
     use proptest::{collection::vec, prelude::*};
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(32))]
         #[test]
-        fn solutions_solve_the_system(
+        fn solutions_satisfy_the_system_and_keep_the_mean(
             data in vec(-1.0f64..1.0, 81), dents in vec(point(0.09), 81), length in 0.0f64..1.0,
         ) {
             let mut mesh = sheet(8, 8, 0.1);
@@ -158,18 +195,18 @@ mod tests {
                 prop_assert!((product[i] - mass * data[i]).abs() <= 2.0 * TOLERANCE * mass);
             }
             let mean = |x: &[f64]| dot(&diffusion.masses, x);
-            prop_assert!((mean(&w) - mean(&data)).abs() < 1e-9, "heat is neither made nor lost");
+            prop_assert!((mean(&w) - mean(&data)).abs() < 1e-9, "heat is conserved");
         }
     }
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(32))]
         #[test]
-        fn heat_at_one_vertex_makes_no_other_colder(
+        fn heat_at_one_vertex_cools_no_other(
             at in 0usize..81, dents in vec(point(0.09), 81), length in 1e-3f64..0.02,
         ) {
-            // A sheet crumpled beyond Delaunay: with its negative cotangents some would be,
-            // and a short step shows it before the heat of others covers it.
+            // A crumpled sheet is not Delaunay. With its negative cotangents some vertices would
+            // cool; a short step shows it before heat from other vertices hides it.
             let mut mesh = sheet(8, 8, 0.1);
             mesh.vertices.iter_mut().zip(&dents).for_each(|(v, d)| *v += *d);
             let mut w = vec![0.0; 81];
@@ -180,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sphere_damps_its_first_harmonic_by_the_known_factor() {
+    fn first_harmonic_of_a_sphere_decays_by_the_exact_factor() {
         // The Laplacian of z on a sphere of radius r is 2 z / r².
         let (radius, tau) = (0.5f32, 0.04);
         let mesh = sphere(5, radius);

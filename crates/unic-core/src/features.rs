@@ -1,8 +1,9 @@
-//! What the field reads of a vertex: one path for training and runtime.
+//! Inputs of the deformation field at one vertex, and the frames that its state lives in.
 //!
-//! Training gathers [`PointFrame`]s and calls [`write_frame_inputs`] for the vertices of a batch;
-//! the animator does the same for all vertices. The part that depends on the state is a few
-//! multiplications ([`StateInputs`]), which training repeats on tensors so that gradients flow.
+//! For training, evaluation and the animator, which share this code so that all of them feed the
+//! networks the same numbers. Training calls [`write_frame_inputs`] for the vertices of a batch,
+//! the animator for all vertices. Inputs that depend on the state are a few multiplications
+//! ([`StateInputs`]); training repeats them on tensors, so that gradients flow through them.
 
 use crate::{
     character::Garment,
@@ -11,19 +12,19 @@ use crate::{
 };
 use glam::{Quat, Vec3};
 
-/// Where the skeleton carries one garment vertex: the frame that its displacement lives in.
+/// Skinned frame of a garment vertex, in which its displacement is measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PointFrame {
-    /// LBS_i(rest), world, metres.
+    /// Skinned rest position LBS_i(rest), in world space, metres.
     pub skinned: Vec3,
-    /// R_i: world from the vertex's own frame.
+    /// Rotation R_i from the vertex's own frame to the world.
     pub rotation: Quat,
-    /// m_i, the garment's mask: the share of a displacement that the vertex takes up.
+    /// Mask m_i of the garment: the share of its displacement from skinning that the vertex keeps.
     pub share: f32,
 }
 
 impl PointFrame {
-    /// The frame of one vertex under `world_from_rest` of every joint.
+    /// Makes the frame of one vertex, given `world_from_rest` of every joint.
     pub fn new(garment: &Garment, vertex: usize, world_from_rest: &[Rigid]) -> Self {
         let rest = garment.rest.vertices[vertex];
         Self {
@@ -33,33 +34,36 @@ impl PointFrame {
         }
     }
 
-    /// u = R_iᵀ (x − LBS_i(rest)) for a world position x.
+    /// Returns the displacement u = R_iᵀ (x − LBS_i(rest)) of a world position x.
     pub fn displacement(&self, world: Vec3) -> Vec3 {
         self.rotation.inverse() * (world - self.skinned)
     }
 
-    /// m_i u for a world position of the garment as it is captured: what a model is to show of it. Everything
-    /// that models learn and start from goes through here, so that they know the blend alone.
+    /// Returns the masked displacement m_i u of a captured world position.
+    ///
+    /// Everything that models learn from and start from is masked here, so that no model sees the
+    /// garment without its mask.
     pub fn blended_displacement(&self, world: Vec3) -> Vec3 {
         self.displacement(world) * self.share
     }
 
-    /// x = LBS_i(rest) + R_i u.
+    /// Returns the world position x = LBS_i(rest) + R_i u of a displacement u.
     pub fn position(&self, displacement: Vec3) -> Vec3 {
         self.skinned + self.rotation * displacement
     }
 }
 
-/// Where the state of one vertex is counted from: world = origin + rotation · (offset + state).
+/// Coordinate frame of one vertex's state: world = origin + rotation · (offset + state).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct StateFrame {
     frame: PointFrame,
     offset: Vec3,
 }
 
-impl Place {
-    /// Place of a state that is a position in a frame, see [`MotionState::world_from_state`](crate::motion::MotionState::world_from_state).
-    pub fn in_frame(world_from_state: Rigid) -> Self {
+impl StateFrame {
+    /// Makes the frame of a state that is a position, given
+    /// [`MotionState::world_from_state`](crate::motion::MotionState::world_from_state).
+    pub fn of_position(world_from_state: Rigid) -> Self {
         let (skinned, rotation) = (world_from_state.translation, world_from_state.rotation);
         let share = 1.0;
         Self {
@@ -72,59 +76,64 @@ impl Place {
         }
     }
 
-    /// Of a state that is a displacement from where the prior puts the vertex, in its own frame.
-    pub fn at_point(frame: PointFrame, prior: Vec3) -> Self {
+    /// Makes the frame of a state that is a displacement from the prior's, both in `frame`.
+    pub fn of_displacement(frame: PointFrame, prior: Vec3) -> Self {
         Self { frame, offset: prior }
     }
 
-    /// World position of a state, metres.
+    /// Returns the world position of a state, metres.
     pub fn to_world(&self, state: Vec3) -> Vec3 {
         self.frame.position(self.offset + state)
     }
 
-    /// State of a world position that is shown.
+    /// Returns the state of a world position that the model has produced, to which the mask is
+    /// applied already.
     pub fn to_state(&self, world: Vec3) -> Vec3 {
         self.frame.displacement(world) - self.offset
     }
 
-    /// State of a captured world position: blended towards skinning by the garment's mask.
+    /// Returns the state of a captured world position, blended towards skinning by the mask.
     pub fn to_blended_state(&self, world: Vec3) -> Vec3 {
         self.frame.blended_displacement(world) - self.offset
     }
 
-    /// `state` after a push of what is shown to `moved`, as far as the garment's mask lets it.
-    pub fn pushed(&self, state: Vec3, moved: Vec3) -> Vec3 {
-        let target = self.to_state(moved);
+    /// Returns `state` after its world position was pushed to `world`; the mask reduces the push.
+    pub fn pushed(&self, state: Vec3, world: Vec3) -> Vec3 {
+        let target = self.to_state(world);
         match self.frame.share {
+            // Without rounding: the usual case of no mask ends exactly at the target.
             1.0 => target,
             share => state.lerp(target, share),
         }
     }
 }
 
-/// A vertex's frames at t, t − 1 and t − 2: enough for the velocity and acceleration of its skinning.
+/// Frames of a vertex at t, t − 1 and t − 2, from which the velocity and the acceleration of its
+/// skinned position follow.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PointHistory {
-    /// At t.
+    /// Frame at t.
     pub now: PointFrame,
-    /// LBS_i(rest) at t − 1.
+    /// Skinned rest position LBS_i(rest) at t − 1, world space, metres.
     pub before: Vec3,
-    /// LBS_i(rest) at t − 2.
+    /// Skinned rest position LBS_i(rest) at t − 2, world space, metres.
     pub earlier: Vec3,
 }
 
-/// How far back a point is known when it moves on.
+/// Number of frames that are known when a [`PointHistory`] advances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Past {
-    /// One frame: the first step after a reset.
+    /// One frame, at the first step after a reset.
     OneFrame,
-    /// Two frames and more: every later step.
+    /// Two frames, at every later step.
     TwoFrames,
 }
 
 impl PointHistory {
-    /// Moves on by one frame. Where the frame before the previous one is not known, the point has
-    /// moved steadily, as v_0 is v_1 in the motion vector.
+    /// Advances by one frame.
+    ///
+    /// With [`Past::OneFrame`] the point is taken to have moved at constant velocity, as the motion
+    /// vector sets v_0 = v_1.
     pub fn advance(&mut self, now: PointFrame, past: Past) {
         self.earlier = match past {
             Past::OneFrame => self.now.skinned * 2.0 - now.skinned,
@@ -135,58 +144,63 @@ impl PointHistory {
     }
 }
 
-/// Maps rest positions into [−1, 1]³ by the rest shape's bounding box, one scale for all axes.
+/// Bounding box of the rest shape, by which rest positions are scaled to [−1, 1]³.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestBox {
-    /// Centre, metres.
+    /// Centre of the box, metres.
     pub centre: Vec3,
-    /// Half the longest side, metres.
+    /// Half of the longest side, metres; the scale of all axes.
     pub half_extent: f32,
 }
 
 impl RestBox {
-    /// Bounding box of the rest shape that the model is trained on.
+    /// Returns the bounding box of the rest shape that a model is trained on.
     pub fn of(vertices: &[Vec3]) -> Self {
         let first = vertices.first().copied().unwrap_or_default();
         let low = vertices.iter().fold(first, |a, &b| a.min(b));
         let high = vertices.iter().fold(first, |a, &b| a.max(b));
         Self {
             centre: (low + high) / 2.0,
+            // Above zero for a single vertex, too: positions are divided by it.
             half_extent: ((high - low).max_element() / 2.0).max(f32::MIN_POSITIVE),
         }
     }
 
-    /// Position within the box.
+    /// Scales a rest position to [−1, 1]³.
     pub fn normalised(&self, rest: Vec3) -> Vec3 {
         (rest - self.centre) / self.half_extent
     }
 }
 
-/// Unit of [`PointInput::SkinVelocity`], m/s: a brisk run, so that inputs stay of order one.
+/// Unit of [`PointInput::SkinVelocity`], m/s: the speed of a run, so that inputs stay of order one.
 pub const VELOCITY_UNIT: f32 = 2.0;
-/// Unit of [`PointInput::SkinAcceleration`], m/s²: two g, a hard landing or a sharp arm swing.
+/// Unit of [`PointInput::SkinAcceleration`], m/s²: about 2 g, as in a hard landing or a sharp arm
+/// swing.
 pub const ACCELERATION_UNIT: f32 = 20.0;
-/// Frames that [`PointInput::Velocity`] is measured in: a change of one scale in three frames is one.
+/// Unit of time of [`PointInput::Velocity`], frames: a change by one scale in three frames is 1.
 const VELOCITY_FRAMES: f32 = 3.0;
 
-/// What makes velocities of the differences between frames.
+/// Time step and air, which turn differences between frames into velocities.
 #[derive(Clone, Copy, Debug)]
-pub struct Tick {
+pub struct StepConditions {
     /// Seconds between frames.
     pub dt: f32,
-    /// Velocity of the air, m/s, world space: velocities are relative to it.
+    /// Velocity of the air, m/s, world space; velocities are relative to it.
     pub wind: Vec3,
 }
 
-/// Writes the inputs that do not depend on the state, in the configuration's order, three numbers each.
+/// Writes the inputs that do not depend on the state, three numbers each, in the configuration's
+/// order.
+///
+/// `rest` is the vertex's rest position after [`RestBox::normalised`].
 pub fn write_frame_inputs(
     config: &DisplacementConfig,
     rest: Vec3,
     history: &PointHistory,
-    tick: Tick,
+    step: StepConditions,
     out: &mut [f32],
 ) {
-    let Tick { dt, wind } = tick;
+    let StepConditions { dt, wind } = step;
     let own_from_world = history.now.rotation.inverse();
     let velocity = || (history.now.skinned - history.before) / dt;
     let inputs = config.inputs.iter().filter(|input| !input.is_state());
@@ -195,6 +209,7 @@ pub fn write_frame_inputs(
             PointInput::Rest => rest,
             PointInput::Up => own_from_world * Vec3::Y,
             PointInput::SkinVelocity => own_from_world * (velocity() - wind) / VELOCITY_UNIT,
+            // Steady wind does not change accelerations.
             PointInput::SkinAcceleration => {
                 let before = (history.before - history.earlier) / dt;
                 own_from_world * (velocity() - before) / dt / ACCELERATION_UNIT
@@ -208,25 +223,25 @@ pub fn write_frame_inputs(
 /// Factors that turn the displacements d_{t−1} and d_{t−2} into the leading inputs of the field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateInputs {
-    /// Input = `displacement` · d_{t−1}, where the configuration has it.
+    /// Factor of d_{t−1}, if the configuration has [`PointInput::Displacement`].
     pub displacement: Option<f32>,
-    /// Input = `velocity` · (d_{t−1} − d_{t−2}), where the configuration has it.
+    /// Factor of d_{t−1} − d_{t−2}, if the configuration has [`PointInput::Velocity`].
     pub velocity: Option<f32>,
-    /// Which of them stands first.
+    /// Order of the two inputs.
     pub order: StateOrder,
 }
 
-/// Order of the two inputs that come from the state.
+/// Order of the two inputs that depend on the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StateOrder {
-    /// d_{t−1}, then its change.
+    /// Displacement d_{t−1} first, then its change.
     DisplacementFirst,
-    /// The change, then d_{t−1}.
+    /// Change of the displacement first, then d_{t−1}.
     VelocityFirst,
 }
 
 impl StateInputs {
-    /// Factors of a configuration.
+    /// Returns the factors and the order of a configuration.
     pub fn new(config: &DisplacementConfig) -> Self {
         let at = |input| config.inputs.iter().position(|i| *i == input);
         let (displacement, velocity) = (at(PointInput::Displacement), at(PointInput::Velocity));
@@ -241,7 +256,7 @@ impl StateInputs {
         }
     }
 
-    /// The two inputs as the configuration orders them.
+    /// Arranges the two inputs in the configuration's order.
     pub fn ordered<T>(&self, displacement: Option<T>, velocity: Option<T>) -> impl Iterator<Item = T> {
         let ordered = match self.order {
             StateOrder::DisplacementFirst => [displacement, velocity],
@@ -250,7 +265,7 @@ impl StateInputs {
         ordered.into_iter().flatten()
     }
 
-    /// Writes the leading inputs of one vertex.
+    /// Writes the leading inputs of one vertex from d_{t−1} and d_{t−2}.
     pub fn write(&self, displacement: Vec3, previous: Vec3, out: &mut [f32]) {
         let change = self.velocity.map(|k| (displacement - previous) * k);
         let ordered = self.ordered(self.displacement.map(|k| displacement * k), change);
@@ -260,9 +275,11 @@ impl StateInputs {
     }
 }
 
-/// Shortens a field output to `limit`; exact below it. An output that is not finite, or whose square is
-/// not, counts as zero: a state forgets whatever is finite, but it would keep a NaN for ever.
+/// Shortens an output of the field to the length `limit`; shorter outputs stay exactly the same.
+///
+/// An output whose squared length is not finite becomes zero.
 pub fn limited(output: Vec3, limit: f32) -> Vec3 {
+    // A state decays from any finite value, but it would keep a NaN for ever.
     match output.length_squared().is_finite() {
         true => output.clamp_length_max(limit),
         false => Vec3::ZERO,
@@ -306,10 +323,10 @@ mod tests {
             earlier: move_by.point(history.earlier),
         };
         let wind = Vec3::new(0.5, 0.2, -2.0);
-        let tick = |wind| Tick { dt: 1.0 / 30.0, wind };
+        let step = |wind| StepConditions { dt: 1.0 / 30.0, wind };
         let (mut a, mut b) = ([0.0; 12], [0.0; 12]);
-        write_frame_inputs(&config, Vec3::ONE, &history, tick(wind), &mut a);
-        write_frame_inputs(&config, Vec3::ONE, &moved, tick(move_by.vector(wind)), &mut b);
+        write_frame_inputs(&config, Vec3::ONE, &history, step(wind), &mut a);
+        write_frame_inputs(&config, Vec3::ONE, &moved, step(move_by.vector(wind)), &mut b);
         for (a, b) in a.iter().zip(b) {
             assert!((a - b).abs() < 2e-4, "{a} {b}");
         }
@@ -323,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn outputs_are_limited_whatever_they_are() {
+    fn outputs_are_limited_in_length_and_zero_when_not_finite() {
         let short = Vec3::new(0.1, -0.2, 0.3);
         assert_eq!(limited(short, 2.0), short);
         assert!((limited(Vec3::new(30.0, 0.0, -40.0), 2.0) - Vec3::new(1.2, 0.0, -1.6)).length() < 1e-6);

@@ -1,7 +1,8 @@
-//! Where a posed body folds into itself: armpits, crotch, the insides of elbows and knees.
+//! Folds of a posed body, where it intersects itself: armpits, crotch, the insides of elbows and
+//! knees.
 //!
-//! Skinning lets parts of a body pass into one another. What lies in such a fold is outside one part
-//! and inside another: contact there tears cloth, and depths measured there say nothing about it.
+//! Skinning lets parts of a body pass into one another. A point in such a fold is outside one part
+//! and inside another. Contact there tears cloth, and depths measured there mean nothing.
 //!
 //! ```
 //! use unic_core::{folds::Folds, mesh::TriMesh, surface::Surface};
@@ -22,56 +23,59 @@ use crate::{
     surface::{RayHit, Surface},
 };
 
-/// Parts that face each other at most this far apart are a fold, metres: two layers of cloth with
-/// their clearance do not fit between them.
+/// Largest gap of a fold between parts that face each other, metres: two layers of cloth with their
+/// clearance do not fit into it.
 pub const FOLD_GAP_M: f32 = 0.006;
 
-/// How far the inside of a body is looked through, metres: from a face within a torso to the
+/// Length of the rays through the inside of a body, metres: from a face within a torso to the
 /// torso's far side.
 const REACH_M: f32 = 0.35;
 
-/// Cosine between a normal and that of the part it meets from which the two face each other: the
-/// sides of a crease that opens by less than 60 degrees.
+/// Largest cosine between the normals of two parts that face each other: the sides of a crease that
+/// opens by less than 60 degrees.
 const FACING_COSINE: f32 = -0.5;
 
-/// Vertices that one thread takes at a time.
+/// Number of vertices that one thread takes at a time.
 const CHUNK: usize = 128;
 
-/// The vertices and faces of one pose of a body that lie in folds.
+/// Vertices and faces of one pose of a body that lie in folds.
 ///
-/// A vertex is folded when the first thing that its normal meets is the inner side of a face,
-/// so that it lies inside the body, or the outer side of a part that faces it at most
-/// [`FOLD_GAP_M`] away. The faces around the vertex do not count, nor does a crease that opens by
-/// more than 60 degrees: neighbours on one side of a bend never face each other. A face is folded
-/// when one of its corners is.
+/// A ray along a vertex's normal decides. The vertex is folded when the ray first hits the inner
+/// side of a face: then it lies inside the body. It is also folded when the ray first hits the
+/// outer side of a part that faces it, at most [`FOLD_GAP_M`] away.
 ///
-/// Exact for a closed surface without thin shells: an eyeball in its socket is a fold, as it is
-/// inside the head. Deterministic for any number of threads.
+/// The faces around the vertex do not count, nor does a crease that opens by more than 60 degrees:
+/// neighbours on one side of a bend never face each other. A face is folded when one of its corners
+/// is.
+///
+/// The test is exact for a closed surface without thin shells. An eyeball in its socket is a fold,
+/// since it is inside the head. Deterministic for any number of threads.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Folds {
     vertices: Vec<bool>,
     faces: Vec<bool>,
-    /// How many corners of each face.
+    /// Number of folded corners of each face.
     corners: Vec<u8>,
 }
 
 impl Folds {
-    /// Finds the folds of a pose: that of the last [`Surface::refit`]. Does not allocate when the
-    /// counts are the last call's.
+    /// Finds the folds of the pose of the last [`Surface::refit`]. Does not allocate when the
+    /// number of vertices and faces is that of the last call.
     pub fn find(&mut self, surface: &Surface) {
         self.vertices.clear();
         self.vertices.resize(surface.vertex_count(), false);
         for_each_chunk(&mut self.vertices, CHUNK, |first, folded| {
             for (vertex, folded) in (first..).zip(folded) {
-                let seen = surface.seen_from_vertex(vertex as u32, REACH_M);
-                *folded = seen.is_some_and(is_fold);
+                let hit = surface.cast_from_vertex(vertex as u32, REACH_M);
+                *folded = hit.is_some_and(is_fold);
             }
         });
-        self.spread(surface);
+        self.mark_faces_and_copies(surface);
     }
 
-    /// From the vertices that were looked at to the faces and to the vertices at the same places.
-    fn spread(&mut self, surface: &Surface) {
+    /// Extends the result from welded vertices to the faces and to the other vertices at their
+    /// places.
+    fn mark_faces_and_copies(&mut self, surface: &Surface) {
         let welded = surface.welded_faces();
         let count = |face: &[u32; 3]| {
             face.iter()
@@ -89,38 +93,39 @@ impl Folds {
         }
     }
 
-    /// Whether each face lies in a fold; empty before the first [`Folds::find`].
+    /// Returns whether each face lies in a fold; empty before the first [`Folds::find`].
     pub fn faces(&self) -> &[bool] {
         &self.faces
     }
 
-    /// Whether each vertex does.
+    /// Returns whether each vertex lies in a fold; empty before the first [`Folds::find`].
     pub fn vertices(&self) -> &[bool] {
         &self.vertices
     }
 
-    /// How many corners of a face lie in folds; none of what is no face.
-    pub fn corners_of_face(&self, face: u32) -> usize {
+    /// Number of corners of a face that lie in folds; zero for an index beyond the faces.
+    pub fn folded_corners(&self, face: u32) -> usize {
         self.corners
             .get(face as usize)
             .map_or(0, |&corners| corners.into())
     }
 
-    /// Whether any corner of a face lies in a fold; false for what is no face.
-    pub fn has_face(&self, face: u32) -> bool {
+    /// Returns whether any corner of a face lies in a fold; false for an index beyond the faces.
+    pub fn is_face_folded(&self, face: u32) -> bool {
         self.faces.get(face as usize).is_some_and(|&folded| folded)
     }
 }
 
-/// Whether one vertex, the first at its place, lies in a fold, without looking at the others; parts
-/// that do not count make none.
-pub(crate) fn vertex_is_folded(surface: &Surface, vertex: u32, counts: impl Fn(u32) -> bool) -> bool {
-    surface.seen_among(vertex, REACH_M, counts).is_some_and(is_fold)
+/// Returns whether a single welded vertex lies in a fold between faces that `accepts` names.
+pub(crate) fn vertex_is_folded(surface: &Surface, vertex: u32, accepts: impl Fn(u32) -> bool) -> bool {
+    surface
+        .cast_from_vertex_where(vertex, REACH_M, accepts)
+        .is_some_and(is_fold)
 }
 
-fn is_fold(seen: RayHit) -> bool {
-    let is_inside = seen.cosine > 0.0;
-    is_inside || (seen.distance <= FOLD_GAP_M && seen.cosine < FACING_COSINE)
+fn is_fold(hit: RayHit) -> bool {
+    let is_inside = hit.cosine > 0.0;
+    is_inside || (hit.distance <= FOLD_GAP_M && hit.cosine < FACING_COSINE)
 }
 
 #[cfg(test)]
@@ -128,13 +133,13 @@ mod tests {
     use super::*;
     use crate::{
         mesh::TriMesh,
-        shapes::{sheet, sphere},
+        test_meshes::{sheet, sphere},
     };
     use glam::{Quat, Vec3};
 
     const RADIUS: f32 = 0.05;
 
-    /// Two capsules, 30 cm long and 10 cm thick, hanging side by side.
+    /// Two upright capsules, 30 cm long and 10 cm thick, side by side.
     fn capsules(vertex_of: impl Fn(usize, Vec3) -> Vec3) -> TriMesh {
         let ball = sphere(3, RADIUS);
         let count = ball.vertices.len() as u32;
@@ -155,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn round_things_have_no_folds() {
+    fn convex_and_flat_meshes_have_no_folds() {
         for mesh in [
             sphere(0, 0.3),
             sphere(4, 0.01),
@@ -168,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_in_the_other_capsule_and_nothing_far_from_it_is_folded() {
+    fn vertices_inside_the_other_capsule_are_folded_and_those_far_from_it_are_not() {
         // The second capsule leans over, its lower end deep in the first.
         let lean = Quat::from_rotation_z(-0.5);
         let place = |side: usize, v: Vec3| match side {
@@ -209,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn split_seams_and_threads_change_nothing() {
+    fn folds_do_not_depend_on_split_seams_or_threads() {
         let mesh = capsules(|side, v| v + Vec3::X * 0.07 * side as f32);
         let folds = folds_of(&mesh);
         let corners = mesh.faces.iter().flatten().map(|&v| mesh.vertices[v as usize]);

@@ -1,41 +1,41 @@
-//! Which way a character faces, whatever its body does.
+//! Heading: the direction in which a character faces, in every pose of its body.
 //!
-//! Yaw read off a single pose is undefined for a body upside down and jumps by 180° around it.
-//! [`Heading`] is therefore a state: it turns with the root's yaw rate, which is always defined,
-//! and is drawn towards the yaw of the present pose only as far as that yaw means something. It is
+//! The yaw of a single pose is undefined for a body upside down, and jumps by 180° near there.
+//! [`Heading`] is therefore a state. It integrates the root's yaw rate, which is always defined,
+//! and is corrected towards the yaw of the current pose as far as that is well determined. It is
 //! continuous through cartwheels, rolls and falls, and exact again once the body is upright.
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use std::f32::consts::{PI, TAU};
 
-/// Time constant of the pull towards the pose's own yaw for an upright body, seconds: an error of
-/// 180° is below 2° half a second later.
+/// Time constant of the correction towards the pose's own yaw for an upright body, seconds: an
+/// error of 180° is below 2° half a second later.
 const CORRECTION_TIME: f32 = 0.1;
 
-/// Below this share of an upright body's evidence a cold start takes the projected forward
-/// direction instead: the body is within 4° of upside down.
-const LEAST_EVIDENCE: f32 = 1e-3;
+/// Certainty of the yaw below which a cold start takes the projected forward direction instead: the
+/// body is within 4° of upside down.
+const MIN_CERTAINTY: f32 = 1e-3;
 
-/// Yaw about +Y of the frame in which a character's motion is described; a character at yaw 0
+/// Yaw about +Y of the frame in which a character's motion is described. At yaw 0 the character
 /// faces +Z, at +π/2 it faces +X.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Heading {
-    /// Radians, in −π..=π.
+    /// Yaw, radians, in −π..=π.
     yaw: f32,
 }
 
 impl Heading {
-    /// Cold start from `root`, the root joint's `world_from_joint` rotation.
+    /// Starts from `root`, the root joint's `world_from_joint` rotation, without a frame before.
     ///
-    /// Upright this is the direction in which the root's +Z projects onto the ground. Lying on the
-    /// back it is the direction away from the head, lying on the front the direction of the head:
-    /// the way the body faced if it fell straight. Exactly upside down, where the two rules
-    /// disagree, it is the projected +Z.
+    /// For an upright body the heading is the projection of the root's +Z onto the ground. For a
+    /// body on its back it is the direction away from the head, and on its front the direction of
+    /// the head: the way it faced if it fell straight. Exactly upside down these rules disagree,
+    /// and the heading is the projected +Z.
     pub fn start(root: Quat) -> Self {
-        let (yaw, evidence) = upright_yaw(root);
+        let UprightYaw { yaw, certainty } = upright_yaw(root);
         let forward = root * Vec3::Z;
-        let yaw = if evidence < LEAST_EVIDENCE {
+        let yaw = if certainty < MIN_CERTAINTY {
             forward.x.atan2(forward.z)
         } else {
             yaw
@@ -43,59 +43,74 @@ impl Heading {
         Self { yaw: finite(yaw) }
     }
 
-    /// The next frame, `dt` seconds later: turns by the yaw of the world rotation from
-    /// `previous_root` to `root`, then moves towards `root`'s own yaw at the rate
-    /// ((1 + cos tilt) / 2)² / 0.1 s, which vanishes as the body turns upside down.
+    /// Advances to the next frame, `dt` seconds later.
     ///
-    /// Rotations that are not finite leave the heading where it is.
+    /// The heading turns by the yaw of the world rotation from `previous_root` to `root`. Then it
+    /// moves towards `root`'s own yaw at the rate ((1 + cos tilt) / 2)² / 0.1 s, which vanishes as
+    /// the body turns upside down. Rotations that are not finite leave the heading as it is.
     pub fn advance(&mut self, previous_root: Quat, root: Quat, dt: f32) {
         let turned = self.yaw + rotation_vector(root * previous_root.conjugate()).y;
-        let (target, evidence) = upright_yaw(root);
-        let gain = 1.0 - (-evidence * evidence * dt.max(0.0) / CORRECTION_TIME).exp();
+        let UprightYaw {
+            yaw: target,
+            certainty,
+        } = upright_yaw(root);
+        // The exact solution of the decay over dt, so that the result hardly depends on the frame
+        // rate.
+        let gain = 1.0 - (-certainty * certainty * dt.max(0.0) / CORRECTION_TIME).exp();
         let yaw = wrapped(turned + gain * wrapped(target - turned));
         if yaw.is_finite() {
             self.yaw = yaw;
         }
     }
 
-    /// Is the yaw a number? A heading from a file may hold anything.
+    /// Returns whether the yaw is finite. The yaw of a heading from a file may be any number.
     pub fn is_finite(&self) -> bool {
         self.yaw.is_finite()
     }
 
-    /// `world_from_frame`: the rotation by the yaw about +Y.
+    /// Rotation by the yaw about +Y: `world_from_frame`.
     pub fn rotation(&self) -> Quat {
         Quat::from_rotation_y(self.yaw)
     }
 }
 
-/// Yaw of the rotation about +Y closest to `root` (the twist of its swing-twist decomposition) and
-/// how well it is determined: (1 + cos tilt) / 2, from 1 upright to 0 upside down.
+/// Yaw of a single pose.
+struct UprightYaw {
+    /// Yaw of the rotation about +Y that is closest to the root's, radians.
+    yaw: f32,
+    /// Certainty of the yaw, (1 + cos tilt) / 2: 1 upright, 0 upside down.
+    certainty: f32,
+}
+
+/// Computes the yaw of a root rotation: the twist about +Y of its swing-twist decomposition.
 ///
 /// It is the direction of the sum of two projections onto the ground: of the root's +Z, and of its
-/// +X turned by a quarter. One of them is long whenever the other is short, unless the body is
-/// upside down, where they cancel; lying on the back or on the front is nothing special.
-fn upright_yaw(root: Quat) -> (f32, f32) {
-    (
-        wrapped(2.0 * root.y.atan2(root.w)),
-        root.y * root.y + root.w * root.w,
-    )
+/// +X turned by 90°. One of them is long whenever the other is short, so a body on its back or
+/// front is no special case. Upside down the two cancel.
+fn upright_yaw(root: Quat) -> UprightYaw {
+    UprightYaw {
+        yaw: wrapped(2.0 * root.y.atan2(root.w)),
+        certainty: root.y * root.y + root.w * root.w,
+    }
 }
 
 /// Axis times angle of a unit quaternion, the angle in 0..=π radians.
 ///
-/// Quaternions of either sign give the same vector, so that a rotation by a little less than zero
-/// is not one by a little less than a full turn.
+/// Both signs of a quaternion give the same vector: a rotation by a small negative angle is not one
+/// by almost a full turn.
 pub(crate) fn rotation_vector(rotation: Quat) -> Vec3 {
     let positive = if rotation.w < 0.0 { -rotation } else { rotation };
     let half_sine = positive.xyz().length();
+    // The limit for small angles, where the quotient below is 0 / 0.
     if half_sine < 1e-8 {
         return positive.xyz() * 2.0;
     }
+    // The arc tangent is exact at all angles, unlike the arc cosine of w near zero.
     positive.xyz() * (2.0 * half_sine.atan2(positive.w) / half_sine)
 }
 
-/// The same angle in −π..=π.
+/// Wraps an angle to −π..=π.
+// Rounding may lead beyond ±π by one bit, hence the clamp.
 fn wrapped(angle: f32) -> f32 {
     (angle - TAU * (angle / TAU).round()).clamp(-PI, PI)
 }
@@ -249,7 +264,7 @@ mod tests {
             let own = yaws(1.0, fps, at);
             let turned = yaws(1.0, fps, |t| world * at(t));
             // Where a pose is near upside down, rounding decides the first heading.
-            prop_assume!(upright_yaw(a).1 > 0.01);
+            prop_assume!(upright_yaw(a).certainty > 0.01);
             for (frame, (o, t)) in own.iter().zip(&turned).enumerate() {
                 prop_assert!(wrapped(t - o - yaw).abs() < 0.02, "frame {frame}: {o} {t}");
             }

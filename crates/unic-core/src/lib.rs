@@ -1,113 +1,146 @@
-//! What an engine links to wear a neural garment.
+//! Runtime of neural garments: everything that a game engine links to wear them.
 //!
-//! A trained [`Model`](model::Model) is read from the bytes of its file and shared by any number of
-//! [`Animator`](animator::Animator)s. Each of them takes a pose a tick and gives back the garment's
-//! world positions and normals; nothing is simulated, and a saved state goes on to the same bytes.
+//! A trained [`Model`] is read from the bytes of its file and shared by any number of
+//! [`Animator`]s. An animator takes the pose of a character once a tick and returns the world
+//! positions and normals of its garment. Nothing is simulated.
+//!
+//! # Tour
+//!
+//! A model is immutable. An animator is one garment in motion: [`reset`](Animator::reset) it at the
+//! first frame and after every cut, then [`step`](Animator::step) it once a tick.
 //!
 //! ```
 //! use std::sync::Arc;
-//! use unic_core::{animator::{Animator, Start, StepInput}, model::Model, skeleton::Pose};
-//! # use glam::Vec3;
-//! # use unic_core::{
-//! #     character::{Character, Garment}, config::*, features::RestBox, mesh::TriMesh,
-//! #     model::{About, ModelParts}, motion::*, network::Linear, prior::Prior,
-//! #     skeleton::{Skeleton, SkeletonParts}, skinning::SkinningWeights,
-//! # };
-//! # fn linear(inputs: usize, outputs: usize) -> Linear {
-//! #     Linear { inputs, outputs, weight: vec![0.01; inputs * outputs], bias: vec![0.1; outputs] }
-//! # }
-//! # fn parts() -> Result<ModelParts, Box<dyn std::error::Error>> {
-//! #     let joints = vec![Vec3::Y, Vec3::Y * 0.1];
-//! #     let skeleton = Skeleton::new(SkeletonParts { parents: vec![-1, 0], joints, ..Default::default() })?;
-//! #     let mesh = TriMesh::new(vec![Vec3::Y, Vec3::Y + Vec3::X, Vec3::Y * 0.5], vec![[0, 1, 2]])?;
-//! #     let weights = SkinningWeights::from_dense(&[1.0, 0.0, 1.0, 0.0, 0.5, 0.5], 3, 2)?;
-//! #     let character = Character { body: mesh.clone(), skeleton, weights: weights.clone() };
-//! #     let inputs = vec![PointInput::Displacement, PointInput::Velocity, PointInput::Rest];
-//! #     let state = DisplacementConfig { memory_s: 0.1, scale_m: 0.05, output_limit: 3.0, inputs };
-//! #     let pair = 2 * motion_len(2);
-//! #     Ok(ModelParts {
-//! #         config: ModelConfig {
-//! #             fps: 30.0,
-//! #             motion: MotionSpec::new(MotionLayout::Heading, VelocityScheme::Backward, [1; 4], &character)?,
-//! #             encoder: EncoderConfig { hidden: vec![4], channels: 2, categories: 3, code: LatentCode::PickedLogit },
-//! #             field: FieldConfig { width: 8, hidden_layers: 2, skip: Some(1) },
-//! #             state: StateConfig::Displacement(state),
-//! #             intersection: IntersectionMode::Off,
-//! #         },
-//! #         character,
-//! #         rest_box: RestBox::of(&mesh.vertices),
-//! #         prior: Prior::constant(vec![Vec3::ZERO; 3], pair),
-//! #         garment: Garment::new(mesh, weights),
-//! #         normalisation: Normalisation::identity(2),
-//! #         encoder: vec![linear(pair, 4), linear(4, 6)],
-//! #         field: vec![linear(11, 8), linear(19, 8), linear(8, 3)],
-//! #         about: About::default(),
-//! #     })
-//! # }
-//! # let file: Vec<u8> = Model::new(parts()?)?.to_bytes()?;
+//! use unic_core::{Animator, Model, Pose, Start, StepInput};
+//! # mod tour { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/tour_model.rs")); }
+//! # let file = tour::file()?;
 //!
 //! let model = Arc::new(Model::from_bytes(&file)?);
-//! let [mut left, mut right] = [(); 2].map(|()| Animator::new(Arc::clone(&model)));
+//! let mut garment = Animator::new(Arc::clone(&model));
 //!
-//! // Frame 0, and every frame after a cut: the garment hangs as it does on average.
-//! let mut pose = model.character().skeleton.bind_pose();
 //! fn input(pose: &Pose) -> StepInput<'_> {
-//!     StepInput { pose, next_pose: None, ground_height: 0.0, wind: Vec3::ZERO }
+//!     StepInput { pose, next_pose: None, ground_height: 0.0, wind: glam::Vec3::ZERO }
 //! }
-//! left.reset(&input(&pose), Start::MeanShape)?;
-//! // Or where somebody else has put it.
-//! let hanging = left.garment().positions.to_vec();
-//! right.reset(&input(&pose), Start::Positions(&hanging))?;
+//! let mut pose = model.character().skeleton.bind_pose();
+//! garment.reset(&input(&pose), Start::MeanShape)?;
 //!
-//! // Then once a tick of 1 / fps seconds.
-//! pose.trans.z += 0.03;
-//! let frame = left.step(&input(&pose))?;
-//! assert_eq!(frame.positions.len(), model.vertex_count());
-//! assert!((frame.normals[0].length() - 1.0).abs() < 1e-5);
-//! let frame = frame.positions.to_vec();
-//! assert_eq!(right.step(&input(&pose))?.positions, frame);
-//!
-//! // A state can be kept, serialised and gone on with.
-//! let saved = left.state().clone();
-//! pose.trans.z += 0.03;
-//! let ahead = left.step(&input(&pose))?.positions.to_vec();
-//! left.restore(saved)?;
-//! assert_eq!(left.garment().positions, frame);
-//! assert_eq!(left.step(&input(&pose))?.positions, ahead);
+//! // A tick is 1 / fps seconds of the model, whatever the rate of the display is.
+//! assert_eq!(model.config().fps, 30.0);
+//! for _ in 0..3 {
+//!     pose.trans.z += 0.03;
+//!     let frame = garment.step(&input(&pose))?;
+//!     assert_eq!(frame.positions.len(), model.vertex_count());
+//!     assert!((frame.normals[0].length() - 1.0).abs() < 1e-5);
+//! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # Where things are
+//! [`AnimatorState`] is everything that the next step depends on. A state that is saved and
+//! restored continues with the same bytes. [`Start::Positions`] takes over a garment from a
+//! simulation or from a cache instead.
 //!
-//! - [`skeleton`], [`transform`], [`clip`], [`heading`], [`motion`]: poses, forward kinematics, and the
-//!   motion vector that the networks read.
-//! - [`mesh`], [`skinning`], [`weights`], [`character`]: the body and the garment, and how the skeleton
-//!   carries them. [`topology`], [`subdivide`], [`surface_map`]: other meshes of the same garment.
-//! - [`closest`], [`surface`], [`intersection`], [`folds`]: nearest points, inside and outside, and where
-//!   a body touches itself.
-//! - [`config`], [`features`], [`prior`], [`recurrence`], [`network`]: what a model is made of. [`features`] is used by
-//!   training too, so that both read the same numbers.
-//! - [`model`], [`animator`], [`sampling`]: the trained asset, its instances, and fewer vertices for speed.
-//! - [`parallel`]: the threads that all of it runs on, an engine's own if it likes.
+//! ```
+//! # use std::sync::Arc;
+//! # use unic_core::{Animator, AnimatorState, Model, Start};
+//! # mod tour { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/tour_model.rs")); }
+//! # let model = Arc::new(Model::from_bytes(&tour::file()?)?);
+//! # let mut pose = model.character().skeleton.bind_pose();
+//! # let mut garment = Animator::new(Arc::clone(&model));
+//! # let input = tour::input(&pose);
+//! # garment.reset(&input, Start::MeanShape)?;
+//! # pose.trans.z += 0.03;
+//! # let input = tour::input(&pose);
+//! let saved: AnimatorState = garment.state().clone(); // or serialise it with serde
+//! let ahead = garment.step(&input)?.positions.to_vec();
+//! garment.restore(saved)?;
+//! assert_eq!(garment.step(&input)?.positions, ahead);
+//!
+//! let mut other = Animator::new(model);
+//! other.reset(&input, Start::Positions(&ahead))?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The display shows more frames than the garment ticks. [`TickInterpolator`] puts the garment on
+//! the pose of the moment, so that cloth follows a body that moves between two ticks.
+//!
+//! ```
+//! # use std::sync::Arc;
+//! # use unic_core::{Animator, Model, Start, TickInterpolator};
+//! # mod tour { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/tour_model.rs")); }
+//! # let model = Arc::new(Model::from_bytes(&tour::file()?)?);
+//! # let pose = model.character().skeleton.bind_pose();
+//! # let mut garment = Animator::new(Arc::clone(&model));
+//! # let input = tour::input(&pose);
+//! let mut display = TickInterpolator::default();
+//! garment.reset(&input, Start::MeanShape)?;
+//! display.cut(&garment); // after every reset
+//! garment.step(&input)?;
+//! display.tick(&garment); // after every step
+//!
+//! let elapsed_share = 0.25; // of the time between the last two ticks
+//! let frame = display.show(&garment, &pose, elapsed_share)?;
+//! assert_eq!(frame.positions.len(), model.vertex_count());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Settings of a model are chosen when it is loaded, those of an animator at any time.
+//! [`Precision`] and sampling make steps faster. [`IntersectionMode`] keeps vertices out of the
+//! body, [`Collider`]s are the ground and props, [`Layers`] keep one part of a garment over
+//! another, [`Threads`] are the engine's own workers.
+//!
+//! ```
+//! # use std::sync::Arc;
+//! use unic_core::{Animator, Collider, Corrects, IntersectionMode, Model, Precision};
+//! # use unic_core::parallel::Serial;
+//! # mod tour { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/tour_model.rs")); }
+//! # let file = tour::file()?;
+//!
+//! let model = Model::from_bytes(&file)?
+//!     .with_precision(Precision::Bf16) // number format of the networks
+//!     .with_sampling(0.5)?; // the networks see half of the vertices
+//! let mut garment = Animator::new(Arc::new(model));
+//! garment.set_intersection(IntersectionMode::Robust {
+//!     margin_m: IntersectionMode::MARGIN_M,
+//!     corrects: Corrects::Display,
+//! });
+//! garment.set_colliders([Collider::ground(0.0)]);
+//! garment.set_threads(Arc::new(Serial));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Modules
+//!
+//! The names at the crate's root are all that most engines need. Modules hold the rest:
+//!
+//! - **Engines**: [`animator`], [`model`], [`config`], [`skeleton`], [`clip`], [`collider`],
+//!   [`intersection`], [`parallel`].
+//! - **Training and evaluation**, which share these definitions with the animator: [`motion`],
+//!   [`heading`], [`features`], [`network`], [`prior`], [`recurrence`], [`weights`], [`sampling`].
+//! - **Tools** that make, inspect and convert characters, garments and models: [`model_file`],
+//!   [`character`], [`mesh`], [`skinning`], [`transform`], [`topology`], [`subdivide`],
+//!   [`surface_map`], [`closest`], [`surface`], [`folds`], [`simd`].
 //!
 //! # Conventions
 //!
-//! Right-handed, +Y up, a character faces +Z; metres, seconds, radians, f32. Transforms are named so
-//! that products read: `world_from_joint * joint_from_point`. Rest shapes are in the character's
-//! bind-pose space; every position that goes into or comes out of an animator is in world space.
+//! Right-handed, +Y up, a character faces +Z; metres, seconds, radians, f32. Transforms are named
+//! so that products read: `world_from_joint * joint_from_point`. Rest shapes are in the character's
+//! bind-pose space. Every position that goes into or comes out of an animator is in world space.
 //!
-//! Three kinds of object are never mixed: an **asset** ([`model::Model`]) is immutable and shared, a
-//! **state** ([`animator::AnimatorState`]) is all that the next step depends on, and scratch, private to
-//! the animator, can be rebuilt from the two at any time. The same inputs give the same bytes for any
-//! number of threads, on machines of one instruction set.
+//! Three kinds of object are never mixed. An **asset** ([`Model`]) is immutable and shared. A
+//! **state** ([`AnimatorState`]) is everything that the next step depends on. **Scratch** memory is
+//! private to an animator and can be rebuilt from the two at any time.
+//!
+//! The same inputs give the same bytes for any number of threads, on machines of one instruction
+//! set.
 //!
 //! # Limits
 //!
 //! A model knows one character's proportions and one garment. It ticks at its own frame rate
-//! ([`config::ModelConfig::fps`]); other rates are interpolated outside.
+//! ([`config::ModelConfig::fps`]).
 
+mod aabb_tree;
 pub mod animator;
-mod bvh;
+mod bounds;
 pub mod character;
 pub mod clip;
 pub mod closest;
@@ -120,30 +153,41 @@ pub mod heading;
 pub mod intersection;
 pub mod mesh;
 pub mod model;
-mod model_file;
+pub mod model_file;
 pub mod motion;
 pub mod network;
 pub mod parallel;
+#[doc(hidden)]
+pub mod printable;
 pub mod prior;
 pub mod recurrence;
 pub mod sampling;
-#[cfg(test)]
-mod shapes;
-#[doc(hidden)]
-pub mod shown;
+pub mod simd;
 pub mod skeleton;
 pub mod skinning;
 pub mod subdivide;
 pub mod surface;
 pub mod surface_map;
+#[cfg(test)]
+mod test_meshes;
 pub mod topology;
 pub mod transform;
 mod triangle;
 pub mod weights;
 
-pub use model_file::{FORMAT_VERSION, Integrity, ModelFileError, verify_checksum};
+pub use animator::{
+    Animator, AnimatorError, AnimatorState, GarmentFrame, Start, StepInput, TickInterpolator,
+};
+pub use collider::Collider;
+pub use config::{Corrects, IntersectionMode};
+pub use intersection::Layers;
+pub use model::Model;
+pub use model_file::ModelFileError;
+pub use network::{CodeSampling, Precision};
+pub use parallel::Threads;
+pub use skeleton::Pose;
 
 // The page's snippets compile against this crate.
 #[cfg(doctest)]
-#[doc = include_str!("../../../docs/embedding.md")]
+#[doc = include_str!("../../../docs/guides/embed.md")]
 struct Embedding;

@@ -1,54 +1,54 @@
-//! Triangle meshes.
+//! Triangle meshes and their vertex normals.
 
 use glam::{Vec2, Vec3};
 use thiserror::Error;
 
-/// Triangles over shared vertices; the order of the vertices is meaningful and never changed.
+/// Triangle mesh with shared vertices. The order of the vertices is meaningful and never changed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriMesh {
     /// Positions, metres.
     pub vertices: Vec<Vec3>,
     /// Vertex indices, counter-clockwise seen from outside.
     pub faces: Vec<[u32; 3]>,
-    /// Texture coordinates where the source had them.
+    /// Texture coordinates, if the source has any.
     pub uvs: Option<Uvs>,
 }
 
-/// Texture coordinates, indexed by corner so that seams need no split vertices.
+/// Texture coordinates, indexed by corner: a seam of the texture needs no split vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Uvs {
-    /// Coordinates, v up.
+    /// Coordinates, with v upwards.
     pub coordinates: Vec<Vec2>,
-    /// Indices into `coordinates`, one triple a face of the mesh.
+    /// Indices into `coordinates`, three for each face of the mesh.
     pub faces: Vec<[u32; 3]>,
 }
 
-/// What is wrong with a mesh.
+/// Error of a mesh that is not valid.
 #[derive(Debug, Error, PartialEq)]
 pub enum MeshError {
-    /// A corner beyond the vertices.
+    /// Face with a vertex index beyond the vertices.
     #[error("mesh: face {face} names vertex {index}, but there are {vertices}")]
     Index {
-        /// The face.
+        /// Index of the face.
         face: usize,
-        /// The index found.
+        /// Vertex index that the face names.
         index: u32,
         /// Number of vertices.
         vertices: usize,
     },
-    /// NaN or infinity.
+    /// Position that is NaN or infinite.
     #[error("mesh: the position of vertex {vertex} is not finite")]
     NotFinite {
-        /// The vertex.
+        /// Index of the vertex.
         vertex: usize,
     },
 }
 
 impl TriMesh {
-    /// A mesh without texture coordinates.
+    /// Makes a mesh without texture coordinates.
     ///
     /// # Errors
-    /// Indices out of range, positions that are not finite.
+    /// Fails on indices out of range and on positions that are not finite.
     pub fn new(vertices: Vec<Vec3>, faces: Vec<[u32; 3]>) -> Result<Self, MeshError> {
         let mesh = Self {
             vertices,
@@ -59,8 +59,10 @@ impl TriMesh {
         Ok(mesh)
     }
 
+    /// Checks the indices of the faces and the positions.
+    ///
     /// # Errors
-    /// As [`TriMesh::new`].
+    /// Fails on indices out of range and on positions that are not finite.
     pub fn check(&self) -> Result<(), MeshError> {
         let vertices = self.vertices.len();
         if let Some(vertex) = self.vertices.iter().position(|v| !v.is_finite()) {
@@ -79,20 +81,21 @@ impl TriMesh {
     }
 }
 
-/// Unit normals of the vertices, weighted by area, into `out`: the direction of the sum of the
-/// normals of the faces around. Zero for a vertex without faces, or whose faces are all degenerate
-/// or cancel, so that nothing is on the inner side of its tangent plane.
+/// Computes the unit normals of the vertices into `out`: the area-weighted mean of the faces around
+/// each.
 ///
-/// Vertices that a seam splits have each the normal of their own side.
+/// The normal is zero for a vertex without faces, or whose faces are all degenerate or cancel:
+/// nothing is then on the inner side of its tangent plane. The vertices of a split seam have each
+/// the normal of their own side.
 ///
 /// # Panics
-/// When a face names a vertex that does not exist; [`TriMesh::check`] tells.
+/// When a face names a vertex that does not exist; [`TriMesh::check`] finds it.
 pub fn vertex_normals(vertices: &[Vec3], faces: &[[u32; 3]], out: &mut Vec<Vec3>) {
     out.clear();
     out.resize(vertices.len(), Vec3::ZERO);
     for face in faces {
         let [a, b, c] = face.map(|v| vertices[v as usize]);
-        // The length of the cross product is twice the area: the weight comes with it.
+        // The length of the cross product is twice the area, so the sum is weighted by area.
         let normal = (b - a).cross(c - a);
         face.iter().for_each(|&v| out[v as usize] += normal);
     }
@@ -102,7 +105,7 @@ pub fn vertex_normals(vertices: &[Vec3], faces: &[[u32; 3]], out: &mut Vec<Vec3>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::sphere;
+    use crate::test_meshes::sphere;
 
     #[test]
     fn normals_of_a_sphere_point_away_from_its_centre() {
@@ -126,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn no_face_no_normal() {
+    fn vertices_without_sound_faces_have_zero_normals() {
         let vertices = [Vec3::ZERO, Vec3::X, Vec3::X * 2.0, Vec3::Y];
         let mut normals = Vec::new();
         vertex_normals(&vertices, &[[0, 1, 2]], &mut normals);
@@ -134,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn meshes_are_checked() {
+    fn invalid_meshes_are_refused() {
         let face = vec![[0, 1, 2]];
         let error = TriMesh::new(vec![Vec3::ZERO; 2], face.clone());
         assert!(matches!(error, Err(MeshError::Index { index: 2, .. })));

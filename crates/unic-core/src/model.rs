@@ -1,4 +1,7 @@
-//! The trained asset: everything that the runtime needs, immutable and shared by all instances.
+//! Trained model: everything that the runtime needs, immutable and shared by all animators.
+//!
+//! For engines, which read a [`Model`] from its file ([`Model::from_bytes`]). Training and tools
+//! make models from [`ModelParts`].
 
 use crate::{
     character::{Character, Garment},
@@ -15,7 +18,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Where a model comes from; shown by `unic inspect`, read by nobody else.
+/// Provenance of a model. The runtime does not read it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct About {
     /// Name of the capture.
@@ -24,23 +27,23 @@ pub struct About {
     /// Source and licence of the training data.
     #[serde(default)]
     pub provenance: String,
-    /// Training settings and results, as the trainer wrote them.
+    /// Settings and results of training.
     #[serde(default)]
     pub training: serde_json::Value,
 }
 
-/// The parts of a model, as training leaves them or a file holds them.
+/// Parts of a model, not yet checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelParts {
-    /// Sizes and meanings.
+    /// Sizes of the networks and meaning of the state.
     pub config: ModelConfig,
     /// Body and skeleton.
     pub character: Character,
     /// Rest shape and skinning weights.
     pub garment: Garment,
-    /// Where the garment hangs in a given motion; zeros where the state is a position.
+    /// Expected displacements in a given motion; not read if the state is a root-relative position.
     pub prior: Prior,
-    /// Bounding box that rest positions are scaled to.
+    /// Bounding box that rest positions are scaled by.
     pub rest_box: RestBox,
     /// Statistics of the motion vector.
     pub normalisation: Normalisation,
@@ -52,7 +55,8 @@ pub struct ModelParts {
     pub about: About,
 }
 
-/// A checked model, ready to run. Share it by `Arc` between [`crate::animator::Animator`]s.
+/// Trained model, checked and packed for this machine; shared by [`Animator`](crate::Animator)s
+/// through an `Arc`.
 #[derive(Clone, Debug)]
 pub struct Model {
     pub(crate) config: ModelConfig,
@@ -63,15 +67,15 @@ pub struct Model {
     pub(crate) normalisation: Normalisation,
     pub(crate) encoder: Encoder,
     pub(crate) field: Field,
-    /// None where all vertices carry the state.
+    /// Vertices that carry the state; `None` if all vertices do.
     pub(crate) sampling: Option<Sampling>,
     pub(crate) about: About,
 }
 
-/// Parts that do not fit together.
+/// Error: parts that do not make a model.
 #[derive(Debug, Error, PartialEq)]
 pub enum ModelError {
-    /// A configuration that means nothing.
+    /// A configuration with a value that is not accepted.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// A layer of another size than the configuration's.
@@ -80,32 +84,32 @@ pub enum ModelError {
     /// Two arrays that should have the same length.
     #[error("model: expected {expected} {what}, found {found}")]
     Count {
-        /// What is counted.
+        /// Name of the counted things.
         what: &'static str,
-        /// By the other parts.
+        /// Number in the other parts.
         expected: usize,
-        /// In this part.
+        /// Number in this part.
         found: usize,
     },
-    /// A face that names no vertex, a position that is not finite.
+    /// A face with an index beyond the vertices, or a position that is not finite.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// A mesh that nothing can be carried over from or to.
+    /// A mesh that nothing can be transferred from or to.
     #[error(transparent)]
     Surface(#[from] SurfaceMapError),
-    /// A motion vector that cannot be made for this skeleton, statistics that cannot normalise it.
+    /// A motion specification or a normalisation that is not usable for the skeleton.
     #[error(transparent)]
     Motion(#[from] MotionError),
-    /// Samples that are none.
+    /// A share or a list of samples that is not usable.
     #[error(transparent)]
     Sampling(#[from] SamplingError),
-    /// NaN or infinity, or zero and less where a size or a limit is meant.
+    /// A number that is NaN or infinite, or not above zero where it is a size or a limit.
     #[error("model: {0} has numbers that are not usable")]
     Unusable(&'static str),
 }
 
 impl Model {
-    /// Checks that the parts fit together and packs the networks for this machine, in f32.
+    /// Makes a model in f32 from parts that fit together.
     ///
     /// # Errors
     /// Sizes that differ from the configuration's or from one another, numbers that are not finite.
@@ -137,37 +141,39 @@ impl Model {
         })
     }
 
-    /// The same model with networks that calculate in another precision; its file stays f32.
+    /// Returns the same model with networks in another precision; its file stays f32.
     ///
-    /// Packed weights belong to the model, so that all animators that share it share them.
+    /// Packed weights belong to the model, so that animators which share it share them.
     pub fn with_precision(mut self, precision: Precision) -> Self {
         self.encoder = self.encoder.with_precision(precision);
         self.field = self.field.with_precision(precision);
         self
     }
 
-    /// What the networks calculate in.
+    /// Number format of the networks' products.
     pub fn precision(&self) -> Precision {
         self.field.precision()
     }
 
-    /// The same model with its state on a well-spread `share` of the vertices (0 to 1) and the others
-    /// interpolated; all of them at 1.
+    /// Returns the same model with the networks evaluated at a share of the vertices, 0 to 1.
+    ///
+    /// The sampled vertices are spread evenly over the garment. The state of all others is
+    /// interpolated. At a share of 1 all vertices are evaluated.
     ///
     /// # Errors
-    /// A share that is none.
+    /// A share outside of that range.
     pub fn with_sampling(mut self, share: f32) -> Result<Self, ModelError> {
         let sampling = Sampling::of_share(&self.garment.rest, share)?;
         self.sampling = (share < 1.0).then_some(sampling);
         Ok(self)
     }
 
-    /// Vertices that carry the state; none where all do.
+    /// Sampled vertices that carry the state; `None` if all vertices do.
     pub fn sampling(&self) -> Option<&Sampling> {
         self.sampling.as_ref()
     }
 
-    /// The parts again, for writing or changing them.
+    /// Copies the parts of the model, to write or change them.
     pub fn to_parts(&self) -> ModelParts {
         ModelParts {
             config: self.config.clone(),
@@ -182,12 +188,12 @@ impl Model {
         }
     }
 
-    /// Sizes and meanings.
+    /// Configuration: frame rate, sizes of the networks, meaning of the state.
     pub fn config(&self) -> &ModelConfig {
         &self.config
     }
 
-    /// The body that the garment is worn on.
+    /// Character that wears the garment: body and skeleton.
     pub fn character(&self) -> &Character {
         &self.character
     }
@@ -197,17 +203,17 @@ impl Model {
         &self.garment
     }
 
-    /// Where the garment hangs in a given motion.
+    /// Expected displacements in a given motion.
     pub fn prior(&self) -> &Prior {
         &self.prior
     }
 
-    /// Bounding box that rest positions are scaled to.
+    /// Bounding box that rest positions are scaled by.
     pub fn rest_box(&self) -> &RestBox {
         &self.rest_box
     }
 
-    /// Statistics of the motion vector.
+    /// Means and standard deviations of the motion vector.
     pub fn normalisation(&self) -> &Normalisation {
         &self.normalisation
     }
@@ -222,7 +228,7 @@ impl Model {
         &self.field
     }
 
-    /// Provenance.
+    /// Provenance of the model.
     pub fn about(&self) -> &About {
         &self.about
     }
@@ -232,7 +238,7 @@ impl Model {
         self.garment.rest.vertices.len()
     }
 
-    /// Number of trained numbers of the networks: encoder, field and the prior's recurrence.
+    /// Number of trained parameters of encoder, field and the prior's recurrence.
     pub fn parameter_count(&self) -> usize {
         let count = |l: &Linear| l.weight.len() + l.bias.len();
         let recurrence = self
@@ -247,11 +253,13 @@ impl Model {
             .sum()
     }
 
-    /// The same model under a mask: a number in [0, 1] a vertex, the share of its displacement from skinning
-    /// that it keeps. Shares multiply with those of a mask that is there already.
+    /// Returns the same model with a mask on its displacements from skinning.
+    ///
+    /// `mask` has one number a vertex, from 1 (the model) to 0 (the skinned rest shape). It
+    /// multiplies a mask that the model has already.
     ///
     /// # Errors
-    /// Another number of values than vertices, values outside [0, 1], a state without skinning.
+    /// Another number of values than vertices, values outside [0, 1], a root-relative state.
     pub fn with_mask(&self, mask: &[f32]) -> Result<Self, ModelError> {
         if mask.len() != self.vertex_count() {
             return Err(ModelError::Count {
@@ -263,38 +271,47 @@ impl Model {
         let mut parts = self.to_parts();
         let share = |(vertex, m): (usize, &f32)| m * self.garment.share(vertex);
         parts.garment.mask = Some(mask.iter().enumerate().map(share).collect());
-        let shapes = self.prior.len().max(1);
+        // Nothing to mask without components, but a chunk may not be empty.
+        let count = self.prior.len().max(1);
         let vertices = parts.prior.mean.iter_mut().zip(mask);
         vertices.for_each(|(mean, m)| *mean *= *m);
-        let vertices = parts.prior.shapes.chunks_exact_mut(shapes).zip(mask);
-        vertices.for_each(|(shapes, m)| shapes.iter_mut().for_each(|s| *s *= *m));
-        self.changed(parts)
+        let vertices = parts.prior.components.chunks_exact_mut(count).zip(mask);
+        vertices.for_each(|(components, m)| components.iter_mut().for_each(|c| *c *= *m));
+        self.rebuilt(parts)
     }
 
-    /// The same model on another mesh of the same garment, given in the same rest space: a field
-    /// does not know about meshes. Skinning weights, the mask and the prior's shapes are taken from the
-    /// closest points of the rest shape that the model was trained on.
+    /// Returns the same model on another mesh of the same garment, in the same rest space.
+    ///
+    /// The field needs no mesh: its inputs belong to a point. Skinning weights, the mask and the
+    /// prior are interpolated at the closest points of the rest shape that the model was trained
+    /// on.
     ///
     /// # Errors
-    /// A rest shape without a usable face; points that are not finite.
+    /// A rest shape without a usable face, positions that are not finite.
     pub fn with_mesh(&self, mesh: TriMesh) -> Result<Self, ModelError> {
         let map = SurfaceMap::new(&self.garment.rest, &mesh.vertices)?;
         let mut parts = self.to_parts();
         parts.prior = self.prior.on_mesh(&map)?;
-        parts.garment.weights = map.weights(&self.garment.weights)?;
-        parts.garment.mask = self.garment.mask.as_ref().map(|m| map.numbers(m)).transpose()?;
+        parts.garment.weights = map.interpolate_weights(&self.garment.weights)?;
+        parts.garment.mask = self
+            .garment
+            .mask
+            .as_ref()
+            .map(|m| map.interpolate_scalars(m))
+            .transpose()?;
         parts.garment.rest = mesh;
-        self.changed(parts)
+        self.rebuilt(parts)
     }
 
-    /// Of changed parts, with this model's precision and share of samples.
-    fn changed(&self, parts: ModelParts) -> Result<Self, ModelError> {
+    /// Makes a model of changed parts, with this model's precision and share of samples.
+    fn rebuilt(&self, parts: ModelParts) -> Result<Self, ModelError> {
         let share = self.sampling.as_ref().map_or(1.0, Sampling::share);
-        let changed = Self::new(parts)?.with_precision(self.precision());
-        changed.with_sampling(share)
+        let rebuilt = Self::new(parts)?.with_precision(self.precision());
+        rebuilt.with_sampling(share)
     }
 }
 
+/// Checks that arrays of all parts have the lengths that the mesh and the skeleton ask for.
 fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
     let vertices = parts.garment.rest.vertices.len();
     let body = parts.character.body.vertices.len();
@@ -318,9 +335,9 @@ fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
         ),
         ("mean displacements", vertices, parts.prior.mean.len()),
         (
-            "displacement shapes",
+            "vectors in the prior's components",
             vertices * parts.prior.len(),
-            parts.prior.shapes.len(),
+            parts.prior.components.len(),
         ),
         ("inputs of the prior", 2 * motion, parts.prior.map.inputs),
         (
@@ -356,12 +373,15 @@ fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
 
 fn check_recurrence(prior: &Prior, inputs: usize) -> Result<(), ModelError> {
     match &prior.recurrence {
-        Some(_) if prior.is_empty() => Err(ModelError::Unusable("a recurrence without shapes")),
+        Some(_) if prior.is_empty() => Err(ModelError::Unusable(
+            "a recurrence, where the prior has no components,",
+        )),
         Some(recurrence) => Ok(recurrence.check(inputs, prior.len())?),
         None => Ok(()),
     }
 }
 
+/// Checks that all numbers are finite and within their range.
 fn check_numbers(parts: &ModelParts) -> Result<(), ModelError> {
     let finite = |values: &[f32]| values.iter().all(|x| x.is_finite());
     let layers = |layers: &[Linear]| layers.iter().all(|l| finite(&l.weight) && finite(&l.bias));
@@ -378,7 +398,7 @@ fn check_numbers(parts: &ModelParts) -> Result<(), ModelError> {
         ("the field", layers(&parts.field)),
         (
             "the prior",
-            points(&parts.prior.mean) && points(&parts.prior.shapes),
+            points(&parts.prior.mean) && points(&parts.prior.components),
         ),
         ("the prior's map", layers(std::slice::from_ref(&parts.prior.map))),
         (

@@ -1,7 +1,10 @@
-//! The model file: one safetensors file, opened in Python by the `safetensors` package.
+//! Model file: reading, writing and its checksum.
 //!
-//! Tensors are named `encoder.N.weight`, `field.N.bias`, `garment.vertices`, ...; the metadata key
-//! `unic` holds a JSON object with the format version, a checksum of the file, the configuration and the
+//! For tools. Engines call [`Model::from_bytes`] and need the error type [`ModelFileError`] alone.
+//!
+//! The file is a safetensors file, which the Python package `safetensors` opens. Tensors are named
+//! `encoder.N.weight`, `field.N.bias`, `garment.vertices` and so on. The metadata key `unic` holds
+//! a JSON object with the format version, a checksum of the file, the configuration and the
 //! provenance.
 
 mod checksum;
@@ -13,8 +16,8 @@ use crate::{
     config::ModelConfig,
     mesh::MeshError,
     model::{About, Model, ModelError, ModelParts},
+    printable::printable_excerpt,
     sampling::Sampling,
-    shown::shortened,
     skeleton::SkeletonError,
     skinning::WeightsError,
 };
@@ -26,84 +29,88 @@ use serde_json::Value;
 use std::collections::HashMap;
 use thiserror::Error;
 
-/// Version that this build writes, and the only one it reads.
+/// Format version that this build writes, and the only one that it reads.
 pub const FORMAT_VERSION: u32 = 1;
 const METADATA_KEY: &str = "unic";
 
-/// Why bytes are no model.
+/// Error: bytes that are not a readable model file.
 #[derive(Debug, Error)]
 pub enum ModelFileError {
-    /// Not safetensors, or damaged.
-    #[error("expected a unic model (safetensors), found bytes that are none: {}", shortened(&.0.to_string()))]
+    /// Bytes that are not safetensors, or damaged.
+    #[error("expected a unic model (safetensors), found bytes that are none: {}", printable_excerpt(&.0.to_string()))]
     Container(#[from] SafeTensorError),
-    /// Safetensors of something else.
+    /// A safetensors file of another program.
     #[error("expected a unic model, found a safetensors file without `unic` metadata")]
     NotUnic,
-    /// Metadata that cannot be read.
-    #[error("expected the metadata of a unic model, found JSON that is not: {}", shortened(&.0.to_string()))]
+    /// Metadata that are not JSON of the expected form.
+    #[error("expected the metadata of a unic model, found JSON that is not: {}", printable_excerpt(&.0.to_string()))]
     Metadata(#[from] serde_json::Error),
-    /// Written by another version.
+    /// A file of another format version.
     #[error(
         "expected model format version {expected}, found {found}; convert it with the unic that wrote it"
     )]
     Version {
-        /// The version that this build reads.
+        /// Version that this build reads.
         expected: u32,
-        /// The version of the file.
+        /// Version of the file.
         found: u32,
     },
-    /// The bytes are not those that were written.
+    /// Bytes that have changed since they were written.
     #[error("the file is damaged: expected its bytes to have the checksum {expected}, found {found}")]
     Damaged {
-        /// The checksum in the file.
+        /// Checksum that the file states.
         expected: String,
-        /// The checksum of the file.
+        /// Checksum of the file's bytes.
         found: String,
     },
-    /// A checksum of another kind.
-    #[error("expected a checksum `crc32:` with eight hexadecimal digits, found {}", shortened(.0))]
+    /// A checksum of another algorithm.
+    #[error("expected a checksum `crc32:` with eight hexadecimal digits, found {}", printable_excerpt(.0))]
     UnknownChecksum(String),
-    /// The state `position`: positions in the frame of the first root pose, which hold the distance travelled. Nothing
-    /// reads it.
+    /// A state named `position`, in the frame of the first root pose, which contains the distance
+    /// travelled. This build does not read it.
     #[error(
         "expected a state relative to the root joint (`root_relative`), found `position`, which holds the distance \
          travelled; train the model again"
     )]
-    TravellingState,
-    /// A tensor that is missing, of another type or shape, or of no use.
+    UnsupportedState,
+    /// A tensor that is missing, unknown, or of another type or shape, or whose numbers are not
+    /// usable.
     #[error(
         "tensor `{}`: expected {}, found {}",
-        shortened(name),
-        shortened(expected),
-        shortened(found)
+        printable_excerpt(name),
+        printable_excerpt(expected),
+        printable_excerpt(found)
     )]
     Tensor {
-        /// Its name.
+        /// Name of the tensor.
         name: String,
-        /// Type and shape.
+        /// Type, shape or numbers that are expected.
         expected: String,
-        /// What the file has.
+        /// Type, shape or numbers in the file.
         found: String,
     },
-    /// A skeleton that is none.
+    /// Joints that do not make a skeleton.
     #[error(transparent)]
     Skeleton(#[from] SkeletonError),
-    /// A mesh that is none.
+    /// Vertices and faces that do not make a mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// Skinning weights that are none.
+    /// Skinning weights that are not usable.
     #[error(transparent)]
     Weights(#[from] WeightsError),
-    /// Parts that do not fit together.
+    /// Parts that do not make a model.
     #[error(transparent)]
     Model(#[from] ModelError),
 }
 
+/// JSON object under the metadata key.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Metadata {
     version: u32,
-    /// Checksum of the file, before everything whose text users choose: the first such digits in the file are these.
+    // The checksum stands before every text that users choose. The first occurrence of its digits
+    // in the file is therefore this one.
+    /// Checksum of the file.
     #[serde(default)]
     checksum: Option<String>,
     config: ModelConfig,
@@ -112,10 +119,10 @@ struct Metadata {
 }
 
 impl Model {
-    /// The bytes of the model file; the same model always gives the same bytes.
+    /// Returns the bytes of the model file. The same model always gives the same bytes.
     ///
     /// # Errors
-    /// None that a checked model can cause; serialisation failures are passed on.
+    /// A failure to serialise, which a checked model does not cause.
     pub fn to_bytes(&self) -> Result<Vec<u8>, ModelFileError> {
         let parts = self.to_parts();
         let metadata = Metadata {
@@ -126,19 +133,24 @@ impl Model {
             about: parts.about.clone(),
         };
         let metadata = HashMap::from([(METADATA_KEY.to_owned(), serde_json::to_string(&metadata)?)]);
-        checksum::seal(write::serialised(&parts, self.sampling(), metadata)?)
+        checksum::write_checksum(write::serialised(&parts, self.sampling(), metadata)?)
     }
 
-    /// Reads a model from the bytes of its file, which are compared with its checksum.
+    /// Reads a model from the bytes of its file and compares them with the file's checksum.
+    ///
+    /// No bytes make this panic.
     ///
     /// # Errors
-    /// Says what was expected and what was found; the caller knows the file's name.
+    /// Bytes that are not a model of this format version, or were damaged. The error names what was
+    /// expected and found, and leaves the file's name to the caller.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ModelFileError> {
         Self::from_bytes_with(bytes, Integrity::Check)
     }
 
-    /// The same with or without the comparison, which reads all bytes once more (docs/model-file.md has its time).
-    /// Everything else is judged in either case: no bytes make this panic.
+    /// Reads a model like [`Model::from_bytes`], with or without the comparison with its checksum.
+    ///
+    /// The comparison reads all bytes once more (docs/lab/files.md has its time).
+    /// Everything else is checked in either case, and no bytes make this panic.
     ///
     /// # Errors
     /// The errors of [`Model::from_bytes`].
@@ -146,7 +158,7 @@ impl Model {
         let metadata = read_metadata(bytes, integrity)?;
         let file = Source::open(bytes)?;
         let character = file.character(metadata.joint_names)?;
-        // Sizes are judged before anything is read by them.
+        // Sizes are checked before anything of these sizes is read.
         metadata
             .config
             .check(character.skeleton.len())
@@ -177,18 +189,21 @@ impl Model {
     }
 }
 
+/// Reads the metadata, after the checksum.
 fn read_metadata(bytes: &[u8], integrity: Integrity) -> Result<Metadata, ModelFileError> {
     let any = metadata(bytes)?;
     if integrity == Integrity::Check {
         checksum::check(bytes, &any)?;
     }
     if any.pointer("/config/state").and_then(Value::as_str) == Some("position") {
-        return Err(ModelFileError::TravellingState);
+        return Err(ModelFileError::UnsupportedState);
     }
     Ok(serde_json::from_value(any)?)
 }
 
-/// Metadata of this build's version, its keys unread: other versions may have others.
+/// Returns the metadata of a file of this build's version as JSON.
+///
+/// The version is checked before other keys, because other versions may have other keys.
 fn metadata(bytes: &[u8]) -> Result<Value, ModelFileError> {
     let (_, header) = SafeTensors::read_metadata(bytes)?;
     let text = (header.metadata().as_ref())

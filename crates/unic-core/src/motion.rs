@@ -1,30 +1,38 @@
-//! The motion vector c_t: what a model knows about the character's motion in one frame.
+//! Motion vector c_t: the character's motion in one frame, as the networks read it.
 //!
-//! For J joints, the root included, it holds 12 J + 7 numbers: 295 for SMPL's 24 joints, as in
-//! the paper (section "Motion representation"). Joint slices leave the root out and keep the
-//! skeleton's order; a 6D rotation is the first two rows of the rotation matrix.
+//! For training and evaluation, which make the vectors by the same code as the animator.
 //!
-//! | slice, for J = 24 | content | [`MotionLayout::Paper`] | [`MotionLayout::Heading`] |
+//! A skeleton of J joints, the root included, has a vector of 12 J + 7 numbers: 295 for SMPL's 24
+//! joints, as in the paper (section "Motion representation"). Joint slices leave the root out and
+//! keep the skeleton's order. A 6D rotation is the first two rows of the rotation matrix.
+//!
+//! | slice (J = 24) | content | layout `Paper` | layout `Heading` |
 //! |---|---|---|---|
-//! | 0-2 | root position | m, sequence frame | (0, height above the ground in m, 0) |
-//! | 3-5 | root velocity | m per frame, sequence frame | m/s, heading frame |
-//! | 6-11 | root orientation, 6D | from the root to the sequence frame | to the heading frame |
-//! | 12-14 | root angular velocity, axis times angle of R_t R_{t−1}ᵀ | rad per frame, sequence frame | rad/s, heading frame |
-//! | 15-152 | joint rotations, 6D | to the parent | to the parent |
-//! | 153-221 | joint positions | m, sequence frame | m, heading frame, from the root joint |
-//! | 222-290 | joint velocities of world positions | m per frame, sequence frame | m/s, heading frame |
-//! | 291-294 | contacts, 0 or 1 | squared step below 0.002 m² | slower than 0.25 m/s and lower than at rest + 5 cm |
+//! | 0-2 | root position | m | (0, height above the ground in m, 0) |
+//! | 3-5 | root velocity | m per frame | m/s |
+//! | 6-11 | root orientation, 6D | root to sequence frame | root to heading frame |
+//! | 12-14 | root angular velocity | rad per frame | rad/s |
+//! | 15-152 | joint rotations, 6D | joint to parent | joint to parent |
+//! | 153-221 | joint positions | m | m, from the root joint |
+//! | 222-290 | joint velocities | m per frame | m/s |
+//! | 291-294 | contacts, 0 or 1 | squared step < 0.002 m² | < 0.25 m/s, < 5 cm over rest height |
 //!
-//! [`MotionLayout::PaperRootRelative`] is the paper's layout with joint positions relative to the root
-//! joint of their own frame and a root position of zero.
+//! Vectors of layout `Paper` are in the sequence frame, those of layout `Heading` in the heading
+//! frame. Velocities are differences of world positions. The angular velocity is axis times angle
+//! of R_t R_{t−1}ᵀ.
 //!
-//! The **sequence frame** is the root's frame in the first frame of the sequence: a vector in this
-//! layout stays the same when the whole sequence moves rigidly. The **heading frame** of frame t
-//! has its origin at the root joint and is turned about +Y by the [`Heading`](crate::heading): a
-//! vector in this layout stays the same when the whole sequence turns about the vertical, moves
-//! sideways, or moves up together with its ground.
+//! [`MotionLayout::PaperRootRelative`] is the paper's layout with joint positions relative to the
+//! root joint of their own frame and a root position of zero.
 //!
-//! [`MotionState`] makes the vectors one frame at a time, in training as at run time.
+//! The **sequence frame** is the frame of the root joint in the first frame of the sequence.
+//! Vectors in it are invariant to a rigid motion of the whole sequence.
+//!
+//! The **heading frame** of frame t has its origin at the root joint and is turned about +Y by the
+//! [`Heading`](crate::heading). Vectors in it are invariant to a rotation of the whole sequence
+//! about the vertical, to horizontal translation, and to vertical translation together with the
+//! ground.
+//!
+//! [`MotionState`] makes the vectors, one frame at a time.
 
 mod frame;
 mod normalisation;
@@ -40,50 +48,53 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use thiserror::Error;
 
-/// Frames and units of the motion vector.
+/// Coordinate frame and units of the motion vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MotionLayout {
-    /// The published one: frame of the sequence's first root pose, units per frame.
+    /// Published layout: sequence frame, units per frame.
     Paper,
-    /// The published layout with positions relative to the root joint of the same frame: none of them
-    /// leaves the training range on a long walk.
+    /// Published layout with positions relative to the root joint of the same frame. They stay
+    /// within the range of training on a walk of any length.
     PaperRootRelative,
-    /// Frame that follows the character about the vertical, SI units.
+    /// Heading frame, SI units.
     Heading,
 }
 
-/// Which frames a velocity is a difference of. Angular velocity and contacts follow it too.
+/// Direction of the finite differences that velocities, angular velocity and contacts are made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum VelocityScheme {
-    /// c_t holds x_{t+1} − x_t, as the authors' release has it. Costs a frame of latency; where the
-    /// next pose is not known (live input, the last frame), the backward difference stands in.
+    /// Forward difference x_{t+1} − x_t, as in the authors' release; costs a frame of latency.
+    /// Where the next pose is not known (live input, the last frame), the backward difference
+    /// replaces it.
     Forward,
-    /// c_t holds x_t − x_{t−1}, and v_0 is v_1.
+    /// Backward difference x_t − x_{t−1}; v_0 is v_1.
     Backward,
 }
 
-/// Which motion vector a model reads.
+/// Definition of the motion vector that a model reads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MotionSpec {
-    /// Frames and units.
+    /// Coordinate frame and units.
     pub layout: MotionLayout,
-    /// Direction of differences.
+    /// Direction of finite differences.
     pub velocity: VelocityScheme,
-    /// Left ankle, left foot, right ankle, right foot.
+    /// Joints whose contact with the ground is detected: left ankle, left foot, right ankle, right
+    /// foot.
     pub contact_joints: [usize; 4],
-    /// Heights of these joints above the soles in the bind pose, metres. The paper's layout does
-    /// not read them.
+    /// Heights of the contact joints above the soles in the bind pose, metres. The paper's layouts
+    /// do not read them.
     pub contact_rest_heights_m: [f32; 4],
 }
 
 impl MotionSpec {
-    /// For a character that stands on its lowest vertex in the bind pose.
+    /// Makes the definition for a character that stands on its lowest vertex in the bind pose.
     ///
-    /// The skeleton alone does not say where the ground is: joints lie 2 to 8 cm above the soles,
-    /// as much as the whole tolerance of a contact.
+    /// The contact joints' heights are measured from the body's mesh. Joints lie 2 to 8 cm above
+    /// the soles, as much as the tolerance of a contact, so that the skeleton alone does not give
+    /// them.
     ///
     /// # Errors
     /// Contact joints that the skeleton does not have.
@@ -107,7 +118,7 @@ impl MotionSpec {
         })
     }
 
-    /// What a specification that comes from a file must satisfy.
+    /// Checks a definition that comes from a file.
     ///
     /// # Errors
     /// Contact joints that the skeleton does not have, rest heights that are not finite.
@@ -130,43 +141,43 @@ fn check_contacts(contact_joints: [usize; 4], joints: usize) -> Result<(), Motio
     }
 }
 
-/// What is wrong with a motion specification, state or normalisation.
+/// Error: an unusable motion specification, state or normalisation.
 #[derive(Debug, Error, PartialEq)]
 pub enum MotionError {
-    /// A contact joint beyond the skeleton.
+    /// A contact joint that the skeleton does not have.
     #[error("motion: contact joint {joint} is not among the {joints} joints")]
     ContactJoint {
-        /// The index found.
+        /// Index of the contact joint.
         joint: usize,
-        /// Number of joints.
+        /// Number of joints of the skeleton.
         joints: usize,
     },
     /// An array of another length.
     #[error("motion: expected {expected} numbers in {what}, found {found}")]
     Length {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
-        /// Its length for this skeleton.
+        /// Length for this skeleton.
         expected: usize,
-        /// The length found.
+        /// Length of the array.
         found: usize,
     },
-    /// NaN or infinity, or a standard deviation that is not above zero.
+    /// A number that is NaN or infinite, or a standard deviation that is not above zero.
     #[error("motion: {what} {element} is not a usable number")]
     NotFinite {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
-        /// Index in it.
+        /// Index in the array.
         element: usize,
     },
 }
 
-/// Numbers in the motion vector of a skeleton with J joints, the root included: 12 J + 7.
+/// Length of the motion vector of a skeleton with J joints, the root included: 12 J + 7.
 pub fn motion_len(joints: usize) -> usize {
     12 * joints + 7
 }
 
-/// Where each part of the motion vector lies.
+/// Ranges of the parts of the motion vector.
 ///
 /// ```
 /// use unic_core::motion::{MotionSlices, motion_len};
@@ -176,26 +187,26 @@ pub fn motion_len(joints: usize) -> usize {
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MotionSlices {
-    /// 3 numbers.
+    /// Position of the root, 3 numbers.
     pub root_position: Range<usize>,
-    /// 3 numbers.
+    /// Velocity of the root, 3 numbers.
     pub root_velocity: Range<usize>,
-    /// 6 numbers.
+    /// Orientation of the root, 6 numbers.
     pub root_orientation: Range<usize>,
-    /// 3 numbers.
+    /// Angular velocity of the root, 3 numbers.
     pub root_angular_velocity: Range<usize>,
-    /// 6 numbers a joint other than the root.
+    /// Rotations of the joints other than the root, 6 numbers each.
     pub joint_rotations: Range<usize>,
-    /// 3 numbers a joint other than the root.
+    /// Positions of the joints other than the root, 3 numbers each.
     pub joint_positions: Range<usize>,
-    /// 3 numbers a joint other than the root.
+    /// Velocities of the joints other than the root, 3 numbers each.
     pub joint_velocities: Range<usize>,
-    /// 4 numbers.
+    /// Contacts with the ground, 4 numbers.
     pub contacts: Range<usize>,
 }
 
 impl MotionSlices {
-    /// For a skeleton with this many joints, the root included.
+    /// Returns the ranges for a skeleton with this many joints, the root included.
     pub fn new(joints: usize) -> Self {
         let local = joints.saturating_sub(1);
         let mut end = 0;
@@ -215,8 +226,10 @@ impl MotionSlices {
         }
     }
 
-    /// The parts that a [`Normalisation`] scales: positions and velocities (0-5, 12-14 and 153-290
-    /// for 24 joints). Rotations and contacts are of order one as they are.
+    /// Lists the ranges of [`NormalisedElements::PositionsAndVelocities`]: 0-5, 12-14 and 153-290
+    /// for 24 joints.
+    ///
+    /// Rotations and contacts are of order one without scaling.
     pub fn normalised(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         [
             self.root_position.start..self.root_velocity.end,

@@ -1,18 +1,18 @@
-//! Threads for the work on many vertices: those that the caller provides.
+//! Threads for the work on many vertices, provided by the caller.
 //!
-//! An engine implements [`Threads`] over its own job system and gives it to each animator
-//! ([`Animator::set_threads`](crate::animator::Animator::set_threads)), or [`install`]s it around whatever
-//! else it calls, as one does with a pool of rayon:
+//! For engines, which implement [`Threads`] over their own job system. An animator is given its
+//! threads once ([`Animator::set_threads`](crate::Animator::set_threads)). For other calls,
+//! [`install`] puts threads around a closure, as a rayon pool does:
 //!
 //! ```
 //! use unic_core::parallel::{Threads, install};
 //!
-//! /// Stands for an engine's workers, here started anew every time.
+//! /// Stands for an engine's workers; here they are started for every call.
 //! #[derive(Debug)]
 //! struct Workers(usize);
 //!
 //! impl Threads for Workers {
-//!     fn lanes(&self) -> usize {
+//!     fn thread_count(&self) -> usize {
 //!         self.0
 //!     }
 //!     fn run(&self, jobs: usize, job: &(dyn Fn() + Sync)) {
@@ -35,9 +35,11 @@
 //! # Ok::<(), unic_core::mesh::MeshError>(())
 //! ```
 //!
-//! Without any, work runs on the current rayon pool ([`Rayon`]), or on the calling thread where feature `rayon`
-//! is off. Results are the same bytes for all of them: an implementation decides when and where a part is worked
-//! on, never what the part is.
+//! Without installed threads, work runs on the current rayon pool ([`Rayon`]), or on the calling
+//! thread if feature `rayon` is off.
+//!
+//! Results are the same bytes for all implementations. No result depends on how work is split, and
+//! an implementation only decides when and where each part runs.
 
 use std::{
     cell::RefCell,
@@ -45,26 +47,27 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-/// Threads that somebody else owns.
+/// Worker threads of the caller.
 pub trait Threads: Debug + Send + Sync {
-    /// How many work at the same time, the calling one included; 0 counts as 1.
-    fn lanes(&self) -> usize;
+    /// Number of threads that work at the same time, the calling one included; 0 counts as 1.
+    fn thread_count(&self) -> usize;
 
-    /// Calls `job` `jobs` times, as many of them at once as can be, and returns when all calls have.
+    /// Calls `job` `jobs` times, in parallel where it can, and returns when all calls have
+    /// returned.
     ///
-    /// `jobs` is at most [`lanes`](Self::lanes). Each call works on one part after another until none is left:
-    /// one that comes late finds nothing to do, and what no call has done is done by the caller afterwards. So
-    /// nothing but speed depends on how often and where `job` is called. A panic in `job` belongs on the thread
-    /// that called `run`.
+    /// `jobs` is at most [`thread_count`](Self::thread_count). Each call takes one part of the work
+    /// after another until none is left. A call that starts late finds nothing to do, and the
+    /// caller of `run` does what is left afterwards. How often and where `job` is called therefore
+    /// affects speed alone. A panic in `job` must be resumed on the thread that called `run`.
     fn run(&self, jobs: usize, job: &(dyn Fn() + Sync));
 }
 
-/// The calling thread alone.
+/// [`Threads`] that are the calling thread alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Serial;
 
 impl Threads for Serial {
-    fn lanes(&self) -> usize {
+    fn thread_count(&self) -> usize {
         1
     }
     fn run(&self, _: usize, job: &(dyn Fn() + Sync)) {
@@ -72,30 +75,32 @@ impl Threads for Serial {
     }
 }
 
-/// The rayon pool that the calling thread belongs to, or the global one.
+/// [`Threads`] of the rayon pool that the calling thread belongs to, or of the global pool.
 #[cfg(feature = "rayon")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Rayon;
 
 #[cfg(feature = "rayon")]
 impl Threads for Rayon {
-    fn lanes(&self) -> usize {
+    fn thread_count(&self) -> usize {
         rayon::current_num_threads()
     }
     fn run(&self, jobs: usize, job: &(dyn Fn() + Sync)) {
         use rayon::prelude::*;
+        // Pieces of one job: rayon might otherwise run several jobs on one thread, one after
+        // another.
         (0..jobs).into_par_iter().with_max_len(1).for_each(|_| job());
     }
 }
 
-/// Does `work` on `threads`: all that this crate spreads over threads on its way.
+/// Runs `work` with `threads` for everything that this crate spreads over threads within it.
 pub fn install<R>(threads: Arc<dyn Threads>, work: impl FnOnce() -> R) -> R {
-    let _installed = Installed(INSTALLED.replace(Some(threads)));
+    let _restore = RestoreOnDrop(INSTALLED.replace(Some(threads)));
     work()
 }
 
-/// As [`install`], where there are threads of one's own.
-pub(crate) fn install_own<R>(threads: Option<Arc<dyn Threads>>, work: impl FnOnce() -> R) -> R {
+/// Runs `work` with `threads` if there are any, and with those of the caller otherwise.
+pub(crate) fn install_if_some<R>(threads: Option<Arc<dyn Threads>>, work: impl FnOnce() -> R) -> R {
     match threads {
         Some(threads) => install(threads, work),
         None => work(),
@@ -103,14 +108,15 @@ pub(crate) fn install_own<R>(threads: Option<Arc<dyn Threads>>, work: impl FnOnc
 }
 
 thread_local! {
-    // What is called on the way, queries of a surface for one, has callers that know nothing of threads.
+    // Thread-local, not a parameter: queries of a surface, for one, are reached through functions
+    // that have nothing to do with threads.
     static INSTALLED: RefCell<Option<Arc<dyn Threads>>> = const { RefCell::new(None) };
 }
 
-/// Puts back what was installed before, after a panic as well.
-struct Installed(Option<Arc<dyn Threads>>);
+/// Restores the threads that were installed before, after a panic as well.
+struct RestoreOnDrop(Option<Arc<dyn Threads>>);
 
-impl Drop for Installed {
+impl Drop for RestoreOnDrop {
     fn drop(&mut self) {
         INSTALLED.set(self.0.take());
     }
@@ -126,40 +132,50 @@ fn with_current<R>(work: impl FnOnce(&dyn Threads) -> R) -> R {
     }
 }
 
-/// How many threads work at the same time.
-pub(crate) fn lanes() -> usize {
-    with_current(|threads| threads.lanes().max(1))
+/// Returns the number of threads that work at the same time, at least 1.
+pub(crate) fn thread_count() -> usize {
+    with_current(|threads| threads.thread_count().max(1))
 }
 
-/// Turns of a thread at a task: threads are not equally fast, and a turn is not free.
-const TURNS: usize = 8;
+/// Chunk size for work that takes about the same time for every vertex.
+pub(crate) const VERTICES_PER_TASK: usize = 64;
 
-/// Calls `task` with the index of its first item for every `size` items, on all threads.
+/// Parts of the work for each thread.
+///
+/// Threads are not equally fast, so that several small parts balance better than one large part.
+/// More parts cost more: taking one locks a mutex.
+const PARTS_PER_THREAD: usize = 8;
+
+/// Calls `task` for every chunk of `size` items, on all threads.
+///
+/// `task` gets the index of the chunk's first item and the chunk. Chunks do not depend on the
+/// number of threads; a part of the work is a run of chunks.
 pub(crate) fn for_each_chunk<T: Send>(
     items: &mut [T],
     size: usize,
     task: impl Fn(usize, &mut [T]) + Sync + Send,
 ) {
-    let turn = items.len().div_ceil(size).div_ceil(TURNS * lanes()).max(1) * size;
-    for_each(items.chunks_mut(turn).enumerate(), |(i, items)| {
+    let chunks = items.len().div_ceil(size);
+    let part_len = chunks.div_ceil(PARTS_PER_THREAD * thread_count()).max(1) * size;
+    for_each(items.chunks_mut(part_len).enumerate(), |(i, items)| {
         for (k, chunk) in items.chunks_mut(size).enumerate() {
-            task(i * turn + k * size, chunk);
+            task(i * part_len + k * size, chunk);
         }
     });
 }
 
-/// Calls `task` with each of `parts`, on all threads.
+/// Calls `task` with each of `parts`, on all threads, in any order.
 pub(crate) fn for_each<I>(mut parts: I, task: impl Fn(I::Item) + Sync)
 where
     I: ExactSizeIterator + Send,
 {
     with_current(|threads| {
-        let jobs = parts.len().min(threads.lanes());
+        let jobs = parts.len().min(threads.thread_count());
         if jobs <= 1 {
             return parts.by_ref().for_each(&task);
         }
         let parts = Mutex::new(&mut parts);
-        // A task that panics leaves the iterator whole.
+        // A panic in a task does not harm the iterator, so that a poisoned lock is taken anyway.
         let next = || parts.lock().unwrap_or_else(PoisonError::into_inner).next();
         let job = || {
             while let Some(part) = next() {
@@ -167,6 +183,7 @@ where
             }
         };
         threads.run(jobs, &job);
+        // Finishes the work if `run` has called `job` too rarely.
         job();
     });
 }
@@ -176,12 +193,12 @@ mod tests {
     use super::*;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// Calls the job as often as it likes, one call after another.
+    /// Calls the job this many times, one call after another, whatever it is asked for.
     #[derive(Debug)]
-    struct Careless(usize);
+    struct FixedCalls(usize);
 
-    impl Threads for Careless {
-        fn lanes(&self) -> usize {
+    impl Threads for FixedCalls {
+        fn thread_count(&self) -> usize {
             3
         }
         fn run(&self, jobs: usize, job: &(dyn Fn() + Sync)) {
@@ -190,7 +207,7 @@ mod tests {
         }
     }
 
-    /// How often each of 1000 items was worked on, in chunks of seven.
+    /// Visits 1000 items in chunks of seven and returns the number of visits of each.
     fn counts() -> Vec<usize> {
         let mut items: Vec<usize> = vec![0; 1000];
         let chunks = AtomicUsize::new(0);
@@ -204,25 +221,25 @@ mod tests {
     }
 
     #[test]
-    fn every_chunk_is_worked_on_once_however_often_the_job_is_called() {
+    fn every_chunk_is_visited_once_however_often_the_job_is_called() {
         assert_eq!(counts(), [1; 1000]);
-        let everyone: [Arc<dyn Threads>; 4] = [
+        let implementations: [Arc<dyn Threads>; 4] = [
             Arc::new(Serial),
-            Arc::new(Careless(0)),
-            Arc::new(Careless(1)),
-            Arc::new(Careless(5)),
+            Arc::new(FixedCalls(0)),
+            Arc::new(FixedCalls(1)),
+            Arc::new(FixedCalls(5)),
         ];
-        for threads in everyone {
+        for threads in implementations {
             assert_eq!(install(Arc::clone(&threads), counts), [1; 1000], "{threads:?}");
         }
     }
 
     #[test]
-    fn what_was_installed_before_comes_back() {
-        install(Arc::new(Careless(1)), || {
-            install(Arc::new(Serial), || assert_eq!(lanes(), 1));
+    fn threads_installed_before_are_restored_after_return_and_panic() {
+        install(Arc::new(FixedCalls(1)), || {
+            install(Arc::new(Serial), || assert_eq!(thread_count(), 1));
             let caught = std::panic::catch_unwind(|| install(Arc::new(Serial), || panic!("on purpose")));
-            assert!(caught.is_err() && lanes() == 3);
+            assert!(caught.is_err() && thread_count() == 3);
         });
     }
 }

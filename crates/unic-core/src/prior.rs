@@ -1,4 +1,6 @@
-//! Where the garment hangs in a given motion, before the field moves its vertices.
+//! Prior: the expected displacements of the garment in a given motion.
+//!
+//! For training and tools. The field adds its displacements to those of the prior.
 
 use crate::{
     network::Linear,
@@ -7,26 +9,30 @@ use crate::{
 };
 use glam::Vec3;
 
-/// A few displacement shapes, u ≈ ū_i + Σ_k a_k φ_{k,i} in the vertices' rotated frames, metres,
-/// with a = B (c_{t−1}, c_t) + b by ridge regression from a pair of motion vectors, and what a
-/// [`Recurrence`] that remembers the motion adds to it: both are shares of one blend.
+/// Mean and principal components of the displacements, with coefficients predicted from the motion.
 ///
-/// The field learns what remains. A linear map of few shapes cannot overfit as a network can, so
-/// that the state is zero where nothing better is known than where the garment usually hangs.
+/// The displacement of vertex i, in its own rotated frame, is u_i = ū_i + Σ_k a_k φ_{k,i} in
+/// metres. A ridge regression predicts the coefficients a = B (c_{t−1}, c_t) + b from a pair of
+/// motion vectors. A [`Recurrence`], which remembers earlier motion, adds to them. Training has
+/// scaled the weights of both by their shares of the blend.
+///
+/// The field learns the remainder. A linear map with few outputs overfits less than a network, so
+/// that the state of a vertex stays near zero in motions unlike those of training.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prior {
-    /// ū, one a vertex.
+    /// Mean displacement ū of each vertex, metres.
     pub mean: Vec<Vec3>,
-    /// φ: V × K, the shapes of one vertex side by side.
-    pub shapes: Vec<Vec3>,
-    /// B and b: normalised pairs (2 D numbers) to K coefficients; beside a recurrence, its share of the blend.
+    /// Principal components φ, V × K vectors in metres; the K components of a vertex are adjacent.
+    pub components: Vec<Vec3>,
+    /// Map (B, b) from a normalised pair of motion vectors, 2 D numbers, to K coefficients.
     pub map: Linear,
-    /// Adds its share to the K coefficients; none leaves them linear.
+    /// Recurrent unit that adds to the K coefficients, if the model has one.
     pub recurrence: Option<Recurrence>,
 }
 
 impl Prior {
-    /// The mean alone, without shapes; `inputs` is twice the length of the motion vector.
+    /// Makes a prior of the mean displacement alone; `inputs` is the length of a pair of motion
+    /// vectors.
     pub fn constant(mean: Vec<Vec3>, inputs: usize) -> Self {
         let map = Linear {
             inputs,
@@ -36,24 +42,25 @@ impl Prior {
         };
         Self {
             mean,
-            shapes: Vec::new(),
+            components: Vec::new(),
             map,
             recurrence: None,
         }
     }
 
-    /// Number of shapes K.
+    /// Number of principal components K.
     pub fn len(&self) -> usize {
         self.map.outputs
     }
 
-    /// Is it the mean alone?
+    /// Returns true if the prior is the mean displacement alone.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Coefficients a of a normalised pair of motion vectors by the linear map: all of them
-    /// without a recurrence, else its share.
+    /// Writes the linear map's coefficients for a normalised pair of motion vectors.
+    ///
+    /// The recurrence, if there is one, adds its part by [`Recurrence::add_to`].
     pub fn coefficients(&self, pair: &[f32], out: &mut Vec<f32>) {
         out.clear();
         if self.is_empty() {
@@ -63,40 +70,40 @@ impl Prior {
         out.extend(rows.map(|(row, b)| b + row.iter().zip(pair).map(|(w, x)| w * x).sum::<f32>()));
     }
 
-    /// Numbers that it remembers of the motion.
+    /// Length of the recurrence's state; 0 without a recurrence.
     pub fn state_len(&self) -> usize {
         self.recurrence.as_ref().map_or(0, Recurrence::state_len)
     }
 
-    /// Displacement of one vertex.
+    /// Returns the displacement of one vertex in its own rotated frame, metres.
     pub fn displacement(&self, vertex: usize, coefficients: &[f32]) -> Vec3 {
-        let shapes = &self.shapes[vertex * self.len()..(vertex + 1) * self.len()];
-        shapes
+        let components = &self.components[vertex * self.len()..(vertex + 1) * self.len()];
+        components
             .iter()
             .zip(coefficients)
-            .fold(self.mean[vertex], |sum, (s, &a)| sum + *s * a)
+            .fold(self.mean[vertex], |sum, (component, &a)| sum + *component * a)
     }
 
-    /// The same prior on another mesh of the garment.
+    /// Transfers the prior to another mesh of the garment.
     ///
     /// # Errors
-    /// A map of another mesh.
+    /// A map from a mesh with another number of vertices.
     pub fn on_mesh(&self, map: &SurfaceMap) -> Result<Self, SurfaceMapError> {
         let mut moved = Self {
             mean: Vec::new(),
-            shapes: Vec::new(),
+            components: Vec::new(),
             map: self.map.clone(),
             recurrence: self.recurrence.clone(),
         };
-        map.vectors(&self.mean, &mut moved.mean)?;
+        map.interpolate_vectors(&self.mean, &mut moved.mean)?;
         let (count, vertices) = (self.len(), moved.mean.len());
-        moved.shapes.resize(count * vertices, Vec3::ZERO);
-        let mut shape = Vec::new();
+        moved.components.resize(count * vertices, Vec3::ZERO);
+        let mut component = Vec::new();
         for k in 0..count {
-            let from: Vec<Vec3> = self.shapes.iter().skip(k).step_by(count).copied().collect();
-            map.vectors(&from, &mut shape)?;
-            for (vertex, value) in shape.iter().enumerate() {
-                moved.shapes[vertex * count + k] = *value;
+            let from: Vec<Vec3> = self.components.iter().skip(k).step_by(count).copied().collect();
+            map.interpolate_vectors(&from, &mut component)?;
+            for (vertex, value) in component.iter().enumerate() {
+                moved.components[vertex * count + k] = *value;
             }
         }
         Ok(moved)
@@ -111,7 +118,7 @@ mod tests {
     fn prior() -> Prior {
         Prior {
             mean: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-            shapes: [[Vec3::X, Vec3::Y], [Vec3::Z, Vec3::X], [Vec3::ONE, Vec3::ZERO]].concat(),
+            components: [[Vec3::X, Vec3::Y], [Vec3::Z, Vec3::X], [Vec3::ONE, Vec3::ZERO]].concat(),
             map: Linear {
                 inputs: 2,
                 outputs: 2,
@@ -123,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn shapes_add_to_the_mean_by_linear_coefficients() {
+    fn components_add_to_the_mean_by_linear_coefficients() {
         let mut coefficients = Vec::new();
         prior().coefficients(&[1.0, 3.0], &mut coefficients);
         assert_eq!(coefficients, [7.5, -3.0]);
@@ -137,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn another_mesh_gets_the_shapes_of_its_points() {
+    fn another_mesh_gets_the_components_at_its_points() {
         let mesh = TriMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();
         let map = SurfaceMap::new(&mesh, &[Vec3::X, Vec3::X * 0.5]).unwrap();
         let moved = prior().on_mesh(&map).unwrap();

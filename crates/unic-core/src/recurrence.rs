@@ -1,50 +1,62 @@
-//! What the motion up to now says about the garment: swing, lag and flutter.
+//! Linear recurrent unit of the prior, which remembers the motion up to now: swing, lag and
+//! flutter.
+//!
+//! For training and tools. [`Prior`](crate::prior::Prior) holds it in a model.
 
-use crate::network::{LayerError, Linear, apply, check_layers, elu};
+use crate::network::{LayerError, LayerSize, Linear, apply, check_layers, elu};
 
-/// A linear recurrent unit (Orvieto et al. 2023) that adds to the coefficients of a
+/// Linear recurrent unit (Orvieto et al. 2023) that adds to the coefficients of a
 /// [`Prior`](crate::prior::Prior).
 ///
-/// Each of M oscillators is a complex number h with h_t = λ h_{t−1} + u_t: its pole λ says how
-/// fast it swings and how soon it forgets, and the motion drives it by u. Of the normalised motion
-/// pair c, with e = elu(E c), the drive is u = Q e; with m = elu(X h), what it adds is
-/// Z elu(Y (m, e)).
+/// It has M oscillators, each a complex number with h_t = λ h_{t−1} + u_t. The pole λ sets
+/// frequency and damping, and the motion drives the oscillator by u. For a normalised pair of
+/// motion vectors c:
 ///
-/// |λ| < 1, so |h| ≤ max|u| / (1 − |λ|) for ever, and all that has happened is forgotten: two
-/// histories that end in the same motion end in the same garment.
+/// - embedding e = elu(E c),
+/// - drive u = Q e,
+/// - memory m = elu(X h),
+/// - added coefficients Z elu(Y (m, e)).
+///
+/// All poles have |λ| < 1, so that |h| ≤ max|u| / (1 − |λ|) for ever. The initial state decays: two
+/// motions that become the same give the same garment in the end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recurrence {
-    /// λ = (re, im) of each oscillator for one tick of the model.
+    /// Poles λ = (re, im) of the oscillators, for one tick of the model.
     pub poles: Vec<[f32; 2]>,
-    /// E: a motion pair, 2 D numbers, to the embedding.
+    /// Map E from a pair of motion vectors, 2 D numbers, to the embedding.
     pub embedding: Linear,
-    /// Q: to 2 M numbers, real parts before imaginary ones.
+    /// Map Q from the embedding to 2 M drives, real parts before imaginary parts.
     pub drive: Linear,
-    /// X: 2 M numbers in that order to the hidden width.
+    /// Map X from the state, 2 M numbers in the same order, to the hidden width.
     pub memory: Linear,
-    /// Y: hidden width and embedding, side by side, to the hidden width.
+    /// Map Y from memory and embedding, side by side, to the hidden width.
     pub hidden: Linear,
-    /// Z: to K coefficients.
+    /// Map Z from the hidden width to K coefficients.
     pub head: Linear,
 }
 
-/// Buffers of one tick.
+/// Scratch memory of one tick of a [`Recurrence`].
 #[derive(Clone, Debug, Default)]
 pub struct RecurrenceScratch {
+    /// Embedding e of the motion that was read last.
     embedding: Vec<f32>,
+    /// Drive u.
     drive: Vec<f32>,
+    /// Memory m and embedding e, side by side.
     joined: Vec<f32>,
+    /// Input of the head.
     hidden: Vec<f32>,
-    part: Vec<f32>,
+    /// Output of the head.
+    added: Vec<f32>,
 }
 
 impl Recurrence {
-    /// Numbers of the state: 2 M, real parts before imaginary ones.
+    /// Length 2 M of the state: real parts before imaginary parts.
     pub fn state_len(&self) -> usize {
         2 * self.poles.len()
     }
 
-    /// The linear maps by name.
+    /// Lists the linear maps with their names in a model file.
     pub fn layers(&self) -> [(&'static str, &Linear); 5] {
         [
             ("embedding", &self.embedding),
@@ -55,23 +67,26 @@ impl Recurrence {
         ]
     }
 
-    /// Do all poles forget?
+    /// Returns true if all poles lie within the unit circle.
     pub fn is_stable(&self) -> bool {
+        // False for NaN.
         self.poles.iter().all(|[re, im]| re.hypot(*im) < 1.0)
     }
 
-    /// Sizes for motion pairs of `inputs` numbers and `outputs` coefficients.
+    /// Checks that the maps fit together, for motion pairs of `inputs` numbers and `outputs`
+    /// coefficients.
     ///
     /// # Errors
     /// A map of another size than its neighbours ask for.
     pub fn check(&self, inputs: usize, outputs: usize) -> Result<(), LayerError> {
         let (embedding, hidden, state) = (self.embedding.outputs, self.memory.outputs, self.state_len());
+        let size = |inputs: usize, outputs: usize| LayerSize { inputs, outputs };
         let sizes = [
-            (inputs, embedding),
-            (embedding, state),
-            (state, hidden),
-            (hidden + embedding, hidden),
-            (hidden, outputs),
+            size(inputs, embedding),
+            size(embedding, state),
+            size(state, hidden),
+            size(hidden + embedding, hidden),
+            size(hidden, outputs),
         ];
         for ((name, layer), size) in self.layers().into_iter().zip(sizes) {
             check_layers(
@@ -83,30 +98,35 @@ impl Recurrence {
         Ok(())
     }
 
-    /// Reads a normalised pair of motion vectors: what the other calls refer to.
-    pub fn read(&self, pair: &[f32], scratch: &mut RecurrenceScratch) {
+    /// Computes the embedding of a normalised pair of motion vectors, which the other calls use.
+    pub fn embed(&self, pair: &[f32], scratch: &mut RecurrenceScratch) {
         map_into(&self.embedding, pair, &mut scratch.embedding);
         scratch.embedding.iter_mut().for_each(|x| *x = elu(*x));
     }
 
-    /// The state as if the motion had been what was read for ever: h = u / (1 − λ).
+    /// Writes the steady state of the embedded motion: h = u / (1 − λ).
     pub fn start(&self, scratch: &mut RecurrenceScratch, state: &mut Vec<f32>) {
         state.clear();
         state.resize(self.state_len(), 0.0);
         self.for_each_oscillator(scratch, state, |[re, im], u, h| {
+            // Complex division by 1 − λ. The norm is above zero, for |λ| < 1.
             let (a, b) = (1.0 - re, -im);
             let norm = a * a + b * b;
             *h = [(u[0] * a + u[1] * b) / norm, (u[1] * a - u[0] * b) / norm];
         });
     }
 
-    /// One tick, driven by what was read; `state` has [`state_len`](Self::state_len) numbers.
+    /// Advances the state by one tick, driven by the embedded motion.
+    ///
+    /// `state` has [`state_len`](Self::state_len) numbers.
     pub fn advance(&self, scratch: &mut RecurrenceScratch, state: &mut [f32]) {
         self.for_each_oscillator(scratch, state, |[re, im], u, h| {
+            // h = λ h + u.
             *h = [re * h[0] - im * h[1] + u[0], re * h[1] + im * h[0] + u[1]];
         });
     }
 
+    /// Computes the drive and calls `update` with pole, drive and state of each oscillator.
     fn for_each_oscillator(
         &self,
         scratch: &mut RecurrenceScratch,
@@ -123,13 +143,13 @@ impl Recurrence {
         }
     }
 
-    /// Adds its part in this state to K coefficients.
+    /// Adds the coefficients for the state and the embedded motion to K `coefficients`.
     pub fn add_to(&self, state: &[f32], scratch: &mut RecurrenceScratch, coefficients: &mut [f32]) {
         let RecurrenceScratch {
             embedding,
             joined,
             hidden,
-            part,
+            added,
             ..
         } = scratch;
         map_into(&self.memory, state, joined);
@@ -137,11 +157,12 @@ impl Recurrence {
         joined.extend_from_slice(embedding);
         map_into(&self.hidden, joined, hidden);
         hidden.iter_mut().for_each(|x| *x = elu(*x));
-        map_into(&self.head, hidden, part);
-        coefficients.iter_mut().zip(part).for_each(|(a, z)| *a += *z);
+        map_into(&self.head, hidden, added);
+        coefficients.iter_mut().zip(added).for_each(|(a, z)| *a += *z);
     }
 }
 
+/// Resizes `output` and writes W x + b.
 fn map_into(layer: &Linear, input: &[f32], output: &mut Vec<f32>) {
     output.resize(layer.outputs, 0.0);
     apply(layer, input, output);
@@ -160,7 +181,7 @@ mod tests {
         }
     }
 
-    /// One oscillator that swings once in 20 ticks, driven by a number, read as it is.
+    /// One oscillator with a period of 20 ticks, driven by one number; its output is its real part.
     fn pendulum(decay: f32) -> Recurrence {
         let angle = std::f32::consts::TAU / 20.0;
         Recurrence {
@@ -173,14 +194,14 @@ mod tests {
         }
     }
 
-    /// Corrections while the drive is 1, then as many while it is 0.
-    fn swing(unit: &Recurrence, ticks: usize) -> Vec<f32> {
+    /// Returns the output for `ticks` ticks with a drive of 1 and as many with a drive of 0.
+    fn step_response(unit: &Recurrence, ticks: usize) -> Vec<f32> {
         let (mut scratch, mut state) = (RecurrenceScratch::default(), Vec::new());
-        unit.read(&[1.0], &mut scratch);
+        unit.embed(&[1.0], &mut scratch);
         unit.start(&mut scratch, &mut state);
         let drive = (0..2 * ticks).map(|t| if t < ticks { 1.0 } else { 0.0 });
         let tick = |c: f32| {
-            unit.read(&[c], &mut scratch);
+            unit.embed(&[c], &mut scratch);
             unit.advance(&mut scratch, &mut state);
             let mut a = [0.0];
             unit.add_to(&state, &mut scratch, &mut a);
@@ -190,16 +211,16 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_motion_is_steady_and_a_stop_rings_at_the_poles_rate() {
+    fn a_steady_motion_gives_a_steady_state_and_a_stop_rings_at_the_pole() {
         let unit = pendulum(0.95);
         unit.check(1, 1).unwrap();
         assert!(unit.is_stable());
-        let a = swing(&unit, 60);
-        // Re 1 / (1 − λ), by hand.
+        let a = step_response(&unit, 60);
+        // The real part of 1 / (1 − λ).
         let [re, im] = unit.poles[0];
         let steady = (1.0 - re) / ((1.0 - re).powi(2) + im * im);
         assert!(a[..60].iter().all(|a| (a - steady).abs() < 1e-5), "{a:?}");
-        // ELU bends what is below zero, so peaks are compared: one a period, smaller by λ^20.
+        // ELU changes negative values, so that peaks are compared: one a period, smaller by λ^20.
         let peaks: Vec<usize> = (62..118)
             .filter(|&t| a[t] > a[t - 1] && a[t] > a[t + 1])
             .collect();
@@ -212,14 +233,14 @@ mod tests {
     }
 
     #[test]
-    fn what_has_happened_is_forgotten() {
+    fn the_initial_state_decays() {
         let unit = pendulum(0.9);
         let mut ends = [vec![], vec![]];
         for (past, end) in [-50.0, 3.0].into_iter().zip(&mut ends) {
             let (mut scratch, mut state) = (RecurrenceScratch::default(), Vec::new());
-            unit.read(&[past], &mut scratch);
+            unit.embed(&[past], &mut scratch);
             unit.start(&mut scratch, &mut state);
-            unit.read(&[1.0], &mut scratch);
+            unit.embed(&[1.0], &mut scratch);
             (0..300).for_each(|_| unit.advance(&mut scratch, &mut state));
             *end = state;
         }
@@ -228,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn sizes_and_poles_that_do_not_fit_are_refused() {
+    fn wrong_sizes_and_unstable_poles_are_refused() {
         assert!(!pendulum(1.0).is_stable());
         assert!(!pendulum(f32::NAN).is_stable());
         assert!(pendulum(0.5).check(2, 1).is_err());

@@ -1,74 +1,79 @@
-//! State on a few well-spread vertices, the others interpolated: a field that is smooth in space need not be
-//! evaluated at every vertex.
+//! Sampling: state on a few well-spread vertices, from which all others are interpolated.
+//!
+//! The neural field is smooth in space, so it need not be evaluated at every vertex.
 
-mod spread;
-mod weights;
+mod farthest_points;
+mod interpolation;
 
 use crate::mesh::TriMesh;
-use spread::spread;
+use farthest_points::farthest_point_samples;
+use interpolation::Neighbourhoods;
 use thiserror::Error;
-use weights::Neighbourhoods;
 
-/// Samples that one vertex is interpolated from.
+/// Largest number of samples from which a vertex is interpolated.
 pub(crate) const NEIGHBOURS: usize = 8;
 
-/// Which vertices carry the state, and how each vertex follows from them.
+/// Samples, the vertices that carry the state, and the weights that interpolate all vertices from
+/// them.
 ///
-/// Weights are fixed by the rest shape: moving least squares (Lancaster and Salkauskas 1981) over the samples
-/// that are fewest edges away, so that displacements which are linear functions of the rest position are
-/// reproduced. Displacements are those in the vertices' own rotated frames: world displacements would shear
-/// where the garment bends.
+/// The rest shape determines the weights: moving least squares (Lancaster and Salkauskas 1981) over
+/// the samples that are fewest edges away. So displacements that are linear functions of the rest
+/// position are reproduced. Displacements are in the vertices' own rotated frames: interpolated in
+/// the world, they would shear where the garment bends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampling {
     samples: Vec<u32>,
-    rows: Vec<Row>,
+    rows: Vec<InterpolationRow>,
 }
 
-/// A vertex from its samples.
+/// Interpolation of one vertex from its samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Row {
+pub(crate) struct InterpolationRow {
     /// Places in the list of samples.
     pub(crate) samples: [u32; NEIGHBOURS],
-    /// They sum to one.
+    /// Weights of the samples, which sum to one. Unused entries are zero.
     pub(crate) weights: [f32; NEIGHBOURS],
 }
 
-/// Samples that are none.
+/// Error of samples that are not valid.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SamplingError {
-    /// A share of vertices beyond 0 to 1.
+    /// Share of vertices that is not above 0 and up to 1.
     #[error("sampling: expected a share above 0 and up to 1, found {found}")]
     Share {
-        /// The share.
+        /// Share that was given.
         found: f32,
     },
-    /// No vertex, one that does not exist, or one twice.
+    /// Samples that are empty, beyond the vertices or repeated.
     #[error("sampling: expected distinct vertices below {vertices}, found {found}")]
     Vertices {
-        /// Of the mesh.
+        /// Number of vertices of the mesh.
         vertices: usize,
-        /// What was given.
+        /// Description of the samples that were given.
         found: String,
     },
 }
 
 impl Sampling {
-    /// The smallest well-spread set of `share` of the vertices: each sample is the vertex farthest from those
-    /// before, in every connected part of the garment on its own.
+    /// Takes `share` of the vertices as samples by farthest-point sampling.
+    ///
+    /// Each sample is the vertex farthest from those before, in every connected component of the
+    /// garment by itself.
     ///
     /// # Errors
-    /// A share that is none.
+    /// Fails on a share that is not above 0 and up to 1.
     pub fn of_share(rest: &TriMesh, share: f32) -> Result<Self, SamplingError> {
+        // Written so that NaN fails.
         if !(share > 0.0 && share <= 1.0) {
             return Err(SamplingError::Share { found: share });
         }
-        Self::new(rest, spread(rest, share))
+        Self::new(rest, farthest_point_samples(rest, share))
     }
 
-    /// State on the given vertices.
+    /// Takes the given vertices as samples.
     ///
     /// # Errors
-    /// None, one that the mesh does not have, one twice.
+    /// Fails on no samples, on a sample beyond the vertices, and on one that is given twice.
     pub fn new(rest: &TriMesh, samples: Vec<u32>) -> Result<Self, SamplingError> {
         let vertices = rest.vertices.len();
         let mut is_sample = vec![false; vertices];
@@ -92,12 +97,13 @@ impl Sampling {
         &self.samples
     }
 
-    /// Share of all vertices.
+    /// Number of samples as a share of all vertices.
     pub fn share(&self) -> f32 {
         self.samples.len() as f32 / self.rows.len() as f32
     }
 
-    pub(crate) fn rows(&self) -> &[Row] {
+    /// Interpolation of each vertex.
+    pub(crate) fn rows(&self) -> &[InterpolationRow] {
         &self.rows
     }
 }
@@ -105,10 +111,10 @@ impl Sampling {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::sheet;
+    use crate::test_meshes::sheet;
     use glam::Vec3;
 
-    /// A sheet that is bent around a cylinder: flat enough for a plane, not flat.
+    /// Sheet that is bent around a cylinder: a neighbourhood is almost, but not exactly, flat.
     fn bent() -> TriMesh {
         let mut mesh = sheet(40, 30, 0.01);
         for v in &mut mesh.vertices {
@@ -119,7 +125,7 @@ mod tests {
     }
 
     fn interpolated(sampling: &Sampling, function: impl Fn(u32) -> f32) -> Vec<f32> {
-        let value = |row: &Row| -> f32 {
+        let value = |row: &InterpolationRow| -> f32 {
             let samples = row.samples.iter().zip(row.weights);
             samples
                 .map(|(&s, w)| w * function(sampling.samples()[s as usize]))
@@ -128,7 +134,8 @@ mod tests {
         sampling.rows().iter().map(value).collect()
     }
 
-    /// But where a corner of the sheet is extrapolated to, which weights of moderate size do not reach.
+    /// Holds everywhere but at a few vertices near corners of the sheet: these are extrapolated,
+    /// which weights of limited size cannot do exactly.
     #[test]
     fn linear_functions_are_reproduced() {
         let mesh = bent();
@@ -150,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_are_moderate_and_samples_are_themselves() {
+    fn weights_are_bounded_and_samples_keep_their_own_value() {
         let mesh = bent();
         let sampling = Sampling::of_share(&mesh, 0.1).unwrap();
         for row in sampling.rows() {
@@ -175,13 +182,13 @@ mod tests {
             let to = |&s: &u32| mesh.vertices[s as usize].distance(*v);
             coarse.samples().iter().map(to).fold(f32::INFINITY, f32::min)
         };
-        // 60 samples on 0.12 m² of cloth: a grid of them is 4.5 cm wide.
+        // 60 samples on 0.12 m² of cloth: the spacing of a grid of them is 4.5 cm.
         let widest = mesh.vertices.iter().map(gap).fold(0.0, f32::max);
         assert!(widest < 0.045, "{widest}");
     }
 
     #[test]
-    fn parts_that_are_not_connected_do_not_mix() {
+    fn components_are_interpolated_separately() {
         let mut mesh = sheet(10, 10, 0.01);
         let other: Vec<Vec3> = mesh.vertices.iter().map(|v| *v + Vec3::Z * 0.002).collect();
         let count = mesh.vertices.len() as u32;
@@ -196,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_of_a_vertex_follow_alike() {
+    fn copies_of_a_seam_vertex_have_the_same_row() {
         let sewn = bent();
         let corners = || sewn.faces.iter().flatten().map(|&v| sewn.vertices[v as usize]);
         let faces = (0..sewn.faces.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
@@ -211,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_sample_is_refused() {
+    fn invalid_samples_are_refused() {
         let mesh = sheet(2, 2, 0.1);
         for share in [0.0, -1.0, 1.5, f32::NAN] {
             assert!(Sampling::of_share(&mesh, share).is_err());
@@ -219,7 +226,8 @@ mod tests {
         for samples in [vec![], vec![9], vec![1, 1]] {
             assert!(Sampling::new(&mesh, samples).is_err());
         }
-        // A vertex without faces is its own part, and a sample far away still serves it.
+        // A vertex without faces is a component by itself; without a sample there, the nearest one
+        // serves.
         let mut loose = mesh;
         loose.vertices.push(Vec3::X * 3.0);
         assert_eq!(Sampling::of_share(&loose, 0.01).unwrap().samples().len(), 5);

@@ -11,34 +11,38 @@ pub use pose::{Pose, rotation};
 
 use crate::transform::Rigid;
 use glam::{Quat, Vec3};
-use names::named;
+use names::names_or_default;
 use tree::{check_finite, check_length, checked_parents, single_root, topological_order};
 
-/// Joint tree with its bind pose: the pose in which the body's vertices and the joints are given.
+/// Tree of joints with its bind pose: the pose in which the body's vertices and the joints are
+/// given.
 ///
-/// The bind pose need not be pose zero: a body may be modelled in an A-pose while zero local
-/// rotations mean a T-pose. `rest_rotations` say which local rotations the bind pose has.
+/// The bind pose need not have zero rotations. A body may be modelled in an A-pose while zero local
+/// rotations mean a T-pose; [`rest_pose`](Self::rest_pose) holds the local rotations of the bind
+/// pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Skeleton {
     names: Vec<String>,
     parents: Vec<Option<usize>>,
     joints: Vec<Vec3>,
     rest_pose: Vec<Vec3>,
+    /// Global rotations of the bind pose.
     rest_from_joint: Vec<Quat>,
     root: usize,
+    /// Joints in an order in which parents precede their children.
     order: Vec<usize>,
 }
 
 /// Description of a skeleton as files hold it; see [`Skeleton::new`].
 #[derive(Clone, Debug, Default)]
 pub struct SkeletonParts {
-    /// One a joint; empty takes the SMPL names for 24 joints, else `joint_0`, `joint_1`, ...
+    /// Name of each joint. If empty, 24 joints get the SMPL names, others `joint_0`, `joint_1`, ...
     pub names: Vec<String>,
-    /// Index of the parent, -1 for the root.
+    /// Index of each joint's parent; -1 for the root.
     pub parents: Vec<i64>,
     /// Joint positions in the bind pose, metres, world space.
     pub joints: Vec<Vec3>,
-    /// Local axis-angle rotations of the bind pose, radians; empty means zero.
+    /// Local axis-angle rotations of the bind pose, radians. If empty, all are zero.
     pub rest_pose: Vec<Vec3>,
 }
 
@@ -46,10 +50,11 @@ impl Skeleton {
     /// Checks a description and prepares it for forward kinematics.
     ///
     /// # Errors
-    /// Lengths that differ, indices out of range, no single root, cycles, numbers that are not finite.
+    /// Fails on lengths that differ, indices out of range, no root or several, cycles, and numbers
+    /// that are not finite.
     pub fn new(parts: SkeletonParts) -> Result<Self, SkeletonError> {
         let count = parts.joints.len();
-        let names = named(parts.names, count);
+        let names = names_or_default(parts.names, count);
         let rest_pose = if parts.rest_pose.is_empty() {
             vec![Vec3::ZERO; count]
         } else {
@@ -82,7 +87,7 @@ impl Skeleton {
         self.joints.len()
     }
 
-    /// Never true: a skeleton has a root.
+    /// Returns whether there are no joints; never true, because a skeleton has a root.
     pub fn is_empty(&self) -> bool {
         self.joints.is_empty()
     }
@@ -92,17 +97,17 @@ impl Skeleton {
         self.root
     }
 
-    /// Joint names.
+    /// Name of each joint.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// Index of a joint by its name.
+    /// Finds the index of a joint by its name.
     pub fn joint(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|n| n == name)
     }
 
-    /// Parent of each joint.
+    /// Parent of each joint; none for the root.
     pub fn parents(&self) -> &[Option<usize>] {
         &self.parents
     }
@@ -117,7 +122,7 @@ impl Skeleton {
         &self.rest_pose
     }
 
-    /// The description that [`Skeleton::new`] takes.
+    /// Returns a description from which [`Skeleton::new`] makes the same skeleton.
     pub fn to_parts(&self) -> SkeletonParts {
         SkeletonParts {
             names: self.names.clone(),
@@ -129,7 +134,7 @@ impl Skeleton {
         }
     }
 
-    /// The bind pose itself, with the root where the bind pose has it.
+    /// Bind pose, with the root at its bind position.
     pub fn bind_pose(&self) -> Pose {
         Pose {
             trans: Vec3::ZERO,
@@ -137,14 +142,15 @@ impl Skeleton {
         }
     }
 
-    /// Forward kinematics: `world_from_joint` for every joint, into `out`.
+    /// Computes forward kinematics: `world_from_joint` for every joint, into `out`.
     ///
     /// With G⁰ the global rotations of the bind pose and `joints` its positions:
     /// G_j = G_parent · R(aa_j), p_root = joints_root + trans and
     /// p_j = p_parent + G_parent · (G⁰_parent)ᵀ · (joints_j − joints_parent).
     ///
     /// # Panics
-    /// When the pose has another number of joints; [`Pose`]s are checked where they enter.
+    /// When the number of joints of the pose is not the skeleton's. Callers check poses where they
+    /// enter the program.
     pub fn forward_kinematics(&self, pose: &Pose, out: &mut Vec<Rigid>) {
         assert_eq!(pose.local.len(), self.len(), "joints of the pose");
         out.resize(self.len(), Rigid::IDENTITY);
@@ -159,8 +165,10 @@ impl Skeleton {
         }
     }
 
-    /// `world_from_rest` for every joint: moves a point of the bind pose rigidly with the joint,
-    /// v ↦ G_j (G⁰_j)ᵀ (v − joints_j) + p_j. These are what skinning weights blend.
+    /// Computes `world_from_rest` for every joint, into `out`: the transforms that skinning blends.
+    ///
+    /// Each moves a point v of the bind pose rigidly with the joint: G_j (G⁰_j)ᵀ (v − joints_j) +
+    /// p_j.
     pub fn world_from_rest(&self, world_from_joint: &[Rigid], out: &mut Vec<Rigid>) {
         out.clear();
         out.extend((0..self.len()).map(|j| {
@@ -172,6 +180,7 @@ impl Skeleton {
         }));
     }
 
+    /// Multiplies local rotations along the tree into global ones.
     fn accumulate(&self, local: &[Quat]) -> Vec<Quat> {
         let mut global = vec![Quat::IDENTITY; local.len()];
         for &j in &self.order {

@@ -4,49 +4,49 @@ use crate::transform::Rigid;
 use glam::{Mat3A, Quat, Vec3, Vec3A};
 use thiserror::Error;
 
-/// Sparse skinning weights: for every vertex the joints that move it, weights summing to one.
+/// Sparse skinning weights: for every vertex the joints that move it, with weights that sum to one.
 ///
-/// Rows hold their entries by descending weight, joints without weight are left out.
+/// The entries of a row are in descending order of weight. Joints without weight are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkinningWeights {
     joint_count: usize,
-    /// Row i is `starts[i]..starts[i + 1]`.
+    /// Starts of rows: the entries of vertex i are `starts[i]..starts[i + 1]`.
     starts: Vec<u32>,
     joints: Vec<u16>,
     weights: Vec<f32>,
 }
 
-/// What is wrong with skinning weights.
+/// Error of skinning weights that are not valid.
 #[derive(Debug, Error, PartialEq)]
 pub enum WeightsError {
-    /// The array is not vertices × joints.
+    /// Array whose length is not vertices × joints.
     #[error("skinning weights: expected {expected} numbers (vertices x joints), found {found}")]
     Shape {
-        /// vertices × joints.
+        /// Number of vertices times number of joints.
         expected: usize,
-        /// Numbers found.
+        /// Length of the array.
         found: usize,
     },
-    /// Negative, NaN or infinite.
+    /// Weight that is negative, NaN or infinite.
     #[error("skinning weights: weight {weight} of vertex {vertex} is negative or not finite")]
     Value {
-        /// The vertex.
+        /// Index of the vertex.
         vertex: usize,
-        /// The weight found.
+        /// Value of the weight.
         weight: f32,
     },
-    /// A vertex that no joint moves.
+    /// Vertex that no joint moves.
     #[error("skinning weights: vertex {vertex} has no weight on any joint")]
     Empty {
-        /// The vertex.
+        /// Index of the vertex.
         vertex: usize,
     },
-    /// More joints than a u16 can number, or an index beyond them.
+    /// Joint index beyond the joints, or beyond u16.
     #[error("skinning weights: joint {joint} of vertex {vertex} is not among the {joints} joints")]
     Joint {
-        /// The vertex.
+        /// Index of the vertex.
         vertex: usize,
-        /// The index found.
+        /// Index of the joint.
         joint: usize,
         /// Number of joints.
         joints: usize,
@@ -54,10 +54,11 @@ pub enum WeightsError {
 }
 
 impl SkinningWeights {
-    /// From a dense row-major array of vertices × joints; rows are normalised to one.
+    /// Makes weights from a dense row-major array of vertices × joints. Rows are normalised to one.
     ///
     /// # Errors
-    /// Wrong length, weights that are negative or not finite, vertices without weight.
+    /// Fails on a wrong length, on weights that are negative or not finite, and on vertices without
+    /// weight.
     pub fn from_dense(dense: &[f32], vertices: usize, joints: usize) -> Result<Self, WeightsError> {
         if vertices.checked_mul(joints) != Some(dense.len()) || joints == 0 {
             return Err(WeightsError::Shape {
@@ -69,10 +70,12 @@ impl SkinningWeights {
         Self::from_rows(joints, rows.map(|row| row.iter().copied().enumerate()))
     }
 
-    /// From rows of (joint, weight); rows are normalised to one, and those that are stay to the bit.
+    /// Makes weights from rows of (joint, weight). Rows are normalised to one; rows that are
+    /// normalised already keep their bits.
     ///
     /// # Errors
-    /// As [`SkinningWeights::from_dense`], and joints out of range.
+    /// Fails on joints out of range, on weights that are negative or not finite, and on vertices
+    /// without weight.
     pub fn from_rows<Row>(joint_count: usize, rows: impl Iterator<Item = Row>) -> Result<Self, WeightsError>
     where
         Row: Iterator<Item = (usize, f32)>,
@@ -97,18 +100,19 @@ impl SkinningWeights {
         Ok(all)
     }
 
+    /// Sorts, normalises and appends the row of the next vertex.
     fn push_row(&mut self, vertex: usize, row: &mut [(u16, f32)]) -> Result<(), WeightsError> {
         let sum: f32 = row.iter().map(|(_, w)| w).sum();
         if sum <= 0.0 || !sum.is_finite() {
             return Err(WeightsError::Empty { vertex });
         }
         row.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        // Rounding leaves the sum of a normalised row beside one: dividing again would change it anew
-        // each time that it is written and read.
+        // Rounding leaves the sum of a normalised row slightly off one. Dividing again would change
+        // the row each time that it is written and read.
         let is_normalised = (sum - 1.0).abs() <= row.len() as f32 * f32::EPSILON;
         let scale = if is_normalised { 1.0 } else { sum };
         for &(joint, weight) in row.iter() {
-            // The share of a tiny weight beside a large one is below all numbers.
+            // A tiny weight beside a large one may underflow to zero.
             if weight / scale > 0.0 {
                 self.joints.push(joint);
                 self.weights.push(weight / scale);
@@ -123,7 +127,7 @@ impl SkinningWeights {
         self.starts.len() - 1
     }
 
-    /// No vertices.
+    /// Returns whether there are no vertices.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -133,13 +137,13 @@ impl SkinningWeights {
         self.joint_count
     }
 
-    /// (joint, weight) of one vertex, by descending weight.
+    /// Iterates over (joint, weight) of one vertex, in descending order of weight.
     pub fn row(&self, vertex: usize) -> impl ExactSizeIterator<Item = (usize, f32)> + Clone {
         let range = self.starts[vertex] as usize..self.starts[vertex + 1] as usize;
         (self.joints[range.clone()].iter().zip(&self.weights[range])).map(|(&j, &w)| (usize::from(j), w))
     }
 
-    /// Dense row-major vertices × joints, as files hold them.
+    /// Expands the weights to a dense row-major array of vertices × joints, as files hold them.
     pub fn to_dense(&self) -> Vec<f32> {
         let mut dense = vec![0.0; self.len() * self.joint_count];
         for (vertex, row) in dense.chunks_exact_mut(self.joint_count).enumerate() {
@@ -148,9 +152,9 @@ impl SkinningWeights {
         dense
     }
 
-    /// Rows of at most `count` joints without weights below `least`, normalised again.
-    /// The heaviest joint always stays.
-    pub fn pruned(&self, count: usize, least: f32) -> Self {
+    /// Returns weights with at most `count` joints a vertex and none below `min_weight`, normalised
+    /// again. The heaviest joint of a vertex always stays.
+    pub fn pruned(&self, count: usize, min_weight: f32) -> Self {
         let mut pruned = Self {
             joint_count: self.joint_count,
             starts: vec![0],
@@ -159,7 +163,7 @@ impl SkinningWeights {
         };
         for vertex in 0..self.len() {
             let kept = (self.row(vertex).take(count.max(1)).enumerate())
-                .take_while(|(rank, (_, w))| *rank == 0 || *w >= least)
+                .take_while(|(rank, (_, w))| *rank == 0 || *w >= min_weight)
                 .map(|(_, entry)| entry);
             let sum: f32 = kept.clone().map(|(_, w)| w).sum();
             for (joint, weight) in kept {
@@ -171,18 +175,20 @@ impl SkinningWeights {
         pruned
     }
 
-    /// Position of one vertex by linear blend skinning: Σ_j w_j · world_from_rest_j (rest).
+    /// Computes the position of one vertex by linear blend skinning: Σ_j w_j · world_from_rest_j
+    /// (rest), metres.
     pub fn position(&self, vertex: usize, rest: Vec3, world_from_rest: &[Rigid]) -> Vec3 {
         (self.row(vertex))
             .map(|(j, w)| world_from_rest[j].point(rest) * w)
             .sum()
     }
 
-    /// Rotation of one vertex's skinning: the normalised blend of its joints' rotations, each
-    /// brought to the hemisphere of the heaviest joint's.
+    /// Computes the skinning rotation of one vertex: the normalised blend of its joints'
+    /// quaternions.
     ///
-    /// Unlike the blended matrix it is a rotation whatever the pose, so that displacements kept in
-    /// its frame have the length that they have in the world.
+    /// Each quaternion takes the sign that brings it to the hemisphere of the heaviest joint's.
+    /// Unlike the blended matrix the result is a rotation in every pose, so a displacement in its
+    /// frame has the same length in the world.
     pub fn rotation(&self, vertex: usize, world_from_rest: &[Rigid]) -> Quat {
         let mut row = self.row(vertex);
         let Some((first, weight)) = row.next() else {
@@ -194,16 +200,19 @@ impl SkinningWeights {
             let sign = if q.dot(leading) < 0.0 { -w } else { w };
             sum + q * sign
         });
-        // The leading joint has the largest weight and every term a non-negative share along it.
+        // No division by zero: every term has a non-negative component along the leading
+        // quaternion, and that one has the largest weight.
         sum.normalize()
     }
 
-    /// Linear blend skinning of all vertices: `rest` in bind-pose space to `world`, metres.
+    /// Skins all vertices by linear blend skinning: `rest` in bind-pose space to `world`, metres.
     ///
     /// # Panics
-    /// When `rest` has another number of vertices than the weights.
+    /// When the number of vertices in `rest` is not that of the weights.
     pub fn skin(&self, rest: &[Vec3], world_from_rest: &[Rigid], world: &mut Vec<Vec3>) {
         assert_eq!(rest.len(), self.len(), "vertices to skin");
+        // A matrix rotates a point with fewer operations than a quaternion, and each joint moves
+        // many.
         let columns: Vec<(Mat3A, Vec3A)> = (world_from_rest.iter())
             .map(|t| (Mat3A::from_quat(t.rotation), t.translation.into()))
             .collect();
@@ -273,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn what_rounds_to_nothing_is_no_entry_and_one_joint_twice_is_one() {
+    fn underflowing_weights_have_no_entry_and_a_joint_given_twice_is_summed() {
         let tiny = SkinningWeights::from_dense(&[1e20, 1e-30], 1, 2).unwrap();
         assert_eq!(tiny.row(0).collect::<Vec<_>>(), [(0, 1.0)]);
         let twice = [[(1, 1.0), (1, 1.0)].into_iter()].into_iter();
@@ -282,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_weights_are_refused() {
+    fn invalid_weights_are_refused() {
         let from = |dense: &[f32]| SkinningWeights::from_dense(dense, 1, 2);
         assert!(matches!(from(&[1.0]), Err(WeightsError::Shape { .. })));
         assert!(matches!(from(&[1.0, -0.1]), Err(WeightsError::Value { .. })));

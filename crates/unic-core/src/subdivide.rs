@@ -1,31 +1,41 @@
-//! Finer meshes of the same shape.
+//! Midpoint subdivision: finer meshes of the same shape.
 
 use crate::mesh::{TriMesh, Uvs};
 use std::collections::HashMap;
 
+/// Result of a subdivision.
+#[derive(Clone, Debug)]
+pub struct Subdivided {
+    /// Finer mesh.
+    pub mesh: TriMesh,
+    /// Two vertices of the coarse mesh for every vertex of the finer one. The mean of a quantity at
+    /// the two is its value at the vertex. A vertex of the coarse mesh has its own index twice.
+    pub parents: Vec<[u32; 2]>,
+}
+
 /// Splits every face into four at the midpoints of its edges.
 ///
-/// The vertices of `mesh` stay first and in order, one vertex per edge follows. The second result
-/// names two parents for every vertex of the finer mesh, its own index twice for the old ones: the
-/// mean over them carries any quantity per vertex over. Seam vertices at the same place stay
-/// duplicated, their midpoints are equal to the bit; texture coordinates are carried.
-pub fn subdivided(mesh: &TriMesh) -> (TriMesh, Vec<[u32; 2]>) {
-    let (faces, parents) = split(&mesh.faces, mesh.vertices.len());
+/// The vertices of `mesh` stay first and in order; one vertex per edge follows. Seam vertices at
+/// the same place stay duplicated, and their midpoints are equal to the bit. Texture coordinates
+/// are subdivided too.
+pub fn subdivided(mesh: &TriMesh) -> Subdivided {
+    let SplitFaces { faces, parents } = split(&mesh.faces, mesh.vertices.len());
     let uvs = mesh.uvs.as_ref().map(|uvs| {
-        let (faces, parents) = split(&uvs.faces, uvs.coordinates.len());
+        let SplitFaces { faces, parents } = split(&uvs.faces, uvs.coordinates.len());
         Uvs {
             coordinates: means(&uvs.coordinates, &parents),
             faces,
         }
     });
-    let finer = TriMesh {
+    let mesh = TriMesh {
         vertices: means(&mesh.vertices, &parents),
         faces,
         uvs,
     };
-    (finer, parents)
+    Subdivided { mesh, parents }
 }
 
+/// Mean of the values of each pair of parents.
 fn means<T>(values: &[T], parents: &[[u32; 2]]) -> Vec<T>
 where
     T: Copy + std::ops::Add<Output = T> + std::ops::Mul<f32, Output = T>,
@@ -34,10 +44,18 @@ where
     parents.iter().map(mean).collect()
 }
 
-fn split(faces: &[[u32; 3]], vertices: usize) -> (Vec<[u32; 3]>, Vec<[u32; 2]>) {
+/// Topology of a subdivision.
+struct SplitFaces {
+    faces: Vec<[u32; 3]>,
+    parents: Vec<[u32; 2]>,
+}
+
+/// Splits faces at the midpoints of their edges, without positions.
+fn split(faces: &[[u32; 3]], vertices: usize) -> SplitFaces {
     let mut parents: Vec<[u32; 2]> = (0..vertices as u32).map(|v| [v, v]).collect();
     let mut midpoints = HashMap::new();
     let mut middle = |a: u32, b: u32| {
+        // A degenerate face may name a vertex twice.
         if a == b {
             return a;
         }
@@ -51,7 +69,10 @@ fn split(faces: &[[u32; 3]], vertices: usize) -> (Vec<[u32; 3]>, Vec<[u32; 2]>) 
         let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
         finer.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
     }
-    (finer, parents)
+    SplitFaces {
+        faces: finer,
+        parents,
+    }
 }
 
 #[cfg(test)]
@@ -59,7 +80,7 @@ mod tests {
     use super::*;
     use crate::{
         mesh::vertex_normals,
-        shapes::{cube, sheet},
+        test_meshes::{cube, sheet},
         topology::{edges, weld},
     };
     use glam::{Vec2, Vec3};
@@ -73,7 +94,7 @@ mod tests {
     #[test]
     fn shape_order_and_orientation_stay() {
         let coarse = cube();
-        let (fine, parents) = subdivided(&coarse);
+        let Subdivided { mesh: fine, parents } = subdivided(&coarse);
         assert_eq!(fine.vertices[..8], coarse.vertices);
         assert_eq!(fine.vertices.len(), 8 + edges(&coarse.faces).len());
         assert_eq!(fine.faces.len(), 4 * coarse.faces.len());
@@ -87,10 +108,11 @@ mod tests {
 
     #[test]
     fn seams_stay_duplicated_and_equal() {
-        // Two triangles that share a place but no vertex along one edge, in opposite order.
+        // Two triangles at the same edge, which share none of its vertices and name them in
+        // opposite order.
         let edge = [Vec3::new(0.1, 0.2, 0.3), Vec3::new(-0.7, 0.11, 0.13)];
         let vertices = vec![edge[0], edge[1], Vec3::Z, edge[1], edge[0], Vec3::NEG_Z];
-        let (fine, _) = subdivided(&TriMesh::new(vertices, vec![[0, 1, 2], [3, 4, 5]]).unwrap());
+        let fine = subdivided(&TriMesh::new(vertices, vec![[0, 1, 2], [3, 4, 5]]).unwrap()).mesh;
         assert_eq!(fine.vertices.len(), 12);
         let first_at = weld(&fine.vertices);
         let duplicates = (0..12).filter(|&i| first_at[i] as usize != i);
@@ -113,7 +135,7 @@ mod tests {
                 .map(|f| [3 * f, 3 * f + 1, 3 * f + 2])
                 .collect(),
         });
-        let fine = subdivided(&coarse).0;
+        let fine = subdivided(&coarse).mesh;
         let uvs = fine.uvs.unwrap();
         for (face, uv_face) in fine.faces.iter().zip(&uvs.faces) {
             for (v, t) in face.iter().zip(uv_face) {

@@ -1,9 +1,9 @@
-//! Closest point on a triangle mesh, with its side.
+//! Closest-point queries on a triangle mesh, with signed distances.
 
 use crate::{
-    bvh::{Bvh, Marks, Posed},
+    aabb_tree::{AabbTree, BranchUpdate, GroupMask},
     mesh::TriMesh,
-    network::{Instructions, Precision},
+    simd::Instructions,
     topology::weld,
 };
 use glam::Vec3;
@@ -14,15 +14,15 @@ mod ray;
 pub use crate::triangle::{Feature, Triangle, TrianglePoint};
 pub use ray::RayHit;
 
-/// A posed triangle mesh that answers closest-point queries.
+/// Posed triangle mesh that answers closest-point and ray queries.
 ///
 /// The tree and the connectivity are made once, over the bind pose; [`Surface::refit`] follows the
 /// pose without allocating. Faces with a corner that is not finite are never the answer.
 ///
-/// The side is that of the angle-weighted pseudonormal of the feature hit, face, edge or vertex
-/// (Bærentzen & Aanæs 2005, "Signed distance computation using the angle weighted pseudonormal"):
-/// exact for closed meshes without self-intersection. Where a body folds into itself, or beside
-/// the rim of an open mesh, it is the side of the nearest sheet.
+/// The sign of a distance comes from the angle-weighted pseudonormal of the feature hit: face, edge
+/// or vertex (Bærentzen & Aanæs 2005, "Signed distance computation using the angle weighted
+/// pseudonormal"). It is exact for closed meshes without self-intersection. Where a body folds into
+/// itself, or beside the rim of an open mesh, it is the side of the nearest sheet.
 ///
 /// ```
 /// use glam::Vec3;
@@ -37,39 +37,41 @@ pub use ray::RayHit;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Surface {
-    /// Over the faces, posed, in an order in which those of a leaf follow one another: a search waits
-    /// for memory more than for anything else.
-    tree: Bvh,
+    /// Tree over `triangles`.
+    tree: AabbTree,
+    /// Posed faces in the order of the tree. The triangles of a leaf are adjacent in memory, whose
+    /// latency bounds the searches.
     triangles: Vec<Triangle>,
-    /// The face that each triangle is, and the triangle of each face.
+    /// Index of the face of each triangle.
     face_of_triangle: Vec<u32>,
+    /// Index of the triangle of each face.
     triangle_of_face: Vec<u32>,
     /// Vertices of each triangle.
     corners_of_triangles: Vec<[u32; 3]>,
-    /// Empty where faces bear none.
-    marks_of_triangles: Vec<Marks>,
+    /// Collision groups of each triangle; empty where faces have none.
+    groups_of_triangles: Vec<GroupMask>,
     faces: Vec<[u32; 3]>,
-    /// `faces` with vertices at the same place in the bind pose made one, so that a seam whose
-    /// vertices are split still has two sides to average.
-    welded: Vec<[u32; 3]>,
-    /// The vertex that stands for all at the place of each.
-    first_at: Vec<u32>,
-    /// Faces around welded vertex i are `around[starts[i]..starts[i + 1]]`.
+    /// `faces` by welded vertices: a seam whose vertices are split has two sides to average.
+    welded_faces: Vec<[u32; 3]>,
+    /// First vertex at the place of each vertex in the bind pose.
+    welded_vertices: Vec<u32>,
+    /// Starts of the rows of `around`: those of welded vertex i are `starts[i]..starts[i + 1]`.
     starts: Vec<u32>,
+    /// Faces around each welded vertex, in compressed rows.
     around: Vec<u32>,
     vertex_count: usize,
     instructions: Instructions,
 }
 
-/// The point of a [`Surface`] that is closest to a query point p.
+/// Point of a [`Surface`] that is closest to a query point p.
 ///
-/// Faces are compared by squared distances in f32, which tell two places on the surface apart when
-/// they are some 3e-4 · `distance` from each other: across an edge `point` is that exact.
+/// Faces are compared by squared distances in f32. These resolve two places on the surface that are
+/// about 3e-4 · `distance` apart, which is the accuracy of `point` across an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// The face it lies on; the lowest index among faces at exactly the same distance.
+    /// Index of the face; the lowest among faces at exactly the same distance.
     pub face: u32,
-    /// Weights of the face's corners: none negative, sum one.
+    /// Barycentric coordinates in the face: no weight is negative, and they sum to one.
     pub barycentric: Vec3,
     /// Position, metres.
     pub point: Vec3,
@@ -79,31 +81,31 @@ pub struct SurfacePoint {
     pub distance: f32,
     /// `distance`, negative when p is on the inner side of `normal`.
     pub signed_distance: f32,
-    /// The part of the face that `point` lies on.
+    /// Part of the face on which `point` lies.
     pub feature: Feature,
 }
 
-/// Best face found so far: ordered by distance, then by index.
+/// Best face found so far in a search.
 #[derive(Clone, Copy)]
 struct Candidate {
     face: u32,
     hit: TrianglePoint,
 }
 
-/// The faces that a search is for.
+/// Filter on the faces of a search, in two steps: a bit mask that skips subtrees, and a predicate.
 #[derive(Clone, Copy)]
-pub(crate) struct Among<Counts> {
-    /// Marks of which each of them bears one, see [`Surface::mark`].
-    pub(crate) marks: Marks,
-    /// Whether a face that does is one of them.
-    pub(crate) counts: Counts,
+pub(crate) struct FaceFilter<Accepts> {
+    /// Collision groups of the faces, see [`Surface::set_groups`].
+    pub(crate) groups: GroupMask,
+    /// Predicate on the index of a face in one of these groups.
+    pub(crate) accepts: Accepts,
 }
 
-impl<Counts: Fn(u32) -> bool> Among<Counts> {
-    /// Whatever marks they bear.
-    pub(crate) fn new(counts: Counts) -> Self {
-        let marks = Marks::ANY;
-        Self { marks, counts }
+impl<Accepts: Fn(u32) -> bool> FaceFilter<Accepts> {
+    /// Filter by the predicate alone.
+    pub(crate) fn new(accepts: Accepts) -> Self {
+        let groups = GroupMask::ALL;
+        Self { groups, accepts }
     }
 }
 
@@ -111,21 +113,21 @@ impl Surface {
     /// Builds the tree over a mesh in its bind pose.
     ///
     /// # Panics
-    /// When a face names a vertex that does not exist; [`TriMesh::check`] tells.
+    /// When a face names a vertex that does not exist; [`TriMesh::check`] finds it.
     pub fn build(bind: &TriMesh) -> Self {
         let corners = |f: &[u32; 3]| f.map(|v| bind.vertices[v as usize]);
         let centres: Vec<Vec3> = (bind.faces.iter())
             .map(|f| corners(f).iter().sum::<Vec3>() / 3.0)
             .collect();
-        let first_at = weld(&bind.vertices);
-        let welded: Vec<_> = bind
+        let welded_vertices = weld(&bind.vertices);
+        let welded_faces: Vec<_> = bind
             .faces
             .iter()
-            .map(|f| f.map(|v| first_at[v as usize]))
+            .map(|f| f.map(|v| welded_vertices[v as usize]))
             .collect();
-        let (starts, around) = faces_around(bind.vertices.len(), &welded);
-        let mut tree = Bvh::build(&centres);
-        let face_of_triangle = tree.take_order();
+        let (starts, around) = faces_around(bind.vertices.len(), &welded_faces);
+        let mut tree = AabbTree::build(&centres);
+        let face_of_triangle = tree.renumber_in_tree_order();
         let mut triangle_of_face = vec![0; face_of_triangle.len()];
         for (triangle, &face) in face_of_triangle.iter().enumerate() {
             triangle_of_face[face as usize] = triangle as u32;
@@ -137,30 +139,31 @@ impl Surface {
             triangles: vec![Triangle::default(); bind.faces.len()],
             face_of_triangle,
             triangle_of_face,
-            marks_of_triangles: Vec::new(),
+            groups_of_triangles: Vec::new(),
             faces: bind.faces.clone(),
-            welded,
-            first_at,
+            welded_faces,
+            welded_vertices,
             starts,
             around,
             vertex_count: bind.vertices.len(),
-            instructions: Instructions::best(Precision::F32),
+            instructions: Instructions::best(),
         };
         surface.refit(&bind.vertices);
         surface
     }
 
-    /// Marks the faces: searches for some marks pass by what has none of them.
-    pub(crate) fn mark(&mut self, marks_of_face: impl Fn(u32) -> Marks) {
+    /// Assigns collision groups to the faces, by which searches can skip subtrees.
+    pub(crate) fn set_groups(&mut self, groups_of_face: impl Fn(u32) -> GroupMask) {
         let faces = &self.face_of_triangle;
-        self.tree.mark(|triangle| marks_of_face(faces[triangle as usize]));
-        self.marks_of_triangles = faces.iter().map(|&face| marks_of_face(face)).collect();
+        self.tree
+            .set_groups(|triangle| groups_of_face(faces[triangle as usize]));
+        self.groups_of_triangles = faces.iter().map(|&face| groups_of_face(face)).collect();
     }
 
     /// Poses the mesh: new positions for the vertices of the bind pose, metres.
     ///
     /// # Panics
-    /// When the number of vertices is another.
+    /// When the number of vertices differs from the bind pose's.
     pub fn refit(&mut self, vertices: &[Vec3]) {
         assert_eq!(vertices.len(), self.vertex_count, "vertices to refit");
         let (corners, instructions) = (&self.corners_of_triangles, self.instructions);
@@ -174,25 +177,25 @@ impl Surface {
                     }
                 },
             );
-            Posed::Moved
+            BranchUpdate::Moved
         };
         let box_of = |_, triangle: &Triangle| triangle.bounds();
-        self.tree.refit_with(&mut self.triangles, pose, box_of);
+        self.tree.refit_branches(&mut self.triangles, pose, box_of);
     }
 
-    /// Whether a triangle bears one of these marks.
+    /// Returns whether a triangle is in one of these groups.
     #[inline(always)]
-    fn bears(&self, triangle: usize, marks: Marks) -> bool {
-        (self.marks_of_triangles.get(triangle)).is_none_or(|own| own.meet(marks))
+    fn is_in_groups(&self, triangle: usize, groups: GroupMask) -> bool {
+        (self.groups_of_triangles.get(triangle)).is_none_or(|own| own.intersects(groups))
     }
 
-    /// A face, posed; none for what is no face.
+    /// Posed triangle of a face; none for an index beyond the faces.
     fn triangle(&self, face: u32) -> Option<&Triangle> {
         let &triangle = self.triangle_of_face.get(face as usize)?;
         self.triangles.get(triangle as usize)
     }
 
-    /// One that exists.
+    /// Posed triangle of an existing face.
     fn face(&self, face: u32) -> &Triangle {
         &self.triangles[self.triangle_of_face[face as usize] as usize]
     }
@@ -202,95 +205,106 @@ impl Surface {
         &self.faces
     }
 
-    /// The closest point to `p`; none when there is no finite face, or `p` is not finite or too far
-    /// away for its squared distance to be.
+    /// Returns the point closest to `p`.
+    ///
+    /// None when there is no finite face, or when `p` is not finite or so far away that its squared
+    /// distance is not.
     pub fn closest(&self, p: Vec3) -> Option<SurfacePoint> {
-        self.search(p, f32::INFINITY, None, Among::new(|_| true))
+        self.search(p, f32::INFINITY, None, FaceFilter::new(|_| true))
     }
 
-    /// The same answer as [`Surface::closest`], to the bit, sooner when `seed` is a face near it,
-    /// such as last frame's. A seed that is no face is ignored.
+    /// Returns the same answer as [`Surface::closest`], to the bit, and sooner when `seed` is a
+    /// face near it, such as last frame's. A seed beyond the faces is ignored.
     pub fn closest_from(&self, p: Vec3, seed: u32) -> Option<SurfacePoint> {
         self.closest_among(p, f32::INFINITY, seed, |_| true)
     }
 
-    /// The closest point to `p` among the faces that count, if it is at most `radius` metres away;
-    /// sooner when `seed` is one of them near it. A seed that does not count is ignored.
+    /// Returns the point closest to `p` among the faces that `accepts` names, if it is at most
+    /// `radius` metres away.
     ///
-    /// The normal is that of the whole surface.
+    /// A `seed` near the answer shortens the search; one that `accepts` refuses is ignored. The
+    /// normal is that of the surface with all its faces.
     pub fn closest_among(
         &self,
         p: Vec3,
         radius: f32,
         seed: u32,
-        counts: impl Fn(u32) -> bool,
+        accepts: impl Fn(u32) -> bool,
     ) -> Option<SurfacePoint> {
-        self.closest_marked(p, radius, seed, Among::new(counts))
+        self.closest_filtered(p, radius, seed, FaceFilter::new(accepts))
     }
 
-    /// [`Surface::closest_among`] faces with marks.
-    pub(crate) fn closest_marked(
+    /// Does what [`Surface::closest_among`] does, with a filter that may skip subtrees.
+    pub(crate) fn closest_filtered(
         &self,
         p: Vec3,
         radius: f32,
         seed: u32,
-        among: Among<impl Fn(u32) -> bool>,
+        filter: FaceFilter<impl Fn(u32) -> bool>,
     ) -> Option<SurfacePoint> {
         let squared = radius * radius;
         let triangle = self.triangle_of_face.get(seed as usize);
-        let triangle = triangle.filter(|&&t| self.bears(t as usize, among.marks) && (among.counts)(seed));
+        let triangle =
+            triangle.filter(|&&t| self.is_in_groups(t as usize, filter.groups) && (filter.accepts)(seed));
         let start = triangle.map(|&triangle| &self.triangles[triangle as usize]);
         let start = start.map(|triangle| Candidate {
             face: seed,
             hit: triangle.closest(p),
         });
-        // Not for a distance that is NaN either.
+        // A NaN distance, of a seed that is not finite, would make every later comparison false.
         let start = start.filter(|c| c.hit.squared_distance.is_finite() && c.hit.squared_distance <= squared);
-        let found = self.search(p, squared, start, among);
+        let found = self.search(p, squared, start, filter);
+        // The square of the radius is rounded.
         found.filter(|hit| hit.distance <= radius)
     }
 
-    /// The closest point to `p` if it is at most `radius` metres away. The smaller the radius,
-    /// the sooner a far point is done.
+    /// Returns the point closest to `p` if it is at most `radius` metres away. A small radius ends
+    /// the search for a far point early.
     pub fn closest_within(&self, p: Vec3, radius: f32) -> Option<SurfacePoint> {
         self.closest_where(p, radius, |_| true)
     }
 
-    /// [`Surface::closest_within`] among the faces that `counts` names. Where the closest of them
-    /// touches faces that do not count, their side of it is still told by all of them.
-    pub fn closest_where(&self, p: Vec3, radius: f32, counts: impl Fn(u32) -> bool) -> Option<SurfacePoint> {
-        self.closest_among(p, radius, u32::MAX, counts)
+    /// Returns the point closest to `p` among the faces that `accepts` names, if it is at most
+    /// `radius` metres away.
+    ///
+    /// The normal and the sign are those of the surface with all its faces.
+    pub fn closest_where(&self, p: Vec3, radius: f32, accepts: impl Fn(u32) -> bool) -> Option<SurfacePoint> {
+        self.closest_among(p, radius, u32::MAX, accepts)
     }
 
+    /// Searches from a candidate on, within the squared distance `bound`, m².
     fn search(
         &self,
         p: Vec3,
         bound: f32,
         start: Option<Candidate>,
-        Among { marks, counts }: Among<impl Fn(u32) -> bool>,
+        FaceFilter { groups, accepts }: FaceFilter<impl Fn(u32) -> bool>,
     ) -> Option<SurfacePoint> {
         if !p.is_finite() {
             return None;
         }
         let mut best = start;
         let bound = start.map_or(bound, |c| c.hit.squared_distance);
-        self.tree.nearest_marked(p, bound, marks, |triangles, mut bound| {
-            for triangle in triangles.iter().map(|&triangle| triangle as usize) {
-                if !self.bears(triangle, marks) {
-                    continue;
+        self.tree
+            .visit_nearest_in_groups(p, bound, groups, |triangles, mut bound| {
+                for triangle in triangles.iter().map(|&triangle| triangle as usize) {
+                    if !self.is_in_groups(triangle, groups) {
+                        continue;
+                    }
+                    let face = self.face_of_triangle[triangle];
+                    let hit = self.triangles[triangle].closest(p);
+                    let found = hit.squared_distance;
+                    // Ties go to the lowest index, whatever the order of the tree or the seed.
+                    let is_lower = best.is_none_or(|best| face < best.face);
+                    if (found < bound || (found == bound && is_lower)) && accepts(face) {
+                        best = Some(Candidate { face, hit });
+                        bound = found;
+                    }
                 }
-                let face = self.face_of_triangle[triangle];
-                let hit = self.triangles[triangle].closest(p);
-                let found = hit.squared_distance;
-                let lower = best.is_none_or(|best| face < best.face);
-                if (found < bound || (found == bound && lower)) && counts(face) {
-                    best = Some(Candidate { face, hit });
-                    bound = found;
-                }
-            }
-            bound
-        });
-        // Squared distances beyond f32 are infinite, and any face as good as another.
+                bound
+            });
+        // Squared distances beyond f32's range are infinite, and say nothing about which face is
+        // nearest.
         best.filter(|best| best.hit.squared_distance.is_finite())
             .map(|best| self.surface_point(best))
     }
@@ -300,7 +314,7 @@ impl Surface {
         let weights = hit.barycentric;
         let normal = self.pseudonormal(face, hit.feature);
         let distance = hit.squared_distance.sqrt();
-        // `offset` leads from p to the surface: along the normal when p is inside.
+        // `offset` points from p to the surface, so along the normal when p is inside.
         let inside = hit.offset.dot(normal) > 0.0;
         SurfacePoint {
             face,
@@ -313,27 +327,28 @@ impl Surface {
         }
     }
 
-    /// The closest point of one face; none for what is no face or a `p` that is not finite.
+    /// Returns the closest point of one face; none for an index beyond the faces or a `p` that is
+    /// not finite.
     pub(crate) fn point_on(&self, face: u32, p: Vec3) -> Option<SurfacePoint> {
         let hit = self.triangle(face)?.closest(p);
         (hit.squared_distance.is_finite()).then(|| self.surface_point(Candidate { face, hit }))
     }
 
-    /// Whether a point is on the outer side of a face's plane.
+    /// Returns whether a point is on the outer side of a face's plane.
     pub(crate) fn is_above(&self, face: u32, p: Vec3) -> bool {
         let above = |t: &Triangle| (p - t.corners()[0]).dot(t.area_normal()) > 0.0;
         self.triangle(face).is_some_and(above)
     }
 
-    /// Sum of the unit normals of the faces that share the feature; at a vertex each is weighted
-    /// by its angle there.
+    /// Unit pseudonormal: the sum of the unit normals of the faces that share the feature. At a
+    /// vertex each is weighted by its angle there.
     fn pseudonormal(&self, face: u32, feature: Feature) -> Vec3 {
-        let corner = |k: u8| self.welded[face as usize][usize::from(k % 3)];
+        let corner = |k: u8| self.welded_faces[face as usize][usize::from(k % 3)];
         let sum: Vec3 = match feature {
             Feature::Face => self.face_normal(face),
             Feature::Edge(k) => self
                 .faces_at(corner(k))
-                .filter(|&f| self.welded[f as usize].contains(&corner(k + 1)))
+                .filter(|&f| self.welded_faces[f as usize].contains(&corner(k + 1)))
                 .map(|f| self.face_normal(f))
                 .sum(),
             Feature::Vertex(k) => self
@@ -344,18 +359,20 @@ impl Surface {
         sum.normalize_or_zero()
     }
 
-    /// The vertex that stands for all at the place of a vertex in the bind pose.
-    pub(crate) fn first_at(&self, vertex: u32) -> u32 {
-        self.first_at[vertex as usize]
+    /// First vertex at the place of a vertex in the bind pose: the one that stands for all of them.
+    pub(crate) fn welded_vertex(&self, vertex: u32) -> u32 {
+        self.welded_vertices[vertex as usize]
     }
 
-    /// Unit normal at a vertex: the sum of those of the faces around it by area; zero without sound faces.
+    /// Unit normal at a vertex: the area-weighted mean of the faces around it; zero where they are
+    /// all degenerate.
     pub(crate) fn vertex_normal(&self, vertex: u32) -> Vec3 {
-        let around = self.faces_at(self.first_at(vertex));
+        let around = self.faces_at(self.welded_vertex(vertex));
         let sum: Vec3 = around.map(|face| self.face(face).area_normal()).sum();
         sum.normalize_or_zero()
     }
 
+    /// Faces around a welded vertex.
     fn faces_at(&self, welded: u32) -> impl Iterator<Item = u32> {
         let at = |i: u32| self.starts[i as usize] as usize;
         self.around[at(welded)..at(welded + 1)].iter().copied()
@@ -368,7 +385,7 @@ impl Surface {
     /// Angle of a face at one of its welded vertices, radians.
     fn angle_at(&self, face: u32, welded: u32) -> f32 {
         let corners = self.face(face).corners();
-        let at = self.welded[face as usize]
+        let at = self.welded_faces[face as usize]
             .iter()
             .position(|&v| v == welded)
             .unwrap_or(0);
@@ -376,12 +393,13 @@ impl Surface {
             corners[(at + 1) % 3] - corners[at],
             corners[(at + 2) % 3] - corners[at],
         );
-        // Unlike the arc cosine, exact at small angles.
+        // The arc cosine of a normalised dot product loses half of the digits at small angles.
         u.cross(v).length().atan2(u.dot(v))
     }
 }
 
-/// Faces around each vertex, in compressed rows; a face that names a vertex twice is there once.
+/// Starts of rows and faces around each vertex, in compressed rows. A face that names a vertex
+/// twice is listed once.
 fn faces_around(vertex_count: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
     let mut pairs: Vec<(u32, u32)> = (faces.iter().enumerate())
         .flat_map(|(face, corners)| corners.map(|v| (v, face as u32)))
@@ -397,10 +415,10 @@ fn faces_around(vertex_count: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::{cube, point, sphere, winding_number};
+    use crate::test_meshes::{cube, point, sphere, winding_number};
     use proptest::{collection::vec, prelude::*};
 
-    fn nearest_of_all(mesh: &TriMesh, p: Vec3) -> (u32, f32) {
+    fn brute_force_nearest(mesh: &TriMesh, p: Vec3) -> (u32, f32) {
         let corners = |f: &[u32; 3]| f.map(|v| mesh.vertices[v as usize]);
         let hit = |f: &[u32; 3]| Triangle::new(corners(f)).closest(p);
         (mesh.faces.iter().enumerate())
@@ -422,7 +440,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn agrees_with_looking_at_every_face(
+        fn closest_points_agree_with_brute_force(
             corners in vec(point(1.0), 3..240), moved in vec(point(1.0), 240), p in point(1.5),
         ) {
             let faces = (0..corners.len() as u32 / 3).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
@@ -430,7 +448,7 @@ mod tests {
             let mut surface = Surface::build(&mesh);
             for _ in 0..2 {
                 let hit = surface.closest(p).unwrap();
-                prop_assert_eq!((hit.face, hit.distance), nearest_of_all(&mesh, p));
+                prop_assert_eq!((hit.face, hit.distance), brute_force_nearest(&mesh, p));
                 prop_assert!(((hit.point - p).length() - hit.distance).abs() < 1e-5);
                 for seed in (0..mesh.faces.len() as u32).step_by(7).chain([u32::MAX]) {
                     prop_assert_eq!(surface.closest_from(p, seed), Some(hit));
@@ -463,7 +481,7 @@ mod tests {
         }
 
         #[test]
-        fn a_hair_from_edges_and_vertices_the_side_is_still_right(
+        fn the_side_is_right_next_to_edges_and_vertices(
             radii in vec(0.4f32..1.6, 42), face in 0usize..80, t in 0.0f32..1.0, offset in point(1e-3),
         ) {
             let mesh = bumpy(&radii);
@@ -535,7 +553,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_no_answer() {
+    fn faces_and_points_that_are_not_finite_have_no_answer() {
         let mut mesh = cube();
         let mut surface = Surface::build(&mesh);
         assert_eq!(surface.closest(Vec3::new(f32::NAN, 0.0, 0.0)), None);

@@ -1,4 +1,4 @@
-//! Carrying quantities from the vertices of one mesh to other points.
+//! Interpolation of quantities from the vertices of a mesh to other points.
 
 use crate::{
     mesh::TriMesh,
@@ -8,130 +8,132 @@ use crate::{
 use glam::Vec3;
 use thiserror::Error;
 
-/// Where points lie on a mesh: for each the vertices of a face and their shares, by closest point.
+/// Closest points of a mesh to other points, as barycentric coordinates in its faces.
 ///
-/// Found once, on rest shapes; it then carries anything that the vertices have (displacements,
-/// skinning weights, colours) by linear interpolation over the face.
+/// They are found once, on rest shapes. The map then carries any quantity of the vertices
+/// (displacements, skinning weights, colours) to the points by linear interpolation over the face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceMap {
     vertex_count: usize,
-    samples: Vec<Sample>,
+    points: Vec<MappedPoint>,
 }
 
+/// Point of a [`SurfaceMap`] with its closest point on the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Sample {
-    corners: [u32; 3],
-    barycentric: Vec3,
-    distance: f32,
+pub struct MappedPoint {
+    /// Vertices of the closest face.
+    pub corners: [u32; 3],
+    /// Barycentric coordinates of the closest point: no weight is negative, and they sum to one.
+    pub barycentric: Vec3,
+    /// Distance from the mesh, metres.
+    pub distance: f32,
 }
 
-/// Why points cannot be placed on a mesh.
+/// Error of points that cannot be mapped to a mesh.
 #[derive(Debug, Error, PartialEq)]
 pub enum SurfaceMapError {
-    /// Nothing to be near to.
+    /// Mesh without faces.
     #[error("surface map: the mesh has no faces")]
     NoFaces,
-    /// NaN or infinity.
+    /// Point that is NaN or infinite.
     #[error("surface map: point {point} is not finite")]
     NotFinite {
-        /// The point.
+        /// Index of the point.
         point: usize,
     },
-    /// A field with another number of values than the mesh has vertices.
+    /// Number of values that differs from the number of vertices.
     #[error("surface map: expected {expected} values (one a vertex), found {found}")]
     Length {
-        /// Vertices of the mesh.
+        /// Number of vertices of the mesh.
         expected: usize,
-        /// Values found.
+        /// Number of values that were given.
         found: usize,
     },
-    /// Weights that cannot be carried over.
+    /// Interpolated skinning weights that are not valid.
     #[error(transparent)]
     Weights(#[from] WeightsError),
 }
 
 impl SurfaceMap {
-    /// Places `points` on `mesh`, both in one space, metres.
+    /// Maps `points` to `mesh`, both in the same space, metres.
     ///
     /// # Errors
-    /// A mesh without faces, points that are not finite.
+    /// Fails on a mesh without faces and on points that are not finite.
     pub fn new(mesh: &TriMesh, points: &[Vec3]) -> Result<Self, SurfaceMapError> {
         if mesh.faces.is_empty() {
             return Err(SurfaceMapError::NoFaces);
         }
         let surface = Surface::build(mesh);
         let place = |(point, &p): (usize, &Vec3)| match surface.closest(p) {
-            Some(hit) => Ok(Sample::new(mesh, &hit)),
+            Some(hit) => Ok(MappedPoint::new(mesh, &hit)),
             None => Err(SurfaceMapError::NotFinite { point }),
         };
         Ok(Self {
             vertex_count: mesh.vertices.len(),
-            samples: points.iter().enumerate().map(place).collect::<Result<_, _>>()?,
+            points: points.iter().enumerate().map(place).collect::<Result<_, _>>()?,
         })
     }
 
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.samples.len()
+        self.points.len()
     }
 
-    /// No points.
+    /// Returns whether there are no points.
     pub fn is_empty(&self) -> bool {
-        self.samples.is_empty()
+        self.points.is_empty()
     }
 
-    /// Distance of each point from the mesh, metres: how far a map stretches.
+    /// Points with their closest points on the mesh.
+    pub fn points(&self) -> &[MappedPoint] {
+        &self.points
+    }
+
+    /// Distance of each point from the mesh, metres.
     pub fn distances(&self) -> impl ExactSizeIterator<Item = f32> {
-        self.samples.iter().map(|s| s.distance)
+        self.points.iter().map(|point| point.distance)
     }
 
-    /// The vertices that point `i` interpolates, with their shares.
-    ///
-    /// # Panics
-    /// When there is no point `i`.
-    pub fn sample(&self, i: usize) -> ([u32; 3], Vec3) {
-        (self.samples[i].corners, self.samples[i].barycentric)
-    }
-
-    /// Interpolates a vector field, one value a vertex of the mesh, into one a point.
+    /// Interpolates vectors from the vertices of the mesh to the points, into `out`.
     ///
     /// # Errors
-    /// Another number of values than vertices; `out` is then left alone.
-    pub fn vectors(&self, field: &[Vec3], out: &mut Vec<Vec3>) -> Result<(), SurfaceMapError> {
+    /// Fails when the number of values is not the number of vertices; `out` then stays as it was.
+    pub fn interpolate_vectors(&self, field: &[Vec3], out: &mut Vec<Vec3>) -> Result<(), SurfaceMapError> {
         self.check_length(field.len())?;
         out.clear();
-        out.extend(self.samples.iter().map(|s| {
-            let [a, b, c] = s.corners.map(|v| field[v as usize]);
-            a * s.barycentric.x + b * s.barycentric.y + c * s.barycentric.z
+        out.extend(self.points.iter().map(|point| {
+            let [a, b, c] = point.corners.map(|v| field[v as usize]);
+            a * point.barycentric.x + b * point.barycentric.y + c * point.barycentric.z
         }));
         Ok(())
     }
 
-    /// Interpolates one number a vertex of the mesh into one a point.
+    /// Interpolates numbers from the vertices of the mesh to the points.
     ///
     /// # Errors
-    /// Another number of values than vertices.
-    pub fn numbers(&self, field: &[f32]) -> Result<Vec<f32>, SurfaceMapError> {
+    /// Fails when the number of values is not the number of vertices.
+    pub fn interpolate_scalars(&self, field: &[f32]) -> Result<Vec<f32>, SurfaceMapError> {
         self.check_length(field.len())?;
-        let at = |sample: &Sample| {
-            let corners = sample.corners.map(|v| field[v as usize]);
+        let at = |point: &MappedPoint| {
+            let corners = point.corners.map(|v| field[v as usize]);
             let [low, high] = [f32::min, f32::max].map(|f| corners.into_iter().fold(corners[0], f));
-            // Shares that sum to one but for rounding must not lead out of the range of the corners.
-            Vec3::from_array(corners).dot(sample.barycentric).clamp(low, high)
+            // Barycentric coordinates sum to one but for rounding, which must not lead out of the
+            // range of the corners: a mask of ones stays ones.
+            Vec3::from_array(corners).dot(point.barycentric).clamp(low, high)
         };
-        Ok(self.samples.iter().map(at).collect())
+        Ok(self.points.iter().map(at).collect())
     }
 
-    /// Interpolates skinning weights.
+    /// Interpolates skinning weights from the vertices of the mesh to the points.
     ///
     /// # Errors
-    /// Weights of another number of vertices.
-    pub fn weights(&self, weights: &SkinningWeights) -> Result<SkinningWeights, SurfaceMapError> {
+    /// Fails when the number of rows is not the number of vertices.
+    pub fn interpolate_weights(&self, weights: &SkinningWeights) -> Result<SkinningWeights, SurfaceMapError> {
         self.check_length(weights.len())?;
         let mut dense = vec![0.0; weights.joint_count()];
-        let rows = self.samples.iter().map(|sample| {
+        let rows = self.points.iter().map(|point| {
             dense.fill(0.0);
-            for (v, share) in sample.corners.iter().zip(sample.barycentric.to_array()) {
+            for (v, share) in point.corners.iter().zip(point.barycentric.to_array()) {
                 weights.row(*v as usize).for_each(|(j, w)| dense[j] += share * w);
             }
             let kept = dense.iter().copied().enumerate().filter(|(_, w)| *w > 0.0);
@@ -151,7 +153,7 @@ impl SurfaceMap {
     }
 }
 
-impl Sample {
+impl MappedPoint {
     fn new(mesh: &TriMesh, hit: &SurfacePoint) -> Self {
         Self {
             corners: mesh.faces[hit.face as usize],
@@ -164,7 +166,7 @@ impl Sample {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::{point, sheet, sphere};
+    use crate::test_meshes::{point, sheet, sphere};
     use proptest::{collection::vec, prelude::*};
 
     proptest! {
@@ -178,9 +180,9 @@ mod tests {
             let value = |p: Vec3| slope * (1.0 + 2.0 * p.x - 3.0 * p.z);
             let field: Vec<Vec3> = mesh.vertices.iter().map(|&v| value(v)).collect();
             let mut out = Vec::new();
-            map.vectors(&field, &mut out).unwrap();
+            map.interpolate_vectors(&field, &mut out).unwrap();
             for ((p, found), distance) in points.iter().zip(&out).zip(map.distances()) {
-                // Where faces meet, squared distances tell places apart to √ε of the distance.
+                // Across an edge squared distances resolve places to √ε of the distance.
                 let misplaced = 1e-6 + distance * f32::EPSILON.sqrt();
                 let gradient = slope.length() * 13f32.sqrt();
                 prop_assert!((*found - value(p.with_y(0.0))).length() < gradient * misplaced + 1e-5);
@@ -190,20 +192,20 @@ mod tests {
     }
 
     #[test]
-    fn the_vertices_themselves_keep_their_weights() {
+    fn points_at_vertices_keep_their_weights() {
         let mesh = sphere(2, 0.3);
         let row = |v: &Vec3| [v.x.abs(), v.y.abs() + 0.01, v.z.abs()];
         let dense: Vec<f32> = mesh.vertices.iter().flat_map(row).collect();
         let weights = SkinningWeights::from_dense(&dense, mesh.vertices.len(), 3).unwrap();
         let map = SurfaceMap::new(&mesh, &mesh.vertices).unwrap();
-        let carried = map.weights(&weights).unwrap();
+        let carried = map.interpolate_weights(&weights).unwrap();
         for (a, b) in carried.to_dense().iter().zip(weights.to_dense()) {
             assert!((a - b).abs() < 1e-6);
         }
     }
 
     #[test]
-    fn what_does_not_fit_is_refused() {
+    fn invalid_points_meshes_and_lengths_are_refused() {
         let mesh = sheet(1, 1, 1.0);
         let found = SurfaceMap::new(&mesh, &[Vec3::ZERO, Vec3::NAN]);
         assert_eq!(found, Err(SurfaceMapError::NotFinite { point: 1 }));
@@ -212,6 +214,6 @@ mod tests {
         let map = SurfaceMap::new(&mesh, &[]).unwrap();
         let (expected, found) = (4, 1);
         let error = Err(SurfaceMapError::Length { expected, found });
-        assert_eq!(map.vectors(&[Vec3::X], &mut Vec::new()), error);
+        assert_eq!(map.interpolate_vectors(&[Vec3::X], &mut Vec::new()), error);
     }
 }

@@ -1,14 +1,16 @@
-//! What in a mesh is connected to what.
+//! Connectivity of meshes: edges, welded vertices, connected components.
 
 use glam::Vec3;
 use std::collections::HashMap;
 
-/// Vertices at most this far apart are the same place, metres: beyond what rounding and text files
-/// do to duplicated seam vertices, far below any edge.
+/// Largest distance between vertices that are welded, metres.
+///
+/// It is larger than what rounding and text files do to duplicated seam vertices, and far below the
+/// length of any edge.
 pub const WELD_DISTANCE: f32 = 1e-6;
 
-/// The edges of a mesh, each once: pairs of vertices with the lower index first, sorted. An edge
-/// from a vertex to itself is none.
+/// Lists the edges of a mesh, each once: pairs of vertices with the lower index first, sorted. An
+/// edge from a vertex to itself is left out.
 pub fn edges(faces: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let mut edges: Vec<[u32; 2]> = (faces.iter())
         .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
@@ -20,35 +22,37 @@ pub fn edges(faces: &[[u32; 3]]) -> Vec<[u32; 2]> {
     edges
 }
 
-/// For each vertex the first vertex at the same place (within [`WELD_DISTANCE`]): itself when it is
-/// the first. What it names always names itself.
+/// Returns for each vertex the first vertex at the same place, within [`WELD_DISTANCE`]. For a
+/// first vertex this is itself.
 ///
-/// Garments are often cut into panels whose seams hold every vertex twice; this closes them. A
-/// vertex that is not finite is welded to nothing.
+/// Garments are often cut into panels whose seams hold every vertex twice; welding closes them. A
+/// vertex that is not finite is welded to none.
 pub fn weld(vertices: &[Vec3]) -> Vec<u32> {
     let mut grid = WeldGrid::default();
     let index = |(i, &v): (usize, &Vec3)| grid.first_at(vertices, i as u32, v);
     vertices.iter().enumerate().map(index).collect()
 }
 
-/// First vertices by the cell of a grid that they lie in.
+/// Spatial hash of the first vertex at each place.
 #[derive(Default)]
 struct WeldGrid {
-    /// The latest first vertex of a cell.
+    /// Last first vertex that was added to each cell.
     cells: HashMap<[i64; 3], u32>,
-    /// The one before it in the same cell.
+    /// First vertex that was added before to the same cell: a linked list.
     before: HashMap<u32, u32>,
 }
 
 impl WeldGrid {
-    /// Several weld distances, so that a point seldom has to look into more than one cell.
+    /// Width of a cell, metres: several weld distances, so that few points need more than one cell.
     const CELL: f64 = 8.0 * WELD_DISTANCE as f64;
 
+    /// Returns the first vertex at the place of vertex `index`, and adds it if it is the first.
     fn first_at(&mut self, vertices: &[Vec3], index: u32, place: Vec3) -> u32 {
         if !place.is_finite() {
             return index;
         }
         let reach = f64::from(WELD_DISTANCE);
+        // In f64: in f32 a shift of 1 µm is rounded away beyond 20 m.
         let cell = |shift: f64| {
             place
                 .as_dvec3()
@@ -72,6 +76,7 @@ impl WeldGrid {
         found
     }
 
+    /// Returns the lowest vertex of a cell within the weld distance of a place.
     fn first_in(&self, cell: [i64; 3], vertices: &[Vec3], place: Vec3) -> Option<u32> {
         let chain = std::iter::successors(self.cells.get(&cell), |i| self.before.get(i));
         let same = |i: &&u32| vertices[**i as usize].distance(place) <= WELD_DISTANCE;
@@ -79,14 +84,23 @@ impl WeldGrid {
     }
 }
 
-/// Number of each vertex's connected component, and how many there are. Components are numbered by
-/// their first vertices; a vertex without faces is one of its own.
+/// Connected components of a mesh.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Components {
+    /// Number of each vertex's component, from 0 on.
+    pub of_vertex: Vec<u32>,
+    /// Number of components.
+    pub count: usize,
+}
+
+/// Finds the connected components of a mesh. They are numbered in the order of their first
+/// vertices; a vertex without faces is a component by itself.
 ///
 /// Panels that only touch are connected when `faces` name welded vertices, see [`weld`].
 ///
 /// # Panics
 /// When a face names a vertex beyond `vertex_count`.
-pub fn components(vertex_count: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) {
+pub fn components(vertex_count: usize, faces: &[[u32; 3]]) -> Components {
     let mut parent: Vec<u32> = (0..vertex_count as u32).collect();
     for &[a, b, c] in faces {
         for other in [b, c] {
@@ -106,9 +120,13 @@ pub fn components(vertex_count: usize, faces: &[[u32; 3]]) -> (Vec<u32>, usize) 
             labels[vertex] = labels[first];
         }
     }
-    (labels, count as usize)
+    Components {
+        of_vertex: labels,
+        count: count as usize,
+    }
 }
 
+/// Finds the root of a vertex's tree, and shortens the path to it for later calls.
 fn root(parent: &mut [u32], mut vertex: u32) -> u32 {
     while parent[vertex as usize] != vertex {
         let above = parent[vertex as usize];
@@ -121,11 +139,11 @@ fn root(parent: &mut [u32], mut vertex: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::{cube, point, sheet};
+    use crate::test_meshes::{cube, point, sheet};
     use proptest::{collection::vec, prelude::*};
 
     #[test]
-    fn euler_counts_the_edges() {
+    fn a_cube_has_the_edges_of_eulers_formula() {
         let cube = cube();
         let edges = edges(&cube.faces);
         assert_eq!(cube.vertices.len() + cube.faces.len() - edges.len(), 2);
@@ -141,7 +159,7 @@ mod tests {
             .collect();
         let moved = right.faces.iter().map(|f| f.map(|v| v + 9));
         let faces: Vec<_> = left.faces.iter().copied().chain(moved).collect();
-        assert_eq!(components(18, &faces).1, 2);
+        assert_eq!(components(18, &faces).count, 2);
         let first_at = weld(&vertices);
         assert_eq!(
             first_at
@@ -154,12 +172,12 @@ mod tests {
         assert_eq!([first_at[9], first_at[12], first_at[15]], [2, 5, 8]);
         let welded: Vec<_> = faces.iter().map(|f| f.map(|v| first_at[v as usize])).collect();
         // The three duplicates have no faces left.
-        assert_eq!(components(18, &welded).1, 1 + 3);
+        assert_eq!(components(18, &welded).count, 1 + 3);
     }
 
     proptest! {
         #[test]
-        fn welding_does_not_see_the_grid(places in vec(point(2.0), 1..50), shift in point(3e-7)) {
+        fn welding_does_not_depend_on_the_grid(places in vec(point(2.0), 1..50), shift in point(3e-7)) {
             let count = places.len();
             let twice: Vec<Vec3> = places.iter().copied()
                 .chain(places.iter().map(|&p| p + shift)).collect();

@@ -1,26 +1,26 @@
-//! Rigid transforms named so that products read: `world_from_joint * joint_from_point`.
+//! Rigid transforms. They are named so that products read: `world_from_joint * joint_from_point`.
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use std::ops::Mul;
 
-/// A rotation followed by a translation, in metres.
+/// Rigid transform: a rotation followed by a translation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rigid {
-    /// Unit quaternion.
+    /// Rotation, a unit quaternion.
     pub rotation: Quat,
-    /// Applied after the rotation.
+    /// Translation after the rotation, metres.
     pub translation: Vec3,
 }
 
 impl Rigid {
-    /// The transform that moves nothing.
+    /// Transform that moves nothing.
     pub const IDENTITY: Self = Self {
         rotation: Quat::IDENTITY,
         translation: Vec3::ZERO,
     };
 
-    /// A transform from its two parts.
+    /// Makes a transform from its rotation and translation.
     pub fn new(rotation: Quat, translation: Vec3) -> Self {
         Self {
             rotation,
@@ -28,17 +28,17 @@ impl Rigid {
         }
     }
 
-    /// Image of a point.
+    /// Transforms a point.
     pub fn point(&self, point: Vec3) -> Vec3 {
         self.rotation * point + self.translation
     }
 
-    /// Image of a direction or displacement: rotated, not moved.
+    /// Transforms a direction or displacement: rotates it without the translation.
     pub fn vector(&self, vector: Vec3) -> Vec3 {
         self.rotation * vector
     }
 
-    /// `b_from_a` for an `a_from_b`.
+    /// Inverts the transform: `b_from_a` for an `a_from_b`.
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.inverse();
         Self {
@@ -57,7 +57,7 @@ impl Default for Rigid {
 impl Mul for Rigid {
     type Output = Rigid;
 
-    /// `c_from_b * b_from_a = c_from_a`.
+    /// Composes transforms: `c_from_b * b_from_a = c_from_a`.
     fn mul(self, b_from_a: Rigid) -> Rigid {
         Rigid {
             rotation: self.rotation * b_from_a.rotation,

@@ -1,4 +1,6 @@
-//! Skinning weights for a garment, from those of the body under it.
+//! Skinning weights for a garment, made from those of the body under it.
+//!
+//! For tools that import captures.
 
 use crate::{
     closest::ClosestVertex,
@@ -11,22 +13,25 @@ use crate::{
 use glam::Vec3;
 use std::collections::BTreeMap;
 
-/// How far [`diffused_weights`] smooths by default, metres: about half the gap between the thighs
-/// that the front of a skirt spans, and less than the length of an upper arm, so that a sleeve
-/// still follows its own bones.
+/// Default smoothing length of [`diffused_weights`], metres.
+///
+/// It is about half of the gap between the thighs, which the front of a skirt spans. It is less
+/// than the length of an upper arm, so that a sleeve still follows its own bones.
 pub const DIFFUSION_LENGTH_M: f32 = 0.06;
 
-/// Most joints a garment vertex keeps; eight are what engines skin with at most.
-const JOINTS_KEPT: usize = 8;
+/// Largest number of joints a garment vertex, as many as engines skin with.
+const MAX_JOINTS: usize = 8;
 
-/// Weights below this move a vertex by less than a millimetre when its joint moves by a metre.
-const LEAST_WEIGHT: f32 = 1e-3;
+/// Smallest weight that is kept: it moves a vertex by 1 mm when its joint moves by 1 m.
+const MIN_WEIGHT: f32 = 1e-3;
 
-/// Weights of the nearest body vertex for each garment vertex, both in bind-pose space, metres.
+/// Returns for each garment vertex the weights of its nearest body vertex.
+///
+/// Body and garment are in bind-pose space, metres.
 ///
 /// # Errors
-/// `body_weights` of another number of vertices than `body_rest`, no body vertex to be near to,
-/// garment positions that are not finite.
+/// `body_weights` of another number of vertices than `body_rest`, a body without vertices, garment
+/// positions that are not finite.
 pub fn nearest_body_weights(
     body_rest: &[Vec3],
     body_weights: &SkinningWeights,
@@ -34,7 +39,7 @@ pub fn nearest_body_weights(
 ) -> Result<SkinningWeights, WeightsError> {
     check_rows(body_weights, body_rest.len())?;
     let tree = ClosestVertex::build(body_rest);
-    // A row without a nearest vertex is empty, and refused as that.
+    // Without a nearest vertex the row is empty, which `from_rows` refuses.
     let row = |&p: &Vec3| {
         let nearest = tree.nearest(p).into_iter();
         nearest.flat_map(|(v, _)| body_weights.row(v))
@@ -42,15 +47,19 @@ pub fn nearest_body_weights(
     SkinningWeights::from_rows(body_weights.joint_count(), garment_rest.iter().map(row))
 }
 
-/// Weights spread over the garment by heat flow: (M + τL) w = M w₀ for every joint, with L the
-/// cotangent Laplacian, M lumped vertex areas and τ = `length_m`², one implicit step of
-/// diffusion (Desbrun et al. 1999, "Implicit fairing of irregular meshes using diffusion and
-/// curvature flow"), whose influence falls off as e^(−distance / `length_m`).
+/// Smooths weights over the garment by heat diffusion.
 ///
-/// Nearest-body weights jump where the nearest body part changes, as between the legs under a
-/// skirt; these do not. Negative cotangent weights count as zero, so that weights stay between
-/// zero and one. Vertices at the same place are one and get the same row to the bit; vertices
-/// that no sound face holds keep their weights. Rows are cut to 8 joints of at least 0.001.
+/// Weights of the nearest body vertex jump where the nearest body part changes, as between the legs
+/// under a skirt. Diffused weights vary smoothly: the influence of a vertex falls off as
+/// e^(−distance / `length_m`).
+///
+/// The weights of every joint solve (M + τL) w = M w₀, with the cotangent Laplacian L, lumped
+/// vertex areas M and τ = `length_m`². This is one implicit step of diffusion (Desbrun et al. 1999,
+/// "Implicit fairing of irregular meshes using diffusion and curvature flow"). Negative cotangent
+/// weights count as zero, so that weights stay between zero and one.
+///
+/// Vertices at the same position count as one and get the same row to the bit. Vertices without a
+/// face of nonzero area keep their weights. Rows are cut to 8 joints of at least 0.001.
 ///
 /// # Errors
 /// `nearest` of another number of vertices than `rest`.
@@ -60,17 +69,19 @@ pub fn diffused_weights(
     length_m: f32,
 ) -> Result<SkinningWeights, WeightsError> {
     check_rows(nearest, rest.vertices.len())?;
-    let (places, count) = numbered_places(&rest.vertices);
-    let faces: Vec<[u32; 3]> = rest.faces.iter().map(|f| f.map(|v| places[v as usize])).collect();
-    let mut positions = vec![Vec3::ZERO; count];
-    (rest.vertices.iter().zip(&places)).for_each(|(&v, &place)| positions[place as usize] = v);
-    let mut columns = mean_columns(nearest, &places, count);
+    let welded = WeldedVertices::new(&rest.vertices);
+    let of_vertex = |v: u32| welded.of_vertex[v as usize];
+    let faces: Vec<[u32; 3]> = rest.faces.iter().map(|f| f.map(of_vertex)).collect();
+    let mut positions = vec![Vec3::ZERO; welded.count];
+    (rest.vertices.iter().zip(&welded.of_vertex)).for_each(|(&v, &id)| positions[id as usize] = v);
+    let mut columns = mean_columns(nearest, &welded);
     let diffusion = Diffusion::new(&positions, &faces, f64::from(length_m).powi(2));
-    // Joints that move no part of the garment stay so.
+    // The weights of joints that move no part of the garment stay zero.
     let used = columns.iter_mut().filter(|c| c.iter().any(|w| *w > 0.0));
     used.for_each(|column| diffusion.solve(column));
-    let row = |&place: &u32| {
-        let weight = |column: &Vec<f64>| column[place as usize].max(0.0) as f32;
+    let row = |&id: &u32| {
+        // The solver's tolerance may leave weights just below zero.
+        let weight = |column: &Vec<f64>| column[id as usize].max(0.0) as f32;
         columns
             .iter()
             .map(weight)
@@ -78,12 +89,13 @@ pub fn diffused_weights(
             .collect::<Vec<_>>()
             .into_iter()
     };
-    let smooth = SkinningWeights::from_rows(nearest.joint_count(), places.iter().map(row))?;
-    Ok(smooth.pruned(JOINTS_KEPT, LEAST_WEIGHT))
+    let smooth = SkinningWeights::from_rows(nearest.joint_count(), welded.of_vertex.iter().map(row))?;
+    Ok(smooth.pruned(MAX_JOINTS, MIN_WEIGHT))
 }
 
-/// Weights of any points near a garment with weights, by closest point on its rest shape: what
-/// another mesh of the same garment wears.
+/// Returns the weights at `points`, interpolated at the closest points of a garment's rest shape.
+///
+/// The points are usually the vertices of another mesh of the same garment.
 ///
 /// # Errors
 /// A garment without faces, points that are not finite, weights of another number of vertices.
@@ -92,53 +104,50 @@ pub fn transferred_weights(
     weights: &SkinningWeights,
     points: &[Vec3],
 ) -> Result<SkinningWeights, SurfaceMapError> {
-    SurfaceMap::new(rest, points)?.weights(weights)
+    SurfaceMap::new(rest, points)?.interpolate_weights(weights)
 }
 
-/// Weights with one row for all vertices at the same place of the rest shape, the mean of theirs: panels whose
-/// seams are not welded stay closed under any pose. Vertices that are alone keep their rows to the bit.
+/// Averages the weights of vertices at the same position of the rest shape.
+///
+/// Panels whose seams are not welded then stay closed in every pose. Vertices with a position of
+/// their own keep their rows to the bit.
 ///
 /// # Errors
 /// Weights of another number of vertices.
 pub fn sewn_weights(weights: &SkinningWeights, rest: &[Vec3]) -> Result<SkinningWeights, WeightsError> {
     check_rows(weights, rest.len())?;
-    let sewn: Vec<Vec<(usize, f32)>> = (copies(rest).iter())
-        .map(|copies| mean_row(weights, copies))
+    let welded = WeldedVertices::new(rest);
+    let sewn: Vec<Vec<(usize, f32)>> = (welded.members().iter())
+        .map(|vertices| mean_row(weights, vertices))
         .collect();
-    let (places, _) = numbered_places(rest);
-    let rows = places.iter().map(|&place| sewn[place as usize].iter().copied());
+    let rows = welded.of_vertex.iter();
+    let rows = rows.map(|&id| sewn[id as usize].iter().copied());
     SkinningWeights::from_rows(weights.joint_count(), rows)
 }
 
-/// One number a vertex, the mean over all vertices at the same place of the rest shape.
+/// Averages one number a vertex over the vertices at the same position of the rest shape.
 pub fn sewn_numbers(numbers: &[f32], rest: &[Vec3]) -> Vec<f32> {
     let mut sewn = numbers.to_vec();
-    for copies in copies(rest) {
-        let first = numbers[copies[0]];
-        if copies.iter().any(|&v| numbers[v] != first) {
-            let mean = copies.iter().map(|&v| numbers[v]).sum::<f32>() / copies.len() as f32;
-            copies.iter().for_each(|&v| sewn[v] = mean);
+    for vertices in WeldedVertices::new(rest).members() {
+        let first = numbers[vertices[0]];
+        // Equal numbers stay the same bits; their computed mean may not.
+        if vertices.iter().any(|&v| numbers[v] != first) {
+            let mean = vertices.iter().map(|&v| numbers[v]).sum::<f32>() / vertices.len() as f32;
+            vertices.iter().for_each(|&v| sewn[v] = mean);
         }
     }
     sewn
 }
 
-/// Vertices at each place.
-fn copies(vertices: &[Vec3]) -> Vec<Vec<usize>> {
-    let (places, count) = numbered_places(vertices);
-    let mut copies = vec![Vec::new(); count];
-    for (vertex, place) in places.into_iter().enumerate() {
-        copies[place as usize].push(vertex);
-    }
-    copies
-}
-
-/// The row of the first of `vertices` where all have the same, else their mean.
+/// Returns the mean row of `vertices`, or the row of the first one to the bit if all are equal.
+///
+/// The sum stands for the mean, for `SkinningWeights` scales rows to a sum of 1.
 fn mean_row(weights: &SkinningWeights, vertices: &[usize]) -> Vec<(usize, f32)> {
     let first: Vec<(usize, f32)> = weights.row(vertices[0]).collect();
     if vertices.iter().all(|&v| weights.row(v).eq(first.iter().copied())) {
         return first;
     }
+    // Sorted by joint, so that the row does not depend on hashing.
     let mut sums = BTreeMap::new();
     for (joint, weight) in vertices.iter().flat_map(|&v| weights.row(v)) {
         *sums.entry(joint).or_insert(0.0) += weight;
@@ -156,31 +165,53 @@ fn check_rows(weights: &SkinningWeights, vertices: usize) -> Result<(), WeightsE
     })
 }
 
-/// Number of the place of each vertex, without gaps, and the number of places.
-fn numbered_places(vertices: &[Vec3]) -> (Vec<u32>, usize) {
-    let first_at = weld(vertices);
-    let mut places = vec![0; vertices.len()];
-    let mut count = 0;
-    for vertex in 0..vertices.len() {
-        let first = first_at[vertex] as usize;
-        if first == vertex {
-            places[vertex] = count;
-            count += 1;
-        } else {
-            places[vertex] = places[first];
-        }
-    }
-    (places, count as usize)
+/// Vertices of a mesh, welded where they have the same position.
+struct WeldedVertices {
+    /// Index of the welded vertex of each vertex, without gaps.
+    of_vertex: Vec<u32>,
+    /// Number of welded vertices.
+    count: usize,
 }
 
-/// One column of places a joint: the mean row of the vertices at each place.
-fn mean_columns(weights: &SkinningWeights, places: &[u32], count: usize) -> Vec<Vec<f64>> {
-    let mut members = vec![0.0; count];
-    places.iter().for_each(|&place| members[place as usize] += 1.0);
-    let mut columns = vec![vec![0.0; count]; weights.joint_count()];
-    for (vertex, &place) in places.iter().enumerate() {
+impl WeldedVertices {
+    fn new(vertices: &[Vec3]) -> Self {
+        let first_at = weld(vertices);
+        let mut of_vertex = vec![0; vertices.len()];
+        let mut count = 0;
+        for vertex in 0..vertices.len() {
+            let first = first_at[vertex] as usize;
+            if first == vertex {
+                of_vertex[vertex] = count;
+                count += 1;
+            } else {
+                of_vertex[vertex] = of_vertex[first];
+            }
+        }
+        Self {
+            of_vertex,
+            count: count as usize,
+        }
+    }
+
+    /// Lists the vertices of each welded vertex.
+    fn members(&self) -> Vec<Vec<usize>> {
+        let mut members = vec![Vec::new(); self.count];
+        for (vertex, &id) in self.of_vertex.iter().enumerate() {
+            members[id as usize].push(vertex);
+        }
+        members
+    }
+}
+
+/// Returns one column a joint: its mean weight at each welded vertex.
+fn mean_columns(weights: &SkinningWeights, welded: &WeldedVertices) -> Vec<Vec<f64>> {
+    let mut members = vec![0.0; welded.count];
+    let ids = &welded.of_vertex;
+    ids.iter().for_each(|&id| members[id as usize] += 1.0);
+    let mut columns = vec![vec![0.0; welded.count]; weights.joint_count()];
+    for (vertex, &id) in ids.iter().enumerate() {
         for (joint, weight) in weights.row(vertex) {
-            columns[joint][place as usize] += f64::from(weight) / members[place as usize];
+            columns[joint][id as usize] += f64::from(weight) / members[id as usize];
         }
     }
     columns
@@ -189,13 +220,15 @@ fn mean_columns(weights: &SkinningWeights, places: &[u32], count: usize) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::{point, sheet};
+    use crate::test_meshes::{point, sheet};
     use proptest::{collection::vec, prelude::*};
 
+    /// Weights of two joints: each share is that of joint 1.
     fn of_two(shares: impl Iterator<Item = f32>) -> SkinningWeights {
         SkinningWeights::from_rows(2, shares.map(|s| [(0, 1.0 - s), (1, s)].into_iter())).unwrap()
     }
 
+    /// Weight of joint 1.
     fn share(weights: &SkinningWeights, vertex: usize) -> f32 {
         weights.row(vertex).filter(|(j, _)| *j == 1).map(|(_, w)| w).sum()
     }
@@ -214,8 +247,9 @@ mod tests {
     }
 
     #[test]
-    fn a_step_becomes_the_exponential_of_the_screened_heat_equation() {
-        // On a line w − τ w'' = step has the solution e^(x/l) / 2 left of it, 1 − e^(−x/l) / 2 right.
+    fn a_step_diffuses_to_the_exact_exponential() {
+        // On a line w − τ w'' = step has the solution e^(x/l) / 2 for x < 0, 1 − e^(−x/l) / 2
+        // above.
         let (mesh, length) = (sheet(200, 2, 0.005), 0.06);
         let step = of_two(mesh.vertices.iter().map(|v| match v.x - 0.5 {
             x if x.abs() < 1e-4 => 0.5,
@@ -237,10 +271,10 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(32))]
         #[test]
-        fn rows_are_weights_and_obey_the_maximum_principle(
+        fn rows_sum_to_one_and_obey_the_maximum_principle(
             shares in vec(0.2f32..0.7, 81), dents in vec(point(0.09), 81), length in 0.0f32..0.5,
         ) {
-            // A sheet crumpled beyond Delaunay: many negative cotangents.
+            // A crumpled sheet is not Delaunay: it has many negative cotangents.
             let mut mesh = sheet(8, 8, 0.1);
             mesh.vertices.iter_mut().zip(&dents).for_each(|(v, d)| *v += *d);
             let given = of_two(shares.iter().copied());
@@ -255,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn panels_diffuse_across_their_seams_as_if_sewn() {
+    fn weights_diffuse_across_unwelded_seams() {
         let sewn = sheet(10, 4, 0.02);
         let vertices = sewn
             .faces
@@ -278,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn seams_are_sewn_and_what_is_alone_stays() {
+    fn rows_are_averaged_at_seams_and_unchanged_elsewhere() {
         let rest = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::X, Vec3::X];
         let given = of_two([0.3, 0.1, 0.7, 0.2, 0.6].into_iter());
         let sewn = sewn_weights(&given, &rest).unwrap();
@@ -296,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_face_holds_keeps_its_weights() {
+    fn vertices_without_a_face_of_nonzero_area_keep_their_weights() {
         let mut mesh = sheet(2, 2, 0.1);
         mesh.vertices
             .extend([Vec3::X * 5.0, Vec3::X * 6.0, Vec3::X * 7.0]);

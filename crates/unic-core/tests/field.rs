@@ -1,14 +1,18 @@
-//! The contract of the field's kernels: every instruction set that this machine has agrees with the textbook in
-//! every precision, on whole numbers to the bit. Crate `unic-portability` runs the same suite on other processors.
+//! Contract of the field's kernels: every instruction set of this machine agrees with a reference in
+//! f64 for every precision, and integer precisions give the same bits on all of them.
+//!
+//! Crate `unic-portability` runs the same suite on other processors.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
 use unic_core::{
+    Precision,
     config::FieldConfig,
-    network::{Field, FieldBiases, FieldScratch, Instructions, Linear, Precision, TILE},
+    network::{Field, FieldBiases, FieldScratch, Linear, TILE},
+    simd::Instructions,
 };
 
-/// Numbers from -1 to 1 that are the same on every processor, which sines are not.
+/// Pseudo-random numbers from -1 to 1, the same on every processor; sines, for one, are not.
 struct Noise(u32);
 
 impl Noise {
@@ -21,8 +25,8 @@ impl Noise {
         (0..count).map(|_| self.next()).collect()
     }
 
-    /// What goes through it neither shrinks nor grows much.
-    fn layer(&mut self, (inputs, outputs): (usize, usize)) -> Linear {
+    /// Random layer whose outputs are about as large as its inputs.
+    fn layer(&mut self, inputs: usize, outputs: usize) -> Linear {
         let scale = (6.0 / inputs as f32).sqrt();
         Linear {
             inputs,
@@ -33,18 +37,21 @@ impl Noise {
     }
 }
 
-/// (inputs, outputs) of every linear map.
-fn layer_sizes(config: &FieldConfig, points: usize, latent: usize) -> Vec<(usize, usize)> {
+/// Random layers of a field.
+fn layers(config: &FieldConfig, points: usize, latent: usize, noise: &mut Noise) -> Vec<Linear> {
     let inputs = |i| match i {
         0 => points + latent,
         i if config.skip == Some(i) => config.width + points + latent,
         _ => config.width,
     };
-    let hidden = (0..config.hidden_layers).map(|i| (inputs(i), config.width));
-    hidden.chain([(config.width, 3)]).collect()
+    let mut layers: Vec<Linear> = (0..config.hidden_layers)
+        .map(|i| noise.layer(inputs(i), config.width))
+        .collect();
+    layers.push(noise.layer(config.width, 3));
+    layers
 }
 
-/// The textbook form in f64, one vertex at a time, without folding.
+/// Evaluates a field in f64, one vertex at a time, without folding.
 fn reference(field: &Field, skip: Option<usize>, point: &[f32], latent: &[f32]) -> Vec<f64> {
     let input: Vec<f64> = point.iter().chain(latent).map(|x| f64::from(*x)).collect();
     let mut x = input.clone();
@@ -69,55 +76,58 @@ struct Case {
     inputs: Vec<[f32; TILE]>,
 }
 
-/// Width, hidden layers, skip layer, inputs of a vertex, latent numbers.
-type Sizes = (usize, usize, Option<usize>, usize, usize);
-
-const PAPER: Sizes = (256, 8, Some(5), 3, 128);
-
+/// Random cases of small fields, the last one without a latent vector.
 fn cases() -> Vec<Case> {
-    let sizes = [
-        (80, 8, Some(5), 3, 128),
-        (37, 3, None, 15, 5),
-        (6, 2, Some(1), 1, 1),
-        (8, 1, None, 4, 2),
-        (64, 4, Some(2), 9, 0),
-    ];
-    sizes.map(case).into()
+    vec![
+        Case::new(config(80, 8, Some(5)), 3, 128),
+        Case::new(config(37, 3, None), 15, 5),
+        Case::new(config(6, 2, Some(1)), 1, 1),
+        Case::new(config(8, 1, None), 4, 2),
+        Case::new(config(64, 4, Some(2)), 9, 0),
+    ]
 }
 
-fn case((width, hidden_layers, skip, points, latent): Sizes) -> Case {
-    let config = FieldConfig {
+/// Random case of the paper's field.
+fn paper_case() -> Case {
+    Case::new(config(256, 8, Some(5)), 3, 128)
+}
+
+fn config(width: usize, hidden_layers: usize, skip: Option<usize>) -> FieldConfig {
+    FieldConfig {
         width,
         hidden_layers,
         skip,
-    };
-    let mut noise = Noise(width as u32);
-    let sizes = layer_sizes(&config, points, latent);
-    let layers = sizes.into_iter().map(|size| noise.layer(size)).collect();
-    Case {
-        config,
-        field: Field::new(&config, points, latent, layers).unwrap(),
-        latent: noise.take(latent),
-        inputs: (0..points)
-            .map(|_| std::array::from_fn(|_| noise.next()))
-            .collect(),
     }
 }
 
 impl Case {
+    /// Makes a case with this many inputs of a vertex and numbers in the latent vector.
+    fn new(config: FieldConfig, points: usize, latent: usize) -> Self {
+        let mut noise = Noise(config.width as u32);
+        let layers = layers(&config, points, latent, &mut noise);
+        Self {
+            config,
+            field: Field::new(&config, points, latent, layers).unwrap(),
+            latent: noise.take(latent),
+            inputs: (0..points)
+                .map(|_| std::array::from_fn(|_| noise.next()))
+                .collect(),
+        }
+    }
+
     fn outputs(&self, precision: Precision, set: Instructions) -> [[f32; TILE]; 3] {
         let field = self.field.clone().with_kernel(precision, set);
         let (mut biases, mut scratch) = (FieldBiases::default(), FieldScratch::default());
         let mut out = [[0.0; TILE]; 3];
         field.fold(&self.latent, &mut biases);
-        // Twice, so that what is left in the buffers would show.
+        // Twice: the second result would show stale numbers in the buffers.
         for _ in 0..2 {
             field.evaluate(&biases, &self.inputs, &mut scratch, &mut out);
         }
         out
     }
 
-    /// What the textbook says of every vertex.
+    /// Outputs of the reference at every vertex.
     fn expected(&self) -> Vec<Vec<f64>> {
         let point = |lane: usize| self.inputs.iter().map(|c| c[lane]).collect::<Vec<f32>>();
         let of = |lane| reference(&self.field, self.config.skip, &point(lane), &self.latent);
@@ -137,8 +147,8 @@ fn error(found: &[[f32; TILE]; 3], expected: &[Vec<f64>]) -> f64 {
     error / size
 }
 
-/// Half the last bit of a number of each precision, a few times over: layers neither shrink nor grow
-/// what goes through them.
+/// Largest error of each precision: a few times half of its last bit, because layers keep the size of
+/// their inputs.
 fn tolerance(precision: Precision) -> f64 {
     match precision {
         Precision::F32 => 1e-5,
@@ -149,11 +159,11 @@ fn tolerance(precision: Precision) -> f64 {
 }
 
 #[test]
-fn every_precision_on_every_instruction_set_agrees_with_the_textbook() {
-    for case in cases().into_iter().chain([case(PAPER)]) {
+fn every_precision_on_every_instruction_set_agrees_with_the_reference() {
+    for case in cases().into_iter().chain([paper_case()]) {
         let expected = case.expected();
         for precision in Precision::ALL {
-            for set in Instructions::available(precision) {
+            for set in precision.instructions() {
                 let error = error(&case.outputs(precision, set), &expected);
                 let width = case.config.width;
                 assert!(
@@ -166,12 +176,12 @@ fn every_precision_on_every_instruction_set_agrees_with_the_textbook() {
 }
 
 #[test]
-fn whole_numbers_give_the_same_bits_on_every_instruction_set() {
+fn integer_precisions_give_the_same_bits_on_every_instruction_set() {
     let bits = |out: [[f32; TILE]; 3]| out.map(|c| c.map(f32::to_bits));
     for case in cases() {
         for precision in [Precision::Int16, Precision::Int8] {
             let portable = bits(case.outputs(precision, Instructions::Portable));
-            for set in Instructions::available(precision) {
+            for set in precision.instructions() {
                 assert!(
                     bits(case.outputs(precision, set)) == portable,
                     "{precision:?} {set:?}"
@@ -181,14 +191,14 @@ fn whole_numbers_give_the_same_bits_on_every_instruction_set() {
     }
 }
 
-/// All outputs of the case without a latent vector, whose share of the biases is summed in an order that depends
-/// on the machine.
+/// The case has no latent vector, because its products are summed in an order that depends on the
+/// machine.
 #[test]
-fn whole_numbers_give_the_same_bits_on_every_processor() {
+fn integer_precisions_give_the_same_bits_on_every_processor() {
     let case = cases().pop().unwrap();
     assert!(case.latent.is_empty());
     for (precision, expected) in [(Precision::Int16, 0x493b_36f9), (Precision::Int8, 0xceec_d625)] {
-        let out = case.outputs(precision, Instructions::best(precision));
+        let out = case.outputs(precision, precision.best_instructions());
         let mix = |sum: u32, x: &f32| sum.rotate_left(5) ^ x.to_bits();
         let found = out.as_flattened().iter().fold(0, mix);
         assert_eq!(found, expected, "{precision:?}: {found:#010x}");
@@ -199,7 +209,7 @@ fn whole_numbers_give_the_same_bits_on_every_processor() {
 fn a_vertex_does_not_depend_on_its_neighbours() {
     for mut case in cases() {
         for precision in Precision::ALL {
-            for set in Instructions::available(precision) {
+            for set in precision.instructions() {
                 let before = case.outputs(precision, set);
                 case.inputs.iter_mut().for_each(|channel| channel[5] *= 1000.0);
                 let after = case.outputs(precision, set);
@@ -217,12 +227,12 @@ fn a_vertex_does_not_depend_on_its_neighbours() {
 }
 
 #[test]
-fn numbers_that_are_none_stay_with_their_vertex() {
+fn nan_and_infinity_do_not_spread_to_other_vertices() {
     for mut case in cases() {
         case.inputs[0][3] = f32::NAN;
         case.inputs[0][7] = f32::INFINITY;
         for precision in Precision::ALL {
-            for set in Instructions::available(precision) {
+            for set in precision.instructions() {
                 let out = case.outputs(precision, set);
                 let finite = |lane: usize| out.iter().all(|c| c[lane].is_finite());
                 assert!(
@@ -241,8 +251,8 @@ fn layers_of_other_sizes_are_refused() {
         hidden_layers: 1,
         skip: None,
     };
-    let layers = [(5, 4), (4, 2)].map(|size| Noise(1).layer(size));
-    let error = Field::new(&config, 3, 2, layers.to_vec()).unwrap_err();
+    let layers = vec![Noise(1).layer(5, 4), Noise(1).layer(4, 2)];
+    let error = Field::new(&config, 3, 2, layers).unwrap_err();
     assert_eq!(
         (error.layer.as_str(), error.expected_outputs, error.outputs),
         ("field.1", 3, 2)

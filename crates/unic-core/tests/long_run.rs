@@ -1,6 +1,6 @@
-//! Ten thousand frames of a motion that no one would train on (jumps, teleports, cartwheels, standing
-//! frozen) leave every model with numbers: positions and normals are finite in every frame, and
-//! displacements stay within the bound that their decay sets.
+//! Contract of long runs: ten thousand frames of a motion unlike any training motion (jumps,
+//! teleports, cartwheels, frozen poses) give finite positions and normals in every frame, and
+//! displacements stay within the bound of their decay.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
@@ -9,94 +9,104 @@ mod common;
 use common::*;
 use glam::{Quat, Vec3};
 use std::{f32::consts::TAU, sync::Arc};
-use unic_core::{
-    animator::{Animator, Start, StepInput},
-    config::{Corrects, IntersectionMode, StateConfig},
-    skeleton::Pose,
-};
+use unic_core::{Animator, Corrects, IntersectionMode, Pose, Start, StepInput, config::StateConfig};
 
 const FRAMES: usize = 10_000;
-/// Frames between one kind of trouble and the next.
-const SPELL: usize = 100;
+/// Frames of each phase of the motion.
+const PHASE_FRAMES: usize = 100;
 
-/// What a spell of the motion is like.
+/// Kind of motion during a phase.
 #[derive(Clone, Copy, PartialEq)]
-enum Trouble {
+enum Phase {
     /// Every joint swings.
     Smooth,
-    /// All joints start from elsewhere.
+    /// All joints jump to other angles at its start.
     Jump,
-    /// Another place, up to 100 km away.
+    /// The character jumps by up to 100 km at its start.
     Teleport,
-    /// Not a bit changes for a second.
+    /// The pose stays the same to the bit for a second.
     Frozen,
-    /// Full turns about the forward axis.
+    /// The character makes full turns about the forward axis.
     Cartwheels,
 }
 
-const TROUBLES: [Trouble; 5] = [
-    Trouble::Smooth,
-    Trouble::Jump,
-    Trouble::Teleport,
-    Trouble::Frozen,
-    Trouble::Cartwheels,
+const PHASES: [Phase; 5] = [
+    Phase::Smooth,
+    Phase::Jump,
+    Phase::Teleport,
+    Phase::Frozen,
+    Phase::Cartwheels,
 ];
 
-/// Swings of random amplitude, speed and phase.
-struct Swings(Vec<(Vec3, f32, f32)>);
+/// Swing of one joint.
+struct Swing {
+    /// Axis times amplitude, radians.
+    axis: Vec3,
+    /// Angular frequency, rad/s.
+    frequency: f32,
+    /// Phase, radians.
+    phase: f32,
+}
+
+/// Random swings of all joints.
+struct Swings(Vec<Swing>);
 
 impl Swings {
     fn new(noise: &mut Noise) -> Self {
         let swing = |noise: &mut Noise| {
-            let speed = 3.0 + 2.5 * noise.number();
-            (1.5 * noise.vector(), speed, 3.0 * noise.number())
+            let frequency = 3.0 + 2.5 * noise.number();
+            Swing {
+                axis: 1.5 * noise.vector(),
+                frequency,
+                phase: 3.0 * noise.number(),
+            }
         };
         Self((0..JOINTS).map(|_| swing(noise)).collect())
     }
 
+    /// Rotations of the joints after `t` seconds.
     fn local(&self, t: f32) -> Vec<Quat> {
-        let turn = |&(axis, speed, phase): &(Vec3, f32, f32)| {
-            Quat::from_scaled_axis(axis * (speed * t + phase).sin())
-        };
-        self.0.iter().map(turn).collect()
+        let rotation = |s: &Swing| Quat::from_scaled_axis(s.axis * (s.frequency * t + s.phase).sin());
+        self.0.iter().map(rotation).collect()
     }
 }
 
-fn troubled_motion(seed: u64) -> Vec<Pose> {
+/// A motion through all phases.
+fn rough_motion(seed: u64) -> Vec<Pose> {
     let mut noise = Noise(seed);
-    let (mut swings, mut place) = (Swings::new(&mut noise), Vec3::ZERO);
+    let (mut swings, mut position) = (Swings::new(&mut noise), Vec3::ZERO);
     let mut poses: Vec<Pose> = Vec::with_capacity(FRAMES);
     for frame in 0..FRAMES {
-        let (spell, within) = (frame / SPELL, frame % SPELL);
-        let trouble = TROUBLES[(spell * 7 + seed as usize) % TROUBLES.len()];
+        let (index, within) = (frame / PHASE_FRAMES, frame % PHASE_FRAMES);
+        let phase = PHASES[(index * 7 + seed as usize) % PHASES.len()];
         if within == 0 {
-            match trouble {
-                Trouble::Jump => swings = Swings::new(&mut noise),
-                Trouble::Teleport => place = noise.vector() * 10f32.powf(2.5 * (noise.number() + 1.0)),
+            match phase {
+                Phase::Jump => swings = Swings::new(&mut noise),
+                Phase::Teleport => position = noise.vector() * 10f32.powf(2.5 * (noise.number() + 1.0)),
                 _ => {}
             }
         }
-        if let (Trouble::Frozen, 1..30, Some(last)) = (trouble, within, poses.last()) {
+        if let (Phase::Frozen, 1..30, Some(last)) = (phase, within, poses.last()) {
             poses.push(last.clone());
             continue;
         }
         let t = frame as f32 / FPS;
         let mut local = swings.local(t);
-        if trouble == Trouble::Cartwheels {
+        if phase == Phase::Cartwheels {
             local[0] = Quat::from_rotation_z(TAU * within as f32 / FPS) * local[0];
         }
-        let trans = place + Vec3::new((0.7 * t).sin(), 0.05 * (6.0 * t).sin(), (0.7 * t).cos());
+        let trans = position + Vec3::new((0.7 * t).sin(), 0.05 * (6.0 * t).sin(), (0.7 * t).cos());
         poses.push(Pose { trans, local });
     }
     poses
 }
 
 #[test]
-fn ten_thousand_frames_of_trouble_stay_numbers() {
-    let poses = troubled_motion(3);
+fn ten_thousand_frames_of_rough_motion_stay_finite_and_bounded() {
+    let poses = rough_motion(3);
     let margin_m = 0.003;
     for (name, mode) in [
-        // Small corrections enter the state, as they do in a game.
+        // Corrections change the state.
         ("paper", IntersectionMode::Paper { relaxation_m: 0.005 }),
         (
             "second order",
@@ -120,7 +130,7 @@ fn ten_thousand_frames_of_trouble_stay_numbers() {
         let farthest = farthest_of(&mut animator, &poses);
         if let StateConfig::Displacement(config) = &variant.state {
             let bound = config.scale_m * config.output_limit / (1.0 - config.decay(1.0 / FPS));
-            // The figure's own size, its prior, corrections, and rounding 100 km away.
+            // 4 m for the character's own size, its prior, corrections, and rounding 100 km away.
             assert!(
                 farthest < bound + 4.0,
                 "{name}, {mode:?}: {farthest} m, bound {bound} m"
@@ -129,7 +139,8 @@ fn ten_thousand_frames_of_trouble_stay_numbers() {
     }
 }
 
-/// Runs through the poses: all is finite. The farthest that a vertex is from the root, metres.
+/// Runs through the poses, checks that all numbers are finite, and returns the largest distance of a
+/// vertex from the root, metres.
 fn farthest_of(animator: &mut Animator, poses: &[Pose]) -> f32 {
     let mut farthest = 0.0f32;
     for (t, pose) in poses.iter().enumerate() {
@@ -153,13 +164,13 @@ fn farthest_of(animator: &mut Animator, poses: &[Pose]) -> f32 {
 }
 
 #[test]
-fn a_position_model_that_drifts_off_stays_numbers() {
-    // The paper's state adds up what the field says: this field says ever more.
+fn a_root_relative_model_that_diverges_stays_finite() {
+    // A root-relative state sums the field's outputs, which are scaled up here.
     let variant = variant("paper");
     let mut parts = parts(&variant);
     let head = parts.field.last_mut().unwrap();
     head.weight.iter_mut().for_each(|w| *w *= 1e4);
-    let model = Arc::new(unic_core::model::Model::new(parts).unwrap());
+    let model = Arc::new(unic_core::Model::new(parts).unwrap());
     let mut animator = Animator::new(model);
     let poses = motion(600);
     for frame in run(&mut animator, &poses) {
@@ -167,5 +178,5 @@ fn a_position_model_that_drifts_off_stays_numbers() {
     }
     let positions = animator.garment().positions;
     let farthest = positions.iter().map(|p| p.length()).fold(0.0, f32::max);
-    assert!(farthest > 1e4, "a model that stays tests nothing: {farthest} m");
+    assert!(farthest > 1e4, "the model does not diverge: {farthest} m");
 }

@@ -1,6 +1,8 @@
-//! The model file's contract: what is written reads back to the byte and opens in Python; what is
-//! damaged is refused in a sentence, without a panic and without asking for more memory than the
-//! file can mean. The checksum notices every changed byte; what is behind it does without.
+//! Contract of the model file: a written model reads back with the same bytes and opens in Python.
+//!
+//! Damaged files are refused in one sentence, without a panic and without allocating more memory than
+//! the file's size explains. The checksum detects every changed byte, and the reader behind it is
+//! just as safe without.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
@@ -12,14 +14,13 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 use std::{process::Command, sync::Arc};
 use unic_core::{
-    FORMAT_VERSION, Integrity, ModelFileError,
-    animator::Animator,
+    Animator, Model, ModelFileError,
     mesh::Uvs,
-    model::{Model, ModelParts},
-    verify_checksum,
+    model::ModelParts,
+    model_file::{FORMAT_VERSION, Integrity, verify_checksum},
 };
 
-/// Small, with every optional tensor.
+/// A small model with every optional tensor.
 fn full_parts() -> ModelParts {
     let mut parts = parts(&variant("second order"));
     parts.garment.mask = Some(graded(13, 12));
@@ -36,12 +37,13 @@ fn full_parts() -> ModelParts {
     parts
 }
 
+/// The file of [`full_parts`], with sampling.
 fn full() -> Vec<u8> {
     let model = Model::new(full_parts()).unwrap();
     model.with_sampling(0.5).unwrap().to_bytes().unwrap()
 }
 
-/// The file with another header.
+/// Returns the file with a changed header.
 fn with_header(bytes: &[u8], change: impl FnOnce(&mut Value)) -> Vec<u8> {
     let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
     let mut header: Value = serde_json::from_slice(&bytes[8..8 + length]).unwrap();
@@ -56,7 +58,7 @@ fn with_header(bytes: &[u8], change: impl FnOnce(&mut Value)) -> Vec<u8> {
     .concat()
 }
 
-/// The file with other `unic` metadata.
+/// Returns the file with changed `unic` metadata.
 fn with_metadata(bytes: &[u8], change: impl FnOnce(&mut Value)) -> Vec<u8> {
     with_header(bytes, |header| {
         let text = &mut header["__metadata__"]["unic"];
@@ -66,17 +68,17 @@ fn with_metadata(bytes: &[u8], change: impl FnOnce(&mut Value)) -> Vec<u8> {
     })
 }
 
-/// Why the reader behind the checksum refuses a file.
+/// Returns the error for a damaged file, whose checksum is skipped.
 fn refusal(bytes: &[u8]) -> String {
     unchecked(bytes).expect_err("a damaged file").to_string()
 }
 
-/// The reader behind the checksum: damage that hides from the one must not get past the other.
+/// Reads a file without its checksum, which would refuse most damage.
 fn unchecked(bytes: &[u8]) -> Result<Model, ModelFileError> {
     Model::from_bytes_with(bytes, Integrity::Skip)
 }
 
-/// The same, without asking for more memory than the file's size explains.
+/// Reads a file without its checksum, and checks that it allocates in proportion to its size.
 fn read_frugally(bytes: &[u8]) -> Result<Model, ModelFileError> {
     let mut result = None;
     let counted = allocation_counter::measure(|| result = Some(unchecked(bytes)));
@@ -91,7 +93,7 @@ fn read_frugally(bytes: &[u8]) -> Result<Model, ModelFileError> {
 }
 
 #[test]
-fn what_is_written_reads_back_to_the_byte_and_moves_the_same_way() {
+fn models_read_back_with_the_same_bytes_and_move_the_same_way() {
     let poses = motion(5);
     for parts in variants().iter().map(parts).chain([full_parts()]) {
         let model = Model::new(parts.clone()).unwrap();
@@ -107,7 +109,7 @@ fn what_is_written_reads_back_to_the_byte_and_moves_the_same_way() {
 }
 
 #[test]
-fn a_mesh_carried_over_reads_back_to_the_byte_too() {
+fn a_model_on_another_mesh_reads_back_with_the_same_bytes() {
     let model = Model::new(full_parts()).unwrap();
     let mesh = tube(17, 9, 0.26).rest;
     let bytes = model.with_mesh(mesh).unwrap().to_bytes().unwrap();
@@ -115,7 +117,7 @@ fn a_mesh_carried_over_reads_back_to_the_byte_too() {
 }
 
 #[test]
-fn every_changed_byte_is_noticed() {
+fn every_changed_byte_is_detected() {
     let bytes = full();
     let tensors = 8 + u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
     for at in tensors..bytes.len() {
@@ -126,7 +128,7 @@ fn every_changed_byte_is_noticed() {
             "byte {at}"
         );
     }
-    // In the header other sentences may come first.
+    // Damage to the header may be found before the checksum.
     for at in 0..tensors {
         let mut damaged = bytes.clone();
         damaged[at] ^= 1 << (at % 7);
@@ -135,10 +137,10 @@ fn every_changed_byte_is_noticed() {
 }
 
 #[test]
-fn a_wrong_checksum_is_told_in_a_sentence_and_can_be_skipped() {
+fn a_wrong_checksum_is_an_error_that_can_be_skipped() {
     let sound = full();
     let expected = verify_checksum(&sound).unwrap().unwrap();
-    // The lowest bit of a weight: nothing else notices it.
+    // The lowest bit of a weight, which no other check detects.
     let bytes = with_data(&sound, "encoder.0.weight", |data| data[0] ^= 1);
     let Err(ModelFileError::Damaged {
         expected: written,
@@ -192,14 +194,14 @@ fn files_without_a_checksum_are_read_and_other_kinds_refused() {
 }
 
 #[test]
-fn text_that_looks_like_a_checksum_is_none() {
+fn text_that_looks_like_a_checksum_is_not_taken_for_it() {
     let mut parts = full_parts();
     parts.about.provenance = "crc32:00000000".into();
     let bytes = Model::new(parts).unwrap().to_bytes().unwrap();
     assert!(Model::from_bytes(&bytes).unwrap().to_bytes().unwrap() == bytes);
 }
 
-/// Prints what numpy sees: name, type, shape and sum of every tensor, and the metadata.
+/// Python program that prints name, type, shape and sum of every tensor, and the metadata.
 const PYTHON: &str = "
 import json, sys
 from safetensors import safe_open
@@ -265,7 +267,7 @@ fn a_truncated_file_is_refused_wherever_it_ends() {
 }
 
 #[test]
-fn other_files_are_refused_in_a_sentence() {
+fn other_files_are_refused() {
     assert!(refusal(b"o garment\nv 0 0 0\n").contains("expected a unic model (safetensors)"));
     assert!(refusal(&u64::MAX.to_le_bytes()).contains("expected a unic model (safetensors)"));
     let plain = with_header(&full(), |header| header["__metadata__"] = json!({"format": "pt"}));
@@ -281,7 +283,7 @@ fn other_files_are_refused_in_a_sentence() {
 }
 
 #[test]
-fn other_versions_are_refused_whatever_else_they_hold() {
+fn other_versions_are_refused_whatever_their_metadata() {
     for (version, found) in [
         (json!(0), 0),
         (json!(FORMAT_VERSION + 1), FORMAT_VERSION + 1),
@@ -289,9 +291,7 @@ fn other_versions_are_refused_whatever_else_they_hold() {
         (json!("one"), 0),
         (Value::Null, 0),
     ] {
-        let bytes = with_metadata(&full(), |m| {
-            *m = json!({"version": version, "shape": "of another time"})
-        });
+        let bytes = with_metadata(&full(), |m| *m = json!({"version": version, "unknown": "key"}));
         let error = Model::from_bytes(&bytes).unwrap_err();
         let expected = FORMAT_VERSION;
         assert!(
@@ -348,7 +348,7 @@ fn a_misspelt_tensor_is_named() {
 }
 
 #[test]
-fn a_state_that_holds_the_distance_travelled_is_refused() {
+fn states_that_contain_the_distance_travelled_are_refused() {
     let bytes = model(&variant("paper")).to_bytes().unwrap();
     let old = with_metadata(&bytes, |m| {
         assert_eq!(m["config"]["state"], json!("root_relative"));
@@ -362,7 +362,7 @@ fn a_state_that_holds_the_distance_travelled_is_refused() {
 }
 
 #[test]
-fn a_file_from_before_there_were_other_codes_has_picked_logits() {
+fn a_file_without_a_code_has_picked_logits() {
     let bytes = full();
     let older = with_metadata(&bytes, |m| {
         let encoder = m["config"]["encoder"].as_object_mut().unwrap();
@@ -372,7 +372,7 @@ fn a_file_from_before_there_were_other_codes_has_picked_logits() {
 }
 
 #[test]
-fn absurd_sizes_are_refused_before_they_are_believed() {
+fn absurd_sizes_are_refused_before_memory_is_allocated() {
     let bytes = full();
     for huge in [u64::MAX, 1 << 62, 1 << 40, 70_000, 0] {
         for path in [
@@ -384,7 +384,7 @@ fn absurd_sizes_are_refused_before_they_are_believed() {
             "/config/motion/contact_joints/1",
         ] {
             let changed = with_metadata(&bytes, |m| *m.pointer_mut(path).unwrap() = json!(huge));
-            // Joint 0 is as good a contact as any.
+            // Joint 0 may be a contact joint; all other values are too large or zero.
             assert_eq!(
                 read_frugally(&changed).is_ok(),
                 path.ends_with("joints/1") && huge == 0,
@@ -412,7 +412,7 @@ fn absurd_sizes_are_refused_before_they_are_believed() {
     }
 }
 
-/// The bytes of a tensor changed.
+/// Returns the file with changed bytes of a tensor.
 fn with_data(bytes: &[u8], name: &str, change: impl FnOnce(&mut [u8])) -> Vec<u8> {
     let start = 8 + u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
     let (mut range, mut bytes) = (0..0, bytes.to_vec());
@@ -425,7 +425,7 @@ fn with_data(bytes: &[u8], name: &str, change: impl FnOnce(&mut [u8])) -> Vec<u8
 }
 
 #[test]
-fn numbers_that_mean_nothing_are_refused() {
+fn unusable_numbers_are_refused() {
     let bytes = full();
     let put = |name: &str, word: [u8; 4]| with_data(&bytes, name, |data| data[..4].copy_from_slice(&word));
     let floats = [
@@ -456,7 +456,10 @@ fn numbers_that_mean_nothing_are_refused() {
         }
     }
     let unstable = put("recurrence.poles", 1.5f32.to_le_bytes());
-    assert!(read_frugally(&unstable).is_err(), "a pole that does not forget");
+    assert!(
+        read_frugally(&unstable).is_err(),
+        "a pole outside of the unit circle"
+    );
     for name in ["motion.std", "motion.limit"] {
         for value in [0.0f32, -1.0] {
             assert!(
@@ -477,15 +480,15 @@ fn numbers_that_mean_nothing_are_refused() {
             "{name}"
         );
     }
-    // The root's -1 becomes a number far below it.
+    // The root's parent, -1, becomes a number far below -1.
     assert!(read_frugally(&put("character.parents", [7, 0, 0, 0])).is_err());
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
-    /// A damaged file is refused, or is a model that runs: where the damage is a weight's last bit,
-    /// nobody can tell.
+    /// A damaged file is refused, or is a model that runs: without the checksum, a change of a
+    /// weight cannot be detected.
     #[test]
     fn flipped_bytes_never_panic(at in 0.0f64..1.0, flips in 1u8..=255, in_header in any::<bool>()) {
         let mut bytes = full();

@@ -1,10 +1,10 @@
-//! Contract: no damaged model file makes the reader panic, hang or hold memory out of proportion to the
-//! file; every refusal is one sentence; a model that is read runs.
+//! Contract of damaged files: no model file or saved state makes the reader panic, loop or allocate
+//! memory out of proportion to the file. Every error is one sentence, and a model that is read runs.
 //!
-//! The checksum is skipped, for it would hide the damage from the reader behind it.
+//! The checksum is skipped, because it would refuse the damage before the reader sees it.
 //!
-//! `UNIC_MUTATION_SECONDS` is the time for each kind of model, `UNIC_MUTATION_SEED` repeats one file;
-//! see [`unic_mutation`].
+//! `UNIC_MUTATION_SECONDS` is the time for each kind of model, `UNIC_MUTATION_SEED` repeats one file
+//! ([`unic_mutation`]).
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -13,18 +13,17 @@ mod common;
 use common::{input, motion, parts, variant};
 use std::{fs, path::Path, sync::Arc};
 use unic_core::{
-    Integrity,
-    animator::{Animator, Start},
-    config::IntersectionMode,
+    Animator, IntersectionMode, Model, Start,
     mesh::Uvs,
-    model::{Model, ModelParts},
-    verify_checksum,
+    model::ModelParts,
+    model_file::{Integrity, verify_checksum},
 };
 use unic_mutation::{Container, Counting, Subject, survive, workshop};
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
+/// Damages the file of a model in many ways.
 fn damage(name: &str, parts: ModelParts) {
     let path = workshop(Path::new(env!("CARGO_TARGET_TMPDIR")), name).join("model.unic");
     let sound = Model::new(parts).unwrap().to_bytes().unwrap();
@@ -39,17 +38,20 @@ fn damage(name: &str, parts: ModelParts) {
         let bytes = fs::read(path).unwrap();
         let checked = Model::from_bytes(&bytes).map(drop);
         let model = Model::from_bytes_with(&bytes, Integrity::Skip).map_err(|e| e.to_string())?;
-        // Damage is noticed, or there is none: the sound file, or one whose checksum is gone.
+        // The checksum detects all damage, unless the file has lost it.
         if checked.is_ok() {
             assert!(bytes == sound || verify_checksum(&bytes).unwrap().is_none());
         }
         run(model);
         Ok(())
     });
-    assert!(tally.refused > 100, "{name}: damage that nobody sees is none");
+    assert!(
+        tally.refused > 100,
+        "{name}: too few files are refused for a test"
+    );
 }
 
-/// Saved states come from files as well: what is restored goes on.
+/// Saved states are read from files too. A state that is restored can be stepped.
 #[test]
 fn animator_states() {
     let path = workshop(Path::new(env!("CARGO_TARGET_TMPDIR")), "animator state").join("state.json");
@@ -65,7 +67,7 @@ fn animator_states() {
     };
     let tally = survive(&subject, |path| {
         let state = serde_json::from_slice(&fs::read(path).unwrap());
-        // What the format says is the format's; what the animator says is ours.
+        // Errors of serde_json have a form of their own; those of the animator are checked.
         let Ok(state) = state else {
             return Err("no state".into());
         };
@@ -78,8 +80,7 @@ fn animator_states() {
     assert!(tally.refused > 100 && tally.read > 10, "{tally}");
 }
 
-/// A pose that does not fit the model's skeleton is refused, everything else is animated; and what was
-/// read can be written.
+/// Writes a model that was read again, and animates it if its skeleton fits the poses.
 fn run(model: Model) {
     let bytes = model.to_bytes().unwrap();
     assert!(Model::from_bytes(&bytes).unwrap().to_bytes().unwrap() == bytes);

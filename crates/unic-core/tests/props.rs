@@ -1,4 +1,5 @@
-//! Ground, props and layers of an animator: what they hold over resets, modes and numbers of threads.
+//! Contract of an animator with colliders and layers: both stay over resets and changes of mode,
+//! and results do not depend on the number of threads.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
@@ -8,11 +9,7 @@ use common::*;
 use glam::Vec3;
 use std::sync::Arc;
 use unic_core::{
-    animator::{Animator, AnimatorError, Start},
-    collider::Collider,
-    config::{Corrects, IntersectionMode},
-    intersection::Layers,
-    model::Model,
+    Animator, AnimatorError, Collider, Corrects, IntersectionMode, Layers, Model, Start,
     parallel::{Rayon, Serial},
     subdivide::subdivided,
 };
@@ -46,11 +43,11 @@ fn the_ground_stays_over_resets_and_modes() {
     }
     animator.colliders_mut()[0] = Collider::ground(ground - 1.0);
     let lowered: Vec<f32> = run(&mut animator, &poses).iter().map(|f| lowest(f)).collect();
-    assert_eq!(lowered, bare, "what is far below changes nothing");
+    assert_eq!(lowered, bare, "ground far below changes nothing");
 }
 
 #[test]
-fn any_threads_give_the_same_bytes_beside_props_and_layers() {
+fn results_with_colliders_and_layers_do_not_depend_on_threads() {
     let (poses, model) = (motion(8), tube());
     let layers = |model: &Model| {
         let half = model.vertex_count() / 2;
@@ -94,7 +91,7 @@ fn layers_of_another_garment_are_refused() {
         Animator::new(Arc::clone(&model)).set_layers(layers.clone()),
         Ok(())
     );
-    let finer = subdivided(&model.garment().rest).0;
+    let finer = subdivided(&model.garment().rest).mesh;
     let fine = Arc::new(model.with_mesh(finer).unwrap());
     let found = Animator::new(fine).set_layers(layers);
     assert!(matches!(found, Err(AnimatorError::Vertices { .. })), "{found:?}");

@@ -1,5 +1,6 @@
-//! Geometry on a real body and a real T-shirt: sides against winding numbers, smooth weights on a
-//! garment that is not a grid, and (ignored, by request) what the queries cost.
+//! Contract of the geometry on a real body and a real T-shirt: signs of distances agree with
+//! winding numbers, and diffused weights are smooth on a garment that is not a grid. An ignored
+//! test prints the times of the queries.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
@@ -10,6 +11,7 @@ use unic_core::{
     intersection::BodySnapshot,
     mesh::TriMesh,
     skinning::SkinningWeights,
+    subdivide::{Subdivided, subdivided},
     surface::{Surface, SurfacePoint},
     topology::{components, edges},
     weights::{DIFFUSION_LENGTH_M, diffused_weights, transferred_weights},
@@ -56,29 +58,29 @@ fn winding_number(mesh: &TriMesh, p: Vec3) -> f64 {
 }
 
 #[test]
-fn the_shirt_is_on_the_side_of_the_body_that_its_winding_number_says() {
+fn the_side_of_every_shirt_vertex_agrees_with_its_winding_number() {
     let (Some(body), Some(shirt)) = (body(), shirt()) else {
         return;
     };
     let surface = Surface::build(&body);
-    let (mut inside, mut doubtful) = (0, 0);
+    let (mut inside, mut wrong) = (0, 0);
     for &p in &shirt.vertices {
         let hit = surface.closest(p).unwrap();
         let winding = winding_number(&body, p);
         inside += usize::from(hit.signed_distance < 0.0);
-        // Other than 0 and 1: inside a fold of the body, which has two insides.
+        // Winding numbers other than 0 and 1 are in folds, where the body overlaps itself.
         let sound = (winding - winding.round()).abs() < 0.01 && (-0.5..1.5).contains(&winding);
-        doubtful += usize::from(sound && (winding > 0.5) != (hit.signed_distance < 0.0));
+        wrong += usize::from(sound && (winding > 0.5) != (hit.signed_distance < 0.0));
     }
     let share = inside as f64 / shirt.vertices.len() as f64;
     assert!(
         (0.06..0.09).contains(&share),
         "its rest shape cuts into the body: {share}"
     );
-    assert!(doubtful == 0, "{doubtful} vertices on the wrong side");
+    assert!(wrong == 0, "{wrong} vertices on the wrong side");
 }
 
-/// Weights of two halves, left and right, that jump at the middle of the garment.
+/// Weights on one joint for each half, left and right, with a jump in the middle of the garment.
 fn halves(mesh: &TriMesh) -> SkinningWeights {
     let rows = mesh
         .vertices
@@ -90,13 +92,14 @@ fn halves(mesh: &TriMesh) -> SkinningWeights {
 #[test]
 fn diffusion_turns_a_jump_into_a_slope() {
     let Some(shirt) = shirt() else { return };
-    assert_eq!(components(shirt.vertices.len(), &shirt.faces).1, 1);
+    assert_eq!(components(shirt.vertices.len(), &shirt.faces).count, 1);
     let smooth = diffused_weights(&halves(&shirt), &shirt, DIFFUSION_LENGTH_M).unwrap();
     let dense = smooth.to_dense();
     for [a, b] in edges(&shirt.faces) {
         let (a, b) = (a as usize, b as usize);
         let apart = shirt.vertices[a].distance(shirt.vertices[b]);
-        // The slope of e^(−x / l) / 2 is nowhere above 1 / (2 l); half as much again for the mesh.
+        // The slope of e^(−x / l) / 2 is at most 1 / (2 l); the tolerance for the mesh is half of
+        // that.
         let steepest = 0.75 / DIFFUSION_LENGTH_M * apart;
         assert!(
             (dense[3 * a] - dense[3 * b]).abs() <= steepest,
@@ -113,10 +116,10 @@ fn diffusion_turns_a_jump_into_a_slope() {
 }
 
 #[test]
-fn a_finer_shirt_wears_the_same_weights() {
+fn weights_transfer_to_a_finer_shirt() {
     let Some(shirt) = shirt() else { return };
     let smooth = diffused_weights(&halves(&shirt), &shirt, DIFFUSION_LENGTH_M).unwrap();
-    let (finer, parents) = unic_core::subdivide::subdivided(&shirt);
+    let Subdivided { mesh: finer, parents } = subdivided(&shirt);
     let carried = transferred_weights(&shirt, &smooth, &finer.vertices)
         .unwrap()
         .to_dense();
@@ -129,7 +132,7 @@ fn a_finer_shirt_wears_the_same_weights() {
     }
 }
 
-/// Least microseconds of 100 runs.
+/// Shortest time of 100 runs, microseconds.
 fn microseconds(mut work: impl FnMut()) -> f64 {
     let once = |_| {
         let start = Instant::now();
@@ -140,8 +143,8 @@ fn microseconds(mut work: impl FnMut()) -> f64 {
 }
 
 #[test]
-#[ignore = "prints what queries cost: run with --ignored --nocapture"]
-fn costs() {
+#[ignore = "prints the times of queries: run with --ignored --nocapture"]
+fn query_times() {
     let (Some(body), Some(shirt)) = (body(), shirt()) else {
         return;
     };

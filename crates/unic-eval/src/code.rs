@@ -1,27 +1,30 @@
-//! How categorical a model's code of the motion is.
+//! Certainty of a model's motion code: how clearly motions select its categories.
 
 use crate::kinematics::PreparedClip;
 use serde::{Deserialize, Serialize};
-use unic_core::{model::Model, network::EncoderScratch};
+use unic_core::{Model, network::EncoderScratch};
 
-/// How far motions decide the categories of a model's code.
+/// Certainty with which motions select the categories of a model's code.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CodeCertainty {
-    /// Largest probability in the softmax of a channel's logits, averaged over channels and frames. 1: every
-    /// category is certain.
+    /// Largest probability in the softmax of a channel's logits, averaged over channels and frames.
+    /// 1 means that every category is certain.
     pub mean_top_probability: f64,
-    /// Top probability where no category is preferred: one over their number.
+    /// Top probability of a uniform distribution: one over the number of categories.
     pub uniform: f64,
-    /// Frames that it was measured in.
+    /// Number of measured frames.
     pub frames: usize,
 }
 
-/// Frames that are looked at, spread over all clips: encoders of the published size read 94 MB a frame.
+/// Largest number of measured frames, spread over all clips. An encoder of the published size reads
+/// 94 MB for each.
 const MOST_FRAMES: usize = 200;
 
 impl CodeCertainty {
-    /// Over clips that were prepared with the model's own motion specification. `None` where channels have a
-    /// single category, so that there is nothing to decide, and without frames.
+    /// Measures clips that are prepared with the model's own motion specification.
+    ///
+    /// Returns `None` where channels have a single category, so that nothing is selected, and where
+    /// there are no frames.
     pub fn measure(model: &Model, clips: &[PreparedClip]) -> Option<Self> {
         let categories = model.config().encoder.categories;
         let pairs = |c: &PreparedClip| 1..c.kinematics.len();
@@ -31,6 +34,7 @@ impl CodeCertainty {
         }
         let (mut scratch, mut input) = (EncoderScratch::default(), Vec::new());
         let (mut sum, mut frames) = (0.0, 0);
+        // Every nth frame over all clips, so that long clips count more than short ones.
         let places = clips.iter().flat_map(|c| pairs(c).map(move |t| (c, t)));
         for (clip, t) in places.step_by(all.div_ceil(MOST_FRAMES)) {
             let pair = [clip.kinematics.motion(t - 1), clip.kinematics.motion(t)];
@@ -45,7 +49,7 @@ impl CodeCertainty {
         })
     }
 
-    /// Over the named clips of a capture.
+    /// Measures the named clips of a capture, as [`measure`](Self::measure) does.
     ///
     /// # Errors
     /// Files that cannot be used.

@@ -1,12 +1,13 @@
-//! How much of a motion lies within what a capture has seen.
+//! Coverage: how much of a motion resembles the training motion of a capture.
 //!
-//! A learnt garment knows the motions that it was shown. [`Coverage`] holds every training frame of
-//! a capture as pose and velocity (the heading layout of
-//! [`motion`](unic_core::motion), normalised), and asks of every frame of a motion how far its
-//! nearest neighbour is. What counts as near is the capture's own measure: the 95th percentile of
-//! the distances of its frames to the rest of it, with the second around each frame left out.
-//! A distance says *that* something is new; speeds, turning rates, and every joint's angle and
-//! speed against the ranges of the capture say *what*.
+//! A model knows the motions that it was trained on. [`Coverage`] holds every training frame of a
+//! capture as pose and velocity: the heading layout of [`motion`](unic_core::motion), normalised.
+//! For every frame of a motion it finds the nearest training frame. A frame is covered when this
+//! distance is not above the capture's own measure: the 95th percentile of the distances of its
+//! frames to the rest of it, where frames within half a second do not count.
+//!
+//! A distance shows *that* something is new. To show *what*, speeds, turning rates and the angles
+//! and speeds of all joints are compared with their ranges in the capture.
 //!
 //! ```no_run
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -27,9 +28,10 @@ mod quantities;
 mod report;
 #[cfg(test)]
 mod tests;
+mod unit;
 
-pub use quantities::Unit;
 pub use report::{CoverageReport, Excess, KindShare, Place, Stretch};
+pub use unit::Unit;
 
 use crate::{
     error::{Error, Result},
@@ -43,49 +45,52 @@ use unic_core::{
     clip::Clip,
     motion::{MotionLayout, MotionSpec, VelocityScheme},
 };
-use unic_io::{Capture, MotionOptions, Seating, Split, UpAxis, import_motion};
+use unic_io::{Capture, GroundPlacement, MotionOptions, Split, UpAxis, import_motion};
 
-/// Frames that are kept to compare with; longer captures are thinned out evenly.
+/// Largest number of frames to compare with. Longer captures are thinned out evenly.
 const MOST_FRAMES: usize = 30_000;
 
-/// Frames of the capture that give the scale.
+/// Number of frames of the capture from which the distance of covered frames is computed.
 const SCALE_FRAMES: usize = 3_000;
 
-/// Time around a frame in which others of its clip do not count as having seen it, seconds.
+/// Time around a frame in which other frames of its clip do not count as neighbours, seconds.
 const OWN_SECONDS: f32 = 0.5;
 
-/// Share of the capture's own distances that count as seen.
+/// Share of the capture's own distances that count as covered.
 const SEEN_SHARE: f32 = 0.95;
 
-/// Half of √2, the distance between two frames of a capture that have nothing to do with each other.
+/// Distance above which a capture is sparse: half of √2, the distance of two unrelated frames of a
+/// capture.
 const SPARSE: f32 = 0.7;
 
-/// Uncovered frames that are this close together are one stretch, seconds.
+/// Largest gap between uncovered frames of one stretch, seconds.
 const STRETCH_GAP: f32 = 0.3;
 
-/// Stretches that a report names.
+/// Largest number of stretches in a report.
 const STRETCHES: usize = 5;
 
-/// What a capture has seen.
+/// Training motion of a capture, prepared for comparisons.
 #[derive(Clone, Debug)]
 pub struct Coverage {
     spec: MotionSpec,
     character: Character,
+    /// Name of each clip.
     names: Vec<String>,
     fps: f32,
     frames: Frames,
-    /// Distance up to which a frame counts as seen.
+    /// Largest distance of a covered frame.
     seen: f32,
     ranges: Ranges,
-    /// Seconds of each [`Kind`].
+    /// Seconds of each [`Kind`] of movement.
     kind_seconds: [f32; Kind::COUNT],
 }
 
 impl Coverage {
-    /// The training clips of a capture; their garments are not read.
+    /// Reads the training motion of a capture. The garments are not read.
     ///
     /// # Errors
-    /// Clips that cannot be read, none of two frames or more, contact joints that do not fit.
+    /// Clips that cannot be read, no clip of two frames or more, and contact joints that do not
+    /// fit.
     pub fn of(capture: &Capture) -> Result<Self> {
         let clips = capture_clips(capture, Split::Train)?;
         if clips.iter().all(|clip| clip.len() < 2) {
@@ -102,7 +107,7 @@ impl Coverage {
         Self::fit(spec, &capture.character, &clips)
     }
 
-    /// Any clips of a character, at one frame rate; `spec` has the heading layout.
+    /// Prepares clips of a character, which have one frame rate. `spec` has the heading layout.
     ///
     /// # Errors
     /// Motion vectors that are not finite.
@@ -127,6 +132,7 @@ impl Coverage {
         ranges.close();
         let frames = Frames::fit(skeleton.len(), &kinematics, MOST_FRAMES)?;
         let fps = clips.first().map_or(30.0, |clip| clip.fps);
+        // Neighbours in time are always near and would make every frame look covered.
         let own = (OWN_SECONDS * fps).ceil() as usize;
         let seen = quantile(frames.own_distances(SCALE_FRAMES, own), SEEN_SHARE);
         Ok(Self {
@@ -141,22 +147,22 @@ impl Coverage {
         })
     }
 
-    /// Distance up to which a frame counts as seen: root mean square over the elements of the
+    /// Returns the largest distance of a covered frame: root mean square over the elements of the
     /// normalised motion vector, in standard deviations of the training frames.
     pub fn seen_distance(&self) -> f32 {
         self.seen
     }
 
-    /// Whether the capture's own frames are so far from each other that a motion counts as seen by
-    /// little: many different clips, each shown once.
+    /// Returns whether the capture's own frames are so far apart that the coverage of a motion
+    /// means little. Captures of many different clips, each shown once, are like this.
     pub fn is_sparse(&self) -> bool {
         self.seen > SPARSE
     }
 
-    /// Compares a motion of the same character with the capture. The motion should have the
-    /// capture's frame rate: velocities are differences of frames.
+    /// Compares a motion of the same character with the capture.
     ///
-    /// Frames that are not finite are not covered.
+    /// The motion should have the capture's frame rate, because velocities are differences of
+    /// frames. Frames that are not finite are not covered.
     pub fn assess(&self, clip: &Clip) -> CoverageReport {
         let skeleton = &self.character.skeleton;
         let kinematics = ClipKinematics::new(&self.spec, skeleton, clip);
@@ -179,6 +185,7 @@ impl Coverage {
             kinds: self.kinds(&quantities, &values, &kinematics, clip.fps),
         };
         for range in stretches(&distances, clip.fps) {
+            // The farthest frame of a stretch represents it in the report.
             let peak = range
                 .clone()
                 .max_by(|&a, &b| distances[a].total_cmp(&distances[b]));
@@ -189,8 +196,8 @@ impl Coverage {
                 to_seconds: range.end as f32 / clip.fps,
                 distance: distances[peak],
                 nearest: Place {
-                    clip: self.names.get(nearest.clip).cloned().unwrap_or_default(),
-                    seconds: nearest.frame as f32 / self.fps,
+                    clip: self.names.get(nearest.at.clip).cloned().unwrap_or_default(),
+                    seconds: nearest.at.frame as f32 / self.fps,
                 },
                 reasons: self.ranges.outside(&quantities, &values, range, clip.fps),
             });
@@ -198,6 +205,7 @@ impl Coverage {
         report
     }
 
+    /// Returns the kinds of movement in a motion, with their time in the motion and in the capture.
     fn kinds(
         &self,
         quantities: &Quantities,
@@ -221,15 +229,15 @@ impl Coverage {
     }
 }
 
-/// Motions of one split of a capture, without the garment.
+/// Reads the motions of one split of a capture, without the garment.
 ///
 /// # Errors
 /// Clips that cannot be read.
 pub fn capture_clips(capture: &Capture, split: Split) -> Result<Vec<Clip>> {
-    // A capture is Y up and stands where it was simulated.
+    // A capture is Y up and needs no correction of its place.
     let options = MotionOptions {
         up: UpAxis::Y,
-        seating: Seating::Keep,
+        ground: GroundPlacement::Keep,
         ..MotionOptions::default()
     };
     let read = |name: &String| {
@@ -239,8 +247,8 @@ pub fn capture_clips(capture: &Capture, split: Split) -> Result<Vec<Clip>> {
     capture.clip_names(split).iter().map(read).collect()
 }
 
-/// Ranges of frames beyond the distance that counts as seen, those that weigh most (distance
-/// beyond, summed) first.
+/// Returns stretches of uncovered frames, given distances in units of the largest covered one. The
+/// heaviest come first: the weight is the sum of the distances beyond 1.
 fn stretches(distances: &[f32], fps: f32) -> Vec<std::ops::Range<usize>> {
     let mut found: Vec<std::ops::Range<usize>> = Vec::new();
     for frame in (0..distances.len()).filter(|&t| distances[t] > 1.0) {
@@ -257,9 +265,11 @@ fn stretches(distances: &[f32], fps: f32) -> Vec<std::ops::Range<usize>> {
     found
 }
 
-/// The value below which this share of the values lies; the least positive number for none at all,
-/// so that nothing counts as seen.
+/// Returns the value below which this share of the values lies.
+///
+/// Without values it returns the least positive number, so that nothing is covered.
 fn quantile(mut values: Vec<f32>, share: f32) -> f32 {
+    // Frames without a neighbour are infinitely far and sort last.
     values.sort_by(f32::total_cmp);
     let at = (share * values.len().saturating_sub(1) as f32).round() as usize;
     values.get(at).copied().unwrap_or(0.0).max(f32::MIN_POSITIVE)

@@ -1,7 +1,7 @@
-//! Keeping every predicted position, for pictures and for metrics that are not ours.
+//! Files of all predicted positions, for pictures and for metrics of other programs.
 
 use crate::{
-    evaluate::Event,
+    event::Event,
     predictor::{Mode, PredictorError},
 };
 use glam::Vec3;
@@ -14,31 +14,36 @@ use unic_io::{
     npy::{Dim, read_npy},
 };
 
-/// Writes `CLIP.npz` for each clip into a folder: an array (T, V, 3) f32 of world positions in
-/// metres a row and mode, named as in `ridge.free_running`, and the truth as `truth`. Frame 0 is
-/// the truth's in all of them.
+/// Writes all predictions of an evaluation: one file `CLIP.npz` for each clip, in one folder.
 ///
-/// Frames pass through temporary files in the folder, so that one row of one clip at a time is in
-/// memory.
+/// A file has an array (T, V, 3) f32 of world positions in metres for each predictor and mode, such
+/// as `ridge.free_running`, and the array `truth`. Frame 0 is the true one in all of them.
+///
+/// Memory holds one array at a time: frames are first written to temporary files in the folder.
 #[derive(Debug)]
 pub struct Dump {
     folder: PathBuf,
     clip: Option<OpenClip>,
 }
 
+/// Clip under evaluation.
 #[derive(Debug)]
 struct OpenClip {
+    /// Path of the npz file.
     target: PathBuf,
+    /// Folder of one npy file for each array.
     spool: TemporaryFolder,
+    /// True positions of frame 0.
     first: Vec<Vec3>,
-    rows: IndexMap<String, VertexFramesWriter>,
+    /// Open npy file of each array, by name.
+    arrays: IndexMap<String, VertexFramesWriter>,
 }
 
 impl Dump {
-    /// Into this folder, which is made when there is none.
+    /// Starts to write into a folder, which is made where it does not exist.
     ///
     /// # Errors
-    /// The folder cannot be made.
+    /// A folder that cannot be made.
     pub fn create(folder: &Path) -> std::io::Result<Self> {
         std::fs::create_dir_all(folder)?;
         Ok(Self {
@@ -47,7 +52,7 @@ impl Dump {
         })
     }
 
-    /// Takes part in an evaluation; call it from the observer of [`evaluate`](crate::evaluate).
+    /// Handles an event. Call it from the observer of [`evaluate`](crate::evaluate()).
     ///
     /// # Errors
     /// Files that cannot be written.
@@ -59,8 +64,10 @@ impl Dump {
                     target: self.folder.join(format!("{}.npz", clip.name())),
                     spool: TemporaryFolder::create_in(&self.folder)?,
                     first: garment.frame(0).to_vec(),
-                    rows: IndexMap::new(),
+                    arrays: IndexMap::new(),
                 };
+                // The truth comes first, so that it is the first array of the file. Frame 0 is
+                // written when an array begins.
                 for frame in 1..clip.len() {
                     open.push("truth".to_owned(), garment.frame(frame))?;
                 }
@@ -68,9 +75,12 @@ impl Dump {
                 Ok(())
             }
             Event::Predicted {
-                row, mode, positions, ..
+                predictor,
+                mode,
+                positions,
+                ..
             } => match &mut self.clip {
-                Some(clip) => clip.push(array_name(row, mode), positions),
+                Some(clip) => clip.push(array_name(predictor, mode), positions),
                 None => Ok(()),
             },
             Event::Progress { .. } => Ok(()),
@@ -79,42 +89,48 @@ impl Dump {
     }
 }
 
-fn array_name(row: &str, mode: Mode) -> String {
-    format!("{row}.{}", mode.name())
+/// Returns the name of an array in the npz file.
+fn array_name(predictor: &str, mode: Mode) -> String {
+    format!("{predictor}.{}", mode.name())
 }
 
 impl OpenClip {
+    /// Appends a frame to an array.
     fn push(&mut self, array: String, positions: &[Vec3]) -> Result<(), PredictorError> {
         let spooled = self.spool(array, positions);
-        Ok(spooled.map_err(|error| error.of(&self.target))?)
+        Ok(spooled.map_err(|error| error.with_path(&self.target))?)
     }
 
+    /// Appends a frame to the npy file of an array, which begins with frame 0.
     fn spool(&mut self, array: String, positions: &[Vec3]) -> unic_io::Result<()> {
-        if !self.rows.contains_key(&array) {
+        if !self.arrays.contains_key(&array) {
             let path = self.spool.path().join(format!("{array}.npy"));
             let mut frames = VertexFramesWriter::create(&path, self.first.len())?;
             frames.push(&self.first)?;
-            self.rows.insert(array.clone(), frames);
+            self.arrays.insert(array.clone(), frames);
         }
-        if let Some(frames) = self.rows.get_mut(&array) {
+        if let Some(frames) = self.arrays.get_mut(&array) {
             frames.push(positions)?;
         }
         Ok(())
     }
 
+    /// Writes the npz file.
     fn finish(self) -> Result<(), PredictorError> {
         let target = self.target.clone();
-        Ok(self.pack().map_err(|error| error.of(&target))?)
+        Ok(self.pack().map_err(|error| error.with_path(&target))?)
     }
 
+    /// Moves the arrays from their npy files to the npz file.
     fn pack(self) -> unic_io::Result<()> {
         let mut npz = NpzWriter::create(&self.target)?;
-        for (array, frames) in self.rows {
+        for (array, frames) in self.arrays {
             let path = self.spool.path().join(format!("{array}.npy"));
             frames.finish()?;
             let array_of_frames = read_npy::<f32>(&path, &[Dim::Any("T"), Dim::Any("V"), Dim::Is(3)])?;
             npz.f32s(&array, &array_of_frames.shape, &array_of_frames.data)?;
-            // Room for the next; what stays goes with the folder.
+            // Removing the file now limits the disk space in use. Where that fails, the folder is
+            // removed later.
             let _ = std::fs::remove_file(&path);
         }
         npz.finish()

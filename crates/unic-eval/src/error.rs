@@ -1,72 +1,72 @@
-//! What can go wrong in an evaluation.
+//! Errors of fits and evaluations.
 
 use crate::predictor::PredictorError;
 use thiserror::Error;
-use unic_core::{animator::AnimatorError, motion::MotionError};
+use unic_core::{AnimatorError, motion::MotionError};
 
-/// Result of fitting or evaluating.
+/// Result of a fit or an evaluation.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// One sentence each.
+/// Error of a fit or an evaluation. Its text is one sentence.
 #[derive(Debug, Error)]
 pub enum Error {
     /// A file of the capture cannot be used.
     #[error(transparent)]
     File(#[from] unic_io::Error),
-    /// The skeleton and the contact joints do not fit.
+    /// The contact joints do not fit the skeleton.
     #[error(transparent)]
     Motion(#[from] MotionError),
-    /// Nothing to fit baselines on.
+    /// The capture has no training clips of two frames or more.
     #[error("capture {capture}: expected training clips of two frames or more, found none")]
     NoTraining {
-        /// Its name.
+        /// Name of the capture.
         capture: String,
     },
-    /// Nothing to evaluate on.
+    /// No clips are given to evaluate on.
     #[error("capture {capture}: expected clips to evaluate on, found none")]
     NoClips {
-        /// Its name.
+        /// Name of the capture.
         capture: String,
     },
-    /// A predictor gave up.
-    #[error("{row} on clip {clip}: {source}")]
+    /// A predictor failed.
+    #[error("{predictor} on clip {clip}: {source}")]
     Predictor {
-        /// The row of the table.
-        row: String,
-        /// The clip.
+        /// Name of the predictor.
+        predictor: String,
+        /// Name of the clip.
         clip: String,
-        /// Why.
+        /// Cause.
         source: PredictorError,
     },
-    /// A predictor gave a garment of another mesh.
-    #[error("{row} on clip {clip}: expected {expected} garment vertices, found {found}")]
+    /// A predictor returned another number of vertices than the garment has.
+    #[error("{predictor} on clip {clip}: expected {expected} garment vertices, found {found}")]
     Vertices {
-        /// The row of the table.
-        row: String,
-        /// The clip.
+        /// Name of the predictor.
+        predictor: String,
+        /// Name of the clip.
         clip: String,
-        /// Vertices of the capture's garment.
+        /// Number of vertices of the capture's garment.
         expected: usize,
-        /// Vertices predicted.
+        /// Number of predicted vertices.
         found: usize,
     },
-    /// Whoever listens to the evaluation could not take a frame.
+    /// The observer of the evaluation failed.
     #[error("cannot keep the predictions of clip {clip}: {source}")]
     Observer {
-        /// The clip.
+        /// Name of the clip.
         clip: String,
-        /// Why.
+        /// Cause.
         source: PredictorError,
     },
-    /// An animator refused a clip.
+    /// An animator refused the motion of a clip.
     #[error("the animator on clip {clip}: {source}")]
     Animator {
-        /// The clip, as it is or changed.
+        /// Name of the clip, or of the motion made from it.
         clip: String,
-        /// Why.
+        /// Cause.
         source: AnimatorError,
     },
-    /// Whoever watches asked to stop.
+    /// The observer of a measurement asked to stop.
     #[error("{0}")]
     Stopped(#[source] PredictorError),
 }

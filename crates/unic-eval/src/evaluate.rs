@@ -1,244 +1,119 @@
-//! Running predictors over clips and measuring every frame.
+//! Evaluation: predictors run over clips of a capture, and every frame is measured.
 
 use crate::{
-    bench::{Bench, ModeSums, tell},
+    clip_evaluator::{ClipEvaluator, SumsByMode},
     error::{Error, Result},
+    event::{Event, Observer, notify},
     kinematics::PreparedClip,
     metrics::PooledMetrics,
-    predictor::{Mode, Predictor, PredictorError},
+    predictor::{MODEL, Mode, NamedPredictor},
     report::{ByMode, Evaluation, Scores},
-    training::TrainingSet,
+    training::baseline_motion_spec,
 };
-use glam::Vec3;
 use std::num::NonZeroUsize;
-use unic_core::motion::{MotionLayout, MotionSpec, VelocityScheme};
-use unic_io::{Capture, Split};
+use unic_io::Capture;
 
-/// Name of the row that stands beside the baselines.
-pub const MODEL: &str = "model";
-
-/// Name of the row of a displacement model's prior on its own, first of the baselines.
-pub const PRIOR: &str = "prior";
-
-/// A predictor with its name in the table.
-pub struct Row {
-    /// As in JSON; [`MODEL`] or a baseline's.
-    pub name: String,
-    /// What is measured.
-    pub predictor: Box<dyn Predictor>,
-}
-
-impl Row {
-    /// The model under evaluation.
-    pub fn model(predictor: impl Predictor + 'static) -> Self {
-        Self::baseline(MODEL, predictor)
-    }
-
-    /// Something to compare it with.
-    pub fn baseline(name: &str, predictor: impl Predictor + 'static) -> Self {
-        Self {
-            name: name.to_owned(),
-            predictor: Box::new(predictor),
-        }
-    }
-}
-
-/// What an evaluation tells while it runs; see [`evaluate`].
-#[derive(Clone, Copy, Debug)]
-pub enum Event<'a> {
-    /// A clip has been read.
-    ClipStarted {
-        /// The clip.
-        clip: &'a PreparedClip,
-        /// Its place among the clips, from 0.
-        index: usize,
-        /// Number of clips.
-        count: usize,
-    },
-    /// A row has predicted a frame.
-    Predicted {
-        /// The row's name.
-        row: &'a str,
-        /// How it ran.
-        mode: Mode,
-        /// The frame, from 1.
-        frame: usize,
-        /// World positions, metres.
-        positions: &'a [Vec3],
-    },
-    /// Frames of the clip are done, in one of the modes.
-    Progress {
-        /// How the rows ran.
-        mode: Mode,
-        /// Frames done, frame 0 included.
-        done: usize,
-        /// Frames of the clip.
-        total: usize,
-    },
-    /// All rows have run over the clip.
-    ClipFinished,
-}
-
-/// How much of each clip is measured.
+/// Extent of an evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Protocol {
-    /// How rows run.
+    /// Modes in which predictors run.
     pub modes: &'static [Mode],
-    /// Frames that are predicted at most, from frame 1 on; none for all of a clip.
+    /// Number of frames to predict in each clip, from frame 1 on. `None` stands for all.
     pub frames: Option<NonZeroUsize>,
+    /// Interval of the frames whose nearest points are searched, which takes most of the time.
+    ///
+    /// The Hausdorff distance and all metrics of the body come from these frames. Vertex errors,
+    /// jitter and edge lengths come from every frame.
+    pub nearest_every: NonZeroUsize,
 }
 
 impl Default for Protocol {
-    /// Whole clips, both ways.
+    /// All frames of whole clips, in both modes.
     fn default() -> Self {
         Self {
             modes: &[Mode::OneStep, Mode::FreeRunning],
             frames: None,
+            nearest_every: NonZeroUsize::MIN,
         }
     }
 }
 
-/// Listens to an evaluation: a progress bar, a [`Dump`](crate::Dump). An error ends it.
-pub type Observer<'a> = dyn FnMut(&Event) -> std::result::Result<(), PredictorError> + 'a;
-
-/// Measures all rows on the named clips of a capture.
+/// Measures all predictors on the named clips of a capture, completely and in both modes.
 ///
-/// Clips are read one at a time and frames in chunks, so that memory does not grow with them. The
-/// posed body and its trees are made once a frame and mode and shared by the rows. The result has
-/// the same bits for any number of threads.
+/// Memory does not grow with the clips: one clip is open at a time, and its frames pass in chunks.
+/// All predictors share the posed body and its trees. The result has the same bits for any number
+/// of threads.
 ///
 /// # Errors
-/// No clips, files that cannot be used, predictors or observers that give up.
+/// No clips, files that cannot be used, and predictors or observers that fail.
 pub fn evaluate(
     capture: &Capture,
-    rows: &mut [Row],
+    predictors: &mut [NamedPredictor],
     clips: &[String],
     observe: &mut Observer,
 ) -> Result<Evaluation> {
-    evaluate_sampled(capture, rows, clips, NonZeroUsize::MIN, observe)
+    evaluate_by(&Protocol::default(), capture, predictors, clips, observe)
 }
 
-/// As [`evaluate`], with nearest points looked for in every `nearest_every`th frame alone: errors, jitter
-/// and edges are those of all frames, the Hausdorff distance and everything about the body those of a
-/// sample, and most of the time is saved.
+/// Measures all predictors on the named clips of a capture as [`evaluate`] does, to the extent that
+/// a protocol asks for.
 ///
 /// # Errors
-/// As [`evaluate`].
-pub fn evaluate_sampled(
-    capture: &Capture,
-    rows: &mut [Row],
-    clips: &[String],
-    nearest_every: NonZeroUsize,
-    observe: &mut Observer,
-) -> Result<Evaluation> {
-    evaluate_by(&Protocol::default(), capture, rows, clips, nearest_every, observe)
-}
-
-/// As [`evaluate_sampled`], of as much as a protocol asks for.
-///
-/// # Errors
-/// As [`evaluate`].
+/// No clips, files that cannot be used, and predictors or observers that fail.
 pub fn evaluate_by(
     protocol: &Protocol,
     capture: &Capture,
-    rows: &mut [Row],
+    predictors: &mut [NamedPredictor],
     clips: &[String],
-    nearest_every: NonZeroUsize,
     observe: &mut Observer,
 ) -> Result<Evaluation> {
     if clips.is_empty() {
         let capture = capture.manifest.name.clone();
         return Err(Error::NoClips { capture });
     }
-    let spec = motion_spec(capture)?;
-    let mut bench = Bench::new(&capture.character, &capture.garment, nearest_every);
-    bench.modes = protocol.modes;
-    let mut pooled = vec![ModeSums::default(); rows.len()];
+    let spec = baseline_motion_spec(capture)?;
+    let (modes, every) = (protocol.modes, protocol.nearest_every);
+    let mut evaluator = ClipEvaluator::new(&capture.character, &capture.garment, modes, every);
+    let mut pooled = vec![SumsByMode::default(); predictors.len()];
     let mut evaluation = Evaluation::default();
     for (index, name) in clips.iter().enumerate() {
         let mut captured = capture.load_clip(name)?;
         if let Some(frames) = protocol.frames {
-            // Frame 0 is given.
+            // Frame 0 is given and does not count.
             captured.clip.poses.truncate(frames.get() + 1);
         }
         let clip = PreparedClip::new(&spec, &capture.character.skeleton, captured);
-        let count = clips.len();
         let started = Event::ClipStarted {
             clip: &clip,
             index,
-            count,
+            count: clips.len(),
         };
-        tell(&clip, observe, &started)?;
-        let sums = bench.run(&clip, rows, observe)?;
-        tell(&clip, observe, &Event::ClipFinished)?;
-        evaluation.clips.insert(name.clone(), scores(rows, &sums));
+        notify(&clip, observe, &started)?;
+        let sums = evaluator.run(&clip, predictors, observe)?;
+        notify(&clip, observe, &Event::ClipFinished)?;
+        evaluation.clips.insert(name.clone(), scores(predictors, &sums));
+        // Clips are pooled in their order: floating-point sums depend on it.
         for (all, clip) in pooled.iter_mut().flatten().zip(sums.iter().flatten()) {
             all.pool(clip);
         }
     }
-    evaluation.pooled = scores(rows, &pooled);
+    evaluation.pooled = scores(predictors, &pooled);
     Ok(evaluation)
 }
 
-/// Reads the clips that baselines are fitted on.
-///
-/// Clips whose garment is a `.npy` file are mapped and take no memory of their own; garments in
-/// npz files are read whole.
-///
-/// # Errors
-/// No training clips, files that cannot be used.
-pub fn training_set(capture: &Capture) -> Result<TrainingSet> {
-    training_set_of(capture, &motion_spec(capture)?)
-}
-
-/// Reads the clips that baselines are fitted on, with motion vectors of a given specification.
-///
-/// # Errors
-/// No training clips, files that cannot be used.
-pub fn training_set_of(capture: &Capture, spec: &MotionSpec) -> Result<TrainingSet> {
-    let load = |split| -> Result<Vec<PreparedClip>> {
-        let names = capture.clip_names(split).iter();
-        let prepare = |name: &String| {
-            let captured = capture.load_clip(name)?;
-            Ok(PreparedClip::new(spec, &capture.character.skeleton, captured))
-        };
-        names.map(prepare).collect()
-    };
-    let train = load(Split::Train)?;
-    if train.iter().all(|clip| clip.len() < 2) {
-        let capture = capture.manifest.name.clone();
-        return Err(Error::NoTraining { capture });
-    }
-    Ok(TrainingSet {
-        garment: capture.garment.clone(),
-        train,
-        validation: load(Split::Validation)?,
-    })
-}
-
-/// The motion vector that baselines read: heading layout, backward velocities.
-fn motion_spec(capture: &Capture) -> Result<MotionSpec> {
-    let (layout, velocity) = (MotionLayout::Heading, VelocityScheme::Backward);
-    Ok(MotionSpec::new(
-        layout,
-        velocity,
-        capture.contact_joints,
-        &capture.character,
-    )?)
-}
-
-fn scores(rows: &[Row], sums: &[ModeSums]) -> Scores {
+/// Turns the sums of each predictor into metrics. Modes without frames have none.
+fn scores(predictors: &[NamedPredictor], sums: &[SumsByMode]) -> Scores {
     let mut scores = Scores::default();
-    for (row, [one_step, free_running]) in rows.iter().zip(sums) {
+    for (predictor, [one_step, free_running]) in predictors.iter().zip(sums) {
         let metrics = |s: &PooledMetrics| (s.frames() > 0).then(|| s.metrics());
         let by_mode = ByMode {
             one_step: metrics(one_step),
             free_running: metrics(free_running),
         };
-        if row.name == MODEL {
+        if predictor.name == MODEL {
             scores.model = Some(by_mode);
         } else {
-            scores.baselines.insert(row.name.clone(), by_mode);
+            scores.baselines.insert(predictor.name.clone(), by_mode);
         }
     }
     scores

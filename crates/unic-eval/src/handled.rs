@@ -1,4 +1,4 @@
-//! Intersection handling of what is not a model.
+//! Intersection handling for predictors that are no models.
 
 use crate::{
     kinematics::PreparedClip,
@@ -7,20 +7,21 @@ use crate::{
 use glam::Vec3;
 use std::sync::Arc;
 use unic_core::{
+    IntersectionMode,
     character::{Character, Garment},
-    config::IntersectionMode,
     intersection::GarmentHandling,
 };
 
-/// Intersection handling in a mode, for a garment on a character.
+/// Moves garment vertices out of a character's body, in one handling mode.
 #[derive(Clone, Debug)]
-pub struct Handler {
+pub struct IntersectionHandler {
     character: Arc<Character>,
     handling: GarmentHandling,
 }
 
-impl Handler {
-    /// Handling as an animator in this mode does it; `None` where the mode leaves vertices as they are.
+impl IntersectionHandler {
+    /// Prepares the handling that an animator does in this mode. Returns `None` where the mode
+    /// leaves vertices as they are.
     pub fn new(mode: IntersectionMode, character: &Character, garment: &Garment) -> Option<Self> {
         if mode == IntersectionMode::Off {
             return None;
@@ -32,19 +33,19 @@ impl Handler {
     }
 }
 
-/// A predictor whose positions are moved out of the body as a model's are.
+/// Predictor whose positions are moved out of the body as a model's are.
 ///
-/// Without it a comparison with a model that handles intersections counts vertices inside the body
-/// that nobody has tried to move out.
+/// A model that handles intersections is compared with such a predictor. The vertices of others are
+/// inside the body because nothing moves them out.
 #[derive(Clone, Debug)]
 pub struct HandledPredictor<P> {
     inner: P,
-    handler: Handler,
+    handler: IntersectionHandler,
 }
 
 impl<P> HandledPredictor<P> {
-    /// Handles each frame for itself: what `inner` remembers is not moved.
-    pub fn new(inner: P, handler: Handler) -> Self {
+    /// Wraps a predictor. Each frame is handled on its own: the state of `inner` does not change.
+    pub fn new(inner: P, handler: IntersectionHandler) -> Self {
         Self { inner, handler }
     }
 }
@@ -65,7 +66,9 @@ impl<P: Predictor> Predictor for HandledPredictor<P> {
         positions: &mut Vec<Vec3>,
     ) -> Result<(), PredictorError> {
         self.inner.predict(clip, frame, positions)?;
-        let Handler { character, handling } = &mut self.handler;
+        let IntersectionHandler { character, handling } = &mut self.handler;
+        // The body is the character's by linear blend skinning, as in an animator, also where the
+        // clip has its own.
         handling.pose(character, clip.kinematics.world_from_rest(frame));
         handling.apply(positions);
         Ok(())

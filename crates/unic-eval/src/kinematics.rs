@@ -1,4 +1,4 @@
-//! What the skeleton does in a clip, computed once and shared by everything that is evaluated on it.
+//! Skeleton poses and motion vectors of a clip, computed once and shared by all predictors.
 
 use unic_core::{
     clip::Clip,
@@ -11,17 +11,22 @@ use unic_io::CapturedClip;
 /// Joint transforms, heading frames and motion vectors of every frame of a clip.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClipKinematics {
+    /// Number of joints J.
     joints: usize,
-    /// T × J.
+    /// `world_from_rest` of every joint in every frame, T × J.
     world_from_rest: Vec<Rigid>,
+    /// Coordinate frame of each motion vector.
     world_from_frame: Vec<Rigid>,
+    /// Coordinate frame of garment positions in each frame.
     world_from_state: Vec<Rigid>,
-    /// T × (12 J + 7).
+    /// Motion vectors of all frames, T × (12 J + 7).
     motion: Vec<f32>,
 }
 
 impl ClipKinematics {
-    /// Of a clip of this skeleton: the heading layout for baselines, a model's own for its training.
+    /// Computes the kinematics of a clip of this skeleton.
+    ///
+    /// Baselines read the heading layout. A model's training reads the layout of the model.
     pub fn new(spec: &MotionSpec, skeleton: &Skeleton, clip: &Clip) -> Self {
         let mut all = Self {
             joints: skeleton.len(),
@@ -43,7 +48,8 @@ impl ClipKinematics {
                 None => all.push(skeleton, state.insert(MotionState::start(spec, skeleton, &input))),
                 Some(state) => {
                     state.advance(spec, skeleton, &input);
-                    // Frame 0's velocities are known from frame 1 on.
+                    // The state completes the velocities of frame 0 when frame 1 arrives, so that
+                    // the previous motion vector is written again.
                     all.motion.truncate((frame - 1) * motion_len(skeleton.len()));
                     all.motion.extend(state.pair().0);
                     all.push(skeleton, state);
@@ -53,6 +59,7 @@ impl ClipKinematics {
         all
     }
 
+    /// Appends the current frame of the state.
     fn push(&mut self, skeleton: &Skeleton, state: &MotionState) {
         let mut world_from_rest = Vec::new();
         skeleton.world_from_rest(state.world_from_joint(), &mut world_from_rest);
@@ -62,55 +69,57 @@ impl ClipKinematics {
         self.motion.extend(state.pair().1);
     }
 
-    /// Number of joints J.
+    /// Returns the number of joints J.
     pub fn joints(&self) -> usize {
         self.joints
     }
 
-    /// Number of frames T.
+    /// Returns the number of frames T.
     pub fn len(&self) -> usize {
         self.world_from_frame.len()
     }
 
-    /// No frames at all.
+    /// Returns whether there are no frames.
     pub fn is_empty(&self) -> bool {
         self.world_from_frame.is_empty()
     }
 
-    /// `world_from_rest` of every joint in one frame.
+    /// Returns `world_from_rest` of every joint in one frame.
     pub fn world_from_rest(&self, frame: usize) -> &[Rigid] {
         &self.world_from_rest[frame * self.joints..(frame + 1) * self.joints]
     }
 
-    /// Frame of the motion vector, which depends on its layout; see `MotionState::world_from_frame`.
+    /// Returns the coordinate frame of the motion vector, which depends on its layout; see
+    /// `MotionState::world_from_frame`.
     pub fn world_from_frame(&self, frame: usize) -> Rigid {
         self.world_from_frame[frame]
     }
 
-    /// Frame of garment positions that are a state: its origin is the root joint, its orientation that of
-    /// the motion vector's frame; see `MotionState::world_from_state`.
+    /// Returns the coordinate frame of garment positions that are a state. Its origin is the root
+    /// joint, its orientation that of the motion vector's frame; see
+    /// `MotionState::world_from_state`.
     pub fn world_from_state(&self, frame: usize) -> Rigid {
         self.world_from_state[frame]
     }
 
-    /// Motion vector c_t of one frame, not normalised.
+    /// Returns the motion vector c_t of one frame, not normalised.
     pub fn motion(&self, frame: usize) -> &[f32] {
         let len = motion_len(self.joints);
         &self.motion[frame * len..(frame + 1) * len]
     }
 }
 
-/// A clip of a capture with its kinematics.
+/// Clip of a capture with its kinematics.
 #[derive(Clone, Debug)]
 pub struct PreparedClip {
-    /// Motion and garment.
+    /// Motion and true garment.
     pub captured: CapturedClip,
-    /// One entry a frame.
+    /// Kinematics of every frame.
     pub kinematics: ClipKinematics,
 }
 
 impl PreparedClip {
-    /// See [`ClipKinematics::new`].
+    /// Computes the kinematics of a clip; see [`ClipKinematics::new`].
     pub fn new(spec: &MotionSpec, skeleton: &Skeleton, captured: CapturedClip) -> Self {
         Self {
             kinematics: ClipKinematics::new(spec, skeleton, &captured.clip),
@@ -118,17 +127,17 @@ impl PreparedClip {
         }
     }
 
-    /// Name, without folder or extension.
+    /// Returns the name of the clip, without folder and extension.
     pub fn name(&self) -> &str {
         &self.captured.clip.name
     }
 
-    /// Number of frames with both a pose and a garment.
+    /// Returns the number of frames that have both a pose and a garment.
     pub fn len(&self) -> usize {
         self.kinematics.len().min(self.captured.garment.len())
     }
 
-    /// No frames at all.
+    /// Returns whether there are no frames.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -1,48 +1,57 @@
-//! Does a garment last? Drift, random motion, standing still, liveliness, sudden stops, disturbances.
+//! Long runs of a model: drift, random motion, standing still, liveliness, sudden stops,
+//! disturbances.
 //!
-//! An evaluation says how far a prediction is from the truth on whole clips; this says what an hour of
-//! play would show: that the error does not grow with time ([`Drift`]), that no motion breaks the garment
-//! ([`RandomMotion`]), that what has happened is forgotten ([`Standing`], [`Recovery`]), and that it is alive
-//! as the truth is ([`Aliveness`], [`Stop`]). Each number has a target ([`Verdict`]). Everything runs an
-//! [`Animator`] as an engine does, on the positions that it shows.
+//! An evaluation measures the distance of predictions from the truth on whole clips. This module
+//! measures what an hour of play shows:
 //!
-//! With u_i = R_iᵀ (x_i − LBS_i(rest)), the **displacement** of vertex i, in the frame that the skeleton
-//! carries it in ([`PointFrame`](unic_core::features::PointFrame)).
+//! - [`Drift`]: the error does not grow with time.
+//! - [`RandomMotion`]: no motion breaks the garment.
+//! - [`Standing`], [`Recovery`]: the garment forgets past events.
+//! - [`Aliveness`], [`Stop`]: the garment moves as much as the true one.
+//!
+//! Each number has a target ([`Verdict`]). Every measure runs an [`Animator`] as an engine does,
+//! and reads the positions that it shows.
+//!
+//! The **displacement** of vertex i is u_i = R_iᵀ (x_i − LBS_i(rest)), in the coordinate frame in
+//! which the skeleton carries the vertex ([`PointFrame`](unic_core::features::PointFrame)).
 
 mod aliveness;
 mod clip_run;
 mod drift;
 mod hem;
+mod progress;
 mod random_motion;
 mod recovery;
 mod report;
+mod runner;
+mod skinned_garment;
 mod standing;
 mod stops;
-mod subject;
 #[cfg(test)]
 mod tests;
 
 pub use aliveness::Aliveness;
 pub use drift::Drift;
+pub use progress::{Progress, ProgressObserver};
 pub use random_motion::RandomMotion;
 pub use recovery::{Disturbance, Recovery};
 pub use report::{Target, Verdict};
 pub use standing::Standing;
-pub use stops::{Pair, Stop};
+pub use stops::{Comparison, Stop};
 
-use crate::{error::Result, predictor::PredictorError};
+use crate::error::Result;
 use clip_run::ClipRun;
+use runner::Runner;
 use serde::Serialize;
-use subject::Subject;
-use unic_core::animator::Animator;
+use unic_core::Animator;
 use unic_io::{Capture, Split};
 
-/// What is chosen freely.
+/// Settings of the random motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
-    /// Of the random motion.
+    /// Seed of the random motion.
     pub seed: u64,
-    /// Frames of the random motion.
+    /// Number of frames of the random motion.
     pub random_frames: usize,
 }
 
@@ -55,36 +64,23 @@ impl Default for Settings {
     }
 }
 
-/// How far a measure has come; see [`measure`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tick {
-    /// Which measure.
-    pub measure: &'static str,
-    /// Frames run.
-    pub done: usize,
-    /// Frames to run, where clips need no more.
-    pub total: usize,
-}
-
-/// Listens, once a frame; an error ends everything.
-pub type Watcher<'a> = dyn FnMut(&Tick) -> std::result::Result<(), PredictorError> + 'a;
-
-/// All numbers; its JSON form is a public contract. [`Display`](std::fmt::Display) gives Markdown.
+/// Results of all measures. The JSON form is a public contract. [`Display`](std::fmt::Display)
+/// writes Markdown.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Lasting {
-    /// What is aimed at, beside what is reached.
+pub struct LastingReport {
+    /// Main numbers beside their targets.
     pub verdicts: Vec<Verdict>,
-    /// One a clip that is long enough.
+    /// Drift in each clip that is long enough.
     pub drift: Vec<Drift>,
-    /// Largest displacement in motion that nobody has recorded.
+    /// Largest displacement in random motion.
     pub random_motion: RandomMotion,
-    /// What is left of it when the character stands.
+    /// Difference that random motion leaves after the character stands.
     pub standing: Standing,
-    /// Of each test clip.
+    /// Liveliness in each test clip.
     pub aliveness: Vec<Aliveness>,
-    /// Of all clips.
+    /// Sudden stops in all clips.
     pub stops: Vec<Stop>,
-    /// One a kind of disturbance, over the test clips.
+    /// Recovery from each kind of disturbance, over the test clips.
     pub recovery: Vec<Recovery>,
 }
 
@@ -93,20 +89,21 @@ pub struct Lasting {
 /// The result is the same for any number of threads.
 ///
 /// # Errors
-/// Files that cannot be used, a capture of another skeleton or garment, a watcher that gives up.
+/// Files that cannot be used, a capture of another skeleton or garment, and an observer that stops
+/// the measures.
 pub fn measure(
     capture: &Capture,
     animator: Animator,
     settings: &Settings,
-    watch: &mut Watcher,
-) -> Result<Lasting> {
-    let mut subject = Subject::new(capture, animator, watch);
-    let drift = drift::measure(&mut subject, &drift::WINDOW)?;
-    let (random_motion, ends) = random_motion::measure(&mut subject, settings)?;
-    let standing = standing::measure(&mut subject, &ends)?;
-    let stops = stops::measure(&mut subject)?;
-    let (aliveness, recovery) = test_clips(&mut subject)?;
-    let mut lasting = Lasting {
+    observe: &mut ProgressObserver,
+) -> Result<LastingReport> {
+    let mut runner = Runner::new(capture, animator, observe);
+    let drift = drift::measure(&mut runner, &drift::WINDOW)?;
+    let (random_motion, stopping_points) = random_motion::measure(&mut runner, settings)?;
+    let standing = standing::measure(&mut runner, &stopping_points)?;
+    let stops = stops::measure(&mut runner)?;
+    let (aliveness, recovery) = test_clips(&mut runner)?;
+    let mut lasting = LastingReport {
         verdicts: Vec::new(),
         drift,
         random_motion,
@@ -119,20 +116,21 @@ pub fn measure(
     Ok(lasting)
 }
 
-/// One free run of each test clip serves liveliness, and recovery as what is undisturbed.
-fn test_clips(subject: &mut Subject) -> Result<(Vec<Aliveness>, Vec<Recovery>)> {
-    let names = subject.capture.clip_names(Split::Test);
+/// Measures liveliness and recovery on the test clips. Both use one free run over each clip, which
+/// is the undisturbed run for recovery.
+fn test_clips(runner: &mut Runner) -> Result<(Vec<Aliveness>, Vec<Recovery>)> {
+    let names = runner.capture.clip_names(Split::Test);
     let frames = names
         .iter()
-        .map(|name| subject.frames(name))
+        .map(|name| runner.frames(name))
         .sum::<Result<usize>>()?;
-    subject.begin("test clips", frames);
+    runner.begin_measure("test clips", frames);
     let mut runs = Vec::new();
     for name in names {
-        let captured = subject.capture.load_clip(name)?;
-        runs.push(ClipRun::record(subject, captured)?);
+        let captured = runner.capture.load_clip(name)?;
+        runs.push(ClipRun::record(runner, captured)?);
     }
     let aliveness = runs.iter().filter_map(aliveness::measure).collect();
-    let recovery = recovery::measure(subject, &runs)?;
+    let recovery = recovery::measure(runner, &runs)?;
     Ok((aliveness, recovery))
 }

@@ -1,9 +1,9 @@
-//! Metrics and baselines for garment animation: what a neural garment is measured with and against.
+//! Metrics and baselines for garment animation.
 //!
-//! A [`Predictor`] says where the garment is; [`evaluate`] runs any number of them over clips of a
-//! capture and measures every frame. One-step prediction says nothing about free running, so both
-//! [`Mode`]s are measured, and no number stands without the [`baselines`] beside it, each fitted on
-//! the training clips alone.
+//! A [`Predictor`] predicts garment positions. [`evaluate()`] runs any number of them over clips of
+//! a capture and measures every frame. One-step errors do not show how errors grow in free running,
+//! so that both [`Mode`]s are measured. All numbers stand beside those of the [`baselines`], which
+//! are fitted on the training clips alone.
 //!
 //! ```no_run
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -11,16 +11,27 @@
 //! use unic_io::{Capture, Split};
 //!
 //! let capture = Capture::open("captures/tshirt".as_ref())?;
-//! let mut rows = baselines::fit(&training_set(&capture)?);
+//! let mut predictors = baselines::fit(&training_set(&capture)?);
 //! let clips = capture.clip_names(Split::Test).to_vec();
-//! let evaluation = evaluate(&capture, &mut rows, &clips, &mut |_| Ok(()))?;
+//! let evaluation = evaluate(&capture, &mut predictors, &clips, &mut |_| Ok(()))?;
 //! println!("{evaluation}");
 //! println!("{}", serde_json::to_string_pretty(&evaluation)?);
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! The sums behind the metrics stand on their own: [`ClipMetrics`] takes measured frames and
+//! | subject | items |
+//! |---|---|
+//! | evaluation of predictors | [`evaluate()`], [`Protocol`], [`Event`], [`Evaluation`] |
+//! | interface of predictors | [`Predictor`], [`NamedPredictor`] |
+//! | models and simple methods | [`ModelPredictor`], [`PriorPredictor`], [`baselines`] |
+//! | intersection handling for any predictor | [`HandledPredictor`] |
+//! | metrics of one's own | [`Observer`], [`Dump`], and the example `own_metric` |
+//! | drift, sudden stops, disturbances | [`lasting`] |
+//! | motion that a capture does not cover | [`Coverage`] |
+//! | linear algebra of the fits | [`PrincipalComponents`], [`Moments`] |
+//!
+//! The sums behind the metrics can be used alone: [`ClipMetrics`] takes measured frames, and
 //! [`PooledMetrics`] pools clips.
 //!
 //! ```
@@ -37,12 +48,13 @@
 //! ```
 
 pub mod baselines;
-mod bench;
+mod clip_evaluator;
 mod code;
 mod coverage;
 mod dump;
 mod error;
 mod evaluate;
+mod event;
 mod handled;
 mod kinematics;
 pub mod lasting;
@@ -61,17 +73,17 @@ pub use code::CodeCertainty;
 pub use coverage::{Coverage, CoverageReport, Excess, KindShare, Place, Stretch, Unit, capture_clips};
 pub use dump::Dump;
 pub use error::{Error, Result};
-pub use evaluate::{
-    Event, MODEL, Observer, PRIOR, Protocol, Row, evaluate, evaluate_by, evaluate_sampled, training_set,
-    training_set_of,
-};
-pub use handled::{HandledPredictor, Handler};
+pub use evaluate::{Protocol, evaluate, evaluate_by};
+pub use event::{Event, Observer};
+pub use handled::{HandledPredictor, IntersectionHandler};
 pub use kinematics::{ClipKinematics, PreparedClip};
 pub use measure::{FrameContext, MeasureScratch, Nearest, Prediction};
 pub use metrics::{ClipMetrics, FrameSums, Metrics, PooledMetrics};
 pub use model::{FrameRateError, ModelPredictor, PriorPredictor};
 pub use pca::{PrincipalComponents, SampleMatrix, mean};
-pub use predictor::{Mode, Predictor, PredictorError};
+pub use predictor::{MODEL, Mode, NamedPredictor, PRIOR, Predictor, PredictorError};
 pub use regression::{LinearMap, Moments};
 pub use report::{ByMode, Evaluation, Scores};
-pub use training::{Displacements, FrameIndex, RootRelativePositions, TrainingSet};
+pub use training::{
+    Displacements, FrameIndex, RootRelativePositions, TrainingSet, training_set, training_set_of,
+};

@@ -1,4 +1,4 @@
-//! One predicted frame against the truth and against the body.
+//! Measurement of one predicted frame against the truth and the body.
 
 use crate::{kinematics::PreparedClip, metrics::FrameSums};
 use glam::Vec3;
@@ -10,53 +10,60 @@ use unic_core::{
     topology::edges,
 };
 
-/// Edges shorter than this in the truth have no meaningful relative length, metres.
+/// Least length of a true edge whose relative error counts, metres. The error of shorter edges has
+/// no meaning.
 const LEAST_EDGE: f32 = 1e-6;
 
-/// Everything about one frame that all predictions of it share: the posed body with its trees, the
-/// true garment with its own.
+/// Data of one frame that all predictions share: the posed body and the true garment, each with its
+/// search trees.
 ///
-/// Made once, then [prepared](Self::prepare) for one frame after another: trees are refitted, not
-/// built again.
+/// A context is made once and then [prepared](Self::prepare) for one frame after another. Trees are
+/// refitted, not built again.
 #[derive(Clone, Debug)]
 pub struct FrameContext {
     body: Body,
+    /// Edges of the garment.
     edges: Vec<[u32; 2]>,
+    /// True world positions of the garment.
     truth: Vec<Vec3>,
     truth_tree: ClosestVertex,
+    /// True length of each edge, metres.
     truth_lengths: Vec<f32>,
+    /// Sum of squared second differences of the truth, m². `None` for the first frames.
     truth_second_difference: Option<f64>,
     nearest: Nearest,
 }
 
-/// Are nearest points looked for in a frame? The Hausdorff distance and everything about the body
-/// depend on them, and they cost far more than the rest.
+/// Search for nearest points in a frame. It takes most of the time of a measurement.
+///
+/// The Hausdorff distance and all metrics of the body depend on nearest points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Nearest {
-    /// Yes.
+    /// Nearest points are searched.
     #[default]
-    Found,
-    /// No: what depends on them is left out of the sums.
-    LeftOut,
+    Searched,
+    /// Nearest points are not searched. The sums lack what depends on them.
+    Skipped,
 }
 
-/// Buffers for measuring a prediction; one a thread.
+/// Buffers of a measurement. Each thread needs its own.
 #[derive(Clone, Debug)]
 pub struct MeasureScratch {
     predicted_tree: ClosestVertex,
 }
 
-/// A predicted frame and the two predictions before it.
+/// Predicted frame and the two predictions before it.
 #[derive(Clone, Copy, Debug)]
 pub struct Prediction<'a> {
-    /// World positions, metres.
+    /// Predicted world positions, metres.
     pub now: &'a [Vec3],
-    /// Of frames t − 1 and t − 2; none where one of them is frame 0 or before, which is given.
+    /// Predictions of the frames t − 1 and t − 2. `None` where one of them is frame 0 or earlier,
+    /// because frame 0 is given.
     pub before: Option<[&'a [Vec3]; 2]>,
 }
 
 impl FrameContext {
-    /// For a garment on a character; [`prepare`](Self::prepare) must follow.
+    /// Makes a context for a garment on a character. [`prepare`](Self::prepare) must follow.
     pub fn new(character: &Character, garment: &Garment) -> Self {
         Self {
             body: Body::new(character),
@@ -65,25 +72,28 @@ impl FrameContext {
             truth_tree: ClosestVertex::build(&garment.rest.vertices),
             truth_lengths: Vec::new(),
             truth_second_difference: None,
-            nearest: Nearest::Found,
+            nearest: Nearest::Searched,
         }
     }
 
-    /// Buffers that fit this context.
+    /// Makes buffers that fit this context.
     pub fn scratch(&self) -> MeasureScratch {
         MeasureScratch {
             predicted_tree: self.truth_tree.clone(),
         }
     }
 
-    /// Poses the body and takes up the true garment of one frame. The body is the clip's own where
-    /// it brings one, else the character by linear blend skinning.
+    /// Poses the body and reads the true garment of one frame.
+    ///
+    /// The body is the clip's own where it has one, otherwise the character's by linear blend
+    /// skinning.
     pub fn prepare(&mut self, character: &Character, clip: &PreparedClip, frame: usize, nearest: Nearest) {
         self.nearest = nearest;
         let truth = |t| clip.captured.garment.frame(t);
+        // Buffers keep their memory from frame to frame.
         self.truth.clear();
         self.truth.extend_from_slice(truth(frame));
-        if nearest == Nearest::Found {
+        if nearest == Nearest::Searched {
             self.body.pose(character, clip, frame);
             self.truth_tree.refit(&self.truth);
         }
@@ -94,7 +104,7 @@ impl FrameContext {
             (frame >= 3).then(|| second_difference(&self.truth, [truth(frame - 1), truth(frame - 2)]));
     }
 
-    /// Compares a prediction of the prepared frame.
+    /// Measures a prediction of the prepared frame.
     pub fn measure(&self, prediction: &Prediction, scratch: &mut MeasureScratch) -> FrameSums {
         let mut sums = FrameSums {
             vertices: self.truth.len(),
@@ -102,10 +112,11 @@ impl FrameContext {
         };
         self.measure_errors(prediction.now, &mut sums);
         self.measure_edges(prediction.now, &mut sums);
+        // Frames 1 and 2 have no two predictions before them.
         if let (Some(before), Some(truth)) = (prediction.before, self.truth_second_difference) {
             sums.second_difference = [second_difference(prediction.now, before), truth];
         }
-        if self.nearest == Nearest::Found {
+        if self.nearest == Nearest::Searched {
             sums.probed = prediction.now.len();
             sums.hausdorff = self.hausdorff(prediction.now, &mut scratch.predicted_tree);
             self.body.measure(prediction.now, &mut sums);
@@ -113,14 +124,18 @@ impl FrameContext {
         sums
     }
 
+    /// Adds the distances of vertices to their true positions.
     fn measure_errors(&self, predicted: &[Vec3], sums: &mut FrameSums) {
         for (p, g) in predicted.iter().zip(&self.truth) {
+            // Coordinates of a character that has walked far are large beside errors of
+            // millimetres: f64 keeps the difference exact.
             let squared = (p.as_dvec3() - g.as_dvec3()).length_squared();
             sums.squared += squared;
             sums.distance += squared.sqrt();
         }
     }
 
+    /// Adds the relative errors of edge lengths.
     fn measure_edges(&self, predicted: &[Vec3], sums: &mut FrameSums) {
         for (edge, &truth) in self.edges.iter().zip(&self.truth_lengths) {
             if truth > LEAST_EDGE {
@@ -130,25 +145,32 @@ impl FrameContext {
         }
     }
 
+    /// Returns the symmetric Hausdorff distance between prediction and truth, metres.
     fn hausdorff(&self, predicted: &[Vec3], tree: &mut ClosestVertex) -> f64 {
+        // The scratch tree has the topology of the same vertices, so that refitting replaces
+        // building.
         tree.refit(predicted);
+        // The second direction begins with the result of the first, which rules out most searches.
         let there = farthest(predicted, &self.truth, &self.truth_tree, 0.0);
         f64::from(farthest(&self.truth, predicted, tree, there))
     }
 }
 
-/// Largest distance from a point of `from` to the nearest of `to`, or `known` if that is larger.
+/// Returns the largest distance from a point of `from` to the nearest point of `to`, or `known` if
+/// that is larger.
 ///
-/// Point i of both is the same vertex, so their distance bounds the nearest one's: vertices whose
-/// bound cannot raise the maximum are not looked up, which are nearly all.
+/// Point i of both sets is the same vertex, so that the distance between the two is an upper bound
+/// of the distance to the nearest point. Points whose bound cannot raise the maximum are not
+/// searched, which are nearly all.
 fn farthest(from: &[Vec3], to: &[Vec3], tree: &ClosestVertex, known: f32) -> f32 {
     let bound = |i: usize| from[i].distance(to[i]);
     let nearest = |i: usize| tree.nearest(from[i]).map_or(f32::INFINITY, |(_, d)| d);
-    // The most displaced vertex first: it rules out most of the others.
+    // The point with the largest bound comes first, since its distance rules out most others.
     let first = (0..from.len()).max_by(|&a, &b| bound(a).total_cmp(&bound(b)));
     let start = first.map_or(known, |i| known.max(nearest(i)));
     (0..from.len()).fold(start, |most, i| {
-        // NaN is no bound: such a vertex is looked up and found infinitely far.
+        // A comparison with NaN is false, so that such a point is searched and found infinitely
+        // far.
         if bound(i) <= most {
             most
         } else {
@@ -157,11 +179,12 @@ fn farthest(from: &[Vec3], to: &[Vec3], tree: &ClosestVertex, known: f32) -> f32
     })
 }
 
+/// Returns the length of an edge, metres.
 fn length(positions: &[Vec3], &[a, b]: &[u32; 2]) -> f32 {
     positions[a as usize].distance(positions[b as usize])
 }
 
-/// Σ ‖x_t − 2 x_{t−1} + x_{t−2}‖², m².
+/// Returns Σ ‖x_t − 2 x_{t−1} + x_{t−2}‖² over all vertices, m².
 pub(crate) fn second_difference(now: &[Vec3], [before, earlier]: [&[Vec3]; 2]) -> f64 {
     let terms = now.iter().zip(before).zip(earlier);
     terms
@@ -169,11 +192,11 @@ pub(crate) fn second_difference(now: &[Vec3], [before, earlier]: [&[Vec3]; 2]) -
         .sum()
 }
 
-/// The posed body with its trees.
+/// Posed body with its search trees.
 #[derive(Clone, Debug)]
 struct Body {
     faces: Vec<[u32; 3]>,
-    /// A face at each vertex: where the search for the closest face begins.
+    /// One face at each vertex, from which the search for the closest face starts.
     face_of_vertex: Vec<u32>,
     vertices: Vec<Vec3>,
     normals: Vec<Vec3>,
@@ -200,6 +223,7 @@ impl Body {
         }
     }
 
+    /// Poses the body in one frame and refits its trees.
     fn pose(&mut self, character: &Character, clip: &PreparedClip, frame: usize) {
         match &clip.captured.body {
             Some(body) => {
@@ -217,15 +241,19 @@ impl Body {
         self.surface.refit(&self.vertices);
     }
 
+    /// Counts the garment vertices inside the body and adds up their depths.
     fn measure(&self, garment: &[Vec3], sums: &mut FrameSums) {
         for &p in garment {
+            // Positions that are not finite have no nearest vertex and count as outside.
             let Some((nearest, _)) = self.tree.nearest(p) else {
                 continue;
             };
-            // The paper prints the indicator as 1 on the outer side of the tangent plane; its text
-            // means the inner one.
+            // The paper's formula counts vertices on the outer side of the tangent plane. Its text
+            // means the inner side, which this test uses.
             let inside = (p - self.vertices[nearest]).dot(self.normals[nearest]) < 0.0;
             sums.inside_paper += usize::from(inside);
+            // The nearest vertex lies near the closest face, so that the search starts with a good
+            // bound.
             let Some(hit) = self.surface.closest_from(p, self.face_of_vertex[nearest]) else {
                 continue;
             };

@@ -1,23 +1,26 @@
-//! The numbers of an evaluation, and the sums that they are made of.
+//! Metrics of an evaluation, and the sums that they are computed from.
 
 use crate::predictor::Mode;
 use glam::Vec3;
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// Millimetres a metre: metrics are accumulated in metres and printed in millimetres.
+/// Millimetres in a metre. Sums are in metres, metrics in millimetres.
 const MM: f64 = 1e3;
 
-/// Slack in frames when a frame's time is compared with a whole second, for rates like 29.97.
+/// Tolerance in frames when the time of a frame is compared with whole seconds, for frame rates
+/// such as 29.97.
 const FRAME_SLACK: f64 = 1e-6;
 
-/// How far a prediction is from the truth; the fields' names and order are a public JSON contract.
+/// Distance of a prediction from the truth. Names and order of the fields are a public JSON
+/// contract.
 ///
-/// With e = ‖predicted − truth‖ of one vertex in one frame. Frame 0 is given to every predictor
-/// and not counted. A value that is not finite (a diverged model) is `null` in JSON and NaN here.
+/// In the following e = ‖predicted − truth‖ of one vertex in one frame. Frame 0 is given to every
+/// predictor and does not count. A value that is not finite (a diverged model) is `null` in JSON
+/// and NaN here.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Metrics {
-    /// Square root of the mean of e² over frames and vertices, mm: the main number.
+    /// Square root of the mean of e² over frames and vertices, mm. This is the main metric.
     #[serde(deserialize_with = "number")]
     pub rmse_mm: f64,
     /// RMSE of single coordinates, mm: `rmse_mm` / √3.
@@ -32,55 +35,58 @@ pub struct Metrics {
     /// Symmetric vertex-to-vertex Hausdorff distance of each frame, averaged over frames, mm.
     #[serde(deserialize_with = "number")]
     pub hausdorff_mm: f64,
-    /// Garment vertices inside the body by the nearest body vertex's tangent plane, % of all.
+    /// Share of garment vertices inside the body by the tangent plane of the nearest body vertex,
+    /// %.
     #[serde(deserialize_with = "number")]
     pub intersecting_vertices_percent_paper: f64,
-    /// Garment vertices inside the body by the sign at the closest surface point, % of all.
+    /// Share of garment vertices inside the body by the sign at the closest surface point, %.
     #[serde(deserialize_with = "number")]
     pub intersecting_vertices_percent_closest: f64,
-    /// Frames with any vertex inside by the closest surface point, %.
+    /// Share of frames with any vertex inside the body by the closest surface point, %.
     #[serde(deserialize_with = "number")]
     pub intersecting_frames_percent: f64,
-    /// Mean depth below the body's surface of the vertices inside, mm; 0 when none is.
+    /// Mean depth below the body's surface of the vertices inside, mm. 0 where none is inside.
     #[serde(deserialize_with = "number")]
     pub mean_depth_mm: f64,
     /// Largest depth below the body's surface, mm.
     #[serde(deserialize_with = "number")]
     pub max_depth_mm: f64,
-    /// RMS second difference over time, divided by the truth's; 1 is as lively as the truth.
+    /// RMS second difference over time, divided by that of the truth. 1 matches the truth.
     #[serde(deserialize_with = "number")]
     pub jitter_ratio: f64,
     /// Mean of |l − l_truth| / l_truth over the garment's edges, %.
     #[serde(deserialize_with = "number")]
     pub edge_length_error_percent: f64,
-    /// RMSE over the second that ends 1 s into a free run, mm; `None` where no clip lasts that
-    /// long, and in one-step evaluation. The next three likewise.
+    /// RMSE over the first second of free running, mm. `None` where no clip lasts that long, and in
+    /// one-step evaluation.
     pub rmse_mm_at_1s: Option<f64>,
-    /// RMSE over the fifth second, mm.
+    /// RMSE over the fifth second of free running, mm; otherwise as `rmse_mm_at_1s`.
     pub rmse_mm_at_5s: Option<f64>,
-    /// RMSE over the tenth second, mm.
+    /// RMSE over the tenth second of free running, mm; otherwise as `rmse_mm_at_1s`.
     pub rmse_mm_at_10s: Option<f64>,
-    /// RMSE over the sixtieth second, mm.
+    /// RMSE over the sixtieth second of free running, mm; otherwise as `rmse_mm_at_1s`.
     pub rmse_mm_at_60s: Option<f64>,
-    /// RMSE of each second of a free run, mm; the last second may be a part of one. Empty in
+    /// RMSE of each second of free running, mm. The last second may be incomplete. Empty in
     /// one-step evaluation.
     #[serde(deserialize_with = "numbers")]
     pub drift_mm: Vec<f64>,
 }
 
+/// Reads a number. `null` becomes NaN.
 fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }
 
+/// Reads numbers. `null` becomes NaN.
 fn numbers<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<f64>, D::Error> {
     let all: Vec<Option<f64>> = Vec::deserialize(deserializer)?;
     Ok(all.into_iter().map(|n| n.unwrap_or(f64::NAN)).collect())
 }
 
-/// One predicted frame against the truth, as sums in metres.
+/// Measurements of one predicted frame, as sums in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameSums {
-    /// Garment vertices V.
+    /// Number of garment vertices V.
     pub vertices: usize,
     /// Σ e², m².
     pub squared: f64,
@@ -88,26 +94,26 @@ pub struct FrameSums {
     pub distance: f64,
     /// Symmetric Hausdorff distance, m.
     pub hausdorff: f64,
-    /// Vertices whose nearest points have been looked for: V, or 0 in a frame that is left out of what
-    /// follows from them.
+    /// Number of vertices whose nearest points were searched: V, or 0 in a frame without this
+    /// search.
     pub probed: usize,
-    /// Vertices inside by the paper's test.
+    /// Number of vertices inside by the paper's test.
     pub inside_paper: usize,
-    /// Vertices inside by the closest surface point.
+    /// Number of vertices inside by the closest surface point.
     pub inside_closest: usize,
     /// Σ depth of the vertices inside by the closest surface point, m.
     pub depth: f64,
-    /// Largest such depth, m.
+    /// Largest depth of a vertex inside by the closest surface point, m.
     pub max_depth: f64,
-    /// Σ |l − l_truth| / l_truth.
+    /// Σ |l − l_truth| / l_truth over the edges.
     pub edge_error: f64,
-    /// Edges in that sum.
+    /// Number of edges in `edge_error`.
     pub edges: usize,
-    /// Σ ‖x_t − 2 x_{t−1} + x_{t−2}‖² of prediction and truth, m²; zero for the first frames.
+    /// Σ ‖x_t − 2 x_{t−1} + x_{t−2}‖² of prediction and truth, m². Zero for the first frames.
     pub second_difference: [f64; 2],
 }
 
-/// Accumulates the frames of one clip.
+/// Sums over the frames of one clip.
 #[derive(Clone, Debug)]
 pub struct ClipMetrics {
     fps: f64,
@@ -117,7 +123,7 @@ pub struct ClipMetrics {
 }
 
 impl ClipMetrics {
-    /// Nothing counted yet; `fps` is the clip's frame rate.
+    /// Starts with no frames. `fps` is the clip's frame rate.
     pub fn new(fps: f32, mode: Mode) -> Self {
         Self {
             fps: f64::from(fps),
@@ -127,21 +133,22 @@ impl ClipMetrics {
         }
     }
 
-    /// Counts frame `frame`; frame 0 is ignored. Frames come in ascending order.
+    /// Adds frame `frame`. Frame 0 is ignored. Frames must come in ascending order.
     pub fn add(&mut self, frame: usize, measured: &FrameSums) {
         if frame == 0 || measured.vertices == 0 {
             return;
         }
         self.last_frame = frame;
         self.sums.add(measured);
+        // One-step predictions do not depend on the time since frame 0.
         if self.mode == Mode::FreeRunning {
             self.sums.second(self.second_of(frame)).add(measured);
         }
     }
 
-    /// The clip's sums, ready to be pooled with other clips'.
+    /// Returns the sums of the clip, which can be pooled with those of others.
     pub fn finish(mut self) -> PooledMetrics {
-        // A second is whole when the frame after the clip's last would belong to a later one.
+        // A second is complete when the frame after the clip's last would belong to a later one.
         let whole = self.second_of(self.last_frame + 1);
         for second in self.sums.seconds.iter_mut().take(whole) {
             second.whole = second.part;
@@ -149,22 +156,26 @@ impl ClipMetrics {
         self.sums
     }
 
-    /// Second k holds the frames at times in (k, k + 1].
+    /// Returns the second of free running that a frame belongs to. Second k holds the times in (k,
+    /// k + 1].
     fn second_of(&self, frame: usize) -> usize {
+        // Frame k · fps ends second k and belongs to it.
         let end = (frame as f64 - FRAME_SLACK) / self.fps;
         end.max(0.0).floor() as usize
     }
 }
 
-/// Squared error and number of samples.
+/// Sum of squared errors, and number of samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Squared {
+pub(crate) struct SquaredErrors {
+    /// Sum of squared errors, m².
     pub(crate) sum: f64,
+    /// Number of vertices.
     pub(crate) samples: usize,
 }
 
-impl Squared {
-    /// Of vertices, metres.
+impl SquaredErrors {
+    /// Sums the squared distances between vertices, m².
     pub(crate) fn between(predicted: &[Vec3], truth: &[Vec3]) -> Self {
         let pairs = predicted.iter().zip(truth);
         Self {
@@ -175,46 +186,57 @@ impl Squared {
         }
     }
 
+    /// Returns the root mean square error, mm. `None` without samples.
     pub(crate) fn rmse_mm(&self) -> Option<f64> {
         (self.samples > 0).then(|| MM * (self.sum / self.samples as f64).sqrt())
     }
 
+    /// Adds other errors.
     pub(crate) fn pool(&mut self, other: &Self) {
         self.sum += other.sum;
         self.samples += other.samples;
     }
 }
 
-/// One second of the drift curve: over all clips, and over those that last to its end.
+/// Errors of one second of free running.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Second {
-    part: Squared,
-    whole: Squared,
+    /// Errors of all clips.
+    part: SquaredErrors,
+    /// Errors of the clips that last to the end of this second.
+    whole: SquaredErrors,
 }
 
 impl Second {
     fn add(&mut self, frame: &FrameSums) {
-        self.part.pool(&Squared {
+        self.part.pool(&SquaredErrors {
             sum: frame.squared,
             samples: frame.vertices,
         });
     }
 }
 
-/// Sums over any number of clips. Clips are pooled by adding sums, never by averaging averages,
-/// so a long clip counts for more than a short one.
+/// Sums over any number of clips.
+///
+/// Clips are pooled by adding sums, not by averaging means, so that a long clip counts more than a
+/// short one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PooledMetrics {
     frames: usize,
+    /// Number of frames with a search for nearest points.
     frames_probed: usize,
+    /// Number of frames with a vertex inside the body.
     frames_inside: usize,
+    /// Sum of the RMSE of each frame, m.
     frame_rmse: f64,
+    /// Sums over all frames.
     total: FrameSums,
+    /// Errors of each second of free running.
     seconds: Vec<Second>,
 }
 
 impl PooledMetrics {
-    /// Adds another clip's sums.
+    /// Adds the sums of other clips.
     pub fn pool(&mut self, other: &Self) {
         self.frames += other.frames;
         self.frames_probed += other.frames_probed;
@@ -228,14 +250,15 @@ impl PooledMetrics {
         }
     }
 
-    /// Number of frames counted.
+    /// Returns the number of frames.
     pub fn frames(&self) -> usize {
         self.frames
     }
 
-    /// The metrics of everything pooled so far; NaN where nothing was.
+    /// Returns the metrics of everything that is pooled. They are NaN where nothing is.
     pub fn metrics(&self) -> Metrics {
         let total = &self.total;
+        // Divisions by zero give NaN, which stands for metrics of nothing.
         let a_vertex = 1.0 / total.vertices as f64;
         let a_frame = 1.0 / self.frames as f64;
         let (a_probed_frame, a_probed_vertex) = (1.0 / self.frames_probed as f64, 1.0 / total.probed as f64);
@@ -251,6 +274,7 @@ impl PooledMetrics {
             intersecting_vertices_percent_paper: 100.0 * total.inside_paper as f64 * a_probed_vertex,
             intersecting_vertices_percent_closest: 100.0 * total.inside_closest as f64 * a_probed_vertex,
             intersecting_frames_percent: 100.0 * self.frames_inside as f64 * a_probed_frame,
+            // 0 vertices inside have depth 0, not NaN: that is the best result, not a missing one.
             mean_depth_mm: MM * total.depth / total.inside_closest.max(1) as f64,
             max_depth_mm: MM * total.max_depth,
             jitter_ratio: ratio(total.second_difference),
@@ -263,6 +287,7 @@ impl PooledMetrics {
         }
     }
 
+    /// Adds one frame.
     fn add(&mut self, frame: &FrameSums) {
         self.frames += 1;
         self.frames_probed += usize::from(frame.probed > 0);
@@ -271,6 +296,7 @@ impl PooledMetrics {
         self.total.pool(frame);
     }
 
+    /// Returns second `k`, which is added where it is missing.
     fn second(&mut self, k: usize) -> &mut Second {
         if self.seconds.len() <= k {
             self.seconds.resize(k + 1, Second::default());
@@ -298,8 +324,9 @@ impl FrameSums {
     }
 }
 
-/// RMS ratio of two sums of squares. A prediction as still as a still truth has ratio 1.
+/// Returns the RMS ratio of the squared sums of prediction and truth. It is 1 where both are 0.
 pub(crate) fn ratio([predicted, truth]: [f64; 2]) -> f64 {
+    // 0 / 0 would be NaN for a garment that stands still in both.
     if predicted == 0.0 && truth == 0.0 {
         return 1.0;
     }
@@ -310,7 +337,7 @@ pub(crate) fn ratio([predicted, truth]: [f64; 2]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Ten vertices, each `error` metres off.
+    /// Sums of ten vertices, each `error` metres off.
     fn off_by(error: f64) -> FrameSums {
         FrameSums {
             vertices: 10,
@@ -321,7 +348,8 @@ mod tests {
         }
     }
 
-    /// Frames 0..count at `fps`; the error in millimetres is the second that the frame belongs to.
+    /// Sums of the frames 0..count at `fps`. The error in millimetres is the number of the second
+    /// that the frame belongs to.
     fn drifting(fps: f32, count: usize) -> PooledMetrics {
         let mut clip = ClipMetrics::new(fps, Mode::FreeRunning);
         for t in 0..count {
@@ -336,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn windows_end_at_their_second_and_need_all_of_it() {
+    fn seconds_count_only_when_they_are_complete() {
         for fps in [24.0, 30.0, 60.0] {
             let frames = 10 * fps as usize + 1;
             let m = drifting(fps, frames).metrics();
@@ -350,12 +378,12 @@ mod tests {
             assert_eq!(drifting(fps, frames - 1).metrics().rmse_mm_at_10s, None);
             assert_eq!(drifting(fps, frames - 1).metrics().drift_mm.len(), 10);
         }
-        // 29.97 frames a second: no frame falls on a whole second.
+        // At 29.97 frames per second no frame lies on a whole second.
         assert!(close(drifting(29.97, 151).metrics().rmse_mm_at_5s, 5.0));
     }
 
     #[test]
-    fn one_step_has_no_drift() {
+    fn one_step_evaluation_has_no_drift() {
         let mut clip = ClipMetrics::new(30.0, Mode::OneStep);
         (1..100).for_each(|t| clip.add(t, &off_by(1e-3)));
         let m = clip.finish().metrics();
@@ -377,7 +405,7 @@ mod tests {
         assert!((m.rmse_mm - ((60.0 + 20.0 * 9.0) / 80.0_f64).sqrt()).abs() < 1e-9);
         assert!((m.mean_vertex_error_mm - (60.0 + 20.0 * 3.0) / 80.0).abs() < 1e-9);
         assert!((m.mean_frame_rmse_mm - 1.5).abs() < 1e-9);
-        // Second 5 is the long clip's alone.
+        // Only the long clip has a fifth second.
         assert!(close(m.rmse_mm_at_5s, 1.0) && close(m.rmse_mm_at_1s, 5.0_f64.sqrt()));
         let mut other = short;
         other.pool(&long);
@@ -386,7 +414,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_that_are_not_probed_count_for_the_errors_alone() {
+    fn frames_without_a_nearest_search_count_only_for_errors() {
         let mut clip = ClipMetrics::new(30.0, Mode::OneStep);
         let probed = FrameSums {
             inside_closest: 5,
@@ -413,7 +441,7 @@ mod tests {
     }
 
     #[test]
-    fn the_json_contract() {
+    fn json_keys_and_order_are_a_contract() {
         let mut clip = ClipMetrics::new(30.0, Mode::FreeRunning);
         clip.add(1, &off_by(f64::NAN));
         let text = serde_json::to_string(&clip.finish().metrics()).unwrap();

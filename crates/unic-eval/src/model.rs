@@ -1,4 +1,4 @@
-//! A trained model as a row of the table.
+//! Trained models as predictors.
 
 use crate::{
     kinematics::PreparedClip,
@@ -7,28 +7,25 @@ use crate::{
 use glam::Vec3;
 use std::sync::Arc;
 use thiserror::Error;
-use unic_core::{
-    animator::{Animator, Start, StepInput},
-    config::StateConfig,
-    model::{Model, ModelError},
-};
+use unic_core::{Animator, Model, Start, StepInput, config::StateConfig, model::ModelError};
 
-/// A clip at another rate than the model ticks.
+/// Error of a clip whose frame rate is not the model's.
 #[derive(Debug, Error, PartialEq)]
 #[error("expected a clip at the model's {expected} frames per second, found {found}")]
 pub struct FrameRateError {
-    /// The model's.
+    /// Frames per second of the model.
     pub expected: f32,
-    /// The clip's.
+    /// Frames per second of the clip.
     pub found: f32,
 }
 
 impl FrameRateError {
-    /// Whether a clip's rate is the model's: rates such as 29.97 are rounded differently by different tools.
+    /// Checks that a clip has the frame rate of the model.
     ///
     /// # Errors
-    /// Rates more than a thousandth apart.
+    /// Rates that differ by more than a thousandth.
     pub fn check(expected: f32, found: f32) -> Result<(), Self> {
+        // Tools round rates such as 29.97 differently.
         match (expected - found).abs() > 1e-3 * expected {
             true => Err(Self { expected, found }),
             false => Ok(()),
@@ -36,7 +33,7 @@ impl FrameRateError {
     }
 }
 
-/// Runs a model as an engine would: one animator, reset on frame 0 and stepped once a frame.
+/// Runs a model as an engine does: an animator that is reset on frame 0 and stepped once per frame.
 #[derive(Clone, Debug)]
 pub struct ModelPredictor {
     animator: Animator,
@@ -44,12 +41,12 @@ pub struct ModelPredictor {
 }
 
 impl ModelPredictor {
-    /// With the model's own intersection handling.
+    /// Makes a predictor with the model's own intersection handling.
     pub fn new(model: Arc<Model>) -> Self {
         Self::from_animator(Animator::new(model))
     }
 
-    /// With an animator's settings.
+    /// Makes a predictor with an animator's model and settings.
     pub fn from_animator(animator: Animator) -> Self {
         Self {
             animator,
@@ -58,23 +55,26 @@ impl ModelPredictor {
     }
 }
 
-/// A displacement model's prior on its own: the state of every vertex is zero, so that the garment
-/// hangs where the motion up to now says. What the field has to beat.
+/// Runs the prior of a displacement model without its field.
+///
+/// The displacement that the field adds is zero, so that the garment is skinning plus the prior.
+/// The difference to the model's own error is what the field contributes.
 #[derive(Clone, Debug)]
 pub struct PriorPredictor(ModelPredictor);
 
 impl PriorPredictor {
-    /// Of an animator's model, with its intersection handling; `None` where the state is no
-    /// displacement and there is no prior.
+    /// Makes a predictor of an animator's model with its intersection handling.
+    ///
+    /// Returns `None` for a model without a prior, whose state is not a displacement.
     ///
     /// # Errors
-    /// None for a model that has been read or trained.
+    /// Parts that make no model. Models that were read or trained have none.
     pub fn new(animator: &Animator) -> Result<Option<Self>, ModelError> {
         let mut parts = animator.model().to_parts();
         let StateConfig::Displacement(config) = &mut parts.config.state else {
             return Ok(None);
         };
-        // The vertices remember nothing, and nothing is added to the prior.
+        // Without memory and with a field whose output is zero, nothing is added to the prior.
         config.memory_s = 0.0;
         if let Some(head) = parts.field.last_mut() {
             head.weight.fill(0.0);
@@ -87,7 +87,7 @@ impl PriorPredictor {
 }
 
 impl Predictor for PriorPredictor {
-    /// Without a state both modes are one.
+    /// Without a state both modes predict the same.
     fn modes(&self) -> &[Mode] {
         &[Mode::FreeRunning]
     }
@@ -106,6 +106,7 @@ impl Predictor for PriorPredictor {
     }
 }
 
+/// Returns the animator's input in one frame of a clip.
 fn input(clip: &PreparedClip, frame: usize) -> StepInput<'_> {
     StepInput::of_clip(&clip.captured.clip, frame)
 }
@@ -118,6 +119,7 @@ impl Predictor for ModelPredictor {
     fn start(&mut self, clip: &PreparedClip, mode: Mode) -> Result<(), PredictorError> {
         FrameRateError::check(self.animator.model().config().fps, clip.captured.clip.fps)?;
         self.mode = mode;
+        // Frame 0 of the truth is given to every predictor.
         let first = Start::Positions(clip.captured.garment.frame(0));
         self.animator.reset(&input(clip, 0), first)?;
         Ok(())
@@ -135,6 +137,7 @@ impl Predictor for ModelPredictor {
         }
         let garment = self.animator.step(&input(clip, frame))?;
         positions.clear();
+        // The animator's positions are overwritten by its next step.
         positions.extend_from_slice(garment.positions);
         Ok(())
     }

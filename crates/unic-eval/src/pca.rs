@@ -1,30 +1,31 @@
-//! Principal components of many more coordinates than samples, by the samples' Gram matrix.
+//! Principal component analysis for far more coordinates than samples, by the Gram matrix of the
+//! samples.
 
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side, linalg::matmul::matmul};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Columns that are in memory at once in f64: 6 KiB a sample.
+/// Number of columns in memory at once in f64: 6 KiB for each sample.
 const BLOCK_COLUMNS: usize = 768;
-/// Rows of the Gram matrix that one task fills.
+/// Number of rows of the Gram matrix that one task fills.
 const STRIP_ROWS: usize = 64;
-/// Components whose variance is below this share of the largest are rounding, and left out.
+/// Least variance of a component, as a share of the largest. Smaller ones are rounding errors.
 const LEAST_VARIANCE: f64 = 1e-12;
 
-/// Samples × coordinates, read piece by piece: the whole need not fit into memory.
+/// Matrix of samples × coordinates that is read piece by piece and need not fit into memory.
 pub trait SampleMatrix: Sync {
-    /// Number of samples T.
+    /// Returns the number of samples T.
     fn rows(&self) -> usize;
-    /// Number of coordinates D.
+    /// Returns the number of coordinates D.
     fn columns(&self) -> usize;
-    /// Writes `columns` of sample `row` into `out`, which has as many entries.
+    /// Writes the coordinates `columns` of sample `row` into `out`, which has as many entries.
     fn read(&self, row: usize, columns: Range<usize>, out: &mut [f32]);
 }
 
 /// Mean and leading orthonormal directions of a set of samples.
 ///
-/// The Gram matrix is T × T, so D may be large; it and its eigenvalues are computed in f64, and the
-/// result has the same bits for any number of threads.
+/// D may be large, because the Gram matrix is T × T. The matrix and its eigenvalues are computed in
+/// f64. The result has the same bits for any number of threads.
 #[derive(Clone, Debug)]
 pub struct PrincipalComponents {
     mean: Vec<f32>,
@@ -34,7 +35,7 @@ pub struct PrincipalComponents {
 }
 
 impl PrincipalComponents {
-    /// The first `count` components; fewer when the samples span fewer dimensions.
+    /// Computes the first `count` components, or fewer where the samples span fewer dimensions.
     pub fn fit(samples: &(impl SampleMatrix + ?Sized), count: usize) -> Self {
         let mean = mean(samples);
         let (scale, variances) = leading_samples(&gram(samples, &mean), count);
@@ -46,43 +47,44 @@ impl PrincipalComponents {
         }
     }
 
-    /// Number of components K.
+    /// Returns the number of components K.
     pub fn len(&self) -> usize {
         self.variances.len()
     }
 
-    /// No component: all samples are equal.
+    /// Returns whether there is no component, because all samples are equal.
     pub fn is_empty(&self) -> bool {
         self.variances.is_empty()
     }
 
-    /// Mean of the samples, D numbers.
+    /// Returns the mean of the samples, D numbers.
     pub fn mean(&self) -> &[f32] {
         &self.mean
     }
 
-    /// Component `k`, a unit vector of D numbers.
+    /// Returns component `k`, a unit vector of D numbers.
     pub fn component(&self, k: usize) -> &[f32] {
         let columns = self.mean.len();
         &self.components[k * columns..(k + 1) * columns]
     }
 
-    /// Variance of the samples along each component, descending.
+    /// Returns the variance of the samples along each component, in descending order.
     pub fn variances(&self) -> &[f64] {
         &self.variances
     }
 
-    /// Coordinates of a sample along the components, K numbers.
+    /// Returns the coordinates of a sample along the components, K numbers.
     pub fn project(&self, sample: &[f32]) -> Vec<f64> {
         self.project_rows(sample)
     }
 
-    /// Coordinates (N × K, row-major) of the rows of `samples` (N × D, row-major).
+    /// Returns the coordinates (N × K, row-major) of the rows of `samples` (N × D, row-major).
     pub fn project_rows(&self, samples: &[f32]) -> Vec<f64> {
         let (columns, count) = (self.mean.len(), self.len());
         let rows = samples.len() / columns.max(1);
         let mut coordinates = vec![0.0; rows * count];
         for range in blocks(columns) {
+            // Blocks bound the memory of the f64 copies.
             let centred = Mat::from_fn(rows, range.len(), |r, c| {
                 let column = range.start + c;
                 f64::from(samples[r * columns + column] - self.mean[column])
@@ -96,10 +98,12 @@ impl PrincipalComponents {
         coordinates
     }
 
-    /// The sample that has these coordinates: mean + Σ z_k component_k.
+    /// Computes the sample with the given coordinates: mean + Σ z_k component_k.
     pub fn reconstruct(&self, coordinates: &[f64], sample: &mut Vec<f32>) {
         sample.clone_from(&self.mean);
         for (k, &z) in coordinates.iter().enumerate().take(self.len()) {
+            // Reconstruction is in f32: its result is f32, and errors of 1e-7 of a metre do not
+            // matter.
             let z = z as f32;
             for (x, c) in sample.iter_mut().zip(self.component(k)) {
                 *x += z * c;
@@ -108,7 +112,7 @@ impl PrincipalComponents {
     }
 }
 
-/// Mean of the rows, summed in f64 in the order of the rows.
+/// Computes the mean of the rows, summed in f64 in the order of the rows.
 pub fn mean(samples: &(impl SampleMatrix + ?Sized)) -> Vec<f32> {
     let rows = samples.rows();
     let block_mean = |columns: Range<usize>| {
@@ -127,13 +131,14 @@ pub fn mean(samples: &(impl SampleMatrix + ?Sized)) -> Vec<f32> {
     blocks.into_iter().flatten().collect()
 }
 
+/// Splits the columns into blocks of [`BLOCK_COLUMNS`].
 fn blocks(columns: usize) -> Vec<Range<usize>> {
     (0..columns.div_ceil(BLOCK_COLUMNS))
         .map(|b| b * BLOCK_COLUMNS..((b + 1) * BLOCK_COLUMNS).min(columns))
         .collect()
 }
 
-/// Centred columns of all samples, row-major.
+/// Reads a block of columns of all samples and subtracts the mean. Row-major.
 fn centred(samples: &(impl SampleMatrix + ?Sized), mean: &[f32], columns: &Range<usize>) -> Vec<f64> {
     let width = columns.len();
     let mut block = vec![0.0_f64; samples.rows() * width];
@@ -150,11 +155,13 @@ fn centred(samples: &(impl SampleMatrix + ?Sized), mean: &[f32], columns: &Range
     block
 }
 
-/// Lower triangle (and some of the rest) of the inner products of the centred samples, divided by
-/// their number.
+/// Computes the inner products of the centred samples, divided by their number. Only the lower
+/// triangle is complete.
 fn gram(samples: &(impl SampleMatrix + ?Sized), mean: &[f32]) -> Mat<f64> {
     let rows = samples.rows();
     let mut gram = vec![0.0_f64; rows * rows];
+    // Blocks are added one after another, and each entry is one task's: the order of summation does
+    // not depend on threads.
     for columns in blocks(samples.columns()) {
         let width = columns.len();
         let block = centred(samples, mean, &columns);
@@ -167,6 +174,7 @@ fn gram(samples: &(impl SampleMatrix + ?Sized), mean: &[f32]) -> Mat<f64> {
             let all = MatRef::from_row_major_slice(&block[..last * width], last, width);
             let strip = MatMut::from_row_major_slice_mut(strip, height, rows);
             let below = strip.subcols_mut(0, last);
+            // Only columns up to the diagonal are computed, which is half of the work.
             let weight = 1.0 / rows as f64;
             matmul(below, Accum::Add, own, all.transpose(), weight, Par::Seq);
         });
@@ -174,7 +182,8 @@ fn gram(samples: &(impl SampleMatrix + ?Sized), mean: &[f32]) -> Mat<f64> {
     MatRef::from_row_major_slice(&gram, rows, rows).to_owned()
 }
 
-/// Weights of the samples in each component (T × K), and the components' variances.
+/// Returns the weights of the samples in each component (T × K), and the variances of the
+/// components.
 ///
 /// With G = X Xᵀ / T = V Λ Vᵀ the components are the rows of (T Λ)^{-1/2} Vᵀ X.
 fn leading_samples(gram: &Mat<f64>, count: usize) -> (Mat<f64>, Vec<f64>) {
@@ -182,17 +191,20 @@ fn leading_samples(gram: &Mat<f64>, count: usize) -> (Mat<f64>, Vec<f64>) {
     let Ok(eigen) = gram.self_adjoint_eigen(Side::Lower) else {
         return (Mat::zeros(rows, 0), Vec::new());
     };
+    // The solver gives eigenvalues in ascending order.
     let value = |k: usize| eigen.S()[rows - 1 - k];
     let kept = (0..rows.min(count))
+        // Rounding makes eigenvalues of dependent samples tiny or negative instead of 0.
         .take_while(|&k| value(k) > value(0).max(0.0) * LEAST_VARIANCE && value(k) > 0.0)
         .count();
+    // Dividing by the square root of T λ makes the components unit vectors.
     let weights = Mat::from_fn(rows, kept, |t, k| {
         eigen.U()[(t, rows - 1 - k)] / (rows as f64 * value(k)).sqrt()
     });
     (weights, (0..kept).map(value).collect())
 }
 
-/// Components from the weights of the samples: weightsᵀ · X, K × D row-major.
+/// Combines the samples to components: weightsᵀ · X, K × D row-major.
 fn combine(samples: &(impl SampleMatrix + ?Sized), mean: &[f32], weights: &Mat<f64>) -> Vec<f32> {
     let (columns, count) = (samples.columns(), weights.ncols());
     let mut components = vec![0.0_f32; count * columns];
@@ -253,7 +265,7 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(48))]
-        // More columns than a block, fewer samples than columns, and the other way round.
+        // Columns: fewer and more than a block; fewer and more than samples.
         #[test]
         fn agrees_with_a_singular_value_decomposition(
             seed in 0u32..1000, samples in 2usize..90, columns in prop::sample::select(vec![1, 7, 60, 1000]),
@@ -276,14 +288,14 @@ mod tests {
                 let product: f64 = terms.map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
                 prop_assert!((product - if i == j { 1.0 } else { 0.0 }).abs() < 1e-4, "{i} {j} {product}");
             }
-            // No subspace of that dimension leaves less behind (Eckart and Young).
+            // No subspace of that dimension has a smaller residual (Eckart and Young).
             let left = residual(&pca, &rows);
             prop_assert!((left - (total - kept)).abs() < 1e-5 * total + 1e-6, "{left} {}", total - kept);
         }
     }
 
     #[test]
-    fn samples_that_do_not_vary_have_no_components() {
+    fn equal_samples_have_no_components() {
         let pca = PrincipalComponents::fit(&Rows(vec![vec![0.1, 0.2]; 9]), 3);
         assert!(pca.is_empty());
         let mut sample = Vec::new();

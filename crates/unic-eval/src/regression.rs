@@ -1,29 +1,38 @@
-//! Ridge regression from additive sums, so that folds are sums of clips.
+//! Ridge regression from sums over pairs of inputs and outputs. Sums of clips add up to folds of a
+//! cross-validation.
 
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side, linalg::matmul::matmul, prelude::Solve};
 
 /// Sums over pairs of an input x (P numbers) and an output y (Q numbers), in f64.
 ///
-/// Sums of disjoint sets of pairs add up, so leaving a clip out costs a subtraction.
+/// Sums of disjoint sets of pairs add up, so that a fold of a cross-validation needs no pass over
+/// the pairs.
 #[derive(Clone, Debug)]
 pub struct Moments {
+    /// Number of pairs N.
     count: f64,
+    /// Σ x.
     inputs: Vec<f64>,
+    /// Σ y.
     outputs: Vec<f64>,
+    /// Σ x xᵀ, P × P.
     inputs_inputs: Mat<f64>,
+    /// Σ x yᵀ, P × Q.
     inputs_outputs: Mat<f64>,
 }
 
-/// y = Bᵀ x + b.
+/// Affine map y = Bᵀ x + b.
 #[derive(Clone, Debug)]
 pub struct LinearMap {
-    /// P × Q.
+    /// B, P × Q.
     coefficients: Mat<f64>,
+    /// b, Q numbers.
     intercept: Vec<f64>,
 }
 
 impl Moments {
-    /// Of the rows of `inputs` (N × P, row-major) and `outputs` (N × Q, row-major).
+    /// Sums over the N = `count` rows of `inputs` (N × P, row-major) and `outputs` (N × Q,
+    /// row-major).
     pub fn new(inputs: &[f64], outputs: &[f64], count: usize) -> Self {
         let (p, q) = (inputs.len() / count.max(1), outputs.len() / count.max(1));
         let x = MatRef::from_row_major_slice(inputs, count, p);
@@ -41,7 +50,8 @@ impl Moments {
         moments
     }
 
-    /// Sums over all given sets of pairs, which have the same P and Q; `None` of no set.
+    /// Adds up the sums of disjoint sets of pairs, which have the same P and Q. Returns `None`
+    /// without any set.
     pub fn pooled<'a>(mut sets: impl Iterator<Item = &'a Self>) -> Option<Self> {
         let mut all = sets.next()?.clone();
         for set in sets {
@@ -57,11 +67,13 @@ impl Moments {
         Some(all)
     }
 
-    /// Minimiser of Σ ‖y − Bᵀx − b‖² + N · strength · ‖B‖², N the number of pairs; the intercept is
-    /// free. `None` when the system is singular, which a positive strength rules out.
+    /// Returns the minimiser of Σ ‖y − Bᵀx − b‖² + N · strength · ‖B‖². The intercept b is not
+    /// penalised. `None` stands for a singular system, which a positive strength rules out.
     pub fn solve(&self, strength: f64) -> Option<LinearMap> {
         let (p, q) = (self.inputs.len(), self.outputs.len());
         let ridge = |i: usize, j: usize| if i == j { self.count * strength } else { 0.0 };
+        // Products of means are subtracted, which removes b from the system. The difference cancels
+        // where means are large beside deviations: f64 and standardised inputs leave enough digits.
         let covariance = Mat::from_fn(p, p, |i, j| {
             let product = self.inputs[i] * self.inputs[j] / self.count;
             self.inputs_inputs[(i, j)] - product + ridge(i, j)
@@ -79,27 +91,28 @@ impl Moments {
     }
 }
 
+/// Returns the sum of each column.
 fn column_sums(matrix: MatRef<'_, f64>) -> Vec<f64> {
     (matrix.col_iter()).map(|column| column.iter().sum()).collect()
 }
 
 impl LinearMap {
-    /// Number of outputs Q.
+    /// Returns the number of outputs Q.
     pub fn outputs(&self) -> usize {
         self.intercept.len()
     }
 
-    /// Contribution of input `i` to output `j` a unit.
+    /// Returns the coefficient of input `i` in output `j`.
     pub fn coefficient(&self, i: usize, j: usize) -> f64 {
         self.coefficients[(i, j)]
     }
 
-    /// The output of one input, which has P numbers.
+    /// Returns the output (Q numbers) of one input (P numbers).
     pub fn apply(&self, input: &[f64]) -> Vec<f64> {
         self.apply_rows(input)
     }
 
-    /// The outputs (N × Q, row-major) of the rows of `inputs` (N × P, row-major).
+    /// Returns the outputs (N × Q, row-major) of the rows of `inputs` (N × P, row-major).
     pub fn apply_rows(&self, inputs: &[f64]) -> Vec<f64> {
         let (p, q) = (self.coefficients.nrows(), self.outputs());
         let rows = inputs.len() / p.max(1);

@@ -1,49 +1,55 @@
-//! The result of an evaluation: JSON for programs, a table for people.
+//! Result of an evaluation: JSON for programs, tables for people.
 
-use crate::{evaluate::MODEL, metrics::Metrics, predictor::Mode};
+use crate::{
+    metrics::Metrics,
+    predictor::{MODEL, Mode},
+};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display, Formatter, Write};
 
-/// All numbers of an evaluation; its JSON form is a public contract:
-/// `{"model": {"one_step": M, "free_running": M}, "baselines": {NAME: {MODE: M}}, "clips": {CLIP:
-/// the same for one clip}}` with M as [`Metrics`]. Rows without a mode lack its key; without a
-/// model there is no `"model"`; a displacement model's prior on its own is the baseline `"prior"`.
+/// All metrics of an evaluation. The JSON form is a public contract: `{"model": {"one_step": M,
+/// "free_running": M}, "baselines": {NAME: {MODE: M}}, "clips": {CLIP: the same for one clip}}`
+/// with M as [`Metrics`].
 ///
-/// [`Display`] gives the table and the drift curves.
+/// A predictor without a mode lacks its key. Without a model there is no `"model"`. The prior of a
+/// displacement model is the baseline `"prior"`.
+///
+/// [`Display`] writes the table and the drift curves.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
-    /// Over all clips, by sums.
+    /// Metrics over all clips, pooled by sums.
     #[serde(flatten)]
     pub pooled: Scores,
-    /// By clip, in the order of the evaluation.
+    /// Metrics of each clip, in the order of the evaluation.
     pub clips: IndexMap<String, Scores>,
 }
 
-/// The rows of one table.
+/// Metrics of all predictors: the rows of one table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
-    /// The model under evaluation.
+    /// Metrics of the model under evaluation.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub model: Option<ByMode>,
-    /// By name, in the order of the evaluation.
+    /// Metrics of the baselines by name, in the order of the evaluation.
     pub baselines: IndexMap<String, ByMode>,
 }
 
-/// The metrics of one row.
+/// Metrics of one predictor in both modes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ByMode {
-    /// Each frame from the true one before it.
+    /// Metrics of one-step prediction.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub one_step: Option<Metrics>,
-    /// From frame 0 alone.
+    /// Metrics of free running.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub free_running: Option<Metrics>,
 }
 
 impl Scores {
-    /// Every row in every mode, the model first.
+    /// Iterates over the metrics of every predictor in every mode with their names, the model
+    /// first.
     pub fn rows(&self) -> impl Iterator<Item = (&str, Mode, &Metrics)> {
         let model = self.model.iter().map(|by_mode| (MODEL, by_mode));
         let baselines = self
@@ -58,10 +64,10 @@ impl Scores {
     }
 }
 
-/// A column: heading, digits after the point, value.
+/// Column of the table: heading, digits after the point, value.
 type Column = (&'static str, usize, fn(&Metrics) -> Option<f64>);
 
-/// Lengths in mm, shares in %.
+/// Columns of the table. Lengths are in mm, shares in %.
 const COLUMNS: [Column; 13] = [
     ("rmse", 2, |m| Some(m.rmse_mm)),
     ("mean", 2, |m| Some(m.mean_vertex_error_mm)),
@@ -78,7 +84,7 @@ const COLUMNS: [Column; 13] = [
     ("edges %", 2, |m| Some(m.edge_length_error_percent)),
 ];
 
-/// Seconds of the drift curve that are printed; JSON holds all.
+/// Seconds of the drift curve that the table shows. JSON holds all.
 const DRIFT_SECONDS: [usize; 17] = [1, 2, 3, 4, 5, 6, 8, 10, 15, 20, 30, 45, 60, 90, 120, 180, 300];
 
 impl Display for Evaluation {
@@ -110,9 +116,11 @@ impl Display for Scores {
 }
 
 impl Scores {
+    /// Writes the RMSE of single seconds of free running.
     fn write_drift(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let length = self.rows().map(|(_, _, m)| m.drift_mm.len()).max().unwrap_or(0);
         let seconds = || DRIFT_SECONDS.into_iter().filter(|&s| s <= length);
+        // A drift curve of a single second is no curve.
         if length < 2 {
             return Ok(());
         }
@@ -125,11 +133,13 @@ impl Scores {
     }
 }
 
+/// Returns the heading of a table whose first two columns are names.
 fn header(headings: impl Iterator<Item = String>) -> Vec<String> {
     let names = [String::new(), String::new()];
     names.into_iter().chain(headings).collect()
 }
 
+/// Returns the line of one predictor in one mode.
 fn line(name: &str, mode: Mode, cells: impl Iterator<Item = String>) -> Vec<String> {
     let mode = match mode {
         Mode::OneStep => "one step",
@@ -139,6 +149,7 @@ fn line(name: &str, mode: Mode, cells: impl Iterator<Item = String>) -> Vec<Stri
     names.into_iter().chain(cells).collect()
 }
 
+/// Formats a number. A value that is not finite belongs to a diverged prediction.
 fn cell(value: Option<f64>, digits: usize) -> String {
     match value {
         None => "-".to_owned(),
@@ -147,7 +158,7 @@ fn cell(value: Option<f64>, digits: usize) -> String {
     }
 }
 
-/// Two columns of text to the left, numbers to the right.
+/// Writes lines in columns: the first two aligned to the left, numbers to the right.
 fn write_aligned(f: &mut Formatter<'_>, title: &str, lines: &[Vec<String>]) -> fmt::Result {
     let columns = lines.first().map_or(0, Vec::len);
     let width = |c: usize| lines.iter().map(|l| l[c].chars().count()).max().unwrap_or(0);

@@ -1,18 +1,20 @@
-//! A cube with two joints that walks, and a grid as its garment: for tests.
+//! Synthetic scene for tests: a cube with two joints that walks, and a grid as its garment.
 
 use crate::kinematics::PreparedClip;
 use glam::{Quat, Vec3};
 use unic_core::{
+    Pose,
     character::{Character, Garment},
     clip::Clip,
     mesh::TriMesh,
     motion::{MotionLayout, MotionSpec, VelocityScheme},
-    skeleton::{Pose, Skeleton, SkeletonParts},
+    skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
 use unic_io::{CapturedClip, GarmentFrames};
 
-/// From −1 to 1 on every axis; the root at the origin moves it, a second joint moves nothing.
+/// Cube from −1 to 1 on every axis. The root joint at the origin moves it, the second joint moves
+/// nothing.
 pub(crate) fn cube() -> Character {
     let corner = |i: usize| {
         let side = |bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
@@ -44,7 +46,7 @@ pub(crate) fn cube() -> Character {
     }
 }
 
-/// 6 × 6 vertices 0.4 m apart, 1.5 m above the root, that follow both joints.
+/// Grid of 6 × 6 vertices, 0.4 m apart and 1.5 m above the root, that follow both joints.
 pub(crate) fn grid() -> Garment {
     let vertices: Vec<Vec3> = (0..36)
         .map(|i| Vec3::new((i % 6) as f32 * 0.4 - 1.0, 1.5, (i / 6) as f32 * 0.4 - 1.0))
@@ -62,12 +64,12 @@ pub(crate) fn grid() -> Garment {
     )
 }
 
-/// Heading layout.
+/// Motion specification with the heading layout.
 pub(crate) fn spec() -> MotionSpec {
     MotionSpec::new(MotionLayout::Heading, VelocityScheme::Backward, [1; 4], &cube()).unwrap()
 }
 
-/// Walks along +Z at 0.3 m/s, nodding.
+/// Pose of a walk along +Z at 0.3 m/s with a nodding joint.
 pub(crate) fn pose(frame: usize) -> Pose {
     let t = frame as f32;
     Pose {
@@ -76,7 +78,7 @@ pub(crate) fn pose(frame: usize) -> Pose {
     }
 }
 
-/// A clip of [`pose`]s with these garment frames, at 30 fps.
+/// Clip of [`pose`]s with the given garment frames, at 30 fps.
 pub(crate) fn clip(character: &Character, garment: &[Vec<Vec3>]) -> PreparedClip {
     let numbers: Vec<f32> = garment.iter().flatten().flat_map(|v| v.to_array()).collect();
     let captured = CapturedClip {

@@ -1,39 +1,100 @@
-//! The clips that baselines are fitted on, as matrices that are read piece by piece.
+//! Training clips of a capture, and matrices over them that are read piece by piece.
 
-use crate::{kinematics::PreparedClip, pca::SampleMatrix};
+use crate::{
+    error::{Error, Result},
+    kinematics::PreparedClip,
+    pca::SampleMatrix,
+};
 use std::ops::Range;
-use unic_core::{character::Garment, features::PointFrame};
+use unic_core::{
+    character::Garment,
+    features::PointFrame,
+    motion::{MotionLayout, MotionSpec, VelocityScheme},
+};
+use unic_io::{Capture, Split};
 
-/// What baselines may look at. Test clips are none of it.
+/// Clips that baselines may be fitted on. Test clips are never among them.
 #[derive(Clone, Debug)]
 pub struct TrainingSet {
-    /// The garment that the clips show.
+    /// Garment of the clips.
     pub garment: Garment,
-    /// Clips to fit.
+    /// Training clips, to fit.
     pub train: Vec<PreparedClip>,
-    /// Clips to choose strengths by; empty leaves out one training clip at a time instead.
+    /// Validation clips, to choose regularisation strengths. Without any, cross-validation leaves
+    /// out one training clip at a time.
     pub validation: Vec<PreparedClip>,
 }
 
-/// A frame of a training clip.
+/// Reads the clips that baselines are fitted on.
+///
+/// A garment in a `.npy` file is mapped and takes no memory of its own. A garment in an npz file is
+/// read completely.
+///
+/// # Errors
+/// No training clips of two frames or more, and files that cannot be used.
+pub fn training_set(capture: &Capture) -> Result<TrainingSet> {
+    training_set_of(capture, &baseline_motion_spec(capture)?)
+}
+
+/// Reads the clips of a capture to fit on, with motion vectors of the given specification.
+///
+/// # Errors
+/// No training clips of two frames or more, and files that cannot be used.
+pub fn training_set_of(capture: &Capture, spec: &MotionSpec) -> Result<TrainingSet> {
+    let load = |split| -> Result<Vec<PreparedClip>> {
+        let names = capture.clip_names(split).iter();
+        let prepare = |name: &String| {
+            let captured = capture.load_clip(name)?;
+            Ok(PreparedClip::new(spec, &capture.character.skeleton, captured))
+        };
+        names.map(prepare).collect()
+    };
+    let train = load(Split::Train)?;
+    if train.iter().all(|clip| clip.len() < 2) {
+        let capture = capture.manifest.name.clone();
+        return Err(Error::NoTraining { capture });
+    }
+    Ok(TrainingSet {
+        garment: capture.garment.clone(),
+        train,
+        validation: load(Split::Validation)?,
+    })
+}
+
+/// Returns the specification of the motion vectors that baselines read: heading layout, backward
+/// velocities.
+pub(crate) fn baseline_motion_spec(capture: &Capture) -> Result<MotionSpec> {
+    let (layout, velocity) = (MotionLayout::Heading, VelocityScheme::Backward);
+    Ok(MotionSpec::new(
+        layout,
+        velocity,
+        capture.contact_joints,
+        &capture.character,
+    )?)
+}
+
+/// Position of a frame among the training clips.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameIndex {
-    /// Index among the training clips.
+    /// Index of the clip among the training clips.
     pub clip: usize,
-    /// Frame of that clip.
+    /// Index of the frame in its clip.
     pub frame: usize,
 }
 
 impl TrainingSet {
-    /// Every frame of every training clip.
+    /// Returns every frame of every training clip.
     pub fn frames(&self) -> Vec<FrameIndex> {
         let frames =
             |(clip, c): (usize, &PreparedClip)| (0..c.len()).map(move |frame| FrameIndex { clip, frame });
         self.train.iter().enumerate().flat_map(frames).collect()
     }
 
-    /// The motion of each training clip, counted from 0 on: clips of one motion in several winds are left out
-    /// together, so that what judges is not known. Where there is but one motion, its winds are told apart.
+    /// Returns the index of each training clip's motion, from 0 on.
+    ///
+    /// Clips of one motion in several winds share an index: cross-validation leaves them out
+    /// together, since a fit that has seen the motion is no measure of unseen motion. Where all
+    /// clips show the same motion, each has an index of its own.
     pub fn motions(&self) -> Vec<usize> {
         let clip = |i: usize| &self.train[i].captured.clip;
         let mut firsts: Vec<usize> = Vec::new();
@@ -45,36 +106,40 @@ impl TrainingSet {
             })
         };
         let numbers: Vec<usize> = (0..self.train.len()).map(number).collect();
+        // With a single motion, leaving it out would leave nothing to fit: its winds are held out
+        // instead.
         match firsts.len() {
             1 => (0..self.train.len()).collect(),
             _ => numbers,
         }
     }
 
-    /// At most `most` frames, evenly spaced over all of them.
+    /// Returns at most `most` frames, evenly spaced over all of them.
     pub fn spread_frames(&self, most: usize) -> Vec<FrameIndex> {
         let all = self.frames();
         let kept = all.len().min(most);
+        // Integer spacing takes the first frame and never the same one twice.
         (0..kept).map(|k| all[k * all.len() / kept]).collect()
     }
 }
 
-/// Displacements m_i R_iᵀ (x − LBS_i(rest)) of chosen frames, m the garment's mask: a sample a frame, x y z
-/// of every vertex.
+/// Matrix of displacements m_i R_iᵀ (x − LBS_i(rest)), with m the garment's mask. A sample is a
+/// frame: x, y, z of every vertex, metres.
 #[derive(Clone, Debug)]
 pub struct Displacements<'a> {
-    /// Where the frames come from.
+    /// Training set of the frames.
     pub set: &'a TrainingSet,
-    /// One a sample.
+    /// Frame of each sample.
     pub frames: Vec<FrameIndex>,
 }
 
-/// Positions relative to the root joint of chosen frames, turned as the motion vectors are.
+/// Matrix of positions relative to the root joint, in the orientation of the motion vectors. A
+/// sample is a frame: x, y, z of every vertex, metres.
 #[derive(Clone, Debug)]
 pub struct RootRelativePositions<'a> {
-    /// Where the frames come from.
+    /// Training set of the frames.
     pub set: &'a TrainingSet,
-    /// One a sample.
+    /// Frame of each sample.
     pub frames: Vec<FrameIndex>,
 }
 
@@ -105,6 +170,7 @@ impl SampleMatrix for RootRelativePositions<'_> {
     fn read(&self, row: usize, columns: Range<usize>, out: &mut [f32]) {
         let FrameIndex { clip, frame } = self.frames[row];
         let clip = &self.set.train[clip];
+        // Removing place and heading leaves what a shape model can learn.
         let state_from_world = clip.kinematics.world_from_state(frame).inverse();
         let world = &clip.captured.garment.frame(frame)[vertices(&columns)];
         for (x, out) in world.iter().zip(out.chunks_exact_mut(3)) {
@@ -113,7 +179,7 @@ impl SampleMatrix for RootRelativePositions<'_> {
     }
 }
 
-/// The displacements of a frame of any clip, x y z of the vertices that `columns` cover.
+/// Writes the displacements of a frame: x, y, z of the vertices that `columns` cover, metres.
 pub(crate) fn write_displacements(
     garment: &Garment,
     clip: &PreparedClip,
@@ -129,7 +195,8 @@ pub(crate) fn write_displacements(
     }
 }
 
-/// Blocks of columns begin and end between vertices.
+/// Converts a range of columns into a range of vertices. Blocks of columns begin and end between
+/// vertices.
 fn vertices(columns: &Range<usize>) -> Range<usize> {
     debug_assert!(columns.start.is_multiple_of(3) && columns.end.is_multiple_of(3));
     columns.start / 3..columns.end / 3

@@ -1,4 +1,5 @@
-//! Contract: on recorded motion, what resembles the capture is covered and what does not is told.
+//! Contract: on recorded motion, frames that resemble the capture are covered, and the report names
+//! what is new in the others.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 

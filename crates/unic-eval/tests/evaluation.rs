@@ -1,34 +1,34 @@
-//! Evaluations end to end on a small capture written to disk: rows that must be exact are, the
-//! result has the same bytes for any number of threads, handled rows are those that the animator's handling
-//! moves, and failures name their row.
+//! Contract: on a small capture on disk, predictors that must be exact are; results have the same
+//! bytes for any number of threads; handled predictors are moved as an animator's positions are;
+//! errors name predictor and clip.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
 use glam::{Quat, Vec3};
 use std::path::Path;
 use unic_core::{
+    Corrects, IntersectionMode, Pose,
     character::{Character, Garment},
     clip::Clip,
-    config::{Corrects, IntersectionMode},
     mesh::TriMesh,
-    skeleton::{Pose, Skeleton, SkeletonParts},
+    skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
 use unic_eval::{
-    Error, Evaluation, Event, HandledPredictor, Handler, Mode, Predictor, PredictorError, PreparedClip, Row,
-    baselines, evaluate, training_set,
+    Error, Evaluation, Event, HandledPredictor, IntersectionHandler, Mode, NamedPredictor, Predictor,
+    PredictorError, PreparedClip, baselines, evaluate, training_set,
 };
 use unic_io::{Capture, Split};
 use unic_testdata::{Figure, Take};
 
-/// Follows the garment's own joints rigidly, or swings on top of that.
+/// Motion of the garment: rigid with its joints, or swinging in addition.
 #[derive(Clone, Copy)]
 enum Motion {
     Rigid,
     Swinging,
 }
 
-/// A tetrahedron in a strip that follows its root alone, so that every baseline can be exact.
+/// Tetrahedron in a strip that follows its root alone, so that every baseline can be exact.
 fn figure() -> Figure {
     let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
     let faces = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
@@ -100,9 +100,9 @@ fn write_capture(folder: &Path, motion: Motion) -> Capture {
 }
 
 fn evaluation(capture: &Capture) -> Evaluation {
-    let mut rows = baselines::fit(&training_set(capture).unwrap());
+    let mut predictors = baselines::fit(&training_set(capture).unwrap());
     let clips = capture.clip_names(Split::Test).to_vec();
-    evaluate(capture, &mut rows, &clips, &mut |_| Ok(())).unwrap()
+    evaluate(capture, &mut predictors, &clips, &mut |_| Ok(())).unwrap()
 }
 
 fn rmse(evaluation: &Evaluation, row: &str) -> f64 {
@@ -134,7 +134,7 @@ fn a_rigid_garment_is_exact_for_every_baseline() {
 }
 
 #[test]
-fn regressions_learn_what_the_pose_says() {
+fn regressions_learn_a_displacement_that_follows_the_pose() {
     let folder = tempfile::tempdir().unwrap();
     let capture = write_capture(folder.path(), Motion::Swinging);
     let evaluation = evaluation(&capture);
@@ -144,7 +144,7 @@ fn regressions_learn_what_the_pose_says() {
 }
 
 #[test]
-fn the_same_bytes_for_any_number_of_threads() {
+fn results_have_the_same_bytes_for_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     let capture = write_capture(folder.path(), Motion::Swinging);
     let with = |threads: usize| {
@@ -163,7 +163,7 @@ fn the_same_bytes_for_any_number_of_threads() {
     assert_eq!(one, with(5));
 }
 
-/// Gives the truth, as far as it may see it, and fails on demand.
+/// Predicts the truth as far as it may read it, and fails on demand.
 struct Truth {
     fails_at: Option<usize>,
     vertices: usize,
@@ -206,11 +206,11 @@ fn run_truth(capture: &Capture, truth: Truth, seen: &mut Vec<usize>) -> unic_eva
         }
         Ok(())
     };
-    evaluate(capture, &mut [Row::model(truth)], &clips, &mut observe)
+    evaluate(capture, &mut [NamedPredictor::model(truth)], &clips, &mut observe)
 }
 
 #[test]
-fn a_perfect_model_has_no_error_and_the_truth_s_jitter() {
+fn a_perfect_model_has_no_error_and_the_jitter_of_the_truth() {
     let folder = tempfile::tempdir().unwrap();
     let capture = write_capture(folder.path(), Motion::Swinging);
     let mut seen = Vec::new();
@@ -234,7 +234,7 @@ fn a_perfect_model_has_no_error_and_the_truth_s_jitter() {
 }
 
 #[test]
-fn failures_name_the_row_and_the_clip() {
+fn errors_name_the_predictor_and_the_clip() {
     let folder = tempfile::tempdir().unwrap();
     let capture = write_capture(folder.path(), Motion::Rigid);
     let run = |fails_at, vertices| {
@@ -251,7 +251,7 @@ fn failures_name_the_row_and_the_clip() {
     assert!(matches!(none, Err(Error::NoClips { .. })));
 }
 
-/// Every vertex at one place, given in the frame of the root, which moves as the body does.
+/// Predicts every vertex at one place, which moves with the root as the body does.
 struct At(Vec3);
 
 impl Predictor for At {
@@ -276,7 +276,7 @@ impl Predictor for At {
 }
 
 #[test]
-fn a_handled_row_is_out_of_the_body_and_else_the_same() {
+fn handling_moves_only_vertices_inside_the_body() {
     let folder = tempfile::tempdir().unwrap();
     let capture = write_capture(folder.path(), Motion::Rigid);
     let clips = capture.clip_names(Split::Test).to_vec();
@@ -288,15 +288,15 @@ fn a_handled_row_is_out_of_the_body_and_else_the_same() {
         .into_iter()
         .chain([IntersectionMode::Paper { relaxation_m: 0.003 }])
     {
-        let handler = || Handler::new(mode, &capture.character, &capture.garment).unwrap();
+        let handler = || IntersectionHandler::new(mode, &capture.character, &capture.garment).unwrap();
         let (inside, outside) = (Vec3::new(0.2, 0.2, 0.001), Vec3::new(5.0, 5.0, 5.0));
-        let mut rows = [
-            Row::baseline("inside", At(inside)),
-            Row::baseline("inside_handled", HandledPredictor::new(At(inside), handler())),
-            Row::baseline("outside", At(outside)),
-            Row::baseline("outside_handled", HandledPredictor::new(At(outside), handler())),
+        let mut predictors = [
+            NamedPredictor::baseline("inside", At(inside)),
+            NamedPredictor::baseline("inside_handled", HandledPredictor::new(At(inside), handler())),
+            NamedPredictor::baseline("outside", At(outside)),
+            NamedPredictor::baseline("outside_handled", HandledPredictor::new(At(outside), handler())),
         ];
-        let evaluation = evaluate(&capture, &mut rows, &clips, &mut |_| Ok(())).unwrap();
+        let evaluation = evaluate(&capture, &mut predictors, &clips, &mut |_| Ok(())).unwrap();
         let metrics = |row: &str| evaluation.pooled.baselines[row].free_running.clone().unwrap();
         assert_eq!(metrics("inside").intersecting_vertices_percent_closest, 100.0);
         assert_eq!(
@@ -306,11 +306,11 @@ fn a_handled_row_is_out_of_the_body_and_else_the_same() {
         );
         assert_eq!(metrics("outside"), metrics("outside_handled"), "{mode:?}");
     }
-    assert!(Handler::new(IntersectionMode::Off, &capture.character, &capture.garment).is_none());
+    assert!(IntersectionHandler::new(IntersectionMode::Off, &capture.character, &capture.garment).is_none());
 }
 
 #[test]
-fn ridge_has_a_handled_row_beside_it_where_a_model_handles() {
+fn ridge_handled_is_fitted_where_there_is_a_handler() {
     let folder = tempfile::tempdir().unwrap();
     let capture = write_capture(folder.path(), Motion::Swinging);
     let set = training_set(&capture).unwrap();
@@ -318,9 +318,9 @@ fn ridge_has_a_handled_row_beside_it_where_a_model_handles() {
         margin_m: IntersectionMode::MARGIN_M,
         corrects: Corrects::Display,
     };
-    let handler = Handler::new(mode, &capture.character, &capture.garment);
-    let rows = baselines::fit_with(&set, handler);
-    let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
+    let handler = IntersectionHandler::new(mode, &capture.character, &capture.garment);
+    let predictors = baselines::fit_with(&set, handler);
+    let names: Vec<&str> = predictors.iter().map(|named| named.name.as_str()).collect();
     assert_eq!(
         names.join(" "),
         "hold mean_shape skinning skinning_mean skinning_first ridge ridge_handled linear_dynamics"

@@ -16,11 +16,7 @@ use std::{
     time::{Duration, Instant},
 };
 use unic_builtin::scale::{Network, VERTICES, random_model, walk};
-use unic_core::{
-    animator::{Start, StepInput},
-    model::Model,
-    skeleton::Pose,
-};
+use unic_core::{Model, Pose, Start, StepInput};
 use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, MultiplyAdds, Precision, StageTime, wgpu};
 
 /// Frames before the first that counts: the first steps compile and page in.

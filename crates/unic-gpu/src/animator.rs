@@ -1,4 +1,4 @@
-//! One instance of a model on one character, stepped on the device.
+//! Animator: one instance of a model on one character, stepped on the device.
 
 mod buffers;
 mod programs;
@@ -12,28 +12,25 @@ use glam::{Vec3, Vec4};
 use programs::Programs;
 use std::sync::Arc;
 use unic_core::{
-    animator::{AnimatorState, Start, StepInput, VertexState},
-    config::IntersectionMode,
-    model::Model,
-    motion::MotionState,
+    AnimatorState, IntersectionMode, Model, Start, StepInput, animator::VertexState, motion::MotionState,
 };
-use upload::{Frame, TickHead, Upload};
+use upload::{Frame, TickSettings, Upload};
 use wgpu::Buffer;
 
-/// One garment in motion on a device: a shared [`GpuModel`], its own state and scratch memory.
+/// Garment in motion on a device: a shared [`GpuModel`] with its own state and scratch memory.
 ///
-/// As [`unic_core::animator::Animator`] is on the CPU: [`reset`](Self::reset) at the first frame and after a
-/// cut, then [`step`](Self::step) at the model's frame rate. Calls return when the work is
-/// submitted; [`vertex_buffer`](Self::vertex_buffer) holds the garment for whatever is submitted after.
+/// Use it like [`unic_core::Animator`] on the CPU: [`reset`](Self::reset) at the first frame and after a
+/// cut, then [`step`](Self::step) at the model's frame rate. Calls return when the work is submitted.
+/// [`vertex_buffer`](Self::vertex_buffer) holds the garment for work that is submitted after.
 #[derive(Debug)]
 pub struct GpuAnimator {
     asset: Arc<GpuModel>,
     mode: IntersectionMode,
-    /// State on the host: the motion vectors. The rest of the state is on the device.
+    /// Motion vectors: the part of the state that is on the host.
     motion: MotionState,
-    /// Has no step been taken since the reset?
+    /// True until the first step after a reset.
     at_start: bool,
-    /// Steps since the reset.
+    /// Number of steps since the reset.
     ticks: u64,
     wind: Vec3,
     buffers: Buffers,
@@ -41,27 +38,27 @@ pub struct GpuAnimator {
     upload: Upload,
 }
 
-/// A garment that was copied from a device.
+/// Garment that was copied from a device.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GarmentCopy {
-    /// World positions, metres, one a vertex of the model's mesh.
+    /// World position of each vertex of the model's mesh, metres.
     pub positions: Vec<Vec3>,
-    /// Unit normals, area-weighted.
+    /// Unit normal of each vertex, weighted by area.
     pub normals: Vec<Vec3>,
 }
 
 impl GpuAnimator {
-    /// Bytes from one vertex to the next in [`vertex_buffer`](Self::vertex_buffer).
+    /// Stride of a vertex in [`vertex_buffer`](Self::vertex_buffer), bytes.
     pub const VERTEX_STRIDE: u64 = SHOWN_BYTES as u64;
 
-    /// Position and normal as two `Float32x3`, at the shader locations 0 and 1.
+    /// Vertex attributes: position and normal as two `Float32x3`, at the shader locations 0 and 1.
     pub const VERTEX_ATTRIBUTES: [wgpu::VertexAttribute; 2] =
         wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3];
 
-    /// An animator at the mean shape in the bind pose.
+    /// Creates an animator at the mean shape in the bind pose.
     ///
     /// # Errors
-    /// Memory that does not suffice, an intersection handling that devices do not have.
+    /// Fails on too little memory and on meshes that exceed the device's limits.
     pub fn new(asset: Arc<GpuModel>) -> Result<Self, GpuError> {
         let model = Arc::clone(&asset.model);
         let bind_pose = model.character().skeleton.bind_pose();
@@ -92,21 +89,21 @@ impl GpuAnimator {
         Ok(animator)
     }
 
-    /// The shared asset.
+    /// Asset that the animator shares with others.
     pub fn asset(&self) -> &Arc<GpuModel> {
         &self.asset
     }
 
-    /// Intersection handling in force: the model's own, unless replaced.
+    /// Current intersection handling: the model's own, unless it was replaced.
     pub fn intersection(&self) -> IntersectionMode {
         self.mode
     }
 
-    /// Replaces the model's intersection handling from the next step on; kept over resets. `mode`
-    /// passes [`IntersectionMode::check`].
+    /// Replaces the model's intersection handling from the next step on; resets keep it. `mode` must pass
+    /// [`IntersectionMode::check`].
     ///
     /// # Errors
-    /// A handling that devices do not have; the one in force stays.
+    /// Fails on too little memory; the current handling then stays.
     pub fn set_intersection(&mut self, mode: IntersectionMode) -> Result<(), GpuError> {
         let (asset, buffers) = (&self.asset, &self.buffers);
         self.programs = asset.context.checked(|| Programs::new(asset, buffers, mode))?;
@@ -114,11 +111,11 @@ impl GpuAnimator {
         Ok(())
     }
 
-    /// Frame 0 of a sequence, or the frame after a cut.
+    /// Starts at frame 0 of a sequence, or at the frame after a cut.
     ///
     /// # Errors
-    /// A pose of another skeleton, positions of another mesh, numbers that are not finite; the
-    /// state stays as it was.
+    /// Fails on a pose of another skeleton, positions of another mesh and numbers that are not finite. The
+    /// state then stays as it was.
     pub fn reset(&mut self, input: &StepInput, start: Start) -> Result<(), GpuError> {
         let model = &self.asset.model;
         input.check(model)?;
@@ -128,7 +125,7 @@ impl GpuAnimator {
         self.wind = input.wind;
         let (before, now) = self.motion.pair();
         self.upload.pair(&self.asset, &self.buffers, [before, now]);
-        self.upload_tick(Frame::Now);
+        self.upload_tick(Frame::Current);
         let program = match start {
             Start::MeanShape => &self.programs.start_at_mean,
             Start::Positions(positions) => {
@@ -140,32 +137,36 @@ impl GpuAnimator {
         Ok(())
     }
 
-    /// One tick of 1 / fps seconds to a new pose. Each channel of the motion's code picks its largest logit: devices
-    /// draw no [noise](unic_core::network::CodeSampling), also after a state of an animator that does.
+    /// Steps by one tick of 1 / fps seconds to a new pose.
+    ///
+    /// Each channel of the motion's code takes its largest logit. Devices draw no
+    /// [noise](unic_core::CodeSampling), also after the state of an animator that does.
     ///
     /// # Errors
-    /// A pose of another skeleton, with numbers that are not finite or farther than 1000 km from the
-    /// origin; the state stays as it was.
+    /// Fails on a pose of another skeleton, on numbers that are not finite, and on a pose farther than
+    /// 1000 km from the origin. The state then stays as it was.
     pub fn step(&mut self, input: &StepInput) -> Result<(), GpuError> {
         self.advance(input)?;
         self.programs.step.submit(&self.asset.context);
         Ok(())
     }
 
-    /// As [`step`](Self::step), and blocks until the device has told how long each stage took.
+    /// Steps like [`step`](Self::step), blocks until the device is done, and returns the time of each
+    /// stage.
     ///
     /// # Errors
-    /// As [`step`](Self::step); a device that cannot tell or is lost.
+    /// Fails on the input that [`step`](Self::step) refuses, and when the device has no timestamps or is
+    /// lost.
     pub fn step_timed(&mut self, input: &StepInput) -> Result<Vec<StageTime>, GpuError> {
         self.advance(input)?;
         self.programs.step.submit_timed(&self.asset.context)
     }
 
     /// Replaces the garment at the current frame by given world positions in metres, as
-    /// [`unic_core::animator::Animator::set_garment`] does: the garment of the frame before stays.
+    /// [`unic_core::Animator::set_garment`] does. The garment of the previous frame stays.
     ///
     /// # Errors
-    /// Positions of another mesh or that are not finite; the state stays as it was.
+    /// Fails on positions of another mesh or that are not finite. The state then stays as it was.
     pub fn set_garment(&mut self, positions: &[Vec3]) -> Result<(), GpuError> {
         Start::Positions(positions).check(&self.asset.model)?;
         self.upload.positions(&self.asset, &self.buffers, positions);
@@ -173,10 +174,11 @@ impl GpuAnimator {
         Ok(())
     }
 
-    /// Everything that the next step depends on, here or on the CPU. Blocks until the device is done.
+    /// Copies the state: everything that the next step depends on, here or on the CPU. Blocks until the
+    /// device is done.
     ///
     /// # Errors
-    /// When the device is lost.
+    /// Fails when the device is lost.
     pub fn state(&self) -> Result<AnimatorState, GpuError> {
         let (asset, context) = (&self.asset, &self.asset.context);
         let bytes = (STATE_BYTES * asset.model.vertex_count()) as u64;
@@ -198,10 +200,10 @@ impl GpuAnimator {
         })
     }
 
-    /// Goes on from a saved state, of a device's or of the CPU's.
+    /// Continues from a saved state of an animator on a device or on the CPU.
     ///
     /// # Errors
-    /// A state of another model; the current state stays.
+    /// Fails on a state of another model; the current state then stays.
     pub fn restore(&mut self, state: AnimatorState) -> Result<(), GpuError> {
         let asset = Arc::clone(&self.asset);
         state.check(&asset.model)?;
@@ -222,11 +224,12 @@ impl GpuAnimator {
             bytemuck::cast_slice(&state.recurrence),
         );
         (self.motion, self.at_start, self.ticks) = (state.motion, state.at_start, state.ticks);
-        self.upload_tick(Frame::Before);
-        self.programs.carry.submit(context);
+        // The points of the previous frame first: velocities are differences to them.
+        self.upload_tick(Frame::Previous);
+        self.programs.skin_previous.submit(context);
         let (before, now) = self.motion.pair();
         self.upload.pair(&asset, &self.buffers, [before, now]);
-        self.upload_tick(Frame::Now);
+        self.upload_tick(Frame::Current);
         let program = match self.at_start {
             true => &self.programs.resume_at_start,
             false => &self.programs.resume,
@@ -235,8 +238,8 @@ impl GpuAnimator {
         Ok(())
     }
 
-    /// Positions and normals, world: six f32 a vertex, in the order of the model's mesh. Usages are
-    /// `VERTEX`, `STORAGE`, `COPY_SRC` and `COPY_DST`.
+    /// Buffer of world positions and normals: six f32 a vertex, in the order of the model's mesh. Its
+    /// usages are `VERTEX`, `STORAGE`, `COPY_SRC` and `COPY_DST`.
     pub fn vertex_buffer(&self) -> &Buffer {
         &self.buffers.shown
     }
@@ -244,7 +247,7 @@ impl GpuAnimator {
     /// Blocks until the device is done and copies the garment.
     ///
     /// # Errors
-    /// When the device is lost.
+    /// Fails when the device is lost.
     pub fn read_back(&self) -> Result<GarmentCopy, GpuError> {
         let bytes = SHOWN_BYTES * self.asset.model.vertex_count();
         let copied = self
@@ -258,7 +261,7 @@ impl GpuAnimator {
         })
     }
 
-    /// The motion vectors of a new pose, and what the device needs to know of them.
+    /// Advances the motion vectors to a new pose and uploads them.
     fn advance(&mut self, input: &StepInput) -> Result<(), GpuError> {
         let asset = Arc::clone(&self.asset);
         let model = &asset.model;
@@ -272,20 +275,21 @@ impl GpuAnimator {
             self.programs.complete_start.submit(&asset.context);
         }
         self.upload.pair(&asset, &self.buffers, [before, now]);
-        self.upload_tick(Frame::Now);
+        self.upload_tick(Frame::Current);
         self.at_start = false;
         self.ticks += 1;
         Ok(())
     }
 
     fn upload_tick(&mut self, frame: Frame) {
-        let tick = TickHead {
+        let settings = TickSettings {
             frame,
             at_start: self.at_start,
             mode: self.mode,
             wind: self.wind,
         };
-        self.upload.tick(&self.asset, &self.buffers, &self.motion, tick);
+        self.upload
+            .tick(&self.asset, &self.buffers, &self.motion, settings);
     }
 }
 

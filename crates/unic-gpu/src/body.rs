@@ -1,4 +1,4 @@
-//! The posed body, and vertices that are inside of it.
+//! Posed body on the device, and the correction of vertices inside it.
 
 use crate::{
     GpuContext, GpuError,
@@ -10,43 +10,46 @@ use crate::{
 };
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use unic_core::{intersection::ContactParts, model::Model, topology::weld};
+use unic_core::{Model, intersection::ContactFilter, topology::weld};
 use wgpu::{Buffer, BufferUsages};
 
-/// Places, skinning and text of what the two ways out of the body share.
-const PLACES: &str = include_str!("kernels/places.wgsl");
+/// WGSL that the kernels of both rules share.
+const VERTEX_STATE: &str = include_str!("kernels/vertex_state.wgsl");
 const NEAREST: &str = include_str!("kernels/nearest.wgsl");
 
-/// The body on the device. Asset.
+/// Body on the device. Asset.
 #[derive(Debug)]
 pub(crate) struct Body {
     mesh: Mesh,
     pose: Kernel,
-    paper: Paper,
-    robust: Robust,
+    paper: PaperRule,
+    robust: RobustRule,
 }
 
-/// The paper's intersection handling. Asset.
+/// Intersection handling of the paper. Asset.
 #[derive(Debug)]
-struct Paper {
-    /// Over the body's vertices.
+struct PaperRule {
+    /// Tree over the body's vertices.
     tree: Tree,
     drag: Kernel,
 }
 
-/// Ours, vertex by vertex. Asset.
+/// Robust intersection handling, for each vertex by itself. Asset.
 #[derive(Debug)]
-struct Robust {
-    /// Over the body's faces.
+struct RobustRule {
+    /// Tree over the body's faces.
     tree: Tree,
     faces: Buffer,
+    /// Faces around vertices and sets of joints, see `robust.wgsl`.
     tables: Buffer,
     push: Kernel,
 }
 
-/// What poses the body and moves vertices out of it.
+/// Dispatches of intersection handling.
 pub(crate) struct Handling {
+    /// Dispatches that pose the body.
     pub(crate) pose: Vec<Dispatch>,
+    /// Dispatch that moves vertices out of the body.
     pub(crate) correct: Dispatch,
 }
 
@@ -54,7 +57,7 @@ impl Body {
     pub(crate) fn new(context: &GpuContext, model: &Model) -> Result<Self, GpuError> {
         let character = model.character();
         let text = [
-            PLACES,
+            VERTEX_STATE,
             include_str!("kernels/skin.wgsl"),
             include_str!("kernels/body.wgsl"),
         ]
@@ -67,52 +70,52 @@ impl Body {
         };
         Ok(Self {
             pose: Kernel::new(context, &source),
-            paper: Paper::new(context, model)?,
-            robust: Robust::new(context, model)?,
+            paper: PaperRule::new(context, model)?,
+            robust: RobustRule::new(context, model)?,
             mesh,
         })
     }
 
-    /// States are moved out of the body by the paper's rule.
+    /// Makes the dispatches that move states out of the body by the paper's rule.
     pub(crate) fn paper(
         &self,
         context: &GpuContext,
-        of: &Buffers,
+        buffers: &Buffers,
         model: &Model,
     ) -> Result<Handling, GpuError> {
-        let Paper { tree, drag } = &self.paper;
+        let PaperRule { tree, drag } = &self.paper;
         let scratch = Scratch::new(context, self, tree, model);
-        let mut buffers = scratch.bindings(tree).to_vec();
-        buffers.extend([(0, &of.tick), (5, &of.points), (6, &of.states)]);
+        let mut bindings = scratch.bindings(tree).to_vec();
+        bindings.extend([(0, &buffers.tick), (5, &buffers.points), (6, &buffers.states)]);
         Ok(Handling {
-            pose: self.pose(&of.tick, &scratch, tree, None)?,
-            correct: drag.dispatch(&buffers, model.vertex_count().div_ceil(GROUP))?,
+            pose: self.pose(&buffers.tick, &scratch, tree, None)?,
+            correct: drag.dispatch(&bindings, model.vertex_count().div_ceil(GROUP))?,
         })
     }
 
-    /// Shown positions are moved out of the body by our rule.
+    /// Makes the dispatches that move shown positions out of the body by the robust rule.
     pub(crate) fn robust(
         &self,
         context: &GpuContext,
-        of: &Buffers,
+        buffers: &Buffers,
         model: &Model,
     ) -> Result<Handling, GpuError> {
-        let Robust {
+        let RobustRule {
             tree,
             faces,
             tables,
             push,
         } = &self.robust;
         let scratch = Scratch::new(context, self, tree, model);
-        let mut buffers = scratch.bindings(tree).to_vec();
-        buffers.extend([(0, &of.tick), (9, &of.shown), (14, faces), (15, tables)]);
+        let mut bindings = scratch.bindings(tree).to_vec();
+        bindings.extend([(0, &buffers.tick), (9, &buffers.shown), (14, faces), (15, tables)]);
         Ok(Handling {
-            pose: self.pose(&of.tick, &scratch, tree, Some(faces))?,
-            correct: push.dispatch(&buffers, model.vertex_count().div_ceil(GROUP))?,
+            pose: self.pose(&buffers.tick, &scratch, tree, Some(faces))?,
+            correct: push.dispatch(&bindings, model.vertex_count().div_ceil(GROUP))?,
         })
     }
 
-    /// Positions, normals, boxes.
+    /// Makes the dispatches that skin the body, compute its normals and refit the tree.
     fn pose(
         &self,
         tick: &Buffer,
@@ -135,11 +138,11 @@ impl Body {
     }
 }
 
-/// The posed body of one animator.
+/// Posed body of one animator.
 struct Scratch {
     body: Buffer,
     boxes: Buffer,
-    /// By garment vertex: the item that was nearest.
+    /// Nearest item of each garment vertex in the last frame.
     seeds: Buffer,
 }
 
@@ -152,7 +155,7 @@ impl Scratch {
         }
     }
 
-    /// As `nearest.wgsl` numbers them.
+    /// Buffers with their binding numbers in `nearest.wgsl`.
     fn bindings<'a>(&'a self, tree: &'a Tree) -> [(u32, &'a Buffer); 4] {
         [
             (10, &tree.items),
@@ -163,12 +166,12 @@ impl Scratch {
     }
 }
 
-impl Paper {
+impl PaperRule {
     fn new(context: &GpuContext, model: &Model) -> Result<Self, GpuError> {
-        let places = &model.character().body.vertices;
-        let tree = Tree::new(context, Items::Vertices, places)?;
-        let text = [PLACES, NEAREST, include_str!("kernels/paper.wgsl")].concat();
-        let [a, b, c] = tree.constants(places.len());
+        let vertices = &model.character().body.vertices;
+        let tree = Tree::new(context, Items::Vertices, vertices)?;
+        let text = [VERTEX_STATE, NEAREST, include_str!("kernels/paper.wgsl")].concat();
+        let [a, b, c] = tree.constants(vertices.len());
         let source = Source {
             text: &text,
             entry: "drag",
@@ -187,7 +190,7 @@ impl Paper {
     }
 }
 
-/// As in `robust.wgsl`.
+/// Body face in the memory layout of `robust.wgsl`.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Face {
@@ -197,25 +200,29 @@ struct Face {
     padding: u32,
 }
 
-impl Robust {
+impl RobustRule {
     fn new(context: &GpuContext, model: &Model) -> Result<Self, GpuError> {
         let body = &model.character().body;
         let faces = faces(model);
         let centre = |f: &[u32; 3]| f.iter().map(|&v| body.vertices[v as usize]).sum::<Vec3>() / 3.0;
-        let places: Vec<Vec3> = body.faces.iter().map(centre).collect();
-        let tree = Tree::new(context, Items::Faces, &places)?;
-        let (mut tables, around) = faces_around(body.vertices.len(), &faces);
+        let centres: Vec<Vec3> = body.faces.iter().map(centre).collect();
+        let tree = Tree::new(context, Items::Faces, &centres)?;
+        let FacesAround {
+            rows: mut tables,
+            first_face,
+        } = faces_around(body.vertices.len(), &faces);
+        // One buffer for both tables: devices promise no more than eight storage buffers a kernel.
         let first_set = tables.len();
         tables.extend(pushing_joints(model, &faces));
-        let text = [PLACES, NEAREST, include_str!("kernels/robust.wgsl")].concat();
-        let [a, b, c] = tree.constants(places.len());
+        let text = [VERTEX_STATE, NEAREST, include_str!("kernels/robust.wgsl")].concat();
+        let [a, b, c] = tree.constants(centres.len());
         let source = Source {
             text: &text,
             entry: "push",
             constants: &[
                 ("VERTICES", model.vertex_count() as f64),
                 ("WORDS", words(model) as f64),
-                ("AROUND", around as f64),
+                ("AROUND", first_face as f64),
                 ("PUSHING", first_set as f64),
                 a,
                 b,
@@ -233,21 +240,28 @@ impl Robust {
 
 fn faces(model: &Model) -> Vec<Face> {
     let character = model.character();
-    let first_at = weld(&character.body.vertices);
+    let welded = weld(&character.body.vertices);
     let joints = character.joints_of_faces();
     let pairs = character.body.faces.iter().zip(joints);
     pairs
         .map(|(&corners, joint)| Face {
             corners,
             joint: joint as u32,
-            welded: corners.map(|v| first_at[v as usize]),
+            welded: corners.map(|v| welded[v as usize]),
             padding: 0,
         })
         .collect()
 }
 
-/// Faces around each welded vertex in compressed rows, and where the faces start.
-fn faces_around(vertices: usize, faces: &[Face]) -> (Vec<u32>, usize) {
+/// Faces around each welded vertex, in compressed rows.
+struct FacesAround {
+    /// Starts of the rows, then their faces.
+    rows: Vec<u32>,
+    /// Place of the first face in `rows`.
+    first_face: usize,
+}
+
+fn faces_around(vertices: usize, faces: &[Face]) -> FacesAround {
     let mut pairs: Vec<(u32, u32)> = (faces.iter().enumerate())
         .flat_map(|(face, f)| f.welded.map(|v| (v, face as u32)))
         .collect();
@@ -255,20 +269,20 @@ fn faces_around(vertices: usize, faces: &[Face]) -> (Vec<u32>, usize) {
     pairs.dedup();
     let start = |v: u32| pairs.partition_point(|&(at, _)| at < v) as u32;
     let mut rows: Vec<u32> = (0..=vertices as u32).map(start).collect();
-    let around = rows.len();
+    let first_face = rows.len();
     rows.extend(pairs.iter().map(|&(_, face)| face));
-    (rows, around)
+    FacesAround { rows, first_face }
 }
 
-/// Words of a set of joints.
+/// Number of words of 32 bits in a set of joints.
 fn words(model: &Model) -> usize {
     model.character().skeleton.len().div_ceil(32)
 }
 
-/// For each garment vertex the joints whose parts may push it, one bit each.
+/// Computes the set of joints whose parts may push each garment vertex, one bit each.
 fn pushing_joints(model: &Model, faces: &[Face]) -> Vec<u32> {
-    let parts = ContactParts::new(model.character(), model.garment());
-    // Any face of a joint speaks for all of them.
+    let filter = ContactFilter::new(model.character(), model.garment());
+    // The filter answers by face, the same for all faces of a joint: any of them will do.
     let mut face_of_joint = vec![None; model.character().skeleton.len()];
     for (i, face) in (0u32..).zip(faces) {
         face_of_joint[face.joint as usize] = Some(i);
@@ -277,7 +291,7 @@ fn pushing_joints(model: &Model, faces: &[Face]) -> Vec<u32> {
     let mut sets = vec![0u32; words * model.vertex_count()];
     for (vertex, set) in sets.chunks_exact_mut(words).enumerate() {
         for (joint, face) in face_of_joint.iter().enumerate() {
-            if face.is_some_and(|face| parts.face_pushes(face, vertex)) {
+            if face.is_some_and(|face| filter.face_may_push(face, vertex)) {
                 set[joint / 32] |= 1 << (joint % 32);
             }
         }

@@ -1,4 +1,4 @@
-//! A device, and the few ways in which it is used here.
+//! Device context: creation, buffers, downloads and error scopes.
 
 use crate::{GpuError, Precision};
 use half::f16;
@@ -7,7 +7,7 @@ use wgpu::{
     util::DeviceExt,
 };
 
-/// A device and its queue: cheap to clone, shared by all that is made on it.
+/// Device with its queue. Clones are cheap and refer to the same device.
 #[derive(Clone, Debug)]
 pub struct GpuContext {
     device: Device,
@@ -15,12 +15,12 @@ pub struct GpuContext {
     matrix_units: Option<MatrixUnits>,
 }
 
-/// Matrices of halves that a device multiplies and adds up in single precision.
+/// Matrix units of a device: they multiply matrices of f16 and sum in f32.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MatrixUnits {
-    /// Rows and columns of each.
+    /// Number of rows, and of columns, of each matrix.
     pub(crate) side: usize,
-    /// Most invocations that hold one together.
+    /// Largest number of invocations in a subgroup, which holds a matrix together.
     pub(crate) largest_subgroup: usize,
 }
 
@@ -29,7 +29,7 @@ impl MatrixUnits {
         .union(Features::SUBGROUP)
         .union(Features::SHADER_F16);
 
-    /// The largest of an adapter.
+    /// Finds the largest square matrices of an adapter.
     fn of(adapter: &Adapter) -> Option<Self> {
         let info = adapter.get_info();
         let sizes = adapter.cooperative_matrix_properties().into_iter();
@@ -46,27 +46,28 @@ impl MatrixUnits {
 }
 
 impl GpuContext {
-    /// The features that kernels and timings make use of where an adapter has them. A caller who
-    /// brings a device requests what it wants of these.
+    /// Features that kernels and timings use if an adapter has them. A caller who brings a device requests
+    /// the wanted ones.
     pub const USEFUL_FEATURES: Features = Features::SHADER_F16.union(Features::TIMESTAMP_QUERY);
 
-    /// The fastest adapter of this machine; the environment variable `WGPU_BACKEND` narrows the choice.
+    /// Opens the fastest adapter of this machine. The environment variable `WGPU_BACKEND` narrows the
+    /// choice.
     ///
     /// # Errors
-    /// [`GpuError::NoAdapter`] without one, [`GpuError::Device`] when it gives no device.
+    /// [`GpuError::NoAdapter`] without an adapter, [`GpuError::Device`] when it gives no device.
     pub fn new() -> Result<Self, GpuError> {
         let adapter = fastest_adapter()?;
         Self::of(&adapter, None)
     }
 
-    /// The same with the adapter's matrix units, if it has any, for [`Precision::F16Matrix`].
+    /// Opens the fastest adapter with its matrix units, if it has any, for [`Precision::F16Matrix`].
     ///
-    /// They are an experimental feature of wgpu, whose bugs could be undefined behaviour that no caller prevents:
-    /// that is why they have to be asked for. Where subgroups of a device differ in size, a workgroup has
-    /// as many invocations as it needs of the largest, and some idle.
+    /// They are an experimental feature of wgpu, whose bugs could be undefined behaviour that no caller can
+    /// prevent. So they are used only on request. Where subgroups of a device differ in size, a workgroup
+    /// has as many invocations as it needs with the largest, and some idle.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// [`GpuError::NoAdapter`] without an adapter, [`GpuError::Device`] when it gives no device.
     pub fn with_matrix_units() -> Result<Self, GpuError> {
         let adapter = fastest_adapter()?;
         Self::of(&adapter, MatrixUnits::of(&adapter))
@@ -75,9 +76,9 @@ impl GpuContext {
     fn of(adapter: &Adapter, matrix_units: Option<MatrixUnits>) -> Result<Self, GpuError> {
         let (features, experimental_features) = match matrix_units {
             None => (Features::empty(), ExperimentalFeatures::disabled()),
-            // SAFETY: the caller asked for what may hold bugs of wgpu. The kernels load and store whole matrices within
-            // their buffers; that subgroups are full, as many as the workgroup holds, and see each other's memory
-            // behind a barrier is the driver's and wgpu's part.
+            // SAFETY: the caller asked for an experimental feature of wgpu. The kernels load and store whole
+            // matrices within their buffers. The driver and wgpu ensure the rest: that subgroups are full, that
+            // a workgroup has as many as it holds, and that they see each other's memory after a barrier.
             Some(_) => (MatrixUnits::FEATURES, unsafe { ExperimentalFeatures::enabled() }),
         };
         let descriptor = wgpu::DeviceDescriptor {
@@ -96,7 +97,8 @@ impl GpuContext {
         })
     }
 
-    /// The caller's own device and queue, so that what is computed can be drawn where it is; without matrix units.
+    /// Uses the caller's own device and queue, so that a renderer can draw the results in place. Matrix
+    /// units are not used.
     pub fn from_device(device: Device, queue: Queue) -> Self {
         Self {
             device,
@@ -105,11 +107,12 @@ impl GpuContext {
         }
     }
 
-    /// Has it matrix units, for [`Precision::F16Matrix`]?
+    /// Returns whether matrix units are in use, for [`Precision::F16Matrix`].
     pub fn has_matrix_units(&self) -> bool {
         self.matrix_units.is_some()
     }
 
+    /// Matrix units, or an error without any.
     pub(crate) fn needed_matrix_units(&self) -> Result<MatrixUnits, GpuError> {
         self.matrix_units.ok_or(GpuError::Feature {
             what: "a field on matrix units",
@@ -117,12 +120,12 @@ impl GpuContext {
         })
     }
 
-    /// The device.
+    /// Device of the context.
     pub fn device(&self) -> &Device {
         &self.device
     }
 
-    /// Its queue: what is submitted to it after a step sees the step's garment.
+    /// Queue of the device. Work that is submitted to it after a step sees the step's garment.
     pub fn queue(&self) -> &Queue {
         &self.queue
     }
@@ -133,7 +136,7 @@ impl GpuContext {
         format!("{} ({} {})", info.name, info.driver, info.driver_info)
     }
 
-    /// Does it have all of these features?
+    /// Returns whether the device has all of these features.
     pub fn has(&self, features: Features) -> bool {
         self.device.features().contains(features)
     }
@@ -141,13 +144,13 @@ impl GpuContext {
     /// Blocks until all submitted work is done.
     ///
     /// # Errors
-    /// When the device is lost.
+    /// Fails when the device is lost.
     pub fn wait(&self) -> Result<(), GpuError> {
         let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
         polled.map(|_| ()).map_err(|e| GpuError::Device(e.to_string()))
     }
 
-    /// Runs `make`, which creates things on the device: what the device refuses is an error and no panic.
+    /// Runs `make`, which creates objects on the device, and returns the device's error instead of a panic.
     pub(crate) fn checked<T>(&self, make: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
         let scopes = [
             wgpu::ErrorFilter::OutOfMemory,
@@ -156,7 +159,7 @@ impl GpuContext {
         ]
         .map(|filter| self.device.push_error_scope(filter));
         let made = make();
-        // All of them, the last one first, whatever they hold.
+        // All scopes must be popped, the last one first, even after an error.
         let errors = scopes
             .into_iter()
             .rev()
@@ -167,12 +170,12 @@ impl GpuContext {
         }
     }
 
-    /// A storage buffer that holds `contents`, which may be empty.
+    /// Creates a storage buffer with `contents`, which may be empty.
     pub(crate) fn upload<T: bytemuck::NoUninit>(&self, label: &str, contents: &[T]) -> Buffer {
         self.filled(label, contents, BufferUsages::STORAGE | BufferUsages::COPY_DST)
     }
 
-    /// A storage buffer of weights, in halves where the precision has them so.
+    /// Creates a storage buffer of weights, in f16 where the precision has it.
     pub(crate) fn upload_weights(&self, label: &str, precision: Precision, weights: &[f32]) -> Buffer {
         match precision {
             Precision::F32 => self.upload(label, weights),
@@ -183,7 +186,7 @@ impl GpuContext {
         }
     }
 
-    /// A uniform buffer.
+    /// Creates a uniform buffer.
     pub(crate) fn uniform<T: bytemuck::NoUninit>(&self, label: &str, contents: &T) -> Buffer {
         self.filled(label, std::slice::from_ref(contents), BufferUsages::UNIFORM)
     }
@@ -192,13 +195,13 @@ impl GpuContext {
         let bytes: &[u8] = bytemuck::cast_slice(contents);
         self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some(label),
-            // A binding holds an element at least.
+            // A binding may not be smaller than one element of its array.
             contents: if bytes.is_empty() { &[0; 32] } else { bytes },
             usage,
         })
     }
 
-    /// A storage buffer of zeros.
+    /// Creates a storage buffer of zeros.
     pub(crate) fn zeroed(&self, label: &str, bytes: usize, usage: BufferUsages) -> Buffer {
         self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
@@ -208,7 +211,7 @@ impl GpuContext {
         })
     }
 
-    /// Blocks until the device has done its work and returns `bytes` of a buffer, from byte `from` on.
+    /// Blocks until the device is done and copies `bytes` bytes of a buffer, from byte `from` on.
     pub(crate) fn download(&self, buffer: &Buffer, from: u64, bytes: u64) -> Result<Vec<u8>, GpuError> {
         if bytes == 0 {
             return Ok(Vec::new());
@@ -224,7 +227,7 @@ impl GpuContext {
         self.queue.submit([encoder.finish()]);
         let (sender, receiver) = std::sync::mpsc::channel();
         staging.map_async(wgpu::MapMode::Read, .., move |result| {
-            // The receiver lives until it has the answer.
+            // Sending fails only without a receiver, which lives until it has the result.
             let _ = sender.send(result);
         });
         self.wait()?;

@@ -1,4 +1,5 @@
-//! Linear maps of one vector a frame: encoder, prior, recurrence, the latent's share of the field.
+//! Linear layers that are applied to one vector a frame: encoder, prior, recurrence, and the product of
+//! the latent vector with the field's weights.
 
 use crate::{
     GpuContext, GpuError, Precision,
@@ -9,53 +10,57 @@ use std::ops::Range;
 use unic_core::network::Linear;
 use wgpu::Buffer;
 
-/// Rows that one workgroup of `linear.wgsl` takes.
+/// Number of rows that one workgroup of `linear.wgsl` computes.
 const ROWS: usize = 8;
 
-/// Regions of the buffer of vectors that the maps of one animator read and write.
+/// Allocator of regions in the buffer of vectors that the layers of one animator read and write.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Regions {
     numbers: usize,
 }
 
 impl Regions {
-    /// Where the next `numbers` go: a multiple of four. What fills up stays zero.
+    /// Allocates `numbers` and returns their start, a multiple of four. Padding after them stays zero.
+    // The kernel reads vectors of four numbers.
     pub(crate) fn take(&mut self, numbers: usize) -> usize {
         let start = self.numbers;
         self.numbers += numbers.next_multiple_of(4);
         start
     }
 
-    /// Numbers in all.
+    /// Length of all regions.
     pub(crate) fn len(self) -> usize {
         self.numbers
     }
 }
 
-/// What happens to W x + b.
+/// Use of the result W x + b.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
-pub(crate) enum Output {
-    Replaces = 0,
+pub(crate) enum OutputMode {
+    /// Stores the result.
+    Replace = 0,
+    /// Stores the ELU of the result.
     Elu = 1,
-    Adds = 2,
+    /// Adds the result to the stored numbers.
+    Add = 2,
 }
 
-/// A linear map between two regions.
-pub(crate) struct Map<'a> {
+/// Linear layer from one region to another.
+pub(crate) struct LinearMap<'a> {
     pub(crate) layer: &'a Linear,
-    /// Columns that are used; each run of them is padded to whole quadruples, as its input is.
+    /// Columns of the layer that are used. Each range is padded to a multiple of four, as its input is.
     pub(crate) columns: &'a [Range<usize>],
-    /// Where x starts.
+    /// Start of x.
     pub(crate) from: usize,
-    /// Where y starts.
+    /// Start of y.
     pub(crate) to: usize,
-    pub(crate) output: Output,
+    pub(crate) output: OutputMode,
 }
 
-/// A map on the device.
+/// Linear layer on the device.
 #[derive(Clone, Debug)]
-pub(crate) struct Dense {
+pub(crate) struct LinearDispatcher {
     kernel: Kernel,
     layer: Buffer,
     weights: Buffer,
@@ -63,7 +68,7 @@ pub(crate) struct Dense {
     groups: usize,
 }
 
-/// As in `linear.wgsl`.
+/// Uniforms in the memory layout of `linear.wgsl`.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Layer {
@@ -75,13 +80,13 @@ struct Layer {
     padding: [u32; 3],
 }
 
-/// The kernels of all maps.
-pub(crate) struct DenseKernels {
+/// Kernels of all linear layers.
+pub(crate) struct LinearKernels {
     full: Kernel,
     half: Kernel,
 }
 
-impl DenseKernels {
+impl LinearKernels {
     pub(crate) fn new(context: &GpuContext) -> Self {
         let kernel = |weights: &str| {
             let text = include_str!("kernels/linear.wgsl").replace("//{weights}", weights);
@@ -97,7 +102,7 @@ impl DenseKernels {
                 "@group(0) @binding(1) var<storage, read> weights: array<vec4<f32>>;
                  fn weight(i: u32) -> vec4<f32> { return weights[i]; }",
             ),
-            // Needs no feature: halves are unpacked, arithmetic is in f32.
+            // Half-precision weights are unpacked to f32, which needs no feature of the device.
             half: kernel(
                 "@group(0) @binding(1) var<storage, read> weights: array<vec2<u32>>;
                  fn weight(i: u32) -> vec4<f32> {
@@ -107,7 +112,12 @@ impl DenseKernels {
         }
     }
 
-    pub(crate) fn map(&self, context: &GpuContext, precision: Precision, map: &Map) -> Dense {
+    pub(crate) fn map(
+        &self,
+        context: &GpuContext,
+        precision: Precision,
+        map: &LinearMap,
+    ) -> LinearDispatcher {
         let rows = padded_rows(map.layer, map.columns);
         let kernel = match precision {
             Precision::F32 => &self.full,
@@ -122,7 +132,7 @@ impl DenseKernels {
             activation: map.output as u32,
             padding: [0; 3],
         };
-        Dense {
+        LinearDispatcher {
             kernel: kernel.clone(),
             layer: context.uniform("layer", &layer),
             weights: context.upload_weights("weights", precision, &rows),
@@ -132,7 +142,7 @@ impl DenseKernels {
     }
 }
 
-impl Dense {
+impl LinearDispatcher {
     pub(crate) fn dispatch(&self, vectors: &Buffer) -> Result<Dispatch, GpuError> {
         let buffers = [
             (0, &self.layer),
@@ -144,13 +154,13 @@ impl Dense {
     }
 }
 
-/// The chosen columns of every row, each run padded with zeros to whole quadruples.
+/// Packs ranges of columns of every row, each padded with zeros to a multiple of four.
 fn padded_rows(layer: &Linear, columns: &[Range<usize>]) -> Vec<f32> {
-    let width: usize = columns.iter().map(|run| run.len().next_multiple_of(4)).sum();
+    let width: usize = columns.iter().map(|range| range.len().next_multiple_of(4)).sum();
     let mut rows = Vec::with_capacity(width * layer.outputs);
     for row in layer.weight.chunks_exact(layer.inputs.max(1)) {
-        for run in columns {
-            rows.extend_from_slice(&row[run.clone()]);
+        for range in columns {
+            rows.extend_from_slice(&row[range.clone()]);
             rows.resize(rows.len().next_multiple_of(4), 0.0);
         }
     }
@@ -162,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_run_of_columns_fills_whole_quadruples() {
+    fn each_range_of_columns_is_padded_to_a_multiple_of_four() {
         let layer = Linear {
             inputs: 6,
             outputs: 2,
@@ -176,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn regions_start_at_quadruples() {
+    fn regions_start_at_multiples_of_four() {
         let mut regions = Regions::default();
         let starts = [5, 4, 0, 1].map(|numbers| regions.take(numbers));
         assert_eq!((starts, regions.len()), ([0, 8, 12, 12], 16));

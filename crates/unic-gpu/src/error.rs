@@ -1,36 +1,36 @@
-//! What a device, a model or a caller cannot do.
+//! Errors of devices, models and input.
 
 use thiserror::Error;
-use unic_core::animator::AnimatorError;
+use unic_core::AnimatorError;
 
-/// Why there is no answer from the device.
+/// Error of a computation on a device.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum GpuError {
-    /// No driver that could compute.
+    /// No adapter with compute shaders.
     #[error("GPU: expected an adapter that computes, found none: {0}")]
     NoAdapter(String),
-    /// An adapter that gives no device, or a device that does not do as it is asked.
+    /// Adapter without a device, or a failure of the device.
     #[error("GPU: {0}")]
     Device(String),
-    /// A device without a feature.
+    /// Feature that the device does not have.
     #[error("GPU: {what} needs the feature {feature}, which the device does not have")]
     Feature {
-        /// What needs it.
+        /// Name of the part that needs the feature.
         what: &'static str,
-        /// wgpu's name of it.
+        /// Name of the feature in wgpu.
         feature: &'static str,
     },
-    /// A model beyond what the device's limits allow.
-    #[error("GPU: {what} may be at most {most} here, found {found}")]
+    /// Model that exceeds the limits of the device.
+    #[error("GPU: expected at most {limit} for {what}, found {found}")]
     TooLarge {
-        /// What is counted.
+        /// Name of the quantity.
         what: &'static str,
-        /// The most that this device can do.
-        most: usize,
-        /// In this model.
+        /// Largest value on this device.
+        limit: usize,
+        /// Value of the model.
         found: usize,
     },
-    /// Input that does not belong to the model.
+    /// Input that does not fit the model.
     #[error(transparent)]
     Input(#[from] AnimatorError),
 }

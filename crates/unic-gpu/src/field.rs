@@ -1,4 +1,4 @@
-//! The deformation field's kernel, written for the sizes of a model.
+//! Kernel of the deformation field, generated for the sizes of a model.
 
 mod blocks;
 mod source;
@@ -12,43 +12,49 @@ use crate::{
 use blocks::{Blocks, Real};
 use std::ops::Range;
 use tiles::Tiles;
-use unic_core::{model::Model, network::Linear};
+use unic_core::{Model, network::Linear};
 use wgpu::{Buffer, Features};
 
 /// Sizes of a field on a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct FieldShape {
-    /// Of the hidden layers, padded to whole blocks.
+    /// Width of the hidden layers, padded to whole blocks.
     pub(crate) width: usize,
-    /// Hidden layers.
+    /// Number of hidden layers.
     layers: usize,
+    /// Index of the layer that reads the inputs again.
     skip: Option<usize>,
-    /// Point inputs.
+    /// Number of point inputs.
     inputs: usize,
     tile: Tile,
 }
 
-/// Vertices that a workgroup takes through the layers, and what multiplies.
+/// Partition of a tile of vertices, which one workgroup evaluates through all layers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Tile {
-    /// Every invocation for itself.
+    /// Blocks in the registers of each invocation.
     Blocks(Blocks),
-    /// Matrix units.
+    /// Matrices in matrix units.
     Tiles(Tiles),
 }
 
-/// The field on the device. Asset.
+/// Field on the device. Asset.
 #[derive(Debug)]
 pub(crate) struct FieldKernel {
     pub(crate) shape: FieldShape,
     kernel: Kernel,
     hidden_weights: Buffer,
+    /// Weights of the point inputs and of the head.
     edge_weights: Buffer,
+    /// Number of tiles.
     tiles: usize,
 }
 
 impl FieldShape {
-    /// Of a model's field, in tiles that fit the device.
+    /// Chooses the largest tiles for a model's field that fit the device.
+    ///
+    /// # Errors
+    /// Fails when the device does not have the precision or the field is too wide for it.
     pub(crate) fn new(context: &GpuContext, model: &Model, precision: Precision) -> Result<Self, GpuError> {
         let config = &model.config().field;
         let limits = context.device().limits();
@@ -78,7 +84,7 @@ impl FieldShape {
         })
     }
 
-    /// Vertices of a tile.
+    /// Number of vertices in a tile.
     pub(crate) fn lanes(&self) -> usize {
         match self.tile {
             Tile::Blocks(blocks) => blocks.lanes(),
@@ -93,29 +99,29 @@ impl FieldShape {
         }
     }
 
-    /// Numbers of one input channel of so many vertices: whole tiles.
+    /// Length of one input channel of a number of vertices, padded to whole tiles.
     pub(crate) fn stride(&self, vertices: usize) -> usize {
         vertices.next_multiple_of(self.lanes())
     }
 
-    /// Numbers in the biases of all layers, the head's included.
+    /// Length of the biases of all layers with the head's, which is padded to four.
     pub(crate) fn biases(&self) -> usize {
         self.layers * self.width + 4
     }
 
-    /// Has the layer the latent vector among its inputs?
+    /// Returns whether a layer has the latent vector among its inputs.
     pub(crate) fn reads_latent(&self, layer: usize) -> bool {
         layer == 0 || self.skip == Some(layer)
     }
 
-    /// The biases as they are without a latent vector.
+    /// Writes the layers' own biases, without the products with the latent vector.
     pub(crate) fn write_biases(&self, layers: &[Linear], out: &mut [f32]) {
         for (layer, out) in layers.iter().zip(out.chunks_mut(self.width)) {
             out[..layer.bias.len()].copy_from_slice(&layer.bias);
         }
     }
 
-    /// Multiply-adds of one vertex, without padding.
+    /// Number of multiply-adds of one vertex, without padding.
     fn products(&self, model: &Model) -> usize {
         let layers = model.field().layers().iter().enumerate();
         let used = layers.map(|(i, layer)| match self.reads_latent(i) {
@@ -126,7 +132,7 @@ impl FieldShape {
     }
 }
 
-/// The columns of a layer that multiply the latent vector: the last ones.
+/// Columns of a layer that multiply the latent vector: the last ones.
 pub(crate) fn latent_columns(model: &Model, layer: &Linear) -> Range<usize> {
     layer.inputs - model.config().encoder.latent_len()..layer.inputs
 }
@@ -148,10 +154,11 @@ impl FieldKernel {
         let hidden = hidden_weights(&shape, model.field().layers());
         Self {
             shape,
-            // SAFETY: all sizes that the text indexes with are constants of this shape: rows and columns of
-            // the weights as they are packed below, whole tiles of inputs, activations and chunks of
-            // the declared lengths; states are guarded by the number of vertices. Its loops count to constants.
-            // `staged` has room for the jobs and a matrix more, where subgroups without one write what nobody reads.
+            // SAFETY: all indices are bounded by constants of this shape. Rows and columns of the weights
+            // are packed below, inputs come in whole tiles, activations and chunks have the declared
+            // lengths, and states are guarded by the number of vertices. `staged` has room for the blocks
+            // of all jobs and one more, into which subgroups without a job write numbers that nobody
+            // reads. All loops count to constants.
             kernel: unsafe { Kernel::unchecked(context, &source) },
             hidden_weights: context.upload_weights("hidden weights", precision, &hidden),
             edge_weights: context.upload("edge weights", &edge_weights(&shape, model)),
@@ -159,31 +166,36 @@ impl FieldKernel {
         }
     }
 
-    pub(crate) fn dispatch(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
+    pub(crate) fn dispatch(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
         let bindings = [
             (0, &self.hidden_weights),
             (1, &self.edge_weights),
-            (2, &of.vectors),
-            (3, &of.inputs),
-            (4, &of.states),
+            (2, &buffers.vectors),
+            (3, &buffers.inputs),
+            (4, &buffers.states),
         ];
         self.kernel.dispatch(&bindings, self.tiles)
     }
 
-    /// Floating-point operations of one vertex: two a product, the latent's share folded away.
+    /// Number of floating-point operations of one vertex, two for each multiply-add. Products with the
+    /// latent vector are excluded.
     pub(crate) fn flop_per_vertex(&self, model: &Model) -> usize {
         2 * self.shape.products(model)
     }
 }
 
-/// Weights of the hidden inputs of layers 1 and up: by layer, by input, outputs side by side.
+/// Packs the weights of the hidden inputs of layers 1 and up: layer by layer, input by input, with the
+/// outputs adjacent.
+// The transpose of the model's rows: neighbouring invocations compute neighbouring outputs, so that they
+// read adjacent weights.
 fn hidden_weights(shape: &FieldShape, layers: &[Linear]) -> Vec<f32> {
     let width = shape.width;
     let mut packed = vec![0.0; (shape.layers - 1) * width * width];
     let inner = layers.iter().take(shape.layers).skip(1);
     for (layer, packed) in inner.zip(packed.chunks_exact_mut(width * width)) {
         for (row, weights) in layer.weight.chunks_exact(layer.inputs).enumerate() {
-            // A hidden layer has as many inputs of its own kind as outputs.
+            // A hidden layer has as many hidden inputs as outputs; further columns are inputs of the skip
+            // layer.
             for (column, weight) in weights[..layer.outputs].iter().enumerate() {
                 packed[column * width + row] = *weight;
             }
@@ -192,7 +204,8 @@ fn hidden_weights(shape: &FieldShape, layers: &[Linear]) -> Vec<f32> {
     packed
 }
 
-/// Weights of the point inputs of the first and the skip layer, likewise; then the head's rows.
+/// Packs the weights of the point inputs of the first and the skip layer in the same order, and then the
+/// head's rows.
 fn edge_weights(shape: &FieldShape, model: &Model) -> Vec<f32> {
     let (layers, width) = (model.field().layers(), shape.width);
     let mut packed = Vec::new();
@@ -207,7 +220,7 @@ fn edge_weights(shape: &FieldShape, model: &Model) -> Vec<f32> {
             packed.resize(packed.len().next_multiple_of(width), 0.0);
         }
     }
-    // Two blocks of point inputs, whether or not there is a skip layer.
+    // Room for the skip layer even without one, so that the head has a fixed place.
     packed.resize(2 * shape.inputs * width, 0.0);
     let head = &layers[shape.layers];
     for row in head.weight.chunks_exact(head.inputs) {

@@ -1,4 +1,4 @@
-//! The garment's kernels that take one vertex each.
+//! Garment kernels with one invocation a vertex: skinning, prior, states and positions.
 
 use crate::{
     GpuContext, GpuError,
@@ -8,24 +8,25 @@ use crate::{
     mesh::Mesh,
 };
 use unic_core::{
+    Model,
     config::{DisplacementConfig, PointInput, StateConfig},
     features::{ACCELERATION_UNIT, StateInputs, VELOCITY_UNIT},
-    model::Model,
 };
 use wgpu::Buffer;
 
-/// The garment on the device. Asset.
+/// Garment on the device. Asset.
 #[derive(Debug)]
 pub(crate) struct Garment {
     pub(crate) mesh: Mesh,
-    shapes: Buffer,
+    /// Principal components of the prior.
+    components: Buffer,
     prepare: Kernel,
-    rehang: Kernel,
-    take_mean: Kernel,
-    take_shown: Kernel,
-    take_moved: Kernel,
-    hold: Kernel,
-    show: Kernel,
+    rebase_states: Kernel,
+    start_at_mean: Kernel,
+    states_from_shown: Kernel,
+    states_from_corrected: Kernel,
+    clear_velocities: Kernel,
+    write_positions: Kernel,
 }
 
 impl Garment {
@@ -33,7 +34,7 @@ impl Garment {
         let prior = model.prior();
         let garment = model.garment();
         let text = [
-            include_str!("kernels/places.wgsl"),
+            include_str!("kernels/vertex_state.wgsl"),
             include_str!("kernels/skin.wgsl"),
             include_str!("kernels/garment.wgsl"),
         ]
@@ -41,9 +42,9 @@ impl Garment {
         .replace("//{inputs}", &input_lines(model));
         let vertices = ("VERTICES", model.vertex_count() as f64);
         let in_frame = ("IN_FRAME", f64::from(u8::from(is_in_frame(model))));
-        let hung = [
+        let prior_constants = [
             vertices,
-            ("SHAPES", prior.len() as f64),
+            ("COMPONENTS", prior.len() as f64),
             ("COEFFICIENTS", coefficients as f64),
         ];
         let kernel = |entry: &str, constants: &[(&str, f64)]| {
@@ -57,90 +58,109 @@ impl Garment {
         let stride = ("STRIDE", shape.stride(model.vertex_count()) as f64);
         Self {
             mesh: Mesh::new(context, &garment.rest, &garment.weights, &prior.mean),
-            shapes: context.upload("shapes", &planar_shapes(model)),
-            prepare: kernel("prepare", &[hung[0], hung[1], hung[2], stride]),
-            rehang: kernel("rehang", &hung),
-            take_mean: kernel("take_mean", &[vertices, in_frame]),
-            take_shown: kernel("take_shown", &[vertices, in_frame]),
-            take_moved: kernel("take_moved", &[vertices, in_frame]),
-            hold: kernel("hold", &[vertices]),
-            show: kernel("show", &[vertices, in_frame]),
+            components: context.upload("components", &planar_components(model)),
+            prepare: kernel("prepare", &[&prior_constants[..], &[stride]].concat()),
+            rebase_states: kernel("rebase_states", &prior_constants),
+            start_at_mean: kernel("start_at_mean", &[vertices, in_frame]),
+            states_from_shown: kernel("states_from_shown", &[vertices, in_frame]),
+            states_from_corrected: kernel("states_from_corrected", &[vertices, in_frame]),
+            clear_velocities: kernel("clear_velocities", &[vertices]),
+            write_positions: kernel("write_positions", &[vertices, in_frame]),
         }
     }
 
-    pub(crate) fn prepare(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
-        let buffers = [
-            (0, &of.tick),
+    /// Poses the vertices: their frames, the prior and the field's inputs.
+    pub(crate) fn prepare(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
+        let bindings = [
+            (0, &buffers.tick),
             (1, &self.mesh.vertices),
             (2, &self.mesh.weights),
-            (3, &self.shapes),
-            (4, &of.vectors),
-            (5, &of.points),
-            (6, &of.states),
-            (7, &of.inputs),
+            (3, &self.components),
+            (4, &buffers.vectors),
+            (5, &buffers.points),
+            (6, &buffers.states),
+            (7, &buffers.inputs),
         ];
-        self.prepare.dispatch(&buffers, self.mesh.groups())
+        self.prepare.dispatch(&bindings, self.mesh.groups())
     }
 
-    pub(crate) fn rehang(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
-        let buffers = [
+    /// Counts the displacements of frame 0 from its complete prior, once the velocities are known.
+    pub(crate) fn rebase_states(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
+        let bindings = [
             (1, &self.mesh.vertices),
-            (3, &self.shapes),
-            (4, &of.vectors),
-            (5, &of.points),
-            (6, &of.states),
+            (3, &self.components),
+            (4, &buffers.vectors),
+            (5, &buffers.points),
+            (6, &buffers.states),
         ];
-        self.rehang.dispatch(&buffers, self.mesh.groups())
+        self.rebase_states.dispatch(&bindings, self.mesh.groups())
     }
 
-    /// States from the mean shape.
-    pub(crate) fn take_mean(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
-        let buffers = [
-            (0, &of.tick),
+    /// Sets the states to the mean shape.
+    pub(crate) fn start_at_mean(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
+        let bindings = [
+            (0, &buffers.tick),
             (1, &self.mesh.vertices),
-            (5, &of.points),
-            (6, &of.states),
+            (5, &buffers.points),
+            (6, &buffers.states),
         ];
-        self.take_mean.dispatch(&buffers, self.mesh.groups())
+        self.start_at_mean.dispatch(&bindings, self.mesh.groups())
     }
 
-    /// States from what is shown.
-    pub(crate) fn take_shown(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
-        let buffers = [(0, &of.tick), (5, &of.points), (6, &of.states), (9, &of.shown)];
-        self.take_shown.dispatch(&buffers, self.mesh.groups())
+    /// Sets the states from the shown positions.
+    pub(crate) fn states_from_shown(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
+        let bindings = [
+            (0, &buffers.tick),
+            (5, &buffers.points),
+            (6, &buffers.states),
+            (9, &buffers.shown),
+        ];
+        self.states_from_shown.dispatch(&bindings, self.mesh.groups())
     }
 
-    /// States from what is shown, where it is elsewhere than they are.
-    pub(crate) fn take_moved(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
-        let buffers = [(0, &of.tick), (5, &of.points), (6, &of.states), (9, &of.shown)];
-        self.take_moved.dispatch(&buffers, self.mesh.groups())
+    /// Sets the states of the vertices that intersection handling has moved from the shown positions.
+    pub(crate) fn states_from_corrected(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
+        let bindings = [
+            (0, &buffers.tick),
+            (5, &buffers.points),
+            (6, &buffers.states),
+            (9, &buffers.shown),
+        ];
+        self.states_from_corrected.dispatch(&bindings, self.mesh.groups())
     }
 
-    /// States at rest.
-    pub(crate) fn hold(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
-        self.hold.dispatch(&[(6, &of.states)], self.mesh.groups())
+    /// Sets the previous states to the current ones.
+    pub(crate) fn clear_velocities(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
+        self.clear_velocities
+            .dispatch(&[(6, &buffers.states)], self.mesh.groups())
     }
 
-    /// Positions from states.
-    pub(crate) fn show(&self, of: &Buffers) -> Result<Dispatch, GpuError> {
-        let buffers = [(0, &of.tick), (5, &of.points), (6, &of.states), (9, &of.shown)];
-        self.show.dispatch(&buffers, self.mesh.groups())
+    /// Computes the shown positions from the states.
+    pub(crate) fn write_positions(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
+        let bindings = [
+            (0, &buffers.tick),
+            (5, &buffers.points),
+            (6, &buffers.states),
+            (9, &buffers.shown),
+        ];
+        self.write_positions.dispatch(&bindings, self.mesh.groups())
     }
 }
 
-/// Are states positions relative to the root joint?
+/// Returns whether states are positions relative to the root joint, and not displacements.
 pub(crate) fn is_in_frame(model: &Model) -> bool {
     model.config().state == StateConfig::RootRelative
 }
 
-/// Coordinates of the prior's shapes side by side, so that neighbouring invocations read neighbours.
-fn planar_shapes(model: &Model) -> Vec<f32> {
+/// Arranges the prior's components coordinate by coordinate, so that neighbouring invocations read
+/// neighbouring numbers.
+fn planar_components(model: &Model) -> Vec<f32> {
     let prior = model.prior();
     let (count, vertices) = (prior.len(), model.vertex_count());
     let mut planar = vec![0.0; 3 * count * vertices];
-    for (vertex, shapes) in prior.shapes.chunks_exact(count.max(1)).enumerate() {
-        for (k, shape) in shapes.iter().enumerate() {
-            for (axis, value) in shape.to_array().into_iter().enumerate() {
+    for (vertex, components) in prior.components.chunks_exact(count.max(1)).enumerate() {
+        for (k, component) in components.iter().enumerate() {
+            for (axis, value) in component.to_array().into_iter().enumerate() {
                 planar[(3 * k + axis) * vertices + vertex] = value;
             }
         }
@@ -148,7 +168,7 @@ fn planar_shapes(model: &Model) -> Vec<f32> {
     planar
 }
 
-/// Writes what the field reads of a vertex, in the configuration's order.
+/// Writes the WGSL that stores the field's inputs of a vertex, in the configuration's order.
 fn input_lines(model: &Model) -> String {
     let values = match &model.config().state {
         StateConfig::RootRelative => vec!["state.value.xyz".to_owned()],

@@ -1,19 +1,19 @@
-//! Compute pipelines, and what runs them.
+//! Compute kernels: pipelines, and dispatches with their buffers.
 
 use crate::{GpuContext, GpuError};
 use wgpu::{BindGroup, BindGroupEntry, Buffer, ComputePipeline};
 
-/// Invocations in a workgroup of the kernels that take one vertex each.
+/// Number of invocations in a workgroup of the kernels with one invocation a vertex.
 pub(crate) const GROUP: usize = 64;
 
-/// A compiled entry point.
+/// Compiled entry point.
 #[derive(Clone, Debug)]
 pub(crate) struct Kernel {
     pipeline: ComputePipeline,
     context: GpuContext,
 }
 
-/// A kernel with its buffers, ready to be recorded any number of times.
+/// Kernel with its buffers, which can be recorded any number of times.
 #[derive(Clone, Debug)]
 pub(crate) struct Dispatch {
     pipeline: ComputePipeline,
@@ -21,11 +21,11 @@ pub(crate) struct Dispatch {
     groups: u32,
 }
 
-/// What a kernel is compiled from.
+/// Source of a kernel.
 pub(crate) struct Source<'a> {
-    /// WGSL.
+    /// Text in WGSL.
     pub(crate) text: &'a str,
-    /// Entry point.
+    /// Name of the entry point.
     pub(crate) entry: &'a str,
     /// Values of the `override` declarations that the entry point uses.
     pub(crate) constants: &'a [(&'a str, f64)],
@@ -37,12 +37,12 @@ impl Kernel {
         Self::of(context, source, &module)
     }
 
-    /// Without checks of indices and loops.
+    /// Compiles a kernel without run-time checks of indices and loops, which cost the field's kernel time.
     ///
     /// # Safety
-    /// The text indexes nothing out of bounds, and its loops end.
+    /// The text must index nothing out of bounds, and its loops must end.
     pub(crate) unsafe fn unchecked(context: &GpuContext, source: &Source) -> Self {
-        // SAFETY: the caller's promise.
+        // SAFETY: the caller promises what the checks would ensure.
         let module = unsafe {
             let checks = wgpu::ShaderRuntimeChecks::unchecked();
             context
@@ -73,14 +73,19 @@ impl Kernel {
         }
     }
 
-    /// Binds the buffers that the entry point uses, by their numbers, for so many workgroups.
+    /// Binds the buffers that the entry point uses, by their binding numbers, for a number of workgroups.
+    ///
+    /// # Errors
+    /// Fails when a dispatch may not have as many workgroups.
     pub(crate) fn dispatch(&self, buffers: &[(u32, &Buffer)], groups: usize) -> Result<Dispatch, GpuError> {
         let device = self.context.device();
-        let most = device.limits().max_compute_workgroups_per_dimension as usize;
-        if groups > most {
-            let what = "workgroups of a kernel";
-            let found = groups;
-            return Err(GpuError::TooLarge { what, most, found });
+        let limit = device.limits().max_compute_workgroups_per_dimension as usize;
+        if groups > limit {
+            return Err(GpuError::TooLarge {
+                what: "the workgroups of a kernel",
+                limit,
+                found: groups,
+            });
         }
         let entries: Vec<_> = (buffers.iter())
             .map(|(binding, buffer)| BindGroupEntry {

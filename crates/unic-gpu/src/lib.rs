@@ -1,12 +1,12 @@
 //! A whole frame of a neural garment in compute kernels.
 //!
-//! What [`unic_core::animator::Animator`] does on the CPU is done here by compute kernels through [`wgpu`]:
+//! What [`unic_core::Animator`] does on the CPU is done here by compute kernels through [`wgpu`]:
 //! prior, encoder, field, skinning of garment and body, intersection handling, normals. A step uploads the
 //! pose, a few kilobytes; the garment stays on the device, in a buffer that can be drawn as it is.
 //!
 //! ```no_run
 //! use std::sync::Arc;
-//! use unic_core::{animator::{Start, StepInput}, model::Model};
+//! use unic_core::{Start, StepInput, Model};
 //! use unic_gpu::{GpuAnimator, GpuContext, GpuModel, Precision};
 //!
 //! # let file: Vec<u8> = Vec::new();
@@ -33,7 +33,7 @@
 //!
 //! // A state goes on where it is taken: on this device, another one, the CPU.
 //! right.restore(left.state()?)?;
-//! let mut on_cpu = unic_core::animator::Animator::new(model);
+//! let mut on_cpu = unic_core::Animator::new(model);
 //! on_cpu.restore(left.state()?)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

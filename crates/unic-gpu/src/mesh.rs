@@ -1,4 +1,4 @@
-//! Skinned meshes on the device: what garment and body have in common.
+//! Skinned meshes on the device, shared by garment and body.
 
 use crate::{
     GpuContext, GpuError,
@@ -9,10 +9,10 @@ use glam::Vec3;
 use unic_core::{mesh::TriMesh, skinning::SkinningWeights};
 use wgpu::Buffer;
 
-/// Bytes of a vertex that is shown: position and normal, three f32 each.
+/// Size of a shown vertex, bytes: position and normal, three f32 each.
 pub(crate) const SHOWN_BYTES: usize = 24;
 
-/// Rest positions, skinning weights and the faces around each vertex. Asset.
+/// Mesh with rest positions, skinning weights and the faces around each vertex. Asset.
 #[derive(Debug)]
 pub(crate) struct Mesh {
     pub(crate) count: usize,
@@ -23,7 +23,7 @@ pub(crate) struct Mesh {
     normals: Kernel,
 }
 
-/// As in `skin.wgsl`.
+/// Vertex in the memory layout of `skin.wgsl`.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Vertex {
@@ -33,7 +33,7 @@ struct Vertex {
     count: u32,
 }
 
-/// As in `skin.wgsl`.
+/// Skinning weight in the memory layout of `skin.wgsl`.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Weight {
@@ -42,7 +42,7 @@ struct Weight {
 }
 
 impl Mesh {
-    /// `mean` is one displacement a vertex, or none.
+    /// Uploads a mesh. `mean` has one displacement a vertex, or is empty.
     pub(crate) fn new(
         context: &GpuContext,
         mesh: &TriMesh,
@@ -81,19 +81,21 @@ impl Mesh {
         }
     }
 
-    /// Workgroups for one invocation a vertex.
+    /// Number of workgroups for one invocation a vertex.
     pub(crate) fn groups(&self) -> usize {
         self.count.div_ceil(GROUP)
     }
 
-    /// Normals from positions.
+    /// Computes normals from positions.
     pub(crate) fn normals(&self, shown: &Buffer) -> Result<Dispatch, GpuError> {
         let buffers = [(0, &self.starts), (1, &self.corners), (2, shown)];
         self.normals.dispatch(&buffers, self.groups())
     }
 }
 
-/// For each vertex the two corners that follow it in each face around it, in compressed rows, by face.
+/// Lists the two corners that follow each vertex in each face around it, in compressed rows: starts of
+/// rows, and pairs of corners.
+// In the order of the faces, so that sums of normals have the same order on every device.
 fn corners_around(count: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
     let mut starts = vec![0u32; count + 1];
     for &corner in faces.iter().flatten() {

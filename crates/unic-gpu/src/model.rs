@@ -1,4 +1,4 @@
-//! A trained model on a device.
+//! Trained models on a device.
 
 use crate::{
     GpuContext, GpuError,
@@ -8,24 +8,26 @@ use crate::{
     motion::MotionNetworks,
 };
 use std::sync::Arc;
-use unic_core::model::Model;
+use unic_core::Model;
 
-/// What the networks compute in.
+/// Precision of the networks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
-    /// f32 throughout: equal to the runtime on the CPU but for rounding.
+    /// f32 throughout: equal to the CPU but for rounding.
     #[default]
     F32,
-    /// Halves: weights of encoder and field, activations between the field's layers and sums of eight of
-    /// their products. Everything else is f32. Needs [`wgpu::Features::SHADER_F16`].
+    /// f16 for the weights of encoder and field, for activations between the field's layers, and for sums
+    /// of eight of their products. Everything else is f32. Needs [`wgpu::Features::SHADER_F16`].
     F16,
-    /// Halves in the field's products, on the device's matrix units, with sums in f32; the encoder's as in
-    /// [`F16`](Self::F16). Needs a context made by [`GpuContext::with_matrix_units`], on a device that has any.
+    /// f16 for the field's products on the device's matrix units, with sums in f32. The encoder is as in
+    /// [`F16`](Self::F16). Needs a context made by [`GpuContext::with_matrix_units`], on a device that has
+    /// such units.
     F16Matrix,
 }
 
-/// The asset: weights, meshes and compiled kernels, immutable, shared by the
-/// [`GpuAnimator`](crate::GpuAnimator)s of one device.
+/// Model on a device: weights, meshes and compiled kernels.
+///
+/// Asset: immutable, and shared by the [`GpuAnimator`](crate::GpuAnimator)s of one device.
 #[derive(Debug)]
 pub struct GpuModel {
     pub(crate) context: GpuContext,
@@ -41,8 +43,8 @@ impl GpuModel {
     /// Uploads a model and compiles its kernels.
     ///
     /// # Errors
-    /// A model that is larger than the device's limits allow, a precision that it does not have,
-    /// memory that does not suffice.
+    /// Fails on a model that exceeds the device's limits, a precision that the device does not have, and
+    /// too little memory.
     pub fn new(context: &GpuContext, model: Arc<Model>, precision: Precision) -> Result<Self, GpuError> {
         let shape = FieldShape::new(context, &model, precision)?;
         context.checked(|| {
@@ -59,23 +61,23 @@ impl GpuModel {
         })
     }
 
-    /// The model.
+    /// Model that was uploaded.
     pub fn model(&self) -> &Arc<Model> {
         &self.model
     }
 
-    /// The device that it is on.
+    /// Context of the device that holds the model.
     pub fn context(&self) -> &GpuContext {
         &self.context
     }
 
-    /// What its networks compute in.
+    /// Precision of the networks.
     pub fn precision(&self) -> Precision {
         self.precision
     }
 
-    /// Floating-point operations of the field at all vertices: the arithmetic floor of a frame, two a
-    /// multiply-add, with the latent vector's share folded into biases.
+    /// Number of floating-point operations of the field at all vertices of a frame. A multiply-add counts
+    /// two; products with the latent vector are excluded, since they are computed once a frame.
     pub fn field_flop(&self) -> f64 {
         self.model.vertex_count() as f64 * self.field.flop_per_vertex(&self.model) as f64
     }

@@ -1,94 +1,95 @@
-//! What is computed once a frame from the motion vectors: the prior's coefficients, the latent vector and
-//! the field's biases.
+//! Networks that run once a frame on the motion vectors. They compute the prior's coefficients, the latent
+//! vector and the field's biases.
 
 use crate::{
     GpuContext, GpuError, Precision,
-    dense::{Dense, DenseKernels, Map, Output, Regions},
+    dense::{LinearDispatcher, LinearKernels, LinearMap, OutputMode, Regions},
     field::{FieldShape, latent_columns},
     kernel::{Dispatch, GROUP, Kernel, Source},
 };
 use std::{ops::Range, slice::from_ref};
-use unic_core::{
-    config::LatentCode, model::Model, motion::motion_len, network::Linear, recurrence::Recurrence,
-};
+use unic_core::{Model, config::LatentCode, motion::motion_len, network::Linear, recurrence::Recurrence};
 use wgpu::{Buffer, BufferUsages};
 
-/// Maps between regions of an animator's vectors. Asset.
+/// Linear layers between regions of an animator's vectors. Asset.
 #[derive(Debug)]
 pub(crate) struct MotionNetworks {
-    /// Where the normalised pair of motion vectors is.
+    /// Start of the normalised pair of motion vectors.
     pub(crate) pair: usize,
-    /// Where the prior's coefficients are.
+    /// Start of the prior's coefficients.
     pub(crate) coefficients: usize,
-    /// Where the recurrence's state is, if there is any.
+    /// Region of the recurrence's state; empty without a recurrence.
     pub(crate) memory: Range<usize>,
-    /// Where the biases of every layer of the field are, the head's at last.
+    /// Start of the biases of the field's layers, the head's at the end.
     pub(crate) biases: usize,
-    prior: Vec<Dense>,
+    prior: Vec<LinearDispatcher>,
     recurrence: Option<Oscillators>,
-    encoder: Vec<Dense>,
+    encoder: Vec<LinearDispatcher>,
+    /// Kernel that picks the category of each channel.
     pick: Kernel,
     channels: usize,
-    fold: Vec<Dense>,
-    /// Vectors before the first frame: zeros and the biases that no latent vector changes.
+    /// Layers that add the products with the latent vector to the field's biases.
+    fold: Vec<LinearDispatcher>,
+    /// Vectors before the first frame: zeros, and the biases of the layers without a latent vector.
     initial: Vec<f32>,
 }
 
-/// What a pair of motion vectors is to the recurrence.
+/// Relation of a pair of motion vectors to the recurrence's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Tick {
-    /// The first of a sequence.
+    /// First pair of a sequence: the recurrence starts in its steady state.
     First,
-    /// One after another.
+    /// Pair that follows another: the recurrence advances.
     Next,
-    /// The state's own.
+    /// Pair of the current state: the recurrence stays.
     Same,
 }
 
+/// Recurrence of the prior on the device.
 #[derive(Debug)]
 struct Oscillators {
-    /// Embedding and drive.
-    before: [Dense; 2],
-    settle: Kernel,
-    swing: Kernel,
+    /// Layers before the oscillators: embedding and drive.
+    before: [LinearDispatcher; 2],
+    start_steady: Kernel,
+    advance: Kernel,
     poles: Buffer,
     count: usize,
-    /// Memory, hidden layer and head.
-    after: [Dense; 3],
+    /// Layers after the oscillators: memory, hidden layer and head.
+    after: [LinearDispatcher; 3],
 }
 
-/// Makes the maps, taking regions as it goes.
-struct Maker<'a> {
+/// Builder of linear layers that allocates their regions.
+struct Builder<'a> {
     context: &'a GpuContext,
-    kernels: DenseKernels,
+    kernels: LinearKernels,
     regions: Regions,
 }
 
 impl MotionNetworks {
     pub(crate) fn new(context: &GpuContext, model: &Model, shape: &FieldShape, precision: Precision) -> Self {
-        let mut maker = Maker {
+        let mut builder = Builder {
             context,
-            kernels: DenseKernels::new(context),
+            kernels: LinearKernels::new(context),
             regions: Regions::default(),
         };
         let prior = model.prior();
-        let pair = maker
+        let pair = builder
             .regions
             .take(2 * motion_len(model.character().skeleton.len()));
-        let coefficients = maker.regions.take(prior.len());
-        let memory = maker.regions.take(prior.state_len());
+        let coefficients = builder.regions.take(prior.len());
+        let memory = builder.regions.take(prior.state_len());
         let linear =
-            (!prior.is_empty()).then(|| maker.full(&prior.map, pair, coefficients, Output::Replaces));
+            (!prior.is_empty()).then(|| builder.full(&prior.map, pair, coefficients, OutputMode::Replace));
         let recurrence = prior.recurrence.as_ref();
         let recurrence =
-            recurrence.map(|unit| Oscillators::new(&mut maker, unit, pair, memory, coefficients));
-        let (encoder, logits) = maker.encoder(model, pair, precision);
+            recurrence.map(|unit| Oscillators::new(&mut builder, unit, pair, memory, coefficients));
+        let (encoder, logits) = builder.encoder(model, pair, precision);
         let encoding = &model.config().encoder;
         let channels = encoding.channels;
-        let latent = maker.regions.take(encoding.latent_len());
-        let biases = maker.regions.take(shape.biases());
-        let fold = maker.fold(model, shape, latent, biases);
-        let mut initial = vec![0.0; maker.regions.len()];
+        let latent = builder.regions.take(encoding.latent_len());
+        let biases = builder.regions.take(shape.biases());
+        let fold = builder.fold(model, shape, latent, biases);
+        let mut initial = vec![0.0; builder.regions.len()];
         shape.write_biases(model.field().layers(), &mut initial[biases..]);
         Self {
             pair,
@@ -105,7 +106,7 @@ impl MotionNetworks {
         }
     }
 
-    /// The vectors of an animator.
+    /// Creates the buffer of an animator's vectors.
     pub(crate) fn vectors(&self, context: &GpuContext) -> Buffer {
         let bytes = size_of_val(&self.initial[..]);
         let vectors = context.zeroed("vectors", bytes, BufferUsages::empty());
@@ -115,7 +116,7 @@ impl MotionNetworks {
         vectors
     }
 
-    /// From the pair to the prior's coefficients.
+    /// Makes the dispatches from the pair to the prior's coefficients.
     pub(crate) fn record_prior(&self, vectors: &Buffer, tick: Tick) -> Result<Vec<Dispatch>, GpuError> {
         let mut dispatches = all(&self.prior, vectors)?;
         if let Some(recurrence) = &self.recurrence {
@@ -124,7 +125,7 @@ impl MotionNetworks {
         Ok(dispatches)
     }
 
-    /// From the pair to the field's biases.
+    /// Makes the dispatches from the pair to the field's biases.
     pub(crate) fn record_encoder(&self, vectors: &Buffer) -> Result<Vec<Dispatch>, GpuError> {
         let mut dispatches = all(&self.encoder, vectors)?;
         let groups = self.channels.div_ceil(GROUP);
@@ -134,7 +135,7 @@ impl MotionNetworks {
     }
 }
 
-fn all(maps: &[Dense], vectors: &Buffer) -> Result<Vec<Dispatch>, GpuError> {
+fn all(maps: &[LinearDispatcher], vectors: &Buffer) -> Result<Vec<Dispatch>, GpuError> {
     maps.iter().map(|map| map.dispatch(vectors)).collect()
 }
 
@@ -154,11 +155,11 @@ fn pick(context: &GpuContext, model: &Model, logits: usize, latent: usize) -> Ke
     Kernel::new(context, &source)
 }
 
-impl Maker<'_> {
-    /// A map of all columns, in f32.
-    fn full(&self, layer: &Linear, from: usize, to: usize, output: Output) -> Dense {
+impl Builder<'_> {
+    /// Uploads a layer with all its columns, in f32.
+    fn full(&self, layer: &Linear, from: usize, to: usize, output: OutputMode) -> LinearDispatcher {
         let columns = 0..layer.inputs;
-        let map = Map {
+        let map = LinearMap {
             layer,
             columns: from_ref(&columns),
             from,
@@ -168,23 +169,28 @@ impl Maker<'_> {
         self.kernels.map(self.context, Precision::F32, &map)
     }
 
-    /// The encoder's layers, and where its logits are.
-    fn encoder(&mut self, model: &Model, pair: usize, precision: Precision) -> (Vec<Dense>, usize) {
+    /// Uploads the encoder's layers; returns them and the start of the logits.
+    fn encoder(
+        &mut self,
+        model: &Model,
+        pair: usize,
+        precision: Precision,
+    ) -> (Vec<LinearDispatcher>, usize) {
         let layers = model.encoder().layers();
         let mut from = pair;
         let mut maps = Vec::with_capacity(layers.len());
         for (i, layer) in layers.iter().enumerate() {
             let to = self.regions.take(layer.outputs);
             let columns = 0..layer.inputs;
-            let map = Map {
+            let map = LinearMap {
                 layer,
                 columns: from_ref(&columns),
                 from,
                 to,
                 output: if i + 1 < layers.len() {
-                    Output::Elu
+                    OutputMode::Elu
                 } else {
-                    Output::Replaces
+                    OutputMode::Replace
                 },
             };
             maps.push(self.kernels.map(self.context, precision, &map));
@@ -193,17 +199,18 @@ impl Maker<'_> {
         (maps, from)
     }
 
-    /// The latent vector's share of the field's layers.
-    fn fold(&self, model: &Model, shape: &FieldShape, latent: usize, biases: usize) -> Vec<Dense> {
+    /// Uploads the columns of the field's layers that multiply the latent vector.
+    // Their products are the same for all vertices of a frame, so they become a part of the biases.
+    fn fold(&self, model: &Model, shape: &FieldShape, latent: usize, biases: usize) -> Vec<LinearDispatcher> {
         let layers = model.field().layers().iter().enumerate();
         let read = layers.filter(|(i, _)| shape.reads_latent(*i));
         read.map(|(i, layer)| {
-            let map = Map {
+            let map = LinearMap {
                 layer,
                 columns: &[latent_columns(model, layer)],
                 from: latent,
                 to: biases + i * shape.width,
-                output: Output::Replaces,
+                output: OutputMode::Replace,
             };
             self.kernels.map(self.context, Precision::F32, &map)
         })
@@ -212,19 +219,25 @@ impl Maker<'_> {
 }
 
 impl Oscillators {
-    fn new(maker: &mut Maker, unit: &Recurrence, pair: usize, memory: usize, coefficients: usize) -> Self {
-        let regions = &mut maker.regions;
-        // The hidden layer reads both as one vector.
-        let remembered = regions.take(unit.memory.outputs);
+    fn new(
+        builder: &mut Builder,
+        unit: &Recurrence,
+        pair: usize,
+        memory: usize,
+        coefficients: usize,
+    ) -> Self {
+        let regions = &mut builder.regions;
+        // Adjacent regions: the hidden layer reads both as one vector.
+        let memory_features = regions.take(unit.memory.outputs);
         let embedding = regions.take(unit.embedding.outputs);
         let drive = regions.take(unit.drive.outputs);
         let hidden = regions.take(unit.hidden.outputs);
-        let joined = Map {
+        let joined = LinearMap {
             layer: &unit.hidden,
             columns: &[0..unit.memory.outputs, unit.memory.outputs..unit.hidden.inputs],
-            from: remembered,
+            from: memory_features,
             to: hidden,
-            output: Output::Elu,
+            output: OutputMode::Elu,
         };
         let constants = [
             ("OSCILLATORS", unit.poles.len() as f64),
@@ -237,29 +250,30 @@ impl Oscillators {
                 entry,
                 constants: &constants,
             };
-            Kernel::new(maker.context, &source)
+            Kernel::new(builder.context, &source)
         };
         Self {
             before: [
-                maker.full(&unit.embedding, pair, embedding, Output::Elu),
-                maker.full(&unit.drive, embedding, drive, Output::Replaces),
+                builder.full(&unit.embedding, pair, embedding, OutputMode::Elu),
+                builder.full(&unit.drive, embedding, drive, OutputMode::Replace),
             ],
-            settle: kernel("settle"),
-            swing: kernel("swing"),
-            poles: maker.context.upload("poles", &unit.poles),
+            start_steady: kernel("start_steady"),
+            advance: kernel("advance"),
+            poles: builder.context.upload("poles", &unit.poles),
             count: unit.poles.len(),
             after: [
-                maker.full(&unit.memory, memory, remembered, Output::Elu),
-                maker.kernels.map(maker.context, Precision::F32, &joined),
-                maker.full(&unit.head, hidden, coefficients, Output::Adds),
+                builder.full(&unit.memory, memory, memory_features, OutputMode::Elu),
+                builder.kernels.map(builder.context, Precision::F32, &joined),
+                builder.full(&unit.head, hidden, coefficients, OutputMode::Add),
             ],
         }
     }
 
+    /// Makes the dispatches that update the oscillators and add their correction to the coefficients.
     fn record(&self, vectors: &Buffer, tick: Tick) -> Result<Vec<Dispatch>, GpuError> {
         let kernel = match tick {
-            Tick::First => Some(&self.settle),
-            Tick::Next => Some(&self.swing),
+            Tick::First => Some(&self.start_steady),
+            Tick::Next => Some(&self.advance),
             Tick::Same => None,
         };
         let mut dispatches = all(&self.before, vectors)?;

@@ -1,4 +1,4 @@
-//! How fast a device multiplies and adds when nothing else is in its way.
+//! Measurement of a device's peak rate of multiply-adds.
 
 use crate::{
     GpuContext, GpuError, Precision,
@@ -7,38 +7,39 @@ use crate::{
 };
 use wgpu::{Buffer, BufferUsages};
 
-/// Independent sums of four in one invocation, enough to hide the latency of an addition.
+/// Number of independent sums of four in one invocation, enough to hide the latency of an addition.
 const SUMS: usize = 16;
-/// Matrices that a workgroup stages: 8 KiB where they are 16 by 16.
-const MOST_STAGED: usize = 8;
-/// Independent sums of matrices in one subgroup.
+/// Number of matrices that a workgroup stages: 8 KiB for matrices of 16 × 16.
+const STAGED: usize = 8;
+/// Number of independent sums of matrices in one subgroup.
 const MATRIX_SUMS: usize = 8;
-/// Workgroups: as many as the largest devices hold at one time.
+/// Number of workgroups: as many as the largest devices hold at one time.
 const GROUPS: usize = 2048;
-/// Invocations of a workgroup.
+/// Number of invocations in a workgroup.
 const GROUP: usize = 256;
-/// A measurement lasts at least so long, milliseconds: clocks have risen and starting costs nothing.
-const LEAST_MS: f64 = 20.0;
-/// Rounds beyond which a device is not believed.
-const MOST_ROUNDS: u32 = 1 << 22;
+/// Shortest measurement, milliseconds: clocks have risen by then, and the start-up time is negligible.
+const MIN_MS: f64 = 20.0;
+/// Largest number of rounds; a device that still seems faster has wrong timestamps.
+const MAX_ROUNDS: u32 = 1 << 22;
 
-/// A kernel that multiplies and adds in registers and does nothing else: what the field's rate is a share of.
+/// Kernel that only multiplies and adds in registers: the peak rate with which the field's is compared.
 ///
-/// Clock rates move, and so does what else a machine is doing: measure it beside what it is compared with.
+/// Clock rates and the load of a machine change. Measure the peak next to the kernel that is compared with
+/// it.
 #[derive(Debug)]
 pub struct MultiplyAdds {
     context: GpuContext,
     program: Program,
     rounds: u32,
-    /// Floating-point operations of a round, two a multiply-add.
+    /// Number of floating-point operations of a round, two for each multiply-add.
     flop: f64,
 }
 
 impl MultiplyAdds {
-    /// Compiles the kernel and finds out how long it must run.
+    /// Compiles the kernel and finds a number of rounds that runs long enough.
     ///
     /// # Errors
-    /// A device without timestamps or without the precision.
+    /// Fails on a device without timestamps or without the precision.
     pub fn new(context: &GpuContext, precision: Precision) -> Result<Self, GpuError> {
         let work = Work::new(context, precision)?;
         let mut rounds = 16;
@@ -50,20 +51,20 @@ impl MultiplyAdds {
                 rounds,
                 flop: 0.0,
             };
-            // The first run pages in.
+            // The first run includes page faults, so it is not measured.
             kernel.seconds()?;
             kernel.flop = work.flop(context, &out)?;
-            if kernel.seconds()? >= LEAST_MS * 1e-3 || rounds >= MOST_ROUNDS {
+            if kernel.seconds()? >= MIN_MS * 1e-3 || rounds >= MAX_ROUNDS {
                 return Ok(kernel);
             }
             rounds *= 4;
         }
     }
 
-    /// Floating-point operations a second of one run, two a multiply-add.
+    /// Measures one run: floating-point operations a second, two for each multiply-add.
     ///
     /// # Errors
-    /// When the device is lost.
+    /// Fails when the device is lost.
     pub fn rate(&self) -> Result<f64, GpuError> {
         Ok(self.flop * f64::from(self.rounds) / self.seconds()?)
     }
@@ -74,20 +75,21 @@ impl MultiplyAdds {
     }
 }
 
-/// What a round is.
+/// Work of a round.
 struct Work {
     text: String,
-    /// Floating-point operations of a worker.
+    /// Number of floating-point operations of a worker.
     flop: usize,
     workers: Workers,
-    /// Of what is written.
+    /// Size of the output, bytes.
     bytes: usize,
 }
 
-/// Who has sums of its own.
+/// Unit that has sums of its own.
 enum Workers {
+    /// Each invocation.
     Invocations,
-    /// A workgroup has as many as the device sees fit, which the kernel writes down.
+    /// Each subgroup. The device chooses how many a workgroup has, and the kernel writes their number.
     Subgroups,
 }
 
@@ -114,7 +116,7 @@ impl Work {
         }
     }
 
-    /// Floating-point operations of all workgroups, by what a run has written.
+    /// Number of floating-point operations of all workgroups, from the output of a run.
     fn flop(&self, context: &GpuContext, out: &Buffer) -> Result<f64, GpuError> {
         let workers = match self.workers {
             Workers::Invocations => GROUP as f32,
@@ -155,7 +157,7 @@ fn matrices_source(side: usize) -> String {
         matrix("Left", "f16", "A"),
         matrix("Right", "f16", "B"),
         matrix("Sum", "f32", "C"),
-        format!("const SIDE = {side}u; const STAGED = {MOST_STAGED}u; const THREADS = {GROUP}u;"),
+        format!("const SIDE = {side}u; const STAGED = {STAGED}u; const THREADS = {GROUP}u;"),
     ];
     let total = |i| {
         format!(

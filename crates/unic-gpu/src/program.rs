@@ -1,29 +1,30 @@
-//! Lists of dispatches that run in one submission.
+//! Programs: lists of dispatches that run in one submission.
 
 use crate::{GpuContext, GpuError, kernel::Dispatch};
 use wgpu::{BufferUsages, CommandEncoder, Features, QuerySet};
 
-/// A part of a frame that is timed by itself.
+/// Part of a frame with a time of its own.
 #[derive(Clone, Debug)]
 pub(crate) struct Stage {
     pub(crate) name: &'static str,
     pub(crate) dispatches: Vec<Dispatch>,
 }
 
-/// What the device does for one call of an animator.
+/// Work of the device in one call of an animator.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Program(Vec<Stage>);
 
-/// How long the device worked on one stage of a frame.
+/// Time of one stage of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StageTime {
-    /// Which stage.
+    /// Name of the stage.
     pub name: &'static str,
-    /// By the device's own clock, milliseconds.
+    /// Time by the device's own clock, milliseconds.
     pub ms: f64,
 }
 
 impl Program {
+    /// Appends a stage, unless it is empty.
     pub(crate) fn stage(&mut self, name: &'static str, dispatches: Vec<Dispatch>) {
         if !dispatches.is_empty() {
             self.0.push(Stage { name, dispatches });
@@ -36,7 +37,10 @@ impl Program {
         context.queue().submit([encoder.finish()]);
     }
 
-    /// Submits and blocks until the device has told how long it took.
+    /// Submits the work, blocks until it is done, and returns the time of each stage.
+    ///
+    /// # Errors
+    /// Fails when the device has no timestamps or is lost.
     pub(crate) fn submit_timed(&self, context: &GpuContext) -> Result<Vec<StageTime>, GpuError> {
         if !context.has(Features::TIMESTAMP_QUERY) {
             return Err(GpuError::Feature {
@@ -57,14 +61,15 @@ impl Program {
         encoder.resolve_query_set(&queries, 0..count, &resolved, 0);
         context.queue().submit([encoder.finish()]);
         let times = context.download(&resolved, 0, bytes)?;
-        let ns = f64::from(context.queue().get_timestamp_period());
+        let ns_per_tick = f64::from(context.queue().get_timestamp_period());
         let (pairs, _) = times.as_chunks::<16>();
         let pairs = pairs
             .iter()
             .map(|pair| bytemuck::cast::<[u8; 16], [u64; 2]>(*pair));
         let time = |(stage, [from, to]): (&Stage, [u64; 2])| StageTime {
             name: stage.name,
-            ms: to.saturating_sub(from) as f64 * ns * 1e-6,
+            // Some drivers report an end before the start of a short pass.
+            ms: to.saturating_sub(from) as f64 * ns_per_tick * 1e-6,
         };
         Ok(self.0.iter().zip(pairs).map(time).collect())
     }

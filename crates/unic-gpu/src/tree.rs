@@ -1,4 +1,5 @@
-//! A tree of boxes over the body's vertices or faces, built once in the bind pose and refitted on the device.
+//! Bounding volume hierarchy over the body's vertices or faces, built once in the bind pose and refitted on
+//! the device.
 
 use crate::{
     GpuContext, GpuError,
@@ -7,20 +8,22 @@ use crate::{
 use glam::Vec3;
 use wgpu::{Buffer, BufferUsages};
 
-/// Most items of a leaf.
-const CAPACITY: usize = 6;
-/// The searches' stacks hold so many levels.
-const MOST_LEAVES: usize = 1 << 18;
-/// Fills up leaves; as in `tree.wgsl`.
+/// Largest number of items in a leaf.
+const MAX_LEAF_ITEMS: usize = 6;
+/// Largest number of leaves: 4⁹, because the stacks of the searches hold nine levels.
+const MAX_LEAVES: usize = 1 << 18;
+/// Entry of an empty place in a leaf, the same as in `tree.wgsl`.
 const NO_ITEM: u32 = u32::MAX;
 
-/// Order of the items in a complete tree with four children a node. Asset.
+/// Leaves of a complete tree with four children a node. Asset.
+// A complete tree needs no links: the children of a node follow from its number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Leaves {
-    /// `capacity` items a leaf, leaf after leaf.
+    /// Items leaf after leaf, `capacity` for each; [`NO_ITEM`] fills up.
     pub(crate) items: Vec<u32>,
-    /// A power of four.
+    /// Number of leaves, a power of four.
     pub(crate) count: usize,
+    /// Number of places in each leaf.
     pub(crate) capacity: usize,
 }
 
@@ -28,7 +31,7 @@ impl Leaves {
     /// Halves the items at medians of their positions until every leaf holds few enough.
     pub(crate) fn new(positions: &[Vec3]) -> Self {
         let mut count = 1;
-        while positions.len() > count * CAPACITY {
+        while positions.len() > count * MAX_LEAF_ITEMS {
             count *= 4;
         }
         let mut order: Vec<u32> = (0..positions.len() as u32).collect();
@@ -51,7 +54,7 @@ impl Leaves {
         }
     }
 
-    /// Nodes above the leaves: a geometric series.
+    /// Number of the first leaf, which is the number of nodes above the leaves: a geometric series.
     pub(crate) fn first(&self) -> usize {
         (self.count - 1) / 3
     }
@@ -61,7 +64,7 @@ impl Leaves {
     }
 }
 
-/// The lower and the upper half along the axis of widest spread.
+/// Splits items into the lower and the upper half along the axis of widest spread.
 fn halves<'a>(part: &'a mut [u32], positions: &[Vec3]) -> [&'a mut [u32]; 2] {
     let at = |item: u32| positions[item as usize];
     let low = part.iter().fold(Vec3::INFINITY, |low, &i| low.min(at(i)));
@@ -69,6 +72,7 @@ fn halves<'a>(part: &'a mut [u32], positions: &[Vec3]) -> [&'a mut [u32]; 2] {
     let axis = (high - low).max_position();
     let middle = part.len() / 2;
     if part.len() > 1 {
+        // Ties are broken by number, so that the halves are unique.
         part.select_nth_unstable_by(middle, |&a, &b| {
             at(a)[axis].total_cmp(&at(b)[axis]).then(a.cmp(&b))
         });
@@ -77,7 +81,7 @@ fn halves<'a>(part: &'a mut [u32], positions: &[Vec3]) -> [&'a mut [u32]; 2] {
     [lower, upper]
 }
 
-/// What a tree is over.
+/// Kind of the items of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Items {
     Vertices,
@@ -85,8 +89,8 @@ pub(crate) enum Items {
 }
 
 impl Items {
-    /// Which vertices of the body are the corners of an item.
-    fn text(self) -> &'static str {
+    /// WGSL that names the body's vertices at the corners of an item.
+    fn source(self) -> &'static str {
         match self {
             Self::Vertices => {
                 "const CORNERS = 1u;
@@ -94,7 +98,7 @@ impl Items {
             }
             Self::Faces => {
                 "const CORNERS = 3u;
-                 // Two quadruples a face, see `robust.wgsl`.
+                 // A face is two vectors of four, see `robust.wgsl`.
                  @group(0) @binding(3) var<storage, read> faces: array<vec4<u32>>;
                  fn corner_of(item: u32, corner: u32) -> u32 { return faces[2u * item][corner]; }"
             }
@@ -102,7 +106,7 @@ impl Items {
     }
 }
 
-/// The tree on the device. Asset.
+/// Tree on the device. Asset.
 #[derive(Debug)]
 pub(crate) struct Tree {
     leaves: Leaves,
@@ -112,17 +116,20 @@ pub(crate) struct Tree {
 }
 
 impl Tree {
-    /// Over items at these places in the bind pose.
-    pub(crate) fn new(context: &GpuContext, items: Items, places: &[Vec3]) -> Result<Self, GpuError> {
-        let leaves = Leaves::new(places);
-        if leaves.count > MOST_LEAVES {
+    /// Builds a tree over items at these positions in the bind pose.
+    ///
+    /// # Errors
+    /// Fails when there are too many items.
+    pub(crate) fn new(context: &GpuContext, items: Items, positions: &[Vec3]) -> Result<Self, GpuError> {
+        let leaves = Leaves::new(positions);
+        if leaves.count > MAX_LEAVES {
             return Err(GpuError::TooLarge {
-                what: "the body",
-                most: MOST_LEAVES * CAPACITY,
-                found: places.len(),
+                what: "the vertices or faces of the body",
+                limit: MAX_LEAVES * MAX_LEAF_ITEMS,
+                found: positions.len(),
             });
         }
-        let text = include_str!("kernels/tree.wgsl").replace("//{items}", items.text());
+        let text = include_str!("kernels/tree.wgsl").replace("//{items}", items.source());
         let kernel = |entry: &str, constants: &[(&str, f64)]| {
             let source = Source {
                 text: &text,
@@ -132,7 +139,7 @@ impl Tree {
             Kernel::new(context, &source)
         };
         let sizes = [
-            ("LEAVES_FROM", leaves.first() as f64),
+            ("FIRST_LEAF", leaves.first() as f64),
             ("LEAVES", leaves.count as f64),
         ];
         let capacity = ("CAPACITY", leaves.capacity as f64);
@@ -144,21 +151,21 @@ impl Tree {
         })
     }
 
-    /// What `nearest.wgsl` needs to know.
+    /// Constants of `nearest.wgsl` for a number of items.
     pub(crate) fn constants(&self, items: usize) -> [(&'static str, f64); 3] {
         [
-            ("LEAVES_FROM", self.leaves.first() as f64),
+            ("FIRST_LEAF", self.leaves.first() as f64),
             ("CAPACITY", self.leaves.capacity as f64),
             ("ITEMS", items as f64),
         ]
     }
 
-    /// Boxes of one posed body: scratch.
+    /// Buffer for the boxes of one posed body. Scratch.
     pub(crate) fn boxes(&self, context: &GpuContext) -> Buffer {
         context.zeroed("boxes", 32 * self.leaves.nodes(), BufferUsages::empty())
     }
 
-    /// Boxes around the posed body; `faces` where they are the items.
+    /// Refits the boxes to the posed body; `faces` must be given for a tree over faces.
     pub(crate) fn refit(
         &self,
         boxes: &Buffer,
@@ -170,6 +177,7 @@ impl Tree {
         let groups = self.leaves.count.div_ceil(GROUP);
         let mut dispatches = vec![self.refit_leaves.dispatch(&buffers, groups)?];
         if self.leaves.count > 1 {
+            // One workgroup refits all levels: barriers do not reach across workgroups.
             dispatches.push(self.refit_nodes.dispatch(&[(1, boxes)], 1)?);
         }
         Ok(dispatches)
@@ -181,7 +189,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_item_is_in_one_leaf_and_leaves_are_even() {
+    fn every_item_is_in_one_leaf_and_leaf_sizes_differ_by_one_at_most() {
         for count in [0, 1, 6, 7, 24, 25, 1000] {
             let point = |i: usize| Vec3::new((i as f32 * 0.7).sin(), (i as f32 * 1.3).cos(), i as f32 * 1e-3);
             let positions: Vec<Vec3> = (0..count).map(point).collect();
@@ -190,7 +198,9 @@ mod tests {
             items.retain(|&i| i != NO_ITEM);
             items.sort_unstable();
             assert!(items.iter().copied().eq(0..count as u32));
-            assert!(leaves.capacity <= CAPACITY && leaves.items.len() == leaves.count * leaves.capacity);
+            assert!(
+                leaves.capacity <= MAX_LEAF_ITEMS && leaves.items.len() == leaves.count * leaves.capacity
+            );
             let filled = |leaf: &[u32]| leaf.iter().filter(|&&i| i != NO_ITEM).count();
             let sizes = leaves.items.chunks(leaves.capacity).map(filled);
             assert!(sizes.clone().max().unwrap() - sizes.min().unwrap() <= 1);

@@ -10,11 +10,7 @@ mod device;
 use device::{context, gpu_animator};
 use glam::Vec3;
 use std::sync::Arc;
-use unic_core::{
-    animator::{Animator, AnimatorError, Start},
-    config::FieldConfig,
-    model::Model,
-};
+use unic_core::{Animator, AnimatorError, Model, Start, config::FieldConfig};
 use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, Precision, wgpu};
 
 fn largest_distance(a: &[Vec3], b: &[Vec3]) -> f32 {

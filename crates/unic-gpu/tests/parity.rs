@@ -12,12 +12,7 @@ mod device;
 use device::{context, gpu_animator};
 use glam::Vec3;
 use std::sync::Arc;
-use unic_core::{
-    animator::{Animator, Start},
-    config::*,
-    intersection::Handling,
-    model::Model,
-};
+use unic_core::{Animator, Model, Start, config::*, intersection::Handling};
 use unic_gpu::{GpuAnimator, Precision, wgpu::Features};
 
 const FRAMES: usize = 61;
@@ -137,7 +132,8 @@ fn the_robust_handling_moves_each_vertex_as_the_cpu_does() {
         handling.pose(character, &body);
         let found = gpu.read_back().unwrap().positions;
         for (vertex, (&p, found)) in cpu.garment().positions.iter().zip(found).enumerate() {
-            let corrected = handling.correct(vertex, p, &mut Handling::no_seed());
+            let mut seed = Handling::NO_SEED;
+            let corrected = handling.correct(vertex, p, &mut seed);
             moved += usize::from(corrected.is_some());
             largest = largest.max(corrected.unwrap_or(p).distance(found));
         }

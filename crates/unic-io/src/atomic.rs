@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all.
+//! Atomic writes: files that appear complete or not at all.
 
 use crate::error::{Error, Result};
 use std::{
@@ -10,38 +10,42 @@ use std::{
 };
 use tempfile::{TempDir, TempPath};
 
-/// Temporary files and folders of this process.
+/// Temporary files and folders of this process, for [`remove_temporary`].
 static TEMPORARY: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// Temporary files are called `.NAME.RANDOM.tmp`.
+/// End of the name of a temporary file, which is `.NAME.RANDOM.tmp`.
 const SUFFIX: &str = ".tmp";
+/// Number of random characters in the name of a temporary file.
 const RANDOM_CHARACTERS: usize = 6;
+/// Bytes collected before they are written. Writers of arrays push a frame or a line at a time.
+const BUFFER_BYTES: usize = 1 << 16;
 
-/// A file being written under a temporary name in its own folder.
+/// A file that is written under a temporary name in its own folder.
 ///
-/// [`AtomicFile::finish`] syncs it and renames it to its final name, replacing what was there;
-/// dropping it before that removes it. A reader therefore never sees half a file, and an
-/// interrupted program never destroys the previous one.
+/// [`AtomicFile::finish`] syncs the file and renames it to its final name, replacing a file of that
+/// name. Dropping it before that removes it. A reader never sees half a file, and an interrupted
+/// program never destroys the previous one.
 #[derive(Debug)]
 pub struct AtomicFile {
     file: BufWriter<File>,
     temporary: TempPath,
     target: PathBuf,
-    _listed: Listed,
+    _cleanup: CleanupGuard,
 }
 
-/// A folder for temporary files, inside another; it goes with all that it holds when this is dropped.
+/// A temporary folder. Dropping it removes it with its content.
 #[derive(Debug)]
 pub struct TemporaryFolder {
     folder: TempDir,
-    _listed: Listed,
+    _cleanup: CleanupGuard,
 }
 
 impl TemporaryFolder {
-    /// Makes one in `parent`, which must be there. Its name begins with a dot and ends in `.tmp`.
+    /// Creates a folder in `parent`, which must exist. The name begins with a dot and ends in
+    /// `.tmp`.
     ///
     /// # Errors
-    /// The folder cannot be made.
+    /// The folder cannot be created.
     pub fn create_in(parent: &Path) -> io::Result<Self> {
         let mut builder = tempfile::Builder::new();
         builder.prefix(".frames.").suffix(SUFFIX);
@@ -49,19 +53,19 @@ impl TemporaryFolder {
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
         let folder = builder.tempdir_in(parent).map_err(without_path)?;
-        let _listed = Listed::new(folder.path());
-        Ok(Self { folder, _listed })
+        let _cleanup = CleanupGuard::new(folder.path());
+        Ok(Self { folder, _cleanup })
     }
 
-    /// Its path.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
 
-    /// Gives the folder its final name.
+    /// Renames the folder to `target`, after which it is no longer temporary.
     ///
     /// # Errors
-    /// It cannot be renamed; it is removed then.
+    /// The folder cannot be renamed; it is removed then.
     pub fn persist(self, target: &Path) -> io::Result<()> {
         std::fs::rename(self.folder.path(), target)?;
         // Kept only once renamed: a failed rename must still be cleaned up.
@@ -70,33 +74,36 @@ impl TemporaryFolder {
     }
 }
 
-/// A path that [`remove_temporary`] removes, as long as this lives.
+/// Registration of a path with [`remove_temporary`]; dropping it ends the registration.
 #[derive(Debug)]
-pub struct Listed(PathBuf);
+pub struct CleanupGuard(PathBuf);
 
-impl Listed {
-    /// Lists a file, or a folder with all that it holds.
+impl CleanupGuard {
+    /// Registers a file, or a folder with its content.
     pub fn new(path: &Path) -> Self {
-        temporary().insert(path.to_path_buf());
+        registered().insert(path.to_path_buf());
         Self(path.to_path_buf())
     }
 }
 
-impl Drop for Listed {
+impl Drop for CleanupGuard {
     fn drop(&mut self) {
-        temporary().remove(&self.0);
+        registered().remove(&self.0);
     }
 }
 
-fn temporary() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+fn registered() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    // A panic elsewhere must not keep temporary files from being removed.
     TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes the temporary files and folders of this process, for a program that is about to end without dropping
-/// what it holds. Whatever is being written is lost; files that have their names already stay.
+/// Removes the temporary files and folders of this process, before an exit that runs no
+/// destructors.
+///
+/// Files that are being written are lost; finished files stay.
 pub fn remove_temporary() {
-    for path in std::mem::take(&mut *temporary()) {
-        // What cannot be removed is only in the way.
+    for path in std::mem::take(&mut *registered()) {
+        // Failures are ignored: a leftover wastes space and does no other harm.
         let _ = match path.is_dir() {
             true => std::fs::remove_dir_all(&path),
             false => std::fs::remove_file(&path),
@@ -105,7 +112,7 @@ pub fn remove_temporary() {
 }
 
 impl AtomicFile {
-    /// Starts a file that will be called `target`. Missing folders are created.
+    /// Starts a file whose final name is `target`. Missing folders are created.
     ///
     /// # Errors
     /// The folder cannot be created or written to.
@@ -125,25 +132,27 @@ impl AtomicFile {
         let file = builder.tempfile_in(folder).map_err(without_path);
         let (file, temporary) = file.map_err(Error::io(target, "create"))?.into_parts();
         Ok(Self {
-            file: BufWriter::with_capacity(1 << 16, file),
-            _listed: Listed::new(&temporary),
+            file: BufWriter::with_capacity(BUFFER_BYTES, file),
+            _cleanup: CleanupGuard::new(&temporary),
             temporary,
             target: target.to_path_buf(),
         })
     }
 
-    /// The final name.
+    /// Final path of the file.
     pub fn target(&self) -> &Path {
         &self.target
     }
 
-    /// Writes everything to disk and gives the file its name.
+    /// Writes everything to disk and gives the file its final name.
     ///
     /// # Errors
-    /// The disk is full, the file cannot be synced or renamed.
+    /// The disk is full, or the file cannot be synced or renamed.
     pub fn finish(self) -> Result<()> {
         let target = self.target;
         let file = (self.file.into_inner()).map_err(|e| Error::io(&target, "write")(e.into_error()))?;
+        // Synced before the rename: after a power cut the new name must not stand for an empty
+        // file.
         file.sync_all().map_err(Error::io(&target, "sync"))?;
         (self.temporary.persist(&target)).map_err(|e| Error::io(&target, "rename to")(e.error))?;
         sync_folder(parent_folder(&target)).map_err(Error::io(&target, "sync the folder of"))
@@ -166,29 +175,32 @@ impl Seek for AtomicFile {
     }
 }
 
-/// Writes a whole file, atomically.
+/// Writes `bytes` as a file, atomically.
 ///
 /// # Errors
-/// As [`AtomicFile`].
+/// Those of [`AtomicFile::create`] and [`AtomicFile::finish`].
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut file = AtomicFile::create(path)?;
     file.write_all(bytes).map_err(Error::io(path, "write"))?;
     file.finish()
 }
 
-/// The operating system's own words: the crate for temporary files adds ` at path "..."`, a name that
-/// means nothing to the user and is gone by the time that it is read.
+/// Removes the temporary path from an error message of the crate `tempfile`.
+///
+/// That crate appends ` at path "..."`, a name that means nothing to a user and no longer exists
+/// when he reads it.
 pub(crate) fn without_path(error: io::Error) -> io::Error {
-    let told = error.to_string();
-    match told.split_once(" at path ") {
-        Some((words, _)) => io::Error::new(error.kind(), words),
+    let message = error.to_string();
+    match message.split_once(" at path ") {
+        Some((reason, _)) => io::Error::new(error.kind(), reason),
         None => error,
     }
 }
 
-/// Removes temporary files that killed processes have left in `folder`, of those targets whose name
-/// `is_ours`. Nobody else may be writing these files. Leftovers that cannot be removed stay: they are only
-/// in the way.
+/// Removes temporary files that killed processes have left in `folder`.
+///
+/// `is_ours` receives the final name of each. No other process may be writing these files.
+/// Leftovers that cannot be removed stay.
 pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
@@ -198,7 +210,7 @@ pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) {
     }
 }
 
-/// The final name of a temporary file.
+/// Returns the final name of a temporary file; `None` for other files.
 fn target_name(temporary: &str) -> Option<&str> {
     let named = temporary.strip_prefix('.')?.strip_suffix(SUFFIX)?;
     let (name, random) = named.rsplit_once('.')?;
@@ -206,7 +218,7 @@ fn target_name(temporary: &str) -> Option<&str> {
     (is_random && !name.is_empty()).then_some(name)
 }
 
-/// The folder of a path; the current one for a bare name.
+/// Returns the folder of a path; the current folder for a bare name.
 pub(crate) fn parent_folder(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -214,7 +226,7 @@ pub(crate) fn parent_folder(path: &Path) -> &Path {
     }
 }
 
-/// A rename survives a power cut only once its folder is synced; Windows has no such call.
+/// Syncs a folder, so that a rename in it survives a power cut. Windows has no such call.
 pub(crate) fn sync_folder(folder: &Path) -> io::Result<()> {
     if cfg!(unix) {
         File::open(folder)?.sync_all()?;
@@ -234,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dropped_file_leaves_the_previous_one_and_no_trace() {
+    fn dropped_file_leaves_the_previous_one_and_no_temporary() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
         write(&path, b"first").unwrap();
@@ -246,29 +258,29 @@ mod tests {
     }
 
     #[test]
-    fn leftovers_of_killed_processes_go_by_the_name_of_their_target() {
+    fn leftovers_are_removed_by_their_final_name() {
         let folder = tempfile::tempdir().unwrap();
         let mut killed = AtomicFile::create(&folder.path().join("a.tar.gz")).unwrap();
         killed.write_all(b"half").unwrap();
         std::mem::forget(killed);
-        let mine = [
+        let unrelated = [
             ".a.tmp",
             ".a.tar.gz.tmp",
             "a.tar.gz",
             ".a.tar.gz.123456",
             ".123456.tmp",
         ];
-        for name in mine {
+        for name in unrelated {
             std::fs::write(folder.path().join(name), b"").unwrap();
         }
         remove_leftovers(folder.path(), |name| name == "a.tar");
-        assert_eq!(names(folder.path()).len(), mine.len() + 1);
+        assert_eq!(names(folder.path()).len(), unrelated.len() + 1);
         remove_leftovers(folder.path(), |_| true);
-        assert_eq!(names(folder.path()).len(), mine.len());
+        assert_eq!(names(folder.path()).len(), unrelated.len());
     }
 
     #[test]
-    fn folders_are_made_and_files_replaced() {
+    fn folders_are_created_and_files_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("deep/er/a.txt");
         write(&path, b"first").unwrap();
@@ -277,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_name_the_file() {
+    fn errors_name_the_final_file() {
         let folder = tempfile::Builder::new().prefix("errors").tempdir().unwrap();
         let blocked = folder.path().join("file");
         write(&blocked, b"").unwrap();

@@ -1,13 +1,12 @@
-//! `character.npz`: a skinned body.
+//! Reading and writing a skinned body, `character.npz`.
 
 use crate::{
     error::{Error, Result},
-    formats::refuse_foreign,
-    motion::JOINT_NAMES,
+    foreign_formats::refuse_foreign,
+    joint_names::ARRAY_NAME as JOINT_NAMES,
     npy::Dim,
     npz::{Npz, NpzWriter},
 };
-use glam::Vec3;
 use std::path::Path;
 use unic_core::{
     character::Character,
@@ -16,16 +15,21 @@ use unic_core::{
     skinning::SkinningWeights,
 };
 
-/// Reads a character: `vertices` (B, 3), `faces` (F, 3), `joints` (J, 3), `parents` (J), `weights`
-/// (B, J), and optionally `rest_pose` (J, 3) and `joint_names` (J). Metres, Y up.
+/// Reads a character from an npz, in metres, Y up.
+///
+/// The arrays are `vertices` (B, 3), `faces` (F, 3), `joints` (J, 3), `parents` (J), `weights` (B,
+/// J), and optionally `rest_pose` (J, 3) and `joint_names` (J).
 ///
 /// # Errors
-/// Missing arrays, shapes that contradict each other, values that cannot be used.
+/// Missing arrays, shapes that contradict each other, a mesh, skeleton or weights with faults.
 pub fn read_character(path: &Path) -> Result<Character> {
     read_named_character(path, Vec::new())
 }
 
-/// The same with joint names from elsewhere; none takes the file's own.
+/// Reads a character with the given joint names; an empty list takes those of the file.
+///
+/// # Errors
+/// Names in another order than the file's; those of [`read_character`].
 pub(crate) fn read_named_character(path: &Path, names: Vec<String>) -> Result<Character> {
     refuse_foreign(path, "a character (npz)")?;
     let mut npz = Npz::open(path)?;
@@ -41,7 +45,7 @@ pub(crate) fn read_named_character(path: &Path, names: Vec<String>) -> Result<Ch
 }
 
 fn read_mesh(npz: &mut Npz) -> Result<TriMesh> {
-    let vertices = positions(npz, "vertices", Dim::Any("B"))?;
+    let vertices = npz.vectors("vertices", Dim::Any("B"))?;
     let faces = npz.array::<u32>("faces", &[Dim::Any("F"), Dim::Is(3)])?;
     let faces = faces.data.chunks_exact(3).map(|f| [f[0], f[1], f[2]]);
     TriMesh::new(vertices, faces.collect()).map_err(|source| Error::Mesh {
@@ -51,16 +55,16 @@ fn read_mesh(npz: &mut Npz) -> Result<TriMesh> {
 }
 
 fn read_skeleton(npz: &mut Npz, names: Vec<String>) -> Result<Skeleton> {
-    let joints = positions(npz, "joints", Dim::Any("J"))?;
+    let joints = npz.vectors("joints", Dim::Any("J"))?;
     let count = Dim::Is(joints.len());
     let parents = npz.array::<i64>("parents", &[count])?.data;
     let rest_pose = if npz.contains("rest_pose") {
-        positions(npz, "rest_pose", count)?
+        npz.vectors("rest_pose", count)?
     } else {
         Vec::new()
     };
     let own = match npz.contains(JOINT_NAMES) {
-        true => smpl_names(npz.text(JOINT_NAMES)?),
+        true => with_smpl_spelling(npz.text(JOINT_NAMES)?),
         false => Vec::new(),
     };
     refuse_another_order(npz, &own, &names)?;
@@ -77,7 +81,8 @@ fn read_skeleton(npz: &mut Npz, names: Vec<String>) -> Result<Skeleton> {
     })
 }
 
-/// Names from elsewhere may name the joints anew, but not exchange them.
+/// Refuses given names that are the file's names in another order. Given names may be new ones, but
+/// a permutation is a mistake that would exchange joints.
 fn refuse_another_order(npz: &Npz, own: &[String], others: &[String]) -> Result<()> {
     let sorted = |names: &[String]| {
         let mut names = names.to_vec();
@@ -94,8 +99,8 @@ fn refuse_another_order(npz: &Npz, own: &[String], others: &[String]) -> Result<
     }
 }
 
-/// SMPL's names in one spelling: bodies come with `left_hip` as well as `L_hip`.
-fn smpl_names(names: Vec<String>) -> Vec<String> {
+/// Converts SMPL's names to one spelling: `left_hip` and `L_hip` are both in use.
+fn with_smpl_spelling(names: Vec<String>) -> Vec<String> {
     let short = |name: &String| name.replace("left_", "L_").replace("right_", "R_");
     let spelled: Vec<String> = names.iter().map(short).collect();
     if spelled == SMPL_JOINT_NAMES {
@@ -105,7 +110,10 @@ fn smpl_names(names: Vec<String>) -> Vec<String> {
     }
 }
 
-/// The array `weights` of the given shape (vertices, joints).
+/// Reads the array `weights` of the given shape (vertices, joints).
+///
+/// # Errors
+/// No such array, another shape, weights that are negative, not finite or all zero.
 pub(crate) fn read_weights(npz: &mut Npz, shape: [Dim; 2]) -> Result<SkinningWeights> {
     let dense = npz.array::<f32>("weights", &shape)?;
     SkinningWeights::from_dense(&dense.data, dense.shape[0], dense.shape[1]).map_err(|source| {
@@ -116,13 +124,7 @@ pub(crate) fn read_weights(npz: &mut Npz, shape: [Dim; 2]) -> Result<SkinningWei
     })
 }
 
-/// A finite array of shape (`count`, 3).
-pub(crate) fn positions(npz: &mut Npz, name: &str, count: Dim) -> Result<Vec<Vec3>> {
-    let array = npz.finite::<f32>(name, &[count, Dim::Is(3)])?;
-    Ok(bytemuck::cast_slice(&array.data).to_vec())
-}
-
-/// Writes a character as [`read_character`] reads it, atomically.
+/// Writes a character as an npz that [`read_character`] reads, atomically.
 ///
 /// # Errors
 /// The file cannot be written.

@@ -1,6 +1,6 @@
-//! Numbers with their nouns.
+//! Counts with their nouns.
 
-/// `1 clip`, `2 clips`.
+/// Formats a count with its noun: `1 clip`, `2 clips`. `noun` is the singular.
 pub fn counted(count: usize, noun: &str) -> String {
     match count {
         1 => format!("1 {noun}"),

@@ -1,83 +1,94 @@
-//! What can be wrong with a file.
+//! Errors of files.
 
 use std::{io, path::Path, path::PathBuf};
 use thiserror::Error;
-use unic_core::{mesh::MeshError, shown::shortened, skeleton::SkeletonError, skinning::WeightsError};
+use unic_core::{
+    mesh::MeshError, printable::printable_excerpt, skeleton::SkeletonError, skinning::WeightsError,
+};
 
 /// Result of reading or writing a file.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// One sentence each: the file, what was expected, what was found; what a file says is escaped and cut.
+/// Failure to read or write a file.
+///
+/// Each message is one sentence: the file, what was expected, what was found. Text that comes from
+/// a file is escaped and shortened, so that a damaged file cannot garble a terminal.
 #[derive(Debug, Error)]
 pub enum Error {
-    /// The operating system refused.
+    /// The operating system refused an operation.
     #[error("{path}: cannot {action}: {source}")]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// A verb: "read", "create", ...
+        /// The operation, a verb: "read", "create", ...
         action: &'static str,
-        /// Why.
+        /// The system's reason.
         source: io::Error,
     },
-    /// The content is not what its format or its place demands.
-    #[error("{path}: expected {}, found {}", shortened(expected), shortened(found))]
+    /// The content does not have the form that its format or its place demands.
+    #[error(
+        "{path}: expected {}, found {}",
+        printable_excerpt(expected),
+        printable_excerpt(found)
+    )]
     Content {
         /// The file.
         path: PathBuf,
-        /// What should be there.
+        /// The content that the reader accepts.
         expected: String,
-        /// What is there.
+        /// The content of the file.
         found: String,
     },
     /// One array of an npz or npy file has the wrong shape, type or values.
     #[error(
         "{path}: array `{}`: expected {}, found {}",
-        shortened(array),
-        shortened(expected),
-        shortened(found)
+        printable_excerpt(array),
+        printable_excerpt(expected),
+        printable_excerpt(found)
     )]
     Array {
         /// The file.
         path: PathBuf,
         /// Name of the array.
         array: String,
-        /// What should be there.
+        /// The shape, type or values that the reader accepts.
         expected: String,
-        /// What is there.
+        /// The shape, type or values of the array.
         found: String,
     },
-    /// A skeleton that is no tree.
+    /// The joints of a skeleton do not form a tree.
     #[error("{path}: {source}")]
     Skeleton {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The fault of the skeleton.
         source: SkeletonError,
     },
-    /// Skinning weights that cannot be used.
+    /// Skinning weights have faults.
     #[error("{path}: {source}")]
     Weights {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The fault of the weights.
         source: WeightsError,
     },
-    /// A mesh that cannot be used.
+    /// A mesh has faults.
     #[error("{path}: {source}")]
     Mesh {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The fault of the mesh.
         source: MeshError,
     },
 }
 
 impl Error {
-    /// The same failure of the file that the user knows: what passes through temporary files fails in
-    /// one that is gone by the time that its name is read.
+    /// Replaces the path of an I/O error by `path`; other errors stay as they are.
+    ///
+    /// Writers that pass through temporary files use it: a user knows the final name, and the
+    /// temporary file is gone when he reads the message.
     #[must_use]
-    pub fn of(self, path: &Path) -> Self {
+    pub fn with_path(self, path: &Path) -> Self {
         match self {
             Error::Io { action, source, .. } => Error::Io {
                 path: path.to_path_buf(),
@@ -88,12 +99,13 @@ impl Error {
         }
     }
 
-    /// A closure for `map_err` on I/O results.
+    /// Returns a closure for `map_err` on I/O results; `action` is a verb.
     pub(crate) fn io(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> Error {
         let path = path.to_path_buf();
         move |source| Error::Io { path, action, source }
     }
 
+    /// Returns an [`Error::Content`].
     pub(crate) fn content(path: &Path, expected: impl Into<String>, found: impl Into<String>) -> Self {
         Error::Content {
             path: path.to_path_buf(),

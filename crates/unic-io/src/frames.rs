@@ -3,7 +3,7 @@
 use crate::{
     atomic::AtomicFile,
     error::{Error, Result},
-    npy::{self, Dim, Header, Kind},
+    npy::{self, Dim, DtypeKind, Header},
 };
 use glam::Vec3;
 use memmap2::Mmap;
@@ -15,10 +15,10 @@ use std::{
     sync::Arc,
 };
 
-/// Positions of V vertices in each of T frames, metres, world space.
+/// Positions of V vertices in each of T frames, in metres, world space.
 ///
-/// Cheap to clone. Mapped frames take no memory of their own: the system reads them as they are
-/// asked for, so a clip of many gigabytes needs none.
+/// Clones share the data. Mapped frames take no memory of their own: the operating system loads
+/// pages when they are read, so that a clip may be larger than the memory.
 #[derive(Clone)]
 pub struct VertexFrames {
     storage: Arc<Storage>,
@@ -26,17 +26,29 @@ pub struct VertexFrames {
     vertex_count: usize,
 }
 
-/// Frames of a garment: one position a vertex of the rest shape.
+/// Frames of a garment: one position for each vertex of the rest shape.
 pub type GarmentFrames = VertexFrames;
 
 enum Storage {
     Owned(Vec<f32>),
-    /// Floats begin at the offset, which is a multiple of their size.
-    Mapped(Mmap, usize),
+    /// A mapped file whose floats begin at byte `offset`, a multiple of four.
+    Mapped {
+        map: Mmap,
+        offset: usize,
+    },
+}
+
+/// Place of one position among [`VertexFrames`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameVertex {
+    /// Index of the frame.
+    pub frame: usize,
+    /// Index of the vertex.
+    pub vertex: usize,
 }
 
 impl VertexFrames {
-    /// From frame-major x, y, z.
+    /// Makes `len` frames from numbers x, y, z of all vertices, frame after frame.
     ///
     /// Returns `None` unless there are `len` × `vertex_count` × 3 numbers and at least one vertex.
     pub fn new(data: Vec<f32>, len: usize, vertex_count: usize) -> Option<Self> {
@@ -48,8 +60,8 @@ impl VertexFrames {
         })
     }
 
-    /// Opens a `.npy` file of shape (T, V, 3): mapped where it holds little-endian f32 in C
-    /// order, else read and converted.
+    /// Opens a `.npy` file of shape (T, V, 3). Little-endian f32 in C order are mapped; all other
+    /// types and orders are read and converted.
     ///
     /// # Errors
     /// No such file, another shape, a size that contradicts the header.
@@ -65,6 +77,7 @@ impl VertexFrames {
         if is_mappable(&header) {
             return Self::map(path, header.length, len, vertex_count);
         }
+        // Exact dimensions: the file may have been replaced since its header was read.
         let dims = [Dim::Is(len), Dim::Is(vertex_count), Dim::Is(3)];
         let data = npy::read_npy::<f32>(path, &dims)?.data;
         Ok(Self {
@@ -74,7 +87,10 @@ impl VertexFrames {
         })
     }
 
-    /// Maps little-endian f32 that begin `offset` bytes into a file, a multiple of four.
+    /// Maps a file of little-endian f32 that begin at byte `offset`, a multiple of four.
+    ///
+    /// # Errors
+    /// The file cannot be mapped, or has another size than `len` frames need.
     pub(crate) fn map(path: &Path, offset: usize, len: usize, vertex_count: usize) -> Result<Self> {
         let file = File::open(path).map_err(Error::io(path, "open"))?;
         // SAFETY: the mapping is read-only. Files of this crate are replaced by renaming, which
@@ -90,7 +106,7 @@ impl VertexFrames {
             return Err(Error::content(path, expected, format!("{} bytes", map.len())));
         }
         Ok(Self {
-            storage: Arc::new(Storage::Mapped(map, offset)),
+            storage: Arc::new(Storage::Mapped { map, offset }),
             len,
             vertex_count,
         })
@@ -101,7 +117,7 @@ impl VertexFrames {
         self.len
     }
 
-    /// No frames at all.
+    /// Returns whether there are no frames.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -111,9 +127,9 @@ impl VertexFrames {
         self.vertex_count
     }
 
-    /// Whether the frames are mapped from a file.
+    /// Returns whether the frames are mapped from a file.
     pub fn is_mapped(&self) -> bool {
-        matches!(*self.storage, Storage::Mapped(..))
+        matches!(*self.storage, Storage::Mapped { .. })
     }
 
     /// One frame.
@@ -131,16 +147,19 @@ impl VertexFrames {
         (0..self.len).map(|t| self.frame(t))
     }
 
-    /// (frame, vertex) of the first position that is NaN or infinite.
-    pub fn first_not_finite(&self) -> Option<(usize, usize)> {
-        let bad = |frame: &[Vec3]| frame.iter().position(|v| !v.is_finite());
-        (self.iter().enumerate()).find_map(|(t, frame)| Some((t, bad(frame)?)))
+    /// Returns the place of the first position that is NaN or infinite.
+    pub fn first_non_finite(&self) -> Option<FrameVertex> {
+        self.iter().enumerate().find_map(|(frame, positions)| {
+            let vertex = positions.iter().position(|v| !v.is_finite())?;
+            Some(FrameVertex { frame, vertex })
+        })
     }
 
     fn floats(&self) -> &[f32] {
         match &*self.storage {
             Storage::Owned(data) => data,
-            Storage::Mapped(map, offset) => bytemuck::cast_slice(&map[*offset..]),
+            // The cast cannot fail: maps begin at a page and `offset` is a multiple of four.
+            Storage::Mapped { map, offset } => bytemuck::cast_slice(&map[*offset..]),
         }
     }
 }
@@ -154,14 +173,15 @@ impl fmt::Debug for VertexFrames {
 
 fn is_mappable(header: &Header) -> bool {
     let dtype = header.dtype;
-    dtype.kind == Kind::Float
+    dtype.kind == DtypeKind::Float
         && dtype.size == 4
         && !dtype.big_endian
         && !header.fortran_order
         && header.length.is_multiple_of(4)
 }
 
-/// Writes (T, V, 3) f32 to a `.npy` file, one frame at a time, atomically.
+/// Writer of a `.npy` file of shape (T, V, 3), f32, one frame at a time. The file appears when it
+/// is complete.
 #[derive(Debug)]
 pub struct VertexFramesWriter {
     file: AtomicFile,
@@ -170,7 +190,8 @@ pub struct VertexFramesWriter {
     len: usize,
 }
 
-/// Bytes reserved for the header, which is written again when T is known: room for any T and V.
+/// Bytes reserved for the header, which is written again once T is known. Two numbers of twenty
+/// digits fit, so that the header never grows over the first frame.
 const HEADER_LENGTH: usize = 128;
 
 impl VertexFramesWriter {
@@ -205,7 +226,7 @@ impl VertexFramesWriter {
         self.len
     }
 
-    /// No frames yet.
+    /// Returns whether no frame has been added yet.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -230,6 +251,10 @@ impl VertexFramesWriter {
     }
 }
 
+/// Checks that a frame has `expected` positions.
+///
+/// # Errors
+/// Another number of positions.
 pub(crate) fn check_vertex_count(path: &Path, expected: usize, frame: &[Vec3]) -> Result<()> {
     if frame.len() == expected {
         return Ok(());
@@ -243,7 +268,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn streamed_frames_are_mapped_again() {
+    fn streamed_frames_are_mapped_on_reading() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.npy");
         let frame = |t: usize| [Vec3::splat(t as f32), Vec3::new(1.0, 2.0, t as f32 * 0.5)];
@@ -263,11 +288,14 @@ mod tests {
     }
 
     #[test]
-    fn the_first_bad_position_is_found() {
+    fn first_non_finite_position_has_its_frame_and_vertex() {
         let mut data = vec![0.0; 2 * 3 * 3];
         data[13] = f32::NAN;
         let frames = VertexFrames::new(data, 2, 3).unwrap();
-        assert_eq!(frames.first_not_finite(), Some((1, 1)));
+        assert_eq!(
+            frames.first_non_finite(),
+            Some(FrameVertex { frame: 1, vertex: 1 })
+        );
         assert!(VertexFrames::new(vec![0.0; 5], 1, 2).is_none());
     }
 }

@@ -1,23 +1,44 @@
-//! Readers and writers of everybody's files.
+//! Readers and writers of captures, motion, meshes, vertex animations and numpy arrays.
 //!
-//! | what | where |
+//! | content | items |
 //! |---|---|
-//! | a garment moving on a character, the project's own folder | [`capture`] |
-//! | a skinned body, `character.npz` | [`read_character`], [`write_character`] |
-//! | motion as AMASS and the SMPL family store it, or BVH of any skeleton | [`import_motion`], [`write_motion`] |
-//! | a BVH file as it is; how it comes onto a character | [`Bvh`], [`retarget`] |
-//! | short motions made long | [`looped`] |
-//! | meshes, `.obj` | [`read_obj`], [`write_obj`] |
-//! | vertex animations, `.pc2`, `.npz`, `.npy`, folders of `.obj` | [`cache`], [`pc2`], [`frames`] |
+//! | capture: a garment moving on a character, in the project's own folder layout | [`capture`] |
+//! | skinned body, `character.npz` | [`read_character`], [`write_character`] |
+//! | motion of AMASS and the SMPL family (npz), or BVH of any skeleton | [`import_motion`] |
+//! | motion in the project's npz layout | [`write_motion`] |
+//! | the content of a BVH file, and its transfer onto a character | [`Bvh`], [`retarget`] |
+//! | repetition of a cycle of a short motion | [`repeat_cycle`] |
+//! | mesh, `.obj` | [`read_obj`], [`write_obj`] |
+//! | vertex animation, `.pc2`, `.npz`, `.npy`, folder of `.obj` | [`cache`], [`pc2`], [`frames`] |
 //! | a character and its garment in one file, `.glb` | [`glb`] |
 //! | numpy arrays | [`npz`], [`npy`] |
-//! | plausible mistakes in all of it | [`check`] |
-//! | whatever it is, and what is wrong with it | [`inspect()`] |
+//! | published data sets | [`datasets`] |
+//! | probable mistakes in input that can be read | [`check`] |
+//! | summary of a file of any kind, with its problems | [`inspect()`] |
 //!
-//! Everything is metres, +Y up, right-handed once it is read; importers say what they converted.
-//! Writers are atomic: a file appears whole or not at all. Readers trust nothing: sizes are
-//! checked against the file before memory is asked for, and an [`Error`] is one sentence with the
-//! file, what was expected and what was found.
+//! Values are in metres, +Y up, right-handed once they are read. Importers return a note for each
+//! conversion. Writers are atomic: a file appears complete or not at all. Readers check declared
+//! sizes against the file before they allocate memory. An [`Error`] is one sentence: the file, what
+//! was expected, what was found.
+//!
+//! # Layers
+//!
+//! A module uses modules of its own row and of the rows above it, never those below.
+//!
+//! | layer | modules |
+//! |---|---|
+//! | words and limits | `error`, `counted`, `foreign_formats`, `frame_rate` |
+//! | bytes and containers | [`atomic`], [`npy`], [`npz`], `pickle`, [`frames`] |
+//! | single formats, each with its own plain type | [`bvh`], `obj`, [`pc2`], [`glb`], [`cache`] |
+//! | shared types and names | `up_axis`, [`joint_names`], `finding` |
+//! | motion from one skeleton to another | [`retarget`] |
+//! | readers for a character, which pick the format | `character`, `motion` |
+//! | folders of a garment with its clips | [`capture`] |
+//! | users of all of these | [`datasets`], [`check`], [`inspect`](mod@inspect) |
+//!
+//! # Examples
+//!
+//! A vertex animation:
 //!
 //! ```
 //! use unic_io::{VertexCacheWriter, read_vertex_cache};
@@ -34,7 +55,8 @@
 //! };
 //! let mut cache = VertexCacheWriter::create(&path, &mesh, 30.0)?;
 //! for frame in 0..10 {
-//!     let positions: Vec<Vec3> = mesh.vertices.iter().map(|v| v + Vec3::Y * frame as f32).collect();
+//!     let offset = Vec3::Y * frame as f32;
+//!     let positions: Vec<Vec3> = mesh.vertices.iter().map(|v| v + offset).collect();
 //!     cache.push(&positions)?;
 //! }
 //! cache.finish()?;
@@ -54,8 +76,8 @@
 //! # fn main() -> unic_io::Result<()> {
 //! let capture = Capture::open("captures/tshirt".as_ref())?;
 //! for name in capture.clip_names(Split::Train) {
-//!     let clip = capture.load_clip(name)?;
-//!     println!("{name}: {} frames of {} vertices", clip.garment.len(), clip.garment.vertex_count());
+//!     let garment = capture.load_clip(name)?.garment;
+//!     println!("{name}: {} frames of {} vertices", garment.len(), garment.vertex_count());
 //! }
 //! # Ok(())
 //! # }
@@ -74,10 +96,13 @@ pub mod check;
 mod counted;
 pub mod datasets;
 mod error;
-mod formats;
+mod finding;
+mod foreign_formats;
+mod frame_rate;
 pub mod frames;
 pub mod glb;
 pub mod inspect;
+pub mod joint_names;
 mod motion;
 pub mod npy;
 pub mod npz;
@@ -85,21 +110,22 @@ mod obj;
 pub mod pc2;
 mod pickle;
 pub mod retarget;
+mod up_axis;
 
+pub use bvh::Bvh;
 pub use cache::{VertexCache, VertexCacheWriter, read_vertex_cache};
 pub use capture::{Capture, CaptureWriter, CapturedClip, Manifest, Split};
 pub use character::{read_character, write_character};
 pub use counted::counted;
 pub use error::{Error, Result};
-pub use formats::refuse_foreign;
+pub use foreign_formats::refuse_foreign;
 pub use frames::{GarmentFrames, VertexFrames};
 pub use inspect::inspect;
-
-pub use bvh::Bvh;
 pub use motion::{
-    Cycle, Feet, LowPass, MotionImport, MotionOptions, PoseLayout, Repeat, Seating, UpAxis, import_motion,
-    looped, write_motion,
+    Cycle, FootLock, GroundPlacement, LowPass, MotionImport, MotionOptions, PoseLayout, Repeat,
+    RepeatedMotion, import_motion, repeat_cycle, write_motion,
 };
 pub use npz::{Npz, NpzWriter};
 pub use obj::{parse_obj, read_obj, write_obj, write_obj_to};
 pub use retarget::{BoneMap, FootMeasure, measure_feet};
+pub use up_axis::UpAxis;

@@ -1,7 +1,16 @@
 //! PC2 point caches, as Blender and 3ds Max read and write them.
 //!
-//! Little endian: `POINTCACHE2\0`, i32 version 1, i32 points, f32 start frame, f32 frames a
-//! sample, i32 samples, then x, y, z as f32, sample by sample.
+//! All numbers are little-endian.
+//!
+//! | offset | type | content |
+//! |---|---|---|
+//! | 0 | 12 bytes | `POINTCACHE2\0` |
+//! | 12 | i32 | version, 1 |
+//! | 16 | i32 | number of points |
+//! | 20 | f32 | start frame |
+//! | 24 | f32 | frames of the scene for each sample |
+//! | 28 | i32 | number of samples |
+//! | 32 | f32 | x, y, z of all points, sample after sample |
 
 use crate::{
     atomic::AtomicFile,
@@ -18,14 +27,14 @@ use std::{
 const MAGIC: &[u8; 12] = b"POINTCACHE2\0";
 const HEADER_LENGTH: usize = 32;
 
-/// A point cache; positions are in the units and axes of whoever wrote it.
+/// A point cache; positions are in the unit and axes of the program that wrote it.
 #[derive(Clone, Debug)]
 pub struct Pc2 {
     /// Frame number of the first sample.
     pub start_frame: f32,
-    /// Frames of the scene from one sample to the next: 1 for one sample a frame.
+    /// Frames of the scene from one sample to the next; 1 if every frame has a sample.
     pub frames_per_sample: f32,
-    /// One frame a sample, mapped from the file.
+    /// One frame for each sample, mapped from the file.
     pub frames: VertexFrames,
 }
 
@@ -34,7 +43,7 @@ pub struct Pc2 {
 /// # Errors
 /// No such file, no point cache, a size that contradicts the header.
 pub fn read_pc2(path: &Path) -> Result<Pc2> {
-    let header = Header::read(path)?;
+    let header = Pc2Header::read(path)?;
     Ok(Pc2 {
         start_frame: header.start_frame,
         frames_per_sample: header.frames_per_sample,
@@ -42,14 +51,14 @@ pub fn read_pc2(path: &Path) -> Result<Pc2> {
     })
 }
 
-struct Header {
+struct Pc2Header {
     points: usize,
     start_frame: f32,
     frames_per_sample: f32,
     samples: usize,
 }
 
-impl Header {
+impl Pc2Header {
     fn read(path: &Path) -> Result<Self> {
         let mut bytes = Vec::new();
         let file = File::open(path).map_err(Error::io(path, "open"))?;
@@ -91,7 +100,7 @@ impl Header {
     }
 }
 
-/// Writes a point cache, one frame at a time, atomically.
+/// Writer of a point cache, one frame at a time. The file appears when it is complete.
 #[derive(Debug)]
 pub struct Pc2Writer {
     file: AtomicFile,
@@ -100,16 +109,16 @@ pub struct Pc2Writer {
     samples: i32,
 }
 
-/// Where the number of samples stands in the header.
-const SAMPLES_AT: u64 = 28;
+/// Offset of the number of samples in the header, bytes. It is written last.
+const SAMPLES_OFFSET: u64 = 28;
 
 impl Pc2Writer {
-    /// Starts a cache of `points` vertices whose first sample belongs to frame `start`, `rate`
-    /// frames of the scene a sample.
+    /// Starts a cache of `points` vertices. The first sample belongs to frame `start_frame`, and
+    /// each further one is `frames_per_sample` frames of the scene later.
     ///
     /// # Errors
     /// More points than the format can count; the folder cannot be written to.
-    pub fn create(path: &Path, points: usize, start: f32, rate: f32) -> Result<Self> {
+    pub fn create(path: &Path, points: usize, start_frame: f32, frames_per_sample: f32) -> Result<Self> {
         let Ok(count) = i32::try_from(points) else {
             let found = points.to_string();
             return Err(Error::content(path, "at most 2147483647 points", found));
@@ -123,8 +132,8 @@ impl Pc2Writer {
         writer.write(MAGIC)?;
         writer.write(&1_i32.to_le_bytes())?;
         writer.write(&count.to_le_bytes())?;
-        writer.write(&start.to_le_bytes())?;
-        writer.write(&rate.to_le_bytes())?;
+        writer.write(&start_frame.to_le_bytes())?;
+        writer.write(&frames_per_sample.to_le_bytes())?;
         writer.write(&0_i32.to_le_bytes())?;
         Ok(writer)
     }
@@ -140,12 +149,12 @@ impl Pc2Writer {
         Ok(())
     }
 
-    /// Writes the number of samples and gives the file its name.
+    /// Writes the number of samples and gives the file its final name.
     ///
     /// # Errors
     /// The file cannot be written.
     pub fn finish(mut self) -> Result<()> {
-        (self.file.seek(SeekFrom::Start(SAMPLES_AT))).map_err(Error::io(&self.path, "write"))?;
+        (self.file.seek(SeekFrom::Start(SAMPLES_OFFSET))).map_err(Error::io(&self.path, "write"))?;
         let samples = self.samples;
         self.write(&samples.to_le_bytes())?;
         self.file.finish()
@@ -161,7 +170,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cache_comes_back() {
+    fn written_cache_is_read_back() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.pc2");
         let mut writer = Pc2Writer::create(&path, 2, 1.0, 1.0).unwrap();
@@ -174,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_that_lies_is_refused() {
+    fn headers_that_contradict_the_file_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.pc2");
         Pc2Writer::create(&path, 3, 0.0, 1.0).unwrap().finish().unwrap();

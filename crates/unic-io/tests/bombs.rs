@@ -1,5 +1,5 @@
-//! Contract: an archive that would unpack to far more than it holds is refused before it is unpacked,
-//! in time and memory of the order of the file, by everything that reads archives.
+//! Contract: an archive that would unpack to far more than it holds is refused before it is
+//! unpacked, in time and memory of the order of the file, by everything that reads archives.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -27,15 +27,17 @@ const UNPACKED: usize = 192 << 20;
 /// Memory for refusing one, bytes: buffers of fixed size.
 const ALLOWED: usize = 2 << 20;
 
-/// One array of zeros: how its header describes it, and how many bytes there are behind the header.
+/// An array of zeros.
 struct Zeros {
     name: &'static str,
+    /// Shape in the header.
     shape: String,
+    /// Number of bytes behind the header.
     length: usize,
 }
 
 impl Zeros {
-    /// f32 of a shape that tells the truth.
+    /// An array of f32 with as many bytes as its shape holds.
     fn floats(name: &'static str, shape: &[usize]) -> Self {
         let extents: String = shape.iter().map(|n| format!("{n}, ")).collect();
         Self {
@@ -73,26 +75,28 @@ fn write_archive(path: &Path, method: CompressionMethod, arrays: &[Zeros]) {
     zip.finish().unwrap();
 }
 
-/// An archive of one packed array.
+/// Writes an archive of one deflated array.
 fn bomb(folder: &Path, array: Zeros) -> PathBuf {
     let path = folder.join("bomb.npz");
     write_archive(&path, CompressionMethod::Deflated, &[array]);
     path
 }
 
-/// Changes a number of the first entry of the archive's directory, where `at` is its place in the entry
-/// (APPNOTE.TXT of PKWARE, 4.3.12).
-fn put_in_directory(path: &Path, at: usize, number: u32) {
+/// Changes a number of the first entry of the archive's directory, where `at` is its place in the
+/// entry (APPNOTE.TXT of PKWARE, 4.3.12).
+fn patch_directory(path: &Path, at: usize, number: u32) {
     let mut bytes = fs::read(path).unwrap();
     let entry = (bytes.windows(4).position(|w| w == b"PK\x01\x02")).unwrap();
     bytes[entry + at..entry + at + 4].copy_from_slice(&number.to_le_bytes());
     fs::write(path, bytes).unwrap();
 }
 
+/// Offset of the packed size in an entry.
 const PACKED_SIZE: usize = 20;
+/// Offset of the unpacked size in an entry.
 const UNPACKED_SIZE: usize = 24;
 
-/// The sentence of a refusal that takes little.
+/// Returns the message of a refusal that takes little memory.
 fn refusal<T>(what: &str, read: impl FnOnce() -> unic_io::Result<T>) -> String {
     let (outcome, cost) = measured(read);
     assert!(cost.peak < ALLOWED, "{what}: {cost}");
@@ -103,21 +107,21 @@ fn refusal<T>(what: &str, read: impl FnOnce() -> unic_io::Result<T>) -> String {
 }
 
 #[test]
-fn zeros_without_end_are_refused_by_every_reader() {
+fn zip_bombs_are_refused_by_every_reader() {
     let folder = tempfile::tempdir().unwrap();
     let character = small_character();
     let rows = UNPACKED / 12;
-    let packed_too_well = |sentence: String| {
+    let assert_ratio = |sentence: String| {
         assert!(sentence.contains("bytes for each packed byte"), "{sentence}");
     };
 
     let path = bomb(folder.path(), Zeros::floats("vertices", &[rows / 1024, 1024, 3]));
-    packed_too_well(refusal("cache", || read_vertex_cache(&path)));
+    assert_ratio(refusal("cache", || read_vertex_cache(&path)));
     let path = bomb(folder.path(), Zeros::floats("vertices", &[rows, 3]));
-    packed_too_well(refusal("character", || read_character(&path)));
+    assert_ratio(refusal("character", || read_character(&path)));
     let path = bomb(folder.path(), Zeros::floats("poses", &[rows / 1024, 3 * 1024]));
     let joints = 1024;
-    packed_too_well(refusal("array", || {
+    assert_ratio(refusal("array", || {
         Npz::open(&path)?.array::<f32>("poses", &[Dim::Any("T"), Dim::Is(3 * joints)])
     }));
     let count = character.skeleton.len();
@@ -138,7 +142,7 @@ fn zeros_without_end_are_refused_by_every_reader() {
 }
 
 #[test]
-fn inspection_reports_one_without_unpacking_it() {
+fn inspection_reports_a_zip_bomb_without_unpacking_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = bomb(
         folder.path(),
@@ -153,7 +157,7 @@ fn inspection_reports_one_without_unpacking_it() {
 }
 
 #[test]
-fn more_bytes_than_the_shape_holds_are_refused_by_the_directory() {
+fn archive_sizes_that_contradict_the_shape_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mut array = Zeros::floats("vertices", &[2, 2, 3]);
     array.length = UNPACKED / 6;
@@ -166,53 +170,53 @@ fn more_bytes_than_the_shape_holds_are_refused_by_the_directory() {
 }
 
 #[test]
-fn a_directory_that_lies_is_believed_no_further_than_it_goes() {
+fn false_sizes_in_the_directory_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let header = Zeros::floats("vertices", &[2, 2, 3]).header().len();
     let mut array = Zeros::floats("vertices", &[2, 2, 3]);
     array.length = UNPACKED;
     let path = bomb(folder.path(), array);
-    put_in_directory(&path, UNPACKED_SIZE, (header + 48) as u32);
+    patch_directory(&path, UNPACKED_SIZE, (header + 48) as u32);
     let sentence = refusal("unpacked size", || read_vertex_cache(&path));
     assert!(
         sentence.contains("array `vertices`: expected the end of the array"),
         "{sentence}"
     );
 
-    // A packed size beyond the file's does not make the file larger.
+    // A declared packed size larger than the file must not raise the limit.
     let path = bomb(
         folder.path(),
         Zeros::floats("vertices", &[UNPACKED / 12 / 1024, 1024, 3]),
     );
-    put_in_directory(&path, PACKED_SIZE, 1 << 30);
+    patch_directory(&path, PACKED_SIZE, 1 << 30);
     refusal("packed size", || read_vertex_cache(&path));
 }
 
 #[test]
-fn text_ends_where_its_shape_does() {
+fn text_longer_than_its_shape_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("text.npz");
     let mut zip = ZipWriter::new(File::create(&path).unwrap());
     zip.start_file("names.npy", SimpleFileOptions::default()).unwrap();
     let header = Zeros::floats("names", &[2]).header();
     let header = String::from_utf8_lossy(&header).replace("<f4", "|S4");
-    // The first byte of an array's file is no text.
+    // The magic's first byte is not UTF-8.
     zip.write_all(b"\x93").unwrap();
     zip.write_all(&header.as_bytes()[header.find("NUMPY").unwrap()..])
         .unwrap();
     zip.write_all(&vec![b'a'; UNPACKED]).unwrap();
     zip.finish().unwrap();
     let length = header.len() - header.find("NUMPY").unwrap() + 1 + 8;
-    put_in_directory(&path, UNPACKED_SIZE, length as u32);
+    patch_directory(&path, UNPACKED_SIZE, length as u32);
     let sentence = refusal("text", || Npz::open(&path)?.text("names"));
     assert!(sentence.contains("expected the end of the array"), "{sentence}");
 }
 
 #[test]
-fn what_is_constant_or_not_packed_is_read() {
+fn constant_and_uncompressed_arrays_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sound.npz");
-    // A thousand to one, as masks and motions that stand still are; and large, but not packed.
+    // Small with a ratio of a thousand, as constant masks have; and large, but uncompressed.
     for (method, length) in [
         (CompressionMethod::Deflated, 2 << 20),
         (CompressionMethod::Stored, 20 << 20),

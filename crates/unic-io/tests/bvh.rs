@@ -1,5 +1,5 @@
-//! Contract: a BVH file of any skeleton and any channels is read as its numbers say, and a damaged
-//! one is refused in one sentence that names the line.
+//! Contract: a BVH file of any skeleton and any channels is read with the poses that its numbers
+//! define, and a damaged one is refused in one sentence that names the line.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -55,7 +55,8 @@ proptest! {
         let [a, b, c] = orders.map(|o| all[o]);
         let v = |k: usize| [numbers[3 * k], numbers[3 * k + 1], numbers[3 * k + 2]];
         let text = |v: [f64; 3]| format!("{} {} {}", v[0], v[1], v[2]);
-        // The root's positions come after its rotations, those of the middle joint in another order.
+        // The root's positions come after its rotations, those of the middle joint in another
+        // order.
         let file = format!(
             "HIERARCHY\nROOT a\n{{\nOFFSET 7 8 9\nCHANNELS 6 {} Xposition Yposition Zposition\n\
              JOINT b {{ OFFSET {}\n CHANNELS 3 {}\n JOINT c {{ OFFSET 1 2 3 CHANNELS 5 Zposition Xposition {} \
@@ -73,9 +74,9 @@ proptest! {
         let rc = product(&rb, &rotation(c, [angles[6], angles[7], angles[8]]));
         let add = |a: [f64; 3], b: [f64; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
         let pb = add(v(0), image(&ra, v(1)));
-        // y is no channel: it stays the offset's.
+        // y has no channel: it is the offset's.
         let pc = add(pb, image(&rb, [numbers[6], 2.0, numbers[8]]));
-        // Rotations are f32: what they move errs by their rounding times its distance.
+        // Rotations are f32: the error of a position is their rounding times its distance.
         let reach = 1.0 + numbers.iter().map(|x| x.abs() as f32).sum::<f32>();
         for (joint, (r, p)) in [(ra, v(0)), (rb, pb), (rc, pc)].into_iter().enumerate() {
             let found = world[joint].translation;
@@ -112,7 +113,7 @@ Frame Time: 0.008333
 ";
 
 #[test]
-fn layout_is_free() {
+fn whitespace_and_case_do_not_matter() {
     let expected = parse(SMALL).unwrap();
     assert_eq!(
         (expected.len(), expected.channel_count(), expected.fps()),
@@ -133,7 +134,7 @@ fn layout_is_free() {
 }
 
 #[test]
-fn what_is_wrong_is_said_with_its_line() {
+fn errors_name_the_line() {
     for (from, to, words) in [
         ("ROOT", "ROOTS", "expected ROOT in line 2, found `ROOTS`"),
         (
@@ -227,7 +228,7 @@ fn deep_skeletons_do_not_exhaust_the_stack() {
 }
 
 #[test]
-fn cmu_files_read() {
+fn cmu_files_are_read() {
     for (name, frames) in [("131_02", 1247), ("131_03", 1102)] {
         let Some(path) = data(&format!("motion/cmu_bvh/{name}.bvh")) else {
             return;

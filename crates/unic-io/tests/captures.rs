@@ -1,5 +1,5 @@
-//! Contract: a capture that the writer writes is the capture that the reader reads; what does not
-//! fit together is refused in one sentence that names the file.
+//! Contract: the reader reads back what the writer writes; parts that contradict each other are
+//! refused in one sentence that names the file.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -48,7 +48,7 @@ fn write(root: &Path, clips: &[(&str, Split)]) {
 }
 
 #[test]
-fn a_capture_comes_back() {
+fn written_capture_is_read_back() {
     let root = tempfile::tempdir().unwrap();
     write(
         root.path(),
@@ -79,7 +79,7 @@ fn a_capture_comes_back() {
 }
 
 #[test]
-fn the_same_capture_has_the_same_bytes() {
+fn writing_is_deterministic() {
     let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     for root in [&a, &b] {
         write(root.path(), &[("walk", Split::Train)]);
@@ -96,7 +96,7 @@ fn the_same_capture_has_the_same_bytes() {
     }
 }
 
-/// Opens the capture, loads `walk`, and returns the message of what went wrong.
+/// Opens the capture, loads `walk`, and returns the error message.
 fn message(root: &Path) -> String {
     let opened = Capture::open(root).and_then(|c| c.load_clip("walk").map(|_| ()));
     let message = opened.map_or_else(|e: Error| e.to_string(), |()| "nothing went wrong".into());
@@ -139,7 +139,7 @@ fn clips_that_do_not_fit_are_refused() {
 }
 
 #[test]
-fn numbers_that_are_not_finite_are_found() {
+fn non_finite_positions_are_found() {
     let root = tempfile::tempdir().unwrap();
     let root = root.path();
     write(root, &[("walk", Split::Train)]);
@@ -153,7 +153,7 @@ fn numbers_that_are_not_finite_are_found() {
 }
 
 #[test]
-fn a_body_of_its_own_is_read_and_checked() {
+fn body_frames_are_read_and_checked() {
     let root = tempfile::tempdir().unwrap();
     let root = root.path();
     write(root, &[("walk", Split::Train)]);
@@ -182,7 +182,7 @@ fn a_body_of_its_own_is_read_and_checked() {
 }
 
 #[test]
-fn splits_name_clips_that_are_there() {
+fn splits_with_missing_clips_are_refused() {
     let root = tempfile::tempdir().unwrap();
     write(root.path(), &[("walk", Split::Train)]);
     std::fs::rename(
@@ -198,7 +198,7 @@ fn splits_name_clips_that_are_there() {
 }
 
 #[test]
-fn the_writer_refuses_what_the_reader_would() {
+fn writer_refuses_what_the_reader_refuses() {
     let root = tempfile::tempdir().unwrap();
     let (character, garment) = (small_character(), small_garment());
     let create = || CaptureWriter::create(root.path(), manifest(), &character, &garment, &attributes());
@@ -221,7 +221,7 @@ fn the_writer_refuses_what_the_reader_would() {
 }
 
 #[test]
-fn finished_clips_are_kept_and_unfinished_ones_are_not() {
+fn finished_clips_are_kept_after_an_interruption() {
     let root = tempfile::tempdir().unwrap();
     let (character, garment) = (small_character(), small_garment());
     let create =

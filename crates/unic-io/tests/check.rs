@@ -1,4 +1,4 @@
-//! Every check finds its mistake, says what it is, and finds nothing in input that is right.
+//! Contract: every check finds its mistake and names the cause, and correct input has no findings.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -17,8 +17,8 @@ use unic_io::{
 };
 use unic_testdata::{Figure, Take, take, write_capture};
 
-/// The one finding, as users read it, and its words.
-fn one(findings: &[Finding], words: &[&str]) {
+/// Asserts that there is one finding and that its message contains all `words`.
+fn assert_one(findings: &[Finding], words: &[&str]) {
     let texts: Vec<String> = findings.iter().map(ToString::to_string).collect();
     let [text] = texts.as_slice() else {
         panic!("expected one finding of {words:?}, found {texts:?}")
@@ -44,7 +44,7 @@ fn scale(factor: f32) -> Mat3 {
 }
 
 #[test]
-fn what_is_right_is_found_right() {
+fn correct_input_has_no_findings() {
     let Figure {
         character, garment, ..
     } = Figure::tube();
@@ -56,35 +56,36 @@ fn what_is_right_is_found_right() {
 }
 
 #[test]
-fn garments_in_other_units_axes_and_places() {
+fn wrong_units_axes_and_places_of_garments_are_found() {
     let Figure {
         character, garment, ..
     } = Figure::tube();
     let found = |by: Mat3| check::garment(&moved(&garment.rest, by), &character);
-    one(&found(scale(1000.0)), &["millimetres", "by 0.001"]);
-    one(&found(scale(100.0)), &["centimetres", "by 0.01"]);
-    one(
+    assert_one(&found(scale(1000.0)), &["millimetres", "by 0.001"]);
+    assert_one(&found(scale(100.0)), &["centimetres", "by 0.01"]);
+    assert_one(
         &found(Mat3::from_quat(Quat::from_rotation_x(FRAC_PI_2))),
         &["Z up", "-90 degrees about X"],
     );
     let mut beside = garment.rest.clone();
     beside.vertices.iter_mut().for_each(|v| v.x += 3.0);
-    one(
+    assert_one(
         &check::garment(&beside, &character),
         &["another place", "bind pose"],
     );
-    let mut sunk = garment.rest.clone();
-    sunk.vertices
+    let mut narrow = garment.rest.clone();
+    narrow
+        .vertices
         .iter_mut()
         .for_each(|v| *v *= Vec3::new(0.5, 1.0, 0.5));
-    one(
-        &check::garment(&sunk, &character),
+    assert_one(
+        &check::garment(&narrow, &character),
         &["100 % of its vertices inside", "bind pose"],
     );
 }
 
 #[test]
-fn garments_that_face_the_other_way() {
+fn garments_facing_backwards_are_found() {
     let Figure {
         mut character,
         garment,
@@ -103,14 +104,14 @@ fn garments_that_face_the_other_way() {
         &rest,
         Mat3::from_quat(Quat::from_rotation_y(std::f32::consts::PI)),
     );
-    one(
+    assert_one(
         &check::garment(&turned, &character),
         &["faces -Z", "180 degrees about Y"],
     );
 }
 
 #[test]
-fn starts_in_another_unit_order_or_place() {
+fn wrong_starts_are_found() {
     let Figure {
         character, garment, ..
     } = Figure::tube();
@@ -125,28 +126,28 @@ fn starts_in_another_unit_order_or_place() {
             .map(|(i, v)| change(i, *v))
             .collect()
     };
-    one(&found(&changed(&|_, v| 1000.0 * v)), &["start", "millimetres"]);
-    one(&found(&changed(&|_, v| v + Vec3::X)), &["start", "m (RMS)"]);
-    // A quarter of the vertices in another order leaves the median edge as it is.
+    assert_one(&found(&changed(&|_, v| 1000.0 * v)), &["start", "millimetres"]);
+    assert_one(&found(&changed(&|_, v| v + Vec3::X)), &["start", "m (RMS)"]);
+    // A quarter of the vertices in another order does not change the median edge.
     let part = changed(&|i, v| if i < 15 { take.garment[0][(7 * i) % 60] } else { v });
-    one(&found(&part), &["start", "another order"]);
+    assert_one(&found(&part), &["start", "another order"]);
 }
 
 #[test]
-fn another_mesh_in_another_unit_or_of_another_garment() {
+fn other_meshes_of_wrong_units_or_garments_are_found() {
     let rest = Figure::tube().garment.rest;
-    one(&other_mesh(&moved(&rest, scale(1000.0)), &rest), &["millimetres"]);
+    assert_one(&other_mesh(&moved(&rest, scale(1000.0)), &rest), &["millimetres"]);
     let turned = Mat3::from_quat(Quat::from_rotation_x(FRAC_PI_2));
-    one(&other_mesh(&moved(&rest, turned), &rest), &["Z up"]);
+    assert_one(&other_mesh(&moved(&rest, turned), &rest), &["Z up"]);
     let wide = Mat3::from_diagonal(Vec3::new(3.0, 1.0, 3.0));
-    one(&other_mesh(&moved(&rest, wide), &rest), &["another garment"]);
+    assert_one(&other_mesh(&moved(&rest, wide), &rest), &["another garment"]);
 }
 
 #[test]
-fn polygons_of_many_corners_loose_points_and_flat_faces() {
+fn fans_loose_points_and_degenerate_faces_are_found() {
     let mut rest = Figure::tube().garment.rest;
     rest.vertices.push(Vec3::Y);
-    one(&mesh("mesh", &rest), &["a vertex without a face"]);
+    assert_one(&mesh("mesh", &rest), &["a vertex without a face"]);
     let first = rest.vertices.len() as u32;
     let rim = (0..100).map(|i| Quat::from_rotation_y(0.06 * i as f32) * Vec3::new(0.3, 1.0, 0.0));
     rest.vertices.extend(rim);
@@ -219,7 +220,7 @@ fn with_skeleton(character: Character, parts: SkeletonParts) -> Character {
     }
 }
 
-/// The body and the joints, turned or scaled.
+/// The body and the joints, transformed by a matrix.
 fn turned(character: &Character, by: Mat3) -> Character {
     let mut parts = character.skeleton.to_parts();
     parts.joints.iter_mut().for_each(|j| *j = by * *j);
@@ -234,15 +235,15 @@ fn turned(character: &Character, by: Mat3) -> Character {
 }
 
 #[test]
-fn bodies_in_other_units_and_axes() {
+fn wrong_units_and_axes_of_bodies_are_found() {
     let smpl = smpl();
     assert_eq!(check::character(&smpl), []);
-    one(
+    assert_one(
         &check::character(&turned(&smpl, scale(100.0))),
         &["extent of 160", "centimetres"],
     );
     let facing = Mat3::from_quat(Quat::from_rotation_y(std::f32::consts::PI));
-    one(
+    assert_one(
         &check::character(&turned(&smpl, facing)),
         &["feet that point along -Z", "face +Z"],
     );
@@ -255,20 +256,20 @@ fn bodies_in_other_units_and_axes() {
 }
 
 #[test]
-fn bodies_inside_out_mirrored_and_without_weights() {
+fn inverted_mirrored_and_unskinned_bodies_are_found() {
     let smpl = smpl();
     let mut inward = smpl.clone();
     inward.body.faces.iter_mut().for_each(|face| face.swap(0, 1));
-    one(&check::character(&inward), &["a volume of -", "flip the normals"]);
+    assert_one(&check::character(&inward), &["a volume of -", "flip the normals"]);
     let mut swapped = smpl.skeleton.to_parts();
     swapped.joints.iter_mut().for_each(|j| j.x = -j.x);
-    one(
+    assert_one(
         &check::character(&with_skeleton(smpl.clone(), swapped)),
         &["left joints on the right side"],
     );
     let rows = (0..smpl.body.vertices.len()).map(|_| std::iter::once((0, 1.0)));
     let weights = SkinningWeights::from_rows(24, rows).unwrap();
-    one(
+    assert_one(
         &check::character(&Character {
             weights,
             ..smpl.clone()
@@ -277,20 +278,20 @@ fn bodies_inside_out_mirrored_and_without_weights() {
     );
     let mut apart = smpl.skeleton.to_parts();
     apart.joints.iter_mut().for_each(|j| *j *= 100.0);
-    one(&check::character(&with_skeleton(smpl, apart)), &["centimetres"]);
+    assert_one(&check::character(&with_skeleton(smpl, apart)), &["centimetres"]);
 }
 
 #[test]
-fn joints_with_one_name_or_without_their_own() {
+fn duplicate_and_assumed_joint_names_are_found() {
     let smpl = smpl();
     let mut twice = smpl.skeleton.to_parts();
     twice.names[23] = "R_wrist".to_owned();
-    one(
+    assert_one(
         &check::character(&with_skeleton(smpl.clone(), twice)),
         &["two joints named `R_wrist`"],
     );
     let mut nameless = smpl.skeleton.to_parts();
-    // Depth first, as Blender lists bones.
+    // Depth first, the order of Blender's bones.
     let order = [
         0, 1, 4, 7, 10, 2, 5, 8, 11, 3, 6, 9, 12, 15, 13, 16, 18, 20, 22, 14, 17, 19, 21, 23,
     ];
@@ -317,7 +318,7 @@ fn joints_with_one_name_or_without_their_own() {
 }
 
 #[test]
-fn motions_in_other_units_and_still_ones() {
+fn wrong_units_jumps_and_motionless_motions_are_found() {
     let Figure { character, .. } = Figure::tube();
     let found = |change: &dyn Fn(&mut Clip)| {
         let mut clip = take("a", 1, 60).clip;
@@ -329,17 +330,17 @@ fn motions_in_other_units_and_still_ones() {
             .iter_mut()
             .for_each(|p| p.trans = 100.0 * (p.trans + Vec3::Y))
     };
-    one(
+    assert_one(
         &found(&centimetres),
         &["above the ground", "centimetres", "by 0.01"],
     );
     let jump = |clip: &mut Clip| clip.poses[30..].iter_mut().for_each(|p| p.trans.x += 2.0);
-    one(&found(&jump), &["m/s in frame 29", "two takes"]);
+    assert_one(&found(&jump), &["m/s in frame 29", "two takes"]);
     let still = |clip: &mut Clip| {
         let first = clip.poses[0].clone();
         clip.poses = vec![first; 2];
     };
-    one(&found(&still), &["2 frames that are all the same", "bake"]);
+    assert_one(&found(&still), &["2 frames that are all the same", "bake"]);
     let degrees = |clip: &mut Clip| {
         let wild = |q: Quat| Quat::from_scaled_axis(q.to_scaled_axis() * 180.0 / std::f32::consts::PI);
         clip.poses
@@ -347,10 +348,10 @@ fn motions_in_other_units_and_still_ones() {
             .flat_map(|p| &mut p.local)
             .for_each(|q| *q = wild(*q));
     };
-    one(&found(&degrees), &["from frame to frame", "degrees"]);
+    assert_one(&found(&degrees), &["from frame to frame", "degrees"]);
 }
 
-/// Findings in a capture of one clip that somebody has changed.
+/// Findings in a capture of one changed clip.
 fn findings_of(change: impl Fn(&mut Take)) -> Vec<Finding> {
     let folder = tempfile::tempdir().unwrap();
     let mut take = take("walk", 1, 90);
@@ -366,20 +367,20 @@ fn all(root: &Path) -> Vec<Finding> {
 }
 
 #[test]
-fn clips_of_another_vertex_order_or_unit() {
+fn wrong_vertex_orders_and_units_of_clips_are_found() {
     let shuffled = findings_of(|take| {
         let count = take.garment[0].len();
         for frame in &mut take.garment {
             *frame = (0..count).map(|v| frame[(37 * v + 11) % count]).collect();
         }
     });
-    one(&shuffled, &["clip `walk`", "times as long", "another order"]);
+    assert_one(&shuffled, &["clip `walk`", "times as long", "another order"]);
     let large = findings_of(|take| take.garment.iter_mut().flatten().for_each(|v| *v *= 100.0));
-    one(&large, &["100.", "centimetres", "by 0.01"]);
+    assert_one(&large, &["100.", "centimetres", "by 0.01"]);
 }
 
 #[test]
-fn clips_that_are_shifted_in_time_or_do_not_move() {
+fn time_shifts_and_motionless_garments_are_found() {
     let late = |frames: usize| {
         move |take: &mut Take| {
             let before = take.garment.clone();
@@ -389,7 +390,7 @@ fn clips_that_are_shifted_in_time_or_do_not_move() {
                 .collect();
         }
     };
-    one(&findings_of(late(9)), &["frames after its body", "same frame"]);
+    assert_one(&findings_of(late(9)), &["frames after its body", "same frame"]);
     let early = findings_of(|take| {
         take.garment.rotate_left(6);
         let last = take.garment.len();
@@ -398,12 +399,12 @@ fn clips_that_are_shifted_in_time_or_do_not_move() {
             .iter_mut()
             .for_each(|frame| frame.clone_from(&held));
     });
-    one(&early, &["frames before its body"]);
+    assert_one(&early, &["frames before its body"]);
     let still = findings_of(|take| {
         let first = take.garment[0].clone();
         take.garment.iter_mut().for_each(|frame| frame.clone_from(&first));
     });
-    one(&still, &["does not move", "bake"]);
+    assert_one(&still, &["does not move", "bake"]);
     let beside = findings_of(|take| take.garment.iter_mut().flatten().for_each(|v| v.x += 1.0));
-    one(&beside, &["1.00 m (RMS)"]);
+    assert_one(&beside, &["1.00 m (RMS)"]);
 }

@@ -1,5 +1,6 @@
-//! Contract: files of the published data sets' layouts become captures that hold the same motion and garment, in metres
-//! and with Y up; what is of another layout is refused in a sentence, whatever its bytes.
+//! Contract: files of the published data sets' layouts become captures that hold the same motion
+//! and garment, in metres and with Y up; what is of another layout is refused in a sentence,
+//! whatever its bytes.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -14,11 +15,11 @@ use unic_io::{
 };
 use unic_testdata::{Figure, clip};
 
-/// Joints of SMPL.
+/// Number of SMPL's joints.
 const JOINTS: usize = 24;
 const FRAMES: usize = 12;
 
-/// The tube on 24 joints: its own six and others that carry nothing.
+/// The test figure with 24 joints: its own six and others without weights.
 fn figure() -> Figure {
     use unic_core::{
         skeleton::{Skeleton, SkeletonParts},
@@ -42,7 +43,7 @@ fn figure() -> Figure {
     figure
 }
 
-/// A motion of the figure: still at the start, so that a frame shows the rest shape.
+/// A motion of the figure that starts in the bind pose, so that one frame shows the rest shape.
 fn motion(seed: usize) -> Clip {
     let mut clip = clip("motion", seed, FRAMES);
     for pose in &mut clip.poses {
@@ -52,13 +53,13 @@ fn motion(seed: usize) -> Clip {
     clip
 }
 
-/// As a data set has it: rotations and translation of every frame.
+/// Rotation vectors of every frame.
 fn rotations(clip: &Clip) -> Vec<Vec<Vec3>> {
-    let frame = |pose: &unic_core::skeleton::Pose| pose.local.iter().map(|q| q.to_scaled_axis()).collect();
+    let frame = |pose: &unic_core::Pose| pose.local.iter().map(|q| q.to_scaled_axis()).collect();
     clip.poses.iter().map(frame).collect()
 }
 
-/// A pickle of protocol 4 with a dictionary of numpy arrays, as numpy 1 writes it.
+/// Writer of a pickle of protocol 4 with a dictionary of numpy arrays in the layout of numpy 1.
 #[derive(Default)]
 struct Pickler(Vec<u8>);
 
@@ -107,7 +108,7 @@ impl Pickler {
         self
     }
 
-    /// The whole file.
+    /// Returns the bytes of a file with a dictionary of arrays.
     fn dict(entries: &[(&str, Vec<usize>, &str, Vec<u8>)]) -> Vec<u8> {
         let mut pickler = Self(vec![0x80, 4, b'}', b'(']);
         for (name, shape, dtype, bytes) in entries {
@@ -122,11 +123,11 @@ fn bytes(numbers: impl Iterator<Item = f32>) -> Vec<u8> {
     numbers.flat_map(f32::to_le_bytes).collect()
 }
 
-fn of_points(frames: &[Vec<Vec3>]) -> Vec<u8> {
+fn point_bytes(frames: &[Vec<Vec3>]) -> Vec<u8> {
     bytes(frames.iter().flatten().flat_map(|p| p.to_array()))
 }
 
-/// Poses of 75 numbers.
+/// Returns a file of the VTO data set with poses of 75 numbers.
 fn vto(figure: &Figure, clip: &Clip) -> Vec<u8> {
     let garment = figure.skinned(clip);
     let frames = rotations(clip).into_iter().zip(&clip.poses);
@@ -149,7 +150,7 @@ fn vto(figure: &Figure, clip: &Clip) -> Vec<u8> {
             "vertices",
             vec![FRAMES, garment[0].len(), 3],
             "f4",
-            of_points(&garment),
+            point_bytes(&garment),
         ),
         ("faces", vec![faces.len(), 3], "i8", indices),
     ])
@@ -163,7 +164,7 @@ fn largest_distance(capture: &Capture, name: &str, expected: &[Vec<Vec3>]) -> f3
 }
 
 #[test]
-fn sequences_of_the_vto_data_set_become_a_capture() {
+fn vto_sequences_become_a_capture() {
     let (folder, figure) = (tempfile::tempdir().unwrap(), figure());
     let data = folder.path().join("tshirt");
     fs::create_dir_all(data.join("simulations")).unwrap();
@@ -193,7 +194,7 @@ fn sequences_of_the_vto_data_set_become_a_capture() {
     assert_eq!(capture.clip_names(Split::Train).len(), 2);
     let expected = figure.skinned(&motion(1));
     assert!(largest_distance(&capture, "tshirt_shape00_02_04", &expected) < 1e-6);
-    // The first frame stands in the bind pose.
+    // The first frame is in the bind pose.
     let pairs = capture
         .garment
         .rest
@@ -210,10 +211,11 @@ fn z_up(v: Vec3) -> Vec3 {
     Vec3::new(v.x, -v.z, v.y)
 }
 
-/// Where the template's pelvis is, metres, Z up.
+/// Position of the template's pelvis, metres, Z up.
 const PELVIS: Vec3 = Vec3::new(0.0, -0.0215, 0.9048);
 
-/// A folder of the data set whose positions are in `unit` metres, from the world or from the root joint.
+/// A folder of the data set whose positions are in `unit` metres, from the world or from the root
+/// joint.
 fn virtual_bones(folder: &Path, figure: &Figure, unit: f32, from_root: bool) {
     let skeleton = &figure.character.skeleton;
     let pelvis = skeleton.joints()[0];
@@ -255,7 +257,7 @@ fn virtual_bones(folder: &Path, figure: &Figure, unit: f32, from_root: bool) {
 }
 
 #[test]
-fn sequences_of_virtual_bones_become_a_capture_in_whichever_frame_they_are() {
+fn virtual_bones_sequences_of_any_coordinate_frame_become_a_capture() {
     let (folder, figure) = (tempfile::tempdir().unwrap(), figure());
     for (i, (unit, from_root)) in [(0.1, false), (1.0, false), (0.1, true), (1.0, true)]
         .into_iter()
@@ -276,7 +278,8 @@ fn sequences_of_virtual_bones_become_a_capture_in_whichever_frame_they_are() {
     }
 }
 
-/// Prints a pickle of every protocol as numpy and Python write it, for the arrays that the reader needs.
+/// Prints a pickle of every protocol as numpy and Python write it, for the arrays that the reader
+/// needs.
 const PYTHON: &str = "
 import pickle, sys, numpy as np
 folder = sys.argv[1]
@@ -289,7 +292,7 @@ for protocol in [2, 3, 4, 5]:
 ";
 
 #[test]
-fn what_python_pickles_is_read_in_every_protocol() {
+fn pickles_of_every_protocol_are_read() {
     let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
     let has = Command::new(&python).args(["-c", "import numpy"]).output();
     if !has.is_ok_and(|o| o.status.success()) {
@@ -335,7 +338,7 @@ fn refusal(data: &[u8], character: &Character) -> String {
 }
 
 #[test]
-fn other_layouts_are_refused_in_a_sentence() {
+fn other_layouts_are_refused() {
     let figure = figure();
     let character = &figure.character;
     assert!(refusal(b"not a pickle", character).contains("expected a pickle"));

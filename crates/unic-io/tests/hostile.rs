@@ -1,7 +1,7 @@
-//! Contract: no file makes a reader panic, hang, or ask for memory out of proportion to the file.
+//! Contract: no damaged file makes a reader panic, hang or allocate memory out of proportion to it.
 //!
-//! Small files of every kind are cut at every byte and have bits flipped; an allocator that counts
-//! watches. What an undamaged reading takes is the measure.
+//! Small files of every kind are truncated at every byte and have bits flipped. The global allocator
+//! records the largest allocation.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -24,19 +24,19 @@ use unic_io::{
     parse_obj, read_character, read_vertex_cache, write_character, write_motion, write_obj,
 };
 
-/// Counts what a thread asks for.
-struct Counting;
+/// Allocator that records the largest allocation of each thread.
+struct Recording;
 
 thread_local! {
     static LARGEST: Cell<usize> = const { Cell::new(0) };
 }
 
-// SAFETY: every call is handed on to the system's allocator unchanged; the counter is a cell of
-// the thread that needs no allocation of its own.
-unsafe impl GlobalAlloc for Counting {
+// SAFETY: every call is passed to the system's allocator unchanged. The record is a thread-local cell
+// that needs no allocation.
+unsafe impl GlobalAlloc for Recording {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         LARGEST.with(|largest| largest.set(largest.get().max(layout.size())));
-        // SAFETY: the caller's promise about the layout is the system allocator's.
+        // SAFETY: the caller guarantees the layout that the system's allocator demands.
         unsafe { System.alloc(layout) }
     }
 
@@ -47,21 +47,21 @@ unsafe impl GlobalAlloc for Counting {
 }
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: Recording = Recording;
 
-/// Largest single allocation allowed while reading files of a few kilobytes: buffers of fixed size
-/// (64 KiB), deflate's window and tables, and what a bit flip in a clip's rate can stretch.
+/// Largest allocation allowed while reading files of a few kilobytes: buffers of fixed size (64 KiB),
+/// the window and tables of deflate, and a clip that a flipped bit in its rate lengthens.
 const LARGEST_ALLOWED: usize = 4 << 20;
 
-fn watched(read: impl FnOnce()) -> usize {
+fn largest_allocation(read: impl FnOnce()) -> usize {
     LARGEST.with(|largest| largest.set(0));
     read();
     LARGEST.with(Cell::get)
 }
 
-/// Reads a file by everything that may be asked to; only panics and memory matter.
+/// Reads a file with every reader; only panics and memory matter.
 fn read_every_way(path: &Path) {
-    let largest = watched(|| {
+    let largest = largest_allocation(|| {
         let _ = read_character(path);
         let options = MotionOptions {
             fps: Some(30.0),
@@ -111,7 +111,7 @@ fn small_files(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn files_cut_anywhere_are_refused_without_harm() {
+fn truncated_files_are_refused_within_the_memory_limit() {
     let folder = tempfile::tempdir().unwrap();
     for path in small_files(folder.path()) {
         let whole = std::fs::read(&path).unwrap();
@@ -128,7 +128,7 @@ fn files_cut_anywhere_are_refused_without_harm() {
 }
 
 #[test]
-fn a_capture_with_a_damaged_file_is_refused_without_harm() {
+fn damaged_captures_are_refused_within_the_memory_limit() {
     let root = tempfile::tempdir().unwrap();
     let root = root.path();
     let mut manifest = Manifest::new("small", 30.0);
@@ -153,12 +153,12 @@ fn a_capture_with_a_damaged_file_is_refused_without_harm() {
         let whole = std::fs::read(&path).unwrap();
         for length in (0..whole.len()).step_by(3) {
             std::fs::write(&path, &whole[..length]).unwrap();
-            let largest = watched(|| drop(load()));
+            let largest = largest_allocation(|| drop(load()));
             assert!(
                 largest <= LARGEST_ALLOWED,
                 "{file} cut to {length}: {largest} bytes"
             );
-            // A manifest without its last lines may still be one.
+            // A manifest without its last lines may still be valid.
             assert!(
                 file == "capture.toml" || load().is_err(),
                 "{file} cut to {length} was read"
@@ -169,7 +169,7 @@ fn a_capture_with_a_damaged_file_is_refused_without_harm() {
 }
 
 #[test]
-fn headers_that_lie_about_their_size_are_refused() {
+fn false_sizes_in_headers_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("lie.npy");
     write_npy(&path, &[2, 4, 3], &[0.5; 24]).unwrap();
@@ -210,7 +210,7 @@ fn arrays_without_extent_are_refused() {
 }
 
 #[test]
-fn a_packed_array_of_the_wrong_shape_is_refused_before_it_is_unpacked() {
+fn wrong_shapes_are_refused_before_unpacking() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bomb.npz");
     let mut npz = NpzWriter::create(&path).unwrap();

@@ -1,4 +1,4 @@
-//! Contract: inspection names the kind of every file, and says what is wrong with it.
+//! Contract: inspection names the kind of every file and lists its problems.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -10,11 +10,11 @@ use std::path::Path;
 use unic_io::{
     Capture, CaptureWriter, Manifest, NpzWriter, Split,
     capture::{JointReference, VertexAttributes},
-    inspect::{Kind, Report, inspect},
+    inspect::{FileKind, Inspection, inspect},
     write_motion, write_obj,
 };
 
-fn problems(report: &Report) -> String {
+fn problems(report: &Inspection) -> String {
     report.problems.join("\n")
 }
 
@@ -37,13 +37,13 @@ fn capture(root: &Path, garment_offset: Vec3) {
 }
 
 #[test]
-fn a_clip_of_no_split_and_a_garment_far_away_are_problems() {
+fn clips_without_a_split_and_distant_garments_are_problems() {
     let root = tempfile::tempdir().unwrap();
     capture(root.path(), Vec3::X * 50.0);
     let clip = root.path().join("clips/walk.npz");
     std::fs::copy(clip, root.path().join("clips/stray.npz")).unwrap();
     let report = inspect(root.path()).unwrap();
-    assert_eq!(report.kind, Kind::Capture);
+    assert_eq!(report.kind, FileKind::Capture);
     let found = problems(&report);
     for words in [
         "clip `stray`: expected it in a split",
@@ -62,7 +62,7 @@ fn a_clip_of_no_split_and_a_garment_far_away_are_problems() {
 }
 
 #[test]
-fn a_damaged_capture_is_a_report_and_not_an_error() {
+fn damaged_captures_are_reported_without_an_error() {
     let root = tempfile::tempdir().unwrap();
     capture(root.path(), Vec3::ZERO);
     std::fs::write(root.path().join("garment.obj"), "v 0 0\n").unwrap();
@@ -72,7 +72,7 @@ fn a_damaged_capture_is_a_report_and_not_an_error() {
 }
 
 #[test]
-fn meshes_in_centimetres_are_noticed() {
+fn meshes_in_centimetres_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.obj");
     let mut mesh = small_garment().rest;
@@ -94,7 +94,7 @@ fn meshes_in_centimetres_are_noticed() {
 }
 
 #[test]
-fn jumps_of_the_root_are_noticed() {
+fn jumps_of_the_root_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("walk.npz");
     let mut clip = small_clip("walk", 6);
@@ -103,7 +103,7 @@ fn jumps_of_the_root_are_noticed() {
     clip.poses[3].trans.x += 1.0;
     write_motion(&path, &clip, &[]).unwrap();
     let report = inspect(&path).unwrap();
-    assert_eq!(report.kind, Kind::Motion);
+    assert_eq!(report.kind, FileKind::Motion);
     assert!(
         problems(&report).contains("in frame 2: probably a jump"),
         "{report}"
@@ -111,16 +111,16 @@ fn jumps_of_the_root_are_noticed() {
 }
 
 #[test]
-fn archives_are_told_apart_by_their_arrays() {
+fn archives_are_classified_by_their_arrays() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.npz");
     for (names, kind) in [
-        (&["pinned", "mask"][..], Kind::Garment),
-        (&["weights"], Kind::Garment),
-        (&["anything"], Kind::Npz),
-        (&["vertices", "fps"], Kind::VertexAnimation),
-        (&["vertices", "joints", "weights"], Kind::Character),
-        (&["poses"], Kind::Motion),
+        (&["pinned", "mask"][..], FileKind::Garment),
+        (&["weights"], FileKind::Garment),
+        (&["anything"], FileKind::Npz),
+        (&["vertices", "fps"], FileKind::VertexAnimation),
+        (&["vertices", "joints", "weights"], FileKind::Character),
+        (&["poses"], FileKind::Motion),
     ] {
         let mut npz = NpzWriter::create(&path).unwrap();
         names.iter().for_each(|name| npz.bools(name, &[true]).unwrap());
@@ -132,7 +132,7 @@ fn archives_are_told_apart_by_their_arrays() {
 }
 
 #[test]
-fn a_model_shows_its_metadata() {
+fn model_metadata_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.unic");
     let header = r#"{"__metadata__":{"unic":"{\"version\":1,\"name\":\"shirt\"}","license":"MIT"},
@@ -142,7 +142,10 @@ fn a_model_shows_its_metadata() {
     bytes.extend([0; 24]);
     std::fs::write(&path, bytes).unwrap();
     let report = inspect(&path).unwrap();
-    assert_eq!((report.kind, report.get("license")), (Kind::Model, Some("MIT")));
+    assert_eq!(
+        (report.kind, report.get("license")),
+        (FileKind::Model, Some("MIT"))
+    );
     assert_eq!(report.get("unic.version"), Some("1"));
     assert_eq!(report.get("tensor field.0.weight"), Some("F32 [2,3]"));
     assert!(report.get("checksum").unwrap().starts_with("none"), "{report}");
@@ -167,7 +170,7 @@ fn a_model_shows_its_metadata() {
 }
 
 #[test]
-fn reports_are_json_objects() {
+fn facts_are_a_json_object() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("notes.txt");
     std::fs::write(&path, "hello").unwrap();
@@ -185,22 +188,22 @@ fn reports_are_json_objects() {
 }
 
 #[test]
-fn folders_are_named_as_what_they_are() {
+fn folders_that_are_no_capture_are_described() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path().join("coat");
     capture(&root, Vec3::ZERO);
-    let told = |root: &Path| {
+    let message = |root: &Path| {
         let opened = Capture::open(root).map_or_else(|e| e.to_string(), |_| String::new());
         let report = inspect(root).unwrap();
         assert!(
-            report.kind == Kind::Folder && opened.contains(report.get("folder").unwrap()),
+            report.kind == FileKind::Folder && opened.contains(report.get("folder").unwrap()),
             "{opened}"
         );
         opened
     };
     std::fs::rename(root.join("capture.toml"), root.join("simulation.toml")).unwrap();
-    assert!(told(&root).contains("--resume goes on"));
+    assert!(message(&root).contains("--resume goes on"));
     std::fs::remove_file(root.join("simulation.toml")).unwrap();
-    assert!(told(&root).contains("a capture without its capture.toml"));
-    assert!(told(folder.path()).contains("a folder without capture.toml"));
+    assert!(message(&root).contains("a capture without its capture.toml"));
+    assert!(message(folder.path()).contains("a folder without capture.toml"));
 }

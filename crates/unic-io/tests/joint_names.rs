@@ -1,14 +1,15 @@
-//! Contract: rotations turn the joints of their names, in whichever order a file or a character lists them; what names
-//! cannot tell is refused.
+//! Contract: rotations turn the joints of their names, in whichever order a file or a character
+//! lists them; what names cannot tell is refused.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
 use glam::{Quat, Vec3};
 use std::path::Path;
 use unic_core::{
+    Pose,
     character::Character,
     clip::Clip,
-    skeleton::{Pose, SMPL_JOINT_NAMES, Skeleton, SkeletonParts},
+    skeleton::{SMPL_JOINT_NAMES, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
 use unic_io::{MotionOptions, UpAxis, import_motion, write_motion};
@@ -36,7 +37,7 @@ fn rotation(joint: usize, frame: usize) -> Quat {
     Quat::from_rotation_x(0.01 * (joint + 1) as f32 + 0.1 * frame as f32)
 }
 
-/// Three frames in which joint j of the file turns by `rotation(j, frame)`.
+/// A clip of three frames in which joint j has the rotation `rotation(j, frame)`.
 fn clip(joints: usize) -> Clip {
     let pose = |frame: usize| Pose {
         trans: Vec3::Z * frame as f32,
@@ -55,7 +56,7 @@ fn names(text: &str) -> Vec<String> {
     text.split_whitespace().map(str::to_owned).collect()
 }
 
-/// The joint of the file that turns each joint of the character.
+/// Returns the joint of the file for each joint of the character, recognised by its rotation.
 fn sources(path: &Path, character: &Character) -> Result<Vec<usize>, String> {
     let options = MotionOptions {
         up: UpAxis::Y,
@@ -77,7 +78,7 @@ fn named_joints_are_found_in_any_order_and_spelling() {
     let found = |text: &str| sources(&path, &character(&names(text)));
     assert_eq!(found("root head arm.L arm.R"), Ok(vec![0, 4, 3, 2]));
     assert_eq!(found("mixamorig:Root Head L_arm R_arm"), Ok(vec![0, 4, 3, 2]));
-    // A joint that carries no other may be missing; it does not turn.
+    // A leaf joint may be missing; it does not rotate.
     let options = MotionOptions {
         up: UpAxis::Y,
         ..MotionOptions::default()
@@ -92,7 +93,7 @@ fn named_joints_are_found_in_any_order_and_spelling() {
 }
 
 #[test]
-fn files_without_names_are_in_smpls_order() {
+fn files_without_names_have_smpl_order() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("walk.npz");
     write_motion(&path, &clip(24), &[]).unwrap();

@@ -1,4 +1,4 @@
-//! Contract: a motion in any layout and axis convention of the SMPL family becomes the same clip.
+//! Contract: a motion in any joint layout and axis convention of the SMPL family is read as one clip.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -9,11 +9,12 @@ use glam::{Quat, Vec3};
 use std::{f32::consts::FRAC_PI_2, path::Path};
 use unic_core::{character::Character, clip::Clip};
 use unic_io::{
-    MotionImport, MotionOptions, NpzWriter, Seating, UpAxis, import_motion, read_character, write_motion,
+    GroundPlacement, MotionImport, MotionOptions, NpzWriter, UpAxis, import_motion, read_character,
+    write_motion,
 };
 
-/// Root-mean-square angle that halving and doubling a frame rate may cost is nothing: the test
-/// writes each frame of the source as every fourth of the file.
+/// Largest difference between a clip and its copy from a file, radians and metres. Resampling adds
+/// nothing: the test writes each frame of the source as every fourth of the file.
 const TOLERANCE: f32 = 2e-6;
 
 fn character() -> Option<Character> {
@@ -28,7 +29,8 @@ fn locomotion(character: &Character) -> Option<Clip> {
     Some(import.clip)
 }
 
-/// The clip as AMASS stores it: Z up, 120 fps, f64, `numbers` numbers a frame with the fingers bent.
+/// The clip as AMASS stores it: Z up, 120 fps, f64, `numbers` numbers a frame with the fingers
+/// bent.
 fn write_amass(path: &Path, clip: &Clip, character: &Character, numbers: usize, rate_name: &str) {
     let z_up_from_y_up = Quat::from_rotation_x(FRAC_PI_2);
     let origin = character.skeleton.joints()[0];
@@ -63,7 +65,7 @@ fn expected(clip: &Clip) -> Clip {
 }
 
 #[test]
-fn amass_files_become_the_clip_that_they_were_made_from() {
+fn amass_files_are_read_as_their_source_clip() {
     let Some(character) = character() else { return };
     let Some(mut clip) = locomotion(&character) else {
         return;
@@ -76,7 +78,7 @@ fn amass_files_become_the_clip_that_they_were_made_from() {
         let options = MotionOptions {
             fps: Some(30.0),
             up: UpAxis::Auto,
-            seating: Seating::Keep,
+            ground: GroundPlacement::Keep,
             ..MotionOptions::default()
         };
         let import = import_motion(&path, &character, &options).unwrap();
@@ -97,7 +99,7 @@ fn amass_files_become_the_clip_that_they_were_made_from() {
 }
 
 #[test]
-fn a_floating_body_is_put_on_the_ground() {
+fn floating_body_is_placed_on_the_ground() {
     let Some(character) = character() else { return };
     let Some(mut clip) = locomotion(&character) else {
         return;
@@ -116,12 +118,12 @@ fn a_floating_body_is_put_on_the_ground() {
         import.notes
     );
     let shift = import.clip.poses[0].trans.y - clip.poses[0].trans.y;
-    // The locomotion clips stand on y = 0 within about a centimetre themselves.
+    // The locomotion clips themselves stand on y = 0 within about a centimetre.
     assert!(shift.abs() < 0.015, "{shift}");
 }
 
 #[test]
-fn seventy_five_numbers_hold_the_translation() {
+fn frames_of_75_numbers_hold_the_translation() {
     let Some(character) = character() else { return };
     let Some(mut clip) = locomotion(&character) else {
         return;
@@ -139,7 +141,7 @@ fn seventy_five_numbers_hold_the_translation() {
     npz.f64s("fps", &[1], &[30.0]).unwrap();
     npz.finish().unwrap();
     let options = MotionOptions {
-        seating: Seating::Keep,
+        ground: GroundPlacement::Keep,
         ..MotionOptions::default()
     };
     let import = import_motion(&path, &character, &options).unwrap();
@@ -148,7 +150,7 @@ fn seventy_five_numbers_hold_the_translation() {
 }
 
 #[test]
-fn every_locomotion_clip_reads() {
+fn all_locomotion_clips_are_read() {
     let Some(character) = character() else { return };
     let Some(folder) = data("motion/locomotion") else {
         return;
@@ -168,7 +170,7 @@ fn every_locomotion_clip_reads() {
 }
 
 #[test]
-fn a_written_motion_comes_back() {
+fn written_motion_is_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("walk.npz");
     let clip = small_clip("walk", 9);
@@ -200,8 +202,8 @@ fn other_skeletons_and_rates_are_refused() {
             ..MotionOptions::default()
         };
         let result = import_motion(&path, &small_character(), &options);
-        let told = |i: MotionImport| format!("{} frames, {:?}", i.clip.len(), i.findings);
-        result.map_or_else(|e| e.to_string(), told)
+        let summary = |i: MotionImport| format!("{} frames, {:?}", i.clip.len(), i.findings);
+        result.map_or_else(|e| e.to_string(), summary)
     };
     assert!(import(2, 30.0, 0.1, None).starts_with("4 frames"));
     for (joints, rate, value, target, words) in [

@@ -1,5 +1,6 @@
-//! Contract: no damaged file makes a reader panic, hang or hold memory out of proportion to the file,
-//! and every refusal is one sentence. What is read nevertheless is used: it must be worth its type.
+//! Contract: no damaged file makes a reader panic, hang or hold memory out of proportion to the
+//! file, and every refusal is one sentence. What is read nevertheless is used: it must be worth its
+//! type.
 //!
 //! `UNIC_MUTATION_SECONDS` is the time for each reader, `UNIC_MUTATION_SEED` repeats one file; see
 //! [`unic_mutation`].
@@ -16,8 +17,8 @@ use std::{
 };
 use unic_core::{character::Character, clip::Clip, mesh::TriMesh, surface::Surface};
 use unic_io::{
-    Bvh, Capture, CaptureWriter, Feet, LowPass, Manifest, MotionOptions, Npz, Seating, Split, UpAxis,
-    VertexCacheWriter,
+    Bvh, Capture, CaptureWriter, FootLock, GroundPlacement, LowPass, Manifest, MotionOptions, Npz, Split,
+    UpAxis, VertexCacheWriter,
     capture::{JointReference, VertexAttributes, read_garment},
     frames::VertexFrames,
     import_motion, inspect, read_character, read_obj, read_vertex_cache, write_character, write_motion,
@@ -44,13 +45,13 @@ fn damage(name: &str, path: &Path, read: impl Fn(&Path) -> unic_io::Result<()>) 
         container,
     };
     let inspected = |path: &Path| -> Refusal {
-        // A damaged file has a report as well; it only has to come, and to be fit for a terminal.
+        // Inspection of a damaged file must succeed, and its text must be safe for a terminal.
         let report = inspect(path).map_err(|e| e.to_string())?.to_string();
         assert!(!report.chars().any(|c| c.is_control() && c != '\n'), "{report:?}");
         read(path).map_err(|e| e.to_string())
     };
     let tally = survive(&subject, inspected);
-    assert!(tally.refused > 100, "{name}: damage that nobody sees is none");
+    assert!(tally.refused > 100, "{name}: too little damage is detected");
     tally
 }
 
@@ -64,7 +65,7 @@ fn use_mesh(mesh: &TriMesh) {
 fn use_frames(frames: &VertexFrames) {
     let count: usize = frames.iter().map(<[Vec3]>::len).sum();
     assert_eq!(count, frames.len() * frames.vertex_count());
-    let _ = frames.first_not_finite();
+    let _ = frames.first_non_finite();
 }
 
 fn use_clip(clip: &Clip, character: &Character) {
@@ -109,8 +110,8 @@ fn motion_arrays() {
     let character = small_character();
     let options = MotionOptions {
         fps: Some(24.0),
-        seating: Seating::Ground,
-        feet: Feet::Hold,
+        ground: GroundPlacement::OnGround,
+        feet: FootLock::Hold,
         low_pass: LowPass::Hertz(6.0),
         ..MotionOptions::default()
     };
@@ -252,7 +253,7 @@ fn archives_of_every_type() {
     });
 }
 
-/// A capture of one clip with everything that a capture can hold.
+/// Writes a capture of one clip with all optional parts.
 fn capture(root: &Path) {
     let mut manifest = Manifest::new("small", 30.0);
     manifest.contact_joints = Some([0, 1, 0, 1].map(JointReference::Index));
@@ -314,8 +315,9 @@ fn garments_without_weights() {
     });
 }
 
-/// Reads a file that is sound, but of a shape that nobody makes: in bounded time and memory as well.
-fn absurd(name: &str, bytes: &[u8], read: impl Fn(&Path) -> Refusal) {
+/// Reads a file that is sound, but of a shape that nobody makes: in bounded time and memory as
+/// well.
+fn assert_bounded(name: &str, bytes: &[u8], read: impl Fn(&Path) -> Refusal) {
     let path = folder("absurd").with_file_name(name);
     fs::write(&path, bytes).unwrap();
     let (outcome, cost) = measured(|| read(&path));
@@ -324,7 +326,7 @@ fn absurd(name: &str, bytes: &[u8], read: impl Fn(&Path) -> Refusal) {
 }
 
 #[test]
-fn skeletons_as_long_as_files_allow() {
+fn very_deep_skeletons_are_read_in_bounded_memory() {
     let chain = |count: usize| {
         let mut text = String::from("HIERARCHY\n");
         for j in 0..count {
@@ -335,7 +337,7 @@ fn skeletons_as_long_as_files_allow() {
         text + "MOTION\nFrames: 2\nFrame Time: .1\n" + &"1 ".repeat(2 * count)
     };
     let character = humanoid();
-    absurd("deep.bvh", chain(20_000).as_bytes(), |path| {
+    assert_bounded("deep.bvh", chain(20_000).as_bytes(), |path| {
         import_motion(path, &character, &MotionOptions::default())
             .map(drop)
             .map_err(|e| e.to_string())
@@ -356,7 +358,7 @@ fn skeletons_as_long_as_files_allow() {
     npz.i32s("parents", &[count], &parents).unwrap();
     npz.f32s("weights", &[3, count], &vec![1.0; 3 * count]).unwrap();
     npz.finish().unwrap();
-    absurd("deep character.npz", &fs::read(path).unwrap(), |path| {
+    assert_bounded("deep character.npz", &fs::read(path).unwrap(), |path| {
         read_character(path)
             .map(|c| use_character(&c))
             .map_err(|e| e.to_string())
@@ -364,41 +366,41 @@ fn skeletons_as_long_as_files_allow() {
 }
 
 #[test]
-fn text_as_deep_and_as_long_as_files_allow() {
+fn very_deep_and_long_text_is_read_in_bounded_memory() {
     let deep = format!("name = \"a\"\nfps = 30.0\nsource = {}", "[".repeat(200_000));
-    absurd("deep.toml", deep.as_bytes(), |path| {
+    assert_bounded("deep.toml", deep.as_bytes(), |path| {
         Manifest::read(path).map(drop).map_err(|e| e.to_string())
     });
     let keys = format!(
         "name = \"a\"\nfps = 30.0\nsource.{} = 1\n",
         vec!["a"; 100_000].join(".")
     );
-    absurd("dotted.toml", keys.as_bytes(), |path| {
+    assert_bounded("dotted.toml", keys.as_bytes(), |path| {
         Manifest::read(path).map(drop).map_err(|e| e.to_string())
     });
     let fan = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf{}\n", " 1 2 3".repeat(200_000));
-    absurd("fan.obj", fan.as_bytes(), |path| {
+    assert_bounded("fan.obj", fan.as_bytes(), |path| {
         read_obj(path).map(drop).map_err(|e| e.to_string())
     });
     let line = format!("v 0 0 0\n{}", "v 1 2 \\\n".repeat(200_000));
-    absurd("continued.obj", line.as_bytes(), |path| {
+    assert_bounded("continued.obj", line.as_bytes(), |path| {
         read_obj(path).map(drop).map_err(|e| e.to_string())
     });
     let weld = "v 0 0 0\n".repeat(200_000) + "f 1 2 3\n";
     let character = small_character();
-    absurd("garment.obj", weld.as_bytes(), |path| {
+    assert_bounded("garment.obj", weld.as_bytes(), |path| {
         read_garment(path.parent().unwrap(), &character)
             .map(drop)
             .map_err(|e| e.to_string())
     });
-    absurd("report.obj", weld.as_bytes(), |path| {
+    assert_bounded("report.obj", weld.as_bytes(), |path| {
         inspect(path).map(drop).map_err(|e| e.to_string())
     });
 }
 
 #[test]
-fn counts_that_lie_are_refused() {
-    let folder = folder("lies");
+fn false_counts_are_refused() {
+    let folder = folder("false counts");
     let refused = |name: &str, bytes: &[u8]| {
         let path = folder.join(name);
         fs::write(&path, bytes).unwrap();

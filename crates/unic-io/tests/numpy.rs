@@ -1,5 +1,5 @@
-//! Contract: numpy reads what this crate writes, and this crate reads what numpy writes. The other
-//! side is `numpy_interop.py`; without Python and numpy the tests are skipped.
+//! Contract: numpy reads the files of this crate, and this crate reads the files of numpy. The script
+//! `numpy_interop.py` is the other side; without Python and numpy the tests are skipped.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -46,12 +46,12 @@ fn run(verb: &str, folder: &Path) -> Option<()> {
 
 const BLOCK: [Dim; 3] = [Dim::Is(2), Dim::Any("N"), Dim::Is(4)];
 
-fn ramp(count: usize) -> Vec<f32> {
+fn counting_numbers(count: usize) -> Vec<f32> {
     (0..count).map(|i| i as f32 - 3.0).collect()
 }
 
 #[test]
-fn every_number_type_and_order_that_numpy_writes_is_read() {
+fn all_number_types_and_orders_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let Some(()) = run("write", folder.path()) else {
         return;
@@ -63,7 +63,11 @@ fn every_number_type_and_order_that_numpy_writes_is_read() {
         let mut count = 0;
         for name in blocks {
             let array = npz.finite::<f32>(name, &BLOCK).unwrap();
-            assert_eq!((array.shape, array.data), (vec![2, 3, 4], ramp(24)), "{name}");
+            assert_eq!(
+                (array.shape, array.data),
+                (vec![2, 3, 4], counting_numbers(24)),
+                "{name}"
+            );
             let integers = npz.array::<i64>(name, &BLOCK);
             assert_eq!(integers.is_ok(), name.starts_with('i'), "{name}");
             count += 1;
@@ -90,7 +94,7 @@ fn every_number_type_and_order_that_numpy_writes_is_read() {
 }
 
 #[test]
-fn what_is_no_number_is_named() {
+fn other_types_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let Some(()) = run("write", folder.path()) else {
         return;
@@ -114,7 +118,7 @@ fn what_is_no_number_is_named() {
 }
 
 #[test]
-fn npy_files_of_every_order_are_frames() {
+fn npy_files_of_any_order_are_read_as_frames() {
     let folder = tempfile::tempdir().unwrap();
     let Some(()) = run("write", folder.path()) else {
         return;
@@ -130,12 +134,12 @@ fn npy_files_of_every_order_are_frames() {
             (4, 5, mapped)
         );
         let all: Vec<f32> = frames.iter().flatten().flat_map(|v| v.to_array()).collect();
-        assert_eq!(all, ramp(60), "{file}");
+        assert_eq!(all, counting_numbers(60), "{file}");
     }
 }
 
 #[test]
-fn numpy_reads_everything_that_is_written() {
+fn numpy_reads_all_written_files() {
     let folder = tempfile::tempdir().unwrap();
     write_arrays(folder.path()).unwrap();
     write_animations(folder.path()).unwrap();
@@ -145,7 +149,7 @@ fn numpy_reads_everything_that_is_written() {
 
 fn write_arrays(folder: &Path) -> Result<(), Error> {
     let mut npz = NpzWriter::create(&folder.join("ours.npz"))?;
-    npz.f32s("f32", &[2, 3, 4], &ramp(24))?;
+    npz.f32s("f32", &[2, 3, 4], &counting_numbers(24))?;
     npz.f64s("f64", &[6], &[-3.0, -2.0, -1.0, 0.0, 1.0, 2.0])?;
     npz.i32s("i32", &[3, 2], &[-3, -2, -1, 0, 1, 2])?;
     npz.u32s("u32", &[0, u32::MAX])?;
@@ -162,7 +166,7 @@ fn write_animations(folder: &Path) -> Result<(), Error> {
         faces: vec![[0, 1, 2], [2, 3, 4]],
         uvs: None,
     };
-    let frames: Vec<Vec3> = ramp(60).chunks(3).map(Vec3::from_slice).collect();
+    let frames: Vec<Vec3> = counting_numbers(60).chunks(3).map(Vec3::from_slice).collect();
     for name in ["animation.pc2", "animation.npz", "animation"] {
         let mut cache = VertexCacheWriter::create(&folder.join(name), &mesh, 24.0)?;
         frames.chunks(5).try_for_each(|frame| cache.push(frame))?;
@@ -174,7 +178,7 @@ fn write_animations(folder: &Path) -> Result<(), Error> {
     let mut streamed = VertexFramesWriter::create(&folder.join("streamed.npy"), 5)?;
     frames.chunks(5).try_for_each(|frame| streamed.push(frame))?;
     streamed.finish()?;
-    write_npy(&folder.join("whole.npy"), &[4, 5, 3], &ramp(60))
+    write_npy(&folder.join("whole.npy"), &[4, 5, 3], &counting_numbers(60))
 }
 
 fn write_capture(root: &Path) -> Result<(), Error> {

@@ -1,4 +1,4 @@
-//! Contract: the real captures and the files that other programs wrote are read exactly.
+//! Contract: the real captures and the files of other programs are read exactly.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -9,7 +9,7 @@ use glam::Vec3;
 use unic_io::{
     Capture, Split, VertexFrames,
     capture::WeightsSource,
-    inspect::{Kind, inspect},
+    inspect::{FileKind, inspect},
     read_obj, read_vertex_cache,
 };
 
@@ -18,11 +18,11 @@ fn capture() -> Option<Capture> {
     Some(Capture::open(&root).unwrap())
 }
 
-/// The capture's positions are rounded to 2e-5 m a coordinate, the interop files' are not: at most
-/// √3 · 1e-5 m lies between them.
+/// Largest distance between a position of the capture, rounded to 2e-5 m a coordinate, and the exact
+/// one of the interop files: √3 · 1e-5 m and a margin.
 const ROUNDED: f32 = 1.8e-5;
 
-/// The one clip that the interop files hold.
+/// The clip that the interop files hold.
 fn walk() -> Option<VertexFrames> {
     Some(capture()?.load_clip("walk_02_01").unwrap().garment)
 }
@@ -33,7 +33,7 @@ fn largest_distance(a: &[Vec3], b: &[Vec3]) -> f32 {
 }
 
 #[test]
-fn the_capture_opens_with_defaults_for_what_it_does_not_say() {
+fn missing_parts_of_the_capture_have_defaults() {
     let Some(capture) = capture() else { return };
     assert_eq!(capture.character.body.vertices.len(), 3738);
     assert_eq!(capture.character.body.faces.len(), 7472);
@@ -48,7 +48,7 @@ fn the_capture_opens_with_defaults_for_what_it_does_not_say() {
 }
 
 #[test]
-fn every_clip_agrees_with_the_skinned_body() {
+fn clips_are_near_the_skinned_garment() {
     let Some(capture) = capture() else { return };
     let (mut joints, mut transforms, mut skinned) = (vec![], vec![], vec![]);
     let names = capture.clips_on_disk().unwrap();
@@ -75,14 +75,14 @@ fn every_clip_agrees_with_the_skinned_body() {
                 .map(|(a, b)| a.distance_squared(*b))
                 .sum();
             let rms = (sum / 3019.0).sqrt();
-            // Skinning of the rest shape is 45-75 mm off on this T-shirt as a whole.
+            // The skinned rest shape of this T-shirt is 45-75 mm (RMS) off.
             assert!(rms < 0.15, "{name}: {rms}");
         }
     }
 }
 
 #[test]
-fn the_bind_pose_returns_the_vertices() {
+fn skinning_in_the_bind_pose_returns_the_vertices() {
     let Some(capture) = capture() else { return };
     let character = &capture.character;
     let (mut joints, mut transforms, mut skinned) = (vec![], vec![], vec![]);
@@ -103,7 +103,7 @@ fn the_bind_pose_returns_the_vertices() {
 }
 
 #[test]
-fn blenders_point_cache_is_the_clip() {
+fn blender_point_cache_equals_the_clip() {
     let (Some(walk), Some(path)) = (walk(), data("interop/tshirt_walk.pc2")) else {
         return;
     };
@@ -116,7 +116,7 @@ fn blenders_point_cache_is_the_clip() {
 }
 
 #[test]
-fn blenders_obj_sequence_is_the_clip() {
+fn blender_obj_sequence_equals_the_clip() {
     let (Some(walk), Some(folder)) = (walk(), data("interop/obj_sequence")) else {
         return;
     };
@@ -132,15 +132,15 @@ fn blenders_obj_sequence_is_the_clip() {
 }
 
 #[test]
-fn inspection_of_the_capture_finds_what_its_readme_says() {
+fn inspection_agrees_with_the_readme() {
     let Some(root) = data("captures/tshirt_blender") else {
         return;
     };
     let report = inspect(&root).unwrap();
     println!("{report}");
-    assert_eq!(report.kind, Kind::Capture);
+    assert_eq!(report.kind, FileKind::Capture);
     assert_eq!(report.problems, Vec::<String>::new());
-    // The README counts 7.5 % by another test of what is inside, and the same depth.
+    // The README has 7.5 %, by another test for points inside, and the same depth.
     let inside = report.get("garment inside the body at rest").unwrap();
     assert!(
         inside.starts_with("6.8 %") && inside.contains("at most 21.0"),
@@ -155,23 +155,23 @@ fn inspection_of_the_capture_finds_what_its_readme_says() {
 }
 
 #[test]
-fn inspection_knows_every_kind() {
+fn inspection_recognises_every_kind() {
     let Some(_) = data("body") else { return };
     for (file, kind) in [
-        ("body/character.npz", Kind::Character),
-        ("motion/locomotion/Walk1.npz", Kind::Motion),
-        ("motion/style100/Neutral_FW.npz", Kind::Motion),
-        ("interop/tshirt_walk.pc2", Kind::PointCache),
-        ("interop/tshirt_rest.obj", Kind::Mesh),
-        ("interop/obj_sequence", Kind::MeshSequence),
-        ("captures/tshirt_blender/capture.toml", Kind::Capture),
-        ("interop/tshirt_walk.abc", Kind::Unknown),
+        ("body/character.npz", FileKind::Character),
+        ("motion/locomotion/Walk1.npz", FileKind::Motion),
+        ("motion/style100/Neutral_FW.npz", FileKind::Motion),
+        ("interop/tshirt_walk.pc2", FileKind::PointCache),
+        ("interop/tshirt_rest.obj", FileKind::Mesh),
+        ("interop/obj_sequence", FileKind::MeshSequence),
+        ("captures/tshirt_blender/capture.toml", FileKind::Capture),
+        ("interop/tshirt_walk.abc", FileKind::Unknown),
     ] {
         let Some(path) = data(file) else { return };
         let report = inspect(&path).unwrap();
         println!("{report}");
         assert_eq!(report.kind, kind, "{file}");
-        assert_eq!(report.problems.is_empty(), kind != Kind::Unknown, "{report}");
-        assert_eq!(report.facts.is_empty(), kind == Kind::Unknown, "{report}");
+        assert_eq!(report.problems.is_empty(), kind != FileKind::Unknown, "{report}");
+        assert_eq!(report.facts.is_empty(), kind == FileKind::Unknown, "{report}");
     }
 }

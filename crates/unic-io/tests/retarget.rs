@@ -1,5 +1,5 @@
-//! Contract: a motion comes onto a character whatever the skeleton that it was recorded on: names,
-//! unit, up axis, rest pose, bone axes, length of the spine; and feet that stand stay.
+//! Contract: BVH motion of any skeleton is transferred to a character. Joint names, unit, up axis,
+//! rest pose, bone axes and length of the spine do not matter, and standing feet are held.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -10,38 +10,40 @@ use glam::{EulerRot, Quat, Vec3};
 use proptest::prelude::*;
 use std::{f32::consts::FRAC_PI_2, fmt::Write, path::Path};
 use unic_core::{
+    Pose,
     character::Character,
     clip::Clip,
-    skeleton::{Pose, SMPL_JOINT_NAMES, Skeleton},
+    skeleton::{SMPL_JOINT_NAMES, Skeleton},
     transform::Rigid,
 };
 use unic_io::{
-    BoneMap, Feet, LowPass, MotionImport, MotionOptions, Seating, UpAxis, import_motion, measure_feet,
-    read_character,
+    BoneMap, FootLock, GroundPlacement, LowPass, MotionImport, MotionOptions, UpAxis, import_motion,
+    measure_feet, read_character,
 };
 
-/// The motion and nothing else.
-fn plain() -> MotionOptions {
+/// Options without any step after the transfer.
+fn without_filters() -> MotionOptions {
     MotionOptions {
-        seating: Seating::Keep,
+        ground: GroundPlacement::Keep,
         low_pass: LowPass::Off,
-        feet: Feet::Keep,
+        feet: FootLock::Keep,
         ..MotionOptions::default()
     }
 }
 
-/// How a skeleton is written as BVH.
-struct Rig {
+/// Conventions of a BVH file that a skeleton is written with.
+struct BvhRig {
     names: Vec<String>,
-    /// Of the zero pose: joint axes in a T-pose are turned by these.
+    /// Rotation of each joint's axes in the T-pose relative to the zero pose.
     rest: Vec<Quat>,
-    /// Units a metre.
+    /// Number of file units in a metre.
     scale: f32,
     file_from_world: Quat,
 }
 
-impl Rig {
-    fn plain() -> Self {
+impl BvhRig {
+    /// SMPL's names, metres, Y up; the zero pose is the T-pose.
+    fn smpl() -> Self {
         Self {
             names: SMPL_JOINT_NAMES.map(String::from).to_vec(),
             rest: vec![Quat::IDENTITY; 24],
@@ -50,8 +52,8 @@ impl Rig {
         }
     }
 
-    /// The clip on a rig whose zero pose has every joint j turned by `rest[j]` away from the T-pose:
-    /// the same world motion, other numbers.
+    /// The clip on a rig whose zero pose has every joint j turned by `rest[j]` away from the
+    /// T-pose: the same world motion, other numbers.
     fn write(&self, skeleton: &Skeleton, clip: &Clip) -> String {
         let mut zero = Vec::new();
         let t_pose = Pose::from_axis_angles(Vec3::ZERO, &[Vec3::ZERO; 24]);
@@ -116,8 +118,8 @@ fn import(text: &str, character: &Character, options: &MotionOptions) -> Result<
     import_motion(&path, character, options).map_err(|e| e.to_string())
 }
 
-/// Everything moves: a slow walk of arms, legs and trunk with a turning root.
-fn dance(frames: usize) -> Clip {
+/// A slow motion of all limbs, trunk and root.
+fn full_body_motion(frames: usize) -> Clip {
     let pose = |t: usize| {
         let s = t as f32 / 30.0;
         let swing = |j: usize| {
@@ -145,18 +147,23 @@ fn dance(frames: usize) -> Clip {
 }
 
 #[test]
-fn a_motion_of_the_character_itself_comes_back() {
-    let (character, clip) = (humanoid(), dance(40));
+fn motion_of_the_character_itself_is_unchanged() {
+    let (character, clip) = (humanoid(), full_body_motion(40));
     let skeleton = &character.skeleton;
-    let import = import(&Rig::plain().write(skeleton, &clip), &character, &plain()).unwrap();
+    let import = import(
+        &BvhRig::smpl().write(skeleton, &clip),
+        &character,
+        &without_filters(),
+    )
+    .unwrap();
     let (angle, distance) = largest_differences(&import.clip, &clip);
-    // Degrees and metres in seven digits.
+    // The file holds degrees and metres with seven digits.
     assert!(angle < 2e-5 && distance < 2e-6, "{angle} rad, {distance} m");
     assert_eq!((import.clip.fps, import.clip.ground_height), (30.0, 0.0));
 }
 
 #[test]
-fn the_real_body_keeps_its_walk() {
+fn real_body_keeps_its_walk() {
     let Some(body) = data("body/character.npz") else {
         return;
     };
@@ -164,12 +171,12 @@ fn the_real_body_keeps_its_walk() {
         return;
     };
     let character = read_character(&body).unwrap();
-    let mut clip = import_motion(&walk, &character, &plain()).unwrap().clip;
+    let mut clip = import_motion(&walk, &character, &without_filters()).unwrap().clip;
     clip.poses.truncate(200);
     let import = import(
-        &Rig::plain().write(&character.skeleton, &clip),
+        &BvhRig::smpl().write(&character.skeleton, &clip),
         &character,
-        &plain(),
+        &without_filters(),
     )
     .unwrap();
     let (angle, distance) = largest_differences(&import.clip, &clip);
@@ -178,7 +185,7 @@ fn the_real_body_keeps_its_walk() {
 
 #[test]
 fn names_unit_and_axes_do_not_matter() {
-    let (character, clip) = (humanoid(), dance(30));
+    let (character, clip) = (humanoid(), full_body_motion(30));
     let mixamo = |name: &str| {
         let (side, part) = match name.split_once('_') {
             Some(("L", part)) => ("Left", part),
@@ -211,14 +218,19 @@ fn names_unit_and_axes_do_not_matter() {
         (17.72, "CMU"),
     ] {
         for file_from_world in turns {
-            // The zero pose has the file's axes too.
-            let rig = Rig {
+            // The zero pose is in the file's axes as well.
+            let rig = BvhRig {
                 names: SMPL_JOINT_NAMES.map(mixamo).to_vec(),
                 rest: vec![file_from_world; 24],
                 scale,
                 file_from_world,
             };
-            let import = import(&rig.write(&character.skeleton, &clip), &character, &plain()).unwrap();
+            let import = import(
+                &rig.write(&character.skeleton, &clip),
+                &character,
+                &without_filters(),
+            )
+            .unwrap();
             let (angle, distance) = largest_differences(&import.clip, &clip);
             assert!(
                 angle < 5e-5 && distance < 1e-5,
@@ -232,8 +244,8 @@ fn names_unit_and_axes_do_not_matter() {
     }
 }
 
-/// Positions of the joints of two clips, largest distance.
-fn farthest(character: &Character, a: &Clip, b: &Clip, joints: &[usize]) -> f32 {
+/// Largest distance of joint positions between two clips, metres.
+fn max_distance(character: &Character, a: &Clip, b: &Clip, joints: &[usize]) -> f32 {
     let (mut p, mut q) = (Vec::new(), Vec::new());
     let mut farthest = 0.0_f32;
     for (x, y) in a.poses.iter().zip(&b.poses) {
@@ -248,11 +260,11 @@ fn farthest(character: &Character, a: &Clip, b: &Clip, joints: &[usize]) -> f32 
 }
 
 #[test]
-fn arms_down_and_legs_apart_in_the_rest_pose_change_nothing() {
-    let (character, clip) = (humanoid(), dance(30));
+fn rest_pose_of_limbs_does_not_matter() {
+    let (character, clip) = (humanoid(), full_body_motion(30));
     let zero = character.skeleton.joints();
-    let mut rig = Rig::plain();
-    // Each bone turns by the smallest rotation; hands go with their forearms.
+    let mut rig = BvhRig::smpl();
+    // Each bone is rotated by the smallest rotation; hands follow their forearms.
     let mut lay = |from: usize, to: usize, angle: f32, along: &[usize]| {
         let bone = (zero[to] - zero[from]).normalize();
         let target = Quat::from_rotation_z(angle * zero[from].x.signum()) * bone;
@@ -266,38 +278,48 @@ fn arms_down_and_legs_apart_in_the_rest_pose_change_nothing() {
         lay(1 + side, 4 + side, 0.3, &[1 + side]);
         lay(4 + side, 7 + side, 0.2, &[4 + side]);
     }
-    let import = import(&rig.write(&character.skeleton, &clip), &character, &plain()).unwrap();
+    let import = import(
+        &rig.write(&character.skeleton, &clip),
+        &character,
+        &without_filters(),
+    )
+    .unwrap();
     let all: Vec<usize> = (0..22).collect();
-    let off = farthest(&character, &import.clip, &clip, &all);
+    let off = max_distance(&character, &import.clip, &clip, &all);
     assert!(off < 1e-4, "{off}");
     let (angle, _) = largest_differences(&import.clip, &clip);
     assert!(angle < 2e-3, "{angle}");
 }
 
 #[test]
-fn rigs_with_bones_along_their_own_axes_are_read_by_a_frame_that_stands() {
-    let (character, mut clip) = (humanoid(), dance(60));
-    // A moment that stands upright with straight legs.
+fn rigs_without_a_standing_zero_pose_use_a_standing_frame() {
+    let (character, mut clip) = (humanoid(), full_body_motion(60));
+    // A frame in which the body stands upright with straight legs.
     clip.poses[17].local.fill(Quat::IDENTITY);
     clip.poses[17].local[0] = Quat::from_rotation_y(0.7);
-    let mut rig = Rig::plain();
+    let mut rig = BvhRig::smpl();
     for (j, rest) in rig.rest.iter_mut().enumerate() {
         let j = j as f32;
         *rest = Quat::from_euler(EulerRot::XYZ, 0.9 * j, 2.1 + j, -1.7 * j);
     }
-    let import = import(&rig.write(&character.skeleton, &clip), &character, &plain()).unwrap();
+    let import = import(
+        &rig.write(&character.skeleton, &clip),
+        &character,
+        &without_filters(),
+    )
+    .unwrap();
     let notes = import.notes.join("\n");
     assert!(notes.contains("frame 17 stands for it"), "{notes}");
     let all: Vec<usize> = (0..24).collect();
-    let off = farthest(&character, &import.clip, &clip, &all);
+    let off = max_distance(&character, &import.clip, &clip, &all);
     assert!(off < 1e-4, "{off}");
 }
 
 #[test]
-fn spines_of_other_lengths_end_where_this_one_does() {
-    let (character, clip) = (humanoid(), dance(30));
-    let text = Rig::plain().write(&character.skeleton, &clip);
-    // A joint less: spine2 without channels is rigid, and its name is no spine's business.
+fn spines_of_other_lengths_reach_the_same_chest() {
+    let (character, clip) = (humanoid(), full_body_motion(30));
+    let text = BvhRig::smpl().write(&character.skeleton, &clip);
+    // A further joint in the spine, without channels and with an unknown name.
     let mut still = clip.clone();
     still.poses.iter_mut().for_each(|p| p.local[6] = Quat::IDENTITY);
     let longer = text.replacen(
@@ -307,7 +329,7 @@ fn spines_of_other_lengths_end_where_this_one_does() {
     );
     let end = longer.find("MOTION").unwrap();
     let longer = format!("{}}}\n{}", &longer[..end], &longer[end..]);
-    let import = import(&longer, &character, &plain()).unwrap();
+    let import = import(&longer, &character, &without_filters()).unwrap();
     let (mut a, mut b) = (Vec::new(), Vec::new());
     for (x, y) in import.clip.poses.iter().zip(&clip.poses) {
         character.skeleton.forward_kinematics(x, &mut a);
@@ -315,18 +337,18 @@ fn spines_of_other_lengths_end_where_this_one_does() {
         for j in [0, 9, 12, 15, 16, 18] {
             assert!(a[j].rotation.dot(b[j].rotation).abs() > 1.0 - 1e-5, "{j}");
         }
-        // The rotation is shared out: each joint turns less than both of its neighbours' sum.
+        // The rotation is distributed over another number of joints, so that positions differ a little.
         assert!(a[6].translation.distance(b[6].translation) < 0.05);
     }
 }
 
 #[test]
-fn strange_names_need_a_bone_map() {
-    let (character, clip) = (humanoid(), dance(10));
-    let mut rig = Rig::plain();
+fn unknown_names_need_a_bone_map() {
+    let (character, clip) = (humanoid(), full_body_motion(10));
+    let mut rig = BvhRig::smpl();
     rig.names = (0..24).map(|j| format!("Knochen {j}")).collect();
     let text = rig.write(&character.skeleton, &clip);
-    let error = import(&text, &character, &plain()).unwrap_err();
+    let error = import(&text, &character, &without_filters()).unwrap_err();
     assert!(
         error.contains("expected joints for L_hip") && error.contains("Knochen 0"),
         "{error}"
@@ -335,7 +357,7 @@ fn strange_names_need_a_bone_map() {
     let path = folder.path().join("bones.toml");
     let lines = (0..24).map(|j| format!("{} = \"Knochen {j}\"\n", SMPL_JOINT_NAMES[j]));
     std::fs::write(&path, format!("[bones]\n{}", lines.collect::<String>())).unwrap();
-    let mut options = plain();
+    let mut options = without_filters();
     options.bones = BoneMap::read(&path).unwrap();
     let clip_again = import(&text, &character, &options).unwrap().clip;
     let (angle, distance) = largest_differences(&clip_again, &clip);
@@ -374,7 +396,7 @@ fn at_30() -> MotionOptions {
 fn standing_feet_neither_slide_nor_sink() {
     for name in ["131_02", "131_03"] {
         let free = MotionOptions {
-            feet: Feet::Keep,
+            feet: FootLock::Keep,
             ..at_30()
         };
         let Some((character, before)) = cmu(name, &free) else {
@@ -390,7 +412,7 @@ fn standing_feet_neither_slide_nor_sink() {
         assert!(a.standing_seconds > 2.0);
         assert!(a.slide < 0.02 && a.slide < 0.3 * b.slide, "{a:?}");
         assert!(a.deepest < 0.002 && a.height_error < 0.005, "{a:?}");
-        // Nothing jerks: no joint turns faster than before by much.
+        // The correction is smooth: no joint rotates much faster than before.
         let fastest = |clip: &Clip| {
             let turns = clip.poses.windows(2).flat_map(|p| {
                 (p[0].local.iter().zip(&p[1].local))
@@ -405,13 +427,13 @@ fn standing_feet_neither_slide_nor_sink() {
             fastest(&after),
             fastest(&before)
         );
-        let moved = farthest(&character, &before, &after, &(0..24).collect::<Vec<_>>());
+        let moved = max_distance(&character, &before, &after, &(0..24).collect::<Vec<_>>());
         eprintln!("        farthest joint moved {moved:.3} m");
         assert!(moved < 0.12, "{moved}");
     }
 }
 
-/// By the skin, which the hold knows nothing of: the soles are on the ground.
+/// The skinned soles are on the ground. Foot locking itself uses joints only.
 #[test]
 fn soles_are_on_the_ground() {
     for name in ["131_02", "131_03"] {
@@ -440,17 +462,17 @@ fn soles_are_on_the_ground() {
     }
 }
 
-/// Another program put the same take on the same body: joint positions agree once time, place and
-/// heading are aligned.
+/// Joint positions agree with another program's transfer of the same take to the same body, once
+/// time, place and heading are aligned.
 #[test]
-fn somebody_elses_retargeting_of_the_same_take_agrees() {
+fn retargeting_of_another_program_agrees() {
     let Some((character, ours)) = cmu("131_03", &at_30()) else {
         return;
     };
     let Some(path) = data("captures/tshirt_blender/clips/mj_131_03.npz") else {
         return;
     };
-    let theirs = import_motion(&path, &character, &plain()).unwrap().clip;
+    let theirs = import_motion(&path, &character, &without_filters()).unwrap().clip;
     let (ours, theirs) = (local(&character, &ours.clip), local(&character, &theirs));
     let error = |shift: usize, j: usize| {
         let pairs = theirs.iter().zip(&ours[shift..]);
@@ -470,7 +492,7 @@ fn somebody_elses_retargeting_of_the_same_take_agrees() {
     assert!(mean(best) < 0.05, "{}", mean(best));
 }
 
-/// Joint positions from the root in the frame of the heading.
+/// Joint positions relative to the root in the coordinate frame of the heading.
 fn local(character: &Character, clip: &Clip) -> Vec<Vec<Vec3>> {
     let mut world = Vec::new();
     let frame = |pose: &Pose| {
@@ -489,7 +511,7 @@ proptest! {
     #[test]
     fn damaged_files_never_panic(cut in 0usize..20_000, flips in prop::collection::vec((0usize..20_000, 0u8..=255), 0..6)) {
         let character = humanoid();
-        let mut bytes = Rig::plain().write(&character.skeleton, &dance(4)).into_bytes();
+        let mut bytes = BvhRig::smpl().write(&character.skeleton, &full_body_motion(4)).into_bytes();
         if cut % 3 == 0 {
             bytes.truncate(cut % bytes.len());
         }
@@ -511,10 +533,10 @@ proptest! {
 }
 
 #[test]
-fn the_up_axis_may_be_told() {
-    let (character, clip) = (humanoid(), dance(10));
-    let text = Rig::plain().write(&character.skeleton, &clip);
-    let mut options = plain();
+fn requested_up_axis_is_used() {
+    let (character, clip) = (humanoid(), full_body_motion(10));
+    let text = BvhRig::smpl().write(&character.skeleton, &clip);
+    let mut options = without_filters();
     options.up = UpAxis::Z;
     let import = import(&text, &character, &options).unwrap();
     let up = import.clip.poses[0].local[0] * Vec3::Y;

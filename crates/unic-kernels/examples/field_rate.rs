@@ -1,22 +1,30 @@
-//! Prints the rates of the field's forward and backward beside the multiply-add peak of the same moment.
+//! Prints the throughput of the field's forward and backward pass, and its share of the
+//! multiply-add peak at the same time.
 //!
-//! `cargo run --release -p unic-kernels --example field_rate -- [frames] [points per frame] [hidden] [layers]`
+//! ```text
+//! cargo run --release -p unic-kernels --example field_rate -- [FRAMES [POINTS [HIDDEN [LAYERS]]]]
+//! ```
 //!
-//! With `UNIC_AMX=1` the field runs on matrix units.
+//! FRAMES is the number of frames, POINTS the number of points per frame, HIDDEN the width and
+//! LAYERS the number of hidden layers. With `UNIC_AMX=1` the field runs on matrix units.
 
 use std::time::Instant;
 
 use unic_kernels::*;
 
-/// Clock rates and neighbours move: each repeat measures the peak anew, and medians are taken of the shares.
+/// Number of repeats. Clock rates and other load vary over time, so that each repeat measures the
+/// peak again, and medians of the shares are printed.
 const REPEATS: usize = 9;
 
-/// Seconds of one repeat, and the peak of all threads together, in FLOP/s, just before it.
+/// Measurements of one repeat. Times are in seconds.
 struct Run {
+    /// Peak of all threads together just before the repeat, FLOP/s.
     peak: f64,
     infer: f64,
     forward: f64,
+    /// Backward pass with stored activations.
     backward: f64,
+    /// Backward pass that recomputes activations.
     recompute: f64,
 }
 
@@ -76,20 +84,23 @@ fn instructions() -> InstructionSet {
 fn measure(shape: FieldShape, groups: usize, points_per_group: usize) -> Result<Vec<Run>, KernelError> {
     let points = groups * points_per_group;
     let parameters = numbers(shape.parameter_count(), (6.0 / shape.hidden as f32).sqrt());
-    let (x, z) = (
-        numbers(points * shape.point_inputs, 1.0),
-        numbers(groups * shape.latent, 1.0),
-    );
+    let point_inputs = numbers(points * shape.point_inputs, 1.0);
+    let latents = numbers(groups * shape.latent, 1.0);
     let batch = Batch {
-        points: &x,
-        latents: &z,
+        points: &point_inputs,
+        latents: &latents,
         points_per_group,
     };
     let mut field = Field::with_instructions(shape, instructions())?;
     field.load(&parameters)?;
     let mut outputs = vec![0.0; points * shape.outputs];
-    let (mut dx, mut dz, mut dp) = (vec![0.0; x.len()], vec![0.0; z.len()], parameters.clone());
-    let (mut kept, mut none) = (Saved::default(), Saved::new(Retention::Recompute));
+    let mut point_gradients = vec![0.0; point_inputs.len()];
+    let mut latent_gradients = vec![0.0; latents.len()];
+    let mut parameter_gradients = vec![0.0; parameters.len()];
+    let (mut kept, mut none) = (
+        SavedActivations::default(),
+        SavedActivations::new(Retention::Recompute),
+    );
     let mut scratch = BackwardScratch::default();
     let mut run = || {
         let peak = rayon::broadcast(|_| fma_peak()).iter().sum();
@@ -98,9 +109,9 @@ fn measure(shape: FieldShape, groups: usize, points_per_group: usize) -> Result<
         field.forward(&batch, &mut outputs, &mut none)?;
         let mut backward = |saved| {
             let gradients = Gradients {
-                points: &mut dx,
-                latents: &mut dz,
-                parameters: &mut dp,
+                points: &mut point_gradients,
+                latents: &mut latent_gradients,
+                parameters: &mut parameter_gradients,
             };
             timed(|| field.backward(&batch, saved, &outputs, gradients, &mut scratch))
         };
@@ -128,7 +139,7 @@ fn median(runs: &[Run], value: impl Fn(&Run) -> f64) -> f64 {
     values[values.len() / 2]
 }
 
-/// Evenly spread numbers in ±scale: the golden ratio's multiples.
+/// Evenly distributed values in ±scale: fractions of multiples of the golden ratio.
 fn numbers(count: usize, scale: f32) -> Vec<f32> {
     (0..count)
         .map(|i| scale * ((i as f64 * 0.618_033_988_75).fract() * 2.0 - 1.0) as f32)

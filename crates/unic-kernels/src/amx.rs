@@ -1,8 +1,14 @@
-//! The products of [`crate::product`] on Intel's matrix units (AMX): factors rounded to bf16, sums in f32.
+//! The products of [`crate::product`] on Intel's matrix units (AMX), with factors in bf16 and sums
+//! in f32.
 //!
-//! The intrinsics of the units are not stable, so that they are used by assembly. A block is 32 rows by 32 columns:
-//! two tile registers of the left factor (16 rows × 32 numbers), two of the right one (16 pairs of rows × 16 columns),
-//! four of sums. Both factors are converted once a call into buffers of the thread.
+//! The units are driven by inline assembly, because their intrinsics are not stable in Rust. A
+//! block of sums has 32 rows and 32 columns and uses all eight tile registers:
+//!
+//! - two for the left factor, each of 16 rows × 32 values,
+//! - two for the right factor, each of 16 pairs of rows × 16 columns,
+//! - four for the sums.
+//!
+//! Both factors are converted once per call, into buffers of the thread.
 
 mod convert;
 
@@ -13,24 +19,28 @@ use std::{
 
 use crate::buffer::Buffer;
 use crate::panels::PANEL;
-use crate::product::{Affine, Finish, Outer, Start};
+use crate::product::{AffineProduct, Epilogue, InitialSum, OuterProduct};
 use convert::{convert_columns, convert_pairs, convert_rows, convert_weights};
-use unic_core::network::matrix_units;
+use unic_core::simd::matrix_units;
 
-/// Rows of a tile register; words in each of its rows.
+/// Number of rows of a tile register, and number of 32-bit words in each of its rows.
 const LANES: usize = 16;
-/// Words of a tile register: pairs of bf16.
+/// Number of words of a tile register. A word of a factor holds two bf16 values.
 const REGISTER: usize = LANES * LANES;
-/// Words of the two registers that a block reads at a time of each factor.
+/// Number of words of the two registers that a block loads at a time from each factor.
 const PAIR: usize = 2 * REGISTER;
-/// Sums of a block.
+/// Number of sums of a block.
 const BLOCK: usize = PANEL * PANEL;
 
-/// Factors in bf16, two numbers a word, and the sums of one block; buffers of f32 for their alignment alone.
+/// Buffers of one thread. The factors hold two bf16 values per word; they are f32 buffers for the
+/// alignment only.
 #[derive(Default)]
 struct Scratch {
+    /// The left factor.
     left: Buffer,
+    /// The right factor.
     right: Buffer,
+    /// The sums of one block.
     sums: Buffer,
 }
 
@@ -38,7 +48,7 @@ thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
-/// Does this processor have the units, and may this process use them?
+/// Returns whether this processor has matrix units and the system lets this process use them.
 pub(crate) fn is_available() -> bool {
     is_x86_feature_detected!("avx512f")
         && is_x86_feature_detected!("avx512bf16")
@@ -46,18 +56,19 @@ pub(crate) fn is_available() -> bool {
         && matrix_units::is_available()
 }
 
-/// As [`crate::product::affine`].
+/// Computes [`crate::product::affine`] on matrix units.
 ///
 /// # Safety
-/// The processor has the units, and `affine` has checked every slice.
-pub(crate) unsafe fn affine(job: &Affine, output: *mut f32) {
+/// [`is_available`] must hold, and `affine` must have checked every slice.
+pub(crate) unsafe fn affine(job: &AffineProduct, output: *mut f32) {
     SCRATCH.with_borrow_mut(|scratch| {
         let (rows, panels) = (job.rows.len(), job.input.widths.len());
         let blocks = rows.div_ceil(PANEL);
         scratch.left.resize(blocks * panels * PAIR);
         scratch.right.resize(job.output_widths.len() * panels * PAIR);
         scratch.sums.resize(BLOCK);
-        // SAFETY: the buffers hold `PAIR` words for every panel of every block; the rest is the caller's contract.
+        // SAFETY: the buffers hold `PAIR` words for every panel of every block; the caller
+        // guarantees the rest.
         unsafe {
             convert_rows(&job.input, job.rows.start, rows, &mut scratch.left);
             convert_weights(job, &mut scratch.right);
@@ -66,17 +77,18 @@ pub(crate) unsafe fn affine(job: &Affine, output: *mut f32) {
     });
 }
 
-/// As [`crate::product::outer`].
+/// Computes [`crate::product::outer`] on matrix units.
 ///
 /// # Safety
-/// The processor has the units, and `outer` has checked every slice.
-pub(crate) unsafe fn outer(job: &Outer, target: *mut f32) {
+/// [`is_available`] must hold, and `outer` must have checked every slice.
+pub(crate) unsafe fn outer(job: &OuterProduct, target: *mut f32) {
     SCRATCH.with_borrow_mut(|scratch| {
         let steps = job.rows.div_ceil(PANEL);
         scratch.left.resize(job.gradient.widths.len() * steps * PAIR);
         scratch.right.resize(job.input.widths.len() * steps * PAIR);
         scratch.sums.resize(BLOCK);
-        // SAFETY: the buffers hold `PAIR` words for every 32 rows of every panel; the rest is the caller's contract.
+        // SAFETY: the buffers hold `PAIR` words for every 32 rows of every panel; the caller
+        // guarantees the rest.
         unsafe {
             convert_columns(&job.gradient, job.rows, &mut scratch.left);
             convert_pairs(&job.input, job.rows, &mut scratch.right);
@@ -86,10 +98,10 @@ pub(crate) unsafe fn outer(job: &Outer, target: *mut f32) {
 }
 
 #[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
-unsafe fn affine_blocks(job: &Affine, scratch: &mut Scratch, output: *mut f32) {
+unsafe fn affine_blocks(job: &AffineProduct, scratch: &mut Scratch, output: *mut f32) {
     let (rows, panels) = (job.rows.len(), job.input.widths.len());
     let sums = scratch.sums.as_mut_ptr();
-    // SAFETY: blocks end where their buffers do; rows and columns are those that `affine` has checked.
+    // SAFETY: blocks end where their buffers do; `affine` has checked all rows and columns.
     unsafe {
         matrix_units::configure();
         for panel in 0..job.output_widths.len() {
@@ -97,21 +109,22 @@ unsafe fn affine_blocks(job: &Affine, scratch: &mut Scratch, output: *mut f32) {
             for first in (0..rows).step_by(PANEL) {
                 let count = PANEL.min(rows - first);
                 let target = panel * job.input.stride + (job.rows.start + first) * PANEL;
-                match job.start {
-                    Start::Bias(bias) => repeat(bias.as_ptr().add(panel * PANEL), sums),
-                    Start::Output => output.add(target).copy_to_nonoverlapping(sums, count * PANEL),
+                match job.initial {
+                    InitialSum::Bias(bias) => broadcast_row(bias.as_ptr().add(panel * PANEL), sums),
+                    InitialSum::Output => output.add(target).copy_to_nonoverlapping(sums, count * PANEL),
                 }
                 let input = scratch.left.as_ptr().add(first / PANEL * panels * PAIR);
                 multiply(input, weights, panels, sums);
-                finish(&job.finish, sums, target, count, output);
+                store(&job.epilogue, sums, target, count, output);
             }
         }
+        // Tile registers that are in use make every context switch slower.
         matrix_units::release();
     }
 }
 
 #[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
-unsafe fn outer_blocks(job: &Outer, scratch: &mut Scratch, steps: usize, target: *mut f32) {
+unsafe fn outer_blocks(job: &OuterProduct, scratch: &mut Scratch, steps: usize, target: *mut f32) {
     let sums = scratch.sums.as_mut_ptr();
     // SAFETY: as in `affine_blocks`.
     unsafe {
@@ -136,12 +149,17 @@ unsafe fn outer_blocks(job: &Outer, scratch: &mut Scratch, steps: usize, target:
     }
 }
 
-/// Sums of a block, `[32][32]`, plus the products of `steps` pairs of registers of each factor.
+/// Adds the products of `steps` pairs of registers of each factor to the sums of a block,
+/// `[32][32]`.
 #[inline(always)]
 unsafe fn multiply(left: *const f32, right: *const f32, steps: usize, sums: *mut f32) {
+    // The loop tests at its end, so that it would not stop for zero steps.
     debug_assert!(steps > 0);
-    // SAFETY: the caller's contract: `steps` · [`PAIR`] words at `left` and `right`, a block at `sums`, units that
-    // are configured. Nothing else is touched.
+    // Registers 0 to 3 are sums, 4 and 5 the left factor, 6 and 7 the right one. Loads of the
+    // second left register overlap with the first product.
+    //
+    // SAFETY: the caller guarantees `steps` · `PAIR` words at `left` and `right`, a block at `sums`
+    // and units that are configured. The code accesses nothing else.
     unsafe {
         asm!(
             "tileloadd tmm0, [{sums} + {row}]",
@@ -179,10 +197,10 @@ unsafe fn multiply(left: *const f32, right: *const f32, steps: usize, sums: *mut
     }
 }
 
-/// One row of 32 numbers to all rows of a block.
+/// Copies one row of 32 values to all rows of a block.
 #[inline]
 #[target_feature(enable = "avx512f")]
-unsafe fn repeat(row: *const f32, sums: *mut f32) {
+unsafe fn broadcast_row(row: *const f32, sums: *mut f32) {
     // SAFETY: 32 floats at `row`, a block at `sums`.
     unsafe {
         let halves = [_mm512_loadu_ps(row), _mm512_loadu_ps(row.add(LANES))];
@@ -192,22 +210,24 @@ unsafe fn repeat(row: *const f32, sums: *mut f32) {
     }
 }
 
-/// `rows` rows of a block to their place, `target` floats into the output.
+/// Applies the epilogue to the first `rows` rows of a block and stores them in the output, from the
+/// offset `target` on.
 #[inline]
 #[target_feature(enable = "avx512f")]
-unsafe fn finish(finish: &Finish, sums: *const f32, target: usize, rows: usize, output: *mut f32) {
+unsafe fn store(epilogue: &Epilogue, sums: *const f32, target: usize, rows: usize, output: *mut f32) {
     for line in (0..rows * PANEL).step_by(LANES) {
-        // SAFETY: the block has `rows` rows; output and gate reach as far, by `affine`.
+        // SAFETY: the block has `rows` rows; `affine` has checked that output and activations
+        // contain them.
         unsafe {
             let sum = _mm512_loadu_ps(sums.add(line));
-            let value = match finish {
-                Finish::Keep => sum,
-                // maxps returns its second operand when either is NaN.
-                Finish::Relu => _mm512_max_ps(_mm512_setzero_ps(), sum),
-                Finish::Gate(gate) => {
-                    let gate = _mm512_loadu_ps(gate.as_ptr().add(target + line));
-                    let is_open = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(gate, _mm512_setzero_ps());
-                    _mm512_maskz_mov_ps(is_open, sum)
+            let value = match epilogue {
+                Epilogue::Identity => sum,
+                // maxps returns its second operand when either is NaN, so that NaN is not hidden.
+                Epilogue::Relu => _mm512_max_ps(_mm512_setzero_ps(), sum),
+                Epilogue::ReluGradient(activations) => {
+                    let activation = _mm512_loadu_ps(activations.as_ptr().add(target + line));
+                    let is_active = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(activation, _mm512_setzero_ps());
+                    _mm512_maskz_mov_ps(is_active, sum)
                 }
             };
             _mm512_storeu_ps(output.add(target + line), value);

@@ -1,97 +1,107 @@
 //! The field's backward pass.
 //!
-//! Points are cut into chunks whose number depends on the batch alone. A chunk walks its tiles in order and sums the
-//! parameters' gradients in a buffer of its own; the buffers are then summed in order. So the result has the same
-//! bytes for any number of threads.
+//! Points are split into chunks, whose number depends on the batch only. Each chunk processes its
+//! tiles in order and sums the parameter gradients in its own buffer. The buffers are then added in
+//! order, so that the result has the same bytes for any number of threads.
 //!
-//! The latent never reaches a point: the gradient of a group's folded bias is the sum of its points' gradients, and
-//! from that sum follow, once a group, the gradients of the latent and of its columns of the weights.
+//! The latent enters a layer through a bias per group. The gradient of that bias is the sum of the
+//! gradients at the group's points. The gradients of the latent and of its weight columns follow
+//! from that sum, once per group.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::batch::{Batch, Extent};
+use crate::batch::{Batch, BatchExtent};
 use crate::buffer::Buffer;
 use crate::error::expect_length;
 use crate::field::ForwardTile;
 use crate::layer::Layer;
-use crate::panels::{PANEL, gather, scatter};
-use crate::product::{Affine, Finish, Start, Tile, affine, column_sums, nothing, outer};
-use crate::saved::{Retention, Saved, TileLayout};
+use crate::panels::{PANEL, pack_rows, unpack_rows};
+use crate::product::{AffineProduct, Epilogue, InitialSum, Tile, affine, column_sums, no_prefetch, outer};
+use crate::saved::{Retention, SavedActivations, TileLayout};
 use crate::{Field, KernelError};
 
-/// Where backward puts the loss's gradients.
+/// Slices that receive the gradients of the loss in a backward pass.
 #[derive(Debug)]
 pub struct Gradients<'a> {
-    /// By the points' inputs, `[points, P]`; overwritten.
+    /// Gradient with respect to the points' inputs, `[points, P]`; overwritten.
     pub points: &'a mut [f32],
-    /// By the latents, `[groups, L]`; overwritten.
+    /// Gradient with respect to the latents, `[groups, L]`; overwritten.
     pub latents: &'a mut [f32],
-    /// By the parameters, `[parameter_count]`; **added to**, since the steps of an unrolled training share them.
+    /// Gradient with respect to the parameters, `[parameter_count]`. The pass **adds** to it,
+    /// because the steps of an unrolled training share parameters.
     pub parameters: &'a mut [f32],
 }
 
-/// Buffers of backward, to reuse from call to call. Holds nothing between calls.
+/// Buffers of the backward pass, reused from call to call. Their contents are irrelevant between
+/// calls.
 #[derive(Default)]
 pub struct BackwardScratch {
     pub(crate) chunks: Vec<ChunkSums>,
-    /// Sums over each group of the folded biases' gradients, `[groups, slots, width]`.
+    /// Gradients of the folded biases, summed over each group, `[groups, slots, width]`.
     pub(crate) groups: Buffer,
 }
 
-/// Gradients summed over one chunk.
+/// Parameter gradients summed over one chunk of points.
 #[derive(Default)]
 pub(crate) struct ChunkSums {
-    /// For each map, for each input panel, for each output, 32 inputs.
+    /// Gradients of the weights: for each map, for each input panel, for each output, 32 inputs.
     pub(crate) weights: Buffer,
-    /// For each map without latent, one number an output, in panels.
+    /// Gradients of the biases of maps without latent: for each map, one value per output, in
+    /// panels.
     pub(crate) biases: Buffer,
-    /// The same for maps with latent, for each group of the chunk, `[groups, slots, width]`.
+    /// Gradients of the biases of maps with latent, for each group of the chunk,
+    /// `[groups, slots, width]`.
     pub(crate) groups: Buffer,
+    /// Index of the chunk's first group.
     pub(crate) first_group: usize,
 }
 
-/// What all tiles of a call share.
-pub(crate) struct Call<'a> {
+/// Inputs of a backward pass that all tiles share.
+pub(crate) struct BackwardCall<'a> {
     pub(crate) field: &'a Field,
     pub(crate) batch: &'a Batch<'a>,
-    pub(crate) extent: Extent,
-    saved: &'a Saved,
+    pub(crate) extent: BatchExtent,
+    saved: &'a SavedActivations,
     layout: TileLayout,
-    /// Where each map's sums lie in [`ChunkSums::weights`] and [`ChunkSums::biases`].
-    pub(crate) places: Vec<Place>,
+    /// Ranges of each map's sums in [`ChunkSums`].
+    pub(crate) ranges: Vec<GradientRange>,
 }
 
-pub(crate) struct Place {
+/// Ranges of one map's sums in a [`ChunkSums`].
+pub(crate) struct GradientRange {
+    /// Range in [`ChunkSums::weights`].
     pub(crate) weight: Range<usize>,
+    /// Range in [`ChunkSums::biases`].
     pub(crate) bias: Range<usize>,
 }
 
 /// Buffers of one thread.
 struct TileScratch {
-    /// Gradient by a map's output, in panels.
+    /// Gradient with respect to the current map's output, in panels.
     outer: Buffer,
-    /// Gradient by its input, in panels.
+    /// Gradient with respect to the current map's input, in panels.
     inner: Buffer,
-    /// Gradient by the points' inputs, in panels.
+    /// Gradient with respect to the points' inputs, in panels.
     points: Buffer,
-    /// Activations of one tile where forward has kept none.
+    /// Activations of one tile, where the forward pass has kept none.
     activations: Buffer,
 }
 
 impl Field {
-    /// Propagates `output_gradients`, `[points, O]` row-major, through the last [`Field::forward`] into `saved`.
+    /// Runs the backward pass that belongs to the last [`Field::forward`] into `saved`.
     ///
-    /// `batch` and the parameters must be those of that forward.
+    /// `output_gradients` are `[points, O]`, row-major. `batch` and the parameters must be those of
+    /// the forward pass.
     ///
     /// # Errors
-    /// [`KernelError::Length`] when a slice does not fit, [`KernelError::Saved`] when `saved` was made for another
-    /// field or other sizes.
+    /// Returns [`KernelError::Length`] when a slice has the wrong length, and
+    /// [`KernelError::Saved`] when `saved` belongs to another field or to a batch of another size.
     pub fn backward(
         &self,
         batch: &Batch,
-        saved: &Saved,
+        saved: &SavedActivations,
         output_gradients: &[f32],
         gradients: Gradients,
         scratch: &mut BackwardScratch,
@@ -119,15 +129,16 @@ impl Field {
             gradients.parameters.len(),
         )?;
         let layout = TileLayout::separate(self, &extent);
-        let call = Call {
+        let call = BackwardCall {
             field: self,
             batch,
             extent,
             saved,
             layout,
-            places: self.places(),
+            ranges: self.gradient_ranges(),
         };
         scratch.chunks.resize_with(extent.chunks(), ChunkSums::default);
+        // Three phases: chunks in parallel, then sums per group, then sums over chunks in order.
         call.run_chunks(output_gradients, gradients.points, &mut scratch.chunks);
         self.sum_groups(&extent, scratch);
         self.latent_gradients(&scratch.groups, gradients.latents);
@@ -135,19 +146,21 @@ impl Field {
         Ok(())
     }
 
-    fn places(&self) -> Vec<Place> {
+    /// Returns the ranges of all maps in a [`ChunkSums`].
+    fn gradient_ranges(&self) -> Vec<GradientRange> {
         let (mut weights, mut biases) = (0, 0);
-        let place = |layer: &Layer| {
+        let range = |layer: &Layer| {
             let weight = weights..weights + layer.input.count() * PANEL * layer.map.outputs;
             let bias = biases..biases + layer.padded_outputs();
             (weights, biases) = (weight.end, bias.end);
-            Place { weight, bias }
+            GradientRange { weight, bias }
         };
-        self.layers.iter().map(place).collect()
+        self.layers.iter().map(range).collect()
     }
 }
 
-impl Call<'_> {
+impl BackwardCall<'_> {
+    /// Runs all chunks in parallel.
     fn run_chunks(&self, output_gradients: &[f32], point_gradients: &mut [f32], chunks: &mut [ChunkSums]) {
         let points = self.extent.chunk_points();
         let outputs = output_gradients.par_chunks(points * self.field.shape.outputs);
@@ -165,7 +178,7 @@ impl Call<'_> {
             );
     }
 
-    /// All tiles of the chunk that starts at point `first`.
+    /// Runs the tiles of the chunk that begins at point `first`, in order.
     fn run_chunk(
         &self,
         first: usize,
@@ -179,26 +192,28 @@ impl Call<'_> {
         self.clear(first..first + output_gradients.len() / shape.outputs, sums);
         let outputs = output_gradients.chunks(tile_points * shape.outputs);
         let inputs = point_gradients.chunks_mut(tile_points * shape.point_inputs);
+        // In order, on one thread: the sums of a chunk depend on the order of its tiles.
         for (index, (outputs, inputs)) in outputs.zip(inputs).enumerate() {
-            scatter(outputs, shape.outputs, &mut scratch.outer, self.layout.stride);
+            pack_rows(outputs, shape.outputs, &mut scratch.outer, self.layout.stride);
             self.run_tile(first + index * tile_points, sums, scratch);
-            gather(&scratch.points, self.layout.stride, inputs, shape.point_inputs);
+            unpack_rows(&scratch.points, self.layout.stride, inputs, shape.point_inputs);
         }
     }
 
+    /// Sets the sums of a chunk to zero.
     fn clear(&self, points: Range<usize>, sums: &mut ChunkSums) {
         let field = self.field;
         let groups = self.extent.groups_of(&points);
         sums.first_group = groups.start;
         sums.weights
-            .reset(self.places.last().map_or(0, |place| place.weight.end));
+            .reset(self.ranges.last().map_or(0, |range| range.weight.end));
         sums.biases
-            .reset(self.places.last().map_or(0, |place| place.bias.end));
+            .reset(self.ranges.last().map_or(0, |range| range.bias.end));
         sums.groups
-            .reset(groups.len() * field.slots() * field.slot_width());
+            .reset(groups.len() * field.slot_count() * field.slot_width());
     }
 
-    /// Takes one tile from the gradient by the head's output to that by the points' inputs.
+    /// Propagates the gradient of one tile from the head's output to the points' inputs.
     fn run_tile(&self, first: usize, sums: &mut ChunkSums, scratch: &mut TileScratch) {
         let recomputed = &mut scratch.activations;
         let activations = match self.saved.retention {
@@ -234,6 +249,8 @@ impl Call<'_> {
             };
             self.sum_parameters(index, gradient, input, &points, sums);
             self.point_gradient(index, gradient, points.len(), &mut scratch.points);
+            // Map 0 has no hidden input. The gradient by this map's input is that by the output of
+            // the map before.
             if index > 0 {
                 self.hidden_gradient(index, gradient, points.len(), activations, &mut scratch.inner);
                 std::mem::swap(&mut scratch.outer, &mut scratch.inner);
@@ -241,7 +258,7 @@ impl Call<'_> {
         }
     }
 
-    /// Adds the tile's share to the gradients of a map's weight and bias.
+    /// Adds the gradients of a map's weight and bias in one tile to the sums of the chunk.
     fn sum_parameters(
         &self,
         index: usize,
@@ -250,7 +267,7 @@ impl Call<'_> {
         points: &Range<usize>,
         sums: &mut ChunkSums,
     ) {
-        let (field, place) = (self.field, &self.places[index]);
+        let (field, range) = (self.field, &self.ranges[index]);
         let layer = &field.layers[index];
         let input = Tile {
             data: input,
@@ -262,15 +279,16 @@ impl Call<'_> {
             gradient,
             input,
             points.len(),
-            &mut sums.weights[place.weight.clone()],
+            &mut sums.weights[range.weight.clone()],
         );
         match layer.slot {
             None => column_sums(
                 field.set,
                 gradient,
                 0..points.len(),
-                &mut sums.biases[place.bias.clone()],
+                &mut sums.biases[range.bias.clone()],
             ),
+            // A tile may span several groups, whose biases differ.
             Some(slot) => {
                 for segment in self.extent.segments(points.clone()) {
                     let range = field.slot_range(segment.group - sums.first_group, slot);
@@ -280,7 +298,7 @@ impl Call<'_> {
         }
     }
 
-    /// Gradient by a map's hidden input, through the ReLU that made it.
+    /// Computes the gradient with respect to a map's hidden input, through the ReLU before it.
     fn hidden_gradient(
         &self,
         index: usize,
@@ -290,14 +308,16 @@ impl Call<'_> {
         target: &mut Buffer,
     ) {
         let layer = &self.field.layers[index];
-        let job = Affine {
+        let job = AffineProduct {
             input: gradient,
             weights: &layer.backward,
-            start: Start::Bias(&ZEROS[..layer.hidden_panels * PANEL]),
-            finish: Finish::Gate(&activations[self.layout.inputs[index].clone()]),
+            // Without bias: sums begin at zero.
+            initial: InitialSum::Bias(&ZEROS[..layer.hidden_panels * PANEL]),
+            epilogue: Epilogue::ReluGradient(&activations[self.layout.inputs[index].clone()]),
             rows: 0..rows,
             output_widths: &layer.input.widths[..layer.hidden_panels],
-            ahead: [
+            // The next product is that of the map before: its weights, and its input for the mask.
+            prefetch: [
                 self.field.layers[index - 1].backward.as_ptr_range(),
                 activations[self.layout.inputs[index - 1].clone()].as_ptr_range(),
             ],
@@ -305,30 +325,32 @@ impl Call<'_> {
         affine(self.field.set, &job, target);
     }
 
-    /// Share of a map that takes the points' inputs; the skip comes first and map 0 adds to it.
+    /// Computes the gradient with respect to the points' inputs, if the map takes them. Maps run
+    /// backwards: the skip map comes first and overwrites, map 0 adds to it.
     fn point_gradient(&self, index: usize, gradient: Tile, rows: usize, target: &mut Buffer) {
         let layer = &self.field.layers[index];
         if layer.slot.is_none() {
             return;
         }
         let is_first = self.field.shape.skip.is_none_or(|skip| skip == index);
-        let job = Affine {
+        let job = AffineProduct {
             input: gradient,
             weights: &layer.backward[layer.hidden_panels * PANEL * layer.map.outputs..],
-            start: if is_first {
-                Start::Bias(&ZEROS)
+            initial: if is_first {
+                InitialSum::Bias(&ZEROS)
             } else {
-                Start::Output
+                InitialSum::Output
             },
-            finish: Finish::Keep,
+            epilogue: Epilogue::Identity,
             rows: 0..rows,
             output_widths: &layer.input.widths[layer.hidden_panels..],
-            ahead: [nothing(), nothing()],
+            prefetch: [no_prefetch(), no_prefetch()],
         };
         affine(self.field.set, &job, target);
     }
 
     fn tile_scratch(&self) -> TileScratch {
+        // No map has more outputs than a slot is wide.
         let widest = self.field.slot_width() / PANEL * self.layout.stride;
         let activations = match self.saved.retention {
             Retention::Activations => 0,
@@ -343,5 +365,5 @@ impl Call<'_> {
     }
 }
 
-/// Sums of the input gradients start here.
+/// The bias of products without bias.
 static ZEROS: [f32; crate::FieldShape::MAX_WIDTH] = [0.0; crate::FieldShape::MAX_WIDTH];

@@ -1,41 +1,46 @@
-//! A batch of points and its division into tiles and groups.
+//! A batch of points and its partition into groups, tiles and chunks.
 
 use std::ops::Range;
 
 use crate::error::expect_length;
 use crate::{FieldShape, KernelError};
 
-/// Points of one tile at most. A multiple of 12, the rows of a block; at width 256 a tile's layer takes 192 KB, so
-/// that a layer's input, output and weights fit the second-level cache together.
+/// Largest number of points in a tile. It is a multiple of 12, the number of rows of a block. At
+/// width 256 the activations of a layer take 192 KB, so that a layer's input, output and weights
+/// fit into the second-level cache together.
 const TILE_POINTS: usize = 192;
 
-/// Tiles in a chunk at least: clearing and summing a chunk's weight gradient stays near 2 % of the work.
+/// Smallest number of tiles in a chunk. Clearing and adding up a chunk's weight gradient then takes
+/// about 2 % of the work.
 const CHUNK_TILES: usize = 8;
 
-/// Chunks at most: bounds the memory of their gradients and the threads that backward can use.
+/// Largest number of chunks. It bounds the memory of their gradients, and the number of threads
+/// that the backward pass can use.
 const MAX_CHUNKS: usize = 64;
 
-/// What the field is evaluated on: groups (frames) of equally many points, each group with a latent of its own.
+/// Inputs of the field: groups (frames) of equally many points, with one latent per group.
 #[derive(Debug, Clone, Copy)]
 pub struct Batch<'a> {
-    /// `[groups · points_per_group, P]`, row-major.
+    /// Point inputs, `[groups · points_per_group, P]`, row-major.
     pub points: &'a [f32],
-    /// `[groups, L]`, row-major.
+    /// Latents, `[groups, L]`, row-major.
     pub latents: &'a [f32],
-    /// Points in each group.
+    /// Number of points in each group.
     pub points_per_group: usize,
 }
 
-/// A batch's sizes, checked against a field.
+/// Sizes of a batch, checked against a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Extent {
+pub(crate) struct BatchExtent {
+    /// Number of points in all groups.
     pub(crate) points: usize,
     pub(crate) points_per_group: usize,
     pub(crate) groups: usize,
 }
 
 impl Batch<'_> {
-    /// Number of groups: as many as the points fill, or, without points, as there are latents.
+    /// Returns the number of groups that the points fill. Without points it is the number of
+    /// latents.
     pub fn groups(&self, shape: &FieldShape) -> usize {
         match self.points_per_group * shape.point_inputs {
             0 => self.latents.len().checked_div(shape.latent).unwrap_or(0),
@@ -43,12 +48,12 @@ impl Batch<'_> {
         }
     }
 
-    pub(crate) fn extent(&self, shape: &FieldShape) -> Result<Extent, KernelError> {
+    pub(crate) fn extent(&self, shape: &FieldShape) -> Result<BatchExtent, KernelError> {
         let groups = self.groups(shape);
         let points = groups * self.points_per_group;
         expect_length("points", points * shape.point_inputs, self.points.len())?;
         expect_length("latents", groups * shape.latent, self.latents.len())?;
-        Ok(Extent {
+        Ok(BatchExtent {
             points,
             points_per_group: self.points_per_group,
             groups,
@@ -56,15 +61,17 @@ impl Batch<'_> {
     }
 }
 
-/// Rows of a tile that belong to one group.
+/// The rows of a tile that belong to one group.
 pub(crate) struct Segment {
     pub(crate) group: usize,
+    /// Rows counted from the tile's first point.
     pub(crate) rows: Range<usize>,
 }
 
-impl Extent {
-    /// Points of every tile but the last.
+impl BatchExtent {
+    /// Returns the number of points of every tile except the last, which may have fewer.
     pub(crate) fn tile_points(&self) -> usize {
+        // At least one, so that an empty batch divides by no zero.
         self.points.clamp(1, TILE_POINTS)
     }
 
@@ -72,8 +79,8 @@ impl Extent {
         self.points.div_ceil(self.tile_points())
     }
 
-    /// Points of every chunk but the last; a function of the batch's size alone, so that results are the same for
-    /// any number of threads.
+    /// Returns the number of points of every chunk except the last. It depends on the size of the
+    /// batch only, so that results are the same for any number of threads.
     pub(crate) fn chunk_points(&self) -> usize {
         let tiles = CHUNK_TILES.max(self.tiles().div_ceil(MAX_CHUNKS));
         tiles * self.tile_points()
@@ -83,12 +90,12 @@ impl Extent {
         self.points.div_ceil(self.chunk_points())
     }
 
-    /// Points of the tile that starts at `first`.
+    /// Returns the points of the tile that begins at `first`.
     pub(crate) fn tile_at(&self, first: usize) -> Range<usize> {
         first..self.points.min(first + self.tile_points())
     }
 
-    /// Groups that some consecutive points belong to.
+    /// Returns the groups that a range of points belongs to.
     pub(crate) fn groups_of(&self, points: &Range<usize>) -> Range<usize> {
         if points.is_empty() {
             return 0..0;
@@ -96,7 +103,7 @@ impl Extent {
         points.start / self.points_per_group..(points.end - 1) / self.points_per_group + 1
     }
 
-    /// The groups of a tile, with rows counted from the tile's first point.
+    /// Lists the groups of a tile with their rows.
     pub(crate) fn segments(&self, tile: Range<usize>) -> impl Iterator<Item = Segment> {
         let per_group = self.points_per_group;
         self.groups_of(&tile).map(move |group| {

@@ -1,46 +1,46 @@
-//! What a kernel refuses.
+//! Errors of the kernels.
 
 use thiserror::Error;
 
-/// Why a kernel refused its input. Nothing has been written when one is returned.
+/// An invalid input of a kernel. A kernel that returns an error has written nothing.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum KernelError {
-    /// A slice has the wrong number of elements.
+    /// A slice with the wrong number of elements.
     #[error("{what} holds {found} numbers, expected {expected}")]
     Length {
         /// Name of the slice.
         what: &'static str,
-        /// Elements that the shape and the batch ask for.
+        /// Number of elements that the shape and the batch require.
         expected: usize,
-        /// Elements given.
+        /// Number of elements of the slice.
         found: usize,
     },
-    /// A size of the field's shape lies outside its range.
+    /// A size of the field's shape outside its range.
     #[error("field shape: {what} is {found}, expected {min} to {max}")]
     Size {
         /// Name of the size.
         what: &'static str,
-        /// Smallest value accepted.
+        /// Smallest valid value.
         min: usize,
-        /// Largest value accepted.
+        /// Largest valid value.
         max: usize,
-        /// Value given.
+        /// Value of the shape.
         found: usize,
     },
-    /// Backward was given activations of another field or another batch.
+    /// Saved activations of another field or of a batch of another size.
     #[error("saved activations belong to {found}, expected {expected}")]
     Saved {
-        /// The batch of this call, in words.
+        /// Field and batch of this call, in words.
         expected: String,
-        /// The batch of the last forward, in words.
+        /// Field and batch of the last forward pass, in words.
         found: String,
     },
-    /// The processor lacks the instruction set asked for.
+    /// An instruction set that the processor does not have.
     #[error("this processor does not run {0:?}")]
     Instructions(crate::InstructionSet),
 }
 
-/// Refuses a slice whose length differs from `expected`.
+/// Returns an error when the length of a slice differs from `expected`.
 pub(crate) fn expect_length(what: &'static str, expected: usize, found: usize) -> Result<(), KernelError> {
     if expected == found {
         return Ok(());

@@ -1,42 +1,47 @@
-//! The field: loading parameters, forward and inference.
+//! The field: loading of parameters, forward pass and inference.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::batch::{Batch, Extent};
+use crate::batch::{Batch, BatchExtent};
 use crate::buffer::Buffer;
 use crate::error::expect_length;
 use crate::layer::Layer;
-use crate::panels::{PANEL, gather, scatter};
-use crate::product::{Affine, Finish, Start, Tile, affine, nothing};
-use crate::saved::{Retention, Saved, TileLayout};
+use crate::panels::{PANEL, pack_rows, unpack_rows};
+use crate::product::{AffineProduct, Epilogue, InitialSum, Tile, affine, no_prefetch};
+use crate::saved::{Retention, SavedActivations, TileLayout};
 use crate::{FieldShape, InstructionSet, KernelError};
 
 /// A garment field with its parameters packed for this processor.
 ///
-/// Parameters come as one flat vector, [`FieldShape::layout`] says where each lies. After an optimiser step,
-/// [`Field::load`] packs them again; that costs about as much as two hundred points' forward.
+/// Parameters are one flat vector, whose layout [`FieldShape::layout`] defines. They have to be
+/// loaded with [`Field::load`] after every optimiser step, which costs about as much as the forward
+/// pass of two hundred points.
 pub struct Field {
     pub(crate) shape: FieldShape,
     pub(crate) layers: Vec<Layer>,
+    /// Parameters as loaded.
     pub(crate) parameters: Vec<f32>,
+    /// Instructions that the products run on.
     pub(crate) set: InstructionSet,
 }
 
 impl Field {
-    /// A field whose parameters are all zero, on the widest instructions of this processor.
+    /// Creates a field with parameters of zero that runs on the widest exact instruction set of
+    /// this processor.
     ///
     /// # Errors
-    /// [`KernelError::Size`] when a size is out of range.
+    /// Returns [`KernelError::Size`] when a size is out of range.
     pub fn new(shape: FieldShape) -> Result<Self, KernelError> {
         Self::with_instructions(shape, InstructionSet::detect())
     }
 
-    /// The same on the given instructions.
+    /// Creates a field with parameters of zero that runs on the given instruction set.
     ///
     /// # Errors
-    /// [`KernelError::Instructions`] when this processor lacks them, and those of [`Field::new`].
+    /// Returns [`KernelError::Instructions`] when this processor does not have the set, and the
+    /// errors of [`Field::new`].
     pub fn with_instructions(shape: FieldShape, set: InstructionSet) -> Result<Self, KernelError> {
         shape.validate()?;
         if !set.is_available() {
@@ -55,15 +60,15 @@ impl Field {
         })
     }
 
-    /// The field's sizes.
+    /// Returns the field's sizes.
     pub fn shape(&self) -> &FieldShape {
         &self.shape
     }
 
-    /// Takes new parameters, `[parameter_count]`.
+    /// Loads and packs new parameters, `[parameter_count]`.
     ///
     /// # Errors
-    /// [`KernelError::Length`] when there are too few or too many.
+    /// Returns [`KernelError::Length`] when there are too few or too many.
     pub fn load(&mut self, parameters: &[f32]) -> Result<(), KernelError> {
         expect_length("parameters", self.parameters.len(), parameters.len())?;
         self.parameters.copy_from_slice(parameters);
@@ -73,11 +78,17 @@ impl Field {
         Ok(())
     }
 
-    /// Evaluates the field into `outputs`, `[points, O]` row-major, and keeps in `saved` what backward needs.
+    /// Runs the forward pass into `outputs`, `[points, O]`, row-major. What the backward pass needs
+    /// is kept in `saved`.
     ///
     /// # Errors
-    /// [`KernelError::Length`] when a slice does not fit the field or the batch.
-    pub fn forward(&self, batch: &Batch, outputs: &mut [f32], saved: &mut Saved) -> Result<(), KernelError> {
+    /// Returns [`KernelError::Length`] when a slice does not fit the field or the batch.
+    pub fn forward(
+        &self,
+        batch: &Batch,
+        outputs: &mut [f32],
+        saved: &mut SavedActivations,
+    ) -> Result<(), KernelError> {
         let extent = batch.extent(&self.shape)?;
         expect_length("outputs", extent.points * self.shape.outputs, outputs.len())?;
         match saved.retention {
@@ -95,7 +106,7 @@ impl Field {
                             first,
                         };
                         self.forward_tile(&tile, activations);
-                        self.read_head(&layout, activations, outputs);
+                        self.unpack_outputs(&layout, activations, outputs);
                     },
                 );
             }
@@ -107,10 +118,10 @@ impl Field {
         Ok(())
     }
 
-    /// Evaluates the field into `outputs`, `[points, O]` row-major, and keeps nothing.
+    /// Evaluates the field into `outputs`, `[points, O]`, row-major, without keeping activations.
     ///
     /// # Errors
-    /// [`KernelError::Length`] when a slice does not fit the field or the batch.
+    /// Returns [`KernelError::Length`] when a slice does not fit the field or the batch.
     pub fn infer(&self, batch: &Batch, outputs: &mut [f32]) -> Result<(), KernelError> {
         let extent = batch.extent(&self.shape)?;
         expect_length("outputs", extent.points * self.shape.outputs, outputs.len())?;
@@ -120,8 +131,8 @@ impl Field {
         Ok(())
     }
 
-    /// Forward through two alternating layers of activations, which stay in cache.
-    fn evaluate(&self, batch: &Batch, extent: &Extent, biases: &Buffer, outputs: &mut [f32]) {
+    /// Runs all tiles through two alternating buffers of activations, which stay in cache.
+    fn evaluate(&self, batch: &Batch, extent: &BatchExtent, biases: &Buffer, outputs: &mut [f32]) {
         let layout = TileLayout::alternating(self, extent);
         self.tile_outputs(extent, outputs).for_each_init(
             || Buffer::zeros(layout.length),
@@ -134,15 +145,15 @@ impl Field {
                     first,
                 };
                 self.forward_tile(&tile, activations);
-                self.read_head(&layout, activations, outputs);
+                self.unpack_outputs(&layout, activations, outputs);
             },
         );
     }
 
-    /// Each tile's first point and its part of the outputs.
+    /// Lists the first point of each tile with its part of the outputs.
     fn tile_outputs<'a>(
         &self,
-        extent: &Extent,
+        extent: &BatchExtent,
         outputs: &'a mut [f32],
     ) -> impl IndexedParallelIterator<Item = (usize, &'a mut [f32])> + use<'a> {
         let points = extent.tile_points();
@@ -150,10 +161,12 @@ impl Field {
         tiles.map(move |(tile, outputs)| (tile * points, outputs))
     }
 
-    /// Biases of the maps that take the latent, with the latent folded in: `[groups, slots, width]`.
-    pub(crate) fn fold_latents(&self, batch: &Batch, extent: &Extent, biases: &mut Buffer) {
+    /// Computes the biases of the maps that take the latent, with the latent folded in:
+    /// `[groups, slots, width]`.
+    pub(crate) fn fold_latents(&self, batch: &Batch, extent: &BatchExtent, biases: &mut Buffer) {
         let width = self.slot_width();
-        biases.resize(extent.groups * self.slots() * width);
+        biases.resize(extent.groups * self.slot_count() * width);
+        // On one thread: it costs as much as one point per group.
         for (layer, slot) in self.latent_layers() {
             for group in 0..extent.groups {
                 let latent = &batch.latents[group * self.shape.latent..(group + 1) * self.shape.latent];
@@ -163,7 +176,8 @@ impl Field {
         }
     }
 
-    /// Runs one tile through all maps; the layout says where in `activations` each map's input lies.
+    /// Runs one tile through all maps. The layout defines the place of each map's input in
+    /// `activations`.
     pub(crate) fn forward_tile(&self, tile: &ForwardTile, activations: &mut [f32]) {
         let stride = tile.layout.stride;
         let points = tile.extent.tile_at(tile.first);
@@ -171,36 +185,38 @@ impl Field {
         let x = &tile.batch.points[points.start * inputs..points.end * inputs];
         for (index, layer) in self.layers.iter().enumerate() {
             let source = tile.layout.inputs[index].clone();
+            // The point's inputs follow the hidden panels that the map before has written.
             if layer.slot.is_some() {
-                scatter(
+                pack_rows(
                     x,
                     inputs,
                     &mut activations[source.clone()][layer.hidden_panels * stride..],
                     stride,
                 );
             }
-            let (input, output) = pair(activations, source, tile.layout.inputs[index + 1].clone());
+            let (input, output) = split_disjoint(activations, source, tile.layout.inputs[index + 1].clone());
             let input = Tile {
                 data: input,
                 widths: &layer.input.widths,
                 stride,
             };
-            let finish = if index == self.shape.hidden_layers {
-                Finish::Keep
+            let epilogue = if index == self.shape.hidden_layers {
+                Epilogue::Identity
             } else {
-                Finish::Relu
+                Epilogue::Relu
             };
-            self.forward_layer(tile, index, input, finish, output);
+            self.forward_layer(tile, index, input, epilogue, output);
         }
     }
 
-    /// One map on one tile: at once, or group by group where the bias holds the latent's share.
+    /// Runs one map on one tile. A map with latent runs group by group, because the folded bias
+    /// differs between groups.
     fn forward_layer(
         &self,
         tile: &ForwardTile,
         index: usize,
         input: Tile,
-        finish: Finish,
+        epilogue: Epilogue,
         output: &mut [f32],
     ) {
         let layer = &self.layers[index];
@@ -208,16 +224,18 @@ impl Field {
         let next = self
             .layers
             .get(index + 1)
-            .map_or(nothing(), |layer| layer.forward.as_ptr_range());
+            .map_or(no_prefetch(), |layer| layer.forward.as_ptr_range());
+        // All tiles of a thread use the same weights: those of the next map are fetched while this
+        // one runs.
         let mut run = |bias, rows| {
-            let job = Affine {
+            let job = AffineProduct {
                 input,
                 weights: &layer.forward,
-                start: Start::Bias(bias),
-                finish,
+                initial: InitialSum::Bias(bias),
+                epilogue,
                 rows,
                 output_widths: &layer.output.widths,
-                ahead: [next.clone(), nothing()],
+                prefetch: [next.clone(), no_prefetch()],
             };
             affine(self.set, &job, output);
         };
@@ -231,27 +249,29 @@ impl Field {
         }
     }
 
-    fn read_head(&self, layout: &TileLayout, activations: &[f32], outputs: &mut [f32]) {
+    /// Copies the head's output of one tile from panels to row-major `outputs`.
+    fn unpack_outputs(&self, layout: &TileLayout, activations: &[f32], outputs: &mut [f32]) {
         let head = layout.inputs[self.layers.len()].clone();
-        gather(&activations[head], layout.stride, outputs, self.shape.outputs);
+        unpack_rows(&activations[head], layout.stride, outputs, self.shape.outputs);
     }
 
-    /// Maps that take the latent.
-    pub(crate) fn slots(&self) -> usize {
+    /// Returns the number of maps that take the latent. Each has a slot, numbered in order.
+    pub(crate) fn slot_count(&self) -> usize {
         1 + usize::from(self.shape.skip.is_some())
     }
 
-    /// Numbers kept for each group and slot.
+    /// Returns the number of values per group and slot: the widest map's outputs, in whole panels.
     pub(crate) fn slot_width(&self) -> usize {
         self.shape.hidden.max(self.shape.outputs).next_multiple_of(PANEL)
     }
 
-    /// Where a group's numbers of a slot lie in `[groups, slots, width]`.
+    /// Returns the range of a group's slot in an array `[groups, slots, width]`.
     pub(crate) fn slot_range(&self, group: usize, slot: usize) -> Range<usize> {
-        let start = (group * self.slots() + slot) * self.slot_width();
+        let start = (group * self.slot_count() + slot) * self.slot_width();
         start..start + self.slot_width()
     }
 
+    /// Lists the layers that take the latent, with their slots.
     pub(crate) fn latent_layers(&self) -> impl Iterator<Item = (&Layer, usize)> {
         self.layers
             .iter()
@@ -262,15 +282,16 @@ impl Field {
 /// One tile of a forward pass.
 pub(crate) struct ForwardTile<'a> {
     pub(crate) batch: &'a Batch<'a>,
-    pub(crate) extent: &'a Extent,
+    pub(crate) extent: &'a BatchExtent,
     pub(crate) layout: &'a TileLayout,
+    /// Biases with the latent folded in, `[groups, slots, width]`.
     pub(crate) biases: &'a Buffer,
-    /// The tile's first point.
+    /// Index of the tile's first point.
     pub(crate) first: usize,
 }
 
-/// Two ranges of one slice that do not overlap: the first to read, the second to write.
-fn pair(data: &mut [f32], read: Range<usize>, write: Range<usize>) -> (&[f32], &mut [f32]) {
+/// Borrows two ranges of one slice that do not overlap: the first to read, the second to write.
+fn split_disjoint(data: &mut [f32], read: Range<usize>, write: Range<usize>) -> (&[f32], &mut [f32]) {
     if read.start < write.start {
         let (head, tail) = data.split_at_mut(write.start);
         (&head[read], &mut tail[..write.len()])

@@ -1,26 +1,27 @@
-//! One linear map with its weights packed for both directions.
+//! A linear map with its weights packed for the forward and the backward pass.
 
 use crate::buffer::Buffer;
 use crate::panels::{PANEL, Panels};
 use crate::shape::LinearMap;
 
-/// A linear map ready to run: the asset that [`crate::Field::load`] refreshes.
+/// A linear map with packed parameters, which [`crate::Field::load`] updates.
 pub(crate) struct Layer {
     pub(crate) map: LinearMap,
-    /// Input columns that vary from point to point: hidden, then the point's input.
+    /// Panels of the input columns that vary from point to point: hidden inputs, then point inputs.
     pub(crate) input: Panels,
+    /// Panels of the outputs.
     pub(crate) output: Panels,
-    /// How many of the input's panels are hidden ones.
+    /// Number of the input's panels that hold hidden inputs.
     pub(crate) hidden_panels: usize,
-    /// Place of this map among those that take the latent.
+    /// Index of this map among those that take the latent; `None` for other maps.
     pub(crate) slot: Option<usize>,
-    /// For each output panel, for each input column, 32 outputs.
+    /// Weights for the forward pass: for each output panel, for each input column, 32 outputs.
     pub(crate) forward: Buffer,
-    /// For each input panel, for each output, 32 inputs.
+    /// Weights for the backward pass: for each input panel, for each output, 32 inputs.
     pub(crate) backward: Buffer,
-    /// One number an output, in panels.
+    /// Biases: one value per output, in panels.
     pub(crate) bias: Buffer,
-    /// The latent's columns, transposed: for each latent number, one number an output, in panels.
+    /// Weights of the latent, transposed: for each latent value, one value per output, in panels.
     pub(crate) latent: Buffer,
 }
 
@@ -42,12 +43,12 @@ impl Layer {
         }
     }
 
-    /// Outputs rounded up to whole panels.
+    /// Returns the number of outputs, rounded up to whole panels.
     pub(crate) fn padded_outputs(&self) -> usize {
         self.output.count() * PANEL
     }
 
-    /// Packs this map's slices of the flat parameter vector.
+    /// Packs this map's part of the flat parameter vector.
     pub(crate) fn load(&mut self, parameters: &[f32]) {
         let weight = &parameters[self.map.weight.clone()];
         let outputs = self.map.outputs;
@@ -59,6 +60,7 @@ impl Layer {
             self.map.varying_inputs(),
             self.padded_outputs(),
         );
+        // Columns become rows, so that folding adds scaled rows instead of strided columns.
         for (index, column) in self
             .latent
             .chunks_exact_mut(width)
@@ -71,6 +73,8 @@ impl Layer {
         }
     }
 
+    /// Packs the weights for the forward pass, which broadcasts inputs and loads 32 outputs at a
+    /// time.
     fn pack_forward(&mut self, weight: &[f32]) {
         let (inputs, depth) = (self.map.inputs(), self.map.varying_inputs());
         for ((start, width), packed) in self
@@ -87,6 +91,8 @@ impl Layer {
         }
     }
 
+    /// Packs the weights for the backward pass, which broadcasts output gradients and loads 32
+    /// inputs at a time.
     fn pack_backward(&mut self, weight: &[f32]) {
         let inputs = self.map.inputs();
         let panel_length = self.map.outputs * PANEL;
@@ -101,7 +107,8 @@ impl Layer {
         }
     }
 
-    /// The bias with the latent's share: `bias + W_z · z`, into one number an output, in panels.
+    /// Computes the bias with the latent folded in, `bias + W_z · z`: one value per output, in
+    /// panels.
     pub(crate) fn fold_latent(&self, latent: &[f32], bias: &mut [f32]) {
         let width = self.padded_outputs();
         bias.copy_from_slice(&self.bias[..width]);
@@ -111,7 +118,7 @@ impl Layer {
     }
 }
 
-/// `sum += factor · values`.
+/// Computes `sum += factor · values`.
 pub(crate) fn add_scaled(sum: &mut [f32], factor: f32, values: &[f32]) {
     for (sum, value) in sum.iter_mut().zip(values) {
         *sum += factor * value;

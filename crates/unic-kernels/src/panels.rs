@@ -1,22 +1,25 @@
-//! The layout of a tile's activations.
+//! Panels: the memory layout of a tile's activations.
 //!
-//! A tile holds some points (its rows) with some columns each. Its columns are cut into panels of 32; a panel stores
-//! its rows one after another, 32 floats each. All three products of training walk this one layout in order: forward
-//! and input gradient broadcast along a row and stream packed weights, the weight gradient broadcasts along a row of
-//! the output gradient and streams rows of the input. Only matrix units need a transposed copy.
+//! A tile has one row per point. Its columns are cut into panels of 32. A panel stores its rows one
+//! after another, 32 floats each. All three products of training read this layout in order:
+//!
+//! - The forward pass and the input gradient broadcast along a row and load packed weights.
+//! - The weight gradient broadcasts along a row of the output gradient and loads rows of the input.
+//!
+//! Only matrix units need a transposed copy.
 
-/// Columns in a panel: two AVX-512 registers, four AVX2 registers.
+/// Number of columns in a panel: two AVX-512 registers or four AVX2 registers.
 pub(crate) const PANEL: usize = 32;
 
-/// Columns of a tile cut into panels.
+/// Columns of a tile, cut into panels.
 #[derive(Debug, Clone)]
 pub(crate) struct Panels {
-    /// Columns in use in each panel; only these are ever read.
+    /// Number of used columns of each panel. The others are never read and hold arbitrary values.
     pub(crate) widths: Vec<usize>,
 }
 
 impl Panels {
-    /// Panels for the given parts in order; every part starts a panel of its own.
+    /// Makes panels for parts with these numbers of columns. Every part begins a new panel.
     pub(crate) fn of(parts: &[usize]) -> Self {
         let widths = parts
             .iter()
@@ -26,12 +29,12 @@ impl Panels {
         }
     }
 
-    /// Number of panels.
+    /// Returns the number of panels.
     pub(crate) fn count(&self) -> usize {
         self.widths.len()
     }
 
-    /// First column, among all columns, of each panel with its width.
+    /// Lists the first column of each panel, counted over all used columns, and the panel's width.
     pub(crate) fn starts(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.widths.iter().scan(0, |start, &width| {
             let panel = (*start, width);
@@ -41,8 +44,8 @@ impl Panels {
     }
 }
 
-/// Copies row-major `rows` of `width` numbers into panels whose rows lie `stride` floats a panel apart.
-pub(crate) fn scatter(rows: &[f32], width: usize, panels: &mut [f32], stride: usize) {
+/// Copies row-major `rows` of `width` values into panels that are `stride` floats apart.
+pub(crate) fn pack_rows(rows: &[f32], width: usize, panels: &mut [f32], stride: usize) {
     for (row, values) in rows.chunks_exact(width).enumerate() {
         for (panel, part) in values.chunks(PANEL).enumerate() {
             let start = panel * stride + row * PANEL;
@@ -51,8 +54,8 @@ pub(crate) fn scatter(rows: &[f32], width: usize, panels: &mut [f32], stride: us
     }
 }
 
-/// The way back: copies panels into row-major `rows` of `width` numbers.
-pub(crate) fn gather(panels: &[f32], stride: usize, rows: &mut [f32], width: usize) {
+/// Copies panels that are `stride` floats apart into row-major `rows` of `width` values.
+pub(crate) fn unpack_rows(panels: &[f32], stride: usize, rows: &mut [f32], width: usize) {
     for (row, values) in rows.chunks_exact_mut(width).enumerate() {
         for (panel, part) in values.chunks_mut(PANEL).enumerate() {
             let start = panel * stride + row * PANEL;

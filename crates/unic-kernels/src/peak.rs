@@ -1,19 +1,24 @@
-//! The machine's own ceiling, measured beside every rate.
+//! Peak multiply-add throughput of the processor, to compare measured throughput with.
 
 use std::hint::black_box;
 use std::time::Instant;
 
 use crate::InstructionSet;
 #[cfg(target_arch = "x86_64")]
-use crate::lanes::Lanes;
+use crate::simd::SimdVector;
 
-/// Multiply-adds of one call per register and lane: about ten milliseconds.
+/// Multiply-adds per register and lane in one measurement, which takes about ten milliseconds.
 const STEPS: usize = 2_000_000;
 
-/// Measures the f32 multiply-add rate of one core, in FLOP/s, a multiply-add counted as two: independent chains in
-/// registers, no memory. 0 without AVX2. Clock rates move, so measure it next to what it is compared with.
+/// Measures the peak f32 multiply-add throughput of one core, in FLOP/s. A multiply-add counts as
+/// two operations. Returns 0 without AVX2.
+///
+/// Clock rates vary over time, so that the peak should be measured close to what it is compared
+/// with.
 pub fn fma_peak() -> f64 {
     match InstructionSet::detect() {
+        // As many independent chains as registers allow: a multiply-add takes about four cycles,
+        // and two can start in each.
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 => rate(24 * 16, || {
             // SAFETY: detected.
@@ -49,11 +54,11 @@ fn chains_avx2(factor: f32, steps: usize) -> f32 {
     unsafe { chains::<std::arch::x86_64::__m256, 12>(factor, steps) }
 }
 
-/// `steps` multiply-adds on each of `N` independent registers.
+/// Computes `steps` multiply-adds on each of `N` independent registers, without memory accesses.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
-unsafe fn chains<V: Lanes, const N: usize>(factor: f32, steps: usize) -> f32 {
-    // SAFETY: the caller's contract: the processor runs V.
+unsafe fn chains<V: SimdVector, const N: usize>(factor: f32, steps: usize) -> f32 {
+    // SAFETY: the caller guarantees that the processor runs V.
     unsafe {
         let factor = V::splat(factor);
         let mut sums = [factor; N];

@@ -1,83 +1,91 @@
-//! The three products of training on tiles in panels ([`crate::panels`]), for every instruction set.
+//! The three matrix products of training, on tiles in panels ([`crate::panels`]), for every
+//! instruction set.
 //!
-//! Each output number is one chain of fused multiply-adds in the order of its inner index, whatever the lanes, so
-//! every instruction set computes the same bytes. Matrix units are the exception: their factors are bf16.
+//! Each output value is one chain of fused multiply-adds in the order of the inner index, however
+//! many lanes there are. Every instruction set therefore computes the same bytes. Matrix units are
+//! the exception, because their factors are bf16.
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::{__m256, __m512};
 use std::ops::Range;
 
-use crate::blocks::{affine_strips, column_sums_lanes, outer_strips};
-use crate::lanes::{InstructionSet, Quad};
+use crate::microkernels::{affine_strips, column_sums_kernel, outer_strips};
 use crate::panels::PANEL;
+use crate::simd::{F32x4, InstructionSet};
 
-/// Where the sums of [`affine`] start.
+/// Initial values of the sums of [`affine`].
 #[derive(Clone, Copy)]
-pub(crate) enum Start<'a> {
-    /// At one value a column, panel after panel.
+pub(crate) enum InitialSum<'a> {
+    /// A bias: one value per column, panel after panel.
     Bias(&'a [f32]),
-    /// At what the output holds.
+    /// The current contents of the output.
     Output,
 }
 
-/// What happens to the sums of [`affine`] before they are stored.
+/// Operation on the sums of [`affine`] before they are stored.
 #[derive(Clone, Copy)]
-pub(crate) enum Finish<'a> {
-    /// Nothing: the head, and gradients of inputs.
-    Keep,
-    /// max(0, ·): hidden layers.
+pub(crate) enum Epilogue<'a> {
+    /// No operation: for the head, and for gradients of the points' inputs.
+    Identity,
+    /// ReLU, max(0, ·): for hidden layers.
     Relu,
-    /// Zero where this tile, laid out as the output, is not positive: the gradient through a ReLU.
-    Gate(&'a [f32]),
+    /// Gradient of a ReLU: zero where the activation is not positive. The slice holds the
+    /// activations in the layout of the output.
+    ReluGradient(&'a [f32]),
 }
 
-/// A tile seen by a product: panels whose rows lie `stride` floats a panel apart.
+/// A tile as an operand of a product.
 #[derive(Clone, Copy)]
 pub(crate) struct Tile<'a> {
     pub(crate) data: &'a [f32],
+    /// Number of used columns of each panel.
     pub(crate) widths: &'a [usize],
+    /// Number of floats from one panel to the next.
     pub(crate) stride: usize,
 }
 
-/// `output = finish(start + input · weights)` for some rows of a tile.
-pub(crate) struct Affine<'a> {
+/// The product `output = epilogue(initial + input · weights)` for some rows of a tile.
+pub(crate) struct AffineProduct<'a> {
     pub(crate) input: Tile<'a>,
-    /// For each output panel, for each input column, 32 floats.
+    /// Packed weights: for each output panel, for each input column, 32 floats.
     pub(crate) weights: &'a [f32],
-    pub(crate) start: Start<'a>,
-    pub(crate) finish: Finish<'a>,
+    pub(crate) initial: InitialSum<'a>,
+    pub(crate) epilogue: Epilogue<'a>,
+    /// Rows of the input and of the output.
     pub(crate) rows: Range<usize>,
-    /// Columns in use in each output panel; strides are the input's.
+    /// Number of used columns of each output panel; the output has the stride of the input.
     pub(crate) output_widths: &'a [usize],
-    /// What the next product reads or writes: fetched into the second-level cache meanwhile, a share a block.
-    /// Addresses alone, never followed.
-    pub(crate) ahead: [Range<*const f32>; 2],
+    /// Memory that the next product accesses. Parts of it are prefetched into the second-level
+    /// cache after each block. The pointers are never dereferenced.
+    pub(crate) prefetch: [Range<*const f32>; 2],
 }
 
-/// Nothing to fetch ahead.
-pub(crate) fn nothing() -> Range<*const f32> {
+/// Returns an empty range to prefetch.
+pub(crate) fn no_prefetch() -> Range<*const f32> {
     [].as_ptr_range()
 }
 
-/// Computes `job` into `output`.
-pub(crate) fn affine(set: InstructionSet, job: &Affine, output: &mut [f32]) {
+/// Computes an affine product into `output`.
+pub(crate) fn affine(set: InstructionSet, job: &AffineProduct, output: &mut [f32]) {
     let depth = job.input.widths.iter().sum::<usize>();
     let panels = job.output_widths.len();
     check_tile(&job.input, job.rows.end);
     assert!(job.weights.len() >= panels * depth * PANEL);
     assert!(output.len() >= tile_length(panels, job.input.stride, job.rows.end));
     assert!(job.output_widths.iter().all(|&width| width <= PANEL));
-    match job.start {
-        Start::Bias(bias) => assert!(bias.len() >= panels * PANEL),
-        Start::Output => {}
+    match job.initial {
+        InitialSum::Bias(bias) => assert!(bias.len() >= panels * PANEL),
+        InitialSum::Output => {}
     }
-    match job.finish {
-        Finish::Gate(gate) => assert!(gate.len() >= tile_length(panels, job.input.stride, job.rows.end)),
-        Finish::Keep | Finish::Relu => {}
+    match job.epilogue {
+        Epilogue::ReluGradient(activations) => {
+            assert!(activations.len() >= tile_length(panels, job.input.stride, job.rows.end));
+        }
+        Epilogue::Identity | Epilogue::Relu => {}
     }
     let output = output.as_mut_ptr();
-    // SAFETY: every slice reaches as far as the loops read or write, and the set is one this processor runs: fields
-    // refuse others.
+    // SAFETY: the assertions above cover all reads and writes of the loops. The processor runs the
+    // set, because no field is created with another one.
     unsafe {
         match set {
             #[cfg(target_arch = "x86_64")]
@@ -86,12 +94,12 @@ pub(crate) fn affine(set: InstructionSet, job: &Affine, output: &mut [f32]) {
             InstructionSet::Avx512 => affine_avx512(job, output),
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx2 => affine_avx2(job, output),
-            _ => affine_strips::<Quad, 4, 2>(job, output),
+            _ => affine_strips::<F32x4, 4, 2>(job, output),
         }
     }
 }
 
-/// `sums += gradientᵀ · input` over the first `rows` rows: the gradient of a weight.
+/// Computes the gradient of a weight: `sums += gradientᵀ · input` over the first `rows` rows.
 ///
 /// `sums` holds, for each input panel, for each column of `gradient`, 32 floats.
 pub(crate) fn outer(set: InstructionSet, gradient: Tile, input: Tile, rows: usize, sums: &mut [f32]) {
@@ -99,11 +107,12 @@ pub(crate) fn outer(set: InstructionSet, gradient: Tile, input: Tile, rows: usiz
     check_tile(&input, rows);
     let outputs = gradient.widths.iter().sum::<usize>();
     assert!(sums.len() >= input.widths.len() * outputs * PANEL);
+    // Outputs are counted over used columns, so that only the last panel may have unused ones.
     assert!(
         gradient.widths.iter().rev().skip(1).all(|&width| width == PANEL),
-        "one part"
+        "all panels but the last are full"
     );
-    let job = Outer {
+    let job = OuterProduct {
         gradient,
         input,
         rows,
@@ -119,12 +128,13 @@ pub(crate) fn outer(set: InstructionSet, gradient: Tile, input: Tile, rows: usiz
             InstructionSet::Avx512 => outer_avx512(&job, sums),
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx2 => outer_avx2(&job, sums),
-            _ => outer_strips::<Quad, 4, 2>(&job, sums),
+            _ => outer_strips::<F32x4, 4, 2>(&job, sums),
         }
     }
 }
 
-/// `sums += Σ over rows of tile`, one number a column, panel after panel: the gradient of a bias.
+/// Computes the gradient of a bias: adds the sum over some rows of a tile to `sums`, which holds
+/// one value per column, panel after panel.
 pub(crate) fn column_sums(set: InstructionSet, tile: Tile, rows: Range<usize>, sums: &mut [f32]) {
     check_tile(&tile, rows.end);
     assert!(sums.len() >= tile.widths.len() * PANEL);
@@ -136,7 +146,7 @@ pub(crate) fn column_sums(set: InstructionSet, tile: Tile, rows: Range<usize>, s
             InstructionSet::Amx | InstructionSet::Avx512 => column_sums_avx512(&tile, rows, sums),
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx2 => column_sums_avx2(&tile, rows, sums),
-            _ => column_sums_lanes::<Quad>(&tile, rows, sums),
+            _ => column_sums_kernel::<F32x4>(&tile, rows, sums),
         }
     }
 }
@@ -146,41 +156,44 @@ fn check_tile(tile: &Tile, rows: usize) {
     assert!(tile.data.len() >= tile_length(tile.widths.len(), tile.stride, rows));
 }
 
+/// Returns the length of a tile in floats. Panics when its rows do not fit into the stride.
 fn tile_length(panels: usize, stride: usize, rows: usize) -> usize {
     assert!(rows * PANEL <= stride);
     panels * stride
 }
 
-/// The gradient of a weight, checked.
-pub(crate) struct Outer<'a> {
+/// The operands of [`outer`], after all checks.
+pub(crate) struct OuterProduct<'a> {
     pub(crate) gradient: Tile<'a>,
     pub(crate) input: Tile<'a>,
     pub(crate) rows: usize,
+    /// Number of columns of `gradient`.
     pub(crate) outputs: usize,
 }
 
-// Rows and registers a block: 12 x 2 = 24 sums fill most of AVX-512's 32 registers and need 14 loads for 24
-// multiply-adds; 6 x 2 does the same for AVX2's 16 registers.
+// Sizes of a block, in rows × vectors. For affine products on AVX-512 it is 12 × 2: 24 sums fill
+// most of the 32 registers and need 14 loads for 24 multiply-adds. AVX2 has 16 registers and takes
+// 6 × 2.
 #[cfg(target_arch = "x86_64")]
 macro_rules! entry_points {
     ($feature:literal, $register:ty, $affine_rows:literal, $outer_rows:literal,
      $affine:ident, $outer:ident, $column_sums:ident) => {
         #[target_feature(enable = $feature)]
-        fn $affine(job: &Affine, output: *mut f32) {
-            // SAFETY: checked by `affine`, the only caller.
+        fn $affine(job: &AffineProduct, output: *mut f32) {
+            // SAFETY: `affine`, the only caller, has checked all slices.
             unsafe { affine_strips::<$register, $affine_rows, 2>(job, output) }
         }
 
         #[target_feature(enable = $feature)]
-        fn $outer(job: &Outer, sums: *mut f32) {
-            // SAFETY: checked by `outer`, the only caller.
+        fn $outer(job: &OuterProduct, sums: *mut f32) {
+            // SAFETY: `outer`, the only caller, has checked all slices.
             unsafe { outer_strips::<$register, $outer_rows, 2>(job, sums) }
         }
 
         #[target_feature(enable = $feature)]
         fn $column_sums(tile: &Tile, rows: Range<usize>, sums: *mut f32) {
-            // SAFETY: checked by `column_sums`, the only caller.
-            unsafe { column_sums_lanes::<$register>(tile, rows, sums) }
+            // SAFETY: `column_sums`, the only caller, has checked all slices.
+            unsafe { column_sums_kernel::<$register>(tile, rows, sums) }
         }
     };
 }

@@ -1,34 +1,39 @@
-//! What a forward pass keeps for its backward pass.
+//! Activations that a forward pass keeps for its backward pass.
 
 use std::ops::Range;
 
-use crate::batch::{Batch, Extent};
+use crate::batch::{Batch, BatchExtent};
 use crate::buffer::Buffer;
 use crate::panels::PANEL;
 use crate::{Field, FieldShape, KernelError};
 
-/// How backward comes by the activations.
+/// Source of the activations in a backward pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Retention {
-    /// Forward stores them: 4·H·N bytes a point (8 KB for the published field).
+    /// Stored by the forward pass: 4·H·N bytes per point, which is 8 KB for the published field.
     #[default]
     Activations,
-    /// Backward computes them again, tile by tile, for a third more work: for batches that memory cannot hold.
+    /// Recomputed by the backward pass, tile by tile, which takes a third more work. For batches
+    /// whose activations do not fit into memory.
     Recompute,
 }
 
-/// What one forward pass keeps; a buffer to reuse from step to step. An unrolled training needs one a step.
+/// Activations and folded biases that one forward pass keeps; a buffer to reuse from step to step.
+///
+/// An unrolled training needs one buffer per time step.
 #[derive(Default)]
-pub struct Saved {
+pub struct SavedActivations {
     pub(crate) retention: Retention,
+    /// Activations of all tiles, empty for [`Retention::Recompute`].
     pub(crate) activations: Buffer,
-    /// Latents folded into biases, `[groups, slots, width]`.
+    /// Biases with the latents folded in, `[groups, slots, width]`.
     pub(crate) biases: Buffer,
-    made_for: Option<(FieldShape, Extent)>,
+    /// Field and batch of the last forward pass.
+    made_for: Option<(FieldShape, BatchExtent)>,
 }
 
-impl Saved {
-    /// An empty buffer; [`Saved::default`] stores activations.
+impl SavedActivations {
+    /// An empty buffer; [`SavedActivations::default`] stores activations.
     pub fn new(retention: Retention) -> Self {
         Self {
             retention,
@@ -36,24 +41,25 @@ impl Saved {
         }
     }
 
-    /// How backward will come by the activations.
+    /// Returns the source of the activations in the backward pass.
     pub fn retention(&self) -> Retention {
         self.retention
     }
 
-    /// Bytes held.
+    /// Returns the number of bytes held.
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.activations) + size_of_val(&*self.biases)
     }
 
-    pub(crate) fn prepare(&mut self, field: &Field, batch: &Batch, extent: Extent, activations: usize) {
+    /// Sizes the buffers for a batch and folds its latents into the biases.
+    pub(crate) fn prepare(&mut self, field: &Field, batch: &Batch, extent: BatchExtent, activations: usize) {
         self.activations.resize(activations);
         field.fold_latents(batch, &extent, &mut self.biases);
         self.made_for = Some((field.shape, extent));
     }
 
-    /// Refuses activations of another field or of a batch of other sizes.
-    pub(crate) fn check(&self, shape: FieldShape, extent: Extent) -> Result<(), KernelError> {
+    /// Returns an error unless the activations belong to this field shape and batch size.
+    pub(crate) fn check(&self, shape: FieldShape, extent: BatchExtent) -> Result<(), KernelError> {
         if self.made_for == Some((shape, extent)) {
             return Ok(());
         }
@@ -67,17 +73,19 @@ impl Saved {
     }
 }
 
-/// Where in a tile's buffer the input of each map lies; one more entry for the head's output.
+/// Layout of a tile's buffer of activations.
 pub(crate) struct TileLayout {
+    /// Range of each map's input, then of the head's output.
     pub(crate) inputs: Vec<Range<usize>>,
-    /// Floats from one panel to the next.
+    /// Number of floats from one panel to the next.
     pub(crate) stride: usize,
+    /// Length of the buffer in floats.
     pub(crate) length: usize,
 }
 
 impl TileLayout {
-    /// Every input has a place of its own.
-    pub(crate) fn separate(field: &Field, extent: &Extent) -> Self {
+    /// Makes a layout in which every input has its own range, for activations that are kept.
+    pub(crate) fn separate(field: &Field, extent: &BatchExtent) -> Self {
         let stride = extent.tile_points() * PANEL;
         let mut length = 0;
         let place = |panels: usize| {
@@ -93,9 +101,10 @@ impl TileLayout {
         }
     }
 
-    /// Two places, used in turn.
-    pub(crate) fn alternating(field: &Field, extent: &Extent) -> Self {
+    /// Makes a layout of two ranges that are used in turn, for activations that are not kept.
+    pub(crate) fn alternating(field: &Field, extent: &BatchExtent) -> Self {
         let stride = extent.tile_points() * PANEL;
+        // Each map reads one half of the buffer and writes the other.
         let largest = panel_counts(field).max().unwrap_or(0) * stride;
         let place = |(index, panels): (usize, usize)| {
             let start = index % 2 * largest;
@@ -110,7 +119,7 @@ impl TileLayout {
     }
 }
 
-/// Panels of every map's input, then of the head's output.
+/// Lists the number of panels of every map's input, then of the head's output.
 fn panel_counts(field: &Field) -> impl Iterator<Item = usize> {
     let head = field.shape.outputs.div_ceil(PANEL);
     field.layers.iter().map(|layer| layer.input.count()).chain([head])

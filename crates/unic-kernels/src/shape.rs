@@ -1,61 +1,64 @@
-//! Sizes of the field and the place of every parameter.
+//! Sizes of the field and the layout of its parameters.
 
 use std::ops::Range;
 
 use crate::KernelError;
 
-/// Sizes of a garment field: a perceptron applied to every point of a garment alone, driven by one latent per group.
+/// Sizes of a garment field: a multilayer perceptron that is applied to each point of a garment
+/// separately, with one latent vector per group of points.
 ///
-/// Linear map 0 takes `[x, z]`; the map `skip`, counted from 0, takes `[hidden, x, z]`; every other map takes the
-/// hidden vector; the last one is the head. A ReLU follows every map but the head. The published field
-/// (arXiv 2603.25580) is [`FieldShape::PAPER`].
+/// Linear map 0 takes `[x, z]`, the point's input and the latent. The map `skip`, counted from 0,
+/// takes `[hidden, x, z]`. Every other map takes the hidden vector. The last map is the head; a
+/// ReLU follows every other one. The published field (arXiv 2603.25580) is [`FieldShape::PAPER`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct FieldShape {
-    /// Numbers given for each point, P.
+    /// Number of input values per point, P.
     pub point_inputs: usize,
-    /// Numbers in a group's latent z, L; may be 0.
+    /// Length of a group's latent z, L; may be 0.
     pub latent: usize,
     /// Width of every hidden layer, H.
     pub hidden: usize,
-    /// Hidden layers, N; the field has N + 1 linear maps.
+    /// Number of hidden layers, N; the field has N + 1 linear maps.
     pub hidden_layers: usize,
-    /// Index, 1 to N, of the linear map before which the input is concatenated again.
+    /// Index, 1 to N, of the linear map that takes the point's input and the latent again.
     pub skip: Option<usize>,
-    /// Numbers computed for each point, O.
+    /// Number of output values per point, O.
     pub outputs: usize,
 }
 
-/// One linear map of the field and its slices of the flat parameter vector.
+/// One linear map of the field with its ranges in the flat parameter vector.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LinearMap {
-    /// Columns fed by the previous layer.
+    /// Number of weight columns for the previous layer; they come first.
     pub hidden_inputs: usize,
-    /// Columns fed by the point's own input; they follow the hidden ones.
+    /// Number of weight columns for the point's input; they follow the hidden ones.
     pub point_inputs: usize,
-    /// Columns fed by the latent; they come last.
+    /// Number of weight columns for the latent; they come last.
     pub latent_inputs: usize,
-    /// Rows.
+    /// Number of weight rows.
     pub outputs: usize,
-    /// Where the weight lies, row-major, `[outputs][inputs]`.
+    /// Range of the weight in the parameter vector, row-major, `[outputs][inputs]`.
     pub weight: Range<usize>,
-    /// Where the bias lies, `[outputs]`.
+    /// Range of the bias in the parameter vector, `[outputs]`.
     pub bias: Range<usize>,
 }
 
 impl LinearMap {
-    /// Columns of the weight.
+    /// Returns the number of weight columns.
     pub fn inputs(&self) -> usize {
         self.varying_inputs() + self.latent_inputs
     }
 
-    /// Columns whose input differs from point to point: all but the latent's.
+    /// Returns the number of weight columns whose input differs from point to point: all but the
+    /// latent's.
     pub(crate) fn varying_inputs(&self) -> usize {
         self.hidden_inputs + self.point_inputs
     }
 }
 
 impl FieldShape {
-    /// The published field: 3 + 128 inputs, eight hidden layers of 256, skip before the sixth map, 3 outputs.
+    /// The published field: 3 + 128 inputs, eight hidden layers of 256, skip into the sixth map,
+    /// 3 outputs.
     pub const PAPER: Self = Self {
         point_inputs: 3,
         latent: 128,
@@ -65,13 +68,18 @@ impl FieldShape {
         outputs: 3,
     };
 
-    /// Largest width accepted for any layer: bounds what a damaged file can make the field allocate.
+    /// Largest valid width of any layer. It bounds the memory that a damaged file can make the
+    /// field allocate.
     pub const MAX_WIDTH: usize = 4096;
 
-    /// Largest number of hidden layers accepted.
+    /// Largest valid number of hidden layers.
     pub const MAX_LAYERS: usize = 64;
 
-    /// Refuses sizes of zero (the latent may be empty), sizes past the limits and a skip outside 1..=N.
+    /// Checks that all sizes are in range.
+    ///
+    /// # Errors
+    /// Returns [`KernelError::Size`] for a size of zero (except for the latent), a size above the
+    /// limits, or a skip outside 1..=N.
     pub fn validate(&self) -> Result<(), KernelError> {
         within("point_inputs", self.point_inputs, 1..=Self::MAX_WIDTH)?;
         within("latent", self.latent, 0..=Self::MAX_WIDTH)?;
@@ -84,9 +92,9 @@ impl FieldShape {
         }
     }
 
-    /// The N + 1 linear maps in order, with the place of their weights and biases.
+    /// Returns the N + 1 linear maps in order, with the ranges of their weights and biases.
     ///
-    /// Map `i` is what PyTorch would call `field.{i}.weight` and `field.{i}.bias`.
+    /// In PyTorch's naming, map `i` has the parameters `field.{i}.weight` and `field.{i}.bias`.
     pub fn layout(&self) -> Vec<LinearMap> {
         let mut start = 0;
         (0..=self.hidden_layers)
@@ -94,13 +102,16 @@ impl FieldShape {
             .collect()
     }
 
-    /// Length of the flat parameter vector.
+    /// Returns the length of the flat parameter vector.
     pub fn parameter_count(&self) -> usize {
         self.layout().last().map_or(0, |head| head.bias.end)
     }
 
-    /// Floating-point operations of one point's forward pass, a multiply-add counted as two, without the latent's
-    /// share, which is computed once per group. Forward and backward together take three times as many.
+    /// Returns the number of floating-point operations of one point's forward pass. A multiply-add
+    /// counts as two.
+    ///
+    /// The latent's contribution does not count, because it is computed once per group. Forward and
+    /// backward pass together take three times as many operations.
     pub fn flops_per_point(&self) -> u64 {
         self.layout()
             .iter()
@@ -109,6 +120,7 @@ impl FieldShape {
     }
 
     fn linear_map(&self, index: usize, start: &mut usize) -> LinearMap {
+        // The order of columns is that of the concatenation [hidden, x, z].
         let takes_input = index == 0 || self.skip == Some(index);
         let hidden_inputs = if index == 0 { 0 } else { self.hidden };
         let (point_inputs, latent_inputs) = if takes_input {

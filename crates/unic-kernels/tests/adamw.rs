@@ -1,5 +1,5 @@
-//! Contract: AdamW follows its definition, rounds as the scalar loop does, and is the same for any thread count; the
-//! norm is exact to f64 rounding.
+//! Contract: AdamW follows its definition, has the bits of a scalar loop, and gives the same bytes
+//! for any number of threads. The global norm is exact to f64 rounding.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the run")]
 
@@ -16,25 +16,43 @@ const SETTINGS: AdamW = AdamW {
     weight_decay: 0.1,
 };
 
-/// Longer than several chunks and no multiple of anything.
+/// Number of parameters: longer than several chunks, and a multiple of no vector length.
 const COUNT: usize = 50_021;
 
-/// Three steps on gradients drawn anew for each.
-fn three_steps(scale: f32) -> [Vec<f32>; 3] {
-    let mut state = [numbers(COUNT, 1.0, 1), vec![0.0; COUNT], vec![0.0; COUNT]];
+/// Parameters with their moments.
+#[derive(PartialEq)]
+struct State {
+    parameters: Vec<f32>,
+    m: Vec<f32>,
+    v: Vec<f32>,
+}
+
+impl State {
+    fn new() -> Self {
+        Self {
+            parameters: numbers(COUNT, 1.0, 1),
+            m: vec![0.0; COUNT],
+            v: vec![0.0; COUNT],
+        }
+    }
+}
+
+/// State after three steps, each with other random gradients.
+fn three_steps(scale: f32) -> State {
+    let mut state = State::new();
     for step in 1..=3 {
-        let [parameters, m, v] = &mut state;
+        let State { parameters, m, v } = &mut state;
         let gradients = numbers(COUNT, 0.1, 10 + u64::from(step));
         adamw_step(parameters, &gradients, m, v, &SETTINGS, step, scale).unwrap();
     }
     state
 }
 
-/// Loshchilov and Hutter 2019, algorithm 2, in f64.
+/// Compares with algorithm 2 of Loshchilov and Hutter 2019 in f64.
 #[test]
-fn follows_the_definition() {
+fn adamw_follows_its_definition() {
     let scale = 0.5;
-    let [parameters, ..] = three_steps(scale);
+    let parameters = three_steps(scale).parameters;
     let gradients: Vec<_> = (1..=3).map(|step| numbers(COUNT, 0.1, 10 + step)).collect();
     let [lr, beta1, beta2, eps, decay] = [
         SETTINGS.lr,
@@ -58,14 +76,14 @@ fn follows_the_definition() {
     }
 }
 
-/// A slice of one number takes the scalar path of the loop.
+/// Slices of a single value take the scalar path of the loop.
 #[test]
-fn rounds_as_the_scalar_loop() {
+fn vectorised_steps_have_the_bits_of_scalar_steps() {
     let all = three_steps(0.7);
-    let mut alone = [numbers(COUNT, 1.0, 1), vec![0.0; COUNT], vec![0.0; COUNT]];
+    let mut alone = State::new();
     for step in 1..=3 {
         let gradients = numbers(COUNT, 0.1, 10 + u64::from(step));
-        let [parameters, m, v] = &mut alone;
+        let State { parameters, m, v } = &mut alone;
         for i in 0..COUNT {
             let one = i..i + 1;
             let (p, m, v) = (
@@ -80,7 +98,7 @@ fn rounds_as_the_scalar_loop() {
 }
 
 #[test]
-fn same_bytes_for_any_number_of_threads() {
+fn any_number_of_threads_gives_the_same_bytes() {
     let on = |threads| {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -93,7 +111,7 @@ fn same_bytes_for_any_number_of_threads() {
 }
 
 #[test]
-fn norm_of_several_slices() {
+fn global_norm_is_that_of_the_joined_slices() {
     assert_eq!(global_norm(&[&[3.0], &[], &[0.0, 4.0]]), 5.0);
     let values = numbers(COUNT, 1.0, 3);
     let expected = values
@@ -105,7 +123,7 @@ fn norm_of_several_slices() {
 }
 
 #[test]
-fn lengths_must_agree() {
+fn slices_of_different_lengths_are_an_error() {
     let result = adamw_step(
         &mut [0.0; 2],
         &[0.0; 2],

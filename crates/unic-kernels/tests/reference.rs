@@ -1,5 +1,5 @@
-//! Contract: forward, inference and every gradient agree with the field written down in f64, and that reference's
-//! gradients are the derivatives of its outputs.
+//! Contract: outputs and all gradients agree with a direct implementation of the field in f64,
+//! whose gradients are the derivatives of its outputs.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the run")]
 
@@ -9,19 +9,28 @@ use common::{Case, compute, numbers, relative_error};
 use proptest::prelude::*;
 use unic_kernels::*;
 
-/// f32 rounds at 6e-8; sums of some hundred terms through up to nine maps stay two orders above.
+/// Relative tolerance of outputs. f32 rounds at 6e-8; sums of some hundred terms through up to nine
+/// maps lose two orders of magnitude.
 const TOLERANCE: f64 = 1e-5;
 
-/// A ReLU whose input lies within rounding of its kink may take the other side in f32 and change gradients there: random
-/// cases keep this far from it, and seeds of the fixed ones below avoid it.
+/// Smallest magnitude of a ReLU's input in random cases. Closer to its kink, a ReLU may switch in
+/// f32 and change gradients. The seeds of the fixed cases avoid that.
 const ROUNDING: f64 = 1e-6;
+
+/// Relative tolerance of gradients.
 const GRADIENT_TOLERANCE: f64 = 2e-3;
 
 fn check(case: &Case, retention: Retention, tolerance: f64) -> Result<(), TestCaseError> {
     let output_gradients = numbers(case.output_count(), 1.0, 99);
     let expected = case.reference(&output_gradients);
     let field = case.field();
-    let found = compute(case, &field, &mut Saved::new(retention), &output_gradients, 0.0);
+    let found = compute(
+        case,
+        &field,
+        &mut SavedActivations::new(retention),
+        &output_gradients,
+        0.0,
+    );
     let mut inferred = vec![f32::NAN; case.output_count()];
     field.infer(&case.batch(), &mut inferred).unwrap();
     prop_assert_eq!(&inferred, &found.outputs);
@@ -43,14 +52,14 @@ fn check(case: &Case, retention: Retention, tolerance: f64) -> Result<(), TestCa
 }
 
 #[test]
-fn published_field_over_several_tiles_and_groups() {
+fn published_field_over_several_tiles_and_groups_agrees_with_the_reference() {
     let case = Case::new(FieldShape::PAPER, 3, 131, 7);
     check(&case, Retention::Activations, 1e-4).unwrap();
 }
 
-/// bf16 rounds factors at 2⁻⁹; ReLUs whose input is that near to zero take the other side.
+/// bf16 rounds factors at 2⁻⁹. ReLUs whose input is that close to zero may switch.
 #[test]
-fn matrix_units_err_by_the_rounding_of_their_factors() {
+fn matrix_units_have_the_error_of_bf16_rounding() {
     if !InstructionSet::Amx.is_available() {
         eprintln!("skipped: {:?} is not available", InstructionSet::Amx);
         return;
@@ -59,7 +68,13 @@ fn matrix_units_err_by_the_rounding_of_their_factors() {
     let output_gradients = numbers(case.output_count(), 1.0, 99);
     let expected = case.reference(&output_gradients);
     let field = case.field_on(InstructionSet::Amx);
-    let found = compute(&case, &field, &mut Saved::default(), &output_gradients, 0.0);
+    let found = compute(
+        &case,
+        &field,
+        &mut SavedActivations::default(),
+        &output_gradients,
+        0.0,
+    );
     let of_outputs = relative_error(&found.outputs, &expected.outputs);
     assert!((1e-4..0.03).contains(&of_outputs), "{of_outputs}");
     let errors = [
@@ -71,7 +86,7 @@ fn matrix_units_err_by_the_rounding_of_their_factors() {
 }
 
 #[test]
-fn field_over_several_chunks() {
+fn field_over_several_chunks_agrees_with_the_reference() {
     let shape = FieldShape {
         point_inputs: 5,
         latent: 3,
@@ -87,7 +102,7 @@ fn field_over_several_chunks() {
 }
 
 #[test]
-fn panels_of_points_wider_than_one() {
+fn inputs_and_outputs_of_several_panels_agree_with_the_reference() {
     let shape = FieldShape {
         point_inputs: 37,
         latent: 2,
@@ -104,11 +119,17 @@ fn panels_of_points_wider_than_one() {
     .unwrap();
 }
 
-/// One of a case's inputs.
-type Block = fn(&mut Case) -> &mut Vec<f32>;
+/// Selects one of a case's inputs.
+type Input = fn(&mut Case) -> &mut Vec<f32>;
 
-/// Central differences of the f64 reference by every number of every input. The seed is one where no step of 1e-5
-/// crosses a kink of a ReLU.
+/// The loss for one value of an input.
+struct LossAt {
+    value: f64,
+    loss: f64,
+}
+
+/// Compares with central differences of the f64 reference for every value of every input. With this
+/// seed no step of 1e-5 crosses the kink of a ReLU.
 #[test]
 fn reference_gradients_are_derivatives() {
     let shape = FieldShape {
@@ -122,7 +143,8 @@ fn reference_gradients_are_derivatives() {
     let case = Case::new(shape, 3, 5, 21);
     let output_gradients = numbers(case.output_count(), 1.0, 22);
     let gradients = case.reference(&output_gradients);
-    // Inputs are f32 and round the step, so the step actually taken is what divides.
+    // Inputs are f32 and round the step, so that the difference is divided by the step actually
+    // taken.
     let loss = |case: &Case| -> f64 {
         case.reference(&output_gradients)
             .outputs
@@ -131,20 +153,23 @@ fn reference_gradients_are_derivatives() {
             .map(|(y, g)| y * f64::from(*g))
             .sum()
     };
-    let blocks: [(Block, &Vec<f64>); 3] = [
+    let inputs: [(Input, &Vec<f64>); 3] = [
         (|case| &mut case.points, &gradients.points),
         (|case| &mut case.latents, &gradients.latents),
         (|case| &mut case.parameters, &gradients.parameters),
     ];
-    for (block, gradient) in blocks {
+    for (input, gradient) in inputs {
         for (index, expected) in gradient.iter().enumerate() {
             let moved = |step: f32| {
                 let mut case = Case::new(shape, 3, 5, 21);
-                block(&mut case)[index] += step;
-                (f64::from(block(&mut case)[index]), loss(&case))
+                input(&mut case)[index] += step;
+                LossAt {
+                    value: f64::from(input(&mut case)[index]),
+                    loss: loss(&case),
+                }
             };
-            let ((high, above), (low, below)) = (moved(1e-5), moved(-1e-5));
-            let slope = (above - below) / (high - low);
+            let (high, low) = (moved(1e-5), moved(-1e-5));
+            let slope = (high.loss - low.loss) / (high.value - low.value);
             assert!(
                 (slope - expected).abs() < 1e-6 * (1.0 + slope.abs()),
                 "{index}: {slope} {}",
@@ -179,7 +204,7 @@ fn shapes() -> impl Strategy<Value = FieldShape> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
     #[test]
-    fn random_shapes(shape in shapes(), groups in 1..5usize, points in 1..150usize, seed in 0..1000u64) {
+    fn random_shapes_agree_with_the_reference(shape in shapes(), groups in 1..5usize, points in 1..150usize, seed in 0..1000u64) {
         let case = Case::new(shape, groups, points, seed);
         prop_assume!(case.reference(&numbers(case.output_count(), 1.0, 99)).nearest_kink > ROUNDING);
         check(&case, Retention::Activations, GRADIENT_TOLERANCE)?;

@@ -1,12 +1,13 @@
-//! One frame of a simulation at the sizes that the field publishes: a straight skirt of exactly so many
-//! vertices on the built-in human, who walks on the spot from the bind pose.
+//! Time of one simulated frame, for a straight skirt with as many vertices as each garment of the
+//! published method. The built-in human walks on the spot from the bind pose.
 //!
 //! ```text
 //! cargo bench -p unic-sim --bench step
 //! ```
 //!
-//! Each sample is another frame of the same walk, so the fastest and the slowest differ by what the cloth
-//! does as well as by the machine. Threads are those of rayon: `RAYON_NUM_THREADS`.
+//! Each sample is another frame of the same walk. The fastest and the slowest sample therefore
+//! differ by the motion of the cloth as well as by the machine. `RAYON_NUM_THREADS` sets the number
+//! of threads.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the run")]
 
@@ -14,21 +15,22 @@ use divan::{Bencher, counter::ItemsCount};
 use glam::{Quat, Vec3};
 use std::{f32::consts::TAU, sync::Arc};
 use unic_builtin::human::human;
-use unic_core::{character::Character, mesh::TriMesh, skeleton::Pose, surface::Surface};
+use unic_core::{Pose, character::Character, mesh::TriMesh, surface::Surface};
 use unic_sim::{
     Attachment, Cloth, ClothSpec, Material, Simulation, SimulationSettings, self_contact::SelfContactSettings,
 };
 
-/// Vertices of the four garments of the paper.
+/// Numbers of vertices of the four garments of the paper.
 const VERTICES: [usize; 4] = [3_653, 34_907, 59_380, 62_461];
 
-/// Radius and length of the skirt, metres: a tube that clears the hips and ends at the knees.
+/// Radius of the skirt, metres: wider than the hips.
 const RADIUS: f32 = 0.24;
+/// Length of the skirt, metres: from the waist to the knees.
 const LENGTH: f32 = 0.55;
-/// Above the hip joints, metres: the waist, where the first ring is held.
+/// Height of the waist over the hip joints, metres. The first ring of vertices is attached there.
 const WAIST: f32 = 0.12;
 
-/// Frames before the first sample: the legs have reached the cloth.
+/// Frames before the first sample, after which the legs are in contact with the cloth.
 const FRAMES_BEFORE: usize = 6;
 
 fn main() {
@@ -50,7 +52,8 @@ fn frame_without_self_contact(bencher: Bencher, vertices: usize) {
     measure(bencher, vertices, |_| None);
 }
 
-/// What is done once a garment: colouring of the constraints, aggregates, order of the particles.
+/// Preparation of a garment: order of the particles, colouring of the constraints, long-range
+/// limits.
 #[divan::bench(args = VERTICES, sample_count = 1, sample_size = 1)]
 fn build_cloth(bencher: Bencher, vertices: usize) {
     let spec = spec(&human(&Default::default()).unwrap(), vertices);
@@ -79,7 +82,7 @@ fn measure(bencher: Bencher, vertices: usize, self_contact: impl Fn(&Cloth) -> O
     bencher.counter(ItemsCount::new(vertices)).bench_local(step);
 }
 
-/// Two steps a second; frame 0 is the bind pose.
+/// Pose of a walk on the spot with two steps a second; frame 0 is the bind pose.
 fn walking(character: &Character, frame: usize) -> Pose {
     let mut pose = character.skeleton.bind_pose();
     let swing = 0.6 * (TAU * frame as f32 / 30.0).sin();
@@ -89,7 +92,7 @@ fn walking(character: &Character, frame: usize) -> Pose {
     pose
 }
 
-/// The first ring is held where it is while the body moves.
+/// A skirt whose first ring of vertices is attached to the body.
 fn spec(character: &Character, vertices: usize) -> ClothSpec {
     let hip = character.skeleton.joint("L_hip").unwrap();
     let top = character.skeleton.joints()[hip].y + WAIST;
@@ -104,7 +107,8 @@ fn spec(character: &Character, vertices: usize) -> ClothSpec {
     }
 }
 
-/// Rings of squares from the top down; the last ring ends where the vertices do.
+/// A tube of squares, ring by ring from `top` metres down, with exactly `vertices` vertices. The
+/// last ring may be incomplete.
 fn tube(vertices: usize, sides: usize, top: f32) -> TriMesh {
     let rings = (vertices / sides) as f32;
     let place = |i: usize| {

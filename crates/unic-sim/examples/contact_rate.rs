@@ -1,10 +1,11 @@
-//! What contact costs: CPU time of one thread a frame at 30 fps, with 4 intervals of 5 substeps.
+//! Prints the cost of contact: CPU milliseconds per frame on one thread, at 30 fps with 4 intervals
+//! of 5 substeps.
 //!
 //! ```text
 //! cargo run --release -p unic-sim --example contact_rate
 //! ```
 
-#![allow(clippy::unwrap_used, reason = "an example says what went wrong by panicking")]
+#![allow(clippy::unwrap_used, reason = "the example stops by panicking")]
 
 #[path = "../tests/scene/mod.rs"]
 mod scene;
@@ -35,16 +36,17 @@ fn main() {
     });
 }
 
-/// CPU time of the calling thread, milliseconds; wall time where the system does not tell.
+/// Returns the CPU time of the calling thread, milliseconds; wall time on systems without `/proc`.
 fn cpu_ms() -> f64 {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let nanoseconds = told.and_then(|line| line.split(' ').next()?.parse::<f64>().ok());
+    let schedstat = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let nanoseconds = schedstat.and_then(|line| line.split(' ').next()?.parse::<f64>().ok());
     nanoseconds.unwrap_or_else(|| {
         let since = std::time::UNIX_EPOCH.elapsed().unwrap_or_default();
         since.as_nanos() as f64
     }) * 1e-6
 }
 
+/// Measures refitting, folds and contact with a body.
 fn body_contact(body: &TriMesh) {
     let mut surface = Surface::build(body);
     let mut folds = Folds::default();
@@ -66,7 +68,8 @@ fn body_contact(body: &TriMesh) {
     }
 }
 
-/// Particles all over the body, which turns by 1 rad/s and walks at 1.5 m/s.
+/// Measures contact of `count` particles all over a body that turns at 1 rad/s and moves at 1.5
+/// m/s.
 fn clothed(body: &TriMesh, count: usize, clearance_m: f32) {
     let mut normals = Vec::new();
     vertex_normals(&body.vertices, &body.faces, &mut normals);
@@ -92,7 +95,7 @@ fn clothed(body: &TriMesh, count: usize, clearance_m: f32) {
     println!("{count} particles {clearance_m} m from the body: {frame:.1} ms a frame");
 }
 
-/// Four layers of 124 × 124 squares of 1 cm, `gap` apart, that wave a little.
+/// Measures self-contact of four wavy layers of 123 × 123 squares of 1 cm, `gap` metres apart.
 fn self_contact(gap: f32) {
     let layer = sheet(123, 0.01);
     let up = |layer: usize| Vec3::new(0.003 * layer as f32, gap * layer as f32, 0.002 * layer as f32);

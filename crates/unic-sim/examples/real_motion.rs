@@ -1,19 +1,20 @@
-//! The T-shirt of the shared capture on real motion, beside Blender's own result where there is one.
+//! Simulates the T-shirt of the shared capture on captured motion and prints its quality, next to
+//! that of Blender's simulation where the capture has one.
 //!
 //! ```text
 //! cargo run --release -p unic-sim --example real_motion -- [--frames N] [CLIP...]
 //! ```
-//! A CLIP is the name of one in the capture or of a file in `motion/locomotion`; without any, a few
-//! of both. All numbers are of one thread.
+//! A CLIP is the name of a clip in the capture or of a file in `motion/locomotion`. The default is
+//! a selection of both. Everything runs on one thread.
 
 use glam::Vec3;
 use std::{path::PathBuf, sync::Arc, time::Instant};
-use unic_core::skeleton::Pose;
+use unic_core::Pose;
 use unic_io::{Capture, MotionOptions, import_motion};
 use unic_sim::{
     Cloth, ClothSpec, Material, Simulation, SimulationSettings,
+    quality::{ClipQuality, CreepReference, QualityMeter},
     self_contact::SelfContactSettings,
-    soundness::{Gauge, Soundness, Standing},
 };
 
 type Failure = Box<dyn std::error::Error>;
@@ -25,20 +26,20 @@ fn main() -> Result<(), Failure> {
         eprintln!("skipped: {} is not there", folder.display());
         return Ok(());
     }
-    let (limit, names) = arguments()?;
+    let Arguments { limit, names } = arguments()?;
     rayon::ThreadPoolBuilder::new()
         .num_threads(1)
         .use_current_thread()
         .build_global()?;
     let capture = Capture::open(&folder)?;
-    let scene = Scene::new(&capture)?;
+    let shirt = Shirt::new(&capture)?;
     println!("{:>16} frames  cpu ms  >1 mm %  deepest mm   p99 %  creep mm", "");
     for name in names {
         if folder.join("clips").join(format!("{name}.npz")).exists() {
             let clip = capture.load_clip(&name)?;
-            let mut blender = scene.gauge(clip.clip.fps);
+            let mut blender = shirt.meter(clip.clip.fps);
             for (pose, garment) in clip.clip.poses.iter().zip(clip.garment.iter()) {
-                blender.push(&scene.skinned(pose), garment);
+                blender.push(&shirt.skinned(pose), garment);
             }
             print(
                 &format!("{name} (B)"),
@@ -47,17 +48,18 @@ fn main() -> Result<(), Failure> {
                 &blender.finish(),
                 None,
             );
-            scene.run(&name, &clip.clip.poses, limit)?;
+            shirt.run(&name, &clip.clip.poses, limit)?;
         } else {
             let file = data.join("motion/locomotion").join(format!("{name}.npz"));
             let motion = import_motion(&file, &capture.character, &MotionOptions::default())?;
-            scene.run(&name, &motion.clip.poses, limit)?;
+            shirt.run(&name, &motion.clip.poses, limit)?;
         }
     }
     Ok(())
 }
 
-/// With the cloth's contact with itself where `SELF_CONTACT` is set: Blender's figures are without.
+/// Default settings, with self-contact if the environment variable `SELF_CONTACT` is set. Blender's
+/// simulation has none.
 fn settings() -> SimulationSettings {
     let has_self_contact = std::env::var_os("SELF_CONTACT").is_some();
     SimulationSettings {
@@ -66,11 +68,19 @@ fn settings() -> SimulationSettings {
     }
 }
 
-fn arguments() -> Result<(usize, Vec<String>), Failure> {
+/// Command-line arguments.
+struct Arguments {
+    /// Largest number of frames per clip.
+    limit: usize,
+    /// Names of the clips.
+    names: Vec<String>,
+}
+
+fn arguments() -> Result<Arguments, Failure> {
     let mut names: Vec<String> = std::env::args().skip(1).collect();
     let mut limit = usize::MAX;
     if names.first().is_some_and(|n| n == "--frames") {
-        limit = names.get(1).ok_or("--frames wants a number")?.parse()?;
+        limit = names.get(1).ok_or("--frames needs a number")?.parse()?;
         names.drain(..2);
     }
     if names.is_empty() {
@@ -85,17 +95,17 @@ fn arguments() -> Result<(usize, Vec<String>), Failure> {
         .map(String::from)
         .to_vec();
     }
-    Ok((limit, names))
+    Ok(Arguments { limit, names })
 }
 
-/// What all clips share.
-struct Scene<'a> {
+/// The garment that all clips share.
+struct Shirt<'a> {
     capture: &'a Capture,
     cloth: Arc<Cloth>,
-    standing: Standing,
+    creep: CreepReference,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> Shirt<'a> {
     fn new(capture: &'a Capture) -> Result<Self, Failure> {
         let rest = &capture.garment.rest;
         let cloth = Cloth::new(&ClothSpec::new(rest.clone(), Material::COTTON))?;
@@ -108,13 +118,13 @@ impl<'a> Scene<'a> {
         let character = Arc::new(capture.character.clone());
         Ok(Self {
             capture,
-            standing: Standing::new(&cloth, &character, &settings(), || true)?.ok_or("not finished")?,
+            creep: CreepReference::new(&cloth, &character, &settings(), || true)?.ok_or("not finished")?,
             cloth,
         })
     }
 
-    fn gauge(&self, fps: f32) -> Gauge {
-        Gauge::new(&self.capture.character, &self.capture.garment.rest, fps)
+    fn meter(&self, fps: f32) -> QualityMeter {
+        QualityMeter::new(&self.capture.character, &self.capture.garment.rest, fps)
     }
 
     fn skinned(&self, pose: &Pose) -> Vec<Vec3> {
@@ -134,8 +144,8 @@ impl<'a> Scene<'a> {
         let fps = settings.fps;
         let mut simulation = Simulation::on_character(Arc::clone(&self.cloth), character, settings)?;
         let garment = simulation.settle(&poses[0], &poses[1])?;
-        let mut gauge = self.gauge(fps);
-        gauge.push(&self.skinned(&poses[0]), garment);
+        let mut meter = self.meter(fps);
+        meter.push(&self.skinned(&poses[0]), garment);
         let poses = &poses[..poses.len().min(limit)];
         let mut seconds = 0.0;
         for pose in &poses[1..] {
@@ -143,26 +153,26 @@ impl<'a> Scene<'a> {
             simulation.step_frame(pose, Vec3::ZERO)?;
             seconds += cpu_seconds() - start;
             let body = simulation.body().ok_or("no body")?;
-            gauge.push(body, simulation.vertices());
+            meter.push(body, simulation.vertices());
         }
         let (skeleton, last) = (&self.capture.character.skeleton, &poses[poses.len() - 1]);
-        for pose in Standing::way_from(skeleton, last, fps) {
+        for pose in CreepReference::poses_to_standing(skeleton, last, fps) {
             simulation.step_frame(&pose, Vec3::ZERO)?;
         }
-        let creep_mm = self.standing.creep_mm(&simulation, skeleton, last);
+        let creep_mm = self.creep.creep_mm(&simulation, skeleton, last);
         let cpu_s = seconds / (poses.len() - 1) as f64;
-        print(name, poses.len(), cpu_s, &gauge.finish(), Some(creep_mm));
+        print(name, poses.len(), cpu_s, &meter.finish(), Some(creep_mm));
         Ok(())
     }
 }
 
-fn print(name: &str, frames: usize, cpu_s: f64, sound: &Soundness, creep_mm: Option<f32>) {
+fn print(name: &str, frames: usize, cpu_s: f64, quality: &ClipQuality, creep_mm: Option<f32>) {
     print!(
         "{name:>16} {frames:>6} {:>7.1} {:>8.2} {:>11.1} {:>7.1}",
         cpu_s * 1e3,
-        sound.inside_percent,
-        sound.deepest_mm,
-        sound.strain_p99_percent,
+        quality.inside_percent,
+        quality.deepest_mm,
+        quality.strain_p99_percent,
     );
     match creep_mm {
         Some(creep_mm) => println!(" {creep_mm:>7.1}"),
@@ -170,10 +180,10 @@ fn print(name: &str, frames: usize, cpu_s: f64, sound: &Soundness, creep_mm: Opt
     }
 }
 
-/// CPU time of this thread where the system tells, else wall time.
+/// Returns the CPU time of this thread, seconds; wall time on systems without `/proc`.
 fn cpu_seconds() -> f64 {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let nanoseconds = told.and_then(|t| t.split(' ').next().and_then(|n| n.parse::<f64>().ok()));
+    let schedstat = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let nanoseconds = schedstat.and_then(|t| t.split(' ').next().and_then(|n| n.parse::<f64>().ok()));
     static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
     nanoseconds.map_or_else(
         || START.get_or_init(Instant::now).elapsed().as_secs_f64(),

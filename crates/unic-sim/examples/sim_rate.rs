@@ -1,5 +1,5 @@
-//! Time of a frame for the built-in garments on the built-in human, walking, by threads and with and
-//! without self-contact.
+//! Prints the time per frame of the built-in garments on the built-in human while walking, for one
+//! and two threads, with and without self-contact.
 //!
 //! ```text
 //! cargo run --release -p unic-sim --example sim_rate -- [FRAMES [GARMENT...]]
@@ -12,7 +12,7 @@ use unic_builtin::{
     human::human,
     motion::standard_set,
 };
-use unic_core::{character::Character, skeleton::Pose, surface::Surface};
+use unic_core::{Pose, character::Character, surface::Surface};
 use unic_sim::{
     Attachment, Cloth, ClothSpec, Material, SettleSettings, Simulation, SimulationSettings,
     self_contact::SelfContactSettings,
@@ -28,7 +28,8 @@ const GARMENTS: [(&str, Maker); 4] = [
     ("robe", |c| Robe::default().make(c)),
 ];
 
-/// Enough to lie on the body; what is measured does not need to be at rest.
+/// Settling that is just long enough for the garment to lie on the body. It does not have to be at
+/// rest for this measurement.
 const SETTLE: SettleSettings = SettleSettings {
     hold_s: 0.3,
     move_s: 0.5,
@@ -55,15 +56,17 @@ fn main() -> Result<(), Failure> {
         let start = Instant::now();
         let cloth = Arc::new(Cloth::new(&spec)?);
         let build_ms = 1e3 * start.elapsed().as_secs_f64();
-        for own in [false, true] {
-            let settled = settled(&cloth, &character, &clip.poses, own)?;
+        for self_contact in [false, true] {
+            let settled = settled(&cloth, &character, &clip.poses, self_contact)?;
             for threads in [1, 2] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
                 let poses = &clip.poses[1..=frames];
-                let [wall, cpu] = pool.install(|| rate(settled.clone(), poses))?;
-                let (vertices, own) = (cloth.vertex_count(), if own { "on" } else { "off" });
+                let FrameTime { wall_ms, cpu_ms } = pool.install(|| frame_time(settled.clone(), poses))?;
+                let vertices = cloth.vertex_count();
+                let on = if self_contact { "on" } else { "off" };
                 println!(
-                    "{name:<13}  {vertices:>8}  {build_ms:>8.0}  {own:>4}  {threads:>7}  {wall:>8.1}  {cpu:>8.1}"
+                    "{name:<13}  {vertices:>8}  {build_ms:>8.0}  {on:>4}  {threads:>7}  {wall_ms:>8.1}  \
+                     {cpu_ms:>8.1}"
                 );
             }
         }
@@ -71,7 +74,8 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is attached follows the body; each part is of its own fabric.
+/// Describes a built-in garment: attached vertices follow the body, and each part has its own
+/// fabric.
 fn spec(made: &GarmentMesh, character: &Character) -> ClothSpec {
     let body = &character.body;
     let surface = Surface::build(body);
@@ -97,15 +101,15 @@ fn material(fabric: Fabric) -> Material {
     }
 }
 
-/// A garment at the first of the poses.
+/// A simulation that has settled in the first of the poses.
 fn settled(
     cloth: &Arc<Cloth>,
     character: &Arc<Character>,
     poses: &[Pose],
-    own: bool,
+    self_contact: bool,
 ) -> Result<Simulation, Failure> {
     let settings = SimulationSettings {
-        self_contact: own.then(|| SelfContactSettings {
+        self_contact: self_contact.then(|| SelfContactSettings {
             thickness_m: cloth.material().thickness,
             ..Default::default()
         }),
@@ -117,23 +121,31 @@ fn settled(
     Ok(simulation)
 }
 
-/// Wall and CPU milliseconds a frame.
-fn rate(mut simulation: Simulation, poses: &[Pose]) -> Result<[f64; 2], unic_sim::SimulationError> {
+/// Mean time of a frame.
+struct FrameTime {
+    wall_ms: f64,
+    cpu_ms: f64,
+}
+
+fn frame_time(mut simulation: Simulation, poses: &[Pose]) -> Result<FrameTime, unic_sim::SimulationError> {
     let (start, cpu) = (Instant::now(), cpu_seconds());
     for pose in poses {
         simulation.step_frame(pose, Vec3::ZERO)?;
     }
-    let a_frame = 1e3 / poses.len() as f64;
-    Ok([
-        start.elapsed().as_secs_f64() * a_frame,
-        (cpu_seconds() - cpu) * a_frame,
-    ])
+    let ms_per_frame = 1e3 / poses.len() as f64;
+    Ok(FrameTime {
+        wall_ms: start.elapsed().as_secs_f64() * ms_per_frame,
+        cpu_ms: (cpu_seconds() - cpu) * ms_per_frame,
+    })
 }
 
-/// CPU time of the process, seconds; zero where the system does not tell. In ticks of 10 ms.
+/// Returns the CPU time of the process in seconds, in ticks of 10 ms; zero on systems without
+/// `/proc`.
 fn cpu_seconds() -> f64 {
-    let told = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields = told.rsplit(')').next().unwrap_or_default().split_whitespace();
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // The name of the process may contain spaces, but it ends at the last parenthesis. User and
+    // system time are the 12th and 13th field after it.
+    let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
     let ticks = fields.skip(11).take(2).filter_map(|n| n.parse::<f64>().ok());
     ticks.sum::<f64>() / 100.0
 }

@@ -1,4 +1,4 @@
-//! The animated body between two poses.
+//! The animated body during an interval.
 
 use glam::Vec3;
 use unic_core::{
@@ -6,8 +6,10 @@ use unic_core::{
     topology::weld,
 };
 
-/// A skinned body over one interval of time, a frame or a part of one: its vertices at both ends,
-/// in between on straight lines. World space, metres; `fraction` runs from 0 at the start to 1.
+/// A skinned body during one interval, which is a frame or a part of one.
+///
+/// Vertices move on straight lines between their positions at the two ends, in world space, in
+/// metres. A `fraction` of the interval is 0 at its start and 1 at its end.
 ///
 /// ```
 /// use glam::Vec3;
@@ -26,16 +28,18 @@ use unic_core::{
 #[derive(Clone, Debug)]
 pub struct BodyInterval {
     faces: Vec<[u32; 3]>,
+    /// Lowest vertex at the bind-pose position of each vertex.
     first_at: Vec<u32>,
+    /// Faces over the vertices in `first_at`, so that normals are averaged across seams.
     welded: Vec<[u32; 3]>,
     start: PosedBody,
     end: PosedBody,
 }
 
-/// A body at one moment: positions in metres and unit normals, one a vertex.
+/// A body at one moment: the position in metres and the unit normal of each vertex.
 ///
-/// Vertices at the same place in the bind pose share their normal, so that normals interpolated over
-/// faces turn smoothly across seams.
+/// Vertices at the same position in the bind pose share their normal, so that normals interpolated
+/// over faces are continuous across seams.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PosedBody {
     pub(crate) positions: Vec<Vec3>,
@@ -43,10 +47,10 @@ pub(crate) struct PosedBody {
 }
 
 impl BodyInterval {
-    /// A body that stays in its bind pose.
+    /// Creates an interval in which the body rests in its bind pose.
     ///
     /// # Panics
-    /// When a face names a vertex that does not exist; [`TriMesh::check`] tells.
+    /// Panics when a face names a vertex that does not exist; see [`TriMesh::check`].
     pub fn new(bind: &TriMesh) -> Self {
         let first_at = weld(&bind.vertices);
         let welded = bind.faces.iter().map(|f| f.map(|v| first_at[v as usize]));
@@ -61,77 +65,83 @@ impl BodyInterval {
         interval
     }
 
-    /// Places the body: it stands still with these vertices.
+    /// Places the body at rest, with the given vertex positions in metres.
     ///
     /// # Panics
-    /// When the number of vertices is not the bind pose's.
+    /// Panics when the number of vertices differs from the bind pose's.
     pub fn reset(&mut self, vertices: &[Vec3]) {
         self.advance(vertices);
         self.start.clone_from(&self.end);
     }
 
-    /// Goes on to the next interval: the end becomes the start, and `end` the new end.
+    /// Moves on to the next interval: the current end becomes the start, and `end` holds the vertex
+    /// positions at the new end, in metres.
     ///
     /// # Panics
-    /// When the number of vertices is not the bind pose's.
+    /// Panics when the number of vertices differs from the bind pose's.
     pub fn advance(&mut self, end: &[Vec3]) {
         assert_eq!(end.len(), self.first_at.len(), "vertices of the body");
+        // Swapped instead of copied: the old start's buffers are overwritten.
         std::mem::swap(&mut self.start, &mut self.end);
         let PosedBody { positions, normals } = &mut self.end;
         positions.clear();
         positions.extend_from_slice(end);
+        // Welded faces give normals to the lowest vertex of each seam, which the others copy.
         vertex_normals(end, &self.welded, normals);
         for (vertex, &first) in self.first_at.iter().enumerate() {
             normals[vertex] = normals[first as usize];
         }
     }
 
-    /// Faces of the body: three vertices each.
+    /// Returns the faces of the body, as three vertex indices each.
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
 
-    /// Vertices at the start, metres.
+    /// Returns the vertex positions at the start, metres.
     pub fn start(&self) -> &[Vec3] {
         &self.start.positions
     }
 
-    /// Vertices at the end, metres.
+    /// Returns the vertex positions at the end, metres.
     pub fn end(&self) -> &[Vec3] {
         &self.end.positions
     }
 
-    /// A point of the surface, metres: a face and the weights of its corners.
+    /// Returns a point of the surface at a fraction of the interval, metres. The point is given by
+    /// a face and its barycentric weights.
     ///
     /// # Panics
-    /// When there is no such face.
+    /// Panics when the face does not exist.
     pub fn point(&self, face: u32, barycentric: Vec3, fraction: f32) -> Vec3 {
-        let at = |body: &PosedBody| blend(&body.positions, self.faces[face as usize], barycentric);
+        let at = |body: &PosedBody| interpolate(&body.positions, self.faces[face as usize], barycentric);
         at(&self.start).lerp(at(&self.end), fraction)
     }
 
-    /// Velocity of a point of the surface in an interval of `seconds`, m/s: the same throughout.
+    /// Returns the velocity of a point of the surface, m/s, if the interval lasts `seconds`. The
+    /// velocity is constant within the interval.
     ///
     /// # Panics
-    /// When there is no such face.
+    /// Panics when the face does not exist.
     pub fn velocity(&self, face: u32, barycentric: Vec3, seconds: f32) -> Vec3 {
         (self.point(face, barycentric, 1.0) - self.point(face, barycentric, 0.0)) / seconds
     }
 
-    /// The mean way of the vertices, metres: what the body as a whole travels.
-    pub fn drift(&self) -> Vec3 {
-        let ways = self.start().iter().zip(self.end()).map(|(a, b)| b - a);
-        ways.sum::<Vec3>() / self.start().len().max(1) as f32
+    /// Returns the mean displacement of the vertices in the interval, metres.
+    pub fn mean_displacement(&self) -> Vec3 {
+        let displacements = self.start().iter().zip(self.end()).map(|(a, b)| b - a);
+        displacements.sum::<Vec3>() / self.start().len().max(1) as f32
     }
 
-    /// The farthest way of any vertex beside a drift, metres.
-    pub(crate) fn travel_m(&self, drift: Vec3) -> f32 {
-        let ways = self.start().iter().zip(self.end()).map(|(a, b)| b - a);
-        let squared = ways.map(|way| way.distance_squared(drift));
+    /// Returns the largest displacement of any vertex relative to `mean`, metres.
+    pub(crate) fn max_relative_displacement_m(&self, mean: Vec3) -> f32 {
+        let displacements = self.start().iter().zip(self.end()).map(|(a, b)| b - a);
+        let squared = displacements.map(|d| d.distance_squared(mean));
         squared.fold(0.0, f32::max).sqrt()
     }
 
-    /// The body at `fraction`, into `out`.
+    /// Writes the body at `fraction` of the interval to `out`. Normals are interpolated linearly
+    /// and not normalised.
     pub(crate) fn pose_at(&self, fraction: f32, out: &mut PosedBody) {
         let between = |start: &[Vec3], end: &[Vec3], out: &mut Vec<Vec3>| {
             out.clear();
@@ -142,16 +152,17 @@ impl BodyInterval {
     }
 }
 
-/// Σ weightₖ · valueₖ over the corners of a face.
+/// Interpolates vertex values at a point of a face: Σ weightₖ · valueₖ over its corners.
 #[inline]
-pub(crate) fn blend(values: &[Vec3], face: [u32; 3], weights: Vec3) -> Vec3 {
+pub(crate) fn interpolate(values: &[Vec3], face: [u32; 3], weights: Vec3) -> Vec3 {
     let [a, b, c] = corners_of(values, face);
     a * weights.x + b * weights.y + c * weights.z
 }
 
-/// Values at the corners of a face. Written out: `map` over an array of three is not always inlined.
+/// Returns the vertex values at the corners of a face.
 #[inline]
 pub(crate) fn corners_of(values: &[Vec3], face: [u32; 3]) -> [Vec3; 3] {
+    // Written out, because `map` over an array of three is not always inlined.
     let [a, b, c] = face;
     [values[a as usize], values[b as usize], values[c as usize]]
 }
@@ -161,10 +172,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_interval_begins_where_the_last_one_ended() {
+    fn an_interval_begins_where_the_previous_one_ended() {
         let body = TriMesh::new(vec![Vec3::ZERO, Vec3::Z, Vec3::X], vec![[0, 1, 2]]).unwrap();
         let mut interval = BodyInterval::new(&body);
-        assert_eq!(interval.drift(), Vec3::ZERO);
+        assert_eq!(interval.mean_displacement(), Vec3::ZERO);
         let moved = |by: f32| -> Vec<Vec3> { body.vertices.iter().map(|v| v + Vec3::X * by).collect() };
         interval.advance(&moved(1.0));
         interval.advance(&moved(3.0));
@@ -173,7 +184,10 @@ mod tests {
             (&moved(1.0)[..], &moved(3.0)[..])
         );
         assert_eq!(
-            (interval.drift(), interval.travel_m(Vec3::X)),
+            (
+                interval.mean_displacement(),
+                interval.max_relative_displacement_m(Vec3::X)
+            ),
             (Vec3::X * 2.0, 1.0)
         );
         let centre = Vec3::splat(1.0 / 3.0);
@@ -182,6 +196,6 @@ mod tests {
         interval.pose_at(0.25, &mut posed);
         assert_eq!((posed.positions[0].x, posed.normals[0]), (1.5, Vec3::Y));
         interval.reset(&moved(7.0));
-        assert_eq!(interval.drift(), Vec3::ZERO);
+        assert_eq!(interval.mean_displacement(), Vec3::ZERO);
     }
 }

@@ -1,4 +1,4 @@
-//! A garment as the solver sees it: built once, shared by any number of simulations.
+//! A garment prepared for the solver: built once, shared by any number of simulations.
 
 mod build;
 mod hinges;
@@ -6,8 +6,8 @@ mod order;
 
 use crate::{
     Material,
-    aggregate::Aggregates,
-    constraint::{Coloured, bend::BendBlock, stretch::StretchBlock},
+    constraint::{ColouredConstraints, bend::BendBlock, stretch::StretchBlock},
+    long_range::LongRangeLimits,
 };
 use glam::Vec3;
 use thiserror::Error;
@@ -16,25 +16,25 @@ use unic_core::{mesh::TriMesh, surface::Surface};
 /// Description of a [`Cloth`].
 #[derive(Debug, Clone)]
 pub struct ClothSpec {
-    /// The rest shape: defines rest lengths, areas and angles; in the character's bind-pose space
-    /// when there is one. Where it has UVs, their v axis is the direction of the warp.
+    /// Rest shape: defines rest lengths, areas and angles. It lies in the character's bind-pose
+    /// space if there is a character. Where it has UVs, their v axis is the direction of the warp.
     pub rest: TriMesh,
-    /// One material at least.
+    /// Materials, at least one.
     pub materials: Vec<Material>,
-    /// Material of each face; empty means the first for all.
+    /// Index of the material of each face; empty assigns the first material to all faces.
     pub face_materials: Vec<u16>,
-    /// Share of the rest shape's angles that the cloth wants to keep: one for pleats and darts
-    /// pressed into it, zero for cloth that wants to be flat everywhere.
+    /// Share of the rest shape's dihedral angles that are rest angles of bending. One keeps pleats
+    /// and darts, zero lets the cloth straighten everywhere.
     pub rest_angle_share: f32,
-    /// Vertices that never move unless [`Simulation::move_pins`](crate::Simulation::move_pins)
-    /// moves them.
+    /// Pinned vertices, which move only by
+    /// [`Simulation::move_pins`](crate::Simulation::move_pins).
     pub pins: Vec<u32>,
-    /// Vertices that follow the body.
+    /// Vertices that follow points of the body.
     pub attachments: Vec<Attachment>,
 }
 
 impl ClothSpec {
-    /// Cloth of one material that keeps its rest angles, free everywhere.
+    /// Describes cloth of one material that keeps its rest angles, without pins and attachments.
     pub fn new(rest: TriMesh, material: Material) -> Self {
         Self {
             rest,
@@ -47,32 +47,35 @@ impl ClothSpec {
     }
 }
 
-/// A garment vertex that follows a point of the body's surface, as a waistband does.
+/// A spring between a garment vertex and a point of the body's surface, for example at a waistband.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Attachment {
-    /// The garment's vertex.
+    /// Index of the garment's vertex.
     pub vertex: u32,
-    /// Face of the body.
+    /// Index of the body's face.
     pub face: u32,
-    /// Weights of the face's corners: sum one; negative ones lie beside the face in its plane.
+    /// Barycentric weights of the face's corners, of sum one. A point beside the face in its plane
+    /// has negative weights.
     pub barycentric: Vec3,
-    /// Distance to keep from the face along its normal, metres.
+    /// Offset of the target from the face along its normal, metres.
     pub offset: f32,
-    /// Compliance of the spring in between, m/N; zero is rigid.
+    /// Compliance of the spring, m/N; zero is rigid.
     pub compliance: f32,
 }
 
 impl Attachment {
-    /// Attaches a vertex at `place` to the face of the body that is closest to it, so that it stays
-    /// where it is while the body does. None for a body without a sound face.
+    /// Attaches a vertex to the closest face of the body, with the vertex position as target.
     ///
-    /// `surface` is the body in its bind pose, like `place`.
-    pub fn to_nearest(vertex: u32, place: Vec3, body: &TriMesh, surface: &Surface) -> Option<Self> {
-        let face = surface.closest(place)?.face;
+    /// `position`, `body` and `surface` are in bind-pose space, in metres. Returns `None` when all
+    /// faces of the body are degenerate.
+    pub fn to_nearest(vertex: u32, position: Vec3, body: &TriMesh, surface: &Surface) -> Option<Self> {
+        let face = surface.closest(position)?.face;
         let [a, b, c] = body.faces[face as usize].map(|v| body.vertices[v as usize]);
-        let (ab, ac, arm) = (b - a, c - a, place - a);
+        let (ab, ac, arm) = (b - a, c - a, position - a);
         let normal = ab.cross(ac).try_normalize()?;
         let per_area = ab.cross(ac).dot(normal).recip();
+        // Weights of the projection onto the face's plane, not clamped: the vertex keeps its place
+        // even beside the face.
         let (v, w) = (
             arm.cross(ac).dot(normal) * per_area,
             ab.cross(arm).dot(normal) * per_area,
@@ -87,138 +90,160 @@ impl Attachment {
     }
 }
 
-/// What is wrong with a [`ClothSpec`].
+/// An invalid [`ClothSpec`].
 #[derive(Debug, Error, PartialEq)]
 pub enum ClothError {
-    /// The mesh itself.
+    /// An invalid mesh.
     #[error("garment {0}")]
     Mesh(#[from] unic_core::mesh::MeshError),
-    /// No triangle with three different corners.
+    /// A mesh without any triangle that has three different corners.
     #[error("garment: expected at least one triangle with three different corners, found none")]
     Empty,
     /// UV indices that do not fit the mesh.
-    #[error("garment: UVs of face {face} are not there")]
+    #[error("garment: expected UVs for face {face}, found none or an index beyond the UV coordinates")]
     Uvs {
-        /// The face.
+        /// Index of the face.
         face: usize,
     },
-    /// A material that physics cannot take.
-    #[error("garment: {quantity} of material {material} is {found}, which no cloth has")]
+    /// A material quantity out of range.
+    #[error(
+        "garment: expected a valid {quantity} of material {material} (finite, not negative, density above zero), \
+         found {found}"
+    )]
     Material {
         /// Index of the material.
         material: usize,
         /// Name of the field.
         quantity: &'static str,
-        /// Its value.
+        /// Value of the field.
         found: f32,
     },
-    /// `face_materials` does not fit.
+    /// A wrong number of entries in `face_materials`.
     #[error("garment: expected a material for each of {faces} faces, found {found}")]
     FaceMaterials {
-        /// Faces of the mesh.
+        /// Number of faces of the mesh.
         faces: usize,
-        /// Entries found.
+        /// Number of entries.
         found: usize,
     },
-    /// A material beyond the list, or an empty list.
-    #[error("garment: face {face} names material {found} of {materials}")]
+    /// A material index beyond the list, or an empty list.
+    #[error("garment: expected face {face} to name one of {materials} materials, found index {found}")]
     NoMaterial {
-        /// The face.
+        /// Index of the face.
         face: usize,
-        /// Index found.
+        /// Index of the material that the face names.
         found: usize,
-        /// Materials given.
+        /// Number of materials.
         materials: usize,
     },
-    /// A pin or an attachment beyond the vertices.
-    #[error("garment: vertex {vertex} is pinned or attached, but there are {vertices}")]
+    /// A pin or an attachment that names a vertex beyond the mesh.
+    #[error("garment: expected pinned and attached vertices below {vertices}, found {vertex}")]
     Vertex {
-        /// Index found.
+        /// Index of the vertex.
         vertex: u32,
-        /// Vertices of the mesh.
+        /// Number of vertices of the mesh.
         vertices: usize,
     },
 }
 
-/// A garment ready to be simulated.
+/// Numbers of constraints in a [`Cloth`], by kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ConstraintCounts {
+    /// Number of triangles that resist stretch.
+    pub triangles: usize,
+    /// Number of hinges that resist bending.
+    pub hinges: usize,
+    /// Number of distance limits between coarse particles, on all levels.
+    pub long_range: usize,
+}
+
+/// A garment prepared for simulation.
 ///
-/// Vertices at the same place are one particle (panels are sewn together); a vertex that belongs to
-/// no triangle goes with the nearest one that does. Particles are sorted along a space-filling curve,
-/// so that neighbours are neighbours in memory and the result does not depend on the numbering of
-/// vertices and faces.
+/// Vertices at the same position are one particle, so that panels are sewn together. A vertex that
+/// belongs to no triangle follows the nearest one that does. Particles are sorted along a
+/// space-filling curve, so that neighbours are close in memory. The result therefore does not
+/// depend on the numbering of vertices and faces.
 ///
-/// Without UVs the warp runs along the vertical of the rest shape, or along +Z in triangles within
-/// some 18° of horizontal: the grain of a garment that hangs.
+/// Without UVs the warp runs along the vertical of the rest shape, as in most garments. In
+/// triangles within about 18° of horizontal it runs along +Z.
 #[derive(Debug, Clone)]
 pub struct Cloth {
     /// Particle of each vertex of the mesh.
     pub(crate) particle_of_vertex: Vec<u32>,
-    /// Particles and triangles at rest.
+    /// Rest shape: one vertex per particle, and triangles between particles.
     pub(crate) rest: TriMesh,
-    /// Of each triangle, kg.
+    /// Mass of each triangle, kg.
     pub(crate) face_masses: Vec<f32>,
-    /// Of each particle, kg; zero inverse where pinned.
+    /// Mass of each particle, pinned or not, kg.
     pub(crate) masses: Vec<f32>,
+    /// Inverse mass of each particle, 1/kg; zero for pinned particles.
     pub(crate) inverse_masses: Vec<f32>,
-    /// Faces around particle i are `around[starts[i]..starts[i + 1]]`.
-    pub(crate) starts: Vec<u32>,
-    pub(crate) around: Vec<u32>,
-    pub(crate) stretch: Coloured<StretchBlock, 3>,
-    pub(crate) bend: Coloured<BendBlock, 4>,
-    pub(crate) aggregates: Aggregates,
-    /// Attachments by particle, one each.
+    /// Row starts of `faces_of_particles`: the faces around particle i are
+    /// `faces_of_particles[face_starts[i]..face_starts[i + 1]]`.
+    pub(crate) face_starts: Vec<u32>,
+    pub(crate) faces_of_particles: Vec<u32>,
+    pub(crate) stretch: ColouredConstraints<StretchBlock, 3>,
+    pub(crate) bend: ColouredConstraints<BendBlock, 4>,
+    pub(crate) long_range: LongRangeLimits,
+    /// Attachments sorted by particle, at most one per particle; `vertex` is the particle.
     pub(crate) attachments: Vec<Attachment>,
-    pub(crate) pins: Vec<(u32, u32)>,
+    /// Particle of each pin, in the order of `ClothSpec::pins`.
+    pub(crate) pins: Vec<u32>,
     material: Material,
 }
 
 impl Cloth {
-    /// Checks a description and prepares everything that does not change in a simulation.
+    /// Checks a description and prepares everything that is constant during a simulation.
     ///
     /// # Errors
-    /// What [`ClothError`] lists. Degenerate triangles, edges of more than two triangles, seams,
-    /// holes and separate parts are no errors.
+    /// Returns a [`ClothError`] for an invalid description. Degenerate triangles, edges of more
+    /// than two triangles, seams, holes and separate parts are valid.
     pub fn new(spec: &ClothSpec) -> Result<Self, ClothError> {
         build::cloth(spec)
     }
 
-    /// Vertices of the mesh.
+    /// Returns the number of vertices of the mesh.
     pub fn vertex_count(&self) -> usize {
         self.particle_of_vertex.len()
     }
 
-    /// Particles: vertices at different places.
+    /// Returns the number of particles, which is the number of distinct vertex positions in use.
     pub fn particle_count(&self) -> usize {
         self.rest.vertices.len()
     }
 
-    /// Particle of each vertex of the mesh.
+    /// Returns the particle of each vertex of the mesh.
     pub fn particle_of_vertex(&self) -> &[u32] {
         &self.particle_of_vertex
     }
 
-    /// The rest shape, with particles for vertices.
+    /// Returns the rest shape, whose vertices are the particles.
     pub fn rest(&self) -> &TriMesh {
         &self.rest
     }
 
-    /// Mass of each particle, kg: a third of each triangle around.
+    /// Returns the mass of each particle, kg: a third of each triangle around it.
     pub fn masses(&self) -> &[f32] {
         &self.masses
     }
 
-    /// Number of constraints: triangles, hinges, and pairs of aggregates.
-    pub fn constraint_counts(&self) -> [usize; 3] {
-        [self.stretch.len(), self.bend.len(), self.aggregates.pair_count()]
+    /// Returns the number of constraints of each kind.
+    pub fn constraint_counts(&self) -> ConstraintCounts {
+        ConstraintCounts {
+            triangles: self.stretch.len(),
+            hinges: self.bend.len(),
+            long_range: self.long_range.limit_count(),
+        }
     }
 
-    /// The material that covers most of the cloth: its thickness and friction are those of contact.
+    /// Returns the material that covers the largest area. Its thickness and friction apply to
+    /// contact.
     pub fn material(&self) -> &Material {
         &self.material
     }
 
-    /// Positions of the mesh's vertices from those of the particles.
-    pub fn spread(&self, particles: &[Vec3], vertices: &mut Vec<Vec3>) {
+    /// Writes the positions of the mesh's vertices, given those of the particles, to `vertices`.
+    pub fn vertex_positions(&self, particles: &[Vec3], vertices: &mut Vec<Vec3>) {
         vertices.clear();
         vertices.extend(self.particle_of_vertex.iter().map(|&p| particles[p as usize]));
     }

@@ -1,10 +1,18 @@
-//! Constraints sorted into colours, so that those of one colour share no particle.
+//! Graph colouring of constraints: those of one colour share no particle and can be solved in
+//! parallel.
 
-/// Splits `constraints` (the particles of each) into colours, greedily and in order: indices of the
-/// constraints of each colour, ascending. Every constraint is in exactly one colour and no two of
-/// a colour name the same particle.
-pub(crate) fn colours<const N: usize>(constraints: &[[u32; N]], particle_count: usize) -> Vec<Vec<u32>> {
+/// Splits constraints, each given by its particles, into colours, greedily and in order.
+///
+/// Returns the indices of the constraints of each colour, ascending. Every constraint has exactly
+/// one colour, and no two constraints of a colour name the same particle.
+pub(crate) fn colour_constraints<const N: usize>(
+    constraints: &[[u32; N]],
+    particle_count: usize,
+) -> Vec<Vec<u32>> {
+    // One pass over the uncoloured constraints per colour. The order of the constraints decides the
+    // colours, and with them the order of the Gauss-Seidel sweep: it must not depend on threads.
     let mut waiting: Vec<u32> = (0..constraints.len() as u32).collect();
+    // Last colour that has used each particle.
     let mut taken_by = vec![u32::MAX; particle_count];
     let mut colours = Vec::new();
     while !waiting.is_empty() {
@@ -31,10 +39,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn colours_cover_all_and_share_nothing(
+        fn every_constraint_has_one_colour_and_no_colour_shares_a_particle(
             constraints in vec([0u32..40, 40..80, 80..120], 0..200),
         ) {
-            let colours = colours(&constraints, 120);
+            let colours = colour_constraints(&constraints, 120);
             let mut seen: Vec<u32> = colours.concat();
             seen.sort_unstable();
             prop_assert_eq!(seen, (0..constraints.len() as u32).collect::<Vec<_>>());

@@ -1,38 +1,38 @@
-//! What can go wrong while cloth moves.
+//! Errors of a simulation.
 
 use thiserror::Error;
 
-/// What is wrong with a simulation's inputs or state.
+/// An invalid input of a simulation, or a state that is not finite.
 #[derive(Debug, Error, PartialEq)]
 pub enum SimulationError {
-    /// A position that is no number.
+    /// A position that is infinite or NaN.
     #[error("simulation: the position of vertex {vertex} is not finite after {seconds:.3} s")]
     NotFinite {
-        /// The first such vertex.
+        /// Index of the first such vertex.
         vertex: usize,
-        /// Simulated time since the start of settling.
+        /// Simulated time since the garment was placed, seconds.
         seconds: f64,
     },
-    /// A pose of another skeleton, or one that is not finite.
+    /// A pose that has the wrong number of joints or is not finite.
     #[error("simulation: expected a finite pose of {expected} joints, found one of {found}")]
     Pose {
-        /// Joints of the character.
+        /// Number of joints of the character.
         expected: usize,
-        /// Joints of the pose.
+        /// Number of joints of the pose.
         found: usize,
     },
-    /// Something that needs a body in a simulation without one.
+    /// A request that needs a character, in a simulation without one.
     #[error("simulation: {what} needs a character, and there is none")]
     NoCharacter {
-        /// What needs it.
+        /// Name of the request or input.
         what: &'static str,
     },
     /// An attachment to a face that the body does not have.
-    #[error("simulation: a vertex is attached to face {found} of a body of {faces} faces")]
+    #[error("simulation: expected attachments to faces below {faces}, found face {found}")]
     Attachment {
-        /// Index found.
+        /// Index of the face that the attachment names.
         found: u32,
-        /// Faces of the body.
+        /// Number of faces of the body.
         faces: usize,
     },
     /// A setting out of range.
@@ -40,12 +40,12 @@ pub enum SimulationError {
     Setting {
         /// Name of the field.
         name: &'static str,
-        /// What it should be.
+        /// Range of valid values, in words.
         expected: &'static str,
-        /// Its value.
+        /// Value of the setting.
         found: f32,
     },
-    /// No wind is a number.
+    /// A wind that is infinite or NaN.
     #[error("simulation: the wind is not finite")]
     Wind,
 }

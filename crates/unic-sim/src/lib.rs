@@ -1,8 +1,8 @@
 //! Cloth simulation on animated bodies: the physics that makes training data.
 //!
-//! A [`Cloth`] is built once from a rest mesh and a [`Material`]; any number of [`Simulation`]s share
-//! it. On a character, [`Simulation::settle`] begins a clip from the rest shape and
-//! [`Simulation::step_frame`] goes from pose to pose.
+//! A [`Cloth`] is built once from a rest mesh and a [`Material`]; any number of [`Simulation`]s
+//! share it. On a character, [`Simulation::settle`] brings the garment from its rest shape to the
+//! first frame of a clip. [`Simulation::step_frame`] then advances it by one pose at a time.
 //!
 //! ```
 //! use glam::Vec3;
@@ -10,7 +10,7 @@
 //! use unic_core::mesh::TriMesh;
 //! use unic_sim::{Cloth, ClothSpec, Material, Simulation, SimulationSettings};
 //!
-//! // A handkerchief of 20 cm, held at one corner.
+//! // A handkerchief of 20 cm, pinned at one corner.
 //! let place = |i: u32| Vec3::new((i % 21) as f32, 0.0, (i / 21) as f32) * 0.01;
 //! let squares = (0..20).flat_map(|z| (0..20).map(move |x| 21 * z + x));
 //! let faces = squares.flat_map(|a: u32| [[a, a + 21, a + 1], [a + 1, a + 21, a + 22]]);
@@ -34,7 +34,8 @@
 //! # use std::sync::Arc;
 //! # use unic_core::{character::Character, clip::Clip, mesh::TriMesh};
 //! # use unic_sim::{Cloth, ClothSpec, Material, Simulation, SimulationSettings};
-//! # fn run(garment: TriMesh, character: Arc<Character>, clip: Clip) -> Result<(), Box<dyn std::error::Error>> {
+//! # type Result = std::result::Result<(), Box<dyn std::error::Error>>;
+//! # fn run(garment: TriMesh, character: Arc<Character>, clip: Clip) -> Result {
 //! let cloth = Arc::new(Cloth::new(&ClothSpec::new(garment, Material::COTTON))?);
 //! let settings = SimulationSettings { fps: clip.fps, ..Default::default() };
 //! let mut simulation = Simulation::on_character(cloth, character, settings)?;
@@ -51,34 +52,35 @@
 //! Extended position-based dynamics with small steps (Macklin et al. 2019): 20 steps a frame by
 //! default, each with one Gauss-Seidel sweep over all constraints.
 //!
-//! - **Stretch**: three Green strains a triangle, along warp and weft and in shear.
-//! - **Bending**: the angle at each edge, from the angle that it has at rest.
-//! - **Aggregates**: coarse groups of particles that may not part farther than the cloth between them
-//!   is long; they carry the weight of long fine garments, which triangle after triangle would
-//!   stretch like rubber.
-//! - **Soundness**: [`soundness`] counts penetration, strain and creeping of what came out.
-//! - **Contact**: [`contact`] with the [`body`] and the ground, [`self_contact`] of the cloth, both with
-//!   Coulomb friction.
-//! - [`Air`]: drag of still air and wind, by triangle.
+//! - **Stretch**: three Green strains per triangle, along warp and weft and in shear.
+//! - **Bending**: the dihedral angle at each edge, relative to its rest angle.
+//! - **Long-range limits**: coarse particles, each a weighted group of particles. Two of them may
+//!   not be farther apart than the cloth between them is long. One sweep over the triangles alone
+//!   would let long fine garments stretch like rubber under their own weight.
+//! - **Contact**: [`contact`] with the [`body`] and the ground, and [`self_contact`] of the cloth.
+//!   Both have Coulomb friction.
+//! - [`Air`]: drag of still air and wind, per triangle.
 //!
-//! Constraints that share no particle are solved eight at a time and by all threads of the current
+//! Constraints that share no particle are solved eight at a time, by all threads of the current
 //! rayon pool. The same inputs give the same bytes for any number of threads.
+//!
+//! [`quality`] measures penetration, strain and creep of simulated clips.
 //!
 //! # Conventions
 //!
 //! Metres, kilograms, seconds, radians, f32; +Y up. Rest shapes are in the character's bind-pose
-//! space, everything else in world space. [`Cloth`] is an asset, [`Particles`] are state, the rest of a
-//! [`Simulation`] is scratch.
+//! space, everything else is in world space. [`Cloth`] is an asset, [`Particles`] are state, the
+//! rest of a [`Simulation`] is scratch.
 //!
 //! # Limits
 //!
-//! Steps are of first order and damp fast oscillation. With one sweep a step, a constraint is at most as
-//! stiff as inertia lets it be: stretch is helped by the aggregates, bending is not. On triangles of
-//! side h, bending keeps its stiffness B while B Δt² is well below some 0.03 · density · h⁴: 20 steps a
-//! frame do for cotton from 1 cm upwards; denim or finer triangles want more, or hang softer than they
-//! are. Cloth does not harden, tear or keep creases.
+//! Time integration is of first order and damps fast oscillation. With one sweep per step, the
+//! effective stiffness of a constraint is limited by inertia. The long-range limits compensate for
+//! this in stretch, but nothing does in bending. On triangles of side h, bending keeps its
+//! stiffness B while B Δt² is well below 0.03 · density · h⁴. Twenty steps a frame suffice for
+//! cotton with triangles of 1 cm and more. Denim or finer triangles need more steps, or drape too
+//! softly. Cloth does not harden, tear or keep creases.
 
-mod aggregate;
 mod air;
 pub mod body;
 mod cloth;
@@ -86,15 +88,16 @@ mod colouring;
 mod constraint;
 pub mod contact;
 mod error;
-mod lanes;
+mod long_range;
 mod material;
 mod particles;
+pub mod quality;
 pub mod self_contact;
+mod simd;
 mod simulation;
-pub mod soundness;
 
 pub use air::Air;
-pub use cloth::{Attachment, Cloth, ClothError, ClothSpec};
+pub use cloth::{Attachment, Cloth, ClothError, ClothSpec, ConstraintCounts};
 pub use error::SimulationError;
 pub use material::Material;
 pub use particles::Particles;

@@ -1,22 +1,25 @@
-//! What cloth is made of, in the units of the textile laboratory.
+//! Fabrics, in the units of the textile laboratory.
 
 use serde::{Deserialize, Serialize};
 
 /// A woven or knitted fabric.
 ///
-/// The presets have values typical of such fabrics in the units of the Kawabata evaluation system
-/// (S. Kawabata, "The Standardization and Analysis of Hand Evaluation", 1980), whose sheets give
-/// bending rigidity B in gf·cm²/cm (9.81e-5 N·m) and shear rigidity G in gf/(cm·degree) (56.2 N/m a
-/// radian); single fabrics differ by a factor of two and more. Tension is that of small loads, where
-/// crimp straightens; the moduli at the sheets' 500 gf/cm are several times higher and no garment
-/// gets there.
+/// The presets have values typical of such fabrics, measured with the Kawabata evaluation system
+/// (S. Kawabata, "The Standardization and Analysis of Hand Evaluation", 1980). Its data sheets give
+/// bending rigidity B in gf·cm²/cm (9.81e-5 N·m) and shear rigidity G in gf/(cm·degree) (56.2 N/m
+/// per radian). Single fabrics differ by a factor of two and more.
+///
+/// Tensile stiffness is that of small loads, at which the crimp of the yarns straightens. The
+/// stiffness at 500 gf/cm, the largest load of the data sheets, is several times higher. Garments
+/// do not reach such loads.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
     /// Mass per area, kg/m².
     pub area_density: f32,
-    /// Tension per width and strain along the warp, N/m. Along the UVs' v axis where a mesh has
-    /// them, else along the vertical of the rest shape, see [`Cloth`](crate::Cloth).
+    /// Tension per width and strain along the warp, N/m. The warp runs along the v axis of the UVs
+    /// where a mesh has them, else along the vertical of the rest shape, see
+    /// [`Cloth`](crate::Cloth).
     pub warp_stiffness: f32,
     /// Tension per width and strain across the warp, N/m.
     pub weft_stiffness: f32,
@@ -24,11 +27,11 @@ pub struct Material {
     pub shear_stiffness: f32,
     /// Moment per width and curvature, N·m: Kawabata's B.
     pub bending_stiffness: f32,
-    /// Time constant τ of internal friction in bending, seconds: a moment τ·B times the rate of
-    /// curvature.
+    /// Time constant τ of internal damping in bending, seconds. The damping moment is τ·B times the
+    /// rate of change of curvature.
     pub bending_damping_s: f32,
-    /// Distance that the middle of the cloth keeps from a body, metres; twice the half thickness
-    /// between two layers. Real fabrics are thinner; a triangle mesh needs the room.
+    /// Distance between the cloth's middle surface and the body in contact, and between two layers
+    /// of cloth, metres. Real fabrics are thinner; a triangle mesh needs the margin.
     pub thickness: f32,
     /// Coefficient of static friction on skin.
     pub static_friction: f32,
@@ -89,7 +92,7 @@ impl Material {
         sliding_friction: 0.35,
     };
 
-    /// The presets with the names that a command line gives them.
+    /// All presets with their names on the command line.
     pub const PRESETS: [(&'static str, Self); 4] = [
         ("cotton", Self::COTTON),
         ("denim", Self::DENIM),
@@ -97,15 +100,15 @@ impl Material {
         ("tulle", Self::TULLE),
     ];
 
-    /// A preset by its name.
+    /// Returns the preset of a name.
     pub fn preset(name: &str) -> Option<Self> {
         let found = Self::PRESETS.iter().find(|(known, _)| *known == name);
         found.map(|(_, material)| *material)
     }
 
-    /// The first quantity that physics or arithmetic cannot take, with its value: density must be
-    /// positive, the others not negative, all finite.
-    pub(crate) fn first_bad(&self) -> Option<(&'static str, f32)> {
+    /// Returns the name and value of the first invalid quantity. The density must be positive, the
+    /// others not negative, all finite.
+    pub(crate) fn first_invalid(&self) -> Option<(&'static str, f32)> {
         let quantities = [
             ("area_density", self.area_density),
             ("warp_stiffness", self.warp_stiffness),
@@ -129,9 +132,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn presets_are_sound_and_found_by_name() {
+    fn presets_are_valid_and_found_by_name() {
         for (name, material) in Material::PRESETS {
-            assert_eq!(material.first_bad(), None, "{name}");
+            assert_eq!(material.first_invalid(), None, "{name}");
             assert_eq!(Material::preset(name), Some(material));
         }
         assert_eq!(Material::preset("chain mail"), None);
@@ -139,6 +142,6 @@ mod tests {
             area_density: 0.0,
             ..Material::SILK
         };
-        assert_eq!(weightless.first_bad(), Some(("area_density", 0.0)));
+        assert_eq!(weightless.first_invalid(), Some(("area_density", 0.0)));
     }
 }

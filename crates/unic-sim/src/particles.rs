@@ -1,19 +1,20 @@
-//! The state that every constraint reads and moves.
+//! The state of the simulated cloth.
 
 use glam::Vec3;
 
-/// Mass points of one garment, a vertex each, in world space.
+/// Mass points of one garment, in world space.
 ///
-/// Within a substep `positions` are predictions that constraints move; `previous` are the positions
-/// at the substep's start, so that `positions - previous` is the motion that friction acts on.
+/// Within a substep `positions` are predictions, which constraints correct. `previous` holds the
+/// positions at the start of the substep, so that `positions - previous` is the displacement that
+/// friction acts on.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Particles {
     /// Positions, metres.
     pub positions: Vec<Vec3>,
     /// Positions at the start of the substep, metres.
     pub previous: Vec<Vec3>,
-    /// Velocities, metres a second.
+    /// Velocities, m/s.
     pub velocities: Vec<Vec3>,
-    /// One over the mass, 1/kg; zero pins a particle.
+    /// Inverse masses, 1/kg; a particle of zero inverse mass is pinned.
     pub inverse_masses: Vec<f32>,
 }

@@ -1,67 +1,74 @@
-//! The simulation of one garment: state, and its steps.
+//! The simulation of one garment: its state and its time steps.
 
-mod approach;
+mod animated_character;
+mod pre_roll;
 mod settings;
-mod wearer;
 
 pub use settings::{SettleSettings, SimulationSettings};
 
 use crate::{
     Cloth, Particles, SimulationError,
-    aggregate::AggregateScratch,
     air::Drag,
     contact::{ContactSettings, Friction},
+    long_range::LongRangeScratch,
     self_contact::SelfContacts,
 };
-use approach::Approach;
-pub(crate) use approach::heading;
+use animated_character::AnimatedCharacter;
 use glam::Vec3;
+use pre_roll::PreRoll;
+pub(crate) use pre_roll::heading;
 use rayon::prelude::*;
-use std::sync::Arc;
-use unic_core::{character::Character, skeleton::Pose};
-use wearer::Wearer;
+use std::{ops::Range, sync::Arc};
+use unic_core::{Pose, character::Character};
 
-/// Particles that one thread takes at a time when each costs little.
+/// Fewest particles that one rayon task updates. The work per particle is so small that smaller
+/// tasks would cost more in scheduling than they gain.
 const CHUNK: usize = 2048;
 
-/// One garment in motion.
+/// A simulation of one garment.
 ///
 /// Owns the state; the [`Cloth`] and the [`Character`] are shared. Every step gives the same bytes
-/// for any number of threads of the rayon pool that it is called in.
+/// for any number of threads in the current rayon pool.
 #[derive(Debug, Clone)]
 pub struct Simulation {
     cloth: Arc<Cloth>,
     settings: SimulationSettings,
-    wearer: Option<Wearer>,
+    /// The character that wears the garment, if there is one.
+    character: Option<AnimatedCharacter>,
     self_contacts: Option<SelfContacts>,
     particles: Particles,
-    /// Where pins are on their way to, and where they come from.
+    /// Pin positions at the end of the current frame, in the order of `ClothSpec::pins`, metres.
     pin_targets: Vec<Vec3>,
+    /// Pin positions at the start of the current frame, metres.
     pin_starts: Vec<Vec3>,
     seconds: f64,
     drag: Drag,
-    aggregates: AggregateScratch,
+    long_range: LongRangeScratch,
+    /// Vertex positions after the last frame, metres.
     vertices: Vec<Vec3>,
 }
 
 impl Simulation {
-    /// Cloth alone, at rest in its rest shape.
+    /// Creates a simulation of cloth alone, at rest in its rest shape.
     ///
     /// # Errors
-    /// Settings out of range; attachments, which need a character.
+    /// Returns an error when a setting is out of range, or when the cloth has attachments, which
+    /// need a character.
     pub fn new(cloth: Arc<Cloth>, settings: SimulationSettings) -> Result<Self, SimulationError> {
         if !cloth.attachments.is_empty() {
             return Err(SimulationError::NoCharacter {
                 what: "an attached vertex",
             });
         }
-        Self::with_wearer(cloth, None, settings)
+        Self::with_character(cloth, None, settings)
     }
 
-    /// Cloth on a character, which stands in its bind pose; [`Simulation::settle`] begins a clip.
+    /// Creates a simulation of cloth on a character in its bind pose. Call [`Simulation::settle`]
+    /// to begin a clip.
     ///
     /// # Errors
-    /// Settings out of range; attachments to faces that the body does not have.
+    /// Returns an error when a setting is out of range, or when an attachment names a face that the
+    /// body does not have.
     pub fn on_character(
         cloth: Arc<Cloth>,
         character: Arc<Character>,
@@ -75,19 +82,19 @@ impl Simulation {
             });
         }
         let contact = settings.contact.unwrap_or_else(|| default_contact(&cloth));
-        let wearer = Wearer::new(character, cloth.rest(), contact);
-        Self::with_wearer(cloth, Some(wearer), settings)
+        let animated = AnimatedCharacter::new(character, cloth.rest(), contact);
+        Self::with_character(cloth, Some(animated), settings)
     }
 
-    fn with_wearer(
+    fn with_character(
         cloth: Arc<Cloth>,
-        wearer: Option<Wearer>,
+        character: Option<AnimatedCharacter>,
         settings: SimulationSettings,
     ) -> Result<Self, SimulationError> {
         settings.check()?;
         let self_contacts = settings
             .self_contact
-            .map(|own| SelfContacts::new(&cloth.rest, own));
+            .map(|self_contact| SelfContacts::new(&cloth.rest, self_contact));
         let mut simulation = Self {
             self_contacts,
             particles: Particles {
@@ -98,47 +105,48 @@ impl Simulation {
             pin_starts: Vec::new(),
             seconds: 0.0,
             drag: Drag::default(),
-            aggregates: AggregateScratch::default(),
+            long_range: LongRangeScratch::default(),
             vertices: Vec::new(),
             cloth,
             settings,
-            wearer,
+            character,
         };
         simulation.place(|rest| rest);
         Ok(simulation)
     }
 
-    /// The garment that is simulated.
+    /// Returns the garment that is simulated.
     pub fn cloth(&self) -> &Arc<Cloth> {
         &self.cloth
     }
 
-    /// How it is simulated.
+    /// Returns the settings of the simulation.
     pub fn settings(&self) -> &SimulationSettings {
         &self.settings
     }
 
-    /// The state.
+    /// Returns the state: positions, velocities and inverse masses of all particles.
     pub fn particles(&self) -> &Particles {
         &self.particles
     }
 
-    /// The body as it was at the last step; none without a character.
+    /// Returns the body's vertices after the last step, world space, metres; `None` without a
+    /// character.
     pub fn body(&self) -> Option<&[Vec3]> {
-        self.wearer.as_ref().map(Wearer::vertices)
+        self.character.as_ref().map(AnimatedCharacter::vertices)
     }
 
-    /// Positions of the garment's vertices, world space, metres.
+    /// Returns the positions of the garment's vertices, world space, metres.
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices
     }
 
-    /// Simulated time since the garment was placed, seconds.
+    /// Returns the simulated time since the garment was placed, seconds.
     pub fn seconds(&self) -> f64 {
         self.seconds
     }
 
-    /// Puts the garment where `world_from_rest` maps its rest shape, at rest.
+    /// Places the garment at rest, each point of its rest shape where `world_from_rest` maps it.
     pub fn place(&mut self, world_from_rest: impl Fn(Vec3) -> Vec3) {
         let positions = &mut self.particles.positions;
         positions.clear();
@@ -147,16 +155,18 @@ impl Simulation {
         self.particles.velocities.clear();
         self.particles.velocities.resize(positions.len(), Vec3::ZERO);
         let pins = self.cloth.pins.iter();
-        self.pin_targets = pins.map(|&(_, p)| positions[p as usize]).collect();
+        self.pin_targets = pins.map(|&particle| positions[particle as usize]).collect();
         self.pin_starts.clone_from(&self.pin_targets);
-        if let Some(own) = &mut self.self_contacts {
-            own.reset();
+        if let Some(self_contacts) = &mut self.self_contacts {
+            self_contacts.reset();
         }
         self.seconds = 0.0;
-        self.cloth.spread(&self.particles.positions, &mut self.vertices);
+        self.cloth
+            .vertex_positions(&self.particles.positions, &mut self.vertices);
     }
 
-    /// Sets the velocity of each particle that is not pinned, m/s.
+    /// Sets the velocity of each particle that is not pinned, m/s. `velocity` maps a particle's
+    /// position in metres to its velocity.
     pub fn set_velocities(&mut self, velocity: impl Fn(Vec3) -> Vec3) {
         let Particles {
             positions,
@@ -169,101 +179,117 @@ impl Simulation {
         }
     }
 
-    /// Where the pins are to be at the end of the next frame, in the order of
-    /// [`ClothSpec::pins`](crate::ClothSpec::pins), metres. They move there evenly, then stay.
+    /// Sets the pin positions at the end of the next frame, in the order of
+    /// [`ClothSpec::pins`](crate::ClothSpec::pins), metres. Pins move there at constant velocity
+    /// and then stay.
     ///
     /// # Panics
-    /// When the number of places is not that of the pins.
-    pub fn move_pins(&mut self, places: &[Vec3]) {
-        assert_eq!(places.len(), self.cloth.pins.len(), "places of pins");
-        self.pin_targets.copy_from_slice(places);
+    /// Panics when the number of positions is not the number of pins.
+    pub fn move_pins(&mut self, positions: &[Vec3]) {
+        assert_eq!(positions.len(), self.cloth.pins.len(), "positions of pins");
+        self.pin_targets.copy_from_slice(positions);
     }
 
-    /// Begins a clip: places the rest shape on the bind pose, turned to the clip's heading, lets it
-    /// leave the body that it cuts into, and moves the character into the clip's first pose, which it
-    /// reaches with the velocity that leads to `second`. What it returns is the shape at `first`.
+    /// Brings the garment from its rest shape to the first frame of a clip and returns the vertex
+    /// positions there.
     ///
-    /// Nothing of what was before plays a part: clips can be simulated in any order.
+    /// The rest shape is placed on the bind pose, turned to the clip's heading, and leaves the body
+    /// where it intersects it. The character then moves to the clip's first pose and arrives with
+    /// the velocity that leads to `second`. The earlier state has no influence, so that clips can
+    /// be simulated in any order.
     ///
     /// # Errors
-    /// No character, poses that do not fit it, an explosion.
+    /// Returns an error when there is no character, when a pose does not fit it, or when a position
+    /// becomes infinite or NaN.
     pub fn settle(&mut self, first: &Pose, second: &Pose) -> Result<&[Vec3], SimulationError> {
-        self.settle_while([first, second], Vec3::ZERO, || true)?;
+        self.settle_while(first, second, Vec3::ZERO, || true)?;
         Ok(&self.vertices)
     }
 
-    /// [`Simulation::settle`] on the way to the first two poses of a clip, in a wind of m/s, which asks
-    /// before each of its frames whether to go on. Returns whether it came to its end.
+    /// Runs [`Simulation::settle`] in a wind, in m/s, for as long as `keep_going` returns true.
+    ///
+    /// `keep_going` is called before each frame. Returns whether settling has finished.
     ///
     /// # Errors
-    /// Those of [`Simulation::settle`]; a wind that is not finite.
+    /// Returns the errors of [`Simulation::settle`], and an error for a wind that is not finite.
     pub fn settle_while(
         &mut self,
-        [first, second]: [&Pose; 2],
+        first: &Pose,
+        second: &Pose,
         wind: Vec3,
-        mut goes_on: impl FnMut() -> bool,
+        mut keep_going: impl FnMut() -> bool,
     ) -> Result<bool, SimulationError> {
-        let Some(wearer) = &mut self.wearer else {
+        let Some(character) = &mut self.character else {
             return Err(SimulationError::NoCharacter { what: "settling" });
         };
-        wearer.check(first)?;
-        wearer.check(second)?;
+        character.check(first)?;
+        character.check(second)?;
         let fps = self.settings.fps;
-        let skeleton = &wearer.character().skeleton;
-        let approach = Approach::new(skeleton, [first, second], fps, self.settings.settle);
-        let world_from_rest = approach.world_from_rest(skeleton);
-        wearer.reset(&approach.pose(-approach.seconds()));
+        let skeleton = &character.asset().skeleton;
+        let pre_roll = PreRoll::new(skeleton, first, second, fps, self.settings.settle);
+        let world_from_rest = pre_roll.world_from_rest(skeleton);
+        character.reset(&pre_roll.pose(-pre_roll.seconds()));
         self.place(|rest| world_from_rest.point(rest));
-        let frames = (approach.seconds() * fps).ceil() as i32;
+        let frames = (pre_roll.seconds() * fps).ceil() as i32;
+        // Counted backwards from the clip's first frame, so that the last frame is at time zero
+        // exactly, whatever the duration is.
         for frame in 1 - frames..=0 {
-            if !goes_on() {
+            if !keep_going() {
                 return Ok(false);
             }
             let time = frame as f32 / fps;
-            let damping = approach.damping_per_s(time, self.settings.damping_per_s);
-            self.frame(Some(&approach.pose(time)), wind, damping)?;
+            let damping = pre_roll.damping_per_s(time, self.settings.damping_per_s);
+            self.advance_frame(Some(&pre_roll.pose(time)), wind, damping)?;
         }
         Ok(true)
     }
 
-    /// One frame: the character goes over to `next`, in a wind of m/s. Returns the positions of the
-    /// garment's vertices.
+    /// Advances by one frame, in which the character moves to the pose `next`, in a wind in m/s.
+    /// Returns the positions of the garment's vertices.
     ///
     /// # Errors
-    /// No character, a pose that does not fit it, a wind or a result that is not finite.
+    /// Returns an error when there is no character, when the pose does not fit it, or when the wind
+    /// or a resulting position is not finite.
     pub fn step_frame(&mut self, next: &Pose, wind: Vec3) -> Result<&[Vec3], SimulationError> {
-        let Some(wearer) = &self.wearer else {
+        let Some(character) = &self.character else {
             return Err(SimulationError::NoCharacter { what: "a pose" });
         };
-        wearer.check(next)?;
-        self.frame(Some(next), wind, self.settings.damping_per_s)?;
+        character.check(next)?;
+        self.advance_frame(Some(next), wind, self.settings.damping_per_s)?;
         Ok(&self.vertices)
     }
 
-    /// One frame in which the character, if there is one, stays as it is.
+    /// Advances by one frame in which the character, if there is one, keeps its pose. The wind is
+    /// in m/s. Returns the positions of the garment's vertices.
     ///
     /// # Errors
-    /// A wind or a result that is not finite.
+    /// Returns an error when the wind or a resulting position is not finite.
     pub fn step_still(&mut self, wind: Vec3) -> Result<&[Vec3], SimulationError> {
-        self.frame(None, wind, self.settings.damping_per_s)?;
+        self.advance_frame(None, wind, self.settings.damping_per_s)?;
         Ok(&self.vertices)
     }
 
-    fn frame(&mut self, next: Option<&Pose>, wind: Vec3, damping_per_s: f32) -> Result<(), SimulationError> {
+    fn advance_frame(
+        &mut self,
+        next: Option<&Pose>,
+        wind: Vec3,
+        damping_per_s: f32,
+    ) -> Result<(), SimulationError> {
         if !wind.is_finite() {
             return Err(SimulationError::Wind);
         }
         let intervals = self.settings.intervals_per_frame;
-        if let Some(wearer) = &mut self.wearer {
-            wearer.begin_frame(next);
+        if let Some(character) = &mut self.character {
+            character.begin_frame(next);
         }
         for interval in 0..intervals {
-            let part = |i: u32| i as f32 / intervals as f32;
-            self.interval([part(interval), part(interval + 1)], wind, damping_per_s);
+            let fraction = |i: u32| i as f32 / intervals as f32;
+            self.advance_interval(fraction(interval)..fraction(interval + 1), wind, damping_per_s);
         }
         self.pin_starts.clone_from(&self.pin_targets);
         self.seconds += f64::from(self.settings.fps.recip());
-        self.cloth.spread(&self.particles.positions, &mut self.vertices);
+        self.cloth
+            .vertex_positions(&self.particles.positions, &mut self.vertices);
         match self.vertices.iter().position(|v| !v.is_finite()) {
             None => Ok(()),
             Some(vertex) => Err(SimulationError::NotFinite {
@@ -273,36 +299,42 @@ impl Simulation {
         }
     }
 
-    /// The part of a frame between two fractions of it.
-    fn interval(&mut self, [from, to]: [f32; 2], wind: Vec3, damping_per_s: f32) {
+    /// Advances through one interval, given as a range of fractions of the frame.
+    fn advance_interval(&mut self, of_frame: Range<f32>, wind: Vec3, damping_per_s: f32) {
         let seconds = self.settings.interval_s();
         let substeps = self.settings.substeps_per_interval;
+        // Clamped: a factor above one would reverse the motion instead of damping it.
         self.damp((damping_per_s * seconds).min(1.0));
         let air = &self.settings.air;
         self.drag.update(air, &self.cloth, &self.particles, wind, seconds);
-        if let Some(wearer) = &mut self.wearer {
-            wearer.begin_interval(to, &self.particles, seconds);
+        if let Some(character) = &mut self.character {
+            character.begin_interval(of_frame.end, &self.particles, seconds);
         }
-        if let Some(own) = &mut self.self_contacts {
-            own.begin_interval(&self.particles, seconds);
-            if let Some(wearer) = &self.wearer {
-                own.leave_out(|particle| wearer.is_caught(particle));
+        if let Some(self_contacts) = &mut self.self_contacts {
+            self_contacts.begin_interval(&self.particles, seconds);
+            if let Some(character) = &self.character {
+                // Body contact decides first: where cloth lies in a fold of the body there is no
+                // room for layers, and self-contact would only push them apart in vain.
+                self_contacts.disable_vertices(|particle| character.is_in_fold(particle));
             }
         }
         for substep in 0..substeps {
-            let part = |s: u32| s as f32 / substeps as f32;
-            let fractions = [part(substep), part(substep + 1)];
-            self.predict(from + (to - from) * fractions[1]);
-            self.constrain(fractions);
-            self.conclude();
+            let fraction = |s: u32| s as f32 / substeps as f32;
+            let of_interval = fraction(substep)..fraction(substep + 1);
+            self.predict(of_frame.start + (of_frame.end - of_frame.start) * of_interval.end);
+            self.project_constraints(of_interval);
+            self.update_velocities();
         }
     }
 
-    /// Takes a share of the motion relative to the mean, whose momentum stays.
+    /// Damps velocities relative to the garment's mean velocity by the factor `1 - share`. Total
+    /// momentum is conserved.
     fn damp(&mut self, share: f32) {
         if share == 0.0 {
             return;
         }
+        // Summed in f64 on one thread: the order is fixed, and rounding does not grow with the
+        // number of particles.
         let (mut momentum, mut mass) = (glam::DVec3::ZERO, 0.0);
         for (v, m) in self.particles.velocities.iter().zip(&self.cloth.masses) {
             momentum += v.as_dvec3() * f64::from(*m);
@@ -319,7 +351,8 @@ impl Simulation {
         }
     }
 
-    /// Free motion under gravity and drag; pins to where they are at `fraction` of the frame.
+    /// Moves free particles under gravity and drag for one substep, and pins to their positions at
+    /// `fraction` of the frame.
     fn predict(&mut self, fraction: f32) {
         let seconds = self.settings.substep_s();
         let gravity = self.settings.gravity;
@@ -332,36 +365,41 @@ impl Simulation {
             .for_each(|((((position, previous), velocity), &w), &drag)| {
                 *previous = *position;
                 if w > 0.0 {
+                    // Velocity first: symplectic Euler, which does not gain energy as explicit
+                    // Euler does.
                     *velocity += (gravity + drag) * seconds;
                     *position += *velocity * seconds;
                 }
             });
-        let places = self.pin_starts.iter().zip(&self.pin_targets);
-        for (&(_, particle), (start, target)) in self.cloth.pins.iter().zip(places) {
+        let paths = self.pin_starts.iter().zip(&self.pin_targets);
+        for (&particle, (start, target)) in self.cloth.pins.iter().zip(paths) {
             p.positions[particle as usize] = start.lerp(*target, fraction);
         }
     }
 
-    /// All constraints once, contact last, so that nothing ends up inside the body.
-    fn constrain(&mut self, fractions: [f32; 2]) {
+    /// Projects all constraints once, in the substep between two fractions of the interval.
+    fn project_constraints(&mut self, of_interval: Range<f32>) {
         let seconds = self.settings.substep_s();
         let particles = &mut self.particles;
-        self.cloth.aggregates.solve(particles, &mut self.aggregates);
+        // The order matters: each projection partly undoes the ones before it (Gauss-Seidel).
+        // Coarse constraints come before fine ones. Body contact comes last, so that no other
+        // constraint leaves a particle inside the body.
+        self.cloth.long_range.solve(particles, &mut self.long_range);
         self.cloth.bend.solve(particles, seconds);
         self.cloth.stretch.solve(particles, seconds);
-        if let Some(wearer) = &mut self.wearer {
-            wearer.attach(&self.cloth.attachments, fractions[1], seconds, particles);
+        if let Some(character) = &mut self.character {
+            character.project_attachments(&self.cloth.attachments, of_interval.end, seconds, particles);
         }
-        if let Some(own) = &mut self.self_contacts {
-            own.project(seconds, particles);
+        if let Some(self_contacts) = &mut self.self_contacts {
+            self_contacts.project(seconds, particles);
         }
-        if let Some(wearer) = &mut self.wearer {
-            wearer.keep_out(fractions, particles);
+        if let Some(character) = &mut self.character {
+            character.project_contacts(of_interval, particles);
         }
     }
 
-    /// Velocities from what the substep did.
-    fn conclude(&mut self) {
+    /// Computes velocities from the displacement in the substep.
+    fn update_velocities(&mut self) {
         let per_second = self.settings.substep_s().recip();
         let max_speed = self.settings.max_speed;
         let p = &mut self.particles;
@@ -369,12 +407,14 @@ impl Simulation {
             .zip(&p.previous)
             .with_min_len(CHUNK)
             .for_each(|((velocity, position), previous)| {
+                // A failed projection may move a particle far. The clamp keeps that error from
+                // growing in the next substep.
                 *velocity = ((position - previous) * per_second).clamp_length_max(max_speed);
             });
     }
 }
 
-/// Contact with what the cloth is made of.
+/// Returns contact settings with the thickness and friction of the cloth's main material.
 fn default_contact(cloth: &Cloth) -> ContactSettings {
     let material = cloth.material();
     ContactSettings {

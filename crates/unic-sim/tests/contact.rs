@@ -1,15 +1,19 @@
-//! The contract of contact with a body: Coulomb's cone and acceleration, no creep on a moving body,
-//! no way through a fast or a thin one, penetrations undone without energy, the same bytes for any
-//! number of threads; on the real body, nothing inside it but in its folds.
+//! Contract of contact with a body:
+//!
+//! - Friction has Coulomb's cone and acceleration, and cloth does not creep on a moving body.
+//! - No particle passes through a fast or thin body.
+//! - Penetrations are undone without adding energy.
+//! - Results have the same bytes for any number of threads.
+//! - On a human body, particles are inside it in its folds only.
 
-#![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod scene;
 
 use glam::{Quat, Vec3};
 use scene::{GRAVITY, INTERVAL_S, SUBSTEPS, Scene, both, capsule, placed, sheet, sphere};
 use std::path::Path;
-use unic_core::{mesh::TriMesh, skeleton::Pose, surface::Surface};
+use unic_core::{Pose, mesh::TriMesh, surface::Surface};
 use unic_sim::contact::{ContactSettings, Friction};
 
 const FRICTION: Friction = Friction {
@@ -24,7 +28,8 @@ fn settings() -> ContactSettings {
     }
 }
 
-/// How far particles slide in `seconds` down a facetted plane that is tilted by `angle`, from rest.
+/// Distances in metres that particles slide from rest in `seconds` down a triangulated plane that
+/// is tilted by `angle` radians.
 fn slide(angle: f32, seconds: f32) -> Vec<f32> {
     let tilt = Quat::from_rotation_z(-angle);
     let mut plane = sheet(60, 0.1);
@@ -41,31 +46,31 @@ fn slide(angle: f32, seconds: f32) -> Vec<f32> {
 }
 
 #[test]
-fn cloth_sticks_within_the_cone_of_friction() {
+fn particles_stick_within_the_friction_cone() {
     // tan 25° = 0.466 < 0.5
-    for way in slide(25f32.to_radians(), 3.0) {
-        assert!(way.abs() < 1e-4, "crept {way} m");
+    for distance in slide(25f32.to_radians(), 3.0) {
+        assert!(distance.abs() < 1e-4, "crept {distance} m");
     }
 }
 
 #[test]
-fn cloth_slides_beyond_it_with_the_closed_form_acceleration() {
+fn particles_slide_beyond_the_friction_cone_with_the_closed_form_acceleration() {
     let (angle, seconds) = (40f32.to_radians(), 1.0);
     let acceleration = -GRAVITY.y * (angle.sin() - FRICTION.dynamic * angle.cos());
     // Symplectic Euler is ahead of the parabola by half a substep.
     let dt = INTERVAL_S / SUBSTEPS as f32;
     let expected = 0.5 * acceleration * seconds * (seconds + dt);
-    for way in slide(angle, seconds) {
-        // Rounding of 1e-7 m beside the 3e-5 m that gravity presses in a substep.
+    for distance in slide(angle, seconds) {
+        // Positions round at 1e-7 m, and gravity presses by 3e-5 m in a substep.
         assert!(
-            (way / expected - 1.0).abs() < 5e-3,
-            "{way} m instead of {expected}"
+            (distance / expected - 1.0).abs() < 5e-3,
+            "{distance} m instead of {expected}"
         );
     }
 }
 
 #[test]
-fn a_moving_and_turning_box_carries_what_lies_on_it_for_a_minute() {
+fn a_particle_on_a_moving_and_turning_box_does_not_creep_in_a_minute() {
     let mut box_ = sheet(8, 0.1);
     box_.vertices.iter_mut().for_each(|v| v.y += 0.3);
     let start = Vec3::new(0.11, 0.303, -0.07);
@@ -84,8 +89,8 @@ fn a_moving_and_turning_box_carries_what_lies_on_it_for_a_minute() {
         let (tilt, shift) = place(k as f32 * INTERVAL_S);
         scene.advance(&placed(&box_, tilt, shift));
         let on_box = tilt.inverse() * (scene.particles.positions[0] - shift);
-        // Landing may take a second. The way ends 24 m from the origin, where f32 places the box to 2 µm
-        // an interval, and by whose rounding what lies on it creeps: some 3 mm in all.
+        // The box ends 24 m from the origin, where f32 has a resolution of 2 µm. By that rounding
+        // in every interval the particle creeps about 3 mm in a minute.
         let first = *first.get_or_insert(on_box);
         assert!(
             on_box.distance(first) < 4e-3,
@@ -95,7 +100,7 @@ fn a_moving_and_turning_box_carries_what_lies_on_it_for_a_minute() {
     }
 }
 
-/// Particles on a grid around the z axis.
+/// Particles on a square grid in the plane z = 0, around the origin.
 fn curtain(half_width: f32, spacing: f32) -> Vec<Vec3> {
     let n = (half_width / spacing) as i32;
     let place = |x: i32, y: i32| Vec3::new(x as f32 * spacing, y as f32 * spacing, 0.0);
@@ -105,7 +110,7 @@ fn curtain(half_width: f32, spacing: f32) -> Vec<Vec3> {
 }
 
 #[test]
-fn a_fast_body_never_passes_through() {
+fn fast_and_thin_bodies_never_pass_through_particles() {
     for (body, speed) in [
         (sphere(3, 0.06), 10.0),
         (capsule(0.03, 0.2), 5.0),
@@ -124,17 +129,17 @@ fn a_fast_body_never_passes_through() {
             for (p, before) in scene.particles.positions.iter().zip(&before) {
                 let hit = surface.closest(*p).unwrap();
                 assert!(hit.signed_distance > 2e-3, "{p} is at {}", hit.signed_distance);
-                // Nothing jumps: a particle goes no faster than twice the body.
+                // No jumps: a particle moves at most twice as fast as the body.
                 assert!(p.distance(*before) < 2.0 * speed * dt * SUBSTEPS as f32 + 1e-3);
             }
         }
         let pushed = scene.particles.positions.iter().filter(|p| p.z > 0.05).count();
-        assert!(pushed > 4, "{pushed} particles were taken along");
+        assert!(pushed > 4, "{pushed} particles were pushed along");
     }
 }
 
 #[test]
-fn penetrations_are_undone_at_their_speed_and_leave_no_velocity() {
+fn penetrations_are_undone_at_the_recovery_speed_and_leave_no_velocity() {
     let body = sphere(4, 0.15);
     let directions = sphere(1, 1.0).vertices;
     let deep: Vec<Vec3> = directions.iter().map(|d| d * (0.15 - 0.021)).collect();
@@ -164,7 +169,7 @@ fn penetrations_are_undone_at_their_speed_and_leave_no_velocity() {
 }
 
 #[test]
-fn the_ground_is_held() {
+fn particles_rest_on_the_ground() {
     let settings = ContactSettings {
         ground_height_m: Some(-0.2),
         ..settings()
@@ -178,8 +183,8 @@ fn the_ground_is_held() {
 }
 
 #[test]
-fn particles_in_a_closing_fold_stay_calm() {
-    // Two arms' thickness, pressed 3 cm into each other and opened again, around a sheet.
+fn particles_in_a_closing_fold_stay_slow_and_come_out_again() {
+    // Two capsules as thick as arms around a sheet, pressed 3 cm into each other and opened again.
     let (left, right) = (capsule(0.05, 0.15), capsule(0.05, 0.15));
     let place = |gap: f32| {
         let aside = Vec3::X * (0.05 + 0.5 * gap);
@@ -204,7 +209,7 @@ fn particles_in_a_closing_fold_stay_calm() {
             assert!(p.is_finite() && v.length() < 1.0, "{p} at {v}, gap {gap}");
         }
     }
-    // Half a second later everybody is out.
+    // Half a second later all particles are outside.
     (0..60).for_each(|_| scene.advance(&place(0.05)));
     let mut surface = Surface::build(&body);
     surface.refit(scene.interval.end());
@@ -223,7 +228,7 @@ fn sway(body: &TriMesh, positions: &[Vec3]) -> Scene {
 }
 
 #[test]
-fn the_same_bytes_for_any_number_of_threads() {
+fn any_number_of_threads_gives_the_same_bytes() {
     let body = sphere(3, 0.3);
     let positions: Vec<Vec3> = sphere(4, 0.31).vertices;
     let with = |threads| {
@@ -239,7 +244,7 @@ fn the_same_bytes_for_any_number_of_threads() {
 }
 
 #[test]
-fn on_the_real_body_nothing_is_inside_but_in_folds() {
+fn particles_on_a_human_body_are_outside_except_in_folds() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/body/character.npz");
     if !file.exists() {
         eprintln!("skipped: {} is not there", file.display());
@@ -247,7 +252,7 @@ fn on_the_real_body_nothing_is_inside_but_in_folds() {
     }
     let character = unic_io::read_character(&file).unwrap();
     let (body, skeleton) = (&character.body, &character.skeleton);
-    // Particles all over the body, some of them 21 mm inside; they fall where they like.
+    // Particles all over the body, every tenth one 21 mm inside. They fall freely.
     let mut normals = Vec::new();
     unic_core::mesh::vertex_normals(&body.vertices, &body.faces, &mut normals);
     let offset = |k: usize| if k.is_multiple_of(10) { -0.021 } else { 0.004 };
@@ -273,11 +278,11 @@ fn on_the_real_body_nothing_is_inside_but_in_folds() {
         pose_at(k as f32 * INTERVAL_S, &mut vertices);
         scene.advance(&vertices);
         surface.refit(&vertices);
-        // The first half second is for those that begin inside.
+        // In the first half second the particles that begin inside come out.
         for &p in scene.particles.positions.iter().filter(|_| k > 60) {
             assert!(p.is_finite());
             let hit = surface.closest(p).unwrap();
-            let is_folded = scene.contacts.folds().has_face(hit.face);
+            let is_folded = scene.contacts.folds().is_face_folded(hit.face);
             let depth = if is_folded { 0.0 } else { -hit.signed_distance };
             worst = worst.max(depth);
             inside += usize::from(depth > 1e-3);

@@ -1,4 +1,5 @@
-//! What must not matter: numbering, threads, and how broken a mesh is.
+//! Contract: results do not depend on the numbering of the mesh or on the number of threads. Broken
+//! meshes and extreme speeds stay stable, and invalid input is an error.
 
 mod common;
 
@@ -11,7 +12,8 @@ use unic_sim::{
     self_contact::SelfContactSettings,
 };
 
-fn hung(mesh: TriMesh, frames: u32) -> Vec<Vec3> {
+/// Vertices of a sheet that is pinned at two corners, after some frames.
+fn drape(mesh: TriMesh, frames: u32) -> Vec<Vec3> {
     let settings = SimulationSettings {
         self_contact: Some(SelfContactSettings::default()),
         ..Default::default()
@@ -24,10 +26,10 @@ fn hung(mesh: TriMesh, frames: u32) -> Vec<Vec3> {
 }
 
 #[test]
-fn numbering_does_not_matter() {
+fn results_do_not_depend_on_the_numbering_of_the_mesh() {
     let mesh = sheet(25, 25, 0.01);
     let count = mesh.vertices.len() as u32;
-    // 7919 is prime: multiples of it visit every vertex.
+    // 7919 is prime, so that this is a permutation of the vertices.
     let renumbered = |v: u32| (v * 7919 + 13) % count;
     let mut other = mesh.clone();
     for v in 0..count {
@@ -39,11 +41,12 @@ fn numbering_does_not_matter() {
         .rev()
         .map(|&[a, b, c]| [b, c, a].map(renumbered))
         .collect();
-    let (one, two) = (hung(mesh, 20), hung(other, 20));
+    let (one, two) = (drape(mesh, 20), drape(other, 20));
     let worst = (0..count)
         .map(|v| one[v as usize].distance(two[renumbered(v) as usize]))
         .fold(0.0, f32::max);
-    // Particles are sorted by place: what differs is the corner that a triangle's frame starts from.
+    // Particles are sorted by position. Only the first corner of each triangle differs, and with it
+    // the rounding of what is computed from the input mesh.
     assert!(worst < 1e-5, "{worst}");
 }
 
@@ -54,7 +57,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| hung(sheet(120, 110, 0.004), 6))
+        pool.install(|| drape(sheet(120, 110, 0.004), 6))
     };
     let one = on(1);
     assert_eq!(one, on(2));
@@ -62,9 +65,9 @@ fn any_number_of_threads_gives_the_same_bytes() {
 }
 
 #[test]
-fn broken_meshes_move_and_stay_whole() {
-    // Two sheets that share a seam of split vertices, a fin on an inner edge, a triangle with no
-    // area, a sliver, a loose part and a vertex without faces.
+fn broken_meshes_stay_stable_and_seams_stay_closed() {
+    // Two sheets that share a seam of split vertices, a third triangle on an inner edge, a triangle
+    // without area, a sliver, a separate part and a vertex without faces.
     let left = sheet(12, 12, 0.01);
     let count = left.vertices.len() as u32;
     let mut mesh = left.clone();
@@ -102,7 +105,7 @@ fn broken_meshes_move_and_stay_whole() {
 }
 
 #[test]
-fn no_speed_explodes() {
+fn extreme_speeds_do_not_explode() {
     let settings = SimulationSettings::default();
     let mut cloth = pinned(sheet(20, 20, 0.01), Material::TULLE, settings, |v| v.z < 1e-4);
     cloth.set_velocities(|v| Vec3::new((1e3 * v.x).sin(), (7e2 * v.z).cos(), 1.0) * 1e4);
@@ -112,7 +115,7 @@ fn no_speed_explodes() {
 }
 
 #[test]
-fn bad_input_is_an_error() {
+fn invalid_input_is_an_error() {
     let cloth = Arc::new(Cloth::new(&ClothSpec::new(sheet(4, 4, 0.1), Material::SILK)).unwrap());
     let bad = SimulationSettings {
         fps: 0.0,

@@ -1,24 +1,26 @@
-//! Cloth on a character: it settles, follows, and does not creep.
+//! Contract of cloth on a character: it settles the same way whatever was before, follows the body,
+//! does not creep, and ends up outside the body.
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use glam::{Quat, Vec3};
 use std::{f32::consts::TAU, path::PathBuf, sync::Arc};
 use unic_core::{
+    Pose,
     character::Character,
     folds::Folds,
     mesh::TriMesh,
-    skeleton::{Pose, Skeleton, SkeletonParts},
+    skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
     surface::Surface,
 };
 use unic_io::Capture;
 use unic_sim::{
     Attachment, Cloth, ClothSpec, Material, Simulation, SimulationError, SimulationSettings,
-    soundness::Standing,
+    quality::CreepReference,
 };
 
-/// A tube around the vertical, facing outwards, from `top` down.
+/// A tube around the vertical axis that faces outwards, from the height `top` down, in metres.
 fn tube(around: u32, along: u32, radius: f32, top: f32, length: f32) -> TriMesh {
     let place = |i: u32| {
         let angle = TAU * (i % around) as f32 / around as f32;
@@ -34,7 +36,7 @@ fn tube(around: u32, along: u32, radius: f32, top: f32, length: f32) -> TriMesh 
     TriMesh::new((0..around * along).map(place).collect(), faces.collect()).unwrap()
 }
 
-/// One joint at the height of 1 m.
+/// A character with a tube for a body and one joint at a height of 1 m.
 fn pillar() -> Arc<Character> {
     let body = tube(32, 40, 0.1, 1.2, 1.2);
     let count = body.vertices.len();
@@ -50,6 +52,7 @@ fn pillar() -> Arc<Character> {
     })
 }
 
+/// The pose of the pillar at a place, turned about the vertical by `turn` radians.
 fn standing(at: Vec3, turn: f32) -> Pose {
     Pose {
         trans: at,
@@ -58,7 +61,7 @@ fn standing(at: Vec3, turn: f32) -> Pose {
 }
 
 #[test]
-fn a_waistband_follows_the_body() {
+fn attached_vertices_follow_the_body() {
     let character = pillar();
     let skirt = tube(40, 20, 0.12, 1.0, 0.4);
     let surface = Surface::build(&character.body);
@@ -94,7 +97,7 @@ fn a_waistband_follows_the_body() {
 }
 
 #[test]
-fn a_clip_begins_the_same_whatever_was_before() {
+fn settling_does_not_depend_on_the_earlier_state() {
     let cloth = Arc::new(Cloth::new(&ClothSpec::new(tube(30, 12, 0.11, 1.0, 0.2), Material::SILK)).unwrap());
     let mut one = Simulation::on_character(cloth, pillar(), SimulationSettings::default()).unwrap();
     let poses = [0.0, 0.1].map(|x| standing(Vec3::X * x, 0.3));
@@ -104,7 +107,7 @@ fn a_clip_begins_the_same_whatever_was_before() {
 }
 
 #[test]
-fn creeping_is_what_stays_after_the_character_stands_again() {
+fn creep_is_the_height_that_remains_when_the_character_stands_again() {
     let character = pillar();
     let skirt = tube(30, 12, 0.11, 1.0, 0.3);
     let surface = Surface::build(&character.body);
@@ -115,7 +118,7 @@ fn creeping_is_what_stays_after_the_character_stands_again() {
     };
     let cloth = Arc::new(Cloth::new(&spec).unwrap());
     let settings = SimulationSettings::default();
-    let before = Standing::new(&cloth, &character, &settings, || true)
+    let before = CreepReference::new(&cloth, &character, &settings, || true)
         .unwrap()
         .unwrap();
     let mut simulation = Simulation::on_character(cloth, Arc::clone(&character), settings).unwrap();
@@ -127,7 +130,7 @@ fn creeping_is_what_stays_after_the_character_stands_again() {
         simulation.step_frame(pose, Vec3::ZERO).unwrap();
     }
     let last = &poses[20];
-    for pose in Standing::way_from(&character.skeleton, last, 30.0) {
+    for pose in CreepReference::poses_to_standing(&character.skeleton, last, 30.0) {
         simulation.step_frame(&pose, Vec3::ZERO).unwrap();
     }
     let creep = |simulation: &Simulation| before.creep_mm(simulation, &character.skeleton, last);
@@ -140,17 +143,17 @@ fn creeping_is_what_stays_after_the_character_stands_again() {
 }
 
 #[test]
-fn measuring_stops_when_it_is_told_to() {
+fn the_creep_reference_stops_when_keep_going_returns_false() {
     let cloth = Arc::new(Cloth::new(&ClothSpec::new(tube(8, 3, 0.2, 1.0, 0.1), Material::SILK)).unwrap());
     let settings = SimulationSettings::default();
-    let frames = Standing::frames(&settings);
+    let frames = CreepReference::frame_count(&settings);
     let mut left = frames;
-    let mut goes_on = || {
+    let mut keep_going = || {
         left -= 1;
         left > frames / 2
     };
     assert!(
-        Standing::new(&cloth, &pillar(), &settings, &mut goes_on)
+        CreepReference::new(&cloth, &pillar(), &settings, &mut keep_going)
             .unwrap()
             .is_none()
     );
@@ -158,7 +161,7 @@ fn measuring_stops_when_it_is_told_to() {
 }
 
 #[test]
-fn poses_must_fit_the_character() {
+fn poses_that_do_not_fit_the_character_are_errors() {
     let cloth = Arc::new(Cloth::new(&ClothSpec::new(tube(8, 3, 0.2, 1.0, 0.1), Material::SILK)).unwrap());
     let mut alone = Simulation::new(Arc::clone(&cloth), SimulationSettings::default()).unwrap();
     let pose = standing(Vec3::ZERO, 0.0);
@@ -181,7 +184,7 @@ fn poses_must_fit_the_character() {
 }
 
 #[test]
-fn a_shirt_whose_rest_shape_cuts_into_the_body_is_worn_outside() {
+fn a_shirt_whose_rest_shape_intersects_the_body_ends_up_outside() {
     let folder =
         PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/captures/tshirt_blender");
     if !folder.exists() {
@@ -203,7 +206,7 @@ fn a_shirt_whose_rest_shape_cuts_into_the_body_is_worn_outside() {
         let mut folds = Folds::default();
         folds.find(&surface);
         let hits = simulation.vertices().iter().filter_map(|&v| surface.closest(v));
-        for hit in hits.filter(|hit| !folds.has_face(hit.face)) {
+        for hit in hits.filter(|hit| !folds.is_face_folded(hit.face)) {
             counted += 1;
             deep += u32::from(hit.signed_distance < -1e-3);
         }

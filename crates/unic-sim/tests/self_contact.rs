@@ -1,7 +1,11 @@
-//! The contract of contact of cloth with itself: layers keep apart and on their sides, momentum is
-//! kept, rest shapes whose layers touch stay at rest, the same bytes for any number of threads.
+//! Contract of contact of the cloth with itself:
+//!
+//! - Layers stay apart and on their sides.
+//! - Momentum is conserved.
+//! - Rest shapes whose layers touch stay at rest.
+//! - Results have the same bytes for any number of threads.
 
-#![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod scene;
 
@@ -17,7 +21,8 @@ use unic_sim::{
 const INTERVAL_S: f32 = 1.0 / 120.0;
 const SUBSTEPS: usize = 5;
 
-/// Two sheets of 20 cm, the upper `gap` over the lower, turned and shifted so that no vertices meet.
+/// Two sheets of 20 cm, the upper one `gap` metres above the lower one. It is turned and shifted,
+/// so that no two vertices are above each other.
 fn sheets(gap: f32) -> TriMesh {
     let lower = sheet(20, 0.01);
     let mut upper = sheet(20, 0.01);
@@ -26,12 +31,19 @@ fn sheets(gap: f32) -> TriMesh {
     both(&lower, &upper)
 }
 
-/// Cloth of nothing but edges, projected ten times a substep.
+/// Cloth of edges with fixed lengths, which are projected ten times per substep.
 struct Net {
     particles: Particles,
     contacts: SelfContacts,
-    edges: Vec<([usize; 2], f32)>,
+    edges: Vec<NetEdge>,
     gravity: Vec3,
+}
+
+/// An edge of a net.
+struct NetEdge {
+    ends: [usize; 2],
+    /// Rest length, metres.
+    length: f32,
 }
 
 impl Net {
@@ -41,7 +53,12 @@ impl Net {
         Self {
             particles: at_rest(rest.vertices.clone()),
             contacts: SelfContacts::new(rest, settings),
-            edges: edges.map(|e| (e, length(e))).collect(),
+            edges: edges
+                .map(|ends| NetEdge {
+                    ends,
+                    length: length(ends),
+                })
+                .collect(),
             gravity: GRAVITY,
         }
     }
@@ -60,7 +77,7 @@ impl Net {
         }
     }
 
-    /// Gravity for what is not pinned.
+    /// Applies gravity to free particles and keeps pinned ones in place.
     fn accelerate(&mut self, dt: f32) {
         let p = &mut self.particles;
         for ((x, v), w) in p
@@ -85,7 +102,7 @@ impl Net {
             inverse_masses,
             ..
         } = &mut self.particles;
-        for &([a, b], length) in &self.edges {
+        for &NetEdge { ends: [a, b], length } in &self.edges {
             let along = positions[b] - positions[a];
             let sum = inverse_masses[a] + inverse_masses[b];
             if sum > 0.0 {
@@ -97,9 +114,9 @@ impl Net {
     }
 }
 
-/// Vertices of the upper sheet that are more than 1 mm below the lower one, its rim left out: over
-/// it, edges meet edges.
-fn passed(net: &Net, rest: &TriMesh) -> usize {
+/// Number of vertices of the upper sheet that are more than 1 mm below the lower one. Vertices over
+/// its rim do not count, because edges can cross there.
+fn passed_through(net: &Net, rest: &TriMesh) -> usize {
     let half = rest.vertices.len() / 2;
     let lower = rest.faces[..rest.faces.len() / 2].to_vec();
     let (posed, upper) = net.particles.positions.split_at(half);
@@ -118,17 +135,17 @@ fn a_sheet_dropped_onto_another_stays_above_it() {
     let rest = sheets(0.05);
     let half = rest.vertices.len() / 2;
     let mut net = Net::new(&rest, SelfContactSettings::default());
-    // The lower one lies on nothing: it is pinned.
+    // The lower sheet is pinned.
     net.particles.inverse_masses[..half].fill(0.0);
     net.advance(1.5);
-    assert_eq!(passed(&net, &rest), 0);
+    assert_eq!(passed_through(&net, &rest), 0);
     let speeds = net.particles.velocities[half..].iter().map(|v| v.length());
     let mean = speeds.sum::<f32>() / half as f32;
-    assert!(mean < 0.05, "still at {mean} m/s");
+    assert!(mean < 0.05, "not at rest: {mean} m/s");
 }
 
 #[test]
-fn sheets_that_meet_at_speed_do_not_pass_and_keep_their_momentum() {
+fn colliding_sheets_do_not_pass_through_and_conserve_momentum() {
     let rest = sheets(0.03);
     let half = rest.vertices.len() / 2;
     let mut net = Net::new(&rest, SelfContactSettings::default());
@@ -161,18 +178,18 @@ fn sheets_that_meet_at_speed_do_not_pass_and_keep_their_momentum() {
     }
     let change = (momentum(&net) - start).length() / rest.vertices.len() as f64;
     assert!(change < 1e-4, "{change} m/s a particle");
-    assert_eq!(passed(&net, &rest), 0);
+    assert_eq!(passed_through(&net, &rest), 0);
 }
 
 #[test]
-fn layers_that_touch_at_rest_stay_at_rest() {
+fn layers_that_touch_in_the_rest_shape_stay_at_rest() {
     for gap in [0.0, 1e-6, 0.0005, 0.0019] {
         let rest = sheets(gap);
         let mut net = Net::new(&rest, SelfContactSettings::default());
         net.gravity = Vec3::ZERO;
         net.advance(0.1);
         for (p, at_rest) in net.particles.positions.iter().zip(&rest.vertices) {
-            // In their plane the edges shift by rounding.
+            // Within their plane the vertices shift by rounding errors of the edges.
             assert!(
                 (p.y - at_rest.y).abs() < 1e-6 && p.distance(*at_rest) < 1e-4,
                 "gap {gap}: {p} from {at_rest}"
@@ -181,32 +198,32 @@ fn layers_that_touch_at_rest_stay_at_rest() {
     }
 }
 
-/// A pinned sheet and a light triangle over it, whose first corner is put where `path` says, an
-/// interval each; returns how far contact moves it from the last place.
-fn led_along(path: &[Vec3]) -> Vec3 {
+/// Moves the first corner of a triangle along a path next to a pinned sheet, one point per
+/// interval. Returns the displacement by contact at the last point, metres.
+fn displacement_after(path: &[Vec3]) -> Vec3 {
     let cloth = sheet(10, 0.01);
     let far = [Vec3::Y, Vec3::Y + Vec3::X * 0.01, Vec3::Y + Vec3::Z * 0.01];
     let rest = both(&cloth, &TriMesh::new(far.to_vec(), vec![[0, 1, 2]]).unwrap());
     let mut particles = at_rest(rest.vertices.clone());
-    let led = cloth.vertices.len();
-    particles.inverse_masses[..led].fill(0.0);
+    let moved = cloth.vertices.len();
+    particles.inverse_masses[..moved].fill(0.0);
     let mut contacts = SelfContacts::new(&rest, SelfContactSettings::default());
-    for place in path {
-        particles.positions[led] = *place;
-        particles.previous[led] = *place;
+    for point in path {
+        particles.positions[moved] = *point;
+        particles.previous[moved] = *point;
         contacts.begin_interval(&particles, INTERVAL_S);
     }
     contacts.project(INTERVAL_S, &mut particles);
-    particles.positions[led] - path[path.len() - 1]
+    particles.positions[moved] - path[path.len() - 1]
 }
 
 #[test]
-fn a_side_is_kept_under_a_face_and_given_up_around_a_hem() {
+fn a_vertex_keeps_its_side_through_a_face_and_changes_it_around_a_hem() {
     let at = |x: f32, y: f32| Vec3::new(x, y, 0.0023);
-    // From 3 mm above the sheet to 1 mm below it, and one face farther: back up it goes.
-    let through = led_along(&[at(0.001, 0.003), at(0.001, -0.001), at(0.008, -0.001)]);
+    // From 3 mm above the sheet to 1 mm below it, and one face farther: it is pushed back up.
+    let through = displacement_after(&[at(0.001, 0.003), at(0.001, -0.001), at(0.008, -0.001)]);
     assert!(through.y > 1e-3, "{through}");
-    // Around the hem, which is at 5 cm, to the same place: further down.
+    // Around the hem, which is at 5 cm, to a point below the sheet: it is pushed down.
     let around = [
         (0.047, 0.003),
         (0.0515, 0.003),
@@ -214,12 +231,12 @@ fn a_side_is_kept_under_a_face_and_given_up_around_a_hem() {
         (0.047, -0.003),
         (0.047, -0.001),
     ];
-    let around = led_along(&around.map(|(x, y)| at(x, y)));
+    let around = displacement_after(&around.map(|(x, y)| at(x, y)));
     assert!(around.y < -5e-4, "{around}");
 }
 
 #[test]
-fn friction_holds_a_layer_on_a_slope_and_without_it_slides() {
+fn a_layer_on_a_slope_sticks_with_friction_and_slides_without() {
     for (coefficient, holds) in [(0.5, true), (0.0, false)] {
         let rest = sheets(0.0025);
         let half = rest.vertices.len() / 2;
@@ -245,7 +262,7 @@ fn friction_holds_a_layer_on_a_slope_and_without_it_slides() {
 }
 
 #[test]
-fn the_same_bytes_for_any_number_of_threads() {
+fn any_number_of_threads_gives_the_same_bytes() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -264,7 +281,7 @@ fn the_same_bytes_for_any_number_of_threads() {
 }
 
 #[test]
-fn what_is_not_finite_is_no_contact() {
+fn positions_that_are_not_finite_make_no_contact() {
     let rest = sheets(0.001);
     let mut particles = at_rest(rest.vertices.clone());
     particles.positions[3] = Vec3::NAN;

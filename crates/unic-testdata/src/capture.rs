@@ -4,9 +4,9 @@ use glam::Vec3;
 use std::path::Path;
 use tempfile::TempDir;
 use unic_core::{
+    Pose,
     character::{Character, Garment},
     clip::Clip,
-    skeleton::Pose,
 };
 use unic_io::{Capture, CaptureWriter, Manifest, Split, capture::JointReference};
 

@@ -3,9 +3,10 @@
 use crate::{capture::Figure, motion::FPS};
 use glam::{Quat, Vec3};
 use unic_core::{
+    Pose,
     character::Character,
     clip::Clip,
-    skeleton::{Pose, Skeleton, SkeletonParts},
+    skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
 

@@ -2,7 +2,7 @@
 
 use crate::capture::{Figure, Take};
 use glam::{Quat, Vec3};
-use unic_core::{clip::Clip, skeleton::Pose};
+use unic_core::{Pose, clip::Clip};
 
 /// Frames a second of every clip.
 pub const FPS: f32 = 30.0;

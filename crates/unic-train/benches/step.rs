@@ -1,14 +1,14 @@
-//! One training step of the presets on garments of the sizes that the field publishes, at the end of a
-//! run, where windows are longest: gather, forward, backward, update.
+//! One training step of the presets on garments of the sizes that the field publishes, at the end
+//! of a run, where windows are longest: gather, forward, backward, update.
 //!
 //! ```text
 //! cargo bench -p unic-train --bench step
 //! ```
 //!
 //! The captures are synthetic: a skirt of exactly so many vertices that swings after a walker of 24
-//! joints. Both presets roll out a subset of the vertices, so that a step costs nearly the same at all
-//! sizes; what grows with the garment is opening the capture, which is not measured here. Threads are
-//! those of rayon: `RAYON_NUM_THREADS`.
+//! joints. Both presets roll out a subset of the vertices, so that a step costs nearly the same at
+//! all sizes; what grows with the garment is opening the capture, which is not measured here.
+//! Threads are those of rayon: `RAYON_NUM_THREADS`.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the run")]
 
@@ -16,15 +16,16 @@ use divan::{Bencher, counter::ItemsCount};
 use glam::{Quat, Vec3};
 use std::{f32::consts::TAU, time::Instant};
 use unic_core::{
+    Pose,
     character::{Character, Garment},
     clip::Clip,
     mesh::TriMesh,
-    skeleton::{Pose, SMPL_JOINT_NAMES, Skeleton, SkeletonParts},
+    skeleton::{SMPL_JOINT_NAMES, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
 use unic_io::Split;
 use unic_testdata::{Figure, Take, capture};
-use unic_train::{Control, Dataset, Event, Fit, Outcome, Preset, TrainConfig, Trainer};
+use unic_train::{Control, Event, FieldData, Fit, Outcome, Preset, TrainConfig, Trainer};
 
 /// Vertices of the four garments of the paper.
 const VERTICES: [usize; 4] = [3_653, 34_907, 59_380, 62_461];
@@ -60,7 +61,7 @@ fn step(bencher: Bencher, preset: Preset, vertices: usize) {
         .map(|(i, split)| (take(i, vertices), split))
         .collect();
     let (_folder, capture) = capture(&figure(vertices), &takes);
-    let data = Dataset::new(capture, &config, Fit::HeldOut).unwrap();
+    let data = FieldData::prepare(capture, &config, Fit::HeldOut).unwrap();
     let mut trainer = Trainer::new(data, config.clone()).unwrap();
     let mut step = || {
         let stop = |event: &Event| match event {

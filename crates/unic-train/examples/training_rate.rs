@@ -2,16 +2,19 @@
 //!
 //! `cargo run --release -p unic-train --example training_rate -- [--json] [CAPTURE]`
 //!
-//! The field's forward and backward: fused through Burn's autodiff, composed of Burn's own operations,
-//! and the bare kernels; then whole optimiser steps of the presets on a capture, where there is one.
-//! On a shared machine wall time says how long it took and CPU time what it cost. Rates and the peak are by
-//! CPU time, and each repeat measures the peak anew, since clock rates move.
+//! The field's forward and backward: fused through Burn's autodiff, composed of Burn's own
+//! operations, and the bare kernels; then whole optimiser steps of the presets on a capture, where
+//! there is one. On a shared machine wall time says how long it took and CPU time what it cost.
+//! Rates and the peak are by CPU time, and each repeat measures the peak anew, since clock rates
+//! move.
 
 use burn::optim::GradientsParams;
 use burn::tensor::{Device, Tensor, TensorData};
 use serde::Serialize;
 use std::{path::Path, time::Instant};
-use unic_kernels::{BackwardScratch, Batch as Points, Field, FieldShape, Gradients, Saved, fma_peak};
+use unic_kernels::{
+    BackwardScratch, Batch as Points, Field, FieldShape, Gradients, SavedActivations, fma_peak,
+};
 use unic_train::*;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -155,7 +158,7 @@ fn bare(shape: FieldShape) -> Result<Time> {
     let mut field = Field::new(shape)?;
     let mut outputs = vec![0.0; GROUPS * POINTS * shape.outputs];
     let (mut dx, mut dz, mut dp) = (x.clone(), z.clone(), parameters.clone());
-    let (mut saved, mut scratch) = (Saved::default(), BackwardScratch::default());
+    let (mut saved, mut scratch) = (SavedActivations::default(), BackwardScratch::default());
     median(|| {
         timed(|| {
             field.load(&parameters)?;
@@ -202,7 +205,7 @@ fn through_burn(shape: FieldShape, fused: bool) -> Result<Time> {
 /// By the parts that the trainer is made of.
 fn whole_step(preset: Preset, capture: &Path) -> Result<StepRow> {
     let config = TrainConfig::preset(preset);
-    let data = Dataset::new(unic_io::Capture::open(capture)?, &config, Fit::HeldOut)?;
+    let data = FieldData::prepare(unic_io::Capture::open(capture)?, &config, Fit::HeldOut)?;
     let shape = NetworkShape::new(&data.config, data.capture.character.skeleton.len());
     let network = Network::new(&shape, config.seed, &Device::flex().autodiff());
     let moments = Moments::new(&network);
@@ -234,7 +237,7 @@ fn whole_step(preset: Preset, capture: &Path) -> Result<StepRow> {
 /// What the trainer holds, so that its parts can be timed apart.
 struct Run<'a> {
     config: &'a TrainConfig,
-    data: &'a Dataset,
+    data: &'a FieldData,
     shape: &'a NetworkShape,
     network: Network,
     moments: Moments,
@@ -254,18 +257,15 @@ impl Run<'_> {
         let step = config.optimiser.steps - 1;
         let (gather, (batch, noise)) = timed(|| {
             let batch = Batch::gather(data, config, step);
-            let sizes = [batch.frames, batch.windows.len()];
-            Ok((
-                batch,
-                StepNoise::draw(shape, &config.regularisation, sizes, [config.seed, step]),
-            ))
+            let rows = batch.encoder_rows();
+            let noise = StepNoise::draw(shape, &config.regularisation, rows, config.seed, step);
+            Ok((batch, noise))
         })?;
         let rollout = Rollout {
             shape,
             config: &data.config,
             loss: &config.loss,
             products: Products::F32,
-            correction: None,
         };
         let (forward, loss) = timed(|| Ok(rollout.loss(network, &batch, Some(&noise), &device)?))?;
         let (backward, gradients) = timed(|| Ok(GradientsParams::from_grads(loss.backward(), network)))?;

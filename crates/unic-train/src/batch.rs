@@ -6,8 +6,9 @@
 
 use crate::{
     config::TrainConfig,
-    dataset::Dataset,
+    field_data::FieldData,
     mirror::View,
+    network::WindowRows,
     noise::SmoothNoise,
     stream::{Stream, generator},
 };
@@ -16,7 +17,7 @@ use rand::{RngExt, rngs::ChaCha8Rng};
 use rayon::prelude::*;
 use unic_core::{
     config::{DisplacementConfig, StateConfig},
-    features::{Past, PointFrame, PointHistory, Tick, write_frame_inputs},
+    features::{Past, PointFrame, PointHistory, StepConditions, write_frame_inputs},
 };
 
 /// Where a window lies.
@@ -84,7 +85,7 @@ struct Gathered {
 
 impl Batch {
     /// The batch of one step: a function of the seed and the step alone.
-    pub fn gather(data: &Dataset, config: &TrainConfig, step: u64) -> Self {
+    pub fn gather(data: &FieldData, config: &TrainConfig, step: u64) -> Self {
         let frames = config.unroll(step).min(data.longest_unroll());
         let mut rng = generator(config.seed, Stream::Windows, step);
         let sample = Sample {
@@ -103,7 +104,7 @@ impl Batch {
     }
 
     /// A sample of the training clips as captured, without noise: a function of the seed alone.
-    pub(crate) fn sample(data: &Dataset, seed: u64, sample: Sample) -> Self {
+    pub(crate) fn sample(data: &FieldData, seed: u64, sample: Sample) -> Self {
         let mut rng = generator(seed, Stream::OneStep, 0);
         let windows = draw_windows(data, &mut rng, sample, Views::Direct);
         Self::of_windows(data, windows, sample.frames)
@@ -111,7 +112,7 @@ impl Batch {
 
     /// Given windows as they are, without noise; all have as many points, and `frames` more frames
     /// after their start.
-    pub fn of_windows(data: &Dataset, windows: Vec<Window>, frames: usize) -> Self {
+    pub fn of_windows(data: &FieldData, windows: Vec<Window>, frames: usize) -> Self {
         let gathered: Vec<Gathered> = windows
             .par_iter()
             .map(|w| gather_window(data, w, frames))
@@ -143,26 +144,28 @@ impl Batch {
         }
     }
 
-    /// Rows of the per-point arrays.
+    /// Rows that the encoder reads.
+    pub fn encoder_rows(&self) -> WindowRows {
+        WindowRows {
+            frames: self.frames,
+            windows: self.windows.len(),
+        }
+    }
+
+    /// Number of rows of the per-point arrays.
     pub fn rows(&self) -> usize {
         self.windows.len() * self.points
     }
 
-    fn add_noise(&mut self, data: &Dataset, config: &TrainConfig, step: u64) {
+    fn add_noise(&mut self, data: &FieldData, config: &TrainConfig, step: u64) {
         let noise = &config.regularisation;
         if noise.state_noise_m > 0.0 {
             let mut rng = generator(config.seed, Stream::StateNoise, step);
             self.add_state_noise(data, &mut rng, noise.state_noise_m);
         }
-        if noise.motion_noise > 0.0 {
-            let mut rng = generator(config.seed, Stream::MotionNoise, step);
-            self.motion
-                .iter_mut()
-                .for_each(|c| *c += noise.motion_noise * crate::noise::normal(&mut rng));
-        }
     }
 
-    fn add_state_noise(&mut self, data: &Dataset, rng: &mut ChaCha8Rng, deviation_m: f32) {
+    fn add_state_noise(&mut self, data: &FieldData, rng: &mut ChaCha8Rng, deviation_m: f32) {
         let garment = &data.capture.garment;
         let row = 3 * self.points.max(1);
         let rows = self
@@ -182,7 +185,7 @@ impl Batch {
     }
 }
 
-fn draw_windows(data: &Dataset, rng: &mut ChaCha8Rng, sample: Sample, views: Views) -> Vec<Window> {
+fn draw_windows(data: &FieldData, rng: &mut ChaCha8Rng, sample: Sample, views: Views) -> Vec<Window> {
     // Every start of every clip is equally likely.
     let starts: Vec<usize> = data
         .clips
@@ -227,7 +230,7 @@ fn draw_points(rng: &mut ChaCha8Rng, vertices: usize, points: usize) -> Vec<u32>
     chosen.into_iter().map(|v| v as u32).collect()
 }
 
-fn shares(data: &Dataset, windows: &[Window]) -> Vec<f32> {
+fn shares(data: &FieldData, windows: &[Window]) -> Vec<f32> {
     let garment = &data.capture.garment;
     let points = windows.iter().flat_map(|w| &w.points);
     match garment.mask {
@@ -236,7 +239,7 @@ fn shares(data: &Dataset, windows: &[Window]) -> Vec<f32> {
     }
 }
 
-fn motion_pairs(data: &Dataset, windows: &[Window], frames: usize) -> Vec<f32> {
+fn motion_pairs(data: &FieldData, windows: &[Window], frames: usize) -> Vec<f32> {
     let mut pairs = Vec::with_capacity(frames * windows.len() * 2 * data.normalisation.mean.len());
     for k in 0..frames {
         for w in windows {
@@ -248,14 +251,14 @@ fn motion_pairs(data: &Dataset, windows: &[Window], frames: usize) -> Vec<f32> {
     pairs
 }
 
-fn gather_window(data: &Dataset, window: &Window, frames: usize) -> Gathered {
+fn gather_window(data: &FieldData, window: &Window, frames: usize) -> Gathered {
     match &data.config.state {
         StateConfig::RootRelative => gather_positions(data, window, frames),
         StateConfig::Displacement(config) => gather_displacements(data, config, window, frames),
     }
 }
 
-fn gather_positions(data: &Dataset, window: &Window, frames: usize) -> Gathered {
+fn gather_positions(data: &FieldData, window: &Window, frames: usize) -> Gathered {
     let clip = &data.clips[window.clip];
     let positions = |t: usize| {
         let state_from_world = clip.kinematics.world_from_state(t).inverse();
@@ -274,7 +277,7 @@ fn gather_positions(data: &Dataset, window: &Window, frames: usize) -> Gathered 
 }
 
 fn gather_displacements(
-    data: &Dataset,
+    data: &FieldData,
     config: &DisplacementConfig,
     window: &Window,
     frames: usize,
@@ -304,7 +307,7 @@ fn gather_displacements(
 
 /// One vertex followed through a window.
 struct Track<'a> {
-    data: &'a Dataset,
+    data: &'a FieldData,
     window: &'a Window,
     vertex: usize,
     frame: usize,
@@ -313,7 +316,7 @@ struct Track<'a> {
 
 impl<'a> Track<'a> {
     /// At the frame before the window's start, or at the start where there is none.
-    fn new(data: &'a Dataset, window: &'a Window, vertex: usize) -> Self {
+    fn new(data: &'a FieldData, window: &'a Window, vertex: usize) -> Self {
         let frame = window.start.saturating_sub(1);
         let mut track = Self {
             data,
@@ -368,7 +371,7 @@ impl<'a> Track<'a> {
         let view = self.window.view;
         let rest = view.of(self.data.rest_box.normalised(view.of(rest)));
         let clip = &self.data.clips[self.window.clip].captured.clip;
-        let tick = Tick {
+        let tick = StepConditions {
             dt: 1.0 / self.data.config.fps,
             wind: clip.wind_at(self.frame),
         };

@@ -1,44 +1,44 @@
-//! Checkpoints: everything that a run goes on from, in one safetensors file.
+//! Checkpoints: everything that a training continues from, in one safetensors file.
 
-use crate::{config::TrainConfig, error::TrainError, fit::Fit};
+use crate::error::TrainError;
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::{
     collections::HashMap,
     fs,
     path::{Path, PathBuf},
 };
 
-/// The state of a run between two steps.
+/// State of a training between two steps, with the training's own record `R`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Checkpoint {
-    /// Numbers about the run.
-    pub progress: Progress,
+pub struct Checkpoint<R> {
+    /// Position of the training.
+    pub position: Position,
+    /// Description of the training, by which a resumed run knows its own.
+    pub record: R,
     /// Named groups of tensors ("parameters", "first_moments", "average", ...), each in the order
     /// of the network's parameters.
     pub groups: Vec<(String, Vec<Vec<f32>>)>,
 }
 
-/// What a checkpoint knows beside its tensors.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Position of a training.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Progress {
-    /// Which fit of the run it is.
-    pub fit: Fit,
-    /// Steps done.
+pub struct Position {
+    /// Number of steps done.
     pub step: u64,
-    /// Settings of the run.
-    pub config: TrainConfig,
-    /// Training time of the fit so far, with that of its prior, seconds.
+    /// Seconds of steps and measurements so far, over all resumes.
     pub seconds: f64,
-    /// The part of it that the prior's fit took.
-    #[serde(default)]
-    pub prior_seconds: f64,
-    /// Smallest free-running error on the validation clips, metres, and its step.
-    pub best: Option<(f64, u64)>,
-    /// The measurement that is due after this step is still to be made: somebody has stopped it.
-    #[serde(default)]
-    pub owes_measurement: bool,
+    /// A measurement is due after this step and has been interrupted.
+    pub measurement_is_due: bool,
+}
+
+/// The JSON text in a checkpoint's metadata.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Metadata<R> {
+    position: Position,
+    record: R,
 }
 
 const METADATA_KEY: &str = "unic_checkpoint";
@@ -46,7 +46,7 @@ const METADATA_KEY: &str = "unic_checkpoint";
 /// Checkpoints that stay on disk: the newest, and the one before in case of a damaged disk.
 const KEPT: usize = 2;
 
-impl Checkpoint {
+impl<R> Checkpoint<R> {
     /// One group of tensors.
     pub fn group(&self, name: &str) -> Option<&Vec<Vec<f32>>> {
         self.groups
@@ -54,14 +54,16 @@ impl Checkpoint {
             .find(|(n, _)| n == name)
             .map(|(_, tensors)| tensors)
     }
+}
 
+impl<R: Serialize> Checkpoint<R> {
     /// Writes `folder/step-00001234.safetensors` under a temporary name, syncs and renames it, and
     /// removes checkpoints older than the previous one.
     ///
     /// # Errors
     /// The folder cannot be written to; older checkpoints stay.
     pub fn write(&self, folder: &Path) -> Result<PathBuf, TrainError> {
-        let path = folder.join(format!("step-{:08}.safetensors", self.progress.step));
+        let path = folder.join(format!("step-{:08}.safetensors", self.position.step));
         let bytes = self.to_bytes().map_err(|found| TrainError::Checkpoint {
             path: path.clone(),
             found,
@@ -76,6 +78,31 @@ impl Checkpoint {
         Ok(path)
     }
 
+    fn to_bytes(&self) -> Result<Vec<u8>, String> {
+        let named = self.groups.iter().flat_map(|(group, tensors)| {
+            tensors
+                .iter()
+                .enumerate()
+                .map(move |(i, tensor)| (format!("{group}.{i:03}"), tensor))
+        });
+        let views: Result<Vec<_>, _> = named
+            .map(|(name, values)| {
+                let bytes = bytemuck::cast_slice(values);
+                TensorView::new(Dtype::F32, vec![values.len()], bytes).map(|view| (name, view))
+            })
+            .collect();
+        let metadata = Metadata {
+            position: self.position,
+            record: &self.record,
+        };
+        let metadata = serde_json::to_string(&metadata).map_err(|e| e.to_string())?;
+        let metadata = HashMap::from([(METADATA_KEY.to_owned(), metadata)]);
+        let views = views.map_err(|e| e.to_string())?;
+        safetensors::serialize(views, Some(metadata)).map_err(|e| e.to_string())
+    }
+}
+
+impl<R: DeserializeOwned> Checkpoint<R> {
     /// The newest checkpoint of a folder that can be read, if there is one.
     ///
     /// # Errors
@@ -100,30 +127,11 @@ impl Checkpoint {
         Self::from_bytes(&bytes).map_err(wrong)
     }
 
-    fn to_bytes(&self) -> Result<Vec<u8>, String> {
-        let named = self.groups.iter().flat_map(|(group, tensors)| {
-            tensors
-                .iter()
-                .enumerate()
-                .map(move |(i, tensor)| (format!("{group}.{i:03}"), tensor))
-        });
-        let views: Result<Vec<_>, _> = named
-            .map(|(name, values)| {
-                let bytes = bytemuck::cast_slice(values);
-                TensorView::new(Dtype::F32, vec![values.len()], bytes).map(|view| (name, view))
-            })
-            .collect();
-        let progress = serde_json::to_string(&self.progress).map_err(|e| e.to_string())?;
-        let metadata = HashMap::from([(METADATA_KEY.to_owned(), progress)]);
-        let views = views.map_err(|e| e.to_string())?;
-        safetensors::serialize(views, Some(metadata)).map_err(|e| e.to_string())
-    }
-
     fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         let (_, header) = SafeTensors::read_metadata(bytes).map_err(|e| e.to_string())?;
         let text = header.metadata().as_ref().and_then(|m| m.get(METADATA_KEY));
         let text = text.ok_or("a safetensors file of something else")?;
-        let progress = serde_json::from_str(text).map_err(|e| e.to_string())?;
+        let Metadata { position, record } = serde_json::from_str(text).map_err(|e| e.to_string())?;
         let file = SafeTensors::deserialize(bytes).map_err(|e| e.to_string())?;
         let mut names = file.names();
         names.sort_unstable();
@@ -146,7 +154,11 @@ impl Checkpoint {
                 None => groups.push((group.to_owned(), vec![values])),
             }
         }
-        Ok(Self { progress, groups })
+        Ok(Self {
+            position,
+            record,
+            groups,
+        })
     }
 }
 
@@ -169,20 +181,15 @@ fn is_checkpoint(path: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::Preset;
 
-    fn checkpoint(step: u64) -> Checkpoint {
-        let config = TrainConfig::preset(Preset::Tiny);
+    fn checkpoint(step: u64) -> Checkpoint<String> {
         Checkpoint {
-            progress: Progress {
-                fit: Fit::HeldOut,
+            position: Position {
                 step,
-                config,
                 seconds: 1.25,
-                prior_seconds: 0.5,
-                owes_measurement: true,
-                best: Some((0.0421, 7)),
+                measurement_is_due: true,
             },
+            record: "a training".into(),
             groups: vec![
                 ("average".into(), vec![vec![1.0, -2.5], vec![f32::MIN_POSITIVE]]),
                 ("parameters".into(), (0..12).map(|i| vec![i as f32; 3]).collect()),
@@ -193,7 +200,7 @@ mod tests {
     #[test]
     fn the_newest_readable_checkpoint_comes_back_and_old_ones_go() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(Checkpoint::newest(folder.path()).unwrap().is_none());
+        assert!(Checkpoint::<String>::newest(folder.path()).unwrap().is_none());
         for step in [5, 10, 15] {
             checkpoint(step).write(folder.path()).unwrap();
         }
@@ -213,7 +220,9 @@ mod tests {
             b"nothing of the kind",
         )
         .unwrap();
-        let error = Checkpoint::newest(folder.path()).unwrap_err().to_string();
+        let error = Checkpoint::<String>::newest(folder.path())
+            .unwrap_err()
+            .to_string();
         assert!(
             error.contains("step-00000001.safetensors") && error.contains("expected"),
             "{error}"

@@ -26,8 +26,8 @@ use unic_core::{
 pub struct TrainConfig {
     /// Seed of all random streams.
     pub seed: u64,
-    /// Seconds of training motion that are used, the same share of every clip from its start; absent: all
-    /// there is.
+    /// Seconds of training motion that are used, the same share of every clip from its start;
+    /// absent: all there is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion_seconds: Option<f64>,
     /// The model to train.
@@ -40,10 +40,8 @@ pub struct TrainConfig {
     pub regularisation: RegularisationConfig,
     /// Weights of the loss terms.
     pub loss: LossConfig,
-    /// Intersection handling in the training loop and in the finished model.
+    /// Intersection handling of the finished model.
     pub intersection: IntersectionConfig,
-    /// Which parameters the finished model gets.
-    pub keep: Keep,
     /// What is held out of training, and for how long.
     pub validation: ValidationConfig,
 }
@@ -70,7 +68,8 @@ pub struct ModelSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum StateSettings {
-    /// The paper's: positions relative to the root joint, turned by the inverse of the first root rotation.
+    /// The paper's: positions relative to the root joint, turned by the inverse of the first root
+    /// rotation.
     RootRelative,
     /// Displacement carried by the skeleton.
     Displacement {
@@ -94,7 +93,8 @@ pub struct RecurrenceSettings {
     pub oscillators: usize,
     /// Width of the embedding and of the hidden layer.
     pub width: usize,
-    /// AdamW steps, at most, of the one that the model gets; those with motions left out have fewer in proportion.
+    /// AdamW steps, at most, of the one that the model gets; those with motions left out have fewer
+    /// in proportion.
     pub steps: u64,
     /// Times, at most, that a frame of motion is seen in them: few clips are soon known by heart.
     pub epochs: u64,
@@ -106,9 +106,9 @@ pub struct RecurrenceSettings {
     pub frames: usize,
     /// Share of the inputs and of the hidden numbers that are zero in a window, 0 to below 1.
     pub dropout: f32,
-    /// Part of the true energy of swings, faster than half a hertz, towards which those on motions left out are
-    /// enlarged, by 1.5 at most; up to 1. Least squares leave out of it what the motion does not tell, and cloth looks
-    /// stiff; 0 leaves it so.
+    /// Part of the true energy of swings, faster than half a hertz, towards which those on motions
+    /// left out are enlarged, by 1.5 at most; up to 1. Least squares leave out of it what the
+    /// motion does not tell, and cloth looks stiff; 0 leaves it so.
     pub swing: f32,
 }
 
@@ -130,7 +130,8 @@ impl RecurrenceSettings {
             final_learning_rate: 0.0,
             half_periods: 1.0,
             warmup_steps: steps / 6,
-            // From 0.1 to 1 a little better than 0.01 on every capture; small weights go on where motion does.
+            // From 0.1 to 1 a little better than 0.01 on every capture; small weights go on where
+            // motion does.
             weight_decay: 0.3,
             clip_norm: 1.0,
             products: Products::F32,
@@ -144,8 +145,8 @@ impl RecurrenceSettings {
 pub struct OptimiserConfig {
     /// Optimiser steps of the whole run; computed from `epochs` where there are some.
     pub steps: u64,
-    /// Passes over all pairs of consecutive frames of the training clips, each pair with a random subset of its
-    /// vertices; absent: the number of steps is given.
+    /// Passes over all pairs of consecutive frames of the training clips, each pair with a random
+    /// subset of its vertices; absent: the number of steps is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub epochs: Option<u64>,
     /// Learning rate at the start.
@@ -192,14 +193,14 @@ pub struct RegularisationConfig {
     pub input_dropout: f32,
     /// One dropout mask for all frames of a window, so that a rollout sees one thinned network.
     pub dropout_by_window: bool,
-    /// Standard deviation of the noise on the state that a window starts from, metres; smooth over the garment.
+    /// Standard deviation of the noise on the state that a window starts from, metres; smooth over
+    /// the garment.
     pub state_noise_m: f32,
-    /// Standard deviation of the noise on normalised motion vectors.
-    pub motion_noise: f32,
-    /// Half of the windows are mirrored left to right, and the prior sees all motion in the mirror too where the
-    /// garment is symmetric.
+    /// Half of the windows are mirrored left to right, and the prior sees all motion in the mirror
+    /// too where the garment is symmetric.
     pub mirror: bool,
-    /// Decay of the running mean of the parameters that the finished model takes; 0 takes the last ones.
+    /// Decay of the running mean of the parameters that the finished model takes; 0 takes the last
+    /// ones.
     pub average: f64,
 }
 
@@ -209,17 +210,12 @@ pub struct RegularisationConfig {
 pub struct LossConfig {
     /// λ of the paper, on positions.
     pub position: f32,
-    /// On differences of consecutive frames.
-    pub velocity: f32,
 }
 
 /// Intersection handling.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct IntersectionConfig {
-    /// In training from this step on, the corrections without gradient; absent: never.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub from_step: Option<u64>,
     /// How vertices leave the body; the paper's where a file does not say.
     #[serde(default)]
     pub rule: IntersectionRule,
@@ -248,25 +244,18 @@ fn default_margin() -> f32 {
 }
 
 impl IntersectionConfig {
-    /// What training corrects its states by, from `from_step` on.
-    pub fn in_training(&self) -> IntersectionMode {
-        self.mode(Corrects::State)
-    }
-
-    /// What the finished model has: the robust rule corrects its state where training did.
+    /// Intersection handling that the finished model has by default.
     pub fn of_model(&self) -> IntersectionMode {
-        match (self.at_inference, self.from_step) {
-            (false, _) => IntersectionMode::Off,
-            (true, Some(_)) => self.mode(Corrects::State),
-            (true, None) => self.mode(Corrects::Display),
+        if !self.at_inference {
+            return IntersectionMode::Off;
         }
-    }
-
-    fn mode(&self, corrects: Corrects) -> IntersectionMode {
         let (relaxation_m, margin_m) = (self.relaxation_m, self.margin_m);
         match self.rule {
             IntersectionRule::Paper => IntersectionMode::Paper { relaxation_m },
-            IntersectionRule::Robust => IntersectionMode::Robust { margin_m, corrects },
+            IntersectionRule::Robust => IntersectionMode::Robust {
+                margin_m,
+                corrects: Corrects::Display,
+            },
         }
     }
 }
@@ -291,30 +280,9 @@ pub enum Refit {
     /// scratch, on all training clips and for as many steps. Clips that the capture names for
     /// validation stay out, and there is no second fit.
     AllClips,
-    /// Nothing is held out, and so no error on unseen motion is known: one fit, on all training clips. For
-    /// captures whose test clips measure the model afterwards.
+    /// Nothing is held out, and so no error on unseen motion is known: one fit, on all training
+    /// clips. For captures whose test clips measure the model afterwards.
     Only,
-}
-
-impl Refit {
-    /// As in files.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Never => "\"never\"",
-            Self::AllClips => "\"all_clips\"",
-            Self::Only => "\"only\"",
-        }
-    }
-}
-
-/// Which parameters the finished model gets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Keep {
-    /// Those of the last step.
-    Last,
-    /// Those of the validation with the smallest free-running error.
-    Best,
 }
 
 impl TrainConfig {

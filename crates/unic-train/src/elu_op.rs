@@ -1,9 +1,9 @@
-//! ELU as one differentiable operation: on the CPU one pass forward and one backward, where Burn's operations
-//! take a dozen.
+//! ELU as one differentiable operation: on the CPU one pass forward and one backward, where Burn's
+//! operations take a dozen.
 
 use crate::{
+    device::is_on_cpu,
     field_op::{cpu, primitive, slice},
-    processor::is_on_cpu,
 };
 use burn::backend::autodiff::{
     checkpoint::{base::Checkpointer, strategy::NoCheckpointing},

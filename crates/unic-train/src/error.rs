@@ -1,11 +1,11 @@
-//! Why a run cannot start or go on.
+//! Errors of a training run.
 
 use crate::processor::Processor;
-use std::path::PathBuf;
+use std::{fmt, path::PathBuf};
 use thiserror::Error;
-use unic_core::shown::shortened;
+use unic_core::printable::printable_excerpt;
 
-/// One sentence each.
+/// Error of a training run, one sentence each.
 #[derive(Debug, Error)]
 pub enum TrainError {
     /// A file that cannot be read or written.
@@ -55,16 +55,19 @@ pub enum TrainError {
     /// Sizes that the field's kernels refuse.
     #[error(transparent)]
     Kernel(#[from] unic_kernels::KernelError),
-    /// A number of the loss or its gradient is not finite any more.
+    /// A loss or a gradient that is not finite.
     #[error(
-        "training diverged: the {what} of step {step} is {value}; try a smaller optimiser.learning_rate or an optimiser.clip_norm such as 1"
+        "the training of the {network} diverged: the {quantity} of step {step} is {value}; try a smaller \
+         optimiser.learning_rate or an optimiser.clip_norm such as 1"
     )]
     Diverged {
-        /// The step.
+        /// Name of the network.
+        network: &'static str,
+        /// The number that is not finite.
+        quantity: Quantity,
+        /// The step, counted from 0.
         step: u64,
-        /// Which number.
-        what: &'static str,
-        /// What it is.
+        /// The number's value.
         value: f64,
     },
     /// A processor that the program was built without.
@@ -76,7 +79,7 @@ pub enum TrainError {
     /// A processor that the machine has not.
     #[error(
         "expected a device that computes with {processor}, found {}",
-        shortened(found)
+        printable_excerpt(found)
     )]
     Processor {
         /// Where the networks were to be trained.
@@ -105,11 +108,32 @@ pub enum TrainError {
     #[error("stopped before there was anything to save")]
     Stopped,
     /// A checkpoint of another run, or damaged.
-    #[error("{path}: expected a checkpoint of this run, found {}", shortened(found))]
+    #[error(
+        "{path}: expected a checkpoint of this run, found {}",
+        printable_excerpt(found)
+    )]
     Checkpoint {
         /// The file.
         path: PathBuf,
         /// What is there.
         found: String,
     },
+}
+
+/// A number of a training step that must be finite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// The loss.
+    Loss,
+    /// Global norm of the gradient, before clipping.
+    GradientNorm,
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Loss => "loss",
+            Self::GradientNorm => "gradient's norm",
+        })
+    }
 }

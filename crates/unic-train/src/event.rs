@@ -18,7 +18,8 @@ pub enum Event<'a> {
         /// Seconds that the step took.
         seconds: f64,
     },
-    /// The error of single steps from ground truth, without dropout, noise and intersection handling.
+    /// The error of single steps from ground truth, without dropout, noise and intersection
+    /// handling.
     OneStep {
         /// Steps done so far.
         step: u64,
@@ -40,8 +41,8 @@ pub enum Event<'a> {
         /// Seconds that the validation took.
         seconds: f64,
     },
-    /// A frame of a validation clip is about to be predicted. An answer to stop ends the measurement; a resumed run
-    /// makes it again.
+    /// A frame of a validation clip is about to be predicted. An answer to stop ends the
+    /// measurement; a resumed run makes it again.
     Measuring {
         /// Steps done so far.
         step: u64,

@@ -4,7 +4,7 @@
 //! forward and backward (`unic-kernels`). Elsewhere it is composed of Burn's operations, which are
 //! also what the fused one is tested and measured against.
 
-use crate::{config::Products, processor::is_on_cpu};
+use crate::{config::Products, device::is_on_cpu};
 use burn::backend::autodiff::{
     checkpoint::{base::Checkpointer, strategy::NoCheckpointing},
     grads::Gradients as Registry,
@@ -17,7 +17,8 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 use unic_kernels::{
-    BackwardScratch, Batch, Field, FieldShape, Gradients, InstructionSet, KernelError, Retention, Saved,
+    BackwardScratch, Batch, Field, FieldShape, Gradients, InstructionSet, KernelError, Retention,
+    SavedActivations,
 };
 
 /// The field of one step, for the device of its parameters.
@@ -59,7 +60,8 @@ impl FieldOperation {
     }
 }
 
-/// The field with its parameters packed for the processor: once a step, for all frames of a rollout.
+/// The field with its parameters packed for the processor: once a step, for all frames of a
+/// rollout.
 #[derive(Clone)]
 pub struct PackedField {
     field: Arc<Field>,
@@ -113,7 +115,7 @@ impl PackedField {
         let mut saved = match self.products {
             Products::F32 => ACTIVATIONS.take(),
             // Matrix units compute activations again sooner than memory returns them.
-            Products::Bf16 => Saved::new(Retention::Recompute),
+            Products::Bf16 => SavedActivations::new(Retention::Recompute),
         };
         self.field.forward(&batch, &mut outputs, &mut saved)?;
         let outputs = primitive(outputs, sizes);
@@ -194,7 +196,7 @@ struct FusedField;
 /// What the forward pass leaves for the backward pass.
 struct Forward {
     field: Arc<Field>,
-    saved: Saved,
+    saved: SavedActivations,
     points_per_group: usize,
 }
 
@@ -210,7 +212,7 @@ impl Drop for Forward {
 /// they cost a page fault every 4 KB, which is a fifth of the step.
 struct Spare<T>(Mutex<Vec<T>>);
 
-static ACTIVATIONS: Spare<Saved> = Spare(Mutex::new(Vec::new()));
+static ACTIVATIONS: Spare<SavedActivations> = Spare(Mutex::new(Vec::new()));
 static SCRATCH: Spare<BackwardScratch> = Spare(Mutex::new(Vec::new()));
 
 /// Buffers kept at most: more than a rollout has frames.

@@ -47,12 +47,12 @@ pub(crate) struct FitClips {
     pub(crate) train: Vec<String>,
     pub(crate) validation: Vec<String>,
     /// The run's next fit trains on the validation clips too.
-    pub(crate) comes_back: bool,
+    pub(crate) validation_comes_back: bool,
 }
 
 impl FitClips {
-    /// Held out are the capture's validation clips, else one training clip drawn by the seed. A lone
-    /// training clip is both, which is better than nothing.
+    /// Held out are the capture's validation clips, else one training clip drawn by the seed. A
+    /// lone training clip is both, which is better than nothing.
     pub(crate) fn new(capture: &Capture, fit: Fit, config: &TrainConfig) -> Result<Self, TrainError> {
         let mut train = capture.clip_names(Split::Train).to_vec();
         let mut validation = capture.clip_names(Split::Validation).to_vec();
@@ -72,11 +72,11 @@ impl FitClips {
             }
             Fit::HeldOut => {}
         }
-        let comes_back = fit == Fit::HeldOut && Fit::of_run(capture, config) == [fit, Fit::AllClips];
+        let has_next = Fit::of_run(capture, config) == [fit, Fit::AllClips];
         Ok(Self {
             train,
             validation,
-            comes_back,
+            validation_comes_back: fit == Fit::HeldOut && has_next,
         })
     }
 }

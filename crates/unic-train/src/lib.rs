@@ -1,9 +1,11 @@
 //! Training of neural garments: from a capture to a model that `unic-core` animates.
 //!
-//! The only crate that knows Burn. A run is one [`Fit`] or two ([`Fit::of_run`]): with validation clips
-//! held out, which tells the error on unseen motion, then on all clips. A [`Dataset`] opens the clips of a
-//! fit and measures what a model needs of them; a [`Trainer`] runs a [`TrainConfig`] on it and tells its
-//! listener what happens; [`Trainer::model`] is the result.
+//! The only library crate that depends on Burn. The path goes in one direction: a [`Dataset`] opens
+//! the clips of a fit and normalises them; a [`PriorTrainer`] fits the prior to them; [`FieldData`]
+//! joins both and measures scales; a [`Trainer`] trains the encoder and the deformation field and
+//! reports events to its listener; [`Trainer::model`] is the result. A run is one [`Fit`] or two
+//! ([`Fit::of_run`]): with validation clips held out, which measures the error on unseen motion,
+//! then on all clips.
 //!
 //! ```
 //! # use glam::{Quat, Vec3};
@@ -31,11 +33,11 @@
 //! #     out.finish()?;
 //! # }
 //! # writer.finish()?;
-//! use unic_train::{Control, Dataset, Event, Fit, Preset, TrainConfig, Trainer};
+//! use unic_train::{Control, Event, FieldData, Fit, Preset, TrainConfig, Trainer};
 //!
 //! let settings = ["optimiser.steps=3".to_owned(), "model.encoder.hidden=[16]".to_owned()];
 //! let config = TrainConfig::preset(Preset::Tiny).with_assignments(&settings)?;
-//! let data = Dataset::new(unic_io::Capture::open(&root)?, &config, Fit::HeldOut)?;
+//! let data = FieldData::prepare(unic_io::Capture::open(&root)?, &config, Fit::HeldOut)?;
 //! let mut trainer = Trainer::new(data, config)?;
 //! trainer.run(None, &mut |event| {
 //!     if let Event::Validated { step, rmse, .. } = event {
@@ -44,56 +46,65 @@
 //!     Control::Continue
 //! })?;
 //! let bytes = trainer.model()?.to_bytes()?;
-//! assert!(unic_core::model::Model::from_bytes(&bytes).is_ok());
+//! assert!(unic_core::Model::from_bytes(&bytes).is_ok());
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! | what | where |
+//! | subject | items |
 //! |---|---|
 //! | settings and presets: `paper`, `standard`, `tiny` | [`TrainConfig`], [`Preset`] |
-//! | which clips are held out, and when | [`Fit`], [`Refit`] |
-//! | one step's windows, and the noise on them | [`Batch`], [`StepNoise`] |
+//! | clips held out, and the fits of a run | [`Fit`], [`Refit`] |
+//! | clips of a fit, opened and normalised | [`Dataset`] |
+//! | prior: principal components, linear map, recurrence | [`PriorTrainer`], [`FittedPrior`] |
+//! | clips with the prior that the field adds to | [`FieldData`] |
+//! | windows of one step, and their noise | [`Batch`], [`StepNoise`] |
 //! | motion encoder and deformation field | [`Network`], [`PackedField`] |
-//! | free running through a window, and its loss | [`Rollout`], [`Correction`] |
-//! | where the garment hangs before the field adds to it | [`fit_prior`] |
+//! | free running through a window, and its loss | [`Rollout`] |
+//! | the training loop, for any network | [`Learner`], [`Training`] |
 //! | AdamW | [`update`] |
-//! | networks of other methods to compare with | [`RivalTrainer`], [`RivalKind`] |
-//! | stop and go on | [`Checkpoint`], [`Trainer::resume`] |
+//! | interruption and resumption | [`Checkpoint`], [`Trainer::resume`] |
+//! | a run within a given time | [`Budget`] |
+//! | building blocks for networks of one's own | [`layers`] |
 //!
-//! **Randomness.** Dropout masks, Gumbel noise, windows and perturbations are made here, each number
-//! from (seed, [`Stream`], step), and handed to the networks as tensors. So a run repeats on the same
-//! machine with the same bytes, for any number of threads, and a resumed run ends where an
+//! **Randomness.** Dropout masks, Gumbel noise, windows and perturbations are made here, each
+//! number from (seed, [`Stream`], step), and handed to the networks as tensors. So a run repeats on
+//! the same machine with the same bytes, for any number of threads, and a resumed run ends where an
 //! uninterrupted one would.
 //!
-//! **Sizes.** W windows of K + 1 frames and n vertices each give field batches of W · n points; the field
-//! is pointwise, so any subset of the vertices will do.
+//! **Sizes.** W windows of K + 1 frames and n vertices each give field batches of W · n points; the
+//! field is pointwise, so any subset of the vertices will do.
 //!
-//! **Rates.** `cargo run --release -p unic-train --example training_rate` prints them beside the machine's
-//! multiply-add peak.
+//! **Rates.** `cargo run --release -p unic-train --example training_rate` prints them beside the
+//! machine's multiply-add peak.
 //!
-//! **GPUs.** With the cargo features `cuda`, `vulkan` and `metal` a [`Dataset`] prepared for that [`Processor`] trains there:
-//! the field is [`composed`] of Burn's operations instead of fused ([`PackedField`]); batches, noise and the update
-//! stay on the host, so that a checkpoint goes on anywhere.
+//! **GPUs.** With the cargo features `cuda`, `vulkan` and `metal` a [`Dataset`] prepared for that
+//! [`Processor`] trains there: the field is [`composed`] of Burn's operations instead of fused
+//! ([`PackedField`]); batches, noise and the update stay on the host, so that a checkpoint goes on
+//! anywhere.
 
 mod batch;
+mod budget;
 mod checkpoint;
 mod config;
-mod correction;
 mod dataset;
+mod device;
 mod elu_op;
 mod error;
 mod event;
+mod field_data;
 mod field_op;
 mod fit;
+pub mod layers;
+mod learner;
 mod mirror;
 mod network;
 mod noise;
 mod optimiser;
+mod parameters;
 mod prior;
 mod processor;
 mod recurrence;
-mod rival;
 mod rollout;
 mod scales;
 mod stream;
@@ -102,31 +113,29 @@ mod trainer;
 mod validation;
 
 pub use batch::{Batch, Window};
-pub use checkpoint::{Checkpoint, Progress};
+pub use budget::Budget;
+pub use checkpoint::{Checkpoint, Position};
 pub use config::{
-    BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, ModelSettings, OptimiserConfig,
+    BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
     PUBLISHED_EPOCHS, Preset, Products, RecurrenceSettings, Refit, RegularisationConfig, SettingsError,
     StateSettings, TrainConfig, ValidationConfig,
 };
-pub use correction::{Bodies, Correction};
 pub use dataset::{Dataset, MotionVectors};
-pub use error::TrainError;
+pub use error::{Quantity, TrainError};
 pub use event::{Control, Event, Outcome};
+pub use field_data::FieldData;
 pub use field_op::{FieldOperation, PackedField, composed};
 pub use fit::Fit;
-pub use mirror::{MirrorMap, View, mirrored};
-pub use network::{Network, NetworkShape, Parameter, StepNoise};
+pub use learner::{Averaging, Learner, Listen, Training};
+pub use mirror::{MirrorMap, View, mirrored, mirrored_surface, normalisation};
+pub use network::{Network, NetworkShape, Parameter, StepNoise, WindowRows};
 pub use noise::SmoothNoise;
 pub use optimiser::{Moments, update};
-pub use prior::{FittedPrior, PriorSettings, fit_prior};
+pub use prior::{FittedPrior, PriorTrainer, displacements};
 pub use processor::Processor;
-pub use recurrence::{MOST_FOLDS, Watch};
-pub use rival::{
-    GlobalFeatureSettings, MotionElements, RivalConfig, RivalKind, RivalPredictor, RivalTrainer,
-    SpaceSettings, SurfaceKind,
-};
+pub use recurrence::Watch;
 pub use rollout::Rollout;
 pub use stream::{Stream, generator};
 pub use time::TrainingTime;
-pub use trainer::{Pace, Trainer};
+pub use trainer::{FieldRecord, Pace, Trainer};
 pub use validation::{JUDGED_S, Validation, ValidationMotion, free_running_rmse};

@@ -1,16 +1,18 @@
 //! Left-right mirroring of training data.
 //!
-//! With M the reflection of x, a mirrored garment vertex has M·rest, M·u and rotation M R M: nothing
-//! has to be simulated, skinned or looked up again, and the mesh need not be symmetric, since the
-//! field is pointwise. The motion vector mirrors by swapping joints and flipping signs.
+//! With M the reflection of x, a mirrored garment vertex has M·rest, M·u and rotation M R M:
+//! nothing has to be simulated, skinned or looked up again, and the mesh need not be symmetric,
+//! since the field is pointwise. The motion vector mirrors by swapping joints and flipping signs.
 
 use glam::Vec3;
 use std::borrow::Cow;
 use unic_core::{
+    mesh::TriMesh,
     motion::{MotionError, MotionSlices, Normalisation, NormalisationRule, motion_len},
     skeleton::Skeleton,
+    surface_map::SurfaceMap,
 };
-use unic_io::retarget::counterparts;
+use unic_io::joint_names::counterparts;
 
 /// Mirrors motion vectors of one skeleton: `out[i] = sign[i] · c[source[i]]`.
 #[derive(Clone, Debug)]
@@ -26,8 +28,8 @@ const AXIAL: [f32; 3] = [1.0, -1.0, -1.0];
 const ROTATION: [f32; 6] = [1.0, -1.0, -1.0, -1.0, 1.0, 1.0];
 
 impl MirrorMap {
-    /// From joint names in any of the spellings that [`counterparts`] reads. None when a joint that names a side has
-    /// no counterpart, or no joint names a side.
+    /// From joint names in any of the spellings that [`counterparts`] reads. None when a joint that
+    /// names a side has no counterpart, or no joint names a side.
     pub fn new(skeleton: &Skeleton) -> Option<Self> {
         let counterparts = counterparts(skeleton.names())?;
         let slices = MotionSlices::new(skeleton.len());
@@ -77,12 +79,13 @@ impl MirrorMap {
     }
 }
 
-/// Statistics of the motion vectors that a training sees: as they are, and mirrored where there is a map. Without the
-/// second half what only one side of the character does would be out of range on the other.
+/// Statistics of the motion vectors that a training sees: as they are, and mirrored where there is
+/// a map. Without the second half what only one side of the character does would be out of range on
+/// the other.
 ///
 /// # Errors
 /// Vectors of another length than `joints` joints have, elements that are not finite.
-pub(crate) fn normalisation<'a>(
+pub fn normalisation<'a>(
     joints: usize,
     rule: NormalisationRule,
     vectors: impl Iterator<Item = &'a [f32]> + Clone,
@@ -117,6 +120,19 @@ impl View {
 /// A point or displacement on the other side.
 pub fn mirrored(vector: Vec3) -> Vec3 {
     Vec3::new(-vector.x, vector.y, vector.z)
+}
+
+/// Largest mean distance, in metres, between a garment and its mirror image at which the garment
+/// counts as symmetric.
+const SYMMETRIC_M: f32 = 0.005;
+
+/// Maps the vertices of a mirrored garment to the garment's own surface. Returns none for a garment
+/// that is not symmetric.
+pub fn mirrored_surface(rest: &TriMesh) -> Option<SurfaceMap> {
+    let points: Vec<Vec3> = rest.vertices.iter().map(|v| mirrored(*v)).collect();
+    let map = SurfaceMap::new(rest, &points).ok()?;
+    let total: f32 = map.distances().sum();
+    (total <= SYMMETRIC_M * points.len() as f32).then_some(map)
 }
 
 #[cfg(test)]

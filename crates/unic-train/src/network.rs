@@ -1,20 +1,18 @@
 //! The networks in training: Burn modules with parameters and noise of our own making.
 
-mod layers;
-
-pub(crate) use layers::{
-    dropout_mask, gumbel_noise, one_hot, picked, runtime_layers, stacked, uniform, uniform_layers,
-};
-
 use crate::{
     config::{Products, RegularisationConfig},
     error::TrainError,
     field_op::FieldOperation,
+    layers::{
+        CodeSizes, dropout_mask, gumbel_noise, one_hot, parameter, picked, runtime_layers, stacked, uniform,
+        uniform_layers,
+    },
     stream::{Stream, generator},
 };
-use burn::module::{Module, Param, ParamId};
+use burn::module::{Module, Param};
 use burn::nn::Linear;
-use burn::tensor::{Device, Tensor, TensorData};
+use burn::tensor::{Device, Tensor};
 use unic_core::{
     config::{LatentCode, ModelConfig, StateConfig},
     motion::motion_len,
@@ -90,23 +88,35 @@ pub struct Parameter {
     pub values: Vec<f32>,
 }
 
+/// Number of rows that the encoder reads in a step: `frames` × `windows`, frame-major.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WindowRows {
+    /// Frames of the rollout.
+    pub frames: usize,
+    /// Windows of the batch.
+    pub windows: usize,
+}
+
 /// The random part of one step's forward pass, on the host: from (seed, step) alone.
 pub struct StepNoise {
-    /// Dropout factors of each encoder layer's input, `[rows, width]`; absent where nothing is dropped.
+    /// Dropout factors of each encoder layer's input, `[rows, width]`; absent where nothing is
+    /// dropped.
     masks: Vec<Option<Vec<f32>>>,
     /// Gumbel noise, `[rows, channels, categories]`.
     gumbel: Vec<f32>,
 }
 
 impl StepNoise {
-    /// For `frames` × `windows` rows, frame-major.
+    /// Draws the noise of a step.
     pub fn draw(
         shape: &NetworkShape,
         config: &RegularisationConfig,
-        [frames, windows]: [usize; 2],
-        [seed, step]: [u64; 2],
+        rows: WindowRows,
+        seed: u64,
+        step: u64,
     ) -> Self {
         let mut rng = generator(seed, Stream::Dropout, step);
+        let WindowRows { frames, windows } = rows;
         let drawn = if config.dropout_by_window { 1 } else { frames };
         let layers = shape.encoder.len() - 1;
         let masks = (shape.encoder[..layers].iter().enumerate())
@@ -135,9 +145,9 @@ impl Network {
         let mut field = vec![0.0; shape.field.parameter_count()];
         for (i, map) in shape.field.layout().iter().enumerate() {
             let id = FIELD_ID + 2 * i as u64;
-            let weight = uniform([seed, id], map.weight.len(), map.inputs());
+            let weight = uniform(seed, id, map.weight.len(), map.inputs());
             field[map.weight.clone()].copy_from_slice(&weight);
-            let bias = uniform([seed, id + 1], map.bias.len(), map.inputs());
+            let bias = uniform(seed, id + 1, map.bias.len(), map.inputs());
             field[map.bias.clone()].copy_from_slice(&bias);
         }
         if shape.zero_head {
@@ -152,15 +162,19 @@ impl Network {
         }
     }
 
-    /// Latent vectors z of motion pairs `[rows, 2 D]`: `[rows, C]` of picked logits, `[rows, C · K]` one-hot.
+    /// Latent vectors z of motion pairs `[rows, 2 D]`: `[rows, C]` of picked logits, `[rows, C ·
+    /// K]` one-hot.
     ///
-    /// One category of each channel is picked by argmax of logit + noise. Gradients flow through the
-    /// picked logit (reference: straight pick of the raw logit, temperature 1), or through the softmax
-    /// of logit + noise that a one-hot code stands for.
+    /// One category of each channel is picked by argmax of logit + noise. Gradients flow through
+    /// the picked logit (reference: straight pick of the raw logit, temperature 1), or through the
+    /// softmax of logit + noise that a one-hot code stands for.
     pub fn latents(&self, shape: &NetworkShape, motion: Tensor<2>, noise: Option<&StepNoise>) -> Tensor<2> {
         let masks = noise.map_or(&[][..], |n| &n.masks);
         let logits = stacked(&self.encoder, motion, masks); // [rows, C · K]
-        let sizes = [shape.channels, shape.categories];
+        let sizes = CodeSizes {
+            channels: shape.channels,
+            categories: shape.categories,
+        };
         let noise = noise.map(|n| n.gumbel.as_slice());
         match shape.code {
             LatentCode::PickedLogit => picked(logits, sizes, noise),
@@ -236,21 +250,6 @@ pub(crate) fn model_layers(
 /// Parameter ids are fixed, so that records repeat from run to run; the encoder's start at 1.
 const FIELD_ID: u64 = 1000;
 
-pub(crate) fn parameter<const D: usize>(
-    id: u64,
-    values: Vec<f32>,
-    shape: [usize; D],
-    device: &Device,
-) -> Param<Tensor<D>> {
-    let tensor = Tensor::<D>::from_data(TensorData::new(values, shape), device);
-    let tensor = if device.is_autodiff() {
-        tensor.require_grad()
-    } else {
-        tensor
-    };
-    Param::initialized(ParamId::from(id), tensor)
-}
-
 pub(crate) fn host<const D: usize>(name: String, parameter: &Param<Tensor<D>>) -> Parameter {
     let values = parameter.val().inner().try_into_vec_as::<f32>();
     Parameter {
@@ -259,14 +258,6 @@ pub(crate) fn host<const D: usize>(name: String, parameter: &Param<Tensor<D>>) -
         // Parameters are made as f32 above and never change their type.
         values: values.expect("f32 parameters"),
     }
-}
-
-/// Rows of `columns` numbers to columns.
-pub(crate) fn transposed(values: &[f32], columns: usize) -> Vec<f32> {
-    let rows = values.len() / columns.max(1);
-    (0..columns)
-        .flat_map(|c| (0..rows).map(move |r| values[r * columns + c]))
-        .collect()
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
-//! AdamW over a Burn module, one pass over memory: gradients from Burn's autodiff, the update fused.
+//! AdamW over a Burn module, one pass over memory: gradients from Burn's autodiff, the update
+//! fused.
 //!
 //! Equal to Burn's own AdamW (tested), which goes over each parameter several times and is three to
 //! eight times slower on the paper's encoder of 23 million numbers.
 
-use crate::{config::OptimiserConfig, error::TrainError, network::Network, processor::is_on_cpu};
+use crate::{config::OptimiserConfig, device::is_on_cpu, error::TrainError, parameters};
 use burn::backend::{Flex, tensor::FloatTensor};
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::optim::GradientsParams;
@@ -13,21 +14,17 @@ use unic_kernels::{AdamW, adamw_step, global_norm};
 /// Running means of the gradient and of its square, in the order of the network's parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Moments {
-    /// Of the gradient.
+    /// Running mean of the gradient.
     pub first: Vec<Vec<f32>>,
-    /// Of the squared gradient.
+    /// Running mean of the squared gradient.
     pub second: Vec<Vec<f32>>,
 }
 
 impl Moments {
-    /// Zeros for a network.
-    pub fn new(network: &Network) -> Self {
-        Self::zeros(network.parameters().iter().map(|p| p.values.len()))
-    }
-
-    /// Zeros for parameters of these lengths.
-    pub(crate) fn zeros(lengths: impl Iterator<Item = usize>) -> Self {
-        let zeros: Vec<Vec<f32>> = lengths.map(|length| vec![0.0; length]).collect();
+    /// Zeros in the sizes of a network's parameters.
+    pub fn new<N: Module>(network: &N) -> Self {
+        let mut zeros = parameters::values(network);
+        zeros.iter_mut().for_each(|values| values.fill(0.0));
         Self {
             first: zeros.clone(),
             second: zeros,
@@ -38,8 +35,8 @@ impl Moments {
 /// Updates a network with the gradients of one loss; `step` counts from 0. Returns the gradient's
 /// global norm before clipping; one that is not finite leaves everything as it was.
 ///
-/// Parameters that no other network shares are updated where they lie on the CPU; those of another device are
-/// brought there and back.
+/// Parameters that no other network shares are updated where they lie on the CPU; those of another
+/// device are brought there and back.
 ///
 /// # Errors
 /// None for moments of this network.

@@ -1,245 +1,265 @@
-//! Fits where the garment hangs in a given motion to the training clips.
+//! Fits the prior: the garment's displacement as far as the motion alone predicts it.
 
+mod linear;
 mod series;
 
-pub(crate) use series::displacements;
+pub use series::displacements;
 
 use crate::{
-    config::RecurrenceSettings,
-    dataset::MotionVectors,
+    config::{StateSettings, TrainConfig},
+    dataset::Dataset,
+    device,
     error::TrainError,
     mirror::View,
-    recurrence::{Fitted, Watch, fit_recurrence},
+    processor::Processor,
+    recurrence::{FittedRecurrence, RecurrenceTrainer, Watch},
 };
-use burn::tensor::Device;
 use glam::Vec3;
+use linear::{LeaveOneOut, MIDDLE_STRENGTH, runtime_map};
 use rayon::prelude::*;
-use series::{Clips, Series, hang_alike};
-use unic_core::{model::ModelError, network::Linear, prior::Prior};
-use unic_eval::{Displacements, LinearMap, Moments, PrincipalComponents, TrainingSet};
+use series::{Clips, Series, remove_mirror_bias};
+use std::{path::Path, time::Instant};
+use unic_core::{
+    model::ModelError, motion::motion_len, network::Linear, prior::Prior, recurrence::Recurrence,
+};
+use unic_eval::{Displacements, LinearMap, PreparedClip, PrincipalComponents, TrainingSet};
 
-/// A prior, and its coefficients in every training frame as a prior would give them that has never
-/// seen the clip: what the field has to add in training is then as large as on a new motion.
+/// A prior, and its coefficients in every training frame as predicted by a prior that is fitted
+/// without the clip. What the field has to add in training is then as large as on a new motion.
 pub struct FittedPrior {
-    /// For the model: fitted on all training clips.
+    /// Prior of the model, fitted to all clips.
     pub prior: Prior,
-    /// By clip and frame, K numbers each.
+    /// Coefficients by clip and frame, K numbers each, predicted without the clip's motion.
     pub left_out: Vec<Vec<Vec<f32>>>,
-    unseen: Unseen,
+    /// Seconds that the fit took. Those of an interrupted fit before it are not counted.
+    pub seconds: f64,
+    folds: Folds,
 }
 
-/// Priors that have not seen a motion; nothing for a prior that nothing was fitted for.
+/// Parts of priors that were fitted without a motion. Empty for a prior that does not depend on the
+/// motion.
 #[derive(Default)]
-struct Unseen {
-    /// Of each clip.
+struct Folds {
+    /// Number of each clip's motion.
     motion_numbers: Vec<usize>,
-    /// The linear map without each motion.
+    /// For each motion, the linear map fitted to the others.
     maps: Vec<Linear>,
-    recurrence: Option<Fitted>,
+    recurrence: Option<FittedRecurrence>,
 }
 
 impl FittedPrior {
-    /// A prior that says the same whatever the motion, before `clips` of so many frames.
-    pub(crate) fn constant(prior: Prior, clips: impl Iterator<Item = usize>) -> Self {
+    /// A prior that is the same for every motion, beside `clips` of so many frames.
+    fn constant(prior: Prior, clips: impl Iterator<Item = usize>) -> Self {
         Self {
             left_out: clips.map(|frames| vec![Vec::new(); frames]).collect(),
-            unseen: Unseen::default(),
+            seconds: 0.0,
+            folds: Folds::default(),
             prior,
         }
     }
 
-    /// The prior as it would be without the motion of one of several training clips, and at no cost: it is one of
-    /// those that strengths and shares were chosen by. Shapes, statistics, the strength, the share of the recurrence and how
-    /// askew the garment hangs are those of all clips, and swings are not enlarged.
+    /// The prior fitted without the motion of one of several clips. It is one of those by which
+    /// ridge strengths and weights were chosen, so nothing is trained. Principal components,
+    /// statistics, strength, weights and the mirror bias are those of all clips, and swings are not
+    /// amplified.
     pub(crate) fn without(&self, clip: usize) -> Prior {
         let mut prior = self.prior.clone();
-        let motion = match self.unseen.motion_numbers.get(clip) {
+        let motion = match self.folds.motion_numbers.get(clip) {
             Some(&motion) if !prior.is_empty() => motion,
             _ => return prior,
         };
-        prior.map = self.unseen.maps[motion].clone();
+        prior.map = self.folds.maps[motion].clone();
         prior.recurrence = None;
-        if let Some(fitted) = &self.unseen.recurrence
+        if let Some(fitted) = &self.folds.recurrence
             && let Some(recurrence) = fitted.without(motion)
         {
-            prior.map.scale(fitted.linear_share);
-            prior.recurrence = Some(recurrence.clone());
+            blend(&mut prior, fitted.linear_share, recurrence);
         }
         prior
     }
 }
 
-/// Frames that the shapes are computed from at most, evenly spread.
+/// Adds a recurrence to a linear prior, whose map keeps `linear_share` of its weight.
+fn blend(prior: &mut Prior, linear_share: f32, recurrence: &Recurrence) {
+    prior.map.scale(linear_share);
+    prior.recurrence = Some(recurrence.clone());
+}
+
+/// Largest number of frames, evenly spread, that the principal components are computed from.
 const MOST_FRAMES: usize = 2000;
 
-/// Vectors of all shapes together, at most: a frame reads them all, and so does the file.
-const MOST_SHAPE_VECTORS: usize = 1_000_000;
+/// Largest number of vectors in all principal components together. A frame reads them all, and the
+/// file holds them.
+const MOST_COMPONENT_VECTORS: usize = 1_000_000;
 
-/// Shapes that the largest garments may have all the same.
-const LEAST_MOST_SHAPES: usize = 32;
+/// Number of principal components that even the largest garments may have.
+const LEAST_COMPONENTS: usize = 32;
 
 /// Pieces that a lone clip is cut into, to leave out one at a time.
 const PIECES: usize = 4;
 
-/// Ridge strengths to choose from, in units of an input's variance.
-const STRENGTHS: [f64; 9] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0];
-
-/// What to fit beside the data.
-pub struct PriorSettings<'a> {
-    /// Shapes K.
-    pub shapes: usize,
-    /// What remembers the motion, if anything does.
-    pub recurrence: Option<&'a RecurrenceSettings>,
-    /// Of the random streams.
-    pub seed: u64,
-    /// Frames a second.
-    pub fps: f32,
-    /// Where the recurrence is trained; with gradients.
-    pub device: Device,
-}
-
-/// Fits principal components of the displacement, a ridge regression to them whose strength is the
-/// best one for motions left out, and a recurrence, blended with it; with mirrored motion too where it
-/// is wanted and skeleton and garment are symmetric: it teaches what the motion does, and not how the
-/// garment hangs askew in every clip alike.
+/// Fits the prior of a run.
 ///
-/// # Errors
-/// A training of the recurrence that diverges, a watch that says stop.
-pub fn fit_prior(
-    set: &TrainingSet,
-    motion: &[MotionVectors],
-    settings: &PriorSettings,
-    watch: &Watch,
-) -> Result<FittedPrior, TrainError> {
-    let frames = set.spread_frames(MOST_FRAMES);
-    let most = (MOST_SHAPE_VECTORS / set.garment.rest.vertices.len().max(1)).max(LEAST_MOST_SHAPES);
-    let components = PrincipalComponents::fit(&Displacements { set, frames }, settings.shapes.min(most));
-    let clips = Clips {
-        set,
-        motion,
-        components: &components,
-    };
-    let mut series = clips.series(PIECES).map_err(ModelError::from)?;
-    hang_alike(&mut series, STRENGTHS[STRENGTHS.len() / 2]);
-    let linear = LeaveOneOut::fit(&series);
-    let sequences: Vec<_> = (series.par_iter())
-        .map(|s| s.sequence(linear.without(s)))
-        .collect();
-    let inputs = 2 * motion.first().map_or(0, |m| m.len);
-    let mut prior = linear_prior(&components, linear.all.as_ref(), inputs);
-    let fitted = match settings.recurrence {
-        Some(recurrence) if !prior.is_empty() => fit_recurrence(recurrence, &sequences, settings, watch)?,
-        _ => None,
-    };
-    let map_without = |map: &Option<LinearMap>| linear_of(map.as_ref(), inputs, components.len());
-    let unseen = Unseen {
-        motion_numbers: set.motions(),
-        maps: linear.maps.iter().map(map_without).collect(),
-        recurrence: fitted,
-    };
-    let left_out: Vec<_> = match &unseen.recurrence {
-        Some(fitted) => {
-            prior.map.scale(fitted.linear_share);
-            prior.recurrence = Some(fitted.recurrence.clone());
-            fitted.left_out.iter().collect()
-        }
-        None => sequences.iter().map(|s| &s.linear).collect(),
-    };
-    let direct = series
-        .iter()
-        .zip(left_out)
-        .filter(|(s, _)| s.view() == View::Direct);
-    let left_out: Vec<_> = direct.map(|(s, a)| by_frame(a, s.len())).collect();
-    Ok(FittedPrior {
-        prior,
-        left_out: match set.train.len() {
-            1 => vec![left_out.concat()],
-            _ => left_out,
-        },
-        unseen,
-    })
+/// Principal components of the displacement; a ridge regression to them whose strength is the best
+/// one for motions left out; a recurrence, blended with it. Where mirroring is wanted and skeleton
+/// and garment are symmetric, mirrored motion is fitted too.
+pub struct PriorTrainer<'a> {
+    /// Clips that the prior is fitted to.
+    pub data: &'a Dataset,
+    /// Settings of the run.
+    pub settings: &'a TrainConfig,
+    /// Processor that the recurrence is trained on.
+    pub processor: Processor,
+    /// Folder for checkpoints of the recurrence. A fit that finds some continues from them.
+    pub folder: Option<&'a Path>,
 }
 
-/// Frames × K numbers, by frame.
+/// Principal components, and the series of clips that maps are fitted to.
+struct Projected<'a> {
+    components: PrincipalComponents,
+    series: Vec<Series<'a>>,
+    /// Numbers in a pair of motion vectors.
+    inputs: usize,
+}
+
+impl PriorTrainer<'_> {
+    /// Fits the prior. `watch` is called after every step of the recurrence, from several threads.
+    ///
+    /// # Errors
+    /// A training that diverges; [`TrainError::Stopped`] where `watch` answers stop, after a
+    /// checkpoint; a processor that is not there; a checkpoint of another training.
+    pub fn run(&self, watch: &Watch) -> Result<FittedPrior, TrainError> {
+        let started = Instant::now();
+        device::check(self.settings.optimiser.products, self.processor)?;
+        let mut fitted = match &self.settings.model.state {
+            StateSettings::Displacement { prior_shapes, .. } => self.fit(*prior_shapes, watch)?,
+            StateSettings::RootRelative => self.zero(),
+        };
+        fitted.seconds = started.elapsed().as_secs_f64();
+        Ok(fitted)
+    }
+
+    /// The published method has no prior.
+    fn zero(&self) -> FittedPrior {
+        let character = &self.data.capture.character;
+        let zeros = vec![Vec3::ZERO; self.data.capture.garment.rest.vertices.len()];
+        let prior = Prior::constant(zeros, 2 * motion_len(character.skeleton.len()));
+        FittedPrior::constant(prior, self.data.clips.iter().map(PreparedClip::len))
+    }
+
+    fn fit(&self, components: usize, watch: &Watch) -> Result<FittedPrior, TrainError> {
+        let set = TrainingSet {
+            garment: self.data.capture.garment.clone(),
+            train: self.data.clips.clone(),
+            validation: Vec::new(),
+        };
+        let projected = self.project(&set, components)?;
+        let linear = LeaveOneOut::fit(&projected.series);
+        let sequences: Vec<_> = (projected.series.par_iter())
+            .map(|s| s.sequence(linear.without(s)))
+            .collect();
+        let mut prior = projected.linear_prior(linear.all.as_ref());
+        let recurrence = match self.recurrence() {
+            Some(settings) if !prior.is_empty() => {
+                let trainer = RecurrenceTrainer {
+                    settings,
+                    seed: self.settings.seed,
+                    fps: self.data.capture.manifest.fps,
+                    device: &device::open(self.processor)?,
+                    folder: self.folder,
+                };
+                trainer.run(&sequences, watch)?
+            }
+            _ => None,
+        };
+        let left_out: Vec<&[f32]> = match &recurrence {
+            Some(fitted) => {
+                blend(&mut prior, fitted.linear_share, &fitted.recurrence);
+                fitted.left_out.iter().map(Vec::as_slice).collect()
+            }
+            None => sequences.iter().map(|s| s.linear.as_slice()).collect(),
+        };
+        Ok(FittedPrior {
+            left_out: projected.by_clip(&left_out, set.train.len()),
+            prior,
+            seconds: 0.0,
+            folds: Folds {
+                motion_numbers: set.motions(),
+                maps: linear.maps.iter().map(|m| projected.map(m.as_ref())).collect(),
+                recurrence,
+            },
+        })
+    }
+
+    fn recurrence(&self) -> Option<&crate::config::RecurrenceSettings> {
+        match &self.settings.model.state {
+            StateSettings::Displacement { recurrence, .. } => recurrence.as_ref(),
+            StateSettings::RootRelative => None,
+        }
+    }
+
+    fn project<'a>(&'a self, set: &'a TrainingSet, components: usize) -> Result<Projected<'a>, TrainError> {
+        let frames = set.spread_frames(MOST_FRAMES);
+        let most = (MOST_COMPONENT_VECTORS / set.garment.rest.vertices.len().max(1)).max(LEAST_COMPONENTS);
+        let components = PrincipalComponents::fit(&Displacements { set, frames }, components.min(most));
+        let clips = Clips {
+            set,
+            motion: &self.data.motion,
+            components: &components,
+        };
+        let mut series = clips.series(PIECES).map_err(ModelError::from)?;
+        remove_mirror_bias(&mut series, MIDDLE_STRENGTH);
+        Ok(Projected {
+            series,
+            components,
+            inputs: 2 * self.data.motion.first().map_or(0, |m| m.len),
+        })
+    }
+}
+
+impl Projected<'_> {
+    fn map(&self, map: Option<&LinearMap>) -> Linear {
+        runtime_map(map, self.inputs, self.components.len())
+    }
+
+    fn linear_prior(&self, map: Option<&LinearMap>) -> Prior {
+        let components = &self.components;
+        let mean: Vec<Vec3> = components.mean().chunks_exact(3).map(Vec3::from_slice).collect();
+        if map.is_none() {
+            return Prior::constant(mean, self.inputs);
+        }
+        let shape = |vertex: usize, k: usize| Vec3::from_slice(&components.component(k)[3 * vertex..]);
+        Prior {
+            components: (0..mean.len())
+                .flat_map(|v| (0..components.len()).map(move |k| (v, k)))
+                .map(|(v, k)| shape(v, k))
+                .collect(),
+            map: self.map(map),
+            mean,
+            recurrence: None,
+        }
+    }
+
+    /// Coefficients of the direct series by clip and frame, from those of all series.
+    fn by_clip(&self, coefficients: &[&[f32]], clips: usize) -> Vec<Vec<Vec<f32>>> {
+        let direct = self
+            .series
+            .iter()
+            .zip(coefficients)
+            .filter(|(s, _)| s.view() == View::Direct);
+        let by_series: Vec<_> = direct.map(|(s, a)| by_frame(a, s.len())).collect();
+        match clips {
+            // A lone clip was cut into pieces.
+            1 => vec![by_series.concat()],
+            _ => by_series,
+        }
+    }
+}
+
+/// Splits frames × K numbers by frame.
 fn by_frame(coefficients: &[f32], frames: usize) -> Vec<Vec<f32>> {
     let count = coefficients.len() / frames.max(1);
     (0..frames)
         .map(|t| coefficients[t * count..][..count].to_vec())
         .collect()
-}
-
-/// The linear map of all series, and of all but those of each motion.
-struct LeaveOneOut {
-    all: Option<LinearMap>,
-    /// By motion.
-    maps: Vec<Option<LinearMap>>,
-}
-
-impl LeaveOneOut {
-    fn fit(series: &[Series]) -> Self {
-        let moments: Vec<Moments> = series.iter().map(Series::moments).collect();
-        let pooled = |left_out: Option<usize>| {
-            let kept = (moments.iter().zip(series)).filter(|(_, s)| Some(s.motion_number()) != left_out);
-            Moments::pooled(kept.map(|(m, _)| m))
-        };
-        let motions = series.iter().map(|s| s.motion_number() + 1).max().unwrap_or(0);
-        let folds: Vec<Option<Moments>> = (0..motions).map(|motion| pooled(Some(motion))).collect();
-        let at = |strength: f64| -> Self {
-            let solved = |m: &Option<Moments>| m.as_ref().and_then(|m| m.solve(strength));
-            Self {
-                all: None,
-                maps: folds.par_iter().map(solved).collect(),
-            }
-        };
-        let error = |strength: f64| -> f64 {
-            let fitted = at(strength);
-            let squared = |s: &Series| s.residual(fitted.without(s)).map(|e| e * e).sum::<f64>();
-            let errors: Vec<f64> = series.par_iter().map(squared).collect();
-            errors.into_iter().sum()
-        };
-        let errors = STRENGTHS.map(|strength| (error(strength), strength));
-        let best = errors.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        let strength = best.map_or(STRENGTHS[4], |best| best.1);
-        Self {
-            all: pooled(None).and_then(|m| m.solve(strength)),
-            ..at(strength)
-        }
-    }
-
-    /// The map that has not seen the motion of `series`.
-    fn without(&self, series: &Series) -> Option<&LinearMap> {
-        self.maps[series.motion_number()].as_ref()
-    }
-}
-
-fn linear_prior(components: &PrincipalComponents, map: Option<&LinearMap>, inputs: usize) -> Prior {
-    let mean: Vec<Vec3> = components.mean().chunks_exact(3).map(Vec3::from_slice).collect();
-    let Some(map) = map else {
-        return Prior::constant(mean, inputs);
-    };
-    let shape = |vertex: usize, k: usize| Vec3::from_slice(&components.component(k)[3 * vertex..]);
-    Prior {
-        shapes: (0..mean.len())
-            .flat_map(|v| (0..components.len()).map(move |k| (v, k)))
-            .map(|(v, k)| shape(v, k))
-            .collect(),
-        map: linear_of(Some(map), inputs, components.len()),
-        mean,
-        recurrence: None,
-    }
-}
-
-/// Without a map the mean is all that is said.
-fn linear_of(map: Option<&LinearMap>, inputs: usize, outputs: usize) -> Linear {
-    let weight = |(k, i)| map.map_or(0.0, |m| m.coefficient(i, k) as f32);
-    let bias = map.map_or_else(|| vec![0.0; outputs], |m| m.apply(&vec![0.0; inputs]));
-    Linear {
-        inputs,
-        outputs,
-        weight: (0..outputs)
-            .flat_map(|k| (0..inputs).map(move |i| (k, i)))
-            .map(weight)
-            .collect(),
-        bias: bias.into_iter().map(|b| b as f32).collect(),
-    }
 }

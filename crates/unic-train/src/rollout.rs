@@ -3,7 +3,6 @@
 use crate::{
     batch::Batch,
     config::{LossConfig, Products},
-    correction::Correction,
     error::TrainError,
     network::{Network, NetworkShape, StepNoise},
 };
@@ -23,8 +22,6 @@ pub struct Rollout<'a> {
     pub loss: &'a LossConfig,
     /// What the field is computed in.
     pub products: Products,
-    /// Intersection handling, from its step on.
-    pub correction: Option<&'a Correction<'a>>,
 }
 
 impl Rollout<'_> {
@@ -51,10 +48,7 @@ impl Rollout<'_> {
             let latent = latents.clone().narrow(0, k * windows, windows);
             let inputs = self.inputs(&state, &previous, &batch.frame_inputs[k], device);
             let output = field.forward(inputs, latent)?;
-            let mut next = self.updated(state.clone(), output, shares.as_ref());
-            if let Some(correction) = self.correction {
-                next = next.clone() + points(&correction.of(batch, k, next), device);
-            }
+            let next = self.updated(state.clone(), output, shares.as_ref());
             previous = std::mem::replace(&mut state, next.clone());
             states.push(next);
         }
@@ -62,7 +56,7 @@ impl Rollout<'_> {
     }
 
     /// λ times the mean squared error over frames, points and coordinates (paper, eq. output; the
-    /// release's mean over coordinates), plus the same of frame-to-frame differences.
+    /// release's mean over coordinates).
     ///
     /// # Errors
     /// Sizes that do not fit the network.
@@ -74,22 +68,15 @@ impl Rollout<'_> {
         device: &Device,
     ) -> Result<Tensor<1>, TrainError> {
         let states = self.states(network, batch, noise, device)?;
-        let start = points(&batch.start, device);
-        let (mut before, mut before_target) = (start.clone(), start);
         let mut total = Tensor::from_data(TensorData::new(vec![0.0f32], [1]), device);
         for (state, target) in states.into_iter().zip(&batch.targets) {
-            let target = points(target, device);
-            total = total + mean_square(state.clone() - target.clone()) * self.loss.position;
-            if self.loss.velocity > 0.0 {
-                let change = (state.clone() - before) - (target.clone() - before_target);
-                total = total + mean_square(change) * self.loss.velocity;
-            }
-            (before, before_target) = (state, target);
+            total = total + mean_square(state - points(target, device)) * self.loss.position;
         }
         Ok(total / batch.frames.max(1) as f64)
     }
 
-    /// Inputs of the field [rows, P]: those of the state, through which gradients flow, then the rest.
+    /// Inputs of the field [rows, P]: those of the state, through which gradients flow, then the
+    /// rest.
     fn inputs(&self, state: &Tensor<2>, previous: &Tensor<2>, inputs: &[f32], device: &Device) -> Tensor<2> {
         let StateConfig::Displacement(config) = &self.config.state else {
             return state.clone();

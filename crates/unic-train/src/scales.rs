@@ -1,4 +1,4 @@
-//! The size of the displacements that a model is to work with.
+//! Scales of the displacements that a model works with, measured on the training clips.
 
 use crate::config::{ModelSettings, StateSettings};
 use glam::Vec3;
@@ -7,7 +7,7 @@ use unic_core::{character::Garment, config::DisplacementConfig, features::PointF
 use unic_eval::PreparedClip;
 use unic_io::Capture;
 
-/// What a displacement state needs to know of the training frames.
+/// Scales of a displacement state.
 pub(crate) struct Scales {
     /// Root mean square of a coordinate of the state, metres.
     pub(crate) scale_m: f32,
@@ -21,18 +21,35 @@ const OUTPUT_MARGIN: f32 = 1.25;
 /// Scales below a tenth of a millimetre would blow rounding up to the size of folds, metres.
 const LEAST_SCALE_M: f32 = 1e-4;
 
-/// Pairs of successive frames that are looked at, at most and evenly spread.
+/// Largest number of pairs of successive frames that are measured.
 const MOST_PAIRS: usize = 1000;
 
-/// Vertices of which a mask leaves less do not decide how far the field reaches.
+/// Smallest share of a mask that the field's reach is measured at: a vertex with less would make it
+/// huge.
 const LEAST_SHARE: f32 = 0.1;
 
-/// None for states that are positions. The prior comes with its coefficients by clip and frame.
+/// A prior with its coefficients.
+#[derive(Clone, Copy)]
+pub(crate) struct PriorFit<'a> {
+    /// The prior.
+    pub(crate) prior: &'a Prior,
+    /// Coefficients by clip and frame.
+    pub(crate) coefficients: &'a [Vec<Vec<f32>>],
+}
+
+impl PriorFit<'_> {
+    fn frames(&self) -> usize {
+        self.coefficients.iter().map(Vec::len).sum()
+    }
+}
+
+/// Measures the scales of a displacement state beside a prior. Returns none for root-relative
+/// states.
 pub(crate) fn measure(
     settings: &ModelSettings,
     capture: &Capture,
     clips: &[PreparedClip],
-    (prior, coefficients): (&Prior, &[Vec<Vec<f32>>]),
+    prior: PriorFit,
 ) -> Option<Scales> {
     let StateSettings::Displacement {
         memory_s, ref inputs, ..
@@ -47,16 +64,18 @@ pub(crate) fn measure(
         inputs: inputs.clone(),
     }
     .decay(1.0 / capture.manifest.fps);
-    let frames: usize = coefficients.iter().map(Vec::len).sum();
-    let stride = frames.div_ceil(MOST_PAIRS).max(1);
+    let pairs = Pairs {
+        garment: &capture.garment,
+        clips,
+        prior,
+        decay,
+        stride: prior.frames().div_ceil(MOST_PAIRS).max(1),
+    };
     let vertices = capture.garment.rest.vertices.len();
-    let by_vertex: Vec<(f64, f32)> = (0..vertices)
-        .into_par_iter()
-        .map(|v| measure_vertex(&capture.garment, clips, (prior, coefficients), v, (decay, stride)))
-        .collect();
-    let variance: f64 = by_vertex.iter().map(|m| m.0).sum::<f64>() / (3 * vertices).max(1) as f64;
+    let by_vertex: Vec<VertexScales> = (0..vertices).into_par_iter().map(|v| pairs.measure(v)).collect();
+    let variance: f64 = by_vertex.iter().map(|m| m.mean_square).sum::<f64>() / (3 * vertices).max(1) as f64;
     let scale_m = (variance.sqrt() as f32).max(LEAST_SCALE_M);
-    let largest = by_vertex.iter().map(|m| m.1).fold(0.0, f32::max);
+    let largest = by_vertex.iter().map(|m| m.longest_output).fold(0.0, f32::max);
     Some(Scales {
         scale_m,
         // One unit at least, so that a garment that never leaves its prior makes a model too.
@@ -64,29 +83,45 @@ pub(crate) fn measure(
     })
 }
 
-/// Mean squared state |d|² of a vertex, and the longest field output |d_t − γ d_{t−1}| that
-/// training would ask for.
-fn measure_vertex(
-    garment: &Garment,
-    clips: &[PreparedClip],
-    (prior, coefficients): (&Prior, &[Vec<Vec<f32>>]),
-    vertex: usize,
-    (decay, stride): (f32, usize),
-) -> (f64, f32) {
-    let (mut squares, mut count, mut largest) = (0.0, 0usize, 0.0f32);
-    for (clip, coefficients) in clips.iter().zip(coefficients) {
-        let state = |t: usize| -> Vec3 {
-            let frame = PointFrame::new(garment, vertex, clip.kinematics.world_from_rest(t));
-            frame.blended_displacement(clip.captured.garment.frame(t)[vertex])
-                - prior.displacement(vertex, &coefficients[t])
-        };
-        let share = garment.share(vertex).max(LEAST_SHARE);
-        for t in (1..coefficients.len()).step_by(stride) {
-            let [before, now] = [t - 1, t].map(state);
-            squares += f64::from(now.length_squared());
-            count += 1;
-            largest = largest.max((now - before * decay).length() / share);
+/// Scales of one vertex.
+struct VertexScales {
+    /// Mean of |d|² over frames, m².
+    mean_square: f64,
+    /// Longest field output |d_t − γ d_{t−1}| that training would ask for, metres.
+    longest_output: f32,
+}
+
+/// Pairs of successive frames, evenly spread over the clips.
+struct Pairs<'a> {
+    garment: &'a Garment,
+    clips: &'a [PreparedClip],
+    prior: PriorFit<'a>,
+    /// Share γ of the state that is left after a frame.
+    decay: f32,
+    /// Frames from one pair to the next.
+    stride: usize,
+}
+
+impl Pairs<'_> {
+    fn measure(&self, vertex: usize) -> VertexScales {
+        let (mut squares, mut count, mut largest) = (0.0, 0usize, 0.0f32);
+        let share = self.garment.share(vertex).max(LEAST_SHARE);
+        for (clip, coefficients) in self.clips.iter().zip(self.prior.coefficients) {
+            let state = |t: usize| -> Vec3 {
+                let frame = PointFrame::new(self.garment, vertex, clip.kinematics.world_from_rest(t));
+                frame.blended_displacement(clip.captured.garment.frame(t)[vertex])
+                    - self.prior.prior.displacement(vertex, &coefficients[t])
+            };
+            for t in (1..coefficients.len()).step_by(self.stride) {
+                let [before, now] = [t - 1, t].map(state);
+                squares += f64::from(now.length_squared());
+                count += 1;
+                largest = largest.max((now - before * self.decay).length() / share);
+            }
+        }
+        VertexScales {
+            mean_square: squares / count.max(1) as f64,
+            longest_output: largest,
         }
     }
-    (squares / count.max(1) as f64, largest)
 }

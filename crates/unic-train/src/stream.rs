@@ -18,8 +18,6 @@ pub enum Stream {
     StateNoise = 5,
     /// Choice of a validation clip.
     Validation = 6,
-    /// Noise on the motion vectors.
-    MotionNoise = 7,
     /// Windows and dropout masks of the prior's recurrence.
     Recurrence = 8,
     /// Sample of the training clips that one-step errors are measured on.

@@ -2,8 +2,8 @@
 
 use std::ops::Add;
 
-/// Training time: of the prior, of steps and of validations. Loading clips and measuring the pace for a
-/// budget are no part of it.
+/// Training time: of the prior, of steps and of validations. Loading clips and measuring the pace
+/// for a budget are no part of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrainingTime {
     /// All of it, seconds.

@@ -17,8 +17,8 @@ use unic_eval::PreparedClip;
 pub enum ValidationMotion {
     /// The fit has not seen them: their error is that of unseen motion.
     Unseen,
-    /// The fit was trained on one of them: the error is too small for unseen motion. A capture with one
-    /// training clip has nothing else to measure on.
+    /// The fit was trained on one of them: the error is too small for unseen motion. A capture with
+    /// one training clip has nothing else to measure on.
     TrainedOn,
 }
 
@@ -44,7 +44,8 @@ pub struct Validation {
     pub clips: Vec<String>,
     /// Free-running RMSE, millimetres, with the share below.
     pub rmse_mm: f64,
-    /// The part of the field's output that does best in their first [`JUDGED_S`] seconds: 1, the whole, to 0.
+    /// The part of the field's output that does best in their first [`JUDGED_S`] seconds: 1, the
+    /// whole, to 0.
     pub field_share: f32,
 }
 
@@ -70,8 +71,8 @@ fn go_on(proceed: &mut Proceed) -> Result<(), TrainError> {
     }
 }
 
-/// RMSE in metres of single steps from the true frame before, over the first `most` frames of every clip;
-/// intersections are not handled.
+/// RMSE in metres of single steps from the true frame before, over the first `most` frames of every
+/// clip; intersections are not handled.
 pub(crate) fn one_step_rmse_of(
     model: &Arc<Model>,
     clips: &[PreparedClip],

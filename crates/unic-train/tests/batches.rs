@@ -38,11 +38,10 @@ fn everything(batch: &Batch) -> (Vec<Window>, Vec<f32>) {
 fn a_batch_depends_on_seed_and_step_alone() {
     for preset in PRESETS {
         let mut config = small(preset);
-        config.regularisation.motion_noise = 0.1;
         config.regularisation.state_noise_m = 0.01;
         let (data, again) = (dataset(&config), dataset(&config));
         let batch =
-            |data: &Dataset, config: &TrainConfig, step| everything(&Batch::gather(data, config, step));
+            |data: &FieldData, config: &TrainConfig, step| everything(&Batch::gather(data, config, step));
         let first = batch(&data, &config, 7);
         assert_eq!(first, batch(&again, &config, 7));
         assert_ne!(first, batch(&data, &config, 8));
@@ -78,7 +77,7 @@ fn windows_stay_inside_their_clips_and_their_vertices_are_distinct() {
 }
 
 /// A training set that is its own mirror image: two takes and the mirror image of each.
-fn symmetric(config: &TrainConfig) -> Dataset {
+fn symmetric(config: &TrainConfig) -> FieldData {
     let takes = [0, 1].map(|seed| take(&format!("take{seed}"), seed, FRAMES));
     let images = [0, 1].map(|i| mirror_image(&takes[i], &format!("image{i}")));
     let mut all: Vec<_> = takes

@@ -114,7 +114,8 @@ fn fused_equals_composed_for_the_published_field() {
     assert_fused_is_composed(&Case::new(FieldShape::PAPER, 3, 37));
 }
 
-/// Values by half a percent. Gradients by more: ReLUs whose input is within the rounding turn on or off.
+/// Values by half a percent. Gradients by more: ReLUs whose input is within the rounding turn on or
+/// off.
 #[test]
 fn matrix_units_come_near_to_the_composed_field() {
     if !InstructionSet::Amx.is_available() {

@@ -1,5 +1,5 @@
-//! Contract: a model takes as much of its field as does best on motion held out, so that a field that has learned its
-//! training motions by heart does no harm.
+//! Contract: a model takes as much of its field as does best on motion held out, so that a field
+//! that has learned its training motions by heart does no harm.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -8,10 +8,7 @@ mod common;
 use common::*;
 use glam::Vec3;
 use std::sync::Arc;
-use unic_core::{
-    animator::{Animator, Start, StepInput},
-    config::IntersectionMode,
-};
+use unic_core::{Animator, IntersectionMode, Start, StepInput};
 use unic_train::*;
 
 /// A run of `standard`'s kind whose steps are so large that they only do harm.

@@ -1,5 +1,4 @@
-//! Contract: the gradient of a whole rollout is the slope of its loss, and intersection handling
-//! shifts states without taking part in the gradient.
+//! Contract: the gradient of a whole rollout is the slope of its loss.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -7,11 +6,8 @@ mod common;
 
 use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
-use common::{dataset, device, network, numbers, relative_error, small, without_noise};
-use unic_core::{
-    config::{IntersectionMode, StateConfig},
-    intersection::Handling,
-};
+use common::{dataset, device, network, numbers, small};
+use unic_core::config::StateConfig;
 use unic_train::*;
 
 /// Frames that are rolled out.
@@ -19,7 +15,7 @@ const UNROLL: usize = 3;
 
 /// One batch with fixed noise: the loss is a function of the parameters.
 struct Fixture {
-    data: Dataset,
+    data: FieldData,
     config: TrainConfig,
     shape: NetworkShape,
     network: Network,
@@ -31,16 +27,10 @@ impl Fixture {
     fn new(mut config: TrainConfig, frames: usize) -> Self {
         config.batch.unroll_first = frames;
         config.batch.unroll_last = frames;
-        config.loss.velocity = 0.5 * config.loss.position;
         let data = dataset(&config);
         let (shape, network) = network(&data, 5);
         let batch = Batch::gather(&data, &config, 0);
-        let noise = StepNoise::draw(
-            &shape,
-            &config.regularisation,
-            [batch.frames, batch.windows.len()],
-            [1, 0],
-        );
+        let noise = StepNoise::draw(&shape, &config.regularisation, batch.encoder_rows(), 1, 0);
         Self {
             data,
             config,
@@ -51,13 +41,12 @@ impl Fixture {
         }
     }
 
-    fn rollout<'a>(&'a self, correction: Option<&'a Correction<'a>>) -> Rollout<'a> {
+    fn rollout(&self) -> Rollout<'_> {
         Rollout {
             shape: &self.shape,
             config: &self.data.config,
             loss: &self.config.loss,
             products: Products::F32,
-            correction,
         }
     }
 
@@ -88,7 +77,7 @@ impl Fixture {
         }
         let network = Network::with_parameters(&self.shape, &values, &device());
         f64::from(
-            self.loss(&self.rollout(None), &network, &self.batch)
+            self.loss(&self.rollout(), &network, &self.batch)
                 .into_scalar::<f32>(),
         )
     }
@@ -96,7 +85,7 @@ impl Fixture {
 
 /// Compares slopes along random halves of the gradient, where they are large against rounding.
 fn assert_gradient_is_slope(fixture: &Fixture) {
-    let gradient = fixture.gradient(&fixture.rollout(None), &fixture.batch);
+    let gradient = fixture.gradient(&fixture.rollout(), &fixture.batch);
     let norm = gradient.iter().map(|g| g * g).sum::<f32>().sqrt();
     assert!(norm > 0.0);
     for seed in 0..4 {
@@ -148,53 +137,4 @@ fn the_gradient_of_a_displacement_rollout_is_its_slope_at_the_limit() {
     let loss = |f: &Fixture| f.moved(&vec![0.0; f.network.values().concat().len()], 0.0);
     assert!(loss(&limited) != loss(&free), "the limit is not reached");
     assert_gradient_is_slope(&limited);
-}
-
-/// With corrections δ of one frame, the loss is that of targets shifted by −δ, and so is its gradient.
-#[test]
-fn corrections_are_constants_to_the_gradient() {
-    for preset in common::PRESETS {
-        let mut fixture = Fixture::new(without_noise(small(preset)), 1);
-        fixture.config.loss.velocity = 0.0;
-        let bodies = Bodies::default();
-        // A relaxation so large that every vertex inside is thrown far out.
-        let mode = IntersectionMode::Paper { relaxation_m: 0.05 };
-        let worn = &fixture.data.capture;
-        let rule = Handling::new(mode, &worn.character, &worn.garment);
-        let correction = Correction {
-            data: &fixture.data,
-            bodies: &bodies,
-            rule: &rule,
-        };
-        let states = |rollout: &Rollout| -> Vec<f32> {
-            let states = rollout
-                .states(&fixture.network, &fixture.batch, Some(&fixture.noise), &device())
-                .unwrap();
-            states[0].clone().inner().try_into_vec_as().unwrap()
-        };
-        let (free, corrected) = (fixture.rollout(None), fixture.rollout(Some(&correction)));
-        let (before, after) = (states(&free), states(&corrected));
-        let moved = before.iter().zip(&after).filter(|(a, b)| a != b).count();
-        assert!(
-            moved > 0 && moved < before.len(),
-            "{preset:?}: {moved} of {} moved",
-            before.len()
-        );
-        let mut shifted = fixture.batch.clone();
-        let shifts = before.iter().zip(&after);
-        shifted.targets[0]
-            .iter_mut()
-            .zip(shifts)
-            .for_each(|(t, (a, b))| *t -= b - a);
-        let with = fixture.gradient(&corrected, &fixture.batch);
-        let without = fixture.gradient(&free, &fixture.batch);
-        assert!(
-            relative_error(&with, &fixture.gradient(&free, &shifted)) < 1e-4,
-            "{preset:?}"
-        );
-        assert!(
-            relative_error(&with, &without) > 1e-2,
-            "{preset:?}: corrections without effect"
-        );
-    }
 }

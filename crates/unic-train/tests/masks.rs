@@ -1,5 +1,5 @@
-//! Contract: a mask in `garment.npz` blends what a model learns and plays to plain skinning, the same way in
-//! both; a mask of ones changes no byte, and the published method has none.
+//! Contract: a mask in `garment.npz` blends what a model learns and plays to plain skinning, the
+//! same way in both; a mask of ones changes no byte, and the published method has none.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -8,11 +8,7 @@ mod common;
 use common::*;
 use glam::Vec3;
 use std::sync::Arc;
-use unic_core::{
-    animator::{Animator, Start, StepInput},
-    features::PointFrame,
-    model::Model,
-};
+use unic_core::{Animator, Model, Start, StepInput, features::PointFrame};
 use unic_train::*;
 
 /// By vertex: the model's, skinning's, and between.
@@ -74,7 +70,7 @@ fn the_prior_learns_the_blended_garment() {
         assert!((*masked - *whole * SHARES[v % 3]).length() < 1e-6, "vertex {v}");
     }
     let moves = |v: usize| {
-        masked.shapes[v * masked.len()..][..masked.len()]
+        masked.components[v * masked.len()..][..masked.len()]
             .iter()
             .any(|s| *s != Vec3::ZERO)
     };

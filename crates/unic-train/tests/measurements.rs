@@ -1,5 +1,5 @@
-//! Contract: what a run tells while it trains is what an evaluation tells afterwards, and how categorical a code is
-//! has a closed form.
+//! Contract: what a run tells while it trains is what an evaluation tells afterwards, and how
+//! categorical a code is has a closed form.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -7,8 +7,8 @@ mod common;
 
 use common::*;
 use std::sync::Arc;
-use unic_core::model::Model;
-use unic_eval::{CodeCertainty, ModelPredictor, PreparedClip, Row, evaluate};
+use unic_core::Model;
+use unic_eval::{CodeCertainty, ModelPredictor, NamedPredictor, PreparedClip, evaluate};
 use unic_train::*;
 
 #[test]
@@ -16,7 +16,7 @@ fn the_one_step_error_of_a_run_is_that_of_an_evaluation() {
     for preset in PRESETS {
         let config = small(preset);
         let (_folder, capture) = capture(&takes());
-        let data = Dataset::new(capture.clone(), &config, Fit::HeldOut).unwrap();
+        let data = FieldData::prepare(capture.clone(), &config, Fit::HeldOut).unwrap();
         let mut trainer = Trainer::new(data, config).unwrap();
         let mut told = None;
         let mut listen = |event: &Event| {
@@ -28,7 +28,13 @@ fn the_one_step_error_of_a_run_is_that_of_an_evaluation() {
         trainer.run(None, &mut listen).unwrap();
         let predictor = ModelPredictor::new(Arc::new(trainer.model().unwrap()));
         let clips = [trainer.data().validation[0].name().to_owned()];
-        let found = evaluate(&capture, &mut [Row::model(predictor)], &clips, &mut |_| Ok(())).unwrap();
+        let found = evaluate(
+            &capture,
+            &mut [NamedPredictor::model(predictor)],
+            &clips,
+            &mut |_| Ok(()),
+        )
+        .unwrap();
         let found = found.pooled.model.unwrap().one_step.unwrap().rmse_mm;
         let told = 1e3 * told.unwrap();
         assert!(
@@ -47,7 +53,7 @@ fn the_one_step_error_on_training_clips_is_of_a_fixed_sample() {
     config.optimiser.final_learning_rate = 0.0;
     config.optimiser.weight_decay = 0.0;
     let (_folder, capture) = capture(&takes());
-    let data = Dataset::new(capture, &config, Fit::HeldOut).unwrap();
+    let data = FieldData::prepare(capture, &config, Fit::HeldOut).unwrap();
     let mut errors = Vec::new();
     let mut listen = |event: &Event| {
         if let Event::OneStep { training_rmse, .. } = event {
@@ -80,7 +86,7 @@ fn deciding(model: &Model, logits: &[f32]) -> Model {
 fn the_certainty_of_a_code_has_a_closed_form() {
     let config = small(Preset::Paper);
     let (_folder, capture) = capture(&takes());
-    let data = Dataset::new(capture.clone(), &config, Fit::HeldOut).unwrap();
+    let data = FieldData::prepare(capture.clone(), &config, Fit::HeldOut).unwrap();
     let model = Trainer::new(data, config).unwrap().model().unwrap();
     let long = take("long", 3, 450);
     let clips = |frames: usize| {

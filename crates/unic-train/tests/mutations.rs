@@ -1,5 +1,5 @@
-//! Contract: no damaged checkpoint or settings file makes a reader panic, hang or hold memory out of
-//! proportion to the file; every refusal is one sentence. What is read goes on, or says why not.
+//! Contract: no damaged checkpoint or settings file makes a reader panic, hang or hold memory out
+//! of proportion to the file; every refusal is one sentence. What is read goes on, or says why not.
 //!
 //! `UNIC_MUTATION_SECONDS` is the time for each reader, `UNIC_MUTATION_SEED` repeats one file; see
 //! [`unic_mutation`].
@@ -38,7 +38,6 @@ fn tiny() -> TrainConfig {
         hidden_layers: 2,
         skip: None,
     };
-    config.keep = Keep::Best;
     config.optimiser.steps = 2;
     config
 }

@@ -11,21 +11,25 @@ use unic_train::*;
 
 /// Gradients of the loss of one step's batch, noise included.
 fn gradients(
-    data: &Dataset,
+    data: &FieldData,
     config: &TrainConfig,
     shape: &NetworkShape,
     network: &Network,
     step: u64,
 ) -> GradientsParams {
     let batch = Batch::gather(data, config, step);
-    let sizes = [batch.frames, batch.windows.len()];
-    let noise = StepNoise::draw(shape, &config.regularisation, sizes, [config.seed, step]);
+    let noise = StepNoise::draw(
+        shape,
+        &config.regularisation,
+        batch.encoder_rows(),
+        config.seed,
+        step,
+    );
     let rollout = Rollout {
         shape,
         config: &data.config,
         loss: &config.loss,
         products: Products::F32,
-        correction: None,
     };
     let loss: Tensor<1> = rollout.loss(network, &batch, Some(&noise), &device()).unwrap();
     GradientsParams::from_grads(loss.backward(), network)

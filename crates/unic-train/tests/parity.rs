@@ -1,5 +1,5 @@
-//! Contract: what training rolls out is what the animator plays, over a whole clip, for both states,
-//! trained or not, with and without intersection handling.
+//! Contract: what training rolls out is what the animator plays, over a whole clip, for both
+//! states, trained or not. Intersections are not handled: training knows none.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -8,26 +8,14 @@ mod common;
 use common::*;
 use glam::Vec3;
 use std::sync::Arc;
-use unic_core::{
-    animator::{Animator, Start, StepInput},
-    config::{IntersectionMode, StateConfig},
-    features::PointFrame,
-    intersection::Handling,
-    model::Model,
-};
+use unic_core::{Animator, Model, Start, StepInput, config::StateConfig, features::PointFrame};
 use unic_train::*;
 
 /// Largest distance between the two, metres.
 const TOLERANCE_M: f32 = 1e-4;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Intersections {
-    Stay,
-    Handled,
-}
-
 /// World positions of every frame after the first, from the tensors of training.
-fn by_tensors(trainer: &Trainer, clip: usize, intersections: Intersections) -> Vec<Vec<Vec3>> {
+fn by_tensors(trainer: &Trainer, clip: usize) -> Vec<Vec<Vec3>> {
     let (data, config) = (trainer.data(), trainer.config());
     let points: Vec<u32> = (0..VERTICES as u32).collect();
     let window = Window {
@@ -37,21 +25,11 @@ fn by_tensors(trainer: &Trainer, clip: usize, intersections: Intersections) -> V
         points,
     };
     let batch = Batch::of_windows(data, vec![window], data.clips[clip].len() - 1);
-    let bodies = Bodies::default();
-    let capture = &data.capture;
-    let mode = config.intersection.in_training();
-    let rule = Handling::new(mode, &capture.character, &capture.garment);
-    let correction = Correction {
-        data,
-        bodies: &bodies,
-        rule: &rule,
-    };
     let rollout = Rollout {
         shape: &NetworkShape::new(&data.config, data.capture.character.skeleton.len()),
         config: &data.config,
         loss: &config.loss,
         products: Products::F32,
-        correction: (intersections == Intersections::Handled).then_some(&correction),
     };
     let states = rollout
         .states(trainer.network(), &batch, None, &device())
@@ -65,7 +43,7 @@ fn by_tensors(trainer: &Trainer, clip: usize, intersections: Intersections) -> V
         .collect()
 }
 
-fn world(data: &Dataset, clip: usize, frame: usize, states: &[f32]) -> Vec<Vec3> {
+fn world(data: &FieldData, clip: usize, frame: usize, states: &[f32]) -> Vec<Vec3> {
     let kinematics = &data.clips[clip].kinematics;
     let position = |(vertex, state): (usize, &[f32])| {
         let state = Vec3::from_slice(state);
@@ -91,18 +69,12 @@ fn by_animator(model: Model, trainer: &Trainer, clip: usize) -> Vec<Vec<Vec3>> {
         wind: motion.wind_at(t),
     };
     let model = Arc::new(model);
-    let mut animator = Animator::new(Arc::clone(&model));
-    // Shows states as they are, without what is corrected for display alone.
-    let mut bare = Animator::new(model);
-    bare.set_intersection(IntersectionMode::Off);
+    let mut animator = Animator::new(model);
     animator
         .reset(&input(0), Start::Positions(captured.garment.frame(0)))
         .unwrap();
     (1..motion.len())
-        .map(|t| {
-            animator.step(&input(t)).unwrap();
-            bare.restore(animator.state().clone()).unwrap().positions.to_vec()
-        })
+        .map(|t| animator.step(&input(t)).unwrap().positions.to_vec())
         .collect()
 }
 
@@ -117,7 +89,7 @@ fn largest_difference(a: &[Vec<Vec3>], b: &[Vec<Vec3>]) -> f32 {
 
 /// The coefficients of the finished model in place of those that leave each clip out, since the
 /// animator has the finished prior. What a recurrence adds is compared where it is trained.
-fn with_final_prior(mut data: Dataset) -> Dataset {
+fn with_final_prior(mut data: FieldData) -> FieldData {
     data.prior.recurrence = None;
     for (motion, coefficients) in data.motion.iter().zip(&mut data.coefficients) {
         for (t, out) in coefficients.iter_mut().enumerate() {
@@ -130,29 +102,19 @@ fn with_final_prior(mut data: Dataset) -> Dataset {
     data
 }
 
-fn assert_parity(preset: Preset, shapes: usize, steps: u64, intersections: Intersections) {
-    let config = small(preset);
-    assert_parity_of(&Figure::tube(), config, shapes, steps, intersections);
+fn assert_parity(preset: Preset, shapes: usize, steps: u64) {
+    assert_parity_of(&Figure::tube(), small(preset), shapes, steps);
 }
 
-fn assert_parity_of(
-    figure: &Figure,
-    mut config: TrainConfig,
-    shapes: usize,
-    steps: u64,
-    intersections: Intersections,
-) {
+fn assert_parity_of(figure: &Figure, mut config: TrainConfig, shapes: usize, steps: u64) {
     let data = |config: &TrainConfig| with_final_prior(dataset_for(figure, config));
     config.optimiser.steps = steps.max(1);
     // Large enough that the head, where it starts at zero, is random after a step.
     config.optimiser.learning_rate = 0.03;
     config.optimiser.warmup_steps = 0;
     config.optimiser.final_learning_rate = 1e-3;
-    config.keep = Keep::Last;
     config.regularisation.average = 0.0;
-    config.intersection.at_inference = intersections == Intersections::Handled;
-    // The state is corrected, training is not.
-    config.intersection.from_step = Some(steps + 1);
+    config.intersection.at_inference = false;
     if let StateSettings::Displacement { prior_shapes, .. } = &mut config.model.state {
         *prior_shapes = shapes;
     }
@@ -161,11 +123,11 @@ fn assert_parity_of(
         run(&mut trainer);
     }
     for clip in 0..2 {
-        let tensors = by_tensors(&trainer, clip, intersections);
+        let tensors = by_tensors(&trainer, clip);
         let animator = by_animator(trainer.model().unwrap(), &trainer, clip);
         let difference = largest_difference(&tensors, &animator);
         let case = format!(
-            "{:?}, {shapes} shapes, {steps} steps, {intersections:?}",
+            "{:?}, {shapes} principal components, {steps} steps",
             trainer.config().model.layout
         );
         assert!(difference < TOLERANCE_M, "{case}: {difference} m");
@@ -176,32 +138,21 @@ fn assert_parity_of(
             .map(|(a, b)| a.distance(*b))
             .fold(0.0, f32::max);
         assert!(moved > 0.05, "{case}: the garment stands still");
-        if intersections == Intersections::Handled {
-            let free = by_tensors(&trainer, clip, Intersections::Stay);
-            assert!(
-                largest_difference(&free, &tensors) > 1e-3,
-                "{case}: nothing to handle"
-            );
-        }
     }
 }
 
 #[test]
 fn the_animator_plays_what_a_random_network_rolls_out() {
-    for intersections in [Intersections::Stay, Intersections::Handled] {
-        assert_parity(Preset::Paper, 0, 0, intersections);
-        assert_parity(Preset::Tiny, 0, 1, intersections);
-        assert_parity(Preset::Tiny, 4, 1, intersections);
-    }
+    assert_parity(Preset::Paper, 0, 0);
+    assert_parity(Preset::Tiny, 0, 1);
+    assert_parity(Preset::Tiny, 4, 1);
 }
 
 #[test]
 fn the_animator_plays_what_a_trained_network_rolls_out() {
-    for intersections in [Intersections::Stay, Intersections::Handled] {
-        assert_parity(Preset::Paper, 0, 50, intersections);
-        assert_parity(Preset::Tiny, 0, 50, intersections);
-        assert_parity(Preset::Tiny, 4, 50, intersections);
-    }
+    assert_parity(Preset::Paper, 0, 50);
+    assert_parity(Preset::Tiny, 0, 50);
+    assert_parity(Preset::Tiny, 4, 50);
 }
 
 #[test]
@@ -211,9 +162,7 @@ fn the_animator_plays_other_frames_and_codes_of_the_paper() {
         let mut config = small(Preset::Paper);
         config.model.layout = layout;
         config.model.encoder.code = LatentCode::OneHot;
-        for intersections in [Intersections::Stay, Intersections::Handled] {
-            assert_parity_of(&Figure::tube(), config.clone(), 0, 50, intersections);
-        }
+        assert_parity_of(&Figure::tube(), config.clone(), 0, 50);
     }
 }
 
@@ -221,7 +170,5 @@ fn the_animator_plays_other_frames_and_codes_of_the_paper() {
 fn the_animator_plays_a_masked_garment_as_training_rolls_it_out() {
     let mut figure = Figure::tube();
     figure.garment.mask = Some((0..VERTICES).map(|v| [1.0, 0.0, 0.3][v % 3]).collect());
-    for intersections in [Intersections::Stay, Intersections::Handled] {
-        assert_parity_of(&figure, small(Preset::Tiny), 4, 50, intersections);
-    }
+    assert_parity_of(&figure, small(Preset::Tiny), 4, 50);
 }

@@ -1,6 +1,6 @@
 //! Contract: the prior recovers a garment that hangs linearly in the motion, its training
-//! coefficients know nothing of the clip's own relation, without shapes it is the mean, and as a row of
-//! an evaluation it knows neither the field nor where the garment was.
+//! coefficients know nothing of the clip's own relation, without shapes it is the mean, and as a
+//! row of an evaluation it knows neither the field nor where the garment was.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -9,7 +9,7 @@ mod common;
 use common::*;
 use glam::{Quat, Vec3};
 use std::f32::consts::TAU;
-use unic_core::animator::Animator;
+use unic_core::Animator;
 use unic_core::features::PointFrame;
 use unic_eval::{Mode, Predictor, PriorPredictor};
 use unic_io::Split;
@@ -17,8 +17,8 @@ use unic_train::*;
 
 const LENGTH: usize = 60;
 
-/// Joint angle in radians that drives the garment; small, so that the motion vector is linear in it,
-/// and over whole periods, so that its mean is zero.
+/// Joint angle in radians that drives the garment; small, so that the motion vector is linear in
+/// it, and over whole periods, so that its mean is zero.
 fn angle(clip: usize, frame: usize) -> f32 {
     0.05 * (TAU * 4.0 * frame as f32 / LENGTH as f32 + 1.7 * clip as f32).sin()
 }
@@ -63,7 +63,7 @@ fn prior_of(config: &mut TrainConfig) -> (&mut usize, &mut Option<RecurrenceSett
 }
 
 /// Training clips with these relations, and one to validate.
-fn linear_data(relations: &[f32], shapes: usize) -> Dataset {
+fn linear_data(relations: &[f32], shapes: usize) -> FieldData {
     let mut config = small(Preset::Tiny);
     let (prior_shapes, recurrence) = prior_of(&mut config);
     (*prior_shapes, *recurrence) = (shapes, None);
@@ -76,7 +76,7 @@ fn linear_data(relations: &[f32], shapes: usize) -> Dataset {
 }
 
 /// Share that the prior takes of the true displacement in a clip, by least squares: 1 is all.
-fn share(data: &Dataset, clip: usize, coefficients: &[Vec<f32>]) -> f32 {
+fn share(data: &FieldData, clip: usize, coefficients: &[Vec<f32>]) -> f32 {
     let (mut products, mut squares) = (0.0, 0.0);
     for (t, coefficients) in coefficients.iter().enumerate() {
         for (vertex, rest) in data.capture.garment.rest.vertices.iter().enumerate() {
@@ -163,7 +163,8 @@ fn sideways(rest: Vec3, angle: f32) -> Vec3 {
     Vec3::X * (rest.y - 1.0) * angle
 }
 
-/// A take in which one arm alone moves, and the garment to that side; and a little askew all the time.
+/// A take in which one arm alone moves, and the garment to that side; and a little askew all the
+/// time.
 fn one_sided(clip: usize, askew: f32) -> Take {
     let mut take = take(&format!("take{clip}"), clip, LENGTH);
     let (character, garment) = (character(), garment());

@@ -1,5 +1,6 @@
-//! Contract: every processor that the program is built for trains the same network as the CPU, and goes on with its
-//! runs; one that it is not built for, or that the machine has not, is refused in one sentence.
+//! Contract: every processor that the program is built for trains the same network as the CPU, and
+//! goes on with its runs; one that it is not built for, or that the machine has not, is refused in
+//! one sentence.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -10,11 +11,17 @@ use unic_train::*;
 
 const GPUS: [Processor; 3] = [Processor::Cuda, Processor::Vulkan, Processor::Metal];
 
-fn dataset_on(config: &TrainConfig, processor: Processor) -> Result<Dataset, TrainError> {
+fn trainer_on(config: &TrainConfig, processor: Processor) -> Result<Trainer, TrainError> {
     let (_folder, capture) = capture(&takes());
-    Dataset::watched(capture, config, Fit::HeldOut, processor, &|_, _| {
-        Control::Continue
-    })
+    let data = Dataset::load(capture, config, Fit::HeldOut)?;
+    let prior = PriorTrainer {
+        data: &data,
+        settings: config,
+        processor,
+        folder: None,
+    };
+    let prior = prior.run(&|_, _| Control::Continue)?;
+    Trainer::on(processor, FieldData::new(data, prior, config)?, config.clone())
 }
 
 /// Losses of the steps that are left, and the parameters after them.
@@ -45,11 +52,11 @@ fn assert_near(found: &[f32], expected: &[f32], what: &str) {
 fn gpus_train_the_network_of_the_cpu_and_go_on_with_its_runs() {
     for preset in PRESETS {
         let config = small(preset);
-        let cpu = || Trainer::new(dataset_on(&config, Processor::Cpu).unwrap(), config.clone()).unwrap();
+        let cpu = || trainer_on(&config, Processor::Cpu).unwrap();
         let (losses, parameters) = train(&mut cpu());
         for processor in GPUS {
-            let data = match dataset_on(&config, processor) {
-                Ok(data) => data,
+            let mut trainer = match trainer_on(&config, processor) {
+                Ok(trainer) => trainer,
                 Err(error) => {
                     match error {
                         TrainError::NotBuilt { .. } => assert!(!processor.is_built(), "{error}"),
@@ -62,7 +69,7 @@ fn gpus_train_the_network_of_the_cpu_and_go_on_with_its_runs() {
                     continue;
                 }
             };
-            let (found, values) = train(&mut Trainer::new(data, config.clone()).unwrap());
+            let (found, values) = train(&mut trainer);
             assert_near(&found, &losses, &format!("losses on {processor}"));
             assert_eq!(values.len(), parameters.len());
             for (values, expected) in values.iter().zip(&parameters) {
@@ -75,7 +82,7 @@ fn gpus_train_the_network_of_the_cpu_and_go_on_with_its_runs() {
                 _ => Control::Continue,
             };
             cpu().run(Some(folder.path()), &mut stop).unwrap();
-            let mut other = Trainer::new(dataset_on(&config, processor).unwrap(), config.clone()).unwrap();
+            let mut other = trainer_on(&config, processor).unwrap();
             let checkpoint = Checkpoint::newest(folder.path()).unwrap().unwrap();
             other.resume(checkpoint, folder.path()).unwrap();
             let (found, _) = train(&mut other);

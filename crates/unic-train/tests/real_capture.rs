@@ -1,18 +1,17 @@
-//! Contract: on a real capture a trained model beats the rest shape on a clip that it has never seen,
-//! and animates a finer mesh of the same garment as well as its own.
+//! Contract: on a real capture a trained model beats the rest shape on a clip that it has never
+//! seen, and animates a finer mesh of the same garment as well as its own.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use glam::Vec3;
 use std::{path::Path, sync::Arc};
 use unic_core::{
-    animator::{Animator, Start, StepInput},
-    model::Model,
-    subdivide::subdivided,
+    Animator, Model, Start, StepInput,
+    subdivide::{Subdivided, subdivided},
 };
 use unic_eval::PreparedClip;
 use unic_io::{Capture, Split};
-use unic_train::{Control, Dataset, Fit, Preset, TrainConfig, Trainer};
+use unic_train::{Control, FieldData, Fit, Preset, TrainConfig, Trainer};
 
 /// Model and unseen clip; none where the shared data is missing.
 fn trained() -> Option<(Arc<Model>, PreparedClip)> {
@@ -27,7 +26,7 @@ fn trained() -> Option<(Arc<Model>, PreparedClip)> {
     let config = TrainConfig::preset(Preset::Tiny)
         .with_assignments(&settings)
         .unwrap();
-    let data = Dataset::new(capture, &config, Fit::HeldOut).unwrap();
+    let data = FieldData::prepare(capture, &config, Fit::HeldOut).unwrap();
     let skeleton = data.capture.character.skeleton.clone();
     let test = PreparedClip::new(&data.config.motion, &skeleton, test);
     let mut trainer = Trainer::new(data, config).unwrap();
@@ -60,7 +59,7 @@ fn a_finer_mesh_of_the_garment_moves_as_well_as_the_trained_one() {
     let Some((model, clip)) = trained() else { return };
     let first = clip.captured.garment.frame(0);
     let own = rmse(&model, &clip, first);
-    let (mesh, parents) = subdivided(&model.garment().rest);
+    let Subdivided { mesh, parents } = subdivided(&model.garment().rest);
     let middle = |p: &[u32; 2]| (first[p[0] as usize] + first[p[1] as usize]) / 2.0;
     let start: Vec<Vec3> = parents.iter().map(middle).collect();
     let finer = Arc::new(model.with_mesh(mesh).unwrap());

@@ -7,6 +7,10 @@ mod common;
 
 use common::*;
 use glam::{Quat, Vec3};
+use std::{
+    path::Path,
+    sync::atomic::{AtomicU64, Ordering},
+};
 use unic_core::{features::PointFrame, recurrence::RecurrenceScratch};
 use unic_io::Split;
 use unic_train::*;
@@ -20,8 +24,8 @@ fn angle(clip: usize, frame: usize) -> f32 {
     0.03 * (2.0 * t + phase).sin() + 0.02 * (5.3 * t + 2.0 * phase).sin() + kick
 }
 
-/// A weight on a spring of 1.2 Hz that the angle pulls at, metres; what it was before is forgotten in
-/// a second.
+/// A weight on a spring of 1.2 Hz that the angle pulls at, metres; what it was before is forgotten
+/// in a second.
 fn swing(clip: usize) -> Vec<f32> {
     let (mut x, mut v) = (0.0f32, 0.0f32);
     let (dt, stiffness, damping) = (1.0 / 30.0, (std::f32::consts::TAU * 1.2).powi(2), 3.0);
@@ -74,7 +78,7 @@ fn settings(recurrence: bool) -> TrainConfig {
     config
 }
 
-fn data(sizes: impl Fn(usize) -> Vec<f32>, recurrence: bool) -> Dataset {
+fn data(sizes: impl Fn(usize) -> Vec<f32>, recurrence: bool) -> FieldData {
     let takes: Vec<_> = (0..5)
         .map(|clip| {
             let split = if clip < 4 { Split::Train } else { Split::Validation };
@@ -85,7 +89,7 @@ fn data(sizes: impl Fn(usize) -> Vec<f32>, recurrence: bool) -> Dataset {
 }
 
 /// RMS of what the left-out coefficients miss, metres.
-fn missed(data: &Dataset, sizes: impl Fn(usize) -> Vec<f32>) -> f32 {
+fn missed(data: &FieldData, sizes: impl Fn(usize) -> Vec<f32>) -> f32 {
     let of = |clip: usize| -> f32 {
         let truth = sizes(clip);
         let predicted = data.coefficients[clip]
@@ -133,14 +137,14 @@ fn what_the_motion_does_not_tell_is_not_learned() {
 }
 
 /// Energy of the finished prior about its mean in the motion of the first clip, m².
-fn energy(data: &Dataset) -> f32 {
+fn energy(data: &FieldData) -> f32 {
     let recurrence = data.prior.recurrence.as_ref().unwrap();
     let (mut scratch, mut state, mut a) = (RecurrenceScratch::default(), Vec::new(), Vec::new());
     let of_frame = |t: usize| {
         let frame = |t| data.motion[0].frame(t, View::Direct);
         let pair = [frame(t.saturating_sub(1)), frame(t)].concat();
         data.prior.coefficients(&pair, &mut a);
-        recurrence.read(&pair, &mut scratch);
+        recurrence.embed(&pair, &mut scratch);
         match t {
             0 => recurrence.start(&mut scratch, &mut state),
             _ => recurrence.advance(&mut scratch, &mut state),
@@ -198,20 +202,91 @@ fn the_same_seed_gives_the_same_recurrence() {
     assert_eq!(priors[0], priors[1]);
 }
 
-#[test]
-fn a_watch_can_stop_the_fit() {
+/// Clips of three takes of a swinging garment.
+fn swinging(settings: &TrainConfig) -> Dataset {
     let takes: Vec<_> = (0..3)
         .map(|clip| (take_of(clip, &swing(clip)), Split::Train))
         .collect();
     let (_folder, capture) = capture(&takes);
+    Dataset::load(capture, settings, Fit::AllClips).unwrap()
+}
+
+fn fit_prior(
+    settings: &TrainConfig,
+    folder: Option<&Path>,
+    watch: &Watch,
+) -> Result<FittedPrior, TrainError> {
+    let trainer = PriorTrainer {
+        data: &swinging(settings),
+        settings,
+        processor: Processor::Cpu,
+        folder,
+    };
+    trainer.run(watch)
+}
+
+/// Steps of three folds, two thirds of the whole each, and of the training on all motions.
+const ALL_STEPS: u64 = 3 * 200 + 300;
+
+#[test]
+fn a_watch_can_stop_the_fit() {
     let watch = |done: u64, all: u64| {
-        assert!(done <= all && all == 600);
+        assert!(done <= all && all == ALL_STEPS);
         if done < 5 {
             Control::Continue
         } else {
             Control::Stop
         }
     };
-    let stopped = Dataset::watched(capture, &settings(true), Fit::HeldOut, Processor::Cpu, &watch);
-    assert!(matches!(stopped, Err(TrainError::Stopped)));
+    assert!(matches!(
+        fit_prior(&settings(true), None, &watch),
+        Err(TrainError::Stopped)
+    ));
+}
+
+#[test]
+fn an_interrupted_fit_continues_where_it_stopped_and_ends_as_an_uninterrupted_one() {
+    let settings = settings(true);
+    let whole = fit_prior(&settings, None, &|_, _| Control::Continue).unwrap();
+    assert!(whole.prior.recurrence.is_some());
+    // In the middle of the folds, and in the middle of the training on all motions.
+    for stop_at in [150, 700] {
+        let folder = tempfile::tempdir().unwrap();
+        let stop = |done: u64, _: u64| match done >= stop_at {
+            true => Control::Stop,
+            false => Control::Continue,
+        };
+        let stopped = fit_prior(&settings, Some(folder.path()), &stop);
+        assert!(matches!(stopped, Err(TrainError::Stopped)), "{stop_at}");
+        let calls = AtomicU64::new(0);
+        let count = |done: u64, all: u64| {
+            assert!(done <= all && all == ALL_STEPS, "{done} of {all}");
+            calls.fetch_add(1, Ordering::Relaxed);
+            Control::Continue
+        };
+        let resumed = fit_prior(&settings, Some(folder.path()), &count).unwrap();
+        // One call for each of the four trainings, and one a step that is left. Other threads have
+        // finished the step that they were in when the first one was stopped.
+        let left = calls.into_inner() - 4;
+        let expected = ALL_STEPS - stop_at;
+        assert!(
+            left <= expected && left + 3 > expected,
+            "{left} of {expected} steps"
+        );
+        assert!(
+            resumed.prior == whole.prior && resumed.left_out == whole.left_out,
+            "{stop_at}"
+        );
+    }
+}
+
+#[test]
+fn checkpoints_of_other_settings_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut settings = settings(true);
+    fit_prior(&settings, Some(folder.path()), &|_, _| Control::Continue).unwrap();
+    recurrence_of(&mut settings).dropout = 0.3;
+    let refused = fit_prior(&settings, Some(folder.path()), &|_, _| Control::Continue);
+    let refused = refused.err().unwrap().to_string();
+    assert!(refused.contains("other settings"), "{refused}");
 }

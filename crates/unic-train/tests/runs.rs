@@ -1,5 +1,6 @@
-//! Contract: a run is a function of capture and settings, whatever the number of threads and however
-//! often it is interrupted; what cannot be trained on is refused, and a run that diverges says so.
+//! Contract: a run is a function of capture and settings, whatever the number of threads and
+//! however often it is interrupted; what cannot be trained on is refused, and a run that diverges
+//! says so.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -10,21 +11,19 @@ use std::path::Path;
 use unic_io::Split;
 use unic_train::*;
 
-/// What a run leaves behind, without the time that it took.
-type Result = (Progress, Vec<(String, Vec<Vec<f32>>)>);
-
-fn newest(folder: &Path) -> Result {
-    let mut checkpoint = Checkpoint::newest(folder).unwrap().unwrap();
-    checkpoint.progress.seconds = 0.0;
-    checkpoint.progress.prior_seconds = 0.0;
-    (checkpoint.progress, checkpoint.groups)
+/// The newest checkpoint of a run, without the time that the run took.
+fn newest(folder: &Path) -> Checkpoint<FieldRecord> {
+    let mut checkpoint = Checkpoint::<FieldRecord>::newest(folder).unwrap().unwrap();
+    checkpoint.position.seconds = 0.0;
+    checkpoint.record.prior_seconds = 0.0;
+    checkpoint
 }
 
 fn trainer(config: &TrainConfig) -> Trainer {
     Trainer::new(dataset(config), config.clone()).unwrap()
 }
 
-fn straight(config: &TrainConfig) -> Result {
+fn straight(config: &TrainConfig) -> Checkpoint<FieldRecord> {
     let folder = tempfile::tempdir().unwrap();
     let outcome = trainer(config)
         .run(Some(folder.path()), &mut |_| Control::Continue)
@@ -34,7 +33,7 @@ fn straight(config: &TrainConfig) -> Result {
 }
 
 /// Stopped after `steps`, then resumed by another trainer.
-fn interrupted(config: &TrainConfig, steps: u64) -> Result {
+fn interrupted(config: &TrainConfig, steps: u64) -> Checkpoint<FieldRecord> {
     let listen = |event: &Event| match event {
         Event::Step { step, .. } if *step == steps => Control::Stop,
         _ => Control::Continue,
@@ -43,7 +42,7 @@ fn interrupted(config: &TrainConfig, steps: u64) -> Result {
 }
 
 /// Stopped within the measurement after `steps`, after that of its first frame, then resumed.
-fn interrupted_in_measuring(config: &TrainConfig, steps: u64) -> Result {
+fn interrupted_in_measuring(config: &TrainConfig, steps: u64) -> Checkpoint<FieldRecord> {
     let mut frames = 0;
     let listen = |event: &Event| match event {
         Event::Measuring { step } if *step == steps => {
@@ -59,7 +58,11 @@ fn interrupted_in_measuring(config: &TrainConfig, steps: u64) -> Result {
     resumed(config, steps, listen)
 }
 
-fn resumed(config: &TrainConfig, steps: u64, mut listen: impl FnMut(&Event) -> Control) -> Result {
+fn resumed(
+    config: &TrainConfig,
+    steps: u64,
+    mut listen: impl FnMut(&Event) -> Control,
+) -> Checkpoint<FieldRecord> {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(
         trainer(config).run(Some(folder.path()), &mut listen).unwrap(),
@@ -80,18 +83,16 @@ fn resumed(config: &TrainConfig, steps: u64, mut listen: impl FnMut(&Event) -> C
 fn a_resumed_run_ends_where_an_uninterrupted_one_does() {
     for preset in PRESETS {
         let mut config = small(preset);
-        config.intersection.from_step = Some(5);
-        config.keep = Keep::Best;
         for average in [0.0, 0.9] {
             config.regularisation.average = average;
             let whole = straight(&config);
-            let names: Vec<&str> = whole.1.iter().map(|g| g.0.as_str()).collect();
+            let names: Vec<&str> = whole.groups.iter().map(|g| g.0.as_str()).collect();
             let expected: &[&str] = match average > 0.0 {
-                true => &["average", "best", "first_moments", "parameters", "second_moments"],
-                false => &["best", "first_moments", "parameters", "second_moments"],
+                true => &["average", "first_moments", "parameters", "second_moments"],
+                false => &["first_moments", "parameters", "second_moments"],
             };
             assert_eq!(names, expected);
-            // Before and after the first validation, which `best` comes from.
+            // Before and after the first validation, which the best error comes from.
             for steps in [3, 7] {
                 assert!(
                     interrupted(&config, steps) == whole,
@@ -104,8 +105,7 @@ fn a_resumed_run_ends_where_an_uninterrupted_one_does() {
 
 #[test]
 fn a_measurement_that_was_stopped_is_made_again() {
-    let mut config = small(PRESETS[0]);
-    config.keep = Keep::Best;
+    let config = small(PRESETS[0]);
     let whole = straight(&config);
     for steps in [config.validation.every, config.optimiser.steps] {
         assert!(interrupted_in_measuring(&config, steps) == whole, "{steps} steps");
@@ -116,7 +116,6 @@ fn a_measurement_that_was_stopped_is_made_again() {
 fn the_number_of_threads_changes_nothing() {
     for preset in PRESETS {
         let mut config = small(preset);
-        config.intersection.from_step = Some(5);
         // Wide enough that work is shared out.
         config.model.encoder.hidden = vec![512];
         config.batch.points = VERTICES;
@@ -129,30 +128,6 @@ fn the_number_of_threads_changes_nothing() {
             pool.install(|| straight(&config))
         };
         assert!(by_threads(1) == by_threads(2), "{preset:?}");
-    }
-}
-
-fn losses(config: &TrainConfig) -> Vec<f32> {
-    let mut losses = Vec::new();
-    let mut listen = |event: &Event| {
-        if let Event::Step { loss, .. } = event {
-            losses.push(*loss);
-        }
-        Control::Continue
-    };
-    trainer(config).run(None, &mut listen).unwrap();
-    losses
-}
-
-#[test]
-fn intersections_are_handled_from_their_step_on() {
-    for preset in PRESETS {
-        let mut config = small(preset);
-        let free = losses(&config);
-        config.intersection.from_step = Some(6);
-        let handled = losses(&config);
-        assert_eq!(free[..6], handled[..6], "{preset:?}");
-        assert_ne!(free[6], handled[6], "{preset:?}");
     }
 }
 
@@ -202,9 +177,8 @@ fn beyond_numbers(clip: &unic_eval::PreparedClip) -> unic_eval::PreparedClip {
 
 #[test]
 fn checkpoints_of_a_run_without_a_finite_validation_error_read_back() {
-    for (preset, keep) in [(Preset::Paper, Keep::Last), (Preset::Tiny, Keep::Best)] {
-        let mut config = small(preset);
-        config.keep = keep;
+    for preset in PRESETS {
+        let config = small(preset);
         let lost = |config: &TrainConfig| {
             let mut data = dataset(config);
             data.validation = vec![beyond_numbers(&data.validation[0])];
@@ -223,11 +197,9 @@ fn checkpoints_of_a_run_without_a_finite_validation_error_read_back() {
             !errors.is_empty() && errors.iter().all(|e| e.is_infinite()),
             "{errors:?}"
         );
-        let checkpoint = Checkpoint::newest(folder.path()).unwrap().unwrap();
-        assert_eq!(
-            (checkpoint.progress.best, checkpoint.progress.step),
-            (None, config.optimiser.steps)
-        );
+        let checkpoint = Checkpoint::<FieldRecord>::newest(folder.path()).unwrap().unwrap();
+        assert_eq!(checkpoint.record.best_rmse, None);
+        assert_eq!(checkpoint.position.step, config.optimiser.steps);
         let mut resumed = lost(&config);
         resumed.resume(checkpoint, folder.path()).unwrap();
         assert!(resumed.model().unwrap().to_bytes().is_ok());
@@ -254,10 +226,10 @@ fn a_drawn_clip_is_held_out_of_the_first_fit_and_back_in_the_second() {
     let names = |clips: &[unic_eval::PreparedClip]| -> Vec<String> {
         clips.iter().map(|c| c.name().to_owned()).collect()
     };
-    let held_out = Dataset::new(capture.clone(), &config, *first).unwrap();
+    let held_out = FieldData::prepare(capture.clone(), &config, *first).unwrap();
     assert_eq!((held_out.clips.len(), held_out.validation.len()), (2, 1));
     assert!(!names(&held_out.clips).contains(&names(&held_out.validation)[0]));
-    let all = Dataset::new(capture.clone(), &config, *second).unwrap();
+    let all = FieldData::prepare(capture.clone(), &config, *second).unwrap();
     assert_eq!(names(&all.clips), capture.clip_names(Split::Train));
     assert!(all.validation.is_empty());
     // The prior has not seen it; what motion vectors are scaled by is one for both fits.
@@ -268,7 +240,7 @@ fn a_drawn_clip_is_held_out_of_the_first_fit_and_back_in_the_second() {
     let next = held_out.on_all_clips().unwrap();
     assert_eq!((next.fit, names(&next.clips)), (*second, names(&all.clips)));
     assert!(
-        Dataset::new(capture.clone(), &config, *second)
+        FieldData::prepare(capture.clone(), &config, *second)
             .unwrap()
             .on_all_clips()
             .is_none()
@@ -303,18 +275,13 @@ fn one_fit_may_hold_nothing_out() {
     let (_folder, capture, mut config) = undivided();
     config.validation.refit = Refit::Only;
     assert_eq!(Fit::of_run(&capture, &config), [Fit::AllClips]);
-    config.keep = Keep::Best;
-    assert!(
-        config.check().is_err(),
-        "the best by what, where nothing is held out?"
-    );
 }
 
 #[test]
 fn less_motion_is_less_of_every_clip() {
     let (_folder, capture, mut config) = undivided();
     let lengths = |config: &TrainConfig| -> Vec<usize> {
-        let data = Dataset::new(capture.clone(), config, Fit::HeldOut).unwrap();
+        let data = FieldData::prepare(capture.clone(), config, Fit::HeldOut).unwrap();
         (data.clips.iter().chain(&data.validation))
             .map(unic_eval::PreparedClip::len)
             .collect()
@@ -330,7 +297,7 @@ fn less_motion_is_less_of_every_clip() {
 #[test]
 fn a_fit_on_all_clips_validates_nothing_and_tells_the_error_before() {
     let (_folder, capture, config) = undivided();
-    let data = Dataset::new(capture, &config, Fit::AllClips).unwrap();
+    let data = FieldData::prepare(capture, &config, Fit::AllClips).unwrap();
     let mut trainer = Trainer::new(data, config).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let mut listen = |event: &Event| {
@@ -352,8 +319,8 @@ fn a_fit_on_all_clips_validates_nothing_and_tells_the_error_before() {
     assert_eq!(training["validation"]["fit"], "held_out");
     assert_eq!(training["validation"]["rmse_mm"], 41.5);
     // A checkpoint of the other fit is not mistaken for one of this.
-    let mut checkpoint = Checkpoint::newest(folder.path()).unwrap().unwrap();
-    checkpoint.progress.fit = Fit::HeldOut;
+    let mut checkpoint = Checkpoint::<FieldRecord>::newest(folder.path()).unwrap().unwrap();
+    checkpoint.record.fit = Fit::HeldOut;
     let error = trainer.resume(checkpoint, folder.path()).unwrap_err().to_string();
     assert!(error.contains("another fit"), "{error}");
 }
@@ -362,7 +329,7 @@ fn a_fit_on_all_clips_validates_nothing_and_tells_the_error_before() {
 fn captures_without_enough_to_train_on_are_refused() {
     let config = small(Preset::Tiny);
     let (_folder, none) = capture(&[(take("one", 0, FRAMES), Split::Test)]);
-    let error = Dataset::new(none, &config, Fit::HeldOut).err().unwrap();
+    let error = FieldData::prepare(none, &config, Fit::HeldOut).err().unwrap();
     assert!(matches!(error, TrainError::NoClips { .. }), "{error}");
     let mut data = dataset(&config);
     // Captures hold no clip of one frame, but a caller may cut one.
@@ -387,8 +354,8 @@ fn checkpoints_of_another_run_are_refused() {
     trainer(&config)
         .run(Some(folder.path()), &mut |_| Control::Continue)
         .unwrap();
-    let checkpoint = || Checkpoint::newest(folder.path()).unwrap().unwrap();
-    let refused = |config: &TrainConfig, checkpoint: Checkpoint| {
+    let checkpoint = || Checkpoint::<FieldRecord>::newest(folder.path()).unwrap().unwrap();
+    let refused = |config: &TrainConfig, checkpoint: Checkpoint<FieldRecord>| {
         let error = trainer(config).resume(checkpoint, folder.path()).unwrap_err();
         assert!(matches!(error, TrainError::Checkpoint { .. }), "{error}");
     };

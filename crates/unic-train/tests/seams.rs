@@ -1,6 +1,6 @@
-//! Contract: a garment of panels that are not welded stays closed in free running on new motion, whatever
-//! happens to vertices inside the body, with the state on all vertices or on few, and even where the user's
-//! skinning weights differ across the seam.
+//! Contract: a garment of panels that are not welded stays closed in free running on new motion,
+//! whatever happens to vertices inside the body, with the state on all vertices or on few, and even
+//! where the user's skinning weights differ across the seam.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -10,11 +10,7 @@ use common::*;
 use glam::Vec3;
 use std::sync::Arc;
 use unic_core::{
-    animator::{Animator, Start, StepInput},
-    config::{Corrects, IntersectionMode},
-    mesh::TriMesh,
-    model::Model,
-    skinning::SkinningWeights,
+    Animator, Corrects, IntersectionMode, Model, Start, StepInput, mesh::TriMesh, skinning::SkinningWeights,
     topology::weld,
 };
 use unic_io::{Capture, Split};
@@ -104,7 +100,11 @@ fn seams_stay_closed_in_free_running() {
     let mut config = small(Preset::Tiny);
     config.optimiser.steps = 30;
     config.optimiser.learning_rate = 0.01;
-    let mut trainer = Trainer::new(Dataset::new(capture, &config, Fit::HeldOut).unwrap(), config).unwrap();
+    let mut trainer = Trainer::new(
+        FieldData::prepare(capture, &config, Fit::HeldOut).unwrap(),
+        config,
+    )
+    .unwrap();
     run(&mut trainer);
     let model = trainer.model().unwrap();
     let motion = clip("new", 9, 300);

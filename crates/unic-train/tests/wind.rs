@@ -1,5 +1,5 @@
-//! Contract: a model feels the wind of a capture's clips as it feels motion through the air, and still air
-//! changes no byte, recorded or not.
+//! Contract: a model feels the wind of a capture's clips as it feels motion through the air, and
+//! still air changes no byte, recorded or not.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -8,11 +8,7 @@ mod common;
 use common::*;
 use glam::Vec3;
 use std::sync::Arc;
-use unic_core::{
-    animator::{Animator, Start, StepInput},
-    clip::Clip,
-    model::Model,
-};
+use unic_core::{Animator, Model, Start, StepInput, clip::Clip};
 use unic_io::{Capture, CaptureWriter, Manifest, Split, capture::JointReference};
 use unic_train::*;
 
@@ -22,7 +18,8 @@ fn gust(clip: usize, t: usize) -> Vec3 {
     Vec3::new(2.0 * (1.3 * time).sin(), 0.0, 2.0 * (0.9 * time).cos())
 }
 
-/// The garment swings after its way through the air: as in still air that stands while the ground moves.
+/// The garment swings after its way through the air: as in still air that stands while the ground
+/// moves.
 fn in_air(clip: Clip) -> Take {
     let way = |t: usize| -> Vec3 { clip.wind.iter().take(t + 1).map(|wind| *wind / FPS).sum() };
     let mut carried = clip.clone();
@@ -86,7 +83,7 @@ fn trained(air: Air) -> (Trainer, Arc<Model>) {
     let (_folder, capture) = windy_capture(air);
     let mut config = small(Preset::Tiny);
     config.optimiser.steps = 20;
-    let data = Dataset::new(capture, &config, Fit::HeldOut).unwrap();
+    let data = FieldData::prepare(capture, &config, Fit::HeldOut).unwrap();
     let mut trainer = Trainer::new(data, config).unwrap();
     run(&mut trainer);
     let model = trainer.model().unwrap();
@@ -165,7 +162,7 @@ fn a_motion_is_held_out_in_every_wind_and_comes_back_where_it_was() {
     let mut left = std::collections::BTreeSet::new();
     for seed in 1..=6 {
         config.seed = seed;
-        let held_out = Dataset::new(capture.clone(), &config, Fit::HeldOut).unwrap();
+        let held_out = FieldData::prepare(capture.clone(), &config, Fit::HeldOut).unwrap();
         let expected = match names(&held_out.validation)[0] {
             "take1" => vec!["take0", "take2", "take3"],
             "take3" => vec!["take0", "take1", "take2"],
@@ -173,7 +170,7 @@ fn a_motion_is_held_out_in_every_wind_and_comes_back_where_it_was() {
         };
         assert_eq!(names(&held_out.clips), expected);
         left.insert(expected.len());
-        let all = Dataset::new(capture.clone(), &config, Fit::AllClips).unwrap();
+        let all = FieldData::prepare(capture.clone(), &config, Fit::AllClips).unwrap();
         let back = held_out.on_all_clips().unwrap();
         assert_eq!(names(&back.clips), names(&all.clips));
         assert_eq!(back.coefficients, all.coefficients);

@@ -1,6 +1,8 @@
-//! Draws a sphere in a wrinkled ring of cloth from four sides and with an error map.
+//! Draws a ball in a wrinkled ring of cloth from three sides, and once with an error map.
 //!
-//! `cargo run --release --example show -- OUTPUT.png`
+//! ```text
+//! cargo run --release -p unic-viewer --example show -- OUTPUT.png
+//! ```
 
 use std::f32::consts::TAU;
 use std::time::Instant;
@@ -79,7 +81,9 @@ fn surface<'a>(mesh: &'a Mesh, normals: &'a [Vec3], colour: Colouring<'a>) -> Su
     }
 }
 
-/// A grid of triangles over the unit square, front where the derivatives by u and v turn left.
+/// Grid of triangles over the unit square.
+///
+/// The front is the side from which the derivatives by u and v turn left.
 fn patch(columns: u32, rows: u32, point: impl Fn(f32, f32) -> Vec3) -> Mesh {
     let vertices = (0..=rows)
         .flat_map(|row| (0..=columns).map(move |column| (column, row)))
@@ -92,14 +96,15 @@ fn patch(columns: u32, rows: u32, point: impl Fn(f32, f32) -> Vec3) -> Mesh {
     Mesh { vertices, faces }
 }
 
-/// A ball of radius 0.45 m; u is half the polar angle over π from the south, v the azimuth.
+/// Point on a ball of radius 0.45 m: u is half the polar angle over π from the south pole, v the
+/// azimuth over 2π.
 fn sphere_point(u: f32, v: f32) -> Vec3 {
     let (sin_p, cos_p) = (u * TAU).sin_cos();
     let (sin_a, cos_a) = (v * TAU).sin_cos();
     Vec3::new(0.0, 0.95, 0.0) + Vec3::new(sin_p * sin_a, -cos_p, sin_p * cos_a) * 0.45
 }
 
-/// A skirt that hangs from the ball's waist, with folds that deepen towards the hem.
+/// Point on a skirt around the ball's waist, with folds that deepen towards the hem.
 fn cloth_point(u: f32, v: f32) -> Vec3 {
     let (sin_a, cos_a) = (u * TAU).sin_cos();
     let drop = 1.0 - v;
@@ -107,6 +112,7 @@ fn cloth_point(u: f32, v: f32) -> Vec3 {
     Vec3::new(radius * sin_a, 0.98 - 0.8 * drop, radius * cos_a)
 }
 
+/// Depth of the folds at the hem, metres.
 fn fold(u: f32) -> f32 {
     0.05 * (14.0 * u * TAU + (3.0 * u * TAU).sin()).sin() + 0.03 * (5.0 * u * TAU).cos()
 }

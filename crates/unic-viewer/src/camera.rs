@@ -2,28 +2,33 @@ use glam::{Mat3, Vec2, Vec3};
 
 use crate::ViewerError;
 
-/// Distance of the near clipping plane, metres. The depth test uses 1/distance, so a small value
-/// costs no precision.
+/// Distance of the near clipping plane, metres.
+///
+/// The depth test uses 1/distance, so that a small value costs no precision.
 const NEAR_M: f32 = 0.01;
 
 /// Vertical angle of view of [`Camera::framing`], radians: a portrait lens that keeps proportions.
 const FRAMING_FOV: f32 = 0.52;
 
-/// Part of the picture that [`Camera::framing`] fills; the rest is margin.
+/// Share of the picture that [`Camera::framing`] fills; the rest is margin.
 const FRAMING_FILL: f32 = 0.9;
 
 /// A perspective camera without roll.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
+    /// Position of the eye, world, metres.
     eye: Vec3,
-    /// Columns: right, up, back (towards the viewer); the camera looks along its −Z.
+    /// Columns: right, up, back (towards the viewer). The view direction is the camera's −Z.
     world_from_camera: Mat3,
+    /// Tangent of half the vertical angle of view.
     tan_half_fov: f32,
 }
 
 impl Camera {
-    /// A camera at `eye` (world, metres) that looks at `target`, with the vertical angle of view
-    /// `vertical_fov` in radians. Looking straight up or down, +X is to the right.
+    /// Camera at `eye` that is aimed at `target` (world, metres).
+    ///
+    /// `vertical_fov` is the vertical angle of view in radians. If the view is straight up or down,
+    /// +X is to the right.
     ///
     /// # Errors
     /// [`ViewerError::Camera`] if a value is not finite, `eye` is `target`, or the angle is not
@@ -35,14 +40,17 @@ impl Camera {
                 expected: "finite and distinct eye and target",
                 found: format!("eye {eye}, target {target}"),
             })?;
+        // Straight up or down, the cross product vanishes.
         let right = Vec3::Y.cross(back).try_normalize().unwrap_or(Vec3::X);
         Self::new(eye, right, back, vertical_fov)
     }
 
-    /// A camera that sees the whole box, aimed at its centre. `azimuth` (radians) turns the eye
-    /// around +Y: 0 looks at the front of a character that faces +Z, π/2 at its left side, from
-    /// +X. `elevation` (radians) lifts the eye above the horizon. `aspect` is width / height of
-    /// the picture. To follow a character, frame it once and use [`Camera::moved_by`].
+    /// Camera that is aimed at the centre of a box and shows all of it.
+    ///
+    /// `azimuth` (radians) turns the eye around +Y: 0 shows the front of a character that faces +Z,
+    /// π/2 its left side, from +X. `elevation` (radians) lifts the eye above the horizon. `aspect`
+    /// is width / height of the picture. To follow a character, frame it once and use
+    /// [`Camera::moved_by`].
     ///
     /// # Errors
     /// [`ViewerError::Camera`] if a value is not finite, `bounds_min` exceeds `bounds_max`, or
@@ -54,24 +62,28 @@ impl Camera {
         elevation: f32,
         aspect: f32,
     ) -> Result<Self, ViewerError> {
-        check_framing(bounds_min, bounds_max, [azimuth, elevation], aspect)?;
+        check_framing(bounds_min, bounds_max, azimuth, elevation, aspect)?;
         let (sin_a, cos_a) = azimuth.sin_cos();
         let (sin_e, cos_e) = elevation.sin_cos();
         let back = Vec3::new(cos_e * sin_a, sin_e, cos_e * cos_a);
         let aimed = Self::new(Vec3::ZERO, Vec3::new(cos_a, 0.0, -sin_a), back, FRAMING_FOV)?;
         let half = (bounds_max - bounds_min) * 0.5;
+        // A box of one point would put the eye into it.
         let distance = aimed.fitting_distance(half, aspect).max(2.0 * NEAR_M);
         Ok(aimed.moved_by(bounds_min + half + back * distance))
     }
 
-    /// A camera that sees all the points, closer than [`Camera::framing`] with their box: as close
-    /// as their outline allows. Points that are not finite are left out.
+    /// Camera that shows all points from as near as their outline allows.
+    ///
+    /// It is nearer than [`Camera::framing`] with the box around the points. Points that are not
+    /// finite are left out. Angles and aspect are those of [`Camera::framing`].
     ///
     /// # Errors
-    /// [`ViewerError::Camera`] if an angle or `aspect` is none, or no point is finite.
+    /// [`ViewerError::Camera`] if an angle is not finite, `aspect` is not positive, or no point is
+    /// finite.
     pub fn around(points: &[Vec3], azimuth: f32, elevation: f32, aspect: f32) -> Result<Self, ViewerError> {
         let points = || points.iter().copied().filter(|p| p.is_finite());
-        // The axes of the view; where the eye is does not matter yet.
+        // Only the axes of this camera are used: they do not depend on its box.
         let turned = Self::framing(Vec3::ZERO, Vec3::ZERO, azimuth, elevation, aspect)?.world_from_camera;
         let seen = |p: Vec3| turned.transpose() * p;
         let (min, max) = points()
@@ -80,7 +92,8 @@ impl Camera {
                 (min.min(p), max.max(p))
             });
         let centre = turned * ((min + max) * 0.5);
-        check_framing(min, max, [azimuth, elevation], aspect)?;
+        // Without a finite point, min is still infinite and is refused.
+        check_framing(min, max, azimuth, elevation, aspect)?;
         let aimed = Self::new(Vec3::ZERO, turned.x_axis, turned.z_axis, FRAMING_FOV)?;
         let distance = aimed.distance_to_fit(points().map(|p| p - centre), aspect);
         Ok(aimed.moved_by(centre + turned.z_axis * distance.max(2.0 * NEAR_M)))
@@ -103,7 +116,7 @@ impl Camera {
     }
 
     /// Smallest distance from the centre of a box with half extents `half` at which its eight
-    /// corners project inside the picture.
+    /// corners project inside the picture, metres.
     fn fitting_distance(&self, half: Vec3, aspect: f32) -> f32 {
         let corner = |corner: u32| {
             let sign = |axis: u32| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
@@ -112,18 +125,20 @@ impl Camera {
         self.distance_to_fit((0..8).map(corner), aspect)
     }
 
-    /// Smallest distance from the origin at which points around it project inside the picture.
+    /// Smallest distance from the origin at which points around it project inside the picture,
+    /// metres.
     fn distance_to_fit(&self, points: impl Iterator<Item = Vec3>, aspect: f32) -> f32 {
         let tan_y = self.tan_half_fov * FRAMING_FILL;
         let distance_for = |point: Vec3| {
             let p = self.world_from_camera.transpose() * point;
+            // At the distance d the point is d − z in front of the eye, and |x| must be at most
+            // tan_x times that; likewise for y.
             p.z + (p.x.abs() / (tan_y * aspect)).max(p.y.abs() / tan_y)
         };
         points.map(distance_for).fold(0.0, f32::max)
     }
 
-    /// The same view from a place that is `offset` metres away: follow a character by its root's
-    /// displacement.
+    /// Same view from an eye that is displaced by `offset` metres, to follow a moving character.
     #[must_use]
     pub fn moved_by(self, offset: Vec3) -> Self {
         Self {
@@ -146,9 +161,10 @@ impl Camera {
         self.world_from_camera.x_axis
     }
 
-    /// Where a world point appears in a picture of `width` × `height` pixels: pixels from the top
-    /// left corner, +Y down; `None` for what lies in front of the near plane. The result may be
-    /// outside the picture.
+    /// Projects a world point into a picture of `width` × `height` pixels.
+    ///
+    /// The result is in pixels from the top left corner, +Y down, and may lie outside the picture.
+    /// It is `None` for points behind the eye or nearer than the near plane.
     pub fn project(&self, point: Vec3, width: u32, height: u32) -> Option<Vec2> {
         let view = self.view(width, height);
         let clip = view.clip_from_world(point);
@@ -166,22 +182,25 @@ impl Camera {
     }
 }
 
-fn check_framing(min: Vec3, max: Vec3, angles: [f32; 2], aspect: f32) -> Result<(), ViewerError> {
-    let boxed = min.is_finite() && max.is_finite() && min.cmple(max).all();
-    if boxed && angles.iter().all(|angle| angle.is_finite()) && aspect.is_finite() && aspect > 0.0 {
+fn check_framing(min: Vec3, max: Vec3, azimuth: f32, elevation: f32, aspect: f32) -> Result<(), ViewerError> {
+    let is_box = min.is_finite() && max.is_finite() && min.cmple(max).all();
+    let are_angles = azimuth.is_finite() && elevation.is_finite();
+    if is_box && are_angles && aspect.is_finite() && aspect > 0.0 {
         return Ok(());
     }
     Err(ViewerError::Camera {
         expected: "a finite box with min <= max, finite angles and a positive aspect",
-        found: format!("box {min} to {max}, angles {angles:?}, aspect {aspect}"),
+        found: format!("box {min} to {max}, angles [{azimuth:?}, {elevation:?}], aspect {aspect}"),
     })
 }
 
-/// A camera together with the picture that it fills.
+/// A camera together with the size of the picture.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
     camera: Camera,
+    /// Tangents of half the horizontal and half the vertical angle of view.
     tan: Vec2,
+    /// Width and height, pixels.
     size: Vec2,
 }
 
@@ -192,19 +211,21 @@ impl View {
         self.camera.eye
     }
 
-    /// Homogeneous (x, y, w): x/w and y/w are within ±1 inside the picture, w is the distance
-    /// along the view in metres.
+    /// Homogeneous clip coordinates (x, y, w) of a world point.
+    ///
+    /// Inside the picture x/w and y/w are within ±1; w is the distance along the view in metres.
     pub(crate) fn clip_from_world(&self, point: Vec3) -> Vec3 {
         let p = self.camera.world_from_camera.transpose() * (point - self.camera.eye);
         Vec3::new(p.x / self.tan.x, p.y / self.tan.y, -p.z)
     }
 
+    /// Pixels from the top left corner, +Y down, for clip coordinates with w > 0.
     pub(crate) fn pixel_from_clip(&self, clip: Vec3) -> Vec2 {
         let ndc = Vec2::new(clip.x, -clip.y) / clip.z;
         (ndc * 0.5 + 0.5) * self.size
     }
 
-    /// World direction through a point of the picture, not normalised.
+    /// World direction through a point of the picture, not normalised: one metre along the view.
     pub(crate) fn ray(&self, pixel: Vec2) -> Vec3 {
         let ndc = pixel / self.size * 2.0 - 1.0;
         let xy = Vec2::new(ndc.x, -ndc.y) * self.tan;
@@ -240,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_around_points_sees_all_of_them_from_nearer_than_their_box() {
+    fn a_camera_around_points_shows_all_of_them_from_nearer_than_their_box() {
         let ring = |k: usize| {
             Vec3::new(
                 (k as f32).cos(),

@@ -2,11 +2,12 @@ use std::sync::LazyLock;
 
 use glam::Vec3;
 
-/// Control points of the heat ramp, sRGB, at equal distances: our own table in the spirit of
-/// matplotlib's inferno (dark violet, magenta, orange, pale yellow), an approximation of a
-/// perceptually uniform ramp. Lightness rises by nearly equal steps from L* = 22 to 92; the
-/// floor is lighter than inferno's, so that folds of an accurate garment stay visible.
-const HEAT_RAMP: [[f32; 3]; 6] = [
+/// Control points of the heat colour map at equal distances, sRGB.
+///
+/// The map resembles matplotlib's inferno (dark violet, magenta, orange, pale yellow) and is
+/// approximately perceptually uniform: lightness rises by nearly equal steps from L* = 22 to 92.
+/// The dark end is lighter than inferno's, so that folds of an accurate garment stay visible.
+const HEAT_MAP: [[f32; 3]; 6] = [
     [0.24, 0.17, 0.47],
     [0.47, 0.23, 0.58],
     [0.74, 0.30, 0.52],
@@ -15,25 +16,28 @@ const HEAT_RAMP: [[f32; 3]; 6] = [
     [0.98, 0.92, 0.62],
 ];
 
-/// Colour of values that are not finite: no part of the ramp is grey.
+/// Colour of values that are not finite: grey, which the heat colour map does not contain.
 const NOT_FINITE: [f32; 3] = [0.5, 0.5, 0.5];
 
-/// sRGB colour at `ratio` of the heat ramp; clamped to 0..1, grey if `ratio` is NaN.
+/// sRGB colour of the heat colour map at `ratio`, which is clamped to 0..1; grey if it is NaN.
 pub fn heat_colour(ratio: f32) -> [f32; 3] {
     if ratio.is_nan() {
         return NOT_FINITE;
     }
-    let last = HEAT_RAMP.len() - 1;
+    let last = HEAT_MAP.len() - 1;
     let position = ratio.clamp(0.0, 1.0) * last as f32;
     let below = (position as usize).min(last - 1);
-    let (low, high) = (Vec3::from(HEAT_RAMP[below]), Vec3::from(HEAT_RAMP[below + 1]));
+    let (low, high) = (Vec3::from(HEAT_MAP[below]), Vec3::from(HEAT_MAP[below + 1]));
     low.lerp(high, position - below as f32).to_array()
 }
 
-/// One sRGB colour an error: 0 m is the dark end of the ramp, `max_m` metres and more the light
-/// end, grey what is not finite. The ramp is an own approximation of a perceptually uniform one.
-/// If `max_m` is not positive, every positive error has the colour of the light end.
+/// sRGB colours of errors in metres, one per error.
+///
+/// 0 m gets the dark end of the heat colour map, `max_m` metres and more the light end, and errors
+/// that are not finite get grey. If `max_m` is not positive, every positive error gets the light
+/// end.
 pub fn heat_colours(errors_m: &[f32], max_m: f32) -> Vec<[f32; 3]> {
+    // The lower bound avoids dividing by zero, and replaces a NaN too.
     let scale = 1.0 / max_m.max(f32::MIN_POSITIVE);
     let ratio = |error: f32| {
         if error.is_finite() {
@@ -45,9 +49,10 @@ pub fn heat_colours(errors_m: &[f32], max_m: f32) -> Vec<[f32; 3]> {
     errors_m.iter().map(|&error| heat_colour(ratio(error))).collect()
 }
 
-/// Linear light of an sRGB colour in 0..1 (IEC 61966-2-1). NaN becomes 0.
+/// Linear light of an sRGB colour (IEC 61966-2-1), clamped to 0..1. NaN becomes 0.
 pub(crate) fn linear_from_srgb(colour: [f32; 3]) -> Vec3 {
     Vec3::from(colour.map(|encoded| {
+        // The comparison is false for NaN, which `clamp` would pass on.
         let encoded = if encoded > 0.0 { encoded.min(1.0) } else { 0.0 };
         if encoded <= 0.040_45 {
             encoded / 12.92
@@ -57,10 +62,14 @@ pub(crate) fn linear_from_srgb(colour: [f32; 3]) -> Vec3 {
     }))
 }
 
-/// Steps of the encoding table. The steepest part of the curve rises by 0.2 codes a step, so the
-/// table errs by less than a rounding.
+/// Number of steps of the encoding table.
+///
+/// The steepest part of the curve rises by 0.2 codes a step, so that the error of the table is
+/// below that of rounding.
 const ENCODING_STEPS: usize = 16_384;
 
+/// 8-bit sRGB codes of evenly spaced linear values from 0 to 1. A table is faster than a power for
+/// every channel of every pixel.
 static ENCODING: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let encode = |step: usize| {
         let linear = step as f32 / ENCODING_STEPS as f32;
@@ -94,19 +103,19 @@ mod tests {
     }
 
     #[test]
-    fn heat_ramp_lightness_rises_nearly_evenly() {
-        let ramp: Vec<f32> = (0..HEAT_RAMP.len())
+    fn heat_map_lightness_rises_nearly_evenly() {
+        let levels: Vec<f32> = (0..HEAT_MAP.len())
             .map(|i| lightness(heat_colour(i as f32 / 5.0)))
             .collect();
-        for pair in ramp.windows(2) {
-            assert!((8.0..20.0).contains(&(pair[1] - pair[0])), "{ramp:?}");
+        for pair in levels.windows(2) {
+            assert!((8.0..20.0).contains(&(pair[1] - pair[0])), "{levels:?}");
         }
     }
 
     #[test]
-    fn heat_colours_clamp_and_mark_what_is_not_finite() {
+    fn heat_colours_clamp_and_mark_non_finite_errors() {
         let colours = heat_colours(&[0.0, 0.02, 1.0, -1.0, f32::NAN, f32::INFINITY], 0.02);
-        assert_eq!(colours[0], HEAT_RAMP[0]);
+        assert_eq!(colours[0], HEAT_MAP[0]);
         assert_eq!(colours[1], colours[2]);
         assert_eq!(colours[3], colours[0]);
         assert_eq!(colours[4], NOT_FINITE);

@@ -1,7 +1,7 @@
 use std::io;
 use std::path::PathBuf;
 
-/// Why a picture could not be made or written.
+/// Reason why a picture could not be made or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ViewerError {
@@ -15,22 +15,22 @@ pub enum ViewerError {
         /// Largest side allowed, pixels.
         max: u32,
     },
-    /// An array that holds one element a vertex has another length.
+    /// The length of an array with one element per vertex is not the number of vertices.
     #[error("{what}: expected {expected} elements, one a vertex, found {found}")]
     Length {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
         /// Number of vertices.
         expected: usize,
         /// Number of elements found.
         found: usize,
     },
-    /// A face names a vertex that does not exist.
+    /// A face has the index of a vertex that does not exist.
     #[error("face {face} names vertex {index}, but the mesh has {vertices} vertices")]
     FaceIndex {
-        /// Position of the face in its list.
+        /// Index of the face.
         face: usize,
-        /// Vertex index found there.
+        /// Vertex index found in the face.
         index: u32,
         /// Number of vertices of the mesh.
         vertices: usize,
@@ -38,9 +38,9 @@ pub enum ViewerError {
     /// A camera that has no direction, no angle of view or nothing to look at.
     #[error("camera: expected {expected}, found {found}")]
     Camera {
-        /// What a valid camera has.
+        /// Condition that a valid camera meets.
         expected: &'static str,
-        /// The offending value.
+        /// Value that violates the condition.
         found: String,
     },
     /// The picture could not be encoded as PNG.
@@ -49,15 +49,15 @@ pub enum ViewerError {
     /// The picture could not be encoded as JPEG.
     #[error("cannot encode a JPEG")]
     EncodeJpeg(#[from] jpeg_encoder::EncodingError),
-    /// A moving picture of nothing.
+    /// A moving picture has no images.
     #[error("a moving picture without images")]
     NoImages,
-    /// A moving picture has one size.
+    /// The images of a moving picture differ in size.
     #[error("a moving picture of {} x {} pixels: found an image of {} x {}", expected[0], expected[1], found[0], found[1])]
     ImageSizes {
         /// Width and height of the first image, pixels.
         expected: [u32; 2],
-        /// Of one that differs.
+        /// Width and height of the first image with another size, pixels.
         found: [u32; 2],
     },
     /// The pictures could not be encoded as GIF.
@@ -66,9 +66,9 @@ pub enum ViewerError {
     /// A file could not be written.
     #[error("cannot write {}: {source}", path.display())]
     Write {
-        /// The file that was to be written.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
 }

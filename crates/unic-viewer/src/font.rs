@@ -1,11 +1,18 @@
-//! A bitmap font of our own for printable ASCII: glyphs of 5 × 8 pixels in cells of 6 × 8. The
-//! baseline lies below the seventh row; the eighth holds the descenders.
+//! Bitmap font for printable ASCII, with glyphs of 5 × 8 pixels in cells of 6 × 8.
+//!
+//! The baseline is below the seventh row; the eighth row holds the descenders.
 
+/// Width of a cell, pixels.
 pub(crate) const CELL_WIDTH: u32 = 6;
+
+/// Height of a cell, pixels.
 pub(crate) const CELL_HEIGHT: u32 = 8;
 
-/// Rows of a character from the top; bit 4 is the leftmost pixel.
+/// Rows of a character's glyph from the top; bit 4 is the leftmost pixel.
+///
+/// Characters outside printable ASCII have the glyph of `?`.
 pub(crate) fn glyph(character: char) -> [u8; 8] {
+    // Control characters wrap to huge indices.
     let index = (character as usize).wrapping_sub(FIRST as usize);
     GLYPHS
         .get(index)
@@ -13,6 +20,7 @@ pub(crate) fn glyph(character: char) -> [u8; 8] {
         .unwrap_or(GLYPHS['?' as usize - FIRST as usize])
 }
 
+/// First character of [`GLYPHS`].
 const FIRST: char = ' ';
 
 #[rustfmt::skip]

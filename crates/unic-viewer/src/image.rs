@@ -7,11 +7,12 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use crate::ViewerError;
 use crate::font::{self, CELL_HEIGHT, CELL_WIDTH};
 
-/// Largest width or height of an [`Image`], pixels. Bounds the fixed-point coordinates of the
-/// rasteriser as well as memory.
+/// Largest width or height of an [`Image`], pixels.
+///
+/// It bounds memory and the fixed-point coordinates of the rasteriser.
 pub const MAX_IMAGE_SIDE: u32 = 16_384;
 
-/// A picture of 8-bit sRGB colours, row by row from the top left corner.
+/// Picture of 8-bit sRGB colours, row by row from the top left corner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     width: u32,
@@ -20,10 +21,10 @@ pub struct Image {
 }
 
 impl Image {
-    /// An image of one sRGB colour.
+    /// Image of one sRGB colour.
     ///
     /// # Errors
-    /// [`ViewerError::ImageSize`] unless both sides are within 1 to [`MAX_IMAGE_SIDE`].
+    /// [`ViewerError::ImageSize`] unless both sides are within 1 to [`MAX_IMAGE_SIDE`] pixels.
     pub fn filled(width: u32, height: u32, colour: [u8; 3]) -> Result<Self, ViewerError> {
         check_size(u64::from(width), u64::from(height))?;
         let pixels = vec![colour; width as usize * height as usize];
@@ -53,8 +54,10 @@ impl Image {
         &mut self.pixels
     }
 
-    /// The pixel in column `x` (from the left) and row `y` (from the top), if inside.
+    /// Colour of the pixel in column `x` (from the left) and row `y` (from the top); `None`
+    /// outside.
     pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 3]> {
+        // Without this check, the index would be in the next row.
         if x >= self.width {
             return None;
         }
@@ -62,7 +65,9 @@ impl Image {
         self.pixels.get(index).copied()
     }
 
-    /// Paints the part of a rectangle that lies inside the image. The corner may be negative.
+    /// Fills the part of a rectangle that lies inside the image.
+    ///
+    /// The corner (`x`, `y`) may be negative.
     pub fn fill_rect(&mut self, x: i32, y: i32, width: u32, height: u32, colour: [u8; 3]) {
         let columns = clamped_range(x, width, self.width);
         for row in clamped_range(y, height, self.height) {
@@ -71,7 +76,8 @@ impl Image {
         }
     }
 
-    /// Copies the part of `tile` that falls inside this image, its top left corner at (`x`, `y`).
+    /// Copies the part of `tile` that lies inside this image, with its top left corner at (`x`,
+    /// `y`).
     pub fn draw_image(&mut self, x: i32, y: i32, tile: &Self) {
         let columns = clamped_range(x, tile.width, self.width);
         if columns.is_empty() {
@@ -87,9 +93,10 @@ impl Image {
         }
     }
 
-    /// Writes text with its top left corner at (`x`, `y`); a line is `8 * scale` pixels high and
-    /// a character `6 * scale` wide. `\n` starts a new line; characters outside printable ASCII
-    /// appear as `?`. What falls outside the image is cut.
+    /// Draws text with its top left corner at (`x`, `y`).
+    ///
+    /// A line is `8 * scale` pixels high and a character `6 * scale` wide. `\n` starts a new line.
+    /// Characters outside printable ASCII appear as `?`. Parts outside the image are cut off.
     pub fn draw_text(&mut self, x: i32, y: i32, scale: u32, colour: [u8; 3], text: &str) {
         let step = |cells: usize, cell: u32| {
             let pixels = cells as u64 * u64::from(cell) * u64::from(scale);
@@ -99,6 +106,7 @@ impl Image {
             let top = y.saturating_add(step(line_index, CELL_HEIGHT));
             for (column, character) in line.chars().enumerate() {
                 let left = x.saturating_add(step(column, CELL_WIDTH));
+                // The rest of a line is outside too: long texts end here.
                 if top >= self.height as i32 || left >= self.width as i32 {
                     break;
                 }
@@ -117,10 +125,10 @@ impl Image {
         }
     }
 
-    /// The image as the bytes of a PNG file, marked as sRGB.
+    /// Encodes the image as a PNG file, marked as sRGB.
     ///
     /// # Errors
-    /// [`ViewerError::Encode`].
+    /// [`ViewerError::Encode`] if the encoder fails.
     pub fn encode_png(&self) -> Result<Vec<u8>, ViewerError> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width, self.height);
@@ -133,11 +141,12 @@ impl Image {
         Ok(bytes)
     }
 
-    /// The image as the bytes of a JPEG file, for moving pictures. `quality` runs from 1 to 100, as
-    /// in libjpeg; below 90, colours have half the resolution.
+    /// Encodes the image as a JPEG file, for moving pictures.
+    ///
+    /// `quality` is 1 to 100, as in libjpeg; below 90, colours have half the resolution.
     ///
     /// # Errors
-    /// [`ViewerError::EncodeJpeg`].
+    /// [`ViewerError::EncodeJpeg`] if the encoder fails.
     pub fn encode_jpeg(&self, quality: u8) -> Result<Vec<u8>, ViewerError> {
         let mut bytes = Vec::new();
         let mut encoder = jpeg_encoder::Encoder::new(&mut bytes, quality.clamp(1, 100));
@@ -149,11 +158,13 @@ impl Image {
         Ok(bytes)
     }
 
-    /// Writes a PNG file. A reader of `path` sees the old file or the complete new one: the bytes
-    /// go to a temporary name in the same folder, are synced, and the file is renamed.
+    /// Writes a PNG file atomically: a reader of `path` finds the old file or the complete new one.
+    ///
+    /// The bytes go to a temporary file in the same folder, are synced, and the file is renamed.
     ///
     /// # Errors
-    /// [`ViewerError::Write`] names the file; [`ViewerError::Encode`].
+    /// [`ViewerError::Encode`] if the encoder fails, [`ViewerError::Write`] if the file cannot be
+    /// written.
     pub fn save_png(&self, path: impl AsRef<Path>) -> Result<(), ViewerError> {
         let path = path.as_ref();
         let bytes = self.encode_png()?;
@@ -176,7 +187,7 @@ pub(crate) fn check_size(width: u64, height: u64) -> Result<(), ViewerError> {
     })
 }
 
-/// The indices within `0..limit` of a span that starts at `start`; empty if there are none.
+/// Part within `0..limit` of the range that starts at `start`; empty if there is none.
 fn clamped_range(start: i32, length: u32, limit: u32) -> std::ops::Range<usize> {
     let clamp = |value: i64| value.clamp(0, i64::from(limit)) as usize;
     clamp(i64::from(start))..clamp(i64::from(start) + i64::from(length))
@@ -186,13 +197,15 @@ fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let temporary = temporary_beside(path)?;
     let written = write_synced(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
     if written.is_err() {
-        // The first error is the one worth reporting; a leftover is harmless.
+        // The first error is the one to report; a leftover file is harmless.
         let _ = fs::remove_file(&temporary);
     }
     written
 }
 
+/// Hidden file name in the folder of `path` that no other writer uses.
 fn temporary_beside(path: &Path) -> io::Result<PathBuf> {
+    // The process and a counter make the name unique among concurrent writers.
     static COUNTER: AtomicU32 = AtomicU32::new(0);
     let file_name = path
         .file_name()

@@ -1,9 +1,9 @@
-//! Pictures of garments on characters, drawn on the CPU: the fallback wherever no GPU adapter
-//! exists, and the reference for pictures that must be equal on every machine of one kind.
+//! Pictures of garments on characters, drawn on the CPU.
 //!
-//! A picture is made of three things: [`Surface`]s (borrowed triangle meshes in world space,
-//! metres, +Y up), a [`Camera`], and a [`Scene`] that adds ground and background.
-//! [`render`] turns them into an [`Image`], which can be labelled, tiled by [`grid`] and saved.
+//! They need no GPU, and are equal on every machine of one kind. A picture has three inputs:
+//! [`Surface`]s (borrowed triangle meshes in world space, metres, +Y up), a [`Camera`], and a
+//! [`Scene`] that adds ground and background. [`render`] draws an [`Image`], which can be labelled,
+//! tiled by [`grid`] and saved.
 //!
 //! ```
 //! use glam::Vec3;
@@ -27,11 +27,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What it does: near clipping, watertight coverage in fixed point, four samples a pixel,
-//! perspective-correct attributes, a key light with a shadow map, a fill light, hemispheric
-//! ambient light, back faces slightly darker, soft shadows and a half-metre grid on the ground.
-//! What it does not do: transparency, textures, intersection of the ground with geometry (the
-//! ground lies behind everything, so that feet below the floor stay visible).
+//! Features:
+//!
+//! - near clipping and watertight coverage in fixed point, with four samples per pixel,
+//! - perspective-correct attributes,
+//! - a key light with a shadow map, a fill light and hemispheric ambient light,
+//! - back faces that are slightly darker,
+//! - soft shadows and a half-metre grid on the ground.
+//!
+//! There is no transparency, and there are no textures. The ground does not intersect the geometry:
+//! it is drawn behind all surfaces, so that feet below the floor stay visible.
 //!
 //! Triangles with a non-finite vertex are skipped. The pixels do not depend on the number of
 //! threads.

@@ -1,4 +1,4 @@
-//! Three sources: a key light with a shadow map, a fill light, and the sky.
+//! Lighting from three sources: a key light with a shadow map, a fill light, and the sky.
 
 use glam::{Vec2, Vec3};
 
@@ -6,27 +6,34 @@ use crate::camera::Camera;
 use crate::raster::{ScreenPoint, ScreenTriangle, depth_map};
 use crate::surface::Surface;
 
-/// Irradiance, linear, of a surface that faces the source; the sum stays near 1, so that a white
-/// cloth is white and not clipped.
+/// Linear irradiance from the key light on a surface that faces it.
+///
+/// The sum of all sources stays near 1, so that white cloth is white and not clipped.
 const KEY: Vec3 = Vec3::new(0.80, 0.77, 0.73);
+
+/// Linear irradiance from the fill light on a surface that faces it.
 const FILL: Vec3 = Vec3::new(0.10, 0.11, 0.13);
+
+/// Linear irradiance from the sky on a surface that faces up.
 const SKY: Vec3 = Vec3::new(0.33, 0.35, 0.38);
+
+/// Linear irradiance from the floor on a surface that faces down.
 const FLOOR: Vec3 = Vec3::new(0.20, 0.18, 0.17);
 
-/// Light that fibres scatter at grazing angles: the soft rim of cloth.
+/// Strength of the light that fibres scatter at grazing angles: the soft rim of cloth.
 const RIM: f32 = 0.10;
 
-/// Part of the light that a back face reflects, so that the inside of a garment tells itself
-/// apart from the outside.
+/// Share of the light that a back face reflects: the inside of a garment is darker than its
+/// outside.
 const BACK_FACE: f32 = 0.70;
 
-/// Pixels a side of the shadow map.
+/// Pixels per side of the shadow map.
 const MAP_SIDE: usize = 1024;
 
 /// Half width of the shadow filter, texels: (2·HALF + 1)² texels with bilinear weights.
 const FILTER_HALF: usize = 2;
 
-/// Texels a side that the filter may touch, wherever it lies between texels.
+/// Texels per side that the filter may touch at any position between texels.
 const TAPS: usize = 2 * FILTER_HALF + 2;
 
 /// Distance from the middle of the filter to its farthest texel, texels: (HALF + 1) · √2.
@@ -35,34 +42,40 @@ const FILTER_REACH: f32 = (FILTER_HALF + 1) as f32 * std::f32::consts::SQRT_2;
 /// Smallest bias of the depth comparison, metres: below the gap between cloth and skin.
 const BIAS_M: f32 = 0.002;
 
-/// A point of a surface, ready for shading.
+/// A point of a surface with all inputs of shading.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Point {
+pub(crate) struct ShadingPoint {
+    /// Position, world, metres.
     pub(crate) position: Vec3,
     /// Unit normal of the smooth surface, on the side that faces the viewer.
     pub(crate) normal: Vec3,
     /// Unit direction towards the eye.
     pub(crate) to_eye: Vec3,
+    /// Linear albedo.
     pub(crate) albedo: Vec3,
-    pub(crate) side: Side,
+    pub(crate) side: FaceSide,
 }
 
-/// Which side of a face the viewer sees.
+/// Side of a face that is turned towards the viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Side {
-    /// The side from which the corners run counter-clockwise.
+pub(crate) enum FaceSide {
+    /// Side from which the corners run counter-clockwise.
     Front,
-    /// The other: the lining of a garment.
+    /// Side from which the corners run clockwise: the lining of a garment.
     Back,
 }
 
+/// Lights of a scene, placed relative to the camera.
 pub(crate) struct Lights {
+    /// Unit direction towards the key light.
     to_key: Vec3,
+    /// Unit direction towards the fill light.
     to_fill: Vec3,
     shadow: ShadowMap,
 }
 
 impl Lights {
+    /// Places the lights and draws the shadow map of the surfaces in a sphere.
     pub(crate) fn new(surfaces: &[Surface], sphere: Sphere, camera: &Camera) -> Self {
         let to_key = key_direction(camera);
         let towards = camera.right().cross(Vec3::Y);
@@ -74,15 +87,17 @@ impl Lights {
         }
     }
 
-    /// Linear radiance towards the eye.
-    pub(crate) fn shade(&self, point: &Point) -> Vec3 {
-        let Point { normal, albedo, .. } = *point;
+    /// Linear radiance of a point towards the eye.
+    pub(crate) fn shade(&self, point: &ShadingPoint) -> Vec3 {
+        let ShadingPoint { normal, albedo, .. } = *point;
         let cosine = normal.dot(self.to_key);
+        // Points that face away from the light need no shadow lookup.
         let lit = if cosine > 0.0 {
             self.shadow.visibility(point.position, normal)
         } else {
             0.0
         };
+        // Half Lambert: the fill light is soft and reaches around the body.
         let half_lambert = normal.dot(self.to_fill) * 0.5 + 0.5;
         let ambient = FLOOR.lerp(SKY, normal.y * 0.5 + 0.5);
         let light = KEY * (cosine.max(0.0) * lit) + FILL * (half_lambert * half_lambert) + ambient;
@@ -90,35 +105,38 @@ impl Lights {
         let rim = ambient * (RIM * grazing * grazing * grazing);
         let reflected = albedo * light + rim;
         match point.side {
-            Side::Front => reflected,
-            Side::Back => reflected * BACK_FACE,
+            FaceSide::Front => reflected,
+            FaceSide::Back => reflected * BACK_FACE,
         }
     }
 }
 
-/// Unit direction towards the key light: over the left shoulder of the viewer, whatever the
-/// azimuth, so that every picture of a sheet is lit alike.
+/// Unit direction towards the key light, over the left shoulder of the viewer.
+///
+/// It turns with the camera's azimuth, so that all pictures of a sheet have the same lighting.
 pub(crate) fn key_direction(camera: &Camera) -> Vec3 {
     let towards = camera.right().cross(Vec3::Y);
     (towards * 0.75 - camera.right() * 0.85 + Vec3::Y * 1.0).normalize()
 }
 
-/// A sphere around everything that casts a shadow.
+/// Sphere around all surfaces that cast shadows, metres.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sphere {
     pub(crate) centre: Vec3,
     pub(crate) radius: f32,
 }
 
-/// Distances towards a light at infinity, seen from it.
+/// Depth map of the surfaces as seen from a light at infinity.
 struct ShadowMap {
     sphere: Sphere,
-    /// Columns of the map, rows of the map, towards the light.
+    /// Unit directions of the map's columns and rows, and towards the light.
     axes: [Vec3; 3],
+    /// Distance of the first surface towards the light from the sphere's centre, by texel, metres.
     nearness: Vec<f32>,
 }
 
 impl ShadowMap {
+    /// Draws the map.
     fn new(surfaces: &[Surface], sphere: Sphere, to_light: Vec3) -> Self {
         let (u, v) = to_light.any_orthonormal_pair();
         let mut map = Self {
@@ -135,6 +153,7 @@ impl ShadowMap {
         map
     }
 
+    /// Projects a world point into the map.
     fn project(&self, point: Vec3) -> ScreenPoint {
         let offset = point - self.sphere.centre;
         let [u, v, light] = self.axes.map(|axis| axis.dot(offset));
@@ -145,14 +164,16 @@ impl ShadowMap {
         }
     }
 
+    /// Side of a texel, metres.
     fn texel_m(&self) -> f32 {
         2.0 * self.sphere.radius / MAP_SIDE as f32
     }
 
-    /// Part of the key light that reaches a point, 0 to 1. A plane that leans by θ from the light
-    /// rises by reach · tan θ within the filter; a lift of reach · sin θ along the normal raises the
-    /// point above that, so that a surface does not shade itself.
+    /// Share of the key light that reaches a point, 0 to 1.
     fn visibility(&self, position: Vec3, normal: Vec3) -> f32 {
+        // Within the filter, a plane at the angle θ to the light rises by reach · tan θ. Moving the
+        // point by reach · sin θ along the normal raises it above that: a surface does not shade
+        // itself.
         let slope = normal.cross(self.axes[2]).length();
         let lift = self.texel_m() * FILTER_REACH * slope;
         let point = self.project(position + normal * lift);
@@ -173,7 +194,7 @@ impl ShadowMap {
     }
 }
 
-/// Weights of a box of 2·HALF + 1 texels that has slid by a fraction of a texel.
+/// Filter weights of a box of 2·HALF + 1 texels that is shifted by a fraction of a texel.
 fn tap_weights(fraction: f32) -> [f32; TAPS] {
     let fraction = fraction.clamp(0.0, 1.0);
     let mut weights = [1.0; TAPS];
@@ -191,7 +212,7 @@ mod tests {
         radius: 1.0,
     };
 
-    /// An octahedron with four rounds of subdivision onto a sphere of radius 0.9 m.
+    /// Sphere of radius 0.9 m: an octahedron after four rounds of subdivision.
     fn ball() -> (Vec<Vec3>, Vec<[u32; 3]>) {
         let side = |x: f32, y: f32, z: f32| [Vec3::X * x, Vec3::Y * y, Vec3::Z * z];
         let signs = [-1.0, 1.0];
@@ -216,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_convex_body_does_not_shade_itself_and_shades_what_is_behind() {
+    fn a_convex_body_shades_its_far_side_alone() {
         let (vertices, faces) = ball();
         let normals = vertex_normals(&vertices, &faces).unwrap();
         let colour = Colouring::Solid([1.0; 3]);

@@ -1,27 +1,31 @@
-//! Moving pictures.
+//! Moving pictures as GIF files.
 
 use crate::{Image, ViewerError};
 use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 use std::{borrow::Cow, collections::HashMap};
 
-/// Colours of a GIF, one of them for pixels that stay as they are.
+/// Number of palette entries of a GIF.
 const COLOURS: usize = 256;
+
+/// Palette entry of pixels that keep the colour of the frame before.
 const UNCHANGED: u8 = 255;
 
-/// Images that the palette is chosen by.
+/// Number of images from which the palette is computed.
 const SAMPLED_IMAGES: usize = 8;
 
-/// Every n-th of their pixels, as NeuQuant counts: 1 to 30.
+/// NeuQuant's sampling factor, 1 to 30: every n-th pixel of these images counts.
 const SAMPLED_PIXELS: i32 = 5;
 
-/// Images one after another, for ever, as the bytes of a GIF: 256 colours for all of them, and only
-/// pixels that change are stored. `fps` is kept on average: a GIF counts hundredths of a second, at
-/// least two a frame.
+/// Encodes images as a GIF that repeats for ever.
+///
+/// All images share one palette of 255 colours, and only pixels that change are stored. `fps` is
+/// met on average, since a GIF counts hundredths of a second, at least two per frame.
 ///
 /// # Errors
-/// [`ViewerError::NoImages`], [`ViewerError::ImageSizes`] when they are not of one size,
-/// [`ViewerError::EncodeGif`].
+/// - [`ViewerError::NoImages`] without images.
+/// - [`ViewerError::ImageSizes`] if the images differ in size.
+/// - [`ViewerError::EncodeGif`] if the encoder fails.
 pub fn encode_gif(images: &[Image], fps: f32) -> Result<Vec<u8>, ViewerError> {
     let [first, ..] = images else {
         return Err(ViewerError::NoImages);
@@ -57,13 +61,16 @@ pub fn encode_gif(images: &[Image], fps: f32) -> Result<Vec<u8>, ViewerError> {
     Ok(bytes)
 }
 
-/// Hundredths of a second that the i-th image is shown.
+/// Duration of the i-th image, hundredths of a second.
 fn delay(i: usize, fps: f32) -> u16 {
+    // Differences of rounded times: rounding errors do not add up.
     let ends = |count: usize| (count as f32 * 100.0 / fps).round();
     (ends(i + 1) - ends(i)).clamp(2.0, f32::from(u16::MAX)) as u16
 }
 
-/// What differs from what is shown; all of it when nothing is.
+/// Palette indices of an image in which pixels equal to those shown are [`UNCHANGED`].
+///
+/// The first image, before which nothing is shown, is returned in full.
 fn changes(shown: &[u8], indices: &[u8]) -> Vec<u8> {
     if shown.is_empty() {
         return indices.to_vec();
@@ -72,13 +79,15 @@ fn changes(shown: &[u8], indices: &[u8]) -> Vec<u8> {
     shown.iter().zip(indices).map(change).collect()
 }
 
-/// Colours for all images, with those that have been looked up.
+/// Palette of all images.
 struct Palette {
     quantiser: NeuQuant,
+    /// Cache of palette indices by colour: pictures have few distinct colours.
     known: HashMap<[u8; 3], u8>,
 }
 
 impl Palette {
+    /// Computes the palette from some of the images.
     fn of(images: &[Image]) -> Self {
         let step = images.len().div_ceil(SAMPLED_IMAGES);
         let pixels = images.iter().step_by(step).flat_map(Image::pixels);
@@ -89,16 +98,18 @@ impl Palette {
         }
     }
 
+    /// Palette entries as R, G, B; the entry [`UNCHANGED`] is black.
     fn colours(&self) -> Vec<u8> {
         let mut colours = self.quantiser.color_map_rgb();
         colours.resize(3 * COLOURS, 0);
         colours
     }
 
+    /// Index of the palette entry nearest to a colour.
     fn index(&mut self, pixel @ [r, g, b]: [u8; 3]) -> u8 {
-        // One of the 255 colours.
-        let look = || self.quantiser.index_of(&[r, g, b, 255]) as u8;
-        *self.known.entry(pixel).or_insert_with(look)
+        // The quantiser has 255 colours: the index fits, and is never UNCHANGED.
+        let nearest = || self.quantiser.index_of(&[r, g, b, 255]) as u8;
+        *self.known.entry(pixel).or_insert_with(nearest)
     }
 }
 
@@ -118,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_square_moves_over_what_stays() {
+    fn only_changed_pixels_are_stored() {
         let images: Vec<Image> = (0..4)
             .map(|i| {
                 let mut image = Image::filled(40, 20, [230, 230, 235]).unwrap();
@@ -149,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn images_of_different_sizes_are_refused() {
+    fn images_of_different_sizes_and_empty_lists_are_refused() {
         let image = |side| Image::filled(side, 8, [0; 3]).unwrap();
         let error = encode_gif(&[image(8), image(9)], 10.0).unwrap_err();
         assert_eq!(

@@ -1,22 +1,25 @@
-//! Scan conversion in fixed point: triangles that share an edge leave no gap and no overlap.
+//! Scan conversion in fixed point: triangles with a common edge leave no gap and no overlap.
 
 use std::ops::Range;
 
 use glam::{IVec2, Vec2};
 use rayon::prelude::*;
 
-/// Fixed-point steps a pixel.
+/// Fixed-point steps per pixel.
 const STEPS: i64 = 256;
 
-/// Largest coordinate accepted, fixed point. Edge functions multiply two differences of
-/// coordinates and add, which then stays far inside an `i64`.
+/// Largest accepted coordinate, fixed point.
+///
+/// Edge functions add products of two differences of coordinates, which stay far inside an `i64`.
 const MAX_COORDINATE: f32 = (1_u32 << 28) as f32;
 
-/// Rows of a band, the unit of parallel work.
+/// Number of rows of a band, the unit of parallel work.
 pub(crate) const BAND_ROWS: usize = 16;
 
-/// Sample positions inside a pixel, fixed point: a rotated grid, so that edges close to
-/// horizontal or vertical get four shades between their two colours rather than two.
+/// Sample positions inside a pixel, fixed point.
+///
+/// On this rotated grid no two samples share a row or a column: edges close to horizontal or
+/// vertical get four shades between their two colours rather than two.
 pub(crate) const PIXEL_SAMPLES: [IVec2; 4] = [
     IVec2::new(96, 32),
     IVec2::new(224, 96),
@@ -24,32 +27,36 @@ pub(crate) const PIXEL_SAMPLES: [IVec2; 4] = [
     IVec2::new(160, 224),
 ];
 
-/// One sample, at the centre of the pixel.
+/// A single sample position at the centre of the pixel, fixed point.
 const CENTRE_SAMPLE: [IVec2; 1] = [IVec2::new(128, 128)];
 
 /// A projected vertex.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ScreenPoint {
-    /// Pixels from the top left corner.
+    /// Position in pixels from the top left corner.
     pub(crate) pixel: Vec2,
-    /// A depth that is linear on the screen and grows towards the viewer.
+    /// Depth that is linear on the screen and grows towards the viewer, such as 1/distance.
     pub(crate) nearness: f32,
 }
 
 /// A triangle ready for scan conversion.
 #[derive(Clone, Debug)]
 pub(crate) struct ScreenTriangle {
-    /// Edge i lies opposite to corner i.
+    /// Edges, of which edge i lies opposite to corner i.
     edges: [Edge; 3],
+    /// 1 over twice the area, fixed point.
     inverse_area: f32,
+    /// Nearness of the corners.
     nearness: [f32; 3],
-    /// Inclusive range of pixels that may be covered.
+    /// First column and row of pixels that may be covered.
     first: IVec2,
+    /// Last column and row of pixels that may be covered, inclusive.
     last: IVec2,
 }
 
-/// The line a·x + b·y + c = 0, positive inside the triangle, with integer coefficients: the same
-/// edge of the neighbour is its exact negative.
+/// Edge function a·x + b·y + c, positive inside the triangle.
+///
+/// Coefficients are integers: the neighbour's function of the same edge is the exact negative.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
     a: i64,
@@ -63,6 +70,7 @@ impl Edge {
     fn new(from: IVec2, to: IVec2, sign: i64) -> Self {
         let (from, to) = (from.as_i64vec2(), to.as_i64vec2());
         let (a, b) = (-sign * (to.y - from.y), sign * (to.x - from.x));
+        // Of two opposite edges exactly one has these signs: the rule assigns ties to one triangle.
         let owns_ties = a > 0 || (a == 0 && b > 0);
         Self {
             a,
@@ -78,7 +86,7 @@ impl Edge {
 }
 
 impl ScreenTriangle {
-    /// `None` for triangles without area or with coordinates out of range.
+    /// Prepares a triangle; `None` if it has no area or coordinates out of range.
     pub(crate) fn new(points: [ScreenPoint; 3]) -> Option<Self> {
         let scaled = points.map(|point| (point.pixel * STEPS as f32).round());
         // NaN fails this comparison too.
@@ -90,6 +98,7 @@ impl ScreenTriangle {
         if area == 0 {
             return None;
         }
+        // Both windings are drawn: the sign makes edge functions positive inside.
         let sign = area.signum();
         Some(Self {
             edges: [
@@ -104,52 +113,59 @@ impl ScreenTriangle {
         })
     }
 
-    /// Barycentric weights, linear on the screen, at `offset` fixed-point steps from the top left
-    /// corner of a pixel.
+    /// Barycentric coordinates on the screen of a point at `offset` fixed-point steps from the top
+    /// left corner of a pixel.
     pub(crate) fn weights(&self, pixel: IVec2, offset: IVec2) -> [f32; 3] {
         let at = pixel.as_i64vec2() * STEPS + offset.as_i64vec2();
         self.edges
             .map(|edge| edge.at(at.x, at.y) as f32 * self.inverse_area)
     }
 
-    /// Turns weights that are linear on the screen into weights that are linear in space, if
-    /// nearness is 1/distance.
+    /// Perspective correction: barycentric coordinates in space for those on the screen.
+    ///
+    /// The nearness must be 1/distance.
     pub(crate) fn perspective(&self, weights: [f32; 3]) -> [f32; 3] {
         let scaled: [f32; 3] = std::array::from_fn(|i| weights[i] * self.nearness[i]);
         let sum: f32 = scaled.iter().sum();
         scaled.map(|weight| weight / sum)
     }
 
+    /// Nearness of a point with the given values of the edge functions.
     fn nearness_at(&self, edge_values: [i64; 3]) -> f32 {
         let sum: f32 = (0..3).map(|i| edge_values[i] as f32 * self.nearness[i]).sum();
         sum * self.inverse_area
     }
 }
 
-/// What one sample sees.
+/// Visible triangle at a sample position.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sample {
+    /// Nearness of the triangle at the sample.
     pub(crate) nearness: f32,
-    /// Index of the triangle, [`Sample::EMPTY`]'s where there is none.
+    /// Index of the triangle; that of [`Sample::EMPTY`] if there is none.
     pub(crate) triangle: u32,
 }
 
 impl Sample {
+    /// Sample without a triangle.
     pub(crate) const EMPTY: Self = Self {
         nearness: f32::NEG_INFINITY,
         triangle: u32::MAX,
     };
 }
 
-/// The visible triangle of every sample in some rows of a picture.
+/// Visible triangles of all samples in some rows of a picture, with N samples per pixel.
 pub(crate) struct Band<const N: usize> {
     first_row: i32,
+    /// Pixels per row.
     width: usize,
     pixels: Vec<[Sample; N]>,
+    /// Sample positions inside a pixel, fixed point.
     offsets: [IVec2; N],
 }
 
 impl<const N: usize> Band<N> {
+    /// Empty band.
     pub(crate) fn new(rows: Range<usize>, width: usize, offsets: [IVec2; N]) -> Self {
         let pixels = vec![[Sample::EMPTY; N]; rows.len() * width];
         Self {
@@ -160,11 +176,12 @@ impl<const N: usize> Band<N> {
         }
     }
 
+    /// Samples of all pixels, row by row.
     pub(crate) fn pixels(&self) -> &[[Sample; N]] {
         &self.pixels
     }
 
-    /// Draws a triangle; where two are equally near, the one drawn first stays.
+    /// Draws a triangle. Of two equally near ones, the one drawn first stays.
     pub(crate) fn draw(&mut self, index: u32, triangle: &ScreenTriangle) {
         let rows = (self.pixels.len() / self.width) as i32;
         let last = triangle
@@ -174,6 +191,8 @@ impl<const N: usize> Band<N> {
         if first.x > last.x {
             return;
         }
+        // Edge functions are linear: values at the samples are those at the pixel's corner plus
+        // these.
         let offsets = self
             .offsets
             .map(|o| triangle.edges.map(|e| e.a * o.x as i64 + e.b * o.y as i64));
@@ -190,6 +209,10 @@ impl<const N: usize> Band<N> {
     }
 }
 
+/// Draws a triangle into the samples of one pixel.
+///
+/// `corner` holds the values of the edge functions at the top left corner of the pixel, `offsets`
+/// the differences from there to each sample.
 #[inline]
 fn draw_pixel<const N: usize>(
     pixel: &mut [Sample; N],
@@ -200,7 +223,8 @@ fn draw_pixel<const N: usize>(
 ) {
     for (sample, offset) in pixel.iter_mut().zip(offsets) {
         let values: [i64; 3] = std::array::from_fn(|i| corner[i] + offset[i]);
-        // The sign bit of the union is set as soon as one edge has the sample outside.
+        // The sign bit of the union is set if any edge has the sample outside: one branch, not
+        // three.
         let outside = (0..3).fold(0, |signs, i| signs | (values[i] + triangle.edges[i].tie));
         if outside < 0 {
             continue;
@@ -215,7 +239,7 @@ fn draw_pixel<const N: usize>(
     }
 }
 
-/// For every band of [`BAND_ROWS`] rows, the triangles that touch it, in their order.
+/// Triangles that touch each band of [`BAND_ROWS`] rows, in their order.
 pub(crate) fn bands(triangles: &[ScreenTriangle], height: usize) -> Vec<Vec<u32>> {
     let mut bands = vec![Vec::new(); height.div_ceil(BAND_ROWS)];
     for (index, triangle) in (0..).zip(triangles) {
@@ -229,8 +253,9 @@ pub(crate) fn bands(triangles: &[ScreenTriangle], height: usize) -> Vec<Vec<u32>
     bands
 }
 
-/// The greatest nearness in each pixel of a square map with `side` pixels a side, row by row;
-/// negative infinity where there is nothing.
+/// Greatest nearness in each pixel of a square map with `side` pixels per side, row by row.
+///
+/// Pixels without a triangle have negative infinity.
 pub(crate) fn depth_map(triangles: &[ScreenTriangle], side: usize) -> Vec<f32> {
     let mut map = vec![f32::NEG_INFINITY; side * side];
     map.par_chunks_mut(BAND_ROWS * side)
@@ -272,8 +297,8 @@ mod tests {
         let side = 20;
         let map = covered(&triangle([[2.0, 3.0], [12.0, 3.0], [2.0, 13.0]]), side);
         for (i, &hit) in map.iter().enumerate() {
-            // Centre (x + ½, y + ½) inside x > 2, y > 3, (x − 2) + (y − 3) < 10, and the centres
-            // on the hypotenuse belong to the other side of it.
+            // The centre (x + ½, y + ½) is inside if x > 2, y > 3 and (x − 2) + (y − 3) < 10.
+            // Centres on the hypotenuse belong to the other triangle.
             let (x, y) = (i % side, i / side);
             assert_eq!(hit, x >= 2 && y >= 3 && (x - 2) + (y - 3) < 9, "{x} {y}");
         }
@@ -285,7 +310,7 @@ mod tests {
             .map(|i| (i as f32 / 12.0 * std::f32::consts::TAU).sin_cos())
             .map(|(s, c)| [16.0 + 14.0 * c, 16.0 + 14.0 * s])
             .collect();
-        // The hub is the centre of a pixel, so that all twelve spokes tie there.
+        // The hub is the centre of a pixel, which lies on all twelve edges that end there.
         let hub = [16.5, 16.5];
         let mut hits = vec![0; 32 * 32];
         for i in 0..12 {
@@ -302,7 +327,7 @@ mod tests {
                 (to - from).normalize().perp_dot(centre - from)
             };
             let depth = (0..12).map(depth).fold(f32::MAX, f32::min);
-            // Corners are rounded to 1/256 of a pixel, so that close to the rim either is right.
+            // Corners are rounded to 1/256 of a pixel: close to the rim both answers are right.
             if depth.abs() > 0.01 {
                 assert_eq!(count, u32::from(depth > 0.0), "{centre}");
             }

@@ -3,14 +3,22 @@ use crate::font::{CELL_HEIGHT, CELL_WIDTH};
 use crate::image::check_size;
 use crate::{Image, ViewerError};
 
+/// Background of sheets, sRGB.
 const PAPER: [u8; 3] = [250, 250, 249];
+
+/// Colour of text and frames, sRGB.
 const INK: [u8; 3] = [45, 47, 52];
+
+/// Scale of the font in captions.
 const CAPTION_SCALE: u32 = 2;
+
+/// Distance between a caption and the border around it, pixels.
 const CAPTION_PADDING: u32 = 6;
 
-/// Lays images out row by row in `columns` columns (at least one; as many as images for a strip),
-/// with `gap` pixels between them. Every cell has the size of the largest image; smaller ones are
-/// centred.
+/// Lays images out row by row in `columns` columns, with `gap` pixels between them.
+///
+/// Every cell has the size of the largest image; smaller images are centred. The number of columns
+/// is at least one and at most the number of images.
 ///
 /// # Errors
 /// [`ViewerError::ImageSize`] if there are no images or the sheet would be too large.
@@ -18,6 +26,7 @@ pub fn grid(images: &[Image], columns: usize, gap: u32) -> Result<Image, ViewerE
     let columns = columns.clamp(1, images.len().max(1));
     let cell_width = images.iter().map(Image::width).max().unwrap_or(0);
     let cell_height = images.iter().map(Image::height).max().unwrap_or(0);
+    // Saturating in u64: a size that overflows is refused as too large below.
     let span = |cells: usize, cell: u32| {
         let cells = cells as u64;
         let gaps = cells.saturating_sub(1).saturating_mul(u64::from(gap));
@@ -39,7 +48,7 @@ pub fn grid(images: &[Image], columns: usize, gap: u32) -> Result<Image, ViewerE
     Ok(sheet)
 }
 
-/// The image with a line of text above it.
+/// Adds a line of text above an image.
 ///
 /// # Errors
 /// [`ViewerError::ImageSize`] if the result would be too high.
@@ -53,9 +62,10 @@ pub fn captioned(image: &Image, text: &str) -> Result<Image, ViewerError> {
 }
 
 impl Image {
-    /// Draws the scale of [`crate::heat_colours`]: a bar `length` × 12·`scale` pixels with its top
-    /// left corner at (`x`, `y`) and below it, 11·`scale` pixels more, the figures from 0 to
-    /// `max_m` in millimetres.
+    /// Draws the colour bar of [`crate::heat_colours`].
+    ///
+    /// The bar has `length` × 12·`scale` pixels and its top left corner at (`x`, `y`). Below it are
+    /// numbers from 0 to `max_m` in millimetres, on 11·`scale` pixels more.
     pub fn draw_colour_bar(&mut self, x: i32, y: i32, length: u32, scale: u32, max_m: f32) {
         let (length, scale) = (length.min(crate::MAX_IMAGE_SIDE), scale.min(64));
         let thickness = 12 * scale;
@@ -74,7 +84,7 @@ impl Image {
         let top = y.saturating_add((thickness + 3 * scale) as i32);
         let max_mm = max_m * 1000.0;
         for (ratio, unit) in [(0.0, ""), (0.5, ""), (1.0, " mm")] {
-            let text = format!("{}{unit}", figure(max_mm * ratio));
+            let text = format!("{}{unit}", short_number(max_mm * ratio));
             let width = (text.len() as u32 * CELL_WIDTH - 1) * scale;
             let left = (ratio * length.saturating_sub(width) as f32).round() as i32;
             self.draw_text(x.saturating_add(left), top, scale, INK, &text);
@@ -82,8 +92,8 @@ impl Image {
     }
 }
 
-/// At most one decimal place, none where it would be zero.
-fn figure(value: f32) -> String {
+/// Number with one decimal place, or none if it would be zero.
+fn short_number(value: f32) -> String {
     let rounded = (value * 10.0).round() / 10.0;
     if rounded.fract() == 0.0 {
         format!("{rounded:.0}")
@@ -137,9 +147,9 @@ mod tests {
     }
 
     #[test]
-    fn figures_are_short() {
-        assert_eq!(figure(20.0), "20");
-        assert_eq!(figure(2.5), "2.5");
-        assert_eq!(figure(0.0), "0");
+    fn numbers_have_one_decimal_place_or_none() {
+        assert_eq!(short_number(20.0), "20");
+        assert_eq!(short_number(2.5), "2.5");
+        assert_eq!(short_number(0.0), "0");
     }
 }

@@ -3,15 +3,16 @@ use glam::Vec3;
 use crate::ViewerError;
 use crate::colour::linear_from_srgb;
 
-/// A triangle mesh to draw. It is borrowed: a garment of a running animation needs no copy.
+/// A triangle mesh to draw, borrowed so that an animated garment needs no copy.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface<'a> {
     /// Positions (V), world, metres. Triangles with a non-finite position are skipped.
     pub vertices: &'a [Vec3],
     /// Triangles (F) of vertex indices, counter-clockwise seen from the front.
     pub faces: &'a [[u32; 3]],
-    /// Directions (V) for smooth shading, see [`vertex_normals`]. Any length and either sign:
-    /// shading uses the side that faces the viewer.
+    /// Normals (V) for smooth shading, see [`vertex_normals`].
+    ///
+    /// They may have any length and either sign: shading uses the side that faces the viewer.
     pub normals: &'a [Vec3],
     /// Colour of the material.
     pub colour: Colouring<'a>,
@@ -22,11 +23,12 @@ pub struct Surface<'a> {
 pub enum Colouring<'a> {
     /// One colour everywhere.
     Solid([f32; 3]),
-    /// One colour a vertex (V), such as [`crate::heat_colours`] gives.
+    /// One colour per vertex (V), such as those of [`crate::heat_colours`].
     PerVertex(&'a [[f32; 3]]),
 }
 
 impl Surface<'_> {
+    /// Checks the lengths of the arrays and the indices of the faces.
     pub(crate) fn check(&self) -> Result<(), ViewerError> {
         let vertices = self.vertices.len();
         check_length("normals", vertices, self.normals.len())?;
@@ -36,7 +38,7 @@ impl Surface<'_> {
         check_faces(self.faces, vertices)
     }
 
-    /// Linear albedo: one element if solid, else one a vertex.
+    /// Linear albedo: one element if solid, otherwise one per vertex.
     pub(crate) fn linear_albedo(&self) -> Vec<Vec3> {
         match self.colour {
             Colouring::Solid(colour) => vec![linear_from_srgb(colour)],
@@ -50,13 +52,14 @@ impl Surface<'_> {
     }
 }
 
-/// Unit normals (V) as the mean of the normals of the adjacent faces, weighted by the angle at the
-/// vertex, which does not depend on how a flat region is cut into triangles (Thürmer and Wüthrich
-/// 1998). Faces without area or with non-finite corners count nothing; vertices without any face
-/// get zero, and shading then falls back to the face's own normal.
+/// Computes unit normals (V) as means of the normals of the adjacent faces.
+///
+/// Faces are weighted by the angle at the vertex, so that the triangulation of a flat region does
+/// not matter (Thürmer and Wüthrich 1998). Faces without area or with non-finite corners have no
+/// weight. Vertices without any face get zero; shading then falls back to the normal of the face.
 ///
 /// # Errors
-/// [`ViewerError::FaceIndex`].
+/// [`ViewerError::FaceIndex`] for a vertex index out of range.
 pub fn vertex_normals(vertices: &[Vec3], faces: &[[u32; 3]]) -> Result<Vec<Vec3>, ViewerError> {
     check_faces(faces, vertices.len())?;
     let mut normals = vec![Vec3::ZERO; vertices.len()];
@@ -75,13 +78,16 @@ pub fn vertex_normals(vertices: &[Vec3], faces: &[[u32; 3]]) -> Result<Vec<Vec3>
     Ok(normals)
 }
 
+/// Unit normal of a triangle; none for one without area or with non-finite corners.
 pub(crate) fn face_normal([a, b, c]: [Vec3; 3]) -> Option<Vec3> {
     (b - a).cross(c - a).try_normalize()
 }
 
+/// Angle of a triangle at one of its corners, radians.
 fn corner_angle(corners: [Vec3; 3], corner: usize) -> f32 {
     let from = corners[corner];
     let (u, v) = (corners[(corner + 1) % 3] - from, corners[(corner + 2) % 3] - from);
+    // The arc tangent is exact for small and for flat angles, where an arc cosine is not.
     u.cross(v).length().atan2(u.dot(v))
 }
 

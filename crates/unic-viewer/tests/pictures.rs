@@ -1,5 +1,5 @@
-//! Contract of [`render`]: what is visible, how it is lit, what is refused, and that the pixels
-//! depend on the arguments alone.
+//! Contract of [`render`]: visibility, lighting, refused input, and pixels that depend on the
+//! arguments alone.
 
 #![allow(
     clippy::unwrap_used,
@@ -14,7 +14,7 @@ const RED: [f32; 3] = [0.9, 0.1, 0.1];
 const BLUE: [f32; 3] = [0.1, 0.1, 0.9];
 const FACE: [[u32; 3]; 1] = [[0, 1, 2]];
 
-/// 4 m in front of the plane z = 0, whose region ±1 m fills the picture.
+/// Camera 4 m in front of the plane z = 0, whose region ±1 m fills the picture.
 fn camera() -> Camera {
     let fov = 2.0 * 0.25_f32.atan();
     Camera::look_at(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, fov).unwrap()
@@ -29,7 +29,7 @@ fn surface<'a>(vertices: &'a [Vec3], normals: &'a [Vec3], colour: [f32; 3]) -> S
     }
 }
 
-/// Black background, no floor: a pixel is lit exactly where a surface is.
+/// Draws surfaces without a floor on black: a pixel is lit exactly where a surface is.
 fn draw(surfaces: &[Surface]) -> Image {
     let scene = Scene {
         surfaces,
@@ -39,7 +39,7 @@ fn draw(surfaces: &[Surface]) -> Image {
     render(&scene, &camera(), 80, 80).unwrap()
 }
 
-/// A sphere of radius 0.9 m around the origin, counter-clockwise from outside.
+/// Sphere of radius 0.9 m around the origin, counter-clockwise from outside.
 fn sphere(rings: u32, sectors: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let point = |ring: u32, sector: u32| {
         let (sin_p, cos_p) = (ring as f32 / rings as f32 * std::f32::consts::PI).sin_cos();
@@ -70,7 +70,7 @@ fn a_known_triangle_covers_the_expected_pixels() {
         Vec3::new(-0.5, 0.5, 0.0),
     ];
     let image = draw(&[surface(&vertices, &[Vec3::Z; 3], RED)]);
-    // ±0.5 m are the pixels 20 to 60. Off the hypotenuse, coverage is all or nothing.
+    // ±0.5 m are the pixels 20 to 60. Only pixels on the hypotenuse are partly covered.
     for y in 0..80_u32 {
         for x in 0..80_u32 {
             let slack = i64::from(y) - i64::from(x);
@@ -116,9 +116,9 @@ fn attributes_are_perspective_correct() {
         Vec3::new(-0.5, 0.7, -11.0),
     ];
     let faces = [[0, 1, 2], [0, 2, 3]];
-    let ramp = [[0.0; 3], [0.0; 3], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let gradient = [[0.0; 3], [0.0; 3], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
     let normals = vertex_normals(&vertices, &faces).unwrap();
-    let colour = Colouring::PerVertex(&ramp);
+    let colour = Colouring::PerVertex(&gradient);
     let strip = Surface {
         vertices: &vertices,
         faces: &faces,
@@ -177,7 +177,8 @@ fn the_sign_and_length_of_normals_do_not_matter() {
 fn vertex_normals_point_out_of_a_counter_clockwise_sphere() {
     let (vertices, faces) = sphere(24, 48);
     let normals = vertex_normals(&vertices, &faces).unwrap();
-    // The vertices of a pole are not shared, so that each belongs to a single leaning face.
+    // The vertices of a pole are not shared: each belongs to a single face, whose normal is
+    // oblique.
     let inner = 48..vertices.len() - 48;
     for (vertex, normal) in vertices[inner.clone()].iter().zip(&normals[inner]) {
         assert!(vertex.normalize().dot(*normal) > 0.99, "{vertex} {normal}");
@@ -224,7 +225,7 @@ fn faces_with_a_non_finite_vertex_are_skipped() {
 }
 
 #[test]
-fn invalid_input_is_refused_with_what_was_expected() {
+fn invalid_input_is_refused() {
     let vertices = [Vec3::ZERO; 3];
     let scene_error = |surface: Surface| {
         render(&Scene::new(&[surface]), &camera(), 8, 8)
@@ -378,7 +379,7 @@ fn text_is_drawn_in_cells_and_cut_at_the_border() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// Any bit patterns as positions and normals: no panic, and an answer.
+    /// Any bit patterns as positions and normals give an image of the right size.
     #[test]
     fn no_position_panics(bits in prop::collection::vec(any::<[u32; 3]>(), 6), mild in any::<bool>()) {
         let point = |bits: &[u32; 3]| {

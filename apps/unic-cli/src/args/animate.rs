@@ -1,4 +1,4 @@
-//! `unic animate`.
+//! Options of `unic animate`.
 
 use super::{CodeArgs, IntersectionName, MotionArgs, parse};
 use crate::checks::ForceArgs;
@@ -6,11 +6,20 @@ use std::{ops::Range, path::PathBuf};
 
 /// Animate a garment on a motion.
 ///
-/// The motion is an npz file with poses and trans, as AMASS and captures have it, or a BVH file of
-/// any skeleton; it is resampled to the model's frame rate. A .glb (binary glTF, at most 300 frames)
-/// has body and garment in one file. Otherwise the body goes beside the garment (walk.body.pc2 for
-/// walk.pc2); for .pc2, walk.obj and walk.body.obj are the meshes that the caches belong to. A picture
-/// (walk.png) comes with all of them.
+/// The motion is an .npz file with poses and translations, as in AMASS, or a .bvh file of any
+/// skeleton. Clips of a capture (the folder that a model is trained on) are such .npz files. The
+/// motion is resampled to the model's frame rate.
+///
+/// The ending of --out chooses the format:
+///   walk.glb        body and garment in one binary glTF file, for at most 300 frames
+///   walk.pc2        point caches walk.pc2, walk.body.pc2 of the meshes walk.obj, walk.body.obj
+///   walk.npz        arrays of positions and faces in walk.npz and walk.body.npz
+///   walk            one OBJ file per frame in the folders walk and walk_body
+/// Each comes with a picture of some frames, walk.png.
+///
+/// The model starts from the mean shape of training (or --start) and then sees the motion alone.
+/// Intersection handling moves garment vertices that are inside the body out of it. Wind acts on
+/// the model like motion through still air: results are good at air speeds seen in training.
 ///
 /// Examples:
 ///   unic animate tshirt.unic --motion walk.npz --out walk.pc2
@@ -20,45 +29,48 @@ use std::{ops::Range, path::PathBuf};
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct AnimateArgs {
-    /// The model (.unic).
+    /// Model file (.unic).
     pub(crate) model: PathBuf,
-    /// The motion: npz with poses (T, 3J), trans (T, 3) and a frame rate, or BVH of any skeleton.
+    /// Motion file: .npz with poses (T, 3J), trans (T, 3) and a frame rate, or .bvh of any
+    /// skeleton.
     #[arg(long, value_name = "FILE.npz|FILE.bvh")]
     pub(crate) motion: PathBuf,
-    /// The animation: .glb, .pc2, .npz, or a folder of OBJ files.
+    /// Animation to write: a .glb, .pc2 or .npz file, or a folder of OBJ files.
     #[arg(long, value_name = "FILE.glb|FILE.pc2|FILE.npz|FOLDER")]
     pub(crate) out: PathBuf,
-    /// Another mesh of the same garment, in the same rest space.
+    /// Other mesh of the same garment to animate, in the same rest space [default: the model's
+    /// mesh].
     #[arg(long, value_name = "OTHER.obj")]
     pub(crate) mesh: Option<PathBuf>,
-    /// Where the picture goes [default: beside the animation].
+    /// Picture to write [default: the path of --out with the ending .png].
     #[arg(long, value_name = "FILE.png")]
     pub(crate) picture: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,
-    /// What becomes of vertices inside the body [default: as the model was trained for].
+    /// Intersection handling [default: the model's own].
     #[arg(long, value_enum)]
     pub(crate) intersection: Option<IntersectionName>,
     #[command(flatten)]
     pub(crate) code: CodeArgs,
-    /// The garment at the first frame, in world space: .obj, or the first frame of a .pc2, a .npy or
-    /// an npz (a capture's clip) [default: the mean shape of training].
+    /// Garment in the first frame, in world space and metres: an .obj file, or the first frame of a
+    /// .pc2, .npy or .npz file [default: the mean shape of the training clips].
     #[arg(long, value_name = "FILE")]
     pub(crate) start: Option<PathBuf>,
-    /// Wind, m/s [default: the motion file's own, else still air]. A model knows wind as far as it
-    /// knows motion: it cannot tell the one from the other.
+    /// Velocity of a steady wind, in m/s along X, Y and Z [default: the motion file's wind, else
+    /// none].
+    // The first number may be negative, which clap would else take for an option.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true)]
     pub(crate) wind: Option<glam::Vec3>,
-    /// Only these frames of the motion, counted from 0 at the model's frame rate, the last one
-    /// excluded; the garment starts at the first of them.
+    /// Frames of the motion to animate, from A up to but without B, counted from 0 at the model's
+    /// frame rate [default: all].
     #[arg(long, value_name = "A..B", value_parser = parse::frames)]
     pub(crate) frames: Option<Range<usize>>,
-    /// Replace files that are there already; a folder is never replaced.
+    /// Replace existing files; folders are never replaced.
     #[arg(long)]
     pub(crate) overwrite: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
-    /// Print one JSON object about the result on stdout.
+    /// Print one JSON object about the result to stdout.
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -1,20 +1,21 @@
-//! How the motion's code is picked, for every command that runs a model.
+//! Options about the model's motion code, for every command that runs a model.
 
-use unic_core::network::CodeSampling;
+use unic_core::CodeSampling;
 
-/// How the categories of the motion's code are picked.
+/// Choice of the categories of the motion code, with or without noise.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub(crate) struct CodeArgs {
-    /// Pick the categories of the motion's code with Gumbel noise of this scale, 0 to 1, as the authors' release
-    /// does [default: no noise, the largest logit].
+    /// Scale, from 0 to 1, of the Gumbel noise with which the model's encoder chooses the
+    /// categories of its motion code [default: no noise, the category with the largest logit].
     #[arg(long, value_name = "SCALE", value_parser = scale)]
     pub(crate) gumbel: Option<f32>,
-    /// Seed of that noise.
+    /// Seed of the noise of --gumbel.
     #[arg(long, value_name = "N", default_value_t = 1, requires = "gumbel")]
     gumbel_seed: u64,
 }
 
 impl CodeArgs {
+    /// Returns the choice of categories that the options ask for.
     pub(crate) fn sampling(self) -> CodeSampling {
         let seed = self.gumbel_seed;
         self.gumbel

@@ -1,17 +1,20 @@
-//! `unic demo`.
+//! Options of `unic demo`.
 
 use clap::ValueEnum;
 use std::path::PathBuf;
 
-/// From nothing to a moving garment: simulate, train, evaluate, animate.
+/// Run all steps on built-in data: simulate a garment, train, evaluate and animate a model.
 ///
-/// Needs no files. The built-in human wears a built-in garment in built-in motions; a model learns it
-/// from the simulation and is measured on motions that it has not seen. Each stage is a command that
-/// you can run yourself, and is printed. What is there already is kept: after Ctrl-C the same command
-/// goes on.
+/// Needs no files. A built-in character wears a built-in garment in built-in motions. A model
+/// learns the simulated garment and is measured on motions that it has not seen. Each stage prints
+/// and runs one `unic` command that you can run yourself. Finished stages are skipped, so the same
+/// command continues after Ctrl-C.
 ///
-/// In the folder afterwards: report.html to look at, animation.glb for Blender, the model
-/// (demo.unic), and the capture.
+/// The folder then holds:
+///   report.html     the errors of the model, with movies; open it in a browser
+///   animation.glb   body and garment in motion; open it in Blender
+///   demo.unic       the trained model
+///   capture         the training data, a folder that other commands call a capture
 ///
 /// Examples:
 ///   unic demo
@@ -20,28 +23,28 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct DemoArgs {
-    /// What is worn.
+    /// Garment that the character wears.
     #[arg(long, value_enum, default_value_t = DemoGarment::Tshirt)]
     pub(crate) garment: DemoGarment,
-    /// The folder to write.
+    /// Folder to write.
     #[arg(long, value_name = "DIR", default_value = "unic_demo")]
     pub(crate) out: PathBuf,
-    /// Less motion and less training: within 90 seconds, to see that everything works.
+    /// Use less motion and less training, to check within 90 seconds that everything works.
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Make everything in the folder anew.
+    /// Run all stages again and replace their results.
     #[arg(long)]
     pub(crate) overwrite: bool,
-    /// Print one JSON object about the result on stdout; what the stages print goes to stderr.
+    /// Print one JSON object about the result to stdout, and the output of the stages to stderr.
     #[arg(long)]
     pub(crate) json: bool,
 }
 
-/// Garments that a demo is made of: they simulate in seconds.
+/// Built-in garments that simulate in seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum DemoGarment {
-    /// Fitted, of cotton.
+    /// Fitted cotton T-shirt.
     Tshirt,
-    /// Flared, knee-length.
+    /// Flared, knee-length skirt.
     Skirt,
 }

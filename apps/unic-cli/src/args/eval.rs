@@ -1,19 +1,34 @@
-//! `unic eval`.
+//! Options of `unic eval`.
 
 use super::{CodeArgs, IntersectionName, ProtocolName, SplitName};
 use crate::checks::ForceArgs;
 use std::{num::NonZeroUsize, path::PathBuf};
 
-/// Measure a model beside all baselines.
+/// Measure the errors of a model beside those of simple methods, the baselines.
 ///
-/// Every row is measured one-step (each frame from the true one before it) and free-running (from
-/// frame 0 alone), which is the one that counts. Lengths are in millimetres. The row `prior` is what
-/// the model's prior says on its own, without the network's field; the row `ridge_handled` is ridge regression with the
-/// model's handling of intersections. Clips that training has seen are told.
+/// A capture is a folder with a character, a garment and clips. A clip is one motion with the
+/// garment's simulated vertex positions in every frame. Each row of the result is one method that
+/// predicts the garment of the test clips; errors are distances from the simulation in millimetres.
 ///
-/// With --protocol the numbers are those that others publish, on the data sets that they publish them for: free running from
-/// frame 0 alone, `vto` over 300 frames. A folder of the data set itself is first made into a capture, to train on
-/// and to measure on; it needs a character with the data set's body and skeleton.
+/// Every row is measured in one or both of these modes:
+///   free running    starts from frame 0 of the clip and then sees the character's poses alone;
+///                   models are used in this way, so this is the number to compare
+///   one step        predicts every frame from the true frame before it
+///
+/// Rows whose names need an explanation:
+///   skinning        the rest shape, carried by the character's skeleton
+///   hold            the true previous frame, moved rigidly along with the character
+///   ridge           ridge regression, a linear map from the motion to the garment's shape
+///   ridge_handled   the same with the model's intersection handling, which moves garment vertices
+///                   that are inside the body out of it
+///   prior           the model's prior: the coarse shape that the model predicts from the motion
+///                   before its network, the field, corrects it
+///
+/// The result names the clips that training has seen.
+///
+/// --protocol measures as publications on a data set do: in free running, and with `vto` over 300
+/// frames. --as first converts a folder of the data set to a capture, for which --character gives
+/// the body and skeleton of the data set.
 ///
 /// Examples:
 ///   unic eval --baselines captures/tshirt
@@ -23,31 +38,32 @@ use std::{num::NonZeroUsize, path::PathBuf};
 ///   unic eval tshirt.unic captures/tshirt
 ///   unic eval tshirt.unic captures/tshirt --pictures worst --json > numbers.json
 ///   unic eval tshirt.unic captures/tshirt --report tshirt.html
+// `allow_missing_positional`: a single path, as with --baselines, is the capture and not the model.
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment, allow_missing_positional = true)]
 pub(crate) struct EvalArgs {
-    /// The model (.unic).
+    /// Model file (.unic).
     #[arg(required_unless_present = "baselines", conflicts_with = "baselines")]
     pub(crate) model: Option<PathBuf>,
-    /// Folder of the capture.
+    /// Folder of the capture; with --as, folder of the data set.
     #[arg(required = true)]
     pub(crate) capture: PathBuf,
-    /// The baselines alone, without a model.
+    /// Measure the baselines alone, without a model.
     #[arg(long)]
     pub(crate) baselines: bool,
-    /// Measure as a published data set is measured.
+    /// Data set by whose published protocol to measure [default: all metrics in both modes].
     #[arg(long, value_enum)]
     pub(crate) protocol: Option<ProtocolName>,
-    /// The capture that a data set's folder becomes.
+    /// Folder of the capture to make from the data set.
     #[arg(long = "as", value_name = "CAPTURE", requires_all = ["protocol", "character"])]
     pub(crate) made: Option<PathBuf>,
-    /// Body and skeleton of the data set: a character.npz, or a folder with one.
+    /// Body and skeleton of the data set: a character.npz file, or a folder that holds one.
     #[arg(long, value_name = "FILE.npz", requires = "made")]
     pub(crate) character: Option<PathBuf>,
-    /// Clips to measure on.
+    /// Split of the capture to measure on.
     #[arg(long, value_enum, default_value_t = SplitName::Test)]
     pub(crate) split: SplitName,
-    /// Clips to measure on by name, whatever their split.
+    /// Names of the clips to measure on, of any split [default: all clips of --split].
     #[arg(
         long,
         value_name = "NAME,...",
@@ -55,34 +71,35 @@ pub(crate) struct EvalArgs {
         conflicts_with = "split"
     )]
     pub(crate) clips: Vec<String>,
-    /// Handling of vertices inside the body, for the model and the row `ridge_handled` [default: as the model
-    /// was trained for; with --baselines off].
+    /// Intersection handling of the model and of the row `ridge_handled` [default: the model's own;
+    /// off with --baselines].
     #[arg(long, value_enum)]
     pub(crate) intersection: Option<IntersectionName>,
     #[command(flatten)]
     pub(crate) code: CodeArgs,
-    /// Look for distances to the body and the Hausdorff distance in every Nth frame alone, which is what takes
-    /// long; errors are those of all frames.
+    /// Measure intersections with the body and the Hausdorff distance, which are slow, in every Nth
+    /// frame only.
     #[arg(long, value_name = "N", default_value = "1")]
     pub(crate) nearest_every: NonZeroUsize,
-    /// Keep every predicted position: one npz a clip in this folder.
+    /// Folder for all predicted positions: one .npz file per clip [default: not written].
     #[arg(long, value_name = "DIR")]
     pub(crate) dump: Option<PathBuf>,
-    /// Draw the model's worst free-running frames: one PNG a clip in this folder.
+    /// Folder for pictures of the model's worst frames in free running: one PNG per clip [default:
+    /// no pictures].
     #[arg(long, value_name = "DIR", conflicts_with = "baselines")]
     pub(crate) pictures: Option<PathBuf>,
-    /// Write a page with moving pictures, error maps, curves and all numbers: one HTML file that opens offline.
+    /// HTML page to write, with movies, error maps, curves and all numbers [default: not written].
     #[arg(long, value_name = "FILE.html", conflicts_with = "baselines")]
     pub(crate) report: Option<PathBuf>,
-    /// Write the page's first moving picture as a GIF, too.
+    /// GIF file to write, with the first movie of --report [default: not written].
     #[arg(long, value_name = "FILE.gif", requires = "report")]
     pub(crate) movie: Option<PathBuf>,
-    /// Replace files that are there already: of --dump, --pictures, --report and --movie.
+    /// Replace existing files of --dump, --pictures, --report and --movie.
     #[arg(long)]
     pub(crate) overwrite: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
-    /// Print the numbers as one JSON object on stdout.
+    /// Print the numbers as one JSON object to stdout.
     #[arg(long)]
     pub(crate) json: bool,
 }

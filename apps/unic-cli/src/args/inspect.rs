@@ -1,36 +1,39 @@
-//! `unic inspect`.
+//! Options of `unic inspect`.
 
 use super::MotionArgs;
 use std::path::PathBuf;
 
-/// Say what a file or folder holds, and what is wrong with it.
+/// Show what a file or folder holds, and report problems.
 ///
-/// Knows captures, characters, motions, meshes, vertex animations, numpy arrays and models. The
-/// exit code is 1 where something is wrong.
+/// Reads captures, characters, motions, meshes, vertex animations, numpy arrays and models. A
+/// capture is a folder with a character, a garment and clips. A clip is one motion with the
+/// garment's vertex positions in every frame. The exit code is 1 if there is a problem.
 ///
-/// With --coverage it says how much of a motion lies within what a capture has seen, and what the
-/// capture lacks.
+/// --coverage compares motions with the training clips of a capture, frame by frame. It reports the
+/// share of frames that resemble a training frame, and the kinds of motion that the capture lacks.
+/// Expect larger errors of a trained model in frames that resemble none.
 ///
 /// Examples:
 ///   unic inspect captures/tshirt
 ///   unic inspect walk.bvh --json
 ///   unic inspect --coverage captures/tshirt cartwheel.bvh
-///   unic inspect --coverage captures/tshirt            its test clips by its training clips
+///   unic inspect --coverage captures/tshirt            compares its own test clips
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct InspectArgs {
-    /// The file or folder; with --coverage any number of motions [default: the capture's test clips].
+    /// File or folder to inspect; with --coverage, any number of motions [default: the test clips
+    /// of the capture].
     #[arg(required_unless_present = "coverage")]
     pub(crate) path: Vec<PathBuf>,
-    /// Compare motions with the training clips of this capture.
+    /// Folder of the capture whose training clips the motions are compared with.
     #[arg(long, value_name = "CAPTURE")]
     pub(crate) coverage: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,
-    /// With --coverage: go on with input that is probably a mistake; what was found is said all the same.
+    /// Continue --coverage with input that is probably a mistake, and print what was found.
     #[arg(long, requires = "coverage")]
     pub(crate) force: bool,
-    /// Print one JSON object on stdout.
+    /// Print one JSON object to stdout.
     #[arg(long)]
     pub(crate) json: bool,
 }

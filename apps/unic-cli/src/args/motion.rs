@@ -1,23 +1,27 @@
-//! Options about motion files.
+//! Options about reading motion files, shared by several commands.
 
 use super::{UpName, parse};
 use std::{num::NonZeroUsize, path::PathBuf};
 use unic_io::LowPass;
 
-/// How motion files are read.
+/// Options for reading motion files.
+// `simulation.toml` records the `Debug` text of this type, and --resume compares it: renaming the
+// type, a field or a value would make unfinished simulations impossible to resume.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Motion files")]
 pub(crate) struct MotionArgs {
-    /// Which axis points up in the motion file.
+    /// Axis that points up in the motion file.
     #[arg(long, value_enum, default_value_t = UpName::Auto)]
     pub(crate) up: UpName,
-    /// Joints of a BVH file whose names do not tell what they are (TOML).
+    /// TOML table of joint names, for BVH files whose joint names are not recognised.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) bone_map: Option<PathBuf>,
-    /// Take out what is faster than this many Hz; 0 takes out nothing [default: 10 for BVH].
+    /// Cutoff of a low-pass filter on the motion, in Hz, or 0 for no filter [default: 10 for BVH
+    /// files, 0 for others].
     #[arg(long, value_name = "HZ", value_parser = parse::low_pass)]
     pub(crate) low_pass: Option<LowPass>,
-    /// Repeat the best cycle of a short motion this often, ends blended.
+    /// Number of times to repeat the best cycle of a short motion, with blended ends [default: the
+    /// motion as it is].
     #[arg(long, value_name = "TIMES")]
     pub(crate) repeat: Option<NonZeroUsize>,
 }

@@ -1,4 +1,7 @@
-//! Values by name.
+//! Values of options that are chosen by name, and what they stand for in the libraries.
+
+// The libraries do not depend on clap. Each of their enums that an option chooses from has a twin
+// here, whose doc comments are the help texts of the values.
 
 use clap::ValueEnum;
 use unic_io::{Split, UpAxis};
@@ -6,47 +9,47 @@ use unic_io::{Split, UpAxis};
 /// [`unic_sim::Material`] by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum MaterialName {
-    /// Shirting.
+    /// Cotton shirting.
     Cotton,
-    /// Trouser twill.
+    /// Denim trouser twill.
     Denim,
-    /// Light and limp.
+    /// Silk, light and soft.
     Silk,
-    /// Net, stiff for its weight.
+    /// Tulle net, stiff for its weight.
     Tulle,
 }
 
-/// On or off.
+/// Choice between on and off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Switch {
-    /// Yes.
+    /// The cloth collides with itself.
     On,
-    /// No.
+    /// The cloth passes through itself.
     Off,
 }
 
 /// [`unic_train::Preset`] by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum PresetName {
-    /// The published method with its sizes, for comparison.
+pub enum PresetName {
+    /// Published method with its network sizes, for comparison.
     Paper,
-    /// The best that we know.
+    /// Recommended settings, with the smallest measured errors.
     Standard,
-    /// Small, for slow machines and first tries.
+    /// Small networks, for slow machines and first tries.
     Tiny,
 }
 
 /// [`unic_train::Processor`] by name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ProcessorName {
-    /// All cores.
+pub enum ProcessorName {
+    /// CPU, on the number of threads of --threads.
     #[default]
     Cpu,
-    /// An NVIDIA GPU; in programs built with --features cuda.
+    /// NVIDIA GPU; needs a program built with --features cuda.
     Cuda,
-    /// A GPU with a Vulkan driver; in programs built with --features vulkan.
+    /// GPU with a Vulkan driver; needs a program built with --features vulkan.
     Vulkan,
-    /// Apple's GPU; in programs built with --features metal.
+    /// Apple GPU; needs a program built with --features metal.
     Metal,
 }
 
@@ -70,7 +73,7 @@ pub(crate) enum NetworkName {
     Paper,
 }
 
-/// [`unic_core::network::Precision`] by name.
+/// [`unic_core::Precision`] by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PrecisionName {
     /// Single precision.
@@ -84,50 +87,49 @@ pub(crate) enum PrecisionName {
 }
 
 impl PrecisionName {
-    /// From exact to coarse.
+    /// All precisions, from the most exact to the coarsest.
     pub(crate) const ALL: [Self; 4] = [Self::F32, Self::Bf16, Self::Int16, Self::Int8];
 }
 
 /// [`Split`] by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SplitName {
-    /// What nothing was fitted on.
+    /// Clips that training never opens.
     Test,
-    /// What training watches.
+    /// Clips on which training measures its error on unseen motion.
     Validation,
-    /// What training fits.
+    /// Clips that training fits.
     Train,
 }
 
-/// A published data set, and how others measure on it.
+/// Published data set with its evaluation protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ProtocolName {
-    /// Simulated T-shirts and dresses for virtual try-on: mean vertex error over 300 frames.
+    /// VTO, simulated T-shirts and dresses: mean vertex error over 300 frames.
     Vto,
-    /// Loose dresses of VirtualBones: RMSE and Hausdorff distance over whole clips.
+    /// VirtualBones, loose dresses: RMSE and Hausdorff distance over whole clips.
     Virtualbones,
 }
 
-/// [`unic_core::config::IntersectionMode`] by name.
+/// [`unic_core::IntersectionMode`] by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum IntersectionName {
-    /// They stay there.
+pub enum IntersectionName {
+    /// Vertices inside the body stay there.
     Off,
-    /// They are dragged out over the tangent plane of the nearest body vertex, as in the paper.
+    /// Vertices move outside the tangent plane of the nearest body vertex, as in the paper.
     Paper,
-    /// They go the shortest way out of the parts of the body that carry them, and their neighbours with
-    /// them.
+    /// Vertices and their neighbours take the shortest way out of the body parts that carry them.
     Robust,
 }
 
 /// [`UpAxis`] by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum UpName {
-    /// Whichever the body's up direction follows on average.
+    /// The axis, Y or Z, that the trunk follows on average.
     Auto,
-    /// As here.
+    /// +Y, as in the captures of unic.
     Y,
-    /// As in AMASS.
+    /// +Z, as in AMASS.
     Z,
 }
 
@@ -150,7 +152,7 @@ impl From<NetworkName> for unic_builtin::scale::Network {
     }
 }
 
-impl From<PrecisionName> for unic_core::network::Precision {
+impl From<PrecisionName> for unic_core::Precision {
     fn from(name: PrecisionName) -> Self {
         match name {
             PrecisionName::F32 => Self::F32,
@@ -170,7 +172,7 @@ impl std::fmt::Display for NetworkName {
 
 impl std::fmt::Display for PrecisionName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(unic_core::network::Precision::from(*self).name())
+        f.write_str(unic_core::Precision::from(*self).name())
     }
 }
 

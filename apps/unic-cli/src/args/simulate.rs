@@ -1,90 +1,100 @@
-//! `unic simulate`.
+//! Options of `unic simulate`.
 
 use super::{MaterialName, MotionArgs, Switch, parse};
 use crate::checks::ForceArgs;
 use std::path::PathBuf;
 use unic_io::capture::JointReference;
 
-/// Simulate a garment on a character: make a capture to train on.
+/// Simulate a garment on a character and write a capture to train on.
 ///
-/// Each motion becomes a clip. The garment's rest shape lies in the character's rest pose and may
-/// cut into the body; every clip begins with a settling phase in which it leaves the body and the
-/// character goes over to the clip's first pose. Ctrl-C keeps the clips that are finished; --resume
-/// makes the others.
+/// A capture is a folder with a character, a garment and clips. Each motion becomes one clip: the
+/// character's poses and the garment's vertex positions in every frame.
+///
+/// The garment's rest shape is given in the character's rest pose, in metres, and may cut into the
+/// body. A settling phase before every clip moves the garment out of the body and the character to
+/// the first pose of the clip. Vertices that garment.npz marks as `pinned` stay attached to the
+/// body.
+///
+/// A model learns only what its capture shows. --breeze adds every training motion once more in
+/// wind, which acts on cloth like motion of the character in another direction.
+///
+/// Ctrl-C keeps the finished clips. The same command with --resume simulates the others.
 ///
 /// Examples:
 ///   unic simulate --out captures/human_tshirt
 ///   unic simulate --garment skirt --motion walk.npz run.bvh --test run --out captures/skirt
-///   unic simulate --character rig.npz --garment coat.obj --material denim --motion *.npz --out captures/coat
+///   unic simulate --character rig.npz --garment coat.obj --motion *.npz --out captures/coat
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct SimulateArgs {
-    /// The character: character.npz, a folder that holds one, or the built-in `human`.
+    /// Character: a character.npz file, a folder that holds one, or the built-in `human`.
     #[arg(long, value_name = "FILE.npz|FOLDER|human", default_value = "human")]
     pub(crate) character: PathBuf,
-    /// The garment: an .obj, a folder with garment.obj and perhaps garment.npz (`pinned` vertices are
-    /// held on the body), or built in: tshirt, skirt, pleated_dress, tulle_skirt, robe.
+    /// Garment: an .obj file, a folder with garment.obj and optionally garment.npz, or a built-in
+    /// one: tshirt, skirt, pleated_dress, tulle_skirt, robe.
     #[arg(long, value_name = "FILE.obj|FOLDER|NAME", default_value = "tshirt")]
     pub(crate) garment: PathBuf,
-    /// Motions: npz or bvh, or names of built-in ones: idle, walk_speeds, walk_circles, walk_slalom,
-    /// walk_starts_stops, run_speeds, run_circles, run_slalom, run_starts_stops, squats_jumps,
-    /// arms_trunk, mixed, sprint_stop, turn_on_spot, dance [default: all of these, the last three to
-    /// test].
+    /// Motions: .npz or .bvh files, or built-in ones by name: idle, walk_speeds, walk_circles,
+    /// walk_slalom, walk_starts_stops, run_speeds, run_circles, run_slalom, run_starts_stops,
+    /// squats_jumps, arms_trunk, mixed, sprint_stop, turn_on_spot, dance [default: all built-in
+    /// ones].
     #[arg(long, value_name = "FILE|NAME", num_args = 1..)]
     pub(crate) motion: Vec<PathBuf>,
-    /// The folder to write.
+    /// Folder of the capture to write.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
-    /// What the whole garment is made of [default: what its maker says, else cotton].
+    /// Fabric of the whole garment [default: cotton, or the built-in garment's own fabrics].
     #[arg(long, value_enum)]
     pub(crate) material: Option<MaterialName>,
-    /// Clips held out for evaluation, by name [default: the last one].
+    /// Names of the clips held out for evaluation [default: the last of several motions, or
+    /// sprint_stop, turn_on_spot and dance of the built-in ones].
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(crate) test: Vec<String>,
-    /// Clips that training watches, by name.
+    /// Names of the clips on which training measures its error on unseen motion [default: none].
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(crate) validation: Vec<String>,
-    /// Joints that touch the ground, left ankle and foot, right ankle and foot, by name or by number
-    /// [default: those of SMPL's names, or of its order for 24 joints].
+    /// Joints that touch the ground, by name or by index from 0: left ankle, left foot, right
+    /// ankle, right foot [default: found by the names of the joints].
     #[arg(long, value_name = "L,L,R,R", value_parser = parse::contacts)]
     pub(crate) contacts: Option<[JointReference; 4]>,
-    /// Frames a second of the capture, 1 to 1000.
+    /// Frame rate of the capture, from 1 to 1000 frames per second.
     #[arg(long, value_name = "FPS", default_value_t = 30.0, value_parser = parse::frame_rate)]
     pub(crate) fps: f32,
-    /// Only the first seconds of each motion.
+    /// Length of each motion to use, in seconds from its start [default: the whole motion].
     #[arg(long, value_name = "S", value_parser = parse::seconds)]
     pub(crate) seconds: Option<f32>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,
-    /// Steady wind, m/s [default: the motion file's own, else still air].
+    /// Velocity of a steady wind, in m/s along X, Y and Z [default: the motion file's wind, else
+    /// none].
+    // The first number may be negative, which clap would else take for an option.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true)]
     pub(crate) wind: Option<glam::Vec3>,
-    /// Simulate every training motion once more in a steady wind of this speed, m/s, each from
-    /// another side. Cloth feels the same air when the character moves that way: the model then
-    /// knows motion backwards and sideways, and wind.
+    /// Simulate every training motion once more in a steady wind of this speed, in m/s from 0 to
+    /// 50, each from another direction [default: no additional clips].
     #[arg(long, value_name = "M/S", value_parser = parse::speed)]
     pub(crate) breeze: Option<f32>,
-    /// Solver steps a frame, 1 to 1000 [default: 20].
+    /// Solver steps per frame, from 1 to 1000 [default: 20].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) substeps: Option<u32>,
-    /// Distance between cloth and body, mm, up to 50 [default: the material's].
+    /// Distance kept between cloth and body, in mm from 0 to 50 [default: the material's].
     #[arg(long, value_name = "MM", value_parser = parse::thickness)]
     pub(crate) thickness: Option<f32>,
-    /// Does the cloth touch itself?
+    /// Collision of the cloth with itself.
     #[arg(long, value_enum, default_value_t = Switch::On)]
     pub(crate) self_collision: Switch,
-    /// Draw each clip: one PNG strip a clip in this folder.
+    /// Folder for pictures: one PNG strip per clip [default: no pictures].
     #[arg(long, value_name = "DIR")]
     pub(crate) pictures: Option<PathBuf>,
-    /// Go on with an interrupted simulation in the folder.
+    /// Continue the interrupted simulation in the folder of --out.
     #[arg(long, conflicts_with = "overwrite")]
     pub(crate) resume: bool,
-    /// Replace the capture in the folder.
+    /// Replace the capture in the folder of --out, and existing pictures.
     #[arg(long)]
     pub(crate) overwrite: bool,
     #[command(flatten)]
     pub(crate) force: ForceArgs,
-    /// Print one JSON object about the result on stdout.
+    /// Print one JSON object about the result to stdout.
     #[arg(long)]
     pub(crate) json: bool,
 }

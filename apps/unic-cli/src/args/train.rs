@@ -1,4 +1,4 @@
-//! `unic train`.
+//! Options of `unic train`.
 
 use super::{PresetName, ProcessorName, parse};
 use crate::checks::ForceArgs;
@@ -6,13 +6,24 @@ use std::{path::PathBuf, time::Duration};
 
 /// Train a model on a capture.
 ///
-/// Beside the model lies the run's folder (tshirt.run for tshirt.unic): settings in config.toml,
-/// curves in metrics.jsonl, checkpoints, log.txt. Ctrl-C saves a checkpoint; --resume goes on from
-/// it to the same result as if nothing had happened.
+/// A capture is a folder with a character, a garment and clips. A clip is one motion with the
+/// garment's vertex positions in every frame.
 ///
-/// Without validation clips in the capture, one training clip is held out to measure the error on
-/// unseen motion; then the model is trained once more on all clips (validation.refit). Preset paper
-/// holds nothing out and trains for 300 epochs of the capture, unless --steps says otherwise.
+/// A preset is a named set of training settings; docs/reference/settings.md lists them. Presets
+/// `standard` and `tiny` first fit a prior, which predicts the garment's coarse shape from the
+/// motion. A network, the field, then learns to correct it. Preset `paper`, the published method,
+/// has no prior.
+///
+/// The run folder beside the model (tshirt.run for tshirt.unic) holds the settings (config.toml),
+/// the training curves (metrics.jsonl), checkpoints and a log. Ctrl-C saves a checkpoint. --resume
+/// continues from it and ends with the same model as an uninterrupted run.
+///
+/// If the capture names no validation clips, `standard` and `tiny` train twice: first without one
+/// clip, which then measures the error on unseen motion, then on all clips. The second fit is the
+/// model. Preset `paper` holds nothing out and trains for 300 epochs unless --steps is given.
+///
+/// Errors on clips are those of free running: the model starts from frame 0 of a clip and then sees
+/// the character's poses alone.
 ///
 /// Examples:
 ///   unic train captures/tshirt --preset tiny
@@ -21,43 +32,47 @@ use std::{path::PathBuf, time::Duration};
 ///   unic train captures/tshirt --out models/tshirt.unic --resume
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
-pub(crate) struct TrainArgs {
+pub struct TrainArgs {
     /// Folder of the capture.
-    pub(crate) capture: PathBuf,
-    /// Settings to start from [default: standard].
+    pub capture: PathBuf,
+    /// Preset to start from [default: standard].
+    // Without a default value, so that --resume can distinguish a named preset from none.
     #[arg(long, value_enum)]
-    pub(crate) preset: Option<PresetName>,
-    /// Settings in TOML. Those that the file leaves out are the preset's; config.toml of any run will do.
+    pub preset: Option<PresetName>,
+    /// Settings file in TOML, such as the config.toml of another run; the preset supplies settings
+    /// that the file lacks.
     #[arg(long, value_name = "FILE.toml")]
-    pub(crate) config: Option<PathBuf>,
-    /// One setting by its dotted key; repeat at will.
+    pub config: Option<PathBuf>,
+    /// One setting by its dotted key, such as optimiser.steps=500; may be given several times.
     #[arg(long, value_name = "KEY=VALUE")]
-    pub(crate) set: Vec<String>,
-    /// Seed of everything random.
+    pub set: Vec<String>,
+    /// Seed of all random numbers [default: 1, or the seed in --config].
     #[arg(long, value_name = "N")]
-    pub(crate) seed: Option<u64>,
-    /// Optimiser steps of each fit.
+    pub seed: Option<u64>,
+    /// Number of optimiser steps of each fit [default: the preset's].
     #[arg(long, value_name = "N")]
-    pub(crate) steps: Option<u64>,
-    /// Wall-clock time instead: as many steps as this machine makes in e.g. 90s, 45m or 1h 30m. With a prior
-    /// optimiser.steps are enough, and the most.
+    pub steps: Option<u64>,
+    /// Wall-clock time of the training, such as 90s, 45m or 1h 30m, which replaces --steps; with a
+    /// prior, optimiser.steps remains the upper limit.
     #[arg(long, value_name = "TIME", value_parser = parse::budget, conflicts_with = "steps")]
-    pub(crate) budget: Option<Duration>,
-    /// What computes losses and gradients. A run goes on on any.
+    pub budget: Option<Duration>,
+    /// Processor that computes losses and gradients; --resume may change it.
     #[arg(long, value_enum, default_value_t)]
-    pub(crate) device: ProcessorName,
-    /// The model to write [default: the capture's name, in the working folder].
+    pub device: ProcessorName,
+    /// Model file to write [default: the capture's name with the ending .unic, in the working
+    /// folder].
     #[arg(long, value_name = "FILE.unic")]
-    pub(crate) out: Option<PathBuf>,
-    /// Go on with the run beside the model.
+    pub out: Option<PathBuf>,
+    /// Continue the run whose folder is beside the model.
     #[arg(long, conflicts_with_all = ["overwrite", "budget"])]
-    pub(crate) resume: bool,
-    /// Throw away the run that is beside the model.
+    pub resume: bool,
+    /// Discard the run whose folder is beside the model, and replace the model.
     #[arg(long)]
-    pub(crate) overwrite: bool,
+    pub overwrite: bool,
+    /// Treatment of plausible mistakes in the capture.
     #[command(flatten)]
-    pub(crate) force: ForceArgs,
-    /// Print one JSON object about the result on stdout.
+    pub force: ForceArgs,
+    /// Print one JSON object about the result to stdout.
     #[arg(long)]
-    pub(crate) json: bool,
+    pub json: bool,
 }

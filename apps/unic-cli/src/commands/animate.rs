@@ -1,4 +1,4 @@
-//! `unic animate`.
+//! The command `unic animate`: runs a model on a motion and writes the animation.
 
 mod files;
 
@@ -6,11 +6,11 @@ use crate::{
     args::AnimateArgs,
     interrupt, model_file, motion_file,
     output::{print, print_json},
-    pictures::{CLOTH, GAP, Place, Shot, Studio, evenly_spread},
+    pictures::{CLOTH, FrameSnapshot, GAP, Placement, Renderer, Snapshot, evenly_spread},
     progress::Progress,
 };
 use anyhow::{Result, anyhow, bail};
-use files::Files;
+use files::AnimationFiles;
 use glam::Vec3;
 use serde::Serialize;
 use std::{
@@ -18,20 +18,20 @@ use std::{
     sync::Arc,
     time::Instant,
 };
-use unic_core::{
-    animator::{Animator, Start, StepInput},
-    clip::Clip,
-    model::Model,
-};
+use unic_core::{Animator, Model, Start, StepInput, clip::Clip};
 use unic_io::{check, read_obj, read_vertex_cache};
 use unic_viewer::grid;
 
-/// Pictures in the strip.
-const SHOTS: usize = 8;
+/// Number of frames in the picture.
+const PICTURES: usize = 8;
 
-/// Animates and writes.
+/// Animates a motion and writes the animation.
+///
+/// # Errors
+/// Unusable options or inputs, files that cannot be read or written, an interruption.
 pub(crate) fn run(args: &AnimateArgs) -> Result<()> {
     let started = Instant::now();
+    // Outputs are checked before inputs are read, which may take long.
     files::check(args)?;
     let model = Arc::new(read_model(args)?);
     let clip = read_motion(args, &model)?;
@@ -40,14 +40,14 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<()> {
         .as_ref()
         .map(|path| read_start(args, path, &model, &clip))
         .transpose()?;
-    let mut files = Files::create(args, &model, &clip)?;
-    let shots = animate(args, &model, &clip, start.as_deref(), &mut files)?;
-    let picture = draw(&model, &clip, &shots)?;
+    let mut files = AnimationFiles::create(args, &model, &clip)?;
+    let pictures = animate(args, &model, &clip, start.as_deref(), &mut files)?;
+    let picture = draw(&model, &clip, &pictures)?;
     let written = files.finish(&picture)?;
     let seconds = started.elapsed().as_secs_f64();
-    show(
+    print_summary(
         args,
-        &Summary {
+        &AnimationSummary {
             frames: clip.len(),
             fps: clip.fps,
             vertices: model.vertex_count(),
@@ -57,17 +57,19 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<()> {
     )
 }
 
+/// Reads the model, with the mesh of `--mesh` if there is one.
 fn read_model(args: &AnimateArgs) -> Result<Model> {
     let model = model_file::read(&args.model)?;
     let Some(path) = &args.mesh else { return Ok(model) };
     let mesh = read_obj(path)?;
     args.force
-        .settle(path, &check::other_mesh(&mesh, &model.garment().rest))?;
+        .check_findings(path, &check::other_mesh(&mesh, &model.garment().rest))?;
     model
         .with_mesh(mesh)
         .map_err(|e| anyhow!("{}: {e}", path.display()))
 }
 
+/// Reads the motion at the model's frame rate, cut to `--frames`.
 fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
     let fps = model.config().fps;
     let clip = motion_file::read(&args.motion, model.character(), fps, &args.reading, args.force)?;
@@ -86,7 +88,10 @@ fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
     Ok(clip.part(range))
 }
 
-/// Positions of the first frame, or of the only one.
+/// Reads the positions of `--start`, in world space and metres.
+///
+/// # Errors
+/// Another number of vertices, positions that are not finite, a probable mistake without `--force`.
 fn read_start(args: &AnimateArgs, path: &Path, model: &Model, clip: &Clip) -> Result<Vec<Vec3>> {
     let is_obj = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"));
     let positions = match is_obj {
@@ -100,11 +105,12 @@ fn read_start(args: &AnimateArgs, path: &Path, model: &Model, clip: &Clip) -> Re
             path.display()
         );
     }
+    // Plausibility is computed from the positions, which must be finite for that.
     match positions.iter().position(|p| !p.is_finite()) {
         None => {
             let skeleton = &model.character().skeleton;
             let findings = check::start(&positions, model.garment(), skeleton, &clip.poses[0]);
-            args.force.settle(path, &findings)?;
+            args.force.check_findings(path, &findings)?;
             Ok(positions)
         }
         Some(vertex) => bail!(
@@ -114,11 +120,13 @@ fn read_start(args: &AnimateArgs, path: &Path, model: &Model, clip: &Clip) -> Re
     }
 }
 
-/// A clip of a capture may have its garment in a file beside it.
+/// Positions of the first frame of a vertex animation or of a clip of a capture.
 fn first_frame(path: &Path) -> Result<Vec<Vec3>> {
-    let mapped = path.with_extension("garment.npy");
-    let source = if path.extension().is_some_and(|e| e == "npz") && mapped.exists() {
-        &mapped
+    // The motion `clips/NAME.npz` of a capture has its garment beside it, in
+    // `clips/NAME.garment.npy`.
+    let garment_file = path.with_extension("garment.npy");
+    let source = if path.extension().is_some_and(|e| e == "npz") && garment_file.exists() {
+        &garment_file
     } else {
         path
     };
@@ -129,27 +137,29 @@ fn first_frame(path: &Path) -> Result<Vec<Vec3>> {
     }
 }
 
-/// Steps through the clip; pictures are kept at even distances.
+/// Animates all frames of the clip and writes them. Returns the frames for the picture.
 fn animate(
     args: &AnimateArgs,
     model: &Arc<Model>,
     clip: &Clip,
     start: Option<&[Vec3]>,
-    files: &mut Files,
-) -> Result<Vec<(usize, Shot)>> {
+    files: &mut AnimationFiles,
+) -> Result<Vec<FrameSnapshot>> {
     let mut animator = animator(args, model);
     let mut progress = Progress::new("animating", 0, clip.len() as u64);
-    let picture_frames = evenly_spread(clip.len(), SHOTS);
-    let mut shots = Vec::new();
+    let picture_frames = evenly_spread(clip.len(), PICTURES);
+    let mut pictures = Vec::new();
     let mut body = Vec::new();
     for (t, pose) in clip.poses.iter().enumerate() {
         interrupt::check()?;
         let mut input = StepInput::of_clip(clip, t);
         input.wind = args.wind.unwrap_or(input.wind);
+        // Frame 0 places the garment; every other frame follows from the state of the one before.
         let garment = match t {
             0 => animator.reset(&input, start.map_or(Start::MeanShape, Start::Positions)),
             _ => animator.step(&input),
         };
+        // A copy, because the animator is borrowed again for the body.
         let garment = garment
             .map_err(|e| anyhow!("{}: {e}", args.motion.display()))?
             .positions
@@ -157,19 +167,16 @@ fn animate(
         animator.body(&mut body);
         files.push(pose, &garment, &body)?;
         if picture_frames.contains(&t) {
-            let place = Place::new(&model.character().skeleton, pose);
-            shots.push((
-                t,
-                Shot {
-                    body: body.clone(),
-                    garment,
-                    place,
-                },
-            ));
+            let snapshot = Snapshot {
+                body: body.clone(),
+                garment,
+                placement: Placement::new(&model.character().skeleton, pose),
+            };
+            pictures.push(FrameSnapshot { frame: t, snapshot });
         }
         progress.set(t as u64 + 1, String::new);
     }
-    Ok(shots)
+    Ok(pictures)
 }
 
 fn animator(args: &AnimateArgs, model: &Arc<Model>) -> Animator {
@@ -181,32 +188,35 @@ fn animator(args: &AnimateArgs, model: &Arc<Model>) -> Animator {
     animator
 }
 
-fn draw(model: &Model, clip: &Clip, shots: &[(usize, Shot)]) -> Result<Vec<u8>> {
-    let all: Vec<Shot> = shots.iter().map(|(_, shot)| shot.clone()).collect();
-    let studio = Studio::new(model.character(), model.garment(), clip.ground_height, &all)?;
-    let tile =
-        |(t, shot): &(usize, Shot)| studio.picture(shot, CLOTH, &format!("{:.2} s", *t as f32 / clip.fps));
-    let tiles = shots.iter().map(tile).collect::<Result<Vec<_>>>()?;
+/// Draws the frames in one row. Returns the bytes of a PNG.
+fn draw(model: &Model, clip: &Clip, pictures: &[FrameSnapshot]) -> Result<Vec<u8>> {
+    let all: Vec<Snapshot> = pictures.iter().map(|p| p.snapshot.clone()).collect();
+    let renderer = Renderer::new(model.character(), model.garment(), clip.ground_height, &all)?;
+    let tile = |p: &FrameSnapshot| {
+        let caption = format!("{:.2} s", p.frame as f32 / clip.fps);
+        renderer.picture(&p.snapshot, CLOTH, &caption)
+    };
+    let tiles = pictures.iter().map(tile).collect::<Result<Vec<_>>>()?;
     Ok(grid(&tiles, tiles.len(), GAP)?.encode_png()?)
 }
 
-/// What `--json` prints.
+/// Object that `--json` prints.
 #[derive(Serialize)]
-struct Summary {
+struct AnimationSummary {
     frames: usize,
     fps: f32,
     vertices: usize,
-    /// Of the whole command.
+    /// Wall-clock time of the whole command.
     seconds: f64,
-    /// Garment, body unless it is in the same file, their meshes for .pc2, picture.
+    /// Paths of the garment, the body if it has its own file, the meshes of .pc2, the picture.
     written: Vec<PathBuf>,
 }
 
-fn show(args: &AnimateArgs, summary: &Summary) -> Result<()> {
+fn print_summary(args: &AnimateArgs, summary: &AnimationSummary) -> Result<()> {
     if args.json {
         return print_json(summary);
     }
-    let Summary {
+    let AnimationSummary {
         frames,
         fps,
         vertices,

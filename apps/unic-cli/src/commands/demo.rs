@@ -6,7 +6,7 @@ use crate::{
     args::DemoArgs,
     failure::{Interrupted, Usage},
     folder_lock::FolderLock,
-    output::{self, print, say},
+    output::{self, print, print_status},
     outputs::{Existing, Outputs},
 };
 use anyhow::{Context, Result};
@@ -33,7 +33,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
         .folder(&args.out, [])
         .check(Existing::Resumed)?;
     // Each stage locks its own folder below this one.
-    let _lock = FolderLock::hold(&args.out)?;
+    let _lock = FolderLock::acquire(&args.out)?;
     open(args)?;
     let stages = stages(args);
     let mut done = Vec::new();
@@ -42,10 +42,10 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
         let was_there = stage.leaves.exists();
         let begun = Instant::now();
         match was_there {
-            true => say(&format!("{title}: {} is there", stage.leaves.display())),
+            true => print_status(&format!("{title}: {} is there", stage.leaves.display())),
             false => {
-                say(&format!("\n{title}\n  unic {}", stage.line()));
-                let _stage = args.json.then(output::stage);
+                print_status(&format!("\n{title}\n  unic {}", stage.line()));
+                let _stage = args.json.then(output::redirect_results_to_stderr);
                 stage.run().map_err(|error| told_how_to_go_on(error, args))?;
             }
         }

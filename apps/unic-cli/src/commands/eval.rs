@@ -1,72 +1,83 @@
-//! `unic eval`.
+//! The command `unic eval`: measures a model beside the baselines, with pictures and a report.
+//!
+//! A row is one predictor, the model or a baseline. All rows run over the same clips, and listeners
+//! draw pictures and gather the report from their frames while they run.
 
+mod frame_comparison;
 mod gallery;
-mod knowledge;
 mod listener;
-mod moment;
 mod outputs;
 mod protocol;
 mod report;
-pub(crate) mod timing;
+mod training_overlap;
 
 use crate::{
-    args::{EvalArgs, IntersectionName},
+    args::EvalArgs,
     failure::Usage,
     model_file,
-    output::{print, print_json, say},
+    output::{print, print_json, print_status},
+    timing::Timing,
 };
 use anyhow::{Result, bail};
-use knowledge::Knowledge;
-use listener::Listener;
+use listener::EvaluationListener;
 use serde::Serialize;
-use std::{collections::HashSet, path::Path, sync::Arc};
-use timing::Timing;
-use unic_core::{animator::Animator, config::IntersectionMode, model::Model, network::CodeSampling};
+use std::collections::HashSet;
+use training_overlap::TrainingOverlap;
+use unic_core::{Animator, CodeSampling, IntersectionMode};
 use unic_eval::{
-    CodeCertainty, Evaluation, Event, Handler, ModelPredictor, PRIOR, PriorPredictor, Protocol, Row,
-    baselines, evaluate_by, training_set,
+    CodeCertainty, Evaluation, Event, IntersectionHandler, ModelPredictor, NamedPredictor, PRIOR,
+    PriorPredictor, Protocol, baselines, evaluate_by, training_set,
 };
 use unic_io::{Capture, Split};
 
-/// Evaluates and prints.
+/// Measures and prints the results.
+///
+/// # Errors
+/// Unusable options or inputs, files that cannot be read or written, an interruption.
 pub(crate) fn run(args: &EvalArgs) -> Result<()> {
-    show(args, &measure(args)?)
+    print_results(args, &measure(args)?)
 }
 
-/// Evaluates and writes what is asked for, and prints nothing but progress.
-fn measure(args: &EvalArgs) -> Result<Measured> {
+/// Measures and writes pictures, positions and the report. Prints nothing but progress.
+fn measure(args: &EvalArgs) -> Result<Measurements> {
     if args.baselines && args.code.gumbel.is_some() {
         return Err(Usage("expected a model for --gumbel, found --baselines".to_owned()).into());
     }
+    // Outputs are checked in two steps: those named after clips are known once the capture is open.
     outputs::check(args)?;
     let capture = protocol::capture(args)?;
     let clips = clip_names(args, &capture)?;
     outputs::check_clips(args, &clips)?;
     let animator = match &args.model {
         Some(path) => {
-            let mut animator = animator(path, args.intersection, &capture)?;
+            let mut animator = model_file::animator(path, args.intersection, &capture)?;
             animator.set_code_sampling(args.code.sampling());
             Some(animator)
         }
         None => None,
     };
-    args.force.capture(&capture)?;
-    let handler = Handler::new(
+    args.force.check_capture(&capture)?;
+    let handler = IntersectionHandler::new(
         handling(args, animator.as_ref()),
         &capture.character,
         &capture.garment,
     );
+    // The baseline beside the model in movies: the strongest one, with the model's handling if it
+    // has any, so that the pictures compare like with like.
     let rival = match handler {
         Some(_) => baselines::RIDGE_HANDLED,
         None => baselines::RIDGE,
     };
-    let mut listener = Listener::new(args, &capture, &clips, rival)?;
+    let mut listener = EvaluationListener::new(args, &capture, &clips, rival)?;
     let mut rows = rows(&capture, animator.as_ref(), handler)?;
     let mut listen = |event: &Event| listener.listen(event);
-    let protocol = args.protocol.map_or_else(Protocol::default, protocol::of);
-    let every = args.nearest_every;
-    let evaluation = evaluate_by(&protocol, &capture, &mut rows, &clips, every, &mut listen)?;
+    let protocol = Protocol {
+        nearest_every: args.nearest_every,
+        ..args.protocol.map_or_else(Protocol::default, protocol::of)
+    };
+    let evaluation = evaluate_by(&protocol, &capture, &mut rows, &clips, &mut listen)?;
     let recorder = listener.into_recorder();
+    // Timed after the evaluation, in which the rows compete for the cores.
     let timing = match &animator {
         Some(animator) => Some(Timing::measure(animator.clone(), &capture, &clips)?),
         None => None,
@@ -75,32 +86,33 @@ fn measure(args: &EvalArgs) -> Result<Measured> {
         Some(animator) => CodeCertainty::of_clips(animator.model(), &capture, &clips)?,
         None => None,
     };
-    let measured = Measured {
+    let overlap = TrainingOverlap::of(&capture, animator.as_ref().map(|a| &**a.model()), &clips);
+    let measured = Measurements {
         evaluation,
         timing,
         code,
-        caveats: Knowledge::of(&capture, animator.as_ref().map(|a| &**a.model()), &clips).caveats(),
+        caveats: overlap.caveats(),
     };
     if let (Some(recorder), Some(animator), Some(path)) = (recorder, &animator, &args.model) {
         let bytes = recorder.finish(animator.model(), path, &measured)?;
-        say(&format!("the report has {:.1} MB", bytes as f64 / 1e6));
+        print_status(&format!("the report has {:.1} MB", bytes as f64 / 1e6));
     }
     Ok(measured)
 }
 
-/// What an evaluation has found.
-struct Measured {
-    /// All numbers.
+/// Results of an evaluation.
+struct Measurements {
+    /// Metrics of all rows.
     evaluation: Evaluation,
-    /// Of the model, where there is one.
+    /// Time of a frame of the model. `None` with `--baselines`.
     timing: Option<Timing>,
-    /// How far the clips decide the model's code.
+    /// Certainty of the model's motion code on these clips. `None` without a model or a code.
     code: Option<CodeCertainty>,
-    /// Why the numbers may be better than those of unseen motion.
+    /// Reasons why the errors may be smaller than on unseen motion, a sentence each.
     caveats: Vec<String>,
 }
 
-/// The intersection handling that ridge regression is shown with: the model's, or without one what is asked for.
+/// Intersection handling of the row `ridge_handled`: that of the model, or that of the option.
 fn handling(args: &EvalArgs, animator: Option<&Animator>) -> IntersectionMode {
     match (animator, args.intersection) {
         (Some(animator), _) => animator.intersection(),
@@ -109,10 +121,15 @@ fn handling(args: &EvalArgs, animator: Option<&Animator>) -> IntersectionMode {
     }
 }
 
+/// Names of the clips to measure on.
+///
+/// # Errors
+/// A split without clips.
 fn clip_names(args: &EvalArgs, capture: &Capture) -> Result<Vec<String>> {
     let split = Split::from(args.split);
     let names = match args.clips.as_slice() {
         [] => capture.clip_names(split).to_vec(),
+        // A clip that is named twice is measured once: results and files go by its name.
         named => {
             let mut seen = HashSet::new();
             named.iter().filter(|name| seen.insert(*name)).cloned().collect()
@@ -129,73 +146,27 @@ fn clip_names(args: &EvalArgs, capture: &Capture) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// Of a model that fits the capture.
-pub(crate) fn animator(
-    path: &Path,
-    intersection: Option<IntersectionName>,
+fn rows(
     capture: &Capture,
-) -> Result<Animator> {
-    let model = Arc::new(model_file::read(path)?);
-    check_fit(&model, path, capture)?;
-    let mode = intersection.map(|name| model_file::intersection(&model, name));
-    let mut animator = Animator::new(model);
-    if let Some(mode) = mode {
-        animator.set_intersection(mode);
-    }
-    Ok(animator)
-}
-
-/// The same garment, character and frame rate, by their counts.
-fn check_fit(model: &Model, path: &Path, capture: &Capture) -> Result<()> {
-    let (garment, skeleton) = (&capture.garment.rest, &capture.character.skeleton);
-    let counts = [
-        ("garment vertices", garment.vertices.len(), model.vertex_count()),
-        ("joints", skeleton.len(), model.character().skeleton.len()),
-    ];
-    let capture_path = capture.root.display();
-    if let Some((what, expected, found)) = counts.into_iter().find(|(_, expected, found)| expected != found) {
-        bail!(
-            "{}: expected a model of {expected} {what} as in {capture_path}, found {found}",
-            path.display()
-        );
-    }
-    let [expected, found] = [skeleton, &model.character().skeleton].map(|skeleton| skeleton.names());
-    // Other spellings are no other order.
-    let is_elsewhere = |(joint, (a, b)): &(usize, (&String, &String))| {
-        a != b && (expected.iter().enumerate()).any(|(place, name)| name == *b && place != *joint)
-    };
-    if let Some((_, (expected, found))) = expected.iter().zip(found).enumerate().find(is_elsewhere) {
-        bail!(
-            "{}: expected joints in the order of {capture_path}, found {found} in the place of {expected}: probably \
-             a model of another export of the character; train it on this capture",
-            path.display()
-        );
-    }
-    let (expected, found) = (capture.manifest.fps, model.config().fps);
-    if (expected - found).abs() > 1e-3 * expected {
-        bail!(
-            "{}: expected a model for {expected} fps as in {capture_path}, found {found}",
-            path.display()
-        );
-    }
-    Ok(())
-}
-
-fn rows(capture: &Capture, animator: Option<&Animator>, handler: Option<Handler>) -> Result<Vec<Row>> {
+    animator: Option<&Animator>,
+    handler: Option<IntersectionHandler>,
+) -> Result<Vec<NamedPredictor>> {
     let mut rows = Vec::new();
     if let Some(animator) = animator {
-        rows.push(Row::model(ModelPredictor::from_animator(animator.clone())));
+        rows.push(NamedPredictor::model(ModelPredictor::from_animator(
+            animator.clone(),
+        )));
         let prior = PriorPredictor::new(animator)?;
-        rows.extend(prior.map(|prior| Row::baseline(PRIOR, prior)));
+        rows.extend(prior.map(|prior| NamedPredictor::baseline(PRIOR, prior)));
     }
     let set = training_set(capture)?;
-    say("fitting the baselines on the training clips");
+    print_status("fitting the baselines on the training clips");
     rows.extend(baselines::fit_with(&set, handler));
     Ok(rows)
 }
 
-/// The JSON contract: the evaluation's own keys, `timing` and `code` where there is a model, and `caveats` where
-/// there are any.
+/// Object that `--json` prints: the keys of the evaluation, `timing` and `code` of a model, and
+/// `caveats` if there are any. The field names are a contract.
 #[derive(Serialize)]
 struct Output<'a> {
     #[serde(flatten)]
@@ -206,15 +177,15 @@ struct Output<'a> {
     timing: Option<Timing>,
     #[serde(skip_serializing_if = "Option::is_none")]
     code: Option<CodeCertainty>,
-    /// How the model picked its code's categories.
+    /// Choice of the categories of the model's motion code.
     #[serde(skip_serializing_if = "Option::is_none")]
     code_sampling: Option<CodeSampling>,
     #[serde(skip_serializing_if = "<[String]>::is_empty")]
     caveats: &'a [String],
 }
 
-fn show(args: &EvalArgs, measured: &Measured) -> Result<()> {
-    let Measured {
+fn print_results(args: &EvalArgs, measured: &Measurements) -> Result<()> {
+    let Measurements {
         evaluation,
         timing,
         code,
@@ -236,7 +207,7 @@ fn show(args: &EvalArgs, measured: &Measured) -> Result<()> {
         format!("a frame of the model takes {frame_ms:.2} ms (median, threads: {threads})\n")
     });
     let code = code.map_or_else(String::new, |code| {
-        format!("mean top probability of the motion's code: {code}\n")
+        format!("mean top probability of the motion code: {code}\n")
     });
     let headline = args.protocol.map(|name| protocol::headline(name, evaluation));
     let caveats: String = caveats.iter().map(|text| format!("{text}\n")).collect();

@@ -1,13 +1,13 @@
-//! `unic inspect`.
+//! The command `unic inspect`: shows what files hold, and compares motions with a capture.
 
 mod model;
 
 use crate::{
     args::InspectArgs,
     checks::ForceArgs,
-    failure::{ErrorObject, Shown, Usage},
+    failure::{AlreadyPrinted, ErrorObject, Usage},
     motion_file,
-    output::{self, say},
+    output::{self, print_status},
 };
 use anyhow::{Result, bail};
 use serde::Serialize;
@@ -15,10 +15,13 @@ use std::path::{Path, PathBuf};
 use unic_eval::{Coverage, CoverageReport, capture_clips};
 use unic_io::{
     Capture, Split,
-    inspect::{Kind, Report},
+    inspect::{FileKind, Inspection},
 };
 
-/// Prints what is there; an error where something is wrong with it.
+/// Prints the contents of a file or folder, or the coverage of motions by a capture.
+///
+/// # Errors
+/// Problems of the file, which are part of the output too; unusable options or inputs.
 pub(crate) fn run(args: &InspectArgs) -> Result<()> {
     match (&args.coverage, args.path.as_slice()) {
         (Some(capture), motions) => coverage(args, capture, motions),
@@ -32,10 +35,11 @@ pub(crate) fn run(args: &InspectArgs) -> Result<()> {
 
 fn inspect(args: &InspectArgs, path: &Path) -> Result<()> {
     let mut report = unic_io::inspect(path)?;
-    if report.kind == Kind::Model && report.problems.is_empty() {
-        model::open(&mut report);
+    if report.kind == FileKind::Model && report.problems.is_empty() {
+        model::add_facts(&mut report);
     }
-    let failure = sentence(&report).map(|sentence| anyhow::Error::from(Shown(sentence)));
+    // The output holds the problems, so the failure must not print a second object with `--json`.
+    let failure = sentence(&report).map(|sentence| anyhow::Error::from(AlreadyPrinted(sentence)));
     match args.json {
         true => output::print_json(&Inspected {
             report: &report,
@@ -46,21 +50,22 @@ fn inspect(args: &InspectArgs, path: &Path) -> Result<()> {
     failure.map_or(Ok(()), Err)
 }
 
-/// The object of `--json`: the report, and an error where something is wrong.
+/// Object that `--json` prints: the inspection, and an error if there are problems.
 #[derive(Serialize)]
 struct Inspected<'a> {
     #[serde(flatten)]
-    report: &'a Report,
+    report: &'a Inspection,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<ErrorObject>,
 }
 
-/// All that is wrong in one sentence.
-fn sentence(report: &Report) -> Option<String> {
+/// First problem of a file and the number of the others, in one sentence. `None` without problems.
+fn sentence(report: &Inspection) -> Option<String> {
     let path = report.path.display().to_string();
     let [first, rest @ ..] = report.problems.as_slice() else {
         return None;
     };
+    // Some problems name a file inside the folder themselves.
     let named = match first.starts_with(&path) {
         true => first.clone(),
         false => format!("{path}: {first}"),
@@ -71,11 +76,12 @@ fn sentence(report: &Report) -> Option<String> {
     })
 }
 
-/// What `--coverage --json` prints.
+/// Object that `--coverage --json` prints.
 #[derive(Serialize)]
-struct Covered<'a> {
+struct CoverageResults<'a> {
     capture: &'a Path,
-    /// In standard deviations of the training frames; distances below are relative to it.
+    /// Distance, in standard deviations of the training frames, within which a frame counts as
+    /// seen. The distances of the motions are relative to it.
     seen_distance: f32,
     motions: &'a [CoverageReport],
 }
@@ -84,11 +90,12 @@ struct Covered<'a> {
 fn coverage(args: &InspectArgs, path: &Path, motions: &[PathBuf]) -> Result<()> {
     let capture = Capture::open(path)?;
     let force = ForceArgs { force: args.force };
-    force.capture(&capture)?;
+    force.check_capture(&capture)?;
     let coverage = Coverage::of(&capture)?;
     let clips = match motions {
         [] => capture_clips(&capture, Split::Test)?,
         _ => {
+            // Velocities are compared, so that motions must have the frame rate of the capture.
             let fps = capture.manifest.fps;
             let read =
                 |path: &PathBuf| motion_file::read(path, &capture.character, fps, &args.reading, force);
@@ -102,14 +109,14 @@ fn coverage(args: &InspectArgs, path: &Path, motions: &[PathBuf]) -> Result<()> 
         );
     }
     if coverage.is_sparse() {
-        say(&format!(
-            "{}: its clips have little in common, so that a motion counts as seen even when it is not much like them",
+        print_status(&format!(
+            "{}: the clips have little in common, so that even a motion unlike them counts as seen",
             path.display()
         ));
     }
     let reports: Vec<CoverageReport> = clips.iter().map(|clip| coverage.assess(clip)).collect();
     if args.json {
-        return output::print_json(&Covered {
+        return output::print_json(&CoverageResults {
             capture: path,
             seen_distance: coverage.seen_distance(),
             motions: &reports,

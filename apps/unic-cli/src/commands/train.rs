@@ -1,45 +1,53 @@
-//! `unic train`.
+//! The command `unic train`: trains a model on a capture, in one fit or two.
+//!
+//! A fit is one training from scratch. The first fit of two holds a clip out and measures the error
+//! on it; the second trains on all clips and is the model. Both keep their state in the run folder.
 
-mod budget;
 mod listener;
+mod prepare;
 mod result;
 
 use crate::{
     args::{ProcessorName, TrainArgs},
     failure::{Interrupted, Usage},
-    interrupt,
-    output::{print, print_json, say},
+    interrupt, machine,
+    output::{print, print_json, print_status},
     outputs::{Existing, Outputs},
-    progress::Progress,
-    run_folder::{Earlier, RunFolder, RunRecord},
+    run_folder::{EarlierRun, RunFolder, RunRecord},
     settings,
 };
 use anyhow::{Context, Result};
 use clap::ValueEnum;
-use listener::Listener;
-pub(crate) use result::Summary;
-use result::Trained;
+use listener::TrainingListener;
+use prepare::Preparation;
+use result::FinishedRun;
+pub use result::TrainingSummary;
 use std::{
     path::{Path, PathBuf},
-    sync::{Mutex, PoisonError},
-    time::Instant,
+    time::{Duration, Instant},
 };
 use unic_io::Capture;
 use unic_train::{
-    Checkpoint, Dataset, Fit, Outcome, Processor, TrainConfig, TrainError, Trainer, TrainingTime, Validation,
+    Budget, Checkpoint, Fit, Outcome, Processor, TrainConfig, TrainError, Trainer, TrainingTime, Validation,
 };
 
-/// Trains, writes the model and says so.
+/// Trains, writes the model and prints a summary.
+///
+/// # Errors
+/// A capture, a setting or an output that is refused, and an interrupted training.
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
     let summary = train(args)?;
     match args.json {
         true => print_json(&summary),
-        false => print(&summary.closing_words(&args.capture)),
+        false => print(&summary.text(&args.capture)),
     }
 }
 
-/// Trains and writes the model, and prints nothing but progress.
-pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
+/// Trains and writes the model. Prints nothing but progress.
+///
+/// # Errors
+/// A capture, a setting or an output that is refused, and an interrupted training.
+pub fn train(args: &TrainArgs) -> Result<TrainingSummary> {
     let started = Instant::now();
     let processor = Processor::from(args.device);
     if !processor.is_built() {
@@ -48,15 +56,16 @@ pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
     let capture = Capture::open(&args.capture)?;
     let out = args.out.clone().unwrap_or_else(|| default_out(&capture));
     check_outputs(args, &out)?;
-    let folder = RunFolder::open(&out, earlier(args))?;
+    let folder = RunFolder::open(&out, earlier_run(args))?;
     let record = RunRecord::new(&capture, preset_name(args))?;
+    // A resumed run has passed the check when it began.
     if !args.resume {
-        args.force.capture(&capture)?;
+        args.force.check_capture(&capture)?;
     }
     interrupt::check()?;
-    let (config, timed) = match args.resume {
-        true => (settings_of_the_run(args, &record, &folder)?, None),
-        false => budget::settings_of_a_new_run(args, &capture, started)?,
+    let (config, duration) = match args.resume {
+        true => settings_of_resumed_run(args, &record, &folder)?,
+        false => (settings::of_new_run(args)?, args.budget),
     };
     let mut run = Run {
         fits: Fit::of_run(&capture, &config),
@@ -65,41 +74,47 @@ pub(crate) fn train(args: &TrainArgs) -> Result<Summary> {
         config,
         folder,
         out,
+        processor,
     };
-    let data = timed.map_or_else(|| load(&run.capture, &run.config, run.fits[0], processor), Ok)?;
-    let first = Trainer::new(data, run.config.clone())?;
-    // Epochs are so many steps now.
-    run.config = first.config().clone();
-    interrupt::check()?;
-    if !args.resume {
-        run.folder.begin(&run.config, &record)?;
+    if args.resume {
+        run.folder.log(&machine::description())?;
     }
-    run.folder.log(&super::machine())?;
-    let _saving = interrupt::saving();
-    run.train(first)?.deliver()
+    let preparation = Preparation {
+        run: &mut run,
+        processor,
+        new: (!args.resume).then_some(record),
+        budget: duration.map(|duration| Budget { duration, started }),
+    };
+    let first = preparation.trainer()?;
+    interrupt::check()?;
+    let _saving = interrupt::begin_saving();
+    run.train(first)?.write_model()
 }
 
-/// The run's folder has its own rule about an earlier run.
+/// Refuses outputs that are inputs or belong to a capture.
+///
+/// An earlier run or model is the business of [`RunFolder::open`].
 fn check_outputs(args: &TrainArgs, out: &Path) -> Result<()> {
-    // A resumed run may be asked for with its own settings again.
+    // A resumed run may name its own config.toml as --config: it is read and not replaced.
     let config = args.config.iter().filter(|_| !args.resume);
     let own = ["config.toml", "run.toml", "metrics.jsonl", "log.txt"].map(str::to_owned);
-    Outputs::beside(std::iter::once(&args.capture).chain(config))
+    Outputs::with_inputs(std::iter::once(&args.capture).chain(config))
         .file(out)
         .folder(&out.with_extension("run"), own)
         .check(Existing::Resumed)
 }
 
-fn earlier(args: &TrainArgs) -> Earlier {
+fn earlier_run(args: &TrainArgs) -> EarlierRun {
     match (args.resume, args.overwrite) {
-        (true, _) => Earlier::Resume,
-        (_, true) => Earlier::Overwrite,
-        _ => Earlier::Refuse,
+        (true, _) => EarlierRun::Resume,
+        (_, true) => EarlierRun::Overwrite,
+        _ => EarlierRun::Refuse,
     }
 }
 
-/// The capture's name as a file name.
+/// Path of the model without `--out`: the capture's name in the working folder.
 fn default_out(capture: &Capture) -> PathBuf {
+    // The name is free text, which may hold slashes or dots.
     let plain = |c: char| {
         if c.is_alphanumeric() || "-_".contains(c) {
             c
@@ -116,25 +131,16 @@ fn preset_name(args: &TrainArgs) -> String {
     value.map_or_else(|| "standard".to_owned(), |value| value.get_name().to_owned())
 }
 
-/// Opens the clips of a fit and fits its prior.
-fn load(capture: &Capture, config: &TrainConfig, fit: Fit, processor: Processor) -> Result<Dataset> {
-    let progress: Mutex<Option<Progress>> = Mutex::new(None);
-    let watch = |done: u64, all: u64| {
-        let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
-        let shown = progress.get_or_insert_with(|| Progress::new("fitting the prior", 0, all));
-        shown.set(done, String::new);
-        interrupt::control()
-    };
-    match Dataset::watched(capture.clone(), config, fit, processor, &watch) {
-        Err(TrainError::Stopped) => {
-            interrupt::check()?;
-            Err(TrainError::Stopped.into())
-        }
-        result => Ok(result?),
-    }
-}
-
-fn settings_of_the_run(args: &TrainArgs, now: &RunRecord, folder: &RunFolder) -> Result<TrainConfig> {
+/// Settings of the run in the folder, with those of the command line that may change; and the run's
+/// budget, where its steps are still to be planned.
+///
+/// # Errors
+/// Another preset or capture than the run began with, settings that may not change.
+fn settings_of_resumed_run(
+    args: &TrainArgs,
+    now: &RunRecord,
+    folder: &RunFolder,
+) -> Result<(TrainConfig, Option<Duration>)> {
     let record = folder.stored_record()?;
     if args.preset.is_some() && now.preset != record.preset {
         let (path, kept, asked) = (folder.path().display(), &record.preset, &now.preset);
@@ -144,9 +150,11 @@ fn settings_of_the_run(args: &TrainArgs, now: &RunRecord, folder: &RunFolder) ->
         .into());
     }
     record.check(now, &args.capture)?;
-    settings::of_resumed_run(args, folder.stored_config()?, &folder.config())
+    let config = settings::of_resumed_run(args, folder.stored_config()?, &folder.config())?;
+    Ok((config, record.budget()))
 }
 
+/// Command line that continues the run.
 fn resume_command(args: &TrainArgs, out: &Path) -> String {
     let device = match args.device {
         ProcessorName::Cpu => String::new(),
@@ -159,7 +167,7 @@ fn resume_command(args: &TrainArgs, out: &Path) -> String {
     )
 }
 
-/// A run: the same settings for one fit or two, in one folder.
+/// Training run: one fit or two with the same settings, in one folder.
 struct Run {
     capture: Capture,
     config: TrainConfig,
@@ -167,20 +175,25 @@ struct Run {
     folder: RunFolder,
     out: PathBuf,
     resume_command: String,
+    processor: Processor,
 }
 
 impl Run {
-    /// Trains all fits, each from where its newest checkpoint has left it; the last one is the model.
-    fn train(&self, first: Trainer) -> Result<Trained<'_>> {
-        let mut listener = Listener::new(
+    /// Trains all fits, each from its newest checkpoint. The last one is the model.
+    ///
+    /// # Errors
+    /// A failure of the training or of its files, an interruption.
+    fn train(&self, first: Trainer) -> Result<FinishedRun<'_>> {
+        let mut listener = TrainingListener::new(
             self.folder.metrics(),
             self.fits.len(),
             self.config.optimiser.steps,
         );
         let mut trainer = self.resumed(first)?;
-        // A run that is made longer is so from here on.
+        // `--resume` may have made the run longer.
         self.folder.write_config(&self.config)?;
-        say(&result::summary(self, &trainer)?);
+        print_status(&result::opening_text(self, &trainer)?);
+        // Training time of the run outside of the present fit.
         let mut other = TrainingTime::default();
         self.fit(&mut trainer, &mut listener, other)?;
         let begun = Instant::now();
@@ -190,11 +203,11 @@ impl Run {
             other = other + trainer.time();
             self.stop_if_asked(&trainer)?;
             let data = trainer.into_data().on_all_clips();
-            let data = data.context("a clip that comes back is held out of the first of two fits")?;
-            // As many steps as the first fit has, whatever number of epochs that is of more clips.
+            let data = data.context("the first of two fits holds out a clip that returns to training")?;
+            // The same number of steps as the first fit, which are fewer epochs of more clips.
             let mut config = self.config.clone();
             config.set_steps(config.optimiser.steps);
-            trainer = self.resumed(Trainer::new(data, config)?)?;
+            trainer = self.resumed(Trainer::on(self.processor, data, config)?)?;
             self.stop_if_asked(&trainer)?;
             self.fit(&mut trainer, &mut listener, other)?;
         }
@@ -203,7 +216,7 @@ impl Run {
         if let Some(validation) = &validation {
             trainer.set_validation(validation.clone());
         }
-        Ok(Trained {
+        Ok(FinishedRun {
             run: self,
             time: other + trainer.time(),
             trainer,
@@ -211,6 +224,7 @@ impl Run {
         })
     }
 
+    /// Trainer in the state of its newest checkpoint, if there is one.
     fn resumed(&self, mut trainer: Trainer) -> Result<Trainer> {
         let folder = self.folder.checkpoints(trainer.data().fit);
         if let Some(checkpoint) = Checkpoint::newest(&folder)? {
@@ -219,10 +233,12 @@ impl Run {
         Ok(trainer)
     }
 
-    fn fit(&self, trainer: &mut Trainer, listener: &mut Listener, other: TrainingTime) -> Result<()> {
+    /// Trains one fit to its end. `other` is the training time of the run before it.
+    fn fit(&self, trainer: &mut Trainer, listener: &mut TrainingListener, other: TrainingTime) -> Result<()> {
         listener.begin(trainer, other)?;
         let folder = self.folder.checkpoints(trainer.data().fit);
         let outcome = trainer.run(Some(&folder), &mut |event| listener.listen(event));
+        // An error of the listener stops the training, whose outcome is then of no interest.
         match (outcome?, listener.error.take()) {
             (_, Some(error)) => Err(error),
             (Outcome::Finished, None) => Ok(()),
@@ -230,7 +246,7 @@ impl Run {
         }
     }
 
-    /// The error on the clips that the first fit held out; none where it held out none.
+    /// Measures the error on the clips that the fit held out. `None` if it held out none.
     fn validated(&self, trainer: &Trainer) -> Result<Option<Validation>> {
         let validation = match trainer.validation(&interrupt::control) {
             Err(TrainError::Stopped) => return Err(self.stopped(trainer)?.into()),
@@ -249,14 +265,16 @@ impl Run {
         Ok(validation)
     }
 
-    /// Between fits everything is saved.
+    /// Returns an error if the user has asked to stop. Between fits there is nothing left to save.
     fn stop_if_asked(&self, trainer: &Trainer) -> Result<()> {
-        match interrupt::is_asked() {
+        match interrupt::is_requested() {
             true => Err(self.stopped(trainer)?.into()),
             false => Ok(()),
         }
     }
 
+    /// Logs the interruption and returns its message, which names the step and the command to
+    /// continue.
     fn stopped(&self, trainer: &Trainer) -> Result<Interrupted> {
         let (step, total) = (trainer.step(), self.config.optimiser.steps);
         let fit = match trainer.data().fit {
@@ -266,7 +284,7 @@ impl Run {
         self.folder
             .log(&format!("stopped at step {step} of {total}{fit}"))?;
         Ok(Interrupted(format!(
-            "stopped at step {step} of {total}{fit}, which is saved; go on with `{}`",
+            "stopped at step {step} of {total}{fit}, which is saved; continue with `{}`",
             self.resume_command
         )))
     }

@@ -1,4 +1,4 @@
-//! `metrics.jsonl`: the curves of a run.
+//! Training curves of a run, `metrics.jsonl`.
 
 use anyhow::{Result, anyhow};
 use serde::{Deserialize, Serialize};
@@ -11,14 +11,21 @@ use std::{
 use unic_io::atomic;
 use unic_train::{Event, Fit};
 
-/// Steps that a line about training is the mean of.
+/// Number of steps over which a line about training takes the mean.
 const STEPS_A_LINE: u64 = 50;
 
-/// Writes one JSON object a line: `fit`, `step`, `loss`, `gradient_norm` (means over the steps since
-/// the line before), `learning_rate`, `seconds` every 50 steps; `fit`, `step`, `validation_rmse_mm`,
-/// `best_mm`, `seconds` a validation; `fit`, `step`, `one_step_rmse_mm`, where clips are held out
-/// `validation_one_step_rmse_mm`, and `seconds` as often. `step` counts from the beginning of the fit, `seconds` from that
-/// of the run, over all fits and resumes.
+/// Writer of `metrics.jsonl`, one JSON object per line. The keys are a contract:
+///
+/// | when | keys |
+/// |---|---|
+/// | every 50 steps | `fit`, `step`, `loss`, `gradient_norm`, `learning_rate`, `seconds` |
+/// | every validation in free running | `fit`, `step`, `validation_rmse_mm`, `best_mm`, `seconds` |
+/// | every measurement of one step | `fit`, `step`, `one_step_rmse_mm`, `seconds` |
+///
+/// `loss` and `gradient_norm` are means over the steps since the previous such line. A measurement
+/// of one step has `validation_one_step_rmse_mm` too if clips are held out. `step` counts from the
+/// beginning of the fit. `seconds` counts training time from the beginning of the run, over all
+/// fits and resumes.
 pub(crate) struct MetricsLog {
     path: PathBuf,
     file: File,
@@ -29,31 +36,34 @@ pub(crate) struct MetricsLog {
     steps: u64,
 }
 
-/// Where a run is.
+/// Position in a run.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Moment {
-    /// The fit that trains.
+pub(crate) struct RunPosition {
+    /// Present fit.
     pub(crate) fit: Fit,
-    /// Its steps done.
+    /// Number of steps done of that fit.
     pub(crate) step: u64,
-    /// Training time of the run so far.
+    /// Training time of the run in seconds.
     pub(crate) seconds: f64,
 }
 
-/// The part of a line that says where it belongs.
+/// Keys of a line that give its position. Compared in the order of the fields.
 #[derive(Deserialize, PartialEq, PartialOrd)]
-struct Line {
+struct LinePosition {
     fit: Fit,
     step: u64,
 }
 
 impl MetricsLog {
-    /// Goes on from a moment: later lines, and a line that a crash has cut short, go.
-    pub(crate) fn open(path: &Path, now: Moment) -> Result<Self> {
+    /// Opens the file to continue from a position. Removes later lines and incomplete ones.
+    ///
+    /// # Errors
+    /// A file that cannot be read or written.
+    pub(crate) fn open(path: &Path, now: RunPosition) -> Result<Self> {
         let failed = |e: std::io::Error| anyhow!("{}: cannot write: {e}", path.display());
         if path.exists() {
             let text = fs::read_to_string(path).map_err(failed)?;
-            atomic::write(path, kept(&text, now).as_bytes())?;
+            atomic::write(path, lines_until(&text, now).as_bytes())?;
         }
         let file = OpenOptions::new()
             .create(true)
@@ -72,8 +82,13 @@ impl MetricsLog {
         })
     }
 
-    /// Takes part in a run.
+    /// Handles an event of the training.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
     pub(crate) fn observe(&mut self, event: &Event) -> Result<()> {
+        // Seconds are summed from the events instead of read from a clock: a resumed run continues
+        // the sum of its checkpoint.
         match *event {
             Event::Step {
                 step,
@@ -126,6 +141,7 @@ impl MetricsLog {
     }
 
     fn write_step(&mut self, step: u64, learning_rate: f64) -> Result<()> {
+        // After a resume there may be fewer than `STEPS_A_LINE` steps since the previous line.
         let mean = |sum: f64| sum / self.steps as f64;
         let line = json!({
             "fit": self.fit,
@@ -140,7 +156,7 @@ impl MetricsLog {
     }
 
     fn write(&mut self, line: &impl Serialize) -> Result<()> {
-        // One call a line: a reader, or a crash, finds whole lines.
+        // One call writes the whole line, so that readers and crashes see no half line.
         let line = format!("{}\n", serde_json::to_string(line)?);
         self.file
             .write_all(line.as_bytes())
@@ -148,13 +164,14 @@ impl MetricsLog {
     }
 }
 
-/// The whole lines up to a moment.
-fn kept(text: &str, now: Moment) -> String {
-    let last = Line {
+/// Complete lines up to a position.
+fn lines_until(text: &str, now: RunPosition) -> String {
+    let last = LinePosition {
         fit: now.fit,
         step: now.step,
     };
-    let belongs = |line: &&str| serde_json::from_str::<Line>(line).is_ok_and(|line| line <= last);
+    // A line that a crash has cut short does not parse.
+    let belongs = |line: &&str| serde_json::from_str::<LinePosition>(line).is_ok_and(|line| line <= last);
     text.lines()
         .filter(belongs)
         .map(|line| format!("{line}\n"))
@@ -165,8 +182,8 @@ fn kept(text: &str, now: Moment) -> String {
 mod tests {
     use super::*;
 
-    fn moment(fit: Fit, step: u64, seconds: f64) -> Moment {
-        Moment { fit, step, seconds }
+    fn position(fit: Fit, step: u64, seconds: f64) -> RunPosition {
+        RunPosition { fit, step, seconds }
     }
 
     fn step(step: u64, loss: f32) -> Event<'static> {
@@ -180,10 +197,10 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_means_and_go_on_where_the_checkpoint_does() {
+    fn lines_are_means_and_continue_from_the_checkpoint() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.jsonl");
-        let mut log = MetricsLog::open(&path, moment(Fit::HeldOut, 0, 0.0)).unwrap();
+        let mut log = MetricsLog::open(&path, position(Fit::HeldOut, 0, 0.0)).unwrap();
         for i in 1..=100 {
             log.observe(&step(i, if i <= 50 { 4.0 } else { (i % 2) as f32 }))
                 .unwrap();
@@ -202,7 +219,7 @@ mod tests {
         let validated = json!({"fit": "held_out", "step": 100, "validation_rmse_mm": 500.0, "best_mm": 250.0, "seconds": 201.0});
         assert_eq!(lines[2], validated);
         fs::write(&path, format!("{text}{{\"step\": 1")).unwrap();
-        MetricsLog::open(&path, moment(Fit::HeldOut, 60, 120.0)).unwrap();
+        MetricsLog::open(&path, position(Fit::HeldOut, 60, 120.0)).unwrap();
         let after = fs::read_to_string(&path).unwrap();
         assert_eq!(after.lines().collect::<Vec<_>>(), [text.lines().next().unwrap()]);
     }
@@ -212,19 +229,19 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("metrics.jsonl");
         for fit in [Fit::HeldOut, Fit::AllClips] {
-            let mut log = MetricsLog::open(&path, moment(fit, 0, 0.0)).unwrap();
+            let mut log = MetricsLog::open(&path, position(fit, 0, 0.0)).unwrap();
             (1..=100).for_each(|i| log.observe(&step(i, 1.0)).unwrap());
         }
         let lines = || -> Vec<(Fit, u64)> {
             let text = fs::read_to_string(&path).unwrap();
-            let line = |l: &str| serde_json::from_str::<Line>(l).unwrap();
+            let line = |l: &str| serde_json::from_str::<LinePosition>(l).unwrap();
             text.lines().map(line).map(|l| (l.fit, l.step)).collect()
         };
         let [first, second] = [Fit::HeldOut, Fit::AllClips].map(|fit| [(fit, 50), (fit, 100)]);
         assert_eq!(lines(), [first, second].concat());
-        MetricsLog::open(&path, moment(Fit::AllClips, 60, 0.0)).unwrap();
+        MetricsLog::open(&path, position(Fit::AllClips, 60, 0.0)).unwrap();
         assert_eq!(lines(), [&first[..], &second[..1]].concat());
-        MetricsLog::open(&path, moment(Fit::HeldOut, 60, 0.0)).unwrap();
+        MetricsLog::open(&path, position(Fit::HeldOut, 60, 0.0)).unwrap();
         assert_eq!(lines(), first[..1]);
     }
 }

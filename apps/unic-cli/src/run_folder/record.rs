@@ -1,15 +1,15 @@
-//! What a resumed run must find again.
+//! Record of the capture and preset that a run began with, `run.toml`.
 
 use anyhow::{Result, anyhow, bail};
 use serde::{Deserialize, Serialize};
-use std::{fs, path::Path};
+use std::{fs, path::Path, time::Duration};
 use unic_io::{Capture, Split, atomic};
 
-/// The capture as it was when the run began, and the preset by name.
+/// Capture and preset of a run as they were when it began.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RunRecord {
-    /// Name of the preset that the settings began with.
+    /// Name of the preset.
     pub(crate) preset: String,
     /// Name of the capture.
     pub(crate) capture: String,
@@ -19,14 +19,21 @@ pub(crate) struct RunRecord {
     pub(crate) joints: usize,
     /// Vertices of the garment.
     pub(crate) vertices: usize,
-    /// Training clips with their frames, in the capture's order: the seed draws from it.
+    /// Training clips with their numbers of frames, in the order of the capture.
+    // The order matters: the seed draws the clip that is held out by its index.
     pub(crate) train: Vec<String>,
-    /// Validation clips likewise.
+    /// Validation clips with their numbers of frames, in the order of the capture.
     pub(crate) validation: Vec<String>,
+    /// Time for the whole run, in seconds, until its steps are planned.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) budget_s: Option<f64>,
 }
 
 impl RunRecord {
-    /// Reads the headers of the training and validation clips.
+    /// Creates the record of a capture. Reads the headers of its training and validation clips.
+    ///
+    /// # Errors
+    /// A clip that cannot be read.
     pub(crate) fn new(capture: &Capture, preset: String) -> Result<Self> {
         let clip = |name: &String| {
             let frames = capture.summarise_clip(name)?.pose_frames;
@@ -41,7 +48,18 @@ impl RunRecord {
             vertices: capture.garment.rest.vertices.len(),
             train: clips(Split::Train)?,
             validation: clips(Split::Validation)?,
+            budget_s: None,
         })
+    }
+
+    /// Time for the run, where its steps are still to be planned.
+    pub(crate) fn budget(&self) -> Option<Duration> {
+        self.budget_s.and_then(|s| Duration::try_from_secs_f64(s).ok())
+    }
+
+    /// Record without a budget, once its steps are planned. `None` if it has no budget.
+    pub(crate) fn planned(mut self) -> Option<Self> {
+        self.budget_s.take().map(|_| self)
     }
 
     pub(super) fn read(path: &Path) -> Result<Self> {
@@ -53,7 +71,10 @@ impl RunRecord {
         Ok(atomic::write(path, toml::to_string(self)?.as_bytes())?)
     }
 
-    /// Errors unless `now`, the capture at `path`, is the one that the run began with.
+    /// Compares the record with `now`, that of the capture at `path`.
+    ///
+    /// # Errors
+    /// The first property of the capture that differs.
     pub(crate) fn check(&self, now: &Self, path: &Path) -> Result<()> {
         let parts = [
             ("name", self.capture.clone(), now.capture.clone()),
@@ -71,6 +92,7 @@ impl RunRecord {
                 now.validation.join(", "),
             ),
         ];
+        // The preset is compared elsewhere: a resumed run need not name it again.
         match parts.into_iter().find(|(_, old, new)| old != new) {
             None => Ok(()),
             Some((what, old, new)) => {

@@ -1,8 +1,8 @@
-//! A small synthetic capture, and the program driven as a user does.
+//! Small synthetic captures, and the program run as a user runs it.
 #![allow(
     dead_code,
     unused_imports,
-    reason = "every test file is a program of its own and uses a part of this"
+    reason = "every test file is a program of its own and uses only some of these items"
 )]
 
 use std::{
@@ -24,12 +24,15 @@ pub(crate) fn garment() -> Garment {
     Figure::tube().garment
 }
 
-/// Writes the capture `folder`/tube: two training clips, one to validate, two to test.
+/// Writes the capture `folder`/tube with two training clips, one validation clip and two test
+/// clips.
 pub(crate) fn write_capture(folder: &Path) -> PathBuf {
     write_splits(folder, Split::Validation)
 }
 
-/// The same with the clip "three" to train on, so that the seed draws one to validate.
+/// Writes the capture `folder`/tube with three training clips and no validation clip.
+///
+/// The seed then draws the training clip that is held out.
 pub(crate) fn write_capture_without_validation(folder: &Path) -> PathBuf {
     write_splits(folder, Split::Train)
 }
@@ -43,27 +46,28 @@ fn write_splits(folder: &Path, third: Split) -> PathBuf {
         ("four", Split::Test),
         ("five", Split::Test),
     ];
-    let takes: Vec<_> = splits
+    let clips: Vec<_> = splits
         .into_iter()
         .enumerate()
         .map(|(seed, (name, split))| (take(name, seed, FRAMES), split))
         .collect();
-    unic_testdata::write_capture(&root, &Figure::tube(), &takes);
+    unic_testdata::write_capture(&root, &Figure::tube(), &clips);
     root
 }
 
-/// The program with these arguments, in `folder`.
+/// Command that runs the program in `folder` with the arguments of `line`.
 pub(crate) fn command(folder: &Path, line: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_unic"));
     command.current_dir(folder).args(line.split_whitespace());
     command
 }
 
+/// Runs the program in `folder` with the arguments of `line`.
 pub(crate) fn unic(folder: &Path, line: &str) -> Output {
     command(folder, line).output().unwrap()
 }
 
-/// Stdout of a run that must succeed.
+/// Runs the program, which must succeed. Returns its stdout.
 pub(crate) fn succeeds(folder: &Path, line: &str) -> String {
     let output = unic(folder, line);
     let stderr = String::from_utf8_lossy(&output.stderr);
@@ -75,20 +79,20 @@ pub(crate) fn succeeds(folder: &Path, line: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The one JSON object that a run prints.
+/// Runs the program, which must succeed. Returns the JSON object on its stdout.
 pub(crate) fn json(folder: &Path, line: &str) -> serde_json::Value {
     serde_json::from_str(&succeeds(folder, line)).unwrap()
 }
 
-/// Settings that make a run of seconds.
+/// Options of a training that takes seconds.
 pub(crate) const SHORT: &str = "--preset tiny --set optimiser.warmup_steps=5 --set validation.every=20";
 
-/// Trains `out` on tube.
+/// Trains the model `out` on the capture tube. Returns the summary.
 pub(crate) fn train(folder: &Path, out: &str, more: &str) -> serde_json::Value {
     json(folder, &format!("train tube {SHORT} --out {out} --json {more}"))
 }
 
-/// Name and bytes of each tensor of a model, in the order of names.
+/// Names and bytes of the tensors of a model, sorted by name.
 pub(crate) fn tensors(path: &Path) -> Vec<(String, Vec<u8>)> {
     let bytes = std::fs::read(path).unwrap();
     let file = safetensors::SafeTensors::deserialize(&bytes).unwrap();
@@ -102,7 +106,7 @@ pub(crate) fn tensors(path: &Path) -> Vec<(String, Vec<u8>)> {
     all
 }
 
-/// What a model tells about itself.
+/// Metadata of a model file.
 pub(crate) fn metadata(path: &Path) -> serde_json::Value {
     let bytes = std::fs::read(path).unwrap();
     let (_, header) = safetensors::SafeTensors::read_metadata(&bytes).unwrap();

@@ -1,4 +1,4 @@
-//! Small and read-only file systems: a tmpfs in a mount namespace of its own, gone with the command.
+//! Small and read-only disks: a tmpfs in a mount namespace, which ends with the command.
 
 use super::{files, fs};
 use std::{
@@ -8,17 +8,20 @@ use std::{
     sync::LazyLock,
 };
 
-/// Proof that file systems can be mounted here.
+/// Permission to mount file systems in a test.
 pub(crate) struct Disk;
 
-/// What a command has left on its disk.
+/// Result of a command that ran with a disk.
 pub(crate) struct Left {
     pub(crate) output: Output,
+    /// Files on the disk at the end, by their paths.
     pub(crate) files: BTreeMap<String, Vec<u8>>,
 }
 
-/// Arguments: mount options, remount options, program, its arguments. The disk begins as a copy of `seed`
-/// and is copied to `left` at the end.
+/// Script that mounts the disk and runs a program.
+///
+/// Its arguments are the mount options, the remount options, the program and its arguments. The
+/// disk begins as a copy of the folder `seed` and is copied to the folder `left` at the end.
 const SCRIPT: &str = r#"
 mount -t tmpfs -o "$1" none disk && cp -r seed/. disk/ && { [ -z "$2" ] || mount -o "$2" disk; } || exit 77
 shift 2
@@ -29,7 +32,7 @@ exit $code
 "#;
 
 impl Disk {
-    /// None, and a line that says so, where a test may not mount.
+    /// Returns `None`, and prints a line, if nothing can be mounted here.
     pub(crate) fn new() -> Option<Self> {
         static CAN_MOUNT: LazyLock<bool> = LazyLock::new(|| {
             let mount = "mount -t tmpfs -o size=64k none /tmp";
@@ -42,7 +45,7 @@ impl Disk {
         CAN_MOUNT.then_some(Self)
     }
 
-    /// Makes `folder`/seed, what disks begin with: (name, file of `folder` that it is a copy of).
+    /// Makes the folder `seed` with copies of files: pairs of a new name and a file in `folder`.
     pub(crate) fn seed(&self, folder: &Path, names: &[(&str, &str)]) -> BTreeMap<String, Vec<u8>> {
         let seed = folder.join("seed");
         for made in [&seed, &folder.join("disk")] {
@@ -54,26 +57,26 @@ impl Disk {
         files(&seed)
     }
 
-    /// Runs the program in `folder` with a disk of that size at `folder`/disk.
+    /// Runs the program in `folder` with a disk of `kilobytes` at `folder`/disk.
     pub(crate) fn run(&self, folder: &Path, kilobytes: u64, line: &str) -> Left {
-        // A size of zero means none.
-        let options = format!("size={}k", kilobytes.max(4));
-        self.run_on(folder, [&options, ""], line)
+        // A tmpfs of size zero has no limit.
+        let mount_options = format!("size={}k", kilobytes.max(4));
+        self.run_on(folder, &mount_options, "", line)
     }
 
-    /// The same with a disk that nobody can write to.
+    /// Runs the program in `folder` with a read-only disk at `folder`/disk.
     pub(crate) fn run_read_only(&self, folder: &Path, line: &str) -> Left {
-        self.run_on(folder, ["size=64m", "remount,ro"], line)
+        self.run_on(folder, "size=64m", "remount,ro", line)
     }
 
-    fn run_on(&self, folder: &Path, options: [&str; 2], line: &str) -> Left {
+    fn run_on(&self, folder: &Path, mount_options: &str, remount_options: &str, line: &str) -> Left {
         let left = folder.join("left");
         let _ = fs::remove_dir_all(&left);
         fs::create_dir(&left).unwrap();
         let output = Command::new("unshare")
             .current_dir(folder)
             .args(["-rm", "sh", "-c", SCRIPT, "sh"])
-            .args(options)
+            .args([mount_options, remount_options])
             .arg(env!("CARGO_BIN_EXE_unic"))
             .args(line.split_whitespace())
             .output()
@@ -85,7 +88,7 @@ impl Disk {
 }
 
 impl Left {
-    /// Puts everything into a folder of the ordinary disk.
+    /// Copies the files to a folder of the ordinary disk.
     pub(crate) fn restore(&self, folder: &Path) {
         for (name, bytes) in &self.files {
             let path = folder.join(name);

@@ -1,4 +1,4 @@
-//! Programs that are stopped, ended and killed while they work.
+//! Programs that are paused, ended and killed while they work.
 
 use super::common::command;
 use std::{
@@ -8,19 +8,20 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Ways to end a program.
+/// Signal, or signals, that end a program.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Signal {
-    /// kill -9.
+    /// SIGKILL.
     Kill,
-    /// Ctrl-C.
+    /// SIGINT, as of Ctrl-C.
     Interrupt,
-    /// As a system that shuts down does.
+    /// SIGTERM, as of a system that shuts down.
     Terminate,
-    /// As one that has lost patience does, while the program saves.
+    /// SIGTERM, then SIGKILL while the program saves.
     TerminateThenKill,
 }
 
+/// Program that runs.
 pub(crate) struct Running(Child);
 
 impl Running {
@@ -36,7 +37,7 @@ impl Running {
         assert!(sent.success());
     }
 
-    /// For so long, or until it ends.
+    /// Waits for `duration`, or until the program ends.
     pub(crate) fn sleep(&mut self, duration: Duration) {
         let started = Instant::now();
         while started.elapsed() < duration && self.is_running() {
@@ -44,7 +45,7 @@ impl Running {
         }
     }
 
-    /// Until a file is there.
+    /// Waits until a file exists.
     pub(crate) fn wait_for(&mut self, path: &Path) {
         let started = Instant::now();
         while !path.exists() {
@@ -62,7 +63,8 @@ impl Running {
         self.0.try_wait().unwrap().is_none()
     }
 
-    /// Ends it; none if it has ended on its own. `patience`: before the second signal.
+    /// Ends the program. `None` if it has ended by itself. `patience` is the time before the second
+    /// signal.
     pub(crate) fn end(mut self, signal: Signal, patience: Duration) -> Option<Output> {
         if !self.is_running() {
             return None;

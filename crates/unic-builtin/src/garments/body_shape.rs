@@ -1,72 +1,74 @@
-//! Slices of a character's body.
+//! Slices of a character's body, and measurements on them.
 
 use super::{GarmentError, ring::Ring};
+use crate::side::Side;
 use glam::{Vec2, Vec3};
 use std::ops::Range;
 use unic_core::{character::Character, skeleton::SMPL_JOINT_NAMES};
 
-/// First joint of the arms in SMPL's order: shoulders, elbows, wrists, hands, left before right.
+/// Joints of the arms in SMPL's order: shoulders, elbows, wrists, hands, each left before right.
 const ARMS: Range<usize> = 16..24;
 const PELVIS: usize = 0;
 const SPINE2: usize = 6;
 const NECK: usize = 12;
 const HEAD: usize = 15;
 
+/// Left shoulder, elbow and wrist in SMPL's order; the right ones follow.
+const ARM_CHAIN: [usize; 3] = [16, 18, 20];
+
 /// Distance between the slices that [`Measurements`] compares, metres.
 const SLICE_M: f32 = 0.005;
 
-/// Left (+X in the bind pose) or right.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// The character's left.
-    Left,
-    /// The character's right.
-    Right,
-}
+/// Most slices within a range of heights, whatever the size of the body.
+const MOST_SLICES: f32 = 1000.0;
 
-impl Side {
-    /// +1 for left, −1 for right: the sign of x.
-    pub fn sign(self) -> f32 {
-        match self {
-            Self::Left => 1.0,
-            Self::Right => -1.0,
-        }
-    }
-}
-
-/// A character's bind-pose body, ready to be sliced.
+/// A character's bind-pose body, prepared for slicing with planes.
 #[derive(Clone, Debug)]
 pub struct BodyShape<'a> {
+    /// Positions of the body's vertices in the bind pose, metres.
     vertices: &'a [Vec3],
+    /// Positions of the joints in the bind pose, metres.
     joints: &'a [Vec3],
-    /// Faces that no arm joint nor the head dominates.
+    /// Faces whose largest weights belong neither to an arm nor to the head.
     trunk: Vec<[u32; 3]>,
-    /// Faces dominated by the left and the right arm's joints.
+    /// Faces whose largest weights belong to the left and to the right arm.
     arms: [Vec<[u32; 3]>; 2],
+}
+
+/// Point on the bones of an arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArmPoint {
+    /// Position in the bind pose, metres.
+    pub position: Vec3,
+    /// Unit direction of the arm towards the hand, which turns smoothly around the elbow.
+    pub axis: Vec3,
 }
 
 /// Heights of a body in the bind pose, metres (world y).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurements {
-    /// Lowest point of the body.
+    /// Height of the lowest point of the body.
     pub floor: f32,
-    /// Between the legs.
+    /// Height of the lowest point of the trunk between the legs.
     pub crotch: f32,
-    /// Widest girth between crotch and waist.
+    /// Height of the widest girth between crotch and waist.
     pub hip: f32,
-    /// Narrowest girth between hips and chest.
+    /// Height of the narrowest girth between hips and chest.
     pub waist: f32,
-    /// Widest girth between waist and armpits.
+    /// Height of the widest girth between waist and armpits.
     pub chest: f32,
-    /// The shoulder joints.
+    /// Mean height of the shoulder joints.
     pub shoulder: f32,
-    /// Narrowest girth between shoulders and head.
+    /// Height of the narrowest girth between shoulders and head.
     pub neck: f32,
 }
 
 impl<'a> BodyShape<'a> {
+    /// Sorts the faces of a body by trunk and arms.
+    ///
     /// # Errors
-    /// A character without SMPL's 24 joints, weights that do not fit the body.
+    /// [`GarmentError::Joints`] without SMPL's 24 joints, [`GarmentError::Weights`] if the skinning
+    /// weights do not fit the body, [`GarmentError::Mesh`] for an invalid mesh.
     pub fn new(character: &'a Character) -> Result<Self, GarmentError> {
         let joints = character.skeleton.joints();
         if joints.len() != SMPL_JOINT_NAMES.len() {
@@ -80,6 +82,7 @@ impl<'a> BodyShape<'a> {
             });
         }
         character.body.check()?;
+        // Rows of skinning weights begin with the largest weight.
         let leading = |v: u32| {
             character
                 .weights
@@ -91,7 +94,7 @@ impl<'a> BodyShape<'a> {
             let faces = character.body.faces.iter().copied();
             faces.filter(|f| f.iter().all(|&v| of(leading(v)))).collect()
         };
-        // SMPL numbers left joints before right ones in turn: even ones of the arms are left.
+        // From the shoulders on, left joints have even numbers and right ones odd numbers.
         let arm = |side: usize| faces(&|j| ARMS.contains(&j) && j % 2 == side);
         Ok(Self {
             vertices,
@@ -104,16 +107,18 @@ impl<'a> BodyShape<'a> {
     /// Bind position of a joint in SMPL's order, metres.
     ///
     /// # Panics
-    /// For an index of 24 or more.
+    /// Panics for an index of 24 or more.
     pub fn joint(&self, joint: usize) -> Vec3 {
         self.joints[joint]
     }
 
-    /// The outline of the trunk, below the crotch of both legs together, at a height (world y,
-    /// metres): symmetric, u = 0 at the front (+Z), 0.25 at the left (+X). Arms and head are left out.
+    /// Symmetric outline of the trunk at a height (world y, metres), without arms and head.
+    ///
+    /// It begins at the front (+Z) with u = 0 and has the left (+X) at u = 0.25. Below the crotch
+    /// it encloses both legs together.
     ///
     /// # Errors
-    /// No trunk at this height.
+    /// [`GarmentError::NoSection`] without a trunk at this height.
     pub fn trunk_ring(&self, height: f32) -> Result<Ring, GarmentError> {
         self.hull(&self.trunk, Vec3::Y * height, [Vec3::Z, Vec3::X])
             .map(|ring| ring.symmetric())
@@ -123,50 +128,54 @@ impl<'a> BodyShape<'a> {
             })
     }
 
-    /// The outline of an arm across it, `along` metres from the shoulder joint towards the hand.
-    /// u = 0 is at the top, u grows so that it turns outward with the arm's direction as axis: towards
-    /// the front on the left arm, towards the back on the right.
+    /// Outline of an arm's cross-section, `along` metres from the shoulder joint towards the hand.
+    ///
+    /// It begins at the top with u = 0. With the arm's direction as axis, u grows towards the front
+    /// on the left arm and towards the back on the right one.
     ///
     /// # Errors
-    /// No arm there.
+    /// [`GarmentError::NoSection`] without an arm there.
     pub fn arm_ring(&self, side: Side, along: f32) -> Result<Ring, GarmentError> {
-        let (point, axis) = self.on_arm(side, along);
+        let ArmPoint { position, axis } = self.on_arm(side, along);
         let front = Vec3::Y.reject_from(axis).normalize_or(Vec3::Z);
-        let ring = self.hull(&self.arms[index(side)], point, [front, axis.cross(front)]);
+        let ring = self.hull(&self.arms[side.index()], position, [front, axis.cross(front)]);
         ring.ok_or(GarmentError::NoSection {
             what: "arm",
             at_m: along,
         })
     }
 
-    /// Point on the bones of an arm, `along` metres from the shoulder joint, and the unit direction
-    /// towards the hand there, which turns smoothly around the elbow.
-    pub fn on_arm(&self, side: Side, along: f32) -> (Vec3, Vec3) {
-        let [shoulder, elbow, wrist] = [16, 18, 20].map(|j| self.joints[j + index(side)]);
+    /// Point on the bones of an arm, `along` metres from the shoulder joint.
+    pub fn on_arm(&self, side: Side, along: f32) -> ArmPoint {
+        let [shoulder, elbow, wrist] = ARM_CHAIN.map(|j| self.joints[j + side.index()]);
         let upper = shoulder.distance(elbow);
         let (d0, d1) = (
             (elbow - shoulder).normalize_or(Vec3::X),
             (wrist - elbow).normalize_or(Vec3::X),
         );
-        let point = if along < upper {
+        let position = if along < upper {
             shoulder + d0 * along
         } else {
             elbow + d1 * (along - upper)
         };
+        // The direction turns over half the upper arm's length, centred on the elbow.
         let bend = ((along - upper) / (0.5 * upper) + 0.5).clamp(0.0, 1.0);
-        (point, d0.lerp(d1, bend).normalize_or(d0))
+        ArmPoint {
+            position,
+            axis: d0.lerp(d1, bend).normalize_or(d0),
+        }
     }
 
     /// Lengths of the upper arm and the forearm, metres.
     pub fn arm_lengths(&self, side: Side) -> [f32; 2] {
-        let [shoulder, elbow, wrist] = [16, 18, 20].map(|j| self.joints[j + index(side)]);
+        let [shoulder, elbow, wrist] = ARM_CHAIN.map(|j| self.joints[j + side.index()]);
         [shoulder.distance(elbow), elbow.distance(wrist)]
     }
 
-    /// The heights at which clothes are measured.
+    /// Heights at which clothes are measured.
     ///
     /// # Errors
-    /// A body without a trunk.
+    /// [`GarmentError::NoSection`] for a body without a trunk.
     pub fn measurements(&self) -> Result<Measurements, GarmentError> {
         let y = |joint: usize| self.joints[joint].y;
         let crotch = self.crotch();
@@ -174,6 +183,7 @@ impl<'a> BodyShape<'a> {
         let hip_top = y(PELVIS) + 0.4 * (y(SPINE2) - y(PELVIS)).max(0.05);
         let chest_base = y(SPINE2) + 0.5 * (shoulder - y(SPINE2));
         let hip = self.extreme(crotch..hip_top, |girth| -girth)?;
+        // Higher slices would cut the shoulders.
         let chest = self.extreme(chest_base..shoulder - 0.08, |girth| -girth)?;
         Ok(Measurements {
             floor: self.vertices.iter().map(|v| v.y).fold(f32::MAX, f32::min),
@@ -186,7 +196,7 @@ impl<'a> BodyShape<'a> {
         })
     }
 
-    /// Lowest point of the trunk on the midplane: where the body between the legs ends.
+    /// Height of the lowest trunk face on the midplane, metres.
     fn crotch(&self) -> f32 {
         let pelvis = self.joints[PELVIS];
         let across = |face: &[u32; 3]| {
@@ -194,17 +204,19 @@ impl<'a> BodyShape<'a> {
             let sides = corners.map(|c| c.x - pelvis.x);
             let crosses = sides.iter().any(|s| *s >= 0.0) && sides.iter().any(|s| *s <= 0.0);
             let height = corners.iter().map(|c| c.y).sum::<f32>() / 3.0;
-            // Feet may touch; they are not the trunk's end.
+            // Knees and feet may touch at the midplane; they are not the end of the trunk.
             (crosses && height > pelvis.y - 0.3).then_some(height)
         };
         self.trunk.iter().filter_map(across).fold(pelvis.y, f32::min)
     }
 
-    /// Height of the trunk ring of least cost, a function of the circumference.
+    /// Height within a range at which a function of the trunk's girth is least.
+    ///
+    /// Heights without a trunk are passed over; of equal girths, the lowest height counts.
     fn extreme(&self, heights: Range<f32>, cost: impl Fn(f32) -> f32) -> Result<f32, GarmentError> {
         let count = ((heights.end - heights.start) / SLICE_M)
             .ceil()
-            .clamp(1.0, 1000.0) as usize;
+            .clamp(1.0, MOST_SLICES) as usize;
         let mut best: Option<(f32, f32)> = None;
         for i in 0..=count {
             let height = heights.start + (heights.end - heights.start) * i as f32 / count as f32;
@@ -222,6 +234,7 @@ impl<'a> BodyShape<'a> {
         })
     }
 
+    /// Convex outline of the section of faces with a plane; none where they do not meet it.
     fn hull(&self, faces: &[[u32; 3]], origin: Vec3, [front, side]: [Vec3; 2]) -> Option<Ring> {
         let normal = front.cross(side);
         let mut points = Vec::new();
@@ -237,7 +250,8 @@ impl<'a> BodyShape<'a> {
             }
         }
         let middle = centre(&points)?;
-        // The trunk's rings stay centred on the midplane, so that mirrored ones are its own.
+        // A support function about a point near the middle stays positive. The trunk's rings stay
+        // centred on the midplane, so that they are symmetric about it.
         let shift = front * middle.x + side * if side == Vec3::X { 0.0 } else { middle.y };
         let plane_shift = Vec2::new(shift.dot(front), shift.dot(side));
         points.iter_mut().for_each(|p| *p -= plane_shift);
@@ -245,14 +259,7 @@ impl<'a> BodyShape<'a> {
     }
 }
 
-fn index(side: Side) -> usize {
-    match side {
-        Side::Left => 0,
-        Side::Right => 1,
-    }
-}
-
-/// Centre of the bounding box.
+/// Centre of the bounding box of points; none without points.
 fn centre(points: &[Vec2]) -> Option<Vec2> {
     let first = *points.first()?;
     let (low, high) = (points.iter()).fold((first, first), |(l, h), p| (l.min(*p), h.max(*p)));

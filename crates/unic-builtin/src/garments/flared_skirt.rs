@@ -7,15 +7,17 @@ use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 use unic_core::character::Character;
 
-/// A skirt that fits the waist and widens to the hem: more cloth than the body is wide, so that it
-/// falls into folds. Triangles have the same size at the waist and at the hem.
+/// A skirt that fits the waist and widens to the hem, where it falls into folds.
 ///
-/// Parts: `waistband`, `skirt`. Attachments: `waistband`. Cut in gores, so the pattern is not one piece.
+/// Triangles have the same size at the waist and at the hem. The pattern consists of gores, which
+/// are flattened one by one.
+///
+/// Parts: `waistband`, `skirt`. Attachments: `waistband`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlaredSkirt {
-    /// From the waistband's lower edge to the hem, straight down, metres, 0.2 to 0.9.
+    /// Vertical distance from the waistband's lower edge to the hem, metres, 0.2 to 0.9.
     pub length_m: f32,
-    /// Horizontal run a metre down below the hips, 0 to 1.5.
+    /// Horizontal run for each metre down, 0 to 1.5.
     pub flare: f32,
     /// Distance of the waistband from the body, metres, 0.002 to 0.03.
     pub ease_m: f32,
@@ -37,34 +39,50 @@ impl Default for FlaredSkirt {
 /// Height of the waistband, metres.
 const BAND_M: f32 = 0.03;
 
-/// Distance over which the flare begins below the band, metres.
+/// Distance below the waistband over which the flare sets in, metres.
 const YOKE_M: f32 = 0.10;
 
-/// Distance of the cloth from the hips where it hangs over them, metres.
+/// Distance of the cloth from the hips, metres.
 const HIP_EASE_M: f32 = 0.012;
 
-/// Gores of the pattern, each flattened by itself.
+/// Vertical distance between the outlines that are computed, metres.
+const OUTLINE_STEP_M: f32 = 0.005;
+
+/// Number of gores of the pattern.
 const GORES: f32 = 8.0;
 
+/// Outline of the cloth at one height.
+struct HeightOutline {
+    /// Distance below the waistband's lower edge, metres; negative in the band.
+    down: f32,
+    ring: Ring,
+}
+
 /// One row of vertices around the body.
-struct Row {
+struct VertexRow {
     /// First vertex.
     first: u32,
-    /// Vertices; even.
+    /// Number of vertices; even.
     count: usize,
     /// Share of a vertex's width by which the row is turned: rows are staggered.
     phase: f32,
 }
 
-/// A corner of the triangles between two rows: the row, and the vertex's number in it, which may go
-/// beyond the last to the first.
-type Corner = (usize, usize);
+/// Corner of a triangle between two rows.
+#[derive(Clone, Copy)]
+struct RowCorner {
+    /// 0 for the lower row, 1 for the upper one.
+    row: usize,
+    /// Number of the vertex in the row; the number of vertices means the first one again.
+    number: usize,
+}
 
 impl FlaredSkirt {
-    /// The skirt on a character, in its bind-pose space.
+    /// Makes the skirt for a character, in its bind-pose space.
     ///
     /// # Errors
-    /// Parameters out of range, a character that is not SMPL's kind.
+    /// [`GarmentError::Parameter`] for a parameter out of range; other errors for a character that
+    /// is not of SMPL's kind.
     pub fn make(&self, character: &Character) -> Result<GarmentMesh, GarmentError> {
         self.check()?;
         let body = BodyShape::new(character)?;
@@ -85,6 +103,7 @@ impl FlaredSkirt {
         let mut garment = sewing.finish()?;
         let mesh = &mut garment.mesh;
         mesh.uvs = Some(pattern(&mesh.vertices, &mesh.faces, &gores, |gore| {
+            // u along the tangent in the middle of the gore.
             let (sin, cos) = (TAU * (f32::from(gore) + 0.5) / GORES).sin_cos();
             [Vec3::new(cos, 0.0, -sin), Vec3::Y]
         }));
@@ -98,48 +117,60 @@ impl FlaredSkirt {
         check_range("edge_m", self.edge_m, 0.008..=0.05, "0.008 to 0.05 m")
     }
 
-    /// Closely spaced outlines of the cloth from the waistband's upper edge downward, with the
-    /// distance below the band's lower edge (negative in the band).
-    fn outlines(&self, body: &BodyShape, measures: &Measurements) -> Result<Vec<(f32, Ring)>, GarmentError> {
+    /// Closely spaced outlines of the cloth from the waistband's upper edge downward.
+    fn outlines(
+        &self,
+        body: &BodyShape,
+        measures: &Measurements,
+    ) -> Result<Vec<HeightOutline>, GarmentError> {
         let band_bottom = measures.waist - 0.5 * BAND_M;
         let length = self.length_m.min(band_bottom - measures.floor - 0.02);
-        let count = ((length + BAND_M) / 0.005).ceil() as usize;
+        let count = ((length + BAND_M) / OUTLINE_STEP_M).ceil() as usize;
         let mut outlines = Vec::with_capacity(count + 1);
         let mut above: Option<Ring> = None;
         for i in 0..=count {
             let down = (length + BAND_M) * i as f32 / count as f32 - BAND_M;
-            // The band lies on the waist, whatever the body does within its height.
+            // Cloth falls straight down from the widest place above: outlines never shrink.
             let bare = body.trunk_ring(band_bottom - down)?;
-            let hanging = above.map_or(bare.clone(), |above| bare.around_both(&above));
+            let enclosing = above.map_or(bare.clone(), |above| bare.around_both(&above));
             let share = (down / YOKE_M).clamp(0.0, 1.0);
+            // Within the yoke the slope grows from zero to the flare; below, it is the flare.
             let flared = self.flare * (down.max(0.0) - 0.5 * YOKE_M * share * (2.0 - share));
             let ease = self.ease_m + (HIP_EASE_M - self.ease_m).max(0.0) * share;
-            outlines.push((down, hanging.offset(ease + flared.max(0.0))));
-            above = Some(hanging);
+            let ring = enclosing.offset(ease + flared.max(0.0));
+            outlines.push(HeightOutline { down, ring });
+            above = Some(enclosing);
         }
         Ok(outlines)
     }
 
-    /// Vertices from the hem up to the waist, in rows an equilateral triangle's height apart.
-    fn rows(&self, sewing: &mut Sewing, outlines: &[(f32, Ring)], [band, skirt]: [u32; 2]) -> Vec<Row> {
+    /// Adds the vertices from the hem up to the waist, in rows an equilateral triangle's height
+    /// apart.
+    ///
+    /// `parts` are the waistband and the skirt.
+    fn rows(&self, sewing: &mut Sewing, outlines: &[HeightOutline], parts: [u32; 2]) -> Vec<VertexRow> {
+        let [band, skirt] = parts;
+        // Length of the cloth from the hem up to each outline.
         let mut up = vec![0.0; outlines.len()];
         for i in (0..outlines.len() - 1).rev() {
-            up[i] = up[i + 1] + slant(&outlines[i + 1].1, &outlines[i].1);
+            up[i] = up[i + 1] + slant(&outlines[i + 1].ring, &outlines[i].ring);
         }
+        // 0.866 is the height of an equilateral triangle over its side.
         let count = (up[0] / (self.edge_m * 0.866)).round().max(2.0) as usize;
         let mut rows = Vec::with_capacity(count + 1);
         for j in 0..=count {
             let at = up[0] * j as f32 / count as f32;
             let next = up.partition_point(|u| *u > at).clamp(1, up.len() - 1);
             let t = ((up[next - 1] - at) / (up[next - 1] - up[next]).max(1e-6)).clamp(0.0, 1.0);
-            let ring = outlines[next - 1].1.blended(&outlines[next].1, t);
-            let down = outlines[next - 1].0 + (outlines[next].0 - outlines[next - 1].0) * t;
+            let (upper, lower) = (&outlines[next - 1], &outlines[next]);
+            let ring = upper.ring.blended(&lower.ring, t);
+            let down = upper.down + (lower.down - upper.down) * t;
             let part = if down < 0.5 * self.edge_m { band } else { skirt };
             let vertices = 2 * (0.5 * ring.circumference() / self.edge_m).round().max(4.0) as usize;
             let phase = 0.5 * (j % 2) as f32;
             let place = |i: usize| ring.point((i as f32 + phase) / vertices as f32);
             let indices: Vec<u32> = (0..vertices).map(|i| sewing.vertex(part, place(i))).collect();
-            rows.push(Row {
+            rows.push(VertexRow {
                 first: indices[0],
                 count: vertices,
                 phase,
@@ -149,7 +180,7 @@ impl FlaredSkirt {
     }
 }
 
-/// Mean distance between two outlines.
+/// Mean distance between two outlines, metres.
 fn slant(lower: &Ring, upper: &Ring) -> f32 {
     let angle = |k: usize| k as f32 * TAU / 16.0;
     let distance = |k: usize| {
@@ -160,8 +191,8 @@ fn slant(lower: &Ring, upper: &Ring) -> f32 {
     (0..16).map(distance).sum::<f32>() / 16.0
 }
 
-impl Row {
-    /// Share of the circumference of a vertex.
+impl VertexRow {
+    /// Position of a vertex as a share of the circumference.
     fn share(&self, number: usize) -> f32 {
         (number as f32 + self.phase) / self.count as f32
     }
@@ -171,9 +202,8 @@ impl Row {
     }
 }
 
-/// Triangles between a row and the next above it, with the gore of each; the row that is behind goes
-/// ahead.
-fn sew_rows(sewing: &mut Sewing, rows: [&Row; 2], gores: &mut Vec<u8>) {
+/// Adds the triangles between a row and the next above it, and the gore of each triangle.
+fn sew_rows(sewing: &mut Sewing, rows: [&VertexRow; 2], gores: &mut Vec<u8>) {
     let (mut i, mut j) = (0, 0);
     while i < rows[0].count || j < rows[1].count {
         // The shorter of the two diagonals, measured around the body.
@@ -181,12 +211,17 @@ fn sew_rows(sewing: &mut Sewing, rows: [&Row; 2], gores: &mut Vec<u8>) {
             || (i < rows[0].count
                 && (rows[0].share(i + 1) - rows[1].share(j)).abs()
                     <= (rows[1].share(j + 1) - rows[0].share(i)).abs());
-        let ahead: Corner = if lower_goes { (0, i + 1) } else { (1, j + 1) };
-        let corners: [Corner; 3] = [(0, i), ahead, (1, j)];
-        let middle = corners.iter().map(|&(r, n)| rows[r].share(n)).sum::<f32>() / 3.0;
+        let corner = |row: usize, number: usize| RowCorner { row, number };
+        let next = if lower_goes {
+            corner(0, i + 1)
+        } else {
+            corner(1, j + 1)
+        };
+        let corners = [corner(0, i), next, corner(1, j)];
+        let middle = corners.iter().map(|c| rows[c.row].share(c.number)).sum::<f32>() / 3.0;
         gores.push((middle * GORES).min(GORES - 1.0) as u8);
-        // The pattern is flattened from the whole.
-        sewing.face(corners.map(|(r, n)| rows[r].vertex(n)), [Vec2::ZERO; 3]);
+        // Pattern coordinates are computed from the finished mesh.
+        sewing.face(corners.map(|c| rows[c.row].vertex(c.number)), [Vec2::ZERO; 3]);
         i += usize::from(lower_goes);
         j += usize::from(!lower_goes);
     }

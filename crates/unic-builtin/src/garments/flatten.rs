@@ -1,28 +1,34 @@
-//! Pattern coordinates: a curved panel laid flat.
+//! Pattern coordinates: flattening of curved panels.
 
 use glam::{Vec2, Vec3};
 use unic_core::mesh::Uvs;
 
-/// Rounds of fitting rotations and solving for places.
+/// Rounds of fitting rotations and solving for positions.
 const ROUNDS: usize = 60;
 
-/// Conjugate-gradient steps a round, each starting from the round before.
+/// Conjugate-gradient steps of a round.
+///
+/// A round does not converge: it starts from the solution of the round before, which is close.
 const SOLVER_STEPS: usize = 20;
 
-/// Least cotangent weight: obtuse triangles would make the energy indefinite.
+/// Smallest cotangent weight. Negative weights of obtuse triangles would make the energy
+/// indefinite.
 const LEAST_COTANGENT: f32 = 0.02;
 
-/// A panel in the plane as nearly isometric to its rest shape as it gets: the local-global iteration
-/// of Liu et al. 2008, "A local/global approach to mesh parameterization" (ARAP).
+/// Lays a panel flat with as little distortion of lengths as possible.
 ///
-/// `initial` gives each vertex a place to start from, metres, with faces counter-clockwise.
+/// It is the local-global iteration of Liu et al. 2008, "A local/global approach to mesh
+/// parameterization" (ARAP). `initial` holds a start position of each vertex in metres, with faces
+/// counter-clockwise.
 pub(crate) fn flattened(vertices: &[Vec3], faces: &[[u32; 3]], initial: Vec<Vec2>) -> Vec<Vec2> {
-    let triangles: Vec<Flat> = faces
+    let triangles: Vec<FlatTriangle> = faces
         .iter()
-        .map(|f| Flat::new(f.map(|v| vertices[v as usize])))
+        .map(|f| FlatTriangle::new(f.map(|v| vertices[v as usize])))
         .collect();
     let mut places = initial;
     for _ in 0..ROUNDS {
+        // Local step: the best rotation of each triangle. Global step: the positions that fit the
+        // rotated edges best.
         let mut pull = vec![Vec2::ZERO; vertices.len()];
         for (face, flat) in faces.iter().zip(&triangles) {
             let turn = flat.rotation(face.map(|v| places[v as usize]));
@@ -38,14 +44,15 @@ pub(crate) fn flattened(vertices: &[Vec3], faces: &[[u32; 3]], initial: Vec<Vec2
     places
 }
 
-/// A triangle laid flat by itself.
-struct Flat {
+/// A triangle of the rest shape, laid flat by itself.
+struct FlatTriangle {
+    /// Positions, metres: the first corner at the origin, the second on the x axis.
     corners: [Vec2; 3],
-    /// Cotangent of the angle opposite to each edge (k, k + 1).
+    /// Cotangent weight of each edge (k, k + 1), that of the angle opposite to it.
     weights: [f32; 3],
 }
 
-impl Flat {
+impl FlatTriangle {
     fn new([a, b, c]: [Vec3; 3]) -> Self {
         let along = (b - a).normalize_or(Vec3::X);
         let height = (c - a).reject_from_normalized(along).length();
@@ -64,12 +71,14 @@ impl Flat {
         Self { corners, weights }
     }
 
+    /// Vector from corner k to the next one, metres.
     fn edge(&self, k: usize) -> Vec2 {
         self.corners[(k + 1) % 3] - self.corners[k]
     }
 
-    /// The rotation, as a complex number, that best takes this triangle to its place.
+    /// Rotation that best fits this triangle to the given positions, as a complex number.
     fn rotation(&self, places: [Vec2; 3]) -> Vec2 {
+        // In the plane the weighted sum of conj(from) · to has the angle of the best rotation.
         let mut sum = Vec2::ZERO;
         for k in 0..3 {
             let (from, to) = (self.edge(k), places[(k + 1) % 3] - places[k]);
@@ -79,8 +88,9 @@ impl Flat {
     }
 }
 
-/// Conjugate gradients with the diagonal as preconditioner for the weighted Laplacian.
-fn solve(faces: &[[u32; 3]], triangles: &[Flat], pull: &[Vec2], places: &mut [Vec2]) {
+/// Improves positions towards the solution of the weighted Laplace equation with the right-hand
+/// side `pull`, by conjugate gradients with a diagonal preconditioner.
+fn solve(faces: &[[u32; 3]], triangles: &[FlatTriangle], pull: &[Vec2], places: &mut [Vec2]) {
     let apply = |x: &[Vec2]| {
         let mut out = vec![Vec2::ZERO; x.len()];
         each_edge(faces, triangles, |a, b, w| {
@@ -90,11 +100,13 @@ fn solve(faces: &[[u32; 3]], triangles: &[Flat], pull: &[Vec2], places: &mut [Ve
         });
         out
     };
+    // Not zero, for a vertex without faces is divided by its entry too.
     let mut diagonal = vec![1e-9; places.len()];
     each_edge(faces, triangles, |a, b, w| {
         diagonal[a] += w;
         diagonal[b] += w;
     });
+    // Sums over thousands of vertices are taken in f64.
     let dot = |x: &[Vec2], y: &[Vec2]| x.iter().zip(y).map(|(p, q)| f64::from(p.dot(*q))).sum::<f64>();
     let scaled = |r: &[Vec2]| r.iter().zip(&diagonal).map(|(r, d)| *r / *d).collect::<Vec<_>>();
     let mut residual: Vec<Vec2> = pull.iter().zip(apply(places)).map(|(p, l)| *p - l).collect();
@@ -103,6 +115,7 @@ fn solve(faces: &[[u32; 3]], triangles: &[Flat], pull: &[Vec2], places: &mut [Ve
     for _ in 0..SOLVER_STEPS {
         let along = apply(&direction);
         let curvature = dot(&direction, &along);
+        // Converged: the next step would be 0/0.
         if curvature <= 1e-20 {
             return;
         }
@@ -122,7 +135,8 @@ fn solve(faces: &[[u32; 3]], triangles: &[Flat], pull: &[Vec2], places: &mut [Ve
     }
 }
 
-fn each_edge(faces: &[[u32; 3]], triangles: &[Flat], mut edge: impl FnMut(usize, usize, f32)) {
+/// Calls `edge` with both ends and the weight of each edge of each triangle.
+fn each_edge(faces: &[[u32; 3]], triangles: &[FlatTriangle], mut edge: impl FnMut(usize, usize, f32)) {
     for (face, flat) in faces.iter().zip(triangles) {
         for k in 0..3 {
             edge(face[k] as usize, face[(k + 1) % 3] as usize, flat.weights[k]);
@@ -130,12 +144,13 @@ fn each_edge(faces: &[[u32; 3]], triangles: &[Flat], mut edge: impl FnMut(usize,
     }
 }
 
-/// Room between panels in the pattern, metres.
+/// Distance between panels in the pattern, metres.
 const GAP_M: f32 = 0.05;
 
-/// Pattern coordinates of a mesh whose faces belong to panels, each a disc: every panel flattened by
-/// itself and laid beside the one before. `frame` gives a panel's directions of u and v in space,
-/// from which flattening starts.
+/// Computes pattern coordinates of a mesh whose faces belong to panels, each of them a disc.
+///
+/// Every panel is flattened by itself and laid beside the one before. `frame` gives the directions
+/// of u and v in space of a panel; flattening starts from the projection onto them.
 pub(crate) fn pattern(
     vertices: &[Vec3],
     faces: &[[u32; 3]],
@@ -168,15 +183,16 @@ pub(crate) fn pattern(
     uvs
 }
 
-/// The faces of one label as a mesh of its own.
+/// Faces of one panel as a separate mesh.
 struct Panel {
     vertices: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
-    /// The whole's face of each.
+    /// Index of each face in the full mesh.
     face_of: Vec<usize>,
 }
 
 impl Panel {
+    /// Extracts the faces with a label.
     fn of(vertices: &[Vec3], faces: &[[u32; 3]], labels: &[u8], label: u8) -> Self {
         let mut number = vec![u32::MAX; vertices.len()];
         let mut panel = Self {
@@ -206,7 +222,7 @@ mod tests {
 
     #[test]
     fn a_bent_strip_unrolls_to_its_lengths() {
-        // A third of a cylinder of radius 0.2, seen from its axis' side.
+        // A strip of a cylinder of radius 0.2 over an angle of 2 radians.
         let (columns, rows) = (16usize, 6usize);
         let angle = |i: usize| (i as f32 / columns as f32 - 0.5) * 2.0;
         let at = |i: usize, j: usize| {

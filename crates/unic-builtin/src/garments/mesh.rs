@@ -1,17 +1,20 @@
-//! A garment as its maker hands it over.
+//! Finished garments: mesh, parts and attachments.
 
 use unic_core::mesh::TriMesh;
 
-/// A garment's rest shape with what a simulation wants to know of its vertices.
+/// Rest shape of a garment with the parts and attachments that a simulation needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GarmentMesh {
-    /// The rest shape in the character's bind-pose space, metres. Texture coordinates are pattern
-    /// coordinates in metres: the cloth cut flat, with v along the warp, so that lengths in it
-    /// agree with lengths on the rest shape up to what flattening costs.
+    /// Rest shape in the character's bind-pose space, metres.
+    ///
+    /// Texture coordinates are pattern coordinates in metres: the cloth laid flat, with v along the
+    /// warp. Lengths in the pattern agree with lengths on the rest shape up to the distortion of
+    /// flattening.
     pub mesh: TriMesh,
     /// Named parts: panels, layers, bands.
     pub parts: Vec<Part>,
-    /// For each vertex its part, an index into `parts`. A vertex on a seam belongs to one of the two.
+    /// Part of each vertex, an index into `parts`. A vertex on a seam belongs to one of its two
+    /// parts.
     pub part_of_vertex: Vec<u32>,
     /// Sets of vertices that may be held on the body.
     pub attachments: Vec<Attachment>,
@@ -20,36 +23,36 @@ pub struct GarmentMesh {
 /// One named part of a garment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// Unique within the garment, such as `sleeve_left`.
+    /// Name that is unique within the garment, such as `sleeve_left`.
     pub name: String,
-    /// What it is made of.
+    /// Fabric of the part.
     pub fabric: Fabric,
 }
 
-/// Material hint of a part; a simulation maps it to a material of its own.
+/// Fabric of a part. A simulation maps it to one of its own materials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fabric {
     /// Light shirt cotton.
     Cotton,
-    /// Heavy and stiff.
+    /// Heavy, stiff trouser fabric.
     Denim,
-    /// Light, limp and smooth.
+    /// Light, limp, smooth fabric.
     Silk,
-    /// Very light, stiff for its weight.
+    /// Very light net, stiff for its weight.
     Tulle,
 }
 
-/// Vertices that may be held where they are on the body, such as a waistband.
+/// Vertices that may be held in place on the body, such as a waistband.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Attachment {
-    /// Unique within the garment.
+    /// Name that is unique within the garment.
     pub name: String,
     /// Vertices, ascending.
     pub vertices: Vec<u32>,
 }
 
 impl GarmentMesh {
-    /// True for the vertices of any of the attachments: `pinned` of a capture's `garment.npz`.
+    /// Marks the vertices of all attachments with true: `pinned` of a capture's `garment.npz`.
     pub fn attached(&self) -> Vec<bool> {
         let mut attached = vec![false; self.mesh.vertices.len()];
         let vertices = self.attachments.iter().flat_map(|a| &a.vertices);
@@ -57,7 +60,7 @@ impl GarmentMesh {
         attached
     }
 
-    /// Index of a part by its name.
+    /// Index of the part with a name.
     pub fn part(&self, name: &str) -> Option<u32> {
         let index = self.parts.iter().position(|p| p.name == name);
         index.map(|i| i as u32)

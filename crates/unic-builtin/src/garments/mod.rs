@@ -1,9 +1,9 @@
 //! Garments from parameters, for any character whose joints are in SMPL's order.
 //!
-//! A garment is cut from the body's own shape: [`BodyShape`] slices the body into [`Ring`]s (convex
-//! outlines, as a measuring tape lies), a maker offsets them by an ease and lays grids of cloth over
-//! them with [`Sewing`], and the result is a [`GarmentMesh`]: a rest shape in the character's
-//! bind-pose space with pattern coordinates in metres, named parts and named attachments.
+//! A garment follows the shape of the body. [`BodyShape`] slices the body into [`Ring`]s: convex
+//! outlines, as a measuring tape would show them. A garment offsets them by an ease and covers them
+//! with grids of cloth, joined by [`Sewing`]. The result is a [`GarmentMesh`]: a rest shape in the
+//! character's bind-pose space with pattern coordinates in metres, named parts and attachments.
 //!
 //! Left and right are the character's; left is +X in the bind pose.
 
@@ -21,19 +21,20 @@ mod tshirt;
 mod tulle_skirt;
 mod vertex_budget;
 
-pub use body_shape::{BodyShape, Measurements, Side};
+pub use crate::side::Side;
+pub use body_shape::{ArmPoint, BodyShape, Measurements};
 pub use flared_skirt::FlaredSkirt;
 pub use mesh::{Attachment, Fabric, GarmentMesh, Part};
 pub use pleated_dress::PleatedDress;
 pub use ring::Ring;
 pub use robe::Robe;
-pub use sewing::{Grid, GridShape, Sewing, Wrap};
+pub use sewing::{Grid, GridShape, PatternVertex, Sewing, Wrap};
 pub use tshirt::TShirt;
 pub use tulle_skirt::TulleSkirt;
 
 use thiserror::Error;
 
-/// Why a garment cannot be made.
+/// Reason why a garment cannot be made.
 #[derive(Debug, Error, PartialEq)]
 pub enum GarmentError {
     /// The character's joints are not SMPL's 24.
@@ -42,52 +43,53 @@ pub enum GarmentError {
         /// Number of joints found.
         found: usize,
     },
-    /// Skinning weights of another number of vertices than the body.
+    /// The number of rows of skinning weights is not the number of body vertices.
     #[error("garment: expected skinning weights for {expected} body vertices, found {found}")]
     Weights {
-        /// Vertices of the body.
+        /// Number of body vertices.
         expected: usize,
-        /// Rows found.
+        /// Number of rows found.
         found: usize,
     },
     /// The body has no surface where a section is needed.
     #[error("garment: the body has no {what} at {at_m:.3} m")]
     NoSection {
-        /// Which part of the body.
+        /// Name of the missing body part.
         what: &'static str,
         /// Height, or distance along the limb, metres.
         at_m: f32,
     },
-    /// A parameter outside its range.
+    /// A parameter is outside its range.
     #[error("garment: {name} is {found}, expected {expected}")]
     Parameter {
-        /// The parameter.
+        /// Name of the parameter.
         name: &'static str,
-        /// Its range, in words.
+        /// Allowed range, in words.
         expected: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         found: f32,
     },
     /// Two edges to be sewn have different numbers of vertices.
     #[error("garment: a seam joins {left} vertices to {right}")]
     Seam {
-        /// Vertices of the first edge.
+        /// Number of vertices of the first edge.
         left: usize,
-        /// Vertices of the second edge.
+        /// Number of vertices of the second edge.
         right: usize,
     },
-    /// The finished mesh is not sound.
+    /// The finished mesh is invalid.
     #[error(transparent)]
     Mesh(#[from] unic_core::mesh::MeshError),
 }
 
-/// Refuses a parameter outside `range`, NaN included.
+/// Returns an error for a parameter outside `range`, NaN included.
 pub(crate) fn check_range(
     name: &'static str,
     found: f32,
     range: std::ops::RangeInclusive<f32>,
     expected: &'static str,
 ) -> Result<(), GarmentError> {
+    // No range contains NaN.
     if range.contains(&found) {
         return Ok(());
     }

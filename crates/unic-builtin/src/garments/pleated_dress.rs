@@ -13,34 +13,38 @@ use pleat::{Pleat, PleatColumns};
 /// Distance of the skirt's outer face from the body at the waist, metres: room for the folds below.
 const FACE_LEVEL_M: f32 = 0.014;
 
-/// Between neighbouring layers of a pleat, metres, at the waist and at the hem.
-const LAYER_GAP_M: [f32; 2] = [0.004, 0.006];
+/// Distance between neighbouring layers of a pleat at the waist, metres.
+const WAIST_GAP_M: f32 = 0.004;
 
-/// Share of the bodice's half width at which a strap's middle lies.
+/// Distance between neighbouring layers of a pleat at the hem, metres.
+const HEM_GAP_M: f32 = 0.006;
+
+/// x of a strap's middle as a share of the bodice's half width.
 const STRAP_MIDDLE: f32 = 0.56;
 
-/// A fitted bodice on two straps and a skirt of knife pleats: at the waist three layers lie on one
-/// another, towards the hem the pleats open. The folds are in the rest shape, so that a bending force
-/// that remembers rest angles keeps them.
+/// A fitted bodice on two straps with a skirt of knife pleats.
 ///
-/// Only the visible faces of the pleats are sewn to the bodice: the fold behind each hangs from its two
-/// ends and leaves an opening at the waist, as a pleat that nobody has tacked down.
+/// At the waist three layers of a pleat lie on one another; towards the hem the pleats open. The
+/// folds belong to the rest shape, so that bending forces with rest angles keep them.
 ///
-/// Parts: `bodice`, `strap_left`, `strap_right`, `skirt`. Attachments: `waist`, the pleats' upper edge,
-/// and `chest`, the bodice's, which an elastic holds.
+/// Only the visible faces of the pleats are sewn to the bodice. The fold behind each of them is
+/// free at the waist and leaves an opening there.
+///
+/// Parts: `bodice`, `strap_left`, `strap_right`, `skirt`. Attachments: `waist`, the upper edge of
+/// the pleats, and `chest`, the upper edge of the bodice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PleatedDress {
-    /// Vertices to aim for; the result is within one percent.
+    /// Wanted number of vertices, 6,000 to 400,000; the result is within one percent.
     pub vertices: usize,
-    /// Number of pleats.
+    /// Number of pleats, 12 to 60.
     pub pleats: usize,
-    /// From the waist to the hem, straight down, metres.
+    /// Vertical distance from the waist to the hem, metres, 0.2 to 1.1.
     pub skirt_m: f32,
-    /// Horizontal run of the skirt for each metre down, beyond the hips.
+    /// Horizontal run of the skirt for each metre down, 0 to 0.6.
     pub flare: f32,
-    /// Distance of the bodice from the body, metres.
+    /// Distance of the bodice from the body, metres, 0.003 to 0.03.
     pub ease_m: f32,
-    /// Width of a strap, metres.
+    /// Width of a strap, metres, 0.015 to 0.08.
     pub strap_m: f32,
 }
 
@@ -58,11 +62,11 @@ impl Default for PleatedDress {
 }
 
 impl PleatedDress {
-    /// The dress on a character, in its bind-pose space.
+    /// Makes the dress for a character, in its bind-pose space.
     ///
     /// # Errors
-    /// Parameters out of range, a character that is not SMPL's kind or has no trunk where the dress
-    /// is.
+    /// [`GarmentError::Parameter`] for a parameter out of range; other errors for a character that
+    /// is not of SMPL's kind or has no trunk at the heights of the dress.
     pub fn make(&self, character: &Character) -> Result<GarmentMesh, GarmentError> {
         self.check()?;
         let body = BodyShape::new(character)?;
@@ -70,8 +74,8 @@ impl PleatedDress {
         let hem = (measures.waist - self.skirt_m).max(measures.floor + 0.02);
         let top = bodice_top(&measures);
         let trunk = TrunkSurface::new(&body, hem - 0.02..top + 0.1, measures.waist, f32::MAX)?;
-        let shoulders = ShoulderSurface::new(character, &trunk, [top, self.ease_m, 0.0]);
-        Cut {
+        let shoulders = ShoulderSurface::new(character, &trunk, top, self.ease_m, 0.0);
+        DressLayout {
             dress: self,
             trunk: &trunk,
             shoulders: &shoulders,
@@ -98,18 +102,21 @@ fn bodice_top(measures: &Measurements) -> f32 {
     measures.waist + 0.64 * (measures.shoulder - measures.waist)
 }
 
-/// A dress laid out on one body.
-struct Cut<'a> {
+/// Surfaces and heights of a dress on one body. Heights are world y in metres.
+struct DressLayout<'a> {
     dress: &'a PleatedDress,
     trunk: &'a TrunkSurface,
     shoulders: &'a ShoulderSurface,
     hem: f32,
     waist: f32,
+    /// Height of the bodice's upper edge.
     top: f32,
 }
 
-impl Cut<'_> {
+impl DressLayout<'_> {
+    /// Adds all parts and sews them together.
     fn sewn(&self) -> Result<GarmentMesh, GarmentError> {
+        // Bodice and straps come first; the rows of the skirt use up the remaining vertices.
         let edge = self.edge_length();
         let columns = PleatColumns::for_edge(&self.pleat(0.5), edge);
         let mut sewing = Sewing::default();
@@ -118,7 +125,7 @@ impl Cut<'_> {
         let mut taken = bodice.shape().rows * bodice.shape().columns;
         for (name, sign) in [("strap_left", 1.0), ("strap_right", -1.0)] {
             let part = sewing.part(name, Fabric::Cotton);
-            let strap = self.strap(&mut sewing, (part, sign), bodice, edge)?;
+            let strap = self.strap(&mut sewing, part, sign, bodice, edge)?;
             taken += (strap.rows - 1) * strap.row_len();
         }
         let skirt_part = sewing.part("skirt", Fabric::Cotton);
@@ -138,7 +145,7 @@ impl Cut<'_> {
         sewing.finish()
     }
 
-    /// Edge length at which the wanted number of vertices covers the cloth.
+    /// Edge length at which the wanted number of vertices covers the cloth, metres.
     fn edge_length(&self) -> f32 {
         let width = |v: f32| self.pleat(v).length() * self.dress.pleats as f32;
         let skirt = 0.5 * (width(0.0) + width(1.0)) * (self.waist - self.hem);
@@ -147,14 +154,15 @@ impl Cut<'_> {
             .circumference(0.5 * (self.waist + self.top), self.dress.ease_m);
         let straps = 4.0 * self.dress.strap_m * self.shoulders.front_length(self.strap_middle());
         let area = skirt + girth * (self.top - self.waist) + straps;
+        // A grid of squares has about one vertex for each square.
         (area / self.dress.vertices as f32).sqrt()
     }
 
-    /// The pleat at the share v of the skirt's height, 1 at the waist.
+    /// Section of a pleat at the share v of the skirt's height, 0 at the hem and 1 at the waist.
     fn pleat(&self, v: f32) -> Pleat {
         let height = self.hem + v * (self.waist - self.hem);
         let girth = self.trunk.circumference(height, self.level(height));
-        let gap = LAYER_GAP_M[1] + (LAYER_GAP_M[0] - LAYER_GAP_M[1]) * v;
+        let gap = HEM_GAP_M + (WAIST_GAP_M - HEM_GAP_M) * v;
         let face = girth / self.dress.pleats as f32;
         // Three layers at the waist; the folds keep most of their depth where the faces widen.
         let waist_girth = self.trunk.circumference(self.waist, self.level(self.waist));
@@ -166,6 +174,7 @@ impl Cut<'_> {
         }
     }
 
+    /// Distance of the visible faces from the trunk surface at a height, metres.
     fn level(&self, height: f32) -> f32 {
         FACE_LEVEL_M + self.dress.flare * (self.waist - height)
     }
@@ -177,6 +186,7 @@ impl Cut<'_> {
             rows,
             wrap: Wrap::Closed,
         };
+        // The grid gives shares u; columns of pleats need whole numbers again.
         let locate = |u: f32| {
             let column = (u * shape.columns as f32).round() as usize;
             (column / across, column % across)
@@ -188,15 +198,15 @@ impl Cut<'_> {
             let point = columns.point(&pleat, column);
             let level = self.level(height);
             let share = (number as f32 + point.x / pleat.face) / pleats as f32;
-            let spot = self.trunk.spot_under(height, share, level);
-            spot.at(level + point.y)
+            let surface_point = self.trunk.point_on_offset(height, share, level);
+            surface_point.raised_by(level + point.y)
         };
         let slants = self.slants(rows);
         let pattern = |u: f32, v: f32| {
             let (number, column) = locate(u);
             let pleat = self.pleat(v);
             let along = number as f32 * pleat.length() + columns.along(&pleat, column);
-            // Rows are centred on one another, as the pattern of a flared skirt is.
+            // Rows are centred on one another: the pattern of a flared skirt widens on both sides.
             Vec2::new(
                 along - 0.5 * pleat.length() * pleats as f32,
                 slants[(v * rows as f32).round() as usize],
@@ -205,12 +215,15 @@ impl Cut<'_> {
         sewing.grid(part, shape, place, pattern)
     }
 
-    /// Length of the cloth from the waist down to each row, negative, by ascending height; the mean
-    /// around the skirt.
+    /// Length of the cloth from the waist down to each row, as a mean around the skirt, in metres.
+    ///
+    /// Lengths are negative and ordered by ascending height.
     fn slants(&self, rows: usize) -> Vec<f32> {
         let at = |row: usize, i: usize| {
             let height = self.hem + (self.waist - self.hem) * row as f32 / rows as f32;
-            self.trunk.spot(height, i as f32 / 16.0).at(self.level(height))
+            self.trunk
+                .surface_point(height, i as f32 / 16.0)
+                .raised_by(self.level(height))
         };
         let mut slants = vec![0.0; rows + 1];
         for row in (0..rows).rev() {
@@ -232,11 +245,12 @@ impl Cut<'_> {
         let columns = shape.columns as f32;
         let place = |u: f32, v: f32| {
             let height = self.waist + v * (self.top - self.waist);
-            // The skirt's faces set the distance at the waist.
+            // At the waist the bodice is as far from the body as the faces of the skirt, and its
+            // columns are shifted to meet those of the pleats.
             let seam = (1.0 - 4.0 * v).max(0.0).powi(2);
             let level = self.dress.ease_m + seam * (FACE_LEVEL_M - self.dress.ease_m);
             let share = u + seam * 1.2 / columns;
-            self.trunk.spot_under(height, share, level).at(level)
+            self.trunk.point_on_offset(height, share, level).raised_by(level)
         };
         let girth = |v: f32| {
             let height = self.waist + v * (self.top - self.waist);
@@ -246,11 +260,14 @@ impl Cut<'_> {
         sewing.grid(part, shape, place, pattern)
     }
 
-    /// A strap from the bodice's front edge over the shoulder to its back edge.
+    /// Adds a strap from the bodice's front edge over the shoulder to its back edge.
+    ///
+    /// `sign` is 1 for the left strap and −1 for the right one.
     fn strap(
         &self,
         sewing: &mut Sewing,
-        (part, sign): (u32, f32),
+        part: u32,
+        sign: f32,
         bodice: Grid,
         edge: f32,
     ) -> Result<GridShape, GarmentError> {
@@ -259,7 +276,8 @@ impl Cut<'_> {
         let front = self.edge_columns(bodice, columns, 0.0, sign);
         let back = self.edge_columns(bodice, columns, 0.5, sign);
         let x = |vertex: u32, sewing: &Sewing| self.shoulders.across(sewing.position(vertex).x);
-        let feet: Vec<[f32; 2]> = (front.iter().zip(&back))
+        // Coordinate across the shoulders of both ends of each column.
+        let ends: Vec<[f32; 2]> = (front.iter().zip(&back))
             .map(|(f, b)| [x(*f, sewing), x(*b, sewing)])
             .collect();
         let length = 2.0 * self.shoulders.front_length(self.strap_middle());
@@ -269,7 +287,7 @@ impl Cut<'_> {
             wrap: Wrap::Open,
         };
         let place = |u: f32, v: f32| {
-            let [a, b] = feet[(u * columns as f32).round() as usize];
+            let [a, b] = ends[(u * columns as f32).round() as usize];
             self.shoulders.position(a + (b - a) * smooth(v), v)
         };
         let width = self.dress.strap_m;
@@ -280,23 +298,25 @@ impl Cut<'_> {
         Ok(shape)
     }
 
-    /// Where a strap's middle lies across the shoulders.
+    /// Coordinate across the shoulders of a strap's middle.
     fn strap_middle(&self) -> f32 {
         self.shoulders.across(STRAP_MIDDLE * self.shoulders.half_width())
     }
 
-    /// Vertices of the bodice's upper edge under a strap, at the front (`middle` 0) or the back (0.5),
-    /// in the order in which the strap's u grows: from right to left as seen from the front.
+    /// Vertices of the bodice's upper edge under a strap, at the front (`middle` = 0) or at the
+    /// back (`middle` = 0.5).
+    ///
+    /// They are in the order in which the strap's u grows: from the character's right to its left.
     fn edge_columns(&self, bodice: Grid, columns: usize, middle: f32, sign: f32) -> Vec<u32> {
         let shape = bodice.shape();
         let target = sign * STRAP_MIDDLE * self.shoulders.half_width();
         let x = |i: usize| {
             self.trunk
-                .spot(self.top, i as f32 / shape.columns as f32)
+                .surface_point(self.top, i as f32 / shape.columns as f32)
                 .position
                 .x
         };
-        // The half of the edge on this side of this face: a quarter turn from the middle.
+        // Candidates lie within a quarter turn from the middle, on the side of the strap.
         let quarter = shape.columns / 4;
         let start = (middle * shape.columns as f32).round() as usize;
         let direction: i64 = if (middle == 0.0) == (sign > 0.0) { 1 } else { -1 };
@@ -314,10 +334,12 @@ impl Cut<'_> {
     }
 }
 
+/// Nearest even number, at least 4.
 fn even(count: f32) -> usize {
     2 * (0.5 * count).round().max(2.0) as usize
 }
 
+/// Cubic smooth step for t from 0 to 1.
 fn smooth(t: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }

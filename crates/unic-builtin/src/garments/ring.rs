@@ -3,34 +3,46 @@
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
-/// Directions in which a ring knows its support.
+/// Number of directions in which the support function of a ring is sampled.
 pub(crate) const DIRECTIONS: usize = 180;
 
-/// A closed convex curve in a plane, as a measuring tape lies around a body part: the envelope of its
-/// support function h(θ), the distance from the origin to the tangent line with normal angle θ.
+/// Closed convex curve in a plane, like a measuring tape around a body part.
 ///
-/// Offsetting adds to h, blending blends h, smoothing convolves h; each gives a convex curve again,
-/// and the circumference is ∫h dθ (Cauchy's formula).
+/// The curve is the envelope of its support function h(θ): the distance from the origin to the
+/// tangent line whose normal has the angle θ. Offsetting adds to h, blending blends h, smoothing
+/// convolves h. Each gives a convex curve again, and the circumference is ∫h dθ (Cauchy's formula).
 ///
-/// The curve's parameter u in 0..1 is the share of the circumference from the direction `front`
-/// towards `side`; seen against `axis = front × side` that is counter-clockwise, so that (u, v) with v
-/// along `axis` turns outward. For a trunk u = 0 is at the front (+Z), 0.25 at the left (+X).
+/// The parameter u in 0..1 is the share of the circumference, from the direction `front` towards
+/// `side`. Seen against `axis = front × side` it runs counter-clockwise, so that u × v points
+/// outward for v along `axis`. On a trunk, u = 0 is at the front (+Z) and u = 0.25 at the left
+/// (+X).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ring {
+    /// Origin of the plane's coordinates, metres.
     origin: Vec3,
+    /// Unit direction of the angle 0.
     front: Vec3,
+    /// Unit direction of the angle π/2.
     side: Vec3,
     /// h at the angles 2πk / [`DIRECTIONS`] from `front` towards `side`, metres.
     support: Vec<f32>,
-    /// Points of the envelope with their distance along the curve; the first is repeated at the end.
-    outline: Vec<(f32, Vec2)>,
+    /// Points of the envelope; the first is repeated at the end.
+    outline: Vec<OutlinePoint>,
+}
+
+/// Point of a closed curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct OutlinePoint {
+    /// Length of the curve up to the point, metres.
+    along: f32,
+    /// Coordinates along front and side, metres.
+    point: Vec2,
 }
 
 impl Ring {
-    /// The convex hull of points of a plane, given as (along front, along side) from `origin`, its
-    /// corners rounded.
+    /// Convex hull of points in a plane, with rounded corners; none for fewer than three points.
     ///
-    /// `front` and `side` are orthonormal. None for fewer than three points.
+    /// Points are given along `front` and `side`, which are orthonormal, from `origin`.
     pub fn around(origin: Vec3, [front, side]: [Vec3; 2], points: &[Vec2]) -> Option<Self> {
         if points.len() < 3 {
             return None;
@@ -45,7 +57,7 @@ impl Ring {
         Some(Self::from_support(origin, [front, side], support))
     }
 
-    /// The ellipse with the given half axes along `front` and `side`.
+    /// Ellipse with the given half axes along `front` and `side`, metres.
     pub fn ellipse(origin: Vec3, [front, side]: [Vec3; 2], half: Vec2) -> Self {
         let support = (0..DIRECTIONS).map(|k| (direction(k) * half).length());
         Self::from_support(origin, [front, side], support.collect())
@@ -62,19 +74,19 @@ impl Ring {
         }
     }
 
-    /// Where the plane's coordinates start.
+    /// Origin of the plane's coordinates, metres.
     pub fn origin(&self) -> Vec3 {
         self.origin
     }
 
-    /// Unit normal of the plane: the direction in which v of a tube grows.
+    /// Unit normal of the plane, along which v of a tube grows.
     pub fn axis(&self) -> Vec3 {
         self.front.cross(self.side)
     }
 
     /// Length of the curve, metres.
     pub fn circumference(&self) -> f32 {
-        self.outline.last().map_or(0.0, |last| last.0)
+        self.outline.last().map_or(0.0, |last| last.along)
     }
 
     /// Support function at an angle from `front` towards `side`, metres.
@@ -88,15 +100,17 @@ impl Ring {
     /// World point at the share `u` of the circumference; periodic in u.
     pub fn point(&self, u: f32) -> Vec3 {
         let s = u.rem_euclid(1.0) * self.circumference();
-        let next = self.outline.partition_point(|(along, _)| *along <= s);
+        let next = self.outline.partition_point(|p| p.along <= s);
         let next = next.clamp(1, self.outline.len() - 1);
-        let ((a, p), (b, q)) = (self.outline[next - 1], self.outline[next]);
-        let plane = p.lerp(q, ((s - a) / (b - a).max(1e-9)).clamp(0.0, 1.0));
-        self.lifted(plane)
+        let (a, b) = (self.outline[next - 1], self.outline[next]);
+        // Neighbouring points may coincide where the curve has a corner.
+        let t = ((s - a.along) / (b.along - a.along).max(1e-9)).clamp(0.0, 1.0);
+        self.lifted(a.point.lerp(b.point, t))
     }
 
-    /// World point where the tangent's normal has the given angle from `front` towards `side`:
-    /// neighbouring rings have such points next to each other.
+    /// World point where the curve's normal has the given angle from `front` towards `side`.
+    ///
+    /// Points of the same angle on neighbouring rings lie next to each other.
     pub fn point_at_angle(&self, angle: f32) -> Vec3 {
         let step = TAU / DIRECTIONS as f32;
         let slope = (self.support(angle + step) - self.support(angle - step)) / (2.0 * step);
@@ -107,7 +121,8 @@ impl Ring {
 
     /// Distance from the origin to the curve in a direction of the plane, metres.
     pub fn radius(&self, angle: f32) -> f32 {
-        // The curve is the intersection of the half planes n(θ)·p ≤ h(θ).
+        // The curve bounds the intersection of the half planes n(θ)·p ≤ h(θ). Lines almost parallel
+        // to the direction cannot be the first to be met.
         let (sin, cos) = angle.sin_cos();
         let along = Vec2::new(cos, sin);
         let reach = |k: usize| {
@@ -121,14 +136,14 @@ impl Ring {
         (0..DIRECTIONS).map(reach).fold(f32::MAX, f32::min)
     }
 
-    /// The curve `ease` metres further out everywhere.
+    /// Curve that lies `ease` metres further out everywhere.
     #[must_use]
     pub fn offset(&self, ease: f32) -> Self {
         let support = self.support.iter().map(|h| h + ease).collect();
         Self::from_support(self.origin, [self.front, self.side], support)
     }
 
-    /// The curve moved by a displacement.
+    /// Curve moved by a displacement, metres.
     #[must_use]
     pub fn moved(&self, by: Vec3) -> Self {
         Self {
@@ -137,7 +152,7 @@ impl Ring {
         }
     }
 
-    /// The curve between this one (t = 0) and another (t = 1); the frame too is blended.
+    /// Blend of this curve (t = 0) with another one (t = 1), frames included.
     #[must_use]
     pub fn blended(&self, other: &Self, t: f32) -> Self {
         let both = self.support.iter().zip(&other.support);
@@ -148,18 +163,21 @@ impl Ring {
         Self::from_support(self.origin.lerp(other.origin, t), frame, support)
     }
 
-    /// A convex curve around both, in this one's plane: for a garment that hangs over what is above
-    /// it. The other's frame must have the same directions.
+    /// Smallest convex curve around this one and another one, in the plane of this one.
+    ///
+    /// It is the outline of a garment that falls straight from a wider place above. Both frames
+    /// must have the same directions.
     #[must_use]
     pub fn around_both(&self, other: &Self) -> Self {
         let shift = other.origin - self.origin;
         let shift = Vec2::new(shift.dot(self.front), shift.dot(self.side));
+        // The maximum of two support functions is that of the common hull.
         let of_other = |k: usize| other.support[k] + shift.dot(direction(k));
         let support = (0..DIRECTIONS).map(|k| self.support[k].max(of_other(k)));
         Self::from_support(self.origin, [self.front, self.side], support.collect())
     }
 
-    /// Mirror-symmetric in `side`: in each direction the larger of both sides.
+    /// Smallest curve around this one that is mirror-symmetric in `side`.
     #[must_use]
     pub fn symmetric(&self) -> Self {
         let mirrored = |k: usize| self.support[(DIRECTIONS - k) % DIRECTIONS];
@@ -167,20 +185,24 @@ impl Ring {
         Self::from_support(self.origin, [self.front, self.side], support.collect())
     }
 
+    /// World point of a point in the plane's coordinates.
     fn lifted(&self, plane: Vec2) -> Vec3 {
         self.origin + self.front * plane.x + self.side * plane.y
     }
 }
 
+/// Unit vector at the angle 2πk / [`DIRECTIONS`].
 fn direction(k: usize) -> Vec2 {
     let (sin, cos) = (TAU * k as f32 / DIRECTIONS as f32).sin_cos();
     Vec2::new(cos, sin)
 }
 
-/// Rounds corners: a hull's corner is one point for a whole range of directions, which would bunch
-/// the curve's normals there.
+/// Rounds the corners of a hull.
+///
+/// A corner is a single point for a whole range of normals, which would crowd into it.
 fn rounded(mut support: Vec<f32>) -> Vec<f32> {
-    // Each pass averages the curve with itself turned by ±2 degrees; eight spread about ±6.
+    // Each pass averages h with itself turned by ±2 degrees; the deviation of eight passes is 4
+    // degrees.
     for _ in 0..8 {
         let of = |k: usize| support[(k + DIRECTIONS) % DIRECTIONS];
         support = (0..DIRECTIONS)
@@ -190,18 +212,19 @@ fn rounded(mut support: Vec<f32>) -> Vec<f32> {
     support
 }
 
-/// The envelope p(θ) = h n + h' n', with the length along it.
-fn outline(support: &[f32]) -> Vec<(f32, Vec2)> {
+/// Points of the envelope p(θ) = h n + h' n' of a support function.
+fn outline(support: &[f32]) -> Vec<OutlinePoint> {
     let step = TAU / DIRECTIONS as f32;
     let of = |k: usize| support[k % DIRECTIONS];
     let mut along = 0.0;
-    let mut outline: Vec<(f32, Vec2)> = Vec::with_capacity(DIRECTIONS + 1);
+    let mut outline: Vec<OutlinePoint> = Vec::with_capacity(DIRECTIONS + 1);
     for k in 0..=DIRECTIONS {
+        // Central difference of h.
         let slope = (of(k + 1) - of(k + DIRECTIONS - 1)) / (2.0 * step);
         let normal = direction(k % DIRECTIONS);
         let point = normal * of(k) + normal.perp() * slope;
-        along += outline.last().map_or(0.0, |(_, last)| last.distance(point));
-        outline.push((along, point));
+        along += outline.last().map_or(0.0, |last| last.point.distance(point));
+        outline.push(OutlinePoint { along, point });
     }
     outline
 }

@@ -1,4 +1,4 @@
-//! Laying out grids of cloth and sewing them together.
+//! Construction of garments from grids of cloth that are sewn together.
 
 use super::{Attachment, Fabric, GarmentError, GarmentMesh, Part};
 use glam::{Vec2, Vec3};
@@ -33,31 +33,40 @@ pub struct Sewing {
     face_uvs: Vec<[Vec2; 3]>,
     parts: Vec<Part>,
     attachments: Vec<Attachment>,
-    /// What each vertex was sewn to: itself, or a vertex before it.
+    /// Vertex that each vertex is sewn to, or the vertex itself: a union-find forest.
     sewn_to: Vec<u32>,
+}
+
+/// Vertex of a garment with its pattern coordinates in one piece of cloth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatternVertex {
+    /// Index of the vertex in the [`Sewing`].
+    pub vertex: u32,
+    /// Pattern coordinates, metres.
+    pub pattern: Vec2,
 }
 
 /// Size of a grid of cloth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GridShape {
-    /// Squares along u. An even number makes the alternating diagonals mirror-symmetric.
+    /// Number of squares along u. An even number makes the alternating diagonals mirror-symmetric.
     pub columns: usize,
-    /// Squares along v.
+    /// Number of squares along v.
     pub rows: usize,
-    /// Whether u closes.
+    /// Panel or tube.
     pub wrap: Wrap,
 }
 
-/// Whether a grid is a panel or a tube.
+/// Topology of a grid along u.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
-    /// A panel: `columns + 1` vertices a row.
+    /// A panel: `columns + 1` vertices per row.
     Open,
-    /// A tube: `columns` vertices a row, the last square joins the first vertex.
+    /// A tube: `columns` vertices per row. The last square ends at the first vertex.
     Closed,
 }
 
-/// The vertices of a grid in a [`Sewing`].
+/// Vertices of a grid in a [`Sewing`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
     first: u32,
@@ -65,7 +74,7 @@ pub struct Grid {
 }
 
 impl GridShape {
-    /// Vertices of one row.
+    /// Number of vertices of one row.
     pub fn row_len(self) -> usize {
         match self.wrap {
             Wrap::Open => self.columns + 1,
@@ -91,25 +100,26 @@ impl Grid {
         (0..=self.shape.rows).map(|j| self.at(column, j)).collect()
     }
 
-    /// Its size.
+    /// Size of the grid.
     pub fn shape(self) -> GridShape {
         self.shape
     }
 }
 
 impl Sewing {
-    /// Begins a part; vertices name it by the index returned.
+    /// Adds a part and returns its index, by which vertices refer to it.
     pub fn part(&mut self, name: &str, fabric: Fabric) -> u32 {
         let name = name.to_owned();
         self.parts.push(Part { name, fabric });
         self.parts.len() as u32 - 1
     }
 
-    /// A grid of cloth: `place(u, v)` is its position in bind-pose space and `pattern(u, v)` its
-    /// pattern coordinates, both in metres, for u and v in 0..=1.
+    /// Adds a grid of cloth.
     ///
-    /// The front is where u × v points. Diagonals alternate, so that no shear direction is
-    /// preferred. A tube asks `pattern` for u = 1 at its seam, but not `place`.
+    /// `place(u, v)` gives positions in bind-pose space and `pattern(u, v)` pattern coordinates,
+    /// both in metres, for u and v in 0..=1. The front of the cloth is on the side of u × v.
+    /// Diagonals alternate, so that no shear direction is preferred. For a tube, `pattern` is
+    /// called with u = 1 at the seam, but `place` is not.
     pub fn grid(
         &mut self,
         part: u32,
@@ -142,7 +152,7 @@ impl Sewing {
         grid
     }
 
-    /// One vertex of a part, in bind-pose space.
+    /// Adds a vertex of a part at a position in bind-pose space, metres, and returns its index.
     pub fn vertex(&mut self, part: u32, position: Vec3) -> u32 {
         let index = self.vertices.len() as u32;
         self.vertices.push(position);
@@ -151,26 +161,28 @@ impl Sewing {
         index
     }
 
-    /// One triangle, counter-clockwise seen from outside, with the pattern coordinates of its
+    /// Adds a triangle, counter-clockwise seen from outside, with the pattern coordinates of its
     /// corners in metres.
     pub fn face(&mut self, corners: [u32; 3], pattern: [Vec2; 3]) {
         self.faces.push(corners);
         self.face_uvs.push(pattern);
     }
 
-    /// Position of a vertex.
+    /// Position of a vertex in bind-pose space, metres.
     ///
     /// # Panics
-    /// For a vertex that is not of this garment.
+    /// Panics if the garment has no such vertex.
     pub fn position(&self, vertex: u32) -> Vec3 {
         self.vertices[vertex as usize]
     }
 
-    /// Joins two edges vertex by vertex: the second's vertices become the first's, half way between.
-    /// They belong to the first's part.
+    /// Joins two edges vertex by vertex.
+    ///
+    /// Each pair becomes one vertex half way between both, which belongs to the part of the first
+    /// edge. Both edges keep their pattern coordinates.
     ///
     /// # Errors
-    /// Edges of different numbers of vertices.
+    /// [`GarmentError::Seam`] for edges of different numbers of vertices.
     pub fn sew(&mut self, first: &[u32], second: &[u32]) -> Result<(), GarmentError> {
         if first.len() != second.len() {
             return Err(GarmentError::Seam {
@@ -189,25 +201,27 @@ impl Sewing {
         Ok(())
     }
 
-    /// A strip of triangles between two rows of vertices in the same direction, which may differ in
-    /// number; `second` lies on the side to which v grows. Rows of a closed strip name their first
-    /// vertex again at the end. Pattern coordinates are given vertex by vertex.
-    pub fn strip(&mut self, first: &[(u32, Vec2)], second: &[(u32, Vec2)]) {
+    /// Adds a strip of triangles between two rows of vertices in the same direction.
+    ///
+    /// The rows may have different numbers of vertices; `second` lies on the side to which v grows.
+    /// In a closed strip both rows end with their first vertex.
+    pub fn strip(&mut self, first: &[PatternVertex], second: &[PatternVertex]) {
         let (mut i, mut j) = (0, 0);
         while i + 1 < first.len() || j + 1 < second.len() {
-            // Whichever row is behind, measured in its own length, goes ahead.
+            // The row that is behind, measured as a share of its own length, advances. The middles
+            // of the next edges are compared in integers, multiplied by both lengths.
             let (along_first, along_second) =
                 ((2 * i + 1) * (second.len() - 1), (2 * j + 1) * (first.len() - 1));
             let first_goes = j + 1 == second.len() || (i + 1 < first.len() && along_first <= along_second);
             let (a, b) = (first[i], second[j]);
             let c = if first_goes { first[i + 1] } else { second[j + 1] };
-            self.face([a.0, c.0, b.0], [a.1, c.1, b.1]);
+            self.face([a.vertex, c.vertex, b.vertex], [a.pattern, c.pattern, b.pattern]);
             i += usize::from(first_goes);
             j += usize::from(!first_goes);
         }
     }
 
-    /// Vertices laid so far for a part, ascending.
+    /// Vertices added so far to a part, ascending.
     pub fn vertices_of(&self, part: u32) -> Vec<u32> {
         let vertices = self.part_of_vertex.iter().enumerate();
         vertices
@@ -224,10 +238,10 @@ impl Sewing {
         });
     }
 
-    /// The garment: sewn vertices become one, vertices without faces go.
+    /// Returns the garment, with sewn vertices merged and vertices without faces removed.
     ///
     /// # Errors
-    /// Positions that are not finite, corners out of range.
+    /// [`GarmentError::Mesh`] for positions that are not finite or corners out of range.
     pub fn finish(mut self) -> Result<GarmentMesh, GarmentError> {
         let roots: Vec<u32> = (0..self.vertices.len() as u32).map(|v| self.root(v)).collect();
         let mut number = vec![u32::MAX; roots.len()];
@@ -238,6 +252,7 @@ impl Sewing {
         }
         let kept: Vec<usize> = (0..roots.len()).filter(|&v| number[v] == 0).collect();
         kept.iter().enumerate().for_each(|(n, &v)| number[v] = n as u32);
+        // Corners out of range become u32::MAX, which the check of the mesh reports.
         let renumbered = |v: u32| roots.get(v as usize).map_or(u32::MAX, |&r| number[r as usize]);
         for attachment in &mut self.attachments {
             attachment.vertices.iter_mut().for_each(|v| *v = renumbered(*v));
@@ -259,6 +274,7 @@ impl Sewing {
         })
     }
 
+    /// Vertex that a vertex has become by sewing.
     fn root(&self, mut vertex: u32) -> u32 {
         while self.sewn_to[vertex as usize] != vertex {
             vertex = self.sewn_to[vertex as usize];
@@ -267,7 +283,7 @@ impl Sewing {
     }
 }
 
-/// The two triangles of a square, with the diagonal of its parity.
+/// Triangles of a square of a grid. The direction of the diagonal alternates with the parity.
 fn square(i: usize, j: usize) -> [[(usize, usize); 3]; 2] {
     let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
     if (i + j).is_multiple_of(2) {
@@ -277,10 +293,11 @@ fn square(i: usize, j: usize) -> [[(usize, usize); 3]; 2] {
     }
 }
 
-/// One entry for each distinct pattern coordinate.
+/// Texture coordinates with one entry for each distinct pair.
 fn shared_uvs(corners: &[[Vec2; 3]]) -> Uvs {
     let mut index = HashMap::new();
     let mut coordinates = Vec::new();
+    // Keys are bit patterns, because floats have no hash.
     let mut number = |uv: Vec2| {
         *index.entry(uv.to_array().map(f32::to_bits)).or_insert_with(|| {
             coordinates.push(uv);

@@ -1,42 +1,48 @@
-//! The trunk's convex outlines as one smooth surface to lay cloth over.
+//! Smooth surface through the convex outlines of the trunk, to lay cloth over.
 
 use super::{BodyShape, GarmentError};
 use glam::Vec3;
 use std::{f32::consts::TAU, ops::Range};
 
-/// Directions in which an outline is known.
+/// Number of directions in which the support function of an outline is sampled.
 const DIRECTIONS: usize = 180;
 
 /// Distance between outlines, metres.
 const STEP_M: f32 = 0.01;
 
-/// Passes of the 1-2-1 filter over heights: a standard deviation of 2 cm.
+/// Passes of the 1-2-1 filter over heights, with a standard deviation of 2 cm.
 const HEIGHT_PASSES: usize = 8;
 
-/// Passes of the same filter over directions, which rounds the corners of a hull: 4 degrees.
+/// Passes of the 1-2-1 filter over directions, with a standard deviation of 4 degrees. They round
+/// the corners of a hull.
 const ANGLE_PASSES: usize = 8;
 
-/// The convex outline of the trunk at every height, as cloth that hangs from the waist meets it:
-/// below the waist outlines never shrink, and in every direction they follow a taut line.
+/// Most outlines of a surface but for one, whatever the size of the body.
+const MOST_OUTLINES: f32 = 1000.0;
+
+/// Convex outlines of the trunk at all heights, as a skirt that falls from the waist encloses them.
 ///
-/// A place on it is named by a height and the share u of the outline's length, 0 at the front (+Z)
-/// and growing towards the left (+X); any real u is taken modulo one.
+/// Below the waist outlines never shrink, and in every direction they follow a taut line. A point
+/// on the surface is given by its height and by the share u of the outline's length: 0 at the front
+/// (+Z) and growing towards the left (+X), modulo one.
 #[derive(Clone, Debug)]
 pub(crate) struct TrunkSurface {
+    /// Height of the first outline, metres; the others follow every [`STEP_M`].
     lowest: f32,
     outlines: Vec<Outline>,
 }
 
-/// A place on a surface with the unit normal there, pointing away from the body.
+/// A point on a surface.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spot {
+pub(crate) struct SurfacePoint {
     pub(crate) position: Vec3,
+    /// Unit normal, away from the body.
     pub(crate) normal: Vec3,
 }
 
-impl Spot {
-    /// The point `level` metres off the surface.
-    pub(crate) fn at(self, level: f32) -> Vec3 {
+impl SurfacePoint {
+    /// Point at the distance `level` off the surface, metres.
+    pub(crate) fn raised_by(self, level: f32) -> Vec3 {
         self.position + self.normal * level
     }
 
@@ -48,20 +54,22 @@ impl Spot {
     }
 }
 
-/// Points of one closed convex curve by direction of their normal; the first is repeated at the end.
+/// Closed convex curve at one height.
 #[derive(Clone, Debug)]
 struct Outline {
+    /// Points by the direction of their normal; the first is repeated at the end.
     points: Vec<Vec3>,
     /// Length of the curve up to each point, metres.
     along: Vec<f32>,
 }
 
 impl TrunkSurface {
-    /// Outlines for the given heights (world y, metres), with the waist among them. From `straight`
-    /// upward the outline is one, around all that is there.
+    /// Computes the outlines within a range of heights (world y, metres) that contains the waist.
+    ///
+    /// From the height `straight` upward all outlines are the same one, around all of them.
     ///
     /// # Errors
-    /// No trunk at one of the heights.
+    /// [`GarmentError::NoSection`] without a trunk at one of the heights.
     pub(crate) fn new(
         body: &BodyShape,
         heights: Range<f32>,
@@ -69,13 +77,13 @@ impl TrunkSurface {
         straight: f32,
     ) -> Result<Self, GarmentError> {
         let lowest = heights.start;
-        let count = ((heights.end - lowest) / STEP_M).ceil().clamp(1.0, 1000.0) as usize + 1;
+        let count = ((heights.end - lowest) / STEP_M).ceil().clamp(1.0, MOST_OUTLINES) as usize + 1;
         let height = |row: usize| lowest + row as f32 * STEP_M;
         let mut supports = Vec::with_capacity(count);
         for row in 0..count {
             supports.push(support(body, height(row).min(heights.end))?);
         }
-        hang(&mut supports, ((waist - lowest) / STEP_M) as usize);
+        drape_below(&mut supports, ((waist - lowest) / STEP_M) as usize);
         let straight = ((straight - lowest) / STEP_M).clamp(0.0, count as f32) as usize;
         enclose(&mut supports[straight..]);
         (0..HEIGHT_PASSES).for_each(|_| smooth_heights(&mut supports));
@@ -86,28 +94,33 @@ impl TrunkSurface {
         })
     }
 
-    /// The place at a height and a share of the outline; heights outside the range are those of its
-    /// ends.
-    pub(crate) fn spot(&self, height: f32, u: f32) -> Spot {
-        self.spot_under(height, u, 0.0)
+    /// Point at a height and a share u of the outline's length.
+    ///
+    /// Heights outside the range of the surface are clamped to it.
+    pub(crate) fn surface_point(&self, height: f32, u: f32) -> SurfacePoint {
+        self.point_on_offset(height, u, 0.0)
     }
 
-    /// The place under the share u of the length of the outline `level` metres off the surface.
-    pub(crate) fn spot_under(&self, height: f32, u: f32, level: f32) -> Spot {
+    /// Point below the share u of the outline that lies `level` metres off the surface.
+    ///
+    /// An offset outline is longer where the curve turns: its shares are other points.
+    pub(crate) fn point_on_offset(&self, height: f32, u: f32, level: f32) -> SurfacePoint {
         let (row, t) = self.row(height);
-        let of = |row: usize| self.outlines[row].spot(u, level);
+        let of = |row: usize| self.outlines[row].surface_point(u, level);
         of(row).lerp(of(row + 1), t)
     }
 
-    /// Length of the outline at a height, `level` metres off the surface.
+    /// Length of the outline at a height that lies `level` metres off the surface, metres.
     pub(crate) fn circumference(&self, height: f32, level: f32) -> f32 {
         let (row, t) = self.row(height);
         let of = |row: usize| self.outlines[row].length();
-        // Cauchy: an offset adds the same to the support in every direction.
+        // Cauchy: the length is the integral of the support function, to which an offset adds a
+        // constant.
         of(row) * (1.0 - t) + of(row + 1) * t + TAU * level
     }
 
-    /// Share of the outline `level` metres off the surface at which its normal points to the left.
+    /// Share u at which the normal points to the left, on the outline `level` metres off the
+    /// surface.
     pub(crate) fn left_side(&self, height: f32, level: f32) -> f32 {
         let (row, t) = self.row(height);
         let of = |row: usize| {
@@ -117,6 +130,7 @@ impl TrunkSurface {
         of(row) * (1.0 - t) + of(row + 1) * t
     }
 
+    /// Outline below a height, and the share of the way from it to the next one.
     fn row(&self, height: f32) -> (usize, f32) {
         let last = self.outlines.len() - 1;
         let at = ((height - self.lowest) / STEP_M).clamp(0.0, last as f32);
@@ -126,7 +140,7 @@ impl TrunkSurface {
 }
 
 impl Outline {
-    /// The envelope p(θ) = h n + h' n' of a support function h about the vertical axis.
+    /// Envelope p(θ) = h n + h' n' of a support function h about the vertical axis.
     fn new(support: &[f32], height: f32) -> Self {
         let step = TAU / DIRECTIONS as f32;
         let of = |k: usize| support[k % DIRECTIONS];
@@ -148,9 +162,10 @@ impl Outline {
         self.along[DIRECTIONS]
     }
 
-    fn spot(&self, u: f32, level: f32) -> Spot {
+    fn surface_point(&self, u: f32, level: f32) -> SurfacePoint {
         // An offset curve is longer by the offset times the angle turned.
         let along = |k: usize| self.along[k] + level * TAU * k as f32 / DIRECTIONS as f32;
+        // A binary search: these lengths depend on the level and are not stored.
         let s = u.rem_euclid(1.0) * along(DIRECTIONS);
         let (mut last, mut next) = (0, DIRECTIONS);
         while next - last > 1 {
@@ -162,7 +177,7 @@ impl Outline {
             }
         }
         let t = ((s - along(last)) / (along(next) - along(last)).max(1e-9)).clamp(0.0, 1.0);
-        Spot {
+        SurfacePoint {
             position: self.points[last].lerp(self.points[next], t),
             normal: direction(last as f32 + t),
         }
@@ -175,9 +190,10 @@ fn direction(k: f32) -> Vec3 {
     Vec3::new(sin, 0.0, cos)
 }
 
-/// Support function about the world's vertical axis: rings have origins of their own.
+/// Smoothed support function of the trunk at a height, about the world's vertical axis.
 fn support(body: &BodyShape, height: f32) -> Result<Vec<f32>, GarmentError> {
     let ring = body.trunk_ring(height)?;
+    // A ring's own support function refers to the origin of the ring.
     let reach = |k: usize| {
         let angle = TAU * k as f32 / DIRECTIONS as f32;
         ring.support(angle) + ring.origin().dot(direction(k as f32))
@@ -191,8 +207,9 @@ fn support(body: &BodyShape, height: f32) -> Result<Vec<f32>, GarmentError> {
     Ok(support)
 }
 
-/// Makes all outlines the smallest around all of them: the maximum of support functions is that of
-/// the hull.
+/// Replaces all outlines by the smallest one around all of them.
+///
+/// The maximum of support functions is the support function of the common hull.
 fn enclose(supports: &mut [Vec<f32>]) {
     for k in 0..DIRECTIONS {
         let most = supports.iter().map(|s| s[k]).fold(f32::MIN, f32::max);
@@ -200,9 +217,11 @@ fn enclose(supports: &mut [Vec<f32>]) {
     }
 }
 
-/// Below the waist, in every direction, the least function of the height that is concave, does not
-/// fall towards the hem, and is nowhere less than the support: a string drawn over hips and legs.
-fn hang(supports: &mut [Vec<f32>], waist: usize) {
+/// Makes the outlines below the waist those of cloth drawn taut over hips and legs.
+///
+/// In every direction the support becomes the least function of the height that is nowhere below
+/// the body's, concave, and does not decrease towards the hem.
+fn drape_below(supports: &mut [Vec<f32>], waist: usize) {
     let top = waist.min(supports.len() - 1);
     for k in 0..DIRECTIONS {
         let mut reach: Vec<f32> = supports[..=top].iter().rev().map(|s| s[k]).collect();
@@ -215,8 +234,9 @@ fn hang(supports: &mut [Vec<f32>], waist: usize) {
     }
 }
 
-/// The least concave sequence that is nowhere less than the given one.
+/// Least concave sequence that is nowhere below the given one.
 fn concave_majorant(values: &[f32]) -> Vec<f32> {
+    // Upper convex hull of the points (i, values[i]) by a monotone chain.
     let mut corners: Vec<usize> = Vec::new();
     let slope = |a: usize, b: usize| (values[b] - values[a]) / (b - a) as f32;
     for i in 0..values.len() {
@@ -235,6 +255,7 @@ fn concave_majorant(values: &[f32]) -> Vec<f32> {
     majorant
 }
 
+/// One pass of the 1-2-1 filter over heights; the first and last outlines stay.
 fn smooth_heights(supports: &mut [Vec<f32>]) {
     let before = supports.to_vec();
     for row in 1..supports.len() - 1 {
@@ -249,7 +270,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_majorant_is_a_string_over_the_values() {
+    fn the_concave_majorant_is_the_upper_hull() {
         assert_eq!(
             concave_majorant(&[0.0, 3.0, 3.5, 2.0, 5.0]),
             [0.0, 3.0, 3.6666667, 4.3333335, 5.0]
@@ -271,12 +292,12 @@ mod tests {
         assert!((trunk.circumference(0.01, 0.03) - (0.9688 + TAU * 0.03)).abs() < 2e-3);
         assert!((trunk.left_side(0.005, 0.02) - 0.25).abs() < 1e-3);
         for k in 0..16 {
-            let spot = trunk.spot(0.015, k as f32 / 16.0);
-            let on = spot.position / Vec3::new(0.2, 1.0, 0.1);
+            let surface_point = trunk.surface_point(0.015, k as f32 / 16.0);
+            let on = surface_point.position / Vec3::new(0.2, 1.0, 0.1);
             assert!((on.with_y(0.0).length() - 1.0).abs() < 2e-3);
-            assert!((spot.position.y - 0.015).abs() < 1e-6);
-            let gradient = spot.position / Vec3::new(0.04, 1.0, 0.01);
-            assert!(gradient.with_y(0.0).normalize().dot(spot.normal) > 0.999);
+            assert!((surface_point.position.y - 0.015).abs() < 1e-6);
+            let gradient = surface_point.position / Vec3::new(0.04, 1.0, 0.01);
+            assert!(gradient.with_y(0.0).normalize().dot(surface_point.normal) > 0.999);
         }
     }
 }

@@ -5,28 +5,32 @@ mod surface;
 use super::{
     BodyShape, Fabric, GarmentError, GarmentMesh, Measurements, Part, Side, check_range, flatten::pattern,
 };
-use crate::implicit::{Beyond, Field, Lattice, Patch, Sizing, Surfaces, mirrored, polygonise, remesh};
+use crate::implicit::{
+    Field, Lattice, Mirrored, Patch, PositiveSide, Sizing, Surfaces, mirrored, polygonise, remesh,
+};
 use glam::Vec3;
 use std::ops::Range;
 use surface::{ShirtSurface, Shoulder};
 use unic_core::{character::Character, mesh::TriMesh};
 
-/// A T-shirt with set-in sleeves and a round neck, mirror-symmetric: an offset of the body, convex
-/// around trunk and arms, cut at hem, neck and sleeves and along its seams.
+/// A mirror-symmetric T-shirt with set-in sleeves and a round neck.
 ///
-/// Parts: `back`, `front`, `sleeve_left`, `sleeve_right`. Nothing is attached: it hangs from the
-/// shoulders.
+/// Its surface is an offset of the body that is convex around trunk and arms. It is cut at hem,
+/// neck and sleeves and along its seams.
+///
+/// Parts: `back`, `front`, `sleeve_left`, `sleeve_right`. There are no attachments: the shoulders
+/// carry it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TShirt {
     /// Distance from the body, metres, 0.005 to 0.06.
     pub ease_m: f32,
-    /// Sleeve from the shoulder joint along the arm, metres, 0.12 to 0.26.
+    /// Length of the sleeve from the shoulder joint along the arm, metres, 0.12 to 0.26.
     pub sleeve_m: f32,
     /// Height of the hem above the crotch, metres, −0.05 to 0.25.
     pub hem_m: f32,
-    /// How much wider than the neck the opening is on either side, metres, 0.01 to 0.07.
+    /// Distance between the neck and the opening on either side, metres, 0.01 to 0.07.
     pub neck_m: f32,
-    /// Length of edges, metres, 0.006 to 0.04; 0.016 gives 3-4 thousand vertices.
+    /// Length of edges, metres, 0.006 to 0.04; 0.016 gives three to four thousand vertices.
     pub edge_m: f32,
 }
 
@@ -42,7 +46,7 @@ impl Default for TShirt {
     }
 }
 
-/// Cuts, by their index in [`Surfaces::cuts`].
+/// Indices of the cuts in [`Surfaces::cuts`].
 const MIDPLANE: usize = 0;
 const HEM: usize = 1;
 const NECK: usize = 2;
@@ -50,31 +54,33 @@ const SIDE_SEAM: usize = 3;
 const ARMHOLE: usize = 4;
 const SLEEVE_END: usize = 5;
 
-/// Panels of the left half: front and back of trunk and sleeve.
+/// Panels of the left half: back and front, and the same plus [`SLEEVE`] on the sleeve.
 const BACK: u8 = 0;
 const FRONT: u8 = 1;
 const SLEEVE: u8 = 2;
 
+/// Added to the label of a left sleeve panel to get that of the right one.
+const RIGHT: u8 = 2;
+
 impl TShirt {
-    /// The shirt on a character, in its bind-pose space.
+    /// Makes the shirt for a character, in its bind-pose space.
     ///
     /// # Errors
-    /// Parameters out of range, a character that is not SMPL's kind.
+    /// [`GarmentError::Parameter`] for a parameter out of range; other errors for a character that
+    /// is not of SMPL's kind.
     pub fn make(&self, character: &Character) -> Result<GarmentMesh, GarmentError> {
         self.check()?;
         let body = BodyShape::new(character)?;
         let measures = body.measurements()?;
         let half = self.half(character, &body, &measures)?;
-        let (whole, _) = mirrored(
-            &half,
-            MIDPLANE,
-            |label| if label < SLEEVE { label } else { label + 2 },
-        );
-        let (_, arm) = body.on_arm(Side::Left, 0.0);
-        let uvs = pattern(&whole.vertices, &whole.faces, &whole.labels, |label| {
+        // Back and front continue over the midplane; the right sleeve has panels of its own.
+        let mirror_label = |label| if label < SLEEVE { label } else { label + RIGHT };
+        let Mirrored { patch, .. } = mirrored(&half, MIDPLANE, mirror_label);
+        let arm = body.on_arm(Side::Left, 0.0).axis;
+        let uvs = pattern(&patch.vertices, &patch.faces, &patch.labels, |label| {
             frame(label, arm)
         });
-        Ok(sewn(whole, uvs)?)
+        Ok(with_parts(patch, uvs)?)
     }
 
     fn check(&self) -> Result<(), GarmentError> {
@@ -85,7 +91,7 @@ impl TShirt {
         check_range("edge_m", self.edge_m, 0.006..=0.04, "0.006 to 0.04 m")
     }
 
-    /// The left half with its panels.
+    /// Mesh of the left half with its panels.
     fn half(
         &self,
         character: &Character,
@@ -125,9 +131,10 @@ impl TShirt {
         Ok(patch)
     }
 
-    /// More than the left half, from below the hem to above the neck and beyond the sleeve.
+    /// Mesh of somewhat more than the left half: from below the hem to above the neck and beyond
+    /// the sleeve.
     fn polygonised(&self, surface: &Field, shoulder: &Shoulder, heights: Range<f32>) -> Patch {
-        // Smaller than the edges wanted: remeshing goes down to them.
+        // Finer than the wanted edges: remeshing starts with collapses.
         let step = 0.7 * self.edge_m;
         let reach = shoulder.joint + shoulder.arm * (self.sleeve_m + 0.15);
         let lattice = Lattice {
@@ -140,17 +147,24 @@ impl TShirt {
     }
 }
 
-/// Cuts the left half out and tells its panels apart.
+/// Cuts out the left half and labels its panels.
 fn cut_panels(patch: &mut Patch, surfaces: &Surfaces) {
-    patch.cut(surfaces, MIDPLANE, &[BACK], Beyond::Remove);
-    patch.cut(surfaces, NECK, &[BACK], Beyond::Remove);
-    patch.cut(surfaces, SIDE_SEAM, &[BACK], Beyond::Label(FRONT));
-    patch.cut(surfaces, ARMHOLE, &[BACK, FRONT], Beyond::Label(SLEEVE));
-    patch.cut(surfaces, HEM, &[BACK, FRONT], Beyond::Remove);
-    patch.cut(surfaces, SLEEVE_END, &[SLEEVE, SLEEVE + FRONT], Beyond::Remove);
+    // Every cut names the panels that exist by then. The hem must not cut the sleeves, nor their
+    // ends the trunk: a field may change sign there too.
+    patch.cut(surfaces, MIDPLANE, &[BACK], PositiveSide::Remove);
+    patch.cut(surfaces, NECK, &[BACK], PositiveSide::Remove);
+    patch.cut(surfaces, SIDE_SEAM, &[BACK], PositiveSide::Label(FRONT));
+    patch.cut(surfaces, ARMHOLE, &[BACK, FRONT], PositiveSide::Label(SLEEVE));
+    patch.cut(surfaces, HEM, &[BACK, FRONT], PositiveSide::Remove);
+    patch.cut(
+        surfaces,
+        SLEEVE_END,
+        &[SLEEVE, SLEEVE + FRONT],
+        PositiveSide::Remove,
+    );
 }
 
-/// Directions of u and v of a panel seen from outside; v is along the trunk upward, along a sleeve
+/// Directions of u and v of a panel seen from outside; v runs up the trunk and along a sleeve
 /// towards the hand.
 fn frame(label: u8, left_arm: Vec3) -> [Vec3; 2] {
     let v = match label {
@@ -162,18 +176,19 @@ fn frame(label: u8, left_arm: Vec3) -> [Vec3; 2] {
     [v.cross(outward), v]
 }
 
-/// The garment of a whole patch: both panels of a sleeve are one part.
-fn sewn(whole: Patch, uvs: unic_core::mesh::Uvs) -> Result<GarmentMesh, unic_core::mesh::MeshError> {
+/// Garment of the mesh of both halves. Both panels of a sleeve form one part.
+fn with_parts(patch: Patch, uvs: unic_core::mesh::Uvs) -> Result<GarmentMesh, unic_core::mesh::MeshError> {
     let part_of = |label: u8| u32::from(if label < SLEEVE { label } else { label / 2 + 1 });
-    let mut part_of_vertex = vec![u32::MAX; whole.vertices.len()];
-    for (face, &label) in whole.faces.iter().zip(&whole.labels) {
+    let mut part_of_vertex = vec![u32::MAX; patch.vertices.len()];
+    for (face, &label) in patch.faces.iter().zip(&patch.labels) {
         for &v in face {
             let part = &mut part_of_vertex[v as usize];
+            // A vertex on a seam belongs to the part with the lower index.
             *part = (*part).min(part_of(label));
         }
     }
     let names = ["back", "front", "sleeve_left", "sleeve_right"];
-    let mut mesh = TriMesh::new(whole.vertices, whole.faces)?;
+    let mut mesh = TriMesh::new(patch.vertices, patch.faces)?;
     mesh.uvs = Some(uvs);
     Ok(GarmentMesh {
         mesh,

@@ -1,15 +1,16 @@
-//! Meshing with a wanted number of vertices.
+//! Meshing of garments with a wanted number of vertices.
 
 use super::{GarmentError, GarmentMesh};
 
-/// Tries at an edge length; each removes most of the error.
+/// Largest number of corrections of the edge length; each removes most of the error.
 const TRIES: usize = 8;
 
-/// Share of the wanted number by which the result may miss it.
+/// Allowed deviation as a share of the wanted number of vertices.
 const TOLERANCE: f32 = 0.007;
 
-/// The garment that `sewn` makes of triangles with about the given edge length, metres, at the length
-/// that gives about `vertices` of them; `edge` is a first guess.
+/// Makes a garment of about `vertices` vertices.
+///
+/// `sewn` makes the garment with a given edge length in metres; `edge` is a first guess at it.
 pub(super) fn with_vertices(
     vertices: usize,
     mut edge: f32,
@@ -21,6 +22,7 @@ pub(super) fn with_vertices(
         if (ratio - 1.0).abs() < TOLERANCE {
             break;
         }
+        // The number of vertices falls with the square of the edge length.
         edge *= ratio.sqrt();
         garment = sewn(edge)?;
     }

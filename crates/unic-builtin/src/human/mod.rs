@@ -1,8 +1,8 @@
 //! A procedural human.
 //!
-//! A smooth mannequin of one adult, modelled here from tabulated body-segment proportions and from
-//! no scanned or statistical model: an implicit surface of lofts, cones and ellipsoids along the
-//! skeleton is polygonised, its triangles are made regular, and one half is mirrored.
+//! The human is a smooth mannequin of one adult, modelled from tabulated body-segment proportions
+//! without scans or a statistical model. An implicit surface of lofts, cones and ellipsoids along
+//! the skeleton is polygonised, its triangles are made regular, and the left half is mirrored.
 //!
 //! ```
 //! use unic_builtin::human::{HumanParameters, human};
@@ -15,11 +15,13 @@
 //! ```
 
 mod anatomy;
+mod primitive;
 mod proportions;
-mod shape;
 mod weights;
 
-use crate::implicit::{Beyond, Lattice, Patch, Sizing, Surfaces, mirrored, polygonise, remesh};
+use crate::implicit::{
+    Lattice, Mirrored, Patch, PositiveSide, Sizing, Surfaces, mirrored, polygonise, remesh,
+};
 use anatomy::Anatomy;
 use glam::Vec3;
 use proportions::Proportions;
@@ -32,18 +34,20 @@ use unic_core::{
     weights::diffused_weights,
 };
 
-/// Measures of the body, metres. The default is one slim adult.
+/// Measures of the body, metres. The default is a slim adult.
+///
+/// Ranges are those at a height of 1.70 m and grow in proportion to the height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HumanParameters {
-    /// Standing height, 1.2 to 2.2.
+    /// Standing height, metres, 1.2 to 2.2 m.
     pub height_m: f32,
-    /// Between the shoulder joints, 0.26 to 0.44 at a height of 1.70.
+    /// Distance between the shoulder joints, metres, 0.26 to 0.44 at a height of 1.70.
     pub shoulder_width_m: f32,
-    /// Girth of the chest, 0.75 to 1.2 at a height of 1.70.
+    /// Girth of the chest, metres, 0.75 to 1.2 at a height of 1.70.
     pub chest_m: f32,
-    /// Girth of the waist, 0.6 to 1.1 at a height of 1.70.
+    /// Girth of the waist, metres, 0.6 to 1.1 at a height of 1.70.
     pub waist_m: f32,
-    /// Girth of the hips, 0.85 to 1.15 at a height of 1.70.
+    /// Girth of the hips, metres, 0.85 to 1.15 at a height of 1.70.
     pub hip_m: f32,
 }
 
@@ -59,52 +63,60 @@ impl Default for HumanParameters {
     }
 }
 
-/// Why a human cannot be made.
+/// Reason why a human cannot be made.
 #[derive(Debug, Error, PartialEq)]
 pub enum HumanError {
-    /// A measure outside its range.
+    /// A measure is outside its range.
     #[error("human: {name} is {found} m, expected {least} to {most} m at this height")]
     Measure {
-        /// The parameter.
+        /// Name of the parameter.
         name: &'static str,
-        /// Its value.
+        /// Value of the parameter, metres.
         found: f32,
-        /// Least value at this height.
+        /// Smallest value at this height, metres.
         least: f32,
-        /// Greatest value at this height.
+        /// Largest value at this height, metres.
         most: f32,
     },
-    /// The mesh is not sound.
+    /// The mesh is invalid.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// The skeleton is not sound.
+    /// The skeleton is invalid.
     #[error(transparent)]
     Skeleton(#[from] SkeletonError),
-    /// The weights are not sound.
+    /// The skinning weights are invalid.
     #[error(transparent)]
     Weights(#[from] WeightsError),
 }
 
-/// Side of the cubes that the surface is first cut into, at a height of 1.70 m, metres: two of them
-/// fit between the fingers.
+/// Side of the lattice cubes for polygonising, metres at a height of 1.70 m.
+///
+/// Two of them fit between the fingers.
 const LATTICE_M: f32 = 0.0055;
 
-/// How far skinning weights are diffused over the skin, metres: a few edges, so that where two limbs
-/// meet neither bleeds into the other.
+/// Distance over which skinning weights are diffused on the skin, metres.
+///
+/// It is a few edges: where two limbs meet, neither takes over the other's weights.
 const SKIN_DIFFUSION_M: f32 = 0.012;
 
-/// Most joints that move one vertex.
-const JOINTS_A_VERTEX: usize = 6;
+/// Largest number of joints that move one vertex.
+const JOINTS_PER_VERTEX: usize = 6;
 
-/// A skinned human in a T-pose (pose zero), feet on y = 0, facing +Z, palms down: a closed manifold
-/// that is mirror-symmetric in x to the bit, with joints in SMPL's order.
+/// Skinning weights below this share of a vertex's total are dropped.
+const LEAST_WEIGHT: f32 = 2e-3;
+
+/// Makes a skinned human in a T-pose (pose zero), with its feet on y = 0, facing +Z, palms down.
+///
+/// The body is a closed manifold that is mirror-symmetric in x to the bit. Joints are in SMPL's
+/// order.
 ///
 /// # Errors
-/// Measures out of range.
+/// [`HumanError::Measure`] for a measure out of range.
 pub fn human(parameters: &HumanParameters) -> Result<Character, HumanError> {
     let proportions = Proportions::new(parameters)?;
     let anatomy = Anatomy::new(&proportions);
-    let (patch, image) = mirrored(&half_body(&anatomy, &proportions), MIDPLANE, |label| label);
+    let half = half_body(&anatomy, &proportions);
+    let Mirrored { patch, image } = mirrored(&half, MIDPLANE, |label| label);
     let body = TriMesh::new(patch.vertices, patch.faces)?;
     let skeleton = Skeleton::new(SkeletonParts {
         parents: SMPL_PARENTS.to_vec(),
@@ -113,9 +125,10 @@ pub fn human(parameters: &HumanParameters) -> Result<Character, HumanError> {
     })?;
     let raw = weights::symmetric(&anatomy, &proportions, &body.vertices, &image)?;
     let smooth = diffused_weights(&raw, &body, SKIN_DIFFUSION_M * proportions.scale)?;
-    let weights = smooth.pruned(JOINTS_A_VERTEX, 2e-3);
+    let weights = smooth.pruned(JOINTS_PER_VERTEX, LEAST_WEIGHT);
+    // Diffusion adds in the order of vertices, which rounds differently on the left and the right.
     Ok(Character {
-        weights: weights::mirrored_rows(&weights, &image)?,
+        weights: weights::symmetrised(&weights, &image)?,
         body,
         skeleton,
     })
@@ -124,7 +137,7 @@ pub fn human(parameters: &HumanParameters) -> Result<Character, HumanError> {
 /// Index of the cut at x = 0.
 const MIDPLANE: usize = 0;
 
-/// The left half of the skin, cut at the midplane.
+/// Mesh of the left half of the skin, cut at the midplane.
 fn half_body(anatomy: &Anatomy, proportions: &Proportions) -> Patch {
     let scale = proportions.scale;
     let surface = |p: Vec3| anatomy.distance(p);
@@ -133,7 +146,7 @@ fn half_body(anatomy: &Anatomy, proportions: &Proportions) -> Patch {
         surface: &surface,
         cuts: vec![&right_of_midplane],
     };
-    // The lattice reaches over the midplane by a few cubes, for the cut to go through triangles.
+    // The lattice reaches over the midplane by a few cubes: the cut must go through triangles.
     let lattice = Lattice {
         origin: Vec3::new(-0.021, -0.02, -0.2) * scale,
         end: Vec3::new(proportions.fingertip + 0.03, 1.74, 0.22) * scale,
@@ -141,7 +154,7 @@ fn half_body(anatomy: &Anatomy, proportions: &Proportions) -> Patch {
     };
     let (vertices, faces) = polygonise(&surface, lattice);
     let mut patch = Patch::new(vertices, faces);
-    patch.cut(&surfaces, MIDPLANE, &[0], Beyond::Remove);
+    patch.cut(&surfaces, MIDPLANE, &[0], PositiveSide::Remove);
     let edge = |p: Vec3| proportions.wanted_edge(p);
     remesh(
         &mut patch,

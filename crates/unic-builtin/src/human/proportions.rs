@@ -1,12 +1,12 @@
-//! Where the joints are.
+//! Positions of the joints, and widths of the body, for given measures.
 
 use super::{HumanError, HumanParameters};
 use glam::Vec3;
 
-/// Height of the body that all constants of this module's siblings are given for, metres.
+/// Height of the standard body, metres. All constants of the anatomy refer to it.
 const STANDARD_HEIGHT_M: f32 = 1.70;
 
-/// Girths that the unscaled lofts of the trunk have, metres.
+/// Girths of the unscaled lofts of the trunk, metres.
 const STANDARD_CHEST_M: f32 = 0.975;
 const STANDARD_WAIST_M: f32 = 0.72;
 const STANDARD_HIP_M: f32 = 0.965;
@@ -20,14 +20,23 @@ const STANDARD_HIP_M: f32 = 0.965;
 pub(super) struct Proportions {
     /// Height over the standard height; everything is first made at the standard height.
     pub(super) scale: f32,
-    /// Joints in metres.
+    /// Positions of the joints, metres.
     pub(super) joints: [Vec3; 24],
-    /// x of the fingertips at the standard height.
+    /// x of the left fingertips at the standard height, metres.
     pub(super) fingertip: f32,
-    /// How far the shoulder joints are out from their standard place, at the standard height.
+    /// Outward distance of the shoulder joints from their standard position, metres at the standard
+    /// height.
     pub(super) shoulder_shift: f32,
-    /// Girth of chest, waist and hips over the standard ones.
-    pub(super) girths: [f32; 3],
+    /// Girths over the standard girths.
+    pub(super) girths: Girths,
+}
+
+/// Girths of the trunk as multiples of the standard girths.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Girths {
+    pub(super) chest: f32,
+    pub(super) waist: f32,
+    pub(super) hip: f32,
 }
 
 /// Joints on the midline and on the left at the standard height, by SMPL's index.
@@ -48,13 +57,14 @@ const JOINTS: [(usize, [f32; 3]); 14] = [
     (20, [0.703, 1.385, -0.02]),
 ];
 
-/// From the wrist to the knuckles, metres at the standard height.
+/// Distance from the wrist to the knuckles, metres at the standard height.
 const PALM_M: f32 = 0.086;
 
-/// Standard half of the distance between the shoulder joints.
+/// Standard half distance between the shoulder joints, metres.
 const SHOULDER_M: f32 = 0.165;
 
 impl Proportions {
+    /// Checks the measures and derives joints and widths from them.
     pub(super) fn new(parameters: &HumanParameters) -> Result<Self, HumanError> {
         let scale = parameters.height_m / STANDARD_HEIGHT_M;
         check("height_m", parameters.height_m, 1.2, 2.2)?;
@@ -73,26 +83,28 @@ impl Proportions {
             joints: joints(shoulder_shift).map(|joint| joint * scale),
             fingertip: 0.892 + shoulder_shift,
             shoulder_shift,
-            girths: [
-                parameters.chest_m / STANDARD_CHEST_M / scale,
-                parameters.waist_m / STANDARD_WAIST_M / scale,
-                parameters.hip_m / STANDARD_HIP_M / scale,
-            ],
+            girths: Girths {
+                chest: parameters.chest_m / STANDARD_CHEST_M / scale,
+                waist: parameters.waist_m / STANDARD_WAIST_M / scale,
+                hip: parameters.hip_m / STANDARD_HIP_M / scale,
+            },
         })
     }
 
-    /// A place of the standard body, the arms moved in to theirs.
+    /// Point of the standard body that corresponds to `p`: scaled to the standard height, with the
+    /// shoulders and arms moved to their standard position. Metres.
     pub(super) fn standard(&self, p: Vec3) -> Vec3 {
         let p = p / self.scale;
         let rise = |x: f32| x.clamp(0.0, 1.0) * x.clamp(0.0, 1.0) * (3.0 - 2.0 * x.clamp(0.0, 1.0));
         // The shift grows along the collar bones; below them the chest keeps its girth, and the arm
-        // is moved as a whole. No slope reaches one: no two places have the same image.
+        // is moved as a rigid whole. The slope of the shift stays below one, so that no two points
+        // have the same image.
         let (out, up) = (p.x.abs() / SHOULDER_M, rise((p.y - 1.25) / 0.11));
         let share = out.min(1.0) * (up + (1.0 - up) * rise((p.x.abs() - SHOULDER_M) / 0.12));
         p - Vec3::X * (self.shoulder_shift * share * p.x.signum())
     }
 
-    /// Wanted edge length, metres: finer where the shape is, on hands, face and feet.
+    /// Wanted edge length of the mesh, metres: finer on hands, face and feet.
     pub(super) fn wanted_edge(&self, p: Vec3) -> f32 {
         let q = self.standard(p);
         let towards = |from: f32, to: f32, t: f32| from + (to - from) * t.clamp(0.0, 1.0);

@@ -4,25 +4,27 @@ use super::Field;
 use glam::{UVec3, Vec3};
 use std::collections::HashMap;
 
-/// A lattice of cubes over a box.
+/// Lattice of cubes over a box.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lattice {
-    /// Corner of the box with the least coordinates, metres.
+    /// LatticeCorner of the box with the least coordinates, metres.
     pub(crate) origin: Vec3,
-    /// Opposite corner; rounded up to whole blocks.
+    /// Opposite corner, metres; it is rounded up to whole blocks.
     pub(crate) end: Vec3,
     /// Side of a cube, metres.
     pub(crate) step: f32,
 }
 
-/// Cubes along the side of a block that is looked into or passed over as a whole.
+/// Cubes along the side of a block. A block that cannot contain the surface is skipped.
 const BLOCK: u32 = 8;
 
-/// Bound of the gradient's length: a smooth union of bounds of distances exceeds one a little.
+/// Upper bound on the length of a field's gradient. Approximate distances exceed 1 a little.
 const STEEPEST: f32 = 1.5;
 
-/// Kuhn's six tetrahedra of a cube: each goes from corner 0 to corner 7 along one order of the axes.
-/// The corners' bits are x, y, z; all six are positively oriented.
+/// Kuhn's six tetrahedra of a cube, as corners whose bits are x, y and z.
+///
+/// Each leads from corner 0 to corner 7 along one order of the axes, so that the faces of
+/// neighbouring cubes match. All six are positively oriented.
 const TETRAHEDRA: [[u32; 4]; 6] = [
     [0, 1, 3, 7],
     [0, 3, 2, 7],
@@ -32,26 +34,43 @@ const TETRAHEDRA: [[u32; 4]; 6] = [
     [0, 5, 1, 7],
 ];
 
-/// For the corners inside as a bit set below 8: an even order of the corners with the lone corner, or
-/// the pair of them, first; and whether those first ones are outside. Above 7 the complement's holds.
-const ORDERS: [([usize; 4], bool); 8] = [
-    ([0, 1, 2, 3], false),
-    ([0, 1, 2, 3], false),
-    ([1, 0, 3, 2], false),
-    ([0, 1, 2, 3], false),
-    ([2, 0, 1, 3], false),
-    ([0, 2, 3, 1], false),
-    ([1, 2, 0, 3], false),
-    ([3, 0, 2, 1], true),
+/// Order of a tetrahedron's corners in which one formula gives its triangles.
+struct CornerOrder {
+    /// Even permutation of the corners. It begins with the lone corner on one side of the surface,
+    /// or with a pair of corners on one side.
+    corners: [usize; 4],
+    /// True if the permutation begins with corners outside.
+    is_outside_first: bool,
+}
+
+const fn order(corners: [usize; 4], is_outside_first: bool) -> CornerOrder {
+    CornerOrder {
+        corners,
+        is_outside_first,
+    }
+}
+
+/// Corner orders by the bit set of the corners inside, for sets below 8; the others are the
+/// complements of these.
+const ORDERS: [CornerOrder; 8] = [
+    order([0, 1, 2, 3], false),
+    order([0, 1, 2, 3], false),
+    order([1, 0, 3, 2], false),
+    order([0, 1, 2, 3], false),
+    order([2, 0, 1, 3], false),
+    order([0, 2, 3, 1], false),
+    order([1, 2, 0, 3], false),
+    order([3, 0, 2, 1], true),
 ];
 
-/// The zero set of `field` within the lattice: triangles, counter-clockwise seen from where the field
-/// is positive, on vertices shared between neighbours. It is a manifold wherever it does not meet the
-/// lattice's border.
+/// Triangulates the zero set of `field` within the lattice by marching tetrahedra.
+///
+/// Triangles are counter-clockwise seen from where the field is positive, and share their vertices
+/// with neighbours. The mesh is a manifold wherever it does not meet the border of the lattice.
 pub(crate) fn polygonise(field: &Field, lattice: Lattice) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let side = lattice.step * BLOCK as f32;
     let blocks = ((lattice.end - lattice.origin) / side).ceil().as_uvec3();
-    let mut marching = Marching {
+    let mut marching = MarchingTetrahedra {
         field,
         lattice,
         nodes: blocks * BLOCK + UVec3::ONE,
@@ -64,6 +83,7 @@ pub(crate) fn polygonise(field: &Field, lattice: Lattice) -> (Vec<Vec3>, Vec<[u3
             for x in 0..blocks.x {
                 let first = UVec3::new(x, y, z) * BLOCK;
                 let centre = marching.node(first) + Vec3::splat(side * 0.5);
+                // From the centre to a corner of the block the field changes by no more than this.
                 let reach = STEEPEST * side * 0.5 * 3f32.sqrt();
                 if field(centre).abs() <= reach {
                     marching.block(first);
@@ -74,29 +94,43 @@ pub(crate) fn polygonise(field: &Field, lattice: Lattice) -> (Vec<Vec3>, Vec<[u3
     (marching.vertices, marching.faces)
 }
 
-struct Marching<'a> {
+/// Triangulation in progress.
+struct MarchingTetrahedra<'a> {
     field: &'a Field<'a>,
     lattice: Lattice,
+    /// Number of lattice nodes along each axis.
     nodes: UVec3,
     vertices: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
-    /// The vertex on a lattice edge, by the numbers of its two nodes.
+    /// Vertex on a lattice edge, by the numbers of the edge's two nodes.
     vertex_on: HashMap<(u32, u32), u32>,
 }
 
-/// A corner of a tetrahedron: number of its node, place, value.
-type Corner = (u32, Vec3, f32);
+/// Corner of a tetrahedron.
+#[derive(Clone, Copy)]
+struct LatticeCorner {
+    /// Number of the lattice node.
+    node: u32,
+    /// Position, metres.
+    position: Vec3,
+    /// Value of the field, metres.
+    value: f32,
+}
 
-impl Marching<'_> {
+impl MarchingTetrahedra<'_> {
+    /// Position of a lattice node, metres.
     fn node(&self, node: UVec3) -> Vec3 {
         self.lattice.origin + node.as_vec3() * self.lattice.step
     }
 
+    /// Number of a lattice node, x fastest.
     fn number(&self, node: UVec3) -> u32 {
         node.x + self.nodes.x * (node.y + self.nodes.y * node.z)
     }
 
+    /// Triangulates the cubes of the block that begins at the node `first`.
     fn block(&mut self, first: UVec3) {
+        // The field is the costly part: it is evaluated once for each node of the block.
         let side = BLOCK + 1;
         let offset = |i: u32| UVec3::new(i % side, i / side % side, i / (side * side));
         let values: Vec<f32> = (0..side * side * side)
@@ -107,9 +141,13 @@ impl Marching<'_> {
             let cell = UVec3::new(i % BLOCK, i / BLOCK % BLOCK, i / (BLOCK * BLOCK));
             let corners = [0u32, 1, 2, 3, 4, 5, 6, 7].map(|c| {
                 let at = cell + UVec3::new(c & 1, c >> 1 & 1, c >> 2);
-                (self.number(first + at), self.node(first + at), value(at))
+                LatticeCorner {
+                    node: self.number(first + at),
+                    position: self.node(first + at),
+                    value: value(at),
+                }
             });
-            if corners.iter().any(|c| c.2 < 0.0) && corners.iter().any(|c| c.2 >= 0.0) {
+            if corners.iter().any(|c| c.value < 0.0) && corners.iter().any(|c| c.value >= 0.0) {
                 for tetrahedron in TETRAHEDRA {
                     self.tetrahedron(tetrahedron.map(|c| corners[c as usize]));
                 }
@@ -117,12 +155,12 @@ impl Marching<'_> {
         }
     }
 
-    fn tetrahedron(&mut self, corners: [Corner; 4]) {
-        let inside = (0..4).fold(0, |mask, i| mask | usize::from(corners[i].2 < 0.0) << i);
-        let (order, turned) = ORDERS[inside.min(15 - inside)];
-        // Corner 3 is never among the inside ones of the table: their complement is looked up turned.
-        let outward = turned == (inside > 7);
-        let cross = |i: usize, j: usize| (corners[order[i]], corners[order[j]]);
+    fn tetrahedron(&mut self, corners: [LatticeCorner; 4]) {
+        let inside = (0..4).fold(0, |mask, i| mask | usize::from(corners[i].value < 0.0) << i);
+        // Sets above 7 contain corner 3. Their complement has the same triangles, turned around.
+        let order = &ORDERS[inside.min(15 - inside)];
+        let outward = order.is_outside_first == (inside > 7);
+        let cross = |i: usize, j: usize| (corners[order.corners[i]], corners[order.corners[j]]);
         let mut on = |(a, b)| self.vertex(a, b);
         let faces = match inside.count_ones() {
             1 | 3 => vec![[on(cross(0, 1)), on(cross(0, 2)), on(cross(0, 3))]],
@@ -136,13 +174,15 @@ impl Marching<'_> {
         self.faces.extend(faces.into_iter().map(faced));
     }
 
-    fn vertex(&mut self, a: Corner, b: Corner) -> u32 {
-        let (a, b) = if a.0 < b.0 { (a, b) } else { (b, a) };
+    /// Vertex on the lattice edge between two corners on different sides of the surface.
+    fn vertex(&mut self, a: LatticeCorner, b: LatticeCorner) -> u32 {
+        // The same order from every tetrahedron at the edge, for the same vertex.
+        let (a, b) = if a.node < b.node { (a, b) } else { (b, a) };
         let vertices = &mut self.vertices;
-        *self.vertex_on.entry((a.0, b.0)).or_insert_with(|| {
-            // Off the nodes, so that no triangle collapses.
-            let t = (a.2 / (a.2 - b.2)).clamp(0.02, 0.98);
-            vertices.push(a.1.lerp(b.1, t));
+        *self.vertex_on.entry((a.node, b.node)).or_insert_with(|| {
+            // Vertices stay off the nodes, so that no triangle collapses to a point.
+            let t = (a.value / (a.value - b.value)).clamp(0.02, 0.98);
+            vertices.push(a.position.lerp(b.position, t));
             vertices.len() as u32 - 1
         })
     }
@@ -162,8 +202,8 @@ mod tests {
             step: 0.031,
         };
         let (vertices, faces) = polygonise(&torus, lattice);
-        let genus_0_or_1 = vertices.len() as i64 + faces.len() as i64 - edges(&faces).len() as i64;
-        assert_eq!(genus_0_or_1, 0);
+        let euler_characteristic = vertices.len() as i64 + faces.len() as i64 - edges(&faces).len() as i64;
+        assert_eq!(euler_characteristic, 0, "that of a torus");
         assert_eq!(2 * edges(&faces).len(), 3 * faces.len());
         let volume: f32 = (faces.iter())
             .map(|f| f.map(|v| vertices[v as usize]))

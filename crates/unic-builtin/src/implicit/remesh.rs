@@ -1,4 +1,4 @@
-//! Near-uniform triangles: splits, collapses, flips and tangential smoothing.
+//! Isotropic remeshing: splits, collapses, flips and tangential smoothing.
 
 mod collapse;
 mod flip;
@@ -6,41 +6,51 @@ mod relax;
 mod split;
 
 use super::{Patch, Surfaces};
-use flip::Flip;
+use flip::FlipCriterion;
 use glam::Vec3;
 
-/// How large triangles should be.
+/// Target size of triangles.
 #[derive(Clone, Copy)]
 pub(crate) struct Sizing<'a> {
-    /// Wanted length of edges at a place, metres.
+    /// Wanted length of edges at a point, metres.
     pub(crate) edge: &'a (dyn Fn(Vec3) -> f32 + Sync),
-    /// Rounds of all operations.
+    /// Number of rounds of split, collapse, flip and smoothing.
     pub(crate) rounds: usize,
 }
 
-/// Edges longer than this times the wanted length are split, shorter than [`SHORT`] collapsed: a split
-/// then never makes an edge to be collapsed.
+/// Length over the wanted length above which an edge is split.
+///
+/// The halves of such an edge are at least 2/3 of the wanted length.
 const LONG: f32 = 4.0 / 3.0;
+
+/// Length over the wanted length below which an edge is collapsed.
 const SHORT: f32 = 0.8;
 
-/// Remeshes a patch after Botsch & Kobbelt 2004, "A remeshing approach to multiresolution modeling".
+/// Rounds of Delaunay flips and smoothing after the other rounds.
+const FINAL_ROUNDS: usize = 3;
+
+/// Remeshes a patch after Botsch & Kobbelt 2004, "A remeshing approach to multiresolution
+/// modeling".
 ///
-/// Borders and seams stay curves of their cuts; corners, where two cuts meet, stay where they are.
+/// Borders and seams stay on the curves of their cuts. Corners, where two cuts meet, do not move.
 pub(crate) fn remesh(patch: &mut Patch, surfaces: &Surfaces, sizing: Sizing) {
-    // The lattice's triangles are much smaller than wanted: without them the rest is quick.
+    // The triangles of the lattice are much smaller than wanted. They are collapsed first, until a
+    // pass removes at most 2 % of the vertices, so that the rounds work on few triangles.
     let mut mesh = Remeshing::new(patch, surfaces, sizing);
     while mesh.collapse() > mesh.vertices.len() / 50 {}
     for _ in 0..sizing.rounds {
         mesh.split();
         mesh.collapse();
-        mesh.flip(Flip::Valence);
+        mesh.flip(FlipCriterion::Valence);
         mesh.relax();
     }
-    for _ in 0..3 {
-        mesh.flip(Flip::Angle);
+    // Valences first, angles last: equal valences spread the vertices evenly, Delaunay flips then
+    // remove small angles without changing the number of vertices.
+    for _ in 0..FINAL_ROUNDS {
+        mesh.flip(FlipCriterion::Angle);
         mesh.relax();
     }
-    mesh.flip(Flip::Angle);
+    mesh.flip(FlipCriterion::Angle);
     *patch = mesh.finished();
 }
 
@@ -49,17 +59,20 @@ struct Remeshing<'a> {
     surfaces: &'a Surfaces<'a>,
     sizing: Sizing<'a>,
     vertices: Vec<Vec3>,
-    /// Wanted edge length at each vertex.
+    /// Wanted edge length at each vertex, metres. It is not updated when a vertex moves a little.
     wanted: Vec<f32>,
+    /// Cuts that each vertex lies on, as a bit set.
     bits: Vec<u8>,
-    /// Dead faces have three equal corners.
+    /// Triangles. Removed ones have three equal corners, so that the indices of the others stay
+    /// valid.
     faces: Vec<[u32; 3]>,
+    /// Panel of each face.
     labels: Vec<u8>,
-    /// Live faces around each vertex.
+    /// Existing faces around each vertex.
     around: Vec<Vec<u32>>,
 }
 
-/// The faces on an edge: one at a border, else two.
+/// Faces on an edge: one at a border, otherwise two.
 #[derive(Clone, Copy)]
 struct EdgeFaces {
     first: u32,
@@ -84,6 +97,7 @@ impl<'a> Remeshing<'a> {
         }
     }
 
+    /// Returns the patch without removed faces and unused vertices.
     fn finished(self) -> Patch {
         let live = |f: &[u32; 3]| f[0] != f[1];
         let labels = self.faces.iter().zip(&self.labels).filter(|(f, _)| live(f));
@@ -105,13 +119,13 @@ impl<'a> Remeshing<'a> {
         unic_core::topology::edges(&self.faces)
     }
 
-    /// Length over the wanted length.
+    /// Length of an edge over its wanted length.
     fn relative_length(&self, a: u32, b: u32) -> f32 {
         let wanted = 0.5 * (self.wanted[a as usize] + self.wanted[b as usize]);
         self.at(a).distance(self.at(b)) / wanted
     }
 
-    /// None when the edge is gone or not manifold.
+    /// Faces on an edge; none if the edge does not exist or has more than two faces.
     fn faces_on(&self, a: u32, b: u32) -> Option<EdgeFaces> {
         let has = |f: &&u32| self.faces[**f as usize].contains(&b);
         let mut faces = self.around[a as usize].iter().filter(has).copied();
@@ -122,19 +136,20 @@ impl<'a> Remeshing<'a> {
         faces.next().is_none().then_some(edge)
     }
 
-    /// On a border or a seam.
+    /// Returns true for an edge on a border or a seam.
     fn is_curve(&self, edge: EdgeFaces) -> bool {
         let label = |f: u32| self.labels[f as usize];
         edge.second
             .is_none_or(|second| label(second) != label(edge.first))
     }
 
+    /// Corner of a face that is neither `a` nor `b`.
     fn opposite(&self, face: u32, a: u32, b: u32) -> u32 {
         let corners = self.faces[face as usize];
         corners.into_iter().find(|&v| v != a && v != b).unwrap_or(a)
     }
 
-    /// Distinct neighbours, ascending.
+    /// Vertices that share an edge with `v`, ascending.
     fn neighbours(&self, v: u32) -> Vec<u32> {
         let faces = self.around[v as usize].iter();
         let mut found: Vec<u32> = faces
@@ -147,7 +162,7 @@ impl<'a> Remeshing<'a> {
     }
 }
 
-/// Twice the area along the normal.
+/// Normal of a triangle, twice its area long.
 fn normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).cross(c - a)
 }

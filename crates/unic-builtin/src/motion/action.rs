@@ -1,8 +1,8 @@
 //! The vocabulary of motion.
 
-use super::channel::Side;
+use super::Side;
 
-/// How both arms, or one, are raised.
+/// Pose to which one or both arms are raised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ArmRaise {
     /// Both to the front, to shoulder height.
@@ -19,76 +19,78 @@ pub enum ArmRaise {
     Akimbo,
 }
 
-/// One thing to do. Standing actions first bring the character to a stop.
+/// One instruction of a [`Timeline`](super::Timeline), performed after the one before it.
+///
+/// All actions but [`Action::Travel`] and [`Action::Slalom`] first bring the character to a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Action {
     /// Standing: breath, shifts of weight, glances.
     Idle {
-        /// How long.
+        /// Duration, seconds.
         seconds: f32,
     },
     /// Walking or running, whichever suits the speed.
     Travel {
-        /// m/s along the heading, 0 to 6.
+        /// Speed along the heading, m/s, 0 to 6.
         speed: f32,
-        /// rad/s, positive to the left.
+        /// Turning rate, rad/s, positive to the left.
         turn_rate: f32,
-        /// How long, the change of speed included.
+        /// Duration including the change of speed, seconds.
         seconds: f32,
     },
     /// Travelling in curves to alternate sides.
     Slalom {
-        /// m/s.
+        /// Speed along the heading, m/s, 0 to 6.
         speed: f32,
         /// Largest turning rate, rad/s.
         turn_rate: f32,
-        /// From one left turn to the next, seconds.
+        /// Time between two left turns, seconds.
         period: f32,
-        /// How long.
+        /// Duration, seconds.
         seconds: f32,
     },
-    /// To a stand.
+    /// Braking to a stand.
     Stop {
-        /// Duration of the braking.
+        /// Duration of the braking, seconds.
         seconds: f32,
     },
     /// Turning on the spot.
     TurnOnSpot {
-        /// Radians, positive to the left.
+        /// Change of heading, radians, positive to the left.
         angle: f32,
     },
-    /// Down and up again.
+    /// Squat: the pelvis goes down and up again.
     Squat {
-        /// Descent of the pelvis, share of the leg's length, 0 to 0.6.
+        /// Descent of the pelvis as a share of the leg's length, 0 to 0.6.
         depth: f32,
     },
-    /// Straight up from both feet.
+    /// Jump straight up from both feet.
     Jump {
         /// Rise of the pelvis in flight, metres, 0 to 0.6.
         height: f32,
     },
     /// Chest and head turned against the feet, to one side and to the other.
     Twist {
-        /// Radians to each side.
+        /// Largest angle to each side, radians.
         angle: f32,
     },
     /// Trunk bent to one side and to the other.
     SideBend {
-        /// Radians to each side.
+        /// Largest angle to each side, radians.
         angle: f32,
     },
     /// Trunk bent forward and up again.
     Bow {
-        /// Radians.
+        /// Largest forward lean of the trunk, radians.
         angle: f32,
     },
     /// Arms raised, held and lowered.
     RaiseArms(ArmRaise),
-    /// Figures to a beat: steps to the side, swaying hips, arms.
+    /// Dance figures to a beat: steps to the side, swaying hips, turns and arm movements.
     Dance {
-        /// How long.
+        /// Duration, seconds.
         seconds: f32,
-        /// Rhythm.
+        /// Tempo, beats a minute, limited to 48 to 150.
         beats_per_minute: f32,
     },
 }

@@ -1,76 +1,43 @@
-//! What a performance controls over time: channels, each a sum of smooth gestures.
+//! Control channels of a performance: each is a sum of smooth gestures over time.
 
 use super::curve::{step, step_between};
+use crate::side::Side;
 use std::f64::consts::TAU;
 
-/// The character's left (+X in the bind pose) or right.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Side {
-    /// +X in the bind pose.
-    Left,
-    /// −X in the bind pose.
-    Right,
-}
-
-impl Side {
-    /// Both, left first.
-    pub const BOTH: [Side; 2] = [Side::Left, Side::Right];
-
-    /// +1 for left, −1 for right: the sign of x.
-    pub fn sign(self) -> f32 {
-        match self {
-            Side::Left => 1.0,
-            Side::Right => -1.0,
-        }
-    }
-
-    /// The other side.
-    pub fn other(self) -> Self {
-        match self {
-            Side::Left => Side::Right,
-            Side::Right => Side::Left,
-        }
-    }
-
-    pub(super) fn index(self) -> usize {
-        self as usize
-    }
-}
-
-/// One degree of freedom of a performance. Lengths in metres, angles in radians, rates a second.
+/// One degree of freedom of a performance. Lengths are in metres, angles in radians.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
     /// Speed along the heading, m/s.
     Speed,
     /// Speed to the left of the heading, m/s.
     Strafe,
-    /// Rate of the heading, rad/s, positive to the left.
+    /// Turning rate of the heading, rad/s, positive to the left.
     TurnRate,
-    /// How far the pelvis sinks.
+    /// Descent of the pelvis below its standing height, metres.
     Crouch,
-    /// Pelvis to the left of the path.
+    /// Displacement of the pelvis to the left of the path, metres.
     Sway,
-    /// Pelvis ahead of the path.
+    /// Displacement of the pelvis ahead of the path, metres.
     Shift,
-    /// Trunk bent forward.
+    /// Angle by which the trunk is bent forward, radians.
     Lean,
-    /// Trunk bent to the right.
+    /// Angle by which the trunk is bent to the right, radians.
     SideBend,
-    /// Chest turned to the left against the pelvis.
+    /// Angle of the chest to the left of the pelvis, radians.
     Twist,
-    /// Pelvis turned to the left against the heading.
+    /// Angle of the pelvis to the left of the heading, radians.
     HipTurn,
-    /// Head turned to the left.
+    /// Angle by which the head is turned to the left, radians.
     LookYaw,
-    /// Head bowed.
+    /// Angle by which the head is bowed, radians.
     LookDown,
-    /// Upper arm lifted forward.
+    /// Angle by which the upper arm is lifted forward, radians.
     Flexion(Side),
-    /// Upper arm lifted sideways.
+    /// Angle by which the upper arm is lifted sideways, radians.
     Abduction(Side),
-    /// Upper arm turned about its axis, inward positive.
+    /// Angle by which the upper arm is turned about its axis, radians, inward positive.
     Rotation(Side),
-    /// Elbow bent.
+    /// Angle by which the elbow is bent, radians.
     Elbow(Side),
 }
 
@@ -100,39 +67,55 @@ impl Channel {
     }
 }
 
-/// Longest time in which a wave swells and dies away, seconds.
+/// Longest fade-in and fade-out of a wave, seconds.
 const FADE_S: f64 = 0.9;
 
+/// Interval of time, seconds.
 #[derive(Clone, Copy, Debug)]
-enum Shape {
-    /// From nothing to `amount`, which stays.
+pub(super) struct Interval {
+    pub(super) start: f64,
+    pub(super) end: f64,
+}
+
+impl Interval {
+    pub(super) fn new(start: f64, end: f64) -> Self {
+        Self { start, end }
+    }
+}
+
+/// Course of a gesture within its interval.
+#[derive(Clone, Copy, Debug)]
+enum GestureShape {
+    /// Smooth step from zero to the amount, which is kept after the interval.
     Step,
-    /// `amount` · sin, faded in and out.
+    /// Sine of the given frequency (Hz) and phase (radians), faded in and out.
     Wave { hz: f64, phase: f64 },
 }
 
+/// One smooth contribution to a channel.
 #[derive(Clone, Copy, Debug)]
 struct Gesture {
-    start: f64,
-    end: f64,
+    interval: Interval,
     amount: f64,
-    shape: Shape,
+    shape: GestureShape,
 }
 
 impl Gesture {
     fn at(&self, t: f64) -> f64 {
+        let Interval { start, end } = self.interval;
         match self.shape {
-            Shape::Step => self.amount * step_between(t, self.start, self.end),
-            Shape::Wave { hz, phase } => {
-                let fade = FADE_S.min((self.end - self.start) / 3.0);
-                let window = step((t - self.start) / fade) * step((self.end - t) / fade);
-                self.amount * window * (TAU * hz * (t - self.start) + phase).sin()
+            GestureShape::Step => self.amount * step_between(t, start, end),
+            GestureShape::Wave { hz, phase } => {
+                // A third of the interval at most: a short wave still reaches its full amount.
+                let fade = FADE_S.min((end - start) / 3.0);
+                let window = step((t - start) / fade) * step((end - t) / fade);
+                self.amount * window * (TAU * hz * (t - start) + phase).sin()
             }
         }
     }
 }
 
-/// All channels over time: twice continuously differentiable sums of steps and waves.
+/// Gestures of all channels. Each channel is twice continuously differentiable in time.
 #[derive(Clone, Debug)]
 pub(super) struct Gestures {
     channels: Vec<Vec<Gesture>>,
@@ -147,38 +130,36 @@ impl Default for Gestures {
 }
 
 impl Gestures {
-    /// Adds `amount` to a channel between two times, for good.
-    pub(super) fn step(&mut self, channel: Channel, start: f64, end: f64, amount: f64) {
-        self.push(channel, start, end, amount, Shape::Step);
+    /// Raises a channel by `amount` within an interval and keeps the new level.
+    pub(super) fn step(&mut self, channel: Channel, interval: Interval, amount: f64) {
+        self.push(channel, interval, amount, GestureShape::Step);
     }
 
-    /// Adds `amount` between `start` and `start + ease`, and takes it back in the `ease` before `end`.
-    pub(super) fn hold(&mut self, channel: Channel, (start, end): (f64, f64), ease: f64, amount: f64) {
-        self.step(channel, start, start + ease, amount);
-        self.step(channel, end - ease, end, -amount);
+    /// Raises a channel by `amount` in the first `ease` seconds of an interval, and lowers it again
+    /// in the last `ease` seconds.
+    pub(super) fn hold(&mut self, channel: Channel, interval: Interval, ease: f64, amount: f64) {
+        let Interval { start, end } = interval;
+        self.step(channel, Interval::new(start, start + ease), amount);
+        self.step(channel, Interval::new(end - ease, end), -amount);
     }
 
-    /// Adds amount · sin(2π hz (t − start) + phase) with smooth ends.
-    pub(super) fn wave(
-        &mut self,
-        channel: Channel,
-        (start, end): (f64, f64),
-        amount: f64,
-        [hz, phase]: [f64; 2],
-    ) {
-        self.push(channel, start, end, amount, Shape::Wave { hz, phase });
+    /// Adds amount · sin(2π hz (t − start) + phase), faded in and out within the interval.
+    pub(super) fn wave(&mut self, channel: Channel, interval: Interval, amount: f64, hz: f64, phase: f64) {
+        self.push(channel, interval, amount, GestureShape::Wave { hz, phase });
     }
 
-    fn push(&mut self, channel: Channel, start: f64, end: f64, amount: f64, shape: Shape) {
+    fn push(&mut self, channel: Channel, interval: Interval, amount: f64, shape: GestureShape) {
         self.channels[channel.index()].push(Gesture {
-            start,
-            end,
+            interval,
             amount,
             shape,
         });
     }
 
+    /// Value of a channel at a time in seconds: the sum of its gestures.
     pub(super) fn at(&self, channel: Channel, t: f64) -> f64 {
+        // Gestures are added in the order in which they were written, so that sums repeat to the
+        // bit.
         self.channels[channel.index()].iter().map(|g| g.at(t)).sum()
     }
 }

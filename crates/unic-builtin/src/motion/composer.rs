@@ -1,12 +1,13 @@
-//! From actions to gestures.
+//! Translation of actions into gestures of the control channels.
 
 mod arms;
 mod jump;
 mod standing;
 
 use super::{
+    Side,
     action::Action,
-    channel::{Channel, Gestures, Side},
+    channel::{Channel, Gestures, Interval},
     footsteps::Jump,
     gait::Stature,
     random::Random,
@@ -17,16 +18,21 @@ use std::f64::consts::PI;
 /// Ordinary change of speed, m/s².
 const ACCELERATION: f64 = 1.5;
 
-/// Stand before the first action, seconds: the first step is planned ahead of the path that needs it.
+/// Duration of the stand before the first action, seconds.
+///
+/// The first step begins before the path moves, because a foot lands where the body will be.
 const LEAD_IN_S: f64 = 1.1;
 
-/// The time after braking until the last step is done, seconds.
+/// Time after braking until the last step is done, seconds.
 pub(super) const CLOSING_STEP_S: f64 = 0.9;
 
-/// Writes one action after another.
+/// Turns actions into gestures, one after another.
 pub(super) struct Composer {
+    /// Time at which the next action begins, seconds.
     pub(super) now: f64,
+    /// Speed at that time, m/s.
     speed: f64,
+    /// Turning rate at that time, rad/s.
     turn_rate: f64,
     stature: Stature,
     pub(super) random: Random,
@@ -38,6 +44,7 @@ pub(super) struct Composer {
 impl Composer {
     pub(super) fn new(stature: Stature, seed: u64) -> Self {
         let mut random = Random::new(seed);
+        // The order of the draws decides about every later random number of the performance.
         let habit = Habit {
             tempo: random.between(0.96, 1.04),
             arm_swing: random.between(0.85, 1.15),
@@ -61,7 +68,7 @@ impl Composer {
         }
     }
 
-    /// The script, ending at a stand.
+    /// Returns the script, with a stand at its end.
     pub(super) fn finish(mut self) -> Script {
         self.stand();
         let mut script = Script {
@@ -74,6 +81,7 @@ impl Composer {
         script
     }
 
+    /// Appends an action, preceded by braking if it needs a stand.
     pub(super) fn perform(&mut self, action: Action) {
         match action {
             Action::Travel {
@@ -86,7 +94,7 @@ impl Composer {
                 turn_rate,
                 period,
                 seconds,
-            } => self.slalom(speed.into(), [turn_rate, period].map(f64::from), seconds.into()),
+            } => self.slalom(speed.into(), turn_rate.into(), period.into(), seconds.into()),
             Action::Stop { seconds } => self.brake(seconds.into()),
             standing => {
                 self.stand();
@@ -119,20 +127,21 @@ impl Composer {
         self.now += seconds;
     }
 
-    fn slalom(&mut self, speed: f64, [turn_rate, period]: [f64; 2], seconds: f64) {
+    fn slalom(&mut self, speed: f64, turn_rate: f64, period: f64, seconds: f64) {
         self.travel(speed, 0.0, seconds);
-        let span = (self.now - seconds, self.now);
+        let interval = Interval::new(self.now - seconds, self.now);
         let phase = if self.random.sign() > 0.0 { 0.0 } else { PI };
+        let hz = 1.0 / period.max(0.5);
         self.gestures
-            .wave(Channel::TurnRate, span, turn_rate, [1.0 / period.max(0.5), phase]);
+            .wave(Channel::TurnRate, interval, turn_rate, hz, phase);
     }
 
+    /// Changes speed and turning rate within the next `seconds`, which other gestures may overlap.
     fn drive(&mut self, speed: f64, turn_rate: f64, seconds: f64) {
-        let end = self.now + seconds;
+        let change = Interval::new(self.now, self.now + seconds);
+        self.gestures.step(Channel::Speed, change, speed - self.speed);
         self.gestures
-            .step(Channel::Speed, self.now, end, speed - self.speed);
-        self.gestures
-            .step(Channel::TurnRate, self.now, end, turn_rate - self.turn_rate);
+            .step(Channel::TurnRate, change, turn_rate - self.turn_rate);
         (self.speed, self.turn_rate) = (speed, turn_rate);
     }
 
@@ -141,7 +150,9 @@ impl Composer {
         self.now += seconds.max(0.3) + CLOSING_STEP_S;
     }
 
+    /// Brings a moving character to a stand.
     fn stand(&mut self) {
+        // Exact comparisons: braking sets both to zero.
         if self.speed != 0.0 || self.turn_rate != 0.0 {
             self.brake((self.speed / ACCELERATION).max(0.9));
         }

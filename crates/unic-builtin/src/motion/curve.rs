@@ -1,6 +1,8 @@
 //! Curves with continuous second derivatives.
 
-/// Smoothly from 0 at `u` ≤ 0 to 1 at `u` ≥ 1, with zero first and second derivatives at both ends.
+/// Quintic smooth step from 0 at `u` ≤ 0 to 1 at `u` ≥ 1.
+///
+/// Its first and second derivatives are zero at both ends.
 pub(super) fn step(u: f64) -> f64 {
     let u = u.clamp(0.0, 1.0);
     u * u * u * (10.0 + u * (6.0 * u - 15.0))
@@ -8,29 +10,40 @@ pub(super) fn step(u: f64) -> f64 {
 
 /// [`step`] over the time from `start` to `end`, seconds.
 pub(super) fn step_between(t: f64, start: f64, end: f64) -> f64 {
+    // The least duration makes an empty interval a jump instead of 0/0.
     step((t - start) / (end - start).max(1e-6))
 }
 
-/// From 0 to 1 with an even velocity between a start and an end that take the shares `ramps` of the way
-/// to gather speed and to lose it.
-pub(super) fn travel(u: f64, ramps: [f64; 2]) -> f64 {
+/// Shares of a movement's duration spent on speeding up and on slowing down, each 0 to 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Easing {
+    pub(super) ease_in: f64,
+    pub(super) ease_out: f64,
+}
+
+/// Share of the distance covered at the share `u` of the time.
+///
+/// The velocity rises smoothly, stays constant and falls smoothly, as `easing` asks.
+pub(super) fn travel(u: f64, easing: Easing) -> f64 {
     let u = u.clamp(0.0, 1.0);
-    let peak = 1.0 / (1.0 - 0.5 * (ramps[0] + ramps[1]));
-    // Distance after the share x of a ramp: the integral of a smoothstep.
-    let ramp = |x: f64, length: f64| peak * length * x * x * x * (1.0 - 0.5 * x);
-    if u < ramps[0] {
-        ramp(u / ramps[0], ramps[0])
-    } else if u > 1.0 - ramps[1] {
-        1.0 - ramp((1.0 - u) / ramps[1], ramps[1])
+    let Easing { ease_in, ease_out } = easing;
+    // While speeding up or slowing down, the mean velocity is half of the peak velocity.
+    let peak = 1.0 / (1.0 - 0.5 * (ease_in + ease_out));
+    // Velocity is a cubic smoothstep 3x² − 2x³ there; this is its integral.
+    let eased = |x: f64, length: f64| peak * length * x * x * x * (1.0 - 0.5 * x);
+    if u < ease_in {
+        eased(u / ease_in, ease_in)
+    } else if u > 1.0 - ease_out {
+        1.0 - eased((1.0 - u) / ease_out, ease_out)
     } else {
-        peak * (u - 0.5 * ramps[0])
+        peak * (u - 0.5 * ease_in)
     }
 }
 
-/// A parabola of height 1 over 0 < `u` < 1 that leaves and meets the ground within the shares `ramps`.
-pub(super) fn arc(u: f64, ramps: [f64; 2]) -> f64 {
+/// Parabola of height 1 over 0 < `u` < 1, flattened at both ends over the shares of `easing`.
+pub(super) fn arc(u: f64, easing: Easing) -> f64 {
     let u = u.clamp(0.0, 1.0);
-    4.0 * u * (1.0 - u) * step(u / ramps[0]) * step((1.0 - u) / ramps[1])
+    4.0 * u * (1.0 - u) * step(u / easing.ease_in) * step((1.0 - u) / easing.ease_out)
 }
 
 /// A point that a [`Spline`] passes with given velocity and acceleration.
@@ -43,7 +56,7 @@ pub(super) struct Knot {
 }
 
 impl Knot {
-    /// A point of rest.
+    /// Knot with zero velocity and acceleration.
     pub(super) fn rest(time: f64, value: f64) -> Self {
         Self {
             time,
@@ -54,7 +67,9 @@ impl Knot {
     }
 }
 
-/// Quintic Hermite curve through knots of ascending time; constant before the first and after the last.
+/// Quintic Hermite curve through knots of ascending time.
+///
+/// It is constant before the first knot and after the last one, and zero without knots.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Spline {
     pub(super) knots: Vec<Knot>,
@@ -75,7 +90,8 @@ impl Spline {
 fn hermite(a: Knot, b: Knot, t: f64) -> f64 {
     let h = b.time - a.time;
     let u = (t - a.time) / h;
-    // The quadratic of the first knot, and the quintic remainder that meets the second.
+    // The quadratic v, w has the first knot's derivatives. The residuals p, q and r of position,
+    // velocity and acceleration at the second knot determine the cubic to quintic terms.
     let (v, w) = (a.velocity * h, 0.5 * a.acceleration * h * h);
     let p = b.value - a.value - v - w;
     let q = b.velocity * h - v - 2.0 * w;
@@ -86,26 +102,30 @@ fn hermite(a: Knot, b: Knot, t: f64) -> f64 {
     a.value + u * (v + u * (w + u * (c3 + u * (c4 + u * c5))))
 }
 
-/// A signal on a uniform grid that starts at time zero, read as a cubic B-spline.
+/// Signal sampled on a uniform grid that starts at time zero, and evaluated as a cubic B-spline.
+///
+/// The B-spline smooths over neighbouring samples instead of interpolating them.
 #[derive(Clone, Debug)]
 pub(super) struct Track {
     values: Vec<f64>,
 }
 
 impl Track {
-    /// Samples a second.
+    /// Samples per second.
     const RATE: f64 = 120.0;
 
     /// Samples `signal` from time zero to `seconds`.
     pub(super) fn sample(seconds: f64, signal: impl FnMut(f64) -> f64) -> Self {
+        // One sample for time zero and one beyond the end, which the B-spline reaches for.
         let count = (seconds * Self::RATE).ceil() as usize + 2;
         Self {
             values: (0..count).map(|i| i as f64 / Self::RATE).map(signal).collect(),
         }
     }
 
-    /// Weighted mean over ± `seconds` (a quadratic B-spline).
+    /// Weighted mean over ± `seconds` with the weights of a quadratic B-spline.
     pub(super) fn smoothed(mut self, seconds: f64) -> Self {
+        // Three box filters, each a third of the reach, convolve to that B-spline.
         let reach = (seconds * Self::RATE / 3.0).round() as usize;
         for _ in 0..3 {
             self.values = box_mean(&self.values, reach);
@@ -113,8 +133,10 @@ impl Track {
         self
     }
 
-    /// The least value within ± `seconds`. Followed by [`Track::smoothed`] over no longer a time,
-    /// the result is smooth and nowhere above the signal.
+    /// Minimum filter: the least value within ± `seconds`.
+    ///
+    /// Followed by [`Track::smoothed`] over no longer a time, the result is smooth and nowhere
+    /// above the signal.
     pub(super) fn eroded(self, seconds: f64) -> Self {
         // Two more samples cover the reach of the B-spline, one the rounding of the box lengths.
         let reach = (seconds * Self::RATE).ceil() as usize + 3;
@@ -128,6 +150,7 @@ impl Track {
         }
     }
 
+    /// Value at a time in seconds; times outside the grid take its first or last sample.
     pub(super) fn at(&self, t: f64) -> f64 {
         let x = (t * Self::RATE).clamp(0.0, (self.values.len() - 1) as f64);
         let u = x.fract();
@@ -135,6 +158,8 @@ impl Track {
             let last = self.values.len() as isize - 1;
             self.values[(x as isize + offset).clamp(0, last) as usize]
         };
+        // Weights of the uniform cubic B-spline, times 6. The last one is the complement, so that a
+        // constant signal stays constant.
         let (a, b) = ((1.0 - u).powi(3), u.powi(3));
         let c = 4.0 - 6.0 * u * u + 3.0 * b;
         let d = 6.0 - a - b - c;
@@ -142,11 +167,13 @@ impl Track {
     }
 }
 
+/// Mean over 2 · `reach` + 1 samples; the first and last samples continue beyond the ends.
 fn box_mean(values: &[f64], reach: usize) -> Vec<f64> {
     let last = values.len() as isize - 1;
     let value = |i: isize| values[i.clamp(0, last) as usize];
     let reach = reach as isize;
-    // Integer-free running sums drift; windows are short enough to add anew.
+    // A running sum of floats would accumulate rounding errors. Windows are short enough to add
+    // anew.
     (0..=last)
         .map(|i| (i - reach..=i + reach).map(value).sum::<f64>() / (2 * reach + 1) as f64)
         .collect()

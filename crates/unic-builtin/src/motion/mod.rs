@@ -1,14 +1,15 @@
 //! Procedural motion for any character with SMPL's joints.
 //!
-//! A [`Timeline`] of [`Action`]s is performed by a [`Performer`] into a [`Performance`]: a motion as a
-//! function of time, to be sampled at any frame rate.
+//! A [`Performer`] turns a [`Timeline`] of [`Action`]s into a [`Performance`]: a motion as a
+//! function of time, which can be sampled at any frame rate. It is made in these steps:
 //!
-//! How it is made: actions write smooth gestures into [`Channel`]s. Speed and turning rate integrate
-//! to a path over the ground. A planner puts footprints beside the path where the body will be, at
-//! the rhythm that its [`Stature`] has at that speed, so that a planted foot stays where it is while
-//! it rolls over heel and ball. The pelvis rides as high as the legs reach, ballistic while both feet
-//! are off the ground; two-bone inverse kinematics joins it to the feet; arms and chest swing against
-//! the legs; the head stays level.
+//! 1. Actions write smooth gestures into [`Channel`]s.
+//! 2. Speed and turning rate integrate to a path over the ground.
+//! 3. A planner puts footprints beside the path, at the rhythm that a body of this [`Stature`] has
+//!    at this speed. A planted foot stays in place while it rolls over heel and ball.
+//! 4. The pelvis is as high as the legs reach, and in free fall while both feet are off the ground.
+//! 5. Two-bone inverse kinematics joins the pelvis to the feet. Arms and chest swing against the
+//!    legs, and the head stays level.
 //!
 //! ```
 //! use unic_builtin::human::{HumanParameters, human};
@@ -16,13 +17,14 @@
 //!
 //! let performer = Performer::new(&human(&HumanParameters::default())?)?;
 //! let walk = Action::Travel { speed: 1.4, turn_rate: 0.2, seconds: 5.0 };
-//! let performance = Timeline::new(7).then(walk).then(Action::Jump { height: 0.2 }).perform(&performer);
+//! let timeline = Timeline::new(7).then(walk).then(Action::Jump { height: 0.2 });
+//! let performance = timeline.perform(&performer);
 //! let clip = performance.clip("walk_and_jump", 30.0);
 //! assert_eq!(clip.fps, 30.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`standard_set`] gives several minutes of all kinds, to train on and to test on.
+//! [`standard_set`] makes several minutes of training clips and test clips.
 
 mod action;
 mod channel;
@@ -45,8 +47,9 @@ mod tracks;
 #[cfg(test)]
 mod tests;
 
+pub use crate::side::Side;
 pub use action::{Action, ArmRaise};
-pub use channel::{Channel, Side};
+pub use channel::Channel;
 pub use gait::{Gait, Stature};
 pub use performance::Performance;
 pub use standard::{StandardSet, standard_set};
@@ -54,31 +57,31 @@ pub use timeline::{Performer, Timeline};
 
 use thiserror::Error;
 
-/// Why a character cannot perform.
+/// Reason why a character cannot perform built-in motion.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum MotionError {
-    /// Not SMPL's number of joints.
+    /// The skeleton does not have SMPL's number of joints.
     #[error("motion: expected the {expected} joints of SMPL, found {found}")]
     Joints {
-        /// SMPL's.
+        /// Number of SMPL's joints.
         expected: usize,
-        /// The character's.
+        /// Number of the character's joints.
         found: usize,
     },
-    /// Another joint tree than SMPL's.
+    /// The skeleton's joint tree is not SMPL's.
     #[error("motion: expected {expected:?} as the parent of joint {joint}, found {found:?}")]
     Parent {
-        /// The joint.
+        /// Index of the joint with another parent.
         joint: usize,
-        /// Its parent in SMPL's order.
+        /// Parent of the joint in SMPL's tree; none for the root.
         expected: Option<usize>,
-        /// Its parent in the skeleton.
+        /// Parent of the joint in the skeleton.
         found: Option<usize>,
     },
     /// No vertex follows the joints of a foot.
     #[error("motion: the body has no vertices on the ankle and foot joints of each side")]
     NoFeet,
-    /// Legs without length.
+    /// The body or its legs have almost no length.
     #[error("motion: the body or its legs have no length")]
     NoLegs,
 }

@@ -1,35 +1,40 @@
-//! A motion as a function of time.
+//! Motion of one character as a function of time.
+//!
+//! Factors without a comment are chosen by eye.
 
 mod height;
 
 use super::{
-    channel::{Channel, Side},
+    Side,
+    channel::Channel,
     foot::Foot,
-    footsteps::Course,
+    footsteps::StepPlanner,
     gait::GRAVITY,
-    path::{Path, Station, on_ground},
+    path::{GroundPath, GroundPose, on_ground},
     rig::{Arm, Posture, Rig},
     script::Script,
-    tracks::{Tracks, flight},
+    tracks::{Tracks, flight_spline},
 };
 use glam::Quat;
-use unic_core::{clip::Clip, skeleton::Pose};
+use unic_core::{Pose, clip::Clip};
 
-/// A motion of one character, twice continuously differentiable in time but for the moments of
-/// landing: sampled at any rate it is the same motion.
+/// Motion of one character, a continuous function of time.
+///
+/// It is twice continuously differentiable except at landings. Every frame rate samples the same
+/// motion.
 #[derive(Clone, Debug)]
 pub struct Performance {
     rig: Rig,
     script: Script,
-    path: Path,
+    path: GroundPath,
     feet: [Foot; 2],
     tracks: Tracks,
 }
 
 impl Performance {
     pub(super) fn new(rig: Rig, script: Script) -> Self {
-        let path = Path::new(&script.gestures, script.seconds);
-        let course = Course {
+        let path = GroundPath::new(&script.gestures, script.seconds);
+        let planner = StepPlanner {
             gestures: &script.gestures,
             path: &path,
             jumps: &script.jumps,
@@ -39,9 +44,10 @@ impl Performance {
             tempo: script.habit.tempo,
             first: script.habit.first,
         };
-        let feet = course.plan(script.seconds);
-        let flight = flight(&feet, &script);
+        let feet = planner.plan(script.seconds);
+        let flight = flight_spline(&feet, &script);
         let tracks = Tracks::new(&script, &path, &feet, flight);
+        // The height needs the poses of pelvis and feet, which in turn need the other tracks.
         let mut performance = Self {
             rig,
             script,
@@ -58,19 +64,21 @@ impl Performance {
         self.script.seconds as f32
     }
 
-    /// The pose at a time in seconds; before the start and after the end the character stands still.
-    /// The ground is at height zero.
+    /// Pose at a time in seconds, with the ground at height zero.
+    ///
+    /// Before the start and after the end the character stands still.
     pub fn pose_at(&self, seconds: f32) -> Pose {
         self.pose(f64::from(seconds))
     }
 
-    /// Samples the motion from its start to its end.
+    /// Samples the motion from its start to its end at `fps` frames a second.
     ///
     /// # Panics
-    /// When `fps` is not positive.
+    /// Panics if `fps` is not positive.
     pub fn clip(&self, name: &str, fps: f32) -> Clip {
         assert!(fps > 0.0, "frames per second");
-        // A thousandth of a frame of slack keeps the last frame when the length is a whole number.
+        // A thousandth of a frame of slack: rounding must not drop the last frame where the length
+        // is a whole number of frames.
         let frames = (self.script.seconds * f64::from(fps) + 1e-3) as usize + 1;
         Clip {
             name: name.into(),
@@ -83,8 +91,8 @@ impl Performance {
         }
     }
 
-    /// Whether a foot carries weight at a time: it then stays in its place, apart from its roll over
-    /// heel and ball.
+    /// Returns true while a foot carries weight: it stays in place but for its roll over heel and
+    /// ball.
     pub fn is_planted(&self, side: Side, seconds: f32) -> bool {
         self.feet[side.index()].is_planted(f64::from(seconds))
     }
@@ -107,51 +115,62 @@ impl Performance {
         })
     }
 
-    fn state(&self, t: f64) -> State {
+    /// Collects the quantities that several parts of the body need at time `t`.
+    fn state(&self, t: f64) -> BodyState {
         let channel = |channel| self.script.gestures.at(channel, t);
         let speed = channel(Channel::Speed);
         let speed_near = |dt: f64| self.script.gestures.at(Channel::Speed, t + dt);
         let turn_rate = channel(Channel::TurnRate);
-        State {
+        BodyState {
             t,
-            station: self.path.at(&self.script.gestures, t),
+            ground_pose: self.path.at(&self.script.gestures, t),
             speed,
             run: self.rig.stature.running_weight(speed),
+            // Central difference of the speed channel.
             acceleration: (speed_near(0.06) - speed_near(-0.06)) / 0.12,
             turn_rate,
+            // 60 % of the lean that would balance the centripetal acceleration, limited smoothly.
             bank: (0.6 * speed * turn_rate / GRAVITY).tanh(),
             ahead: self.tracks.ahead.at(t),
         }
     }
 
-    fn channel(&self, channel: Channel, state: &State) -> f64 {
+    fn channel(&self, channel: Channel, state: &BodyState) -> f64 {
         self.script.gestures.at(channel, state.t)
     }
 
     /// World x and z of the pelvis joint.
-    fn ground_point(&self, state: &State) -> glam::DVec2 {
+    fn ground_point(&self, state: &BodyState) -> glam::DVec2 {
         // Towards the centre of a curve, as the whole body leans into it.
         let inward = 0.45 * state.bank;
+        // The pelvis moves over the foot that carries the weight.
         let sway = self.channel(Channel::Sway, state) + 0.6 * self.tracks.support.at(state.t);
         let shift = self.channel(Channel::Shift, state) + 0.012 * state.acceleration.tanh();
-        state.station.offset(sway + inward, shift)
+        state.ground_pose.offset(sway + inward, shift)
     }
 
-    fn lean(&self, state: &State) -> f64 {
+    /// Forward lean of the trunk, radians.
+    fn lean(&self, state: &BodyState) -> f64 {
         let habit = self.script.habit.lean + 0.03 * (state.speed / 1.4).min(1.5) + 0.10 * state.run;
+        // The trunk leans into acceleration and back while braking.
         let effort = 0.09 * (0.5 * state.acceleration).tanh();
         habit + effort + self.channel(Channel::Lean, state)
     }
 
-    fn pelvis(&self, state: &State) -> Quat {
+    /// Rotation of the pelvis.
+    fn pelvis(&self, state: &BodyState) -> Quat {
+        // The pelvis turns with the leading leg.
         let yaw = -0.13 * state.ahead * (1.0 - 0.3 * state.run) + self.channel(Channel::HipTurn, state);
         let sway = self.channel(Channel::Sway, state);
+        // The hip of the swinging leg drops a little, and so does the one away from a shifted
+        // weight.
         let list = 0.045 * self.tracks.load.at(state.t) + 0.9 * sway.clamp(-0.2, 0.2);
         let roll = list - state.bank + 0.25 * self.channel(Channel::SideBend, state);
         turned(state, yaw, 0.4 * self.lean(state), roll)
     }
 
-    fn chest(&self, state: &State) -> Quat {
+    /// Rotation of the chest, which counters the turn and the tilt of the pelvis.
+    fn chest(&self, state: &BodyState) -> Quat {
         let twist = self.channel(Channel::Twist, state) + 0.4 * self.channel(Channel::HipTurn, state);
         let yaw = (0.10 + 0.04 * state.run) * state.ahead + twist;
         let counter = 0.35 * self.channel(Channel::Sway, state);
@@ -159,7 +178,8 @@ impl Performance {
         turned(state, yaw, self.lean(state), roll)
     }
 
-    fn head(&self, state: &State) -> Quat {
+    /// Rotation of the head, which stays nearly level and turns ahead of the body.
+    fn head(&self, state: &BodyState) -> Quat {
         let into_turn = 0.3 * state.turn_rate.tanh();
         let yaw =
             self.channel(Channel::LookYaw, state) + into_turn + 0.45 * self.channel(Channel::Twist, state);
@@ -168,7 +188,8 @@ impl Performance {
         turned(state, yaw, bow, roll)
     }
 
-    fn arm(&self, state: &State, side: Side) -> Arm {
+    /// Angles of one arm, which swings against the leg of its side.
+    fn arm(&self, state: &BodyState, side: Side) -> Arm {
         let swing = -f64::from(side.sign()) * (state.ahead / 0.9).tanh() * self.script.habit.arm_swing;
         let lean = self.lean(state);
         let flexion = (0.52 + 0.12 * state.run) * swing + 0.02 + 0.5 * lean - 0.15 * state.run;
@@ -182,21 +203,29 @@ impl Performance {
     }
 }
 
-/// What most parts of the body depend on.
-struct State {
+/// Quantities at one time that several parts of the body depend on.
+struct BodyState {
+    /// Time, seconds.
     t: f64,
-    station: Station,
+    ground_pose: GroundPose,
+    /// Speed along the heading, m/s.
     speed: f64,
+    /// Blend weight of running, 0 to 1.
     run: f64,
+    /// Acceleration along the heading, m/s².
     acceleration: f64,
+    /// Turning rate, rad/s, positive to the left.
     turn_rate: f64,
+    /// Lean into the curve, radians, positive to the left.
     bank: f64,
+    /// Distance of the left foot ahead of the right one, metres.
     ahead: f64,
 }
 
-/// Turned from the heading by `yaw`, then leant forward, then rolled to the right.
-fn turned(state: &State, yaw: f64, lean: f64, roll: f64) -> Quat {
-    Quat::from_rotation_y((state.station.heading + yaw) as f32)
+/// World rotation that is turned from the heading by `yaw`, leant forward and rolled to the right,
+/// all in radians.
+fn turned(state: &BodyState, yaw: f64, lean: f64, roll: f64) -> Quat {
+    Quat::from_rotation_y((state.ground_pose.heading + yaw) as f32)
         * Quat::from_rotation_x(lean as f32)
         * Quat::from_rotation_z(roll as f32)
 }

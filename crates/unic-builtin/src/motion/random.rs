@@ -1,6 +1,7 @@
-//! Random numbers that are the same everywhere.
+//! Random numbers that are the same on every machine and in every version.
 
-/// SplitMix64 (Steele, Lea and Flood 2014, "Fast splittable pseudorandom number generators").
+/// Generator SplitMix64 (Steele, Lea and Flood 2014, "Fast splittable pseudorandom number
+/// generators").
 #[derive(Clone, Debug)]
 pub(super) struct Random(u64);
 
@@ -17,17 +18,18 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Uniform in `low..high`.
+    /// Draws a number uniformly from `low..high`.
     pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
+        // 53 random bits fill the mantissa of an f64 without rounding up to 1.
         low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// −1 or 1.
+    /// Draws −1 or 1 with equal probability.
     pub(super) fn sign(&mut self) -> f64 {
         if self.next() >> 63 == 0 { 1.0 } else { -1.0 }
     }
 
-    /// Uniform in `0..count`.
+    /// Draws an index uniformly from `0..count`; 0 if `count` is 0.
     pub(super) fn below(&mut self, count: usize) -> usize {
         (self.between(0.0, count as f64) as usize).min(count.saturating_sub(1))
     }

@@ -1,34 +1,51 @@
-//! From a posture (where pelvis, chest, head, arms and feet are) to a pose of a skeleton.
+//! Inverse kinematics: the pose of a skeleton for given pelvis, chest, head, arms and feet.
+//!
+//! Joints have SMPL's indices. On the left: hip 1, knee 4, ankle 7, ball of the foot 10, collar 13,
+//! shoulder 16, elbow 18, wrist 20, hand 22; the right twin follows each. In the middle: pelvis 0,
+//! spine 3, 6 and 9 (chest), neck 12, head 15.
 
 use super::{
-    MotionError,
-    channel::Side,
+    MotionError, Side,
     foot::FootPose,
     gait::Stature,
-    sole::{Sole, soles},
+    sole::{Sole, Soles, measure_soles},
 };
 use glam::{Mat3, Quat, Vec3};
 use std::f32::consts::FRAC_PI_2;
 use unic_core::{
+    Pose,
     character::Character,
-    skeleton::{Pose, SMPL_JOINT_NAMES, SMPL_PARENTS, Skeleton},
+    skeleton::{SMPL_JOINT_NAMES, SMPL_PARENTS, Skeleton},
 };
 
 const JOINTS: usize = SMPL_JOINT_NAMES.len();
 
-/// Parent of a joint in SMPL's order; none for the root.
+/// Parent of a joint in SMPL's tree; none for the root.
 fn parent_of(joint: usize) -> Option<usize> {
     usize::try_from(SMPL_PARENTS[joint]).ok()
 }
 
-/// Shares of its full length from which on a leg yields, and beyond which it never stretches, while it
-/// carries weight: the pelvis stays where the first is enough.
-const REACH_ON_GROUND: [f32; 2] = [0.9935, 0.9995];
+/// Limits on the distance from hip to ankle. Up to `soft` it is exact; beyond, it approaches
+/// `hard`.
+#[derive(Clone, Copy, Debug)]
+struct ReachLimits {
+    soft: f32,
+    hard: f32,
+}
 
-/// The same for a leg that swings, which brakes its knee long before it locks.
-const REACH_IN_AIR: [f32; 2] = [0.92, 0.988];
+/// Limits of a leg on the ground as shares of its length. The pelvis stays low enough for `soft`.
+const REACH_ON_GROUND: ReachLimits = ReachLimits {
+    soft: 0.9935,
+    hard: 0.9995,
+};
 
-/// Angles of one arm, radians: see the channels of the same names.
+/// Limits of a leg in the air as shares of its length: the knee brakes long before it locks.
+const REACH_IN_AIR: ReachLimits = ReachLimits {
+    soft: 0.92,
+    hard: 0.988,
+};
+
+/// Angles of one arm, radians: see the [channels](super::Channel) of the same names.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Arm {
     pub(super) flexion: f32,
@@ -37,7 +54,8 @@ pub(super) struct Arm {
     pub(super) elbow: f32,
 }
 
-/// A whole body at one time. Rotations are from the bind pose (upright, facing +Z) to the world.
+/// Posture of the body at one time. Rotations are from the bind pose (upright, facing +Z) to the
+/// world.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Posture {
     /// World position of the pelvis joint, metres.
@@ -49,14 +67,16 @@ pub(super) struct Posture {
     pub(super) feet: [FootPose; 2],
 }
 
-/// A skeleton with what posing it needs.
+/// Skeleton with the measurements that inverse kinematics needs.
 #[derive(Clone, Debug)]
 pub(super) struct Rig {
+    /// Positions of the joints in the bind pose, metres.
     joints: Vec<Vec3>,
-    /// World rotations of the bind pose.
+    /// World rotations of the joints in the bind pose.
     bind: Vec<Quat>,
     /// Rotation from the bone of pose zero to the axis of its limb: ±X for arms, −Y for legs.
     limb_from_bone: [Quat; JOINTS],
+    /// Left sole, then right.
     pub(super) soles: [Sole; 2],
     pub(super) stature: Stature,
 }
@@ -65,7 +85,7 @@ impl Rig {
     pub(super) fn new(character: &Character) -> Result<Self, MotionError> {
         let skeleton = &character.skeleton;
         check_joints(skeleton)?;
-        let (soles, ground) = soles(character)?;
+        let Soles { soles, ground } = measure_soles(character)?;
         let joints = skeleton.joints().to_vec();
         let mut world = Vec::new();
         skeleton.forward_kinematics(&skeleton.bind_pose(), &mut world);
@@ -76,6 +96,7 @@ impl Rig {
             height: f64::from(crown - ground),
             leg: f64::from(length(1, 4) + length(4, 7)),
         };
+        // Negated, so that NaN is refused too.
         if !(stature.height > 0.1 && stature.leg > 0.05) {
             return Err(MotionError::NoLegs);
         }
@@ -94,13 +115,14 @@ impl Rig {
         0.5 * f64::from((self.joints[1].x - self.joints[2].x).abs())
     }
 
-    /// Hip joint as seen from the pelvis joint, axes of the bind pose.
+    /// Position of a hip joint relative to the pelvis joint in the bind pose, metres.
     pub(super) fn hip(&self, side: Side) -> Vec3 {
         self.joints[1 + side.index()] - self.joints[0]
     }
 
-    /// The pose. Its `trans` puts the ground at world height zero.
+    /// Computes the pose of a posture. Its `trans` puts the ground at world height zero.
     pub(super) fn pose(&self, posture: &Posture) -> Pose {
+        // Every joint's world rotation is written below; local ones follow from the parents'.
         let mut world = [Quat::IDENTITY; JOINTS];
         self.trunk(posture, &mut world);
         for side in Side::BOTH {
@@ -119,6 +141,7 @@ impl Rig {
             pelvis, chest, head, ..
         } = *posture;
         let mut set = |j: usize, rotation: Quat| world[j] = rotation * self.bind[j];
+        // The spine's joints share the bend between pelvis and chest, the neck that of the head.
         set(0, pelvis);
         set(3, pelvis.slerp(chest, 0.3));
         set(6, pelvis.slerp(chest, 0.7));
@@ -145,6 +168,7 @@ impl Rig {
         let hip = posture.position + posture.pelvis * self.hip(side);
         let facing = posture.pelvis * Vec3::Z;
         let toes = Quat::from_rotation_y(foot.heading as f32) * Vec3::Z;
+        // The knee points half way between pelvis and toes.
         let [thigh, shank] = self.two_bones(side, foot.ankle - hip, facing + toes, foot.airborne);
         world[1 + i] = thigh * self.limb_from_bone[1 + i];
         world[4 + i] = shank * self.limb_from_bone[4 + i];
@@ -152,20 +176,29 @@ impl Rig {
         world[10 + i] = foot.toes * self.bind[10 + i];
     }
 
-    /// Rotations of thigh and shank (−Y along the bone, +Z to the front of the knee) that bring the
-    /// ankle to `reach` from the hip, the knee bending towards `front`.
+    /// Rotations of thigh and shank that bring the ankle to `reach` from the hip, metres, while the
+    /// knee bends towards `front`.
+    ///
+    /// In the rotated axes −Y runs along the bone and +Z to the front of the knee.
     fn two_bones(&self, side: Side, reach: Vec3, front: Vec3, airborne: f32) -> [Quat; 2] {
         let i = side.index();
         let a = self.joints[1 + i].distance(self.joints[4 + i]);
         let b = self.joints[4 + i].distance(self.joints[7 + i]);
-        let limit = |k: usize| {
-            let share = REACH_ON_GROUND[k] + (REACH_IN_AIR[k] - REACH_ON_GROUND[k]) * airborne;
+        let limit = |ground: f32, air: f32| {
+            let share = ground + (air - ground) * airborne;
             share * (a + b)
         };
-        let d = soft_reach(reach.length(), [limit(0), limit(1)]).max((a - b).abs() + 1e-3);
+        let limits = ReachLimits {
+            soft: limit(REACH_ON_GROUND.soft, REACH_IN_AIR.soft),
+            hard: limit(REACH_ON_GROUND.hard, REACH_IN_AIR.hard),
+        };
+        // Bones of different length cannot bring hip and ankle together: nearer there is no
+        // triangle.
+        let d = soft_reach(reach.length(), limits).max((a - b).abs() + 1e-3);
         let down = reach.normalize_or(Vec3::NEG_Y);
         let ahead = (front - down * front.dot(down)).normalize_or(Vec3::Z);
         let hinge = ahead.cross(down);
+        // Law of cosines for the angle at the hip; rounding may leave −1 to 1.
         let cosine = ((a * a + d * d - b * b) / (2.0 * a * d)).clamp(-1.0, 1.0);
         let knee = (down * cosine + ahead * (1.0 - cosine * cosine).sqrt()) * a;
         let basis = |bone: Vec3| {
@@ -176,28 +209,34 @@ impl Rig {
     }
 }
 
-/// The same rotation with an angle of at most π, for whoever reads it as an axis and an angle.
+/// Same rotation with an angle of at most π, for readers that convert it to axis and angle.
 fn shortest(rotation: Quat) -> Quat {
     if rotation.w < 0.0 { -rotation } else { rotation }
 }
 
-/// The arm's axis (±X) turned from the T-pose to hang at the side, lifted sideways by the abduction.
+/// Rotation of the upper arm from the T-pose (along ±X) down to the side, less the abduction.
 fn lowered(arm: Arm, sign: f32) -> Quat {
     Quat::from_rotation_z(-sign * (FRAC_PI_2 - arm.abduction)) * Quat::from_rotation_x(arm.rotation)
 }
 
-/// How far the collar bone lifts with the upper arm: a twelfth of the angle when the arm is level, a
-/// seventh when it points up (scapulohumeral rhythm, the shoulder blade's part left out).
+/// Angle by which the collar bone lifts with the upper arm, radians.
+///
+/// It is a twelfth of the arm's angle when the arm is level and a seventh when it points up
+/// (scapulohumeral rhythm without the part of the shoulder blade).
 fn collar_lift(arm: Arm, sign: f32) -> f32 {
     let bone = Quat::from_rotation_x(-arm.flexion) * lowered(arm, sign) * (Vec3::X * sign);
     0.11 * (1.0 + bone.y).powi(2)
 }
 
-/// Length of a leg that should span `wanted`: the same up to `start`, then ever more slowly towards
-/// `end`; slope and curvature continue.
-fn soft_reach(wanted: f32, [start, end]: [f32; 2]) -> f32 {
-    let x = ((wanted - start) / (end - start)).max(0.0);
-    wanted.min(start) + (end - start) * x / (1.0 + x * x * x).cbrt()
+/// Distance from hip to ankle of a leg that should span `wanted` metres.
+///
+/// It equals `wanted` up to `limits.soft` and approaches `limits.hard` beyond.
+fn soft_reach(wanted: f32, limits: ReachLimits) -> f32 {
+    let ReachLimits { soft, hard } = limits;
+    // x / ∛(1 + x³) has slope 1 and no curvature at zero, so that the knee's acceleration is
+    // continuous, and tends to 1.
+    let x = ((wanted - soft) / (hard - soft)).max(0.0);
+    wanted.min(soft) + (hard - soft) * x / (1.0 + x * x * x).cbrt()
 }
 
 fn check_joints(skeleton: &Skeleton) -> Result<(), MotionError> {
@@ -217,6 +256,9 @@ fn check_joints(skeleton: &Skeleton) -> Result<(), MotionError> {
     }
 }
 
+/// Rotation from a limb's bone in pose zero to its axis: ±X for arms, −Y for legs.
+///
+/// Joints outside the limbs, and bones without length, have none: the identity.
 fn limb_from_bone(joints: &[Vec3], bind: &[Quat], joint: usize) -> Quat {
     let (child, axis) = match joint {
         1 | 2 | 4 | 5 => (joint + 3, Vec3::NEG_Y),

@@ -1,41 +1,48 @@
-//! What a timeline turns into before a body performs it.
+//! Composed motion of a timeline, independent of the body that performs it.
 
 use super::{
-    channel::{Channel, Gestures, Side},
+    Side,
+    channel::{Channel, Gestures, Interval},
     footsteps::Jump,
 };
 
-/// Habits of one person; see [`Timeline`](super::Timeline).
+/// Random traits of one person; a [`Timeline`](super::Timeline) draws them from its seed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Habit {
-    /// Factor on step rhythm.
+    /// Factor on the frequency of steps.
     pub(super) tempo: f64,
     /// Factor on the swing of the arms.
     pub(super) arm_swing: f64,
-    /// Further lean of the trunk, radians.
+    /// Additional forward lean of the trunk, radians.
     pub(super) lean: f64,
     /// Elbow angle at rest, radians.
     pub(super) elbow: f64,
+    /// Foot of the first step.
     pub(super) first: Side,
 }
 
-/// Gestures over time, and whose they are.
+/// Gestures, jumps and habits of one performance.
 #[derive(Clone, Debug)]
 pub(super) struct Script {
     pub(super) gestures: Gestures,
     pub(super) jumps: Vec<Jump>,
     pub(super) habit: Habit,
+    /// Duration, seconds.
     pub(super) seconds: f64,
 }
 
+/// Frequency of breathing at rest, Hz: about 16 breaths a minute.
+const BREATH_HZ: f64 = 0.26;
+
 impl Script {
-    /// The quiet motion that never stops: breath.
+    /// Adds breathing over the whole duration.
     pub(super) fn breathe(&mut self) {
-        let whole = (0.0, self.seconds);
-        self.gestures.wave(Channel::Lean, whole, -0.010, [0.26, 0.0]);
+        let duration = Interval::new(0.0, self.seconds);
+        self.gestures
+            .wave(Channel::Lean, duration, -0.010, BREATH_HZ, 0.0);
         for side in Side::BOTH {
             self.gestures
-                .wave(Channel::Abduction(side), whole, 0.012, [0.26, 0.0]);
+                .wave(Channel::Abduction(side), duration, 0.012, BREATH_HZ, 0.0);
         }
     }
 }

@@ -1,37 +1,46 @@
-//! A set of clips that covers what people do, to train on, and kinds of their own to test on.
+//! Standard clips: a training set of everyday motion, and a test set of other kinds of motion.
 
 use super::{
-    MotionError,
+    MotionError, Side,
     action::{Action, ArmRaise},
-    channel::Side,
     timeline::{Performer, Timeline},
 };
 use unic_core::{character::Character, clip::Clip};
 
-/// Clips by their use.
+/// Standard clips, split into training and test clips.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StandardSet {
-    /// About seven minutes.
+    /// Training clips, about seven minutes.
     pub train: Vec<Clip>,
-    /// Kinds of motion that `train` does not hold: a sprint with a hard stop, turns on the spot, a
-    /// dance.
+    /// Test clips of motion that `train` does not hold: sprints with hard stops, turns on the spot,
+    /// a dance.
     pub test: Vec<Clip>,
 }
 
-/// The standard clips for a character at `fps` frames a second. The same seed gives the same bytes.
+/// Name and actions of a clip.
+struct ClipPlan {
+    name: &'static str,
+    actions: Vec<Action>,
+}
+
+/// Makes the standard clips for a character at `fps` frames a second.
+///
+/// The same character, seed and rate give the same bytes.
 ///
 /// # Errors
-/// As [`Performer::new`].
+/// The same as [`Performer::new`].
 pub fn standard_set(character: &Character, seed: u64, fps: f32) -> Result<StandardSet, MotionError> {
     let performer = Performer::new(character)?;
-    let clips = |named: Vec<(&str, Vec<Action>)>, stream: u64| {
-        (named.into_iter().zip(stream..))
-            .map(|((name, actions), i)| {
-                let seed = seed.wrapping_mul(1_000_003).wrapping_add(i);
+    let clips = |plans: Vec<ClipPlan>, first_stream: u64| {
+        (plans.into_iter().zip(first_stream..))
+            .map(|(plan, stream)| {
+                // Each clip has its own stream of random numbers: changing one leaves the others
+                // alone.
+                let seed = seed.wrapping_mul(1_000_003).wrapping_add(stream);
                 Timeline::new(seed)
-                    .then_all(actions)
+                    .then_all(plan.actions)
                     .perform(&performer)
-                    .clip(name, fps)
+                    .clip(plan.name, fps)
             })
             .collect()
     };
@@ -41,7 +50,12 @@ pub fn standard_set(character: &Character, seed: u64, fps: f32) -> Result<Standa
     })
 }
 
-fn go(speed: f32, turn_rate: f32, seconds: f32) -> Action {
+fn clip(name: &'static str, actions: impl Into<Vec<Action>>) -> ClipPlan {
+    let actions = actions.into();
+    ClipPlan { name, actions }
+}
+
+fn travel(speed: f32, turn_rate: f32, seconds: f32) -> Action {
     Action::Travel {
         speed,
         turn_rate,
@@ -53,70 +67,82 @@ fn idle(seconds: f32) -> Action {
     Action::Idle { seconds }
 }
 
-fn slalom([speed, turn_rate, period, seconds]: [f32; 4]) -> Action {
-    Action::Slalom {
-        speed,
-        turn_rate,
-        period,
-        seconds,
-    }
-}
-
-fn train() -> Vec<(&'static str, Vec<Action>)> {
+fn train() -> Vec<ClipPlan> {
+    let walking_speeds = [0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 1.3];
+    let running_speeds = [2.5, 3.0, 3.6, 4.3, 5.0, 3.2];
     vec![
-        ("idle", vec![idle(36.0)]),
-        (
-            "walk_speeds",
-            [0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 1.3]
-                .map(|v| go(v, 0.0, 5.5))
-                .into(),
-        ),
-        ("walk_circles", circles([1.2, 0.9, 1.5], 0.55)),
-        (
-            "walk_slalom",
-            vec![slalom([1.3, 0.7, 5.0, 20.0]), slalom([1.0, 0.9, 4.0, 14.0])],
-        ),
-        ("walk_starts_stops", starts_and_stops([1.0, 1.4, 0.8, 1.7, 1.2])),
-        (
-            "run_speeds",
-            [2.5, 3.0, 3.6, 4.3, 5.0, 3.2].map(|v| go(v, 0.0, 5.0)).into(),
-        ),
-        ("run_circles", circles([2.6, 3.2, 3.8], 0.45)),
-        (
-            "run_slalom",
-            vec![slalom([2.7, 0.6, 4.5, 16.0]), slalom([3.4, 0.45, 4.0, 12.0])],
-        ),
-        ("run_starts_stops", starts_and_stops([2.6, 3.2, 2.8, 3.8, 3.0])),
-        ("squats_jumps", squats_and_jumps()),
-        ("arms_trunk", arms_and_trunk()),
-        ("mixed", mixed()),
+        clip("idle", [idle(36.0)]),
+        clip("walk_speeds", walking_speeds.map(|v| travel(v, 0.0, 5.5))),
+        clip("walk_circles", circles([1.2, 0.9, 1.5], 0.55)),
+        clip("walk_slalom", walking_slaloms()),
+        clip("walk_starts_stops", starts_and_stops([1.0, 1.4, 0.8, 1.7, 1.2])),
+        clip("run_speeds", running_speeds.map(|v| travel(v, 0.0, 5.0))),
+        clip("run_circles", circles([2.6, 3.2, 3.8], 0.45)),
+        clip("run_slalom", running_slaloms()),
+        clip("run_starts_stops", starts_and_stops([2.6, 3.2, 2.8, 3.8, 3.0])),
+        clip("squats_jumps", squats_and_jumps()),
+        clip("arms_trunk", arms_and_trunk()),
+        clip("mixed", mixed()),
     ]
 }
 
-fn test() -> Vec<(&'static str, Vec<Action>)> {
+fn test() -> Vec<ClipPlan> {
+    let dance = Action::Dance {
+        seconds: 30.0,
+        beats_per_minute: 108.0,
+    };
     vec![
-        ("sprint_stop", sprints()),
-        ("turn_on_spot", turns_on_spot()),
-        (
-            "dance",
-            vec![Action::Dance {
-                seconds: 30.0,
-                beats_per_minute: 108.0,
-            }],
-        ),
+        clip("sprint_stop", sprints()),
+        clip("turn_on_spot", turns_on_spot()),
+        clip("dance", [dance]),
     ]
 }
 
-/// Each speed (m/s) to the left and to the right.
+/// Circles to the left and to the right at each speed (m/s) and the given turning rate (rad/s).
 fn circles(speeds: [f32; 3], turn_rate: f32) -> Vec<Action> {
     (speeds.into_iter())
-        .flat_map(|v| [go(v, turn_rate, 6.5), go(v, -turn_rate, 6.5)])
+        .flat_map(|v| [travel(v, turn_rate, 6.5), travel(v, -turn_rate, 6.5)])
         .collect()
 }
 
+fn walking_slaloms() -> [Action; 2] {
+    [
+        Action::Slalom {
+            speed: 1.3,
+            turn_rate: 0.7,
+            period: 5.0,
+            seconds: 20.0,
+        },
+        Action::Slalom {
+            speed: 1.0,
+            turn_rate: 0.9,
+            period: 4.0,
+            seconds: 14.0,
+        },
+    ]
+}
+
+fn running_slaloms() -> [Action; 2] {
+    [
+        Action::Slalom {
+            speed: 2.7,
+            turn_rate: 0.6,
+            period: 4.5,
+            seconds: 16.0,
+        },
+        Action::Slalom {
+            speed: 3.4,
+            turn_rate: 0.45,
+            period: 4.0,
+            seconds: 12.0,
+        },
+    ]
+}
+
+/// Starts to each speed (m/s), straight or in curves, and stops in between.
 fn starts_and_stops(speeds: [f32; 5]) -> Vec<Action> {
     (speeds.into_iter().zip([0.0, 0.4, -0.4, 0.0, -0.3]))
-        .flat_map(|(speed, turn_rate)| [go(speed, turn_rate, 3.8), idle(1.2)])
+        .flat_map(|(speed, turn_rate)| [travel(speed, turn_rate, 3.8), idle(1.2)])
         .collect()
 }
 
@@ -148,17 +174,17 @@ fn arms_and_trunk() -> Vec<Action> {
 fn mixed() -> Vec<Action> {
     vec![
         idle(2.0),
-        go(1.2, 0.3, 4.0),
-        go(3.0, 0.0, 4.0),
-        go(1.4, -0.5, 4.0),
+        travel(1.2, 0.3, 4.0),
+        travel(3.0, 0.0, 4.0),
+        travel(1.4, -0.5, 4.0),
         Action::TurnOnSpot { angle: 1.2 },
         Action::Squat { depth: 0.3 },
-        go(1.5, -0.3, 4.0),
+        travel(1.5, -0.3, 4.0),
         Action::Jump { height: 0.2 },
         Action::RaiseArms(ArmRaise::Star),
-        go(3.6, 0.3, 5.0),
+        travel(3.6, 0.3, 5.0),
         Action::Twist { angle: 0.5 },
-        go(1.0, 0.6, 4.0),
+        travel(1.0, 0.6, 4.0),
         idle(2.0),
     ]
 }
@@ -166,13 +192,13 @@ fn mixed() -> Vec<Action> {
 fn sprints() -> Vec<Action> {
     let stop = |seconds| Action::Stop { seconds };
     vec![
-        go(5.0, 0.0, 5.0),
+        travel(5.0, 0.0, 5.0),
         stop(1.4),
         idle(1.0),
-        go(5.5, 0.1, 5.5),
+        travel(5.5, 0.1, 5.5),
         stop(1.5),
         idle(1.0),
-        go(4.5, -0.2, 4.5),
+        travel(4.5, -0.2, 4.5),
         stop(1.3),
     ]
 }

@@ -1,5 +1,7 @@
-//! Motions hold on every body: a T-posed figure made here, the built-in human, and a body in an A-pose
-//! where its file is there.
+//! Contract: the same rules hold for motions of every body.
+//!
+//! The bodies are a T-posed stick figure, the built-in human, and a body in an A-pose if its file
+//! exists.
 
 mod contact;
 mod figure;

@@ -1,4 +1,4 @@
-//! Actions in a row.
+//! Sequences of actions, and characters that perform them.
 
 use super::{MotionError, action::Action, composer::Composer, performance::Performance, rig::Rig};
 use unic_core::character::Character;
@@ -10,25 +10,27 @@ pub struct Performer {
 }
 
 impl Performer {
-    /// Takes lengths of limbs and shapes of feet from a character.
+    /// Measures the limbs and feet of a character.
     ///
-    /// Its joints are in SMPL's order, pose zero is a T-pose, and in the bind pose it stands upright
-    /// with flat feet, facing +Z, arms in any position.
+    /// The character's joints are in SMPL's order and its pose zero is a T-pose. In the bind pose
+    /// it stands upright with flat feet, facing +Z, with its arms in any position.
     ///
     /// # Errors
-    /// Another skeleton than SMPL's, no vertices on the feet, legs without length.
+    /// [`MotionError::Joints`] and [`MotionError::Parent`] for a skeleton that is not SMPL's,
+    /// [`MotionError::NoFeet`] without vertices on the feet, [`MotionError::NoLegs`] for a body or
+    /// legs of almost no length.
     pub fn new(character: &Character) -> Result<Self, MotionError> {
         Rig::new(character).map(|rig| Self { rig })
     }
 
-    /// Size of the body and the rhythm that goes with it.
+    /// Height and leg length of the body, which set the rhythm of its steps.
     pub fn stature(&self) -> super::Stature {
         self.rig.stature
     }
 }
 
-/// Actions in a row, and the seed of all that is left open: habits of the person, moments of
-/// glances, figures of a dance.
+/// Sequence of actions, with the seed of everything that the actions leave open: habits of the
+/// person, times of glances, figures of a dance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Timeline {
     seed: u64,
@@ -36,7 +38,7 @@ pub struct Timeline {
 }
 
 impl Timeline {
-    /// Nothing to do yet.
+    /// Timeline without actions.
     pub fn new(seed: u64) -> Self {
         Self {
             seed,
@@ -44,19 +46,21 @@ impl Timeline {
         }
     }
 
-    /// One more action at the end.
+    /// Appends an action.
     pub fn then(mut self, action: Action) -> Self {
         self.actions.push(action);
         self
     }
 
-    /// Several more at the end.
+    /// Appends several actions.
     pub fn then_all(mut self, actions: impl IntoIterator<Item = Action>) -> Self {
         self.actions.extend(actions);
         self
     }
 
-    /// The motion of one character, from a stand to a stand, starting at the origin and facing +Z.
+    /// Performs the actions with one character, from a stand to a stand.
+    ///
+    /// The character starts at the origin and faces +Z.
     pub fn perform(&self, performer: &Performer) -> Performance {
         let mut composer = Composer::new(performer.rig.stature, self.seed);
         self.actions.iter().for_each(|&action| composer.perform(action));

@@ -1,4 +1,4 @@
-//! What tests ask of meshes.
+//! Mesh checks that several test files share: topology, symmetry, shape of triangles.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 #![allow(dead_code, reason = "each test file asks only some of it")]
@@ -10,7 +10,7 @@ use unic_core::{
     topology::{components, edges},
 };
 
-/// The real body, where its data is.
+/// The real body; none if its file does not exist.
 pub(crate) fn real_character() -> Option<Character> {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/body/character.npz");
     if !path.exists() {
@@ -20,7 +20,7 @@ pub(crate) fn real_character() -> Option<Character> {
     Some(unic_io::read_character(&path).unwrap())
 }
 
-/// Directed edges with how often each occurs.
+/// Number of times that each directed edge occurs.
 fn directed(faces: &[[u32; 3]]) -> HashMap<(u32, u32), usize> {
     let mut uses = HashMap::new();
     for &[a, b, c] in faces {
@@ -31,7 +31,7 @@ fn directed(faces: &[[u32; 3]]) -> HashMap<(u32, u32), usize> {
     uses
 }
 
-/// Every edge has at most one face on either side, every vertex one fan of faces.
+/// Asserts that every edge has at most one face on either side, and every vertex one fan of faces.
 pub(crate) fn assert_manifold(vertices: usize, faces: &[[u32; 3]]) {
     assert!(faces.iter().all(|[a, b, c]| a != b && b != c && c != a));
     assert!(
@@ -44,7 +44,7 @@ pub(crate) fn assert_manifold(vertices: usize, faces: &[[u32; 3]]) {
         .for_each(|f| f.iter().for_each(|&v| around[v as usize].push(*f)));
     for (v, fan) in around.iter().enumerate() {
         assert!(!fan.is_empty(), "vertex {v} has no face");
-        // Faces around a vertex hang together by the edges that they share there.
+        // Grows from one face over shared edges at the vertex: every face of the fan must be reached.
         let (mut reached, mut grown) = (vec![fan[0]], true);
         while grown {
             let touches = |f: &[u32; 3]| {
@@ -64,7 +64,7 @@ pub(crate) fn assert_manifold(vertices: usize, faces: &[[u32; 3]]) {
     }
 }
 
-/// Closed curves that border the mesh.
+/// Number of closed curves that border the mesh.
 pub(crate) fn boundary_loops(faces: &[[u32; 3]]) -> usize {
     let uses = directed(faces);
     let mut next: HashMap<u32, u32> = uses
@@ -89,7 +89,7 @@ pub(crate) fn euler_characteristic(vertices: usize, faces: &[[u32; 3]]) -> i64 {
 }
 
 pub(crate) fn component_count(vertices: usize, faces: &[[u32; 3]]) -> usize {
-    components(vertices, faces).1
+    components(vertices, faces).count
 }
 
 pub(crate) fn volume(vertices: &[Vec3], faces: &[[u32; 3]]) -> f32 {
@@ -97,8 +97,9 @@ pub(crate) fn volume(vertices: &[Vec3], faces: &[[u32; 3]]) -> f32 {
     corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
 }
 
-/// Every vertex has its mirror image in x = 0, to the bit, and every face its own.
+/// Asserts that every vertex has its mirror image in x = 0 to the bit, and every face its own.
 pub(crate) fn assert_mirror_symmetric(vertices: &[Vec3], faces: &[[u32; 3]]) {
+    // Adding 0 turns −0 into 0, which have different bits.
     let key = |p: Vec3| p.to_array().map(|x| (x + 0.0).to_bits());
     let index: HashMap<_, u32> = vertices
         .iter()

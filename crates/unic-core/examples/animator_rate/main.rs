@@ -16,13 +16,10 @@ use peaks::{cpu_seconds, peak};
 use std::{hint::black_box, sync::Arc};
 use unic_builtin::scale::{Network, VERTICES, random_model, walk};
 use unic_core::{
-    animator::{Animator, Stage, Start, StepInput},
+    Animator, Model, Pose, Precision, Start, StepInput,
+    animator::Stage,
     config::*,
-    model::Model,
-    network::{
-        Encoder, EncoderScratch, Field, FieldBiases, FieldScratch, Instructions, Linear, Precision, TILE,
-    },
-    skeleton::Pose,
+    network::{Encoder, EncoderScratch, Field, FieldBiases, FieldScratch, Linear, TILE},
 };
 
 /// The paper's field: 8 layers of 256, the input again before the sixth, 128 numbers of latent.
@@ -64,7 +61,7 @@ fn field_rates() {
     let [(on, flop), (random, _)] = [f32::abs, |weight| weight].map(paper_field);
     let only = std::env::args().nth(2);
     for precision in Precision::ALL {
-        for set in Instructions::available(precision) {
+        for set in precision.instructions() {
             let name = format!("{} {set:?}", precision.name());
             if !only.as_ref().is_none_or(|only| name.contains(only)) {
                 continue;

@@ -1,7 +1,7 @@
 //! The machine's own ceilings: independent chains of multiply-adds in registers, no memory.
 
 use std::hint::black_box;
-use unic_core::network::{Instructions, Precision};
+use unic_core::{Precision, simd::Instructions};
 
 /// Multiply-adds of one thread, two FLOP each, a second of its CPU time, on instructions that this machine has.
 /// None where there is no loop for them. Clock rates move, so measure it next to what it is compared with.

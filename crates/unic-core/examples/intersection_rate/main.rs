@@ -1,15 +1,15 @@
-//! What it costs to keep a garment out of a body, by stage, beside parry3d's closest points.
+//! Times of the intersection handling by stage, compared with parry3d's closest points.
 //!
 //! ```text
 //! cargo run --release -p unic-core --example intersection_rate
-//! cargo run --release -p unic-core --example intersection_rate -- 62461   # one size, one thread, nothing beside
+//! cargo run --release -p unic-core --example intersection_rate -- 62461   # one size, one thread
 //! ```
 //!
-//! A garment of 3,790 and of 62,461 vertices on a body of 13,776 triangles: the captured T-shirt of
-//! `../shared/data` where it is there, else tubes. Milliseconds, medians over frames: `cpu` is what one
-//! thread ran itself, whatever else the machine does; `two` the clock's for two threads, which means
-//! little unless two cores are idle. `bits` tells whether two programs, built by one compiler, show the same
-//! to the last bit.
+//! Garments of 3,790 and of 62,461 vertices are handled on a body of 13,776 triangles: the captured
+//! T-shirt of `../shared/data` if it exists, else tubes. Times are medians over frames in
+//! milliseconds. Column `cpu` is the CPU time of one thread, which other load hardly changes.
+//! Column `two` is the wall-clock time of two threads, which is meaningful only on two idle cores.
+//! `bits` is a hash of all shown positions: two programs with the same hash compute the same bytes.
 
 mod oracle;
 mod refine;
@@ -24,12 +24,14 @@ use std::{
     time::Instant,
 };
 use unic_core::{
-    intersection::{DisplayPass, PosedVertices, RobustBody, RobustIntersection},
+    intersection::{CollisionScene, DisplayPass, RobustBody, RobustIntersection},
     mesh::vertex_normals,
 };
 
 const MARGIN_M: f32 = 0.003;
-const HANDLING: [&str; 4] = ["pose", "look", "cover", "smooth"];
+
+/// Stages of the intersection handling, whose times are summed.
+const HANDLING: [&str; 4] = ["pose", "contacts", "lift faces", "smooth"];
 
 fn main() {
     match std::env::args().nth(1).map(|size| size.parse()) {
@@ -56,13 +58,13 @@ fn compare(vertices: usize) {
         scene.character.body.faces.len()
     );
     let [(cpu, bits), (two, bits_of_two)] = [1, 2].map(|threads| measure(&scene, threads));
-    assert_eq!(bits, bits_of_two, "threads change nothing");
+    assert_eq!(bits, bits_of_two, "results do not depend on threads");
     print(&cpu, Some(&two));
     println!("  {:24} {bits:016x}", "bits");
     Oracle::print(&scene);
 }
 
-/// Times on so many threads, and a hash of all positions that are shown.
+/// Measures the times on a number of threads, and hashes all shown positions.
 fn measure(scene: &Scene, threads: usize) -> (Times, u64) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let mut times = Times::new(threads);
@@ -84,14 +86,16 @@ fn run(scene: &Scene, times: &mut Times, hasher: &mut DefaultHasher) {
             weights.skin(&character.body.vertices, &frame.world_from_rest, &mut skinned);
         });
         times.stage("pose", || body.pose(&frame.body));
-        let posed = PosedVertices {
+        let collisions = CollisionScene {
             body: &body,
             vertices: &frame.body,
             colliders: &[],
         };
-        times.stage("look", || display.look(posed, &positions));
-        times.stage("cover", || display.cover(posed));
-        times.stage("smooth", || display.smooth(posed, &mut positions));
+        times.stage("contacts", || display.find_corrections(collisions, &positions));
+        times.stage("lift faces", || display.lift_faces(collisions));
+        times.stage("smooth", || {
+            display.spread_corrections(collisions, &mut positions)
+        });
         times.stage("normals", || {
             vertex_normals(&positions, &scene.garment.rest.faces, &mut normals);
         });
@@ -102,7 +106,7 @@ fn run(scene: &Scene, times: &mut Times, hasher: &mut DefaultHasher) {
     }
 }
 
-/// Milliseconds by stage and frame.
+/// Times by stage and frame, milliseconds.
 struct Times {
     threads: usize,
     stages: Vec<(&'static str, Vec<f64>)>,
@@ -130,7 +134,7 @@ impl Times {
         }
     }
 
-    /// Without the first frame, which allocates.
+    /// Median time of a stage, without the first frame, which allocates.
     fn median(&self, stage: usize) -> f64 {
         median(&self.stages[stage].1[1..])
     }

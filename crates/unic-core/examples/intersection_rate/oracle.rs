@@ -1,17 +1,18 @@
-//! The same closest points by parry3d.
+//! Closest points by parry3d, for comparison.
 
 use super::{median, scene::Scene};
 use cpu_time::ThreadTime;
 use parry3d::{math::Vector, query::PointQuery, shape::TriMesh};
 use std::hint::black_box;
 
-/// Frames that are looked at: building its tree anew takes parry longer than we do for all.
+/// Number of frames that are measured: few, because parry3d builds a new tree for each.
 const FRAMES: usize = 5;
 
 pub(crate) struct Oracle;
 
 impl Oracle {
-    /// Its tree over the posed body, and the closest point to every garment vertex, on one thread.
+    /// Measures the build of a tree over the posed body, and the search for the closest point to
+    /// every garment vertex, on one thread.
     pub(crate) fn print(scene: &Scene) {
         let (mut build, mut query) = (Vec::new(), Vec::new());
         for frame in scene.frames.iter().take(FRAMES) {

@@ -1,18 +1,18 @@
-//! Meshes of any number of vertices, of the same shape.
+//! Refinement of a mesh to any number of vertices, with the same shape.
 
 use glam::Vec3;
 use std::collections::HashMap;
 use unic_core::{mesh::TriMesh, skinning::SkinningWeights};
 
-/// A mesh with vertices added in the middles of edges.
+/// Mesh with vertices added at the midpoints of edges.
 pub(crate) struct Refined {
     pub(crate) mesh: TriMesh,
-    /// What each added vertex lies between, in order: earlier vertices.
+    /// Two earlier vertices between which each added vertex lies, in order.
     parents: Vec<[u32; 2]>,
 }
 
 impl Refined {
-    /// Splits the longest edges until there are so many vertices.
+    /// Splits the longest edges until the mesh has a number of vertices.
     pub(crate) fn new(mesh: &TriMesh, vertices: usize) -> Self {
         let mut refined = Self {
             mesh: TriMesh::new(mesh.vertices.clone(), mesh.faces.clone()).expect("a sound mesh"),
@@ -24,7 +24,7 @@ impl Refined {
         refined
     }
 
-    /// The longest edges, at most one a face.
+    /// Splits the longest edges, at most one of each face.
     fn split_longest(&mut self, vertices: usize) {
         let mut faces_of_edge: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
         for (face, &[a, b, c]) in self.mesh.faces.iter().enumerate() {
@@ -64,7 +64,7 @@ impl Refined {
         }
     }
 
-    /// Positions of all vertices from those of the first mesh's.
+    /// Positions of all vertices from those of the coarse mesh.
     pub(crate) fn positions(&self, coarse: &[Vec3]) -> Vec<Vec3> {
         let mut positions = coarse.to_vec();
         for &[a, b] in &self.parents {
@@ -73,6 +73,7 @@ impl Refined {
         positions
     }
 
+    /// Skinning weights of all vertices from those of the coarse mesh.
     pub(crate) fn weights(&self, coarse: &SkinningWeights) -> SkinningWeights {
         let mut rows: Vec<Vec<(usize, f32)>> = (0..coarse.len()).map(|v| coarse.row(v).collect()).collect();
         for &[a, b] in &self.parents {

@@ -1,12 +1,12 @@
-//! A body and a garment in motion.
+//! Scene: a body and a garment in motion.
 
 use super::refine::Refined;
 use glam::Vec3;
 use std::path::Path;
 use unic_builtin::scale::{Network, random_model, walk};
 use unic_core::{
+    Pose,
     character::{Character, Garment},
-    skeleton::Pose,
     transform::Rigid,
 };
 use unic_io::Capture;
@@ -21,7 +21,7 @@ pub(crate) struct Scene {
     pub(crate) frames: Vec<Frame>,
 }
 
-/// World, metres.
+/// Posed body and garment of one frame, world space, metres.
 pub(crate) struct Frame {
     pub(crate) world_from_rest: Vec<Rigid>,
     pub(crate) body: Vec<Vec3>,
@@ -29,7 +29,7 @@ pub(crate) struct Frame {
 }
 
 impl Scene {
-    /// A captured T-shirt on a real body that jogs, or tubes where there are no data.
+    /// Loads a captured T-shirt on a real body that runs, or makes tubes if there are no data.
     pub(crate) fn new(garment_vertices: usize) -> Self {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/captures/tshirt_blender");
         match Capture::open(&root) {
@@ -70,7 +70,7 @@ impl Scene {
         }
     }
 
-    /// A tube around a tube, 1 cm off, both skinned.
+    /// Makes a tube around a tube at a distance of 1 cm, both skinned.
     fn synthetic(garment_vertices: usize) -> Self {
         let model = random_model(Network::Standard, garment_vertices).expect("a garment of that size");
         let parts = model.to_parts();

@@ -1,37 +1,39 @@
-//! One tick of the field on a tile of vertices.
+//! One tick of the deformation field on a tile of vertices.
 
 use super::{input::FARTHEST, state::VertexState};
 use crate::{
     config::{DisplacementConfig, StateConfig},
-    features::{PointHistory, StateInputs, Tick, limited, write_frame_inputs},
+    features::{PointHistory, StateInputs, StepConditions, limited, write_frame_inputs},
     model::Model,
     network::{FieldBiases, FieldScratch, TILE},
 };
 use glam::Vec3;
 
-/// What the field sees of one frame.
+/// Inputs of the field that belong to one frame.
 pub(super) struct FieldFrame<'a> {
     pub(super) model: &'a Model,
     pub(super) biases: &'a FieldBiases,
     pub(super) histories: &'a [PointHistory],
+    /// Velocity of the air, m/s, world space.
     pub(super) wind: Vec3,
-    /// Vertices that are evaluated; all of them without.
+    /// Vertices that the field is evaluated at; `None` for all of them.
     pub(super) samples: Option<&'a [u32]>,
 }
 
-/// Buffers for a tile on its way through the field.
+/// Scratch memory for one tile of vertices.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TileScratch {
-    /// Channel by channel, as the field reads them.
+    /// Inputs of the tile by channel and vertex, as the field reads them.
     inputs: Vec<[f32; TILE]>,
-    /// Of one vertex.
+    /// Inputs of one vertex.
     point: Vec<f32>,
     field: FieldScratch,
 }
 
 impl FieldFrame<'_> {
-    /// Moves up to [`TILE`] vertices on by one tick; `first` is the place of the first among those that are
-    /// evaluated.
+    /// Advances up to [`TILE`] vertices by one tick.
+    ///
+    /// `first` is the index of the first of them among the evaluated vertices.
     pub(super) fn advance(&self, first: usize, vertices: &mut [VertexState], scratch: &mut TileScratch) {
         self.gather(first, vertices, scratch);
         let mut outputs = [[0.0; TILE]; 3];
@@ -49,6 +51,7 @@ impl FieldFrame<'_> {
         }
     }
 
+    /// Writes the inputs of a tile, transposed from vertices to channels.
     fn gather(&self, first: usize, vertices: &[VertexState], scratch: &mut TileScratch) {
         let TileScratch { inputs, point, .. } = scratch;
         inputs.resize(self.model.field.point_inputs(), [0.0; TILE]);
@@ -62,9 +65,10 @@ impl FieldFrame<'_> {
         }
     }
 
-    /// The vertex at a place among those that are evaluated.
-    fn index(&self, place: usize) -> usize {
-        self.samples.map_or(place, |samples| samples[place] as usize)
+    /// Returns the vertex at an index among the evaluated ones.
+    fn index(&self, evaluated: usize) -> usize {
+        self.samples
+            .map_or(evaluated, |samples| samples[evaluated] as usize)
     }
 
     fn write_inputs(&self, index: usize, vertex: &VertexState, out: &mut [f32]) {
@@ -85,16 +89,17 @@ impl FieldFrame<'_> {
         let (state, frame) = out.split_at_mut(model.config.state.state_input_len());
         StateInputs::new(config).write(vertex.value, vertex.previous, state);
         let rest = model.rest_box.normalised(model.garment.rest.vertices[index]);
-        let tick = Tick {
+        let step = StepConditions {
             dt: 1.0 / model.config.fps,
             wind: self.wind,
         };
-        write_frame_inputs(config, rest, &self.histories[index], tick, frame);
+        write_frame_inputs(config, rest, &self.histories[index], step, frame);
     }
 
+    /// Returns the state after a tick with this output of the field; `share` is the vertex's mask.
     fn updated(&self, value: Vec3, output: Vec3, share: f32) -> Vec3 {
         match &self.model.config.state {
-            StateConfig::RootRelative => within_reach(value, output),
+            StateConfig::RootRelative => integrated(value, output),
             StateConfig::Displacement(config) => {
                 let decay = config.decay(1.0 / self.model.config.fps);
                 value * decay + limited(output, config.output_limit) * (share * config.scale_m)
@@ -103,10 +108,13 @@ impl FieldFrame<'_> {
     }
 }
 
-/// The sum, or `value` where the sum leaves the numbers: an integrator that has gone astray stays what can
-/// be shown, saved and reset.
-fn within_reach(value: Vec3, output: Vec3) -> Vec3 {
+/// Returns `value + output`, or `value` if the sum is not finite or beyond [`FARTHEST`].
+///
+/// A root-relative state is a sum without decay, which can diverge. It stays a position that can be
+/// shown, saved and reset.
+fn integrated(value: Vec3, output: Vec3) -> Vec3 {
     let sum = value + output;
+    // The maximum of a vector's elements may hide a NaN.
     match sum.abs().max_element() <= FARTHEST && sum.is_finite() {
         true => sum,
         false => value,

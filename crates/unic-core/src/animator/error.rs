@@ -1,8 +1,8 @@
-//! What an animator refuses.
+//! Errors of an animator.
 
 use thiserror::Error;
 
-/// Input that does not belong to the animator's model.
+/// Error: input that an animator refuses, because it is not for its model or not usable.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum AnimatorError {
     /// A pose of another skeleton.
@@ -13,7 +13,8 @@ pub enum AnimatorError {
         /// Joints of the pose.
         found: usize,
     },
-    /// A pose, ground height or wind that is no number or absurdly large, or rotations that are none.
+    /// A pose, ground height or wind that is not finite or beyond
+    /// [`FARTHEST`](super::FARTHEST), or quaternions that are not unit.
     #[error(
         "animator: expected unit rotations and finite numbers below a million in pose, ground and wind, found others"
     )]
@@ -26,7 +27,7 @@ pub enum AnimatorError {
         /// Positions given.
         found: usize,
     },
-    /// NaN or infinity.
+    /// A position that is NaN or infinite.
     #[error("animator: the position of vertex {vertex} is not finite")]
     Position {
         /// The vertex.

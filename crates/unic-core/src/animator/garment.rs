@@ -1,17 +1,17 @@
-//! The states of all vertices: stepped, placed, and shown in the world.
+//! Updates of all vertices: their states, world positions and normals.
 
 use super::{
     Animator, Stage,
     deform::{FieldFrame, TileScratch},
-    place::{OwnFrames, Places},
     state::VertexState,
+    state_frames::{SampleInterpolation, StateFrames},
     tiles::{for_each_tile, for_each_tile_with},
 };
-use crate::{features::Place, mesh::vertex_normals, sampling::Sampling};
+use crate::{features::StateFrame, mesh::vertex_normals, sampling::Sampling};
 use glam::Vec3;
 
 impl Animator {
-    /// The field over the vertices that carry the state, tile by tile, and the others from them.
+    /// Evaluates the field at the sampled vertices and interpolates the others from them.
     pub(super) fn deform(&mut self, wind: Vec3) {
         let Self {
             model,
@@ -39,49 +39,52 @@ impl Animator {
         sampled.extend(sampling.samples().iter().map(|&v| state.vertices[v as usize]));
         for_each_tile_with(sampled, &mut scratch.tiles, task);
         let histories = &scratch.histories;
-        let own = OwnFrames::new(
+        let interpolation = SampleInterpolation::new(
             model,
             histories,
             state.motion.world_from_state(&model.character.skeleton),
         );
-        own.interpolate(histories, sampling, sampled, &mut state.vertices);
+        interpolation.interpolate(histories, sampling, sampled, &mut state.vertices);
     }
 
-    /// The garment at given world positions, blended by its mask.
+    /// Sets all states to those of given world positions, blended by the garment's mask.
     pub(super) fn place(&mut self, positions: &[Vec3]) {
-        self.set_states(|place, vertex| place.to_blended_state(positions[vertex]));
+        self.set_states(|frame, vertex| frame.to_blended_state(positions[vertex]));
     }
 
+    /// Sets all states to those of the mean displacement, to which the mask is applied already.
     pub(super) fn place_mean_shape(&mut self) {
         let mean = self.model.prior.mean.iter();
         let frames = self.scratch.histories.iter().map(|h| h.now);
         let positions: Vec<Vec3> = frames.zip(mean).map(|(f, &u)| f.position(u)).collect();
-        self.set_states(|place, vertex| place.to_state(positions[vertex]));
+        self.set_states(|frame, vertex| frame.to_state(positions[vertex]));
     }
 
-    fn set_states(&mut self, of: impl Fn(&Place, usize) -> Vec3) {
+    /// Sets the state of every vertex to a function of its frame and its index.
+    fn set_states(&mut self, state_of: impl Fn(&StateFrame, usize) -> Vec3) {
         let Self {
             model,
             state,
             scratch,
             ..
         } = self;
-        let at = Places::new(
+        let frames = StateFrames::new(
             model,
             &scratch.histories,
             &scratch.prior,
             state.motion.world_from_state(&model.character.skeleton),
         );
         for (vertex, state) in state.vertices.iter_mut().enumerate() {
-            state.value = of(&at.of(vertex), vertex);
+            state.value = state_of(&frames.of(vertex), vertex);
         }
     }
 
-    /// World positions and normals of the current state, as they are shown.
+    /// Computes the shown world positions and normals of the current state.
     pub(super) fn finish(&mut self) {
         self.finish_observed(&mut |_| ());
     }
 
+    /// Computes what [`finish`](Self::finish) does and calls `observe` after each stage.
     pub(super) fn finish_observed(&mut self, observe: &mut dyn FnMut(Stage)) {
         let Self {
             model,
@@ -90,7 +93,7 @@ impl Animator {
             ..
         } = self;
         let vertices = &state.vertices;
-        let at = Places::new(
+        let frames = StateFrames::new(
             model,
             &scratch.histories,
             &scratch.prior,
@@ -99,7 +102,7 @@ impl Animator {
         scratch.positions.resize(vertices.len(), Vec3::ZERO);
         for_each_tile(&mut scratch.positions, |first, positions| {
             for (i, position) in positions.iter_mut().enumerate() {
-                *position = at.of(first + i).to_world(vertices[first + i].value);
+                *position = frames.of(first + i).to_world(vertices[first + i].value);
             }
         });
         observe(Stage::Positions);

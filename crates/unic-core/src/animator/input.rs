@@ -1,29 +1,30 @@
-//! What goes into an animator and what comes out.
+//! Inputs and outputs of an animator.
 
 use super::AnimatorError;
 use crate::{clip::Clip, model::Model, motion::MotionInput, skeleton::Pose};
 use glam::Vec3;
 
-/// Poses and grounds farther than this from the origin are refused, metres: f32 places nothing there
-/// to better than 6 cm, and much farther off velocities overflow.
+/// Largest coordinate of a pose or height of the ground that an animator accepts, metres.
+///
+/// At this distance f32 resolves 6 cm, and farther away velocities overflow.
 pub const FARTHEST: f32 = 1e6;
 
-/// What one tick brings.
+/// Input of one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct StepInput<'a> {
     /// Pose of this frame, in world space.
     pub pose: &'a Pose,
-    /// Pose of the next frame where it is known (offline): only models with forward velocities, the
-    /// paper's, look at it, and take the backward difference without it.
+    /// Pose of the next frame, where it is known. Only models with forward velocities (preset
+    /// `paper`) read it; without it they take backward differences.
     pub next_pose: Option<&'a Pose>,
-    /// Height of the ground under the character, metres, world space.
+    /// Height of the ground under the character, in metres, in world space.
     pub ground_height: f32,
-    /// Velocity of the air around the character, m/s, world space; zero in still air.
+    /// Velocity of the air around the character, in m/s, in world space; zero in still air.
     pub wind: Vec3,
 }
 
 impl<'a> StepInput<'a> {
-    /// A frame of a clip, whose next pose is known.
+    /// Makes the input of a frame of a clip, with the next pose if there is one.
     ///
     /// # Panics
     /// When the clip has no such frame.
@@ -37,26 +38,27 @@ impl<'a> StepInput<'a> {
     }
 }
 
-/// What the garment is before the first step.
+/// Garment of frame 0, before the first step.
 #[derive(Clone, Copy, Debug)]
 pub enum Start<'a> {
-    /// The mean shape seen in training, carried by the skeleton (the rest shape where the model has none).
+    /// The mean displacement of training, skinned to the pose. Models without one start from the
+    /// skinned rest shape.
     MeanShape,
-    /// World positions in metres, one a garment vertex: from a simulation or a cache.
+    /// World positions in metres, one a garment vertex, from a simulation or a cache.
     Positions(&'a [Vec3]),
 }
 
-/// The garment after a step: borrowed from the animator, so that nothing is copied.
+/// Garment after a step, borrowed from the animator so that nothing is copied.
 #[derive(Clone, Copy, Debug)]
 pub struct GarmentFrame<'a> {
-    /// World positions, metres, one a vertex of the model's mesh.
+    /// World positions in metres, one a vertex of the model's mesh.
     pub positions: &'a [Vec3],
-    /// Unit normals, area-weighted.
+    /// Unit normals, one a vertex, averaged over its faces by area.
     pub normals: &'a [Vec3],
 }
 
 impl<'a> StepInput<'a> {
-    /// What the motion vector of a model is made from.
+    /// Converts to the input of the motion vector, with the tick of `model`.
     pub fn motion(&self, model: &Model) -> MotionInput<'a> {
         MotionInput {
             pose: self.pose,
@@ -67,7 +69,7 @@ impl<'a> StepInput<'a> {
         }
     }
 
-    /// Are the poses of this model's skeleton, and usable numbers?
+    /// Checks that the poses are of the model's skeleton and that all numbers are usable.
     ///
     /// # Errors
     /// A pose of another skeleton, numbers that are not finite or beyond [`FARTHEST`].
@@ -83,6 +85,7 @@ impl<'a> StepInput<'a> {
             }
         }
         let numbers = [self.ground_height.abs(), self.wind.abs().max_element()];
+        // The maximum of a vector's elements may hide a NaN.
         match numbers.iter().all(|x| *x <= FARTHEST) && self.wind.is_finite() {
             true => Ok(()),
             false => Err(AnimatorError::Pose),
@@ -91,7 +94,7 @@ impl<'a> StepInput<'a> {
 }
 
 impl Start<'_> {
-    /// Does it suit this model?
+    /// Checks that given positions are finite and as many as the model's vertices.
     ///
     /// # Errors
     /// Positions of another mesh or that are not finite.
@@ -103,7 +106,7 @@ impl Start<'_> {
     }
 }
 
-/// Is there one finite position for every vertex of this model's mesh?
+/// Checks that there is one finite position for every vertex of the model's mesh.
 pub(super) fn check_positions(model: &Model, positions: &[Vec3]) -> Result<(), AnimatorError> {
     let (expected, found) = (model.vertex_count(), positions.len());
     if expected != found {

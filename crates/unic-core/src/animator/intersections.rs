@@ -1,6 +1,6 @@
-//! The posed body, and vertices that are inside of it.
+//! Intersection handling within a step: of the state, and of the shown positions.
 
-use super::{Animator, place::Places, tiles::for_each_tile};
+use super::{Animator, state_frames::StateFrames, tiles::for_each_tile};
 use crate::{
     character::Character,
     collider::Collider,
@@ -11,42 +11,44 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Intersection handling of one animator: scratch, but for the mode that it is made for.
+/// Settings and scratch memory of one animator's intersection handling.
 #[derive(Clone, Debug)]
 pub(super) struct Intersections {
-    /// World, metres.
+    /// Ground and props in world space, metres.
     pub(super) colliders: Vec<Collider>,
     layers: Option<Layers>,
     handling: GarmentHandling,
-    pose: Posed,
-    /// By garment vertex, where the state is corrected.
-    looks: Vec<LastLook>,
+    body_pose: BodyPose,
+    /// Queries by garment vertex; empty unless the mode corrects the state.
+    queries: Vec<VertexQuery>,
 }
 
-/// Whose pose the body has.
+/// Pose of the body in the handling's scratch memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Posed {
-    Before,
-    Now,
+enum BodyPose {
+    /// Pose of an earlier frame.
+    Stale,
+    /// Pose of the current frame.
+    Current,
 }
 
-/// What the last look at the body said about a vertex.
+/// Last query of the body for a vertex.
 #[derive(Clone, Copy, Debug)]
-struct LastLook {
-    /// For the next look.
+struct VertexQuery {
+    /// Face that was found, where the next search starts.
     seed: u32,
-    /// Where the vertex goes, world, metres; none when it stays.
+    /// World position that the vertex is moved to, metres; `None` if it stays.
     moved: Option<Vec3>,
 }
 
 impl Intersections {
     pub(super) fn new(mode: IntersectionMode, model: &Model) -> Self {
         let handling = GarmentHandling::new(mode, &model.character, &model.garment);
-        let unknown = LastLook {
-            seed: Handling::no_seed(),
+        let initial = VertexQuery {
+            seed: Handling::NO_SEED,
             moved: None,
         };
-        let corrected = match handling.corrects_state() {
+        let query_count = match handling.corrects_state() {
             true => model.vertex_count(),
             false => 0,
         };
@@ -54,8 +56,8 @@ impl Intersections {
             colliders: Vec::new(),
             layers: None,
             handling,
-            pose: Posed::Before,
-            looks: vec![unknown; corrected],
+            body_pose: BodyPose::Stale,
+            queries: vec![initial; query_count],
         }
     }
 
@@ -63,8 +65,8 @@ impl Intersections {
         self.handling.mode()
     }
 
-    /// In another mode, with the same things around.
-    pub(super) fn in_mode(&mut self, mode: IntersectionMode, model: &Model) {
+    /// Changes the mode; colliders and layers stay.
+    pub(super) fn set_mode(&mut self, mode: IntersectionMode, model: &Model) {
         let colliders = std::mem::take(&mut self.colliders);
         let layers = self.layers.take();
         *self = Self::new(mode, model);
@@ -79,21 +81,22 @@ impl Intersections {
         self.layers = Some(layers);
     }
 
-    /// The character has moved.
+    /// Marks the body's pose as stale, after the character has moved.
     pub(super) fn invalidate(&mut self) {
-        self.pose = Posed::Before;
+        self.body_pose = BodyPose::Stale;
     }
 
+    /// Poses the body, once a frame however often it is called.
     fn pose(&mut self, character: &Character, world_from_rest: &[Rigid]) {
-        if self.pose == Posed::Before {
+        if self.body_pose == BodyPose::Stale {
             self.handling.pose(character, world_from_rest);
-            self.pose = Posed::Now;
+            self.body_pose = BodyPose::Current;
         }
     }
 }
 
 impl Animator {
-    /// Moves vertices out of the body where the mode in force corrects the state.
+    /// Moves the states of vertices out of the body, if the mode in force corrects the state.
     pub(super) fn correct_state(&mut self) {
         let Self {
             model,
@@ -106,27 +109,29 @@ impl Animator {
             return;
         }
         intersections.pose(&model.character, &scratch.world_from_rest);
-        let at = Places::new(
+        let frames = StateFrames::new(
             model,
             &scratch.histories,
             &scratch.prior,
             state.motion.world_from_state(&model.character.skeleton),
         );
-        let Intersections { handling, looks, .. } = intersections;
-        for_each_tile(looks, |first, looks| {
-            for (vertex, look) in (first..).zip(looks) {
-                let position = at.of(vertex).to_world(state.vertices[vertex].value);
-                look.moved = handling.correct(vertex, position, &mut look.seed);
+        let Intersections {
+            handling, queries, ..
+        } = intersections;
+        for_each_tile(queries, |first, queries| {
+            for (vertex, query) in (first..).zip(queries) {
+                let position = frames.of(vertex).to_world(state.vertices[vertex].value);
+                query.moved = handling.correct(vertex, position, &mut query.seed);
             }
         });
-        for (i, (vertex, look)) in state.vertices.iter_mut().zip(looks).enumerate() {
-            if let Some(moved) = look.moved {
-                vertex.value = at.of(i).pushed(vertex.value, moved);
+        for (i, (vertex, query)) in state.vertices.iter_mut().zip(queries).enumerate() {
+            if let Some(moved) = query.moved {
+                vertex.value = frames.of(i).pushed(vertex.value, moved);
             }
         }
     }
 
-    /// Moves shown positions, but not the state, off the body where the mode in force asks for it.
+    /// Moves shown positions, not the state, out of the body, if the mode in force corrects them.
     pub(super) fn correct_display(&mut self) {
         let Self {
             model,
@@ -139,7 +144,7 @@ impl Animator {
             let Intersections {
                 handling, colliders, ..
             } = intersections;
-            handling.lift(colliders, &mut scratch.positions);
+            handling.correct_for_display(colliders, &mut scratch.positions);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Buffers of an animator, and those of them that derive from its state.
+//! Scratch memory of an animator, and the parts of it that are computed from the state.
 
 use super::{Animator, deform::TileScratch, state::VertexState, tiles::for_each_tile};
 use crate::{
@@ -10,32 +10,39 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Buffers that any state can be continued with: derived from the state, or free of meaning
-/// between steps.
+/// Buffers that are computed from the state, or hold nothing between steps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
+    /// Skinning transforms of the joints in the current frame.
     pub(super) world_from_rest: Vec<Rigid>,
+    /// Skinned frames of the vertices in the last three frames.
     pub(super) histories: Vec<PointHistory>,
+    /// Normalised pair of motion vectors.
     pub(super) encoder_input: Vec<f32>,
     pub(super) encoder: EncoderScratch,
     /// Gumbel noise of the current tick, one number a logit; empty without sampling.
     pub(super) code_noise: Vec<f32>,
+    /// Latent vector of the current tick.
     pub(super) latent: Vec<f32>,
+    /// Biases of the field with the latent vector folded in.
     pub(super) biases: FieldBiases,
     pub(super) tiles: Vec<TileScratch>,
-    /// States of the samples, where only they are evaluated.
+    /// States of the sampled vertices, if the model has sampling.
     pub(super) sampled: Vec<VertexState>,
     pub(super) recurrence: RecurrenceScratch,
+    /// Coefficients of the prior in the current frame.
     pub(super) coefficients: Vec<f32>,
-    /// Displacements of the prior in the current frame.
+    /// Displacements of the prior in the current frame, metres.
     pub(super) prior: Vec<Vec3>,
+    /// Shown world positions, metres.
     pub(super) positions: Vec<Vec3>,
+    /// Shown unit normals.
     pub(super) normals: Vec<Vec3>,
 }
 
 impl Animator {
-    /// Rebuilds what derives from the state: transforms and point histories.
-    pub(super) fn refresh(&mut self) {
+    /// Recomputes everything that derives from the state, after it was replaced.
+    pub(super) fn rebuild_scratch(&mut self) {
         let Self {
             model,
             state,
@@ -54,6 +61,7 @@ impl Animator {
         model
             .normalisation
             .write_pair([before, now], &mut scratch.encoder_input);
+        // The frame at t − 2 is not known. Nothing reads it before the next step has replaced it.
         for world_from_joint in [motion.previous_world_from_joint(), motion.world_from_joint()] {
             skeleton.world_from_rest(world_from_joint, &mut scratch.world_from_rest);
             let transforms = &scratch.world_from_rest;
@@ -63,14 +71,14 @@ impl Animator {
                 }
             });
         }
-        self.hang(match self.state.at_start {
-            true => Tick::First,
-            false => Tick::Same,
+        self.evaluate_prior(match self.state.at_start {
+            true => RecurrenceUpdate::Start,
+            false => RecurrenceUpdate::Keep,
         });
     }
 
-    /// Point histories of the new frame.
-    pub(super) fn carry(&mut self) {
+    /// Skins the garment's rest shape to the new pose and advances the histories.
+    pub(super) fn skin(&mut self) {
         let Self {
             model,
             state,
@@ -93,15 +101,18 @@ impl Animator {
         });
     }
 
-    /// On the first step the velocities of frame 0 are known at last, and with them where the prior
-    /// put the garment there: states are counted from it anew, the garment stays.
+    /// Corrects the states of frame 0 at the first step after a reset.
+    ///
+    /// The motion vector of frame 0 has no velocities until the second pose is known. With them the
+    /// prior's displacements of frame 0 change. States are measured from these, so that they change
+    /// the other way, and the garment of frame 0 stays where it is.
     pub(super) fn complete_start(&mut self) {
         let before = std::mem::take(&mut self.scratch.prior);
         let (first, _) = self.state.motion.pair();
         self.model
             .normalisation
             .write_pair([first, first], &mut self.scratch.encoder_input);
-        self.hang(Tick::First);
+        self.evaluate_prior(RecurrenceUpdate::Start);
         for (vertex, (old, new)) in self
             .state
             .vertices
@@ -114,8 +125,8 @@ impl Animator {
         self.state.at_start = false;
     }
 
-    /// Where the prior puts the garment for the motion in `encoder_input`.
-    fn hang(&mut self, tick: Tick) {
+    /// Computes the prior's displacements for the motion in `encoder_input`.
+    fn evaluate_prior(&mut self, update: RecurrenceUpdate) {
         let Self {
             model,
             scratch,
@@ -129,11 +140,11 @@ impl Animator {
         prior.coefficients(&scratch.encoder_input, &mut scratch.coefficients);
         if let Some(recurrence) = &prior.recurrence {
             let buffers = &mut scratch.recurrence;
-            recurrence.read(&scratch.encoder_input, buffers);
-            match tick {
-                Tick::First => recurrence.start(buffers, &mut state.recurrence),
-                Tick::Next => recurrence.advance(buffers, &mut state.recurrence),
-                Tick::Same => {}
+            recurrence.embed(&scratch.encoder_input, buffers);
+            match update {
+                RecurrenceUpdate::Start => recurrence.start(buffers, &mut state.recurrence),
+                RecurrenceUpdate::Advance => recurrence.advance(buffers, &mut state.recurrence),
+                RecurrenceUpdate::Keep => {}
             }
             recurrence.add_to(&state.recurrence, buffers, &mut scratch.coefficients);
         }
@@ -146,13 +157,13 @@ impl Animator {
         });
     }
 
-    /// Motion vectors to the prior's shapes and to the latent vector, folded into the field's biases.
+    /// Computes the prior, the latent vector and the field's biases from the motion vectors.
     pub(super) fn encode(&mut self) {
         let (before, now) = self.state.motion.pair();
         self.model
             .normalisation
             .write_pair([before, now], &mut self.scratch.encoder_input);
-        self.hang(Tick::Next);
+        self.evaluate_prior(RecurrenceUpdate::Advance);
         let Self {
             model,
             scratch,
@@ -170,13 +181,13 @@ impl Animator {
     }
 }
 
-/// What the motion in the buffers is to the prior's recurrence.
+/// Change of the recurrence's state by the motion in the buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Tick {
-    /// The first of a sequence.
-    First,
-    /// The one after the state's.
-    Next,
-    /// The state's own.
-    Same,
+enum RecurrenceUpdate {
+    /// The motion begins a sequence: the steady state replaces the state.
+    Start,
+    /// The motion is one tick later than the state, which advances.
+    Advance,
+    /// The motion is that of the state, which stays.
+    Keep,
 }

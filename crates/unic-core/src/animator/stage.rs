@@ -1,26 +1,27 @@
-//! The parts of a step, for those who measure them.
+//! The parts of a step, for measurements.
 
-/// What a step has just done.
+/// Part of a step, reported by [`Animator::step_observed`](super::Animator::step_observed) when it
+/// is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stage {
     /// Forward kinematics and the motion vector.
     Motion,
-    /// The skeleton has carried the garment's points.
+    /// Skinning of the garment's rest shape.
     Skinning,
-    /// The prior, the motion encoder, the latent's share of the field.
+    /// Prior, motion encoder, and the products of the latent vector with the field's weights.
     Encoder,
-    /// The deformation field at all vertices.
+    /// Deformation field at all vertices.
     Field,
-    /// Intersections in the state and in what is shown, with the posed body.
+    /// Posing of the body, and intersection handling of the state and of the shown positions.
     Intersections,
-    /// States to world positions.
+    /// World positions from states.
     Positions,
-    /// Normals.
+    /// Vertex normals.
     Normals,
 }
 
 impl Stage {
-    /// In the order of a step.
+    /// All stages in the order of a step.
     pub const ALL: [Self; 7] = [
         Self::Motion,
         Self::Skinning,
@@ -31,7 +32,7 @@ impl Stage {
         Self::Normals,
     ];
 
-    /// As in JSON.
+    /// Name in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Motion => "motion",

@@ -1,4 +1,4 @@
-//! What an animator remembers from one step to the next.
+//! State of an animator, which it keeps from one step to the next.
 
 use super::AnimatorError;
 use crate::{
@@ -8,56 +8,60 @@ use crate::{
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Everything that the next step depends on; serialise it to save a game or to cut a clip, or go on with it
-/// on another device.
+/// Everything that the next step depends on.
+///
+/// A state that is saved, serialised and restored continues with the same bytes. It can also move
+/// between the CPU and a GPU.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AnimatorState {
-    /// Of the skeleton.
+    /// Motion vectors and joint transforms of the last two frames.
     pub motion: MotionState,
-    /// Has no step been taken since the reset?
+    /// True until the first step after a reset.
     pub at_start: bool,
-    /// Steps since the reset: noise on the motion's code is drawn by it.
-    // Without a default: saved states that lack it may hold positions with the distance travelled.
+    /// Number of steps since the reset, which seeds the noise on the motion's code.
+    // No default: saved states that lack it may hold positions in the frame of the first root pose,
+    // which nothing reads.
     pub ticks: u64,
-    /// Of the garment, one a vertex.
+    /// State of the garment, one entry a vertex.
     pub vertices: Vec<VertexState>,
-    /// Of the prior's recurrence; empty without one.
+    /// State of the prior's recurrence; empty if the model has none.
     #[serde(default)]
     pub recurrence: Vec<f32>,
 }
 
-/// State of one vertex: a position relative to the root joint, or a displacement, metres.
+/// State of one vertex, in metres: a position relative to the root joint, or a displacement,
+/// depending on [`StateConfig`](crate::config::StateConfig).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VertexState {
-    /// At t.
+    /// Value after the last step, at time t.
     pub value: Vec3,
-    /// At t − 1.
+    /// Value one step earlier, at time t − 1.
     pub previous: Vec3,
 }
 
 impl AnimatorState {
-    /// Frame 0, before the garment is placed.
+    /// Makes the state of frame 0, with all vertices at zero.
     pub fn start(model: &Model, input: &MotionInput) -> Self {
         Self {
             motion: MotionState::start(&model.config.motion, &model.character.skeleton, input),
             at_start: true,
             ticks: 0,
             vertices: vec![VertexState::default(); model.vertex_count()],
-            // At rest; the first look at the motion starts it.
+            // The animator sets it when it evaluates the prior for the first time.
             recurrence: vec![0.0; model.prior.state_len()],
         }
     }
 
-    /// Does a state that comes from elsewhere belong to this model, and is it made of numbers?
+    /// Checks that the state fits `model` and that its numbers are finite.
     ///
     /// # Errors
     /// Arrays of another length, numbers that are not finite.
     pub fn check(&self, model: &Model) -> Result<(), AnimatorError> {
         let skeleton = &model.character.skeleton;
-        let other = |e: crate::motion::MotionError| AnimatorError::State(e.to_string());
-        self.motion.check(skeleton).map_err(other)?;
+        let wrong_motion = |e: crate::motion::MotionError| AnimatorError::State(e.to_string());
+        self.motion.check(skeleton).map_err(wrong_motion)?;
         let (expected, found) = (model.vertex_count(), self.vertices.len());
         if expected != found {
             return Err(AnimatorError::Vertices { expected, found });

@@ -1,29 +1,30 @@
-//! How an intersection is measured.
+//! Measures of how deep a point is inside a body.
 
 use super::BodySnapshot;
 use crate::surface::Surface;
 use glam::Vec3;
 
-/// How an intersection is measured.
+/// Test of whether a point is inside a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InsideTest {
-    /// Below the tangent plane at the nearest vertex: the paper's, for comparison with its tables.
+    /// Test by the tangent plane at the nearest vertex: the paper's, for comparison with its
+    /// tables.
     TangentPlane,
-    /// On the inner side of the closest point of the surface: the true answer for a closed body.
+    /// Test by the side of the closest point of the surface: exact for a closed body.
     ClosestTriangle,
 }
 
-/// A posed body that both tests are asked of.
+/// Posed body with the data of both inside tests.
 #[derive(Clone, Copy, Debug)]
-pub struct PosedBody<'a> {
-    /// For [`InsideTest::TangentPlane`].
+pub struct InsideTestBody<'a> {
+    /// Body for [`InsideTest::TangentPlane`].
     pub snapshot: &'a BodySnapshot,
-    /// For [`InsideTest::ClosestTriangle`].
+    /// Body for [`InsideTest::ClosestTriangle`].
     pub surface: &'a Surface,
 }
 
-impl PosedBody<'_> {
-    /// How deep inside the body `p` is, metres; zero when it is not.
+impl InsideTestBody<'_> {
+    /// Depth of `p` inside the body, metres; zero outside.
     pub fn depth(&self, test: InsideTest, p: Vec3) -> f32 {
         let height = match test {
             InsideTest::TangentPlane => self.snapshot.tangent_plane(p).map(|t| t.height),

@@ -1,47 +1,51 @@
-//! Garment vertices in packets of neighbours, which look at the body together.
+//! Partition of vertices into packets of neighbours, which search a tree together.
 
-use crate::bvh::{LANES, clustered};
+use crate::aabb_tree::{LANES, clustered};
 use glam::Vec3;
 use std::collections::BTreeMap;
 
-/// Packets in a group: their centres are a packet.
+/// Number of packets in a group: as many as a packet has lanes, so that their centres are a packet.
 const GROUP_PACKETS: usize = LANES;
 
-/// Stands for no vertex.
+/// Entry of an empty slot.
 const NO_VERTEX: u32 = u32::MAX;
 
-/// The vertices of a garment in packets of [`LANES`] neighbours that the same parts of the body may
-/// push; packets in groups of neighbours.
+/// Partition of vertices into packets of [`LANES`] neighbours, and of packets into groups of
+/// neighbours.
 ///
-/// A place in a packet is a slot; some are empty. Asset: made once from the rest shape.
+/// All vertices of a group are of one contact class: the same parts of the body may push them. A
+/// place in a packet is a slot; slots at the end of a class are empty. Asset: made once from the
+/// rest shape.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Packets {
     vertex_of_slot: Vec<u32>,
     slot_of_vertex: Vec<u32>,
-    kind_of_group: Vec<u32>,
+    class_of_group: Vec<u32>,
 }
 
 impl Packets {
-    /// Slots in a group of packets.
+    /// Number of slots in a group of packets.
     pub(crate) const GROUP: usize = GROUP_PACKETS * LANES;
 
-    /// Of the chosen vertices; `kind` tells apart what may not share a packet.
-    pub(crate) fn of<Kind: Ord>(
+    /// Partitions the chosen vertices by their positions at rest. Vertices with different keys are
+    /// in different contact classes.
+    pub(crate) fn of<Key: Ord>(
         chosen: impl Iterator<Item = usize>,
         rest: &[Vec3],
-        kind: impl Fn(usize) -> Kind,
+        key: impl Fn(usize) -> Key,
     ) -> Self {
-        let mut kinds: BTreeMap<Kind, Vec<u32>> = BTreeMap::new();
+        // Ordered by key: the order of a hash map would differ from run to run.
+        let mut classes: BTreeMap<Key, Vec<u32>> = BTreeMap::new();
         for vertex in chosen {
-            kinds.entry(kind(vertex)).or_default().push(vertex as u32);
+            classes.entry(key(vertex)).or_default().push(vertex as u32);
         }
-        let (mut vertex_of_slot, mut kind_of_group) = (Vec::new(), Vec::new());
-        for (kind, vertices) in kinds.into_values().enumerate() {
+        let (mut vertex_of_slot, mut class_of_group) = (Vec::new(), Vec::new());
+        for (class, vertices) in classes.into_values().enumerate() {
             let ordered = clustered(vertices, rest, &[LANES, Self::GROUP]);
             vertex_of_slot.extend(ordered);
             let end = vertex_of_slot.len().next_multiple_of(Self::GROUP);
             vertex_of_slot.resize(end, NO_VERTEX);
-            kind_of_group.resize(end / Self::GROUP, kind as u32);
+            class_of_group.resize(end / Self::GROUP, class as u32);
         }
         let mut slot_of_vertex = vec![0; rest.len()];
         let slots = vertex_of_slot.iter().enumerate();
@@ -51,36 +55,36 @@ impl Packets {
         Self {
             vertex_of_slot,
             slot_of_vertex,
-            kind_of_group,
+            class_of_group,
         }
     }
 
-    /// The number of a vertex's kind.
-    pub(crate) fn kind_of_vertex(&self, vertex: usize) -> usize {
-        self.kind_of_group[self.slot_of_vertex[vertex] as usize / Self::GROUP] as usize
+    /// Number of a vertex's contact class.
+    pub(crate) fn class_of_vertex(&self, vertex: usize) -> usize {
+        self.class_of_group[self.slot_of_vertex[vertex] as usize / Self::GROUP] as usize
     }
 
-    /// Kinds that there are.
-    pub(crate) fn kinds(&self) -> usize {
-        self.kind_of_group.last().map_or(0, |&kind| kind as usize + 1)
+    /// Number of contact classes.
+    pub(crate) fn class_count(&self) -> usize {
+        self.class_of_group.last().map_or(0, |&class| class as usize + 1)
     }
 
-    /// Slots: those of all groups.
+    /// Number of slots, empty ones included.
     pub(crate) fn len(&self) -> usize {
         self.vertex_of_slot.len()
     }
 
-    /// The slot of each vertex; zero for one that was not chosen.
+    /// Slot of each vertex; zero for a vertex that was not chosen.
     pub(crate) fn slots(&self) -> &[u32] {
         &self.slot_of_vertex
     }
 
-    /// The vertex in each slot; what is no vertex in an empty one.
+    /// Vertex in each slot; [`u32::MAX`] in an empty one.
     pub(crate) fn vertices(&self) -> &[u32] {
         &self.vertex_of_slot
     }
 
-    /// The vertices of a packet.
+    /// Vertices of a packet, without its empty slots.
     pub(crate) fn packet(&self, packet: usize) -> &[u32] {
         let slots = &self.vertex_of_slot[packet * LANES..][..LANES];
         &slots[..slots.partition_point(|&vertex| vertex != NO_VERTEX)]
@@ -90,15 +94,15 @@ impl Packets {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::point;
+    use crate::test_meshes::point;
     use proptest::{collection::vec, prelude::*};
 
     proptest! {
         #[test]
-        fn every_chosen_vertex_has_a_slot_among_its_kind(rest in vec(point(1.0), 0..1500), kinds in 1usize..7) {
+        fn every_chosen_vertex_has_a_slot_in_its_class(rest in vec(point(1.0), 0..1500), classes in 1usize..7) {
             let is_chosen = |vertex: &usize| !vertex.is_multiple_of(3);
-            let kind = |vertex: usize| vertex % kinds;
-            let packets = Packets::of((0..rest.len()).filter(is_chosen), &rest, kind);
+            let key = |vertex: usize| vertex % classes;
+            let packets = Packets::of((0..rest.len()).filter(is_chosen), &rest, key);
             for vertex in (0..rest.len()).filter(is_chosen) {
                 prop_assert_eq!(packets.vertices()[packets.slots()[vertex] as usize] as usize, vertex);
             }
@@ -107,8 +111,8 @@ mod tests {
             prop_assert_eq!(packed.iter().map(|packet| packet.len()).sum::<usize>(), chosen);
             for group in packets.vertices().chunks(Packets::GROUP) {
                 let held: Vec<_> = group.iter().filter(|vertex| **vertex != NO_VERTEX).collect();
-                prop_assert!(held.iter().all(|&&v| kind(v as usize) == kind(*held[0] as usize)));
-                prop_assert!(held.iter().all(|&&v| packets.kind_of_vertex(v as usize) < packets.kinds()));
+                prop_assert!(held.iter().all(|&&v| key(v as usize) == key(*held[0] as usize)));
+                prop_assert!(held.iter().all(|&&v| packets.class_of_vertex(v as usize) < packets.class_count()));
             }
         }
     }
@@ -121,7 +125,7 @@ mod tests {
         let packets = Packets::of(0..grid.len(), &grid, |_| 0);
         for packet in 0..packets.len() / LANES {
             let places = packets.packet(packet).iter().map(|&v| grid[v as usize]);
-            let bounds = crate::bvh::Aabb::around(&places.collect::<Vec<_>>());
+            let bounds = crate::bounds::Aabb::around(&places.collect::<Vec<_>>());
             assert!((bounds.max - bounds.min).max_element() <= 7.0);
         }
     }

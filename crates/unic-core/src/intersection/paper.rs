@@ -1,10 +1,12 @@
-//! The paper's way out of the body: the nearest vertex and its tangent plane.
+//! Intersection handling of the paper: the nearest body vertex and its tangent plane.
 
 use crate::{closest::ClosestVertex, config::IntersectionMode, mesh::vertex_normals};
 use glam::Vec3;
 
-/// A posed body as the paper's intersection handling sees it: vertices with normals, and a search
-/// for the nearest. Scratch: prepared anew for every frame, without allocating after the first.
+/// Posed body for the paper's intersection handling: vertices with normals, and a nearest-vertex
+/// search.
+///
+/// Scratch: [prepared](Self::prepare) anew for every frame, without allocating after the first.
 #[derive(Clone, Debug, Default)]
 pub struct BodySnapshot {
     vertices: Vec<Vec3>,
@@ -12,21 +14,22 @@ pub struct BodySnapshot {
     tree: Option<ClosestVertex>,
 }
 
-/// The plane that stands for the body near a point: the tangent plane at the nearest vertex.
+/// Tangent plane of the body at the vertex nearest to a point p.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TangentPlane {
-    /// The nearest body vertex.
+    /// Index of the nearest body vertex.
     pub vertex: usize,
-    /// Its position b, metres.
+    /// Position b of the vertex, metres.
     pub position: Vec3,
-    /// Its unit normal n, outwards; zero for a vertex without sound faces.
+    /// Unit normal n at the vertex, outwards; zero for a vertex without sound faces.
     pub normal: Vec3,
-    /// (p − b) · n, metres: negative on the inner side.
+    /// Signed distance (p − b) · n, metres: negative on the inner side.
     pub height: f32,
 }
 
 impl BodySnapshot {
-    /// Takes a posed body, world space, metres. Faster when the vertex count is the last call's.
+    /// Stores a posed body, world space, metres. Reuses the tree when the number of vertices is
+    /// that of the last call.
     ///
     /// # Panics
     /// When a face names a vertex that does not exist.
@@ -40,17 +43,17 @@ impl BodySnapshot {
         }
     }
 
-    /// The body's vertices, metres.
+    /// Positions of the body's vertices, world space, metres.
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices
     }
 
-    /// Their unit normals, see [`vertex_normals`].
+    /// Unit normals of the body's vertices, see [`vertex_normals`].
     pub fn normals(&self) -> &[Vec3] {
         &self.normals
     }
 
-    /// The tangent plane at the body vertex nearest to `p` (paper, eq. nn); none for a body
+    /// Returns the tangent plane at the body vertex nearest to `p` (paper, eq. nn). None for a body
     /// without vertices or a `p` that is not finite.
     pub fn tangent_plane(&self, p: Vec3) -> Option<TangentPlane> {
         let (vertex, _) = self.tree.as_ref()?.nearest(p)?;
@@ -63,25 +66,27 @@ impl BodySnapshot {
         })
     }
 
-    /// The paper's test: `p` is on the inner side of the tangent plane at its nearest body vertex.
+    /// Returns whether `p` is on the inner side of the tangent plane at its nearest body vertex:
+    /// the paper's test.
     ///
     /// The paper's indicator (eq. inner_product) is ReLU(s / |s|) with s = (p − b) · n, which is
-    /// one on the *outer* side: a misprint, since its text goes on to drag the points found inside.
+    /// one on the *outer* side. This is a misprint: its text drags the points that it finds inside.
     pub fn is_inside(&self, p: Vec3) -> bool {
         self.tangent_plane(p).is_some_and(|plane| plane.height < 0.0)
     }
 }
 
-/// The paper's intersection handling: a point inside the body is dragged to the nearest body
-/// vertex and a little out along its normal (eq. drag).
+/// Rule of the paper: a point inside the body is dragged to the nearest body vertex and a little
+/// out along its normal (eq. drag).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PaperIntersection {
-    /// How far off the vertex it ends, metres: the paper's relaxation coefficient r.
+    /// Distance from the vertex to the corrected position, metres: the paper's relaxation
+    /// coefficient r.
     pub relaxation_m: f32,
 }
 
 impl Default for PaperIntersection {
-    /// The paper's 5 mm.
+    /// Returns the rule with the paper's 5 mm.
     fn default() -> Self {
         Self {
             relaxation_m: IntersectionMode::RELAXATION_M,
@@ -90,9 +95,9 @@ impl Default for PaperIntersection {
 }
 
 impl PaperIntersection {
-    /// Where an intersecting point goes: b + r n. None for a point that stays where it is.
+    /// Returns the corrected position b + r n of a point inside the body; none for a point outside.
     ///
-    /// All points with one nearest vertex go to one place.
+    /// All points with the same nearest vertex get the same position.
     pub fn correct(&self, body: &BodySnapshot, p: Vec3) -> Option<Vec3> {
         let plane = body.tangent_plane(p)?;
         (plane.height < 0.0).then(|| plane.position + plane.normal * self.relaxation_m)
@@ -103,9 +108,9 @@ impl PaperIntersection {
 mod tests {
     use super::*;
     use crate::{
-        intersection::{InsideTest, PosedBody},
-        shapes::{cube, point, sphere},
+        intersection::{InsideTest, InsideTestBody},
         surface::Surface,
+        test_meshes::{cube, point, sphere},
     };
     use proptest::prelude::*;
 
@@ -119,7 +124,8 @@ mod tests {
     proptest! {
         #[test]
         fn points_inside_a_sphere_leave_it_and_others_stay(p in point(0.2)) {
-            // The tangent plane cuts a little off beside its vertex: facets are 0.02 wide.
+            // Beside its vertex the tangent plane is slightly outside the sphere: facets are 2 cm
+            // wide.
             let (radius, relaxation_m) = (0.15, 0.005);
             let body = snapshot(radius);
             match (PaperIntersection { relaxation_m }).correct(&body, p) {
@@ -138,11 +144,12 @@ mod tests {
             let mut snapshot = BodySnapshot::default();
             snapshot.prepare(&sphere.vertices, &sphere.faces);
             let surface = Surface::build(&sphere);
-            let body = PosedBody { snapshot: &snapshot, surface: &surface };
+            let body = InsideTestBody { snapshot: &snapshot, surface: &surface };
             let plane = body.depth(InsideTest::TangentPlane, p);
             let triangle = body.depth(InsideTest::ClosestTriangle, p);
             prop_assert!((triangle - (0.15 - p.length()).max(0.0)).abs() < 1e-3);
-            // Far from the surface the nearest vertex's plane tilts against the centre's direction.
+            // Far inside, the normal of the nearest vertex deviates from the direction to the
+            // centre.
             prop_assert!((plane - triangle).abs() < 1e-3);
         }
     }
@@ -164,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_body_nothing_is_inside() {
+    fn nothing_is_inside_an_empty_body() {
         let mut body = BodySnapshot::default();
         assert!(!body.is_inside(Vec3::ZERO));
         body.prepare(&[], &[]);

@@ -1,4 +1,4 @@
-//! Tensors of an open file, checked one by one.
+//! Reading of tensors, each checked for type, shape and use.
 
 use super::ModelFileError;
 use crate::{
@@ -16,16 +16,23 @@ use glam::{Vec2, Vec3};
 use safetensors::{Dtype, SafeTensors};
 use std::{cell::RefCell, collections::HashSet};
 
-/// Joints that skinning weights can name.
-const MOST_JOINTS: usize = 1 << 16;
+/// Largest number of joints, which skinning weights store as 16 bits.
+const MAX_JOINTS: usize = 1 << 16;
 
-/// An open file, and which of its tensors have been read.
+/// An open file, and the names of its tensors that have been read.
 pub(super) struct Source<'a> {
     tensors: SafeTensors<'a>,
     read: RefCell<HashSet<String>>,
 }
 
+/// Numbers of a tensor, row-major, with its shape.
+struct Array<T> {
+    numbers: Vec<T>,
+    shape: Vec<usize>,
+}
+
 impl<'a> Source<'a> {
+    /// Reads the header.
     pub(super) fn open(bytes: &'a [u8]) -> Result<Self, ModelFileError> {
         Ok(Self {
             tensors: SafeTensors::deserialize(bytes)?,
@@ -33,13 +40,13 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// `shape` has 0 where any length will do.
+    /// Reads a tensor of this type and shape; a 0 in `shape` stands for any length.
     fn read<T: bytemuck::AnyBitPattern>(
         &self,
         name: &str,
         dtype: Dtype,
         shape: &[usize],
-    ) -> Result<(Vec<T>, Vec<usize>), ModelFileError> {
+    ) -> Result<Array<T>, ModelFileError> {
         let mismatch = |found: String| ModelFileError::Tensor {
             name: name.to_owned(),
             expected: format!("{dtype:?} {shape:?} (0: any)"),
@@ -55,16 +62,23 @@ impl<'a> Source<'a> {
             return Err(mismatch(format!("{:?} {:?}", view.dtype(), view.shape())));
         }
         self.read.borrow_mut().insert(name.to_owned());
+        // Tensors are not aligned in a file.
         let size = size_of::<T>();
-        let data = view.data().chunks_exact(size).map(bytemuck::pod_read_unaligned);
-        Ok((data.collect(), view.shape().to_vec()))
+        let numbers = view.data().chunks_exact(size).map(bytemuck::pod_read_unaligned);
+        Ok(Array {
+            numbers: numbers.collect(),
+            shape: view.shape().to_vec(),
+        })
     }
 
+    /// Returns true if the file has a tensor of this name.
     fn has(&self, name: &str) -> bool {
         self.tensors.tensor(name).is_ok()
     }
 
-    /// A misspelt name must not turn an optional tensor into none.
+    /// Checks that the file has no tensor which was not read.
+    ///
+    /// Without this check, a misspelt optional tensor would be silently ignored.
     pub(super) fn check_all_read(&self) -> Result<(), ModelFileError> {
         let read = self.read.borrow();
         let unknown = self
@@ -80,23 +94,27 @@ impl<'a> Source<'a> {
     }
 
     fn floats(&self, name: &str, shape: &[usize]) -> Result<Vec<f32>, ModelFileError> {
-        Ok(self.read(name, Dtype::F32, shape)?.0)
+        Ok(self.read(name, Dtype::F32, shape)?.numbers)
     }
 
+    /// Reads f32 numbers of any length.
     fn vector(&self, name: &str) -> Result<Vec<f32>, ModelFileError> {
         self.floats(name, &[0])
     }
 
+    /// Reads an N × 3 tensor as vectors.
     fn points(&self, name: &str) -> Result<Vec<Vec3>, ModelFileError> {
         let floats = self.floats(name, &[0, 3])?;
         Ok(floats.chunks_exact(3).map(Vec3::from_slice).collect())
     }
 
+    /// Reads an N × 3 tensor as faces.
     fn faces(&self, name: &str) -> Result<Vec<[u32; 3]>, ModelFileError> {
-        let (indices, _) = self.read::<u32>(name, Dtype::U32, &[0, 3])?;
+        let indices = self.read::<u32>(name, Dtype::U32, &[0, 3])?.numbers;
         Ok(indices.chunks_exact(3).map(|f| [f[0], f[1], f[2]]).collect())
     }
 
+    /// Reads the layers `network.0`, `network.1`, ...
     pub(super) fn layers(&self, network: &str, count: usize) -> Result<Vec<Linear>, ModelFileError> {
         (0..count)
             .map(|i| self.layer(&format!("{network}.{i}")))
@@ -104,29 +122,32 @@ impl<'a> Source<'a> {
     }
 
     fn layer(&self, name: &str) -> Result<Linear, ModelFileError> {
-        let (weight, shape) = self.read(&format!("{name}.weight"), Dtype::F32, &[0, 0])?;
+        let weight = self.read(&format!("{name}.weight"), Dtype::F32, &[0, 0])?;
+        let (outputs, inputs) = (weight.shape[0], weight.shape[1]);
         Ok(Linear {
-            inputs: shape[1],
-            outputs: shape[0],
-            weight,
-            bias: self.floats(&format!("{name}.bias"), &[shape[0]])?,
+            inputs,
+            outputs,
+            weight: weight.numbers,
+            bias: self.floats(&format!("{name}.bias"), &[outputs])?,
         })
     }
 
+    /// Reads the prior; a file without components has the mean displacement alone.
     pub(super) fn prior(&self) -> Result<Prior, ModelFileError> {
         let mean = self.points("prior.mean")?;
         if !self.has("prior.shapes") {
             return Ok(Prior::constant(mean, 2 * self.vector("motion.mean")?.len()));
         }
-        let shapes = self.floats("prior.shapes", &[mean.len(), 0, 3])?;
+        let components = self.floats("prior.shapes", &[mean.len(), 0, 3])?;
         Ok(Prior {
-            shapes: shapes.chunks_exact(3).map(Vec3::from_slice).collect(),
+            components: components.chunks_exact(3).map(Vec3::from_slice).collect(),
             map: self.layer("prior.0")?,
             recurrence: self.recurrence()?,
             mean,
         })
     }
 
+    /// Reads the prior's recurrence, if the file has one.
     fn recurrence(&self) -> Result<Option<Recurrence>, ModelFileError> {
         if !self.has("recurrence.poles") {
             return Ok(None);
@@ -143,12 +164,18 @@ impl<'a> Source<'a> {
         }))
     }
 
+    /// Reads the skinning weights of `garment` or `character`.
+    ///
+    /// `counts` holds the number of entries of each vertex; `joints` and `weights` hold the entries
+    /// of all vertices.
     pub(super) fn weights(&self, owner: &str) -> Result<SkinningWeights, ModelFileError> {
-        let (counts, _) = self.read::<u32>(&format!("{owner}.skinning.counts"), Dtype::U32, &[0])?;
-        let (joints, shape) = self.read::<u16>(&format!("{owner}.skinning.joints"), Dtype::U16, &[0])?;
-        let values = self.floats(&format!("{owner}.skinning.weights"), &shape)?;
+        let counts = self.read::<u32>(&format!("{owner}.skinning.counts"), Dtype::U32, &[0])?;
+        let joints = self.read::<u16>(&format!("{owner}.skinning.joints"), Dtype::U16, &[0])?;
+        let values = self.floats(&format!("{owner}.skinning.weights"), &joints.shape)?;
+        let (counts, joints) = (counts.numbers, joints.numbers);
         let joint_count = self.points("character.joints")?.len();
         let mut entries = joints.iter().map(|j| usize::from(*j)).zip(values);
+        // In u64: counts of a damaged file may overflow 32 bits.
         let total: u64 = counts.iter().map(|c| u64::from(*c)).sum();
         if total != joints.len() as u64 {
             let expected = format!("a sum of {} entries", joints.len());
@@ -183,7 +210,7 @@ impl<'a> Source<'a> {
     pub(super) fn samples(&self) -> Result<Option<Vec<u32>>, ModelFileError> {
         let name = "garment.samples";
         let samples = self.has(name).then(|| self.read(name, Dtype::U32, &[0]));
-        Ok(samples.transpose()?.map(|(samples, _)| samples))
+        Ok(samples.transpose()?.map(|samples| samples.numbers))
     }
 
     pub(super) fn rest_box(&self) -> Result<RestBox, ModelFileError> {
@@ -196,14 +223,14 @@ impl<'a> Source<'a> {
 
     pub(super) fn character(&self, names: Vec<String>) -> Result<Character, ModelFileError> {
         let joints = self.points("character.joints")?;
-        if joints.len() > MOST_JOINTS {
+        if joints.len() > MAX_JOINTS {
             return Err(unusable("character.joints", "at most 65536 joints", joints.len()));
         }
         Ok(Character {
             body: TriMesh::new(self.points("character.vertices")?, self.faces("character.faces")?)?,
             skeleton: Skeleton::new(SkeletonParts {
                 names,
-                parents: self.read("character.parents", Dtype::I64, &[0])?.0,
+                parents: self.read("character.parents", Dtype::I64, &[0])?.numbers,
                 joints,
                 rest_pose: self.points("character.rest_pose")?,
             })?,
@@ -218,6 +245,8 @@ impl<'a> Source<'a> {
         }
         Ok(mesh)
     }
+
+    /// Reads texture coordinates for a mesh of `faces` faces.
     fn uvs(&self, faces: usize) -> Result<Uvs, ModelFileError> {
         let coordinates = self.floats("garment.uv.coordinates", &[0, 2])?;
         let uvs = Uvs {
@@ -243,6 +272,7 @@ impl<'a> Source<'a> {
     }
 }
 
+/// Returns the error for a tensor whose contents are not usable.
 fn unusable(name: &str, expected: &str, found: impl ToString) -> ModelFileError {
     ModelFileError::Tensor {
         name: name.to_owned(),

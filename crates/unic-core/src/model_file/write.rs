@@ -1,4 +1,4 @@
-//! Tensors on their way into a file.
+//! Writing of tensors.
 
 use crate::{
     character::Character, model::ModelParts, motion::Normalisation, network::Linear, prior::Prior,
@@ -8,7 +8,7 @@ use glam::Vec3;
 use safetensors::{Dtype, SafeTensorError, tensor::TensorView};
 use std::collections::HashMap;
 
-/// The file of a model with the given metadata.
+/// Returns the bytes of a model's file with the given metadata.
 pub(super) fn serialised(
     parts: &ModelParts,
     sampling: Option<&Sampling>,
@@ -35,19 +35,21 @@ pub(super) fn serialised(
     safetensors::serialize(views?, Some(metadata))
 }
 
-struct Stored {
+/// A tensor in the file's format.
+struct StoredTensor {
     name: String,
     dtype: Dtype,
     shape: Vec<usize>,
     bytes: Vec<u8>,
 }
 
+/// Tensors of a file in the order of writing.
 #[derive(Default)]
-struct Tensors(Vec<Stored>);
+struct Tensors(Vec<StoredTensor>);
 
 impl Tensors {
     fn push<T: bytemuck::NoUninit>(&mut self, name: &str, dtype: Dtype, shape: &[usize], data: &[T]) {
-        self.0.push(Stored {
+        self.0.push(StoredTensor {
             name: name.to_owned(),
             dtype,
             shape: shape.to_vec(),
@@ -126,7 +128,7 @@ impl Tensors {
         self.points("prior.mean", &prior.mean);
         if !prior.is_empty() {
             let shape = [prior.mean.len(), prior.len(), 3];
-            self.push("prior.shapes", Dtype::F32, &shape, &prior.shapes);
+            self.push("prior.shapes", Dtype::F32, &shape, &prior.components);
             self.layers("prior", std::slice::from_ref(&prior.map));
         }
         if let Some(recurrence) = &prior.recurrence {

@@ -1,4 +1,4 @@
-//! Writes the slices of one motion vector.
+//! Slices of one motion vector: poses, velocities and contacts.
 
 use super::{MotionLayout, MotionSlices, MotionSpec};
 use crate::{
@@ -8,56 +8,60 @@ use crate::{
 };
 use glam::{Mat3, Quat, Vec3};
 
-/// Squared step below which the paper's layout calls a joint in contact, m².
+/// Squared movement a frame below which the paper's layouts call a joint in contact, m².
 const PAPER_CONTACT_STEP_SQUARED: f32 = 0.002;
-/// Speed below which a foot stands, m/s: planted feet in motion capture drift by less, swinging
-/// ones pass 1 m/s.
+/// Speed below which a foot is in contact, m/s. Planted feet in motion capture drift by less,
+/// swinging feet exceed 1 m/s.
 const CONTACT_SPEED: f32 = 0.25;
-/// How far above its rest height a standing foot's joint may be, metres: ankles of planted feet
-/// rise by 2 cm, and motion carried over from another body floats by as much again.
+/// Height above its rest height below which a foot's joint is in contact, metres. Ankles of planted
+/// feet rise by 2 cm, and retargeted motion floats by as much again.
 const CONTACT_HEIGHT: f32 = 0.05;
-/// Time steps below this have no velocity, seconds.
-const LEAST_STEP: f32 = 1e-6;
+/// Shortest time step that velocities are computed for, seconds; below it they are zero.
+const MIN_STEP: f32 = 1e-6;
 
-/// The frame that a motion vector is expressed in, and the height of the ground then.
+/// Coordinate frame of a motion vector, and the height of the ground.
 #[derive(Clone, Copy)]
 pub(super) struct Frame {
     pub(super) world_from_frame: Rigid,
+    /// Height of the ground in world space, metres.
     pub(super) ground_height: f32,
 }
 
-/// Two successive frames' `world_from_joint`, whose difference is a velocity.
+/// Joint transforms of two successive frames, whose differences are velocities.
 #[derive(Clone, Copy)]
 pub(super) struct Step<'a> {
+    /// `world_from_joint` of the earlier frame.
     pub(super) from: &'a [Rigid],
+    /// `world_from_joint` of the later frame.
     pub(super) to: &'a [Rigid],
+    /// Seconds between the frames.
     pub(super) dt: f32,
     /// Velocity of the air, m/s, world space.
     pub(super) wind: Vec3,
 }
 
 impl Step<'_> {
-    /// Factor from differences to the layout's unit of velocity.
+    /// Returns the factor from differences to the layout's unit of velocity.
     fn rate(&self, layout: MotionLayout) -> f32 {
         match layout {
             MotionLayout::Paper | MotionLayout::PaperRootRelative => 1.0,
-            MotionLayout::Heading if self.dt >= LEAST_STEP => self.dt.recip(),
+            MotionLayout::Heading if self.dt >= MIN_STEP => self.dt.recip(),
             MotionLayout::Heading => 0.0,
         }
     }
 
-    /// Over the ground.
+    /// Returns the movement of a joint in the world, metres.
     fn difference(&self, joint: usize) -> Vec3 {
         self.to[joint].translation - self.from[joint].translation
     }
 
-    /// Through the air.
+    /// Returns the movement of a joint relative to the air, metres.
     fn difference_in_air(&self, joint: usize) -> Vec3 {
         self.difference(joint) - self.wind * self.dt
     }
 }
 
-/// Position, orientation, joint rotations and joint positions.
+/// Writes positions and rotations of the root and the joints.
 pub(super) fn write_pose(
     c: &mut [f32],
     layout: MotionLayout,
@@ -89,10 +93,10 @@ pub(super) fn write_pose(
     }
 }
 
-/// Linear velocities of the root and the joints, angular velocity of the root.
+/// Writes velocities of the root and the joints, and the angular velocity of the root.
 ///
-/// What cloth feels of a steady motion is the air: to run at 3 m/s is to stand in a wind of 3 m/s
-/// (Galileo). So linear velocities are relative to the air, and wind needs no input of its own.
+/// Linear velocities are relative to the air, so that wind needs no input of its own: for the
+/// cloth, running at 3 m/s is the same as standing in a wind of 3 m/s.
 pub(super) fn write_velocities(
     c: &mut [f32],
     layout: MotionLayout,
@@ -117,7 +121,7 @@ pub(super) fn write_velocities(
     }
 }
 
-/// Contacts of the frame whose joints are `world_from_joint`, moving as `step` says.
+/// Writes the contacts of the frame with joints at `world_from_joint`, which move by `step`.
 pub(super) fn write_contacts(
     c: &mut [f32],
     spec: &MotionSpec,
@@ -144,13 +148,14 @@ pub(super) fn write_contacts(
     }
 }
 
-/// All joints but the root, in the skeleton's order.
+/// Lists all joints but the root, in the skeleton's order.
 fn local_joints(skeleton: &Skeleton) -> impl Iterator<Item = usize> + use<> {
     let root = skeleton.root();
     (0..skeleton.len()).filter(move |&joint| joint != root)
 }
 
-/// First two rows of the rotation matrix. (Zhou et al. 2019 take columns, pytorch3d takes rows.)
+/// Returns the first two rows of the rotation matrix, as pytorch3d does; Zhou et al. 2019 take
+/// columns.
 fn rotation_6d(rotation: Quat) -> [f32; 6] {
     let matrix = Mat3::from_quat(rotation);
     let (first, second) = (matrix.row(0), matrix.row(1));

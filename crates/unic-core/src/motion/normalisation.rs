@@ -1,24 +1,27 @@
-//! Statistics that bring the motion vector to order one.
+//! Normalisation of the motion vector by its mean and standard deviation in training.
 
 use super::{MotionError, MotionSlices, motion_len};
 use serde::{Deserialize, Serialize};
 
-/// Standard deviations below this are rounding noise of an element that training never moves: f32
-/// resolves 2e-6 m at 30 m from the origin. Such elements are only centred.
+/// Standard deviation below which an element counts as constant in training and is centred only.
+///
+/// Such deviations are rounding errors: f32 resolves 2e-6 m at 30 m from the origin.
 pub const ROUNDING_STD: f32 = 1e-5;
 
-/// Which elements a [`Normalisation`] scales, and how far.
+/// Rule by which a [`Normalisation`] is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NormalisationRule {
     /// Elements that are centred and scaled.
     pub elements: NormalisedElements,
-    /// Least standard deviation that an element is divided by, in its own unit. An element that
-    /// hardly moves in training must not become large when it does move later; 2 cm (or 0.02 of
-    /// anything else) is less than what moves a garment. [`ROUNDING_STD`] scales everything.
+    /// Least standard deviation that an element is divided by, in its own unit.
+    ///
+    /// It keeps an element that hardly moves in training from becoming large when it moves later. A
+    /// deviation of 2 cm (or 0.02 of another unit) is too small to move a garment. With
+    /// [`ROUNDING_STD`] every element that varies is scaled by its own deviation.
     pub least_std: f32,
-    /// Largest magnitude of a normalised element, if limited: a motion far from training must not
-    /// drive the networks where they have never been.
+    /// Largest magnitude of a normalised element, if limited. The limit keeps the networks' inputs
+    /// in the range of training when a motion is far from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit: Option<f32>,
 }
@@ -27,14 +30,14 @@ pub struct NormalisationRule {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NormalisedElements {
-    /// Positions and velocities, as published; rotations and contacts stay as they are.
+    /// Positions and velocities, as published. Rotations and contacts stay unchanged.
     PositionsAndVelocities,
-    /// All of them.
+    /// All elements.
     All,
 }
 
 impl NormalisationRule {
-    /// The published one.
+    /// Published rule.
     pub const PAPER: Self = Self {
         elements: NormalisedElements::PositionsAndVelocities,
         least_std: ROUNDING_STD,
@@ -42,23 +45,23 @@ impl NormalisationRule {
     };
 }
 
-/// Mean and standard deviation of every element of the motion vector over the training frames:
-/// c ↦ (c − mean) / std. With [`NormalisedElements::PositionsAndVelocities`] rotations and
-/// contacts have mean 0 and standard deviation 1, so that they stay as they are; see
-/// [`MotionSlices::normalised`].
+/// Mean and standard deviation of every element of the motion vector over the training frames.
+///
+/// It maps c to (c − mean) / std. Elements that are not normalised have mean 0 and standard
+/// deviation 1 ([`MotionSlices::normalised`]).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Normalisation {
-    /// One an element, in its own unit.
+    /// Means, one an element, in its own unit.
     pub mean: Vec<f32>,
-    /// One an element, in its own unit, above zero.
+    /// Standard deviations, one an element, in its own unit; above zero.
     pub std: Vec<f32>,
     /// Largest magnitude of a normalised element, if limited.
     pub limit: Option<f32>,
 }
 
 impl Normalisation {
-    /// The one that changes nothing, for a skeleton with this many joints.
+    /// Returns the normalisation that changes nothing, for a skeleton with this many joints.
     pub fn identity(joints: usize) -> Self {
         Self {
             mean: vec![0.0; motion_len(joints)],
@@ -67,9 +70,10 @@ impl Normalisation {
         }
     }
 
-    /// Statistics by a rule over motion vectors of a skeleton with this many joints: the population's
-    /// standard deviation, in one pass in f64 (Welford's recurrence). Elements that do not vary
-    /// take 1; without any vector it is the identity.
+    /// Fits a normalisation to motion vectors of a skeleton with this many joints.
+    ///
+    /// The standard deviation is that of the population. Elements that do not vary get 1. Without
+    /// any vector the result is the identity.
     ///
     /// # Errors
     /// Vectors of another length, elements that are not finite.
@@ -116,7 +120,7 @@ impl Normalisation {
         }
     }
 
-    /// Two motion vectors side by side, normalised: what the encoder and the prior read.
+    /// Writes two motion vectors side by side, normalised: the input of the encoder and the prior.
     pub fn write_pair(&self, pair: [&[f32]; 2], out: &mut Vec<f32>) {
         out.clear();
         for vector in pair {
@@ -126,7 +130,7 @@ impl Normalisation {
         }
     }
 
-    /// What a normalisation that comes from a file must satisfy.
+    /// Checks a normalisation that comes from a file.
     ///
     /// # Errors
     /// Another length than the skeleton's motion vector, means that are not finite, standard
@@ -138,13 +142,16 @@ impl Normalisation {
             None => Ok(()),
             Some(element) => Err(MotionError::NotFinite { what, element }),
         };
-        let deviation = |s: &f32| !(s.is_finite() && *s > 0.0);
+        let not_positive = |s: &f32| !(s.is_finite() && *s > 0.0);
         usable("mean", self.mean.iter().position(|m| !m.is_finite()))?;
-        usable("standard deviation", self.std.iter().position(deviation))
+        usable("standard deviation", self.std.iter().position(not_positive))
     }
 }
 
 /// Running mean and sum of squared deviations of every element.
+///
+/// Welford's recurrence in f64: the difference of a mean square and a squared mean would lose the
+/// digits of small deviations.
 struct Moments {
     count: f64,
     mean: Vec<f64>,

@@ -1,4 +1,4 @@
-//! Motion vectors, one frame at a time.
+//! State that motion vectors are made from, one frame at a time.
 
 use super::frame::{Frame, Step, write_contacts, write_pose, write_velocities};
 use super::{MotionError, MotionLayout, MotionSpec, VelocityScheme, motion_len};
@@ -10,35 +10,36 @@ use crate::{
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// What one frame brings.
+/// Input of one frame.
 #[derive(Clone, Copy, Debug)]
 pub struct MotionInput<'a> {
     /// Pose of this frame.
     pub pose: &'a Pose,
-    /// Pose of the next frame where it is known; only [`VelocityScheme::Forward`] looks at it.
+    /// Pose of the next frame, where it is known; only [`VelocityScheme::Forward`] reads it.
     pub next_pose: Option<&'a Pose>,
     /// Height of the ground under the character, metres, world space.
     pub ground_height: f32,
     /// Seconds since the previous frame, and to the next one; above zero.
     pub dt: f32,
-    /// Velocity of the air, m/s, world space: linear velocities are relative to it.
+    /// Velocity of the air, m/s, world space; linear velocities are relative to it.
     pub wind: Vec3,
 }
 
-/// Are the velocities of frame 0 in its vector yet?
+/// Velocities in the vector of frame 0, which need a second pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Velocities {
-    /// They wait for the second pose and are zero until then.
+enum FirstVelocities {
+    /// Zero until the second pose is known.
     Awaited,
+    /// Computed.
     Known,
 }
 
-/// The last two motion vectors of a moving character and all that the next one depends on.
+/// The last two motion vectors of a moving character, and everything that the next one depends on.
 ///
-/// [`start`](Self::start) on the first frame and after every cut or teleport, then
+/// Call [`start`](Self::start) on the first frame and after every cut or teleport, then
 /// [`advance`](Self::advance) once a frame. The first advance completes c_0, whose velocities need
-/// a second pose. Serialised and read back it goes on with the same bytes.
+/// a second pose. A state that is serialised and read back continues with the same bytes.
 ///
 /// ```
 /// # use unic_core::{motion::*, skeleton::{Skeleton, SkeletonParts}};
@@ -78,17 +79,20 @@ pub struct MotionState {
     previous_world_from_frame: Rigid,
     world_from_joint: Vec<Rigid>,
     previous_world_from_joint: Vec<Rigid>,
-    /// Of the frame ahead; means something only while a vector is written.
+    /// Joint transforms of the next frame; scratch memory of `write_vector`, kept to save
+    /// allocations.
     next_world_from_joint: Vec<Rigid>,
     vector: Vec<f32>,
     previous_vector: Vec<f32>,
     ground_height: f32,
-    first: Velocities,
+    first: FirstVelocities,
 }
 
 impl MotionState {
-    /// Frame 0. Until the first advance both vectors of the pair are c_0, with velocities of zero
-    /// unless the scheme is forward and the next pose is given.
+    /// Makes the state of frame 0.
+    ///
+    /// Until the first advance both vectors of the pair are c_0. Its velocities are zero unless the
+    /// scheme is forward and the next pose is given.
     ///
     /// # Panics
     /// When a pose has another number of joints than the skeleton, or `spec` does not pass
@@ -103,8 +107,8 @@ impl MotionState {
             MotionLayout::Heading => Rigid::new(heading.rotation(), root.translation),
         };
         let first = match (spec.velocity, input.next_pose) {
-            (VelocityScheme::Forward, Some(_)) => Velocities::Known,
-            _ => Velocities::Awaited,
+            (VelocityScheme::Forward, Some(_)) => FirstVelocities::Known,
+            _ => FirstVelocities::Awaited,
         };
         let zeros = vec![0.0; motion_len(skeleton.len())];
         let mut state = Self {
@@ -124,23 +128,25 @@ impl MotionState {
         state
     }
 
-    /// The next frame: afterwards the pair is (c_{t−1}, c_t). Allocates nothing.
+    /// Advances by one frame, after which the pair is (c_{t−1}, c_t). Allocates nothing.
     ///
     /// # Panics
-    /// As [`start`](Self::start), and when the state is of another skeleton.
+    /// When a pose or the state has another number of joints than the skeleton, or `spec` does not
+    /// pass [`MotionSpec::check`].
     pub fn advance(&mut self, spec: &MotionSpec, skeleton: &Skeleton, input: &MotionInput) {
         std::mem::swap(&mut self.previous_world_from_joint, &mut self.world_from_joint);
         std::mem::swap(&mut self.previous_vector, &mut self.vector);
         skeleton.forward_kinematics(input.pose, &mut self.world_from_joint);
         self.advance_frame(spec.layout, skeleton.root(), input.dt);
-        if self.first == Velocities::Awaited {
+        if self.first == FirstVelocities::Awaited {
             self.complete_first(spec, skeleton, input);
-            self.first = Velocities::Known;
+            self.first = FirstVelocities::Known;
         }
         self.ground_height = input.ground_height;
         self.write_vector(spec, skeleton, input);
     }
 
+    /// Advances the heading and the coordinate frame of the vector.
     fn advance_frame(&mut self, layout: MotionLayout, root: usize, dt: f32) {
         let previous = self.previous_world_from_joint[root].rotation;
         let root = self.world_from_joint[root];
@@ -155,8 +161,10 @@ impl MotionState {
         }
     }
 
-    /// v_0 := v_1, once x_1 is known: c_1's own velocities in the backward scheme, x_1 − x_0 in the
-    /// frame of c_0 in the forward scheme.
+    /// Writes the velocities of c_0 when the second pose x_1 is known, as v_0 = v_1.
+    ///
+    /// With backward differences these are the velocities of c_1, in its frame. With forward
+    /// differences they are x_1 − x_0 in the frame of c_0.
     fn complete_first(&mut self, spec: &MotionSpec, skeleton: &Skeleton, input: &MotionInput) {
         let (from, to) = (&self.previous_world_from_joint, &self.world_from_joint);
         let MotionInput { dt, wind, .. } = *input;
@@ -170,6 +178,7 @@ impl MotionState {
         write_contacts(c, spec, from, step, self.ground_height);
     }
 
+    /// Writes the vector of the current frame.
     fn write_vector(&mut self, spec: &MotionSpec, skeleton: &Skeleton, input: &MotionInput) {
         let joints = &self.world_from_joint;
         let (from, to) = match (spec.velocity, input.next_pose) {
@@ -191,37 +200,42 @@ impl MotionState {
         write_contacts(c, spec, joints, step, frame.ground_height);
     }
 
-    /// (c_{t−1}, c_t), each of [`motion_len`] numbers, not normalised.
+    /// Motion vectors (c_{t−1}, c_t) of [`motion_len`] numbers each, not normalised.
     pub fn pair(&self) -> (&[f32], &[f32]) {
         (&self.previous_vector, &self.vector)
     }
 
-    /// `world_from_joint` of every joint at t.
+    /// Transforms `world_from_joint` of all joints at t.
     pub fn world_from_joint(&self) -> &[Rigid] {
         &self.world_from_joint
     }
 
-    /// `world_from_joint` of every joint at t − 1; at frame 0 those of frame 0.
+    /// Transforms `world_from_joint` of all joints at t − 1; at frame 0 those of frame 0.
     pub fn previous_world_from_joint(&self) -> &[Rigid] {
         &self.previous_world_from_joint
     }
 
-    /// The frame of c_t: heading about the vertical with its origin at the root joint; in the
-    /// paper's layout the sequence's first root frame, and that turned but with its origin at the
-    /// root joint where positions are relative to it.
+    /// Coordinate frame of c_t.
+    ///
+    /// In layout [`Heading`](MotionLayout::Heading) it is the heading frame at the root joint. In
+    /// layout [`Paper`](MotionLayout::Paper) it is the sequence frame. In layout
+    /// [`PaperRootRelative`](MotionLayout::PaperRootRelative) it has the orientation of the
+    /// sequence frame and its origin at the root joint.
     pub fn world_from_frame(&self) -> Rigid {
         self.world_from_frame
     }
 
-    /// The frame of c_{t−1}; at frame 0 that of c_0.
+    /// Coordinate frame of c_{t−1}; at frame 0 that of c_0.
     pub fn previous_world_from_frame(&self) -> Rigid {
         self.previous_world_from_frame
     }
 
-    /// The frame of garment positions that are a state: its origin is the root joint at t, its
-    /// orientation that of the frame of c_t. Such positions hold no distance travelled, as in the
-    /// authors' release, which subtracts the root's position in every frame and turns by the
-    /// inverse of the first root rotation.
+    /// Coordinate frame of root-relative states: origin at the root joint at t, orientation of the
+    /// frame of c_t.
+    ///
+    /// Positions in it do not contain the distance travelled. The authors' release does the same:
+    /// it subtracts the root's position in every frame and turns by the inverse of the first root
+    /// rotation.
     ///
     /// # Panics
     /// When the state is of another skeleton.
@@ -230,7 +244,7 @@ impl MotionState {
         Rigid::new(self.world_from_frame.rotation, root.translation)
     }
 
-    /// Does a state that comes from a file belong to this skeleton, and is it made of numbers?
+    /// Checks that a state from a file is of this skeleton and that its numbers are finite.
     ///
     /// # Errors
     /// Arrays of another length; a yaw, a height, transforms or vectors that are not finite.
@@ -255,7 +269,7 @@ impl MotionState {
     fn check_numbers(&self) -> Result<(), MotionError> {
         let finite = |t: &Rigid| t.rotation.is_finite() && t.translation.is_finite();
         let frames = [self.world_from_frame, self.previous_world_from_frame];
-        let first_lost = [
+        let first_unusable = [
             ("heading", (!self.heading.is_finite()).then_some(0)),
             ("ground height", (!self.ground_height.is_finite()).then_some(0)),
             ("frame", frames.iter().position(|t| !finite(t))),
@@ -275,7 +289,7 @@ impl MotionState {
         ]
         .into_iter()
         .find_map(|(what, element)| Some((what, element?)));
-        match first_lost {
+        match first_unusable {
             None => Ok(()),
             Some((what, element)) => Err(MotionError::NotFinite { what, element }),
         }

@@ -1,5 +1,5 @@
-//! The contract of the motion vector: every slice in both layouts and schemes, the first frame,
-//! what leaves it unchanged, and what a state keeps.
+//! Contract of the motion vector: every slice agrees with a reference in f64 for all layouts and
+//! velocity schemes, and vectors are invariant to the motions that their layout leaves out.
 
 mod parameters;
 mod reference;
@@ -23,7 +23,7 @@ const VARIANTS: [(MotionLayout, VelocityScheme); 6] = [
 ];
 const FRAMES: usize = 120;
 
-/// Numbers in −1..1 that look random and are the same everywhere.
+/// Pseudo-random numbers in −1..1, the same on every machine.
 fn noise(index: usize) -> f32 {
     let bits = (index as u64 + 1)
         .wrapping_mul(0x9E37_79B9_7F4A_7C15)
@@ -49,7 +49,7 @@ fn skeleton(parents: &[i64]) -> Skeleton {
     .unwrap()
 }
 
-fn spec((layout, velocity): (MotionLayout, VelocityScheme), joints: usize) -> MotionSpec {
+fn spec(layout: MotionLayout, velocity: VelocityScheme, joints: usize) -> MotionSpec {
     MotionSpec {
         layout,
         velocity,
@@ -58,7 +58,7 @@ fn spec((layout, velocity): (MotionLayout, VelocityScheme), joints: usize) -> Mo
     }
 }
 
-/// Swings of every joint, and a joint 0 that turns and tips over; pauses make contacts.
+/// A motion that swings every joint; joint 0 turns and tips over, and pauses make contacts.
 fn motion(joints: usize) -> Motion {
     let swing = |index: usize, t: usize| {
         let time = t as f32 - 9.0 * (t as f32 / 9.0).sin();
@@ -90,10 +90,12 @@ impl Motion {
     }
 }
 
-/// Does the state see the pose ahead?
+/// Source of poses.
 #[derive(Clone, Copy)]
 enum Source {
+    /// The next pose is known.
     Clip,
+    /// The next pose is not known.
     Live,
 }
 
@@ -110,7 +112,7 @@ fn input<'a>(poses: &'a [Pose], t: usize, source: Source) -> MotionInput<'a> {
     }
 }
 
-/// Pairs of t = 1, 2, ... as c_0, c_1, ...; checks that the pairs overlap.
+/// Returns the vectors c_0, c_1, ... of a clip, and checks that successive pairs overlap.
 fn streamed(spec: &MotionSpec, skeleton: &Skeleton, poses: &[Pose], source: Source) -> Vec<Vec<f32>> {
     let mut state = MotionState::start(spec, skeleton, &input(poses, 0, source));
     let mut vectors: Vec<Vec<f32>> = Vec::new();
@@ -140,8 +142,8 @@ fn assert_close(found: &[Vec<f32>], expected: &[Vec<f32>], tolerance: f32) {
 fn every_slice_agrees_with_matrices_in_double_precision() {
     for parents in [&SMPL_PARENTS[..], &[2, 0, -1]] {
         let (skeleton, motion) = (skeleton(parents), motion(parents.len()));
-        for variant in VARIANTS {
-            let spec = spec(variant, parents.len());
+        for (layout, velocity) in VARIANTS {
+            let spec = spec(layout, velocity, parents.len());
             let found = streamed(&spec, &skeleton, &motion.poses(), Source::Clip);
             let expected: Vec<Vec<f32>> = motion_vectors(&spec, &skeleton, &motion)
                 .into_iter()
@@ -162,7 +164,7 @@ fn every_slice_agrees_with_matrices_in_double_precision() {
 }
 
 #[test]
-fn the_slices_are_those_of_the_paper() {
+fn slices_are_those_of_the_paper() {
     let slices = MotionSlices::new(24);
     assert_eq!(motion_len(24), 295);
     assert_eq!(slices.root_orientation, 6..12);
@@ -174,7 +176,7 @@ fn the_slices_are_those_of_the_paper() {
     assert_eq!(MotionSlices::new(1).contacts, 15..19);
 }
 
-/// The whole sequence moved by a rigid motion of the world.
+/// Returns the sequence after a rigid motion of the world.
 fn moved(skeleton: &Skeleton, poses: &[Pose], by: Rigid) -> Vec<Pose> {
     let (root, bind) = (skeleton.root(), skeleton.joints()[skeleton.root()]);
     let moved = |pose: &Pose| {
@@ -187,10 +189,10 @@ fn moved(skeleton: &Skeleton, poses: &[Pose], by: Rigid) -> Vec<Pose> {
 }
 
 #[test]
-fn the_heading_layout_ignores_where_and_which_way_the_character_goes() {
+fn the_heading_layout_is_invariant_to_horizontal_position_and_direction() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
     for velocity in [VelocityScheme::Forward, VelocityScheme::Backward] {
-        let spec = spec((MotionLayout::Heading, velocity), 24);
+        let spec = spec(MotionLayout::Heading, velocity, 24);
         let own = streamed(&spec, &skeleton, &poses, Source::Clip);
         let by = Rigid::new(Quat::from_rotation_y(2.2), Vec3::new(4.0, 0.0, -3.0));
         let there = streamed(&spec, &skeleton, &moved(&skeleton, &poses, by), Source::Clip);
@@ -205,10 +207,10 @@ fn the_heading_layout_ignores_where_and_which_way_the_character_goes() {
 }
 
 #[test]
-fn the_paper_layouts_ignore_every_rigid_motion_of_the_whole_sequence() {
+fn the_paper_layouts_are_invariant_to_rigid_motions_of_the_sequence() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
-    for variant in VARIANTS.into_iter().filter(|v| v.0 != MotionLayout::Heading) {
-        let spec = spec(variant, 24);
+    for (layout, velocity) in VARIANTS.into_iter().filter(|v| v.0 != MotionLayout::Heading) {
+        let spec = spec(layout, velocity, 24);
         let own = streamed(&spec, &skeleton, &poses, Source::Clip);
         let rotation = Quat::from_scaled_axis(Vec3::new(1.0, -2.0, 0.5));
         let by = Rigid::new(rotation, Vec3::new(4.0, 2.0, -3.0));
@@ -217,9 +219,9 @@ fn the_paper_layouts_ignore_every_rigid_motion_of_the_whole_sequence() {
     }
 }
 
-/// A clip with a translation track added to it: what a character carries within itself stays.
+/// A translation track that is added to a clip does not change root-relative positions.
 #[test]
-fn root_relative_positions_hold_no_distance_travelled() {
+fn root_relative_positions_do_not_contain_the_distance_travelled() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
     let travelling: Vec<Pose> = (poses.iter().enumerate())
         .map(|(t, pose)| Pose {
@@ -230,7 +232,7 @@ fn root_relative_positions_hold_no_distance_travelled() {
     let slices = MotionSlices::new(24);
     let positions = [slices.root_position, slices.joint_positions];
     let of = |layout, poses: &[Pose]| -> Vec<Vec<f32>> {
-        let spec = spec((layout, VelocityScheme::Backward), 24);
+        let spec = spec(layout, VelocityScheme::Backward, 24);
         let vectors = streamed(&spec, &skeleton, poses, Source::Clip);
         let kept = |c: &Vec<f32>| positions.clone().map(|range| c[range].to_vec()).concat();
         vectors.iter().map(kept).collect()
@@ -241,7 +243,7 @@ fn root_relative_positions_hold_no_distance_travelled() {
     assert!(far(&of(MotionLayout::Paper, &travelling)) > far(&of(MotionLayout::Paper, &poses)) + 1.0);
 }
 
-/// To move at v in still air is to stand in a wind of −v; only the ground tells the one from the other.
+/// Motion at velocity v in still air has the velocities of a wind of −v, and different contacts.
 #[test]
 fn velocities_are_relative_to_the_air_and_contacts_to_the_ground() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
@@ -252,8 +254,8 @@ fn velocities_are_relative_to_the_air_and_contacts_to_the_ground() {
             local: pose.local.clone(),
         })
         .collect();
-    for variant in VARIANTS.into_iter().filter(|v| v.0 == MotionLayout::Heading) {
-        let spec = spec(variant, 24);
+    for (layout, velocity) in VARIANTS.into_iter().filter(|v| v.0 == MotionLayout::Heading) {
+        let spec = spec(layout, velocity, 24);
         let run = |poses: &[Pose], wind: Vec3| -> Vec<Vec<f32>> {
             let of = |t: usize| MotionInput {
                 wind,

@@ -1,38 +1,42 @@
-//! Intel's matrix units (AMX) for bf16 and int8: 16 and 32 times the multiply-adds of AVX-512 in f32.
+//! Kernel of Intel's matrix units (AMX) for bf16 and int8, which have 16 and 32 times the
+//! multiply-adds of AVX-512 in f32.
 //!
-//! The intrinsics are not stable, assembly is. A block is 32 outputs by 32 vertices: two tile registers
-//! of weights (16 outputs × 16 words), two of activations (16 words × 16 vertices), four of sums. Weights
-//! stream from the second-level cache; that they are not to stay in the first (`tileloaddt1`) leaves it to the
-//! activations: a tenth more is done.
+//! It is written in assembly, because the intrinsics are not stable in Rust. A block is 32 outputs
+//! by 32 vertices: two tile registers of weights (16 outputs × 16 words), two of activations (16
+//! words × 16 vertices) and four of sums.
+//!
+//! Weights stream from the second-level cache. `tileloaddt1` keeps them from displacing the
+//! activations in the first-level cache, which makes the kernel a tenth faster.
 
 use super::{
     arithmetic::{Arithmetic, Bf16, F32, Int8},
     kernel::{Kernel, Registers},
-    matrix_units,
     words::x86::{Zmm, ZmmUnfused},
 };
+use crate::simd::matrix_units;
 use std::arch::{asm, x86_64::__m512};
 
-/// Rows of a tile register, words in each of its rows.
+/// Rows of a tile register, and words in each row.
 const TILE_ROWS: usize = 16;
 /// Words of a tile register.
 const TILE_WORDS: usize = TILE_ROWS * TILE_ROWS;
 
-/// Products of words of `A` on matrix units, AVX-512 for the rest.
-pub(super) struct Matrix<A>(A);
+/// Kernel for words of format `A`: products on matrix units, everything else on AVX-512.
+pub(super) struct MatrixUnits<A>(A);
 
-macro_rules! matrix {
+macro_rules! matrix_units {
     ($arithmetic:ty, $head:ty, $multiply:literal) => {
-        impl Kernel for Matrix<$arithmetic> {
+        impl Kernel for MatrixUnits<$arithmetic> {
             type Arithmetic = $arithmetic;
             type Head = Registers<$head, $head, 8, 2>;
             type Float = __m512;
             const ROWS: usize = 2 * TILE_ROWS;
             const PADDED: usize = TILE_ROWS * <$arithmetic as Arithmetic>::CHANNELS;
 
+            // A tile register multiplies 32 channels or more at once, which are rarely all zero.
             const SKIPS_ZEROS: bool = false;
 
-            /// Tile register after tile register, in the order that they are read.
+            // Weights are stored in the order in which the loop below loads tile registers.
             fn place(row: usize, group: usize, _: usize) -> usize {
                 let tile = 2 * (group / TILE_ROWS) + row / TILE_ROWS;
                 tile * TILE_WORDS + row % TILE_ROWS * TILE_ROWS + group % TILE_ROWS
@@ -61,10 +65,12 @@ macro_rules! matrix {
                 let tiles = weights.len() / (2 * TILE_WORDS);
                 assert!(tiles > 0 && words.len() >= tiles * TILE_ROWS * W && sums.len() >= Self::ROWS * W);
                 for vertex in (0..W).step_by(Self::ROWS) {
-                    // SAFETY: `tiles` registers of weights for each half of the outputs, `tiles` · 16 rows of
-                    // activations and 32 rows of sums, all of which the slices have.
+                    // SAFETY: the slices hold `tiles` registers of weights for each half of the
+                    // outputs, `tiles` · 16 rows of activations and 32 rows of sums.
                     unsafe {
                         let (weights, sums) = (weights.as_ptr(), sums.as_mut_ptr().add(vertex));
+                        // tmm0-3 hold sums, tmm4-5 weights, tmm6-7 activations. Loads stand between
+                        // products, so that the units do not wait for them.
                         asm!(
                             "tilezero tmm0",
                             "tilezero tmm1",
@@ -106,5 +112,5 @@ macro_rules! matrix {
     };
 }
 
-matrix!(Bf16, Zmm<F32>, "tdpbf16ps");
-matrix!(Int8, ZmmUnfused<F32>, "tdpbsud");
+matrix_units!(Bf16, Zmm<F32>, "tdpbf16ps");
+matrix_units!(Int8, ZmmUnfused<F32>, "tdpbsud");

@@ -1,47 +1,51 @@
-//! What the words of each precision hold, and what their sums are worth.
+//! Number formats of the field's products: how numbers are packed in 32-bit words.
 
-use super::float::Float;
+use crate::simd::Float;
 use bytemuck::Pod;
 
-/// How weights and activations become words, and sums of products numbers again.
+/// Format of weights and activations in words, and of the sums of their products.
 pub(super) trait Arithmetic {
     /// Channels of one vertex in a word.
     const CHANNELS: usize;
     /// Sum of products.
     type Sum: Pod;
-    /// When activations are scaled by vertex: the largest that a word holds.
+    /// Largest activation that a word holds, for integer formats, which scale activations by
+    /// vertex.
     const RANGE: Option<f32>;
 
-    /// What a unit of a row's weights is worth, such that no sum over them overflows.
-    fn unit(row: &[f32]) -> f32;
-    /// Weights of one row for one word, divided by the row's unit.
+    /// Scale of a row of weights: the value of one unit, such that no sum over the row overflows.
+    fn row_scale(row: &[f32]) -> f32;
+    /// Packs the weights of one row for one word; they are divided by the row's scale already.
     fn weights(scaled: &[f32]) -> u32;
-    /// Words of activations, which are not negative; `factor` scales those of each vertex to the range. Words
-    /// without a range are made register by register ([`Float::store_bf16`]), or are the activations themselves.
+    /// Packs activations, which are not negative; `factor` scales those of each vertex to the
+    /// range.
+    ///
+    /// Formats without a range are packed register by register ([`Float::store_bf16`]), or are the
+    /// activations themselves.
     fn pack<const W: usize>(_values: &[[f32; W]], _factor: &[f32; W], _words: &mut [[u32; W]]) {
         unreachable!("words without a range are not scaled")
     }
-    /// Sums as numbers, in units of weights and activations.
+    /// Loads sums as f32, in units of the scales of weights and activations.
     ///
     /// # Safety
-    /// As [`Float::load`].
+    /// The contract of [`Float::load`].
     unsafe fn load<F: Float>(sums: *const Self::Sum) -> F;
 }
 
-/// One number a word.
+/// One f32 a word.
 pub(super) struct F32;
-/// Two numbers a word.
+/// Two bf16 a word; sums in f32.
 pub(super) struct Bf16;
-/// Two numbers a word; activations up to 2^13 − 1, so that weights have bits left.
+/// Two 16-bit integers a word; activations up to 2^13 − 1, so that weights have bits left.
 pub(super) struct Int16;
-/// Four numbers a word; activations without a sign.
+/// Four bytes a word; weights with a sign, activations without.
 pub(super) struct Int8;
 
 impl Arithmetic for F32 {
     const CHANNELS: usize = 1;
     type Sum = f32;
     const RANGE: Option<f32> = None;
-    fn unit(_: &[f32]) -> f32 {
+    fn row_scale(_: &[f32]) -> f32 {
         1.0
     }
     fn weights(scaled: &[f32]) -> u32 {
@@ -49,7 +53,7 @@ impl Arithmetic for F32 {
     }
     #[inline(always)]
     unsafe fn load<F: Float>(sums: *const f32) -> F {
-        // SAFETY: passed on.
+        // SAFETY: the same contract.
         unsafe { F::load(sums) }
     }
 }
@@ -58,7 +62,7 @@ impl Arithmetic for Bf16 {
     const CHANNELS: usize = 2;
     type Sum = f32;
     const RANGE: Option<f32> = None;
-    fn unit(_: &[f32]) -> f32 {
+    fn row_scale(_: &[f32]) -> f32 {
         1.0
     }
     fn weights(scaled: &[f32]) -> u32 {
@@ -66,7 +70,7 @@ impl Arithmetic for Bf16 {
     }
     #[inline(always)]
     unsafe fn load<F: Float>(sums: *const f32) -> F {
-        // SAFETY: passed on.
+        // SAFETY: the same contract.
         unsafe { F::load(sums) }
     }
 }
@@ -75,29 +79,30 @@ impl Arithmetic for Int16 {
     const CHANNELS: usize = 2;
     type Sum = i32;
     const RANGE: Option<f32> = Some(8191.0);
-    /// Σ |w| · 2^13 stays below 2^31, each weight's rounding included.
-    fn unit(row: &[f32]) -> f32 {
+    fn row_scale(row: &[f32]) -> f32 {
+        // Activations stay below 2^13. The integers of a row therefore sum to at most 2^18, the
+        // rounding of each included, so that no sum of products reaches 2^31.
         let total: f32 = row.iter().map(|w| w.abs()).sum();
         let room = (1 << 18) as f32 - row.len() as f32;
-        positive((total / room.max(1.0)).max(largest(row) / 32_767.0))
+        nonzero_scale((total / room.max(1.0)).max(largest(row) / 32_767.0))
     }
     fn weights(scaled: &[f32]) -> u32 {
-        let whole = |w: f32| u32::from(w.round_ties_even() as i16 as u16);
-        whole(scaled[0]) | whole(scaled[1]) << 16
+        let integer = |w: f32| u32::from(w.round_ties_even() as i16 as u16);
+        integer(scaled[0]) | integer(scaled[1]) << 16
     }
     #[inline(always)]
     fn pack<const W: usize>(values: &[[f32; W]], factor: &[f32; W], words: &mut [[u32; W]]) {
         for (words, [a, b]) in words.iter_mut().zip(values.as_chunks().0) {
             for v in 0..W {
-                let whole = |x: &[f32; W]| whole_bits(x[v] * factor[v]);
-                words[v] = whole(a) & 0xFFFF | whole(b) << 16;
+                let integer = |x: &[f32; W]| rounded_bits(x[v] * factor[v]);
+                words[v] = integer(a) & 0xFFFF | integer(b) << 16;
             }
         }
     }
     #[inline(always)]
     unsafe fn load<F: Float>(sums: *const i32) -> F {
-        // SAFETY: passed on.
-        unsafe { F::load_whole(sums) }
+        // SAFETY: the same contract.
+        unsafe { F::load_integers(sums) }
     }
 }
 
@@ -105,39 +110,41 @@ impl Arithmetic for Int8 {
     const CHANNELS: usize = 4;
     type Sum = i32;
     const RANGE: Option<f32> = Some(255.0);
-    fn unit(row: &[f32]) -> f32 {
-        positive(largest(row) / 127.0)
+    // Sums of 2^16 products of 255 · 127, the widest layer that is read, stay below 2^31.
+    fn row_scale(row: &[f32]) -> f32 {
+        nonzero_scale(largest(row) / 127.0)
     }
     fn weights(scaled: &[f32]) -> u32 {
-        let whole = |w: &f32| w.round_ties_even() as i8 as u8;
-        u32::from_le_bytes(std::array::from_fn(|i| whole(&scaled[i])))
+        let integer = |w: &f32| w.round_ties_even() as i8 as u8;
+        u32::from_le_bytes(std::array::from_fn(|i| integer(&scaled[i])))
     }
     #[inline(always)]
     fn pack<const W: usize>(values: &[[f32; W]], factor: &[f32; W], words: &mut [[u32; W]]) {
         for (words, [a, b, c, d]) in words.iter_mut().zip(values.as_chunks().0) {
             for v in 0..W {
-                let byte = |x: &[f32; W]| whole_bits(x[v] * factor[v]) & 0xFF;
+                let byte = |x: &[f32; W]| rounded_bits(x[v] * factor[v]) & 0xFF;
                 words[v] = byte(a) | byte(b) << 8 | byte(c) << 16 | byte(d) << 24;
             }
         }
     }
     #[inline(always)]
     unsafe fn load<F: Float>(sums: *const i32) -> F {
-        // SAFETY: passed on.
-        unsafe { F::load_whole(sums) }
+        // SAFETY: the same contract.
+        unsafe { F::load_integers(sums) }
     }
 }
 
-/// The nearest bf16.
+/// Returns the bits of the nearest bf16, ties to even.
 fn to_bf16(x: f32) -> u16 {
     let bits = x.to_bits();
     (bits.wrapping_add(0x7FFF + (bits >> 16 & 1)) >> 16) as u16
 }
 
-/// The lowest bits of the sum with 2^23 hold the nearest whole number of 0 ≤ x < 2^23: two
-/// instructions on every machine, and the same on all.
+/// Returns a word whose lowest bits are `x` rounded to the nearest integer, for 0 ≤ x < 2^23.
 #[inline(always)]
-fn whole_bits(x: f32) -> u32 {
+fn rounded_bits(x: f32) -> u32 {
+    // At 2^23 the spacing of f32 is 1, so that the sum itself rounds to even. This is two
+    // instructions on every machine, with the same result; conversions differ between them.
     (x + 8_388_608.0).to_bits()
 }
 
@@ -145,16 +152,16 @@ fn largest(row: &[f32]) -> f32 {
     row.iter().fold(0.0, |m, w| w.abs().max(m))
 }
 
-/// Rows of zeros have any unit.
-fn positive(unit: f32) -> f32 {
-    if unit > 0.0 { unit } else { 1.0 }
+/// Replaces the scale of a row of zeros, by which it would be divided, with 1.
+fn nonzero_scale(scale: f32) -> f32 {
+    if scale > 0.0 { scale } else { 1.0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The first word of one vertex, scaled by two.
+    /// Packs one vertex, scaled by two, and returns its first word.
     fn packed<A: Arithmetic>(values: &[[f32; 1]]) -> u32 {
         let mut words = [[0]];
         A::pack(values, &[2.0], &mut words);
@@ -162,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_numbers_round_to_even_and_pack_in_order() {
+    fn integers_round_to_even_and_pack_in_order() {
         let values = [[0.25], [0.75], [127.3], [1.5]];
         assert_eq!(packed::<Int8>(&values).to_le_bytes(), [0, 2, 255, 3]);
         assert_eq!(
@@ -175,15 +182,15 @@ mod tests {
     }
 
     #[test]
-    fn no_row_of_whole_numbers_can_overflow() {
+    fn no_row_of_integers_can_overflow() {
         for row in [vec![1.0; 387], vec![-0.3; 4096], vec![5.0, 0.001], vec![0.0; 8]] {
-            let unit = Int16::unit(&row);
+            let scale = Int16::row_scale(&row);
             let total: f64 = row
                 .iter()
-                .map(|w| f64::from((w / unit).abs().round_ties_even()))
+                .map(|w| f64::from((w / scale).abs().round_ties_even()))
                 .sum();
             assert!(total * 8191.0 < f64::from(i32::MAX), "{total}");
-            assert!(row.iter().all(|w| (w / unit).abs() <= 32_767.0));
+            assert!(row.iter().all(|w| (w / scale).abs() <= 32_767.0));
         }
     }
 }

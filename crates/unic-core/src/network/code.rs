@@ -1,20 +1,20 @@
-//! The categorical code of the motion: one category is picked in each channel of logits.
+//! Categorical code of the motion: one category a channel, picked by its logits.
 
 use crate::config::{EncoderConfig, LatentCode};
 use serde::Serialize;
 
-/// How inference picks the category of each channel.
+/// Rule by which inference picks the category of each channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CodeSampling {
-    /// The largest logit: the same motion always gives the same code.
+    /// The largest logit. The same motion always gives the same code.
     #[default]
     Largest,
-    /// The largest sum of logit and Gumbel noise, drawn anew in every tick, as the authors' release does:
-    /// with a `scale` of 1 a category is picked as often as the softmax of its channel says.
+    /// The largest sum of logit and Gumbel noise, drawn anew in every tick, as in the
+    /// authors' release. A `scale` of 1 picks a category with its softmax probability.
     Gumbel {
-        /// Spread of the uniform numbers that the noise is made of, 0 to 1; 0 picks the largest logit. What lies
-        /// beyond counts as the nearer end, NaN as 0.
+        /// Spread of the uniform numbers that the noise is made of, 0 to 1; 0 picks the largest
+        /// logit. Values are clamped to that range, and NaN counts as 0.
         scale: f32,
         /// Seed of the noise.
         seed: u64,
@@ -22,16 +22,18 @@ pub enum CodeSampling {
 }
 
 impl CodeSampling {
-    /// Noise of one tick, a number a logit; left empty where nothing is drawn.
+    /// Writes the noise of one tick, one number a logit; leaves `noise` empty for
+    /// [`Self::Largest`].
     pub(crate) fn write_noise(self, tick: u64, logits: usize, noise: &mut Vec<f32>) {
         noise.clear();
         if let Self::Gumbel { scale, seed } = self {
-            // NaN is not above zero.
+            // A comparison with NaN is false, so that NaN becomes 0.
             let scale = if scale > 0.0 { scale.min(1.0) } else { 0.0 };
+            // A stream of its own for every tick, so that a restored state draws the same noise.
             let mut state = mixed(seed ^ mixed(tick));
             noise.extend((0..logits).map(|_| {
                 state = state.wrapping_add(GOLDEN_GAMMA);
-                // The top 24 bits are a uniform number with all digits that f32 has.
+                // 24 bits are as many as f32 represents exactly.
                 let uniform = (mixed(state) >> 40) as f32 / (1u64 << 24) as f32;
                 gumbel(scale * (uniform - 0.5) + 0.5)
             }));
@@ -39,7 +41,7 @@ impl CodeSampling {
     }
 }
 
-/// 2^64 over the golden ratio: the increment of SplitMix64 (Steele et al. 2014).
+/// Increment of SplitMix64, 2^64 over the golden ratio (Steele et al. 2014).
 const GOLDEN_GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Output function of SplitMix64.
@@ -49,18 +51,19 @@ fn mixed(state: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// −ln(−ln u): a Gumbel number from a uniform one, which is kept away from 0 and 1.
+/// Standard Gumbel number −ln(−ln u) of a number u that is uniform in [0, 1].
 pub fn gumbel(uniform: f32) -> f32 {
+    // At 0 and 1 the logarithms are infinite.
     -(-uniform.clamp(1e-7, 1.0 - 1e-7).ln()).ln()
 }
 
-/// Latent vector from logits, channel by channel; `noise` is empty or has one number a logit.
+/// Writes the latent vector, channel by channel; `noise` is empty or has one number a logit.
 pub(super) fn pick(config: &EncoderConfig, logits: &[f32], noise: &[f32], latent: &mut [f32]) {
     let categories = config.categories;
     for (channel, logits) in logits.chunks_exact(categories).enumerate() {
         let noise = noise.chunks_exact(categories).nth(channel);
         let score = |k: usize| logits[k] + noise.map_or(0.0, |noise| noise[k]);
-        // The first of equal scores, as `argmax` has it.
+        // Equal scores give the first category, as `argmax` does.
         let best = (1..categories).fold(0, |best, k| if score(k) > score(best) { k } else { best });
         match config.code {
             LatentCode::PickedLogit => latent[channel] = logits[best],
@@ -73,14 +76,16 @@ pub(super) fn pick(config: &EncoderConfig, logits: &[f32], noise: &[f32], latent
     }
 }
 
-/// Mean over channels of the largest probability in the softmax of a channel's logits: 1 where the motion
-/// decides every category, 1 / `categories` where it decides none.
+/// Mean over channels of the largest softmax probability: 1 where every category is certain,
+/// 1 / `categories` where none is preferred.
 pub(super) fn top_probability(logits: &[f32], categories: usize) -> f32 {
     let mut channels = 0;
     let sum: f32 = logits
         .chunks_exact(categories)
         .map(|logits| {
             channels += 1;
+            // Softmax with the largest logit subtracted, so that no exponential overflows. The
+            // largest probability is then 1 over the sum.
             let largest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
             logits.iter().map(|x| (x - largest).exp()).sum::<f32>().recip()
         })
@@ -102,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_code_is_the_picked_logit_or_where_it_stands() {
+    fn a_code_is_the_picked_logit_or_a_one_hot_vector() {
         let logits = [1.0, 4.0, -2.0, -6.0, -1.0, -1.0];
         let mut latent = [9.0; 2];
         pick(&config(LatentCode::PickedLogit), &logits, &[], &mut latent);
@@ -110,7 +115,7 @@ mod tests {
         let mut latent = [9.0; 6];
         pick(&config(LatentCode::OneHot), &logits, &[], &mut latent);
         assert_eq!(latent, [0.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
-        // Noise decides which logit it is, and is no part of it.
+        // Noise decides which logit is picked, and is not added to it.
         let noise = [0.0, 0.0, 7.0, 0.0, 0.0, 0.5];
         let mut latent = [9.0; 2];
         pick(&config(LatentCode::PickedLogit), &logits, &noise, &mut latent);
@@ -118,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_picks_as_often_as_the_softmax_says() {
+    fn categories_are_picked_with_their_softmax_probabilities() {
         let logits = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
         let (mut noise, mut picks) = (Vec::new(), [0; 3]);
         let mut latent = [0.0; 6];
@@ -140,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_is_a_function_of_seed_and_tick_and_none_at_scale_zero() {
+    fn noise_depends_on_seed_and_tick_and_vanishes_at_scale_zero() {
         let noise = |scale, seed, tick| {
             let mut noise = Vec::new();
             CodeSampling::Gumbel { scale, seed }.write_noise(tick, 4, &mut noise);
@@ -158,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn the_top_probability_tells_a_decided_code_from_an_undecided_one() {
+    fn top_probability_separates_certain_codes_from_uncertain_ones() {
         assert!((top_probability(&[2.0; 8], 8) - 0.125).abs() < 1e-6);
         assert!((top_probability(&[0.0, 100.0, 0.0, 0.0], 4) - 1.0).abs() < 1e-6);
         // e / (e + 1) and 1 / 2.

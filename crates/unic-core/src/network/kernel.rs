@@ -1,45 +1,50 @@
-//! How a block of a layer's outputs is multiplied for a tile of vertices.
+//! Matrix product of one layer for a tile of vertices, one block of outputs at a time.
 
 use super::{
     arithmetic::{Arithmetic, F32},
-    float::Float,
-    words::Dot,
+    words::WordProducts,
 };
+use crate::simd::Float;
 
-/// Products of one block of outputs with all inputs of a layer.
+/// Products of a block of outputs with all inputs of a layer.
 ///
-/// Activations are words by group and vertex: word (g, v) holds the channels of group g of vertex v,
-/// and a tile is `W` vertices wide. Weights are words by block; within one, [`Kernel::place`] says where.
+/// Activations are stored as words, group after group. Word (g, v) holds the channels of group g of
+/// vertex v, and a tile is `W` vertices wide. Weights are stored block after block;
+/// [`Kernel::place`] orders the words within a block.
 ///
 /// # Safety
 /// Callers run on a machine that has the kernel's instructions, between [`Kernel::begin`] and
 /// [`Kernel::end`].
 pub(super) trait Kernel {
-    /// What words hold.
+    /// Number format of the words.
     type Arithmetic: Arithmetic;
     /// Kernel of the last layer, on the same instructions.
     type Head: Kernel<Arithmetic = F32>;
-    /// Registers for what happens between layers.
+    /// Register of f32 for the work between layers.
     type Float: Float;
     /// Outputs of a block.
     const ROWS: usize;
-    /// Layers are padded to a multiple of this and of a block, so that the next one reads whole words.
+    /// Layers are padded to a multiple of this and of a block, so that the next layer reads whole
+    /// words.
     const PADDED: usize;
 
-    /// Does [`Kernel::block`] look at `active`?
+    /// True if [`Kernel::block`] reads `active`.
     const SKIPS_ZEROS: bool;
 
-    /// Place of a weight in its block of `groups` words a row.
+    /// Index of a weight's word in its block of `groups` words a row.
     fn place(row: usize, group: usize, groups: usize) -> usize;
 
+    /// Prepares the thread, before the first block.
     unsafe fn begin() {}
+    /// Releases what [`begin`](Self::begin) has taken, after the last block.
     unsafe fn end() {}
 
-    /// sums[row][vertex] = Σ over groups of weights · activations. Groups that are not among `active` hold nothing but
-    /// zeros.
+    /// Computes sums[row][vertex] = Σ weights · activations over all groups.
+    ///
+    /// Groups that `active` does not list are zero at every vertex of the tile.
     ///
     /// # Safety
-    /// As the trait; groups of `active` are below the number of words in a row of weights.
+    /// The contract of the trait; `active` lists groups that the layer has.
     unsafe fn block<const W: usize>(
         weights: &[u32],
         words: &[u32],
@@ -48,23 +53,28 @@ pub(super) trait Kernel {
     );
 }
 
-/// Vertices in the lanes of registers: `R` outputs by `N` registers of vertices are summed at a time, so
-/// that a load of a weight serves `N` products and one of an activation `R`. Groups without activations are
-/// left out.
+/// Kernel with vertices in the lanes of vector registers.
+///
+/// It sums `R` outputs for `N` registers of vertices at a time, so that a loaded weight serves `N`
+/// products and a loaded activation `R`. It leaves out groups of zero activations.
 pub(super) struct Registers<D, H, const R: usize, const N: usize>(D, H);
 
-/// Outputs of a block: a divisor of usual widths, so that nothing is multiplied in vain, and 8 × 2 sums of
-/// AVX-512 hide the latency of two multiply-adds a cycle twice over.
+/// Outputs of a block.
+///
+/// 8 divides the usual widths, so that no products are wasted on padding. The 8 × 2 sums of AVX-512
+/// are twice as many as hide the latency of two multiply-adds a cycle.
 const ROWS: usize = 8;
 
-/// Words from a weight that is used to one that is asked for: 2 KiB. Weights come from the second-level
-/// cache, whose own prefetching alone leaves a tenth of the arithmetic undone.
-const AHEAD: usize = 512;
+/// Prefetch distance in words, 2 KiB.
+///
+/// Weights come from the second-level cache. With the processor's own prefetcher alone, a tenth of
+/// the arithmetic rate is lost.
+const PREFETCH_WORDS: usize = 512;
 
 impl<D, H, const R: usize, const N: usize> Kernel for Registers<D, H, R, N>
 where
-    D: Dot,
-    H: Dot<Arithmetic = F32>,
+    D: WordProducts,
+    H: WordProducts<Arithmetic = F32>,
 {
     type Arithmetic = D::Arithmetic;
     type Head = Registers<H, H, R, N>;
@@ -91,14 +101,16 @@ where
         let sums: *mut u32 = sums.as_mut_ptr().cast();
         for row in (0..ROWS).step_by(R) {
             for lane in (0..W).step_by(N * D::LANES) {
-                // SAFETY: rows `row..row + R` and lanes `lane..lane + N · LANES` lie within the block and
-                // the tile, of which they are divisors; sums are 32 bits wide.
+                // SAFETY: rows `row..row + R` and lanes `lane..lane + N · LANES` lie within the
+                // block and the tile, whose sizes they divide; sums are 32 bits wide.
                 unsafe {
                     let weights = weights.as_ptr().add(row);
                     let words = words.as_ptr().add(lane);
+                    // Following the list costs 4 %, so that a tile without zero groups does not.
+                    let active_groups = active.iter().map(|&g| g as usize);
                     let block = match active.len() < groups {
-                        true => registers::<D, R, N, W>(weights, words, active.iter().map(|&g| g as usize)),
-                        false => registers::<D, R, N, W>(weights, words, 0..groups),
+                        true => block_of_registers::<D, R, N, W>(weights, words, active_groups),
+                        false => block_of_registers::<D, R, N, W>(weights, words, 0..groups),
                     };
                     for (r, block) in block.into_iter().enumerate() {
                         for (n, sum) in block.into_iter().enumerate() {
@@ -111,11 +123,13 @@ where
     }
 }
 
+/// Sums `R` outputs for `N` registers of vertices over `groups`.
+///
 /// # Safety
-/// The machine has the instructions of `D`; `weights` are valid for every group's block of [`ROWS`] from the
-/// first of `R` rows on, `words` for its row of `W` from the first of `N · LANES` lanes on.
+/// The machine has the instructions of `D`. For every group, `weights` is valid for `R` words at
+/// offset group · [`ROWS`], and `words` for `N · LANES` words at offset group · `W`.
 #[inline(always)]
-unsafe fn registers<D: Dot, const R: usize, const N: usize, const W: usize>(
+unsafe fn block_of_registers<D: WordProducts, const R: usize, const N: usize, const W: usize>(
     weights: *const u32,
     words: *const u32,
     groups: impl Iterator<Item = usize>,
@@ -125,7 +139,7 @@ unsafe fn registers<D: Dot, const R: usize, const N: usize, const W: usize>(
         let mut sums = [[D::zero(); N]; R];
         for group in groups {
             let words = words.add(group * W);
-            D::prefetch(weights.wrapping_add(group * ROWS + AHEAD));
+            D::prefetch(weights.wrapping_add(group * ROWS + PREFETCH_WORDS));
             let x: [D::Words; N] = std::array::from_fn(|n| D::load(words.add(n * D::LANES)));
             for (r, sums) in sums.iter_mut().enumerate() {
                 let w = D::splat(*weights.add(group * ROWS + r));

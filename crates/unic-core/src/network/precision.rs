@@ -1,37 +1,85 @@
-//! How exactly the networks calculate.
+//! Number formats of the networks' products, and the instruction sets that have kernels for them.
 
-/// Numbers that the networks' products are taken in; chosen when a model is loaded
-/// ([`Model::with_precision`](crate::model::Model::with_precision)).
+use crate::simd::Instructions;
+#[cfg(target_arch = "x86_64")]
+use crate::simd::matrix_units;
+
+/// Number format of the networks' products, chosen when a model is loaded
+/// ([`Model::with_precision`](crate::Model::with_precision)).
 ///
-/// Sums, biases, the inputs of a vertex and the last layer of the field are f32 in all of them. Whole
-/// numbers are scaled by output for weights and by vertex for activations, whose largest takes the whole
-/// range, so that nothing needs calibration and a vertex does not depend on its neighbours.
+/// Sums, biases, the inputs of a vertex and the last layer of the field are f32 in all of them.
+/// The integer formats scale weights by output and activations by vertex, so that the largest of
+/// them takes the whole range. They need no calibration data, and a vertex does not depend on its
+/// neighbours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Precision {
     /// Single precision.
     #[default]
     F32,
-    /// 8 significant bits, on matrix units where the processor has them. The encoder's weights, which memory
-    /// has to deliver every frame, are whole numbers of 8 bits by row.
+    /// bfloat16, 8 significant bits; on matrix units where the processor has them. The encoder's
+    /// weights, which every frame reads from memory, are 8-bit integers scaled by row.
     Bf16,
-    /// Whole numbers, 14 bits of activation by weights as fine as sums of 32 bits allow; the encoder's
-    /// weights are of 16 bits.
+    /// 16-bit integers: activations of 13 bits, weights as fine as sums of 32 bits allow. The
+    /// encoder's weights are 16-bit integers too.
     Int16,
-    /// 8 bits of activation by 8 bits of weight; the encoder's weights as well.
+    /// 8-bit integers for activations, weights and the encoder's weights.
     Int8,
 }
 
 impl Precision {
-    /// From exact to coarse.
+    /// All precisions, from exact to coarse.
     pub const ALL: [Self; 4] = [Self::F32, Self::Bf16, Self::Int16, Self::Int8];
 
-    /// As commands and tables write it.
+    /// Name in commands and tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::F32 => "f32",
             Self::Bf16 => "bf16",
             Self::Int16 => "int16",
             Self::Int8 => "int8",
+        }
+    }
+
+    /// Returns the fastest instruction set of this machine for the precision.
+    pub fn best_instructions(self) -> Instructions {
+        self.instructions().next().unwrap_or(Instructions::Portable)
+    }
+
+    /// Lists the instruction sets of this machine for the precision, fastest first.
+    pub fn instructions(self) -> impl Iterator<Item = Instructions> {
+        let sets = Instructions::ALL.iter().copied();
+        sets.filter(move |&set| self.is_available_on(set))
+    }
+
+    #[cfg_attr(
+        not(any(target_arch = "x86_64", target_arch = "aarch64")),
+        allow(unused_variables, reason = "instructions are chosen at compile time")
+    )]
+    fn is_available_on(self, set: Instructions) -> bool {
+        let computes_f32 = || Instructions::available().any(|available| available == set);
+        match set {
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Amx => {
+                let multiplies = matches!(self, Self::Bf16 | Self::Int8);
+                multiplies && self.is_available_on(Instructions::Avx512) && matrix_units::is_available()
+            }
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512 => {
+                computes_f32()
+                    && match self {
+                        Self::F32 => true,
+                        Self::Bf16 => is_x86_feature_detected!("avx512bf16"),
+                        Self::Int16 | Self::Int8 => is_x86_feature_detected!("avx512vnni"),
+                    }
+            }
+            #[cfg(target_arch = "aarch64")]
+            Instructions::NeonDot => match self {
+                Self::Bf16 => std::arch::is_aarch64_feature_detected!("bf16"),
+                Self::Int8 => std::arch::is_aarch64_feature_detected!("dotprod"),
+                Self::F32 | Self::Int16 => false,
+            },
+            // The other sets compute products of every precision with f32 or integer vectors.
+            _ => computes_f32(),
         }
     }
 }

@@ -1,57 +1,68 @@
-//! All layers of the field over one tile of vertices.
+//! All layers of the field, evaluated for one tile of vertices.
 
-use super::{arithmetic::Arithmetic, float::Float, kernel::Kernel, lines::Lines, packed::Packed};
+use super::{arithmetic::Arithmetic, kernel::Kernel, packed::PackedLayer};
+use crate::simd::{AlignedWords, Float};
 
-/// Vertices that pass through the field together; a multiple of every vector width.
+/// Vertices of a tile, which pass through the field together; a multiple of every vector width.
 pub const TILE: usize = 64;
 
-/// Activations of one tile on their way through the layers.
+/// Scratch memory of [`Field::evaluate`](super::Field::evaluate): the activations of one tile.
 #[derive(Clone, Debug, Default)]
 pub struct FieldScratch {
-    /// By channel and vertex.
-    values: Lines,
-    next: Lines,
-    /// The same as words.
-    words: Lines,
-    next_words: Lines,
-    /// Groups of words that are not zero at all vertices.
+    /// Activations that the current layer reads in f32, by channel and vertex.
+    values: AlignedWords,
+    /// Outputs of the current layer in f32.
+    next_values: AlignedWords,
+    /// Activations that the current layer reads as words, by group and vertex.
+    words: AlignedWords,
+    /// Outputs of the current layer as words.
+    next_words: AlignedWords,
+    /// Groups of words that are not zero at every vertex of the tile, in ascending order.
     active: Vec<u32>,
-    /// Of one block.
-    sums: Lines,
+    /// Sums of one block of outputs.
+    sums: AlignedWords,
 }
 
-/// What becomes of a layer's sums.
+/// Position of a layer, which decides its activation function and the format of its outputs.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Layer {
-    /// max(0, x), for a layer that reads the words of this precision.
+enum LayerKind {
+    /// Hidden layer before another one: ReLU, outputs in the number format of the precision.
     Hidden,
-    /// max(0, x), for a layer that reads f32.
+    /// Hidden layer before the last layer: ReLU, outputs in f32.
     LastHidden,
-    /// x
+    /// Last layer: linear, outputs in f32.
     Last,
 }
 
-/// What all vertices of a tile read and share.
+/// Inputs of a tile's vertices.
 #[derive(Clone, Copy)]
-struct Inputs<'a> {
-    /// By channel.
+struct PointInputs<'a> {
+    /// Numbers by channel and vertex.
     channels: &'a [[f32; TILE]],
-    /// First of the vertices that are evaluated.
-    first: usize,
+    /// First vertex that is evaluated.
+    first_vertex: usize,
 }
 
-/// Evaluates the vertices `first..first + W` of a tile.
+/// Evaluates the vertices `first_vertex..first_vertex + W` of a tile.
+///
+/// `channels` holds the inputs of the tile's vertices. `biases` has one row a layer, with the
+/// latent vector folded in.
 ///
 /// # Safety
 /// The machine has the instructions of `K`.
 #[inline(always)]
 pub(super) unsafe fn evaluate<K: Kernel, const W: usize>(
-    (layers, biases): (&[Packed], &[Vec<f32>]),
-    (channels, first): (&[[f32; TILE]], usize),
+    layers: &[PackedLayer],
+    biases: &[Vec<f32>],
+    channels: &[[f32; TILE]],
+    first_vertex: usize,
     scratch: &mut FieldScratch,
     outputs: &mut [[f32; TILE]; 3],
 ) {
-    let inputs = Inputs { channels, first };
+    let inputs = PointInputs {
+        channels,
+        first_vertex,
+    };
     let Some(((head, hidden), bias)) = layers.split_last().zip(biases.last()) else {
         return;
     };
@@ -60,103 +71,125 @@ pub(super) unsafe fn evaluate<K: Kernel, const W: usize>(
         K::begin();
         for (i, (layer, bias)) in hidden.iter().zip(biases).enumerate() {
             let kind = match i + 1 < hidden.len() {
-                true => Layer::Hidden,
-                false => Layer::LastHidden,
+                true => LayerKind::Hidden,
+                false => LayerKind::LastHidden,
             };
-            scratch.layer::<K, W>((layer, bias), inputs, kind);
+            scratch.evaluate_layer::<K, W>(layer, bias, inputs, kind);
         }
         K::end();
         K::Head::begin();
-        scratch.layer::<K::Head, W>((head, bias), inputs, Layer::Last);
+        scratch.evaluate_layer::<K::Head, W>(head, bias, inputs, LayerKind::Last);
         K::Head::end();
     }
-    let values = scratch.values.of::<f32>().as_chunks::<W>().0;
+    let values = scratch.values.as_slice::<f32>().as_chunks::<W>().0;
     for (out, values) in outputs.iter_mut().zip(values) {
-        out[first..first + W].copy_from_slice(values);
+        out[first_vertex..first_vertex + W].copy_from_slice(values);
     }
 }
 
 impl FieldScratch {
+    /// Evaluates one layer; its outputs become the activations that the next one reads.
+    ///
     /// # Safety
-    /// As [`Kernel::block`].
+    /// The contract of [`Kernel::block`].
     #[inline(always)]
-    unsafe fn layer<K: Kernel, const W: usize>(
+    unsafe fn evaluate_layer<K: Kernel, const W: usize>(
         &mut self,
-        (layer, bias): (&Packed, &[f32]),
-        inputs: Inputs<'_>,
-        kind: Layer,
+        layer: &PackedLayer,
+        bias: &[f32],
+        inputs: PointInputs<'_>,
+        kind: LayerKind,
     ) {
         let channels = K::Arithmetic::CHANNELS;
-        let worth = match layer.groups {
+        let vertex_scales = match layer.groups {
             0 => [1.0; W],
-            _ => self.scale_words::<K::Arithmetic, W>(layer.groups),
+            _ => self.quantise::<K::Arithmetic, W>(layer.groups),
         };
-        // Unscaled words are made on the way, scaled ones when the largest value is known.
-        let makes_words = kind == Layer::Hidden && channels > 1 && K::Arithmetic::RANGE.is_none();
-        match makes_words {
-            true => self.next_words.make_room(layer.rows / channels * W),
-            false => self.next.make_room(layer.rows * W),
+        // bf16 outputs are packed as they are computed. Integers are packed by the next layer, when
+        // the largest activation of each vertex is known.
+        let packs_outputs = kind == LayerKind::Hidden && channels > 1 && K::Arithmetic::RANGE.is_none();
+        match packs_outputs {
+            true => self.next_words.grow_to(layer.rows / channels * W),
+            false => self.next_values.grow_to(layer.rows * W),
         }
-        self.sums.make_room(K::ROWS * W);
+        self.sums.grow_to(K::ROWS * W);
         if K::SKIPS_ZEROS {
             let reads = if channels == 1 { &self.values } else { &self.words };
-            let words = &reads.of::<u32>().as_chunks::<W>().0[..layer.groups];
+            let words = &reads.as_slice::<u32>().as_chunks::<W>().0[..layer.groups];
             find_active(words, &mut self.active);
         }
-        let block = K::ROWS * layer.groups;
-        let finish = Finish {
+        let block_words = K::ROWS * layer.groups;
+        let epilogue = Epilogue {
             layer,
             bias,
             inputs,
             kind,
         };
-        for first in (0..layer.rows).step_by(K::ROWS) {
-            let sums = self.sums.of_mut();
-            if block > 0 {
+        for first_row in (0..layer.rows).step_by(K::ROWS) {
+            let sums = self.sums.as_mut_slice();
+            if block_words > 0 {
                 let reads = if channels == 1 { &self.values } else { &self.words };
-                let weights = &layer.weights.of::<u32>()[first * layer.groups..][..block];
+                let weights = &layer.weights.as_slice::<u32>()[first_row * layer.groups..][..block_words];
                 // SAFETY: the caller's promise; active groups are among those that the layer has.
-                unsafe { K::block::<W>(weights, reads.of(), &self.active, sums) };
+                unsafe { K::block::<W>(weights, reads.as_slice(), &self.active, sums) };
             }
             let sums = sums.as_chunks::<W>().0;
             // SAFETY: the caller's promise.
             unsafe {
-                if makes_words {
-                    let words = &mut self.next_words.of_mut::<u32>()[first / 2 * W..][..K::ROWS / 2 * W];
-                    finish.words::<K::Arithmetic, K::Float, W>(first, sums, &worth, words.as_chunks_mut().0);
+                if packs_outputs {
+                    let words = &mut self.next_words.as_mut_slice::<u32>()[first_row / 2 * W..];
+                    let words = words[..K::ROWS / 2 * W].as_chunks_mut().0;
+                    epilogue.write_words::<K::Arithmetic, K::Float, W>(
+                        first_row,
+                        sums,
+                        &vertex_scales,
+                        words,
+                    );
                 } else {
-                    let values = &mut self.next.of_mut::<f32>()[first * W..][..K::ROWS * W];
-                    finish.rows::<K::Arithmetic, K::Float, W>(first, sums, &worth, values.as_chunks_mut().0);
+                    let values = &mut self.next_values.as_mut_slice::<f32>()[first_row * W..];
+                    let values = values[..K::ROWS * W].as_chunks_mut().0;
+                    epilogue.write_values::<K::Arithmetic, K::Float, W>(
+                        first_row,
+                        sums,
+                        &vertex_scales,
+                        values,
+                    );
                 }
             }
         }
-        match makes_words {
+        match packs_outputs {
             true => std::mem::swap(&mut self.words, &mut self.next_words),
-            false => std::mem::swap(&mut self.values, &mut self.next),
+            false => std::mem::swap(&mut self.values, &mut self.next_values),
         }
     }
 
-    /// Where words are scaled, makes them of the activations; what a unit of each vertex's is worth.
+    /// Packs the activations of `groups` words as integers, for formats that scale them by vertex.
+    ///
+    /// Returns the scale of each vertex: the value of one unit, 1 for formats without a scale.
     #[inline(always)]
-    fn scale_words<A: Arithmetic, const W: usize>(&mut self, groups: usize) -> [f32; W] {
+    fn quantise<A: Arithmetic, const W: usize>(&mut self, groups: usize) -> [f32; W] {
         let Some(range) = A::RANGE else {
             return [1.0; W];
         };
-        let values = &self.values.of::<f32>().as_chunks::<W>().0[..groups * A::CHANNELS];
-        let largest = largest(values);
+        let values = &self.values.as_slice::<f32>().as_chunks::<W>().0[..groups * A::CHANNELS];
+        let largest = largest_of_vertices(values);
         let factor = largest.map(|m| if m > 0.0 { range / m } else { 0.0 });
-        self.words.make_room(groups * W);
-        A::pack(values, &factor, self.words.of_mut().as_chunks_mut().0);
+        self.words.grow_to(groups * W);
+        A::pack(values, &factor, self.words.as_mut_slice().as_chunks_mut().0);
         largest.map(|m| m / range)
     }
 }
 
-/// The ramp leaves about half of the channels at zero, and the same ones at neighbouring vertices.
+/// Lists the groups of words that are not zero at every vertex.
+///
+/// About half of the ReLU activations are zero, and neighbouring vertices share the same zeros.
 #[inline(always)]
 fn find_active<const W: usize>(words: &[[u32; W]], active: &mut Vec<u32>) {
     active.clear();
     active.resize(words.len(), 0);
     let mut count = 0;
+    // Without a branch, which would be mispredicted half of the time: every group is written, and
+    // the next one overwrites it unless it is active.
     for (group, words) in words.iter().enumerate() {
         active[count] = group as u32;
         count += usize::from(words.iter().fold(0, |any, word| any | word) != 0);
@@ -164,52 +197,59 @@ fn find_active<const W: usize>(words: &[[u32; W]], active: &mut Vec<u32>) {
     active.truncate(count);
 }
 
+/// Returns the largest value of each vertex over all channels, at least 0.
 #[inline(always)]
-fn largest<const W: usize>(values: &[[f32; W]]) -> [f32; W] {
+fn largest_of_vertices<const W: usize>(values: &[[f32; W]]) -> [f32; W] {
     let mut largest = [0.0; W];
     for values in values {
         for (largest, &x) in largest.iter_mut().zip(values) {
+            // Compiles to one instruction a register; f32::max has more to do for NaN.
             *largest = if x > *largest { x } else { *largest };
         }
     }
     largest
 }
 
-/// From sums to outputs: units, bias, and the vertices' own inputs in f32. Products and sums
-/// are rounded one by one, so that every instruction set gives the same bits.
-struct Finish<'a> {
-    layer: &'a Packed,
+/// The work after a block's matrix product: scales, bias, the vertices' own inputs, activation.
+///
+/// All of it is in f32. Products and sums are rounded one by one, so that every instruction set
+/// gives the same bits.
+struct Epilogue<'a> {
+    layer: &'a PackedLayer,
     bias: &'a [f32],
-    inputs: Inputs<'a>,
-    kind: Layer,
+    inputs: PointInputs<'a>,
+    kind: LayerKind,
 }
 
-impl Finish<'_> {
-    /// Most layers read no inputs of vertices: to ask every time costs as much as all else here.
-    fn is_edge(&self) -> bool {
+impl Epilogue<'_> {
+    /// Returns true if the layer reads inputs of vertices or no activations.
+    ///
+    /// Most layers do neither. Asking once a block, not once an output, halves the epilogue's time.
+    fn is_input_layer(&self) -> bool {
         self.layer.point_inputs > 0 || self.layer.groups == 0
     }
 
-    /// The outputs from `first` on, as many as `out` has.
+    /// Writes the outputs from `first_row` on in f32, as many as `out` has.
     ///
     /// # Safety
     /// The machine has the instructions of `F`.
     #[inline(always)]
-    unsafe fn rows<A: Arithmetic, F: Float, const W: usize>(
+    unsafe fn write_values<A: Arithmetic, F: Float, const W: usize>(
         &self,
-        first: usize,
+        first_row: usize,
         sums: &[[A::Sum; W]],
-        worth: &[f32; W],
+        vertex_scales: &[f32; W],
         out: &mut [[f32; W]],
     ) {
-        let edge = self.is_edge();
-        for (row, (out, sums)) in (first..).zip(out.iter_mut().zip(sums)) {
+        let is_input_layer = self.is_input_layer();
+        for (row, (out, sums)) in (first_row..).zip(out.iter_mut().zip(sums)) {
             for lane in (0..W).step_by(2 * F::LANES) {
-                // SAFETY: the caller's promise; `lane` is a multiple of two registers, whose lanes `out` has.
+                // SAFETY: the caller's promise; `lane` is a multiple of two registers, whose lanes
+                // `out` has.
                 unsafe {
-                    let outputs = match edge {
-                        true => self.outputs::<A, F, W, true>(row, sums, worth, lane),
-                        false => self.outputs::<A, F, W, false>(row, sums, worth, lane),
+                    let outputs = match is_input_layer {
+                        true => self.outputs::<A, F, W, true>(row, sums, vertex_scales, lane),
+                        false => self.outputs::<A, F, W, false>(row, sums, vertex_scales, lane),
                     };
                     outputs[0].store(out.as_mut_ptr().add(lane));
                     outputs[1].store(out.as_mut_ptr().add(lane + F::LANES));
@@ -218,32 +258,33 @@ impl Finish<'_> {
         }
     }
 
-    /// The same as words of bf16 for the next layer, of two outputs each.
+    /// Writes the outputs from `first_row` on as words of two bf16 each.
     ///
     /// # Safety
-    /// As [`rows`](Self::rows).
+    /// The machine has the instructions of `F`.
     #[inline(always)]
-    unsafe fn words<A: Arithmetic, F: Float, const W: usize>(
+    unsafe fn write_words<A: Arithmetic, F: Float, const W: usize>(
         &self,
-        first: usize,
+        first_row: usize,
         sums: &[[A::Sum; W]],
-        worth: &[f32; W],
+        vertex_scales: &[f32; W],
         words: &mut [[u32; W]],
     ) {
-        let edge = self.is_edge();
-        let rows = (first..).step_by(2).zip(sums.as_chunks::<2>().0);
+        let is_input_layer = self.is_input_layer();
+        let rows = (first_row..).step_by(2).zip(sums.as_chunks::<2>().0);
         for ((row, [low, high]), words) in rows.zip(words) {
             for lane in (0..W).step_by(2 * F::LANES) {
-                // SAFETY: the caller's promise; `lane` is a multiple of two registers, whose lanes `words` has.
+                // SAFETY: the caller's promise; `lane` is a multiple of two registers, whose lanes
+                // `words` has.
                 unsafe {
-                    let [low, high] = match edge {
+                    let [low, high] = match is_input_layer {
                         true => [
-                            self.outputs::<A, F, W, true>(row, low, worth, lane),
-                            self.outputs::<A, F, W, true>(row + 1, high, worth, lane),
+                            self.outputs::<A, F, W, true>(row, low, vertex_scales, lane),
+                            self.outputs::<A, F, W, true>(row + 1, high, vertex_scales, lane),
                         ],
                         false => [
-                            self.outputs::<A, F, W, false>(row, low, worth, lane),
-                            self.outputs::<A, F, W, false>(row + 1, high, worth, lane),
+                            self.outputs::<A, F, W, false>(row, low, vertex_scales, lane),
+                            self.outputs::<A, F, W, false>(row + 1, high, vertex_scales, lane),
                         ],
                     };
                     let words = words.as_mut_ptr().add(lane);
@@ -254,16 +295,18 @@ impl Finish<'_> {
         }
     }
 
-    /// Two registers of one output from `lane` on. `EDGE`: of a layer that reads inputs of vertices, or no activations.
+    /// Returns two registers of one output, for the vertices from `lane` on.
+    ///
+    /// `INPUT_LAYER` is the result of [`is_input_layer`](Self::is_input_layer).
     ///
     /// # Safety
-    /// As [`rows`](Self::rows); `lane` is a multiple of the lanes of two registers.
+    /// The machine has the instructions of `F`; `lane` is a multiple of the lanes of two registers.
     #[inline(always)]
-    unsafe fn outputs<A: Arithmetic, F: Float, const W: usize, const EDGE: bool>(
+    unsafe fn outputs<A: Arithmetic, F: Float, const W: usize, const INPUT_LAYER: bool>(
         &self,
         row: usize,
         sums: &[A::Sum; W],
-        worth: &[f32; W],
+        vertex_scales: &[f32; W],
         lane: usize,
     ) -> [F; 2] {
         const { assert!(W.is_multiple_of(2 * F::LANES)) };
@@ -271,44 +314,50 @@ impl Finish<'_> {
         unsafe {
             let bias = F::splat(self.bias[row]);
             let mut y = [bias, bias];
-            if !EDGE || self.layer.groups > 0 {
-                let unit = self.layer.units[row];
-                y[0] = y[0].add(Self::sum::<A, F, W>(sums, worth, unit, lane));
-                y[1] = y[1].add(Self::sum::<A, F, W>(sums, worth, unit, lane + F::LANES));
+            // The first layer reads no activations, and then nobody has written sums.
+            if !INPUT_LAYER || self.layer.groups > 0 {
+                let row_scale = self.layer.row_scales[row];
+                y[0] = y[0].add(Self::sum::<A, F, W>(sums, vertex_scales, row_scale, lane));
+                y[1] = y[1].add(Self::sum::<A, F, W>(
+                    sums,
+                    vertex_scales,
+                    row_scale,
+                    lane + F::LANES,
+                ));
             }
-            if EDGE {
+            if INPUT_LAYER {
                 let count = self.layer.point_inputs;
-                let points = &self.layer.points[row * count..][..count];
-                for (&w, x) in points.iter().zip(self.inputs.channels) {
-                    let x = &x[self.inputs.first + lane..][..2 * F::LANES];
+                let weights = &self.layer.point_weights[row * count..][..count];
+                for (&w, x) in weights.iter().zip(self.inputs.channels) {
+                    let x = &x[self.inputs.first_vertex + lane..][..2 * F::LANES];
                     let w = F::splat(w);
                     y[0] = y[0].add(w.mul(F::load(x.as_ptr())));
                     y[1] = y[1].add(w.mul(F::load(x.as_ptr().add(F::LANES))));
                 }
             }
             match self.kind {
-                Layer::Hidden | Layer::LastHidden => [y[0].relu(), y[1].relu()],
-                Layer::Last => y,
+                LayerKind::Hidden | LayerKind::LastHidden => [y[0].relu(), y[1].relu()],
+                LayerKind::Last => y,
             }
         }
     }
 
-    /// In units of the layer's outputs.
+    /// Loads sums as f32 and multiplies them by the scales of weights and activations.
     ///
     /// # Safety
-    /// As [`rows`](Self::rows); `lane..lane + LANES` lies within the arrays.
+    /// The machine has the instructions of `F`; `lane..lane + LANES` lies within the arrays.
     #[inline(always)]
     unsafe fn sum<A: Arithmetic, F: Float, const W: usize>(
         sums: &[A::Sum; W],
-        worth: &[f32; W],
-        unit: f32,
+        vertex_scales: &[f32; W],
+        row_scale: f32,
         lane: usize,
     ) -> F {
         // SAFETY: the caller's promise.
         unsafe {
             let sum = A::load::<F>(sums.as_ptr().add(lane));
             match A::RANGE {
-                Some(_) => sum.mul(F::splat(unit).mul(F::load(worth.as_ptr().add(lane)))),
+                Some(_) => sum.mul(F::splat(row_scale).mul(F::load(vertex_scales.as_ptr().add(lane)))),
                 None => sum,
             }
         }

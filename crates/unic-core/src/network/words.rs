@@ -1,4 +1,4 @@
-//! Products of 32-bit words: one number of f32, two of 16 bits or four of 8 bits.
+//! Products of 32-bit words in vector registers: one f32, two 16-bit or four 8-bit numbers a word.
 
 #[cfg(target_arch = "aarch64")]
 pub(super) mod neon;
@@ -7,37 +7,38 @@ pub(super) mod simd128;
 #[cfg(target_arch = "x86_64")]
 pub(super) mod x86;
 
-use super::{
-    arithmetic::{Arithmetic, Bf16, F32, Int8, Int16},
-    float::Float,
-};
+use super::arithmetic::{Arithmetic, Bf16, F32, Int8, Int16};
+use crate::simd::Float;
 
-/// A register's worth of words, one a vertex, and how their products are summed.
+/// Products of a register of words, one word a vertex, and their sums.
 ///
 /// # Safety
 /// Callers run on a machine that has the instructions of the implementing type, and pointers are
 /// valid for `LANES` words.
-pub(super) trait Dot {
+pub(super) trait WordProducts {
+    /// Number format of the words.
     type Arithmetic: Arithmetic;
+    /// Register of sums.
     type Sum: Copy;
-    /// Words in the form that products are taken of.
+    /// Words as they are multiplied, split into their numbers where the instruction needs it.
     type Words: Copy;
-    /// f32 on the same instructions.
+    /// Register of f32 on the same instructions.
     type Float: Float;
+    /// Words in a register.
     const LANES: usize;
     unsafe fn zero() -> Self::Sum;
     unsafe fn load(from: *const u32) -> Self::Words;
     unsafe fn splat(word: u32) -> Self::Words;
-    /// sum + Σ over the numbers of a word, weight · activation.
+    /// Returns `sum` + Σ weight · activation over the numbers of each word.
     unsafe fn add(sum: Self::Sum, weights: Self::Words, activations: Self::Words) -> Self::Sum;
     unsafe fn store(sum: Self::Sum, to: *mut u32);
-    /// Asks for a line of memory; never faults.
+    /// Prefetches a cache line; never faults, so that the address may lie beyond the buffer.
     unsafe fn prefetch(_: *const u32) {}
 }
 
-/// `dot!(Type<Arithmetic>, lanes of Float, sums: zero, words: |from| load, |word| splat,
-/// |sum, weights, activations| add, |sum, to| store)`
-macro_rules! dot {
+/// Implements [`WordProducts`]: `word_products!(Type<Arithmetic>, lanes of Float, sums: zero,
+/// words: |from| load, |word| splat, |sum, weights, activations| add, |sum, to| store)`.
+macro_rules! word_products {
     ($name:ident<$arithmetic:ty>, $lanes:tt of $float:ty, $sum:ty: $zero:expr,
      $words:ty: |$from:ident| $load:expr, |$word:ident| $splat:expr,
      |$s:ident, $w:ident, $x:ident| $add:expr, |$total:ident, $to:ident| $store:expr
@@ -49,7 +50,7 @@ macro_rules! dot {
             unused_unsafe,
             reason = "one contract for all, stated above; where a target always has the instructions, not all need it"
         )]
-        impl Dot for $name<$arithmetic> {
+        impl WordProducts for $name<$arithmetic> {
             type Arithmetic = $arithmetic;
             type Sum = $sum;
             type Words = $words;
@@ -82,29 +83,32 @@ macro_rules! dot {
         }
     };
 }
-use dot;
+use word_products;
 
-/// Eight lanes of plain loops, products rounded before they are added.
+/// Products in plain loops over eight lanes, for any processor. Products are rounded before they
+/// are added.
 pub(super) struct Plain<A>(A);
 
-const PLAIN: usize = 8;
+const PLAIN_LANES: usize = 8;
 
 macro_rules! plain {
     ($arithmetic:ty, $sum:ty, |$total:ident, $weight:ident, $activation:ident| $add:expr) => {
-        dot!(
-            Plain<$arithmetic>, PLAIN of [f32; PLAIN], [$sum; PLAIN]: [<$sum>::default(); PLAIN],
-            [u32; PLAIN]: |from| from.cast::<[u32; PLAIN]>().read_unaligned(),
-            |word| [word; PLAIN],
+        word_products!(
+            Plain<$arithmetic>, PLAIN_LANES of [f32; PLAIN_LANES],
+            [$sum; PLAIN_LANES]: [<$sum>::default(); PLAIN_LANES],
+            [u32; PLAIN_LANES]: |from| from.cast::<[u32; PLAIN_LANES]>().read_unaligned(),
+            |word| [word; PLAIN_LANES],
             |s, w, x| std::array::from_fn(|i| {
                 let ($total, $weight, $activation) = (s[i], w[i], x[i]);
                 $add
             }),
-            |sum, to| to.cast::<[$sum; PLAIN]>().write_unaligned(sum)
+            |sum, to| to.cast::<[$sum; PLAIN_LANES]>().write_unaligned(sum)
         );
     };
 }
 
 plain!(F32, f32, |sum, w, x| sum + f32::from_bits(w) * f32::from_bits(x));
+// A bf16 number is the upper half of an f32.
 plain!(Bf16, f32, |sum, w, x| {
     let high = |word: u32| f32::from_bits(word & 0xFFFF_0000);
     let low = |word: u32| f32::from_bits(word << 16);
@@ -116,6 +120,7 @@ plain!(Int16, i32, |sum, w, x| {
     sum.wrapping_add(low(w).wrapping_mul(low(x)))
         .wrapping_add(high(w).wrapping_mul(high(x)))
 });
+// The shift to the left and back extends the sign of a weight; activations have none.
 plain!(Int8, i32, |sum, w, x| {
     let product = |k: u32| ((w << (24 - 8 * k)) as i32 >> 24).wrapping_mul(((x >> (8 * k)) & 0xFF) as i32);
     (0..4).fold(sum, |sum, k| sum.wrapping_add(product(k)))

@@ -2,47 +2,47 @@
 
 use thiserror::Error;
 
-/// What is wrong with a skeleton's description.
+/// Error of a skeleton's description that is not valid.
 #[derive(Debug, Error, PartialEq)]
 pub enum SkeletonError {
-    /// Arrays that should have one entry a joint differ in length.
+    /// Array that does not have one entry for each joint.
     #[error("skeleton: expected {expected} {what} (one a joint), found {found}")]
     Length {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
         /// Number of joints.
         expected: usize,
-        /// Entries found.
+        /// Number of entries of the array.
         found: usize,
     },
-    /// No root, or more than one.
+    /// Number of roots that is not one.
     #[error("skeleton: expected one root joint (parent -1), found {found}")]
     Roots {
-        /// Joints without a parent.
+        /// Number of joints without a parent.
         found: usize,
     },
-    /// A parent index outside the skeleton.
+    /// Parent index beyond the joints.
     #[error("skeleton: parent {parent} of joint {joint} is not among the {joints} joints")]
     Parent {
-        /// Joint whose parent is wrong.
+        /// Index of the joint.
         joint: usize,
-        /// The index found.
+        /// Index of its parent.
         parent: i64,
         /// Number of joints.
         joints: usize,
     },
-    /// Joints that no path connects to the root.
+    /// Cycle of parents: joints that no path connects to the root.
     #[error("skeleton: joint {joint} is on a cycle of parents")]
     Cycle {
-        /// One joint on it.
+        /// Index of one joint without a path to the root.
         joint: usize,
     },
-    /// NaN or infinity.
+    /// Number that is NaN or infinite.
     #[error("skeleton: {what} of joint {joint} is not finite")]
     NotFinite {
-        /// Which array.
+        /// Name of the value.
         what: &'static str,
-        /// The joint.
+        /// Index of the joint.
         joint: usize,
     },
 }

@@ -1,4 +1,4 @@
-//! Names of joints.
+//! Names and parents of SMPL's joints.
 
 /// Joint names in SMPL's order.
 pub const SMPL_JOINT_NAMES: [&str; 24] = [
@@ -28,13 +28,14 @@ pub const SMPL_JOINT_NAMES: [&str; 24] = [
     "R_hand",
 ];
 
-/// Parents of [`SMPL_JOINT_NAMES`], as [`SkeletonParts`](super::SkeletonParts) has them: -1 for the root.
+/// Parent of each of [`SMPL_JOINT_NAMES`], in the form of
+/// [`SkeletonParts::parents`](super::SkeletonParts::parents).
 pub const SMPL_PARENTS: [i64; 24] = [
     -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
 ];
 
-/// The names given, or those that a skeleton of `count` joints has without.
-pub(super) fn named(names: Vec<String>, count: usize) -> Vec<String> {
+/// Returns the given names, or default names for `count` joints if there are none.
+pub(super) fn names_or_default(names: Vec<String>, count: usize) -> Vec<String> {
     if !names.is_empty() {
         return names;
     }

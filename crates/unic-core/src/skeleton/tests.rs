@@ -1,4 +1,5 @@
-//! Contract: forward kinematics, whatever the bind pose and the order of joints; no tree, no skeleton.
+//! Contract: forward kinematics is right for every bind pose and order of joints, and a description
+//! that is not a tree is refused.
 
 use super::*;
 use std::f32::consts::FRAC_PI_2;
@@ -14,7 +15,7 @@ fn arm(rest_pose: Vec<Vec3>) -> Skeleton {
 }
 
 #[test]
-fn a_bent_elbow_lifts_the_hand() {
+fn a_bent_elbow_moves_the_hand() {
     let skeleton = arm(vec![]);
     let mut pose = skeleton.bind_pose();
     pose.trans = Vec3::Y;
@@ -38,8 +39,8 @@ fn the_bind_pose_moves_nothing_even_when_it_is_not_zero() {
 }
 
 #[test]
-fn a_rest_pose_is_taken_away_before_the_pose_is_applied() {
-    // The bind pose has the elbow bent by 90°; pose zero must therefore straighten it.
+fn the_rest_pose_is_removed_before_the_pose_is_applied() {
+    // The bind pose has the elbow bent by 90°, so pose zero straightens it.
     let skeleton = Skeleton::new(SkeletonParts {
         parents: vec![-1, 0, 1],
         joints: vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0)],
@@ -54,7 +55,7 @@ fn a_rest_pose_is_taken_away_before_the_pose_is_applied() {
 }
 
 #[test]
-fn children_may_stand_before_their_parents() {
+fn children_may_precede_their_parents() {
     let skeleton = Skeleton::new(SkeletonParts {
         parents: vec![2, 0, -1],
         joints: vec![Vec3::X, Vec3::X * 2.0, Vec3::ZERO],
@@ -69,7 +70,7 @@ fn children_may_stand_before_their_parents() {
 }
 
 #[test]
-fn descriptions_that_are_no_tree_are_refused() {
+fn descriptions_that_are_not_a_tree_are_refused() {
     let skeleton = |parents: Vec<i64>| {
         Skeleton::new(SkeletonParts {
             joints: vec![Vec3::ZERO; parents.len()],

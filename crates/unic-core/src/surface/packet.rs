@@ -1,20 +1,21 @@
-//! Closest faces for many points at once.
+//! Closest-face queries for a packet of neighbouring points.
 
-use super::{Among, Surface};
-use crate::bvh::Packet;
+use super::{FaceFilter, Surface};
+use crate::aabb_tree::Packet;
 use glam::Vec3;
 
 impl Surface {
-    /// The closest face to each of a packet of points among those that count, if it is at most `radius` metres
-    /// away; sooner when `seeds` are some of them near it.
+    /// Finds the face closest to each of a packet of points among those that the filter accepts, if
+    /// it is at most `radius` metres away.
     ///
-    /// The same faces as [`Surface::closest_among`] finds, to the bit of their distances.
+    /// `seeds` near the answers shorten the search. The faces are those that
+    /// [`Surface::closest_among`] finds, and their distances have the same bits.
     pub(crate) fn closest_of_packet(
         &self,
         points: &[Vec3],
         radius: f32,
         seeds: &[u32],
-        among: Among<impl Fn(u32) -> bool>,
+        filter: FaceFilter<impl Fn(u32) -> bool>,
     ) -> Packet {
         let mut packet = Packet::new(self.instructions, points, radius * radius);
         self.instructions.run(
@@ -25,16 +26,16 @@ impl Surface {
                         continue;
                     }
                     if let Some(&triangle) = self.triangle_of_face.get(seed as usize) {
-                        self.meet(&mut packet, triangle as usize, &among);
+                        self.test_triangle(&mut packet, triangle as usize, &filter);
                     }
                 }
-                self.tree.nearest_of_packet(
+                self.tree.visit_nearest_of_packet(
                     &mut packet,
-                    among.marks,
+                    filter.groups,
                     #[inline(always)]
                     |triangles, packet| {
                         for &triangle in triangles {
-                            self.meet(packet, triangle as usize, &among);
+                            self.test_triangle(packet, triangle as usize, &filter);
                         }
                     },
                 );
@@ -43,11 +44,12 @@ impl Surface {
         packet
     }
 
+    /// Tests one triangle, if the filter accepts it, against all points of a packet.
     #[inline(always)]
-    fn meet(&self, packet: &mut Packet, triangle: usize, among: &Among<impl Fn(u32) -> bool>) {
-        if self.bears(triangle, among.marks) {
+    fn test_triangle(&self, packet: &mut Packet, triangle: usize, filter: &FaceFilter<impl Fn(u32) -> bool>) {
+        if self.is_in_groups(triangle, filter.groups) {
             let face = self.face_of_triangle[triangle];
-            packet.meet(face, &self.triangles[triangle], || (among.counts)(face));
+            packet.test_triangle(face, &self.triangles[triangle], || (filter.accepts)(face));
         }
     }
 }
@@ -56,10 +58,10 @@ impl Surface {
 mod tests {
     use super::*;
     use crate::{
-        bvh::{LANES, Marks},
+        aabb_tree::{GroupMask, LANES},
         mesh::TriMesh,
-        network::{Instructions, Precision},
-        shapes::point,
+        simd::Instructions,
+        test_meshes::point,
     };
     use proptest::{collection::vec, prelude::*};
 
@@ -72,25 +74,25 @@ mod tests {
             let count = corners.len() as u32 / 3;
             let faces = (0..count).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]);
             let mut surface = Surface::build(&TriMesh::new(corners, faces.collect()).unwrap());
-            let counts = |face: u32| !face.is_multiple_of(5);
-            surface.mark(|face| Marks(1 << (face % 7)));
-            for instructions in Instructions::available(Precision::F32) {
+            let accepts = |face: u32| !face.is_multiple_of(5);
+            surface.set_groups(|face| GroupMask(1 << (face % 7)));
+            for instructions in Instructions::available() {
                 surface.instructions = instructions;
-                let packet = surface.closest_of_packet(&points, radius, &[seed], Among::new(counts));
+                let packet = surface.closest_of_packet(&points, radius, &[seed], FaceFilter::new(accepts));
                 for (lane, &p) in points.iter().enumerate() {
-                    let alone = surface.closest_among(p, radius, u32::MAX, counts);
+                    let alone = surface.closest_among(p, radius, u32::MAX, accepts);
                     let together = surface.point_on(packet.item[lane], p);
                     prop_assert_eq!(alone, together, "{:?}, lane {}", instructions, lane);
                     let distance = alone.map_or(radius, |hit| hit.distance);
                     prop_assert!((packet.squared[lane].sqrt() - distance).abs() < 1e-6);
                 }
-                // Those of two marks, named by their marks and by looking at every face.
-                let counts = |face: u32| matches!(face % 7, 2 | 5);
-                let marked = Among { marks: Marks(1 << 2 | 1 << 5), counts };
-                let packet = surface.closest_of_packet(&points, radius, &[seed], marked);
+                // The faces of two groups, by a mask and by a predicate.
+                let accepts = |face: u32| matches!(face % 7, 2 | 5);
+                let filter = FaceFilter { groups: GroupMask(1 << 2 | 1 << 5), accepts };
+                let packet = surface.closest_of_packet(&points, radius, &[seed], filter);
                 for (lane, &p) in points.iter().enumerate() {
-                    let expected = surface.closest_among(p, radius, u32::MAX, counts);
-                    prop_assert_eq!(surface.closest_marked(p, radius, u32::MAX, marked), expected);
+                    let expected = surface.closest_among(p, radius, u32::MAX, accepts);
+                    prop_assert_eq!(surface.closest_filtered(p, radius, u32::MAX, filter), expected);
                     prop_assert_eq!(surface.point_on(packet.item[lane], p), expected);
                 }
             }
@@ -102,7 +104,8 @@ mod tests {
         let triangle = TriMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();
         let surface = Surface::build(&triangle);
         let points = [Vec3::NAN, Vec3::Z, Vec3::INFINITY];
-        let packet = surface.closest_of_packet(&points, f32::INFINITY, &[u32::MAX, 0], Among::new(|_| true));
+        let packet =
+            surface.closest_of_packet(&points, f32::INFINITY, &[u32::MAX, 0], FaceFilter::new(|_| true));
         assert_eq!(packet.item[..4], [u32::MAX, 0, u32::MAX, u32::MAX]);
     }
 }

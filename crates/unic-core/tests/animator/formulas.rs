@@ -1,14 +1,14 @@
-//! A step is the documented formulas, in any place and on any mesh of the garment.
+//! Formulas: a step agrees with the reference, anywhere in the world and on any mesh of the garment.
 
 use super::*;
 
-/// Positions after a step by the formulas, metres.
+/// Steps the reference and returns its positions, metres.
 fn expected(reference: &mut Reference, input: &StepInput) -> Vec<Vec3> {
     reference.step(input).iter().map(|p| p.as_vec3()).collect()
 }
 
 #[test]
-fn a_step_is_the_documented_formulas() {
+fn a_step_agrees_with_the_documented_formulas() {
     let poses = motion(21);
     for variant in variants() {
         let model = model(&variant);
@@ -30,7 +30,7 @@ fn a_step_is_the_documented_formulas() {
         }
         assert!(
             moved > 0.02,
-            "{}: a garment that hardly moves tests nothing: {moved} m",
+            "{}: the garment moves too little for a test: {moved} m",
             variant.name
         );
         let limit_counts = variant.name == "short limit";
@@ -43,7 +43,7 @@ fn a_step_is_the_documented_formulas() {
 }
 
 #[test]
-fn teacher_forcing_sees_given_positions_alone() {
+fn a_step_after_set_garment_depends_on_the_given_positions() {
     let poses = motion(12);
     for variant in variants() {
         let model = model(&variant);
@@ -72,9 +72,9 @@ fn teacher_forcing_sees_given_positions_alone() {
     }
 }
 
-/// A garment that is carried through the world with its character leaves the same states.
+/// Root-relative states are the same when character and garment travel through the world.
 #[test]
-fn the_distance_travelled_is_in_no_state() {
+fn root_relative_states_do_not_contain_the_distance_travelled() {
     let poses = motion(12);
     let by = |t: usize| Vec3::new(0.3, 0.05, -0.2) * t as f32;
     let far: Vec<Pose> = (poses.iter().enumerate())
@@ -107,8 +107,8 @@ fn the_distance_travelled_is_in_no_state() {
 }
 
 #[test]
-fn noise_on_the_code_repeats_with_its_seed_and_is_off_at_scale_zero() {
-    use unic_core::network::CodeSampling::{Gumbel, Largest};
+fn noise_on_the_code_depends_on_its_seed_and_vanishes_at_scale_zero() {
+    use unic_core::CodeSampling::{Gumbel, Largest};
     let (poses, model) = (motion(12), model(&variant("one-hot code")));
     let run = |sampling| {
         let mut animator = Animator::new(Arc::clone(&model));
@@ -120,7 +120,7 @@ fn noise_on_the_code_repeats_with_its_seed_and_is_off_at_scale_zero() {
     assert_ne!(run(noisy), run(Gumbel { scale: 1.0, seed: 5 }));
     assert_ne!(run(noisy), run(Largest));
     assert_eq!(run(Gumbel { scale: 0.0, seed: 4 }), run(Largest));
-    // A saved state goes on with the noise of its own ticks.
+    // A restored state continues with the noise of its own ticks.
     let mut whole = Animator::new(Arc::clone(&model));
     whole.set_code_sampling(noisy);
     whole.reset(&input(&poses, 0), Start::MeanShape).unwrap();
@@ -138,7 +138,7 @@ fn noise_on_the_code_repeats_with_its_seed_and_is_off_at_scale_zero() {
 }
 
 #[test]
-fn a_mask_of_zero_is_skinning_and_a_mask_of_one_is_the_model() {
+fn a_mask_of_zero_gives_skinning_and_a_mask_of_one_the_model() {
     let (poses, whole) = (motion(20), model(&variant("second order")));
     let graded: Vec<f32> = (0..whole.vertex_count())
         .map(|v| [0.0, 1.0, 0.4][v % 3])
@@ -198,7 +198,7 @@ fn wind_moves_the_garment() {
     }
 }
 
-/// The whole motion turned about the vertical and moved sideways.
+/// Turns a motion about the vertical and moves it horizontally.
 fn moved(poses: &[Pose], root: Vec3, yaw: f32, by: Vec3) -> Vec<Pose> {
     let turn = Quat::from_rotation_y(yaw);
     let pose = |pose: &Pose| {
@@ -211,7 +211,7 @@ fn moved(poses: &[Pose], root: Vec3, yaw: f32, by: Vec3) -> Vec<Pose> {
 }
 
 #[test]
-fn the_garment_moves_along_when_the_world_is_turned_and_shifted() {
+fn the_garment_is_equivariant_to_turns_about_the_vertical_and_translation() {
     let poses = motion(40);
     for variant in variants() {
         let model = model(&variant);
@@ -248,7 +248,7 @@ fn another_mesh_of_the_same_garment_moves_the_same_way() {
         let rest = model.garment().rest.clone();
         let own = run(&mut Animator::new(Arc::clone(&model)), &poses);
         let same = Arc::new(model.with_mesh(rest.clone()).unwrap());
-        let (finer, parents) = subdivided(&rest);
+        let Subdivided { mesh: finer, parents } = subdivided(&rest);
         let finer = Arc::new(model.with_mesh(finer).unwrap());
         assert_eq!(finer.vertex_count(), parents.len());
         let same = run(&mut Animator::new(same), &poses);

@@ -1,4 +1,4 @@
-//! Intersections are handled in the shown positions and, where that is asked for, in the state.
+//! Intersection handling: of the shown positions and, if the mode corrects it, of the state.
 
 use super::*;
 
@@ -10,7 +10,7 @@ fn posed_body(animator: &Animator) -> BodySnapshot {
 }
 
 #[test]
-fn paper_mode_leaves_no_vertex_inside_and_enters_the_state() {
+fn paper_mode_leaves_no_vertex_inside_and_corrects_the_state() {
     let rule = PaperIntersection { relaxation_m: 0.005 };
     let poses = motion(15);
     for name in ["position in the heading frame", "second order", "pose only"] {
@@ -72,7 +72,7 @@ fn robust_mode_shows_no_vertex_inside() {
                 None,
                 "{name}, {corrects:?}, frame {t}"
             );
-            // The state behind what is shown.
+            // The positions of the state, without corrections for display.
             let kept = bare.restore(animator.state().clone()).unwrap().positions.to_vec();
             match corrects {
                 Corrects::Display => assert_eq!(kept, left, "{name}, frame {t}"),

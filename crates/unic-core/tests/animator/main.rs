@@ -1,12 +1,12 @@
-//! The animator's contract: a step is the documented formulas, states continue to the byte, inputs
-//! that do not belong are refused and change nothing, and no motion drives a displacement away.
+//! Contract of the animator: a step computes the documented formulas, restored states continue with
+//! the same bytes, unusable inputs are refused and change nothing, and displacements stay bounded.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
 mod bounds;
 #[path = "../common/mod.rs"]
 mod common;
-mod display;
+
 mod formulas;
 mod handling;
 #[path = "../common/reference.rs"]
@@ -14,6 +14,7 @@ mod reference;
 mod refusals;
 mod states;
 mod threads;
+mod tick_interpolator;
 
 use common::*;
 use glam::{Quat, Vec3};
@@ -23,19 +24,17 @@ use std::sync::{
     atomic::{AtomicU64, AtomicUsize, Ordering},
 };
 use unic_core::{
-    animator::{Animator, AnimatorError, AnimatorState, Display, Start, StepInput},
-    config::{Corrects, IntersectionMode, StateConfig},
+    Animator, AnimatorError, AnimatorState, Corrects, IntersectionMode, Model, Pose, Precision, Start,
+    StepInput, Threads, TickInterpolator,
+    config::StateConfig,
     intersection::{BodySnapshot, PaperIntersection},
-    model::Model,
-    network::Precision,
-    parallel::{Serial, Threads},
-    skeleton::Pose,
-    subdivide::subdivided,
+    parallel::Serial,
+    subdivide::{Subdivided, subdivided},
     surface::Surface,
 };
 
-/// Positions of the animator against the reference, metres: rounding of positions near 1 m, carried
-/// on by networks that do not shrink it.
+/// Largest distance from the reference, metres: the rounding of positions near 1 m, which the networks
+/// pass on without shrinking it.
 const TOLERANCE: f64 = 5e-5;
 
 /// Every way to handle intersections.
@@ -53,7 +52,7 @@ const fn robust(corrects: Corrects) -> IntersectionMode {
     }
 }
 
-/// The garment's rest shape where the skeleton carries it.
+/// Skins the garment's rest shape to a pose.
 fn skinned(model: &Model, pose: &Pose) -> Vec<Vec3> {
     let (mut joints, mut transforms, mut positions) = (vec![], vec![], vec![]);
     let skeleton = &model.character().skeleton;
@@ -64,7 +63,7 @@ fn skinned(model: &Model, pose: &Pose) -> Vec<Vec3> {
     positions
 }
 
-/// A garment that hangs 9 cm too far in.
+/// A garment whose mean displacement is 9 cm inwards, so that it intersects the body.
 fn tight(name: &str) -> Arc<Model> {
     let mut parts = parts(&variant(name));
     let inwards = |v: &Vec3| -v.with_y(0.0).normalize() * 0.09;

@@ -1,9 +1,9 @@
-//! What does not belong is refused and changes nothing.
+//! Refusals: unusable inputs, states and masks are errors and change nothing.
 
 use super::*;
 
 #[test]
-fn a_mask_that_is_none_is_refused() {
+fn unusable_masks_are_refused() {
     let whole = model(&variant("second order"));
     let count = whole.vertex_count();
     for mask in [
@@ -27,7 +27,7 @@ fn a_mask_that_is_none_is_refused() {
 }
 
 #[test]
-fn what_does_not_belong_is_refused_and_changes_nothing() {
+fn unusable_inputs_are_refused_and_change_nothing() {
     let (poses, model) = (motion(6), model(&variant("second order")));
     let mut animator = Animator::new(Arc::clone(&model));
     let expected = run(&mut animator, &poses);
@@ -108,7 +108,7 @@ fn what_does_not_belong_is_refused_and_changes_nothing() {
             error
         );
     }
-    let mesh = subdivided(&model.garment().rest).0;
+    let mesh = subdivided(&model.garment().rest).mesh;
     let foreign = Animator::new(Arc::new(model.with_mesh(mesh).unwrap()))
         .state()
         .clone();

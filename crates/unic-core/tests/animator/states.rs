@@ -1,9 +1,9 @@
-//! States continue to the byte, and starts keep what they are given.
+//! States: restored ones continue with the same bytes, and starts reproduce given positions.
 
 use super::*;
 
 #[test]
-fn a_reset_forgets_everything() {
+fn a_reset_discards_the_state() {
     let poses = motion(10);
     for variant in variants() {
         let mut animator = Animator::new(model(&variant));
@@ -15,17 +15,17 @@ fn a_reset_forgets_everything() {
 }
 
 #[test]
-fn a_saved_state_continues_to_the_byte() {
+fn a_restored_state_continues_with_the_same_bytes() {
     let poses = motion(10);
     for variant in variants() {
         let model = model(&variant);
-        // Before the first step too: the start is completed by it.
+        // A cut at 0 is before the first step, which completes the start.
         for cut in [0, 1, 2, 5] {
             let mut animator = Animator::new(Arc::clone(&model));
             run(&mut animator, &poses[..=cut]);
             let saved = serde_json::to_string(animator.state()).unwrap();
             let at_cut = bits(animator.garment());
-            let go_on = |animator: &mut Animator| -> Vec<_> {
+            let finish = |animator: &mut Animator| -> Vec<_> {
                 (cut + 1..poses.len())
                     .map(|t| {
                         animator.step(&input(&poses, t)).unwrap();
@@ -33,12 +33,12 @@ fn a_saved_state_continues_to_the_byte() {
                     })
                     .collect()
             };
-            let expected = go_on(&mut animator);
+            let expected = finish(&mut animator);
             let state: AnimatorState = serde_json::from_str(&saved).unwrap();
             for mut other in [animator, Animator::new(Arc::clone(&model))] {
                 other.restore(state.clone()).unwrap();
                 assert!(bits(other.garment()) == at_cut, "{}, cut at {cut}", variant.name);
-                assert!(go_on(&mut other) == expected, "{}, cut at {cut}", variant.name);
+                assert!(finish(&mut other) == expected, "{}, cut at {cut}", variant.name);
             }
         }
     }
@@ -64,7 +64,7 @@ fn animators_that_share_a_model_are_independent() {
 }
 
 #[test]
-fn given_positions_are_reproduced_at_the_start_and_stay_when_it_is_completed() {
+fn given_positions_are_reproduced_at_the_start() {
     let poses = motion(6);
     for variant in variants() {
         let model = model(&variant);
@@ -77,7 +77,7 @@ fn given_positions_are_reproduced_at_the_start_and_stay_when_it_is_completed() {
             .map(|v| *v + noise.vector() * 0.05)
             .collect();
         let mut animator = Animator::new(Arc::clone(&model));
-        // A state left over from elsewhere must not shine through.
+        // A reset must not depend on an earlier state.
         run(&mut animator, &poses);
         let found = animator
             .reset(&input(&poses, 0), Start::Positions(&given))
@@ -93,8 +93,8 @@ fn given_positions_are_reproduced_at_the_start_and_stay_when_it_is_completed() {
     }
 }
 
-/// A garment that the field does not move and the decay does not pull keeps the place that it was
-/// given, although the prior of frame 0 is only known at frame 1.
+/// The prior of frame 0 is known at frame 1 only, which changes the states of frame 0. Without a
+/// field and with hardly any decay, this must not move the garment.
 #[test]
 fn completing_the_start_moves_nothing() {
     let poses = motion(3);
@@ -103,7 +103,7 @@ fn completing_the_start_moves_nothing() {
     let StateConfig::Displacement(config) = &mut parts.config.state else {
         unreachable!()
     };
-    // d_1 is d_0 to 1 part in 30,000.
+    // d_1 equals d_0 to 1 part in 30,000.
     config.memory_s = 1000.0;
     let last = parts.field.last_mut().unwrap();
     last.weight.fill(0.0);
@@ -122,7 +122,7 @@ fn completing_the_start_moves_nothing() {
         .map(|p| p.as_vec3())
         .collect();
     assert!(largest_distance(animator.step(&input(&still, 1)).unwrap().positions, &expected) < 1e-5);
-    // The body stands still: frames 0 and 1 have the same pose, the prior the same shape.
+    // In a body that stands still, frames 0 and 1 have the same prior.
     let stand = [poses[0].clone(), poses[0].clone()];
     animator.reset(&input(&stand, 0), Start::MeanShape).unwrap();
     let found = animator.step(&input(&stand, 1)).unwrap().positions;
@@ -130,7 +130,7 @@ fn completing_the_start_moves_nothing() {
 }
 
 #[test]
-fn a_restored_state_shows_what_the_step_showed() {
+fn a_restored_state_shows_the_same_garment() {
     let poses = motion(6);
     for mode in MODES {
         let [mut ahead, mut restored] = [(); 2].map(|()| Animator::new(tight("second order")));

@@ -1,4 +1,4 @@
-//! The same bytes on any number of threads, and nothing allocated.
+//! Threads: the same bytes on any number of them, and no allocation in a step.
 
 use super::*;
 
@@ -42,33 +42,33 @@ fn the_same_inputs_give_the_same_bytes_on_any_number_of_threads() {
     }
 }
 
-/// Threads of an engine: started anew for every run, with what the job allocates on any of them counted and
-/// what they themselves cost left out.
+/// Threads of an engine, started for every run. They count the allocations of the jobs, without those
+/// of starting threads.
 #[derive(Debug)]
 struct Workers {
-    lanes: usize,
+    count: usize,
     runs: AtomicUsize,
     allocations: AtomicU64,
 }
 
 impl Workers {
-    fn new(lanes: usize) -> Self {
+    fn new(count: usize) -> Self {
         Self {
-            lanes,
+            count,
             runs: AtomicUsize::new(0),
             allocations: AtomicU64::new(0),
         }
     }
 
-    fn count(&self, job: &(dyn Fn() + Sync)) {
+    fn run_counted(&self, job: &(dyn Fn() + Sync)) {
         let counted = allocation_counter::measure(job);
         self.allocations.fetch_add(counted.count_total, Ordering::Relaxed);
     }
 }
 
 impl Threads for Workers {
-    fn lanes(&self) -> usize {
-        self.lanes
+    fn thread_count(&self) -> usize {
+        self.count
     }
 
     fn run(&self, jobs: usize, job: &(dyn Fn() + Sync)) {
@@ -76,16 +76,16 @@ impl Threads for Workers {
         allocation_counter::opt_out(|| {
             std::thread::scope(|scope| {
                 for _ in 0..jobs {
-                    scope.spawn(|| self.count(job));
+                    scope.spawn(|| self.run_counted(job));
                 }
             });
         });
     }
 }
 
-/// Neither on the calling thread nor on those that an engine lends.
+/// Neither the calling thread nor the engine's threads allocate.
 #[test]
-fn a_step_allocates_nothing_once_it_is_warm() {
+fn a_step_allocates_nothing_after_the_first_ones() {
     let poses = motion(12);
     let cases = variants()
         .into_iter()
@@ -94,8 +94,8 @@ fn a_step_allocates_nothing_once_it_is_warm() {
         let model = Model::clone(&model(&variant)).with_precision(precision);
         let share = if precision == Precision::Bf16 { 0.5 } else { 1.0 };
         let model = Arc::new(model.with_sampling(share).unwrap());
-        for lanes in [1, 3] {
-            let workers = Arc::new(Workers::new(lanes));
+        for threads in [1, 3] {
+            let workers = Arc::new(Workers::new(threads));
             let mut animator = Animator::new(Arc::clone(&model));
             animator.set_threads(Arc::clone(&workers) as Arc<dyn Threads>);
             animator.set_intersection(mode);
@@ -106,19 +106,18 @@ fn a_step_allocates_nothing_once_it_is_warm() {
                     animator.step(&input(&poses, t)).unwrap();
                 }
             });
-            let lent = workers.allocations.load(Ordering::Relaxed);
-            let counts = (counted.count_total, lent);
-            assert_eq!(counts, (0, 0), "{}, {mode:?}, {lanes} lanes", variant.name);
+            let of_workers = workers.allocations.load(Ordering::Relaxed);
+            let counts = (counted.count_total, of_workers);
+            assert_eq!(counts, (0, 0), "{}, {mode:?}, {threads} threads", variant.name);
             let has_run = workers.runs.load(Ordering::Relaxed) > 0;
-            assert_eq!(has_run, lanes > 1, "{}, {mode:?}", variant.name);
+            assert_eq!(has_run, threads > 1, "{}, {mode:?}", variant.name);
         }
     }
 }
 
-/// The field runs at the samples alone; what it says there and what follows for the others is the same on any
-/// number of threads, and a saved state goes on.
+/// Sampled vertices move as in the full model, and all others are interpolated.
 #[test]
-fn a_sampled_garment_is_the_samples_and_what_follows_from_them() {
+fn a_sampled_garment_agrees_with_the_full_one_at_the_samples() {
     let poses = motion(8);
     for variant in variants() {
         let full = model(&variant);

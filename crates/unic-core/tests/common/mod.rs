@@ -1,4 +1,5 @@
-//! A small random character that wears a tube, random models of every kind for it, and motions.
+//! Test fixtures: a small random character with a tube as its garment, random models of every kind,
+//! and motions.
 
 #![allow(
     dead_code,
@@ -11,49 +12,51 @@ use glam::{Quat, Vec3};
 use std::f32::consts::TAU;
 use std::sync::Arc;
 use unic_core::{
-    animator::{Animator, GarmentFrame, Start, StepInput},
+    Animator, GarmentFrame, Model, Pose, Start, StepInput,
     character::{Character, Garment},
     config::*,
     features::RestBox,
     mesh::TriMesh,
-    model::{About, Model, ModelParts},
+    model::{About, ModelParts},
     motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
     network::Linear,
     prior::Prior,
     recurrence::Recurrence,
-    skeleton::{Pose, Skeleton, SkeletonParts},
+    skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
 
-/// Pelvis, chest, left foot, right foot, head.
+/// Number of joints: pelvis, chest, left foot, right foot, head.
 pub const JOINTS: usize = 5;
+/// Frame rate of models and motions, Hz.
 pub const FPS: f32 = 30.0;
 
-/// What the variants of a model differ in.
+/// Settings in which the variants of a model differ.
 #[derive(Clone, Debug)]
 pub struct Variant {
     pub name: &'static str,
     pub layout: MotionLayout,
     pub velocity: VelocityScheme,
     pub state: StateConfig,
-    /// Shapes of the prior; none is the mean alone, two or more have a recurrence.
-    pub shapes: usize,
-    /// Of the normalised motion vector.
+    /// Number of the prior's principal components. Without any the prior is its mean; with two or
+    /// more it has a recurrence.
+    pub components: usize,
+    /// Limit of the elements of the normalised motion vector.
     pub limit: Option<f32>,
     pub masking: Masking,
     pub code: LatentCode,
 }
 
-/// Whose the garment's vertices are.
+/// Mask of the garment's vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Masking {
-    /// All the model's.
+    /// No mask: the model moves all vertices.
     None,
-    /// From skinning at the lowest ring to the model's at the highest.
+    /// Mask that grows from 0 at the lowest ring to 1 at the highest.
     Graded,
 }
 
-/// Both states, with and without prior shapes, both layouts.
+/// Variants of both states, with and without principal components, in all layouts.
 pub fn variants() -> Vec<Variant> {
     use MotionLayout::{Heading, Paper, PaperRootRelative};
     use PointInput::*;
@@ -66,12 +69,12 @@ pub fn variants() -> Vec<Variant> {
     // The velocity first, and a limit that is often reached.
     let short = displacement(0.05, 0.4, &[Velocity, Displacement, SkinVelocity, Rest]);
     let pose_only = displacement(0.0, 2.0, &[Rest, Up]);
-    let variant = |name, layout, velocity, state, shapes, limit| Variant {
+    let variant = |name, layout, velocity, state, components, limit| Variant {
         name,
         layout,
         velocity,
         state,
-        shapes,
+        components,
         limit,
         masking: Masking::None,
         code: LatentCode::PickedLogit,
@@ -146,7 +149,7 @@ pub fn variant(name: &str) -> Variant {
     variants().into_iter().find(|v| v.name == name).unwrap()
 }
 
-/// A model of a variant with a garment of 13 × 12 vertices: three tiles, the last one part full.
+/// Model of a variant with a garment of 13 × 12 vertices: three tiles, the last one partly full.
 pub fn parts(variant: &Variant) -> ModelParts {
     let config = ModelConfig {
         fps: FPS,
@@ -166,7 +169,7 @@ pub fn parts(variant: &Variant) -> ModelParts {
         intersection: IntersectionMode::Off,
     };
     let garment = tube(13, 12, 0.27);
-    let prior = prior(garment.rest.vertices.len(), variant.shapes);
+    let prior = prior(garment.rest.vertices.len(), variant.components);
     let parts = with_networks(config, garment, prior, variant.limit);
     match variant.masking {
         Masking::None => parts,
@@ -178,13 +181,13 @@ pub fn parts(variant: &Variant) -> ModelParts {
     }
 }
 
-/// 0 at the lowest two rings, 1 at the highest two.
+/// Mask of a tube: 0 at the lowest two rings, 1 at the highest two, linear between.
 pub fn graded(rings: usize, segments: usize) -> Vec<f32> {
     let at = |ring: usize| ((ring as f32 - 1.0) / (rings - 3) as f32).clamp(0.0, 1.0);
     (0..rings * segments).map(|v| at(v / segments)).collect()
 }
 
-/// A model of the sizes in `config`, with random networks.
+/// Model of the sizes in `config`, with random networks.
 pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit: Option<f32>) -> ModelParts {
     let (inputs, points) = (2 * motion_len(JOINTS), config.state.input_len());
     let widths = config.encoder.widths(inputs);
@@ -248,7 +251,7 @@ fn motion_spec(variant: &Variant) -> MotionSpec {
     MotionSpec::new(layout, velocity, [2, 2, 3, 3], &character()).unwrap()
 }
 
-/// Numbers in −1..1 that look random and are the same everywhere (splitmix64).
+/// Generator of pseudo-random numbers in −1..1 that are the same on all machines (splitmix64).
 pub struct Noise(pub u64);
 
 impl Noise {
@@ -265,7 +268,7 @@ impl Noise {
     }
 }
 
-/// Weights whose outputs are about `gain` times as large as the inputs.
+/// Random layer whose outputs are about `gain` times as large as its inputs.
 fn linear(inputs: usize, outputs: usize, gain: f32, seed: u64) -> Linear {
     let mut noise = Noise(seed);
     let spread = gain * (3.0 / inputs as f32).sqrt();
@@ -292,19 +295,22 @@ fn normalisation(limit: Option<f32>) -> Normalisation {
     normalisation
 }
 
-/// A few centimetres of mean displacement and of each shape; a recurrence where there are two or more.
-pub fn prior(vertices: usize, shapes: usize) -> Prior {
+/// Random prior with a few centimetres of mean displacement and of each principal component. With
+/// two or more components it has a recurrence.
+pub fn prior(vertices: usize, components: usize) -> Prior {
     let mut noise = Noise(400);
     let inputs = 2 * motion_len(JOINTS);
     Prior {
         mean: (0..vertices).map(|_| noise.vector() * 0.02).collect(),
-        shapes: (0..vertices * shapes).map(|_| noise.vector() * 0.02).collect(),
-        map: linear(inputs, shapes, 0.7, 401),
-        recurrence: (shapes > 1).then(|| recurrence(inputs, shapes)),
+        map: linear(inputs, components, 0.7, 401),
+        recurrence: (components > 1).then(|| recurrence(inputs, components)),
+        components: (0..vertices * components)
+            .map(|_| noise.vector() * 0.02)
+            .collect(),
     }
 }
 
-/// Five oscillators, from slow to fast, some that hardly forget.
+/// Recurrence of five oscillators, from slow to fast, some of them with little damping.
 fn recurrence(inputs: usize, outputs: usize) -> Recurrence {
     let (oscillators, embedding, hidden) = (5, 7, 6);
     let pole = |k: usize| {
@@ -321,7 +327,8 @@ fn recurrence(inputs: usize, outputs: usize) -> Recurrence {
     }
 }
 
-/// A body of 0.2 m radius around the y axis, from 0.1 to 1.7 m: an ellipsoid, so that it is convex.
+/// Character with a body of 0.2 m radius around the y axis, from 0.1 to 1.7 m: an ellipsoid, so
+/// that it is convex.
 pub fn character() -> Character {
     let (rings, segments) = (15, 16);
     let radius = |height: f32| 0.2 * (1.0 - ((height - 0.9) / 0.8).powi(2)).max(0.0).sqrt();
@@ -344,7 +351,7 @@ pub fn character() -> Character {
     }
 }
 
-/// A garment around the body, open at both ends.
+/// Tube around the body, open at both ends.
 pub fn tube(rings: usize, segments: usize, radius: f32) -> Garment {
     let heights: Vec<f32> = (0..rings)
         .map(|i| 0.5 + 0.8 * i as f32 / (rings - 1) as f32)
@@ -354,7 +361,7 @@ pub fn tube(rings: usize, segments: usize, radius: f32) -> Garment {
     Garment::new(rest, weights)
 }
 
-/// Rings of vertices at the given heights, bottom up, faces outwards.
+/// Surface of revolution: rings of vertices at the given heights, bottom up, with outward faces.
 fn lathe(heights: &[f32], segments: usize, radius: impl Fn(f32) -> f32) -> TriMesh {
     let point = |y: f32, i: usize| {
         let (sine, cosine) = (TAU * i as f32 / segments as f32).sin_cos();
@@ -381,7 +388,7 @@ const JOINT_PLACES: [Vec3; JOINTS] = [
     Vec3::new(0.0, 1.55, 0.01),
 ];
 
-/// With a bind pose that is not zero.
+/// Skeleton with a bind pose that is not zero.
 fn skeleton() -> Skeleton {
     let mut noise = Noise(500);
     Skeleton::new(SkeletonParts {
@@ -393,7 +400,7 @@ fn skeleton() -> Skeleton {
     .unwrap()
 }
 
-/// Smooth in space, two to five joints a vertex.
+/// Skinning weights that are smooth in space, on up to five joints a vertex.
 fn weights(vertices: &[Vec3]) -> SkinningWeights {
     let near = |v: Vec3, joint: Vec3| (-(v - joint).length_squared() / 0.08).exp();
     let rows = vertices.iter().map(|&v| {
@@ -404,7 +411,7 @@ fn weights(vertices: &[Vec3]) -> SkinningWeights {
     SkinningWeights::from_rows(JOINTS, rows).unwrap()
 }
 
-/// Swings of every joint, a walk in a circle, now and then a halt.
+/// Motion in which every joint swings and the character walks in a circle with halts.
 pub fn motion(frames: usize) -> Vec<Pose> {
     let mut noise = Noise(600);
     let swings: Vec<(Vec3, f32)> = (0..JOINTS)
@@ -425,13 +432,13 @@ pub fn motion(frames: usize) -> Vec<Pose> {
     (0..frames).map(pose).collect()
 }
 
-/// Gusts, m/s.
+/// Gusts of wind at frame `t`, m/s.
 pub fn wind(t: usize) -> Vec3 {
     let time = t as f32 / FPS;
     Vec3::new((2.0 * time).sin(), 0.1, 1.5 * (3.0 * time).cos())
 }
 
-/// Frame `t` of a clip; the next pose is given where there is one.
+/// Input of frame `t` of a clip, with the next pose if there is one.
 pub fn input(poses: &[Pose], t: usize) -> StepInput<'_> {
     StepInput {
         pose: &poses[t],
@@ -441,7 +448,8 @@ pub fn input(poses: &[Pose], t: usize) -> StepInput<'_> {
     }
 }
 
-/// Resets to the mean shape at frame 0 and steps through the clip; positions of every frame.
+/// Resets to the mean shape at frame 0, steps through the clip, and returns the positions of every
+/// frame.
 pub fn run(animator: &mut Animator, poses: &[Pose]) -> Vec<Vec<Vec3>> {
     let start = animator
         .reset(&input(poses, 0), Start::MeanShape)
@@ -453,7 +461,7 @@ pub fn run(animator: &mut Animator, poses: &[Pose]) -> Vec<Vec<Vec3>> {
     frames
 }
 
-/// The bits of a frame: equality of these is equality to the byte, NaN and signed zero included.
+/// Bits of a frame's numbers. Comparing them compares NaN and signed zero too.
 pub fn bits(frame: GarmentFrame<'_>) -> Vec<[u32; 3]> {
     let bits = |v: &Vec3| v.to_array().map(f32::to_bits);
     frame.positions.iter().chain(frame.normals).map(bits).collect()

@@ -1,26 +1,25 @@
-//! The documented formulas in f64, one vertex at a time: slow, and independent of the crate but for
-//! the motion vector, whose own tests compare it with matrices.
+//! Reference implementation of the documented formulas in f64, one vertex at a time. It is slow,
+//! and shares only the motion vector with the crate, whose own tests compare it with matrices.
 
 #![allow(unreachable_pub, reason = "a module of test binaries")]
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 use unic_core::{
-    animator::StepInput,
+    Model, Pose, StepInput,
     config::{DisplacementConfig, LatentCode, PointInput, StateConfig},
-    model::{Model, ModelParts},
+    model::ModelParts,
     motion::{MotionInput, MotionState},
     network::Linear,
-    skeleton::Pose,
 };
 
-/// An animator without intersection handling.
+/// Reference animator, without intersection handling.
 pub struct Reference {
     parts: ModelParts,
     motion: MotionState,
     /// Skinned points of all frames so far.
     skinned: Vec<Vec<DVec3>>,
-    /// Rotations of the vertices in the present frame.
+    /// Rotations of the vertices in the current frame.
     rotations: Vec<DQuat>,
     /// States of all frames so far: positions in the motion's frame, or displacements.
     states: Vec<Vec<DVec3>>,
@@ -29,12 +28,12 @@ pub struct Reference {
     /// Oscillators of the prior's recurrence, complex numbers.
     memory: Vec<[f64; 2]>,
     wind: DVec3,
-    /// How many outputs were shortened to the limit.
+    /// Number of outputs that were shortened to the limit.
     pub limited: usize,
 }
 
 impl Reference {
-    /// Frame 0, the garment at its mean shape.
+    /// Starts at frame 0 with the garment at its mean shape.
     pub fn new(model: &Model, input: &StepInput) -> Self {
         let parts = model.to_parts();
         let motion = MotionState::start(
@@ -67,7 +66,7 @@ impl Reference {
         reference
     }
 
-    /// The next frame; world positions.
+    /// Advances to the next frame and returns world positions, metres.
     pub fn step(&mut self, input: &StepInput) -> Vec<DVec3> {
         let frame_0 = std::mem::take(&mut self.rotations);
         self.wind = input.wind.as_dvec3();
@@ -83,9 +82,10 @@ impl Reference {
         let pair = [self.normalised(before), self.normalised(now)].concat();
         let latent = self.latent(&pair);
         if self.states.is_empty() {
-            // The displacement at frame 0 is counted from the prior of c_0, now that it is complete.
+            // The displacement at frame 0 is counted from the prior of c_0, now that it is
+            // complete.
             let still = [self.normalised(before), self.normalised(before)].concat();
-            self.begin_to_remember(&still);
+            self.start_recurrence(&still);
             let prior = self.prior(&still);
             let vertices = self
                 .start
@@ -98,7 +98,7 @@ impl Reference {
                     .collect(),
             );
         }
-        self.remember(&pair);
+        self.advance_recurrence(&pair);
         let outputs: Vec<DVec3> = (0..self.start.len()).map(|i| self.field(i, &latent)).collect();
         let next = outputs
             .into_iter()
@@ -109,7 +109,7 @@ impl Reference {
         self.positions(&pair)
     }
 
-    /// Replaces the garment of the present frame.
+    /// Replaces the garment of the current frame.
     pub fn set_garment(&mut self, positions: &[Vec3]) {
         let world: Vec<DVec3> = positions.iter().map(|p| p.as_dvec3()).collect();
         let state = match self.parts.config.state {
@@ -125,12 +125,13 @@ impl Reference {
         *self.states.last_mut().unwrap() = state;
     }
 
-    /// Skinned points `back` frames ago, 1 being the present frame.
+    /// Skinned points `back` frames ago; 1 is the current frame.
     fn skinned_at(&self, back: usize) -> &[DVec3] {
         &self.skinned[self.skinned.len() - back]
     }
 
-    /// Orientation of the motion vector's frame, and the root joint of the present frame.
+    /// Orientation of the motion vector's frame, and position of the root joint in the current
+    /// frame.
     fn root_frame(&self) -> (DQuat, DVec3) {
         let root = self.parts.character.skeleton.root();
         let rotation = unit(self.motion.world_from_frame().rotation);
@@ -181,36 +182,38 @@ impl Reference {
             .enumerate()
             .map(|(k, a)| a + correction.get(k).unwrap_or(&0.0))
             .collect();
-        let shape = |i: usize, k: usize| prior.shapes[i * a.len() + k].as_dvec3();
+        let component = |i: usize, k: usize| prior.components[i * a.len() + k].as_dvec3();
         let vertex =
-            |i: usize| (0..a.len()).fold(prior.mean[i].as_dvec3(), |sum, k| sum + shape(i, k) * a[k]);
+            |i: usize| (0..a.len()).fold(prior.mean[i].as_dvec3(), |sum, k| sum + component(i, k) * a[k]);
         (0..prior.mean.len()).map(vertex).collect()
     }
 
-    /// h = u / (1 − λ), the sum of λ^n u over all n.
-    fn begin_to_remember(&mut self, pair: &[f64]) {
+    /// Starts the recurrence in its steady state h = u / (1 − λ), the sum of λ^n u over all n.
+    fn start_recurrence(&mut self, pair: &[f64]) {
         self.memory = self.drive(pair);
-        let once = self.memory.clone();
-        // A thousand ticks of the slowest pole leave nothing of what came before.
+        let drive = self.memory.clone();
+        // After a thousand ticks the terms of the slowest pole have vanished.
         for _ in 0..1000 {
-            self.memory = self.swung(&once);
+            self.memory = self.advanced_memory(&drive);
         }
     }
 
-    fn remember(&mut self, pair: &[f64]) {
-        self.memory = self.swung(&self.drive(pair));
+    /// Advances the recurrence by one frame.
+    fn advance_recurrence(&mut self, pair: &[f64]) {
+        self.memory = self.advanced_memory(&self.drive(pair));
     }
 
-    /// λ h + u.
-    fn swung(&self, drive: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    /// Oscillators of the next frame, λ h + u.
+    fn advanced_memory(&self, drive: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let poles = self.parts.prior.recurrence.iter().flat_map(|r| &r.poles);
-        let swing = |((l, h), u): ((&[f32; 2], &[f64; 2]), &[f64; 2])| {
+        let advance = |((l, h), u): ((&[f32; 2], &[f64; 2]), &[f64; 2])| {
             let [re, im] = l.map(f64::from);
             [re * h[0] - im * h[1] + u[0], re * h[1] + im * h[0] + u[1]]
         };
-        poles.zip(&self.memory).zip(drive).map(swing).collect()
+        poles.zip(&self.memory).zip(drive).map(advance).collect()
     }
 
+    /// Input u of the oscillators.
     fn drive(&self, pair: &[f64]) -> Vec<[f64; 2]> {
         let Some(r) = &self.parts.prior.recurrence else {
             return vec![];
@@ -221,7 +224,7 @@ impl Reference {
         (0..count).map(|k| [drive[k], drive[count + k]]).collect()
     }
 
-    /// What the recurrence adds to the coefficients.
+    /// Correction that the recurrence adds to the coefficients.
     fn correction(&self, pair: &[f64]) -> Vec<f64> {
         let Some(r) = &self.parts.prior.recurrence else {
             return vec![];
@@ -236,7 +239,8 @@ impl Reference {
         product(&r.head, &hidden)
     }
 
-    /// Linear maps with ELU between them, then the largest of each channel's logits, or where it stands.
+    /// Latent vector: linear maps with ELU between them, then the largest of each channel's logits,
+    /// or the one-hot code of its category.
     fn latent(&self, pair: &[f64]) -> Vec<f64> {
         let (last, hidden) = self.parts.encoder.split_last().unwrap();
         let x = hidden.iter().fold(pair.to_vec(), |x, layer| {
@@ -303,7 +307,7 @@ impl Reference {
         }
     }
 
-    /// Centred in the bounding box, its longest side from −1 to 1.
+    /// Rest position relative to the bounding box, whose longest side is from −1 to 1.
     fn rest(&self, vertex: usize) -> DVec3 {
         let rest: Vec<DVec3> = self
             .parts
@@ -371,8 +375,9 @@ fn unit(rotation: Quat) -> DQuat {
     rotation.as_dquat().normalize()
 }
 
-/// Skinned points and rotations of the garment's vertices: forward kinematics with a rest pose,
-/// linear blend skinning, and the blend of quaternions on the heaviest joint's side.
+/// Computes the skinned points and rotations of the garment's vertices: forward kinematics with a
+/// rest pose, linear blend skinning, and the blend of quaternions in the heaviest joint's
+/// hemisphere.
 fn skin(parts: &ModelParts, pose: &Pose) -> (Vec<DVec3>, Vec<DQuat>) {
     let skeleton = &parts.character.skeleton;
     let joints: Vec<DVec3> = skeleton.joints().iter().map(|j| j.as_dvec3()).collect();
@@ -382,7 +387,7 @@ fn skin(parts: &ModelParts, pose: &Pose) -> (Vec<DVec3>, Vec<DQuat>) {
         .map(|a| DQuat::from_scaled_axis(a.as_dvec3()))
         .collect();
     let (mut g, mut g0, mut p) = (vec![], vec![], vec![]);
-    // Parents stand before their children here.
+    // Parents precede their children in this skeleton.
     for (j, parent) in skeleton.parents().iter().enumerate() {
         let local = unit(pose.local[j]);
         let (rotation, rest, place) = match *parent {

@@ -1,22 +1,35 @@
-//! Edges of the garment through triangles of the body, and the reverse.
+//! Crossings: edges of the garment through triangles of the body, and the reverse.
 
 use glam::Vec3;
 use std::collections::HashMap;
 use unic_core::{
-    closest::ClosestVertex, intersection::ContactParts, mesh::TriMesh, surface::Surface, topology::edges,
+    closest::ClosestVertex, intersection::ContactFilter, mesh::TriMesh, surface::Surface, topology::edges,
 };
 use unic_io::Capture;
 
-/// A crossing nearer than this to a concave edge lies in a fold of the skin, metres.
+/// Least distance of a convex crossing to any concave edge of the body, metres. Nearer ones lie in
+/// folds of the skin.
 const CONCAVE_M: f32 = 0.05;
 
+/// Numbers of crossings.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct CrossingCounts {
+    /// All crossings.
+    pub(crate) all: usize,
+    /// Crossings with parts that may push the garment there.
+    pub(crate) pushing: usize,
+    /// Crossings away from concave edges of the body.
+    pub(crate) convex: usize,
+}
+
+/// Search for crossings of a garment with a body.
 pub(crate) struct Crossings {
     mesh: TriMesh,
     cloth: Surface,
     cloth_faces: Vec<[u32; 3]>,
-    parts: ContactParts,
+    parts: ContactFilter,
     body_edges: Vec<[u32; 2]>,
-    /// The body's faces at each.
+    /// Faces of the body at each of its edges.
     faces_at_edges: Vec<Vec<u32>>,
     garment_edges: Vec<[u32; 2]>,
 }
@@ -35,24 +48,27 @@ impl Crossings {
             mesh: body.clone(),
             cloth: Surface::build(&garment.rest),
             cloth_faces: garment.rest.faces.clone(),
-            parts: ContactParts::new(&capture.character, garment),
+            parts: ContactFilter::new(&capture.character, garment),
             faces_at_edges: body_edges.iter().map(|edge| faces_at[edge].clone()).collect(),
             body_edges,
             garment_edges: edges(&garment.rest.faces),
         }
     }
 
-    /// All in places that are open, those by parts that may push the garment, those away from concave edges.
+    /// Counts the crossings of a garment with a body, at places that are open.
     pub(crate) fn count(
         &mut self,
         surface: &Surface,
         body: &[Vec3],
         garment: &[Vec3],
         is_open: impl Fn(Vec3) -> bool,
-    ) -> [usize; 3] {
+    ) -> CrossingCounts {
         self.cloth.refit(garment);
-        let pushes =
-            |face, corners: &[u32]| corners.iter().all(|&v| self.parts.face_pushes(face, v as usize));
+        let pushes = |face, corners: &[u32]| {
+            corners
+                .iter()
+                .all(|&v| self.parts.face_may_push(face, v as usize))
+        };
         let (mut places, mut pushing) = (Vec::new(), 0);
         for edge in &self.garment_edges {
             let [a, b] = edge.map(|v| garment[v as usize]);
@@ -70,22 +86,26 @@ impl Crossings {
             }
         }
         if places.is_empty() {
-            return [0; 3];
+            return CrossingCounts::default();
         }
         let concave = ClosestVertex::build(&concave_edges(&self.mesh, body));
         let is_convex = |p: &&Vec3| concave.nearest(**p).is_none_or(|(_, d)| d > CONCAVE_M);
-        [places.len(), pushing, places.iter().filter(is_convex).count()]
+        CrossingCounts {
+            all: places.len(),
+            pushing,
+            convex: places.iter().filter(is_convex).count(),
+        }
     }
 }
 
-/// Where the way from a to b goes through a surface.
+/// Returns the point and the face at which the segment from a to b passes through a surface.
 fn crossing(surface: &Surface, a: Vec3, b: Vec3) -> Option<(Vec3, u32)> {
     let (length, direction) = ((b - a).length(), (b - a).normalize_or_zero());
-    let hit = surface.first_along(a, direction, length)?;
+    let hit = surface.cast_ray(a, direction, length)?;
     (hit.distance < length).then(|| (a + direction * hit.distance, hit.face))
 }
 
-/// Middles of the edges over which the body bends inwards.
+/// Returns the midpoints of the edges at which the body bends inwards.
 fn concave_edges(mesh: &TriMesh, at: &[Vec3]) -> Vec<Vec3> {
     let mut opposite = HashMap::new();
     let mut middles = Vec::new();

@@ -1,27 +1,36 @@
-//! What the ways of handling intersections do to a free-running model: vertices and triangles that cut
-//! into the body, and what that costs in error and jitter.
+//! Effect of each way of handling intersections on a free-running model: vertices and triangles
+//! that cut into the body, error and jitter.
 //!
 //! ```text
 //! cargo run --release -p unic-eval --example intersection_quality -- CAPTURE MODEL FRAMES CLIP...
 //! ```
 //!
-//! Inside is by the closest triangle, outside the folds of the body (`unic_core::folds`, interpolated between the
-//! corners of faces), whose share of the skin is `mask`. A crossing is an edge of the garment through a triangle of the
-//! body or the reverse; `pushing` are those by parts that may push the garment there (not by a hand in front of it),
-//! `convex` those farther than 5 cm from any concave edge of the body. `paper` is the paper's indicator, `open` the same
-//! outside the folds. `state` and `display` say what robust handling corrects; `corrected` is the ground truth after
-//! the corrections of `display`, and `to it` the error of the others against that.
+//! | column | meaning |
+//! |---|---|
+//! | RMSE | error against the ground truth, mm |
+//! | to it | error against the ground truth after the corrections of `display`, mm |
+//! | jitter | RMS second difference over time, mm |
+//! | inside | vertices inside by the closest triangle, outside the body's folds |
+//! | folded | vertices inside by the closest triangle, in the body's folds |
+//! | paper | vertices inside by the paper's test |
+//! | open | vertices inside by the paper's test, outside the body's folds |
+//! | crossings | edges of the garment through triangles of the body or the reverse, in a frame |
+//! | pushing | crossings with parts that may push the garment there (not a hand in front of it) |
+//! | convex | crossings farther than 5 cm from any concave edge of the body |
+//! | collapsed | vertices that share their place with another one, but not in the rest shape |
+//! | mask | share of the skin in folds (`unic_core::folds`), interpolated over faces |
+//! | ms | median time of a frame |
+//!
+//! Rows: `truth`, `corrected` (the ground truth after the corrections of `display`), and the model
+//! without handling, with the paper's, and with robust handling that corrects the display or the
+//! state.
 
 mod crossings;
 mod measure;
 
 use measure::{Corrected, Measure, posed};
 use std::{path::Path, sync::Arc, time::Instant};
-use unic_core::{
-    animator::{Animator, Start, StepInput},
-    config::{Corrects, IntersectionMode},
-    model::Model,
-};
+use unic_core::{Animator, Corrects, IntersectionMode, Model, Start, StepInput};
 use unic_io::{Capture, CapturedClip};
 
 type Anything<T> = Result<T, Box<dyn std::error::Error>>;
@@ -55,12 +64,12 @@ fn main() -> Anything<()> {
         let clip = capture.load_clip(name)?;
         println!("{name}");
         let mut corrected = Corrected::new(&capture);
-        for (name, shows) in [("truth", false), ("corrected", true)] {
+        for (name, is_corrected) in [("truth", false), ("corrected", true)] {
             let mut measure = Measure::new(&capture, &clip);
             for frame in 1..frames.min(clip.clip.len()) {
                 let captured = clip.garment.frame(frame);
                 let body = posed(&capture, &clip, frame);
-                let shown = if shows {
+                let shown = if is_corrected {
                     corrected.of(&body, captured)
                 } else {
                     captured
@@ -85,6 +94,7 @@ fn main() -> Anything<()> {
     Ok(())
 }
 
+/// Runs a model freely with one way of handling and prints its row.
 fn run(
     capture: &Capture,
     clip: &CapturedClip,

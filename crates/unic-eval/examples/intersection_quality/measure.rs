@@ -1,25 +1,26 @@
-//! A clip's garment beside the body and the ground truth, summed up over its frames.
+//! Measurement of a clip's garment beside the body and the ground truth, summed over frames.
 
-use crate::crossings::Crossings;
+use crate::crossings::{CrossingCounts, Crossings};
 use glam::Vec3;
 use std::collections::HashSet;
 use unic_core::{
-    config::IntersectionMode,
+    IntersectionMode,
     folds::Folds,
-    intersection::{BodySnapshot, DisplayPass, PosedVertices, RobustBody, RobustIntersection},
+    intersection::{BodySnapshot, CollisionScene, DisplayPass, RobustBody, RobustIntersection},
     skeleton::Skeleton,
     surface::{Surface, SurfacePoint},
     transform::Rigid,
 };
 use unic_io::{Capture, CapturedClip};
 
-/// Interpolated over a face between corners that lie in folds, 1, and those that do not, 0: from here on a place
-/// counts as in a fold.
+/// Share of folded corners at a point, interpolated over its face, from which the point counts as
+/// in a fold.
 const MASK_SHARE: f32 = 0.5;
 
-/// The part of a face's area that does, by the number of such corners.
+/// Share of a face's area in a fold, by its number of folded corners.
 const MASKED: [f64; 4] = [0.0, 0.25, 0.75, 1.0];
 
+/// Returns whether a point of the body lies in a fold.
 fn is_masked(folds: &Folds, faces: &[[u32; 3]], hit: &SurfacePoint) -> bool {
     let weights = faces[hit.face as usize]
         .into_iter()
@@ -28,7 +29,7 @@ fn is_masked(folds: &Folds, faces: &[[u32; 3]], hit: &SurfacePoint) -> bool {
     folded.map(|(_, weight)| weight).sum::<f32>() > MASK_SHARE
 }
 
-/// The ground truth, put through what robust handling does to shown positions.
+/// Corrects a garment as robust handling corrects shown positions.
 pub(crate) struct Corrected {
     body: RobustBody,
     pass: DisplayPass,
@@ -48,11 +49,12 @@ impl Corrected {
         }
     }
 
+    /// Returns the corrected garment.
     pub(crate) fn of(&mut self, body: &[Vec3], garment: &[Vec3]) -> &[Vec3] {
         self.body.pose(body);
         self.positions.clear();
         self.positions.extend_from_slice(garment);
-        let posed = PosedVertices {
+        let posed = CollisionScene {
             body: &self.body,
             vertices: body,
             colliders: &[],
@@ -62,7 +64,7 @@ impl Corrected {
     }
 }
 
-/// A clip's body, frame by frame, and sums over the frames.
+/// Sums over the frames of a clip.
 pub(crate) struct Measure<'a> {
     capture: &'a Capture,
     clip: &'a CapturedClip,
@@ -76,6 +78,7 @@ pub(crate) struct Measure<'a> {
     ms: Vec<f64>,
 }
 
+/// Sums over frames.
 #[derive(Default)]
 struct Sums {
     frames: usize,
@@ -88,8 +91,8 @@ struct Sums {
     folded: usize,
     paper: usize,
     open: usize,
-    /// All, pushing, convex.
-    crossings: [usize; 3],
+    /// Numbers of crossings.
+    crossings: CrossingCounts,
     collapsed: usize,
     mask: f64,
 }
@@ -111,6 +114,7 @@ impl<'a> Measure<'a> {
         }
     }
 
+    /// Adds a frame. `ms` is the time that it took, milliseconds.
     pub(crate) fn add(&mut self, frame: usize, garment: &[Vec3], ms: f64) {
         let body = posed(self.capture, self.clip, frame);
         self.surface.refit(&body);
@@ -154,16 +158,16 @@ impl<'a> Measure<'a> {
             f64::from((b - a).cross(c - a).length())
         };
         let masked =
-            |(face, corners): (u32, &[u32; 3])| areas(corners) * MASKED[self.folds.corners_of_face(face)];
+            |(face, corners): (u32, &[u32; 3])| areas(corners) * MASKED[self.folds.folded_corners(face)];
         sums.mask += (0..).zip(faces).map(masked).sum::<f64>() / faces.iter().map(areas).sum::<f64>();
         let is_open = |p: Vec3| {
             let hit = self.surface.closest(p);
             hit.is_some_and(|hit| !is_masked(&self.folds, faces, &hit))
         };
         let found = self.crossings.count(&self.surface, &body, garment, is_open);
-        for (sum, found) in sums.crossings.iter_mut().zip(found) {
-            *sum += found;
-        }
+        sums.crossings.all += found.all;
+        sums.crossings.pushing += found.pushing;
+        sums.crossings.convex += found.convex;
     }
 
     pub(crate) fn print(&self, name: &str) {
@@ -181,9 +185,9 @@ impl<'a> Measure<'a> {
             share(s.folded),
             share(s.paper),
             share(s.open),
-            a_frame(s.crossings[0]),
-            a_frame(s.crossings[1]),
-            a_frame(s.crossings[2]),
+            a_frame(s.crossings.all),
+            a_frame(s.crossings.pushing),
+            a_frame(s.crossings.convex),
             s.collapsed,
             100.0 * s.mask / s.frames as f64,
             ms[ms.len() / 2],
@@ -191,6 +195,7 @@ impl<'a> Measure<'a> {
     }
 }
 
+/// Returns the body in a frame: the clip's own, or by linear blend skinning.
 pub(crate) fn posed(capture: &Capture, clip: &CapturedClip, frame: usize) -> Vec<Vec3> {
     if let Some(body) = &clip.body {
         return body.frame(frame).to_vec();

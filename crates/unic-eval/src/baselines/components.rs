@@ -1,5 +1,5 @@
-//! The space that the regressions work in: principal components of the displacement against
-//! standardised motion vectors.
+//! Inputs and outputs of the regressions: standardised motion vectors, and principal components of
+//! the displacement.
 
 use super::skinning::displacements;
 use crate::{
@@ -14,19 +14,22 @@ use unic_core::{
     motion::{Normalisation, NormalisationRule, NormalisedElements},
 };
 
-/// Principal components of the displacement.
+/// Number of principal components of the displacement that regressions predict.
 pub const COMPONENTS: usize = 60;
 
-/// Most frames that the components are computed from, evenly spread over the training clips; their
-/// mean and the regression see every frame. The cost grows with the square of this number, the
-/// components hardly change: neighbouring frames are alike.
+/// Largest number of frames that the components are computed from, evenly spread over the training
+/// clips. The mean and the regression use every frame.
+///
+/// The cost grows with the square of this number. More frames hardly change the components, because
+/// neighbouring frames are similar.
 pub const MOST_GRAM_FRAMES: usize = 2000;
 
-/// Every number of the motion vector is scaled, rotations and contacts included. The least standard
-/// deviation that an input is divided by is in its own unit: m, m/s, rad/s or 1.
+/// Rule that standardises the inputs. Every element is scaled, rotations and contacts included.
 ///
-/// An input that training hardly moves, such as the wrist's rotation in a run, would otherwise be
-/// blown up by a new motion: on the T-shirt in the shared data ridge then errs by 120 mm and more.
+/// `least_std` is in the unit of each element: m, m/s, rad/s or 1.
+// Without a least standard deviation, an element that hardly varies in training (a wrist's rotation
+// while running) becomes huge in new motion: ridge regression then errs by 120 mm and more on a
+// T-shirt.
 const INPUT_SCALE: NormalisationRule = NormalisationRule {
     elements: NormalisedElements::All,
     least_std: 0.02,
@@ -41,38 +44,39 @@ pub struct ComponentModel {
     scale: Normalisation,
 }
 
-/// One clip as the regressions see it.
+/// Inputs and outputs of the regressions over one clip.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Series {
-    /// Of frames 1, 2, ...: P numbers each.
+    /// Standardised motion pairs of frames 1, 2, ..., P numbers each.
     pub(super) inputs: Vec<Vec<f64>>,
-    /// Components of frames 0, 1, ...: K numbers each, metres.
+    /// True components of frames 0, 1, ..., K numbers each, metres.
     pub(super) components: Vec<Vec<f64>>,
-    /// Number of the motion, see [`TrainingSet::motions`].
+    /// Index of the motion; see [`TrainingSet::motions`].
     pub(super) motion: usize,
 }
 
-/// All clips that a regression may look at.
+/// Clips that a regression is fitted on.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SeriesSet {
-    /// To fit.
+    /// Clips to fit.
     pub(super) train: Vec<Series>,
-    /// To choose the strength by; may be empty.
+    /// Clips that choose the regularisation strength. May be empty.
     pub(super) validation: Vec<Series>,
 }
 
+/// Fits the scale of the inputs on all training frames.
 fn input_scale(set: &TrainingSet) -> Normalisation {
     let joints = set.train.first().map_or(0, |clip| clip.kinematics.joints());
     let frames = set.frames();
     let vectors = frames
         .iter()
         .map(|f| set.train[f.clip].kinematics.motion(f.frame));
-    // Clips are read with finite poses alone; without statistics the inputs stay as they are.
+    // This fails for motion vectors that are not finite, which no clip that could be read has.
     Normalisation::fit(joints, INPUT_SCALE, vectors).unwrap_or_else(|_| Normalisation::identity(joints))
 }
 
 impl ComponentModel {
-    /// Fits components and scale.
+    /// Fits the components and the scale of the inputs on the training clips.
     pub fn fit(set: &TrainingSet) -> Self {
         let frames = set.spread_frames(MOST_GRAM_FRAMES);
         Self {
@@ -82,7 +86,7 @@ impl ComponentModel {
         }
     }
 
-    /// (c_{t−1}, c_t), standardised.
+    /// Returns the standardised motion pair (c_{t−1}, c_t) of frame t ≥ 1.
     pub(super) fn inputs(&self, clip: &PreparedClip, frame: usize) -> Vec<f64> {
         let both = [frame - 1, frame].map(|t| clip.kinematics.motion(t));
         let scaled = |c: &[f32]| {
@@ -93,22 +97,24 @@ impl ComponentModel {
         both.into_iter().flat_map(scaled).collect()
     }
 
-    /// Components of the true displacement.
+    /// Returns the components of the true displacement of a frame, metres.
     pub(super) fn truth(&self, clip: &PreparedClip, frame: usize) -> Vec<f64> {
         self.components
             .project(&displacements(&self.garment, clip, frame))
     }
 
+    /// Reads one clip, whose motion has the given index.
     fn series(&self, clip: &PreparedClip, motion: usize) -> Series {
         let frames = 0..clip.len();
         Series {
             inputs: (1..clip.len()).map(|t| self.inputs(clip, t)).collect(),
+            // Each projection reads every vertex of a frame, which is enough work for a task.
             components: frames.into_par_iter().map(|t| self.truth(clip, t)).collect(),
             motion,
         }
     }
 
-    /// Reads every frame once.
+    /// Reads all clips of a training set, each frame once.
     pub(super) fn series_set(&self, set: &TrainingSet) -> SeriesSet {
         let train = set.train.iter().zip(set.motions());
         SeriesSet {

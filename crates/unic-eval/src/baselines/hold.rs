@@ -1,4 +1,4 @@
-//! The garment that does not move.
+//! Baseline that repeats the previous frame.
 
 use crate::{
     kinematics::PreparedClip,
@@ -6,7 +6,9 @@ use crate::{
 };
 use glam::Vec3;
 
-/// The true previous frame, carried rigidly by the heading frame: what doing nothing costs a frame.
+/// Predicts the true previous frame, moved rigidly with the heading frame.
+///
+/// Its one-step error is the error of predicting no change.
 #[derive(Clone, Copy, Debug)]
 pub struct Hold;
 

@@ -1,4 +1,4 @@
-//! The mean training frame.
+//! Baseline that predicts the mean training frame.
 
 use crate::{
     kinematics::PreparedClip,
@@ -8,15 +8,15 @@ use crate::{
 };
 use glam::Vec3;
 
-/// One shape, carried rigidly by the heading frame.
+/// Predicts the mean of the training frames, moved rigidly with the heading frame.
 #[derive(Clone, Debug)]
 pub struct MeanShape {
-    /// In the heading frame, metres from the root joint.
+    /// Mean positions relative to the root joint, in the heading frame, metres.
     shape: Vec<Vec3>,
 }
 
 impl MeanShape {
-    /// Mean over all training frames.
+    /// Computes the mean over all training frames.
     pub fn fit(set: &TrainingSet) -> Self {
         let frames = set.frames();
         Self {
@@ -25,7 +25,7 @@ impl MeanShape {
     }
 }
 
-/// Consecutive x, y, z as points.
+/// Reads consecutive x, y, z as points.
 pub(super) fn points(numbers: &[f32]) -> impl Iterator<Item = Vec3> {
     numbers.chunks_exact(3).map(Vec3::from_slice)
 }

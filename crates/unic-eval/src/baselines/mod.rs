@@ -1,29 +1,29 @@
-//! The rows that a model must beat, each fitted on training clips alone.
+//! Baselines: simple methods that a model must beat, fitted on training clips alone.
 //!
-//! | name | what it predicts |
+//! | name | prediction |
 //! |---|---|
-//! | `hold` | the true previous frame, carried along by the root in the heading frame |
-//! | `mean_shape` | the mean training frame, in the heading frame |
-//! | `skinning` | the rest shape by linear blend skinning |
-//! | `skinning_mean` | the mean displacement of the training frames on top of that |
-//! | `skinning_first` | the displacement of the clip's own frame 0 on top of that |
-//! | `ridge` | the displacement by ridge regression from two motion vectors |
-//! | `ridge_handled` | the same with the intersection handling of the model, where it has one |
+//! | `hold` | true previous frame, moved rigidly with the heading frame |
+//! | `mean_shape` | mean of the training frames, moved rigidly with the heading frame |
+//! | `skinning` | rest shape by linear blend skinning |
+//! | `skinning_mean` | `skinning` plus the mean displacement of the training frames |
+//! | `skinning_first` | `skinning` plus the displacement of the clip's own frame 0 |
+//! | `ridge` | displacement by ridge regression from two motion vectors |
+//! | `ridge_handled` | `ridge` with the model's intersection handling, where it has one |
 //! | `linear_dynamics` | `ridge` with the previous displacement as a further input |
 //!
-//! `ridge_handled` is what a model's share of vertices inside the body is compared with: no other
-//! baseline handles intersections ([`fit_with`]).
+//! A model's share of vertices inside the body is compared with `ridge_handled`: no other baseline
+//! handles intersections ([`fit_with`]).
 //!
-//! Beside a displacement model stands one more row, `prior`: the model's own prior without its
-//! field and its state ([`PriorPredictor`](crate::PriorPredictor)). It is fitted as the model is, and
-//! tells how much of the model's error the field has taken away.
+//! An evaluation of a displacement model has one more baseline, `prior`: the model's own prior
+//! without field and state ([`PriorPredictor`](crate::PriorPredictor)). The difference between the
+//! two is what the field contributes.
 //!
-//! A displacement is u of x_i = LBS_i(rest) + R_i u_i, R_i the blended rotation of vertex i. The
-//! regressions predict its [`COMPONENTS`] leading principal components. Their strength is chosen by
-//! the free-running error on the capture's validation clips, or without any by leaving out one
-//! training clip at a time. Components, means and scales are those of all training clips in every
-//! fold: only the regression itself is fitted again, which costs sums instead of passes over the
-//! data.
+//! The displacement u_i of vertex i is defined by x_i = LBS_i(rest) + R_i u_i, with R_i the
+//! rotation of its blended skinning transform. The regressions predict the first [`COMPONENTS`]
+//! principal components of u. Their regularisation strength has the least free-running error on the
+//! capture's validation clips. Without such clips it is chosen by leave-one-clip-out
+//! cross-validation. All folds share the components, means and scales of all training clips. Only
+//! the regression is fitted for each fold, which needs sums and no pass over the data.
 
 mod components;
 mod fit;
@@ -41,40 +41,41 @@ pub use ridge::ComponentRegression;
 pub use skinning::Skinning;
 
 use crate::{
-    evaluate::Row,
-    handled::{HandledPredictor, Handler},
+    handled::{HandledPredictor, IntersectionHandler},
+    predictor::NamedPredictor,
     training::TrainingSet,
 };
 use std::sync::Arc;
 
-/// Name of ridge regression's row.
+/// Name of the ridge regression.
 pub const RIDGE: &str = "ridge";
 
-/// Name of the row of ridge regression with intersections handled as a model handles them.
+/// Name of the ridge regression whose intersections are handled as a model's are.
 pub const RIDGE_HANDLED: &str = "ridge_handled";
 
-/// Fits all baselines, in the order of the table; none handles intersections.
-pub fn fit(set: &TrainingSet) -> Vec<Row> {
+/// Fits all baselines, in the order of the table above. None handles intersections.
+pub fn fit(set: &TrainingSet) -> Vec<NamedPredictor> {
     fit_with(set, None)
 }
 
-/// Fits all baselines, in the order of the table, with [`RIDGE_HANDLED`] where there is a handler.
-pub fn fit_with(set: &TrainingSet, handler: Option<Handler>) -> Vec<Row> {
+/// Fits all baselines, in the order of the table above. [`RIDGE_HANDLED`] is among them where there
+/// is a handler.
+pub fn fit_with(set: &TrainingSet, handler: Option<IntersectionHandler>) -> Vec<NamedPredictor> {
     let components = Arc::new(ComponentModel::fit(set));
     let series = components.series_set(set);
     let garment = &components.garment;
     let ridge = ComponentRegression::ridge(&components, &series);
     let handled = handler.map(|handler| HandledPredictor::new(ridge.clone(), handler));
     let linear_dynamics = ComponentRegression::linear_dynamics(&components, &series);
-    let mut rows = vec![
-        Row::baseline("hold", Hold),
-        Row::baseline("mean_shape", MeanShape::fit(set)),
-        Row::baseline("skinning", Skinning::rest(garment)),
-        Row::baseline("skinning_mean", Skinning::mean(garment, set)),
-        Row::baseline("skinning_first", Skinning::first(garment)),
-        Row::baseline(RIDGE, ridge),
+    let mut baselines = vec![
+        NamedPredictor::baseline("hold", Hold),
+        NamedPredictor::baseline("mean_shape", MeanShape::fit(set)),
+        NamedPredictor::baseline("skinning", Skinning::rest(garment)),
+        NamedPredictor::baseline("skinning_mean", Skinning::mean(garment, set)),
+        NamedPredictor::baseline("skinning_first", Skinning::first(garment)),
+        NamedPredictor::baseline(RIDGE, ridge),
     ];
-    rows.extend(handled.map(|handled| Row::baseline(RIDGE_HANDLED, handled)));
-    rows.push(Row::baseline("linear_dynamics", linear_dynamics));
-    rows
+    baselines.extend(handled.map(|handled| NamedPredictor::baseline(RIDGE_HANDLED, handled)));
+    baselines.push(NamedPredictor::baseline("linear_dynamics", linear_dynamics));
+    baselines
 }

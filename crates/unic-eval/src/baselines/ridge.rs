@@ -1,8 +1,8 @@
-//! Ridge regression and linear dynamics: the rows to be ashamed of losing to.
+//! Baselines by linear regression: ridge regression and linear dynamics.
 
 use super::{
     components::{ComponentModel, SeriesSet},
-    fit::{Feedback, Fitted},
+    fit::{Feedback, FittedRegression},
     skinning::place,
 };
 use crate::{
@@ -12,47 +12,51 @@ use crate::{
 use glam::Vec3;
 use std::sync::Arc;
 
-/// A linear map from two motion vectors, and in linear dynamics the previous components, to the
-/// principal components of the displacement.
+/// Predicts the principal components of the displacement by a linear map. Its inputs are two motion
+/// vectors and, in linear dynamics, the previous components.
 #[derive(Clone, Debug)]
 pub struct ComponentRegression {
     model: Arc<ComponentModel>,
-    fitted: Option<Fitted>,
+    fitted: Option<FittedRegression>,
     modes: &'static [Mode],
     mode: Mode,
-    /// Components of the frame predicted last.
+    /// Components of the previous frame, metres.
     state: Vec<f64>,
     displacements: Vec<f32>,
 }
 
 impl ComponentRegression {
-    /// From the motion alone.
+    /// Fits a map from the motion alone.
     pub(super) fn ridge(model: &Arc<ComponentModel>, series: &SeriesSet) -> Self {
         Self::new(model, series, Feedback::None)
     }
 
-    /// From the motion and the components before, which in a free run are its own.
+    /// Fits a map from the motion and the previous components. In free running these are
+    /// predictions.
     pub(super) fn linear_dynamics(model: &Arc<ComponentModel>, series: &SeriesSet) -> Self {
         Self::new(model, series, Feedback::Previous)
     }
 
+    /// Fits a map with or without feedback.
     fn new(model: &Arc<ComponentModel>, series: &SeriesSet, feedback: Feedback) -> Self {
         Self {
             modes: match feedback {
-                // Without feedback both modes are one.
+                // Without feedback both modes predict the same.
                 Feedback::None => &[Mode::FreeRunning],
                 Feedback::Previous => &[Mode::OneStep, Mode::FreeRunning],
             },
             mode: Mode::FreeRunning,
             model: Arc::clone(model),
-            fitted: Fitted::new(series, feedback),
+            fitted: FittedRegression::new(series, feedback),
             state: Vec::new(),
             displacements: Vec::new(),
         }
     }
 
-    /// The ridge strength chosen, in units of an input's variance; none when there was nothing to
-    /// fit and the mean displacement is predicted.
+    /// Returns the chosen regularisation strength, in units of an input's variance.
+    ///
+    /// `None` stands for a map that was not fitted for want of training pairs. It predicts the mean
+    /// displacement.
     pub fn strength(&self) -> Option<f64> {
         self.fitted.as_ref().map(|f| f.strength)
     }
@@ -65,6 +69,7 @@ impl Predictor for ComponentRegression {
 
     fn start(&mut self, clip: &PreparedClip, mode: Mode) -> Result<(), PredictorError> {
         self.mode = mode;
+        // Frame 0 is given. Ridge regression does not read it.
         self.state = self.model.truth(clip, 0);
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Garments that follow the skeleton and nothing else.
+//! Baselines by linear blend skinning with a constant displacement.
 
 use super::mean_shape::points;
 use crate::{
@@ -11,37 +11,38 @@ use glam::Vec3;
 use std::sync::Arc;
 use unic_core::{character::Garment, features::PointFrame, transform::Rigid};
 
-/// Linear blend skinning with a displacement that never changes: x_i = LBS_i(rest) + R_i u_i.
+/// Predicts x_i = LBS_i(rest) + R_i u_i with a displacement u that is constant over a clip.
 #[derive(Clone, Debug)]
 pub struct Skinning {
     garment: Arc<Garment>,
     displacement: Displacement,
 }
 
+/// Constant displacement of a garment.
 #[derive(Clone, Debug)]
 enum Displacement {
-    /// None: the rest shape itself.
+    /// No displacement: the rest shape.
     Zero,
-    /// The same in every clip, x y z of every vertex, metres.
+    /// Same displacement for every clip: x, y, z of every vertex, metres.
     Fixed(Vec<f32>),
-    /// The clip's own in frame 0.
+    /// Displacement of the clip's own frame 0, in the same layout.
     First(Vec<f32>),
 }
 
 impl Skinning {
-    /// The rest shape.
+    /// Skins the rest shape without displacement.
     pub fn rest(garment: &Arc<Garment>) -> Self {
         Self::new(garment, Displacement::Zero)
     }
 
-    /// The mean displacement of all training frames.
+    /// Adds the mean displacement of all training frames.
     pub fn mean(garment: &Arc<Garment>, set: &TrainingSet) -> Self {
         let frames = set.frames();
         let mean = mean(&Displacements { set, frames });
         Self::new(garment, Displacement::Fixed(mean))
     }
 
-    /// The displacement of frame 0 of the clip at hand.
+    /// Adds the displacement of each clip's own frame 0.
     pub fn first(garment: &Arc<Garment>) -> Self {
         Self::new(garment, Displacement::First(Vec::new()))
     }
@@ -54,14 +55,14 @@ impl Skinning {
     }
 }
 
-/// Displacements of a frame of any clip, x y z of every vertex, metres.
+/// Returns the true displacements of a frame: x, y, z of every vertex, metres.
 pub(super) fn displacements(garment: &Garment, clip: &PreparedClip, frame: usize) -> Vec<f32> {
     let mut all = vec![0.0; 3 * garment.rest.vertices.len()];
     write_displacements(garment, clip, frame, 0..all.len(), &mut all);
     all
 }
 
-/// World positions of displacements.
+/// Computes world positions from displacements (x, y, z of every vertex), metres.
 pub(super) fn place(
     garment: &Garment,
     displacements: &[f32],

@@ -1,13 +1,13 @@
-//! Regressions give back the systems that made their data.
+//! Contract: regressions recover the systems that generate their data.
 
 use super::{
     components::{Series, SeriesSet},
-    fit::{Feedback, Fitted},
+    fit::{Feedback, FittedRegression},
 };
 
 const INPUTS: usize = 5;
 
-/// An input that excites every direction, different for each clip.
+/// Input that excites every direction and differs between clips.
 fn input(clip: usize, t: usize) -> Vec<f64> {
     let phase = |i: usize| (t * (i + 2)) as f64 * 0.37 + (clip * 7 + i) as f64;
     (0..INPUTS)
@@ -15,7 +15,7 @@ fn input(clip: usize, t: usize) -> Vec<f64> {
         .collect()
 }
 
-/// z = B x + b, plus A z' where `memory` is not zero; A turns and shrinks.
+/// Computes z = B x + b + `memory` A z', where A rotates two of the components.
 fn system(x: &[f64], previous: &[f64], memory: f64) -> Vec<f64> {
     let driven = |k: usize| -> f64 {
         let terms = x.iter().enumerate();
@@ -49,8 +49,8 @@ fn set(clips: std::ops::Range<usize>, memory: f64) -> SeriesSet {
     }
 }
 
-/// Largest error of a free run over a clip that the fit has not seen.
-fn error_on_a_new_clip(fitted: &Fitted, memory: f64) -> f64 {
+/// Largest error of a free run over a clip that is not in the fit.
+fn error_on_a_new_clip(fitted: &FittedRegression, memory: f64) -> f64 {
     let unseen = series(40, 300, memory);
     let mut z = unseen.components[0].clone();
     let mut worst = 0.0_f64;
@@ -65,41 +65,44 @@ fn error_on_a_new_clip(fitted: &Fitted, memory: f64) -> f64 {
 #[test]
 fn ridge_recovers_a_linear_system() {
     for set in [set(0..3, 0.0), set(0..1, 0.0)] {
-        let fitted = Fitted::new(&set, Feedback::None).unwrap();
+        let fitted = FittedRegression::new(&set, Feedback::None).unwrap();
         assert!(error_on_a_new_clip(&fitted, 0.0) < 1e-5);
         assert_eq!(fitted.strength, 1e-6);
     }
 }
 
 #[test]
-fn linear_dynamics_recover_a_stable_autoregression() {
+fn linear_dynamics_recovers_a_stable_autoregression() {
     let set = set(0..3, 0.9);
-    let fitted = Fitted::new(&set, Feedback::Previous).unwrap();
+    let fitted = FittedRegression::new(&set, Feedback::Previous).unwrap();
     let error = error_on_a_new_clip(&fitted, 0.9);
     assert!(error < 1e-3, "{error} m at strength {}", fitted.strength);
-    // The motion alone cannot know what the state remembers.
-    let ridge = Fitted::new(&set, Feedback::None).unwrap();
+    // The motion alone does not determine the state.
+    let ridge = FittedRegression::new(&set, Feedback::None).unwrap();
     assert!(error_on_a_new_clip(&ridge, 0.9) > 0.05);
 }
 
 #[test]
 fn the_strength_is_chosen_on_the_validation_clips() {
-    // The validation clips answer to nothing: the flattest map is the best.
+    // The validation clips do not depend on the inputs: the flattest map is the best.
     let mut set = set(0..3, 0.0);
     let mut unrelated = series(9, 80, 0.0);
     let mean = unrelated.components.iter().fold(vec![0.0; 3], |sum, z| {
         sum.iter().zip(z).map(|(a, b)| a + b / 80.0).collect()
     });
     unrelated.components.fill(mean);
-    assert_eq!(Fitted::new(&set, Feedback::None).unwrap().strength, 1e-6);
+    assert_eq!(
+        FittedRegression::new(&set, Feedback::None).unwrap().strength,
+        1e-6
+    );
     set.validation.push(unrelated);
-    assert!(Fitted::new(&set, Feedback::None).unwrap().strength > 10.0);
+    assert!(FittedRegression::new(&set, Feedback::None).unwrap().strength > 10.0);
 }
 
 #[test]
 fn an_unstable_system_stays_in_range() {
     let set = set(0..2, 1.02);
-    let fitted = Fitted::new(&set, Feedback::Previous).unwrap();
+    let fitted = FittedRegression::new(&set, Feedback::Previous).unwrap();
     let most = |k: usize| {
         let all = set.train.iter().flat_map(|s| &s.components);
         all.map(|z| z[k].abs()).fold(0.0, f64::max)
@@ -112,11 +115,11 @@ fn an_unstable_system_stays_in_range() {
 }
 
 #[test]
-fn nothing_to_fit_is_no_regression() {
-    assert!(Fitted::new(&SeriesSet::default(), Feedback::None).is_none());
+fn a_fit_without_pairs_is_none() {
+    assert!(FittedRegression::new(&SeriesSet::default(), Feedback::None).is_none());
     let single = SeriesSet {
         train: vec![series(0, 1, 0.0)],
         validation: Vec::new(),
     };
-    assert!(Fitted::new(&single, Feedback::Previous).is_none());
+    assert!(FittedRegression::new(&single, Feedback::Previous).is_none());
 }

@@ -1,58 +1,12 @@
-//! What a motion does, in terms that people use.
+//! Quantities of a motion in everyday terms: speeds, angles, kinds of movement.
 
-use super::report::Excess;
+use super::{report::Excess, unit::Unit};
 use crate::kinematics::ClipKinematics;
 use glam::Vec3;
-use serde::Serialize;
 use std::ops::Range;
 use unic_core::{clip::Clip, motion::MotionSlices, skeleton::Skeleton};
 
-/// Unit of a quantity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub enum Unit {
-    /// Metres.
-    #[serde(rename = "m")]
-    Metres,
-    /// Metres a second.
-    #[serde(rename = "m/s")]
-    MetresPerSecond,
-    /// Degrees.
-    #[serde(rename = "°")]
-    Degrees,
-    /// Degrees a second.
-    #[serde(rename = "°/s")]
-    DegreesPerSecond,
-}
-
-impl Unit {
-    /// How far a value may be outside before it is worth a word.
-    fn margin(self) -> f32 {
-        match self {
-            Unit::Metres => 0.03,
-            Unit::MetresPerSecond => 0.15,
-            Unit::Degrees => 7.0,
-            Unit::DegreesPerSecond => 60.0,
-        }
-    }
-
-    pub(super) fn symbol(self) -> &'static str {
-        match self {
-            Unit::Metres => "m",
-            Unit::MetresPerSecond => "m/s",
-            Unit::Degrees => "°",
-            Unit::DegreesPerSecond => "°/s",
-        }
-    }
-
-    pub(super) fn digits(self) -> usize {
-        match self {
-            Unit::Metres | Unit::MetresPerSecond => 2,
-            Unit::Degrees | Unit::DegreesPerSecond => 0,
-        }
-    }
-}
-
-/// A kind of movement; a frame may be of several.
+/// Kind of movement. A frame may be of several kinds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Standing,
@@ -80,6 +34,7 @@ impl Kind {
         Kind::Lying,
     ];
 
+    /// Returns the kind in words.
     pub(super) fn name(self) -> &'static str {
         match self {
             Kind::Standing => "standing",
@@ -95,17 +50,18 @@ impl Kind {
     }
 }
 
-/// Slower is standing, faster is running, m/s.
+/// Least speed of a character that is not standing, m/s.
 const STANDING: f32 = 0.3;
+/// Least speed of running, m/s.
 const RUNNING: f32 = 2.0;
-/// Faster is a turn, degrees a second.
+/// Least turning rate of a turn, degrees per second.
 const TURNING: f32 = 45.0;
-/// Lower than this share of the bind pose's height is crouching.
+/// Largest height of the pelvis in crouching, as a share of its height in the bind pose.
 const CROUCHING: f32 = 0.8;
-/// Further from the vertical is lying, degrees.
+/// Least angle to the vertical in lying, degrees.
 const LYING: f32 = 60.0;
 
-/// The first quantities of every character; joints follow.
+/// Quantities of the whole body, which come first. Those of the joints follow.
 const WHOLE: [(&str, Unit); 7] = [
     ("speed", Unit::MetresPerSecond),
     ("speed forwards", Unit::MetresPerSecond),
@@ -115,6 +71,7 @@ const WHOLE: [(&str, Unit); 7] = [
     ("height of the pelvis", Unit::Metres),
     ("lean of the pelvis", Unit::Degrees),
 ];
+/// Indices into [`WHOLE`].
 const SPEED: usize = 0;
 const FORWARDS: usize = 1;
 const LEFT: usize = 2;
@@ -123,26 +80,35 @@ const TURN: usize = 4;
 const HEIGHT: usize = 5;
 const LEAN: usize = 6;
 
-/// Names and units of what is measured.
+/// Names and units of all quantities of a skeleton.
 #[derive(Clone, Debug)]
 pub(super) struct Quantities {
     pub(super) names: Vec<(String, Unit)>,
     slices: MotionSlices,
+    /// Joints other than the root.
     joints: Vec<usize>,
-    /// Shoulder and elbow, left and right.
-    arms: Vec<[usize; 2]>,
-    /// Height of the root in the bind pose above the lowest joint.
+    /// Left and right upper arm.
+    arms: Vec<UpperArm>,
+    /// Height of the root above the lowest joint in the bind pose, metres.
     standing_height: f32,
 }
 
+/// Joints at both ends of an upper arm.
+#[derive(Clone, Copy, Debug)]
+struct UpperArm {
+    shoulder: usize,
+    elbow: usize,
+}
+
 impl Quantities {
+    /// Lists the quantities of a skeleton.
     pub(super) fn of(skeleton: &Skeleton) -> Self {
         let root = skeleton.root();
         let joints: Vec<usize> = (0..skeleton.len()).filter(|&j| j != root).collect();
         let whole = WHOLE.iter().map(|(name, unit)| ((*name).to_owned(), *unit));
         let mut names: Vec<(String, Unit)> = whole.collect();
         for &joint in &joints {
-            let name = spoken(&skeleton.names()[joint]);
+            let name = in_words(&skeleton.names()[joint]);
             names.push((format!("bend of the {name}"), Unit::Degrees));
             names.push((format!("speed of the {name}"), Unit::DegreesPerSecond));
         }
@@ -150,7 +116,7 @@ impl Quantities {
         for (side, name) in [("L", "left"), ("R", "right")] {
             let joint = |part: &str| skeleton.joint(&format!("{side}_{part}"));
             if let (Some(shoulder), Some(elbow)) = (joint("shoulder"), joint("elbow")) {
-                arms.push([shoulder, elbow]);
+                arms.push(UpperArm { shoulder, elbow });
                 names.push((format!("raise of the {name} arm"), Unit::Degrees));
             }
         }
@@ -168,7 +134,7 @@ impl Quantities {
         }
     }
 
-    /// One number a quantity.
+    /// Returns the value of every quantity in a frame.
     pub(super) fn values(
         &self,
         skeleton: &Skeleton,
@@ -177,11 +143,12 @@ impl Quantities {
         frame: usize,
     ) -> Vec<f32> {
         let c = kinematics.motion(frame);
-        // Over the ground: the motion vector's is relative to the air.
+        // The motion vector's velocity is relative to the air. Speeds here are over the ground.
         let wind = kinematics.world_from_frame(frame).rotation.inverse() * clip.wind_at(frame);
         let velocity = Vec3::from_slice(&c[self.slices.root_velocity.clone()]) + wind;
         let turning = c[self.slices.root_angular_velocity.start + 1];
-        // The y row of the root's rotation; its middle is the cosine to the vertical.
+        // The y row of the root's rotation matrix. Its middle element is the cosine of the angle to
+        // the vertical.
         let upright = c[self.slices.root_orientation.start + 4];
         let mut values = vec![
             velocity.reject_from(Vec3::Y).length(),
@@ -192,7 +159,7 @@ impl Quantities {
             c[self.slices.root_position.start + 1],
             upright.clamp(-1.0, 1.0).acos().to_degrees(),
         ];
-        // Frame 0 moves as frame 1 does.
+        // Frame 0 has no frame before it and takes the velocities of frame 1.
         let now = &clip.poses[frame].local;
         let (before, after) = match frame {
             0 => (0, 1.min(clip.len() - 1)),
@@ -201,20 +168,23 @@ impl Quantities {
         let (before, after) = (&clip.poses[before].local, &clip.poses[after].local);
         for &joint in &self.joints {
             values.push(angle(now[joint].w));
+            // The cosine of half the angle between two unit quaternions is their inner product.
             values.push(angle(before[joint].dot(after[joint])) * clip.fps);
         }
         let root = skeleton.root();
         let position = |joint: usize| {
+            // The motion vector leaves out the root, whose position is its origin.
             let local = joint - usize::from(joint > root);
             Vec3::from_slice(&c[self.slices.joint_positions.start + 3 * local..][..3])
         };
-        for &[shoulder, elbow] in &self.arms {
+        for &UpperArm { shoulder, elbow } in &self.arms {
             let arm = position(elbow) - position(shoulder);
             values.push(arm.angle_between(Vec3::NEG_Y).to_degrees());
         }
         values
     }
 
+    /// Returns the kinds of movement of a frame.
     pub(super) fn kinds(&self, values: &[f32], kinematics: &ClipKinematics, frame: usize) -> Vec<Kind> {
         let contacts = &kinematics.motion(frame)[self.slices.contacts.clone()];
         let speed = values[SPEED];
@@ -234,13 +204,14 @@ impl Quantities {
     }
 }
 
-/// Angle of a rotation from the (absolute) cosine of half of it, degrees.
+/// Returns the angle of a rotation from the cosine of half of it, degrees. The sign is ignored: a
+/// quaternion and its negative are one rotation.
 fn angle(half_cosine: f32) -> f32 {
     2.0 * half_cosine.abs().min(1.0).acos().to_degrees()
 }
 
-/// `L_elbow` as "left elbow".
-fn spoken(name: &str) -> String {
+/// Returns the name of a joint in words: `L_elbow` is "left elbow".
+fn in_words(name: &str) -> String {
     match name.split_once('_') {
         Some(("L", rest)) => format!("left {rest}"),
         Some(("R", rest)) => format!("right {rest}"),
@@ -248,26 +219,29 @@ fn spoken(name: &str) -> String {
     }
 }
 
-/// Least and largest value of every quantity in a capture.
+/// Range of every quantity in a capture.
 #[derive(Clone, Debug)]
 pub(super) struct Ranges {
+    /// Least and largest value of each quantity.
     seen: Vec<[f32; 2]>,
 }
 
 impl Ranges {
+    /// Starts without any value.
     pub(super) fn new(quantities: &Quantities) -> Self {
         Self {
             seen: vec![[f32::INFINITY, f32::NEG_INFINITY]; quantities.names.len()],
         }
     }
 
+    /// Extends the ranges by the values of a frame.
     pub(super) fn add(&mut self, values: &[f32]) {
         for ([least, most], &value) in self.seen.iter_mut().zip(values) {
             (*least, *most) = (least.min(value), most.max(value));
         }
     }
 
-    /// Without any frame nothing is seen: every range is zero.
+    /// Ends the collection. Quantities without any value get the range zero.
     pub(super) fn close(&mut self) {
         let empty = |range: &&mut [f32; 2]| range[0] > range[1];
         self.seen
@@ -276,8 +250,8 @@ impl Ranges {
             .for_each(|range| *range = [0.0; 2]);
     }
 
-    /// Quantities that leave their range by more than a margin within some frames, the furthest
-    /// out first, in proportion to the margin.
+    /// Returns the quantities that leave their range by more than the margin within some frames.
+    /// The farthest out come first, in proportion to the margin.
     pub(super) fn outside(
         &self,
         quantities: &Quantities,

@@ -1,84 +1,86 @@
-//! What is said about a motion.
+//! Result of comparing a motion with a capture: JSON for programs, text for people.
 
-use super::quantities::Unit;
+use super::unit::Unit;
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 
-/// Quantities that the text names for a stretch and for the whole motion; JSON holds all.
+/// Number of quantities that the text names for a stretch. JSON holds all.
 const NAMED_FOR_STRETCH: usize = 3;
+/// Number of quantities that the text names for the whole motion. JSON holds all.
 const NAMED: usize = 12;
 
-/// A motion against a capture. Distances are relative to what counts as seen: 1 is the limit.
+/// Comparison of a motion with a capture. Distances are in units of the largest covered distance: 1
+/// is the limit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CoverageReport {
     /// Name of the motion.
     pub clip: String,
-    /// Its length, s.
+    /// Length of the motion, s.
     pub seconds: f32,
-    /// Share of the frames that are no further from the capture than 1, %.
+    /// Share of covered frames, whose distance is at most 1, %.
     pub covered_percent: f32,
-    /// Median over the frames of the distance to the capture.
+    /// Median distance of the frames to the capture.
     pub median_distance: f32,
-    /// The largest one.
+    /// Largest distance of a frame to the capture.
     pub largest_distance: f32,
-    /// Stretches that the capture has not seen, the heaviest first.
+    /// Stretches that the capture does not cover, the heaviest first.
     pub worst: Vec<Stretch>,
-    /// Quantities beyond the capture's range anywhere in the motion, the furthest first.
+    /// Quantities beyond the capture's range anywhere in the motion, the farthest first.
     pub outside: Vec<Excess>,
-    /// Kinds of movement, here and in the capture.
+    /// Kinds of movement in the motion and in the capture.
     pub kinds: Vec<KindShare>,
 }
 
-/// A part of a motion that the capture has not seen.
+/// Part of a motion that a capture does not cover.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stretch {
-    /// First frame, s.
+    /// Time of the first frame, s.
     pub from_seconds: f32,
-    /// End, s.
+    /// Time of the end, s.
     pub to_seconds: f32,
-    /// Largest distance in it.
+    /// Largest distance of a frame in the stretch.
     pub distance: f32,
-    /// What the capture has that is most like its furthest frame.
+    /// Frame of the capture that is nearest to the stretch's farthest frame.
     pub nearest: Place,
-    /// Quantities beyond the capture's range in it, the furthest first; none where only the
-    /// combination is new.
+    /// Quantities beyond the capture's range in the stretch, the farthest first. Empty where only
+    /// their combination is new.
     pub reasons: Vec<Excess>,
 }
 
-/// A moment of a capture.
+/// Frame of a capture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Place {
     /// Name of the clip.
     pub clip: String,
-    /// Time in it, s.
+    /// Time in the clip, s.
     pub seconds: f32,
 }
 
-/// A quantity beyond the range of the capture.
+/// Quantity beyond its range in the capture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Excess {
-    /// Such as "bend of the left elbow": the angle of its rotation away from the T-pose.
+    /// Name, such as "bend of the left elbow": the angle of its rotation away from the T-pose.
     pub quantity: String,
-    /// Of all numbers here.
+    /// Unit of all numbers of this quantity.
     pub unit: Unit,
     /// Least and largest value in the capture.
     pub seen: [f32; 2],
-    /// The value furthest out.
+    /// Value farthest out of the range.
     pub found: f32,
-    /// When, s.
+    /// Time of that value, s.
     pub at_seconds: f32,
-    /// How long the quantity is out of range altogether, s.
+    /// Time for which the quantity is out of its range, s.
     pub seconds: f32,
 }
 
-/// How much there is of a kind of movement.
+/// Time of a kind of movement.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KindShare {
-    /// Such as "running".
+    /// Name, such as "running".
     pub kind: String,
-    /// In the motion, s.
+    /// Time in the motion, s.
     pub seconds: f32,
-    /// In the capture, s.
+    /// Time in the capture, s.
     pub capture_seconds: f32,
 }
 

@@ -1,14 +1,16 @@
-//! Contract: a capture covers itself, and what it has not seen is found, placed in time and named.
+//! Contract: a capture covers itself; motion that it does not cover is found, named and placed in
+//! time.
 
 use super::*;
 use crate::synthetic::cube;
 use glam::{Quat, Vec3};
 use unic_core::{
+    Pose,
     character::Character,
-    skeleton::{Pose, Skeleton, SkeletonParts},
+    skeleton::{Skeleton, SkeletonParts},
 };
 
-/// The cube with an arm of two bones at its side.
+/// Cube with an arm of two bones at its side.
 fn character() -> Character {
     let names = ["pelvis", "spine1", "L_shoulder", "L_elbow"];
     let skeleton = Skeleton::new(SkeletonParts {
@@ -28,8 +30,8 @@ fn character() -> Character {
     }
 }
 
-/// Walks forwards at `speed` m/s with a spine that sways and an elbow that bends up to `bend`
-/// radians.
+/// Makes a clip that walks forwards at `speed` m/s. The spine sways, and the elbow bends up to
+/// `bend` radians.
 fn walk(name: &str, seconds: f32, speed: f32, bend: f32) -> Clip {
     let pose = |t: usize| {
         let s = t as f32 / 30.0;
@@ -82,7 +84,7 @@ fn a_capture_covers_itself_wherever_it_stands() {
 }
 
 #[test]
-fn an_elbow_that_bends_further_is_named_and_placed() {
+fn an_elbow_that_bends_farther_is_named_with_its_time() {
     let clips = [walk("slow", 10.0, 1.0, 0.5), walk("fast", 10.0, 1.5, 0.5)];
     let coverage = fitted(&clips);
     let mut bent = clips[0].clone();
@@ -118,7 +120,7 @@ fn an_elbow_that_bends_further_is_named_and_placed() {
 }
 
 #[test]
-fn running_is_lacking_where_nobody_ran() {
+fn running_is_missing_in_a_capture_of_walks() {
     let coverage = fitted(&[walk("slow", 10.0, 1.0, 0.5), walk("fast", 10.0, 1.5, 0.5)]);
     let report = coverage.assess(&walk("run", 5.0, 3.5, 0.5));
     assert_eq!(report.covered_percent, 0.0, "{report}");
@@ -139,7 +141,7 @@ fn running_is_lacking_where_nobody_ran() {
 }
 
 #[test]
-fn more_coverage_is_never_less_covered() {
+fn a_clip_that_is_added_is_covered() {
     let one = fitted(&[walk("slow", 10.0, 1.0, 0.5), walk("fast", 10.0, 1.5, 0.5)]);
     let clip = walk("new", 5.0, 1.25, 0.6);
     let two = fitted(&[
@@ -152,7 +154,7 @@ fn more_coverage_is_never_less_covered() {
 }
 
 #[test]
-fn the_search_is_exact() {
+fn the_neighbour_search_is_exact() {
     let clips = [walk("slow", 10.0, 1.0, 0.5), walk("fast", 10.0, 1.5, 0.9)];
     let coverage = fitted(&clips);
     let skeleton = &coverage.character.skeleton;

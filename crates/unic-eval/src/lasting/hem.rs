@@ -1,4 +1,4 @@
-//! The hem: where a garment swings most.
+//! The hem of a garment, where it swings most.
 
 use glam::Vec3;
 use unic_core::{
@@ -6,11 +6,13 @@ use unic_core::{
     topology::{components, weld},
 };
 
-/// Of all vertices, where the mesh has no boundary.
+/// Number of vertices for each vertex of the hem, where the mesh has no boundary.
 const LOWEST_SHARE: usize = 20;
 
-/// The vertices of the boundary whose mean height in the rest shape is the lowest; of a closed mesh its
-/// lowest twentieth. In ascending order.
+/// Returns the vertices of the hem in ascending order.
+///
+/// The hem is the boundary with the lowest mean height in the rest shape. Of a closed mesh it is
+/// the lowest twentieth of the vertices.
 pub(super) fn hem(rest: &TriMesh) -> Vec<usize> {
     let height = |&vertex: &usize| rest.vertices[vertex].y;
     let mean = |hem: &[usize]| hem.iter().map(height).sum::<f32>() / hem.len() as f32;
@@ -20,6 +22,7 @@ pub(super) fn hem(rest: &TriMesh) -> Vec<usize> {
         .unwrap_or_else(|| lowest(&rest.vertices))
 }
 
+/// Returns the lowest twentieth of the vertices in ascending order.
 fn lowest(vertices: &[Vec3]) -> Vec<usize> {
     let mut all: Vec<usize> = (0..vertices.len()).collect();
     all.sort_by(|&a, &b| vertices[a].y.total_cmp(&vertices[b].y));
@@ -28,8 +31,10 @@ fn lowest(vertices: &[Vec3]) -> Vec<usize> {
     all
 }
 
-/// Connected boundaries. Seams between panels, where vertices are doubled, are none.
+/// Returns the connected boundaries of a mesh. Seams between panels, where vertices are doubled,
+/// are no boundaries.
 fn boundaries(rest: &TriMesh) -> Vec<Vec<usize>> {
+    // Seams double their vertices. Welded, their two sides are one edge with two faces.
     let first = weld(&rest.vertices);
     let corners = |face: &[u32; 3]| face.map(|vertex| first[vertex as usize]);
     let mut sides: Vec<[u32; 2]> = (rest.faces.iter().map(corners))
@@ -37,16 +42,17 @@ fn boundaries(rest: &TriMesh) -> Vec<Vec<usize>> {
         .map(|[a, b]| [a.min(b), a.max(b)])
         .collect();
     sides.sort_unstable();
+    // A side of one face alone lies on a boundary.
     let open = sides.chunk_by(|a, b| a == b).filter(|same| same.len() == 1);
-    // An edge is a face with a corner twice.
+    // `components` takes faces: an edge is a face with one corner twice.
     let edges: Vec<[u32; 3]> = open.map(|side| [side[0][0], side[0][1], side[0][1]]).collect();
-    let (labels, count) = components(rest.vertices.len(), &edges);
-    let mut boundaries = vec![Vec::new(); count];
+    let components = components(rest.vertices.len(), &edges);
+    let mut boundaries = vec![Vec::new(); components.count];
     let mut vertices: Vec<u32> = edges.iter().flat_map(|&[a, b, _]| [a, b]).collect();
     vertices.sort_unstable();
     vertices.dedup();
     for vertex in vertices {
-        boundaries[labels[vertex as usize] as usize].push(vertex as usize);
+        boundaries[components.of_vertex[vertex as usize] as usize].push(vertex as usize);
     }
     boundaries.retain(|boundary| !boundary.is_empty());
     boundaries
@@ -68,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_mesh_has_its_lowest_twentieth() {
+    fn the_hem_of_a_closed_mesh_is_its_lowest_twentieth() {
         let body = crate::synthetic::cube().body;
         assert_eq!(hem(&body).len(), 1);
         assert_eq!(body.vertices[hem(&body)[0]].y, -1.0);

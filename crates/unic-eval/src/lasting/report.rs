@@ -1,21 +1,21 @@
-//! The targets, and everything as text.
+//! Targets of the measures, and all results as text.
 
-use super::{Disturbance, Lasting, Pair, Stop};
+use super::{Comparison, Disturbance, LastingReport, Stop};
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 
-/// Where a number should lie.
+/// Target of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Target {
-    /// Not above it.
+    /// Largest value that meets the target.
     AtMost(f64),
-    /// Between the two.
+    /// Least and largest value that meet the target.
     Within([f64; 2]),
 }
 
 impl Target {
-    /// Does it? What is no number does not.
+    /// Returns whether a value meets the target. NaN does not.
     pub fn is_met(&self, value: f64) -> bool {
         match *self {
             Self::AtMost(most) => value <= most,
@@ -24,21 +24,23 @@ impl Target {
     }
 }
 
-/// A number with its target.
+/// Number with its target.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
-    /// What is measured.
+    /// Description of the number.
     pub measure: String,
-    /// Nothing where the capture has nothing to measure it on; what is no number is `null`, and missed.
+    /// Measured number. `None` where the capture has nothing to measure it on. A number that is not
+    /// finite is `null` in JSON and misses its target.
     pub value: Option<f64>,
-    /// What is aimed at.
+    /// Target of the number.
     pub target: Target,
-    /// None without a value.
+    /// Result of the comparison with the target. `None` without a number.
     #[serde(rename = "met")]
     pub is_met: Option<bool>,
 }
 
 impl Verdict {
+    /// Compares a number with its target.
     fn new(measure: impl Into<String>, value: Option<f64>, target: Target) -> Self {
         Self {
             measure: measure.into(),
@@ -49,9 +51,9 @@ impl Verdict {
     }
 }
 
-/// The published targets: design of `standard`.
-pub(super) fn verdicts(lasting: &Lasting) -> Vec<Verdict> {
-    let Lasting {
+/// Returns the main numbers beside the targets that preset `standard` is designed for.
+pub(super) fn verdicts(lasting: &LastingReport) -> Vec<Verdict> {
+    let LastingReport {
         drift,
         random_motion,
         standing,
@@ -61,11 +63,10 @@ pub(super) fn verdicts(lasting: &Lasting) -> Vec<Verdict> {
         ..
     } = lasting;
     let worst = |values: Vec<f64>| values.into_iter().max_by(f64::total_cmp);
-    // The truth's energy is pooled over clips by sums, as everywhere; its square root is no ratio of means.
-    let [found, truth] = [0, 1].map(|which| {
-        let energy = |a: &super::Aliveness| [a.band_energy_mm2, a.true_band_energy_mm2][which];
-        aliveness.iter().map(energy).sum::<f64>()
-    });
+    // Energies are summed over clips before they are divided, as errors are pooled everywhere. A
+    // mean of ratios would let clips with little motion dominate.
+    let found = aliveness.iter().map(|a| a.band_energy_mm2).sum::<f64>();
+    let truth = aliveness.iter().map(|a| a.true_band_energy_mm2).sum::<f64>();
     let mean_jitter = aliveness.iter().map(|a| a.jitter_ratio).sum::<f64>() / aliveness.len() as f64;
     let alive = |value: f64| (!aliveness.is_empty()).then_some(value);
     let random = |value: f64| (random_motion.frames > 0).then_some(value);
@@ -117,9 +118,9 @@ pub(super) fn verdicts(lasting: &Lasting) -> Vec<Verdict> {
     verdicts
 }
 
-/// Sums over stops, so that those with a large swing count for more.
-fn of_stops(what: &str, pairs: Vec<Pair<f64>>) -> Verdict {
-    let sum = |part: fn(&Pair<f64>) -> f64| pairs.iter().map(part).sum::<f64>();
+/// Returns the ratio of two sums over stops, so that stops with a large swing count more.
+fn of_stops(what: &str, pairs: Vec<Comparison<f64>>) -> Verdict {
+    let sum = |part: fn(&Comparison<f64>) -> f64| pairs.iter().map(part).sum::<f64>();
     let (found, truth) = (sum(|pair| pair.predicted), sum(|pair| pair.truth));
     Verdict::new(
         format!("{what} after sudden stops ({}), by the truth's", pairs.len()),
@@ -128,6 +129,7 @@ fn of_stops(what: &str, pairs: Vec<Pair<f64>>) -> Verdict {
     )
 }
 
+/// Returns a disturbance in words.
 fn words(disturbance: Disturbance) -> &'static str {
     match disturbance {
         Disturbance::MeanShape => "a start as it hangs on average",
@@ -140,7 +142,7 @@ fn words(disturbance: Disturbance) -> &'static str {
     }
 }
 
-impl Display for Lasting {
+impl Display for LastingReport {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         writeln!(f, "| measure | found | target | met |\n|---|---|---|---|")?;
         for verdict in &self.verdicts {
@@ -169,7 +171,8 @@ impl Display for Target {
     }
 }
 
-impl Lasting {
+impl LastingReport {
+    /// Writes the drift of each clip.
     fn write_drift(&self, f: &mut Formatter<'_>) -> fmt::Result {
         if !self.drift.is_empty() {
             writeln!(
@@ -193,6 +196,7 @@ impl Lasting {
         Ok(())
     }
 
+    /// Writes the liveliness in each test clip.
     fn write_aliveness(&self, f: &mut Formatter<'_>) -> fmt::Result {
         if !self.aliveness.is_empty() {
             writeln!(
@@ -221,6 +225,7 @@ impl Lasting {
         Ok(())
     }
 
+    /// Writes each sudden stop.
     fn write_stops(&self, f: &mut Formatter<'_>) -> fmt::Result {
         if !self.stops.is_empty() {
             writeln!(
@@ -230,9 +235,9 @@ impl Lasting {
             )?;
         }
         for stop in &self.stops {
-            let Pair { predicted, truth } = stop.decay_s;
+            let Comparison { predicted, truth } = stop.decay_s;
             let decay = [number(predicted, 2), number(truth, 2)].join(" | ");
-            let Pair { predicted, truth } = stop.overshoot_mm;
+            let Comparison { predicted, truth } = stop.overshoot_mm;
             let overshoot = [number(Some(predicted), 1), number(Some(truth), 1)].join(" | ");
             let (clip, split, at) = (&stop.clip, stop.split, stop.at_s);
             writeln!(f, "| {clip} at {at:.1} s | {split} | {decay} | {overshoot} |")?;
@@ -240,6 +245,7 @@ impl Lasting {
         Ok(())
     }
 
+    /// Writes the recovery from each disturbance.
     fn write_recovery(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let happened = || self.recovery.iter().filter(|recovery| recovery.events > 0);
         if happened().next().is_some() {
@@ -266,6 +272,7 @@ impl Lasting {
     }
 }
 
+/// Formats a number. A dash stands for none.
 fn number(value: Option<f64>, digits: usize) -> String {
     match value {
         None => "–".to_owned(),

@@ -1,56 +1,56 @@
-//! Does a garment forget what has happened once its character stands?
+//! Standing still: whether a garment forgets past motion once its character stands.
 
 use super::{
-    random_motion::{End, ease, placed, placeless},
-    subject::{Subject, refused},
+    random_motion::{StoppingPoint, at_origin, moved_to, smootherstep},
+    runner::{Runner, refused},
 };
-use crate::{error::Result, metrics::Squared};
+use crate::{error::Result, metrics::SquaredErrors};
 use glam::{Vec2, Vec3};
 use serde::Serialize;
 use std::{cmp::Ordering, iter::repeat_n};
-use unic_core::{
-    animator::Start,
-    clip::Clip,
-    heading::Heading,
-    skeleton::{Pose, Skeleton},
-};
+use unic_core::{Pose, Start, clip::Clip, heading::Heading, skeleton::Skeleton};
 use unic_io::{Capture, Split};
 
-/// From the last pose of the motion to the one that is stood in, seconds.
+/// Time from the last pose of the motion to the standing pose, seconds.
 const STOPPING_S: f32 = 0.5;
-/// Of standing still, seconds.
+/// Time of standing still, seconds.
 const STANDING_S: f32 = 3.0;
 
-/// The garment three seconds after random motion has ended in half a second, against one that has
-/// started as it hangs on average and has stood for the same three seconds.
+/// Difference between two garments after three seconds of standing still.
 ///
-/// The motion is cut short in ten places. The pose is that of the training frame in which the fastest
-/// joint is slowest.
+/// One has gone through random motion, which ends within half a second. The other has started at
+/// the mean displacement. The motion is cut short in ten places. The standing pose is the training
+/// frame whose fastest joint is slowest.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Standing {
-    /// RMSE between the two, one an end of the motion, mm.
+    /// RMSE between the two garments for each end of the motion, mm.
     pub rmse_mm: Vec<f64>,
-    /// The largest of them, mm.
+    /// Largest of these errors, mm.
     pub worst_mm: f64,
 }
 
-pub(super) fn measure(subject: &mut Subject, ends: &[End]) -> Result<Standing> {
-    let stance = stance(subject.capture)?;
-    let at = |seconds: f32| (seconds * subject.fps()).round() as usize;
+/// Measures the difference after each end of the random motion.
+pub(super) fn measure(runner: &mut Runner, stopping_points: &[StoppingPoint]) -> Result<Standing> {
+    let stance = stance(runner.capture)?;
+    let at = |seconds: f32| (seconds * runner.fps()).round() as usize;
     let (stopping, standing) = (at(STOPPING_S), at(STANDING_S));
-    subject.begin("standing still", ends.len() * (stopping + 2 * standing));
+    runner.begin_measure(
+        "standing still",
+        stopping_points.len() * (stopping + 2 * standing),
+    );
     let mut rmse_mm = Vec::new();
-    for end in ends {
-        let clip = halt(subject, &end.pose, &stance, [stopping, standing]);
-        let restored = subject.animator.restore(end.state.clone());
+    for end in stopping_points {
+        let clip = halting_clip(runner, &end.pose, &stance, stopping, standing);
+        let restored = runner.animator.restore(end.state.clone());
         restored.map(|_| ()).map_err(|e| refused(&clip, e))?;
-        subject.go_on(&clip, 1..clip.len(), &mut |_, _| {})?;
-        let shaken = subject.animator.garment().positions.to_vec();
-        subject.run(&clip, stopping..clip.len(), Start::MeanShape, &mut |_, _| {})?;
-        let sums = Squared::between(&shaken, subject.animator.garment().positions);
+        runner.step_through(&clip, 1..clip.len(), &mut |_, _| {})?;
+        let shaken = runner.animator.garment().positions.to_vec();
+        // The reference stands for the same time, but has no past.
+        runner.run(&clip, stopping..clip.len(), Start::MeanShape, &mut |_, _| {})?;
+        let sums = SquaredErrors::between(&shaken, runner.animator.garment().positions);
         rmse_mm.push(sums.rmse_mm().unwrap_or(f64::NAN));
     }
-    // What is no number is worse than any.
+    // `total_cmp` orders NaN above all numbers: a diverged run is the worst.
     let worst_mm = rmse_mm.iter().copied().max_by(f64::total_cmp);
     Ok(Standing {
         rmse_mm,
@@ -58,25 +58,30 @@ pub(super) fn measure(subject: &mut Subject, ends: &[End]) -> Result<Standing> {
     })
 }
 
-/// Frame 0 is `from`; frame `stopping` and all that follow are the stance, where `from` is and faces.
-fn halt(subject: &Subject, from: &Pose, stance: &Pose, [stopping, standing]: [usize; 2]) -> Clip {
-    let skeleton = subject.skeleton();
+/// Returns the motion from the pose `from` into the standing pose, at the place and in the
+/// direction of `from`.
+///
+/// Frame 0 is `from`. Frame `stopping` and the `standing` frames that follow are the standing pose.
+fn halting_clip(runner: &Runner, from: &Pose, stance: &Pose, stopping: usize, standing: usize) -> Clip {
+    let skeleton = runner.skeleton();
     let forward = Heading::start(from.local[skeleton.root()]).rotation() * Vec3::Z;
     let at = Vec2::new(from.trans.x, from.trans.z);
-    let to = placed(skeleton, stance, forward.x.atan2(forward.z), at);
-    let blend = |t: usize| from.interpolate(&to, ease(t as f32 / stopping as f32));
+    let to = moved_to(skeleton, stance, forward.x.atan2(forward.z), at);
+    // Blending with smootherstep starts and ends without acceleration.
+    let blend = |t: usize| from.interpolate(&to, smootherstep(t as f32 / stopping as f32));
     let mut poses: Vec<Pose> = (0..stopping).map(blend).collect();
     poses.extend(repeat_n(to.clone(), standing + 1));
     Clip {
         name: "standing still".into(),
-        fps: subject.fps(),
+        fps: runner.fps(),
         poses,
         ground_height: 0.0,
         wind: Vec::new(),
     }
 }
 
-/// The training frame whose fastest joint is slowest, the bind pose without any.
+/// Returns the training pose whose fastest joint is slowest, or the bind pose without training
+/// clips.
 fn stance(capture: &Capture) -> Result<Pose> {
     let skeleton = &capture.character.skeleton;
     let mut slowest: Option<(f32, Pose)> = None;
@@ -84,18 +89,19 @@ fn stance(capture: &Capture) -> Result<Pose> {
         let clip = capture.load_clip(name)?.clip;
         let steps = steps(skeleton, &clip);
         let frame =
+            // NaN compares as equal, so that it is never a reason to choose a frame.
             (0..steps.len()).min_by(|&a, &b| steps[a].partial_cmp(&steps[b]).unwrap_or(Ordering::Equal));
         if let Some(frame) = frame
             && slowest.as_ref().is_none_or(|(step, _)| steps[frame] < *step)
         {
-            let pose = placeless(skeleton, &clip.poses[frame], clip.ground_height);
+            let pose = at_origin(skeleton, &clip.poses[frame], clip.ground_height);
             slowest = Some((steps[frame], pose));
         }
     }
     Ok(slowest.map_or_else(|| skeleton.bind_pose(), |(_, pose)| pose))
 }
 
-/// How far the fastest joint moves from each frame to the next, metres.
+/// Returns the distance that the fastest joint moves from each frame to the next, metres.
 fn steps(skeleton: &Skeleton, clip: &Clip) -> Vec<f32> {
     let mut joints = [Vec::new(), Vec::new()];
     let mut step = |pair: &[Pose]| {

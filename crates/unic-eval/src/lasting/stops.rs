@@ -1,104 +1,111 @@
-//! How does the hem come to rest after a sudden stop?
+//! Sudden stops: motion of the hem until it comes to rest.
 
-use super::{
-    hem::hem,
-    subject::{Carried, Subject},
-};
+use super::{hem::hem, runner::Runner, skinned_garment::SkinnedGarment};
 use crate::error::Result;
 use glam::{DVec3, Vec3};
 use serde::Serialize;
 use std::ops::Range;
-use unic_core::{animator::Start, clip::Clip, skeleton::Skeleton};
+use unic_core::{Start, clip::Clip, skeleton::Skeleton};
 use unic_io::CapturedClip;
 
-/// Faster is under way, slower has come to a stop, and what stands sways up to the third, m/s.
+/// Least speed of a character under way, m/s.
 const UNDER_WAY: f32 = 1.0;
+/// Largest speed of a character that has stopped, m/s.
 const STOPPED: f32 = 0.2;
+/// Largest speed of a character that stands and sways, m/s.
 const SWAYING: f32 = 0.25;
-/// Longest from the first speed to the second, seconds: two steps of a person.
+/// Longest time from the first speed to the second, seconds: two steps of a person.
 const BRAKING_S: f32 = 1.0;
-/// The character stands for as long after a stop, seconds; the hem comes to rest in it.
+/// Time for which the character stands after a stop, seconds. The hem comes to rest in it.
 const QUIET_S: f32 = 1.5;
-/// Speeds are over this time, centred, seconds: steps shake the root.
+/// Time over which speeds are measured, centred, seconds. Steps shake the root, so that shorter
+/// times give false stops.
 const SPEED_S: f32 = 0.2;
-/// Free running begins as long before the stop, from the true garment, seconds.
+/// Time of free running before the stop, from a true garment, seconds.
 const LEAD_S: f32 = 10.0;
-/// The largest swing is looked for this long after the stop, seconds.
+/// Time after the stop within which the largest swing is found, seconds.
 const SWING_S: f32 = 0.5;
-/// Share of the quiet time, at its end, whose mean is where the hem comes to rest.
+/// Share of the standing time, at its end, whose mean is the position at rest.
 const REST_SHARE: f64 = 1.0 / 3.0;
 
-/// The hem after one sudden stop.
+/// Motion of the hem after one sudden stop.
 ///
-/// The root's speed over the ground falls from 1 m/s to 0.2 m/s within a second and stays below 0.25 m/s
-/// for 1.5 s. The hem is the lowest boundary of the rest shape. With δ_i(t) the displacement of its vertex
-/// i less its mean over the last half second of those 1.5 s, and t₀ the time within half a second of the
-/// stop at which the RMS of δ over the hem is largest:
-/// - the **decay time** is that from t₀ until the RMS of δ stays below 1/e of its value at t₀, if it does
-///   before the last half second: a hem that still moves then has not come to rest;
-/// - the **first overshoot** is the largest swing to the other side before the hem comes back: the RMS of δ
-///   at t₀ times −min s(t) over the first stretch of s(t) = Σ_i δ_i(t)·δ_i(t₀) / Σ_i |δ_i(t₀)|² below 0.
+/// A sudden stop is one where the root's speed over the ground falls from 1 m/s to 0.2 m/s within a
+/// second and stays below 0.25 m/s for 1.5 s. The hem is the lowest boundary of the rest shape.
+///
+/// δ_i(t) is the displacement of the hem's vertex i, less its mean over the last half second of
+/// those 1.5 s. t₀ is the time within half a second of the stop at which the RMS of δ over the hem
+/// is largest.
+///
+/// - The **decay time** is the time from t₀ until the RMS of δ stays below 1/e of its value at t₀.
+///   It is undefined where this happens in the last half second: a hem that still moves then has
+///   not come to rest.
+/// - The **first overshoot** is the largest swing to the other side before the hem comes back: the
+///   RMS of δ at t₀ times −min s(t) over the first interval with s(t) < 0, where s(t) = Σ_i
+///   δ_i(t)·δ_i(t₀) / Σ_i |δ_i(t₀)|².
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stop {
-    /// The clip.
+    /// Name of the clip.
     pub clip: String,
-    /// Its split's name: the model may have seen it.
+    /// Name of the clip's split. A model may have been trained on the clip.
     pub split: &'static str,
-    /// When the speed falls below 0.2 m/s, seconds into the clip.
+    /// Time at which the speed falls below 0.2 m/s, seconds into the clip.
     pub at_s: f64,
-    /// Decay time, seconds; none where the hem has not come to rest.
-    pub decay_s: Pair<Option<f64>>,
-    /// First overshoot, mm; 0 where the hem does not swing back.
-    pub overshoot_mm: Pair<f64>,
+    /// Decay time, seconds. `None` where the hem has not come to rest.
+    pub decay_s: Comparison<Option<f64>>,
+    /// First overshoot, mm. 0 where the hem does not swing back.
+    pub overshoot_mm: Comparison<f64>,
 }
 
 impl Stop {
-    /// Decay times where the truth comes to rest; infinite for a prediction that does not.
-    pub(super) fn decay(&self) -> Option<Pair<f64>> {
-        Some(Pair {
+    /// Returns the decay times where the true hem comes to rest. That of a prediction that does not
+    /// is infinite.
+    pub(super) fn decay(&self) -> Option<Comparison<f64>> {
+        Some(Comparison {
             predicted: self.decay_s.predicted.unwrap_or(f64::INFINITY),
             truth: self.decay_s.truth?,
         })
     }
 }
 
-/// A number of the free-running prediction and of the truth.
+/// Number of a free-running prediction and of the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Pair<T> {
-    /// Of the prediction.
+pub struct Comparison<T> {
+    /// Number of the prediction.
     pub predicted: T,
-    /// Of the truth.
+    /// Number of the truth.
     pub truth: T,
 }
 
-/// All stops in all clips.
-pub(super) fn measure(subject: &mut Subject) -> Result<Vec<Stop>> {
+/// Measures all sudden stops in all clips.
+pub(super) fn measure(runner: &mut Runner) -> Result<Vec<Stop>> {
     let mut found = Vec::new();
     let mut frames = 0;
-    for (name, split) in subject.capture.manifest.splits.iter() {
-        let captured = subject.capture.load_clip(name)?;
-        for stop in find(subject.skeleton(), &captured.clip) {
+    for (name, split) in runner.capture.manifest.splits.iter() {
+        let captured = runner.capture.load_clip(name)?;
+        for stop in find(runner.skeleton(), &captured.clip) {
             let first = stop.saturating_sub(frames_in(LEAD_S, captured.clip.fps));
             let end = stop + frames_in(QUIET_S, captured.clip.fps) + 1;
             frames += end - first;
             found.push((captured.clone(), split, stop, first..end));
         }
     }
-    subject.begin("sudden stops", frames);
-    let vertices = hem(&subject.capture.garment.rest);
+    // Stops are found first, so that the progress knows the number of frames.
+    runner.begin_measure("sudden stops", frames);
+    let vertices = hem(&runner.capture.garment.rest);
     let of_stop = |(captured, split, stop, frames): (CapturedClip, unic_io::Split, usize, Range<usize>)| {
-        let [predicted, truth] = swings(subject, &captured, frames, stop, &vertices)?;
+        let [predicted, truth] = hem_motions(runner, &captured, frames, stop, &vertices)?;
         let fps = f64::from(captured.clip.fps);
-        let [predicted, truth] = [Swing::of(&predicted, fps), Swing::of(&truth, fps)];
+        let [predicted, truth] = [HemSwing::measure(&predicted, fps), HemSwing::measure(&truth, fps)];
         Ok(Stop {
             clip: captured.clip.name.clone(),
             split: split.name(),
             at_s: stop as f64 / fps,
-            decay_s: Pair {
+            decay_s: Comparison {
                 predicted: predicted.decay_s,
                 truth: truth.decay_s,
             },
-            overshoot_mm: Pair {
+            overshoot_mm: Comparison {
                 predicted: 1e3 * predicted.overshoot,
                 truth: 1e3 * truth.overshoot,
             },
@@ -107,22 +114,25 @@ pub(super) fn measure(subject: &mut Subject) -> Result<Vec<Stop>> {
     found.into_iter().map(of_stop).collect()
 }
 
+/// Returns the number of frames in a time, rounded.
 fn frames_in(seconds: f32, fps: f32) -> usize {
     (seconds * fps).round() as usize
 }
 
-/// The frames at which the speed falls below [`STOPPED`].
+/// Returns the frames of sudden stops, at which the speed falls below [`STOPPED`].
 pub(super) fn find(skeleton: &Skeleton, clip: &Clip) -> Vec<usize> {
     let speeds = speeds(skeleton, clip);
     let [braking, quiet] = [BRAKING_S, QUIET_S].map(|s| frames_in(s, clip.fps));
     let mut stops = Vec::new();
     let mut frame = 1;
+    // The character must stand for the whole quiet time within the clip.
     while frame + quiet < speeds.len() {
         let before = &speeds[frame.saturating_sub(braking)..frame];
         let falls = speeds[frame] < STOPPED && speeds[frame - 1] >= STOPPED;
         let stays = speeds[frame..=frame + quiet].iter().all(|&v| v < SWAYING);
         if falls && stays && before.iter().any(|&v| v > UNDER_WAY) {
             stops.push(frame);
+            // A second stop within the quiet time would be the same one.
             frame += quiet;
         }
         frame += 1;
@@ -130,7 +140,7 @@ pub(super) fn find(skeleton: &Skeleton, clip: &Clip) -> Vec<usize> {
     stops
 }
 
-/// Of the root over the ground, m/s, by frame.
+/// Returns the speed of the root over the ground in each frame, m/s.
 fn speeds(skeleton: &Skeleton, clip: &Clip) -> Vec<f32> {
     let half = frames_in(SPEED_S / 2.0, clip.fps).max(1);
     let mut joints = Vec::new();
@@ -140,57 +150,61 @@ fn speeds(skeleton: &Skeleton, clip: &Clip) -> Vec<f32> {
     };
     let places: Vec<Vec3> = clip.poses.iter().map(&mut place).collect();
     let speed = |frame: usize| {
+        // Central differences end at the first and the last frame, where the interval is shorter.
         let (from, to) = (frame.saturating_sub(half), (frame + half).min(places.len() - 1));
         places[from].distance(places[to]) * clip.fps / (to - from).max(1) as f32
     };
     (0..places.len()).map(speed).collect()
 }
 
-/// Displacements of the hem from the stop to the end of the frames, by frame, metres.
+/// Displacements of the hem's vertices in each frame from the stop on, metres.
 type HemMotion = Vec<Vec<DVec3>>;
 
-/// Of a free run and of the truth.
-fn swings(
-    subject: &mut Subject,
+/// Returns the motion of the hem in a free run and in the truth.
+fn hem_motions(
+    runner: &mut Runner,
     captured: &CapturedClip,
     frames: Range<usize>,
     stop: usize,
     vertices: &[usize],
 ) -> Result<[HemMotion; 2]> {
     let (clip, garment) = (&captured.clip, &captured.garment);
-    let mut carried = Carried::new(subject.capture);
+    let mut skinned = SkinnedGarment::new(runner.capture);
     let mut motions = [Vec::new(), Vec::new()];
     let start = Start::Positions(garment.frame(frames.start));
-    subject.run(clip, frames, start, &mut |frame, animator| {
+    runner.run(clip, frames, start, &mut |frame, animator| {
+        // Only frames from the stop on are measured. Those before it let the model forget its true
+        // start.
         if frame < stop {
             return;
         }
-        carried.pose(&clip.poses[frame]);
+        skinned.pose(&clip.poses[frame]);
         let shown = [animator.garment().positions, garment.frame(frame)];
         for (motion, world) in motions.iter_mut().zip(shown) {
-            let of = |&vertex: &usize| carried.displacement(vertex, world[vertex]).as_dvec3();
+            let of = |&vertex: &usize| skinned.displacement(vertex, world[vertex]).as_dvec3();
             motion.push(vertices.iter().map(of).collect());
         }
     })?;
     Ok(motions)
 }
 
-/// A hem that comes to rest.
+/// Decay and overshoot of a hem.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Swing {
-    /// None where it does not come to rest in time.
+pub(super) struct HemSwing {
+    /// Decay time, seconds. `None` where the hem does not come to rest in time.
     pub(super) decay_s: Option<f64>,
-    /// RMS over the hem, in the unit of the displacements.
+    /// First overshoot as RMS over the hem, in the unit of the displacements.
     pub(super) overshoot: f64,
 }
 
-impl Swing {
-    /// Of displacements from the stop on; the last third is at rest.
-    pub(super) fn of(motion: &[Vec<DVec3>], fps: f64) -> Self {
+impl HemSwing {
+    /// Measures displacements from the stop on. The hem is at rest in the last third.
+    pub(super) fn measure(motion: &[Vec<DVec3>], fps: f64) -> Self {
         let deviations = deviations(motion);
         let rms: Vec<f64> = deviations.iter().map(|d| product(d, d).sqrt()).collect();
         let latest = ((f64::from(SWING_S) * fps).round() as usize + 1).min(rms.len());
         let peak = (0..latest).max_by(|&a, &b| rms[a].total_cmp(&rms[b]));
+        // A hem that does not move at all has no largest swing.
         let Some(peak) = peak.filter(|&t| rms[t] > 0.0) else {
             return Self {
                 decay_s: Some(0.0),
@@ -198,8 +212,10 @@ impl Swing {
             };
         };
         let along = deviations[peak..].iter();
+        // s(t) of the definition: 1 at the peak, negative on the other side.
         let shares = along.map(|d| product(d, &deviations[peak]) / (rms[peak] * rms[peak]));
         let other_side = shares.skip_while(|s| *s >= 0.0).take_while(|s| *s < 0.0);
+        // The hem is at rest by definition in the last part, so that a decay must end before it.
         let moving = rms.len() - resting(rms.len());
         Self {
             decay_s: decay(&rms[peak..])
@@ -210,13 +226,13 @@ impl Swing {
     }
 }
 
-/// Frames at the end of so many that the hem is at rest in.
+/// Returns the number of frames, at the end of `frames`, in which the hem is at rest.
 fn resting(frames: usize) -> usize {
     let share = (frames as f64 * REST_SHARE).round() as usize;
     share.max(1).min(frames)
 }
 
-/// δ by frame and vertex.
+/// Returns δ for each frame and vertex.
 fn deviations(motion: &[Vec<DVec3>]) -> HemMotion {
     let last = &motion[motion.len() - resting(motion.len())..];
     let vertices = motion.first().map_or(0, Vec::len);
@@ -226,15 +242,17 @@ fn deviations(motion: &[Vec<DVec3>]) -> HemMotion {
     motion.iter().map(deviation).collect()
 }
 
-/// Mean of the products of two deviations.
+/// Returns the mean of the products of two deviations.
 fn product(a: &[DVec3], b: &[DVec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>() / a.len().max(1) as f64
 }
 
-/// Frames until an amplitude stays below 1/e of its first value, interpolated; none where it does not.
+/// Returns the number of frames until an amplitude stays below 1/e of its first value, interpolated
+/// linearly. `None` where it does not.
 fn decay(amplitude: &[f64]) -> Option<f64> {
     let level = amplitude.first()? / std::f64::consts::E;
     let above = amplitude.iter().rposition(|&a| a >= level)?;
     let below = amplitude.get(above + 1)?;
+    // The amplitude crosses the level between `above` and the frame after it.
     Some(above as f64 + (amplitude[above] - level) / (amplitude[above] - below))
 }

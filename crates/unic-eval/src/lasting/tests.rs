@@ -1,29 +1,27 @@
-//! Contract: each measure gives the closed form of a model and a garment that have one.
+//! Contract: each measure agrees with the closed form of a model and a garment that have one.
 
 use super::*;
 use crate::lasting::{
     aliveness::Spectrum,
     drift::Window,
-    random_motion::End,
-    stops::{Swing, find},
-    subject::Carried,
+    random_motion::StoppingPoint,
+    skinned_garment::SkinnedGarment,
+    stops::{HemSwing, find},
 };
 use glam::{DVec3, Quat, Vec3};
 use std::{f64::consts::TAU, sync::Arc};
 use tempfile::TempDir;
 use unic_core::{
-    animator::{Start, StepInput},
+    IntersectionMode, Model, Pose, Start, StepInput,
     clip::Clip,
     config::{
-        DisplacementConfig, EncoderConfig, FieldConfig, IntersectionMode, LatentCode, ModelConfig,
-        PointInput, StateConfig,
+        DisplacementConfig, EncoderConfig, FieldConfig, LatentCode, ModelConfig, PointInput, StateConfig,
     },
     features::{PointFrame, RestBox, limited},
-    model::{About, Model, ModelParts},
+    model::{About, ModelParts},
     motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
     network::Linear,
     prior::Prior,
-    skeleton::Pose,
 };
 use unic_testdata::{FPS, Figure, Take, VERTICES};
 
@@ -39,7 +37,7 @@ fn linear(inputs: usize, outputs: usize) -> Linear {
     }
 }
 
-/// Displacements of the tube's vertices obey d_t = exp(−dt / `memory_s`) d_{t−1} + `push(bias)`.
+/// Makes an animator whose displacements obey d_t = exp(−dt / `memory_s`) d_{t−1} + `push(bias)`.
 fn animator(memory_s: f32, bias: Vec3) -> Animator {
     let Figure {
         character, garment, ..
@@ -88,7 +86,7 @@ fn push(bias: Vec3) -> Vec3 {
     limited(bias, LIMIT) * SCALE_M
 }
 
-/// The tube's motion with every vertex displaced by `offset(seconds)` in its own frame.
+/// Makes a clip of the tube in which every vertex has the displacement `offset(seconds)`.
 fn take(name: &str, seed: usize, frames: usize, offset: impl Fn(f32) -> Vec3) -> Take {
     of_clip(unic_testdata::clip(name, seed, frames), offset)
 }
@@ -115,9 +113,9 @@ fn capture(test: Vec<Take>, train: Vec<Take>) -> (TempDir, Capture) {
     unic_testdata::capture(&Figure::tube(), &test.chain(train).collect::<Vec<_>>())
 }
 
-fn with<T>(capture: &Capture, animator: Animator, act: impl FnOnce(&mut Subject) -> T) -> T {
-    let mut watch = |_: &Tick| Ok(());
-    act(&mut Subject::new(capture, animator, &mut watch))
+fn with<T>(capture: &Capture, animator: Animator, act: impl FnOnce(&mut Runner) -> T) -> T {
+    let mut watch = |_: &Progress| Ok(());
+    act(&mut Runner::new(capture, animator, &mut watch))
 }
 
 #[track_caller]
@@ -135,7 +133,7 @@ const SHORT: Window = Window {
 };
 
 #[test]
-fn what_has_no_state_does_not_drift() {
+fn a_model_without_state_does_not_drift() {
     let takes = vec![
         take("a", 0, 50, |_| Vec3::X * 0.1),
         take("b", 1, 20, |_| Vec3::ZERO),
@@ -151,10 +149,10 @@ fn what_has_no_state_does_not_drift() {
 }
 
 #[test]
-fn an_integrator_drifts_by_the_time_it_has_had() {
+fn an_integrator_drifts_in_proportion_to_time() {
     let (_folder, capture) = capture(vec![take("a", 0, 50, |_| Vec3::ZERO)], vec![]);
-    let subject = animator(1e6, Vec3::Z * 0.01);
-    let drift = with(&capture, subject, |s| drift::measure(s, &SHORT)).unwrap();
+    let runner = animator(1e6, Vec3::Z * 0.01);
+    let drift = with(&capture, runner, |s| drift::measure(s, &SHORT)).unwrap();
     // The error grows by one push a frame, from frame 0 and from frame 15.
     let squares = |from: usize| (25..=36).map(|t| ((t - from) as f64).powi(2)).sum::<f64>();
     near(drift[0].ratio, (squares(0) / squares(15)).sqrt(), 1e-3);
@@ -174,19 +172,20 @@ fn random_motion_is_measured_against_the_largest_displacement_of_training() {
     let train = vec![take("a", 0, 40, |s| Vec3::X * 0.1 * s.min(1.0))];
     let (_folder, capture) = capture(vec![take("b", 1, 40, |_| Vec3::X)], train);
     let bias = Vec3::new(0.0, -1.0, 0.5);
-    let subject = animator(0.0, bias);
-    let (random, ends) = with(&capture, subject, |s| random_motion::measure(s, &settings(1))).unwrap();
+    let runner = animator(0.0, bias);
+    let (random, stopping_points) =
+        with(&capture, runner, |s| random_motion::measure(s, &settings(1))).unwrap();
     near(random.training_largest_mm, 100.0, 1e-4);
     near(random.largest_mm, 1e3 * f64::from(push(bias).length()), 1e-4);
     near(random.ratio, random.largest_mm / 100.0, 1e-4);
     assert_eq!(
-        (random.frames, random.frames_not_finite, ends.len()),
+        (random.frames, random.frames_not_finite, stopping_points.len()),
         (300, 0, 10)
     );
 }
 
 #[test]
-fn random_motion_is_smooth_and_hangs_on_its_seed_alone() {
+fn random_motion_is_smooth_and_depends_only_on_its_seed() {
     let takes = vec![take("a", 0, 40, |_| Vec3::ZERO), take("b", 1, 40, |_| Vec3::ZERO)];
     let (_folder, capture) = capture(takes, vec![]);
     let clip = |seed| random_motion::clip(&capture, FPS, &settings(seed)).unwrap();
@@ -200,16 +199,17 @@ fn random_motion_is_smooth_and_hangs_on_its_seed_alone() {
     assert!((1.0..=4.001).contains(&fastest), "{fastest} m/s");
     for pair in one.poses.windows(2) {
         for (a, b) in pair[0].local.iter().zip(&pair[1].local) {
-            // Half a turn eased over 0.3 s peaks at 1.875 times its mean rate; the root turns by 9° more.
+            // Half a turn eased over 0.3 s peaks at 1.875 times its mean rate; the root turns by 9°
+            // more.
             assert!(a.angle_between(*b) < 0.9);
         }
     }
 }
 
 #[test]
-fn what_is_left_after_standing_decays_as_the_state_does() {
+fn displacements_decay_while_standing_as_the_state_does() {
     let (_folder, capture) = capture(vec![], vec![take("a", 0, 40, |_| Vec3::ZERO)]);
-    let mut subject = animator(1.0, Vec3::ZERO);
+    let mut runner = animator(1.0, Vec3::ZERO);
     let pose = capture.load_clip("a").unwrap().clip.poses[20].clone();
     let input = StepInput {
         pose: &pose,
@@ -217,16 +217,12 @@ fn what_is_left_after_standing_decays_as_the_state_does() {
         ground_height: 0.0,
         wind: Vec3::ZERO,
     };
-    let hung = subject
-        .reset(&input, Start::MeanShape)
-        .unwrap()
-        .positions
-        .to_vec();
+    let hung = runner.reset(&input, Start::MeanShape).unwrap().positions.to_vec();
     let moved: Vec<Vec3> = hung.iter().map(|x| *x + Vec3::X * 0.1).collect();
-    subject.reset(&input, Start::Positions(&moved)).unwrap();
-    let state = subject.state().clone();
-    let ends = [End { pose, state }];
-    let standing = with(&capture, subject, |s| standing::measure(s, &ends)).unwrap();
+    runner.reset(&input, Start::Positions(&moved)).unwrap();
+    let state = runner.state().clone();
+    let stopping_points = [StoppingPoint { pose, state }];
+    let standing = with(&capture, runner, |s| standing::measure(s, &stopping_points)).unwrap();
     near(standing.worst_mm, 100.0 * (-3.5_f64).exp(), 1e-3);
 }
 
@@ -247,7 +243,7 @@ fn a_sine_in_the_band_has_half_its_squared_amplitude() {
 }
 
 #[test]
-fn liveliness_of_a_garment_that_swings_and_a_model_that_does_not() {
+fn a_still_model_of_a_swinging_garment_has_no_band_energy() {
     let mut clip = unic_testdata::clip("a", 0, 150);
     let still = clip.poses[0].clone();
     clip.poses.fill(still);
@@ -259,12 +255,13 @@ fn liveliness_of_a_garment_that_swings_and_a_model_that_does_not() {
         alive[0].band_energy_ratio < 1e-6 && alive[0].jitter_ratio < 1e-3,
         "{alive:?}"
     );
-    // A model that never forgets where the truth was in frame 0 is as still.
+    // A model whose memory never fades keeps the true displacement of frame 0, and is as still.
     let (alive, _) = with(&capture, animator(1e6, Vec3::ZERO), test_clips).unwrap();
     assert!(alive[0].band_energy_ratio < 1e-6);
 }
 
-/// Walks at 1.5 m/s, brakes within `braking` seconds and stands for `quiet` seconds.
+/// Makes a clip that walks at 1.5 m/s, brakes within `braking` seconds and stands for `quiet`
+/// seconds.
 fn walk_and_stop(braking: f32, quiet: f32) -> Clip {
     let skeleton = Figure::tube().character.skeleton;
     let mut place = 0.0;
@@ -285,18 +282,19 @@ fn walk_and_stop(braking: f32, quiet: f32) -> Clip {
 }
 
 #[test]
-fn stops_are_found_where_they_are_sudden_and_last() {
+fn only_sudden_and_lasting_stops_are_found() {
     let skeleton = Figure::tube().character.skeleton;
     let stops = |braking, quiet| find(&skeleton, &walk_and_stop(braking, quiet));
     let found = stops(0.5, 3.0);
     assert_eq!(found.len(), 1);
-    // Below 0.2 m/s after 0.43 s of braking; speeds are over 0.2 s.
+    // The speed is below 0.2 m/s after 0.43 s of braking. Speeds are measured over 0.2 s.
     assert!((102..=106).contains(&found[0]), "{found:?}");
     assert!(stops(2.5, 2.0).is_empty(), "slow");
     assert!(stops(0.5, 1.0).is_empty(), "short");
 }
 
-/// Two vertices of a hem that circles as it comes to rest, so that the RMS is the envelope.
+/// Makes two vertices of a hem that circle around their place at rest, so that their RMS is the
+/// envelope.
 fn ringing(decay_s: f64, hertz: f64, fps: f64) -> Vec<Vec<DVec3>> {
     let at = |t: usize| {
         let s = t as f64 / fps;
@@ -311,25 +309,25 @@ fn ringing(decay_s: f64, hertz: f64, fps: f64) -> Vec<Vec<DVec3>> {
 #[test]
 fn a_damped_oscillation_has_its_decay_time_and_overshoot() {
     for (decay_s, hertz) in [(0.3, 2.0), (0.5, 1.0), (0.2, 1.5)] {
-        let swing = Swing::of(&ringing(decay_s, hertz, 240.0), 240.0);
+        let swing = HemSwing::measure(&ringing(decay_s, hertz, 240.0), 240.0);
         near(swing.decay_s.unwrap(), decay_s, 1e-2);
         // The least of exp(−t/τ) cos ωt is at tan ωt = −1 / (ω τ).
         let slope = (1.0 / (TAU * hertz * decay_s)).atan();
         let least = (-(TAU / 2.0 - slope) / (TAU * hertz * decay_s)).exp() * slope.cos();
         near(swing.overshoot, least * 0.03 / 2.0_f64.sqrt(), 1e-2);
     }
-    // Without oscillation there is no overshoot; at rest there is neither.
-    let creeping = Swing::of(&ringing(0.3, 0.0, 240.0), 240.0);
+    // Without oscillation there is no overshoot. A hem at rest has neither.
+    let creeping = HemSwing::measure(&ringing(0.3, 0.0, 240.0), 240.0);
     near(creeping.decay_s.unwrap(), 0.3, 1e-2);
     assert!(creeping.overshoot < 1e-6);
-    let still = Swing::of(&vec![vec![DVec3::ONE]; 45], 30.0);
+    let still = HemSwing::measure(&vec![vec![DVec3::ONE]; 45], 30.0);
     assert_eq!((still.decay_s, still.overshoot), (Some(0.0), 0.0));
-    // What never settles has no decay time.
-    assert_eq!(Swing::of(&ringing(1e3, 1.0, 30.0), 30.0).decay_s, None);
+    // A hem that never rests has no decay time.
+    assert_eq!(HemSwing::measure(&ringing(1e3, 1.0, 30.0), 30.0).decay_s, None);
 }
 
 #[test]
-fn what_has_no_state_recovers_at_once() {
+fn a_model_without_state_recovers_at_once() {
     let takes = vec![
         take("a", 0, 200, |s| Vec3::X * 0.1 * s.sin()),
         take("b", 3, 170, |_| Vec3::Y * 0.1),
@@ -346,23 +344,25 @@ fn what_has_no_state_recovers_at_once() {
 }
 
 #[test]
-fn a_bad_start_is_forgotten_as_the_state_is() {
-    // One event, at frame 59 of the 148: halfway between a second in and three before the end.
+fn a_bad_start_decays_as_the_state_does() {
+    // One moment, at frame 59 of 148: halfway between one second after the start and three before
+    // the end.
     let (_folder, capture) = capture(vec![take("a", 0, 180, |_| Vec3::X * 0.1)], vec![]);
     let (_, recovery) = with(&capture, animator(2.0, Vec3::ZERO), test_clips).unwrap();
     let events = recovery[0].events;
     assert_eq!(events, 1);
     let event = 30 + (180 - 91 - 30) / 2;
-    // The undisturbed run leaves the truth as exp(−t/τ) falls; one from the rest shape was never there.
+    // The undisturbed run leaves the truth as exp(−t/τ) falls. The run from the rest shape starts
+    // away from it.
     let left = |frame: usize| (1.0 - (-(frame as f64) / 60.0).exp()).powi(2);
     let undisturbed: f64 = (event + 31..=event + 60).map(left).sum();
     for recovery in &recovery {
         let expected = match recovery.disturbance {
             Disturbance::MeanShape | Disturbance::RestShape => (30.0 / undisturbed).sqrt(),
-            // The other moment is this one: its garment is true.
+            // The other moment is this one, so that its garment is the true one.
             Disturbance::OtherGarment => ((31..=60).map(left).sum::<f64>() / undisturbed).sqrt(),
             Disturbance::Teleport | Disturbance::Cut => 1.0,
-            // So many frames less or more to leave the truth in.
+            // The run has so many frames less or more in which to leave the truth.
             Disturbance::Dropped => {
                 let frames = event + 31..=event + 60;
                 (frames.clone().map(left).sum::<f64>() / frames.map(|t| left(t + 15)).sum::<f64>()).sqrt()
@@ -377,25 +377,25 @@ fn a_bad_start_is_forgotten_as_the_state_is() {
 }
 
 #[test]
-fn a_teleport_leaves_the_carried_frames_turned_as_they_were() {
+fn a_teleport_does_not_rotate_vertex_frames() {
     let (_folder, capture) = capture(vec![take("a", 0, 40, |_| Vec3::ZERO)], vec![]);
-    let mut carried = Carried::new(&capture);
+    let mut skinned = SkinnedGarment::new(&capture);
     let pose = capture.load_clip("a").unwrap().clip.poses[7].clone();
-    carried.pose(&pose);
-    let here = carried.frame(9);
-    carried.pose(&Pose {
+    skinned.pose(&pose);
+    let here = skinned.frame(9);
+    skinned.pose(&Pose {
         trans: pose.trans + Vec3::X * 5.0,
         ..pose
     });
-    let there = carried.frame(9);
+    let there = skinned.frame(9);
     assert!((there.skinned - here.skinned).distance(Vec3::X * 5.0) < 1e-5);
     assert!(there.rotation.angle_between(here.rotation) < 1e-3);
     let displaced = there.skinned + Quat::from_rotation_y(1.0) * Vec3::X * 0.2;
-    assert!((carried.largest(&vec![displaced; VERTICES]) - 0.2) >= -1e-5);
-    assert!(carried.largest(&[Vec3::NAN]).is_nan());
+    assert!((skinned.largest_displacement(&vec![displaced; VERTICES]) - 0.2) >= -1e-5);
+    assert!(skinned.largest_displacement(&[Vec3::NAN]).is_nan());
 }
 
-fn whole(capture: &Capture, threads: usize) -> Lasting {
+fn whole(capture: &Capture, threads: usize) -> LastingReport {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
@@ -404,7 +404,7 @@ fn whole(capture: &Capture, threads: usize) -> Lasting {
 }
 
 #[test]
-fn everything_is_judged_and_is_the_same_for_any_number_of_threads() {
+fn verdicts_are_the_same_for_any_number_of_threads() {
     let stop = of_clip(walk_and_stop(0.5, 3.0), |s| Vec3::X * 0.02 * (8.0 * s).cos());
     let (_folder, capture) = capture(vec![take("a", 0, 150, |_| Vec3::X * 0.1)], vec![stop]);
     let lasting = whole(&capture, 1);
@@ -416,7 +416,8 @@ fn everything_is_judged_and_is_the_same_for_any_number_of_threads() {
         "no clip is long"
     );
     assert_eq!(json["verdicts"][1]["target"]["at_most"], 1.5);
-    // A push of 5 cm a frame that is forgotten in half a second adds up to far more than was ever seen.
+    // A push of 5 cm per frame that decays within half a second adds up to far more than any
+    // displacement in training.
     assert_eq!(json["verdicts"][1]["met"], false);
     assert_eq!(json["stops"].as_array().unwrap().len(), 1);
     let text = lasting.to_string();
@@ -431,13 +432,13 @@ fn everything_is_judged_and_is_the_same_for_any_number_of_threads() {
 }
 
 #[test]
-fn a_hem_that_does_not_come_to_rest_where_the_true_one_does_has_missed() {
+fn a_hem_that_never_rests_misses_the_target_where_the_true_one_rests() {
     let stop = |predicted, truth| Stop {
         clip: "a".into(),
         split: "test",
         at_s: 1.0,
-        decay_s: Pair { predicted, truth },
-        overshoot_mm: Pair {
+        decay_s: Comparison { predicted, truth },
+        overshoot_mm: Comparison {
             predicted: 1.0,
             truth: 1.0,
         },
@@ -448,15 +449,15 @@ fn a_hem_that_does_not_come_to_rest_where_the_true_one_does_has_missed() {
 }
 
 #[test]
-fn what_is_no_number_meets_no_target() {
+fn nan_meets_no_target() {
     assert!(!Target::AtMost(1.0).is_met(f64::NAN) && !Target::Within([0.0, 2.0]).is_met(f64::NAN));
     assert!(Target::AtMost(1.0).is_met(1.0) && !Target::Within([0.8, 1.2]).is_met(0.7));
 }
 
 #[test]
-fn a_watcher_can_stop_it() {
+fn an_observer_can_stop_the_measures() {
     let (_folder, capture) = capture(vec![], vec![take("a", 0, 40, |_| Vec3::ZERO)]);
-    let mut watch = |tick: &Tick| match tick.done {
+    let mut watch = |tick: &Progress| match tick.done {
         5 => Err("enough".into()),
         _ => Ok(()),
     };

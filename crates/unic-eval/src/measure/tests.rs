@@ -1,11 +1,11 @@
-//! Metrics of frames in closed form: a cube as the body, a wide grid as the garment.
+//! Contract: metrics of frames agree with closed forms. The body is a cube, the garment a grid.
 
 use super::*;
 use crate::{ClipMetrics, Metrics, Mode, kinematics::ClipKinematics, synthetic};
 use glam::Quat;
 use proptest::prelude::*;
 
-/// Frames of a grid that swings and turns, far above the body.
+/// Frames of a grid that swings and turns far above the body.
 fn swinging(garment: &Garment, frames: usize) -> Vec<Vec<Vec3>> {
     let frame = |t: usize| {
         let turn = Quat::from_rotation_y(0.1 * t as f32);
@@ -15,7 +15,7 @@ fn swinging(garment: &Garment, frames: usize) -> Vec<Vec<Vec3>> {
     (0..frames).map(frame).collect()
 }
 
-/// Metrics of predictions made from the truth, frame by frame.
+/// Metrics of predictions that are computed from the truth, frame by frame.
 fn metrics_of(truth: &[Vec<Vec3>], predict: impl Fn(&[Vec3]) -> Vec<Vec3>) -> Metrics {
     let (character, garment) = (synthetic::cube(), synthetic::grid());
     let clip = synthetic::clip(&character, truth);
@@ -24,7 +24,7 @@ fn metrics_of(truth: &[Vec<Vec3>], predict: impl Fn(&[Vec3]) -> Vec<Vec3>) -> Me
     let mut predicted = vec![truth[0].clone()];
     predicted.extend(truth[1..].iter().map(|frame| predict(frame)));
     for t in 1..truth.len() {
-        context.prepare(&character, &clip, t, Nearest::Found);
+        context.prepare(&character, &clip, t, Nearest::Searched);
         let before = (t >= 3).then(|| [predicted[t - 1].as_slice(), predicted[t - 2].as_slice()]);
         let now = &predicted[t];
         metrics.add(
@@ -43,7 +43,7 @@ fn assert_near(found: f64, expected: f64) {
 }
 
 #[test]
-fn a_constant_offset() {
+fn a_constant_offset_is_the_error() {
     let truth = swinging(&synthetic::grid(), 40);
     let offset = Vec3::new(0.02, -0.01, 0.02);
     let m = metrics_of(&truth, |frame| frame.iter().map(|&v| v + offset).collect());
@@ -83,7 +83,7 @@ fn a_still_prediction_of_a_moving_garment_does_not_jitter() {
 }
 
 #[test]
-fn depth_below_a_face_of_the_cube() {
+fn depth_is_measured_below_a_face_of_the_cube() {
     let truth = swinging(&synthetic::grid(), 6);
     let garment = synthetic::grid();
     let count = garment.rest.vertices.len();
@@ -103,7 +103,7 @@ fn depth_below_a_face_of_the_cube() {
 }
 
 #[test]
-fn a_diverged_prediction_is_no_number_and_no_panic() {
+fn a_diverged_prediction_gives_nan_and_no_panic() {
     let truth = swinging(&synthetic::grid(), 6);
     for bad in [f32::NAN, f32::INFINITY] {
         let m = metrics_of(&truth, |frame| {
@@ -118,7 +118,7 @@ fn a_diverged_prediction_is_no_number_and_no_panic() {
 }
 
 #[test]
-fn kinematics_know_the_first_frame_s_velocity() {
+fn frame_0_has_the_velocity_of_frame_1() {
     let character = synthetic::cube();
     let clip = synthetic::clip(&character, &swinging(&synthetic::grid(), 5));
     let c = |t| clip.kinematics.motion(t)[3..6].to_vec();
@@ -136,7 +136,7 @@ fn cloud() -> impl Strategy<Value = Vec<Vec3>> {
 proptest! {
     #[test]
     fn hausdorff_agrees_with_its_definition(a in cloud(), b in cloud(), near in any::<bool>()) {
-        // Predictions near the truth, as usual, and anywhere.
+        // Predictions near the truth, which are usual, and predictions anywhere.
         let b: Vec<Vec3> = a.iter().zip(b).map(|(&a, b)| if near { a + b * 0.05 } else { b }).collect();
         let nearest = |p: &Vec3, set: &[Vec3]| {
             set.iter().map(|q| p.distance(*q)).fold(f32::INFINITY, f32::min)

@@ -4,24 +4,25 @@ use crate::{GpuModel, mesh::SHOWN_BYTES};
 use glam::{Vec3, Vec4};
 use wgpu::{Buffer, BufferUsages};
 
-/// Of a vertex's `Point` and `VertexState`, see `places.wgsl`.
+/// Size of a `Point` of `vertex_state.wgsl`, bytes.
 const POINT_BYTES: usize = 64;
+/// Size of a `VertexState` of `vertex_state.wgsl`, bytes.
 pub(super) const STATE_BYTES: usize = 32;
 
-/// State and scratch on the device.
+/// State and scratch of one animator on the device.
 #[derive(Debug)]
 pub(crate) struct Buffers {
     /// Pose and settings of the tick.
     pub(crate) tick: Buffer,
-    /// The recurrence's memory, which is state, and the vectors of one frame.
+    /// Recurrence's state, and the vectors of one frame.
     pub(crate) vectors: Buffer,
-    /// Where the skeleton and the prior put every vertex.
+    /// Skinned position, frame and prior of every vertex.
     pub(crate) points: Buffer,
-    /// State of every vertex, its mask in the fourth coordinate.
+    /// State of every vertex, with its mask in the fourth coordinate.
     pub(crate) states: Buffer,
-    /// What the field reads of every vertex.
+    /// Inputs of the field for every vertex.
     pub(crate) inputs: Buffer,
-    /// Positions and normals.
+    /// Shown positions and normals.
     pub(crate) shown: Buffer,
 }
 

@@ -1,11 +1,11 @@
-//! What goes to the device.
+//! Uploads of an animator: motion vectors, poses and positions.
 
 use super::Buffers;
 use crate::GpuModel;
 use glam::Vec3;
-use unic_core::{config::IntersectionMode, motion::MotionState, transform::Rigid};
+use unic_core::{IntersectionMode, motion::MotionState, transform::Rigid};
 
-/// Host memory on its way to the device. Scratch.
+/// Host memory for uploads. Scratch.
 #[derive(Debug, Default)]
 pub(super) struct Upload {
     pair: Vec<f32>,
@@ -14,25 +14,27 @@ pub(super) struct Upload {
     shown: Vec<[Vec3; 2]>,
 }
 
-/// Which of the two poses that a state knows.
+/// One of the two poses of a motion state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Frame {
-    Before,
-    Now,
+    /// Pose of the previous frame.
+    Previous,
+    /// Pose of the current frame.
+    Current,
 }
 
-/// What a tick is, beside its pose.
+/// Settings of a tick besides its pose.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TickHead {
+pub(super) struct TickSettings {
     pub(super) frame: Frame,
     pub(super) at_start: bool,
     pub(super) mode: IntersectionMode,
-    /// m/s, world space.
+    /// Wind in world space, m/s.
     pub(super) wind: Vec3,
 }
 
 impl Upload {
-    /// A pair of motion vectors, normalised.
+    /// Normalises and uploads a pair of motion vectors.
     pub(super) fn pair(&mut self, asset: &GpuModel, buffers: &Buffers, pair: [&[f32]; 2]) {
         let pair_at = 4 * asset.networks.pair as u64;
         asset.model.normalisation().write_pair(pair, &mut self.pair);
@@ -40,7 +42,7 @@ impl Upload {
         queue.write_buffer(&buffers.vectors, pair_at, bytemuck::cast_slice(&self.pair));
     }
 
-    /// World positions to where they are shown.
+    /// Uploads world positions into the buffer of shown vertices.
     pub(super) fn positions(&mut self, asset: &GpuModel, buffers: &Buffers, positions: &[Vec3]) {
         self.shown.clear();
         self.shown.extend(positions.iter().map(|&p| [p, Vec3::ZERO]));
@@ -48,34 +50,40 @@ impl Upload {
         queue.write_buffer(&buffers.shown, 0, bytemuck::cast_slice(&self.shown));
     }
 
-    /// Pose and settings, as `places.wgsl` reads them.
-    pub(super) fn tick(&mut self, asset: &GpuModel, buffers: &Buffers, motion: &MotionState, head: TickHead) {
-        let world_from_joint = match head.frame {
-            Frame::Before => motion.previous_world_from_joint(),
-            Frame::Now => motion.world_from_joint(),
+    /// Uploads pose and settings in the memory layout of `vertex_state.wgsl`.
+    pub(super) fn tick(
+        &mut self,
+        asset: &GpuModel,
+        buffers: &Buffers,
+        motion: &MotionState,
+        settings: TickSettings,
+    ) {
+        let world_from_joint = match settings.frame {
+            Frame::Previous => motion.previous_world_from_joint(),
+            Frame::Current => motion.world_from_joint(),
         };
         let skeleton = &asset.model.character().skeleton;
         skeleton.world_from_rest(world_from_joint, &mut self.world_from_rest);
-        let handling = match head.mode {
+        let handling = match settings.mode {
             IntersectionMode::Off => 0.0,
             IntersectionMode::Paper { relaxation_m } => relaxation_m,
             IntersectionMode::Robust { margin_m, .. } => margin_m,
         };
-        let first = if head.at_start { 1.0 } else { 0.0 };
+        let first = if settings.at_start { 1.0 } else { 0.0 };
         self.tick.clear();
         self.tick
-            .extend(quadruples(&motion.world_from_state(skeleton), first));
-        let Vec3 { x, y, z } = head.wind;
+            .extend(packed(&motion.world_from_state(skeleton), first));
+        let Vec3 { x, y, z } = settings.wind;
         self.tick.push([handling, x, y, z]);
         let joints = self.world_from_rest.iter();
-        self.tick.extend(joints.flat_map(|joint| quadruples(joint, 0.0)));
+        self.tick.extend(joints.flat_map(|joint| packed(joint, 0.0)));
         let queue = asset.context.queue();
         queue.write_buffer(&buffers.tick, 0, bytemuck::cast_slice(&self.tick));
     }
 }
 
-/// Rotation, then translation with a number of another meaning.
-fn quadruples(transform: &Rigid, other: f32) -> [[f32; 4]; 2] {
-    let translation = transform.translation.extend(other);
+/// Packs a transform into two vectors of four: the rotation, and the translation with `w`.
+fn packed(transform: &Rigid, w: f32) -> [[f32; 4]; 2] {
+    let translation = transform.translation.extend(w);
     [transform.rotation.to_array(), translation.to_array()]
 }

@@ -1,3 +1,5 @@
+//! Contract of matrix units: results do not depend on the size of subgroups.
+
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
 #[path = "../../../unic-core/tests/common/mod.rs"]
@@ -6,11 +8,11 @@ mod common;
 use super::*;
 use crate::{GpuAnimator, GpuModel};
 use std::sync::Arc;
-use unic_core::animator::Start;
+use unic_core::Start;
 
-/// As on a device whose subgroups may be twice as large as they are: half of them have no job.
+/// Pretends that subgroups may be twice as large as they are, so that half of them idle.
 #[test]
-fn subgroups_smaller_than_the_largest_change_nothing() {
+fn results_do_not_depend_on_idle_subgroups() {
     let context = match GpuContext::with_matrix_units() {
         Ok(context) if context.has_matrix_units() => context,
         Ok(context) => return eprintln!("skipped: {} has no matrix units", context.adapter_name()),

@@ -1,40 +1,45 @@
-//! The field in registers: sizes, and the text of its kernel.
+//! Field kernel with sums in registers: sizes, and generation of its WGSL.
 
 use super::{FieldShape, source};
 use crate::GpuError;
-use unic_core::model::Model;
+use unic_core::Model;
 use wgpu::Limits;
 
-/// Outputs, and vertices, that one invocation computes.
+/// Number of outputs, and of vertices, that one invocation computes.
 const BLOCK: usize = 8;
-/// Inputs of a layer whose weights are in workgroup memory at one time.
+/// Number of a layer's inputs whose weights are in workgroup memory at one time.
 const CHUNK: usize = 8;
-/// Most invocations of a workgroup: more of them leave a GPU too few registers for 64 sums each.
-const MOST_INVOCATIONS: usize = 256;
-/// Most vertices of a tile: more gain nothing, as weights are then read seldom enough.
-const MOST_LANES: usize = 128;
+/// Largest number of invocations in a workgroup. With more a GPU has too few registers for 64 sums each.
+const MAX_INVOCATIONS: usize = 256;
+/// Largest number of vertices in a tile. Weights are read once a tile, which costs little already at this
+/// size.
+const MAX_LANES: usize = 128;
 
-/// What weights and hidden activations are.
+/// Type of weights and hidden activations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Real {
-    /// f32.
+    /// Type f32.
     Single,
-    /// f16, in which eight products are added up.
+    /// Type f16. Eight products are summed in f16, and these sums in f32.
     Half,
 }
 
-/// A tile of vertices that a workgroup takes through the layers, eight outputs at eight vertices an invocation.
+/// Tile of vertices that a workgroup evaluates through all layers; each invocation computes eight outputs
+/// at eight vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Blocks {
     real: Real,
-    /// Of the hidden layers.
+    /// Width of the hidden layers.
     width: usize,
-    /// Blocks of vertices.
+    /// Number of blocks of vertices.
     lines: usize,
 }
 
 impl Blocks {
-    /// As large as fit the device.
+    /// Chooses the largest tile that fits the device.
+    ///
+    /// # Errors
+    /// Fails when the field is too wide for the device.
     pub(super) fn new(real: Real, width: usize, limits: &Limits) -> Result<Self, GpuError> {
         let mut blocks = Self {
             real,
@@ -44,13 +49,13 @@ impl Blocks {
         let memory = limits.max_compute_workgroup_storage_size as usize;
         let invocations = (limits.max_compute_invocations_per_workgroup as usize)
             .min(limits.max_compute_workgroup_size_x as usize)
-            .min(MOST_INVOCATIONS);
+            .min(MAX_INVOCATIONS);
         let fits = |blocks: &Self| blocks.bytes() <= memory && blocks.invocations() <= invocations;
         if !fits(&blocks) {
             let by_memory = memory / (2 * blocks.number_bytes() * BLOCK);
             return Err(GpuError::TooLarge {
                 what: "the width of the field",
-                most: by_memory.min(invocations * BLOCK),
+                limit: by_memory.min(invocations * BLOCK),
                 found: blocks.width,
             });
         }
@@ -58,7 +63,7 @@ impl Blocks {
         loop {
             let mut larger = blocks;
             larger.lines *= 2;
-            if !fits(&larger) || larger.lanes() > MOST_LANES {
+            if !fits(&larger) || larger.lanes() > MAX_LANES {
                 return Ok(blocks);
             }
             blocks = larger;
@@ -69,7 +74,7 @@ impl Blocks {
         self.width
     }
 
-    /// Vertices.
+    /// Number of vertices in the tile.
     pub(super) fn lanes(&self) -> usize {
         self.lines * BLOCK
     }
@@ -85,7 +90,7 @@ impl Blocks {
         self.width * (self.lanes() + CHUNK) * self.number_bytes()
     }
 
-    /// Blocks of outputs.
+    /// Number of blocks of outputs.
     fn columns(&self) -> usize {
         self.width / BLOCK
     }
@@ -94,7 +99,7 @@ impl Blocks {
         self.columns() * self.lines
     }
 
-    /// `field.wgsl` for these sizes.
+    /// Generates `field.wgsl` for these sizes.
     pub(super) fn source(&self, shape: &FieldShape, model: &Model, biases: usize) -> String {
         let (update, state) = source::state_update(model);
         let half = |text: String| match self.real {
@@ -110,7 +115,7 @@ impl Blocks {
             include_str!("../kernels/field.wgsl"),
             &[
                 ("//{constants}", real.to_owned() + &constants + &state),
-                ("//{places}", self.places()),
+                ("//{mapping}", self.mapping()),
                 ("//{biases}", for_blocks(bias)),
                 ("//{edge products}", for_blocks(|n, h| product("a", n, h))),
                 ("//{fetch}", self.fetch()),
@@ -130,7 +135,7 @@ impl Blocks {
         )
     }
 
-    /// The constants beside those that every kernel of the field has.
+    /// Constants besides those that every kernel of the field has.
     fn sizes(&self, shape: &FieldShape, model: &Model, biases: usize) -> [(&'static str, usize); 11] {
         let (width, lanes) = (self.width, self.lanes());
         [
@@ -148,9 +153,11 @@ impl Blocks {
         ]
     }
 
-    /// Which outputs and vertices an invocation has. Eight columns side by side, where there are as many, and
-    /// then the lines, so that 32 neighbours read few different weights and activations.
-    fn places(&self) -> String {
+    /// Generates the mapping from an invocation to its outputs and vertices.
+    ///
+    /// Neighbouring invocations span eight columns, if there are as many, and then the lines. So 32
+    /// neighbours read few different weights and activations.
+    fn mapping(&self) -> String {
         let run = if self.columns().is_multiple_of(8) {
             8
         } else {
@@ -163,7 +170,7 @@ impl Blocks {
         )
     }
 
-    /// Quadruples of a chunk that one invocation carries.
+    /// Number of vectors of four that one invocation copies of each chunk.
     fn fetches(&self) -> usize {
         (CHUNK * self.width / 4).div_ceil(self.invocations())
     }
@@ -179,7 +186,7 @@ impl Blocks {
     }
 }
 
-/// Where the sum of output n, half h of the vertices, begins.
+/// Generates the start of the sum of output n at half h of the vertices.
 fn bias(n: usize, h: usize) -> String {
     format!("var a{n}{h} = vec4<f32>(bias{}.{});", n / 4, axis(n))
 }
@@ -190,7 +197,7 @@ fn product(sum: &str, n: usize, h: usize) -> String {
 
 fn activation(n: usize, h: usize) -> String {
     let output = format!("4u * (n + {}u * COLUMNS) + {}u", n / 4, n % 4);
-    // Beyond the largest half a number would turn into infinity.
+    // A number beyond the largest f16 would become infinite.
     let value = format!("clamp(a{n}{h}, vec4<f32>(), vec4<f32>(LARGEST))");
     format!("hidden[({output}) * TILE4 + m + {h}u * LINES] = vec4<Real>({value});")
 }

@@ -1,21 +1,21 @@
-//! What the texts of the field's kernels have in common.
+//! WGSL that the field's kernels share.
 
 use super::FieldShape;
 use std::fmt::Write;
-use unic_core::{animator::FARTHEST, config::StateConfig, model::Model};
+use unic_core::{Model, animator::FARTHEST, config::StateConfig};
 
-/// A template with its marks replaced.
+/// Replaces the placeholders of a template.
 pub(super) fn filled(template: &str, parts: &[(&str, String)]) -> String {
-    let fill = |text: String, (mark, part): &(&str, String)| text.replace(mark, part);
+    let fill = |text: String, (placeholder, part): &(&str, String)| text.replace(placeholder, part);
     parts.iter().fold(template.to_owned(), fill)
 }
 
-/// Sizes of the model, and further ones.
+/// Declares constants: the sizes of the model, and further ones.
 pub(super) fn constants(shape: &FieldShape, model: &Model, further: &[(&str, usize)]) -> String {
     let numbers = [
         ("WIDTH", shape.width),
         ("LAYERS", shape.layers),
-        // One that there is not, without a skip layer.
+        // Without a skip layer, a number that no layer has.
         ("SKIP", shape.skip.unwrap_or(shape.layers)),
         ("INPUTS", shape.inputs),
         ("VERTICES", model.vertex_count()),
@@ -28,7 +28,7 @@ pub(super) fn constants(shape: &FieldShape, model: &Model, further: &[(&str, usi
     text
 }
 
-/// How outputs move the state, and the numbers that it takes.
+/// Returns the function that updates the state from the field's output, and the constants that it reads.
 pub(super) fn state_update(model: &Model) -> (&'static str, String) {
     match &model.config().state {
         StateConfig::RootRelative => (

@@ -1,30 +1,33 @@
-//! The field through matrix units: sizes, and the text of its kernel.
+//! Field kernel with matrix units: sizes, and generation of its WGSL.
 
 use super::{FieldShape, source};
 use crate::{GpuError, context::MatrixUnits};
-use unic_core::model::Model;
+use unic_core::Model;
 use wgpu::Limits;
 
-/// Blocks of outputs that one subgroup sums up.
+/// Number of blocks of outputs that one subgroup sums.
 const ROWS: usize = 2;
-/// Blocks of vertices in a tile, at most: more sums would not fit the registers of a subgroup.
-const MOST_COLUMNS: usize = 4;
-/// Halves between two outputs beyond a tile's vertices: from 16 vertices on, eight rows of a matrix then lie in
-/// different banks.
+/// Largest number of blocks of vertices in a tile. More sums would not fit the registers of a subgroup.
+const MAX_COLUMNS: usize = 4;
+/// Padding after the activations of each output, in f16. From 16 vertices on, eight rows of a matrix then
+/// lie in different memory banks.
 const PADDING: usize = 8;
 
-/// A tile of vertices that a workgroup takes through the layers.
+/// Tile of vertices that a workgroup evaluates through all layers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Tiles {
     units: MatrixUnits,
-    /// Of the hidden layers.
+    /// Width of the hidden layers.
     width: usize,
-    /// Blocks of vertices.
+    /// Number of blocks of vertices.
     columns: usize,
 }
 
 impl Tiles {
-    /// As large as fit the device.
+    /// Chooses the largest tile that fits the device.
+    ///
+    /// # Errors
+    /// Fails when the field is too wide for the device.
     pub(super) fn new(units: MatrixUnits, width: usize, limits: &Limits) -> Result<Self, GpuError> {
         let step = ROWS * units.side;
         let tiles = |blocks: usize, columns| Self {
@@ -33,14 +36,14 @@ impl Tiles {
             columns,
         };
         let blocks = width.div_ceil(step);
-        let mut sizes = [MOST_COLUMNS, MOST_COLUMNS / 2, 1]
+        let mut sizes = [MAX_COLUMNS, MAX_COLUMNS / 2, 1]
             .map(|columns| tiles(blocks, columns))
             .into_iter();
         sizes.find(|tiles| tiles.fit(limits)).ok_or_else(|| {
             let smaller = (1..blocks).take_while(|&blocks| tiles(blocks, 1).fit(limits));
             GpuError::TooLarge {
                 what: "the width of the field on matrix units",
-                most: smaller.count() * step,
+                limit: smaller.count() * step,
                 found: blocks * step,
             }
         })
@@ -58,27 +61,28 @@ impl Tiles {
         self.width
     }
 
-    /// Vertices.
+    /// Number of vertices in the tile.
     pub(super) fn lanes(&self) -> usize {
         self.columns * self.units.side
     }
 
-    /// What the width is shared out into, one to a subgroup.
+    /// Number of jobs: parts of the width, one for each subgroup.
     fn jobs(&self) -> usize {
         self.width / (ROWS * self.units.side)
     }
 
-    /// As many as the jobs need where all subgroups are of the largest size. Of smaller ones there are more than jobs.
+    /// Number of invocations, enough for all jobs if all subgroups have the largest size. With smaller ones
+    /// there are more subgroups than jobs.
     fn invocations(&self) -> usize {
         self.jobs() * self.units.largest_subgroup
     }
 
-    /// Numbers from one output's activations to the next one's.
+    /// Stride from one output's activations to the next one's, in numbers.
     fn pitch(&self) -> usize {
         self.lanes() + PADDING
     }
 
-    /// Numbers of the matrices that are staged at a time: one of each job, and one of subgroups without.
+    /// Length of the staging memory: one matrix of each job, and one for subgroups without a job.
     fn staged(&self) -> usize {
         (self.jobs() + 1) * self.units.side * self.units.side
     }
@@ -87,7 +91,7 @@ impl Tiles {
         2 * self.width * self.pitch() + 4 * self.staged()
     }
 
-    /// `field_matrix.wgsl` for these sizes.
+    /// Generates `field_matrix.wgsl` for these sizes.
     pub(super) fn source(&self, shape: &FieldShape, model: &Model, biases: usize) -> String {
         let sizes = [
             ("SIDE", self.units.side),
@@ -129,7 +133,7 @@ impl Tiles {
         )
     }
 
-    /// One block of the inputs times all outputs and vertices of a subgroup.
+    /// Generates the products of one block of inputs with all outputs and vertices of a subgroup.
     fn products(&self) -> String {
         let rows = (0..ROWS).map(|r| {
             format!(
@@ -151,8 +155,10 @@ impl Tiles {
     }
 }
 
-/// Stages a matrix of each job and turns it into activations. Behind the first barrier no subgroup reads the
-/// layer before any more; behind the last one the next layer may.
+/// Generates code that stages a matrix of each job and turns it into activations.
+///
+/// After the first barrier no subgroup reads the previous layer any more. After the last one the next
+/// layer may read.
 fn output(r: usize, c: usize) -> String {
     format!(
         "coopStoreT(c{r}{c}, &staged[stage], SIDE);

@@ -1,6 +1,6 @@
-// The body in the pose of the tick.
+// Skins the body into the pose of the tick.
 
-// Positions and normals, world.
+// Positions and normals of the body, world space.
 @group(0) @binding(9) var<storage, read_write> shown: array<f32>;
 
 @compute @workgroup_size(64)

@@ -1,38 +1,39 @@
 //{constants}
 
-// The deformation field: a workgroup takes a tile of vertices through all layers.
+// Evaluates the deformation field: a workgroup takes a tile of vertices through all layers.
 //
-// Hidden activations stay in workgroup memory, weights pass through it in chunks of a few inputs, and
-// each invocation keeps 8 outputs of 8 vertices in registers: two quadruples of outputs (columns n and
-// n + COLUMNS of the weights) by two quadruples of vertices (m and m + LINES of the tile). The latent
-// vector's share of the layers that read it is in their biases.
+// Hidden activations stay in workgroup memory, and weights pass through it in chunks of a few inputs. Each
+// invocation keeps 8 outputs of 8 vertices in registers: two vectors of four outputs (columns n and
+// n + COLUMNS of the weights) by two vectors of four vertices (m and m + LINES of the tile). The products
+// with the latent vector are in the biases of the layers that read it.
 //
-// Written by `field::blocks`, which knows the sizes and writes out what must not be indexed, so that sums
-// stay in registers. `Real` is the type of weights and hidden activations.
+// `field::blocks` generates this kernel. It unrolls all accesses to the sums: an array with a computed
+// index would not stay in registers. `Real` is the type of weights and hidden activations.
 
 struct VertexState {
-    // Its w is the garment's mask.
+    // State at t; w is the garment's mask.
     value: vec4<f32>,
+    // State at t - 1.
     previous: vec4<f32>,
 }
 
-// Of hidden inputs, layer after layer, input by input.
+// Weights of hidden inputs, layer after layer, input by input.
 @group(0) @binding(0) var<storage, read> hidden_weights: array<vec4<Real>>;
-// Of point inputs, input by input: first and skip layer; then the rows of the head.
+// Weights of point inputs, input by input, of the first and the skip layer; then the rows of the head.
 @group(0) @binding(1) var<storage, read> edge_weights: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> vectors: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> inputs: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read_write> states: array<VertexState>;
 
-// Quadruple q of the tile's vertices at input k: k TILE4 + q.
+// Vertices 4 q to 4 q + 3 of the tile at input k are at k TILE4 + q.
 var<workgroup> hidden: array<vec4<Real>, HIDDEN4>;
-// Quadruple q of a layer's outputs at input k: k WIDTH4 + q.
+// Outputs 4 q to 4 q + 3 of a layer at input k are at k WIDTH4 + q.
 var<workgroup> chunk: array<vec4<Real>, CHUNK4>;
 
 @compute @workgroup_size(THREADS)
 fn field(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) t: u32) {
     let tile = group.x * TILE4;
-    //{places}
+    //{mapping}
     for (var layer = 0u; layer < LAYERS; layer++) {
         let bias0 = vectors[BIASES4 + layer * WIDTH4 + n];
         let bias1 = vectors[BIASES4 + layer * WIDTH4 + n + COLUMNS];
@@ -54,7 +55,8 @@ fn field(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
                 workgroupBarrier();
                 //{store}
                 workgroupBarrier();
-                // While this chunk is worked on, the next is on its way; after the last, anything that exists.
+                // Loads the next chunk while this one is in use, to hide the latency; after the last chunk
+                // it loads any address that exists.
                 next = select(t, next + CHUNK4, first + CHUNK < WIDTH);
                 //{fetch}
                 //{zeros}
@@ -68,7 +70,7 @@ fn field(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
                 //{totals}
             }
         }
-        // All have read the last layer's activations.
+        // Until here invocations read the previous layer's activations.
         workgroupBarrier();
         //{activations}
     }
@@ -82,7 +84,7 @@ fn field(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     }
 }
 
-// The linear head at one vertex of the tile.
+// Linear head at one vertex of the tile.
 fn head(lane: u32) -> vec3<f32> {
     var sum = vectors[BIASES4 + LAYERS * WIDTH4].xyz;
     for (var q = 0u; q < WIDTH4; q++) {

@@ -1,31 +1,33 @@
 //{constants}
 
-// The deformation field through matrix units: a workgroup takes a tile of vertices through all layers.
+// Evaluates the deformation field with matrix units: a workgroup takes a tile of vertices through all layers.
 //
-// Hidden activations stay in workgroup memory, as halves. A job is SIDE × ROWS outputs of all vertices of the tile: a
-// subgroup has their sums, in single precision, as cooperative matrices; weights come straight from their buffer. What
-// the matrices hold cannot be touched element by element, so each passes through `staged`, where biases, point inputs
-// and the ramp are applied. The latent vector's share of the layers that read it is in their biases.
+// Hidden activations stay in workgroup memory in f16. A job is SIDE × ROWS outputs at all vertices of the
+// tile. A subgroup holds the sums of a job, in f32, as cooperative matrices; weights are loaded from their
+// buffer. The elements of cooperative matrices cannot be accessed, so each matrix is stored in `staged`,
+// where biases, point inputs and the ReLU are applied. The products with the latent vector are in the biases
+// of the layers that read it.
 //
-// Written by `field::tiles`, which knows the sizes and writes out what must not be indexed.
+// `field::tiles` generates this kernel. It unrolls all accesses to the matrices, which cannot be indexed.
 
 struct VertexState {
-    // Its w is the garment's mask.
+    // State at t; w is the garment's mask.
     value: vec4<f32>,
+    // State at t - 1.
     previous: vec4<f32>,
 }
 
-// Of hidden inputs, layer after layer, input by input: columns of W.
+// Weights of hidden inputs, layer after layer, input by input: columns of W.
 @group(0) @binding(0) var<storage, read> hidden_weights: array<f16>;
-// Of point inputs, input by input: first and skip layer; then the rows of the head.
+// Weights of point inputs, input by input, of the first and the skip layer; then the rows of the head.
 @group(0) @binding(1) var<storage, read> edge_weights: array<f32>;
 @group(0) @binding(2) var<storage, read> vectors: array<f32>;
 @group(0) @binding(3) var<storage, read> inputs: array<f32>;
 @group(0) @binding(4) var<storage, read_write> states: array<VertexState>;
 
-// Output n at vertex v of the tile: n PITCH + v.
+// Output n at vertex v of the tile is at n PITCH + v.
 var<workgroup> hidden: array<f16, HIDDEN>;
-// A matrix of each job, row by row, and one of those that have none.
+// One matrix of each job, row by row, and one of subgroups without a job.
 var<workgroup> staged: array<f32, STAGED>;
 
 @compute @workgroup_size(THREADS)
@@ -36,7 +38,7 @@ fn field(
 ) {
     let tile = group.x * LANES;
     // Where subgroups are smaller than the device's largest, there are more of them than jobs. The rest repeat one, for
-    // matrices want all subgroups in the same place of the program, and stage where nobody looks.
+    // matrices want all subgroups in the same place of the program, and stage where nobody iteration.
     let row = subgroup % JOBS * ROWS * SIDE;
     let stage = min(subgroup, JOBS) * SIDE * SIDE;
     for (var e = t; e < WIDTH * LANES; e += THREADS) {
@@ -60,8 +62,8 @@ fn field(
     }
 }
 
-// Turns what is staged, a matrix of each job whose outputs and vertices begin there in its part of the tile, into
-// activations.
+// Turns the staged matrices into activations. `first_output` and `first_lane` are the first output and
+// vertex of each matrix in its job.
 fn activate_staged(layer: u32, tile: u32, first_output: u32, first_lane: u32, t: u32) {
     for (var e = t; e < JOBS * SIDE * SIDE; e += THREADS) {
         let n = e / (SIDE * SIDE) * ROWS * SIDE + first_output + e / SIDE % SIDE;
@@ -78,11 +80,11 @@ fn activate(layer: u32, n: u32, tile: u32, lane: u32, products: f32) {
             sum += edge_weights[rows + k * WIDTH + n] * inputs[k * STRIDE + tile + lane];
         }
     }
-    // Beyond the largest half a number would turn into infinity.
+    // A number beyond the largest f16 would become infinite.
     hidden[n * PITCH + lane] = f16(clamp(sum, 0.0, LARGEST));
 }
 
-// The linear head at one vertex of the tile.
+// Linear head at one vertex of the tile.
 fn head(lane: u32) -> vec3<f32> {
     let biases = BIASES + LAYERS * WIDTH;
     var sum = vec3<f32>(vectors[biases], vectors[biases + 1u], vectors[biases + 2u]);

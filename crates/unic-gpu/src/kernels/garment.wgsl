@@ -1,26 +1,27 @@
-// Garment vertices: carried along by the skeleton, hung where the prior says, started, and shown.
+// Garment vertices: carried along by the skeleton, prior_displacement where the prior says, started, and shown.
 
 // Shapes of the prior.
-override SHAPES: u32;
+override COMPONENTS: u32;
 // Where their coefficients are in `vectors`.
 override COEFFICIENTS: u32;
 // Numbers of one input channel: the vertices, padded to whole tiles.
 override STRIDE: u32;
 
 // Coordinate c of shape k of vertex i at (3 k + c) VERTICES + i.
-@group(0) @binding(3) var<storage, read> shapes: array<f32>;
+@group(0) @binding(3) var<storage, read> components: array<f32>;
 @group(0) @binding(4) var<storage, read_write> vectors: array<f32>;
-// What the field reads, channel by channel.
+// Inputs of the field, channel by channel.
 @group(0) @binding(7) var<storage, read_write> inputs: array<f32>;
-// Positions and normals, world.
+// Positions and normals of the garment, world space.
 @group(0) @binding(9) var<storage, read_write> shown: array<f32>;
 
-fn hung(i: u32) -> vec3<f32> {
+// Displacement of the prior in the vertex's own frame, metres.
+fn prior_displacement(i: u32) -> vec3<f32> {
     var sum = vertices[i].mean;
-    for (var k = 0u; k < SHAPES; k++) {
+    for (var k = 0u; k < COMPONENTS; k++) {
         let at = 3u * k * VERTICES + i;
-        let shape = vec3<f32>(shapes[at], shapes[at + VERTICES], shapes[at + 2u * VERTICES]);
-        sum += shape * vectors[COEFFICIENTS + k];
+        let component = vec3<f32>(components[at], components[at + VERTICES], components[at + 2u * VERTICES]);
+        sum += component * vectors[COEFFICIENTS + k];
     }
     return sum;
 }
@@ -32,7 +33,7 @@ fn write_input(i: u32, k: u32, value: vec3<f32>) {
     inputs[at + 2u * STRIDE] = value.z;
 }
 
-// A new pose: the vertex's frame, its prior and the field's inputs.
+// Computes the vertex's frame, its prior and the field's inputs for a new pose.
 @compute @workgroup_size(64)
 fn prepare(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
@@ -41,69 +42,69 @@ fn prepare(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let vertex = vertices[i];
     let now = skinned(vertex);
-    let rotation = turned(vertex);
+    let rotation = skinning_rotation(vertex);
     let before = points[i].now.xyz;
-    // Where the frame before is not known, the point has moved steadily.
+    // Without an earlier frame the velocity is assumed constant, so the acceleration is zero.
     let earlier = select(points[i].before.xyz, 2.0 * before - now, tick[1].w > 0.5);
-    points[i] = Point(rotation, vec4<f32>(now, 0.0), vec4<f32>(before, 0.0), vec4<f32>(hung(i), 0.0));
+    points[i] = Point(rotation, vec4<f32>(now, 0.0), vec4<f32>(before, 0.0), vec4<f32>(prior_displacement(i), 0.0));
     let state = states[i];
     //{inputs}
 }
 
-// The velocities of frame 0 are known at last, and with them where the prior put the garment there:
-// states are counted from it anew.
+// Recomputes the prior of frame 0 once its velocities are known, and counts the states from it. World
+// positions stay the same.
 @compute @workgroup_size(64)
-fn rehang(@builtin(global_invocation_id) id: vec3<u32>) {
+fn rebase_states(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
     if (i >= VERTICES) {
         return;
     }
-    let prior = hung(i);
+    let prior = prior_displacement(i);
     let value = states[i].value + points[i].prior - vec4<f32>(prior, 0.0);
     states[i] = VertexState(value, value);
     points[i].prior = vec4<f32>(prior, 0.0);
 }
 
-// At the mean shape, carried by the skeleton.
+// Sets the states to the mean displacement from the skinned rest shape.
 @compute @workgroup_size(64)
-fn take_mean(@builtin(global_invocation_id) id: vec3<u32>) {
+fn start_at_mean(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
     if (i >= VERTICES) {
         return;
     }
     let point = points[i];
     let world = point.now.xyz + rotated(point.rotation, vertices[i].mean);
-    states[i].value = vec4<f32>(to_state(place_of(i), world), states[i].value.w);
+    states[i].value = vec4<f32>(to_state(state_frame(i), world), states[i].value.w);
 }
 
-// At the positions that are put where those are that are shown, blended by the mask.
+// Sets the states to given positions, which are in the buffer of shown positions, blended by the mask.
 @compute @workgroup_size(64)
-fn take_shown(@builtin(global_invocation_id) id: vec3<u32>) {
+fn states_from_shown(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
     if (i >= VERTICES) {
         return;
     }
     let world = vec3<f32>(shown[6u * i], shown[6u * i + 1u], shown[6u * i + 2u]);
-    states[i].value = blended(states[i].value, place_of(i), world);
+    states[i].value = blended(states[i].value, state_frame(i), world);
 }
 
-// At the positions that are shown, where these are others: the bits of what has not moved stay.
+// Sets the states of the vertices whose shown position was corrected. Other states keep their bits.
 @compute @workgroup_size(64)
-fn take_moved(@builtin(global_invocation_id) id: vec3<u32>) {
+fn states_from_corrected(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
     if (i >= VERTICES) {
         return;
     }
-    let at = place_of(i);
+    let frame = state_frame(i);
     let world = vec3<f32>(shown[6u * i], shown[6u * i + 1u], shown[6u * i + 2u]);
-    if (any(world != to_world(at, states[i].value.xyz))) {
-        states[i].value = pushed(states[i].value, at, world);
+    if (any(world != to_world(frame, states[i].value.xyz))) {
+        states[i].value = pushed(states[i].value, frame, world);
     }
 }
 
-// At rest.
+// Sets the velocity of the states to zero.
 @compute @workgroup_size(64)
-fn hold(@builtin(global_invocation_id) id: vec3<u32>) {
+fn clear_velocities(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
     if (i >= VERTICES) {
         return;
@@ -111,13 +112,14 @@ fn hold(@builtin(global_invocation_id) id: vec3<u32>) {
     states[i].previous = states[i].value;
 }
 
+// Computes the shown positions from the states.
 @compute @workgroup_size(64)
-fn show(@builtin(global_invocation_id) id: vec3<u32>) {
+fn write_positions(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
     if (i >= VERTICES) {
         return;
     }
-    let world = to_world(place_of(i), states[i].value.xyz);
+    let world = to_world(state_frame(i), states[i].value.xyz);
     shown[6u * i] = world.x;
     shown[6u * i + 1u] = world.y;
     shown[6u * i + 2u] = world.z;

@@ -1,10 +1,10 @@
-// The latent vector: of every channel its largest logit, or where that stands.
+// Computes the latent vector: the largest logit of every channel, or the one-hot code of its category.
 
 override CHANNELS: u32;
 override CATEGORIES: u32;
-// Is a code one at the picked category and zero at the others, or the picked logit?
+// True for a code that is one at the picked category and zero at the others, false for the picked logit.
 override ONE_HOT: bool = false;
-// Where they are in `vectors`.
+// Starts of logits and latent vector in `vectors`.
 override LOGITS: u32;
 override LATENT: u32;
 

@@ -1,22 +1,23 @@
-// y = f(W x + b) for one vector x: bound by memory, so 32 lanes read each row side by side.
+// Computes y = f(W x + b) for one vector x. Memory bounds it, so 32 invocations read each row in adjacent
+// pieces.
 
 const ROWS = 8u;
 const LANES = 32u;
 
 struct Layer {
-    // Rows of W are padded to this many quadruples.
+    // Length of a padded row of W, in vectors of four.
     inputs4: u32,
     outputs: u32,
-    // Where x is in `vectors`, in quadruples.
+    // Start of x in `vectors`, in vectors of four.
     input4: u32,
-    // Where y goes, in numbers.
+    // Start of y in `vectors`, in numbers.
     output: u32,
     activation: u32,
 }
 
 const NONE = 0u;
 const ELU = 1u;
-// Adds to what is there.
+// Adds y to the stored numbers.
 const ADD = 2u;
 
 @group(0) @binding(0) var<uniform> layer: Layer;

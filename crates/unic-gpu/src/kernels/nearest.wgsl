@@ -1,20 +1,20 @@
-// The nearest item of a tree. Whoever includes it says how far an item is: `to_item`, m², FAR and more
-// for one that does not count.
+// Search for the nearest item of a tree. The kernel that includes this text defines `to_item`, the squared
+// distance to an item in m²: more than FAR for an item that is not accepted.
 
-override LEAVES_FROM: u32;
+override FIRST_LEAF: u32;
 override CAPACITY: u32;
 override ITEMS: u32;
 
 const NO_ITEM = 0xffffffffu;
 const FAR = 3e38;
-// Three siblings stay behind on each of at most nine levels, and four children are on top.
+// Size of the stack: three siblings on each of at most nine levels, and the four children of the last one.
 const STACK = 32u;
 
 @group(0) @binding(10) var<storage, read> items: array<u32>;
 @group(0) @binding(11) var<storage, read> boxes: array<vec4<f32>>;
-// Positions and normals of the body's vertices, world.
+// Positions and normals of the body's vertices, world space.
 @group(0) @binding(12) var<storage, read> body: array<f32>;
-// By garment vertex the item that was nearest before: where the search starts, and nothing else.
+// Nearest item of each garment vertex in the last frame. It shortens the search and never changes the result.
 @group(0) @binding(13) var<storage, read_write> seeds: array<u32>;
 
 fn body_vertex(i: u32) -> vec3<f32> {
@@ -25,11 +25,12 @@ fn squared(v: vec3<f32>) -> f32 {
     return dot(v, v);
 }
 
+// Squared distance to the box of a node, m².
 fn to_box(node: u32, p: vec3<f32>) -> f32 {
     return squared(max(max(boxes[2u * node].xyz - p, p - boxes[2u * node + 1u].xyz), vec3<f32>()));
 }
 
-// Of several at one distance the lowest; NO_ITEM when none counts.
+// Nearest item, the lowest one of several at the same distance; NO_ITEM when none is accepted.
 fn nearest(p: vec3<f32>, seed: u32) -> u32 {
     var best = NO_ITEM;
     var bound = FAR;
@@ -51,9 +52,9 @@ fn nearest(p: vec3<f32>, seed: u32) -> u32 {
         if (distances[height] > bound) {
             continue;
         }
-        if (node >= LEAVES_FROM) {
+        if (node >= FIRST_LEAF) {
             for (var k = 0u; k < CAPACITY; k++) {
-                let item = items[(node - LEAVES_FROM) * CAPACITY + k];
+                let item = items[(node - FIRST_LEAF) * CAPACITY + k];
                 if (item != NO_ITEM) {
                     let found = to_item(item, p);
                     if (found < bound || (found == bound && item < best)) {
@@ -64,7 +65,7 @@ fn nearest(p: vec3<f32>, seed: u32) -> u32 {
             }
             continue;
         }
-        // The nearest child goes on top.
+        // The nearest child so far stays on top of the stack; the others are not sorted.
         let first = height;
         for (var k = 1u; k <= 4u; k++) {
             let child = 4u * node + k;
@@ -72,14 +73,14 @@ fn nearest(p: vec3<f32>, seed: u32) -> u32 {
             if (distance > bound) {
                 continue;
             }
-            var under = height;
+            var place = height;
             if (height > first && distance >= distances[height - 1u]) {
-                under = height - 1u;
-                nodes[height] = nodes[under];
-                distances[height] = distances[under];
+                place = height - 1u;
+                nodes[height] = nodes[place];
+                distances[height] = distances[place];
             }
-            nodes[under] = child;
-            distances[under] = distance;
+            nodes[place] = child;
+            distances[place] = distance;
             height++;
         }
     }

@@ -1,4 +1,4 @@
-// Unit normals of vertices, weighted by area; zero for a vertex without sound faces.
+// Computes unit normals of vertices, weighted by area; zero for a vertex without sound faces.
 
 override VERTICES: u32;
 
@@ -18,6 +18,7 @@ fn normals(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let a = position(i);
+    // A gather over the faces around the vertex: the order of the sum is fixed, and no atomics are needed.
     var sum = vec3<f32>();
     for (var k = starts[i]; k < starts[i + 1u]; k++) {
         let face = corners[k];

@@ -1,4 +1,4 @@
-// Products of matrices and nothing else: independent sums in each subgroup.
+// Only multiplies matrices: independent sums in each subgroup.
 
 enable f16;
 enable wgpu_cooperative_matrix;
@@ -7,11 +7,11 @@ override ROUNDS: u32;
 
 //{constants}
 
-// Subgroups of a workgroup; then a number of each invocation.
+// Number of subgroups in a workgroup; then one number of each invocation.
 @group(0) @binding(0) var<storage, read_write> out: array<f32>;
 
 var<workgroup> numbers: array<f16, SIDE * SIDE>;
-// A matrix of each subgroup, as far as there is room.
+// One matrix of each subgroup; subgroups beyond STAGED share.
 var<workgroup> staged: array<f32, STAGED * SIDE * SIDE>;
 
 @compute @workgroup_size(THREADS)

@@ -1,7 +1,8 @@
-// Oscillators h, complex numbers, driven by u: real parts stand before imaginary ones.
+// Recurrence of oscillators h, complex numbers that are driven by u. Vectors hold all real parts before all
+// imaginary parts.
 
 override OSCILLATORS: u32;
-// Where u and h are in `vectors`.
+// Starts of u and h in `vectors`.
 override DRIVE: u32;
 override MEMORY: u32;
 
@@ -12,31 +13,31 @@ fn drive(k: u32) -> vec2<f32> {
     return vec2<f32>(vectors[DRIVE + k], vectors[DRIVE + OSCILLATORS + k]);
 }
 
-fn remember(k: u32, h: vec2<f32>) {
+fn store(k: u32, h: vec2<f32>) {
     vectors[MEMORY + k] = h.x;
     vectors[MEMORY + OSCILLATORS + k] = h.y;
 }
 
-// As if the motion had been the same for ever: h = u / (1 - pole).
+// Steady state of a motion that has always been the same: h = u / (1 - pole).
 @compute @workgroup_size(64)
-fn settle(@builtin(global_invocation_id) id: vec3<u32>) {
+fn start_steady(@builtin(global_invocation_id) id: vec3<u32>) {
     let k = id.x;
     if (k >= OSCILLATORS) {
         return;
     }
     let u = drive(k);
     let a = vec2<f32>(1.0 - poles[k].x, -poles[k].y);
-    remember(k, vec2<f32>(u.x * a.x + u.y * a.y, u.y * a.x - u.x * a.y) / dot(a, a));
+    store(k, vec2<f32>(u.x * a.x + u.y * a.y, u.y * a.x - u.x * a.y) / dot(a, a));
 }
 
-// One tick: h = pole h + u.
+// Advance by one tick: h = pole h + u.
 @compute @workgroup_size(64)
-fn swing(@builtin(global_invocation_id) id: vec3<u32>) {
+fn advance(@builtin(global_invocation_id) id: vec3<u32>) {
     let k = id.x;
     if (k >= OSCILLATORS) {
         return;
     }
     let pole = poles[k];
     let h = vec2<f32>(vectors[MEMORY + k], vectors[MEMORY + OSCILLATORS + k]);
-    remember(k, vec2<f32>(pole.x * h.x - pole.y * h.y, pole.x * h.y + pole.y * h.x) + drive(k));
+    store(k, vec2<f32>(pole.x * h.x - pole.y * h.y, pole.x * h.y + pole.y * h.x) + drive(k));
 }

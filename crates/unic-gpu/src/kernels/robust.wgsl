@@ -1,42 +1,44 @@
-// Our way out of the body: the closest triangle of the parts that may push the vertex, along the shortest
-// way, out to a margin. Constants and cases are those of `unic_core::intersection::RobustIntersection` and
-// `unic_core::folds`.
+// Robust intersection handling: a vertex is pushed out of the closest triangle of the parts that may push
+// it, along the shortest way, to a margin. Constants and cases are those of
+// `unic_core::intersection::RobustIntersection` and `unic_core::folds`, whose comments give the reasons.
 
-// Words of 32 joints in a set of them.
+// Number of words of 32 bits in a set of joints.
 override WORDS: u32;
-// Where in `tables` the faces around vertices and the sets of joints start.
+// Starts in `tables` of the faces around vertices, and of the sets of joints.
 override AROUND: u32;
 override PUSHING: u32;
 
-// Height over longest edge below which a triangle is its edges.
-const LEAST_HEIGHT = 1e-4;
-// Closer to an edge than this the way to it has no direction but the normal, metres.
-const LEAST_DISTANCE = 1e-4;
-// Cosine between the way out and the normal below which the point lies beyond a rim.
-const LEAST_COSINE = 0.3;
-const MOST_LOOKS = 4u;
-// Height below the margin at which a vertex is left, metres.
+// Ratio of height to longest edge below which a triangle is treated as its edges.
+const MIN_RELATIVE_HEIGHT = 1e-4;
+// Distance to an edge below which the normal replaces the direction to it, metres.
+const MIN_DISTANCE = 1e-4;
+// Smallest cosine between the push and the normal; below it the point lies beyond a rim.
+const MIN_RIM_COSINE = 0.3;
+// Largest number of further pushes after the first.
+const MAX_ITERATIONS = 4u;
+// Height below the margin at which a vertex is not pushed, metres.
 const TOLERANCE = 1e-5;
-// Parts that face each other so close are a fold, metres.
+// Largest gap of a fold between parts that face each other, metres.
 const FOLD_GAP = 0.006;
-// How far the inside of a body is looked through, metres.
+// Length of the rays through the inside of a body, metres.
 const REACH = 0.35;
+// Largest cosine between the normals of two parts that face each other.
 const FACING_COSINE = -0.5;
-// Farther than FAR.
+// Squared distance to a face that may not push: more than FAR.
 const NEVER = 3.3e38;
-// Stands for a zero in a ray's direction.
-const LEAST_SLOPE = 1e-30;
+// Smallest magnitude of a coordinate of a ray's direction.
+const MIN_COMPONENT = 1e-30;
 
 struct Face {
     corners: vec3<u32>,
-    // The joint that carries it most.
+    // Joint that moves the face most.
     joint: u32,
-    // Corners with vertices at one place in the bind pose made one.
+    // Corners by welded vertices: the first vertex at each place in the bind pose.
     welded: vec3<u32>,
     padding: u32,
 }
 
-// Corners relative to a point, and the normal with twice the area for its length, zero when degenerate.
+// Corners relative to a point, and the normal whose length is twice the area; zero when degenerate.
 struct Triangle {
     a: vec3<f32>,
     b: vec3<f32>,
@@ -51,7 +53,7 @@ struct Hit {
     feature: u32,
 }
 
-// What a vertex is close to.
+// Closest point of the body to a vertex.
 struct Contact {
     face: u32,
     feature: u32,
@@ -60,19 +62,20 @@ struct Contact {
     height: f32,
 }
 
-// Positions and normals of the garment, world.
+// Positions and normals of the garment, world space.
 @group(0) @binding(9) var<storage, read_write> shown: array<f32>;
 @group(0) @binding(14) var<storage, read> faces: array<Face>;
-// Faces around welded vertex i are `tables[AROUND + k]` for k from `tables[i]` to `tables[i + 1]`; the joints
-// whose parts may push garment vertex i are the bits of WORDS words from PUSHING + WORDS i.
+// Faces around welded vertex i are `tables[AROUND + k]` for k from `tables[i]` to `tables[i + 1]`. The joints
+// whose parts may push garment vertex i are the bits of WORDS words from PUSHING + WORDS i on.
 @group(0) @binding(15) var<storage, read> tables: array<u32>;
 
-// The garment vertex that is looked from.
-var<private> looking: u32;
+// Garment vertex of this invocation.
+var<private> pushed_vertex: u32;
 
-fn pushes(face: u32) -> bool {
+// Returns whether a body face may push the vertex.
+fn may_push(face: u32) -> bool {
     let joint = faces[face].joint;
-    return ((tables[PUSHING + looking * WORDS + joint / 32u] >> (joint % 32u)) & 1u) == 1u;
+    return ((tables[PUSHING + pushed_vertex * WORDS + joint / 32u] >> (joint % 32u)) & 1u) == 1u;
 }
 
 fn triangle(face: u32, p: vec3<f32>) -> Triangle {
@@ -81,7 +84,7 @@ fn triangle(face: u32, p: vec3<f32>) -> Triangle {
     let b = body_vertex(corners.y) - p;
     let c = body_vertex(corners.z) - p;
     let normal = cross(b - a, c - a);
-    let longest = LEAST_HEIGHT * max(squared(b - a), max(squared(c - b), squared(a - c)));
+    let longest = MIN_RELATIVE_HEIGHT * max(squared(b - a), max(squared(c - b), squared(a - c)));
     let is_sound = squared(normal) > longest * longest;
     return Triangle(a, b, c, select(vec3<f32>(), normal, is_sound));
 }
@@ -131,7 +134,7 @@ fn closest_of(t: Triangle) -> Hit {
 }
 
 fn to_item(face: u32, p: vec3<f32>) -> f32 {
-    if (!pushes(face)) {
+    if (!may_push(face)) {
         return NEVER;
     }
     return squared(closest_of(triangle(face, p)).offset);
@@ -156,7 +159,7 @@ fn angle_at(face: u32, vertex: u32) -> f32 {
     return atan2(length(cross(u, v)), dot(u, v));
 }
 
-// The angle-weighted normal of the face, edge or vertex.
+// Angle-weighted pseudonormal of a face, edge or vertex.
 fn pseudonormal(face: u32, feature: u32) -> vec3<f32> {
     if (feature == 0u) {
         return face_normal(face);
@@ -186,25 +189,26 @@ fn contact(p: vec3<f32>, face: u32) -> Contact {
     return Contact(face, hit.feature, p + hit.offset, normal, height);
 }
 
-// Does a contact push? Then to where.
-struct WayOut {
+// Push by a contact, and the position to which it leads.
+struct Push {
     exists: bool,
     to: vec3<f32>,
 }
 
-fn way_out(at: Contact, p: vec3<f32>, margin: f32) -> WayOut {
+fn push_out(at: Contact, p: vec3<f32>, margin: f32) -> Push {
     if (at.height > margin - TOLERANCE) {
-        return WayOut(false, p);
+        return Push(false, p);
     }
     var direction = at.normal;
-    if (at.feature != 0u && abs(at.height) >= LEAST_DISTANCE) {
+    if (at.feature != 0u && abs(at.height) >= MIN_DISTANCE) {
         direction = (p - at.point) / at.height;
     }
-    let is_under = dot(direction, at.normal) > LEAST_COSINE;
-    return WayOut(is_under, at.point + direction * margin);
+    let is_under = dot(direction, at.normal) > MIN_RIM_COSINE;
+    return Push(is_under, at.point + direction * margin);
 }
 
-// Distance along a ray at which it meets a face, and its sign: negative from outside. FAR when it does not.
+// Distance along a ray at which it hits a face, and the cosine with its normal: negative from outside. The
+// distance is FAR for a miss.
 fn crossing(face: u32, origin: vec3<f32>, direction: vec3<f32>) -> vec2<f32> {
     let t = triangle(face, origin);
     let along = dot(direction, t.normal);
@@ -231,7 +235,8 @@ fn entry(node: u32, origin: vec3<f32>, inverse: vec3<f32>) -> f32 {
     return select(FAR, enter, enter <= leave);
 }
 
-// Does a welded vertex lie in a fold between parts that may push? What its normal meets first tells.
+// Returns whether a welded vertex lies in a fold between parts that may push: the first face that a ray along
+// its normal hits decides.
 fn is_vertex_folded(vertex: u32) -> bool {
     var origin = vec3<f32>();
     var normal = vec3<f32>();
@@ -245,7 +250,7 @@ fn is_vertex_folded(vertex: u32) -> bool {
     if (squared(direction) == 0.0) {
         return false;
     }
-    let inverse = 1.0 / select(direction, vec3<f32>(LEAST_SLOPE), abs(direction) < vec3<f32>(LEAST_SLOPE));
+    let inverse = 1.0 / select(direction, vec3<f32>(MIN_COMPONENT), abs(direction) < vec3<f32>(MIN_COMPONENT));
     var first = vec2<f32>(REACH, 0.0);
     var nodes: array<u32, STACK>;
     nodes[0] = 0u;
@@ -256,7 +261,7 @@ fn is_vertex_folded(vertex: u32) -> bool {
         if (entry(node, origin, inverse) > first.x) {
             continue;
         }
-        if (node < LEAVES_FROM) {
+        if (node < FIRST_LEAF) {
             for (var k = 1u; k <= 4u; k++) {
                 nodes[height] = 4u * node + k;
                 height++;
@@ -264,12 +269,12 @@ fn is_vertex_folded(vertex: u32) -> bool {
             continue;
         }
         for (var k = 0u; k < CAPACITY; k++) {
-            let face = items[(node - LEAVES_FROM) * CAPACITY + k];
+            let face = items[(node - FIRST_LEAF) * CAPACITY + k];
             if (face == NO_ITEM || any(faces[face].welded == vec3<u32>(vertex))) {
                 continue;
             }
             let found = crossing(face, origin, direction);
-            if (found.x < first.x && pushes(face)) {
+            if (found.x < first.x && may_push(face)) {
                 first = found;
             }
         }
@@ -288,7 +293,7 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
     if (i >= VERTICES) {
         return;
     }
-    looking = i;
+    pushed_vertex = i;
     let margin = tick[HANDLING].x;
     var p = vec3<f32>(shown[6u * i], shown[6u * i + 1u], shown[6u * i + 2u]);
     var face = nearest(p, seeds[i]);
@@ -296,22 +301,23 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
     if (face == NO_ITEM) {
         return;
     }
-    var out = way_out(contact(p, face), p, margin);
+    var out = push_out(contact(p, face), p, margin);
     if (!out.exists || is_folded(face)) {
         return;
     }
-    // In a crease the way out of one side leads into the other; between two that are close, halfway ends it.
+    // In a crease a push out of one side leads into the other. The last one goes halfway: between sides that
+    // are close, the middle is outside both.
     p = out.to;
-    for (var looks = 1u; looks <= MOST_LOOKS; looks++) {
+    for (var iteration = 1u; iteration <= MAX_ITERATIONS; iteration++) {
         face = nearest(p, face);
         if (face == NO_ITEM) {
             break;
         }
-        out = way_out(contact(p, face), p, margin);
+        out = push_out(contact(p, face), p, margin);
         if (!out.exists) {
             break;
         }
-        p = select(0.5 * (p + out.to), out.to, looks < MOST_LOOKS);
+        p = select(0.5 * (p + out.to), out.to, iteration < MAX_ITERATIONS);
     }
     shown[6u * i] = p.x;
     shown[6u * i + 1u] = p.y;

@@ -1,9 +1,9 @@
 // Linear blend skinning of one vertex.
 
 struct Vertex {
-    // In the bind pose, metres.
+    // Position in the bind pose, metres.
     rest: vec3<f32>,
-    // Its weights are `first..first + count`, by descending weight.
+    // The vertex's weights are `first..first + count`, in descending order.
     first: u32,
     // Mean displacement of the prior, metres.
     mean: vec3<f32>,
@@ -18,7 +18,7 @@ struct Weight {
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 @group(0) @binding(2) var<storage, read> weights: array<Weight>;
 
-// Position: the weighted sum of what every joint makes of the rest position.
+// Skinned position: the weighted sum of the rest position transformed by each joint.
 fn skinned(vertex: Vertex) -> vec3<f32> {
     var sum = vec3<f32>();
     for (var k = 0u; k < vertex.count; k++) {
@@ -29,8 +29,8 @@ fn skinned(vertex: Vertex) -> vec3<f32> {
     return sum;
 }
 
-// Rotation: the normalised blend of the joints' rotations in the hemisphere of the heaviest one's.
-fn turned(vertex: Vertex) -> vec4<f32> {
+// Skinning rotation: the normalised blend of the joints' quaternions in the hemisphere of the heaviest one's.
+fn skinning_rotation(vertex: Vertex) -> vec4<f32> {
     if (vertex.count == 0u) {
         return vec4<f32>(0.0, 0.0, 0.0, 1.0);
     }

@@ -1,20 +1,21 @@
-// A complete tree of boxes, four children a node, numbered as a heap: the children of node n are
-// 4 n + 1 .. 4 n + 4.
+// Refit of a complete tree of boxes with four children a node. Nodes are numbered as in a heap: the children
+// of node n are 4 n + 1 to 4 n + 4.
 
-// First leaf.
-override LEAVES_FROM: u32;
+// Number of the first leaf.
+override FIRST_LEAF: u32;
+// Number of leaves.
 override LEAVES: u32;
-// Items of one leaf.
+// Number of places in a leaf.
 override CAPACITY: u32;
 
 const NO_ITEM = 0xffffffffu;
 const FAR = 1e30;
 
-// The items, leaf after leaf; NO_ITEM fills up.
+// Items leaf after leaf; NO_ITEM fills up.
 @group(0) @binding(0) var<storage, read> items: array<u32>;
 // Lower and upper corner of every node, metres.
 @group(0) @binding(1) var<storage, read_write> boxes: array<vec4<f32>>;
-// Positions and normals of the body, world.
+// Positions and normals of the body, world space.
 @group(0) @binding(2) var<storage, read> body: array<f32>;
 
 fn body_vertex(i: u32) -> vec3<f32> {
@@ -40,15 +41,15 @@ fn refit_leaves(@builtin(global_invocation_id) id: vec3<u32>) {
             }
         }
     }
-    boxes[2u * (LEAVES_FROM + id.x)] = vec4<f32>(low, 0.0);
-    boxes[2u * (LEAVES_FROM + id.x) + 1u] = vec4<f32>(high, 0.0);
+    boxes[2u * (FIRST_LEAF + id.x)] = vec4<f32>(low, 0.0);
+    boxes[2u * (FIRST_LEAF + id.x) + 1u] = vec4<f32>(high, 0.0);
 }
 
-// One workgroup, level by level from the leaves up.
+// Refits the nodes above the leaves in one workgroup, level by level upwards.
 @compute @workgroup_size(256)
 fn refit_nodes(@builtin(local_invocation_index) t: u32) {
     var count = LEAVES / 4u;
-    var first = (LEAVES_FROM - 1u) / 4u;
+    var first = (FIRST_LEAF - 1u) / 4u;
     for (; count > 0u; count /= 4u) {
         storageBarrier();
         for (var i = t; i < count; i += 256u) {

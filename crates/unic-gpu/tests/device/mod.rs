@@ -8,7 +8,7 @@
 )]
 
 use std::sync::{Arc, OnceLock};
-use unic_core::model::Model;
+use unic_core::Model;
 use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, Precision};
 
 /// One device for all tests, if this machine has any.

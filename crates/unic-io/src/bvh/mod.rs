@@ -1,13 +1,13 @@
 //! BVH motion files: any skeleton, any channels.
 //!
 //! Format: Biovision's, as described by Meredith and Maddock 2001, "Motion Capture File Formats
-//! Explained". Offsets and positions are in whatever unit and up axis the file's author used, and
-//! nothing in the file says which; see [`retarget`](crate::retarget) for how they are told.
+//! Explained". The file states neither its unit of length nor its up axis; [`crate::retarget`]
+//! estimates both.
 //!
-//! In the zero pose (all rotations zero) every joint's axes are the world's. A rotation channel
-//! turns about an axis that the channels before it have turned: the local rotation is the product
-//! of the channels' rotations in the order of the file. A position channel replaces its component
-//! of the joint's offset.
+//! In the zero pose (all rotations zero) the axes of every joint are those of the world. The local
+//! rotation of a joint is the product of its channels' rotations, in the order of the file: each
+//! channel rotates about an axis that the channels before it have rotated. A position channel
+//! replaces its component of the joint's offset.
 //!
 //! ```
 //! use glam::Vec3;
@@ -35,39 +35,43 @@ mod parse;
 mod pose;
 mod tokens;
 
-use crate::error::{Error, Result};
-use glam::Vec3;
-use std::path::Path;
+pub(crate) use parse::is_bvh;
 
-/// A skeleton and its motion, in the file's own unit and axes.
+use glam::Vec3;
+
+/// Relative distance from a whole number up to which a frame rate is rounded.
+const RATE_TOLERANCE: f64 = 2e-4;
+
+/// A skeleton and its motion, in the unit and axes of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bvh {
     joints: Vec<BvhJoint>,
+    /// Seconds from one frame to the next.
     frame_time: f64,
-    /// Numbers a frame.
+    /// Number of channels of all joints: the length of a frame.
     channels: usize,
-    /// Frames × channels.
+    /// Channel values, frame after frame: positions in the file's unit, rotations in degrees.
     values: Vec<f32>,
 }
 
-/// A joint of a [`Bvh`]; parents stand before their children.
+/// A joint of a [`Bvh`]. Parents precede their children.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BvhJoint {
-    /// As in the file, without surrounding whitespace; may contain spaces.
+    /// Name in the file, without surrounding whitespace; may contain spaces.
     pub name: String,
     /// Index of the parent; the root has none.
     pub parent: Option<usize>,
-    /// From the parent joint in the zero pose, in the file's unit.
+    /// Displacement from the parent joint in the zero pose, in the file's unit.
     pub offset: Vec3,
-    /// In the order of the file.
+    /// Channels in the order of the file.
     pub channels: Vec<Channel>,
-    /// Offsets of the end sites: where the bones of a leaf end.
+    /// Offsets of the end sites, the ends of the bones of a leaf joint.
     pub end_sites: Vec<Vec3>,
     /// Index of the first channel's number in a frame.
     first_channel: usize,
 }
 
-/// What one number of a frame means.
+/// Meaning of one number of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
     /// Component of the translation from the parent, in the file's unit.
@@ -100,53 +104,33 @@ impl Axis {
 }
 
 impl Bvh {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// The file cannot be read, or is none that [`parse`](Self::parse) accepts.
-    pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
-        Self::parse(path, &bytes)
-    }
-
-    /// Parses a file's content; `path` is for errors alone. Bytes that are no UTF-8 are allowed in
-    /// names.
-    ///
-    /// # Errors
-    /// A sentence with the line, what was expected and what was found: words or numbers in the wrong
-    /// place, unknown channels, braces that do not match, joints of one name, numbers that are not
-    /// finite, a frame time that is no frame rate from 1 to 1000, another count of numbers than
-    /// frames × channels.
-    pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
-        parse::parse(path, &String::from_utf8_lossy(bytes))
-    }
-
-    /// Joints, parents before children, the root first.
+    /// Joints; the root is first, and parents precede their children.
     pub fn joints(&self) -> &[BvhJoint] {
         &self.joints
     }
 
     /// Number of frames.
     pub fn len(&self) -> usize {
+        // A skeleton without channels has no frames either.
         self.values.len() / self.channels.max(1)
     }
 
-    /// No frames at all: a skeleton alone.
+    /// Returns whether there are no frames, only a skeleton.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
 
-    /// Numbers a frame.
+    /// Number of channels of all joints: the length of a frame.
     pub fn channel_count(&self) -> usize {
         self.channels
     }
 
-    /// Frames per second. Frame times are written with few digits: a rate within 0.02 % of a whole
-    /// number is that number (.0083333 s is 120 fps).
+    /// Frames per second. A rate within 0.02 % of a whole number is rounded to it, because files
+    /// hold few digits of the frame time: .0083333 s is 120 fps.
     pub fn fps(&self) -> f32 {
         let fps = 1.0 / self.frame_time;
         let whole = fps.round();
-        let is_whole = (fps - whole).abs() < 2e-4 * whole;
+        let is_whole = (fps - whole).abs() < RATE_TOLERANCE * whole;
         (if is_whole { whole } else { fps }) as f32
     }
 }

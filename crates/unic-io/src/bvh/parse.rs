@@ -1,46 +1,90 @@
-//! The grammar.
+//! Parser of the BVH grammar.
 
 use super::{Axis, Bvh, BvhJoint, Channel, tokens::Tokens};
 use crate::{
     error::{Error, Result},
-    motion::check_frame_rate,
+    frame_rate::check_frame_rate,
 };
 use glam::Vec3;
-use std::{collections::HashSet, path::Path};
+use std::{collections::HashSet, fs::File, io::Read, path::Path};
 
-/// More than any joint needs: three positions, three rotations.
-const MOST_CHANNELS: usize = 6;
+/// Largest number of channels of a joint: three positions and three rotations.
+const MAX_CHANNELS: usize = 6;
 
-/// Longest part of a wrong word that an error repeats, characters.
-const QUOTED: usize = 40;
+/// Number of characters of an unexpected word that an error repeats.
+const QUOTED_CHARACTERS: usize = 40;
 
-pub(super) fn parse(path: &Path, text: &str) -> Result<Bvh> {
-    let mut parser = Parser {
-        path,
-        tokens: Tokens::new(text),
-        joints: Vec::new(),
-        names: HashSet::new(),
-        channels: 0,
-    };
-    parser.hierarchy()?;
-    parser.motion()
+/// Number of bytes read to recognise a file. Byte order mark, blanks and the first word fit.
+const START_BYTES: u64 = 64;
+
+impl Bvh {
+    /// Reads a BVH file.
+    ///
+    /// # Errors
+    /// The file cannot be read; those of [`parse`](Self::parse).
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
+        Self::parse(path, &bytes)
+    }
+
+    /// Parses the content of a BVH file; `path` is used in errors only. Names may contain bytes
+    /// that are not UTF-8.
+    ///
+    /// # Errors
+    /// Unexpected words, unknown channels, braces that do not match, two joints of one name,
+    /// numbers that are not finite, a frame rate outside 1 to 1000, another count of numbers than
+    /// frames × channels. Each names the line.
+    pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let text = String::from_utf8_lossy(bytes);
+        let mut parser = BvhParser {
+            path,
+            tokens: Tokens::new(&text),
+            joints: Vec::new(),
+            names: HashSet::new(),
+            channels: 0,
+        };
+        parser.hierarchy()?;
+        parser.motion()
+    }
 }
 
-struct Parser<'a> {
+/// Returns whether a file is BVH: by its extension, or by its first word.
+///
+/// # Errors
+/// The file cannot be read.
+pub(crate) fn is_bvh(path: &Path) -> Result<bool> {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("bvh")) {
+        return Ok(true);
+    }
+    let mut start = Vec::new();
+    let file = File::open(path).map_err(Error::io(path, "open"))?;
+    (file.take(START_BYTES).read_to_end(&mut start)).map_err(Error::io(path, "read"))?;
+    Ok(begins_as_bvh(&start))
+}
+
+/// Returns whether the first word of a file is `HIERARCHY`.
+fn begins_as_bvh(start: &[u8]) -> bool {
+    let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
+    start.trim_ascii_start().starts_with(b"HIERARCHY")
+}
+
+struct BvhParser<'a> {
     path: &'a Path,
     tokens: Tokens<'a>,
     joints: Vec<BvhJoint>,
     names: HashSet<String>,
-    /// Numbers a frame so far.
+    /// Number of channels of the joints so far.
     channels: usize,
 }
 
-impl<'a> Parser<'a> {
+impl<'a> BvhParser<'a> {
+    /// Parses the section HIERARCHY.
     fn hierarchy(&mut self) -> Result<()> {
         self.keyword("HIERARCHY")?;
         self.keyword("ROOT")?;
         self.open_joint(None)?;
-        // The chain of joints whose braces are open: nesting of any depth without recursion.
+        // The joints whose braces are open. A stack instead of recursion: a damaged file may nest
+        // deeper than the thread's call stack.
         let mut open = vec![0];
         while let Some(&joint) = open.last() {
             let word = self.word("JOINT, End Site or }")?;
@@ -58,7 +102,8 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// From the name to the channels; the closing brace is the caller's.
+    /// Parses a joint from its name up to its channels, and returns its index. The caller parses
+    /// the closing brace.
     fn open_joint(&mut self, parent: Option<usize>) -> Result<usize> {
         let name = self.tokens.name().to_owned();
         if name.is_empty() {
@@ -96,7 +141,7 @@ impl<'a> Parser<'a> {
         self.keyword("CHANNELS")?;
         let expected = "a number of channels from 0 to 6";
         let count = self.whole(expected)?;
-        if count > MOST_CHANNELS {
+        if count > MAX_CHANNELS {
             return Err(self.wrong(expected, &count.to_string()));
         }
         (0..count).map(|_| self.channel()).collect()
@@ -117,6 +162,7 @@ impl<'a> Parser<'a> {
         Ok(site)
     }
 
+    /// Parses the section MOTION.
     fn motion(mut self) -> Result<Bvh> {
         self.keyword("MOTION")?;
         self.label("Frames:", "Frames", ":")?;
@@ -137,12 +183,14 @@ impl<'a> Parser<'a> {
         let expected = "a frame time of 0.001 to 1 second";
         let word = self.word(expected)?;
         let seconds: Option<f64> = word.parse().ok();
-        // The slack is that of times written with few digits.
+        // The tolerance admits 1 and 1000 fps whose frame time is written with few digits.
         let is_rate = |s: &f64| check_frame_rate(0.9999 / s).is_ok() || check_frame_rate(1.0001 / s).is_ok();
         seconds.filter(is_rate).ok_or_else(|| self.wrong(expected, word))
     }
 
-    /// Every number that is there, so that memory follows the file and not its header.
+    /// Parses all numbers up to the end of the file and checks their count.
+    ///
+    /// Memory grows with the numbers that exist; the declared count is not trusted.
     fn values(&mut self, frames: usize) -> Result<Vec<f32>> {
         let mut values = Vec::new();
         while let Some(word) = self.tokens.next() {
@@ -169,7 +217,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// A word with its colon, which some programs set apart.
+    /// Parses a word with its colon, which some programs write as a word of its own.
     fn label(&mut self, whole: &str, word: &str, colon: &str) -> Result<()> {
         let found = self.word(whole)?;
         if found.eq_ignore_ascii_case(whole) {
@@ -196,8 +244,9 @@ impl<'a> Parser<'a> {
         number.ok_or_else(|| self.wrong("a finite number", word))
     }
 
+    /// Returns an error about a word of the current line.
     fn wrong(&self, expected: &str, found: &str) -> Error {
-        let quoted: String = found.chars().take(QUOTED).collect();
+        let quoted: String = found.chars().take(QUOTED_CHARACTERS).collect();
         let found = format!("`{}`", quoted.escape_debug());
         Error::content(
             self.path,
@@ -207,6 +256,7 @@ impl<'a> Parser<'a> {
     }
 }
 
+/// Parses the name of a channel, in any case.
 fn channel(word: &str) -> Option<Channel> {
     let axis = match word.chars().next()?.to_ascii_lowercase() {
         'x' => Axis::X,

@@ -1,11 +1,12 @@
-//! Forward kinematics.
+//! Forward kinematics of a BVH skeleton.
 
 use super::{Bvh, BvhJoint, Channel};
 use glam::{Quat, Vec3};
 use unic_core::transform::Rigid;
 
 impl Bvh {
-    /// `world_from_joint` of every joint in one frame, in the file's unit and axes, into `out`.
+    /// Computes `world_from_joint` of every joint in one frame into `out`, in the file's unit and
+    /// axes.
     ///
     /// # Panics
     /// When `frame` is not below [`len`](Self::len).
@@ -14,7 +15,8 @@ impl Bvh {
         self.accumulate(out, |joint| joint.parent_from_joint(values));
     }
 
-    /// The same in the zero pose: all rotations zero, all joints at their offsets.
+    /// Computes `world_from_joint` of every joint in the zero pose into `out`: all rotations are
+    /// zero and all joints are at their offsets.
     pub fn world_from_joint_at_zero(&self, out: &mut Vec<Rigid>) {
         self.accumulate(out, |joint| Rigid::new(Quat::IDENTITY, joint.offset));
     }
@@ -23,14 +25,14 @@ impl Bvh {
         out.clear();
         for joint in &self.joints {
             let local = parent_from_joint(joint);
-            // Parents stand before their children.
+            // Parents precede their children: `out[parent]` exists.
             out.push(joint.parent.map_or(local, |parent| out[parent] * local));
         }
     }
 }
 
 impl BvhJoint {
-    /// From the numbers of one frame.
+    /// Computes `parent_from_joint` from the channel values of one frame.
     fn parent_from_joint(&self, values: &[f32]) -> Rigid {
         let mut translation = self.offset;
         let mut rotation = Quat::IDENTITY;
@@ -44,7 +46,9 @@ impl BvhJoint {
     }
 }
 
+/// Returns the rotation about a unit axis.
 fn about(axis: Vec3, degrees: f32) -> Quat {
-    // Files count whole turns: angles of many turns lose their digits in f32 radians.
+    // Files accumulate whole turns. They are removed in f64, before the conversion to f32 radians
+    // loses the digits of the remaining angle.
     Quat::from_axis_angle(axis, f64::from(degrees).rem_euclid(360.0).to_radians() as f32)
 }

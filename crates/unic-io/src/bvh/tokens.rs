@@ -1,16 +1,16 @@
-//! Words of a text with the lines that they stand in.
+//! Splitting a text into words with line numbers.
 
-/// Reads a text word by word.
+/// Reader of the words of a text.
 pub(super) struct Tokens<'a> {
     lines: std::str::Split<'a, char>,
     rest: &'a str,
-    /// From 1 on.
+    /// Number of the line of the last word; the first line is 1.
     line: usize,
 }
 
 impl<'a> Tokens<'a> {
-    /// Lines end with a line feed, with a carriage return before it or not; in texts without any
-    /// line feed, with a carriage return.
+    /// Starts at the beginning of a text. Lines end with LF or CR LF, and with CR in a text without
+    /// any LF.
     pub(super) fn new(text: &'a str) -> Self {
         let text = text.trim_start_matches('\u{feff}');
         let end = if text.contains('\n') { '\n' } else { '\r' };
@@ -22,12 +22,12 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// The line of the last word, from 1 on.
+    /// Number of the line of the last word; the first line is 1.
     pub(super) fn line(&self) -> usize {
         self.line
     }
 
-    /// Goes on to the next word without taking it.
+    /// Advances to the next word without taking it; returns `false` at the end of the text.
     fn skip_space(&mut self) -> bool {
         loop {
             self.rest = self.rest.trim_start();
@@ -42,7 +42,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// The next word; braces are words of their own.
+    /// Takes the next word; a brace is a word of its own.
     pub(super) fn next(&mut self) -> Option<&'a str> {
         if !self.skip_space() {
             return None;
@@ -60,7 +60,7 @@ impl<'a> Tokens<'a> {
         Some(word)
     }
 
-    /// What is left of this line up to a brace: a name, which may contain spaces.
+    /// Takes the rest of the line up to a brace: a name, which may contain spaces.
     pub(super) fn name(&mut self) -> &'a str {
         let end = self.rest.find(['{', '}']).unwrap_or(self.rest.len());
         let (name, rest) = self.rest.split_at(end);
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_braces_and_names_in_any_layout() {
+    fn words_braces_and_names_are_split_in_any_layout() {
         for text in [
             "ROOT a b{\nX\t1 }",
             "\u{feff}ROOT  a b \r\n\r\n{ X 1}",

@@ -1,5 +1,5 @@
-//! Vertex animations in the forms that other programs exchange: `.pc2`, `.npz`, `.npy` and
-//! folders of OBJ files.
+//! Vertex animations in the formats that programs exchange: `.pc2`, `.npz`, `.npy` and folders of
+//! OBJ files.
 
 mod read;
 mod write;

@@ -2,7 +2,7 @@
 
 use crate::{
     error::{Error, Result},
-    formats::refuse_foreign,
+    foreign_formats::refuse_foreign,
     frames::VertexFrames,
     npy::Dim,
     npz::Npz,
@@ -11,17 +11,20 @@ use crate::{
 use std::path::{Path, PathBuf};
 use unic_core::mesh::TriMesh;
 
-/// Names under which npz files hold a vertex animation.
+/// Names of the array of positions in npz files.
 const NPZ_NAMES: [&str; 4] = ["vertices", "garment", "sim_res", "verts"];
 
-/// A vertex animation as a file holds it, in that file's units and axes.
+/// Description of the accepted paths for errors.
+const EXPECTED: &str = "a vertex cache (.pc2, .npz, .npy or a folder of .obj)";
+
+/// A vertex animation in the unit and axes of its file.
 #[derive(Clone, Debug)]
 pub struct VertexCache {
-    /// The positions.
+    /// Positions of all vertices in every frame.
     pub frames: VertexFrames,
-    /// Frames per second, where the file says.
+    /// Frames per second, if the file states them.
     pub fps: Option<f32>,
-    /// First frame with its faces, where the file has faces.
+    /// First frame with its faces, if the file has faces.
     pub mesh: Option<TriMesh>,
 }
 
@@ -34,20 +37,20 @@ pub fn read_vertex_cache(path: &Path) -> Result<VertexCache> {
     if path.is_dir() {
         return read_obj_folder(path);
     }
-    refuse_foreign(path, "a vertex cache (.pc2, .npz, .npy or a folder of .obj)")?;
+    refuse_foreign(path, EXPECTED)?;
     match path.extension().and_then(|e| e.to_str()) {
-        Some("pc2") => Ok(bare(pc2::read_pc2(path)?.frames)),
-        Some("npy") => Ok(bare(VertexFrames::open_npy(path)?)),
+        Some("pc2") => Ok(positions_only(pc2::read_pc2(path)?.frames)),
+        Some("npy") => Ok(positions_only(VertexFrames::open_npy(path)?)),
         Some("npz") => read_npz(path),
         other => Err(Error::content(
             path,
-            "a vertex cache (.pc2, .npz, .npy or a folder of .obj)",
+            EXPECTED,
             other.map_or("no file ending".into(), |e| format!(".{e}")),
         )),
     }
 }
 
-fn bare(frames: VertexFrames) -> VertexCache {
+fn positions_only(frames: VertexFrames) -> VertexCache {
     VertexCache {
         frames,
         fps: None,
@@ -57,9 +60,9 @@ fn bare(frames: VertexFrames) -> VertexCache {
 
 fn read_npz(path: &Path) -> Result<VertexCache> {
     let mut npz = Npz::open(path)?;
-    let name = npz.first_of(&NPZ_NAMES).unwrap_or(NPZ_NAMES[0]);
+    let name = npz.first_present(&NPZ_NAMES).unwrap_or(NPZ_NAMES[0]);
     let frames = frames_of(&mut npz, name)?;
-    let fps = match npz.first_of(&["fps", "mocap_framerate", "mocap_frame_rate"]) {
+    let fps = match npz.first_present(&["fps", "mocap_framerate", "mocap_frame_rate"]) {
         Some(key) => Some(npz.number(key)? as f32),
         None => None,
     };
@@ -79,7 +82,10 @@ fn read_npz(path: &Path) -> Result<VertexCache> {
     Ok(VertexCache { frames, fps, mesh })
 }
 
-/// An array of shape (T, V, 3) as frames.
+/// Reads an array of shape (T, V, 3) as frames.
+///
+/// # Errors
+/// Another shape or type, damaged data, no vertices.
 pub(crate) fn frames_of(npz: &mut Npz, name: &str) -> Result<VertexFrames> {
     let array = npz.array::<f32>(name, &[Dim::Any("T"), Dim::Any("V"), Dim::Is(3)])?;
     let [len, vertex_count] = [array.shape[0], array.shape[1]];
@@ -93,6 +99,7 @@ fn read_obj_folder(folder: &Path) -> Result<VertexCache> {
         return Err(Error::content(folder, "a folder of .obj files", "none"));
     };
     let mesh = obj::read_obj(first)?;
+    // The first file is read twice, so that one loop checks and copies all frames.
     let mut data: Vec<f32> = Vec::new();
     for file in &files {
         let vertices = obj::read_obj(file)?.vertices;
@@ -111,8 +118,11 @@ fn read_obj_folder(folder: &Path) -> Result<VertexCache> {
     })
 }
 
-/// OBJ files of a folder, by the number at the end of their names and then by name: `f2` stands
-/// before `f10`.
+/// Lists the OBJ files of a folder, sorted by the number at the end of their names and then by
+/// name: `f2` precedes `f10`.
+///
+/// # Errors
+/// The folder cannot be listed.
 pub(crate) fn obj_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = std::fs::read_dir(folder).map_err(Error::io(folder, "list"))?;
     let mut files = Vec::new();
@@ -126,6 +136,7 @@ pub(crate) fn obj_files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
+/// Returns the number at the end of a file's name, if there is one.
 fn frame_number(path: &Path) -> Option<u64> {
     let stem = path.file_stem()?.to_str()?;
     let digits = stem.trim_end_matches(|c: char| c.is_ascii_digit()).len();

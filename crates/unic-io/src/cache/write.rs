@@ -16,16 +16,16 @@ use std::{
 };
 use unic_core::mesh::TriMesh;
 
-/// Writes a vertex animation in the form that its path's ending names.
+/// Writer of a vertex animation in the format that the extension of its path names.
 ///
 /// Nothing appears under that path before [`VertexCacheWriter::finish`].
 #[derive(Debug)]
 pub enum VertexCacheWriter {
-    /// `.pc2`: positions alone.
+    /// A `.pc2` file: positions only.
     Pc2(Pc2Writer),
-    /// `.npz`: positions, faces and frame rate.
+    /// A `.npz` file: positions, faces and frame rate.
     Npz(NpzAnimationWriter),
-    /// No ending: a folder with one OBJ a frame.
+    /// A folder with one OBJ file for each frame, for a path without an extension.
     ObjFolder(ObjFolderWriter),
 }
 
@@ -33,10 +33,10 @@ impl VertexCacheWriter {
     /// Starts an animation of `mesh`, whose own positions are not written.
     ///
     /// # Errors
-    /// Another ending than `.pc2`, `.npz` or none; the folder cannot be written to.
+    /// Another extension than `.pc2`, `.npz` or none; the folder cannot be written to.
     pub fn create(path: &Path, mesh: &TriMesh, fps: f32) -> Result<Self> {
-        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        match ending.as_deref() {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
             Some("pc2") => Pc2Writer::create(path, mesh.vertices.len(), 0.0, 1.0).map(Self::Pc2),
             Some("npz") => NpzAnimationWriter::create(path, mesh, fps).map(Self::Npz),
             None => ObjFolderWriter::create(path, mesh).map(Self::ObjFolder),
@@ -48,7 +48,7 @@ impl VertexCacheWriter {
         }
     }
 
-    /// Adds a frame: one position a vertex of the mesh, metres.
+    /// Adds a frame: one position for each vertex of the mesh, metres.
     ///
     /// # Errors
     /// Another number of vertices; the file cannot be written.
@@ -73,10 +73,10 @@ impl VertexCacheWriter {
     }
 }
 
-/// Writes `vertices` (T, V, 3) f32, `faces` (F, 3) i32 and `fps` to a `.npz` file.
+/// Writer of a `.npz` file with `vertices` (T, V, 3) f32, `faces` (F, 3) i32 and `fps`.
 ///
-/// The frames wait in an unnamed file of the same folder, because the header of a compressed
-/// array must know T.
+/// Frames are collected in an unnamed temporary file of the same folder: T stands at the start of
+/// the compressed array, where it cannot be changed later.
 #[derive(Debug)]
 pub struct NpzAnimationWriter {
     path: PathBuf,
@@ -136,7 +136,7 @@ impl NpzAnimationWriter {
     }
 }
 
-/// Writes `frame_0000.obj`, `frame_0001.obj`, ... into a folder that appears when it is complete.
+/// Writer of `frame_0000.obj`, `frame_0001.obj`, ... in a folder that appears when it is complete.
 #[derive(Debug)]
 pub struct ObjFolderWriter {
     folder: TemporaryFolder,
@@ -146,10 +146,10 @@ pub struct ObjFolderWriter {
 }
 
 impl ObjFolderWriter {
-    /// Starts a folder.
+    /// Starts a folder that will be called `target`.
     ///
     /// # Errors
-    /// There is something of that name already; its parent cannot be written to.
+    /// `target` exists; its parent folder cannot be written to.
     pub fn create(target: &Path, mesh: &TriMesh) -> Result<Self> {
         if target.exists() {
             return Err(Error::content(target, "no such folder yet", "one of this name"));
@@ -173,7 +173,7 @@ impl ObjFolderWriter {
     pub fn push(&mut self, frame: &[Vec3]) -> Result<()> {
         check_vertex_count(&self.target, self.mesh.vertices.len(), frame)?;
         let name = format!("frame_{:04}.obj", self.len);
-        // Errors speak of the folder that the user has named.
+        // Errors name the file in the final folder, not in the temporary one.
         let shown = self.target.join(&name);
         let file = File::create(self.folder.path().join(&name)).map_err(Error::io(&shown, "create"))?;
         let mut file = BufWriter::new(file);
@@ -184,10 +184,10 @@ impl ObjFolderWriter {
         Ok(())
     }
 
-    /// Gives the folder its name.
+    /// Gives the folder its final name.
     ///
     /// # Errors
-    /// It cannot be renamed.
+    /// The folder cannot be renamed.
     pub fn finish(self) -> Result<()> {
         let target = self.target;
         (self.folder.persist(&target)).map_err(Error::io(&target, "rename to"))

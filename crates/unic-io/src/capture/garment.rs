@@ -1,10 +1,10 @@
-//! The garment of a capture: `garment.obj` and `garment.npz`.
+//! Reading and writing the garment of a capture: `garment.obj` and `garment.npz`.
 
 use super::layout;
 use crate::{
     character::read_weights,
     error::{Error, Result},
-    npy::Dim,
+    npy::{Dim, Element},
     npz::{Npz, NpzWriter},
     obj,
 };
@@ -16,24 +16,27 @@ use unic_core::{
     weights::{DIFFUSION_LENGTH_M, diffused_weights, nearest_body_weights, sewn_numbers, sewn_weights},
 };
 
-/// What may be known of a garment's vertices besides their positions; each list has one entry a
-/// vertex.
+/// Optional attributes of a garment's vertices. Each list has one entry for each vertex.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct VertexAttributes {
-    /// Vertices that the simulator held fast.
+    /// `true` for vertices that the simulator held fixed.
     pub pinned: Option<Vec<bool>>,
-    /// Panel, material or layer.
+    /// Number of the vertex's panel, material or layer.
     pub groups: Option<Vec<u32>>,
 }
 
-/// Where a garment's skinning weights come from.
+/// Origin of a garment's skinning weights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WeightsSource {
-    /// `garment.npz`.
+    /// The file `garment.npz`.
     File,
-    /// The nearest body vertex's, diffused over the garment.
+    /// The weights of the nearest body vertices, diffused over the garment.
     Diffused,
 }
+
+/// Names of the arrays in `garment.npz`. Any other name is an error, because a misspelt attribute
+/// would otherwise be ignored.
+const ARRAY_NAMES: [&str; 4] = ["weights", "pinned", "groups", "mask"];
 
 pub(super) struct GarmentFiles {
     pub(super) garment: Garment,
@@ -41,7 +44,7 @@ pub(super) struct GarmentFiles {
     pub(super) attributes: VertexAttributes,
 }
 
-/// Reads `garment.obj` and, where there is one, `garment.npz` of a folder, as a capture has them.
+/// Reads `garment.obj` and, if it exists, `garment.npz` of a folder with a capture's layout.
 ///
 /// # Errors
 /// Missing or damaged files, arrays of another number of vertices or joints.
@@ -55,7 +58,7 @@ pub(super) fn read(root: &Path, character: &Character) -> Result<GarmentFiles> {
     let path = layout::garment_arrays(root);
     let arrays = match path.exists() {
         true => read_arrays(&path, &rest, character)?,
-        false => Arrays::default(),
+        false => GarmentArrays::default(),
     };
     let (weights, weights_source) = match arrays.weights {
         Some(weights) => (weights, WeightsSource::File),
@@ -78,8 +81,10 @@ pub(super) fn read(root: &Path, character: &Character) -> Result<GarmentFiles> {
     })
 }
 
-/// Weights for a garment that brings none: smooth in space, so that a skirt does not tear between
-/// the legs.
+/// Computes skinning weights for a garment without any: those of the nearest body vertices,
+/// diffused over the garment.
+///
+/// The diffusion makes weights smooth in space, so that a skirt does not tear between the legs.
 ///
 /// # Errors
 /// A body without vertices.
@@ -92,25 +97,27 @@ pub fn default_weights(
     diffused_weights(&nearest, rest, DIFFUSION_LENGTH_M)
 }
 
-/// What a `garment.npz` holds.
+/// Arrays of a `garment.npz`.
 #[derive(Default)]
-struct Arrays {
+struct GarmentArrays {
     weights: Option<SkinningWeights>,
     mask: Option<Vec<f32>>,
     attributes: VertexAttributes,
 }
 
-fn read_arrays(path: &Path, rest: &TriMesh, character: &Character) -> Result<Arrays> {
+fn read_arrays(path: &Path, rest: &TriMesh, character: &Character) -> Result<GarmentArrays> {
     let mut npz = Npz::open(path)?;
-    let known = ["weights", "pinned", "groups", "mask"];
-    if let Some(other) = npz.names().iter().find(|n| !known.contains(&n.as_str())) {
-        let expected = format!("only the arrays {}", known.join(", "));
+    let is_unknown = |name: &&String| !ARRAY_NAMES.contains(&name.as_str());
+    if let Some(other) = npz.names().iter().find(is_unknown) {
+        let expected = format!("only the arrays {}", ARRAY_NAMES.join(", "));
         return Err(Error::content(path, expected, format!("`{other}`")));
     }
     let vertices = Dim::Is(rest.vertices.len());
     let weights = match npz.contains("weights") {
         true => {
             let given = read_weights(&mut npz, [vertices, Dim::Is(character.skeleton.len())])?;
+            // Vertices at one place are one point of the cloth: different weights would open the
+            // seam.
             let sewn = sewn_weights(&given, &rest.vertices).map_err(|source| Error::Weights {
                 path: path.to_owned(),
                 source,
@@ -123,14 +130,14 @@ fn read_arrays(path: &Path, rest: &TriMesh, character: &Character) -> Result<Arr
         pinned: optional::<bool>(&mut npz, "pinned", vertices)?,
         groups: optional::<u32>(&mut npz, "groups", vertices)?,
     };
-    Ok(Arrays {
+    Ok(GarmentArrays {
         weights,
         mask: read_mask(path, &mut npz, rest)?,
         attributes,
     })
 }
 
-/// A mask of ones is none, so that it changes no model.
+/// Reads the mask; a mask of ones counts as none, so that it changes no model.
 fn read_mask(path: &Path, npz: &mut Npz, rest: &TriMesh) -> Result<Option<Vec<f32>>> {
     let mask = optional::<f32>(npz, "mask", Dim::Is(rest.vertices.len()))?;
     let outside = |m: &&f32| !(0.0..=1.0).contains(*m);
@@ -142,7 +149,8 @@ fn read_mask(path: &Path, npz: &mut Npz, rest: &TriMesh) -> Result<Option<Vec<f3
     Ok(sewn.filter(|mask| mask.iter().any(|m| *m != 1.0)))
 }
 
-fn optional<T: crate::npy::Element>(npz: &mut Npz, name: &str, count: Dim) -> Result<Option<Vec<T>>> {
+/// Reads a one-dimensional array, if the file has it.
+fn optional<T: Element>(npz: &mut Npz, name: &str, count: Dim) -> Result<Option<Vec<T>>> {
     if !npz.contains(name) {
         return Ok(None);
     }

@@ -1,26 +1,26 @@
-//! `capture.toml`.
+//! The manifest of a capture, `capture.toml`.
 
 use crate::{
     atomic,
     error::{Error, Result},
-    motion::check_frame_rate,
-    retarget::feet_by_name,
+    frame_rate::check_frame_rate,
+    joint_names::feet_by_name,
 };
 use serde::{Deserialize, Serialize};
 use std::{collections::BTreeMap, path::Path};
 use unic_core::skeleton::{SMPL_JOINT_NAMES, Skeleton};
 
-/// L ankle, L foot, R ankle, R foot among [`SMPL_JOINT_NAMES`].
+/// Indices of L ankle, L foot, R ankle and R foot in [`SMPL_JOINT_NAMES`].
 const SMPL_CONTACTS: [usize; 4] = [7, 10, 8, 11];
 
-/// The version that this crate reads and writes.
+/// Version of the capture layout that this crate reads and writes.
 pub const CAPTURE_VERSION: u32 = 1;
 
-/// What `capture.toml` says; keys that it does not know are errors.
+/// Content of `capture.toml`. Unknown keys are errors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// Version of the layout; 1 where missing.
+    /// Version of the layout; 1 without the key.
     #[serde(default = "first_version")]
     pub version: u32,
     /// Name of the capture.
@@ -30,23 +30,23 @@ pub struct Manifest {
     /// Source and licence of each part.
     #[serde(default)]
     pub provenance: String,
-    /// One a joint; empty takes the character's own names, or SMPL's for 24 joints.
+    /// Names of the joints. An empty list takes the character's own names, or SMPL's for 24 joints.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joint_names: Vec<String>,
-    /// Joints that touch the ground: L ankle, L foot, R ankle, R foot. Where missing, those that are named so, as
-    /// SMPL, Mixamo, Unreal and others name them; 24 joints without names have SMPL's.
+    /// Joints that touch the ground: L ankle, L foot, R ankle, R foot. Without the key they are
+    /// found by their names in the conventions of SMPL, Mixamo, Unreal and others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_joints: Option<[JointReference; 4]>,
-    /// Always Y: importers convert.
+    /// Up axis, always Y: importers convert.
     #[serde(default)]
     pub up: Up,
-    /// Always metres: importers convert.
+    /// Unit of length, always metres: importers convert.
     #[serde(default)]
     pub units: Units,
-    /// What the capture was converted from.
+    /// Description of the source that the capture was converted from.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub source: toml::Table,
-    /// Which clips are for what.
+    /// Purpose of each clip.
     #[serde(default)]
     pub splits: Splits,
 }
@@ -55,22 +55,22 @@ pub struct Manifest {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum JointReference {
-    /// Index from 0 on.
+    /// Index of the joint; the first is 0.
     Index(usize),
-    /// One of the joint names.
+    /// Name of the joint.
     Name(String),
 }
 
-/// The up axis.
+/// Up axis of a capture. Other values are refused with an error of one line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Up {
-    /// +Y.
+    /// The axis +Y.
     #[default]
     Y,
 }
 
-/// The unit of length.
+/// Unit of length of a capture. Other values are refused with an error of one line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Units {
@@ -79,17 +79,17 @@ pub enum Units {
     Metres,
 }
 
-/// Names of clips by purpose; no clip serves two.
+/// Names of clips by purpose. A clip has one purpose.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Splits {
-    /// Seen in training.
+    /// Training clips, from which the model learns.
     #[serde(default)]
     pub train: Vec<String>,
-    /// For choices made during training.
+    /// Validation clips, by which the best checkpoint is chosen.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub validation: Vec<String>,
-    /// Opened by evaluation alone.
+    /// Test clips, which only the evaluation reads.
     #[serde(default)]
     pub test: Vec<String>,
 }
@@ -98,19 +98,19 @@ pub struct Splits {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Split {
-    /// Seen in training.
+    /// Training: the model learns from the clip.
     Train,
-    /// For choices made during training.
+    /// Validation: the clip helps to choose the best checkpoint.
     Validation,
-    /// Opened by evaluation alone.
+    /// Test: only the evaluation reads the clip.
     Test,
 }
 
 impl Split {
-    /// All of them.
+    /// All splits, in the order of `capture.toml`.
     pub const ALL: [Split; 3] = [Split::Train, Split::Validation, Split::Test];
 
-    /// The key in `capture.toml`.
+    /// Key of the split in `capture.toml`.
     pub fn name(self) -> &'static str {
         match self {
             Split::Train => "train",
@@ -121,7 +121,7 @@ impl Split {
 }
 
 impl Splits {
-    /// Names of one split, in the order of the file.
+    /// Names of the clips of one split, in the order of the file.
     pub fn of(&self, split: Split) -> &[String] {
         match split {
             Split::Train => &self.train,
@@ -130,7 +130,7 @@ impl Splits {
         }
     }
 
-    /// The list of one split.
+    /// Mutable list of the clips of one split.
     pub fn of_mut(&mut self, split: Split) -> &mut Vec<String> {
         match split {
             Split::Train => &mut self.train,
@@ -139,14 +139,14 @@ impl Splits {
         }
     }
 
-    /// (clip, split) of every clip.
+    /// Iterates over the name and the split of every clip.
     pub fn iter(&self) -> impl Iterator<Item = (&str, Split)> {
         Split::ALL
             .into_iter()
             .flat_map(|split| self.of(split).iter().map(move |name| (name.as_str(), split)))
     }
 
-    /// The split of a clip.
+    /// Returns the split of a clip.
     pub fn split_of(&self, clip: &str) -> Option<Split> {
         self.iter()
             .find(|(name, _)| *name == clip)
@@ -159,7 +159,7 @@ fn first_version() -> u32 {
 }
 
 impl Manifest {
-    /// A manifest with the defaults that a missing key takes.
+    /// Makes a manifest with the defaults of all other keys.
     pub fn new(name: impl Into<String>, fps: f32) -> Self {
         Self {
             version: CAPTURE_VERSION,
@@ -178,8 +178,8 @@ impl Manifest {
     /// Reads and checks a `capture.toml`.
     ///
     /// # Errors
-    /// No such file, unknown keys, another version, a frame rate outside 1 to 1000, names that are
-    /// no file names, clips in two splits.
+    /// No such file, unknown keys, another version, a frame rate outside 1 to 1000, clip names that
+    /// are no file names, clips in two splits.
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(Error::io(path, "open"))?;
         let manifest: Self = toml::from_str(&text).map_err(|e| toml_error(path, &text, &e))?;
@@ -187,10 +187,10 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// Writes it, atomically.
+    /// Writes the manifest as TOML, atomically.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// A manifest that [`Manifest::read`] would refuse; the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         self.check(path)?;
         let text = toml::to_string(self)
@@ -221,13 +221,16 @@ impl Manifest {
         Ok(())
     }
 
-    /// The contact joints as indices: L ankle, L foot, R ankle, R foot.
+    /// Returns the indices of the contact joints: L ankle, L foot, R ankle, R foot.
+    ///
+    /// # Errors
+    /// A joint that the skeleton does not have.
     pub(crate) fn contacts(&self, path: &Path, skeleton: &Skeleton) -> Result<[usize; 4]> {
         let references = match &self.contact_joints {
             Some(references) => references.clone(),
             None => match feet_by_name(skeleton.names()) {
                 Some(feet) => return Ok(feet),
-                // Of an error, then.
+                // SMPL's names are not found either; they appear in the error.
                 None => SMPL_CONTACTS.map(|j| JointReference::Name(SMPL_JOINT_NAMES[j].into())),
             },
         };
@@ -239,7 +242,7 @@ impl Manifest {
     }
 }
 
-/// In one line, with the number of the line that it is about.
+/// Converts a TOML error, which has several lines, to one line with the line number.
 fn toml_error(path: &Path, text: &str, error: &toml::de::Error) -> Error {
     let before = error.span().and_then(|span| text.get(..span.start));
     let line = before.map_or(1, |before| before.matches('\n').count() + 1);
@@ -259,7 +262,11 @@ fn index_of(path: &Path, reference: &JointReference, skeleton: &Skeleton) -> Res
     })
 }
 
-/// A clip's name becomes part of a path: it must not lead out of the folder.
+/// Checks that a clip's name is a file name. It becomes part of a path and must not lead out of the
+/// folder.
+///
+/// # Errors
+/// An empty name, a leading dot, separators of folders or drives, control characters.
 pub(crate) fn check_clip_name(path: &Path, name: &str) -> Result<()> {
     let bad = |c: char| matches!(c, '/' | '\\' | ':') || c.is_control();
     if name.is_empty() || name.starts_with('.') || name.contains(bad) {
@@ -291,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_manifest_comes_back() {
+    fn full_manifest_is_read_back() {
         let mut manifest = Manifest::new("a", 29.97);
         manifest.joint_names = vec!["hip".into(), "knee".into()];
         let knee = || JointReference::Name("knee".into());
@@ -306,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_in_one_line() {
+    fn errors_are_one_line() {
         for (text, words) in [
             ("fps = 30", "name"),
             ("name = \"a\"\nfps = 30\nfsp = 3", "fsp"),

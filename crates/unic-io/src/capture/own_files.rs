@@ -1,4 +1,4 @@
-//! Which files are a capture's own, so that nothing else is ever written over them.
+//! Files that belong to a capture, so that no other output overwrites them.
 
 use crate::atomic::parent_folder;
 use std::{
@@ -6,10 +6,10 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
-/// The manifest: there once a capture is complete.
+/// Name of the manifest, which exists once a capture is complete.
 pub const MANIFEST: &str = "capture.toml";
 
-/// Name of the file that a simulation keeps instead of the manifest until all of its clips are made.
+/// Name of the file that a simulation keeps instead of the manifest until all clips are finished.
 pub const UNFINISHED: &str = "simulation.toml";
 
 /// Names of a capture's own files beside its folder of clips.
@@ -22,17 +22,20 @@ pub const OWN_FILES: [&str; 6] = [
     "simulation.json",
 ];
 
+/// Name of a capture's folder of clips.
 const CLIPS: &str = "clips";
 
-/// Is this folder a capture, finished or not?
+/// Returns whether a folder is a capture, finished or not.
 pub fn is_capture(folder: &Path) -> bool {
     [MANIFEST, UNFINISHED]
         .iter()
         .any(|name| folder.join(name).is_file())
 }
 
-/// The capture that `path` would write into: its own folder, one of its own files, or anything in its folder of
-/// clips. Links are followed. Other files in a capture's folder are nobody's.
+/// Returns the capture that an output at `path` would write into.
+///
+/// A capture's own paths are its folder, [`OWN_FILES`] and everything in its folder of clips. Other
+/// files in its folder may be written. Links are followed.
 pub fn capture_written_by(path: &Path) -> Option<PathBuf> {
     let path = real_path(path);
     let root = path.ancestors().find(|folder| is_capture(folder))?;
@@ -45,14 +48,15 @@ pub fn capture_written_by(path: &Path) -> Option<PathBuf> {
     is_own.then(|| root.to_path_buf())
 }
 
-/// The absolute path without links, as far as the path exists; what does not exist yet is added as it is.
+/// Resolves a path to an absolute one without links. Parts that do not exist yet are appended
+/// unchanged.
 pub fn real_path(path: &Path) -> PathBuf {
     let mut missing: Vec<OsString> = Vec::new();
     let mut there = path.to_path_buf();
     loop {
         if let Ok(mut real) = there.canonicalize() {
             for part in missing.iter().rev() {
-                // What follows a folder that is yet to be made.
+                // `..` behind a folder that does not exist yet cannot be resolved by the system.
                 match Path::new(part).components().next() {
                     Some(Component::ParentDir) => drop(real.pop()),
                     _ => real.push(part),
@@ -66,7 +70,7 @@ pub fn real_path(path: &Path) -> PathBuf {
         missing.push(last.as_os_str().to_owned());
         let parent = parent_folder(&there).to_path_buf();
         if parent == there {
-            // The working folder itself is gone.
+            // The working folder was deleted: there is nothing to resolve against.
             return path.to_path_buf();
         }
         there = parent;
@@ -79,7 +83,7 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn a_captures_own_files_are_known_through_links() {
+    fn own_files_are_recognised_through_links() {
         let folder = tempfile::tempdir().unwrap();
         let root = folder.path().join("coat");
         fs::create_dir_all(root.join("clips")).unwrap();
@@ -109,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unfinished_simulation_is_a_capture_too() {
+    fn unfinished_simulation_is_a_capture() {
         let folder = tempfile::tempdir().unwrap();
         assert!(!is_capture(folder.path()));
         fs::write(folder.path().join(UNFINISHED), "").unwrap();

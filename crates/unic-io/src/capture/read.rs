@@ -1,6 +1,7 @@
 //! Reading captures.
 
 use super::{
+    folder::FolderKind,
     garment::{self, VertexAttributes, WeightsSource},
     layout,
     manifest::{Manifest, Split, check_clip_name},
@@ -10,9 +11,8 @@ use crate::{
     character::read_named_character,
     check::Finding,
     error::{Error, Result},
-    formats::folder_that_is_no_capture,
-    frames::{GarmentFrames, VertexFrames},
-    motion::{Joints, MotionArrays, PoseLayout},
+    frames::{FrameVertex, GarmentFrames, VertexFrames},
+    motion::{JointTarget, MotionArrays, PoseLayout},
     npy,
     npz::Npz,
 };
@@ -22,46 +22,46 @@ use unic_core::{
     clip::Clip,
 };
 
-/// An open capture: everything but the clips, which are read when asked for.
+/// An open capture. All files are read except the clips, which are read on demand.
 #[derive(Clone, Debug)]
 pub struct Capture {
-    /// The folder.
+    /// Path of the folder.
     pub root: PathBuf,
-    /// What `capture.toml` says.
+    /// Content of `capture.toml`.
     pub manifest: Manifest,
-    /// The body.
+    /// Body, skeleton and skinning weights.
     pub character: Character,
-    /// Rest shape and skinning weights.
+    /// Rest shape and skinning weights of the garment.
     pub garment: Garment,
-    /// Where the garment's weights come from.
+    /// Origin of the garment's skinning weights.
     pub weights_source: WeightsSource,
-    /// What else is known of the garment's vertices.
+    /// Optional attributes of the garment's vertices.
     pub attributes: VertexAttributes,
     /// Joints that touch the ground: L ankle, L foot, R ankle, R foot.
     pub contact_joints: [usize; 4],
 }
 
-/// One clip of a capture; everything has the same number of frames T ≥ 2.
+/// One clip of a capture. Motion, garment and body have the same number of frames T ≥ 2.
 #[derive(Clone, Debug)]
 pub struct CapturedClip {
-    /// The character's motion.
+    /// Motion of the character.
     pub clip: Clip,
-    /// The garment's vertices.
+    /// Positions of the garment's vertices.
     pub garment: GarmentFrames,
-    /// The body's vertices, where they are not what skinning gives.
+    /// Positions of the body's vertices, if they differ from those of skinning.
     pub body: Option<VertexFrames>,
     /// Probable mistakes in the numbers of the motion.
     pub findings: Vec<Finding>,
 }
 
-/// A clip's counts, from the headers of its files alone.
+/// Counts of a clip, read from the headers of its files.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ClipSummary {
-    /// Frames of the motion.
+    /// Number of frames of the motion.
     pub pose_frames: usize,
     /// Shape of the garment's array.
     pub garment_shape: Vec<usize>,
-    /// Whether the garment lies in its own `.npy`.
+    /// `true` if the garment is in a `.npy` file of its own.
     pub is_mapped: bool,
 }
 
@@ -69,12 +69,11 @@ impl Capture {
     /// Opens the folder of a capture.
     ///
     /// # Errors
-    /// Missing or damaged files, counts that contradict each other, splits that name clips which
-    /// are not there.
+    /// Missing or damaged files, counts that contradict each other, splits that name missing clips.
     pub fn open(root: &Path) -> Result<Self> {
         let path = layout::manifest(root);
         if !path.exists() {
-            let found = folder_that_is_no_capture(root);
+            let found = FolderKind::of(root).description();
             return Err(Error::content(
                 root,
                 "a capture (a folder with capture.toml)",
@@ -103,7 +102,7 @@ impl Capture {
         self.manifest.splits.of(split)
     }
 
-    /// Names of all clips on disk, sorted, whether a split names them or not.
+    /// Lists the names of all clips on disk, sorted, including those that no split names.
     ///
     /// # Errors
     /// The folder cannot be listed.
@@ -111,13 +110,13 @@ impl Capture {
         clips_on_disk(&self.root)
     }
 
-    /// Reads a clip; its garment is mapped where it lies in its own `.npy`.
+    /// Reads a clip. A garment in a `.npy` file of its own is mapped.
     ///
     /// Every position is checked to be finite, which reads a mapped garment once.
     ///
     /// # Errors
     /// No such clip, another number of joints or vertices, another frame rate than the manifest's,
-    /// frames that do not match, fewer than two, numbers that are not finite.
+    /// different numbers of frames, fewer than two frames, numbers that are not finite.
     pub fn load_clip(&self, name: &str) -> Result<CapturedClip> {
         check_clip_name(&self.root, name)?;
         let path = layout::clip(&self.root, name);
@@ -141,10 +140,10 @@ impl Capture {
         })
     }
 
-    /// Counts of a clip without reading its frames.
+    /// Reads the counts of a clip without its frames.
     ///
     /// # Errors
-    /// No such clip, headers that are damaged.
+    /// No such clip, damaged headers.
     pub fn summarise_clip(&self, name: &str) -> Result<ClipSummary> {
         check_clip_name(&self.root, name)?;
         let mut npz = Npz::open(&layout::clip(&self.root, name))?;
@@ -164,13 +163,13 @@ impl Capture {
     }
 
     fn read_motion(&self, npz: &mut Npz, name: &str) -> Result<(Clip, Vec<Finding>)> {
-        let arrays = MotionArrays::read(npz, &Joints::Own(&self.character.skeleton))?;
+        let arrays = MotionArrays::read(npz, &JointTarget::Capture(&self.character.skeleton))?;
         if arrays.layout != PoseLayout::Native {
             let expected = format!("3 x {} numbers a frame", self.character.skeleton.len());
             return Err(npz.array_error("poses", expected, format!("{:?}", arrays.layout)));
         }
         let fps = self.manifest.fps;
-        // Stored as f32 or f64: the same rate may differ in the last digit.
+        // Clips store the rate as f32 or f64, so that equal rates may differ in the last digit.
         if (arrays.fps - fps).abs() > 1e-4 * fps {
             let expected = format!("the capture's {fps} frames per second");
             return Err(Error::content(npz.path(), expected, arrays.fps.to_string()));
@@ -198,6 +197,7 @@ impl Capture {
     }
 }
 
+/// Checks that an array has these numbers of frames and vertices, and finite positions.
 fn checked(
     path: &Path,
     array: &str,
@@ -217,10 +217,11 @@ fn checked(
             format!("shape ({}, {}, 3)", found.len(), found.vertex_count()),
         ));
     }
-    match found.first_not_finite() {
+    match found.first_non_finite() {
         None => Ok(found),
-        Some((t, v)) => {
-            let place = format!("{} at frame {t}, vertex {v}", found.frame(t)[v]);
+        Some(FrameVertex { frame, vertex }) => {
+            let position = found.frame(frame)[vertex];
+            let place = format!("{position} at frame {frame}, vertex {vertex}");
             Err(error("finite positions".into(), place))
         }
     }
@@ -241,13 +242,15 @@ fn check_clips_exist(root: &Path, path: &Path, manifest: &Manifest) -> Result<()
     }
 }
 
-pub(crate) fn clips_on_disk(root: &Path) -> Result<Vec<String>> {
+/// Lists the names of all clips in a capture's folder, sorted.
+fn clips_on_disk(root: &Path) -> Result<Vec<String>> {
     let folder = layout::clips(root);
     let entries = std::fs::read_dir(&folder).map_err(Error::io(&folder, "list"))?;
     let mut names = Vec::new();
     for entry in entries {
         let name = entry.map_err(Error::io(&folder, "list"))?.file_name();
         let name = name.to_string_lossy();
+        // Names with a leading dot are temporary files.
         if let Some(stem) = name.strip_suffix(".npz").filter(|s| !s.starts_with('.')) {
             names.push(stem.to_string());
         }

@@ -9,19 +9,20 @@ use crate::{
     character::write_character,
     error::{Error, Result},
     frames::VertexFramesWriter,
-    motion::{self, Joints, MotionArrays},
+    motion::{self, JointTarget, MotionArrays},
     npy::{read_npy_header, shape_text},
     npz::{Npz, NpzWriter},
 };
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 use unic_core::{
+    Pose,
     character::{Character, Garment},
     clip::Clip,
-    skeleton::{Pose, Skeleton},
+    skeleton::Skeleton,
 };
 
-/// A capture being written. `capture.toml` comes last: a folder without it is not a capture.
+/// Writer of a capture. `capture.toml` is written last: a folder without it is not a capture.
 #[derive(Debug)]
 pub struct CaptureWriter {
     root: PathBuf,
@@ -31,12 +32,13 @@ pub struct CaptureWriter {
 }
 
 impl CaptureWriter {
-    /// Starts a capture: writes the character and the garment. The manifest's splits and joint
-    /// names are filled in by the writer; its contact joints are checked.
+    /// Starts a capture: writes the character and the garment.
+    ///
+    /// The writer fills in the manifest's splits and joint names, and checks its contact joints.
     ///
     /// # Errors
-    /// The folder holds a capture already or cannot be written to; a manifest that could not be
-    /// read again.
+    /// A folder that holds a capture or cannot be written to; contact joints that the character
+    /// does not have.
     pub fn create(
         root: &Path,
         manifest: Manifest,
@@ -63,12 +65,12 @@ impl CaptureWriter {
         })
     }
 
-    /// Starts a clip; its garment frames are then pushed one by one. Several clips may be written
+    /// Starts a clip, whose garment frames are then pushed one by one. Several clips may be written
     /// at the same time.
     ///
     /// # Errors
     /// A name that is taken or no file name, another frame rate or number of joints than the
-    /// capture's, fewer than two frames, wind for another number of them.
+    /// capture's, fewer than two frames, wind for another number of frames.
     pub fn begin_clip(&mut self, clip: &Clip, split: Split) -> Result<ClipWriter> {
         self.check(clip)?;
         let path = layout::clip_garment(&self.root, &clip.name);
@@ -82,20 +84,21 @@ impl CaptureWriter {
         })
     }
 
-    /// Takes a clip that an earlier writer finished in this folder, as work that goes on after an
-    /// interruption does; false where there is none.
+    /// Adds a clip that an earlier writer has finished in this folder, so that interrupted work can
+    /// be resumed. Returns `false` if there is no such clip.
     ///
     /// # Errors
-    /// As [`CaptureWriter::begin_clip`]; a clip of another length or garment.
+    /// A finished clip of another motion or garment; those of [`CaptureWriter::begin_clip`].
     pub fn keep_clip(&mut self, clip: &Clip, split: Split) -> Result<bool> {
-        // A clip's motion is written after its garment: where it is, both are whole.
+        // A clip's motion is written after its garment: if it exists, both are complete.
         let path = layout::clip(&self.root, &clip.name);
         if !path.is_file() {
             return Ok(false);
         }
         self.check(clip)?;
         let mut npz = Npz::open(&path)?;
-        let kept = MotionArrays::read(&mut npz, &Joints::Own(&self.skeleton))?.into_clip(clip.name.clone());
+        let kept =
+            MotionArrays::read(&mut npz, &JointTarget::Capture(&self.skeleton))?.into_clip(clip.name.clone());
         let garment = read_npy_header(&layout::clip_garment(&self.root, &clip.name))?.shape;
         let expected = [clip.len(), self.vertices, 3];
         if garment != expected {
@@ -109,8 +112,9 @@ impl CaptureWriter {
         Ok(true)
     }
 
-    /// Lists the clips of each split in the order of `names`, whatever the order in which they were
-    /// begun or kept; clips that are not named come last.
+    /// Sorts the clips of each split in the order of `names`; clips that are not named come last.
+    ///
+    /// Clips that are written at the same time are added in a random order.
     pub fn order_clips<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) {
         let names: Vec<&str> = names.into_iter().collect();
         let place = |clip: &String| names.iter().position(|name| name == clip).unwrap_or(names.len());
@@ -122,7 +126,7 @@ impl CaptureWriter {
     /// Writes `capture.toml`.
     ///
     /// # Errors
-    /// A clip that was begun and not finished; the file cannot be written.
+    /// A clip that is not finished; the file cannot be written.
     pub fn finish(self) -> Result<()> {
         for (name, _) in self.manifest.splits.iter() {
             let path = layout::clip(&self.root, name);
@@ -133,6 +137,7 @@ impl CaptureWriter {
         self.manifest.write(&layout::manifest(&self.root))
     }
 
+    /// Checks that a clip fits the capture.
     fn check(&self, clip: &Clip) -> Result<()> {
         check_clip_name(&self.root, &clip.name)?;
         let path = layout::clip(&self.root, &clip.name);
@@ -164,18 +169,26 @@ impl CaptureWriter {
     }
 }
 
-/// Up to what rotations lose on their way through axis-angle vectors.
+/// Largest distance of translations (metres) and winds (m/s) of the same motion.
+const SAME_VECTOR: f32 = 1e-5;
+/// Largest angle between rotations of the same motion, radians. They are stored as rotation
+/// vectors, and the arc cosine of the angle between nearly equal f32 quaternions is rounded to
+/// about 1e-3.
+const SAME_ANGLE: f32 = 2e-3;
+
+/// Returns whether two clips have the same motion, up to the rounding of the stored form.
 fn is_same_motion(kept: &Clip, clip: &Clip) -> bool {
     let close = |(a, b): (&Pose, &Pose)| {
         let turned = a.local.iter().zip(&b.local).map(|(a, b)| a.angle_between(*b));
-        a.trans.distance(b.trans) < 1e-5 && turned.fold(0.0, f32::max) < 2e-3
+        a.trans.distance(b.trans) < SAME_VECTOR && turned.fold(0.0, f32::max) < SAME_ANGLE
     };
-    let is_same_air = |t: usize| kept.wind_at(t).distance(clip.wind_at(t)) < 1e-5;
+    let is_same_wind = |t: usize| kept.wind_at(t).distance(clip.wind_at(t)) < SAME_VECTOR;
     kept.len() == clip.len()
         && kept.poses.iter().zip(&clip.poses).all(close)
-        && (0..clip.len()).all(is_same_air)
+        && (0..clip.len()).all(is_same_wind)
 }
 
+/// Fills in joint names and contact joints, and empties the splits.
 fn completed(mut manifest: Manifest, path: &Path, skeleton: &Skeleton) -> Result<Manifest> {
     manifest.joint_names = skeleton.names().to_vec();
     let contacts = manifest.contacts(path, skeleton)?;
@@ -184,7 +197,7 @@ fn completed(mut manifest: Manifest, path: &Path, skeleton: &Skeleton) -> Result
     Ok(manifest)
 }
 
-/// One clip being written.
+/// Writer of one clip of a capture.
 #[derive(Debug)]
 pub struct ClipWriter {
     path: PathBuf,
@@ -224,6 +237,7 @@ impl ClipWriter {
                 self.frames.len().to_string(),
             ));
         }
+        // The motion comes after the garment: its file marks a complete clip.
         self.frames.finish()?;
         let mut npz = NpzWriter::create(&self.path)?;
         motion::write_arrays(&mut npz, &self.clip, &self.joint_names)?;

@@ -1,7 +1,13 @@
-//! A body, its skeleton and its skinning weights.
+//! Checks of a body, its skeleton and its skinning weights.
 
-use super::{Finding, lengths, mesh, shapes::bounds};
-use crate::retarget::feet_by_name;
+use super::{mesh, meshes::bounds};
+use crate::{
+    finding::{
+        Finding,
+        units::{Diagnosis, diagnose},
+    },
+    joint_names::feet_by_name,
+};
 use glam::Vec3;
 use std::collections::HashSet;
 use unic_core::{
@@ -9,18 +15,21 @@ use unic_core::{
     skeleton::{SMPL_JOINT_NAMES, SMPL_PARENTS, Skeleton},
 };
 
-/// Heights of bodies, metres.
+/// Plausible heights of bodies, metres. A tenth and ten times of a usual height lie outside.
 const HEIGHTS: std::ops::RangeInclusive<f32> = 0.3..=3.0;
 /// Height of a usual body, metres.
 const USUAL_HEIGHT: f32 = 1.7;
 
-/// A direction is along an axis when this much of it is: 45 degrees.
-const ALONG: f32 = 0.7;
+/// Smallest cosine between a direction and the axis that it counts as parallel to: 45 degrees.
+const MIN_AXIS_COSINE: f32 = 0.7;
 
-/// Units, axes, orientation, names and weights of a body.
+/// Largest plausible ratio of the extents of joints and body.
+const MAX_EXTENT_RATIO: f32 = 3.0;
+
+/// Checks the unit, axes, orientation, joint names and weights of a character.
 pub fn character(character: &Character) -> Vec<Finding> {
     let mut findings = mesh("body", &character.body);
-    // A mesh of another unit is told once.
+    // The check of the mesh has found a wrong unit already: one finding for one mistake.
     if !findings
         .iter()
         .any(|finding| finding.found.contains("an extent of"))
@@ -28,41 +37,43 @@ pub fn character(character: &Character) -> Vec<Finding> {
         findings.extend(height(character));
     }
     findings.extend(inside_out(character));
-    findings.extend(namesakes(&character.skeleton));
+    findings.extend(duplicate_names(&character.skeleton));
     findings.extend(assumed_names(&character.skeleton));
     findings.extend(orientation(&character.skeleton));
     findings.extend(weights(character));
-    findings.extend(joints_apart(character));
+    findings.extend(misplaced_skeleton(character));
     findings
 }
 
-/// Height or, for a body that lies on its back, the remedy for that.
+/// Checks the height; a body that lies on its back is reported as Z up.
 fn height(character: &Character) -> Option<Finding> {
     let (low, high) = bounds(&character.body.vertices)?;
     let size = high - low;
     if HEIGHTS.contains(&size.y) {
         return None;
     }
-    let (probably, remedy) = match HEIGHTS.contains(&size.z) {
-        true => (
-            "Z up".to_owned(),
-            "export with Y up, or turn the body by -90 degrees about X".to_owned(),
-        ),
-        false => lengths::words(size.y / USUAL_HEIGHT, "the character"),
+    let diagnosis = match HEIGHTS.contains(&size.z) {
+        true => Diagnosis {
+            probably: "Z up".to_owned(),
+            remedy: "export with Y up, or turn the body by -90 degrees about X".to_owned(),
+        },
+        false => diagnose(size.y / USUAL_HEIGHT, "the character"),
     };
     Some(Finding::new(
         "body",
         format!("a height of {:.3} m", size.y),
-        probably,
-        remedy,
+        diagnosis.probably,
+        diagnosis.remedy,
     ))
 }
 
-/// The volume of a body whose triangles are counter-clockwise seen from outside is positive.
+/// Checks that the triangles face outwards: counter-clockwise faces enclose a positive volume.
 fn inside_out(character: &Character) -> Option<Finding> {
     let body = &character.body;
     let (low, high) = bounds(&body.vertices)?;
     let centre = 0.5 * (low + high);
+    // Signed volumes of the tetrahedra between the triangles and the centre, summed in f64: most of
+    // them cancel. The centre as apex keeps the rest small for a body that has holes.
     let volume = |face: &[u32; 3]| {
         let [a, b, c] = face.map(|v| body.vertices[v as usize] - centre);
         f64::from(a.dot(b.cross(c))) / 6.0
@@ -78,18 +89,20 @@ fn inside_out(character: &Character) -> Option<Finding> {
     })
 }
 
-fn namesakes(skeleton: &Skeleton) -> Option<Finding> {
+fn duplicate_names(skeleton: &Skeleton) -> Option<Finding> {
     let mut seen = HashSet::new();
-    let twice = skeleton.names().iter().find(|name| !seen.insert(name.as_str()))?;
+    let duplicate = skeleton.names().iter().find(|name| !seen.insert(name.as_str()))?;
     Some(Finding::new(
         "skeleton",
-        format!("two joints named `{twice}`"),
+        format!("two joints named `{duplicate}`"),
         "two rigs in one file, or names cut short",
         "give every joint a name of its own",
     ))
 }
 
-/// 24 joints without names take SMPL's, which belong to SMPL's tree.
+/// Checks that a skeleton with SMPL's names has SMPL's tree.
+///
+/// A file of 24 joints without names is read with SMPL's names, which are wrong for another tree.
 fn assumed_names(skeleton: &Skeleton) -> Option<Finding> {
     let is_smpl = skeleton.names() == SMPL_JOINT_NAMES;
     (is_smpl && skeleton.to_parts().parents != SMPL_PARENTS).then(|| {
@@ -102,13 +115,15 @@ fn assumed_names(skeleton: &Skeleton) -> Option<Finding> {
     })
 }
 
-/// Up and facing, by the joints that names tell.
+/// Checks that the body stands along +Y, faces +Z and has its left side at +X.
+///
+/// Skeletons whose joint names do not identify the feet are not checked.
 fn orientation(skeleton: &Skeleton) -> Option<Finding> {
     let [left_ankle, left_foot, right_ankle, right_foot] = feet_by_name(skeleton.names())?;
     let joints = skeleton.joints();
     let ankles = 0.5 * (joints[left_ankle] + joints[right_ankle]);
     let up = (joints[skeleton.root()] - ankles).normalize_or_zero();
-    if up.y < ALONG {
+    if up.y < MIN_AXIS_COSINE {
         let (axis, remedy) = match axis_of(up) {
             "+Z" => (
                 "Z up",
@@ -126,7 +141,7 @@ fn orientation(skeleton: &Skeleton) -> Option<Finding> {
     }
     let toes = (joints[left_foot] - joints[left_ankle]) + (joints[right_foot] - joints[right_ankle]);
     let forward = Vec3::new(toes.x, 0.0, toes.z).normalize_or_zero();
-    if forward.z < ALONG && forward != Vec3::ZERO {
+    if forward.z < MIN_AXIS_COSINE && forward != Vec3::ZERO {
         return Some(Finding::new(
             "skeleton",
             format!("feet that point along {}", axis_of(forward)),
@@ -145,6 +160,7 @@ fn orientation(skeleton: &Skeleton) -> Option<Finding> {
     })
 }
 
+/// Returns the name of the signed coordinate axis nearest to a direction.
 fn axis_of(direction: Vec3) -> &'static str {
     let axes = [
         ("+X", Vec3::X),
@@ -160,7 +176,7 @@ fn axis_of(direction: Vec3) -> &'static str {
     most.map_or("none", |(name, _)| name)
 }
 
-/// A character that is all one piece does not bend.
+/// Checks that at least two joints move the body.
 fn weights(character: &Character) -> Option<Finding> {
     let weights = &character.weights;
     let mut moving = HashSet::new();
@@ -185,19 +201,21 @@ fn weights(character: &Character) -> Option<Finding> {
     })
 }
 
-/// Body and skeleton in different units or places.
-fn joints_apart(character: &Character) -> Option<Finding> {
+/// Checks that body and skeleton have one unit and one place.
+fn misplaced_skeleton(character: &Character) -> Option<Finding> {
     let (low, high) = bounds(&character.body.vertices)?;
     let (joint_low, joint_high) = bounds(character.skeleton.joints())?;
     let [body, joints] = [(high - low).length(), (joint_high - joint_low).length()];
     let centre = 0.5 * (joint_low + joint_high);
+    // The centre of the joints may lie a quarter of the body's extent outside: skeletons carry
+    // control joints on the ground or above the head.
     let room = 0.25 * (high - low).max_element();
     let is_inside = centre.cmpge(low - room).all() && centre.cmple(high + room).all();
     let ratio = joints / body.max(f32::MIN_POSITIVE);
-    if ratio > 3.0 {
-        let (unit, remedy) = lengths::words(ratio, "the joints");
+    if ratio > MAX_EXTENT_RATIO {
+        let Diagnosis { probably, remedy } = diagnose(ratio, "the joints");
         let found = format!("joints {ratio:.0} times as far apart as the body is large");
-        return Some(Finding::new("skeleton", found, unit, remedy));
+        return Some(Finding::new("skeleton", found, probably, remedy));
     }
     (!is_inside).then(|| {
         let away = centre.distance(0.5 * (low + high));

@@ -1,32 +1,36 @@
-//! Captures and their clips.
+//! Checks of captures and their clips.
 
-use super::{Finding, body, fit, lengths, motions, shift};
-use crate::capture::{Capture, CapturedClip, Split};
-use glam::Vec3;
-use unic_core::{
-    character::Garment,
-    mesh::TriMesh,
-    skeleton::{Pose, Skeleton},
-    topology::edges,
+use super::{body, fit, shift};
+use crate::{
+    capture::{Capture, CapturedClip, Split},
+    finding::{Finding, units::unit_of},
+    motion::check_motion,
 };
+use glam::Vec3;
+use unic_core::{Pose, character::Garment, mesh::TriMesh, skeleton::Skeleton, topology::edges};
 
-/// Frames of a clip that are compared with the rest shape and with skinning.
-const FRAMES: usize = 20;
+/// Number of frames of a clip that are compared with the rest shape and with skinning: a wrong
+/// unit, axis or vertex order shows in every frame.
+const SAMPLED_FRAMES: usize = 20;
 
-/// A garment this far from its skinned rest shape on average does not belong to the motion, metres RMS.
-const FAR_FROM_SKINNING: f32 = 0.5;
+/// Largest RMS distance between a garment and its skinned rest shape, metres. A garment farther
+/// away belongs to another motion.
+const MAX_SKINNING_DISTANCE_M: f32 = 0.5;
 
-/// Cloth stretches by less than this factor in the median of its edges.
-const STRETCH: f32 = 1.6;
-/// A tenth of the edges of cloth is not longer by this factor; a part of the vertices in another order makes it so.
-const LONGEST: f32 = 2.5;
-/// Edges of a garment in another unit are all too long by the same factor, up to this spread of quartiles.
-const SAME_FACTOR: f32 = 1.5;
+/// Largest factor by which the median edge of cloth is stretched or compressed.
+const MAX_MEDIAN_STRETCH: f32 = 1.6;
+/// Largest factor by which the 90th percentile of the edges is stretched. Garments with some
+/// vertices in another order exceed it.
+const MAX_TAIL_STRETCH: f32 = 2.5;
+/// Largest ratio of the upper and the lower quartile of edge ratios in a garment of another unit,
+/// where all edges are scaled by one factor.
+const MAX_UNIFORM_SPREAD: f32 = 1.5;
 
-/// Everything about a capture and the clips of these splits; `proceed` is asked before each clip.
+/// Checks a capture and the clips of `splits`. `proceed` runs before each clip and may stop the
+/// check.
 ///
 /// # Errors
-/// Clips that cannot be read, and those of `proceed`.
+/// A clip that cannot be read; an error of `proceed`.
 pub fn capture<E: From<crate::Error>>(
     capture: &Capture,
     splits: &[Split],
@@ -41,42 +45,44 @@ pub fn capture<E: From<crate::Error>>(
     Ok(findings)
 }
 
-/// One clip: its motion, and its garment over time.
+/// Checks one clip of a capture: its motion, and its garment over time.
 pub fn clip(capture: &Capture, clip: &CapturedClip) -> Vec<Finding> {
     let mut findings = clip.findings.clone();
     if findings.is_empty() {
-        findings = motions::motion(&clip.clip, Some(&capture.character.skeleton));
+        findings = check_motion(&clip.clip, Some(&capture.character.skeleton));
     }
     let subject = format!("clip `{}`", clip.clip.name);
     findings
         .iter_mut()
         .for_each(|finding| finding.subject.clone_from(&subject));
-    let positions = frames(clip).map(|t| clip.garment.frame(t));
+    let positions = sampled_frames(clip).map(|t| clip.garment.frame(t));
+    // At most one finding about the garment: a mistake found first often causes the next.
     let garment = stretched(&subject, &capture.garment.rest, positions)
-        .or_else(|| still(&subject, clip))
-        .or_else(|| shift::shift(capture, clip))
-        .or_else(|| elsewhere(&subject, distance_to_skinning(capture, clip)));
+        .or_else(|| motionless(&subject, clip))
+        .or_else(|| shift::time_shift(capture, clip))
+        .or_else(|| far_from_skinning(&subject, distance_to_skinning(capture, clip)));
     findings.extend(garment);
     findings
 }
 
-/// Frames that are looked at.
-fn frames(clip: &CapturedClip) -> impl Iterator<Item = usize> + Clone {
+/// Returns the indices of up to [`SAMPLED_FRAMES`] frames, evenly spaced.
+fn sampled_frames(clip: &CapturedClip) -> impl Iterator<Item = usize> + Clone {
     let frames = clip.clip.len();
-    (0..frames).step_by(frames.div_ceil(FRAMES).max(1))
+    (0..frames).step_by(frames.div_ceil(SAMPLED_FRAMES).max(1))
 }
 
-/// Where an animation is to start: edges against the rest shape, and the distance to the skinned first pose.
+/// Checks the garment that an animation starts from: its edges against the rest shape, and its
+/// distance from the skinned first pose.
 pub fn start(positions: &[Vec3], garment: &Garment, skeleton: &Skeleton, pose: &Pose) -> Vec<Finding> {
     let stretched = stretched("start", &garment.rest, std::iter::once(positions));
     let distance = || distance_of(garment, skeleton, std::iter::once((pose, positions)));
     stretched
-        .or_else(|| elsewhere("start", distance()))
+        .or_else(|| far_from_skinning("start", distance()))
         .into_iter()
         .collect()
 }
 
-/// Edge lengths against the rest shape.
+/// Compares the lengths of edges with those of the rest shape.
 fn stretched<'a>(subject: &str, rest: &TriMesh, frames: impl Iterator<Item = &'a [Vec3]>) -> Option<Finding> {
     let edges: Vec<[usize; 2]> = edges(&rest.faces)
         .into_iter()
@@ -91,16 +97,16 @@ fn stretched<'a>(subject: &str, rest: &TriMesh, frames: impl Iterator<Item = &'a
         ratios.extend(edges.iter().filter_map(ratio));
     }
     ratios.sort_by(f32::total_cmp);
-    let at = |share: f32| ratios.get((share * ratios.len() as f32) as usize).copied();
-    let [low, middle, high, longest] = [at(0.25)?, at(0.5)?, at(0.75)?, at(0.9)?];
-    if (1.0 / STRETCH..=STRETCH).contains(&middle) && longest < LONGEST {
+    let quantile = |share: f32| ratios.get((share * ratios.len() as f32) as usize).copied();
+    let [low, middle, high, longest] = [quantile(0.25)?, quantile(0.5)?, quantile(0.75)?, quantile(0.9)?];
+    if (1.0 / MAX_MEDIAN_STRETCH..=MAX_MEDIAN_STRETCH).contains(&middle) && longest < MAX_TAIL_STRETCH {
         return None;
     }
-    let is_one_factor = high < SAME_FACTOR * low && longest < LONGEST * middle;
-    let (probably, remedy) = match lengths::unit_of(middle).filter(|_| is_one_factor) {
-        Some((unit, scale)) => (
-            unit,
-            format!("scale the garment's positions by {scale} to metres"),
+    let is_one_factor = high < MAX_UNIFORM_SPREAD * low && longest < MAX_TAIL_STRETCH * middle;
+    let (probably, remedy) = match unit_of(middle).filter(|_| is_one_factor) {
+        Some(unit) => (
+            unit.name,
+            format!("scale the garment's positions by {} to metres", unit.metres()),
         ),
         None if is_one_factor => (
             "another scale",
@@ -115,11 +121,11 @@ fn stretched<'a>(subject: &str, rest: &TriMesh, frames: impl Iterator<Item = &'a
     Some(Finding::new(subject, found, probably, remedy))
 }
 
-/// A body that moves in a garment that does not.
-fn still(subject: &str, clip: &CapturedClip) -> Option<Finding> {
+/// Checks that the garment moves.
+fn motionless(subject: &str, clip: &CapturedClip) -> Option<Finding> {
     let first = clip.garment.frame(0);
-    let is_still = frames(clip).all(|t| clip.garment.frame(t) == first);
-    is_still.then(|| {
+    let is_motionless = sampled_frames(clip).all(|t| clip.garment.frame(t) == first);
+    is_motionless.then(|| {
         Finding::new(
             subject,
             "a garment that does not move",
@@ -129,8 +135,9 @@ fn still(subject: &str, clip: &CapturedClip) -> Option<Finding> {
     })
 }
 
-fn elsewhere(subject: &str, distance: f32) -> Option<Finding> {
-    (distance > FAR_FROM_SKINNING).then(|| {
+/// Checks the RMS distance between a garment and its skinned rest shape, metres.
+fn far_from_skinning(subject: &str, distance: f32) -> Option<Finding> {
+    (distance > MAX_SKINNING_DISTANCE_M).then(|| {
         Finding::new(
             subject,
             format!("a garment {distance:.2} m (RMS) from the skinned rest shape"),
@@ -140,12 +147,13 @@ fn elsewhere(subject: &str, distance: f32) -> Option<Finding> {
     })
 }
 
-/// RMS distance between the garment and its skinned rest shape, metres.
+/// Returns the RMS distance between the garment of a clip and its skinned rest shape, metres.
 pub(crate) fn distance_to_skinning(capture: &Capture, clip: &CapturedClip) -> f32 {
-    let frames = frames(clip).map(|t| (&clip.clip.poses[t], clip.garment.frame(t)));
+    let frames = sampled_frames(clip).map(|t| (&clip.clip.poses[t], clip.garment.frame(t)));
     distance_of(&capture.garment, &capture.character.skeleton, frames)
 }
 
+/// Returns the RMS distance between garment positions and the rest shape skinned to the same poses.
 fn distance_of<'a>(
     garment: &Garment,
     skeleton: &Skeleton,
@@ -160,6 +168,7 @@ fn distance_of<'a>(
             .weights
             .skin(&garment.rest.vertices, &transforms, &mut skinned);
         let pairs = skinned.iter().zip(positions);
+        // In f64: twenty frames of a fine garment are millions of addends.
         sum += pairs.map(|(a, b)| f64::from(a.distance_squared(*b))).sum::<f64>();
         count += skinned.len();
     }

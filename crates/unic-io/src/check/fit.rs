@@ -1,72 +1,81 @@
-//! A garment's rest shape on a body, and another mesh of the same garment.
+//! Checks of a garment's rest shape on a body, and of another mesh of the same garment.
 
-use super::{Finding, lengths, mesh, shapes::bounds};
+use super::{mesh, meshes::bounds};
+use crate::finding::{Finding, units::median};
 use glam::{Mat3, Quat, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 use unic_core::{character::Character, mesh::TriMesh, surface::Surface};
 
-/// Vertices that are looked at: a sample tells as much as all.
+/// Number of vertices whose distances are computed. Means and shares need no more.
 const SAMPLES: usize = 500;
 
-/// Garments hang at most so far from the body on average, as a part of the body's height; or their nearest parts lie
-/// on it, as the waist of a wide skirt does.
-const FAR: f32 = 0.15;
-const NEAREST_FAR: f32 = 0.05;
-/// Part of the vertices that are nearest.
-const NEAREST: f32 = 0.1;
+/// Largest mean distance between garment and body, as a share of the body's height.
+const MAX_MEAN_DISTANCE: f32 = 0.15;
+/// Largest distance of the nearest tenth of the vertices, as a share of the body's height. A wide
+/// skirt is far from the body on average, and its waist is near.
+const MAX_NEAR_DISTANCE: f32 = 0.05;
+/// Share of the vertices that counts as the nearest part.
+const NEAR_SHARE: f32 = 0.1;
 
-/// A garment that faces the other way has this many times the vertices inside, and so many of them at the least.
-const FACING_RATIO: f32 = 3.0;
-const FACING_INSIDE: f32 = 0.1;
+/// A garment faces backwards if turning it by 180° divides its vertices inside the body by at least
+/// this factor.
+const MIN_FACING_RATIO: f32 = 3.0;
+/// Smallest share of vertices inside the body at which the facing is checked.
+const MIN_FACING_INSIDE: f32 = 0.1;
 
-/// Extents of garments, as parts of the body's height.
+/// Plausible extents of garments, as shares of the body's height.
 const SIZES: std::ops::RangeInclusive<f32> = 0.1..=2.0;
 
-/// A rest shape with more of its vertices deeper than [`DEEP_M`] inside the body is not in its bind pose.
-const MOSTLY_INSIDE: f32 = 0.3;
-/// Deeper than cloth that touches, metres.
+/// Largest share of vertices deeper than [`DEEP_M`] inside the body, in its bind pose.
+const MAX_INSIDE: f32 = 0.3;
+/// Depth inside the body from which a vertex counts, metres. Cloth that touches the body is
+/// shallower.
 const DEEP_M: f32 = 0.005;
 
-/// Another mesh of a garment lies at most so far from the first, as a part of its extent.
-const OTHER_MESH_FAR: f32 = 0.05;
+/// Largest median distance between two meshes of one garment, as a share of its extent.
+const MAX_MESH_DISTANCE: f32 = 0.05;
 
-/// A mistake that may have happened to a mesh on its way, with its remedy and the transform that undoes it.
-struct Slip {
+/// A mistake in the export of a mesh.
+struct ImportMistake {
+    /// Name for messages.
     name: &'static str,
+    /// Remedy for messages.
     remedy: &'static str,
+    /// Transform that undoes the mistake.
     undo: Mat3,
 }
 
-fn slips() -> [Slip; 6] {
+/// Returns the mistakes that are tried on a mesh that does not fit.
+fn import_mistakes() -> [ImportMistake; 6] {
     let turned = |turn: Quat| Mat3::from_quat(turn);
     let scaled = |scale: f32| Mat3::from_diagonal(Vec3::splat(scale));
     [
-        Slip {
+        ImportMistake {
             name: "Z up",
             remedy: "export with Y up, or turn the mesh by -90 degrees about X",
             undo: turned(Quat::from_rotation_x(-FRAC_PI_2)),
         },
-        Slip {
+        ImportMistake {
             name: "turned twice from Z up to Y up",
             remedy: "turn the mesh by 90 degrees about X",
             undo: turned(Quat::from_rotation_x(FRAC_PI_2)),
         },
-        Slip {
+        ImportMistake {
             name: "facing -Z",
             remedy: "turn the mesh by 180 degrees about Y",
             undo: turned(Quat::from_rotation_y(PI)),
         },
-        Slip {
+        ImportMistake {
             name: "centimetres",
             remedy: "scale the mesh by 0.01 to metres",
             undo: scaled(0.01),
         },
-        Slip {
+        ImportMistake {
             name: "millimetres",
             remedy: "scale the mesh by 0.001 to metres",
             undo: scaled(0.001),
         },
-        Slip {
+        ImportMistake {
             name: "hundredths of the right size",
             remedy: "scale the mesh by 100 to metres",
             undo: scaled(100.0),
@@ -74,25 +83,25 @@ fn slips() -> [Slip; 6] {
     ]
 }
 
-/// Faults of a garment's rest shape, and its place on the body in its bind pose.
+/// Checks a garment's rest shape, and its place on the body in its bind pose.
 pub fn garment(rest: &TriMesh, character: &Character) -> Vec<Finding> {
     let mut findings = mesh("garment", rest);
-    let place = Place::on(&character.body);
-    let here = place.of(sampled(rest));
-    match misplaced(&place, rest, here) {
-        // One mistake is told once: the unit names the same.
+    let body = FitBody::new(&character.body);
+    let fit = body.fit(sampled(rest));
+    match misplaced(&body, rest, fit) {
+        // A garment of a wrong unit also has a wrong extent: one finding for one mistake.
         Some(finding) => {
             findings.retain(|finding| !finding.found.contains("an extent of"));
             findings.push(finding);
         }
-        None => findings.extend(turned_round(&place, rest, here).or_else(|| sunk(here))),
+        None => findings.extend(facing_backwards(&body, rest, fit).or_else(|| inside_body(fit))),
     }
     findings
 }
 
-/// How a garment lies on a body.
+/// Distances of a garment from a body.
 #[derive(Clone, Copy, Debug)]
-struct Fit {
+struct FitStatistics {
     /// Mean distance from the skin, metres.
     distance: f32,
     /// Distance within which the nearest tenth of the vertices lies, metres.
@@ -101,59 +110,68 @@ struct Fit {
     inside: f32,
 }
 
-struct Place {
-    body: Surface,
+/// A body that garments are fitted on.
+struct FitBody {
+    surface: Surface,
+    /// Largest extent along an axis, metres.
     height: f32,
 }
 
-impl Place {
-    fn on(body: &TriMesh) -> Self {
+impl FitBody {
+    fn new(body: &TriMesh) -> Self {
         let size = bounds(&body.vertices).map_or(Vec3::ZERO, |(low, high)| high - low);
         Self {
-            body: Surface::build(body),
+            surface: Surface::build(body),
             height: size.max_element(),
         }
     }
 
-    fn of(&self, points: impl Iterator<Item = Vec3>) -> Fit {
-        let signed = points.filter_map(|point| Some(self.body.closest(point)?.signed_distance));
+    /// Measures points of a garment. Without points the distances are 0 and infinite, and nothing
+    /// is far.
+    fn fit(&self, points: impl Iterator<Item = Vec3>) -> FitStatistics {
+        let signed = points.filter_map(|point| Some(self.surface.closest(point)?.signed_distance));
         let signed: Vec<f32> = signed.collect();
         let count = signed.len().max(1) as f32;
         let mut distances: Vec<f32> = signed.iter().map(|d| d.abs()).collect();
         distances.sort_by(f32::total_cmp);
-        let nearest = distances.get((NEAREST * count) as usize);
-        Fit {
+        let nearest = distances.get((NEAR_SHARE * count) as usize);
+        FitStatistics {
             distance: distances.iter().sum::<f32>() / count,
             nearest: nearest.copied().unwrap_or(f32::INFINITY),
             inside: signed.iter().filter(|d| **d < -DEEP_M).count() as f32 / count,
         }
     }
 
-    fn is_far(&self, fit: Fit) -> bool {
-        fit.distance > FAR * self.height && fit.nearest > NEAREST_FAR * self.height
+    fn is_far(&self, fit: FitStatistics) -> bool {
+        fit.distance > MAX_MEAN_DISTANCE * self.height && fit.nearest > MAX_NEAR_DISTANCE * self.height
     }
 }
 
+/// Returns up to [`SAMPLES`] vertices, evenly spaced in the mesh's order.
 fn sampled(mesh: &TriMesh) -> impl Iterator<Item = Vec3> + Clone {
     let stride = mesh.vertices.len().div_ceil(SAMPLES).max(1);
     mesh.vertices.iter().copied().step_by(stride)
 }
 
-fn misplaced(place: &Place, rest: &TriMesh, here: Fit) -> Option<Finding> {
-    if !place.is_far(here) {
+/// Checks that the garment is near the body, and finds the mistake whose undoing brings it there.
+fn misplaced(body: &FitBody, rest: &TriMesh, fit: FitStatistics) -> Option<Finding> {
+    if !body.is_far(fit) {
         return None;
     }
-    let found = format!("a garment {:.2} m from the body on average", here.distance);
+    let found = format!("a garment {:.2} m from the body on average", fit.distance);
     let extent = bounds(&rest.vertices).map_or(0.0, |(low, high)| (high - low).max_element());
-    // A garment of no size is near every body that stands at the origin.
-    let is_wearable = |undo: Mat3| SIZES.contains(&(undo.x_axis.length() * extent / place.height));
-    let undone = slips().map(|slip| (place.of(sampled(rest).map(|v| slip.undo * v)), slip));
+    // Without this limit a garment scaled down to a point would fit every body at the origin.
+    let is_wearable = |undo: Mat3| SIZES.contains(&(undo.x_axis.length() * extent / body.height));
+    let undone = import_mistakes().map(|mistake| {
+        let fit = body.fit(sampled(rest).map(|v| mistake.undo * v));
+        (fit, mistake)
+    });
     let fitting = undone
         .into_iter()
-        .filter(|(fit, slip)| !place.is_far(*fit) && fit.inside < MOSTLY_INSIDE && is_wearable(slip.undo));
+        .filter(|(fit, mistake)| !body.is_far(*fit) && fit.inside < MAX_INSIDE && is_wearable(mistake.undo));
     let best = fitting.min_by(|a, b| a.0.distance.total_cmp(&b.0.distance));
     let (probably, remedy) = match best {
-        Some((_, slip)) => (slip.name, slip.remedy),
+        Some((_, mistake)) => (mistake.name, mistake.remedy),
         None => (
             "another place than the body's bind pose",
             "move the garment onto the body in its bind pose",
@@ -162,60 +180,61 @@ fn misplaced(place: &Place, rest: &TriMesh, here: Fit) -> Option<Finding> {
     Some(Finding::new("garment", found, probably, remedy))
 }
 
-/// A garment that would be far less inside the body if it faced the other way.
-fn turned_round(place: &Place, rest: &TriMesh, here: Fit) -> Option<Finding> {
-    let turned = Mat3::from_quat(Quat::from_rotation_y(PI));
-    let there = place.of(sampled(rest).map(|v| turned * v));
-    (here.inside > FACING_INSIDE && here.inside > FACING_RATIO * there.inside).then(|| {
+/// Checks whether the garment would be far less inside the body if it faced the other way.
+fn facing_backwards(body: &FitBody, rest: &TriMesh, fit: FitStatistics) -> Option<Finding> {
+    let half_turn = Mat3::from_quat(Quat::from_rotation_y(PI));
+    let turned = body.fit(sampled(rest).map(|v| half_turn * v));
+    (fit.inside > MIN_FACING_INSIDE && fit.inside > MIN_FACING_RATIO * turned.inside).then(|| {
         Finding::new(
             "garment",
-            format!("{:.0} % of its vertices inside the body", 100.0 * here.inside),
+            format!("{:.0} % of its vertices inside the body", 100.0 * fit.inside),
             format!(
                 "a garment that faces -Z: turned round {:.0} % are",
-                100.0 * there.inside
+                100.0 * turned.inside
             ),
             "turn the mesh by 180 degrees about Y",
         )
     })
 }
 
-fn sunk(here: Fit) -> Option<Finding> {
-    (here.inside > MOSTLY_INSIDE).then(|| {
+/// Checks that most of the garment is outside the body.
+fn inside_body(fit: FitStatistics) -> Option<Finding> {
+    (fit.inside > MAX_INSIDE).then(|| {
         Finding::new(
             "garment",
-            format!("{:.0} % of its vertices inside the body", 100.0 * here.inside),
+            format!("{:.0} % of its vertices inside the body", 100.0 * fit.inside),
             "a rest shape of another pose or body",
             "model it around the body in its bind pose",
         )
     })
 }
 
-/// Faults of another mesh of a garment whose rest shape is `rest`, and its distance from that.
+/// Checks another mesh of a garment whose rest shape is `rest`, and its distance from that.
 pub fn other_mesh(other: &TriMesh, rest: &TriMesh) -> Vec<Finding> {
     let findings = mesh("mesh", other);
     let surface = Surface::build(rest);
     let extent = bounds(&rest.vertices).map_or(0.0, |(low, high)| (high - low).max_element());
-    let far = |distance: f32| distance > OTHER_MESH_FAR * extent;
+    let is_far = |distance: f32| distance > MAX_MESH_DISTANCE * extent;
     let distance = |undo: Mat3| {
         let points = sampled(other).filter_map(|v| Some(surface.closest(undo * v)?.signed_distance.abs()));
-        lengths::median(points.collect()).unwrap_or(f32::INFINITY)
+        median(points.collect()).unwrap_or(f32::INFINITY)
     };
-    let here = distance(Mat3::IDENTITY);
-    if !far(here) {
+    let found = distance(Mat3::IDENTITY);
+    if !is_far(found) {
         return findings;
     }
-    let undone = slips().map(|slip| (distance(slip.undo), slip));
+    let undone = import_mistakes().map(|mistake| (distance(mistake.undo), mistake));
     let best = undone
         .into_iter()
-        .filter(|(there, _)| !far(*there))
+        .filter(|(distance, _)| !is_far(*distance))
         .min_by(|a, b| a.0.total_cmp(&b.0));
     let (probably, remedy) = match best {
-        Some((_, slip)) => (slip.name, slip.remedy),
+        Some((_, mistake)) => (mistake.name, mistake.remedy),
         None => (
             "another garment, or another rest space",
             "use a mesh in the rest space of the model's garment",
         ),
     };
-    let found = format!("a mesh {here:.3} m (median) from the model's garment");
+    let found = format!("a mesh {found:.3} m (median) from the model's garment");
     vec![Finding::new("mesh", found, probably, remedy)]
 }

@@ -1,35 +1,40 @@
-//! A garment that moves before or after its body.
+//! Check for a garment that moves before or after its body.
 
-use super::Finding;
-use crate::capture::{Capture, CapturedClip};
+use crate::{
+    capture::{Capture, CapturedClip},
+    finding::Finding,
+};
 use glam::Vec3;
 
-/// Longest shift that is looked for, seconds.
-const LONGEST_S: f32 = 1.0;
-/// Shorter ones are the cloth's own lag, seconds: two frames at 30 fps.
-const SHORTEST_S: f32 = 0.06;
-/// Vertices whose mean tells where the garment is.
+/// Longest shift that is searched, seconds.
+const MAX_SHIFT_S: f32 = 1.0;
+/// Shortest shift that is reported, seconds: two frames at 30 fps. Cloth itself lags by less.
+const MIN_SHIFT_S: f32 = 0.06;
+/// Number of vertices that the centroid is taken of.
 const SAMPLES: usize = 200;
-/// Centroids that differ by less agree, metres.
-const AGREE_M: f32 = 0.01;
-/// The right shift leaves at most this part of the difference.
-const LEFT: f32 = 0.35;
+/// Difference up to which centroids agree, metres.
+const MAX_AGREEMENT_M: f32 = 0.01;
+/// Largest share of the difference that the right shift leaves.
+const MAX_RESIDUAL: f32 = 0.35;
 
-/// Where the garment's centroid follows the skinned one best when it is moved in time.
-pub(super) fn shift(capture: &Capture, clip: &CapturedClip) -> Option<Finding> {
+/// Checks whether the garment's centroid follows the skinned centroid better when it is moved in
+/// time.
+pub(super) fn time_shift(capture: &Capture, clip: &CapturedClip) -> Option<Finding> {
     let (garment, skinned) = (centroids(clip), skinned_centroids(capture, clip));
     let frames = garment.len();
-    let fewest = (SHORTEST_S * clip.clip.fps).ceil() as usize;
-    let most = ((LONGEST_S * clip.clip.fps) as usize).min(frames / 3) as isize;
+    let fewest = (MIN_SHIFT_S * clip.clip.fps).ceil() as usize;
+    // At most a third of the clip, so that the difference is averaged over enough frames.
+    let most = ((MAX_SHIFT_S * clip.clip.fps) as usize).min(frames / 3) as isize;
     if frames < 4 * fewest {
         return None;
     }
-    let here = difference(&garment, &skinned, 0);
+    let unshifted = difference(&garment, &skinned, 0);
     let best = (-most..=most)
         .map(|lag| (difference(&garment, &skinned, lag), lag))
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let (there, lag) = best;
-    if here < AGREE_M || there > LEFT * here || lag.unsigned_abs() < fewest.max(1) {
+    let (shifted, lag) = best;
+    let is_unexplained = unshifted < MAX_AGREEMENT_M || shifted > MAX_RESIDUAL * unshifted;
+    if is_unexplained || lag.unsigned_abs() < fewest.max(1) {
         return None;
     }
     let late = if lag > 0 { "after" } else { "before" };
@@ -44,7 +49,9 @@ pub(super) fn shift(capture: &Capture, clip: &CapturedClip) -> Option<Finding> {
     ))
 }
 
-/// Standard deviation of garment(t + lag) - skinned(t), metres.
+/// Returns the standard deviation of garment(t + lag) − skinned(t), metres.
+///
+/// The mean is taken out, because a garment's centroid may be off the skinned one by a constant.
 fn difference(garment: &[Vec3], skinned: &[Vec3], lag: isize) -> f32 {
     let frames = garment.len() as isize;
     let range = (-lag).max(0)..(frames - lag).min(frames);
@@ -65,6 +72,7 @@ fn mean(points: impl Iterator<Item = Vec3>) -> Vec3 {
     sum / count.max(1) as f32
 }
 
+/// Centroids of the captured garment, one for each frame.
 fn centroids(clip: &CapturedClip) -> Vec<Vec3> {
     let stride = stride(clip.garment.vertex_count());
     (0..clip.clip.len())
@@ -72,6 +80,7 @@ fn centroids(clip: &CapturedClip) -> Vec<Vec3> {
         .collect()
 }
 
+/// Centroids of the skinned rest shape at the same vertices, one for each frame.
 fn skinned_centroids(capture: &Capture, clip: &CapturedClip) -> Vec<Vec3> {
     let (skeleton, garment) = (&capture.character.skeleton, &capture.garment);
     let stride = stride(garment.rest.vertices.len());

@@ -1,9 +1,9 @@
-//! From a data set's folder to a capture.
+//! Converting the folder of a data set to a capture.
 
 use super::{
     Dataset, FPS,
-    fit::{Frame, calmest, nearest, unposed},
-    sequence::{Sequence, files},
+    fit::{CoordinateFrame, nearest, nearest_to_bind_pose, unposed},
+    sequence::{GarmentSequence, files},
     virtual_bones, vto,
 };
 use crate::{
@@ -17,28 +17,31 @@ use unic_core::{
     mesh::TriMesh,
 };
 
-/// Every so many sequences, by name, one is to test on: the data sets name none.
+/// Number of sequences, sorted by name, of which one is a test clip. The data sets define no split.
 const TEST_EVERY: usize = 5;
 
-/// What a conversion did.
+/// Result of a conversion.
 #[derive(Clone, Debug)]
 pub struct Converted {
-    /// Sequences in the capture.
+    /// Number of clips in the capture.
     pub clips: usize,
-    /// One sentence a decision.
+    /// Descriptions of the converter's decisions, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Makes the capture `out` of a data set that lies in `folder`, on a character that has the data set's body and skeleton.
+/// Converts the data set in `folder` to the capture `out`. The character must have the data set's
+/// body and skeleton.
 ///
-/// The rest shape is the data set's template, or without one the frame nearest to the bind pose, carried back to it by the
-/// nearest body vertices. Every fifth sequence by name is for testing.
+/// The rest shape is the data set's template. A data set without one uses the frame nearest to the
+/// bind pose, transformed to that pose with the weights of the nearest body vertices. Every fifth
+/// sequence by name is a test clip.
 ///
 /// # Errors
-/// No sequences, files of another layout, a garment that is not on the character, a folder that cannot be written.
+/// No sequences, files of another layout, a garment that is not on the character, a folder that
+/// cannot be written.
 pub fn convert(dataset: Dataset, folder: &Path, character: &Character, out: &Path) -> Result<Converted> {
     let mut notes = Vec::new();
-    let files = chosen(dataset, files(dataset, folder)?, &mut notes);
+    let files = of_one_body(dataset, files(dataset, folder)?, &mut notes);
     let garment = garment(dataset, folder, &files, character, &mut notes)?;
     let frame = frame(dataset, &files[0], character, &garment)?;
     notes.push(format!("positions are taken as {}", frame.name()));
@@ -47,7 +50,7 @@ pub fn convert(dataset: Dataset, folder: &Path, character: &Character, out: &Pat
     manifest.provenance = dataset.provenance().into();
     let mut writer = CaptureWriter::create(out, manifest, character, &garment, &Default::default())?;
     for (i, path) in files.iter().enumerate() {
-        let sequence = Sequence::read(dataset, path, character)?;
+        let sequence = GarmentSequence::read(dataset, path, character)?;
         check_vertices(path, &sequence, &garment)?;
         write(&mut writer, &sequence, split(i, files.len()), frame, character)?;
     }
@@ -57,7 +60,8 @@ pub fn convert(dataset: Dataset, folder: &Path, character: &Character, out: &Pat
     Ok(Converted { clips, notes })
 }
 
-/// Every fifth is to test on, and of fewer the last.
+/// Returns the split of a sequence: every fifth is a test clip; of fewer than five, the last one
+/// is.
 fn split(index: usize, count: usize) -> Split {
     let is_last_of_few = count < TEST_EVERY && index + 1 == count;
     match index % TEST_EVERY == TEST_EVERY - 1 || is_last_of_few {
@@ -66,6 +70,7 @@ fn split(index: usize, count: usize) -> Split {
     }
 }
 
+/// Makes the garment: its rest shape and default skinning weights.
 fn garment(
     dataset: Dataset,
     folder: &Path,
@@ -74,7 +79,7 @@ fn garment(
     notes: &mut Vec<String>,
 ) -> Result<Garment> {
     let rest = match dataset {
-        Dataset::Vto => rest_of_calmest(files, character, notes)?,
+        Dataset::Vto => rest_from_frames(files, character, notes)?,
         Dataset::VirtualBones => virtual_bones::template(folder, character)?,
     };
     let weights = default_weights(&rest, character).map_err(|source| Error::Weights {
@@ -84,22 +89,28 @@ fn garment(
     Ok(Garment::new(rest, weights))
 }
 
-/// What the positions of a data set are, by its first sequence.
-fn frame(dataset: Dataset, first: &Path, character: &Character, garment: &Garment) -> Result<Frame> {
-    let sequence = Sequence::read(dataset, first, character)?;
+/// Determines the coordinate frame of a data set's positions from its first sequence.
+fn frame(
+    dataset: Dataset,
+    first: &Path,
+    character: &Character,
+    garment: &Garment,
+) -> Result<CoordinateFrame> {
+    let sequence = GarmentSequence::read(dataset, first, character)?;
     check_vertices(first, &sequence, garment)?;
-    let frames: &[Frame] = match dataset {
-        Dataset::Vto => &[Frame::World],
-        Dataset::VirtualBones => &Frame::UNSAID,
+    let frames: &[CoordinateFrame] = match dataset {
+        Dataset::Vto => &[CoordinateFrame::World],
+        Dataset::VirtualBones => &CoordinateFrame::CANDIDATES,
     };
     nearest(first, frames, &sequence, character, garment)
 }
 
+/// Writes a sequence as a clip, with positions in world space.
 fn write(
     writer: &mut CaptureWriter,
-    sequence: &Sequence,
+    sequence: &GarmentSequence,
     split: Split,
-    frame: Frame,
+    frame: CoordinateFrame,
     character: &Character,
 ) -> Result<()> {
     let (skeleton, mut joints) = (&character.skeleton, Vec::new());
@@ -113,35 +124,41 @@ fn write(
     out.finish()
 }
 
-/// Sequences of one body: the first file's.
-fn chosen(dataset: Dataset, files: Vec<PathBuf>, notes: &mut Vec<String>) -> Vec<PathBuf> {
+/// Keeps the sequences of the first file's body shape.
+fn of_one_body(dataset: Dataset, files: Vec<PathBuf>, notes: &mut Vec<String>) -> Vec<PathBuf> {
     if dataset != Dataset::Vto {
         return files;
     }
     let (shape, all) = (vto::shape_of(&files[0]), files.len());
-    let chosen: Vec<PathBuf> = files.into_iter().filter(|f| vto::shape_of(f) == shape).collect();
-    if chosen.len() < all {
+    let kept: Vec<PathBuf> = files.into_iter().filter(|f| vto::shape_of(f) == shape).collect();
+    if kept.len() < all {
         notes.push(format!(
             "{} sequences of {shape}; {} of other shapes left out",
-            chosen.len(),
-            all - chosen.len()
+            kept.len(),
+            all - kept.len()
         ));
     }
-    chosen
+    kept
 }
 
-fn rest_of_calmest(files: &[PathBuf], character: &Character, notes: &mut Vec<String>) -> Result<TriMesh> {
+/// Makes a rest shape from the frame nearest to the bind pose among all sequences.
+fn rest_from_frames(files: &[PathBuf], character: &Character, notes: &mut Vec<String>) -> Result<TriMesh> {
     let mut best: Option<(f32, String, TriMesh)> = None;
     for path in files {
-        let sequence = Sequence::read(Dataset::Vto, path, character)?;
-        let (t, turned) = calmest(character, &sequence.clip.poses);
-        if best.as_ref().is_none_or(|(least, ..)| turned < *least) {
+        let sequence = GarmentSequence::read(Dataset::Vto, path, character)?;
+        let nearest = nearest_to_bind_pose(character, &sequence.clip.poses);
+        if best.as_ref().is_none_or(|(least, ..)| nearest.rotation < *least) {
+            let t = nearest.frame;
             let vertices = unposed(path, character, &sequence.clip.poses[t], &sequence.garment[t])?;
             let mesh = TriMesh::new(vertices, sequence.faces).map_err(|source| Error::Mesh {
                 path: path.clone(),
                 source,
             })?;
-            best = Some((turned, format!("frame {t} of {}", sequence.clip.name), mesh));
+            best = Some((
+                nearest.rotation,
+                format!("frame {t} of {}", sequence.clip.name),
+                mesh,
+            ));
         }
     }
     let Some((_, name, mesh)) = best else {
@@ -153,7 +170,7 @@ fn rest_of_calmest(files: &[PathBuf], character: &Character, notes: &mut Vec<Str
     Ok(mesh)
 }
 
-fn check_vertices(path: &Path, sequence: &Sequence, garment: &Garment) -> Result<()> {
+fn check_vertices(path: &Path, sequence: &GarmentSequence, garment: &Garment) -> Result<()> {
     let (expected, found) = (garment.rest.vertices.len(), sequence.garment[0].len());
     match expected == found {
         true => Ok(()),

@@ -1,51 +1,56 @@
-//! What the data sets leave unsaid, told by what lies nearest to the skinned garment.
+//! Determining coordinate frames and rest shapes that the data sets do not state.
 
-use super::{sequence::Sequence, virtual_bones::y_up};
-use crate::error::{Error, Result};
+use super::sequence::GarmentSequence;
+use crate::{
+    error::{Error, Result},
+    up_axis::to_y_up,
+};
 use glam::Vec3;
 use std::path::Path;
 use unic_core::{
+    Pose,
     character::{Character, Garment},
-    skeleton::Pose,
     transform::Rigid,
     weights::nearest_body_weights,
 };
 
-/// A garment farther than this from its skinned rest shape is not on the body, metres, RMS.
-const FAR_M: f32 = 0.5;
-/// Frames of a sequence that are looked at.
-const FRAMES: usize = 20;
+/// Largest RMS distance of a garment from its skinned rest shape, metres. A garment farther away is
+/// not on the body.
+const MAX_DISTANCE_M: f32 = 0.5;
+/// Number of frames of a sequence that distances are averaged over.
+const SAMPLED_FRAMES: usize = 20;
 
-/// Which numbers a garment's positions are.
+/// Coordinate frame of a garment's positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Frame {
-    /// World, metres, Y up.
+pub(super) enum CoordinateFrame {
+    /// World space, metres, Y up.
     World,
-    /// World, so many metres a unit, Z up.
+    /// World space, Z up; the number is the unit in metres.
     WorldZUp(f32),
-    /// From the root joint and turned with it, so many metres a unit, Z up.
+    /// The frame of the root joint, Z up; the number is the unit in metres.
     Root(f32),
 }
 
-impl Frame {
-    /// Of which one is found for VirtualBones.
-    pub(super) const UNSAID: [Self; 4] = [
+impl CoordinateFrame {
+    /// Candidates for VirtualBones.
+    pub(super) const CANDIDATES: [Self; 4] = [
         Self::WorldZUp(1.0),
         Self::WorldZUp(0.1),
         Self::Root(1.0),
         Self::Root(0.1),
     ];
 
-    /// World position, metres, Y up, of a character whose root joint is at `root`.
+    /// Converts a position to world space, metres, Y up. `root` is `world_from_joint` of the root.
     pub(super) fn world(self, position: Vec3, root: Rigid) -> Vec3 {
         match self {
             Self::World => position,
-            Self::WorldZUp(unit) => y_up(position * unit),
-            // The root's rotation already turns what is Z up.
+            Self::WorldZUp(unit) => to_y_up(position * unit),
+            // The root's rotation includes the one from Z up to Y up.
             Self::Root(unit) => root.point(position * unit),
         }
     }
 
+    /// Name for notes.
     pub(super) fn name(self) -> String {
         match self {
             Self::World => "world, metres, Y up".into(),
@@ -55,19 +60,22 @@ impl Frame {
     }
 }
 
-/// The one of `frames` in which a sequence is nearest to its skinned garment.
+/// Returns the coordinate frame in which a sequence is nearest to its skinned garment.
+///
+/// # Errors
+/// A garment that is far from the skinned one in all of them.
 pub(super) fn nearest(
     path: &Path,
-    frames: &[Frame],
-    sequence: &Sequence,
+    frames: &[CoordinateFrame],
+    sequence: &GarmentSequence,
     character: &Character,
     garment: &Garment,
-) -> Result<Frame> {
+) -> Result<CoordinateFrame> {
     let distances = frames
         .iter()
         .map(|&frame| (distance(frame, sequence, character, garment), frame));
     match distances.min_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((metres, frame)) if metres < FAR_M => Ok(frame),
+        Some((metres, frame)) if metres < MAX_DISTANCE_M => Ok(frame),
         found => {
             let metres = found.map_or(f32::INFINITY, |f| f.0);
             let expected = "a garment on the character in its motion (is it the data set's own body?)";
@@ -80,12 +88,17 @@ pub(super) fn nearest(
     }
 }
 
-/// RMS distance of a garment from its skinned rest shape, metres.
-fn distance(frame: Frame, sequence: &Sequence, character: &Character, garment: &Garment) -> f32 {
+/// Returns the RMS distance of a garment from its skinned rest shape, metres.
+fn distance(
+    frame: CoordinateFrame,
+    sequence: &GarmentSequence,
+    character: &Character,
+    garment: &Garment,
+) -> f32 {
     let (skeleton, poses) = (&character.skeleton, &sequence.clip.poses);
     let (mut joints, mut transforms, mut skinned) = (Vec::new(), Vec::new(), Vec::new());
     let (mut sum, mut count) = (0.0, 0);
-    for t in (0..poses.len()).step_by(poses.len().div_ceil(FRAMES).max(1)) {
+    for t in (0..poses.len()).step_by(poses.len().div_ceil(SAMPLED_FRAMES).max(1)) {
         skeleton.forward_kinematics(&poses[t], &mut joints);
         skeleton.world_from_rest(&joints, &mut transforms);
         garment
@@ -101,8 +114,16 @@ fn distance(frame: Frame, sequence: &Sequence, character: &Character, garment: &
     (sum / count.max(1) as f32).sqrt()
 }
 
-/// The frame of a motion whose pose is nearest to the bind pose, and how far its joints are turned in all.
-pub(super) fn calmest(character: &Character, poses: &[Pose]) -> (usize, f32) {
+/// The frame of a motion whose pose is nearest to the bind pose.
+pub(super) struct NeutralFrame {
+    /// Index of the frame.
+    pub(super) frame: usize,
+    /// Sum of the angles between the joints' rotations and the bind pose, radians.
+    pub(super) rotation: f32,
+}
+
+/// Finds the frame whose pose is nearest to the bind pose. The root's rotation does not count.
+pub(super) fn nearest_to_bind_pose(character: &Character, poses: &[Pose]) -> NeutralFrame {
     let bind = character.skeleton.bind_pose();
     let root = character.skeleton.root();
     let turned = |pose: &Pose| -> f32 {
@@ -113,11 +134,17 @@ pub(super) fn calmest(character: &Character, poses: &[Pose]) -> (usize, f32) {
             .sum()
     };
     let all = poses.iter().map(turned).enumerate();
-    all.min_by(|a, b| a.1.total_cmp(&b.1))
-        .unwrap_or((0, f32::INFINITY))
+    let (frame, rotation) = all
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .unwrap_or((0, f32::INFINITY));
+    NeutralFrame { frame, rotation }
 }
 
-/// A garment's world positions carried back to the bind pose by the joints of the nearest body vertices.
+/// Transforms a garment's world positions back to the bind pose with the weights of the nearest
+/// body vertices.
+///
+/// # Errors
+/// A body without vertices.
 pub(super) fn unposed(
     path: &Path,
     character: &Character,
@@ -138,7 +165,7 @@ pub(super) fn unposed(
         })?;
     let back = |(v, x): (usize, &Vec3)| {
         let rotation = weights.rotation(v, &transforms);
-        // Where skinning would leave the world's origin: the blend is affine.
+        // Skinning is x ↦ R x + t with a blended R; t is the image of the origin.
         let origin = weights.position(v, Vec3::ZERO, &transforms);
         rotation.inverse() * (*x - origin)
     };

@@ -1,50 +1,28 @@
-//! One sequence as it comes out of a file.
+//! A sequence of a data set.
 
-use super::{Dataset, virtual_bones, vto};
+use super::Dataset;
 use crate::error::{Error, Result};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
-use unic_core::{
-    character::Character,
-    clip::Clip,
-    skeleton::{Pose, SMPL_JOINT_NAMES},
-};
+use unic_core::{Pose, clip::Clip, skeleton::SMPL_JOINT_NAMES};
 
-/// Joints of the SMPL family that carry the body.
+/// Number of body joints in the SMPL family.
 const BODY_JOINTS: usize = 22;
 
 /// Motion of the character and a garment, frame by frame.
-pub(super) struct Sequence {
+pub(super) struct GarmentSequence {
     pub(super) clip: Clip,
-    /// World, metres, Y up, once the data set's frame and unit are settled.
+    /// Positions of the garment in each frame, in the file's coordinate frame and unit.
     pub(super) garment: Vec<Vec<Vec3>>,
-    /// Where the file has them.
+    /// Triangles of the garment, if the file has them.
     pub(super) faces: Vec<[u32; 3]>,
 }
 
-impl Sequence {
-    pub(super) fn read(dataset: Dataset, path: &Path, character: &Character) -> Result<Self> {
-        let sequence = match dataset {
-            Dataset::Vto => vto::read(path, character)?,
-            Dataset::VirtualBones => virtual_bones::read(path, character)?,
-        };
-        if sequence.garment.first().is_none_or(Vec::is_empty) {
-            return Err(Error::content(
-                path,
-                "a garment of vertices in every frame",
-                "none",
-            ));
-        }
-        let finite = |p: &Vec3| p.is_finite();
-        let poses = &sequence.clip.poses;
-        if !poses.iter().all(Pose::is_valid) || !sequence.garment.iter().flatten().all(finite) {
-            return Err(Error::content(path, "finite numbers", "others"));
-        }
-        Ok(sequence)
-    }
-}
-
-/// Sequences of a folder or one below it that the archive unpacks to, by name.
+/// Lists the files of sequences in a folder, sorted by name. The archives unpack them to
+/// `simulations/`, which is searched if it exists.
+///
+/// # Errors
+/// A folder that cannot be listed or holds no sequences.
 pub(super) fn files(dataset: Dataset, folder: &Path) -> Result<Vec<PathBuf>> {
     let simulations = folder.join("simulations");
     let folder = if simulations.is_dir() {
@@ -68,6 +46,10 @@ pub(super) fn files(dataset: Dataset, folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
+/// Makes a clip of poses, named after its file.
+///
+/// # Errors
+/// Fewer than two frames.
 pub(super) fn clip(path: &Path, poses: Vec<Pose>) -> Result<Clip> {
     if poses.len() < 2 {
         return Err(Error::content(
@@ -89,7 +71,11 @@ pub(super) fn clip(path: &Path, poses: Vec<Pose>) -> Result<Clip> {
     })
 }
 
-/// A frame of axis-angle rotations on a character: its own joints, or the body's of a model with fingers on SMPL's 24.
+/// Makes a pose from the rotation vectors of a frame. They belong to the character's joints, or to
+/// SMPL-H's, whose 22 body joints are taken for a character of SMPL's 24.
+///
+/// # Errors
+/// Another number of joints.
 pub(super) fn pose(path: &Path, rotations: &[Vec3], trans: Vec3, joints: usize) -> Result<Pose> {
     let taken = match rotations.len() {
         own if own == joints => own,
@@ -104,7 +90,7 @@ pub(super) fn pose(path: &Path, rotations: &[Vec3], trans: Vec3, joints: usize) 
     Ok(Pose::from_axis_angles(trans, &rotations))
 }
 
-/// Frames of `vertices` positions.
+/// Splits numbers into frames of `vertices` positions.
 pub(super) fn frames(numbers: &[f64], vertices: usize) -> Vec<Vec<Vec3>> {
     let point = |p: &[f64]| Vec3::new(p[0] as f32, p[1] as f32, p[2] as f32);
     let frames = numbers.chunks_exact(3 * vertices.max(1));

@@ -1,23 +1,27 @@
-//! Sequences of the VirtualBones data set.
+//! Reading the VirtualBones data set.
 
-use super::sequence::{Sequence, clip, frames, pose};
+use super::sequence::{GarmentSequence, clip, frames, pose};
 use crate::{
     error::{Error, Result},
-    motion::turn_to_y_up,
     npy::Dim,
     npz::Npz,
     obj::read_obj,
+    up_axis::{to_y_up, turn_to_y_up},
 };
 use glam::Vec3;
 use std::path::Path;
-use unic_core::{character::Character, mesh::TriMesh, skeleton::Pose};
+use unic_core::{Pose, character::Character, mesh::TriMesh};
 
-/// Metres a unit of the template.
+/// Unit of the template, metres.
 const UNIT_M: f32 = 0.1;
-/// The pelvis of the body in the template's pose, metres, Z up.
+/// Position of the body's pelvis in the template's pose, metres, Z up.
 const PELVIS: Vec3 = Vec3::new(0.0, -0.0215, 0.9048);
 
-pub(super) fn read(path: &Path, character: &Character) -> Result<Sequence> {
+/// Reads a sequence; positions of the garment stay in the file's coordinate frame.
+///
+/// # Errors
+/// Missing arrays, shapes that contradict each other, numbers that are not finite.
+pub(super) fn read(path: &Path, character: &Character) -> Result<GarmentSequence> {
     let mut npz = Npz::open(path)?;
     let any = Dim::Any("T");
     let poses = npz.finite::<f32>("pose", &[any, Dim::Any("J"), Dim::Is(3)])?;
@@ -25,7 +29,8 @@ pub(super) fn read(path: &Path, character: &Character) -> Result<Sequence> {
     let trans = npz.finite::<f32>("trans", &[Dim::Is(count), Dim::Is(3)])?;
     let garment = npz.finite::<f64>("sim_res", &[Dim::Is(count), Dim::Any("V"), Dim::Is(3)])?;
     let skeleton = &character.skeleton;
-    // SMPL's translation is the root joint's place less where it is at rest.
+    // SMPL's translation is the displacement of the root joint from its rest position, which is
+    // another one for the given character.
     let shift = PELVIS - skeleton.joints()[skeleton.root()];
     let rotations: Vec<Vec3> = poses.data.chunks_exact(3).map(Vec3::from_slice).collect();
     let frame = |(rotations, trans): (&[Vec3], &[f32])| -> Result<Pose> {
@@ -36,27 +41,25 @@ pub(super) fn read(path: &Path, character: &Character) -> Result<Sequence> {
         .zip(trans.data.chunks_exact(3));
     let mut clip = clip(path, rotations.map(frame).collect::<Result<_>>()?)?;
     turn_to_y_up(&mut clip, skeleton);
-    Ok(Sequence {
+    Ok(GarmentSequence {
         clip,
         garment: frames(&garment.data, garment.shape[1]),
         faces: Vec::new(),
     })
 }
 
-/// The garment on the body's rest pose.
+/// Reads the garment on the body's rest pose, in metres, Y up, on the character's pelvis.
+///
+/// # Errors
+/// No such file, a mesh with faults.
 pub(super) fn template(folder: &Path, character: &Character) -> Result<TriMesh> {
     let path = folder.join("template.obj");
     let mut mesh = read_obj(&path)?;
     let skeleton = &character.skeleton;
     let pelvis = skeleton.joints()[skeleton.root()];
     for vertex in &mut mesh.vertices {
-        *vertex = y_up(*vertex * UNIT_M - PELVIS) + pelvis;
+        *vertex = to_y_up(*vertex * UNIT_M - PELVIS) + pelvis;
     }
     mesh.check().map_err(|source| Error::Mesh { path, source })?;
     Ok(mesh)
-}
-
-/// Z up to Y up.
-pub(super) fn y_up(v: Vec3) -> Vec3 {
-    Vec3::new(v.x, v.z, -v.y)
 }

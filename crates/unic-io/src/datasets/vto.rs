@@ -1,18 +1,22 @@
-//! Sequences of the VTO data set.
+//! Reading the VTO data set.
 
-use super::sequence::{Sequence, clip, frames, pose};
+use super::sequence::{GarmentSequence, clip, frames, pose};
 use crate::{
     error::{Error, Result},
     pickle::{Numbers, Pickle},
 };
 use glam::Vec3;
 use std::path::Path;
-use unic_core::{character::Character, skeleton::Pose};
+use unic_core::{Pose, character::Character};
 
-/// SMPL's rotations in a frame.
+/// Number of rotation values in a frame: three for each of SMPL's 24 joints.
 const ROTATIONS: usize = 72;
 
-pub(super) fn read(path: &Path, character: &Character) -> Result<Sequence> {
+/// Reads a sequence.
+///
+/// # Errors
+/// No pickle, missing arrays, shapes that contradict each other.
+pub(super) fn read(path: &Path, character: &Character) -> Result<GarmentSequence> {
     let bytes = std::fs::read(path).map_err(Error::io(path, "read"))?;
     let pickle = Pickle::read(path, &bytes)?;
     let poses = array(path, &pickle, &["poses", "pose"], 2)?;
@@ -45,7 +49,7 @@ pub(super) fn read(path: &Path, character: &Character) -> Result<Sequence> {
         .chunks_exact(numbers)
         .zip(translations.chunks_exact(3))
         .map(pose);
-    Ok(Sequence {
+    Ok(GarmentSequence {
         clip: clip(path, poses.collect::<Result<_>>()?)?,
         garment: frames(&vertices.data, vertices.shape[1]),
         faces: faces
@@ -56,12 +60,13 @@ pub(super) fn read(path: &Path, character: &Character) -> Result<Sequence> {
     })
 }
 
-/// Garment and body shape of a sequence by its file's name: what stands before the motion's number.
+/// Returns garment and body shape of a sequence, the first two parts of its file name.
 pub(super) fn shape_of(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     stem.split('_').take(2).collect::<Vec<_>>().join("_")
 }
 
+/// Finds an array of numbers under one of several names.
 fn array(path: &Path, pickle: &Pickle, names: &[&str], dimensions: usize) -> Result<Numbers> {
     let name = names[0];
     let found = pickle.value(pickle.root(), names);

@@ -1,4 +1,4 @@
-//! The binary chunk while it grows.
+//! Writing the binary chunk, with the views and accessors that describe it.
 
 use super::json::{Accessor, BufferView, Index};
 use crate::{
@@ -13,17 +13,18 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// What an accessor counts. Every element fills whole words, so that all offsets are aligned.
-pub(super) trait Element: Pod {
-    /// glTF's `componentType`.
+/// Element type of an accessor. Its size is a multiple of four bytes, so that all offsets are
+/// aligned as the specification demands.
+pub(super) trait AccessorElement: Pod {
+    /// Value of glTF's `componentType`.
     const COMPONENT: u32;
-    /// glTF's `type`.
+    /// Value of glTF's `type`.
     const SHAPE: &'static str;
 }
 
 macro_rules! elements {
     ($($element:ty: $component:expr, $shape:expr;)*) => {
-        $(impl Element for $element {
+        $(impl AccessorElement for $element {
             const COMPONENT: u32 = $component;
             const SHAPE: &'static str = $shape;
         })*
@@ -47,18 +48,18 @@ elements! {
     Mat4: FLOAT, "MAT4";
 }
 
-/// What a buffer view is for.
+/// Purpose of a buffer view.
 #[derive(Clone, Copy)]
-pub(super) enum Usage {
-    /// Attributes of vertices, `ARRAY_BUFFER`; the elements of a view have one size.
+pub(super) enum BufferUsage {
+    /// Vertex attributes, `ARRAY_BUFFER`. All elements of the view have one size.
     Vertices,
     /// Corners of triangles, `ELEMENT_ARRAY_BUFFER`.
     Indices,
-    /// Key frames and inverse bind matrices.
+    /// Key frames and inverse bind matrices, which have no target.
     Data,
 }
 
-impl Usage {
+impl BufferUsage {
     fn target(self) -> Option<u32> {
         match self {
             Self::Vertices => Some(34962),
@@ -68,10 +69,12 @@ impl Usage {
     }
 }
 
-/// Elements written so far, in an unnamed file of the target's folder, and what they are: the
-/// document that describes them comes first in a GLB, and is known last.
+/// Writer of the binary chunk.
+///
+/// Elements are collected in an unnamed temporary file of the target's folder. In a GLB the JSON
+/// document precedes them, and it is known only when all of them are written.
 #[derive(Debug)]
-pub(super) struct Binary {
+pub(super) struct BinaryWriter {
     path: PathBuf,
     file: BufWriter<File>,
     length: u64,
@@ -79,15 +82,15 @@ pub(super) struct Binary {
     accessors: Vec<Accessor>,
 }
 
-/// A complete binary chunk: its bytes from the start of `file`, and what they are.
-pub(super) struct Chunk {
+/// A complete binary chunk with its description; its bytes begin at the start of `file`.
+pub(super) struct BinaryChunk {
     pub(super) file: File,
     pub(super) length: u64,
     pub(super) views: Vec<BufferView>,
     pub(super) accessors: Vec<Accessor>,
 }
 
-impl Binary {
+impl BinaryWriter {
     pub(super) fn create(path: &Path) -> Result<Self> {
         let folder = parent_folder(path);
         std::fs::create_dir_all(folder).map_err(Error::io(folder, "create folder"))?;
@@ -101,29 +104,29 @@ impl Binary {
         })
     }
 
-    /// Elements in a view of their own; their accessor.
-    pub(super) fn write<E: Element>(&mut self, usage: Usage, elements: &[E]) -> Result<Index> {
+    /// Writes elements into a view of their own and returns their accessor.
+    pub(super) fn write<E: AccessorElement>(&mut self, usage: BufferUsage, elements: &[E]) -> Result<Index> {
         let view = self.open_view(usage, size_of::<E>());
         self.append(view, elements)
     }
 
-    /// Starts a view that [`Binary::append`] fills with elements of `size` bytes, until the next one
-    /// is started.
-    pub(super) fn open_view(&mut self, usage: Usage, size: usize) -> Index {
+    /// Starts a view for elements of `size` bytes. [`BinaryWriter::append`] fills it until the next
+    /// view is started.
+    pub(super) fn open_view(&mut self, usage: BufferUsage, size: usize) -> Index {
         self.views.push(BufferView {
             buffer: 0,
             byte_offset: self.length,
             byte_length: 0,
-            // The specification asks for it where accessors share a view of vertices, and allows it
-            // nowhere else.
-            byte_stride: matches!(usage, Usage::Vertices).then_some(size),
+            // The specification demands a stride if accessors share a view of vertices, and forbids
+            // it for other views.
+            byte_stride: matches!(usage, BufferUsage::Vertices).then_some(size),
             target: usage.target(),
         });
         self.views.len() - 1
     }
 
-    /// Adds elements to the view that was started last; their accessor.
-    pub(super) fn append<E: Element>(&mut self, view: Index, elements: &[E]) -> Result<Index> {
+    /// Adds elements to the view that was started last, and returns their accessor.
+    pub(super) fn append<E: AccessorElement>(&mut self, view: Index, elements: &[E]) -> Result<Index> {
         debug_assert_eq!(view + 1, self.views.len(), "a view is contiguous");
         let bytes: &[u8] = bytemuck::cast_slice(elements);
         self.file
@@ -144,31 +147,34 @@ impl Binary {
         Ok(self.accessors.len() - 1)
     }
 
-    /// Positions with their bounds, which the specification asks for.
+    /// Adds positions with their bounds, which the specification demands, and returns their
+    /// accessor.
     pub(super) fn append_positions(&mut self, view: Index, positions: &[Vec3]) -> Result<Index> {
         let accessor = self.append(view, positions)?;
         let first = positions.first().copied().unwrap_or_default();
         let fold = |f: fn(Vec3, Vec3) -> Vec3| positions.iter().copied().fold(first, f);
-        let wide = |v: Vec3| v.as_dvec3().to_array().to_vec();
-        self.accessors[accessor].min = wide(fold(Vec3::min));
-        self.accessors[accessor].max = wide(fold(Vec3::max));
+        let to_f64 = |v: Vec3| v.as_dvec3().to_array().to_vec();
+        self.accessors[accessor].min = to_f64(fold(Vec3::min));
+        self.accessors[accessor].max = to_f64(fold(Vec3::max));
         Ok(accessor)
     }
 
-    /// Ascending times of key frames, seconds, with their bounds.
+    /// Writes the ascending times of key frames, seconds, with their bounds, and returns their
+    /// accessor.
     pub(super) fn write_times(&mut self, times: &[f32]) -> Result<Index> {
-        let accessor = self.write(Usage::Data, times)?;
+        let accessor = self.write(BufferUsage::Data, times)?;
         let bound = |time: Option<&f32>| time.map(|&t| f64::from(t)).into_iter().collect();
         self.accessors[accessor].min = bound(times.first());
         self.accessors[accessor].max = bound(times.last());
         Ok(accessor)
     }
 
-    pub(super) fn finish(self) -> Result<Chunk> {
+    /// Completes the chunk.
+    pub(super) fn finish(self) -> Result<BinaryChunk> {
         let failed = |e| Error::io(&self.path, "write")(e);
         let mut file = self.file.into_inner().map_err(|e| failed(e.into_error()))?;
         file.rewind().map_err(failed)?;
-        Ok(Chunk {
+        Ok(BinaryChunk {
             file,
             length: self.length,
             views: self.views,

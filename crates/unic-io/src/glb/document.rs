@@ -1,11 +1,11 @@
-//! The JSON chunk, and the file around both chunks.
+//! Writing the JSON chunk and the file around both chunks.
 
 use super::{
-    binary::{Binary, Chunk, Usage},
+    binary::{BinaryChunk, BinaryWriter, BufferUsage},
     body::SkinnedMesh,
     json::*,
-    shapes::MorphedMesh,
-    tracks::Tracks,
+    morphs::MorphedMesh,
+    tracks::JointTracks,
 };
 use crate::{
     atomic::AtomicFile,
@@ -17,25 +17,26 @@ use std::{
     path::Path,
 };
 
-/// Everything that a file is made of.
+/// The parts of a file besides its binary chunk.
 pub(super) struct Document {
     pub(super) name: String,
     pub(super) fps: f32,
     pub(super) body: SkinnedMesh,
     pub(super) garment: MorphedMesh,
-    pub(super) tracks: Tracks,
+    pub(super) tracks: JointTracks,
 }
 
 impl Document {
-    /// Writes the file under its own name.
+    /// Writes the file, atomically.
     ///
     /// # Errors
-    /// The file cannot be written, or would be larger than the format can say.
-    pub(super) fn write(self, path: &Path, mut binary: Binary) -> Result<()> {
+    /// The file cannot be written, or would be larger than 4 GiB.
+    pub(super) fn write(self, path: &Path, mut binary: BinaryWriter) -> Result<()> {
         let animation = self.animation(&mut binary)?;
         let mut chunk = binary.finish()?;
         let root = self.root(animation, &mut chunk);
         let mut document = serde_json::to_vec(&root).map_err(|e| Error::io(path, "write")(e.into()))?;
+        // The binary chunk begins at a multiple of four; the specification pads JSON with spaces.
         document.resize(document.len().next_multiple_of(4), b' ');
         let header = header(path, document.len() as u64, chunk.length)?;
         let mut file = AtomicFile::create(path)?;
@@ -43,22 +44,24 @@ impl Document {
         file.finish()
     }
 
-    /// Joint j is node j; these two come after the joints.
+    /// Index of the body's node. Joint j is node j; the body and the garment come after the joints.
     fn body_node(&self) -> Index {
         self.tracks.joint_count()
     }
 
+    /// Index of the garment's node.
     fn garment_node(&self) -> Index {
         self.body_node() + 1
     }
 
-    fn animation(&self, binary: &mut Binary) -> Result<Animation> {
+    fn animation(&self, binary: &mut BinaryWriter) -> Result<Animation> {
         let frames = self.tracks.len();
         let times: Vec<f32> = (0..frames).map(|t| t as f32 / self.fps).collect();
         let times = binary.write_times(&times)?;
         let mut curves = self.tracks.write(times, binary)?;
+        // A clip of one frame has no morph target, and then the specification allows no weights.
         if frames > 1 {
-            let weights = binary.write(Usage::Data, &one_hot(frames))?;
+            let weights = binary.write(BufferUsage::Data, &one_hot(frames))?;
             curves.add(self.garment_node(), Property::Weights, times, weights);
         }
         Ok(Animation {
@@ -69,7 +72,7 @@ impl Document {
         })
     }
 
-    fn root(self, animation: Animation, chunk: &mut Chunk) -> Root {
+    fn root(self, animation: Animation, chunk: &mut BinaryChunk) -> Root {
         let nodes = self.nodes();
         Root {
             asset: json!({
@@ -116,7 +119,8 @@ impl Document {
     }
 }
 
-/// Weights of the targets, frame by frame: none in the first frame, then each target in its own.
+/// Returns the weights of all targets, frame after frame: zero in the first frame, and in every
+/// further frame one for its own target.
 fn one_hot(frames: usize) -> Vec<f32> {
     let row = |frame: usize| (1..frames).map(move |target| f32::from(u8::from(target == frame)));
     (0..frames).flat_map(row).collect()
@@ -150,7 +154,7 @@ fn garment_mesh(garment: MorphedMesh) -> Mesh {
     }
 }
 
-/// Of body and garment; both sides of cloth are seen. Colours are linear.
+/// Materials of body and garment; both sides of the garment are drawn. Colours are linear.
 fn materials() -> Vec<Value> {
     let matt = |colour: [f32; 4], roughness: f32| json!({ "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": roughness });
     vec![
@@ -164,29 +168,41 @@ fn materials() -> Vec<Value> {
 }
 
 /// Headers of the file and its two chunks.
-struct Header {
+struct ChunkHeaders {
+    /// Magic, version and total length.
     file: [u32; 3],
+    /// Length and type of the JSON chunk.
     json: [u32; 2],
+    /// Length and type of the binary chunk.
     binary: [u32; 2],
 }
 
-/// Bytes of all headers.
+/// Length of all headers, bytes.
 const HEADERS: u64 = 12 + 8 + 8;
 
-fn header(path: &Path, json: u64, binary: u64) -> Result<Header> {
+/// Makes the headers of chunks of these lengths, bytes.
+///
+/// # Errors
+/// A file of more than 4 GiB.
+fn header(path: &Path, json: u64, binary: u64) -> Result<ChunkHeaders> {
     let total = HEADERS + json + binary;
     let word = |length: u64| {
         u32::try_from(length)
             .map_err(|_| Error::content(path, "at most 4 GiB in a GLB", format!("{total} bytes")))
     };
-    Ok(Header {
+    Ok(ChunkHeaders {
         file: [u32::from_le_bytes(*b"glTF"), 2, word(total)?],
         json: [word(json)?, u32::from_le_bytes(*b"JSON")],
         binary: [word(binary)?, u32::from_le_bytes(*b"BIN\0")],
     })
 }
 
-fn write_chunks(out: &mut impl Write, header: &Header, document: &[u8], chunk: &mut Chunk) -> io::Result<()> {
+fn write_chunks(
+    out: &mut impl Write,
+    header: &ChunkHeaders,
+    document: &[u8],
+    chunk: &mut BinaryChunk,
+) -> io::Result<()> {
     out.write_all(bytemuck::bytes_of(&header.file))?;
     out.write_all(bytemuck::bytes_of(&header.json))?;
     out.write_all(document)?;

@@ -1,4 +1,4 @@
-//! The part of glTF's JSON that is written here, under the specification's own names.
+//! The written part of glTF's JSON document, with the names of the specification.
 
 use serde::Serialize;
 use serde_json::Value;
@@ -47,7 +47,7 @@ pub(super) struct Node {
 pub(super) struct Mesh {
     pub(super) name: String,
     pub(super) primitives: [Primitive; 1],
-    /// Names of the morph targets, by the convention that all importers follow.
+    /// Names of the morph targets under `targetNames`, a convention that importers follow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) extras: Option<Value>,
 }
@@ -58,16 +58,17 @@ pub(super) struct Primitive {
     pub(super) indices: Index,
     pub(super) material: Index,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(super) targets: Vec<Target>,
+    pub(super) targets: Vec<MorphTarget>,
 }
 
-/// Name and accessor: `POSITION`, `NORMAL`, `TEXCOORD_0`, `JOINTS_n`, `WEIGHTS_n`.
+/// Accessors of vertex attributes by name: `POSITION`, `NORMAL`, `TEXCOORD_0`, `JOINTS_n`,
+/// `WEIGHTS_n`.
 pub(super) type Attributes = std::collections::BTreeMap<String, Index>;
 
-/// A morph target: displacements.
+/// Accessors of a morph target's displacements.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "UPPERCASE")]
-pub(super) struct Target {
+pub(super) struct MorphTarget {
     pub(super) position: Index,
     pub(super) normal: Index,
 }
@@ -84,13 +85,13 @@ pub(super) struct Skin {
 #[derive(Debug, Serialize)]
 pub(super) struct Animation {
     pub(super) name: String,
-    pub(super) channels: Vec<Channel>,
+    pub(super) channels: Vec<AnimationChannel>,
     pub(super) samplers: Vec<Sampler>,
     pub(super) extras: Value,
 }
 
 #[derive(Debug, Serialize)]
-pub(super) struct Channel {
+pub(super) struct AnimationChannel {
     pub(super) sampler: Index,
     pub(super) target: ChannelTarget,
 }
@@ -126,7 +127,8 @@ pub(super) struct Accessor {
     pub(super) count: usize,
     #[serde(rename = "type")]
     pub(super) shape: &'static str,
-    /// As f64, which JSON's readers parse to: each is one of the values, to the bit.
+    /// Smallest value of each component. f64, because JSON readers parse to f64: printed from f32,
+    /// a bound would not be bit-equal to one of the values.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) min: Vec<f64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]

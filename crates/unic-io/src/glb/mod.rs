@@ -1,50 +1,68 @@
 //! Binary glTF 2.0 (`.glb`) of a character and its garment: one file that Blender, game engines and
 //! web pages open.
 //!
-//! | | how it is animated |
+//! | part | animation |
 //! |---|---|
-//! | body | a skin: rotations of the joints and the translation of the root, one key a frame |
-//! | garment | a morph target a frame from the second on, relative to the first, and their weights |
+//! | body | skin: one key a frame for the rotation of each joint and the translation of the root |
+//! | garment | one morph target a frame from the second on, relative to the first, with weights |
 //!
-//! The body as a skin is exact, takes kilobytes where one morph target a frame takes 24 bytes a vertex
-//! and frame, and leaves a rig that can be posed further. A vertex that more than four joints move has
-//! further sets of influences (`JOINTS_1`, `WEIGHTS_1`, ...): Blender reads all of them, three.js the
-//! first set alone, normalised again; the heaviest influences are in the first set.
-//! Readers that know no skins, trimesh among them, show the body in its bind pose.
+//! The body is a skin, because a skin is exact, can be posed further and takes kilobytes. Morph
+//! targets would take 24 bytes for each vertex and frame. A vertex with more than four influences
+//! has further sets (`JOINTS_1`, `WEIGHTS_1`, ...), the heaviest influences in the first. Blender
+//! reads all sets; three.js reads the first one and normalises it. Readers without skins, such as
+//! trimesh, show the body in its bind pose.
 //!
-//! A garment has no skeleton that says where its vertices are, so every frame is a shape. At the time
-//! of frame t the weight of its own shape is one and all others are zero; between two frames `LINEAR`
-//! interpolation of the weights is linear interpolation of the positions. The first frame is the mesh
-//! itself: that is what shows a reader without animation, beside the body in the same pose.
+//! The garment moves independently of the skeleton, and so every frame is a morph target. At the
+//! time of frame t the weight of its own target is one and all others are zero. Between two frames
+//! `LINEAR` interpolation of the weights interpolates the positions linearly. The first frame is
+//! the mesh itself: readers without animation show it, beside the body in the same pose.
 //!
-//! Vertices keep their order and number. Texture coordinates belong to corners here and to vertices in
-//! glTF, so that a vertex on a seam has copies: they come after all others, at the same place and with
-//! the same normal. Units and axes are glTF's own: metres, +Y up, the character faces +Z.
+//! Vertices keep their order and number. Texture coordinates belong to corners in this crate and to
+//! vertices in glTF. A vertex on a seam therefore has copies, which come after all other vertices
+//! and share its position and normal. Units and axes are those of glTF: metres, +Y up, the
+//! character faces +Z.
 //!
-//! Numbers are `f32`. `KHR_mesh_quantization` would halve the size, but a reader that does not know a
-//! required extension must refuse the file.
+//! Numbers are `f32`. `KHR_mesh_quantization` would halve the size, but a reader must refuse a file
+//! with a required extension that it does not know.
 //!
 //! Source: the glTF 2.0 specification, ISO/IEC 12113:2022.
 //!
 //! ```
 //! use glam::Vec3;
-//! use unic_core::{character::Character, mesh::TriMesh, skeleton::{Skeleton, SkeletonParts}, skinning::SkinningWeights};
+//! use unic_core::{
+//!     character::Character,
+//!     mesh::TriMesh,
+//!     skeleton::{Skeleton, SkeletonParts},
+//!     skinning::SkinningWeights,
+//! };
 //! use unic_io::glb::{GlbScene, GlbWriter};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let triangle = TriMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]])?;
+//! let root = SkeletonParts {
+//!     parents: vec![-1],
+//!     joints: vec![Vec3::ZERO],
+//!     ..Default::default()
+//! };
 //! let character = Character {
 //!     body: triangle.clone(),
-//!     skeleton: Skeleton::new(SkeletonParts { parents: vec![-1], joints: vec![Vec3::ZERO], ..Default::default() })?,
+//!     skeleton: Skeleton::new(root)?,
 //!     weights: SkinningWeights::from_dense(&[1.0; 3], 3, 1)?,
 //! };
-//! let scene = GlbScene { name: "wave", character: &character, garment: &triangle, fps: 30.0, frames: 2 };
+//! let scene = GlbScene {
+//!     name: "wave",
+//!     character: &character,
+//!     garment: &triangle,
+//!     fps: 30.0,
+//!     frames: 2,
+//! };
 //!
 //! let folder = tempfile::tempdir()?;
 //! let path = folder.path().join("wave.glb");
 //! let mut glb = GlbWriter::create(&path, &scene)?;
 //! for height in [0.0, 0.1] {
-//!     let garment: Vec<Vec3> = triangle.vertices.iter().map(|v| v + Vec3::Y * height).collect();
+//!     let garment = triangle.vertices.iter().map(|v| v + Vec3::Y * height);
+//!     let garment: Vec<Vec3> = garment.collect();
 //!     glb.push(&character.skeleton.bind_pose(), &garment)?;
 //! }
 //! glb.finish()?;
@@ -57,8 +75,9 @@ mod binary;
 mod body;
 mod document;
 mod json;
+mod morphs;
 mod seams;
-mod shapes;
+mod surface;
 mod tracks;
 mod writer;
 

@@ -1,25 +1,27 @@
-//! Texture coordinates by vertex instead of by corner.
+//! Splitting vertices at texture seams: texture coordinates for vertices instead of for corners.
 
 use crate::error::{Error, Result};
 use glam::{Vec2, Vec3};
 use std::{collections::HashMap, path::Path};
 use unic_core::mesh::{TriMesh, Uvs};
 
-/// Vertices and triangles of a mesh as glTF has them, where a vertex has one texture coordinate.
+/// Vertices and triangles of a mesh in which every vertex has one texture coordinate.
 ///
-/// The first vertices are those of the mesh, in its order; a vertex with n texture coordinates has
-/// n − 1 copies after all of them.
+/// The vertices of the mesh come first, in its order. A vertex with n texture coordinates has n − 1
+/// copies after all of them.
 #[derive(Debug)]
-pub(super) struct Seams {
-    /// The vertex of the mesh that each one is.
+pub(super) struct SeamSplit {
+    /// Vertex of the mesh that each vertex is a copy of.
     pub(super) sources: Vec<u32>,
-    /// One a vertex, v down; zero where no corner has any.
+    /// One texture coordinate for each vertex, v down; zero for a vertex that no corner uses.
     pub(super) uvs: Option<Vec<Vec2>>,
-    /// Indices into `sources`.
+    /// Triangles, as indices into `sources`.
     pub(super) faces: Vec<[u32; 3]>,
 }
 
-impl Seams {
+impl SeamSplit {
+    /// Splits the vertices of a mesh; `path` is used in errors only.
+    ///
     /// # Errors
     /// No triangle, an index out of range, positions or texture coordinates that are not finite.
     pub(super) fn new(path: &Path, mesh: &TriMesh) -> Result<Self> {
@@ -44,6 +46,8 @@ impl Seams {
     }
 
     fn split(mut sources: Vec<u32>, faces: &[[u32; 3]], uvs: &Uvs) -> Self {
+        // The first texture coordinate of a vertex stays at the vertex itself; each other one makes
+        // a copy, which all corners with that coordinate share.
         let mut first: Vec<Option<u32>> = vec![None; sources.len()];
         let mut copies = HashMap::new();
         let mut coordinates = vec![Vec2::ZERO; sources.len()];
@@ -74,13 +78,14 @@ impl Seams {
         self.sources.len()
     }
 
-    /// Values of the mesh's vertices at these vertices, into `out`.
+    /// Copies values of the mesh's vertices to all vertices, into `out`.
     pub(super) fn spread(&self, values: &[Vec3], out: &mut Vec<Vec3>) {
         out.clear();
         out.extend(self.sources.iter().map(|&v| values[v as usize]));
     }
 }
 
+/// Flips v: glTF's texture coordinates begin at the upper left corner, OBJ's at the lower left.
 fn v_down(uv: Vec2) -> Vec2 {
     Vec2::new(uv.x, 1.0 - uv.y)
 }
@@ -134,7 +139,7 @@ mod tests {
             corners in prop::collection::vec([0_u32..5, 0..5, 0..5], 1..40),
         ) {
             let mesh = strip(&corners);
-            let seams = Seams::new("a.glb".as_ref(), &mesh).unwrap();
+            let seams = SeamSplit::new("a.glb".as_ref(), &mesh).unwrap();
             let uvs = seams.uvs.as_ref().unwrap();
             for (t, face) in seams.faces.iter().enumerate() {
                 for c in 0..3 {
@@ -161,7 +166,7 @@ mod tests {
             let mut uvs = mesh.uvs.take().unwrap();
             change(&mut mesh, &mut uvs);
             mesh.uvs = Some(uvs);
-            Seams::new("a.glb".as_ref(), &mesh).is_err()
+            SeamSplit::new("a.glb".as_ref(), &mesh).is_err()
         };
         assert!(!refused(|_, _| ()));
         assert!(refused(|mesh, uvs| {

@@ -1,37 +1,35 @@
-//! Key frames of the skeleton.
+//! Collecting and writing the key frames of the skeleton.
 
 use super::{
-    binary::{Binary, Usage},
-    json::{Channel, ChannelTarget, Index, Node, Property, Sampler},
+    binary::{BinaryWriter, BufferUsage},
+    json::{AnimationChannel, ChannelTarget, Index, Node, Property, Sampler},
 };
 use crate::error::Result;
 use glam::{Quat, Vec3};
-use unic_core::{
-    skeleton::{Pose, Skeleton},
-    transform::Rigid,
-};
+use unic_core::{Pose, skeleton::Skeleton, transform::Rigid};
 
-/// What every frame says about the joints. Node j is joint j.
+/// Key frames of all joints. Node j of the file is joint j.
 #[derive(Debug)]
-pub(super) struct Tracks {
+pub(super) struct JointTracks {
     skeleton: Skeleton,
-    /// World position of the root, one a frame.
+    /// World position of the root joint in each frame, metres.
     root: Vec<Vec3>,
-    /// Local rotations, by joint and frame.
+    /// Local rotations of each joint in each frame.
     rotations: Vec<Vec<Quat>>,
 }
 
-/// Channels of an animation and what they sample.
+/// Channels of an animation, and the samplers that they read.
 #[derive(Default)]
 pub(super) struct Curves {
-    pub(super) channels: Vec<Channel>,
+    pub(super) channels: Vec<AnimationChannel>,
     pub(super) samplers: Vec<Sampler>,
 }
 
 impl Curves {
-    /// Moves a property of a node from key to key.
+    /// Adds a linearly interpolated curve of a node's property: `input` is the accessor of the
+    /// times, `output` that of the values.
     pub(super) fn add(&mut self, node: Index, path: Property, input: Index, output: Index) {
-        self.channels.push(Channel {
+        self.channels.push(AnimationChannel {
             sampler: self.samplers.len(),
             target: ChannelTarget { node, path },
         });
@@ -43,7 +41,7 @@ impl Curves {
     }
 }
 
-impl Tracks {
+impl JointTracks {
     pub(super) fn new(skeleton: &Skeleton) -> Self {
         Self {
             rotations: vec![Vec::new(); skeleton.len()],
@@ -62,24 +60,27 @@ impl Tracks {
         self.skeleton.len()
     }
 
+    /// Adds the pose of the next frame.
     pub(super) fn push(&mut self, pose: &Pose) {
         self.root
             .push(self.skeleton.joints()[self.skeleton.root()] + pose.trans);
         for (keys, rotation) in self.rotations.iter_mut().zip(&pose.local) {
             let rotation = rotation.normalize();
-            // Of the two quaternions of a rotation the nearer one: readers that interpolate the four
-            // numbers, Blender among them, would go the long way round to the other.
-            let turned = keys.last().is_some_and(|last| last.dot(rotation) < 0.0);
-            keys.push(if turned { -rotation } else { rotation });
+            // A rotation has two quaternions, q and −q. The one nearer to the previous key is
+            // taken: readers that interpolate the four numbers, such as Blender, would otherwise
+            // rotate the long way round.
+            let is_opposite = keys.last().is_some_and(|last| last.dot(rotation) < 0.0);
+            keys.push(if is_opposite { -rotation } else { rotation });
         }
     }
 
-    /// Root of the joints.
+    /// Node of the root joint.
     pub(super) fn root_node(&self) -> Index {
         self.skeleton.root()
     }
 
-    /// The joints in the first frame's pose, so that a still picture of the file is that frame.
+    /// Returns the nodes of the joints in the pose of the first frame, which readers without
+    /// animation show.
     pub(super) fn nodes(&self) -> Vec<Node> {
         let mut bind_from_joint = Vec::new();
         self.skeleton
@@ -109,13 +110,13 @@ impl Tracks {
         }
     }
 
-    /// Writes the keys; `times` is the accessor of their times.
-    pub(super) fn write(&self, times: Index, binary: &mut Binary) -> Result<Curves> {
+    /// Writes all keys; `times` is the accessor of their times.
+    pub(super) fn write(&self, times: Index, binary: &mut BinaryWriter) -> Result<Curves> {
         let mut curves = Curves::default();
-        let output = binary.write(Usage::Data, &self.root)?;
+        let output = binary.write(BufferUsage::Data, &self.root)?;
         curves.add(self.skeleton.root(), Property::Translation, times, output);
         for (joint, keys) in self.rotations.iter().enumerate() {
-            let output = binary.write(Usage::Data, keys)?;
+            let output = binary.write(BufferUsage::Data, keys)?;
             curves.add(joint, Property::Rotation, times, output);
         }
         Ok(curves)

@@ -1,12 +1,12 @@
-//! One frame after the other into a GLB.
+//! Writing a GLB frame by frame.
 
 use super::{
-    binary::Binary,
+    binary::BinaryWriter,
     body::{self, SkinnedMesh},
     document::Document,
-    seams::Seams,
-    shapes::Morphs,
-    tracks::Tracks,
+    morphs::MorphWriter,
+    seams::SeamSplit,
+    tracks::JointTracks,
 };
 use crate::{
     error::{Error, Result},
@@ -14,17 +14,20 @@ use crate::{
 };
 use glam::Vec3;
 use std::path::{Path, PathBuf};
-use unic_core::{character::Character, mesh::TriMesh, skeleton::Pose};
+use unic_core::{Pose, character::Character, mesh::TriMesh};
 
-/// Most frames of one file. Each is a morph target, and readers hold all targets in memory: ten
-/// seconds at 30 frames a second are what they take well.
+/// Largest number of frames of one file. Each frame is a morph target, and readers hold all targets
+/// in memory: they handle ten seconds at 30 fps well.
 pub const MAX_FRAMES: usize = 300;
 
-/// Positions and normals of all frames may take this many bytes, which leaves room below the 4 GiB
-/// of the format for everything else.
+/// Largest size of the positions and normals of all frames, bytes. The rest of the file fits
+/// between this and the 4 GiB of the format.
 const MAX_FRAME_BYTES: u64 = 3 << 30;
 
-/// What is animated, and for how long.
+/// Frame rates whose frame times ascend in f32 over [`MAX_FRAMES`] frames, Hz.
+const FRAME_RATES: std::ops::RangeInclusive<f32> = 1e-3..=1e6;
+
+/// Content and length of an animation.
 #[derive(Clone, Copy, Debug)]
 pub struct GlbScene<'a> {
     /// Name of the animation and of the scene.
@@ -35,14 +38,15 @@ pub struct GlbScene<'a> {
     pub garment: &'a TriMesh,
     /// Frames per second.
     pub fps: f32,
-    /// Number of frames that will come, 1 to [`MAX_FRAMES`].
+    /// Number of frames that will be pushed, 1 to [`MAX_FRAMES`].
     pub frames: usize,
 }
 
-/// Writes a GLB, one frame at a time, atomically; the [module](super) tells what is in it.
+/// Writer of a GLB, one frame at a time. The file appears when it is complete; [`crate::glb`]
+/// describes its content.
 ///
-/// Frames wait in an unnamed file of the same folder; memory holds two frames of the garment and the
-/// poses.
+/// Frames are collected in an unnamed temporary file of the same folder. Memory holds two frames of
+/// the garment and all poses.
 #[derive(Debug)]
 pub struct GlbWriter {
     path: PathBuf,
@@ -50,26 +54,26 @@ pub struct GlbWriter {
     fps: f32,
     frames: usize,
     garment_vertices: usize,
-    binary: Binary,
+    binary: BinaryWriter,
     body: SkinnedMesh,
-    morphs: Morphs,
-    tracks: Tracks,
+    morphs: MorphWriter,
+    tracks: JointTracks,
 }
 
 impl GlbWriter {
-    /// Starts a file; everything that can be wrong with the scene is found here.
+    /// Starts a file. All faults of the scene are reported here, before the first frame.
     ///
     /// # Errors
-    /// No frame or more than [`MAX_FRAMES`], so many vertices that the file would outgrow 4 GiB, a
-    /// frame rate that is not positive, a mesh without triangles or with broken indices, skinning
-    /// weights of another body, a folder that cannot be written to.
+    /// No frame or more than [`MAX_FRAMES`]; a file of more than 4 GiB; a frame rate outside 0.001
+    /// to 1,000,000 Hz; a mesh without triangles or with indices out of range; skinning weights of
+    /// another body; a folder that cannot be written to.
     pub fn create(path: &Path, scene: &GlbScene<'_>) -> Result<Self> {
         check_timing(path, scene)?;
         check_weights(path, scene.character)?;
-        let seams = Seams::new(path, scene.garment)?;
+        let seams = SeamSplit::new(path, scene.garment)?;
         check_size(path, scene.frames, seams.len())?;
-        let body_seams = Seams::new(path, &scene.character.body)?;
-        let mut binary = Binary::create(path)?;
+        let body_seams = SeamSplit::new(path, &scene.character.body)?;
+        let mut binary = BinaryWriter::create(path)?;
         Ok(Self {
             path: path.to_path_buf(),
             name: scene.name.to_owned(),
@@ -77,18 +81,18 @@ impl GlbWriter {
             frames: scene.frames,
             garment_vertices: scene.garment.vertices.len(),
             body: body::write(scene.character, &body_seams, &mut binary)?,
-            morphs: Morphs::new(seams, scene.garment.faces.clone()),
-            tracks: Tracks::new(&scene.character.skeleton),
+            morphs: MorphWriter::new(seams, scene.garment.faces.clone()),
+            tracks: JointTracks::new(&scene.character.skeleton),
             binary,
         })
     }
 
-    /// Adds a frame: the pose of the body, and one position a vertex of the garment, metres, world
-    /// space.
+    /// Adds a frame: the pose of the body, and one position for each vertex of the garment, in
+    /// metres, world space.
     ///
     /// # Errors
-    /// More frames than announced, another number of vertices or joints, numbers that are not finite,
-    /// a full disk.
+    /// More frames than announced; another number of vertices or joints; numbers that are not
+    /// finite; a full disk.
     pub fn push(&mut self, pose: &Pose, garment: &[Vec3]) -> Result<()> {
         if self.tracks.len() == self.frames {
             return Err(self.wrong_count("a further one".into()));
@@ -104,7 +108,7 @@ impl GlbWriter {
         Ok(())
     }
 
-    /// Completes the file and gives it its name.
+    /// Completes the file and gives it its final name.
     ///
     /// # Errors
     /// Fewer frames than announced; the file cannot be written.
@@ -154,8 +158,8 @@ fn check_timing(path: &Path, scene: &GlbScene<'_>) -> Result<()> {
         );
         return Err(Error::content(path, expected, scene.frames.to_string()));
     }
-    // Times must ascend, which the reciprocal of an extreme rate would not.
-    if !(scene.fps >= 1e-3 && scene.fps <= 1e6) {
+    // `contains` is false for NaN.
+    if !FRAME_RATES.contains(&scene.fps) {
         let expected = "a frame rate of 0.001 to 1000000 Hz";
         return Err(Error::content(path, expected, scene.fps.to_string()));
     }

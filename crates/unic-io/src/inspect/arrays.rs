@@ -1,11 +1,14 @@
-//! Numpy files and vertex animations.
+//! Summaries of numpy files and vertex animations.
 
-use super::{Kind, Report, mesh, motion};
+use super::{
+    mesh, motion,
+    report::{FileKind, Inspection},
+};
 use crate::{
     cache::read_vertex_cache,
     character::read_character,
     check,
-    frames::VertexFrames,
+    frames::{FrameVertex, VertexFrames},
     npy::{self, Header},
     npz::Npz,
     pc2,
@@ -15,47 +18,48 @@ use serde_json::json;
 use std::path::Path;
 use unic_core::character::Character;
 
-pub(super) fn npz(path: &Path) -> Report {
-    let mut report = Report::new(path, Kind::Npz);
-    let Some(mut npz) = report.take(Npz::open(path)) else {
+pub(super) fn npz(path: &Path) -> Inspection {
+    let mut report = Inspection::new(path, FileKind::Npz);
+    let Some(mut npz) = report.ok_or_problem(Npz::open(path)) else {
         return report;
     };
     let kind = kind_of(&npz);
     report.kind = kind;
     for name in npz.names().to_vec() {
-        if let Some(header) = report.take(npz.header(&name)) {
+        if let Some(header) = report.ok_or_problem(npz.header(&name)) {
             array(&mut report, &name, &header);
         }
     }
     match kind {
-        Kind::Character => {
-            if let Some(character) = report.take(read_character(path)) {
+        FileKind::Character => {
+            if let Some(character) = report.ok_or_problem(read_character(path)) {
                 describe_character(&mut report, &character);
             }
         }
-        Kind::Motion => motion::describe(&mut report, &mut npz),
-        Kind::VertexAnimation => vertex_cache(&mut report),
+        FileKind::Motion => motion::describe(&mut report, &mut npz),
+        FileKind::VertexAnimation => vertex_cache(&mut report),
         _ => {}
     }
     report
 }
 
-fn kind_of(npz: &Npz) -> Kind {
+/// Classifies an npz by the names of its arrays.
+fn kind_of(npz: &Npz) -> FileKind {
     let has = |names: &[&str]| names.iter().all(|n| npz.contains(n));
     if has(&["vertices", "joints", "weights"]) {
-        Kind::Character
+        FileKind::Character
     } else if has(&["poses"]) || has(&["pose"]) {
-        Kind::Motion
+        FileKind::Motion
     } else if has(&["vertices", "fps"]) {
-        Kind::VertexAnimation
+        FileKind::VertexAnimation
     } else if has(&["weights"]) || has(&["pinned"]) || has(&["mask"]) {
-        Kind::Garment
+        FileKind::Garment
     } else {
-        Kind::Npz
+        FileKind::Npz
     }
 }
 
-fn array(report: &mut Report, name: &str, header: &Header) {
+fn array(report: &mut Inspection, name: &str, header: &Header) {
     let order = if header.fortran_order {
         ", Fortran order"
     } else {
@@ -67,13 +71,13 @@ fn array(report: &mut Report, name: &str, header: &Header) {
         format!("{} {shape}{order}", header.dtype),
         json!({ "type": header.dtype.to_string(), "shape": header.shape }),
     );
-    if matches!(header.dtype.kind, npy::Kind::Object | npy::Kind::Other) {
+    if matches!(header.dtype.kind, npy::DtypeKind::Object | npy::DtypeKind::Other) {
         let dtype = header.dtype;
         report.problem(format!("array `{name}`: expected numbers or text, found {dtype}"));
     }
 }
 
-pub(super) fn describe_character(report: &mut Report, character: &Character) {
+pub(super) fn describe_character(report: &mut Inspection, character: &Character) {
     let Character {
         body,
         skeleton,
@@ -100,9 +104,9 @@ pub(super) fn describe_character(report: &mut Report, character: &Character) {
     report.findings(check::character(character));
 }
 
-pub(super) fn npy(path: &Path) -> Report {
-    let mut report = Report::new(path, Kind::Npy);
-    if let Some(header) = report.take(npy::read_npy_header(path)) {
+pub(super) fn npy(path: &Path) -> Inspection {
+    let mut report = Inspection::new(path, FileKind::Npy);
+    if let Some(header) = report.ok_or_problem(npy::read_npy_header(path)) {
         array(&mut report, "data", &header);
         if header.shape.len() == 3 && header.shape[2] == 3 {
             vertex_cache(&mut report);
@@ -111,15 +115,15 @@ pub(super) fn npy(path: &Path) -> Report {
     report
 }
 
-pub(super) fn mesh_sequence(folder: &Path) -> Report {
-    let mut report = Report::new(folder, Kind::MeshSequence);
+pub(super) fn mesh_sequence(folder: &Path) -> Inspection {
+    let mut report = Inspection::new(folder, FileKind::MeshSequence);
     vertex_cache(&mut report);
     report
 }
 
-pub(super) fn point_cache(path: &Path) -> Report {
-    let mut report = Report::new(path, Kind::PointCache);
-    if let Some(cache) = report.take(pc2::read_pc2(path)) {
+pub(super) fn point_cache(path: &Path) -> Inspection {
+    let mut report = Inspection::new(path, FileKind::PointCache);
+    if let Some(cache) = report.ok_or_problem(pc2::read_pc2(path)) {
         report.fact("start frame", cache.start_frame);
         report.fact("frames a sample", cache.frames_per_sample);
         describe_frames(&mut report, &cache.frames);
@@ -127,9 +131,9 @@ pub(super) fn point_cache(path: &Path) -> Report {
     report
 }
 
-fn vertex_cache(report: &mut Report) {
+fn vertex_cache(report: &mut Inspection) {
     let path = report.path.clone();
-    let Some(cache) = report.take(read_vertex_cache(&path)) else {
+    let Some(cache) = report.ok_or_problem(read_vertex_cache(&path)) else {
         return;
     };
     describe_frames(report, &cache.frames);
@@ -146,15 +150,16 @@ fn vertex_cache(report: &mut Report) {
     }
 }
 
-fn describe_frames(report: &mut Report, frames: &VertexFrames) {
+fn describe_frames(report: &mut Inspection, frames: &VertexFrames) {
     report.fact("frames", frames.len());
     report.fact("vertices", frames.vertex_count());
-    if let Some((t, v)) = frames.first_not_finite() {
-        let found = frames.frame(t)[v];
-        let place = format!("frame {t}, vertex {v}");
+    if let Some(FrameVertex { frame, vertex }) = frames.first_non_finite() {
+        let found = frames.frame(frame)[vertex];
+        let place = format!("frame {frame}, vertex {vertex}");
         report.problem(format!("{place}: expected a finite position, found {found}"));
         return;
     }
+    // Bounds over all frames only after the check: minima and maxima skip NaN silently.
     let all = frames.iter().flatten().copied();
     let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     let (low, high) = all.fold(start, |(low, high), v| (low.min(v), high.max(v)));

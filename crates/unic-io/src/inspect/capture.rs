@@ -1,6 +1,9 @@
-//! Captures.
+//! Summaries of captures.
 
-use super::{Kind, Report, arrays, mesh};
+use super::{
+    arrays, mesh,
+    report::{FileKind, Inspection},
+};
 use crate::{
     capture::{Capture, CapturedClip, Split, WeightsSource},
     check, counted,
@@ -9,9 +12,9 @@ use serde_json::json;
 use std::path::Path;
 use unic_core::surface::Surface;
 
-pub(super) fn inspect(root: &Path) -> Report {
-    let mut report = Report::new(root, Kind::Capture);
-    let Some(capture) = report.take(Capture::open(root)) else {
+pub(super) fn inspect(root: &Path) -> Inspection {
+    let mut report = Inspection::new(root, FileKind::Capture);
+    let Some(capture) = report.ok_or_problem(Capture::open(root)) else {
         return report;
     };
     let manifest = &capture.manifest;
@@ -28,7 +31,7 @@ pub(super) fn inspect(root: &Path) -> Report {
     report
 }
 
-fn contacts(report: &mut Report, capture: &Capture) {
+fn contacts(report: &mut Inspection, capture: &Capture) {
     let names = capture.character.skeleton.names();
     let contacts: Vec<&str> = (capture.contact_joints.iter())
         .filter_map(|&j| names.get(j).map(String::as_str))
@@ -36,7 +39,7 @@ fn contacts(report: &mut Report, capture: &Capture) {
     report.measured("contact joints", contacts.join(" "), json!(contacts));
 }
 
-fn garment(report: &mut Report, capture: &Capture) {
+fn garment(report: &mut Inspection, capture: &Capture) {
     let rest = &capture.garment.rest;
     mesh::describe(report, "garment", rest);
     report.fact(
@@ -66,8 +69,8 @@ fn garment(report: &mut Report, capture: &Capture) {
     report.findings(check::garment(rest, &capture.character));
 }
 
-fn clips(report: &mut Report, capture: &Capture) {
-    let Some(on_disk) = report.take(capture.clips_on_disk()) else {
+fn clips(report: &mut Inspection, capture: &Capture) {
+    let Some(on_disk) = report.ok_or_problem(capture.clips_on_disk()) else {
         return;
     };
     let (mut frames, mut seconds) = (0, 0.0);
@@ -76,7 +79,7 @@ fn clips(report: &mut Report, capture: &Capture) {
         if split.is_none() {
             report.problem(format!("clip `{name}`: expected it in a split, found it in none"));
         }
-        let Some(clip) = report.take(capture.load_clip(name)) else {
+        let Some(clip) = report.ok_or_problem(capture.load_clip(name)) else {
             continue;
         };
         frames += clip.clip.len();
@@ -106,7 +109,7 @@ fn clips(report: &mut Report, capture: &Capture) {
     }
 }
 
-fn describe_mask(report: &mut Report, mask: &[f32]) {
+fn describe_mask(report: &mut Inspection, mask: &[f32]) {
     let count = |share: f32| mask.iter().filter(|m| **m == share).count();
     let (skinned, whole) = (count(0.0), count(1.0));
     let between = mask.len() - skinned - whole;
@@ -115,7 +118,7 @@ fn describe_mask(report: &mut Report, mask: &[f32]) {
     report.measured("mask", text, value);
 }
 
-fn describe_clip(report: &mut Report, capture: &Capture, clip: &CapturedClip, split: Option<Split>) {
+fn describe_clip(report: &mut Inspection, capture: &Capture, clip: &CapturedClip, split: Option<Split>) {
     let distance = check::distance_to_skinning(capture, clip);
     let (frames, seconds) = (clip.clip.len(), clip.clip.seconds());
     let mut extras = String::new();

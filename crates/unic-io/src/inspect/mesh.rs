@@ -1,6 +1,6 @@
-//! Meshes.
+//! Summaries of meshes.
 
-use super::{Kind, Report};
+use super::report::{FileKind, Inspection};
 use crate::{
     check::{self, bounds},
     obj,
@@ -13,17 +13,17 @@ use unic_core::{
     topology::{components, edges, weld},
 };
 
-pub(super) fn inspect(path: &Path) -> Report {
-    let mut report = Report::new(path, Kind::Mesh);
-    if let Some(mesh) = report.take(obj::read_obj(path)) {
+pub(super) fn inspect(path: &Path) -> Inspection {
+    let mut report = Inspection::new(path, FileKind::Mesh);
+    if let Some(mesh) = report.ok_or_problem(obj::read_obj(path)) {
         describe(&mut report, "mesh", &mesh);
         report.findings(check::mesh("mesh", &mesh));
     }
     report
 }
 
-/// Counts and size of a mesh, each named after `what` it is.
-pub(super) fn describe(report: &mut Report, what: &str, mesh: &TriMesh) {
+/// Adds counts and sizes of a mesh; `what` begins the name of each fact.
+pub(super) fn describe(report: &mut Inspection, what: &str, mesh: &TriMesh) {
     let (vertices, faces) = (mesh.vertices.len(), mesh.faces.len());
     let uvs = if mesh.uvs.is_some() { "with UVs" } else { "no UVs" };
     report.measured(
@@ -34,7 +34,7 @@ pub(super) fn describe(report: &mut Report, what: &str, mesh: &TriMesh) {
     if let Some((low, high)) = bounds(&mesh.vertices) {
         extent(report, format!("{what} extent"), low, high);
     }
-    let (_, panels) = components(vertices, &mesh.faces);
+    let panels = components(vertices, &mesh.faces).count;
     let distinct = distinct_places(&mesh.vertices);
     report.measured(
         format!("{what} parts"),
@@ -56,6 +56,7 @@ pub(super) fn describe(report: &mut Report, what: &str, mesh: &TriMesh) {
     );
 }
 
+/// Number of different positions: vertices at one place count once.
 fn distinct_places(vertices: &[Vec3]) -> usize {
     let first = weld(vertices);
     first
@@ -72,7 +73,7 @@ fn median_edge(mesh: &TriMesh) -> Option<f32> {
     lengths.get(lengths.len() / 2).copied()
 }
 
-/// Edges of one face alone.
+/// Number of edges that belong to one face only.
 fn open_edges(mesh: &TriMesh) -> usize {
     let mut faces_at: HashMap<(u32, u32), u32> = HashMap::new();
     for &[a, b, c] in &mesh.faces {
@@ -83,8 +84,8 @@ fn open_edges(mesh: &TriMesh) -> usize {
     faces_at.values().filter(|count| **count == 1).count()
 }
 
-/// Size and height of the box between two corners.
-pub(super) fn extent(report: &mut Report, name: String, low: Vec3, high: Vec3) {
+/// Adds the size and height of the box between two corners.
+pub(super) fn extent(report: &mut Inspection, name: String, low: Vec3, high: Vec3) {
     let size = high - low;
     report.measured(
         name,

@@ -1,20 +1,20 @@
-//! Models: the safetensors header, and whether the bytes are those that were written.
+//! Summaries of models: the safetensors header and the checksum.
 
-use super::{Kind, Report};
+use super::report::{FileKind, Inspection};
 use crate::error::{Error, Result};
 use serde_json::{Map, Value, json};
 use std::{fs::File, io::Read, path::Path};
-use unic_core::{ModelFileError, verify_checksum};
+use unic_core::{ModelFileError, model_file::verify_checksum};
 
-/// The format's own limit.
-const LONGEST_HEADER: u64 = 100_000_000;
+/// Longest header, bytes: the format's own limit.
+const MAX_HEADER: u64 = 100_000_000;
 
-/// Longer metadata is cut in a report.
-const LONGEST_VALUE: usize = 200;
+/// Length to which metadata values are cut, characters.
+const MAX_VALUE: usize = 200;
 
-pub(super) fn inspect(path: &Path) -> Report {
-    let mut report = Report::new(path, Kind::Model);
-    let Some(header) = report.take(read_header(path)) else {
+pub(super) fn inspect(path: &Path) -> Inspection {
+    let mut report = Inspection::new(path, FileKind::Model);
+    let Some(header) = report.ok_or_problem(read_header(path)) else {
         return report;
     };
     for (key, value) in metadata(&header) {
@@ -37,21 +37,22 @@ pub(super) fn inspect(path: &Path) -> Report {
     report
 }
 
-fn checksum(report: &mut Report) {
+fn checksum(report: &mut Inspection) {
     let path = report.path.clone();
-    let Some(bytes) = report.take(std::fs::read(&path).map_err(Error::io(&path, "read"))) else {
+    let Some(bytes) = report.ok_or_problem(std::fs::read(&path).map_err(Error::io(&path, "read"))) else {
         return;
     };
     match verify_checksum(&bytes) {
         Ok(Some(_)) => report.fact("checksum", "as written"),
         Ok(None) => report.fact("checksum", "none: the file was written before there was one"),
-        // Tensors of somebody else.
+        // Tensors of another program have no checksum of this project.
         Err(ModelFileError::NotUnic) => {}
         Err(error) => report.problem(format!("{}: {error}", path.display())),
     }
 }
 
-/// Metadata values are strings; those that hold a JSON object themselves are opened.
+/// Returns the metadata as pairs of key and text. Values are strings; a string that is a JSON
+/// object yields a pair for each of its keys.
 fn metadata(header: &Map<String, Value>) -> Vec<(String, String)> {
     let Some(Value::Object(metadata)) = header.get("__metadata__") else {
         return Vec::new();
@@ -69,8 +70,9 @@ fn metadata(header: &Map<String, Value>) -> Vec<(String, String)> {
     facts
 }
 
+/// Cuts a long value.
 fn shortened(value: &str) -> String {
-    match value.char_indices().nth(LONGEST_VALUE) {
+    match value.char_indices().nth(MAX_VALUE) {
         None => value.into(),
         Some((end, _)) => format!("{}...", &value[..end]),
     }
@@ -82,7 +84,8 @@ fn read_header(path: &Path) -> Result<Map<String, Value>> {
     let mut prefix = [0; 8];
     file.read_exact(&mut prefix).map_err(Error::io(path, "read"))?;
     let declared = u64::from_le_bytes(prefix);
-    if declared > LONGEST_HEADER.min(length.saturating_sub(8)) {
+    // Checked before the header is read: a damaged length must not allocate gigabytes.
+    if declared > MAX_HEADER.min(length.saturating_sub(8)) {
         let found = format!("a header of {declared} bytes in a file of {length}");
         return Err(Error::content(path, "a model (safetensors)", found));
     }

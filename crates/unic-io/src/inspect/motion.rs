@@ -1,21 +1,23 @@
-//! Motion files.
+//! Summaries of motion files.
 
-use super::{Kind, Report};
+use super::report::{FileKind, Inspection};
 use crate::{
     bvh::Bvh,
     check,
-    motion::{Joints, MotionArrays, POSE_NAMES, UpAxis},
+    motion::{JointTarget, MotionArrays, POSE_NAMES, RootSpeed, max_root_speed},
     npz::Npz,
-    retarget::{BoneMap, Source},
+    retarget::{BoneMap, RetargetSource},
+    up_axis::UpAxis,
 };
 use glam::Vec3;
 use serde_json::json;
 use std::path::Path;
 use unic_core::clip::Clip;
 
-pub(super) fn describe(report: &mut Report, npz: &mut Npz) {
-    let name = npz.first_of(&POSE_NAMES).unwrap_or(POSE_NAMES[0]);
-    let Some(header) = report.take(npz.header(name)) else {
+/// Adds facts about the motion in an npz, for any number of joints.
+pub(super) fn describe(report: &mut Inspection, npz: &mut Npz) {
+    let name = npz.first_present(&POSE_NAMES).unwrap_or(POSE_NAMES[0]);
+    let Some(header) = report.ok_or_problem(npz.header(name)) else {
         return;
     };
     let numbers = header
@@ -25,9 +27,9 @@ pub(super) fn describe(report: &mut Report, npz: &mut Npz) {
         .try_fold(1_usize, |n, &e| n.checked_mul(e));
     let numbers = numbers.unwrap_or(0);
     report.fact("layout", layout_text(numbers));
-    // 75 numbers are 24 joints and a translation.
+    // 75 numbers are SMPL's 24 joints and a translation.
     let joints = if numbers == 75 { 24 } else { numbers / 3 };
-    if let Some(arrays) = report.take(MotionArrays::read(npz, &Joints::Count(joints))) {
+    if let Some(arrays) = report.ok_or_problem(MotionArrays::read(npz, &JointTarget::Count(joints))) {
         let notes = arrays.notes.clone();
         notes.iter().for_each(|note| report.fact("note", note.as_str()));
         report.findings(arrays.findings.clone());
@@ -35,10 +37,10 @@ pub(super) fn describe(report: &mut Report, npz: &mut Npz) {
     }
 }
 
-/// A BVH file: its skeleton, and what an import would take it for.
-pub(super) fn bvh(path: &Path) -> Report {
-    let mut report = Report::new(path, Kind::Motion);
-    let Some(bvh) = report.take(Bvh::read(path)) else {
+/// Summarises a BVH file: its skeleton, and the unit and up axis that an import would assume.
+pub(super) fn bvh(path: &Path) -> Inspection {
+    let mut report = Inspection::new(path, FileKind::Motion);
+    let Some(bvh) = report.ok_or_problem(Bvh::read(path)) else {
         return report;
     };
     report.fact("layout", "BVH");
@@ -47,8 +49,8 @@ pub(super) fn bvh(path: &Path) -> Report {
     report.fact("frames", bvh.len());
     report.fact("frames per second", bvh.fps());
     seconds(&mut report, bvh.len().saturating_sub(1) as f32 / bvh.fps());
-    let source = Source::new(path, &bvh, &BoneMap::default(), UpAxis::Auto);
-    if let Some(source) = report.take(source) {
+    let source = RetargetSource::new(path, &bvh, &BoneMap::default(), UpAxis::Auto);
+    if let Some(source) = report.ok_or_problem(source) {
         source
             .notes
             .iter()
@@ -68,7 +70,7 @@ fn layout_text(numbers: usize) -> String {
     format!("{numbers} numbers a frame: {family}")
 }
 
-fn describe_clip(report: &mut Report, clip: &Clip) {
+fn describe_clip(report: &mut Inspection, clip: &Clip) {
     report.fact("frames", clip.len());
     report.fact("frames per second", clip.fps);
     seconds(report, clip.seconds());
@@ -84,21 +86,16 @@ fn describe_clip(report: &mut Report, clip: &Clip) {
         format!("{axis}, guessed from the root's mean up direction {up:.2}"),
         json!({ "axis": axis, "mean_up": up.to_array() }),
     );
-    let steps = clip
-        .poses
-        .windows(2)
-        .map(|p| p[0].trans.distance(p[1].trans) * clip.fps);
-    let fastest = steps.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
-    if let Some((t, speed)) = fastest {
+    if let Some(RootSpeed { frame, speed }) = max_root_speed(clip) {
         report.measured(
             "fastest root",
-            format!("{speed:.2} m/s at frame {t}"),
-            json!({ "m_per_s": speed, "frame": t }),
+            format!("{speed:.2} m/s at frame {frame}"),
+            json!({ "m_per_s": speed, "frame": frame }),
         );
     }
     report.findings(check::motion(clip, None));
 }
 
-fn seconds(report: &mut Report, seconds: f32) {
+fn seconds(report: &mut Inspection, seconds: f32) {
     report.measured("seconds", format!("{seconds:.2}"), json!(seconds));
 }

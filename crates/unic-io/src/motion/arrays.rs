@@ -1,99 +1,68 @@
-//! The arrays of a motion file, and the layouts that they come in.
+//! Reading the arrays of a motion npz.
 
-use super::joints::{Joints, Order, Sources};
+use super::{
+    joints::{JointMapping, JointSources, JointTarget},
+    layout::PoseLayout,
+    plausibility::degrees,
+};
 use crate::{
-    character::positions,
-    check::{self, Finding},
     error::{Error, Result},
+    finding::Finding,
+    frame_rate::check_frame_rate,
     npy::{self, Array, Dim},
     npz::Npz,
 };
 use glam::Vec3;
-use unic_core::{
-    clip::Clip,
-    skeleton::{Pose, SMPL_JOINT_NAMES},
-};
+use unic_core::{Pose, clip::Clip};
 
+/// Names of the array of rotations.
 pub(crate) const POSE_NAMES: [&str; 2] = ["poses", "pose"];
+/// Names of the frame rate.
 const FRAME_RATE_NAMES: [&str; 4] = ["mocap_framerate", "mocap_frame_rate", "fps", "framerate"];
 
-/// Key of the air's velocity, m/s, world space, one a frame.
+/// Name of the array of air velocities: one vector for each frame, m/s, world space.
 pub(crate) const WIND_NAME: &str = "wind";
-/// Key of the ground's height in metres, when it is not 0.
+/// Name of the ground's height in metres; 0 without it.
 pub(crate) const GROUND_HEIGHT_NAME: &str = "ground_height";
 
-/// Joints of the SMPL family that carry the body: the rest are hands, jaw and eyes.
-const BODY_JOINTS: usize = 22;
+/// Length of a rotation vector that counts as longer than a whole turn, radians: 2 π = 6.283 with a
+/// margin for rounding.
+const WHOLE_TURN: f32 = 6.4;
 
-/// Longer rotations are seldom, radians.
-const MORE_THAN_A_TURN: f32 = 6.4;
+/// Number of leading values of a frame whose rotations are checked for degrees: the 22 body joints
+/// that all layouts share.
+const CHECKED_VALUES: usize = 66;
 
-/// Which joints a frame of a motion file holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PoseLayout {
-    /// The character's own joints.
-    Native,
-    /// 72 numbers for SMPL's 24 joints and 3 for the translation.
-    SmplWithTranslation,
-    /// 52 joints: SMPL's first 22, then 30 of the fingers.
-    SmplH,
-    /// 55 joints: SMPL's first 22, then jaw, eyes and fingers.
-    SmplX,
-}
-
-impl PoseLayout {
-    /// The layout of frames of `numbers` numbers for a character of `joints` joints.
-    pub(super) fn of(numbers: usize, joints: usize) -> Option<Self> {
-        let smpl = joints == SMPL_JOINT_NAMES.len();
-        match numbers {
-            n if n > 0 && Some(n) == joints.checked_mul(3) => Some(Self::Native),
-            75 if smpl => Some(Self::SmplWithTranslation),
-            156 if smpl => Some(Self::SmplH),
-            165 if smpl => Some(Self::SmplX),
-            _ => None,
-        }
-    }
-
-    /// Joints to take from a frame; the character's others do not turn.
-    pub(super) fn joints_taken(self, joints: usize) -> usize {
-        match self {
-            Self::Native | Self::SmplWithTranslation => joints,
-            Self::SmplH | Self::SmplX => BODY_JOINTS,
-        }
-    }
-
-    fn note(self) -> Option<String> {
-        let text = match self {
-            Self::Native | Self::SmplWithTranslation => return None,
-            Self::SmplH => "SMPL-H layout: 22 body joints taken, fingers left out, hands rigid",
-            Self::SmplX => "SMPL-X layout: 22 body joints taken, jaw, eyes and fingers left out, hands rigid",
-        };
-        Some(text.into())
-    }
-}
-
-/// Poses and frame rate as the file holds them, brought to the character's joints.
+/// Poses and frame rate of a file, converted to the character's joints.
 #[derive(Debug)]
 pub(crate) struct MotionArrays {
     pub(crate) layout: PoseLayout,
     pub(crate) notes: Vec<String>,
     pub(crate) fps: f32,
-    /// Probable mistakes in the numbers themselves.
+    /// Probable mistakes in the numbers of the file.
     pub(crate) findings: Vec<Finding>,
+    /// Height of the ground, metres.
     ground_height: f32,
     poses: Vec<Pose>,
     wind: Vec<Vec3>,
 }
 
 impl MotionArrays {
-    pub(crate) fn read(npz: &mut Npz, joints: &Joints) -> Result<Self> {
-        let name = npz.first_of(&POSE_NAMES).unwrap_or(POSE_NAMES[0]);
-        let (numbers, dims) = frame_numbers(npz, name)?;
-        let Order {
+    /// Reads the arrays for the given joints.
+    ///
+    /// # Errors
+    /// Missing arrays, another number of joints, joint names that do not fit, fewer than two
+    /// frames, numbers that are not finite, a frame rate outside 1 to 1000.
+    pub(crate) fn read(npz: &mut Npz, joints: &JointTarget) -> Result<Self> {
+        let name = npz.first_present(&POSE_NAMES).unwrap_or(POSE_NAMES[0]);
+        let PoseShape { numbers, dims } = PoseShape::read(npz, name)?;
+        let JointMapping {
             sources,
             layout,
             note,
-        } = Order::of(npz, name, numbers, joints)?;
+        } = JointMapping::new(npz, name, numbers, joints)?;
+        // Headers, names and the frame rate are checked before the poses, the largest array, are
+        // read.
         let fps = frame_rate(npz)?;
         let ground_height = ground_height(npz)?;
         let values = npz.finite::<f32>(name, &dims)?;
@@ -104,15 +73,13 @@ impl MotionArrays {
             .map(|(frame, trans)| pose(frame, trans, &sources))
             .collect::<Vec<_>>();
         let wind = match npz.contains(WIND_NAME) {
-            true => positions(npz, WIND_NAME, Dim::Is(poses.len()))?,
+            true => npz.vectors(WIND_NAME, Dim::Is(poses.len()))?,
             false => Vec::new(),
         };
         Ok(Self {
             layout,
             notes,
-            findings: check::degrees(share_of_turns(&values, numbers))
-                .into_iter()
-                .collect(),
+            findings: degrees(share_of_turns(&values, numbers)).into_iter().collect(),
             fps,
             ground_height,
             poses,
@@ -120,6 +87,7 @@ impl MotionArrays {
         })
     }
 
+    /// Makes a clip of this name.
     pub(crate) fn into_clip(self, name: String) -> Clip {
         Clip {
             name,
@@ -131,20 +99,32 @@ impl MotionArrays {
     }
 }
 
-/// Numbers a frame of an array of shape (T, N) or (T, K, 3), and that shape.
-fn frame_numbers(npz: &mut Npz, name: &str) -> Result<(usize, Vec<Dim>)> {
-    let shape = npz.header(name)?.shape;
-    match *shape.as_slice() {
-        [_, numbers] => Ok((numbers, vec![Dim::Any("T"), Dim::Is(numbers)])),
-        [_, joints, 3] => Ok((
-            joints.saturating_mul(3),
-            vec![Dim::Any("T"), Dim::Is(joints), Dim::Is(3)],
-        )),
-        _ => Err(npz.array_error(
-            name,
-            "shape (T, 3 J) or (T, J, 3)",
-            format!("shape {}", npy::shape_text(&shape)),
-        )),
+/// Shape of an array of rotations: (T, N) or (T, K, 3).
+struct PoseShape {
+    /// Number of values in a frame: N or 3 K.
+    numbers: usize,
+    /// Dimensions to read the array with.
+    dims: Vec<Dim>,
+}
+
+impl PoseShape {
+    fn read(npz: &mut Npz, name: &str) -> Result<Self> {
+        let shape = npz.header(name)?.shape;
+        match *shape.as_slice() {
+            [_, numbers] => Ok(Self {
+                numbers,
+                dims: vec![Dim::Any("T"), Dim::Is(numbers)],
+            }),
+            [_, joints, 3] => Ok(Self {
+                numbers: joints.saturating_mul(3),
+                dims: vec![Dim::Any("T"), Dim::Is(joints), Dim::Is(3)],
+            }),
+            _ => Err(npz.array_error(
+                name,
+                "shape (T, 3 J) or (T, J, 3)",
+                format!("shape {}", npy::shape_text(&shape)),
+            )),
+        }
     }
 }
 
@@ -156,18 +136,21 @@ fn check_frames(npz: &Npz, name: &str, values: &Array<f32>) -> Result<()> {
     Ok(())
 }
 
-/// Part of the rotations that are longer than a turn; those of the root may be counted up over turns.
+/// Returns the share of rotation vectors that are longer than a whole turn.
+///
+/// The root is left out: its rotations may accumulate over turns.
 fn share_of_turns(values: &Array<f32>, numbers: usize) -> f32 {
     let frames = values.data.chunks_exact(numbers);
-    let rotations = frames.flat_map(|frame| frame[..numbers.min(66)].chunks_exact(3).skip(1));
+    let rotations = frames.flat_map(|frame| frame[..numbers.min(CHECKED_VALUES)].chunks_exact(3).skip(1));
     let (mut turns, mut count) = (0, 0);
     for rotation in rotations {
         count += 1;
-        turns += usize::from(Vec3::from_slice(rotation).length() > MORE_THAN_A_TURN);
+        turns += usize::from(Vec3::from_slice(rotation).length() > WHOLE_TURN);
     }
     turns as f32 / count.max(1) as f32
 }
 
+/// Reads the translations, which may be part of the poses or missing.
 fn translations(
     npz: &mut Npz,
     values: &Array<f32>,
@@ -176,7 +159,7 @@ fn translations(
 ) -> Result<Vec<Vec3>> {
     let frames = values.shape[0];
     if npz.contains("trans") {
-        return positions(npz, "trans", Dim::Is(frames));
+        return npz.vectors("trans", Dim::Is(frames));
     }
     if layout == PoseLayout::SmplWithTranslation {
         notes.push("the last 3 of 75 numbers a frame are taken as the translation".into());
@@ -187,7 +170,8 @@ fn translations(
     Ok(vec![Vec3::ZERO; frames])
 }
 
-fn pose(frame: &[f32], trans: Vec3, sources: &Sources) -> Pose {
+/// Makes the pose of one frame; joints without a source keep their bind rotation.
+fn pose(frame: &[f32], trans: Vec3, sources: &JointSources) -> Pose {
     let rotation = |joint: usize| match sources.of(joint) {
         Some(source) => Vec3::from_slice(&frame[3 * source..3 * source + 3]),
         None => Vec3::ZERO,
@@ -197,7 +181,7 @@ fn pose(frame: &[f32], trans: Vec3, sources: &Sources) -> Pose {
 }
 
 fn frame_rate(npz: &mut Npz) -> Result<f32> {
-    let Some(name) = npz.first_of(&FRAME_RATE_NAMES) else {
+    let Some(name) = npz.first_present(&FRAME_RATE_NAMES) else {
         let names = npz.names().join(", ");
         let expected = "a frame rate (`mocap_framerate`, `mocap_frame_rate` or `fps`)";
         return Err(Error::content(npz.path(), expected, format!("only {names}")));
@@ -205,14 +189,6 @@ fn frame_rate(npz: &mut Npz) -> Result<f32> {
     let fps = npz.number(name)?;
     check_frame_rate(fps).map_err(|found| npz.array_error(name, "a frame rate from 1 to 1000", found))?;
     Ok(fps as f32)
-}
-
-/// Rates outside would ask for absurd numbers of frames.
-pub(crate) fn check_frame_rate(fps: f64) -> std::result::Result<(), String> {
-    if (1.0..=1000.0).contains(&fps) {
-        return Ok(());
-    }
-    Err(fps.to_string())
 }
 
 fn ground_height(npz: &mut Npz) -> Result<f32> {

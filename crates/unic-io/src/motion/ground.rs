@@ -1,26 +1,26 @@
-//! Standing a body on the ground.
+//! Placing a body on the ground.
 
 use glam::Vec3;
 use unic_core::{character::Character, clip::Clip};
 
-/// Frames looked at: enough for every phase of a gait, few enough to be quick.
-const FRAMES_LOOKED_AT: usize = 256;
+/// Number of frames whose skinned bodies are examined: enough for all phases of a gait, and quick.
+const SAMPLED_FRAMES: usize = 256;
 
-/// Which of the frames' lowest points is the ground: most frames of most motions touch it, jumps
-/// lift the others, and a foot may sink in a few.
-const QUANTILE: f32 = 0.1;
+/// Quantile of the frames' lowest points that is the height of the ground. Most frames of most
+/// motions touch the ground; jumps are above it, and in a few frames a foot sinks below it.
+const GROUND_QUANTILE: f32 = 0.1;
 
-/// Below this a shift is not worth a word, metres.
-const SILENT: f32 = 5e-4;
+/// Shift below which no note is made, metres.
+const MIN_NOTED_SHIFT: f32 = 5e-4;
 
-/// Moves a clip vertically so that the body's lowest point touches y = 0.
-pub(super) fn seat(clip: &mut Clip, character: &Character, notes: &mut Vec<String>) {
-    let Some(lowest) = ground_of(clip, character) else {
+/// Moves a clip vertically so that the body stands on y = 0.
+pub(super) fn place_on_ground(clip: &mut Clip, character: &Character, notes: &mut Vec<String>) {
+    let Some(lowest) = ground_height(clip, character) else {
         return;
     };
     clip.poses.iter_mut().for_each(|pose| pose.trans.y -= lowest);
     clip.ground_height = 0.0;
-    if lowest.abs() > SILENT {
+    if lowest.abs() > MIN_NOTED_SHIFT {
         let direction = if lowest > 0.0 { "lowered" } else { "raised" };
         let shift = lowest.abs();
         notes.push(format!(
@@ -29,9 +29,9 @@ pub(super) fn seat(clip: &mut Clip, character: &Character, notes: &mut Vec<Strin
     }
 }
 
-/// Height of the ground that the body walks on, metres.
-fn ground_of(clip: &Clip, character: &Character) -> Option<f32> {
-    let stride = clip.len().div_ceil(FRAMES_LOOKED_AT).max(1);
+/// Estimates the height of the ground that the body walks on, metres.
+fn ground_height(clip: &Clip, character: &Character) -> Option<f32> {
+    let stride = clip.len().div_ceil(SAMPLED_FRAMES).max(1);
     let (mut joints, mut transforms, mut body) = (Vec::new(), Vec::new(), Vec::new());
     let mut lowest: Vec<f32> = (clip.poses.iter().step_by(stride))
         .map(|pose| {
@@ -44,6 +44,7 @@ fn ground_of(clip: &Clip, character: &Character) -> Option<f32> {
         })
         .collect();
     lowest.sort_by(f32::total_cmp);
-    let at = (lowest.len() as f32 * QUANTILE) as usize;
-    lowest.get(at).copied().filter(|y| y.is_finite())
+    let index = (lowest.len() as f32 * GROUND_QUANTILE) as usize;
+    // A body without vertices has an infinite lowest point.
+    lowest.get(index).copied().filter(|y| y.is_finite())
 }

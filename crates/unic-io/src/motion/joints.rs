@@ -1,45 +1,48 @@
-//! Which rotation of a frame turns which joint of the character: by name, wherever there are names.
+//! Mapping the joints of a motion file to those of the character: by name if there are names.
 
-use super::arrays::PoseLayout;
-use crate::{error::Result, npz::Npz, retarget::is_same_joint};
+use super::layout::PoseLayout;
+use crate::{
+    error::Result,
+    joint_names::{ARRAY_NAME as JOINT_NAMES, is_same_joint},
+    npz::Npz,
+};
 use unic_core::skeleton::{SMPL_JOINT_NAMES, Skeleton};
 
-/// Names of the joints that `poses` has, one a joint.
-pub(crate) const JOINT_NAMES: &str = "joint_names";
-
-/// Longest list of joints that an error repeats.
-const QUOTED: usize = 6;
+/// Number of joint names that an error repeats.
+const QUOTED_NAMES: usize = 6;
 
 /// The joints that a motion is read for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Joints<'a> {
-    /// So many, in the order of the file.
+pub(crate) enum JointTarget<'a> {
+    /// This many joints in the order of the file, of no known skeleton.
     Count(usize),
-    /// A capture's own: in the order of the character where the file has no names.
-    Own(&'a Skeleton),
-    /// A character's that the file was not made for.
-    Of(&'a Skeleton),
+    /// The joints of a capture's character, whose clips without names are in its order.
+    Capture(&'a Skeleton),
+    /// The joints of a character that the file was not made for. A file without names is in SMPL's
+    /// order.
+    Character(&'a Skeleton),
 }
 
-/// Which joint of the file turns which joint of the character.
+/// Mapping from the joints of a file to those of the character.
 #[derive(Debug)]
-pub(super) struct Order {
-    pub(super) sources: Sources,
+pub(super) struct JointMapping {
+    pub(super) sources: JointSources,
     pub(super) layout: PoseLayout,
     pub(super) note: Option<String>,
 }
 
-/// For each joint of the character the joint of the file; none for a joint that the file does not turn.
+/// The joint of the file for each joint of the character, if there is one.
 #[derive(Debug)]
-pub(super) enum Sources {
-    /// The first `taken` of `joints` joints are those of the file. Nothing is allocated for them: a damaged file may
-    /// claim any number.
+pub(super) enum JointSources {
+    /// The first `taken` of `joints` joints are those of the file. The variant allocates nothing,
+    /// because a damaged file may declare any number of joints.
     InOrder { joints: usize, taken: usize },
-    /// Found by name.
+    /// Joints of the file found by name.
     Named(Vec<Option<usize>>),
 }
 
-impl Sources {
+impl JointSources {
+    /// Number of joints of the character.
     pub(super) fn len(&self) -> usize {
         match self {
             Self::InOrder { joints, .. } => *joints,
@@ -47,7 +50,7 @@ impl Sources {
         }
     }
 
-    /// The joint of the file for a joint of the character.
+    /// Returns the joint of the file for a joint of the character.
     pub(super) fn of(&self, joint: usize) -> Option<usize> {
         match self {
             Self::InOrder { taken, .. } => (joint < *taken).then_some(joint),
@@ -56,25 +59,28 @@ impl Sources {
     }
 }
 
-impl Joints<'_> {
+impl JointTarget<'_> {
     fn len(&self) -> usize {
         match self {
-            Joints::Count(count) => *count,
-            Joints::Own(skeleton) | Joints::Of(skeleton) => skeleton.len(),
+            JointTarget::Count(count) => *count,
+            JointTarget::Capture(skeleton) | JointTarget::Character(skeleton) => skeleton.len(),
         }
     }
 
     fn skeleton(&self) -> Option<&Skeleton> {
         match self {
-            Joints::Count(_) => None,
-            Joints::Own(skeleton) | Joints::Of(skeleton) => Some(skeleton),
+            JointTarget::Count(_) => None,
+            JointTarget::Capture(skeleton) | JointTarget::Character(skeleton) => Some(skeleton),
         }
     }
 }
 
-impl Order {
-    /// The order of the array `poses` with so many numbers a frame.
-    pub(super) fn of(npz: &mut Npz, poses: &str, numbers: usize, joints: &Joints) -> Result<Self> {
+impl JointMapping {
+    /// Maps the joints of the array `poses` with `numbers` values in a frame.
+    ///
+    /// # Errors
+    /// Another number of joints than the names or the character have; missing or ambiguous names.
+    pub(super) fn new(npz: &mut Npz, poses: &str, numbers: usize, joints: &JointTarget) -> Result<Self> {
         if let Some(skeleton) = joints.skeleton().filter(|skeleton| is_named(skeleton))
             && npz.contains(JOINT_NAMES)
         {
@@ -85,22 +91,24 @@ impl Order {
             return Err(npz.array_error(poses, expected, format!("{numbers} numbers a frame")));
         };
         match joints {
-            Joints::Of(skeleton) if skeleton.len() == SMPL_JOINT_NAMES.len() => {
+            JointTarget::Character(skeleton) if skeleton.len() == SMPL_JOINT_NAMES.len() => {
                 Self::by_smpl_names(npz, layout, skeleton)
             }
             _ => Ok(Self::by_number(layout, joints.len())),
         }
     }
 
+    /// Maps joint by joint, in the order of the file.
     fn by_number(layout: PoseLayout, joints: usize) -> Self {
         let taken = layout.joints_taken(joints);
         Self {
-            sources: Sources::InOrder { joints, taken },
+            sources: JointSources::InOrder { joints, taken },
             layout,
             note: None,
         }
     }
 
+    /// Maps by the names in the file.
     fn by_names(npz: &mut Npz, poses: &str, numbers: usize, skeleton: &Skeleton) -> Result<Self> {
         let names = npz.text(JOINT_NAMES)?;
         let layout = match numbers.checked_sub(3 * names.len()) {
@@ -111,9 +119,10 @@ impl Order {
                 return Err(npz.array_error(poses, expected, format!("{numbers} numbers a frame")));
             }
         };
-        let sources: Vec<Option<usize>> = skeleton.names().iter().map(|name| found(name, &names)).collect();
+        let find = |name: &String| find_joint(name, &names);
+        let sources: Vec<Option<usize>> = skeleton.names().iter().map(find).collect();
         refuse_missing(npz, skeleton, &sources, &names)?;
-        refuse_twice(npz, skeleton, &sources, &names)?;
+        refuse_ambiguous(npz, skeleton, &sources, &names)?;
         let taken = sources.iter().flatten().count();
         let is_in_order = sources
             .iter()
@@ -122,20 +131,23 @@ impl Order {
         let note = (!is_in_order || names.len() > taken)
             .then(|| format!("{taken} of {} joints taken by their names", names.len()));
         Ok(Self {
-            sources: Sources::Named(sources),
+            sources: JointSources::Named(sources),
             layout,
             note,
         })
     }
 
-    /// Frames without names are in the order of SMPL's joints; a character of as many joints may have others.
+    /// Maps frames without names, which are in SMPL's order, by SMPL's names.
+    ///
+    /// A character of 24 joints may have them in another order than SMPL.
     fn by_smpl_names(npz: &Npz, layout: PoseLayout, skeleton: &Skeleton) -> Result<Self> {
         let by_number = Self::by_number(layout, skeleton.len());
         if skeleton.names() == SMPL_JOINT_NAMES || !is_named(skeleton) {
             return Ok(by_number);
         }
         let smpl = SMPL_JOINT_NAMES.map(str::to_owned);
-        let sources: Option<Vec<usize>> = skeleton.names().iter().map(|name| found(name, &smpl)).collect();
+        let find = |name: &String| find_joint(name, &smpl);
+        let sources: Option<Vec<usize>> = skeleton.names().iter().map(find).collect();
         let Some(sources) = sources else {
             let names: Vec<&str> = skeleton.names().iter().map(String::as_str).collect();
             let expected = format!("joint names for the character's joints ({})", listed(&names));
@@ -143,18 +155,19 @@ impl Order {
         };
         let taken = |joint: usize| by_number.sources.of(joint);
         Ok(Self {
-            sources: Sources::Named(sources.into_iter().map(taken).collect()),
+            sources: JointSources::Named(sources.into_iter().map(taken).collect()),
             note: Some("joints in SMPL's order taken by their names".to_owned()),
             layout,
         })
     }
 }
 
-/// Joints that carry no other, such as hands, may be missing: they do not turn.
+/// Refuses names that lack a joint with children. Leaf joints, such as hands, may be missing and
+/// then do not rotate.
 fn refuse_missing(npz: &Npz, skeleton: &Skeleton, sources: &[Option<usize>], names: &[String]) -> Result<()> {
-    let carries = |joint: usize| skeleton.parents().contains(&Some(joint));
+    let has_children = |joint: usize| skeleton.parents().contains(&Some(joint));
     let missing: Vec<&str> = (skeleton.names().iter().zip(sources).enumerate())
-        .filter(|(joint, (_, source))| source.is_none() && (carries(*joint) || skeleton.len() == 1))
+        .filter(|(joint, (_, source))| source.is_none() && (has_children(*joint) || skeleton.len() == 1))
         .map(|(_, (name, _))| name.as_str())
         .collect();
     if missing.is_empty() {
@@ -165,11 +178,17 @@ fn refuse_missing(npz: &Npz, skeleton: &Skeleton, sources: &[Option<usize>], nam
     Err(npz.array_error(JOINT_NAMES, expected, listed(&names)))
 }
 
-/// Names that spelling alone tells apart may stand for one joint of the file.
-fn refuse_twice(npz: &Npz, skeleton: &Skeleton, sources: &[Option<usize>], names: &[String]) -> Result<()> {
-    let twice =
+/// Refuses two joints of the character that differ in spelling only and match one joint of the
+/// file.
+fn refuse_ambiguous(
+    npz: &Npz,
+    skeleton: &Skeleton,
+    sources: &[Option<usize>],
+    names: &[String],
+) -> Result<()> {
+    let is_second =
         |(joint, source): &(usize, &Option<usize>)| source.is_some() && sources[..*joint].contains(source);
-    match sources.iter().enumerate().find(twice) {
+    match sources.iter().enumerate().find(is_second) {
         Some((joint, Some(source))) => {
             let expected = format!("a joint of its own for {}", skeleton.names()[joint]);
             let found = format!("{}, which stands for another already", names[*source]);
@@ -179,20 +198,22 @@ fn refuse_twice(npz: &Npz, skeleton: &Skeleton, sources: &[Option<usize>], names
     }
 }
 
-/// Joints that were given names, and not numbers for want of them.
+/// Returns whether the joints have names of a file. Joints without names are called `joint_0`,
+/// `joint_1`, ...
 fn is_named(skeleton: &Skeleton) -> bool {
     let numbered = |(joint, name): (usize, &String)| *name == format!("joint_{joint}");
     !skeleton.names().iter().enumerate().all(numbered)
 }
 
-/// The joint of the same name; else the one that only spelling, prefix or case tell apart.
-fn found(name: &str, names: &[String]) -> Option<usize> {
+/// Finds the joint of the same name, else one whose name differs in case, prefix or separators
+/// only.
+fn find_joint(name: &str, names: &[String]) -> Option<usize> {
     let same = names.iter().position(|other| other == name);
     same.or_else(|| names.iter().position(|other| is_same_joint(name, other)))
 }
 
 fn listed(names: &[&str]) -> String {
-    match names.split_at_checked(QUOTED) {
+    match names.split_at_checked(QUOTED_NAMES) {
         Some((first, more)) if !more.is_empty() => format!("{} and {} more", first.join(", "), more.len()),
         _ => names.join(", "),
     }

@@ -1,42 +1,48 @@
-//! The up axis of a motion file, which files do not state.
+//! Estimating the up axis of a motion npz, which the file does not state.
 
-use super::UpAxis;
-use glam::{Quat, Vec3};
-use std::f32::consts::FRAC_PI_2;
+use crate::up_axis::{UpAxis, turn_to_y_up, uncertain_note};
+use glam::Vec3;
 use unic_core::{clip::Clip, skeleton::Skeleton};
 
-/// Frames looked at to guess the up axis.
-const FRAMES_LOOKED_AT: usize = 500;
+/// Number of frames that the up axis is estimated from.
+const SAMPLED_FRAMES: usize = 500;
 
-/// The mean up direction of a body that stands, walks or crouches is at least this long along the
-/// axis, and this many times longer than along the other.
-const CERTAIN: f32 = 0.5;
-const CERTAIN_RATIO: f32 = 2.0;
+/// Smallest component of the mean up direction along its axis for a certain estimate. Bodies that
+/// stand, walk or crouch exceed it.
+const MIN_COMPONENT: f32 = 0.5;
+/// Smallest ratio of that component to the one along the other axis for a certain estimate.
+const MIN_RATIO: f32 = 2.0;
 
-/// What was done to a clip.
+/// Conversion of a clip's up axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Turned {
-    /// Nothing.
-    No,
-    /// Z up became Y up.
+pub(super) enum UpConversion {
+    /// The clip has Y up already.
+    None,
+    /// Z up was rotated to Y up.
     FromZ,
 }
 
-/// Brings a clip to Y up and says so.
-pub(super) fn to_y_up(clip: &mut Clip, skeleton: &Skeleton, up: UpAxis, notes: &mut Vec<String>) -> Turned {
+/// Converts a clip to Y up, with a note.
+pub(super) fn convert_to_y_up(
+    clip: &mut Clip,
+    skeleton: &Skeleton,
+    up: UpAxis,
+    notes: &mut Vec<String>,
+) -> UpConversion {
     let from_z = match up {
         UpAxis::Y => false,
         UpAxis::Z => true,
         UpAxis::Auto => guess_is_z(clip, skeleton, notes),
     };
     if !from_z {
-        return Turned::No;
+        return UpConversion::None;
     }
-    turn(clip, skeleton);
+    turn_to_y_up(clip, skeleton);
     notes.push("Z up converted to Y up".into());
-    Turned::FromZ
+    UpConversion::FromZ
 }
 
+/// Returns whether the body's up direction follows Z rather than Y on average.
 fn guess_is_z(clip: &Clip, skeleton: &Skeleton, notes: &mut Vec<String>) -> bool {
     let up = mean_up(clip, skeleton);
     let is_z = up.z > up.y;
@@ -45,20 +51,16 @@ fn guess_is_z(clip: &Clip, skeleton: &Skeleton, notes: &mut Vec<String>) -> bool
     } else {
         (up.y, up.z.abs())
     };
-    if along < CERTAIN || along < CERTAIN_RATIO * across {
-        let (axis, other) = if is_z { ("Z", "Y") } else { ("Y", "Z") };
-        notes.push(format!(
-            "the up axis is uncertain, because the body does not stand for most of the clip: \
-             {axis} is assumed, ask for {other} up if the character lies on the ground"
-        ));
+    if along < MIN_COMPONENT || along < MIN_RATIO * across {
+        notes.push(uncertain_note(is_z));
     }
     is_z
 }
 
-/// Mean unit vector from the root to the head.
+/// Returns the mean over frames of the unit vector from the root to the head.
 fn mean_up(clip: &Clip, skeleton: &Skeleton) -> Vec3 {
     let (root, head) = (skeleton.root(), head(skeleton));
-    let stride = clip.len().div_ceil(FRAMES_LOOKED_AT).max(1);
+    let stride = clip.len().div_ceil(SAMPLED_FRAMES).max(1);
     let mut joints = Vec::new();
     let sum: Vec3 = (clip.poses.iter().step_by(stride))
         .map(|pose| {
@@ -69,35 +71,18 @@ fn mean_up(clip: &Clip, skeleton: &Skeleton) -> Vec3 {
     sum.normalize_or_zero() * (sum.length() / clip.poses.len().div_ceil(stride).max(1) as f32)
 }
 
-/// The joint called `head`, else the highest of the bind pose.
+/// Returns the joint called `head`, else the highest joint of the bind pose.
 fn head(skeleton: &Skeleton) -> usize {
     let heights = || skeleton.joints().iter().map(|j| j.y).enumerate();
     let highest = || heights().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(j, _)| j);
     (skeleton.joint("head").or_else(highest)).unwrap_or_else(|| skeleton.root())
 }
 
-/// R is −90° about x: (x, y, z) ↦ (x, z, −y).
-///
-/// SMPL's translation is not the root's position, which stands J₀ further: that point turns.
-pub(crate) fn turn(clip: &mut Clip, skeleton: &Skeleton) {
-    let y_up_from_z_up = Quat::from_rotation_x(-FRAC_PI_2);
-    let root = skeleton.root();
-    let origin = skeleton.joints()[root];
-    for pose in &mut clip.poses {
-        let p = pose.trans + origin;
-        // Written out: the quaternion's own rounding would tilt long walks.
-        pose.trans = Vec3::new(p.x, p.z, -p.y) - origin;
-        pose.local[root] = (y_up_from_z_up * pose.local[root]).normalize();
-    }
-    for wind in &mut clip.wind {
-        *wind = Vec3::new(wind.x, wind.z, -wind.y);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use unic_core::skeleton::{Pose, SkeletonParts};
+    use std::f32::consts::FRAC_PI_2;
+    use unic_core::{Pose, skeleton::SkeletonParts};
 
     fn spine() -> Skeleton {
         Skeleton::new(SkeletonParts {
@@ -121,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn a_standing_body_tells_the_axis() {
+    fn up_axis_follows_a_standing_body() {
         let mut notes = Vec::new();
         assert!(!guess_is_z(&clip(Vec3::Y), &spine(), &mut notes));
         assert!(guess_is_z(&clip(Vec3::X * FRAC_PI_2), &spine(), &mut notes));
@@ -131,12 +116,12 @@ mod tests {
     }
 
     #[test]
-    fn the_root_joint_turns_and_not_its_translation() {
+    fn conversion_rotates_the_position_of_the_root_joint() {
         let mut turned = clip(Vec3::X * FRAC_PI_2);
         let mut joints = Vec::new();
         spine().forward_kinematics(&turned.poses[0], &mut joints);
         let before = joints[0].translation;
-        turn(&mut turned, &spine());
+        turn_to_y_up(&mut turned, &spine());
         spine().forward_kinematics(&turned.poses[0], &mut joints);
         let expected = Vec3::new(before.x, before.z, -before.y);
         assert!((joints[0].translation - expected).length() < 1e-6);

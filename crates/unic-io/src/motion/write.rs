@@ -1,13 +1,15 @@
 //! Writing motion files.
 
-use super::{GROUND_HEIGHT_NAME, JOINT_NAMES, WIND_NAME};
-use crate::{error::Result, npz::NpzWriter};
+use super::arrays::{GROUND_HEIGHT_NAME, WIND_NAME};
+use crate::{error::Result, joint_names::ARRAY_NAME as JOINT_NAMES, npz::NpzWriter};
 use glam::{Quat, Vec3};
 use std::path::Path;
 use unic_core::clip::Clip;
 
-/// Writes a clip as [`import_motion`](super::import_motion) reads it, atomically: `poses` (T, 3J),
-/// `trans` (T, 3), `mocap_framerate`, `ground_height`, and where there are some `joint_names` (J).
+/// Writes a clip as an npz that [`import_motion`](super::import_motion) reads, atomically.
+///
+/// The arrays are `poses` (T, 3J), `trans` (T, 3), `mocap_framerate`, `ground_height`, and if there
+/// are any `joint_names` (J) and `wind` (T, 3).
 ///
 /// # Errors
 /// The file cannot be written.
@@ -17,7 +19,7 @@ pub fn write_motion(path: &Path, clip: &Clip, joint_names: &[String]) -> Result<
     npz.finish()
 }
 
-/// The arrays of [`write_motion`].
+/// Adds the arrays of [`write_motion`] to an npz.
 pub(crate) fn write_arrays(npz: &mut NpzWriter, clip: &Clip, joint_names: &[String]) -> Result<()> {
     let joints = clip.poses.first().map_or(0, |p| p.local.len());
     let trans: Vec<Vec3> = clip.poses.iter().map(|p| p.trans).collect();
@@ -40,8 +42,9 @@ pub(crate) fn write_arrays(npz: &mut NpzWriter, clip: &Clip, joint_names: &[Stri
     npz.f64s(GROUND_HEIGHT_NAME, &[], &[f64::from(clip.ground_height)])
 }
 
-/// Axis-angle of at most half a turn.
+/// Returns the rotation vector of at most half a turn, radians.
 fn axis_angle(rotation: Quat) -> Vec3 {
+    // Of q and −q, the same rotation, the one with w ≥ 0 has the shorter rotation vector.
     let nearest = if rotation.w < 0.0 { -rotation } else { rotation };
     nearest.to_scaled_axis()
 }

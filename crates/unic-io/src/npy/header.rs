@@ -1,26 +1,26 @@
-//! The header of a `.npy` stream: a Python dictionary literal of three keys.
+//! Header of a `.npy` stream: a Python dictionary literal of three keys.
 
 use std::{
     fmt::{self, Display},
     io::{self, Read},
 };
 
-/// Numpy's own limit is 10,000 characters unless told otherwise.
-const LONGEST_HEADER: usize = 1 << 16;
+/// Longest header that is read, bytes. Numpy's own limit is 10,000 characters by default.
+const MAX_HEADER: usize = 1 << 16;
 
-/// More dimensions than numpy allows.
-const MOST_DIMENSIONS: usize = 64;
+/// Largest number of dimensions, numpy's own limit.
+const MAX_DIMENSIONS: usize = 64;
 
-/// What a `.npy` stream declares about itself.
+/// Declaration at the start of a `.npy` stream: element type, order and shape.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Header {
     /// Type of the elements.
     pub dtype: Dtype,
-    /// The first index varies fastest.
+    /// Fortran order: the first index varies fastest.
     pub fortran_order: bool,
     /// Extent of each dimension; empty for a single number.
     pub shape: Vec<usize>,
-    /// Bytes before the first element.
+    /// Length of the header in bytes: the offset of the first element.
     pub length: usize,
 }
 
@@ -28,16 +28,16 @@ pub struct Header {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dtype {
     /// Class of type.
-    pub kind: Kind,
-    /// Bytes an element.
+    pub kind: DtypeKind,
+    /// Size of an element, bytes.
     pub size: usize,
-    /// Most significant byte first.
+    /// Byte order: the most significant byte comes first.
     pub big_endian: bool,
 }
 
 /// Class of an element's type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum DtypeKind {
     /// `b`: one byte, 0 or 1.
     Bool,
     /// `i`: signed, 1 to 8 bytes.
@@ -62,7 +62,7 @@ impl Header {
         (self.shape.iter()).try_fold(1_usize, |n, &extent| n.checked_mul(extent))
     }
 
-    /// Bytes of all elements; `None` when that does not fit.
+    /// Size of all elements in bytes; `None` when it does not fit.
     pub fn data_length(&self) -> Option<u64> {
         let bytes = self.element_count()?.checked_mul(self.dtype.size)?;
         u64::try_from(bytes).ok()
@@ -78,20 +78,39 @@ impl Header {
         if &start[..6] != b"\x93NUMPY" {
             return Err(invalid("no numpy array (it does not begin with \\x93NUMPY)"));
         }
-        let (text_length, prefix) = read_text_length(reader, start[6])?;
-        if text_length > LONGEST_HEADER {
+        let Preamble {
+            text_length,
+            prefix_length,
+        } = Preamble::read(reader, start[6])?;
+        // Checked before the allocation: version 2 can declare 4 GiB.
+        if text_length > MAX_HEADER {
             return Err(invalid(format!("a header of {text_length} bytes")));
         }
         let mut text = vec![0; text_length];
         reader.read_exact(&mut text)?;
         let text = String::from_utf8_lossy(&text);
-        let (dtype, fortran_order, shape) =
-            parse(&text).ok_or_else(|| invalid(format!("the header {:?}", text.trim())))?;
-        Ok(Self {
-            dtype,
+        Self::parse(&text, prefix_length + text_length)
+            .ok_or_else(|| invalid(format!("the header {:?}", text.trim())))
+    }
+
+    /// Parses `{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4), }`, keys in any order;
+    /// `length` is that of the whole header.
+    fn parse(text: &str, length: usize) -> Option<Self> {
+        let descr = value_of(text, "descr")?;
+        let fortran = value_of(text, "fortran_order")?;
+        let fortran_order = if fortran.starts_with("True") {
+            true
+        } else if fortran.starts_with("False") {
+            false
+        } else {
+            return None;
+        };
+        let shape = parse_shape(value_of(text, "shape")?)?;
+        Some(Self {
+            dtype: Dtype::parse(descr)?,
             fortran_order,
             shape,
-            length: prefix + text_length,
+            length,
         })
     }
 }
@@ -100,37 +119,40 @@ fn invalid(found: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, found.into())
 }
 
-fn read_text_length(reader: &mut impl Read, version: u8) -> io::Result<(usize, usize)> {
-    match version {
-        1 => {
-            let mut length = [0; 2];
-            reader.read_exact(&mut length)?;
-            Ok((usize::from(u16::from_le_bytes(length)), 10))
+/// Lengths of the parts of a header, bytes.
+struct Preamble {
+    /// Length of the dictionary's text.
+    text_length: usize,
+    /// Length of magic, version and length field.
+    prefix_length: usize,
+}
+
+impl Preamble {
+    /// Reads the length field, which is wider from version 2 on.
+    fn read(reader: &mut impl Read, version: u8) -> io::Result<Self> {
+        match version {
+            1 => {
+                let mut length = [0; 2];
+                reader.read_exact(&mut length)?;
+                Ok(Self {
+                    text_length: usize::from(u16::from_le_bytes(length)),
+                    prefix_length: 10,
+                })
+            }
+            2 | 3 => {
+                let mut length = [0; 4];
+                reader.read_exact(&mut length)?;
+                Ok(Self {
+                    text_length: u32::from_le_bytes(length) as usize,
+                    prefix_length: 12,
+                })
+            }
+            other => Err(invalid(format!("version {other} of numpy's format"))),
         }
-        2 | 3 => {
-            let mut length = [0; 4];
-            reader.read_exact(&mut length)?;
-            Ok((u32::from_le_bytes(length) as usize, 12))
-        }
-        other => Err(invalid(format!("version {other} of numpy's format"))),
     }
 }
 
-/// `{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4), }`, keys in any order.
-fn parse(text: &str) -> Option<(Dtype, bool, Vec<usize>)> {
-    let descr = value_of(text, "descr")?;
-    let fortran = value_of(text, "fortran_order")?;
-    let fortran_order = if fortran.starts_with("True") {
-        true
-    } else if fortran.starts_with("False") {
-        false
-    } else {
-        return None;
-    };
-    let shape = parse_shape(value_of(text, "shape")?)?;
-    Some((Dtype::parse(descr)?, fortran_order, shape))
-}
-
+/// Returns the text behind a key and its colon, up to the end of the header.
 fn value_of<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     let quoted = |quote: char| format!("{quote}{key}{quote}");
     let after = (text.split_once(&quoted('\''))).or_else(|| text.split_once(&quoted('"')))?;
@@ -144,14 +166,15 @@ fn parse_shape(value: &str) -> Option<Vec<usize>> {
         // Python 2 wrote long integers as `3L`.
         .map(|e| e.trim_end_matches('L').parse().ok())
         .collect();
-    shape.filter(|s| s.len() <= MOST_DIMENSIONS)
+    shape.filter(|s| s.len() <= MAX_DIMENSIONS)
 }
 
 impl Dtype {
+    /// Parses a quoted type code such as `'<f4'`; a list is a structured type.
     fn parse(value: &str) -> Option<Self> {
         let quote = value.chars().next()?;
         if quote == '[' {
-            return Some(Self::opaque(Kind::Other));
+            return Some(Self::opaque(DtypeKind::Other));
         }
         if quote != '\'' && quote != '"' {
             return None;
@@ -160,18 +183,18 @@ impl Dtype {
         let digits = code.find(|c: char| c.is_ascii_digit()).unwrap_or(code.len());
         let (letters, digits) = code.split_at(digits);
         let kind = match letters.chars().next_back()? {
-            'b' => Kind::Bool,
-            'i' => Kind::Signed,
-            'u' => Kind::Unsigned,
-            'f' => Kind::Float,
-            'U' => Kind::Text,
-            'S' | 'a' => Kind::Bytes,
-            'O' => return Some(Self::opaque(Kind::Object)),
-            _ => return Some(Self::opaque(Kind::Other)),
+            'b' => DtypeKind::Bool,
+            'i' => DtypeKind::Signed,
+            'u' => DtypeKind::Unsigned,
+            'f' => DtypeKind::Float,
+            'U' => DtypeKind::Text,
+            'S' | 'a' => DtypeKind::Bytes,
+            'O' => return Some(Self::opaque(DtypeKind::Object)),
+            _ => return Some(Self::opaque(DtypeKind::Other)),
         };
         let count: usize = digits.parse().ok()?;
         let size = match kind {
-            Kind::Text => count.checked_mul(4)?,
+            DtypeKind::Text => count.checked_mul(4)?,
             _ => count,
         };
         let dtype = Self {
@@ -179,10 +202,11 @@ impl Dtype {
             size,
             big_endian: letters.starts_with('>'),
         };
-        dtype.has_sound_size().then_some(dtype)
+        dtype.has_valid_size().then_some(dtype)
     }
 
-    fn opaque(kind: Kind) -> Self {
+    /// A type whose elements are never read.
+    fn opaque(kind: DtypeKind) -> Self {
         Self {
             kind,
             size: 0,
@@ -190,17 +214,18 @@ impl Dtype {
         }
     }
 
-    fn has_sound_size(&self) -> bool {
+    /// Returns whether the kind can have elements of this size.
+    fn has_valid_size(&self) -> bool {
         match self.kind {
-            Kind::Bool => self.size == 1,
-            Kind::Signed | Kind::Unsigned => matches!(self.size, 1 | 2 | 4 | 8),
+            DtypeKind::Bool => self.size == 1,
+            DtypeKind::Signed | DtypeKind::Unsigned => matches!(self.size, 1 | 2 | 4 | 8),
             // Long doubles (12 or 16 bytes) differ from machine to machine and are refused later.
-            Kind::Float => self.size > 0,
+            DtypeKind::Float => self.size > 0,
             _ => true,
         }
     }
 
-    /// The code numpy writes, such as `<f4`.
+    /// Numpy's code for the type, such as `<f4`.
     pub fn code(&self) -> String {
         let order = match (self.size, self.big_endian) {
             (0 | 1, _) => '|',
@@ -208,14 +233,14 @@ impl Dtype {
             (_, false) => '<',
         };
         let (letter, count) = match self.kind {
-            Kind::Bool => ('b', self.size),
-            Kind::Signed => ('i', self.size),
-            Kind::Unsigned => ('u', self.size),
-            Kind::Float => ('f', self.size),
-            Kind::Text => ('U', self.size / 4),
-            Kind::Bytes => ('S', self.size),
-            Kind::Object => return "O".into(),
-            Kind::Other => return "V".into(),
+            DtypeKind::Bool => ('b', self.size),
+            DtypeKind::Signed => ('i', self.size),
+            DtypeKind::Unsigned => ('u', self.size),
+            DtypeKind::Float => ('f', self.size),
+            DtypeKind::Text => ('U', self.size / 4),
+            DtypeKind::Bytes => ('S', self.size),
+            DtypeKind::Object => return "O".into(),
+            DtypeKind::Other => return "V".into(),
         };
         format!("{order}{letter}{count}")
     }
@@ -225,19 +250,19 @@ impl Display for Dtype {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let bits = self.size * 8;
         match self.kind {
-            Kind::Bool => write!(f, "bool"),
-            Kind::Signed => write!(f, "int{bits}"),
-            Kind::Unsigned => write!(f, "uint{bits}"),
-            Kind::Float => write!(f, "float{bits}"),
-            Kind::Text => write!(f, "text"),
-            Kind::Bytes => write!(f, "byte strings"),
-            Kind::Object => write!(f, "pickled Python objects"),
-            Kind::Other => write!(f, "a structured or complex type"),
+            DtypeKind::Bool => write!(f, "bool"),
+            DtypeKind::Signed => write!(f, "int{bits}"),
+            DtypeKind::Unsigned => write!(f, "uint{bits}"),
+            DtypeKind::Float => write!(f, "float{bits}"),
+            DtypeKind::Text => write!(f, "text"),
+            DtypeKind::Bytes => write!(f, "byte strings"),
+            DtypeKind::Object => write!(f, "pickled Python objects"),
+            DtypeKind::Other => write!(f, "a structured or complex type"),
         }
     }
 }
 
-/// `(150, 72)`, `(3,)`, `()`: as Python prints it.
+/// Formats a shape as Python prints it: `(150, 72)`, `(3,)`, `()`.
 pub(crate) fn shape_text(shape: &[usize]) -> String {
     match shape {
         [only] => format!("({only},)"),
@@ -260,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_stand_in_any_order() {
+    fn keys_are_found_in_any_order() {
         let header = header_of("{'shape': (3L, 4), \"fortran_order\": True, 'descr': '>i2'}\n");
         let header = header.unwrap();
         assert_eq!((header.shape, header.fortran_order), (vec![3, 4], true));
@@ -268,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_header_is_refused() {
+    fn malformed_headers_are_refused() {
         for text in [
             "",
             "{'descr': '<f4', 'fortran_order': False, 'shape': (-1,)}",
@@ -278,13 +303,13 @@ mod tests {
             "{'fortran_order': False, 'shape': (1,)}",
         ] {
             let read = header_of(text);
-            let opaque = matches!(&read, Ok(h) if h.dtype.kind == Kind::Other);
+            let opaque = matches!(&read, Ok(h) if h.dtype.kind == DtypeKind::Other);
             assert!(read.is_err() || opaque, "{text}");
         }
     }
 
     #[test]
-    fn products_that_overflow_have_no_size() {
+    fn overflowing_shapes_have_no_size() {
         let huge = header_of("{'descr': '<f8', 'fortran_order': False, 'shape': (4294967296, 4294967296)}");
         assert_eq!(huge.unwrap().data_length(), None);
     }
@@ -292,10 +317,10 @@ mod tests {
     #[test]
     fn objects_and_structures_are_recognised() {
         for (code, kind) in [
-            ("'|O'", Kind::Object),
-            ("[('a', '<f4')]", Kind::Other),
-            ("'<c16'", Kind::Other),
-            ("'<M8[ns]'", Kind::Other),
+            ("'|O'", DtypeKind::Object),
+            ("[('a', '<f4')]", DtypeKind::Other),
+            ("'<c16'", DtypeKind::Other),
+            ("'<M8[ns]'", DtypeKind::Other),
         ] {
             let text = format!("{{'descr': {code}, 'fortran_order': False, 'shape': (1,)}}");
             assert_eq!(header_of(&text).unwrap().dtype.kind, kind);

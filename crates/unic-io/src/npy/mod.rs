@@ -1,4 +1,4 @@
-//! numpy's array format: header, element types, reading and writing.
+//! Numpy's array format `.npy`: header, element types, reading and writing.
 //!
 //! Specification: NEP 1 (`numpy.lib.format`), versions 1.0 to 3.0. Arrays of Python objects
 //! (pickles) and structured types are refused.
@@ -10,8 +10,8 @@ mod write;
 
 pub use element::Element;
 pub(crate) use header::shape_text;
-pub use header::{Dtype, Header, Kind};
+pub use header::{Dtype, DtypeKind, Header};
 pub use read::{Array, Dim, read_npy, read_npy_header};
-pub(crate) use read::{Source, decoded, read_array, read_text};
+pub(crate) use read::{ArraySource, decoded, read_array, read_text};
 pub use write::write_npy;
 pub(crate) use write::{header_bytes, padded_header_bytes};

@@ -1,8 +1,8 @@
-//! Arrays from `.npy` streams, with their sizes checked before memory is asked for.
+//! Reading arrays from `.npy` streams. Sizes are checked before memory is allocated.
 
 use super::{
     element::{Element, sealed::Decode},
-    header::{Dtype, Header, Kind, shape_text},
+    header::{Dtype, DtypeKind, Header, shape_text},
 };
 use crate::error::{Error, Result};
 use std::{
@@ -11,7 +11,7 @@ use std::{
     path::Path,
 };
 
-/// Elements are decoded through a buffer of about this many bytes.
+/// Size of the buffer that elements are decoded through, bytes.
 const CHUNK: usize = 1 << 16;
 
 /// An array in C order: the last index varies fastest.
@@ -23,25 +23,26 @@ pub struct Array<T> {
     pub data: Vec<T>,
 }
 
-/// What an array's dimension should be.
+/// Required extent of an array's dimension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dim {
-    /// Anything; the letter is for messages.
+    /// Any extent; the letter stands for it in messages.
     Any(&'static str),
-    /// Exactly this many.
+    /// Exactly this extent.
     Is(usize),
 }
 
-/// Where an array comes from, for messages and for the bounds on its size.
+/// Origin of an array, for messages and for the bound on its size.
 #[derive(Clone, Copy)]
-pub(crate) struct Source<'a> {
+pub(crate) struct ArraySource<'a> {
     pub(crate) path: &'a Path,
     pub(crate) array: &'a str,
-    /// Bytes that the container holds for header and elements together.
+    /// Length of header and elements together in the container, bytes.
     pub(crate) length: u64,
 }
 
-impl Source<'_> {
+impl ArraySource<'_> {
+    /// Returns an error about this array.
     pub(crate) fn error(&self, expected: impl Into<String>, found: impl Into<String>) -> Error {
         Error::Array {
             path: self.path.to_path_buf(),
@@ -51,6 +52,7 @@ impl Source<'_> {
         }
     }
 
+    /// Converts an error of the reader.
     pub(crate) fn read_error(&self, error: io::Error) -> Error {
         match error.kind() {
             io::ErrorKind::InvalidData => self.error("a numpy array", error.to_string()),
@@ -59,10 +61,14 @@ impl Source<'_> {
         }
     }
 
-    /// Header whose declared size agrees with what the container holds.
+    /// Reads a header and checks its declared size against the container.
+    ///
+    /// # Errors
+    /// A malformed header; more or fewer bytes than it declares.
     pub(crate) fn header(&self, reader: &mut impl Read) -> Result<Header> {
         let header = Header::read(reader).map_err(|e| self.read_error(e))?;
-        if matches!(header.dtype.kind, Kind::Object | Kind::Other) {
+        // Types without a fixed size have nothing to check; readers refuse them.
+        if matches!(header.dtype.kind, DtypeKind::Object | DtypeKind::Other) {
             return Ok(header);
         }
         let declared = header.data_length();
@@ -79,9 +85,12 @@ impl Source<'_> {
     }
 }
 
-/// Reads one array whose shape fits `dims`.
+/// Reads one array of the shape `dims`, in C order.
+///
+/// # Errors
+/// Another shape or type, an element out of range, fewer or more bytes than declared.
 pub(crate) fn read_array<T: Element>(
-    source: Source<'_>,
+    source: ArraySource<'_>,
     reader: &mut impl Read,
     dims: &[Dim],
 ) -> Result<Array<T>> {
@@ -102,7 +111,7 @@ pub(crate) fn read_array<T: Element>(
     })
 }
 
-fn expect_shape(source: &Source<'_>, shape: &[usize], dims: &[Dim]) -> Result<()> {
+fn expect_shape(source: &ArraySource<'_>, shape: &[usize], dims: &[Dim]) -> Result<()> {
     let fits = |(&extent, dim): (&usize, &Dim)| match dim {
         Dim::Any(_) => true,
         Dim::Is(expected) => extent == *expected,
@@ -122,8 +131,8 @@ fn expect_shape(source: &Source<'_>, shape: &[usize], dims: &[Dim]) -> Result<()
     ))
 }
 
-/// Elements as they arrive: memory grows with the bytes that are there, not with the declaration.
-fn decode<T: Element>(source: Source<'_>, reader: &mut impl Read, header: &Header) -> Result<Vec<T>> {
+/// Decodes all elements. Memory grows with the bytes that arrive, not with the declared count.
+fn decode<T: Element>(source: ArraySource<'_>, reader: &mut impl Read, header: &Header) -> Result<Vec<T>> {
     let Dtype { kind, size, .. } = header.dtype;
     let mut left = header.element_count().unwrap_or(0);
     let mut data = Vec::with_capacity(left.min(CHUNK));
@@ -145,7 +154,7 @@ fn decode<T: Element>(source: Source<'_>, reader: &mut impl Read, header: &Heade
     Ok(data)
 }
 
-/// Numbers of a type that lie in memory one after another; none for types that are no numbers.
+/// Decodes contiguous numbers; `None` for types that are not numbers.
 pub(crate) fn decoded(dtype: Dtype, bytes: &[u8]) -> Option<Vec<f64>> {
     let element = |bytes: &[u8]| {
         let mut number = [0; 8];
@@ -156,12 +165,15 @@ pub(crate) fn decoded(dtype: Dtype, bytes: &[u8]) -> Option<Vec<f64>> {
         }
         f64::decode(dtype.kind, number)
     };
-    let sound = f64::accepts(dtype) && (1..=8).contains(&dtype.size);
-    sound.then(|| bytes.chunks_exact(dtype.size).map(element).collect())?
+    let is_decodable = f64::accepts(dtype) && (1..=8).contains(&dtype.size);
+    is_decodable.then(|| bytes.chunks_exact(dtype.size).map(element).collect())?
 }
 
-/// Reaching the end makes a zip entry verify its checksum and that nothing more would be unpacked.
-fn expect_end(source: Source<'_>, reader: &mut impl Read) -> Result<()> {
+/// Checks that the reader is at its end.
+///
+/// A reader of a zip entry verifies its checksum only when it reaches the end. It fails there too
+/// if the entry unpacks to more bytes than declared.
+fn expect_end(source: ArraySource<'_>, reader: &mut impl Read) -> Result<()> {
     match reader.read(&mut [0]) {
         Ok(0) => Ok(()),
         Ok(_) => Err(source.error("the end of the array", "more bytes")),
@@ -172,7 +184,7 @@ fn expect_end(source: Source<'_>, reader: &mut impl Read) -> Result<()> {
     }
 }
 
-/// Elements of a Fortran-ordered array in C order.
+/// Reorders the elements of a Fortran-ordered array to C order.
 fn c_order<T: Copy>(data: &[T], shape: &[usize]) -> Vec<T> {
     let mut index = vec![0; shape.len()];
     let mut strides = Vec::with_capacity(shape.len());
@@ -190,7 +202,7 @@ fn c_order<T: Copy>(data: &[T], shape: &[usize]) -> Vec<T> {
         .collect()
 }
 
-/// The next index in C order.
+/// Moves a multi-dimensional index to the next element in C order.
 fn advance(index: &mut [usize], shape: &[usize]) {
     for (i, &extent) in index.iter_mut().zip(shape).rev() {
         *i += 1;
@@ -202,11 +214,14 @@ fn advance(index: &mut [usize], shape: &[usize]) {
 }
 
 /// Reads an array of text (`U` or `S`), flattened.
-pub(crate) fn read_text(source: Source<'_>, reader: &mut impl Read) -> Result<Vec<String>> {
+///
+/// # Errors
+/// Another type, fewer or more bytes than declared, several strings of no characters.
+pub(crate) fn read_text(source: ArraySource<'_>, reader: &mut impl Read) -> Result<Vec<String>> {
     let header = source.header(reader)?;
     let count = header.element_count().unwrap_or(0);
     let Dtype { kind, size, .. } = header.dtype;
-    if !matches!(kind, Kind::Text | Kind::Bytes) {
+    if !matches!(kind, DtypeKind::Text | DtypeKind::Bytes) {
         return Err(source.error("text", header.dtype.to_string()));
     }
     if size == 0 {
@@ -216,6 +231,7 @@ pub(crate) fn read_text(source: Source<'_>, reader: &mut impl Read) -> Result<Ve
             _ => Err(source.error("text", "strings without a character")),
         };
     }
+    // No capacity from the declared count: a damaged header may claim any number.
     let mut texts = Vec::new();
     for _ in 0..count {
         let mut bytes = Vec::new();
@@ -229,8 +245,9 @@ pub(crate) fn read_text(source: Source<'_>, reader: &mut impl Read) -> Result<Ve
     Ok(texts)
 }
 
+/// Decodes one string; the padding zeros at its end are dropped.
 fn text(dtype: Dtype, bytes: &[u8]) -> String {
-    if dtype.kind == Kind::Bytes {
+    if dtype.kind == DtypeKind::Bytes {
         return String::from_utf8_lossy(bytes).trim_end_matches('\0').into();
     }
     let units = bytes.chunks_exact(4).filter_map(|unit| {
@@ -245,7 +262,7 @@ fn text(dtype: Dtype, bytes: &[u8]) -> String {
     chars.collect::<String>().trim_end_matches('\0').into()
 }
 
-/// Reads a `.npy` file whose shape fits `dims`.
+/// Reads a `.npy` file of the shape `dims`.
 ///
 /// # Errors
 /// No such file, another shape or type, fewer or more bytes than the header declares.
@@ -254,7 +271,7 @@ pub fn read_npy<T: Element>(path: &Path, dims: &[Dim]) -> Result<Array<T>> {
     read_array(source, &mut reader, dims)
 }
 
-/// Reads only the header of a `.npy` file, and checks it against the file's size.
+/// Reads the header of a `.npy` file and checks it against the file's size; elements are not read.
 ///
 /// # Errors
 /// No such file, no numpy array, another size than declared.
@@ -263,11 +280,11 @@ pub fn read_npy_header(path: &Path) -> Result<Header> {
     source.header(&mut reader)
 }
 
-fn open(path: &Path) -> Result<(Source<'_>, BufReader<File>)> {
+fn open(path: &Path) -> Result<(ArraySource<'_>, BufReader<File>)> {
     let file = File::open(path).map_err(Error::io(path, "open"))?;
     let length = file.metadata().map_err(Error::io(path, "read"))?.len();
     let array = path.file_name().and_then(|n| n.to_str()).unwrap_or("array");
-    let source = Source { path, array, length };
+    let source = ArraySource { path, array, length };
     Ok((source, BufReader::new(file)))
 }
 
@@ -276,7 +293,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fortran_order_is_transposed() {
+    fn fortran_order_becomes_c_order() {
         // numpy.asfortranarray([[0, 1, 2], [3, 4, 5]]) stores its columns one after the other.
         assert_eq!(c_order(&[0, 3, 1, 4, 2, 5], &[2, 3]), [0, 1, 2, 3, 4, 5]);
         assert_eq!(

@@ -1,4 +1,4 @@
-//! `.npy` headers and files, written as numpy writes them.
+//! Writing `.npy` headers and files with the bytes that numpy writes.
 
 use super::header::shape_text;
 use crate::{
@@ -7,16 +7,17 @@ use crate::{
 };
 use std::{io::Write, path::Path};
 
-/// Elements begin at a multiple of this, so that a mapped file is aligned for any type.
+/// Alignment of the first element in the file, bytes: a mapped file is aligned for any type.
 const ALIGNMENT: usize = 64;
 
-/// Header of a C-ordered array; `code` is numpy's, such as `<f4`.
+/// Returns the header of a C-ordered array; `code` is numpy's type code, such as `<f4`.
 pub(crate) fn header_bytes(code: &str, shape: &[usize]) -> Vec<u8> {
     padded_header_bytes(code, shape, 0)
 }
 
-/// The same with room for at least `least` bytes in all, for a header that is written again once
-/// the number of frames is known.
+/// Returns the header of a C-ordered array, padded with spaces to at least `least` bytes.
+///
+/// The padding leaves room for a header that is written again once the number of frames is known.
 pub(crate) fn padded_header_bytes(code: &str, shape: &[usize], least: usize) -> Vec<u8> {
     let shape = shape_text(shape);
     let text = format!("{{'descr': '{code}', 'fortran_order': False, 'shape': {shape}, }}");

@@ -1,4 +1,4 @@
-//! `.npz`: a zip archive of `.npy` streams.
+//! Numpy's archive format `.npz`: a zip archive of `.npy` streams.
 
 mod read;
 mod write;

@@ -2,9 +2,10 @@
 
 use crate::{
     error::{Error, Result},
-    formats::refuse_foreign,
-    npy::{self, Array, Dim, Element, Header, Source},
+    foreign_formats::refuse_foreign,
+    npy::{self, Array, ArraySource, Dim, Element, Header},
 };
+use glam::Vec3;
 use std::{
     fs::File,
     io::BufReader,
@@ -12,21 +13,22 @@ use std::{
 };
 use zip::{ZipArchive, read::ZipFile, result::ZipError};
 
-/// Deflate never packs better than 1,032 to 1; a size beyond that is a lie.
-const DEFLATE_LIMIT: u64 = 1032;
+/// Highest compression ratio of deflate. A larger declared ratio is false.
+const DEFLATE_RATIO: u64 = 1032;
 
-/// Arrays up to this many bytes may be packed as well as deflate can: masks, motions that stand still.
-const SMALL: u64 = 64 << 20;
+/// Size in bytes up to which an array may have any ratio that deflate reaches: masks and motions
+/// without movement compress that well.
+const SMALL_ARRAY: u64 = 64 << 20;
 
-/// Larger arrays unpack to at most this many bytes for each byte that they are packed into. Skinning weights
-/// with a column for each joint, the emptiest numbers that anyone stores, reach 13 at 24 joints and 47 at 300.
-const LARGE_LIMIT: u64 = 100;
+/// Highest compression ratio of larger arrays. Skinning weights with a column for each joint are
+/// the sparsest numbers in use: their ratio is 13 at 24 joints and 47 at 300.
+const LARGE_ARRAY_RATIO: u64 = 100;
 
-/// A `.npz` file open for reading; arrays are read when asked for.
+/// A `.npz` file open for reading. Each array is read on demand.
 #[derive(Debug)]
 pub struct Npz {
     path: PathBuf,
-    /// Bytes of the whole file.
+    /// Size of the file, bytes.
     length: u64,
     names: Vec<String>,
     archive: ZipArchive<BufReader<File>>,
@@ -58,7 +60,7 @@ impl Npz {
         })
     }
 
-    /// The file.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -68,37 +70,37 @@ impl Npz {
         &self.names
     }
 
-    /// Whether there is an array of this name.
+    /// Returns whether there is an array of this name.
     pub fn contains(&self, name: &str) -> bool {
         self.names.iter().any(|n| n == name)
     }
 
-    /// The first of several names that the archive holds.
-    pub fn first_of<'a>(&self, names: &[&'a str]) -> Option<&'a str> {
+    /// Returns the first of several names that the archive holds.
+    pub fn first_present<'a>(&self, names: &[&'a str]) -> Option<&'a str> {
         names.iter().copied().find(|name| self.contains(name))
     }
 
-    /// Type and shape of an array, without reading its elements.
+    /// Reads the type and shape of an array, without its elements.
     ///
     /// # Errors
-    /// No such array, a header that is damaged or contradicts the archive, and more than 64 MiB that are packed
-    /// more than 100 to 1.
+    /// No such array; a header that is damaged or contradicts the archive; an array of more than
+    /// 64 MiB with a compression ratio above 100.
     pub fn header(&mut self, name: &str) -> Result<Header> {
         self.with_entry(name, |source, entry| source.header(entry))
     }
 
-    /// Reads an array whose shape fits `dims`.
+    /// Reads an array of the shape `dims`.
     ///
     /// # Errors
-    /// No such array, another shape or type, damaged data; as [`Npz::header`].
+    /// Another shape or type, damaged data; those of [`Npz::header`].
     pub fn array<T: Element>(&mut self, name: &str, dims: &[Dim]) -> Result<Array<T>> {
         self.with_entry(name, |source, entry| npy::read_array(source, entry, dims))
     }
 
-    /// The same for numbers, none of them NaN or infinite.
+    /// Reads an array of finite numbers.
     ///
     /// # Errors
-    /// As [`Npz::array`], and the first number that is not finite.
+    /// A number that is not finite; those of [`Npz::array`].
     pub fn finite<T: Element + Into<f64>>(&mut self, name: &str, dims: &[Dim]) -> Result<Array<T>> {
         let array = self.array::<T>(name, dims)?;
         match array.data.iter().position(|&x| !x.into().is_finite()) {
@@ -111,25 +113,34 @@ impl Npz {
         }
     }
 
-    /// A single finite number, whatever its shape: `()`, `(1,)`, `(1, 1)`.
+    /// Reads a finite array of shape (`count`, 3) as points or vectors.
     ///
     /// # Errors
-    /// As [`Npz::finite`], and more than one number.
+    /// Those of [`Npz::finite`].
+    pub fn vectors(&mut self, name: &str, count: Dim) -> Result<Vec<Vec3>> {
+        let array = self.finite::<f32>(name, &[count, Dim::Is(3)])?;
+        Ok(bytemuck::cast_slice(&array.data).to_vec())
+    }
+
+    /// Reads a single finite number from an array of shape `()`, `(1,)`, `(1, 1)`, ...
+    ///
+    /// # Errors
+    /// More than one number; those of [`Npz::finite`].
     pub fn number(&mut self, name: &str) -> Result<f64> {
         let rank = self.header(name)?.shape.len();
         let array = self.finite::<f64>(name, &vec![Dim::Is(1); rank])?;
         Ok(array.data[0])
     }
 
-    /// Text, one string an element.
+    /// Reads an array of text, one string for each element.
     ///
     /// # Errors
-    /// No such array, another type, damaged data; as [`Npz::header`].
+    /// Another type, damaged data; those of [`Npz::header`].
     pub fn text(&mut self, name: &str) -> Result<Vec<String>> {
         self.with_entry(name, |source, entry| npy::read_text(source, entry))
     }
 
-    /// An error about one of this file's arrays.
+    /// Returns an error about one of this file's arrays.
     pub(crate) fn array_error(
         &self,
         array: &str,
@@ -144,10 +155,11 @@ impl Npz {
         }
     }
 
+    /// Opens the entry of an array, checks its compression ratio and hands it to `read`.
     fn with_entry<T>(
         &mut self,
         name: &str,
-        read: impl FnOnce(Source<'_>, &mut ZipFile<'_, BufReader<File>>) -> Result<T>,
+        read: impl FnOnce(ArraySource<'_>, &mut ZipFile<'_, BufReader<File>>) -> Result<T>,
     ) -> Result<T> {
         if !self.contains(name) {
             let held = self.names.join(", ");
@@ -159,32 +171,33 @@ impl Npz {
         }
         let mut entry =
             (self.archive.by_name(&format!("{name}.npy"))).map_err(|e| archive_error(&self.path, e))?;
-        let source = Source {
+        let source = ArraySource {
             path: &self.path,
             array: name,
             length: entry.size(),
         };
-        // The directory may claim more packed bytes than there are.
-        check_packing(source, entry.compressed_size().min(self.length))?;
+        // The directory may declare more packed bytes than the file has.
+        check_compression(source, entry.compressed_size().min(self.length))?;
         let value = read(source, &mut entry)?;
         Ok(value)
     }
 }
 
-/// Refuses an array that would unpack to far more than it is packed into, before any of it is unpacked.
+/// Refuses an array of an implausible compression ratio (a zip bomb), before any of it is unpacked.
 ///
-/// Readers would hold two gigabytes for a file of two megabytes. What is behind the declared size is never
-/// unpacked: the entry's reader fails there.
-fn check_packing(source: Source<'_>, packed: u64) -> Result<()> {
+/// A file of two megabytes could otherwise take two gigabytes of memory. Bytes behind the declared
+/// size are never unpacked: the entry's reader fails there.
+fn check_compression(source: ArraySource<'_>, packed: u64) -> Result<()> {
     let unpacked = source.length;
     let found = || format!("{unpacked} bytes packed into {packed}");
-    let deflated = packed.saturating_mul(DEFLATE_LIMIT).saturating_add(DEFLATE_LIMIT);
+    // One ratio more, because the size of tiny entries is rounded up to whole bytes.
+    let deflated = packed.saturating_mul(DEFLATE_RATIO).saturating_add(DEFLATE_RATIO);
     if unpacked > deflated {
         return Err(source.error("a size that deflate can reach", found()));
     }
-    if unpacked > SMALL.max(packed.saturating_mul(LARGE_LIMIT)) {
+    if unpacked > SMALL_ARRAY.max(packed.saturating_mul(LARGE_ARRAY_RATIO)) {
         let expected = format!(
-            "at most {LARGE_LIMIT} bytes for each packed byte (such an array can be stored uncompressed)"
+            "at most {LARGE_ARRAY_RATIO} bytes for each packed byte (such an array can be stored uncompressed)"
         );
         return Err(source.error(expected, found()));
     }

@@ -11,16 +11,17 @@ use std::{
 };
 use zip::{CompressionMethod, ZipWriter, result::ZipError, write::SimpleFileOptions};
 
-/// From this size on an entry needs zip's 64-bit fields.
-const LARGE: u64 = 1 << 31;
+/// Size in bytes from which an entry gets zip's 64-bit fields. The 32-bit fields reach 4 GiB; half
+/// of that leaves room for data that deflate cannot compress and makes a little longer.
+const LARGE_ENTRY: u64 = 1 << 31;
 
-/// A `.npz` file being written: deflated, atomic, the same bytes for the same arrays.
+/// Writer of a `.npz` file: deflated, atomic, the same bytes for the same arrays.
 ///
 /// Nothing appears under the file's name before [`NpzWriter::finish`].
 #[derive(Debug)]
 pub struct NpzWriter {
     path: PathBuf,
-    zip: ZipWriter<UntilFailure>,
+    zip: ZipWriter<DiscardAfterFailure>,
 }
 
 impl NpzWriter {
@@ -31,7 +32,7 @@ impl NpzWriter {
     pub fn create(path: &Path) -> Result<Self> {
         Ok(Self {
             path: path.to_path_buf(),
-            zip: ZipWriter::new(UntilFailure {
+            zip: ZipWriter::new(DiscardAfterFailure {
                 file: AtomicFile::create(path)?,
                 position: 0,
                 failed: false,
@@ -50,7 +51,7 @@ impl NpzWriter {
     /// Adds an array of f64.
     ///
     /// # Errors
-    /// As [`NpzWriter::f32s`].
+    /// Those of [`NpzWriter::f32s`].
     pub fn f64s(&mut self, name: &str, shape: &[usize], data: &[f64]) -> Result<()> {
         self.array(name, "<f8", shape, data)
     }
@@ -58,7 +59,7 @@ impl NpzWriter {
     /// Adds an array of i32.
     ///
     /// # Errors
-    /// As [`NpzWriter::f32s`].
+    /// Those of [`NpzWriter::f32s`].
     pub fn i32s(&mut self, name: &str, shape: &[usize], data: &[i32]) -> Result<()> {
         self.array(name, "<i4", shape, data)
     }
@@ -66,24 +67,24 @@ impl NpzWriter {
     /// Adds a one-dimensional array of u32.
     ///
     /// # Errors
-    /// As [`NpzWriter::f32s`].
+    /// Those of [`NpzWriter::f32s`].
     pub fn u32s(&mut self, name: &str, data: &[u32]) -> Result<()> {
         self.array(name, "<u4", &[data.len()], data)
     }
 
-    /// Adds a one-dimensional array of truth values.
+    /// Adds a one-dimensional array of bool.
     ///
     /// # Errors
-    /// As [`NpzWriter::f32s`].
+    /// Those of [`NpzWriter::f32s`].
     pub fn bools(&mut self, name: &str, data: &[bool]) -> Result<()> {
         let bytes: Vec<u8> = data.iter().map(|&b| u8::from(b)).collect();
         self.array(name, "|b1", &[data.len()], &bytes)
     }
 
-    /// Adds a one-dimensional array of text, as numpy's `U`.
+    /// Adds a one-dimensional array of text, numpy's type `U`.
     ///
     /// # Errors
-    /// As [`NpzWriter::f32s`].
+    /// Those of [`NpzWriter::f32s`].
     pub fn text(&mut self, name: &str, texts: &[String]) -> Result<()> {
         let longest = texts.iter().map(|t| t.chars().count()).max().unwrap_or(0);
         // numpy refuses to map text of no width; one character is what it writes itself.
@@ -98,7 +99,8 @@ impl NpzWriter {
         self.entry(name, &header, bytemuck::cast_slice(&units))
     }
 
-    /// Adds an array of f32 whose little-endian bytes come from a reader.
+    /// Adds an array of f32 whose little-endian bytes come from a reader, without holding them in
+    /// memory.
     ///
     /// # Errors
     /// More or fewer bytes than the shape holds; the file cannot be written.
@@ -119,7 +121,7 @@ impl NpzWriter {
         ))
     }
 
-    /// Writes the directory and gives the file its name.
+    /// Writes the directory and gives the file its final name.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -165,7 +167,7 @@ impl NpzWriter {
     fn start(&mut self, name: &str, length: u64) -> Result<()> {
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Deflated)
-            .large_file(length >= LARGE);
+            .large_file(length >= LARGE_ENTRY);
         (self.zip.start_file(format!("{name}.npy"), options)).map_err(|e| write_error(&self.path, e))
     }
 }
@@ -177,19 +179,20 @@ fn write_error(path: &Path, error: ZipError) -> Error {
     })
 }
 
-/// A file up to the first failure, which is handed on; then one that takes everything and keeps nothing. A
-/// dropped `ZipWriter` tries to write its directory, and would tell stderr of a failure that is known
-/// already.
+/// A file that discards everything after the first failed operation.
+///
+/// The failure itself is returned to the caller. A `ZipWriter` that is dropped afterwards tries to
+/// write its directory. If that failed too, it would print the known failure to stderr once more.
 #[derive(Debug)]
-struct UntilFailure {
+struct DiscardAfterFailure {
     file: AtomicFile,
-    /// In the file, or where it would be without the failure: `ZipWriter` takes lengths from it.
+    /// Position in the file, as if no operation had failed. `ZipWriter` computes lengths from it.
     position: u64,
     failed: bool,
 }
 
-impl UntilFailure {
-    /// What the file makes of it; `otherwise` once it has failed.
+impl DiscardAfterFailure {
+    /// Runs an operation on the file; returns `otherwise` if an earlier one failed.
     fn attempt<T>(
         &mut self,
         otherwise: T,
@@ -199,13 +202,14 @@ impl UntilFailure {
             return Ok(otherwise);
         }
         let result = action(&mut self.file);
+        // An interrupted call is repeated by its caller and is no failure.
         let is_fatal = |e: &io::Error| e.kind() != ErrorKind::Interrupted;
         self.failed = result.as_ref().is_err_and(is_fatal);
         result
     }
 }
 
-impl Write for UntilFailure {
+impl Write for DiscardAfterFailure {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.attempt(bytes.len(), |file| file.write(bytes))?;
         self.position += written as u64;
@@ -217,7 +221,7 @@ impl Write for UntilFailure {
     }
 }
 
-impl Seek for UntilFailure {
+impl Seek for DiscardAfterFailure {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         let otherwise = match to {
             SeekFrom::Start(position) => position,

@@ -1,4 +1,4 @@
-//! Wavefront OBJ: one triangle mesh, its vertices in the order of the file.
+//! Wavefront OBJ files: one triangle mesh with its vertices in the order of the file.
 
 mod read;
 mod write;

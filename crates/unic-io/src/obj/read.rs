@@ -1,35 +1,35 @@
-//! Reading OBJ.
+//! Reading OBJ files.
 
 use crate::{
     error::{Error, Result},
-    formats::refuse_foreign,
+    foreign_formats::refuse_foreign,
 };
 use glam::{Vec2, Vec3};
 use std::path::Path;
 use unic_core::mesh::{TriMesh, Uvs};
 
-/// Reads a mesh; see [`parse_obj`].
+/// Reads a mesh from an OBJ file; [`parse_obj`] describes the accepted content.
 ///
 /// # Errors
-/// No such file, and those of [`parse_obj`].
+/// No such file; those of [`parse_obj`].
 pub fn read_obj(path: &Path) -> Result<TriMesh> {
     refuse_foreign(path, "an OBJ mesh")?;
     let bytes = std::fs::read(path).map_err(Error::io(path, "open"))?;
     parse_obj(path, &String::from_utf8_lossy(&bytes))
 }
 
-/// Parses the text of an OBJ file; `path` is for messages.
+/// Parses the text of an OBJ file; `path` is used in messages only.
 ///
-/// Every `v` becomes a vertex, also those that no face uses, in the order of the file. Polygons
-/// become fans around their first corner. Texture coordinates are kept by corner, and dropped
-/// where some faces have none. Colours behind the coordinates of a vertex, normals, groups,
-/// materials, lines and points are skipped.
+/// Every `v` becomes a vertex in the order of the file, including those that no face uses. A
+/// polygon becomes a fan around its first corner. Texture coordinates are kept for each corner;
+/// they are dropped if some face has none. Vertex colours, normals, groups, materials, lines and
+/// points are skipped.
 ///
 /// # Errors
-/// The first line that cannot be read: numbers that are no finite numbers, faces of fewer than
-/// three corners, indices out of range. A file without vertices.
+/// The first line with a number that is not finite, a face of fewer than three corners or an index
+/// out of range; a file without vertices.
 pub fn parse_obj(path: &Path, text: &str) -> Result<TriMesh> {
-    let mut parser = Parser::default();
+    let mut parser = ObjParser::default();
     let mut continued = String::new();
     for (number, line) in text.lines().enumerate() {
         let line = line.split('#').next().unwrap_or_default();
@@ -51,11 +51,12 @@ pub fn parse_obj(path: &Path, text: &str) -> Result<TriMesh> {
 }
 
 #[derive(Default)]
-struct Parser {
+struct ObjParser {
     mesh: TriMesh,
     uvs: Uvs,
 }
 
+/// Fault of one line; the caller adds path and line number.
 struct LineError {
     expected: &'static str,
     found: String,
@@ -63,10 +64,14 @@ struct LineError {
 
 type LineResult<T> = std::result::Result<T, LineError>;
 
-/// A corner of a face: index of its vertex and of its texture coordinate.
-type Corner = (u32, Option<u32>);
+/// A corner of a face: zero-based indices of its vertex and its texture coordinate.
+#[derive(Clone, Copy)]
+struct Corner {
+    vertex: u32,
+    uv: Option<u32>,
+}
 
-impl Parser {
+impl ObjParser {
     fn line(&mut self, line: &str) -> LineResult<()> {
         let mut words = line.split_whitespace();
         match words.next() {
@@ -97,15 +102,15 @@ impl Parser {
         let first = corners[0];
         for pair in corners[1..].windows(2) {
             let fan = [first, pair[0], pair[1]];
-            self.mesh.faces.push(fan.map(|c| c.0));
-            if let [Some(a), Some(b), Some(c)] = fan.map(|c| c.1) {
+            self.mesh.faces.push(fan.map(|c| c.vertex));
+            if let [Some(a), Some(b), Some(c)] = fan.map(|c| c.uv) {
                 self.uvs.faces.push([a, b, c]);
             }
         }
         Ok(())
     }
 
-    /// `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    /// Parses a corner: `v`, `v/vt`, `v//vn` or `v/vt/vn`.
     fn corner(&self, word: &str) -> LineResult<Corner> {
         let mut parts = word.split('/');
         let vertex = index(parts.next().unwrap_or_default(), self.mesh.vertices.len())?;
@@ -113,7 +118,7 @@ impl Parser {
             None | Some("") => None,
             Some(text) => Some(index(text, self.uvs.coordinates.len())?),
         };
-        Ok((vertex, uv))
+        Ok(Corner { vertex, uv })
     }
 
     fn finish(self, path: &Path) -> Result<TriMesh> {
@@ -121,6 +126,8 @@ impl Parser {
         if mesh.vertices.is_empty() {
             return Err(Error::content(path, "an OBJ mesh", "no vertices"));
         }
+        // Triangles without texture coordinates added none, so that equal counts mean a complete
+        // map.
         if !uvs.faces.is_empty() && uvs.faces.len() == mesh.faces.len() {
             mesh.uvs = Some(uvs);
         }
@@ -128,7 +135,8 @@ impl Parser {
     }
 }
 
-/// One-based, or counted back from the latest when negative.
+/// Parses an index of one of `count` elements: one-based, or counted back from the latest if
+/// negative.
 fn index(text: &str, count: usize) -> LineResult<u32> {
     let index = match text.parse::<i64>() {
         Ok(i) if i > 0 => Some(i - 1),
@@ -178,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn negative_indices_comments_and_continued_lines() {
+    fn negative_indices_comments_and_continued_lines_are_read() {
         let mesh = parse(&format!("# a\n{SQUARE}\r\ng panel\nf -5 -4 \\\n  -3 # fan\n")).unwrap();
         assert_eq!(mesh.faces, [[0, 1, 2]]);
     }
@@ -195,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_say_the_line() {
+    fn errors_name_the_line() {
         for (line, word) in [
             ("f 1 2", "three corners"),
             ("f 1 2 7", "`7`"),

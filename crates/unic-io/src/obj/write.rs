@@ -1,4 +1,4 @@
-//! Writing OBJ.
+//! Writing OBJ files.
 
 use crate::{
     atomic::AtomicFile,
@@ -11,8 +11,8 @@ use std::{
 };
 use unic_core::mesh::TriMesh;
 
-/// Writes a mesh, atomically. Coordinates are written with as many digits as bring the same f32
-/// back.
+/// Writes a mesh as an OBJ file, atomically. Coordinates have enough digits to be read back as the
+/// same f32.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -22,15 +22,15 @@ pub fn write_obj(path: &Path, mesh: &TriMesh) -> Result<()> {
     file.finish()
 }
 
-/// Writes a mesh to a file that is open already; see [`write_obj`].
+/// Writes a mesh in OBJ format to `out`, as [`write_obj`] does.
 ///
 /// # Errors
-/// As `out`.
+/// Those of `out`.
 pub fn write_obj_to(out: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {
     write_mesh(out, mesh, &mesh.vertices)
 }
 
-/// The mesh with other positions.
+/// Writes a mesh in OBJ format with `positions` instead of its own.
 pub(crate) fn write_mesh(out: &mut impl Write, mesh: &TriMesh, positions: &[Vec3]) -> io::Result<()> {
     for v in positions {
         writeln!(out, "v {} {} {}", v.x, v.y, v.z)?;
@@ -50,7 +50,7 @@ pub(crate) fn write_mesh(out: &mut impl Write, mesh: &TriMesh, positions: &[Vec3
     })
 }
 
-/// OBJ counts from one.
+/// Converts an index to OBJ's, which begin at one. `u64` holds `u32::MAX` + 1.
 fn one_based(index: u32) -> u64 {
     u64::from(index) + 1
 }

@@ -1,10 +1,10 @@
-//! Numpy's arrays among a pickle's objects.
+//! Numpy's arrays among the objects of a pickle.
 
-use super::machine::{Node, Pickle};
-use crate::npy::{Dtype, Kind, decoded};
+use super::machine::{Pickle, PickleNode};
+use crate::npy::{Dtype, DtypeKind, decoded};
 use std::borrow::Cow;
 
-/// An array of numbers in C order.
+/// An array of numbers in C order, converted to f64.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Numbers {
     pub(crate) shape: Vec<usize>,
@@ -12,10 +12,11 @@ pub(crate) struct Numbers {
 }
 
 impl Pickle<'_> {
-    /// The numpy array that an object is: `_reconstruct` and a state, as protocols below 5 have it, or
-    /// `_frombuffer`. None where it is no array of numbers in C order.
+    /// Reads the numpy array of an object; `None` if it is no array of numbers in C order.
+    ///
+    /// Protocols below 5 make arrays by `_reconstruct` and a state, protocol 5 by `_frombuffer`.
     pub(crate) fn numbers(&self, index: usize) -> Option<Numbers> {
-        let Node::Object {
+        let PickleNode::Object {
             class,
             arguments,
             state,
@@ -23,12 +24,12 @@ impl Pickle<'_> {
         else {
             return None;
         };
-        let Node::Global(class) = self.node(*class) else {
+        let PickleNode::Global(class) = self.node(*class) else {
             return None;
         };
         let (dtype, shape, bytes) = match (class.rsplit('.').next()?, state) {
             ("_reconstruct", Some(state)) => match *self.list(*state)? {
-                [_, shape, dtype, fortran, bytes] if self.node(fortran) == &Node::Int(0) => {
+                [_, shape, dtype, fortran, bytes] if self.node(fortran) == &PickleNode::Int(0) => {
                     (dtype, shape, bytes)
                 }
                 _ => return None,
@@ -52,22 +53,23 @@ impl Pickle<'_> {
 
     fn list(&self, index: usize) -> Option<&[usize]> {
         match self.node(index) {
-            Node::List(items) => Some(items),
+            PickleNode::List(items) => Some(items),
             _ => None,
         }
     }
 
     fn shape(&self, index: usize) -> Option<Vec<usize>> {
         let extent = |&item: &usize| match self.node(item) {
-            Node::Int(extent) => usize::try_from(*extent).ok(),
+            PickleNode::Int(extent) => usize::try_from(*extent).ok(),
             _ => None,
         };
         self.list(index)?.iter().map(extent).collect()
     }
 
-    /// `numpy.dtype("f8", False, True)`, whose state begins with a version and the byte order.
+    /// Reads an object such as `numpy.dtype("f8", False, True)`, whose state begins with a version
+    /// and the byte order.
     fn dtype(&self, index: usize) -> Option<Dtype> {
-        let Node::Object { arguments, state, .. } = self.node(index) else {
+        let PickleNode::Object { arguments, state, .. } = self.node(index) else {
             return None;
         };
         let name = self.text(*self.list(*arguments)?.first()?)?;
@@ -78,10 +80,10 @@ impl Pickle<'_> {
         let (kind, size) = name.split_at_checked(1)?;
         Some(Dtype {
             kind: match kind {
-                "f" => Kind::Float,
-                "i" => Kind::Signed,
-                "u" => Kind::Unsigned,
-                "b" => Kind::Bool,
+                "f" => DtypeKind::Float,
+                "i" => DtypeKind::Signed,
+                "u" => DtypeKind::Unsigned,
+                "b" => DtypeKind::Bool,
                 _ => return None,
             },
             size: size.parse().ok()?,
@@ -89,11 +91,12 @@ impl Pickle<'_> {
         })
     }
 
-    /// Bytes, or what Python 3 writes for them in protocol 2: their Latin-1 text.
+    /// Reads bytes. In protocol 2, which has no opcode for them, Python 3 writes them as Latin-1
+    /// text.
     fn raw(&self, index: usize) -> Option<Cow<'_, [u8]>> {
         match self.node(index) {
-            Node::Bytes(range) => Some(Cow::Borrowed(&self.bytes[range.clone()])),
-            Node::Object { arguments, .. } => {
+            PickleNode::Bytes(range) => Some(Cow::Borrowed(&self.bytes[range.clone()])),
+            PickleNode::Object { arguments, .. } => {
                 let text = self.text(*self.list(*arguments)?.first()?)?;
                 let bytes: Result<Vec<u8>, _> = text.chars().map(|c| u8::try_from(u32::from(c))).collect();
                 Some(Cow::Owned(bytes.ok()?))

@@ -1,24 +1,26 @@
-//! The stack machine.
+//! Stack machine that runs a pickle.
 
 use crate::error::{Error, Result};
 use std::{collections::HashMap, ops::Range, path::Path};
 
-/// An object of a pickle; others are named by their index, so that shared ones are stored once.
+/// An object of a pickle. It refers to other objects by their index, so that a shared object is
+/// stored once and a circular reference is harmless.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Node {
-    /// `None`, sets, and what else holds no numbers or names.
+pub(crate) enum PickleNode {
+    /// `None`, sets, floats and every other object that no reader of arrays needs.
     Nothing,
-    /// Truth values count as 0 and 1.
+    /// An integer or a truth value (0 or 1).
     Int(i64),
     Text(String),
-    /// A range of the file.
+    /// A byte string, as a range of the file.
     Bytes(Range<usize>),
-    /// Lists and tuples.
+    /// A list or tuple.
     List(Vec<usize>),
+    /// Pairs of key and value.
     Dict(Vec<(usize, usize)>),
-    /// `module.name`.
+    /// A class or function, `module.name`.
     Global(String),
-    /// What a call would have made.
+    /// The result of a call that is not executed.
     Object {
         class: usize,
         arguments: usize,
@@ -26,20 +28,20 @@ pub(crate) enum Node {
     },
 }
 
-/// A whole pickle in memory.
+/// The objects of a pickle.
 pub(crate) struct Pickle<'a> {
     pub(crate) bytes: &'a [u8],
-    nodes: Vec<Node>,
+    nodes: Vec<PickleNode>,
     root: usize,
 }
 
 impl<'a> Pickle<'a> {
-    /// Runs the program as far as its end.
+    /// Runs the program of a pickle up to its end; `path` is used in errors only.
     ///
     /// # Errors
-    /// Bytes that are no pickle of the protocols 2 to 5.
+    /// Bytes that are no pickle of protocol 2 to 5.
     pub(crate) fn read(path: &Path, bytes: &'a [u8]) -> Result<Self> {
-        let mut machine = Machine {
+        let mut machine = StackMachine {
             bytes,
             at: 0,
             nodes: Vec::new(),
@@ -61,18 +63,19 @@ impl<'a> Pickle<'a> {
         }
     }
 
-    /// The object that the pickle is.
+    /// Index of the top object.
     pub(crate) fn root(&self) -> usize {
         self.root
     }
 
-    pub(crate) fn node(&self, index: usize) -> &Node {
+    /// The object of an index.
+    pub(crate) fn node(&self, index: usize) -> &PickleNode {
         &self.nodes[index]
     }
 
-    /// What a dictionary holds under one of several names.
+    /// Returns the value of a dictionary's first key among `names`.
     pub(crate) fn value(&self, dict: usize, names: &[&str]) -> Option<usize> {
-        let Node::Dict(entries) = self.node(dict) else {
+        let PickleNode::Dict(entries) = self.node(dict) else {
             return None;
         };
         let is_named = |key: usize| self.text(key).is_some_and(|text| names.contains(&text));
@@ -82,28 +85,33 @@ impl<'a> Pickle<'a> {
             .map(|(_, value)| *value)
     }
 
-    /// Text, which Python 2 wrote as bytes.
+    /// Reads text, which Python 2 writes as bytes.
     pub(crate) fn text(&self, index: usize) -> Option<&str> {
         match self.node(index) {
-            Node::Text(text) => Some(text),
-            Node::Bytes(range) => std::str::from_utf8(&self.bytes[range.clone()]).ok(),
+            PickleNode::Text(text) => Some(text),
+            PickleNode::Bytes(range) => std::str::from_utf8(&self.bytes[range.clone()]).ok(),
             _ => None,
         }
     }
 }
 
-struct Machine<'a> {
+struct StackMachine<'a> {
     bytes: &'a [u8],
+    /// Offset of the next byte.
     at: usize,
-    nodes: Vec<Node>,
+    nodes: Vec<PickleNode>,
+    /// Indices of objects.
     stack: Vec<usize>,
-    /// Heights of the stack.
+    /// Heights of the stack at the opcodes MARK that are still open.
     marks: Vec<usize>,
+    /// Memoised objects: index by memo key.
     memo: HashMap<u64, usize>,
 }
 
-/// None where bytes, stack or memo end too early or hold what does not belong there.
-impl Machine<'_> {
+// Every method returns `None` if the bytes, the stack or the memo end too early or hold an object
+// of the wrong type: the pickle is damaged.
+impl StackMachine<'_> {
+    /// Runs opcodes up to STOP and returns the top object.
     fn run(&mut self) -> Option<usize> {
         loop {
             match self.byte()? {
@@ -123,6 +131,7 @@ impl Machine<'_> {
         }
     }
 
+    /// Runs an opcode that pushes or changes an object.
     fn build(&mut self, opcode: u8) -> Option<()> {
         match opcode {
             b'q' | b'r' | 0x94 | b'h' | b'j' => self.remember(opcode),
@@ -133,29 +142,30 @@ impl Machine<'_> {
         }
     }
 
+    /// Pushes a number, text or bytes.
     fn scalar(&mut self, opcode: u8) -> Option<()> {
         let node = match opcode {
-            b'N' => Node::Nothing,
-            0x88 => Node::Int(1),
-            0x89 => Node::Int(0),
-            b'J' => Node::Int(i64::from(self.number(4)? as u32 as i32)),
-            b'K' => Node::Int(self.number(1)? as i64),
-            b'M' => Node::Int(self.number(2)? as i64),
+            b'N' => PickleNode::Nothing,
+            0x88 => PickleNode::Int(1),
+            0x89 => PickleNode::Int(0),
+            b'J' => PickleNode::Int(i64::from(self.number(4)? as u32 as i32)),
+            b'K' => PickleNode::Int(self.number(1)? as i64),
+            b'M' => PickleNode::Int(self.number(2)? as i64),
             0x8a => self.long(1)?,
             0x8b => self.long(4)?,
             b'G' => self.skipped(8)?,
             b'X' => self.unicode(4)?,
             0x8c => self.unicode(1)?,
             0x8d => self.unicode(8)?,
-            b'U' | b'C' => Node::Bytes(self.counted(1)?),
-            b'T' | b'B' => Node::Bytes(self.counted(4)?),
-            0x8e | 0x96 => Node::Bytes(self.counted(8)?),
+            b'U' | b'C' => PickleNode::Bytes(self.counted(1)?),
+            b'T' | b'B' => PickleNode::Bytes(self.counted(4)?),
+            0x8e | 0x96 => PickleNode::Bytes(self.counted(8)?),
             _ => return None,
         };
         self.push(node)
     }
 
-    /// Memoises the top, or fetches what was memoised.
+    /// Memoises the top of the stack, or pushes a memoised object.
     fn remember(&mut self, opcode: u8) -> Option<()> {
         let key = match opcode {
             b'q' | b'h' => self.number(1)?,
@@ -170,7 +180,7 @@ impl Machine<'_> {
         Some(())
     }
 
-    /// Adds to what is on the stack already.
+    /// Adds items to the list, dictionary or object below them on the stack.
     fn fill(&mut self, opcode: u8) -> Option<()> {
         let items = match opcode {
             b'a' | b'b' => vec![self.pop()?],
@@ -181,42 +191,45 @@ impl Machine<'_> {
             _ => self.pop_marked()?,
         };
         match (self.nodes.get_mut(*self.stack.last()?)?, opcode) {
-            (Node::List(list), b'a' | b'e') => list.extend(items),
-            (Node::Dict(entries), b's' | b'u') => entries.extend(pairs(&items)?),
-            (Node::Object { state, .. }, b'b') => *state = items.first().copied(),
-            (Node::Nothing, 0x90) => {}
+            (PickleNode::List(list), b'a' | b'e') => list.extend(items),
+            (PickleNode::Dict(entries), b's' | b'u') => entries.extend(pairs(&items)?),
+            (PickleNode::Object { state, .. }, b'b') => *state = items.first().copied(),
+            (PickleNode::Nothing, 0x90) => {}
             _ => return None,
         }
         Some(())
     }
 
+    /// Pushes a list, tuple, dictionary or set.
     fn collect(&mut self, opcode: u8) -> Option<()> {
         let node = match opcode {
-            b']' | b')' => Node::List(Vec::new()),
-            b'}' => Node::Dict(Vec::new()),
-            0x8f => Node::Nothing,
-            0x91 => self.pop_marked().map(|_| Node::Nothing)?,
-            b'd' => Node::Dict(pairs(&self.pop_marked()?)?),
-            b'l' | b't' => Node::List(self.pop_marked()?),
+            b']' | b')' => PickleNode::List(Vec::new()),
+            b'}' => PickleNode::Dict(Vec::new()),
+            0x8f => PickleNode::Nothing,
+            0x91 => self.pop_marked().map(|_| PickleNode::Nothing)?,
+            b'd' => PickleNode::Dict(pairs(&self.pop_marked()?)?),
+            b'l' | b't' => PickleNode::List(self.pop_marked()?),
             count => {
                 let from = self.stack.len().checked_sub(usize::from(count - 0x84))?;
-                Node::List(self.stack.split_off(from))
+                PickleNode::List(self.stack.split_off(from))
             }
         };
         self.push(node)
     }
 
-    /// Names, and calls that are not made.
+    /// Pushes a global name, or the object of a call that is not executed.
     fn make(&mut self, opcode: u8) -> Option<()> {
         let node = match opcode {
             b'c' => {
                 let (module, name) = (self.line()?, self.line()?);
-                Node::Global(format!("{module}.{name}"))
+                PickleNode::Global(format!("{module}.{name}"))
             }
             0x93 => {
                 let (name, module) = (self.pop()?, self.pop()?);
                 match (&self.nodes[module], &self.nodes[name]) {
-                    (Node::Text(module), Node::Text(name)) => Node::Global(format!("{module}.{name}")),
+                    (PickleNode::Text(module), PickleNode::Text(name)) => {
+                        PickleNode::Global(format!("{module}.{name}"))
+                    }
                     _ => return None,
                 }
             }
@@ -225,7 +238,7 @@ impl Machine<'_> {
                     self.pop()?;
                 }
                 let (arguments, class, state) = (self.pop()?, self.pop()?, None);
-                Node::Object {
+                PickleNode::Object {
                     class,
                     arguments,
                     state,
@@ -235,18 +248,19 @@ impl Machine<'_> {
         self.push(node)
     }
 
-    fn push(&mut self, node: Node) -> Option<()> {
+    fn push(&mut self, node: PickleNode) -> Option<()> {
         self.stack.push(self.nodes.len());
         self.nodes.push(node);
         Some(())
     }
 
-    /// Not below a mark that is still open.
+    /// Pops the top of the stack. Objects below an open mark cannot be popped.
     fn pop(&mut self) -> Option<usize> {
         let floor = self.marks.last().copied().unwrap_or(0);
         (self.stack.len() > floor).then(|| self.stack.pop())?
     }
 
+    /// Pops all objects above the last mark.
     fn pop_marked(&mut self) -> Option<Vec<usize>> {
         let mark = self.marks.pop()?;
         (mark <= self.stack.len()).then(|| self.stack.split_off(mark))
@@ -256,6 +270,7 @@ impl Machine<'_> {
         Some(self.bytes[self.take(1)?][0])
     }
 
+    /// Takes the range of the next `count` bytes.
     fn take(&mut self, count: usize) -> Option<Range<usize>> {
         let range = self.at..self.at.checked_add(count)?;
         self.bytes.get(range.clone())?;
@@ -263,31 +278,32 @@ impl Machine<'_> {
         Some(range)
     }
 
-    /// A little-endian number of up to eight bytes.
+    /// Takes a little-endian number of `size` bytes, at most eight.
     fn number(&mut self, size: usize) -> Option<u64> {
         let mut wide = [0; 8];
         wide[..size].copy_from_slice(&self.bytes[self.take(size)?]);
         Some(u64::from_le_bytes(wide))
     }
 
+    /// Takes a length of `size` bytes and the range of that many bytes.
     fn counted(&mut self, size: usize) -> Option<Range<usize>> {
         let count = usize::try_from(self.number(size)?).ok()?;
         self.take(count)
     }
 
-    fn skipped(&mut self, count: usize) -> Option<Node> {
-        self.take(count).map(|_| Node::Nothing)
+    fn skipped(&mut self, count: usize) -> Option<PickleNode> {
+        self.take(count).map(|_| PickleNode::Nothing)
     }
 
-    fn unicode(&mut self, size: usize) -> Option<Node> {
+    fn unicode(&mut self, size: usize) -> Option<PickleNode> {
         let range = self.counted(size)?;
-        Some(Node::Text(
+        Some(PickleNode::Text(
             String::from_utf8_lossy(&self.bytes[range]).into_owned(),
         ))
     }
 
-    /// Signed, of any length; nothing here counts beyond eight bytes.
-    fn long(&mut self, size: usize) -> Option<Node> {
+    /// Takes a signed integer of any length; `None` above eight bytes, which no array needs.
+    fn long(&mut self, size: usize) -> Option<PickleNode> {
         let range = self.counted(size)?;
         let bytes = &self.bytes[range];
         let sign = bytes
@@ -295,9 +311,10 @@ impl Machine<'_> {
             .map_or(0, |last| if last & 0x80 == 0 { 0 } else { 0xff });
         let mut wide = [sign; 8];
         wide.get_mut(..bytes.len())?.copy_from_slice(bytes);
-        Some(Node::Int(i64::from_le_bytes(wide)))
+        Some(PickleNode::Int(i64::from_le_bytes(wide)))
     }
 
+    /// Takes the text up to the next line feed.
     fn line(&mut self) -> Option<String> {
         let length = self.bytes[self.at..].iter().position(|b| *b == b'\n')?;
         let range = self.take(length + 1)?;
@@ -305,6 +322,7 @@ impl Machine<'_> {
     }
 }
 
+/// Groups keys and values; `None` for an odd number of items.
 fn pairs(items: &[usize]) -> Option<Vec<(usize, usize)>> {
     let (pairs, rest) = items.as_chunks::<2>();
     rest.is_empty()

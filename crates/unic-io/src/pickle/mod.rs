@@ -1,8 +1,9 @@
-//! Numpy arrays and dictionaries from Python's pickles, without running what they ask for.
+//! Reading numpy arrays and dictionaries from Python's pickles, without executing their calls.
 //!
-//! A pickle is a program for a stack machine whose objects are made by calling Python functions. Nothing is
-//! called here: objects stay a name, arguments and a state, and numpy's are then read by their layout. Opcodes
-//! are those of the pickle protocols 2 to 5 (Python's `pickletools`); memory is of the order of the file.
+//! A pickle is a program for a stack machine that makes objects by calling Python functions. This
+//! reader calls nothing: an object stays a class name, arguments and a state, and numpy's objects
+//! are then read by their layout. Opcodes are those of the pickle protocols 2 to 5 (Python's
+//! `pickletools`). Memory is proportional to the size of the file.
 
 mod array;
 mod machine;

@@ -1,30 +1,38 @@
-//! Which joint of a skeleton is which.
+//! Identifying the body parts of a skeleton's joints.
 
-use super::names::{FAMILIES, Family, Name, Part, Side};
-use crate::error::{Error, Result};
+use crate::{
+    error::{Error, Result},
+    joint_names::{BodySide, JointName, LimbJoint, best_convention},
+};
 use serde::Deserialize;
 use std::{collections::BTreeMap, path::Path};
 use unic_core::skeleton::SMPL_JOINT_NAMES;
 
-/// Joints that a motion cannot do without.
-const NEEDED: [Part; 5] = [Part::Hip, Part::Knee, Part::Ankle, Part::Shoulder, Part::Elbow];
+/// Joints that every skeleton must have.
+const REQUIRED: [LimbJoint; 5] = [
+    LimbJoint::Hip,
+    LimbJoint::Knee,
+    LimbJoint::Ankle,
+    LimbJoint::Shoulder,
+    LimbJoint::Elbow,
+];
 
-/// Longest list of joints that an error repeats, characters.
-const QUOTED: usize = 200;
+/// Length of a list of joints in an error, characters.
+const QUOTED_CHARACTERS: usize = 200;
 
-/// Which joint of a file stands for which of [`SMPL_JOINT_NAMES`], where their names do not tell.
+/// Assignment of a file's joints to [`SMPL_JOINT_NAMES`], for names that are not recognised.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoneMap {
-    /// From a name of SMPL's to a joint's name in the file, as it stands there.
+    /// Name of a joint in the file, by the name in [`SMPL_JOINT_NAMES`].
     bones: BTreeMap<String, String>,
 }
 
 impl BoneMap {
-    /// From pairs (name of SMPL's, name in the file).
+    /// Makes a map from pairs (name in [`SMPL_JOINT_NAMES`], name in the file).
     ///
     /// # Errors
-    /// The first name of a pair that is none of [`SMPL_JOINT_NAMES`].
+    /// The first name that is not one of [`SMPL_JOINT_NAMES`].
     pub fn new<S: Into<String>>(
         pairs: impl IntoIterator<Item = (S, S)>,
     ) -> std::result::Result<Self, String> {
@@ -41,7 +49,7 @@ impl BoneMap {
     /// Reads a TOML file: a table `[bones]` with lines such as `L_knee = "Shin.L"`.
     ///
     /// # Errors
-    /// The file cannot be read, is no such table, or has names that are not SMPL's.
+    /// The file cannot be read, is no such table, or has names outside [`SMPL_JOINT_NAMES`].
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(Error::io(path, "read"))?;
         let map: Self = toml::from_str(&text).map_err(|e| {
@@ -57,12 +65,16 @@ impl BoneMap {
         }
     }
 
+    /// First name that is not one of [`SMPL_JOINT_NAMES`].
     fn unknown(&self) -> Option<&str> {
         let mut names = self.bones.keys().map(String::as_str);
         names.find(|name| !SMPL_JOINT_NAMES.contains(name))
     }
 
-    /// The joint of the file that stands for a joint of SMPL's.
+    /// Returns the joint of the file that is mapped to a joint of SMPL, if the map has it.
+    ///
+    /// # Errors
+    /// A mapped joint that the file does not have.
     fn joint(&self, path: &Path, smpl: usize, joints: &[&str]) -> Result<Option<usize>> {
         let Some(name) = self.bones.get(SMPL_JOINT_NAMES[smpl]) else {
             return Ok(None);
@@ -78,45 +90,51 @@ impl BoneMap {
     }
 }
 
-/// The joints of a skeleton by their meaning; indices into that skeleton.
+/// Joints of a skeleton by body part, as indices into that skeleton.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Bones {
-    /// How the limbs' joints are named.
-    pub(super) family: &'static str,
+pub(super) struct BodyJoints {
+    /// Name of the convention of the limb joints.
+    pub(super) convention: &'static str,
+    /// Joint that carries both legs.
     pub(super) pelvis: usize,
-    /// From above the pelvis up to the joint that carries both arms.
+    /// Joints above the pelvis up to the one that carries both arms, upwards.
     pub(super) spine: Vec<usize>,
-    /// From above the spine up to the head, the head excluded.
+    /// Joints between spine and head, both excluded, upwards.
     pub(super) neck: Vec<usize>,
     pub(super) head: Option<usize>,
-    /// By [`Part`], left and right.
+    /// Left and right joint of each [`LimbJoint`].
     limbs: [[Option<usize>; 2]; 9],
 }
 
-/// A skeleton's tree by names.
-pub(super) struct Tree<'a> {
-    /// For errors.
+/// Names and parents of a skeleton's joints.
+pub(super) struct JointTree<'a> {
+    /// File of the skeleton, for errors.
     pub(super) path: &'a Path,
     pub(super) names: Vec<&'a str>,
     pub(super) parents: Vec<Option<usize>>,
 }
 
-impl Bones {
-    /// Tells the joints by their names and by the tree: limbs by one of [`FAMILIES`], the pelvis as
-    /// what carries both legs, the chest as what carries both arms, and what is between as spine.
-    pub(super) fn identify(tree: &Tree<'_>, map: &BoneMap) -> Result<Self> {
-        let names: Vec<Name> = tree.names.iter().map(|n| Name::new(n)).collect();
-        let family = best_family(&names);
+impl BodyJoints {
+    /// Identifies joints by their names and by the tree.
+    ///
+    /// Limbs are found by one naming convention. The pelvis is the lowest joint that carries both
+    /// legs, the chest the lowest one that carries both arms, and the joints between are the spine.
+    ///
+    /// # Errors
+    /// Missing limb joints; a chest that is not above the pelvis; a bone map with unknown joints.
+    pub(super) fn identify(tree: &JointTree<'_>, map: &BoneMap) -> Result<Self> {
+        let names: Vec<JointName> = tree.names.iter().map(|n| JointName::new(n)).collect();
+        let convention = best_convention(&names);
         let mut limbs = [[None; 2]; 9];
-        for part in Part::ALL {
-            for side in Side::ALL {
+        for part in LimbJoint::ALL {
+            for side in BodySide::ALL {
                 let mapped = map.joint(tree.path, part.smpl_joint(side), &tree.names)?;
-                limbs[part as usize][side as usize] = mapped.or_else(|| family.find(&names, part, side));
+                limbs[part as usize][side as usize] = mapped.or_else(|| convention.find(&names, part, side));
             }
         }
-        check_needed(tree, &limbs)?;
+        check_required(tree, &limbs)?;
         let mut bones = Self {
-            family: family.name,
+            convention: convention.name,
             pelvis: 0,
             spine: Vec::new(),
             neck: Vec::new(),
@@ -128,9 +146,10 @@ impl Bones {
         Ok(bones)
     }
 
-    fn find_middle(&mut self, tree: &Tree<'_>, names: &[Name]) -> Result<()> {
-        self.pelvis = tree.common(self.pair(Part::Hip)?)?;
-        let chest = tree.common(self.pair(Part::Shoulder)?)?;
+    /// Finds pelvis, spine, neck and head.
+    fn find_middle(&mut self, tree: &JointTree<'_>, names: &[JointName]) -> Result<()> {
+        self.pelvis = tree.common(self.pair(LimbJoint::Hip)?)?;
+        let chest = tree.common(self.pair(LimbJoint::Shoulder)?)?;
         let Some(spine) = tree.between(self.pelvis, chest).filter(|_| chest != self.pelvis) else {
             let expected = "a chest that carries the arms above a pelvis that carries the legs";
             let found = format!("`{}` and `{}`", tree.names[chest], tree.names[self.pelvis]);
@@ -151,8 +170,9 @@ impl Bones {
         Ok(())
     }
 
-    /// What the user says about pelvis, spine, neck and head.
-    fn override_middle(&mut self, tree: &Tree<'_>, map: &BoneMap) -> Result<()> {
+    /// Replaces pelvis, spine, neck and head by those of the bone map.
+    fn override_middle(&mut self, tree: &JointTree<'_>, map: &BoneMap) -> Result<()> {
+        // Indices of SMPL: 0 pelvis, 3, 6 and 9 spine, 12 neck, 15 head.
         let joint = |smpl: usize| map.joint(tree.path, smpl, &tree.names);
         self.pelvis = joint(0)?.unwrap_or(self.pelvis);
         let spine = [joint(3)?, joint(6)?, joint(9)?];
@@ -166,12 +186,16 @@ impl Bones {
         Ok(())
     }
 
-    pub(super) fn limb(&self, part: Part, side: Side) -> Option<usize> {
+    /// Returns a limb joint, if the skeleton has it.
+    pub(super) fn limb(&self, part: LimbJoint, side: BodySide) -> Option<usize> {
         self.limbs[part as usize][side as usize]
     }
 
-    /// Left and right joint of a part that every skeleton has; see [`NEEDED`].
-    pub(super) fn pair(&self, part: Part) -> Result<[usize; 2]> {
+    /// Returns the left and right joint of one of the [`REQUIRED`] limb joints.
+    ///
+    /// # Errors
+    /// A limb joint that is not required and missing.
+    pub(super) fn pair(&self, part: LimbJoint) -> Result<[usize; 2]> {
         match self.limbs[part as usize] {
             [Some(left), Some(right)] => Ok([left, right]),
             _ => Err(Error::content(
@@ -183,32 +207,9 @@ impl Bones {
     }
 }
 
-fn best_family(names: &[Name]) -> &'static Family {
-    // Of equals the first: SMPL's.
-    let mut best = &FAMILIES[0];
-    for family in &FAMILIES[1..] {
-        if family.matches(names) > best.matches(names) {
-            best = family;
-        }
-    }
-    best
-}
-
-/// L ankle, L foot, R ankle, R foot among joints by their names, in whichever way they are named; a leg that
-/// ends at its ankle stands on that.
-pub(crate) fn feet_by_name(names: &[String]) -> Option<[usize; 4]> {
-    let names: Vec<Name> = names.iter().map(|n| Name::new(n)).collect();
-    let family = best_family(&names);
-    let foot = |side: Side| {
-        let ankle = family.find(&names, Part::Ankle, side)?;
-        Some([ankle, family.find(&names, Part::Toe, side).unwrap_or(ankle)])
-    };
-    let ([a, b], [c, d]) = (foot(Side::Left)?, foot(Side::Right)?);
-    Some([a, b, c, d])
-}
-
-fn check_needed(tree: &Tree<'_>, limbs: &[[Option<usize>; 2]; 9]) -> Result<()> {
-    let pairs = NEEDED.iter().flat_map(|&p| Side::ALL.map(|s| (p, s)));
+/// Checks that all [`REQUIRED`] joints are found.
+fn check_required(tree: &JointTree<'_>, limbs: &[[Option<usize>; 2]; 9]) -> Result<()> {
+    let pairs = REQUIRED.iter().flat_map(|&p| BodySide::ALL.map(|s| (p, s)));
     let missing: Vec<&str> = pairs
         .filter(|&(p, s)| limbs[p as usize][s as usize].is_none())
         .map(|(p, s)| SMPL_JOINT_NAMES[p.smpl_joint(s)])
@@ -222,19 +223,23 @@ fn check_needed(tree: &Tree<'_>, limbs: &[[Option<usize>; 2]; 9]) -> Result<()> 
 
 fn listed(joints: &[&str]) -> String {
     let text = joints.join(", ");
-    match text.char_indices().nth(QUOTED) {
+    match text.char_indices().nth(QUOTED_CHARACTERS) {
         None => text,
         Some((end, _)) => format!("{}...", &text[..end]),
     }
 }
 
-impl Tree<'_> {
-    /// The joint and its ancestors, upwards; ends in damaged trees too.
+impl JointTree<'_> {
+    /// Iterates over the joint and its ancestors, upwards.
     fn ancestors(&self, joint: usize) -> impl Iterator<Item = usize> {
+        // Limited to the number of joints: the parents of a damaged tree may form a cycle.
         std::iter::successors(Some(joint), |&j| self.parents[j]).take(self.parents.len())
     }
 
-    /// The lowest joint that carries both.
+    /// Returns the lowest common ancestor of two joints.
+    ///
+    /// # Errors
+    /// Joints of different trees.
     fn common(&self, [a, b]: [usize; 2]) -> Result<usize> {
         let above_b: Vec<usize> = self.ancestors(b).collect();
         let common = self.ancestors(a).find(|j| above_b.contains(j));
@@ -244,7 +249,8 @@ impl Tree<'_> {
         })
     }
 
-    /// The joints from `above` (excluded) down to `below` (included), if one carries the other.
+    /// Returns the joints from `above` (excluded) down to `below` (included); `None` if `above` is
+    /// no ancestor of `below`.
     fn between(&self, above: usize, below: usize) -> Option<Vec<usize>> {
         let mut chain: Vec<usize> = self.ancestors(below).collect();
         let end = chain.iter().position(|&j| j == above)?;

@@ -1,23 +1,23 @@
 //! Two-bone inverse kinematics of a leg.
 
-use super::swing;
+use super::rotation::shortest_arc;
 use glam::{Quat, Vec3};
-use unic_core::{
-    skeleton::{Pose, Skeleton},
-    transform::Rigid,
-};
+use unic_core::{Pose, skeleton::Skeleton, transform::Rigid};
 
-/// Share of its length to which a leg stretches: a straight knee has no direction to bend in.
-const STRETCH: f32 = 0.9995;
+/// Largest share of its length to which a leg is stretched. A straight knee has no direction to
+/// bend in, and the arc cosine of its angle is ill-conditioned.
+const MAX_STRETCH: f32 = 0.9995;
 
-/// How much the thigh's own +X says about the knee's axis beside the plane that the leg is bent in:
-/// a straight leg has no plane. Sine of 3°.
-const HINGE: f32 = 0.05;
+/// Weight of the thigh's own +X axis in the axis of the knee: the sine of 3°. The other part is the
+/// normal of the leg's plane, whose length is the sine of the knee's angle and vanishes for a
+/// straight leg.
+const THIGH_AXIS_WEIGHT: f32 = 0.05;
 
-/// A foot that is this close stays as it is, metres.
+/// Distance from its target up to which a foot is not moved, metres.
 const CLOSE: f32 = 1e-6;
 
-/// Corrections of the knee's angle: its axis is not quite across the leg's plane.
+/// Number of corrections of the knee's angle. One is not exact, because the axis is not quite
+/// perpendicular to the leg's plane; each further one corrects the rest.
 const ITERATIONS: usize = 3;
 
 /// Joints of one leg.
@@ -29,20 +29,24 @@ pub(crate) struct Leg {
     pub(crate) toe: usize,
 }
 
+/// Target positions of the joints of a foot, world space, metres.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FootTarget {
+    pub(crate) ankle: Vec3,
+    pub(crate) toe: Vec3,
+}
+
 impl Leg {
-    /// Bends the leg so that the ankle comes to `ankle` and the foot points from there to `toe`,
-    /// as near as the leg's length allows; the knee keeps the plane that it is in. `world` is the
-    /// pose's forward kinematics before; world positions, metres.
-    pub(crate) fn reach(
-        &self,
-        skeleton: &Skeleton,
-        pose: &mut Pose,
-        world: &[Rigid],
-        (ankle, toe): (Vec3, Vec3),
-    ) {
+    /// Bends the leg so that ankle and toe come to their targets, as near as the leg's length
+    /// allows. The knee stays in its plane.
+    ///
+    /// `world` holds the forward kinematics of `pose` before the change.
+    pub(crate) fn reach(&self, skeleton: &Skeleton, pose: &mut Pose, world: &[Rigid], target: FootTarget) {
+        let FootTarget { ankle, toe } = target;
         let [hip, knee, heel] = [self.hip, self.knee, self.ankle].map(|j| world[j].translation);
         let (thigh, shank) = (knee - hip, heel - knee);
         let (upper, lower) = (thigh.length(), shank.length());
+        // A bone without a length has no direction.
         if upper.min(lower) < f32::EPSILON {
             return;
         }
@@ -50,24 +54,26 @@ impl Leg {
             .distance(ankle)
             .max(world[self.toe].translation.distance(toe))
             < CLOSE;
-        if is_there || upper.min(lower) < f32::EPSILON {
+        if is_there {
             return;
         }
         let (along, across) = (thigh / upper, shank / lower);
-        let hinge = along.cross(across) + world[self.hip].rotation * Vec3::X * HINGE;
+        let hinge = along.cross(across) + world[self.hip].rotation * Vec3::X * THIGH_AXIS_WEIGHT;
         let hinge = hinge.normalize_or(along.any_orthonormal_vector());
-        let shortest = (upper - lower).abs() / STRETCH;
-        let reach = hip.distance(ankle).clamp(shortest, (upper + lower) * STRETCH);
+        // Law of cosines in the triangle of hip, knee and ankle, within the lengths that it can
+        // have.
+        let shortest = (upper - lower).abs() / MAX_STRETCH;
+        let reach = hip.distance(ankle).clamp(shortest, (upper + lower) * MAX_STRETCH);
         let cosine = (reach * reach - upper * upper - lower * lower) / (2.0 * upper * lower);
         let bent = bent(along, across, hinge, cosine.clamp(-1.0, 1.0).acos());
-        let turn = swing(thigh + bent * lower, ankle - hip);
+        let turn = shortest_arc(thigh + bent * lower, ankle - hip);
         let hip_rotation = turn * world[self.hip].rotation;
-        let knee_rotation = turn * swing(across, bent) * world[self.knee].rotation;
+        let knee_rotation = turn * shortest_arc(across, bent) * world[self.knee].rotation;
         let foot = world[self.toe].translation - heel;
-        let foot_rotation = swing(foot, toe - ankle) * world[self.ankle].rotation;
+        let foot_rotation = shortest_arc(foot, toe - ankle) * world[self.ankle].rotation;
         let parent = |joint: usize| skeleton.parents()[joint].map_or(Quat::IDENTITY, |p| world[p].rotation);
-        // A knee or ankle whose parent is another joint than the one above it in the leg turns with
-        // that one all the same: what lies between keeps its local rotation.
+        // Twist joints may stand between the joints of a leg. They keep their local rotations, so
+        // that the parent of a knee rotates by the same rotation as the hip.
         let above = |joint: usize, by: Quat, of: usize| by * world[of].rotation.inverse() * parent(joint);
         pose.local[self.hip] = (parent(self.hip).inverse() * hip_rotation).normalize();
         let knee_parent = above(self.knee, hip_rotation, self.hip);
@@ -77,7 +83,8 @@ impl Leg {
     }
 }
 
-/// The shank's direction turned about the knee until it makes `angle` with the thigh's, radians.
+/// Rotates the shank's direction `across` about the axis `hinge` of the knee until it makes `angle`
+/// (radians) with the thigh's direction `along`.
 fn bent(along: Vec3, mut across: Vec3, hinge: Vec3, angle: f32) -> Vec3 {
     for _ in 0..ITERATIONS {
         let missing = angle - along.angle_between(across);

@@ -1,34 +1,38 @@
-//! Against the noise of motion capture.
+//! Low-pass filter against the noise of motion capture.
 //!
-//! A Butterworth filter of second order runs forwards and backwards, so that nothing is delayed
+//! A Butterworth filter of second order runs forwards and backwards, so that it has no delay
 //! (Winter 2009, "Biomechanics and Motor Control of Human Movement", section 3.4.4.2). Rotations
-//! are filtered as sign-continuous quaternions and normalised again: between neighbouring frames
-//! they differ so little that the sphere is flat. Single wild frames are taken out before, because a
-//! linear filter would smear them.
+//! are filtered as sign-continuous quaternions and normalised again: neighbouring frames differ so
+//! little that the unit sphere is nearly flat. Single outlying frames are replaced before, because
+//! a linear filter would spread them over their neighbours.
 
 use glam::{Quat, Vec3};
 use std::f64::consts::{PI, SQRT_2};
 use unic_core::clip::Clip;
 
-/// Cutoff for raw motion capture, Hz: steps and swings are below 6 Hz, impacts reach 10.
+/// Cutoff for raw motion capture, Hz. Steps and swings are below 6 Hz, impacts reach 10 Hz.
 pub(crate) const DEFAULT_HZ: f32 = 10.0;
 
-/// A filter close to half the frame rate would do nothing and be ill-conditioned.
-const HIGHEST_SHARE: f32 = 0.45;
+/// Highest cutoff as a share of the frame rate. Close to the Nyquist frequency, half the frame
+/// rate, the filter passes nearly everything and its coefficients are ill-conditioned.
+const MAX_CUTOFF_SHARE: f32 = 0.45;
 
-/// Frames on each side that a frame is compared with.
+/// Number of frames on each side that a frame is compared with.
 const NEIGHBOURS: usize = 2;
 
-/// Further than this from the middle of its neighbours a rotation (radians) or root position
-/// (metres) is a spike: a steady turn or run is the middle of its neighbours itself.
+/// Distance of a rotation from the medoid of its neighbourhood above which it is a spike, radians.
+/// In a steady turn every frame is the medoid itself.
 const SPIKE_ANGLE: f32 = 0.35;
+/// Distance of a root position from the medoid of its neighbourhood above which it is a spike,
+/// metres.
 const SPIKE_DISTANCE: f32 = 0.08;
 
-/// Replaces spikes, then filters with a cutoff in Hz; a cutoff close to half the frame rate or
-/// above leaves the clip as it is. Returns the number of spikes.
+/// Replaces spikes, then filters with a cutoff in Hz. Returns the number of spikes.
+///
+/// A cutoff of 0.45 times the frame rate or more filters nothing.
 pub(crate) fn low_pass(clip: &mut Clip, hertz: f32) -> usize {
     let spikes = remove_spikes(clip);
-    if hertz < HIGHEST_SHARE * clip.fps {
+    if hertz < MAX_CUTOFF_SHARE * clip.fps {
         let filter = Butterworth::new(f64::from(hertz), f64::from(clip.fps));
         let joints = clip.poses.first().map_or(0, |p| p.local.len());
         (0..joints).for_each(|joint| filter_rotations(clip, joint, &filter));
@@ -37,48 +41,61 @@ pub(crate) fn low_pass(clip: &mut Clip, hertz: f32) -> usize {
     spikes
 }
 
+/// Replaces spikes by the medoids of their neighbourhoods, and returns their number.
 fn remove_spikes(clip: &mut Clip) -> usize {
     let joints = clip.poses.first().map_or(0, |p| p.local.len());
     let mut spikes = 0;
     for joint in 0..joints {
         let before: Vec<Quat> = clip.poses.iter().map(|p| p.local[joint]).collect();
-        for (frame, middle) in middles(&before, |a, b| angle(*a, *b), SPIKE_ANGLE) {
-            clip.poses[frame].local[joint] = middle;
+        for spike in find_spikes(&before, |a, b| angle(*a, *b), SPIKE_ANGLE) {
+            clip.poses[spike.frame].local[joint] = spike.replacement;
             spikes += 1;
         }
     }
     let before: Vec<Vec3> = clip.poses.iter().map(|p| p.trans).collect();
-    for (frame, middle) in middles(&before, |a, b| a.distance(*b), SPIKE_DISTANCE) {
-        clip.poses[frame].trans = middle;
+    for spike in find_spikes(&before, |a, b| a.distance(*b), SPIKE_DISTANCE) {
+        clip.poses[spike.frame].trans = spike.replacement;
         spikes += 1;
     }
     spikes
 }
 
-/// Frames that are further than `limit` from the medoid of their neighbourhood, and that medoid.
-fn middles<T: Copy>(track: &[T], distance: impl Fn(&T, &T) -> f32, limit: f32) -> Vec<(usize, T)> {
+/// An outlying frame of a track.
+struct Spike<T> {
+    frame: usize,
+    /// Medoid of the neighbourhood: the value with the smallest sum of distances to the others.
+    replacement: T,
+}
+
+/// Finds the frames that are farther than `limit` from the medoid of their neighbourhood.
+///
+/// A medoid is robust against the spike itself, and unlike a median it exists for rotations.
+fn find_spikes<T: Copy>(track: &[T], distance: impl Fn(&T, &T) -> f32, limit: f32) -> Vec<Spike<T>> {
     let mut found = Vec::new();
     for frame in NEIGHBOURS..track.len().saturating_sub(NEIGHBOURS) {
         let around = &track[frame - NEIGHBOURS..=frame + NEIGHBOURS];
-        // Cheap first: spikes are rare.
+        // The cheap test first: a frame near one of its neighbours is no spike, and spikes are
+        // rare.
         let is_near = |other: &T| distance(&track[frame], other) < limit;
         if is_near(&track[frame - 1]) || is_near(&track[frame + 1]) {
             continue;
         }
         let total = |a: &T| around.iter().map(|b| distance(a, b)).sum::<f32>();
         let medoid = around.iter().min_by(|a, b| total(a).total_cmp(&total(b)));
-        if let Some(&medoid) = medoid.filter(|m| distance(&track[frame], m) > limit) {
-            found.push((frame, medoid));
+        if let Some(&replacement) = medoid.filter(|m| distance(&track[frame], m) > limit) {
+            found.push(Spike { frame, replacement });
         }
     }
     found
 }
 
-/// Angle of the rotation between two, radians.
+/// Returns the angle of the rotation between two rotations, radians.
 fn angle(a: Quat, b: Quat) -> f32 {
+    // The absolute value identifies q and −q; rounding may bring the product above 1.
     2.0 * a.dot(b).abs().min(1.0).acos()
 }
 
+/// Filters the local rotations of a joint.
 fn filter_rotations(clip: &mut Clip, joint: usize, filter: &Butterworth) {
     let mut tracks = vec![Vec::new(); 4];
     let mut previous = Quat::IDENTITY;
@@ -94,13 +111,15 @@ fn filter_rotations(clip: &mut Clip, joint: usize, filter: &Butterworth) {
     for (frame, pose) in clip.poses.iter_mut().enumerate() {
         let filtered = [0, 1, 2, 3].map(|k| tracks[k][frame] as f32);
         let filtered = Quat::from_array(filtered);
-        // Opposite rotations in turn cancel to nothing: the frame stays then.
+        // Alternating opposite rotations cancel, and the rest has no direction: the frame stays
+        // then.
         if filtered.length_squared() > 0.25 {
             pose.local[joint] = filtered.normalize();
         }
     }
 }
 
+/// Filters the translation of the root.
 fn filter_translations(clip: &mut Clip, filter: &Butterworth) {
     for axis in 0..3 {
         let mut track: Vec<f64> = clip.poses.iter().map(|p| f64::from(p.trans[axis])).collect();
@@ -110,17 +129,22 @@ fn filter_translations(clip: &mut Clip, filter: &Butterworth) {
     }
 }
 
-/// Coefficients of a low-pass filter of second order.
+/// Coefficients of a Butterworth low-pass filter of second order. f64, because the poles approach 1
+/// for low cutoffs.
 struct Butterworth {
+    /// Factors on the current input and the two before it.
     input: [f64; 3],
+    /// Factors on the two previous outputs, which are subtracted.
     output: [f64; 2],
-    /// Frames added before and after, in which the filter settles.
+    /// Number of frames added at both ends, in which the filter settles.
     padding: usize,
 }
 
 impl Butterworth {
-    /// By the bilinear transform. Two passes halve the power at the cutoff twice: the cutoff of one
-    /// is (√2 − 1)^¼ = 0.802 of theirs.
+    /// Computes the coefficients by the bilinear transform.
+    ///
+    /// Each pass halves the power at its own cutoff. For both passes together to halve it at
+    /// `hertz`, the cutoff of one pass is higher by the factor 1 / (√2 − 1)^¼ = 1.247.
     fn new(hertz: f64, fps: f64) -> Self {
         let warped = (PI * (hertz / fps).min(0.49)).tan();
         let w = warped / (SQRT_2 - 1.0).powf(0.25);
@@ -133,8 +157,10 @@ impl Butterworth {
         }
     }
 
-    /// Forwards and backwards, with the track turned about its end points beyond them: a steady
-    /// change stays steady up to the ends.
+    /// Filters a track forwards and backwards.
+    ///
+    /// The track is continued by its point reflection at both end points, so that a steady change
+    /// stays steady up to the ends.
     fn apply(&self, track: &mut [f64]) {
         let (count, Some((&first, &last))) = (track.len(), track.first().zip(track.last())) else {
             return;
@@ -150,7 +176,9 @@ impl Butterworth {
         track.copy_from_slice(&padded[padding..padding + count]);
     }
 
+    /// Filters a track in one direction.
     fn pass(&self, track: &mut [f64]) {
+        // As if the track had been constant before its start, so that there is no initial swing.
         let start = track.first().copied().unwrap_or(0.0);
         let (mut inputs, mut outputs) = ([start; 2], [start; 2]);
         for x in track {
@@ -167,7 +195,7 @@ impl Butterworth {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use unic_core::skeleton::Pose;
+    use unic_core::Pose;
 
     fn sine(hertz: f64, fps: f64) -> Vec<f64> {
         (0..600)
@@ -175,14 +203,14 @@ mod tests {
             .collect()
     }
 
-    /// Amplitude in the middle of the track.
+    /// Amplitude of a sine in the middle of the track, away from the ends.
     fn amplitude(track: &[f64]) -> f64 {
         let middle = &track[150..450];
         (middle.iter().map(|x| x * x).sum::<f64>() / 150.0).sqrt()
     }
 
     #[test]
-    fn the_cutoff_halves_the_power_and_nothing_is_delayed() {
+    fn cutoff_halves_the_power_without_delay() {
         let filter = Butterworth::new(10.0, 120.0);
         for (hertz, least, most) in [(1.0, 0.999, 1.001), (10.0, 0.70, 0.715), (40.0, 0.0, 0.005)] {
             let mut track = sine(hertz, 120.0);
@@ -203,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn steady_change_stays_as_it_is_up_to_the_ends() {
+    fn steady_change_is_kept_up_to_the_ends() {
         let filter = Butterworth::new(8.0, 120.0);
         let line: Vec<f64> = (0..200).map(|t| 0.3 + 0.02 * f64::from(t)).collect();
         let mut track = line.clone();
@@ -233,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_spike_goes_and_its_neighbours_stay() {
+    fn spikes_are_removed_and_their_neighbours_kept() {
         let clean = turning(300, 120.0);
         let mut clip = clean.clone();
         clip.poses[100].local[0] *= Quat::from_rotation_x(1.5);
@@ -246,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn quaternions_of_either_sign_are_one_rotation() {
+    fn result_does_not_depend_on_quaternion_signs() {
         let mut clip = turning(400, 60.0);
         let mut flipped = clip.clone();
         flipped

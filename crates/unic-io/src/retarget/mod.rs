@@ -1,46 +1,42 @@
-//! Motion of any skeleton on a character.
+//! Transfer of motion from any skeleton to a character.
 //!
-//! 1. Joints are told by their names ([`BoneMap`] helps where that fails) and by the tree.
-//! 2. The file's unit and up axis follow from the length of the legs and the direction of the trunk.
-//! 3. Every bone takes the source's rotation away from a reference pose in which both bodies stand;
-//!    arms and legs are laid along the source's first, so that they point where its do whatever the
-//!    rest pose (T, A, arms down). Spines of other lengths share the rotation out.
-//! 4. The midpoint of the hips follows the source's, scaled by the ratio of the legs.
-//! 5. The result passes a low-pass filter, and feet that stand are held: [`LowPass`](crate::LowPass), [`Feet`](crate::Feet).
+//! 1. Joints are identified by their names and by the tree. A [`BoneMap`] helps with unknown names.
+//! 2. The file's up axis is estimated from the direction of the trunk, and its unit from the length
+//!    of the legs.
+//! 3. Every bone copies the source's rotation relative to a reference pose in which both bodies
+//!    stand. Arms and legs are aligned with the source's first, so that rest poses may differ (T,
+//!    A, arms down). Spines of different lengths distribute the rotation.
+//! 4. The midpoint of the hips follows the source's, scaled by the ratio of the leg lengths.
+//! 5. The result passes a low-pass filter, and standing feet are held: [`LowPass`](crate::LowPass),
+//!    [`FootLock`](crate::FootLock).
 
 mod bones;
 pub(crate) mod feet;
 mod leg;
 pub(crate) mod low_pass;
-mod names;
 mod rig;
-mod sides;
+mod rotation;
 mod transfer;
 
 pub use bones::BoneMap;
-pub(crate) use bones::feet_by_name;
 pub use feet::{FootMeasure, measure_feet};
-pub(crate) use names::is_same_joint;
-pub use sides::counterparts;
 
 use crate::{
     bvh::Bvh,
     error::{Error, Result},
-    motion::UpAxis,
+    up_axis::{UpAxis, uncertain_note, y_up_from_z_up},
 };
-use bones::{Bones, Tree};
+use bones::{BodyJoints, JointTree};
 use glam::{Quat, Vec3};
-use rig::{Origin, Rig, mean_trunk};
-use std::{f32::consts::FRAC_PI_2, path::Path};
+use rig::{ReferenceOrigin, ReferenceRig, mean_trunk};
+use std::path::Path;
 use transfer::Transfer;
 use unic_core::{character::Character, clip::Clip};
 
-use transfer::swing;
-
-/// Length of a grown person's leg from hip to ankle, metres.
+/// Length of an adult's leg from hip to ankle, metres.
 const LEG_M: f32 = 0.84;
 
-/// Units that files are in, metres.
+/// Units that files come in: name and length in metres.
 const UNITS: [(&str, f32); 6] = [
     ("metres", 1.0),
     ("decimetres", 0.1),
@@ -50,33 +46,44 @@ const UNITS: [(&str, f32); 6] = [
     ("millimetres", 0.001),
 ];
 
-/// Cosine of the angle between trunk and up axis below which the axis is a guess: 45°.
-const CERTAIN: f32 = 0.7;
+/// Smallest cosine of the angle between mean trunk and up axis for a certain estimate: 45°.
+const MIN_UP_COSINE: f32 = 0.7;
 
-/// What is known of a file before it is put on any character.
+/// Motion on a character, with the conversions that made it.
 #[derive(Clone, Debug)]
-pub(crate) struct Source {
-    rig: Rig,
+pub(crate) struct Retargeted {
+    pub(crate) clip: Clip,
+    /// Descriptions of the conversions, one sentence each.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Skeleton, reference pose and up axis of a file, independent of any character.
+#[derive(Clone, Debug)]
+pub(crate) struct RetargetSource {
+    rig: ReferenceRig,
     world_from_source: Quat,
     pub(crate) notes: Vec<String>,
 }
 
-impl Source {
-    /// Joints, reference pose, up axis and unit of a file of at least two frames.
+impl RetargetSource {
+    /// Analyses a file of at least two frames; `path` is used in errors only.
+    ///
+    /// # Errors
+    /// Fewer than two frames, joints that cannot be identified, legs without a length.
     pub(crate) fn new(path: &Path, bvh: &Bvh, map: &BoneMap, up: UpAxis) -> Result<Self> {
         if bvh.len() < 2 {
             return Err(Error::content(path, "at least two frames", bvh.len().to_string()));
         }
-        let tree = Tree {
+        let tree = JointTree {
             path,
             names: bvh.joints().iter().map(|j| j.name.as_str()).collect(),
             parents: bvh.joints().iter().map(|j| j.parent).collect(),
         };
-        let bones = Bones::identify(&tree, map)?;
-        let mut notes = vec![format!("joints named as by {}", bones.family)];
+        let bones = BodyJoints::identify(&tree, map)?;
+        let mut notes = vec![format!("joints named as by {}", bones.convention)];
         let world_from_source = y_up(mean_trunk(bvh, &bones)?, up, &mut notes);
-        let rig = Rig::of_bvh(bvh, bones, world_from_source.inverse() * Vec3::Y)?;
-        if let Origin::Frame(frame) = rig.origin {
+        let rig = ReferenceRig::of_bvh(bvh, bones, world_from_source.inverse() * Vec3::Y)?;
+        if let ReferenceOrigin::Frame(frame) = rig.origin {
             notes.push(format!(
                 "the body does not stand in the zero pose: frame {frame} stands for it"
             ));
@@ -93,10 +100,13 @@ impl Source {
         })
     }
 
-    /// The motion on a character, one pose a frame of the file.
-    pub(crate) fn on(&self, path: &Path, bvh: &Bvh, character: &Character) -> Result<(Clip, Vec<String>)> {
+    /// Transfers the motion to a character: one pose for each frame of the file.
+    ///
+    /// # Errors
+    /// A character whose joints cannot be identified, positions that overflow.
+    pub(crate) fn on(&self, path: &Path, bvh: &Bvh, character: &Character) -> Result<Retargeted> {
         let skeleton = &character.skeleton;
-        let target = Rig::of_skeleton(skeleton)?;
+        let target = ReferenceRig::of_skeleton(skeleton)?;
         let transfer = Transfer::new(skeleton, &self.rig, &target, self.world_from_source);
         let mut notes = self.notes.clone();
         notes.push(format!(
@@ -123,11 +133,12 @@ impl Source {
             ground_height: 0.0,
             wind: Vec::new(),
         };
-        Ok((clip, notes))
+        Ok(Retargeted { clip, notes })
     }
 }
 
-/// `world_from_source` for the axis that the trunk follows on average, or the one asked for.
+/// Returns `world_from_source` for the requested up axis, or for the one that the trunk follows on
+/// average.
 fn y_up(trunk: Vec3, up: UpAxis, notes: &mut Vec<String>) -> Quat {
     let is_z = match up {
         UpAxis::Auto => trunk.z > trunk.y,
@@ -135,20 +146,18 @@ fn y_up(trunk: Vec3, up: UpAxis, notes: &mut Vec<String>) -> Quat {
         UpAxis::Z => true,
     };
     let along = if is_z { trunk.z } else { trunk.y };
-    if up == UpAxis::Auto && along < CERTAIN {
-        let (axis, other) = if is_z { ("Z", "Y") } else { ("Y", "Z") };
-        notes.push(format!(
-            "the up axis is uncertain, because the body does not stand for most of the clip: \
-             {axis} is assumed, ask for {other} up if the character lies on the ground"
-        ));
+    if up == UpAxis::Auto && along < MIN_UP_COSINE {
+        notes.push(uncertain_note(is_z));
     }
     if !is_z {
         return Quat::IDENTITY;
     }
     notes.push("Z up converted to Y up".into());
-    Quat::from_rotation_x(-FRAC_PI_2)
+    y_up_from_z_up()
 }
 
+/// Note about the probable unit of a file whose legs have this length. The motion is scaled by the
+/// ratio of the legs, whatever the unit.
 fn unit_note(leg: f32) -> String {
     let off = |unit: f32| (leg * unit / LEG_M).ln().abs();
     let nearest = UNITS.iter().min_by(|a, b| off(a.1).total_cmp(&off(b.1)));

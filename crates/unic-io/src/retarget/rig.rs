@@ -1,80 +1,84 @@
-//! A skeleton with its reference pose: what bone directions are compared in.
+//! Skeletons in the reference pose in which bone directions are compared.
 
-use super::{
-    bones::{BoneMap, Bones, Tree},
-    names::{Part, Side},
+use super::bones::{BodyJoints, BoneMap, JointTree};
+use crate::{
+    bvh::Bvh,
+    error::Result,
+    joint_names::{BodySide, LimbJoint},
 };
-use crate::{bvh::Bvh, error::Result};
 use glam::{Mat3, Quat, Vec3};
 use std::path::Path;
-use unic_core::{
-    skeleton::{Pose, Skeleton},
-    transform::Rigid,
-};
+use unic_core::{Pose, skeleton::Skeleton, transform::Rigid};
 
-/// Cosine of the angle between trunk and legs, and between shoulders and hips, in a pose that
-/// stands: 37°.
-const STANDS: f32 = 0.8;
+/// Smallest cosine of the angles between trunk and legs and between shoulders and hips in a
+/// standing pose: 37°.
+const MIN_STANDING_COSINE: f32 = 0.8;
 
-/// Cosine of the angle up to which a body's axis is taken to be the coordinate axis: 25°. Rest
-/// poses stand upright, and the way from hips to shoulders leans a little in all of them.
-const ALONG_AXIS: f32 = 0.9;
+/// Smallest cosine of the angle at which a body's axis is taken to be a coordinate axis: 25°.
+/// Bodies in rest poses are upright, but the line from hips to shoulders leans a little in all of
+/// them.
+const MIN_AXIS_COSINE: f32 = 0.9;
 
-/// Frames looked at for one that stands.
-const FRAMES_LOOKED_AT: usize = 500;
+/// Number of frames that are searched for a standing pose.
+const SAMPLED_FRAMES: usize = 500;
 
-/// Where a reference pose comes from.
+/// Origin of a reference pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Origin {
-    /// All rotations zero: the body stands in it.
+pub(super) enum ReferenceOrigin {
+    /// The pose with all rotations zero, in which the body stands.
     ZeroPose,
     /// The frame in which the body stands most upright with straight limbs.
     Frame(usize),
 }
 
-/// Joints by meaning, and the reference pose.
+/// Joints by body part, in the reference pose.
 #[derive(Clone, Debug)]
-pub(super) struct Rig {
-    pub(super) bones: Bones,
-    pub(super) origin: Origin,
-    /// Every joint in the reference pose.
+pub(super) struct ReferenceRig {
+    pub(super) bones: BodyJoints,
+    pub(super) origin: ReferenceOrigin,
+    /// World transform of every joint in the reference pose.
     pub(super) reference: Vec<Rigid>,
-    /// `reference_from_body`: +X to the body's left, +Y up, +Z the way it faces.
+    /// Rotation `reference_from_body`. In the body's frame +X is its left, +Y is up and +Z is
+    /// forward.
     pub(super) facing: Quat,
 }
 
-impl Rig {
-    /// Of a character: pose zero.
+impl ReferenceRig {
+    /// Makes the rig of a character in its zero pose.
     pub(super) fn of_skeleton(skeleton: &Skeleton) -> Result<Self> {
-        let tree = Tree {
+        let tree = JointTree {
             path: Path::new("character"),
             names: skeleton.names().iter().map(String::as_str).collect(),
             parents: skeleton.parents().to_vec(),
         };
-        let bones = Bones::identify(&tree, &BoneMap::default())?;
+        let bones = BodyJoints::identify(&tree, &BoneMap::default())?;
         let zero = Pose::from_axis_angles(Vec3::ZERO, &vec![Vec3::ZERO; skeleton.len()]);
         let mut reference = Vec::new();
         skeleton.forward_kinematics(&zero, &mut reference);
-        Self::new(bones, Origin::ZeroPose, reference, Vec3::Y)
+        Self::new(bones, ReferenceOrigin::ZeroPose, reference, Vec3::Y)
     }
 
-    /// Of a file: the zero pose if the body stands in it, else the frame that stands best, where
-    /// `up` is the direction against gravity. Some rigs' zero pose lays every bone along one axis.
-    pub(super) fn of_bvh(bvh: &Bvh, bones: Bones, up: Vec3) -> Result<Self> {
+    /// Makes the rig of a file in its zero pose if the body stands in it, else in the frame with
+    /// the best standing pose.
+    ///
+    /// `up` is the direction against gravity in the frames. In the zero pose of some rigs all bones
+    /// point along one axis.
+    pub(super) fn of_bvh(bvh: &Bvh, bones: BodyJoints, up: Vec3) -> Result<Self> {
         let mut reference = Vec::new();
         bvh.world_from_joint_at_zero(&mut reference);
         let body = Landmarks::new(&bones, &reference)?;
-        if body.standing() > STANDS && body.level() > STANDS {
+        if body.standing() > MIN_STANDING_COSINE && body.level() > MIN_STANDING_COSINE {
             let up = along_axis(body.trunk());
-            return Self::new(bones, Origin::ZeroPose, reference, up);
+            return Self::new(bones, ReferenceOrigin::ZeroPose, reference, up);
         }
         let frame = most_upright(bvh, &bones)?;
         bvh.world_from_joint(frame, &mut reference);
-        Self::new(bones, Origin::Frame(frame), reference, up)
+        Self::new(bones, ReferenceOrigin::Frame(frame), reference, up)
     }
 
-    fn new(bones: Bones, origin: Origin, reference: Vec<Rigid>, up: Vec3) -> Result<Self> {
+    fn new(bones: BodyJoints, origin: ReferenceOrigin, reference: Vec<Rigid>, up: Vec3) -> Result<Self> {
         let left = Landmarks::new(&bones, &reference)?.hips();
+        // Snapping to a coordinate axis may leave a part along `up`, which is removed again.
         let left = along_axis(left.reject_from_normalized(up));
         let left = left
             .reject_from_normalized(up)
@@ -90,34 +94,41 @@ impl Rig {
 
     /// Mean length of both legs from hip to ankle along the bones, in the rig's unit.
     pub(super) fn leg_length(&self) -> f32 {
-        let length = |side: Side| {
-            let [hip, knee, ankle] = [Part::Hip, Part::Knee, Part::Ankle].map(|p| self.position(p, side));
+        let length = |side: BodySide| {
+            let [hip, knee, ankle] =
+                [LimbJoint::Hip, LimbJoint::Knee, LimbJoint::Ankle].map(|p| self.position(p, side));
             hip.distance(knee) + knee.distance(ankle)
         };
-        0.5 * (length(Side::Left) + length(Side::Right))
+        0.5 * (length(BodySide::Left) + length(BodySide::Right))
     }
 
     /// Direction of a bone in the reference pose, from one joint to the next.
-    pub(super) fn direction(&self, from: Part, to: Part, side: Side) -> Vec3 {
+    pub(super) fn direction(&self, from: LimbJoint, to: LimbJoint, side: BodySide) -> Vec3 {
         (self.position(to, side) - self.position(from, side)).normalize_or_zero()
     }
 
-    /// Zero for a joint that is not there.
-    fn position(&self, part: Part, side: Side) -> Vec3 {
+    /// Returns the position of a limb joint; zero for a missing one.
+    fn position(&self, part: LimbJoint, side: BodySide) -> Vec3 {
         let joint = self.bones.limb(part, side);
         joint.map_or(Vec3::ZERO, |j| self.reference[j].translation)
     }
 }
 
-/// Points that tell how a body stands, in any unit.
+/// Joint positions from which the posture of a body is computed, in any unit.
 pub(super) struct Landmarks {
-    /// Left and right of hip, knee, ankle, shoulder, elbow.
+    /// Left and right joint of hip, knee, ankle, shoulder and elbow.
     pairs: [[Vec3; 2]; 5],
 }
 
 impl Landmarks {
-    pub(super) fn new(bones: &Bones, world_from_joint: &[Rigid]) -> Result<Self> {
-        let parts = [Part::Hip, Part::Knee, Part::Ankle, Part::Shoulder, Part::Elbow];
+    pub(super) fn new(bones: &BodyJoints, world_from_joint: &[Rigid]) -> Result<Self> {
+        let parts = [
+            LimbJoint::Hip,
+            LimbJoint::Knee,
+            LimbJoint::Ankle,
+            LimbJoint::Shoulder,
+            LimbJoint::Elbow,
+        ];
         let mut pairs = [[Vec3::ZERO; 2]; 5];
         for (pair, part) in pairs.iter_mut().zip(parts) {
             *pair = bones.pair(part)?.map(|j| world_from_joint[j].translation);
@@ -125,6 +136,7 @@ impl Landmarks {
         Ok(Self { pairs })
     }
 
+    /// Midpoint of a pair, by its index in `pairs`.
     fn middle(&self, part: usize) -> Vec3 {
         0.5 * (self.pairs[part][0] + self.pairs[part][1])
     }
@@ -168,15 +180,17 @@ impl Landmarks {
     }
 }
 
-/// The coordinate axis, of either sign, next to a unit vector; the vector itself where none is near.
+/// Returns the coordinate axis, of either sign, near a direction, or the normalised direction if
+/// none is near.
 fn along_axis(direction: Vec3) -> Vec3 {
     let mut axes = Vec3::AXES.into_iter().flat_map(|a| [a, -a]);
-    let near = |a: &Vec3| a.dot(direction.normalize_or_zero()) > ALONG_AXIS;
+    let near = |a: &Vec3| a.dot(direction.normalize_or_zero()) > MIN_AXIS_COSINE;
     axes.find(near).unwrap_or(direction).normalize_or(Vec3::Y)
 }
 
-fn most_upright(bvh: &Bvh, bones: &Bones) -> Result<usize> {
-    let stride = bvh.len().div_ceil(FRAMES_LOOKED_AT).max(1);
+/// Returns the frame in which the body stands most upright with straight legs.
+fn most_upright(bvh: &Bvh, bones: &BodyJoints) -> Result<usize> {
+    let stride = bvh.len().div_ceil(SAMPLED_FRAMES).max(1);
     let (mut best, mut best_score) = (0, f32::NEG_INFINITY);
     let mut world = Vec::new();
     for frame in (0..bvh.len()).step_by(stride) {
@@ -190,9 +204,9 @@ fn most_upright(bvh: &Bvh, bones: &Bones) -> Result<usize> {
     Ok(best)
 }
 
-/// Mean unit vector from the hips to the shoulders over a file.
-pub(super) fn mean_trunk(bvh: &Bvh, bones: &Bones) -> Result<Vec3> {
-    let stride = bvh.len().div_ceil(FRAMES_LOOKED_AT).max(1);
+/// Returns the direction of the trunk, from hips to shoulders, averaged over a file.
+pub(super) fn mean_trunk(bvh: &Bvh, bones: &BodyJoints) -> Result<Vec3> {
+    let stride = bvh.len().div_ceil(SAMPLED_FRAMES).max(1);
     let (mut sum, mut world) = (Vec3::ZERO, Vec::new());
     for frame in (0..bvh.len()).step_by(stride) {
         bvh.world_from_joint(frame, &mut world);

@@ -1,54 +1,59 @@
-//! A motion from one skeleton to another.
+//! Converting poses of one skeleton to poses of another.
 
 use super::{
-    names::{Part, Side},
-    rig::{Landmarks, Rig},
+    rig::{Landmarks, ReferenceRig},
+    rotation::shortest_arc,
 };
-use crate::{bvh::Bvh, error::Result};
+use crate::{
+    bvh::Bvh,
+    error::Result,
+    joint_names::{BodySide, LimbJoint},
+};
 use glam::{Quat, Vec3};
-use unic_core::{
-    skeleton::{Pose, Skeleton},
-    transform::Rigid,
-};
+use unic_core::{Pose, skeleton::Skeleton, transform::Rigid};
 
-/// Where a target joint's world rotation comes from.
+/// Source of a target joint's world rotation.
 #[derive(Clone, Copy, Debug)]
-enum Link {
-    /// Moves with its parent.
-    Free,
-    /// The source's rotation away from its reference pose, between two of its joints.
-    Turn {
+enum JointRotation {
+    /// The joint moves rigidly with its parent.
+    FollowParent,
+    /// The joint copies the rotation of the source relative to its reference pose, interpolated
+    /// between two source joints.
+    Copy {
         /// Source joint at `share` 0.
         from: usize,
         /// Source joint at `share` 1.
         to: usize,
+        /// Interpolation parameter, 0 to 1.
         share: f32,
-        /// `source_reference_from_target_reference`: lays the target's bone along the source's.
+        /// Rotation `source_reference_from_target_reference`, which aligns the target's bone with
+        /// the source's.
         align: Quat,
     },
 }
 
-/// How poses of one skeleton become poses of another.
+/// Conversion of poses from one skeleton to another.
 #[derive(Clone, Debug)]
 pub(super) struct Transfer<'a> {
     skeleton: &'a Skeleton,
-    source: &'a Rig,
-    target: &'a Rig,
-    links: Vec<Link>,
+    source: &'a ReferenceRig,
+    target: &'a ReferenceRig,
+    /// Source of each target joint's rotation.
+    links: Vec<JointRotation>,
     /// Target joints, parents before children.
     order: Vec<usize>,
-    /// Metres of the target a unit of the source.
+    /// Length in metres of one unit of the source, on the target.
     pub(super) scale: f32,
-    /// `world_from_source`: Y up.
+    /// Rotation `world_from_source`, to Y up.
     pub(super) world_from_source: Quat,
 }
 
 impl<'a> Transfer<'a> {
-    /// Lengths are scaled by the ratio of the legs.
+    /// Prepares the conversion. Lengths are scaled by the ratio of the legs.
     pub(super) fn new(
         skeleton: &'a Skeleton,
-        source: &'a Rig,
-        target: &'a Rig,
+        source: &'a ReferenceRig,
+        target: &'a ReferenceRig,
         world_from_source: Quat,
     ) -> Self {
         Self {
@@ -62,7 +67,10 @@ impl<'a> Transfer<'a> {
         }
     }
 
-    /// One frame.
+    /// Converts one frame of a file; `scratch` is reused between frames.
+    ///
+    /// # Errors
+    /// A source without a required joint.
     pub(super) fn pose(&self, bvh: &Bvh, frame: usize, scratch: &mut Vec<Rigid>) -> Result<Pose> {
         bvh.world_from_joint(frame, scratch);
         let middle = Landmarks::new(&self.source.bones, scratch)?.hip_middle();
@@ -78,8 +86,9 @@ impl<'a> Transfer<'a> {
         Ok(Pose { trans, local })
     }
 
+    /// Returns the world rotation of a target joint; `None` if it follows its parent.
     fn rotation(&self, joint: usize, source: &[Rigid]) -> Option<Quat> {
-        let Link::Turn {
+        let JointRotation::Copy {
             from,
             to,
             share,
@@ -93,11 +102,14 @@ impl<'a> Transfer<'a> {
         Some(self.world_from_source * turned * align * self.target.reference[joint].rotation)
     }
 
-    /// The hips' midpoint follows the source's: pelvis joints lie anywhere above it.
+    /// Returns the world position of the root joint that puts the midpoint of the hips at `middle`,
+    /// a position of the source.
+    ///
+    /// Hips correspond between skeletons. Pelvis joints lie anywhere above them.
     fn root_position(&self, middle: Vec3, root: Quat) -> Vec3 {
         let reference = &self.target.reference;
-        let hips = [Side::Left, Side::Right].map(|side| {
-            let hip = self.target.bones.limb(Part::Hip, side);
+        let hips = [BodySide::Left, BodySide::Right].map(|side| {
+            let hip = self.target.bones.limb(LimbJoint::Hip, side);
             hip.map_or(Vec3::ZERO, |j| reference[j].translation)
         });
         let pelvis = reference[self.skeleton.root()];
@@ -107,50 +119,51 @@ impl<'a> Transfer<'a> {
     }
 }
 
-fn links(joints: usize, source: &Rig, target: &Rig) -> Vec<Link> {
-    let mut links = vec![Link::Free; joints];
-    // Both bodies stand in their reference poses: pelvis, trunk, collars and feet correspond as
-    // they are, whatever the shape of the bones there.
+/// Assigns a source to the rotation of each target joint.
+fn links(joints: usize, source: &ReferenceRig, target: &ReferenceRig) -> Vec<JointRotation> {
+    let mut links = vec![JointRotation::FollowParent; joints];
+    // Both bodies stand in their reference poses: pelvis, trunk, collars and feet correspond
+    // without alignment of their bones.
     let upright = source.facing * target.facing.inverse();
-    let turn = |joint: usize, align: Quat| Link::Turn {
+    let copy = |joint: usize, align: Quat| JointRotation::Copy {
         from: joint,
         to: joint,
         share: 0.0,
         align,
     };
-    links[target.bones.pelvis] = turn(source.bones.pelvis, upright);
+    links[target.bones.pelvis] = copy(source.bones.pelvis, upright);
     distribute(
         &mut links,
-        (&source.bones.spine, &target.bones.spine),
         source.bones.pelvis,
+        &source.bones.spine,
+        &target.bones.spine,
         upright,
     );
     if let Some(&chest) = source.bones.spine.last() {
-        distribute(
-            &mut links,
-            (&source.bones.neck, &target.bones.neck),
-            chest,
-            upright,
-        );
+        distribute(&mut links, chest, &source.bones.neck, &target.bones.neck, upright);
     }
     if let (Some(from), Some(to)) = (source.bones.head, target.bones.head) {
-        links[to] = turn(from, upright);
+        links[to] = copy(from, upright);
     }
-    for (part, side) in Part::ALL.into_iter().flat_map(|p| Side::ALL.map(|s| (p, s))) {
+    for (part, side) in LimbJoint::ALL
+        .into_iter()
+        .flat_map(|p| BodySide::ALL.map(|s| (p, s)))
+    {
         if let (Some(from), Some(to)) = (source.bones.limb(part, side), target.bones.limb(part, side)) {
-            links[to] = turn(from, align(source, target, part, side, upright));
+            links[to] = copy(from, align(source, target, part, side, upright));
         }
     }
     links
 }
 
-/// Rotations of a chain of `source` joints (above `base`) on a chain of another length.
-fn distribute(links: &mut [Link], (source, target): (&[usize], &[usize]), base: usize, align: Quat) {
+/// Distributes the rotations of a chain of `source` joints, above the joint `base`, over a chain of
+/// `target` joints of another length.
+fn distribute(links: &mut [JointRotation], base: usize, source: &[usize], target: &[usize], align: Quat) {
     let at = |k: usize| k.checked_sub(1).map_or(base, |k| source[k]);
     for (i, &joint) in target.iter().enumerate() {
         let along = ((i + 1) * source.len()) as f32 / target.len() as f32;
         let before = (along.floor() as usize).min(source.len());
-        links[joint] = Link::Turn {
+        links[joint] = JointRotation::Copy {
             from: at(before),
             to: at((before + 1).min(source.len())),
             share: along - before as f32,
@@ -159,30 +172,34 @@ fn distribute(links: &mut [Link], (source, target): (&[usize], &[usize]), base: 
     }
 }
 
-/// Arms and legs point where the source's do: rest poses differ there (T, A, arms down). The
-/// smallest rotation that lays one bone along the other keeps palms and knees where lowering an
-/// arm or closing the legs puts them. A hand goes with its forearm.
-fn align(source: &Rig, target: &Rig, part: Part, side: Side, upright: Quat) -> Quat {
+/// Returns the rotation that aligns a target bone with the source's in the reference poses.
+///
+/// Arms and legs are aligned, because rest poses differ there (T, A, arms down). The smallest
+/// rotation between the bones keeps palms and knees where lowering an arm or closing the legs puts
+/// them. A hand is aligned like its forearm. All other bones keep `upright`.
+fn align(
+    source: &ReferenceRig,
+    target: &ReferenceRig,
+    part: LimbJoint,
+    side: BodySide,
+    upright: Quat,
+) -> Quat {
     let (from, to) = match part {
-        Part::Hip => (Part::Hip, Part::Knee),
-        Part::Knee => (Part::Knee, Part::Ankle),
-        Part::Shoulder => (Part::Shoulder, Part::Elbow),
-        Part::Elbow | Part::Wrist | Part::Hand => (Part::Elbow, Part::Wrist),
-        Part::Ankle | Part::Toe | Part::Collar => return upright,
+        LimbJoint::Hip => (LimbJoint::Hip, LimbJoint::Knee),
+        LimbJoint::Knee => (LimbJoint::Knee, LimbJoint::Ankle),
+        LimbJoint::Shoulder => (LimbJoint::Shoulder, LimbJoint::Elbow),
+        LimbJoint::Elbow | LimbJoint::Wrist | LimbJoint::Hand => (LimbJoint::Elbow, LimbJoint::Wrist),
+        LimbJoint::Ankle | LimbJoint::Toe | LimbJoint::Collar => return upright,
     };
-    let has = |rig: &Rig| rig.bones.limb(to, side).is_some();
+    let has = |rig: &ReferenceRig| rig.bones.limb(to, side).is_some();
     if !has(source) || !has(target) {
         return upright;
     }
     let target = upright * target.direction(from, to, side);
-    swing(target, source.direction(from, to, side)) * upright
+    shortest_arc(target, source.direction(from, to, side)) * upright
 }
 
-/// The smallest rotation from one unit vector to another.
-pub(super) fn swing(from: Vec3, to: Vec3) -> Quat {
-    Quat::from_rotation_arc(from.normalize_or(Vec3::Y), to.normalize_or(Vec3::Y))
-}
-
+/// Returns the joints in breadth-first order: parents before children.
 fn by_depth(skeleton: &Skeleton) -> Vec<usize> {
     let mut order = vec![skeleton.root()];
     let mut next = 0;

@@ -1,4 +1,4 @@
-//! What several test files share.
+//! Characters, garments and clips that several test files share.
 #![allow(
     dead_code,
     reason = "every test file is a program of its own and uses a part of this"
@@ -7,14 +7,15 @@
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 use unic_core::{
+    Pose,
     character::{Character, Garment},
     clip::Clip,
     mesh::{TriMesh, Uvs},
-    skeleton::{Pose, Skeleton, SkeletonParts},
+    skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
 
-/// The real inputs beside the checkout; a missing one is reported as a skip.
+/// Path of a real input file beside the checkout; a missing one is reported as skipped.
 pub(crate) fn data(below: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../../shared/data")
@@ -89,14 +90,15 @@ pub(crate) fn small_frame(t: usize) -> Vec<Vec3> {
     small_garment().rest.vertices.iter().map(|v| v + shift).collect()
 }
 
-/// Largest angle between two clips' local rotations (radians), and distance of their roots.
+/// Returns the largest angle between the local rotations of two clips (radians), and the largest
+/// distance of their roots (metres).
 pub(crate) fn largest_differences(a: &Clip, b: &Clip) -> (f32, f32) {
     assert_eq!(a.len(), b.len());
     let (mut angle, mut distance) = (0.0_f32, 0.0_f32);
     for (p, q) in a.poses.iter().zip(&b.poses) {
         distance = distance.max(p.trans.distance(q.trans));
         for (x, y) in p.local.iter().zip(&q.local) {
-            // Twice the sine of half the angle: exact where acos is not.
+            // Twice the chord approximates small angles exactly, where the arc cosine rounds.
             let y = if x.dot(*y) < 0.0 { -*y } else { *y };
             angle = angle.max(2.0 * (*x - y).length());
         }
@@ -104,8 +106,8 @@ pub(crate) fn largest_differences(a: &Clip, b: &Clip) -> (f32, f32) {
     (angle, distance)
 }
 
-/// A person of plain proportions in a T-pose with SMPL's 24 joints; the body is a box from the ground
-/// to the head that moves with the pelvis, and two soles.
+/// A person of plain proportions in a T-pose with SMPL's 24 joints; the body is a box from the
+/// ground to the head that moves with the pelvis, and two soles.
 pub(crate) fn humanoid() -> Character {
     let half = |joints: [[f32; 3]; 9]| joints.map(Vec3::from_array);
     let [hip, knee, ankle, foot, collar, shoulder, elbow, wrist, hand] = half([

@@ -1,4 +1,4 @@
-//! Just enough of a reader: chunks, accessors, channels.
+//! A minimal GLB reader: chunks, accessors, channels.
 
 use glam::Vec3;
 use serde_json::Value;
@@ -14,7 +14,7 @@ fn word(bytes: &[u8], at: usize) -> usize {
 }
 
 impl Glb {
-    /// Checks the frame of the file: §4.4 of the specification.
+    /// Parses a file and checks its headers: §4.4 of the specification.
     pub(crate) fn parse(bytes: &[u8]) -> Self {
         assert_eq!(
             (&bytes[..4], word(bytes, 4), word(bytes, 8)),
@@ -57,7 +57,7 @@ impl Glb {
             .collect()
     }
 
-    /// Elements of an accessor; integers are exact in f32 here.
+    /// Elements of an accessor, converted to f32. All integers of the tests are exact in f32.
     pub(crate) fn rows(&self, accessor: usize) -> Vec<Vec<f32>> {
         let accessor = &self.json["accessors"][accessor];
         let view = &self.json["bufferViews"][number(&accessor["bufferView"])];

@@ -1,6 +1,7 @@
-//! Contract of the GLB writer, in two parts: what glTF demands of every file, and that the skin, the
-//! morph targets and their animation, evaluated as the specification says, give every frame back.
-//! Readers that are not ours check the same in tests/readers.py, tests/blender.py and tests/glb.mjs.
+//! Contract of the GLB writer, in two parts: what glTF demands of every file, and that the skin,
+//! the morph targets and their animation, evaluated as the specification says, give every frame
+//! back. Readers that are not ours check the same in tests/readers.py, tests/blender.py and
+//! tests/glb.mjs.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod file;
@@ -36,8 +37,8 @@ fn world_from_joint(glb: &Glb, local: impl Fn(usize) -> (Vec3, Quat)) -> BTreeMa
     out
 }
 
-/// Translation and rotation that a node has by itself.
-fn still(glb: &Glb, node: usize) -> (Vec3, Quat) {
+/// Translation and rotation of a node without animation.
+fn rest_transform(glb: &Glb, node: usize) -> (Vec3, Quat) {
     let node = &glb.json["nodes"][node];
     let numbers = |key: &str| -> Vec<f32> { serde_json::from_value(node[key].clone()).unwrap() };
     (
@@ -46,9 +47,9 @@ fn still(glb: &Glb, node: usize) -> (Vec3, Quat) {
     )
 }
 
-/// The same at a key of the animation.
-fn keyed(glb: &Glb, node: usize, frame: usize) -> (Vec3, Quat) {
-    let (mut translation, mut rotation) = still(glb, node);
+/// Translation and rotation of a node at a key of the animation.
+fn key_transform(glb: &Glb, node: usize, frame: usize) -> (Vec3, Quat) {
+    let (mut translation, mut rotation) = rest_transform(glb, node);
     for (target, path, output) in glb.channels() {
         match (target == node, path.as_str()) {
             (true, "rotation") => rotation = Quat::from_slice(&glb.rows(output)[frame]),
@@ -59,7 +60,7 @@ fn keyed(glb: &Glb, node: usize, frame: usize) -> (Vec3, Quat) {
     (translation, rotation)
 }
 
-/// The skinned body, by §3.7.3.3 of the specification.
+/// Positions of the skinned body, by §3.7.3.3 of the specification.
 fn body(glb: &Glb, local: impl Fn(usize) -> (Vec3, Quat)) -> Vec<Vec3> {
     let worlds = world_from_joint(glb, local);
     let joints = file::indices(&glb.json["skins"][0]["joints"]);
@@ -83,14 +84,14 @@ fn body(glb: &Glb, local: impl Fn(usize) -> (Vec3, Quat)) -> Vec<Vec3> {
     out
 }
 
-/// The weights of the garment's targets, frame by frame.
+/// Weights of the garment's morph targets in each frame.
 fn morph_weights(glb: &Glb) -> Vec<Vec<f32>> {
     let mut outputs = (glb.channels().into_iter()).filter(|(_, path, _)| path == "weights");
     let flat: Vec<f32> = glb.rows(outputs.next().unwrap().2).concat();
     flat.chunks_exact(FRAMES - 1).map(<[f32]>::to_vec).collect()
 }
 
-/// The garment with these weights.
+/// Positions or normals of the garment with these morph weights.
 fn garment(glb: &Glb, weights: &[f32], semantic: &str) -> Vec<Vec3> {
     let primitive = &glb.json["meshes"][1]["primitives"][0];
     let mut out = glb.vectors(glb.attribute(1, semantic).unwrap());
@@ -102,27 +103,27 @@ fn garment(glb: &Glb, weights: &[f32], semantic: &str) -> Vec<Vec3> {
 }
 
 #[test]
-fn every_frame_of_the_body_comes_back() {
+fn body_equals_skinning_in_every_frame() {
     let scene = Scene::new();
     let glb = scene.write();
     for (frame, expected) in scene.body_frames().iter().enumerate() {
-        let found = body(&glb, |node| keyed(&glb, node, frame));
+        let found = body(&glb, |node| key_transform(&glb, node, frame));
         assert!(largest_distance(&found, expected) < 3e-6, "frame {frame}");
     }
 }
 
 #[test]
-fn a_still_picture_is_the_first_frame() {
+fn nodes_show_the_first_frame() {
     let scene = Scene::new();
     let glb = scene.write();
-    let found = body(&glb, |node| still(&glb, node));
+    let found = body(&glb, |node| rest_transform(&glb, node));
     assert!(largest_distance(&found, &scene.body_frames()[0]) < 3e-6);
     let found = garment(&glb, &[], "POSITION");
     assert_eq!(found[..scene.garment.vertices.len()], scene.frames[0]);
 }
 
 #[test]
-fn every_frame_of_the_garment_comes_back_and_those_between_are_linear() {
+fn garment_is_exact_at_frames_and_linear_between() {
     let scene = Scene::new();
     let glb = scene.write();
     let weights = morph_weights(&glb);
@@ -145,7 +146,7 @@ fn every_frame_of_the_garment_comes_back_and_those_between_are_linear() {
 }
 
 #[test]
-fn normals_are_those_of_each_frame() {
+fn normals_belong_to_each_frame() {
     let scene = Scene::new();
     let glb = scene.write();
     let weights = morph_weights(&glb);
@@ -161,7 +162,7 @@ fn normals_are_those_of_each_frame() {
 }
 
 #[test]
-fn seams_split_vertices_that_stay_together() {
+fn seam_copies_stay_together() {
     let scene = Scene::new();
     let glb = scene.write();
     let (uvs, count) = (scene.garment.uvs.as_ref().unwrap(), scene.garment.vertices.len());
@@ -187,7 +188,7 @@ fn seams_split_vertices_that_stay_together() {
 }
 
 #[test]
-fn influences_are_whole_and_heaviest_first() {
+fn influences_are_complete_and_heaviest_first() {
     let scene = Scene::new();
     let glb = scene.write();
     let set = |name: &str| glb.rows(glb.attribute(0, name).unwrap());
@@ -208,7 +209,7 @@ fn influences_are_whole_and_heaviest_first() {
         let distinct: std::collections::BTreeSet<_> = used.iter().collect();
         assert_eq!(distinct.len(), used.len(), "vertex {v}");
         assert!(row.is_sorted_by(|a, b| a >= b));
-        // The tolerance of Khronos' validator.
+        // The tolerance of the Khronos validator.
         assert!(
             (row.iter().sum::<f32>() - 1.0).abs() <= 2e-7 * used.len() as f32,
             "vertex {v}"
@@ -217,19 +218,19 @@ fn influences_are_whole_and_heaviest_first() {
 }
 
 #[test]
-fn more_joints_than_a_byte_counts() {
-    let scene = Scene::new().with_a_long_tail(300);
+fn more_than_256_joints_are_written() {
+    let scene = Scene::new().with_joint_chain(300);
     let glb = scene.write();
     let joints = glb.attribute(0, "JOINTS_0").unwrap();
     assert_eq!(glb.json["accessors"][joints]["componentType"], 5123);
-    let found = body(&glb, |node| keyed(&glb, node, FRAMES - 1));
+    let found = body(&glb, |node| key_transform(&glb, node, FRAMES - 1));
     let distance = largest_distance(&found, &scene.body_frames()[FRAMES - 1]);
-    // Here and there 300 products round by 6e-8 of a metre each; a wrong joint is centimetres away.
+    // 300 products round by 6e-8 m each on both sides; a wrong joint is centimetres away.
     assert!(distance < 5e-5, "{distance} m");
 }
 
 #[test]
-fn a_joint_that_a_row_names_twice_is_one_influence() {
+fn duplicate_influences_are_merged() {
     let mut scene = Scene::new();
     let rows = (0..scene.character.body.vertices.len()).map(|_| [(2, 0.4), (0, 0.35), (2, 0.25)].into_iter());
     scene.character.weights = SkinningWeights::from_rows(6, rows).unwrap();
@@ -240,7 +241,7 @@ fn a_joint_that_a_row_names_twice_is_one_influence() {
 }
 
 #[test]
-fn normals_are_unit_without_a_face_too() {
+fn normals_without_a_face_are_unit_vectors() {
     let mut scene = Scene::new();
     scene.garment.vertices.push(Vec3::ZERO);
     scene.frames.iter_mut().for_each(|frame| frame.push(Vec3::ZERO));
@@ -252,7 +253,7 @@ fn normals_are_unit_without_a_face_too() {
 }
 
 #[test]
-fn rotations_are_unit_and_never_take_the_long_way() {
+fn rotations_are_unit_and_sign_continuous() {
     let glb = Scene::new().write();
     for (_, path, output) in glb.channels() {
         if path == "rotation" {
@@ -264,7 +265,7 @@ fn rotations_are_unit_and_never_take_the_long_way() {
 }
 
 #[test]
-fn chunks_views_and_accessors_are_aligned_and_inside() {
+fn chunks_views_and_accessors_are_aligned_and_in_bounds() {
     let glb = Scene::new().write();
     let views = glb.json["bufferViews"].as_array().unwrap();
     let mut end = 0;
@@ -289,7 +290,7 @@ fn chunks_views_and_accessors_are_aligned_and_inside() {
 }
 
 #[test]
-fn bounds_are_exact_where_they_are_demanded() {
+fn required_bounds_are_exact() {
     let glb = Scene::new().write();
     let mut demanded: Vec<usize> = vec![
         glb.attribute(0, "POSITION").unwrap(),
@@ -315,7 +316,7 @@ fn bounds_are_exact_where_they_are_demanded() {
 }
 
 #[test]
-fn keys_are_at_the_frame_rate() {
+fn keys_have_the_frame_rate() {
     let glb = Scene::new().write();
     let animation = &glb.json["animations"][0];
     assert_eq!(animation["name"], "walk");
@@ -330,7 +331,7 @@ fn keys_are_at_the_frame_rate() {
 }
 
 #[test]
-fn nodes_and_materials_are_named_and_cloth_has_two_sides() {
+fn nodes_and_materials_are_named_and_garments_double_sided() {
     let scene = Scene::new();
     let glb = scene.write();
     let names: Vec<&str> = (glb.json["nodes"].as_array().unwrap().iter())
@@ -361,7 +362,7 @@ fn nodes_and_materials_are_named_and_cloth_has_two_sides() {
 }
 
 #[test]
-fn one_frame_is_a_still_without_targets() {
+fn single_frame_has_no_targets() {
     let glb = Scene::new().cut(1).write();
     let primitive = &glb.json["meshes"][1]["primitives"][0];
     assert!(primitive.get("targets").is_none() && glb.json["meshes"][1].get("extras").is_none());
@@ -376,6 +377,6 @@ fn one_frame_is_a_still_without_targets() {
 }
 
 #[test]
-fn the_same_frames_are_the_same_bytes() {
+fn writing_is_deterministic() {
     assert_eq!(Scene::new().bytes(), Scene::new().bytes());
 }

@@ -1,4 +1,4 @@
-//! Scenes that are not written: one typed error each, and no file.
+//! Scenes that the writer refuses: each yields a typed error and no file.
 
 use crate::scene::{FRAMES, Scene};
 use glam::{Quat, Vec3};
@@ -12,7 +12,7 @@ fn error(change: impl FnOnce(&mut Scene)) -> Error {
 }
 
 #[test]
-fn numbers_of_frames() {
+fn wrong_numbers_of_frames_are_refused() {
     for announced in [0, MAX_FRAMES + 1, usize::MAX] {
         let message = error(|scene| scene.announced = announced).to_string();
         assert!(message.contains(&announced.to_string()), "{message}");
@@ -20,7 +20,7 @@ fn numbers_of_frames() {
             assert!(message.contains(other), "{message}");
         }
     }
-    // One too many is refused as it comes, one too few at the end.
+    // A frame too many is refused at once, a frame too few at the end.
     for (announced, found) in [(FRAMES - 1, "a further one"), (FRAMES + 1, "12")] {
         let message = error(|scene| scene.announced = announced).to_string();
         let expected = format!("expected {announced} frames, found {found}");
@@ -29,7 +29,7 @@ fn numbers_of_frames() {
 }
 
 #[test]
-fn as_many_frames_as_allowed() {
+fn the_maximum_number_of_frames_is_written() {
     let mut scene = Scene::new();
     scene.announced = MAX_FRAMES;
     scene.poses = scene.poses.iter().cloned().cycle().take(MAX_FRAMES).collect();
@@ -38,7 +38,7 @@ fn as_many_frames_as_allowed() {
 }
 
 #[test]
-fn frame_rates() {
+fn extreme_frame_rates_are_refused() {
     for fps in [0.0, -30.0, f32::NAN, f32::INFINITY, f32::MIN_POSITIVE] {
         let found = error(|scene| scene.fps = fps);
         assert!(matches!(found, Error::Content { .. }), "{found}");
@@ -46,7 +46,7 @@ fn frame_rates() {
 }
 
 #[test]
-fn counts_that_do_not_fit() {
+fn wrong_vertex_and_joint_counts_are_refused() {
     type Change = fn(&mut Scene);
     let changes: [Change; 6] = [
         |scene| _ = scene.frames[3].pop(),
@@ -66,7 +66,7 @@ fn counts_that_do_not_fit() {
 }
 
 #[test]
-fn numbers_that_are_none() {
+fn non_finite_numbers_are_refused() {
     type Change = fn(&mut Scene);
     let changes: [Change; 4] = [
         |scene| scene.frames[5][7].y = f32::NAN,
@@ -81,7 +81,7 @@ fn numbers_that_are_none() {
 }
 
 #[test]
-fn meshes_that_are_none() {
+fn invalid_meshes_are_refused() {
     let found = error(|scene| scene.garment.faces[0][0] = u32::MAX);
     assert!(matches!(found, Error::Mesh { .. }), "{found}");
     let found = error(|scene| scene.character.body.vertices[0] = Vec3::NAN);
@@ -93,7 +93,7 @@ fn meshes_that_are_none() {
 }
 
 #[test]
-fn garments_beyond_the_format_are_refused_before_anything_is_written() {
+fn garments_above_4_gib_are_refused_before_writing() {
     let found = error(|scene| {
         scene.announced = MAX_FRAMES;
         scene.garment.vertices = vec![Vec3::ZERO; 500_000];

@@ -1,12 +1,13 @@
-//! What the tests write: a figure whose bind pose is not pose zero, whose vertices hang on up to six
-//! joints, and whose garment has seams.
+//! What the tests write: a figure whose bind pose is not pose zero, whose vertices hang on up to
+//! six joints, and whose garment has seams.
 
 use crate::file::Glb;
 use glam::{Quat, Vec2, Vec3};
 use unic_core::{
+    Pose,
     character::Character,
     mesh::{TriMesh, Uvs},
-    skeleton::{Pose, Skeleton, SkeletonParts},
+    skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
 use unic_io::{
@@ -25,11 +26,11 @@ pub(crate) struct Scene {
     pub(crate) poses: Vec<Pose>,
     pub(crate) frames: Vec<Vec<Vec3>>,
     pub(crate) fps: f32,
-    /// As announced to the writer.
+    /// Number of frames announced to the writer.
     pub(crate) announced: usize,
 }
 
-/// Columns and rows of quads of each sheet.
+/// Number of columns and of rows of quads in each sheet.
 const GRID: u32 = 6;
 
 /// A curved sheet.
@@ -53,7 +54,7 @@ fn sheet(depth: f32) -> TriMesh {
     .unwrap()
 }
 
-/// Left and right half have texture coordinates of their own.
+/// Adds texture coordinates with a seam between the left and the right half.
 fn with_seam(mut mesh: TriMesh) -> TriMesh {
     let count = mesh.vertices.len() as u32;
     let half =
@@ -86,7 +87,7 @@ fn character() -> Character {
     ]
     .map(Vec3::from_array)
     .to_vec();
-    // The vertices of the first column hang on two joints alone.
+    // The vertices of the first column have two influences only.
     let weight = |v: &Vec3, j: usize| match v.x < -0.45 && j > 1 {
         true => 0.0,
         false => 1.0 / (0.05 + v.distance_squared(joints[j])),
@@ -110,7 +111,7 @@ fn character() -> Character {
     }
 }
 
-/// Turns a joint all the way round, so that its quaternion comes back as its negative.
+/// The pose of a frame. The root makes a whole turn, after which its quaternion has the other sign.
 fn pose(frame: usize) -> Pose {
     let s = frame as f32 / FPS;
     let local = |j: usize| {
@@ -119,7 +120,7 @@ fn pose(frame: usize) -> Pose {
     };
     Pose {
         trans: Vec3::new(0.2 * s, 0.1 * (9.0 * s).sin(), 3.0 * s),
-        // The sign of a rotation's quaternion means nothing: readers must not see it jump.
+        // Signs of quaternions alternate here; in the file they must be continuous.
         local: (0..JOINTS)
             .map(|j| {
                 if frame.is_multiple_of(2) {
@@ -151,8 +152,8 @@ impl Scene {
         }
     }
 
-    /// A chain of joints hangs on the last one, and vertices on the joints of the chain.
-    pub(crate) fn with_a_long_tail(mut self, joints: usize) -> Self {
+    /// Adds a chain of joints behind the last one, and binds the vertices to all joints.
+    pub(crate) fn with_joint_chain(mut self, joints: usize) -> Self {
         let skeleton = &self.character.skeleton;
         let mut parts = skeleton.to_parts();
         for j in parts.joints.len()..joints {
@@ -170,7 +171,7 @@ impl Scene {
         self
     }
 
-    /// The first frames alone.
+    /// Keeps the first frames only.
     pub(crate) fn cut(mut self, frames: usize) -> Self {
         self.poses.truncate(frames);
         self.frames.truncate(frames);
@@ -202,7 +203,7 @@ impl Scene {
         self.try_bytes().unwrap()
     }
 
-    /// Nothing but the file is left, and that only when it is whole.
+    /// Writes the scene and returns the bytes of the file. Checks that no other file is left.
     pub(crate) fn try_bytes(&self) -> Result<Vec<u8>> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.glb");

@@ -1,21 +1,24 @@
-//! Factors of matrix units: f32 in panels to bf16 in the order that tile registers have.
+//! Conversion of the factors for matrix units: from f32 in panels to bf16 in the layout of tile
+//! registers.
 
 use std::arch::x86_64::*;
 
 use super::{LANES, PAIR, REGISTER};
 use crate::panels::PANEL;
-use crate::product::{Affine, Tile};
+use crate::product::{AffineProduct, Tile};
 
-/// Left factor of [`super::affine`]: for each 32 rows, for each panel, 32 rows of 32 bf16. Columns out of use are zero, so
-/// are rows beyond the last.
+/// Converts the left factor of [`super::affine`]: for each 32 rows, for each panel, 32 rows of 32
+/// bf16 values. Unused columns and rows beyond the last are zero.
 #[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
 pub(super) unsafe fn convert_rows(tile: &Tile, first: usize, rows: usize, words: &mut [f32]) {
     let panels = tile.widths.len();
     for (panel, &width) in tile.widths.iter().enumerate() {
+        // Unused columns of a panel hold arbitrary values, which must not reach the sums.
         let used = used_columns(width);
         for row in 0..rows.next_multiple_of(PANEL) {
             let place = (row / PANEL * panels + panel) * PAIR + row % PANEL * LANES;
-            // SAFETY: `place` lies in `words` by its length; the row lies in the tile by `check_tile`.
+            // SAFETY: `place` lies in `words`, whose length the caller guarantees; `check_tile` has
+            // checked that the row lies in the tile.
             unsafe {
                 let bf16 = match row < rows {
                     true => {
@@ -35,19 +38,23 @@ pub(super) unsafe fn convert_rows(tile: &Tile, first: usize, rows: usize, words:
     }
 }
 
+/// Returns a mask of the first `width` of 32 columns.
 fn used_columns(width: usize) -> u32 {
+    // In u64, because shifting a u32 by 32 overflows.
     ((1u64 << width) - 1) as u32
 }
 
-/// Right factor of [`super::affine`]: for each output panel, for each input panel, 32 rows of weights as [`pairs_of_rows`].
+/// Converts the right factor of [`super::affine`]: for each output panel, for each input panel, 32
+/// rows of weights in the layout of [`pairs_of_rows`].
 #[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
-pub(super) unsafe fn convert_weights(job: &Affine, words: &mut [f32]) {
+pub(super) unsafe fn convert_weights(job: &AffineProduct, words: &mut [f32]) {
     let depth: usize = job.input.widths.iter().sum();
     let mut place = words.as_mut_ptr();
     for panel in 0..job.output_widths.len() {
         let mut row = panel * depth;
         for &width in job.input.widths {
-            // SAFETY: `affine` has checked the weights' length, the caller that of `words`.
+            // SAFETY: `affine` has checked the length of the weights, and the caller that of
+            // `words`.
             unsafe {
                 pairs_of_rows(job.weights.as_ptr().add(row * PANEL), width, place);
                 place = place.add(PAIR);
@@ -57,7 +64,8 @@ pub(super) unsafe fn convert_weights(job: &Affine, words: &mut [f32]) {
     }
 }
 
-/// Right factor of [`super::outer`]: for each panel, for each 32 rows, these as [`pairs_of_rows`].
+/// Converts the right factor of [`super::outer`]: for each panel, for each 32 rows, these rows in
+/// the layout of [`pairs_of_rows`].
 #[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
 pub(super) unsafe fn convert_pairs(tile: &Tile, rows: usize, words: &mut [f32]) {
     let mut place = words.as_mut_ptr();
@@ -73,26 +81,30 @@ pub(super) unsafe fn convert_pairs(tile: &Tile, rows: usize, words: &mut [f32]) 
     }
 }
 
-/// Left factor of [`super::outer`]: for each panel, for each 32 rows, the panel's 32 columns as rows of 32 bf16.
+/// Converts the left factor of [`super::outer`]: for each panel, for each 32 rows, the panel's 32
+/// columns as rows of 32 bf16 values.
 #[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
 pub(super) unsafe fn convert_columns(tile: &Tile, rows: usize, words: &mut [f32]) {
-    // SAFETY: as in `convert_weights`; a register is turned where it lies.
+    // SAFETY: as in `convert_weights`; a register is transposed in place.
     unsafe {
         convert_pairs(tile, rows, words);
+        // A word holds the values of two rows in one column, which is also what two adjacent values
+        // of a transposed row are: transposing words completes the conversion.
         for register in words.chunks_exact_mut(REGISTER) {
             transpose(register.as_mut_ptr());
         }
     }
 }
 
-/// `count` rows of 32 floats, at most 32, as two registers of 16 pairs of rows: a word holds a column's numbers of
-/// two consecutive rows. Rows beyond the last are zero.
+/// Converts `count` rows of 32 floats, at most 32 rows, to two registers of 16 pairs of rows each.
+/// A word holds the values of two consecutive rows in one column. Rows beyond `count` are zero.
 #[inline]
 #[target_feature(enable = "avx512f,avx512bw,avx512bf16")]
 unsafe fn pairs_of_rows(rows: *const f32, count: usize, words: *mut f32) {
     for pair in 0..LANES {
         for half in 0..2 {
-            // SAFETY: the caller's contract; rows beyond `count` are not read.
+            // SAFETY: the caller guarantees `count` rows and room for two registers; rows beyond
+            // `count` are not read.
             unsafe {
                 let of_row = |row: usize| match row < count {
                     true => {
@@ -110,14 +122,15 @@ unsafe fn pairs_of_rows(rows: *const f32, count: usize, words: *mut f32) {
     }
 }
 
-/// Sixteen rows of sixteen words, transposed in place.
+/// Transposes sixteen rows of sixteen words in place.
 #[inline]
 #[target_feature(enable = "avx512f")]
 unsafe fn transpose(words: *mut f32) {
-    // SAFETY: the caller's contract: a register at `words`.
+    // SAFETY: the caller guarantees a register at `words`.
     let r: [__m512i; LANES] =
         std::array::from_fn(|i| unsafe { _mm512_loadu_si512(words.add(i * LANES).cast()) });
-    // Columns 4 L + j of rows 4 b to 4 b + 3 in part L of [b][j].
+    // First within blocks of 4 × 4 words: the 128-bit part L of quads[b][j] holds column 4 L + j of
+    // rows 4 b to 4 b + 3. Then the parts are exchanged between registers.
     let quads: [[__m512i; 4]; 4] = std::array::from_fn(|b| {
         let [r0, r1, r2, r3] = [r[4 * b], r[4 * b + 1], r[4 * b + 2], r[4 * b + 3]];
         let (low, high) = (_mm512_unpacklo_epi32(r0, r1), _mm512_unpackhi_epi32(r0, r1));

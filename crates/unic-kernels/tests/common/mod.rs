@@ -1,11 +1,11 @@
-//! The field written down naively in f64: the reference of every test.
+//! A direct implementation of the field in f64: the reference of all tests.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the run")]
-#![allow(dead_code, reason = "each test file uses its part")]
+#![allow(dead_code, reason = "each test file uses a part of it")]
 
 use unic_kernels::*;
 
-/// Numbers in ±scale from a seed (splitmix64).
+/// Random values in ±scale from a seed (splitmix64).
 pub(crate) fn numbers(count: usize, scale: f64, seed: u64) -> Vec<f32> {
     let mut state = seed;
     let mut next = || {
@@ -19,7 +19,7 @@ pub(crate) fn numbers(count: usize, scale: f64, seed: u64) -> Vec<f32> {
         .collect()
 }
 
-/// A field's data for some groups of points.
+/// Shape, parameters and inputs of a field.
 pub(crate) struct Case {
     pub(crate) shape: FieldShape,
     pub(crate) groups: usize,
@@ -31,6 +31,7 @@ pub(crate) struct Case {
 
 impl Case {
     pub(crate) fn new(shape: FieldShape, groups: usize, points_per_group: usize, seed: u64) -> Self {
+        // He initialisation, which keeps the magnitude of activations from layer to layer.
         let spread = (6.0 / shape.hidden as f64).sqrt();
         Self {
             shape,
@@ -64,7 +65,7 @@ impl Case {
         field
     }
 
-    /// Outputs and the gradients of Σ output · output_gradient, by reverse accumulation in f64.
+    /// Computes outputs, and the gradients of Σ output · output_gradient by reverse accumulation.
     pub(crate) fn reference(&self, output_gradients: &[f32]) -> Reference {
         let shape = &self.shape;
         let mut result = Reference {
@@ -76,19 +77,18 @@ impl Case {
         };
         for point in 0..self.groups * self.points_per_group {
             let group = point / self.points_per_group;
-            let (trace, kink) = self.trace(point, group);
-            result.nearest_kink = result.nearest_kink.min(kink);
-            result.outputs.extend(&trace[shape.hidden_layers + 1]);
+            let trace = self.trace(point, group);
+            result.nearest_kink = result.nearest_kink.min(trace.nearest_kink);
+            result.outputs.extend(&trace.values[shape.hidden_layers + 1]);
             let range = point * shape.outputs..(point + 1) * shape.outputs;
-            self.reverse(point, group, &trace, &output_gradients[range], &mut result);
+            self.reverse(point, group, &trace.values, &output_gradients[range], &mut result);
         }
         result
     }
 
-    /// Values of the hidden layers (entry i + 1 is map i's output) and of the head; entry 0 is empty. And how near to its
-    /// kink the nearest ReLU is.
-    fn trace(&self, point: usize, group: usize) -> (Vec<Vec<f64>>, f64) {
-        let (mut values, mut kink) = (vec![Vec::new()], f64::INFINITY);
+    /// Runs the forward pass of one point.
+    fn trace(&self, point: usize, group: usize) -> Trace {
+        let (mut values, mut nearest_kink) = (vec![Vec::new()], f64::INFINITY);
         for (index, map) in self.shape.layout().iter().enumerate() {
             let input = self.map_input(index, point, group, &values[index]);
             let output = (0..map.outputs).map(|row| {
@@ -101,7 +101,7 @@ impl Case {
                     .sum::<f64>();
                 let value = sum + f64::from(self.parameters[map.bias.start + row]);
                 if index < self.shape.hidden_layers {
-                    kink = kink.min(value.abs());
+                    nearest_kink = nearest_kink.min(value.abs());
                     value.max(0.0)
                 } else {
                     value
@@ -109,9 +109,11 @@ impl Case {
             });
             values.push(output.collect());
         }
-        (values, kink)
+        Trace { values, nearest_kink }
     }
 
+    /// Input of a map: the hidden values, and the point's input and the latent where the map takes
+    /// them.
     fn map_input(&self, index: usize, point: usize, group: usize, hidden: &[f64]) -> Vec<f64> {
         let (p, l) = (self.shape.point_inputs, self.shape.latent);
         let mut input = hidden.to_vec();
@@ -130,11 +132,19 @@ impl Case {
         input
     }
 
-    fn reverse(&self, point: usize, group: usize, trace: &[Vec<f64>], seed: &[f32], result: &mut Reference) {
+    /// Adds the gradients of one point to the result. `values` are those of [`Trace`].
+    fn reverse(
+        &self,
+        point: usize,
+        group: usize,
+        values: &[Vec<f64>],
+        output_gradients: &[f32],
+        result: &mut Reference,
+    ) {
         let (p, l) = (self.shape.point_inputs, self.shape.latent);
-        let mut gradient: Vec<f64> = seed.iter().map(|&g| f64::from(g)).collect();
+        let mut gradient: Vec<f64> = output_gradients.iter().map(|&g| f64::from(g)).collect();
         for (index, map) in self.shape.layout().iter().enumerate().rev() {
-            let input = self.map_input(index, point, group, &trace[index]);
+            let input = self.map_input(index, point, group, &values[index]);
             let mut below = vec![0.0; map.inputs()];
             for (row, g) in gradient.iter().enumerate() {
                 result.parameters[map.bias.start + row] += g;
@@ -152,25 +162,33 @@ impl Case {
             z.iter()
                 .zip(&mut result.latents[group * l..])
                 .for_each(|(g, sum)| *sum += g);
-            let gate = hidden.iter().zip(&trace[index]);
-            gradient = gate
+            let activations = hidden.iter().zip(&values[index]);
+            gradient = activations
                 .map(|(g, value)| if *value > 0.0 { *g } else { 0.0 })
                 .collect();
         }
     }
 }
 
-/// What the reference computes.
+/// Values of one point in the forward pass.
+struct Trace {
+    /// Output of each map: entry i + 1 is that of map i; entry 0 is empty.
+    values: Vec<Vec<f64>>,
+    /// Smallest magnitude of a ReLU's input.
+    nearest_kink: f64,
+}
+
+/// Outputs and gradients of the reference.
 pub(crate) struct Reference {
     pub(crate) outputs: Vec<f64>,
     pub(crate) points: Vec<f64>,
     pub(crate) latents: Vec<f64>,
     pub(crate) parameters: Vec<f64>,
-    /// Least magnitude of a ReLU's input.
+    /// Smallest magnitude of a ReLU's input.
     pub(crate) nearest_kink: f64,
 }
 
-/// What the kernels compute.
+/// Outputs and gradients of the kernels.
 #[derive(PartialEq, Debug)]
 pub(crate) struct Computed {
     pub(crate) outputs: Vec<f32>,
@@ -179,11 +197,11 @@ pub(crate) struct Computed {
     pub(crate) parameters: Vec<f32>,
 }
 
-/// Forward and backward, the parameters' gradient on top of `before`.
+/// Runs the forward and the backward pass. The parameter gradients are added to `before`.
 pub(crate) fn compute(
     case: &Case,
     field: &Field,
-    saved: &mut Saved,
+    saved: &mut SavedActivations,
     output_gradients: &[f32],
     before: f32,
 ) -> Computed {
@@ -206,10 +224,11 @@ pub(crate) fn compute(
     result
 }
 
-/// Numbers are seldom smaller than this in the mean; where terms of order one cancel to less, f32 has rounded before.
+/// Smallest magnitude per value that errors are relative to. Values that are smaller come from
+/// terms of order one that cancel, whose rounding errors remain.
 const LEAST_SIZE: f64 = 1e-2;
 
-/// ‖found − expected‖ / √(‖expected‖² + n · [`LEAST_SIZE`]²).
+/// Relative error ‖found − expected‖ / √(‖expected‖² + n · [`LEAST_SIZE`]²).
 pub(crate) fn relative_error(found: &[f32], expected: &[f64]) -> f64 {
     assert_eq!(found.len(), expected.len());
     let square = |values: &mut dyn Iterator<Item = f64>| values.map(|value| value * value).sum::<f64>();

@@ -1,4 +1,5 @@
-//! Meshes as users have them become sound cloth.
+//! Contract: valid cloth is built from meshes as users have them, with split seams and degenerate
+//! or duplicated faces, and invalid descriptions are errors.
 
 use super::*;
 use proptest::prelude::*;
@@ -8,7 +9,7 @@ fn triangle() -> TriMesh {
 }
 
 #[test]
-fn mass_is_density_times_area_a_third_to_each_corner() {
+fn each_corner_gets_a_third_of_density_times_area() {
     let cloth = Cloth::new(&ClothSpec::new(triangle(), Material::DENIM)).unwrap();
     for &mass in cloth.masses() {
         assert!((mass - 0.4 * 0.005 / 3.0).abs() < 1e-9);
@@ -16,7 +17,7 @@ fn mass_is_density_times_area_a_third_to_each_corner() {
 }
 
 #[test]
-fn panels_are_sewn_where_they_meet() {
+fn panels_are_merged_where_vertices_coincide() {
     let corners = [
         [0.0, 0.0],
         [0.1, 0.0],
@@ -29,14 +30,19 @@ fn panels_are_sewn_where_they_meet() {
     let mesh = TriMesh::new(vertices, vec![[0, 1, 2], [3, 4, 5]]).unwrap();
     let cloth = Cloth::new(&ClothSpec::new(mesh, Material::COTTON)).unwrap();
     assert_eq!((cloth.vertex_count(), cloth.particle_count()), (6, 4));
-    assert_eq!(cloth.constraint_counts(), [2, 1, 0]);
+    let expected = ConstraintCounts {
+        triangles: 2,
+        hinges: 1,
+        long_range: 0,
+    };
+    assert_eq!(cloth.constraint_counts(), expected);
     let mut vertices = Vec::new();
-    cloth.spread(&cloth.rest().vertices, &mut vertices);
+    cloth.vertex_positions(&cloth.rest().vertices, &mut vertices);
     assert_eq!((vertices[1], vertices[2]), (vertices[3], vertices[5]));
 }
 
 #[test]
-fn degenerate_and_doubled_faces_are_tolerated() {
+fn degenerate_and_duplicated_faces_are_accepted() {
     let mut mesh = triangle();
     mesh.vertices.push(Vec3::X * 0.05);
     mesh.faces.extend([[0, 1, 3], [0, 0, 1], [2, 1, 0], [0, 1, 2]]);
@@ -45,7 +51,7 @@ fn degenerate_and_doubled_faces_are_tolerated() {
 }
 
 #[test]
-fn bad_descriptions_are_refused() {
+fn invalid_descriptions_are_errors() {
     let refused = |change: fn(&mut ClothSpec)| {
         let mut spec = ClothSpec::new(triangle(), Material::SILK);
         change(&mut spec);
@@ -83,7 +89,7 @@ fn bad_descriptions_are_refused() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
-    fn any_soup_of_triangles_is_cloth(
+    fn any_triangle_soup_makes_cloth_with_positive_masses(
         places in proptest::collection::vec((0i8..5, 0i8..5, 0i8..3), 3..40),
         faces in proptest::collection::vec((0usize..40, 0usize..40, 0usize..40), 1..60),
     ) {

@@ -1,39 +1,47 @@
-//! Resistance of two triangles that share an edge to bending there.
+//! Bending constraints: the dihedral angle between two triangles that share an edge.
 
-use super::{Block, Points, corners_of, lanes_of, multiplier};
-use crate::lanes::{Lanes, Lanes3, WIDTH};
+use super::{ConstraintBlock, SharedPositions, multiplier, pack_corners, pack_lanes};
+use crate::simd::{F32x8, LANES, Vec3x8};
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
-/// Twice a triangle's area, relative to the rest one, below which the angle at its edge is not
-/// trusted: gradients grow without bound as it collapses.
+/// Smallest triangle area, relative to the rest area, that the gradients are computed with. The
+/// gradients of the angle grow without bound as a triangle collapses.
 const LEAST_AREA: f32 = 0.05;
 
-/// A hinge: an edge and the corners opposite to it.
+/// The bending constraint of a hinge: an edge and the corners opposite to it.
 ///
-/// The energy is ½ k (θ − θ₀)² with k = B |e|² / (A₁ + A₂), the shape of Grinspun et al. 2003
-/// ("Discrete shells", §2) with the factor that makes B Kawabata's. Vertices of equilateral
-/// triangles of side a on a cylinder of curvature κ whose axis is along edges: those hinges have
-/// θ = √3/2 κ a, the others none, and there are 2/(√3 a²) of them an area, each with
-/// k = 2 B/√3: the energy per area is ½ B κ². It is the same for every direction of the axis, and for
-/// squares cut in two that bend about their sides.
+/// The energy is ½ k (θ − θ₀)² with k = B |e|² / (A₁ + A₂). That is the form of Grinspun et al.
+/// 2003 ("Discrete shells", §2), with a factor that makes B the bending rigidity of Kawabata:
+///
+/// - Let equilateral triangles of side a lie on a cylinder of curvature κ whose axis is parallel to
+///   one direction of edges.
+/// - Hinges at these edges have θ = √3/2 κ a, all others have θ = 0.
+/// - There are 2/(√3 a²) such hinges per area, each with k = 2 B/√3.
+/// - The energy per area is therefore ½ B κ².
+///
+/// The energy is the same for every direction of the axis. It is also ½ B κ² for squares that are
+/// cut into two triangles and bend about their sides.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Bend {
-    /// The edge's ends, then the third corners of the triangle on its left and on its right.
+pub(crate) struct BendConstraint {
+    /// The edge's two ends, then the third corners of the triangles on its left and on its right.
     pub(crate) particles: [u32; 4],
-    /// θ₀, radians.
+    /// Rest angle θ₀, radians.
     pub(crate) rest_angle: f32,
-    /// 1/k, 1/(N·m).
+    /// Compliance 1/k, 1/(N·m).
     pub(crate) compliance: f32,
-    /// Time constant of the friction inside, seconds.
+    /// Time constant of internal damping, seconds.
     pub(crate) damping: f32,
-    /// Least squared length of an area normal to divide by, m⁴.
+    /// Lower limit of the squared length of an area normal in a divisor, m⁴.
     least_squared: f32,
 }
 
-impl Bend {
-    /// From rest corners in the order of `particles`, a share of the rest angle to keep, Kawabata's
-    /// B in N·m and the damping time in seconds. None where a rest triangle has no area.
+impl BendConstraint {
+    /// Makes the constraint of a hinge with these rest corners, in the order of `particles`.
+    ///
+    /// `rest_angle_share` is the share of the rest shape's angle that is the rest angle,
+    /// `stiffness` Kawabata's B in N·m, `damping` a time constant in seconds. Returns `None` for a
+    /// hinge whose rest triangles include a sliver.
     pub(crate) fn new(
         particles: [u32; 4],
         corners: [Vec3; 4],
@@ -43,13 +51,14 @@ impl Bend {
     ) -> Option<Self> {
         let [a, b, left, right] = corners;
         let e = b - a;
-        let doubled = [e.cross(left - a).length(), (right - a).cross(e).length()];
-        let smaller = doubled[0].min(doubled[1]);
-        // A sliver's plane is noise; what bends there is carried by the triangles around.
+        let doubled_areas = [e.cross(left - a).length(), (right - a).cross(e).length()];
+        let smaller = doubled_areas[0].min(doubled_areas[1]);
+        // The normal of a triangle lower than a thousandth of the edge is rounding noise, and so
+        // is the angle. The hinges around carry the bending there.
         if smaller <= 1e-3 * e.length_squared() {
             return None;
         }
-        let k = 2.0 * stiffness * e.length_squared() / (doubled[0] + doubled[1]);
+        let k = 2.0 * stiffness * e.length_squared() / (doubled_areas[0] + doubled_areas[1]);
         Some(Self {
             particles,
             rest_angle: rest_angle_share * angle(corners),
@@ -60,28 +69,32 @@ impl Bend {
     }
 }
 
-/// Signed angle between the triangles (0, 1, 2) and (1, 0, 3), radians in −π..=π: zero when flat,
-/// positive when they fold away from the side that their normals point to.
+/// Returns the signed dihedral angle between the triangles (0, 1, 2) and (1, 0, 3), radians in
+/// −π..=π. It is zero when flat and positive when the triangles fold away from their normals' side.
 pub(crate) fn angle(corners: [Vec3; 4]) -> f32 {
-    let [a, b, left, right] = corners.map(|c| Lanes3::gather(&[0; WIDTH], |_| c));
+    // The solver's own arithmetic, approximate arc tangent included: a rest shape then has a
+    // violation of exactly zero.
+    let [a, b, left, right] = corners.map(|c| Vec3x8::gather(&[0; LANES], |_| c));
     Hinge::new(a, b, left, right).angle().0[0]
 }
 
-/// What angle and gradients share.
+/// Current shape of [`LANES`] hinges, from which angles and gradients are computed.
 struct Hinge {
-    edge: Lanes3,
-    /// |edge|, metres.
-    length: Lanes,
-    /// Area normals.
-    left: Lanes3,
-    right: Lanes3,
+    /// Edge vector, metres.
+    edge: Vec3x8,
+    /// Length of the edge, metres.
+    length: F32x8,
+    /// Normal of the left triangle, of twice its area as length, m².
+    left: Vec3x8,
+    /// Normal of the right triangle, likewise.
+    right: Vec3x8,
 }
 
 impl Hinge {
     #[inline(always)]
-    fn new(a: Lanes3, b: Lanes3, left: Lanes3, right: Lanes3) -> Self {
+    fn new(a: Vec3x8, b: Vec3x8, left: Vec3x8, right: Vec3x8) -> Self {
         let edge = b - a;
-        let length = edge.dot(edge).sqrt().max(Lanes::splat(1e-12));
+        let length = edge.dot(edge).sqrt().max(F32x8::splat(1e-12));
         Self {
             edge,
             length,
@@ -91,90 +104,97 @@ impl Hinge {
     }
 
     #[inline(always)]
-    fn angle(&self) -> Lanes {
+    fn angle(&self) -> F32x8 {
+        // Both are scaled by the same positive factor |left| |right| |edge|, which `atan2` ignores.
+        // An arc cosine would lose all precision near zero, where cloth spends most of its time.
         let sine = self.left.cross(self.right).dot(self.edge);
         let cosine = self.left.dot(self.right) * self.length;
-        Lanes::atan2(sine, cosine)
+        F32x8::atan2(sine, cosine)
     }
 }
 
-/// [`WIDTH`] hinges.
+/// [`LANES`] bending constraints, solved together.
 #[derive(Debug, Clone)]
 pub(crate) struct BendBlock {
-    particles: [[u32; WIDTH]; 4],
-    inverse_masses: [Lanes; 4],
-    rest_angle: Lanes,
-    compliance: Lanes,
-    damping: Lanes,
-    least_squared: Lanes,
+    particles: [[u32; LANES]; 4],
+    inverse_masses: [F32x8; 4],
+    rest_angle: F32x8,
+    compliance: F32x8,
+    damping: F32x8,
+    least_squared: F32x8,
 }
 
-impl Block<4> for BendBlock {
-    type One = Bend;
+impl ConstraintBlock<4> for BendBlock {
+    type Constraint = BendConstraint;
 
-    fn particles(one: &Bend) -> [u32; 4] {
-        one.particles
+    fn particles(constraint: &BendConstraint) -> [u32; 4] {
+        constraint.particles
     }
 
-    fn pack(constraints: &[Bend], inverse_masses: &[f32]) -> Self {
+    fn pack(constraints: &[BendConstraint], inverse_masses: &[f32]) -> Self {
         let corners: Vec<[u32; 4]> = constraints.iter().map(|c| c.particles).collect();
-        let (particles, inverse_masses) = corners_of(&corners, inverse_masses);
+        let corners = pack_corners(&corners, inverse_masses);
         Self {
-            particles,
-            inverse_masses,
-            rest_angle: lanes_of(constraints, |c| c.rest_angle),
-            compliance: lanes_of(constraints, |c| c.compliance),
-            damping: lanes_of(constraints, |c| c.damping),
-            least_squared: lanes_of(constraints, |c| c.least_squared),
+            particles: corners.particles,
+            inverse_masses: corners.inverse_masses,
+            rest_angle: pack_lanes(constraints, |c| c.rest_angle),
+            compliance: pack_lanes(constraints, |c| c.compliance),
+            damping: pack_lanes(constraints, |c| c.damping),
+            least_squared: pack_lanes(constraints, |c| c.least_squared),
         }
     }
 
-    /// First the friction, −τ/α · dC/dt, as an impulse of its own: with γ = τ/Δt it is
-    /// −γ ∇C · (x − x_start) / (γ Σ w |∇C|² + α/Δt²). Then the angle, from where that leaves it. Solved as
-    /// one (Macklin et al. 2016, eq. 26), friction would divide the stiffness of a hinge that is at rest by
-    /// up to 1 + γ, as there is one sweep a substep.
+    /// Projects damping first and the angle second.
+    ///
+    /// The damping moment −τ/α · dC/dt is a projection of its own: with γ = τ/Δt it is
+    /// λ = −γ ∇C · (x − x_start) / (γ Σ w |∇C|² + α/Δt²). The angle is then projected from the
+    /// position that damping leaves. Solving both at once (Macklin et al. 2016, eq. 26) would
+    /// divide the stiffness of a hinge at rest by up to 1 + γ, because there is one sweep per
+    /// substep.
     #[inline(always)]
-    unsafe fn solve(&self, points: &Points<'_>, seconds: f32) {
-        // SAFETY: the caller's.
-        let x = self.particles.each_ref().map(|p| unsafe { points.gather(p) });
+    unsafe fn solve(&self, positions: &SharedPositions<'_>, seconds: f32) {
+        // SAFETY: guaranteed by the caller.
+        let x = self.particles.each_ref().map(|p| unsafe { positions.gather(p) });
         let [x0, x1, x2, x3] = x;
         let hinge = Hinge::new(x0, x1, x2, x3);
         let gradients = self.gradients(&hinge, x0, x2, x3);
         let violation = wrapped(hinge.angle() - self.rest_angle);
 
-        let gamma = self.damping * Lanes::splat(seconds.recip());
-        let mut mobility = Lanes::ZERO;
-        let mut change = Lanes::ZERO;
+        let gamma = self.damping * F32x8::splat(seconds.recip());
+        let mut mobility = F32x8::ZERO;
+        let mut change = F32x8::ZERO;
         for (corner, gradient) in gradients.into_iter().enumerate() {
             mobility += self.inverse_masses[corner] * gradient.dot(gradient);
-            // SAFETY: the caller's.
-            let start = unsafe { points.gather_previous(&self.particles[corner]) };
+            // SAFETY: guaranteed by the caller.
+            let start = unsafe { positions.gather_previous(&self.particles[corner]) };
             change += gradient.dot(x[corner] - start);
         }
-        let compliance = self.compliance * Lanes::splat((seconds * seconds).recip());
-        let friction = multiplier(gamma * change, gamma * mobility, compliance);
-        let lambda = friction + multiplier(violation + mobility * friction, mobility, compliance);
+        let compliance = self.compliance * F32x8::splat((seconds * seconds).recip());
+        let damping = multiplier(gamma * change, gamma * mobility, compliance);
+        // The angle after damping, to first order: moving by w ∇C λ changes C by Σ w |∇C|² λ. One
+        // set of gradients serves both projections.
+        let lambda = damping + multiplier(violation + mobility * damping, mobility, compliance);
         for (corner, gradient) in gradients.into_iter().enumerate() {
             let by = gradient * (self.inverse_masses[corner] * lambda);
-            // SAFETY: the caller's.
-            unsafe { points.shift(&self.particles[corner], by) };
+            // SAFETY: guaranteed by the caller.
+            unsafe { positions.shift(&self.particles[corner], by) };
         }
     }
 }
 
 impl BendBlock {
-    /// ∇θ at the four corners, 1/m (Bridson et al. 2003, "Simulation of clothing with folds and
-    /// wrinkles", §4, as derivatives).
+    /// Computes the gradients of the angle at the four corners, 1/m (Bridson et al. 2003,
+    /// "Simulation of clothing with folds and wrinkles", §4).
     #[inline(always)]
-    fn gradients(&self, hinge: &Hinge, x0: Lanes3, x2: Lanes3, x3: Lanes3) -> [Lanes3; 4] {
-        let squared = |normal: Lanes3| normal.dot(normal).max(self.least_squared);
+    fn gradients(&self, hinge: &Hinge, x0: Vec3x8, x2: Vec3x8, x3: Vec3x8) -> [Vec3x8; 4] {
+        let squared = |normal: Vec3x8| normal.dot(normal).max(self.least_squared);
         let left = hinge.left * (hinge.length / squared(hinge.left));
         let right = hinge.right * (hinge.length / squared(hinge.right));
-        // How far along the edge the third corners lie, as shares of it.
-        let per_square = Lanes::splat(1.0) / (hinge.length * hinge.length);
-        let along = |from: Lanes3, to: Lanes3| (to - from).dot(hinge.edge) * per_square;
+        // Position of the third corners along the edge: 0 at its first end, 1 at the second.
+        let per_square = F32x8::splat(1.0) / (hinge.length * hinge.length);
+        let along = |from: Vec3x8, to: Vec3x8| (to - from).dot(hinge.edge) * per_square;
         let (s, t) = (along(x0, x2), along(x0, x3));
-        let one = Lanes::splat(1.0);
+        let one = F32x8::splat(1.0);
         [
             left * (one - s) + right * (one - t),
             left * s + right * t,
@@ -184,10 +204,11 @@ impl BendBlock {
     }
 }
 
-/// The same angle in −π..=π.
+/// Maps an angle in −2π..=2π to the equivalent one in −π..=π. A hinge that folds beyond π would
+/// otherwise be driven around the long way.
 #[inline(always)]
-fn wrapped(angle: Lanes) -> Lanes {
-    let (turn, half) = (Lanes::splat(TAU), Lanes::splat(PI));
+fn wrapped(angle: F32x8) -> F32x8 {
+    let (turn, half) = (F32x8::splat(TAU), F32x8::splat(PI));
     let angle = half.choose_less(angle, angle - turn, angle);
     angle.choose_less(-half, angle + turn, angle)
 }

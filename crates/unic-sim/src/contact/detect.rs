@@ -1,75 +1,77 @@
-//! What a particle can touch in an interval.
+//! Collision detection between particles and the body, at the start of an interval.
 
 use super::{
-    SIDE_DEPTH_M,
-    visitors::Visitors,
-    walk::{FaceGraph, NO_FACE},
+    limb_filter::LimbFilter,
+    settings::MAX_TRACKED_DEPTH_M,
+    walk::{FaceAdjacency, NO_FACE},
 };
 use crate::body::BodyInterval;
 use glam::Vec3;
 use unic_core::surface::{Surface, SurfacePoint};
 
-/// How far beyond straight motion a particle may get within an interval, metres: what
-/// constraints and gravity add.
+/// Margin of a particle's reach beyond its straight motion in an interval, metres. It covers the
+/// displacement by constraints and gravity.
 const SLACK_M: f32 = 0.005;
 
-/// The whole body is searched at least this often for a particle that already touches some part of
-/// it, seconds; in between, its foot walks over that part.
+/// Longest time between two searches of the whole body for a particle in contact, seconds. In
+/// between, the particle's projection moves over adjacent faces only, which is much cheaper but
+/// does not notice other parts of the body.
 const SEARCH_PERIOD_S: f32 = 1.0 / 60.0;
 
-/// Cloth inside a limb that passes through it is drawn to dressed parts this close, metres: a forearm
-/// and the width that a garment hangs off.
+/// Largest distance from cloth inside an ignored limb to the covered part that it moves to, metres:
+/// the thickness of a forearm and the gap of a loose garment.
 const SINK_REACH_M: f32 = 0.12;
 
-/// What a particle remembers of the body near it.
+/// Cached result of collision detection for one particle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Nearby {
-    /// The face under it, or the one that was; [`NO_FACE`] when none is known.
+pub(super) struct ContactCache {
+    /// Face closest to the particle, or the last known one; [`NO_FACE`] when none is known.
     pub(super) face: u32,
-    /// It may touch the body in this interval: `face` is a face.
+    /// True when the particle may touch the body in this interval. `face` is then a face.
     pub(super) is_within_reach: bool,
-    /// No part of the body is closer than this, metres.
+    /// Lower bound of the distance to any part of the body, metres.
     clearance_m: f32,
-    /// Where it was when that was so.
+    /// Position for which `clearance_m` was computed, metres.
     position: Vec3,
-    /// What the last look at `face` within the interval saw.
-    seen: Sight,
-    /// From a particle inside a limb that passes through the cloth to the dressed part beneath it,
+    /// Last measured height over `face` in this interval.
+    sample: HeightSample,
+    /// Remaining displacement of a particle inside an ignored limb to the covered part beneath it,
     /// metres; zero elsewhere.
-    pub(super) sink: Vec3,
+    pub(super) sink_offset: Vec3,
 }
 
-/// A particle over the part of the body that it is near.
+/// A measured height of a particle over the part of the body next to it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sight {
-    /// Over the surface, metres; negative inside.
+pub(super) struct HeightSample {
+    /// Height over the surface, metres; negative inside.
     pub(super) height_m: f32,
+    /// Position of the particle, metres.
     pub(super) position: Vec3,
-    /// Of the interval.
+    /// Fraction of the interval at which the height was measured.
     pub(super) fraction: f32,
 }
 
-impl Nearby {
+impl ContactCache {
     pub(super) const UNKNOWN: Self = Self {
         face: NO_FACE,
         is_within_reach: false,
         clearance_m: 0.0,
         position: Vec3::ZERO,
-        seen: Sight {
+        sample: HeightSample {
             height_m: 0.0,
             position: Vec3::ZERO,
             fraction: 0.0,
         },
-        sink: Vec3::ZERO,
+        sink_offset: Vec3::ZERO,
     };
 
-    /// Records a look at the surface.
-    pub(super) fn see(&mut self, sight: Sight) {
-        self.seen = sight;
+    /// Stores a measured height.
+    pub(super) fn record(&mut self, sample: HeightSample) {
+        self.sample = sample;
     }
 
-    /// Whether the particle is still farther than `thickness_m` from what it saw, however the
-    /// surface has moved since.
+    /// Returns whether the particle is certainly farther than `thickness_m` from the part of the
+    /// body next to it, given the motion since the last measurement.
     pub(super) fn is_clear(
         &self,
         position: Vec3,
@@ -77,103 +79,114 @@ impl Nearby {
         motion: &BodyMotion,
         thickness_m: f32,
     ) -> bool {
-        let way = position - self.seen.position;
-        let approach_m = motion.approach_in_part_m(way, fraction - self.seen.fraction);
-        self.seen.height_m - approach_m > thickness_m
+        let moved = position - self.sample.position;
+        let approach_m = motion.max_approach_in_part_m(moved, fraction - self.sample.fraction);
+        // False for NaN: the particle is then projected, and its contact ignores NaN.
+        self.sample.height_m - approach_m > thickness_m
     }
 }
 
-/// How the body moves in an interval.
+/// Motion of the body in an interval, as a mean displacement and a bound on the rest.
+///
+/// Bounds relative to the mean are tight for a character that walks: cloth that moves along does
+/// not approach it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct BodyMotion {
-    /// Of the body as a whole, metres.
-    drift: Vec3,
-    /// Farthest way of a vertex beside that, metres.
-    travel_m: f32,
+    /// Mean displacement of the body's vertices, metres.
+    mean: Vec3,
+    /// Largest displacement of a vertex relative to the mean, metres.
+    max_relative_m: f32,
 }
 
 impl BodyMotion {
     pub(super) fn of(interval: &BodyInterval) -> Self {
-        let drift = interval.drift();
-        let travel_m = interval.travel_m(drift);
-        Self { drift, travel_m }
+        let mean = interval.mean_displacement();
+        let max_relative_m = interval.max_relative_displacement_m(mean);
+        Self { mean, max_relative_m }
     }
 
-    /// Most that a particle on this way and a part of the body come nearer to each other, metres:
-    /// cloth that walks along with the body does not approach it.
-    fn approach_m(&self, way: Vec3) -> f32 {
-        self.approach_in_part_m(way, 1.0)
+    /// Returns an upper bound of how much the distance between the body and a particle with this
+    /// displacement can shrink in the interval, metres.
+    fn max_approach_m(&self, displacement: Vec3) -> f32 {
+        self.max_approach_in_part_m(displacement, 1.0)
     }
 
-    /// The same in a fraction of the interval.
-    fn approach_in_part_m(&self, way: Vec3, fraction: f32) -> f32 {
-        way.distance(self.drift * fraction) + self.travel_m * fraction
+    /// Returns the bound of [`Self::max_approach_m`] for a fraction of the interval.
+    fn max_approach_in_part_m(&self, displacement: Vec3, fraction: f32) -> f32 {
+        displacement.distance(self.mean * fraction) + self.max_relative_m * fraction
     }
 }
 
-/// The search at the start of an interval.
+/// Inputs of collision detection that all particles share.
 pub(super) struct Detection<'a> {
     pub(super) surface: &'a Surface,
-    pub(super) graph: &'a FaceGraph,
-    pub(super) visitors: &'a Visitors,
-    /// The body's vertices at the start.
+    pub(super) adjacency: &'a FaceAdjacency,
+    pub(super) limb_filter: &'a LimbFilter,
+    /// The body's vertices at the start of the interval, metres.
     pub(super) start: &'a [Vec3],
-    /// In the interval before.
+    /// Motion of the body in the previous interval.
     pub(super) before: BodyMotion,
-    /// In this one.
+    /// Motion of the body in this interval.
     pub(super) motion: BodyMotion,
     pub(super) thickness_m: f32,
+    /// Length of the interval, seconds.
     pub(super) seconds: f32,
     /// Number of the interval.
     pub(super) interval: usize,
 }
 
 impl Detection<'_> {
-    /// Takes the particle's number, so that not all search the whole body in the same interval.
-    pub(super) fn update(&self, nearby: &mut Nearby, index: usize, position: Vec3, velocity: Vec3) {
-        nearby.clearance_m -= self.before.approach_m(position - nearby.position);
-        nearby.position = position;
-        let reach = self.thickness_m + self.motion.approach_m(velocity * self.seconds) + SLACK_M;
-        if self.visitors.pass(index, nearby.face) {
-            *nearby = Nearby {
+    /// Updates the contact cache of the particle `index`.
+    pub(super) fn update(&self, cache: &mut ContactCache, index: usize, position: Vec3, velocity: Vec3) {
+        // The bound of the last search shrinks by what has moved since. While it exceeds the reach,
+        // no search is needed.
+        cache.clearance_m -= self.before.max_approach_m(position - cache.position);
+        cache.position = position;
+        let reach = self.thickness_m + self.motion.max_approach_m(velocity * self.seconds) + SLACK_M;
+        if self.limb_filter.ignores(index, cache.face) {
+            *cache = ContactCache {
                 position,
-                ..Nearby::UNKNOWN
+                ..ContactCache::UNKNOWN
             };
         }
+        // The index staggers the searches over the intervals, for an even load.
         let period = (SEARCH_PERIOD_S / self.seconds).round().max(1.0) as usize;
-        let may_wait = nearby.is_within_reach && !(self.interval + index).is_multiple_of(period);
-        if may_wait && self.stays_near(nearby, position, reach) {
+        let may_wait = cache.is_within_reach && !(self.interval + index).is_multiple_of(period);
+        if may_wait && self.stays_near(cache, position, reach) {
             return;
         }
-        nearby.is_within_reach = false;
-        nearby.sink = self.sink(index, position);
-        if nearby.clearance_m > reach {
+        cache.is_within_reach = false;
+        cache.sink_offset = self.sink_offset(index, position);
+        if cache.clearance_m > reach {
             return;
         }
-        let radius = reach.max(SIDE_DEPTH_M);
-        let Some(hit) = self.closest(nearby.face, index, position, radius) else {
-            (nearby.face, nearby.clearance_m) = (NO_FACE, radius);
+        // The search also has to find penetrations, which may be deeper than the reach.
+        let radius = reach.max(MAX_TRACKED_DEPTH_M);
+        let Some(hit) = self.closest(cache.face, index, position, radius) else {
+            (cache.face, cache.clearance_m) = (NO_FACE, radius);
             return;
         };
-        nearby.clearance_m = hit.signed_distance.max(0.0);
-        nearby.is_within_reach = hit.signed_distance <= reach;
-        nearby.face = self.face_on_the_same_side(nearby.face, position, &hit);
-        nearby.see(Sight {
+        // Inside the body the distance to the surface bounds nothing: the next interval must search.
+        cache.clearance_m = hit.signed_distance.max(0.0);
+        cache.is_within_reach = hit.signed_distance <= reach;
+        cache.face = self.face_on_the_same_side(cache.face, position, &hit);
+        cache.record(HeightSample {
             height_m: hit.signed_distance,
             position,
             fraction: 0.0,
         });
     }
 
-    /// Whether a particle is outside and within reach of the part that it was near.
-    fn stays_near(&self, nearby: &mut Nearby, position: Vec3, reach: f32) -> bool {
-        let foot = self.graph.walk(self.start, nearby.face, position);
-        let offset = position - self.graph.point(self.start, &foot);
-        let is_outside = offset.dot(self.graph.normal(self.start, foot.face)) > 0.0;
+    /// Moves the cached face along with the particle. Returns whether the particle is outside the
+    /// body and within reach of that face.
+    fn stays_near(&self, cache: &mut ContactCache, position: Vec3, reach: f32) -> bool {
+        let projection = self.adjacency.walk(self.start, cache.face, position);
+        let offset = position - self.adjacency.point(self.start, &projection);
+        let is_outside = offset.dot(self.adjacency.normal(self.start, projection.face)) > 0.0;
         let stays = is_outside && offset.length() < reach;
         if stays {
-            nearby.face = foot.face;
-            nearby.see(Sight {
+            cache.face = projection.face;
+            cache.record(HeightSample {
                 height_m: offset.length(),
                 position,
                 fraction: 0.0,
@@ -182,45 +195,54 @@ impl Detection<'_> {
         stays
     }
 
-    /// The way to the dressed part beneath a limb that passes through the cloth here.
-    fn sink(&self, index: usize, position: Vec3) -> Vec3 {
-        if !self.visitors.may_hold(position) {
+    /// Returns the displacement of a particle inside an ignored limb to the covered part beneath
+    /// it, metres; zero for all other particles.
+    fn sink_offset(&self, index: usize, position: Vec3) -> Vec3 {
+        if !self.limb_filter.may_contain(position) {
             return Vec3::ZERO;
         }
-        let inside = self.surface.closest_within(position, SIDE_DEPTH_M);
-        let inside = inside.filter(|hit| hit.signed_distance < 0.0 && self.visitors.pass(index, hit.face));
-        let is_dressed = |face| self.visitors.is_dressed(face);
-        let beneath = inside.and_then(|_| self.surface.closest_where(position, SINK_REACH_M, is_dressed));
+        let inside = self.surface.closest_within(position, MAX_TRACKED_DEPTH_M);
+        let inside =
+            inside.filter(|hit| hit.signed_distance < 0.0 && self.limb_filter.ignores(index, hit.face));
+        let is_covered = |face| self.limb_filter.is_covered(face);
+        let beneath = inside.and_then(|_| self.surface.closest_where(position, SINK_REACH_M, is_covered));
         let Some(hit) = beneath.filter(|hit| hit.signed_distance > self.thickness_m) else {
             return Vec3::ZERO;
         };
+        // The displacement ends at the cloth's thickness above the covered part.
         (hit.point - position) * (1.0 - self.thickness_m / hit.distance)
     }
 
+    /// Returns the closest point within `radius` on the faces that the particle collides with.
+    /// `seed` is a face near it, or [`NO_FACE`].
     fn closest(&self, seed: u32, index: usize, position: Vec3, radius: f32) -> Option<SurfacePoint> {
         let hit = match seed {
             NO_FACE => self.surface.closest_within(position, radius),
             seed => self.surface.closest_from(position, seed),
         };
         let hit = hit.filter(|hit| hit.distance <= radius)?;
-        if !self.visitors.pass(index, hit.face) {
+        if !self.limb_filter.ignores(index, hit.face) {
             return Some(hit);
         }
-        let stops = |face| !self.visitors.pass(index, face);
-        self.surface.closest_where(position, radius, stops)
+        // Searches with a predicate are slower, and few particles need one.
+        let collides = |face| !self.limb_filter.ignores(index, face);
+        self.surface.closest_where(position, radius, collides)
     }
 
-    /// The face of `hit`, unless the particle is inside the body and that face looks away from the
-    /// side by which it came: then the nearest one on that side.
+    /// Returns the face that pushes the particle out: that of `hit`, or one on the side by which
+    /// the particle has entered the body.
+    ///
+    /// The latter applies to a particle inside the body when the face of `hit` points away from the
+    /// `last` face. Through a thin limb the far side is closer, but cloth must not pass through.
     fn face_on_the_same_side(&self, last: u32, position: Vec3, hit: &SurfacePoint) -> u32 {
         if last == NO_FACE || hit.signed_distance >= 0.0 {
             return hit.face;
         }
-        let turned = self.graph.normal(self.start, last).dot(hit.normal) < 0.0;
-        let foot = self.graph.walk(self.start, last, position);
-        let depth = position.distance(self.graph.point(self.start, &foot));
-        if turned && depth < SIDE_DEPTH_M {
-            foot.face
+        let is_opposite = self.adjacency.normal(self.start, last).dot(hit.normal) < 0.0;
+        let projection = self.adjacency.walk(self.start, last, position);
+        let depth = position.distance(self.adjacency.point(self.start, &projection));
+        if is_opposite && depth < MAX_TRACKED_DEPTH_M {
+            projection.face
         } else {
             hit.face
         }

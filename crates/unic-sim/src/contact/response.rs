@@ -1,13 +1,13 @@
-//! What a touched surface does to one particle in one substep.
+//! Contact response: the correction of one particle by one surface in one substep.
 
 use glam::Vec3;
 
-/// Coulomb friction: dimensionless coefficients.
+/// Coefficients of Coulomb friction, dimensionless.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
-    /// Largest tangential over normal force while nothing slides.
+    /// Static coefficient: largest ratio of tangential to normal force without sliding.
     pub r#static: f32,
-    /// Tangential over normal force while it slides; at most `static`.
+    /// Dynamic coefficient: ratio of tangential to normal force while sliding; at most `static`.
     pub dynamic: f32,
 }
 
@@ -18,11 +18,14 @@ impl Friction {
         dynamic: 0.0,
     };
 
-    /// The tangential correction to a `slip` over a surface that the normal correction
-    /// `pressed_m` presses against, metres both: sticks within the cone, else slides.
+    /// Returns the tangential correction of a tangential displacement `slip`, in metres.
+    ///
+    /// `pressed_m` is the normal correction in metres, which stands for the normal force. Inside
+    /// the friction cone the correction cancels the slip; outside it shortens the slip.
     #[inline]
     pub(crate) fn correction(self, slip: Vec3, pressed_m: f32) -> Vec3 {
         let length = slip.length();
+        // Also the case of zero length, which must not be divided by.
         if length <= self.r#static * pressed_m {
             return -slip;
         }
@@ -30,70 +33,71 @@ impl Friction {
     }
 }
 
-/// How a gap may change within a substep.
+/// The gap between a particle and a surface, before and after a substep.
 ///
-/// A gap that was open may not become negative. One that was negative before the substep may not
-/// become deeper, and closes by at most `recovery_m`.
+/// A gap that was open may not become negative. A gap that was negative may not become deeper, and
+/// recovers by at most `recovery_m`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gap {
-    /// Before the substep, metres; negative inside.
+    /// Gap before the substep, metres; negative for a penetration.
     pub(crate) before: f32,
-    /// After it, uncorrected.
+    /// Gap after the substep without correction, metres.
     pub(crate) after: f32,
-    /// Most that is recovered, metres.
+    /// Largest recovery from an old penetration, metres.
     pub(crate) recovery_m: f32,
 }
 
-/// Corrections along a surface's normal, metres.
+/// The correction of a gap along the surface's normal, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Push {
-    /// In all.
+pub(crate) struct NormalCorrection {
+    /// Sum of all corrections.
     pub(crate) total: f32,
-    /// The part that undoes an old penetration: no motion of the cloth, so that it must not
-    /// become velocity, nor press for friction.
+    /// Part that undoes an old penetration. It is no motion of the cloth: it must not become
+    /// velocity and does not count as pressure for friction.
     pub(crate) recovered: f32,
 }
 
 impl Gap {
-    /// What must be added to the gap; none when it is allowed as it is.
+    /// Returns the correction that the gap needs; `None` when it needs none or is NaN.
     #[inline]
-    pub(crate) fn push(self) -> Option<Push> {
+    pub(crate) fn correction(self) -> Option<NormalCorrection> {
         let floor = self.before.min(0.0);
         let allowed = (floor + self.recovery_m).min(0.0);
         let total = allowed - self.after;
-        // NaN is no contact.
-        (total > 0.0).then(|| Push {
+        // The comparison is false for NaN.
+        (total > 0.0).then(|| NormalCorrection {
             total,
             recovered: total.min(allowed - floor),
         })
     }
 }
 
-/// A surface under a particle over one substep.
+/// A contact of a particle with a surface in one substep.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Touch {
-    /// Unit, away from the surface, after the substep.
+pub(super) struct SurfaceContact {
+    /// Unit normal after the substep, away from the surface.
     pub(super) normal: Vec3,
     pub(super) gap: Gap,
-    /// How a particle that sticks moves in the substep, metres.
-    pub(super) carried: Vec3,
+    /// Displacement in the substep of a particle that sticks to the surface, metres.
+    pub(super) surface_motion: Vec3,
     pub(super) friction: Friction,
 }
 
-impl Touch {
-    /// Moves a particle out of the surface and holds it by friction; returns whether it touches.
-    ///
-    /// Recovery moves `previous` along, so that a velocity taken from the positions is the one
-    /// that the particle had without it: leaving a penetration adds no energy.
+impl SurfaceContact {
+    /// Moves a particle out of the surface and applies friction. Returns whether it touches.
     pub(super) fn resolve(&self, position: &mut Vec3, previous: &mut Vec3) -> bool {
-        let Some(push) = self.gap.push() else {
+        let Some(correction) = self.gap.correction() else {
             return false;
         };
-        let relative = *position - *previous - self.carried;
+        let relative = *position - *previous - self.surface_motion;
         let slip = relative - self.normal * relative.dot(self.normal);
-        let friction = self.friction.correction(slip, push.total - push.recovered);
-        *position += self.normal * push.total + friction;
-        *previous += self.normal * push.recovered;
+        let friction = self
+            .friction
+            .correction(slip, correction.total - correction.recovered);
+        *position += self.normal * correction.total + friction;
+        // Recovery moves the previous position along, so that the velocity does not contain it.
+        // Leaving a penetration therefore adds no energy.
+        *previous += self.normal * correction.recovered;
         true
     }
 }
@@ -105,20 +109,20 @@ mod tests {
 
     proptest! {
         #[test]
-        fn gaps_end_open_or_no_deeper(
+        fn gaps_end_open_or_no_deeper_than_before(
             before in -0.1f32..0.1, change in -0.1f32..0.1, recovery_m in 0.0f32..0.01,
         ) {
             let gap = Gap { before, after: before + change, recovery_m };
-            let end = gap.after + gap.push().map_or(0.0, |push| push.total);
+            let end = gap.after + gap.correction().map_or(0.0, |correction| correction.total);
             prop_assert!(end >= before.min(0.0) - 1e-6);
-            if let Some(push) = gap.push() {
-                prop_assert!(end <= 1e-6 && push.recovered <= push.total);
-                prop_assert!((0.0..=recovery_m + 1e-6).contains(&push.recovered));
+            if let Some(correction) = gap.correction() {
+                prop_assert!(end <= 1e-6 && correction.recovered <= correction.total);
+                prop_assert!((0.0..=recovery_m + 1e-6).contains(&correction.recovered));
             }
         }
 
         #[test]
-        fn friction_never_reverses_a_slip_nor_leaves_its_cone(slip in 0.0f32..0.1, pressed in 0.0f32..0.1) {
+        fn friction_never_reverses_a_slip_and_stays_in_its_cone(slip in 0.0f32..0.1, pressed in 0.0f32..0.1) {
             let friction = Friction { r#static: 0.6, dynamic: 0.4 };
             let correction = friction.correction(Vec3::X * slip, pressed).x;
             prop_assert!((-slip..=0.0).contains(&correction));
@@ -128,19 +132,19 @@ mod tests {
     }
 
     #[test]
-    fn recovery_leaves_the_velocity_alone() {
-        let touch = Touch {
+    fn recovery_does_not_change_the_velocity() {
+        let contact = SurfaceContact {
             normal: Vec3::Y,
             gap: Gap {
                 before: -0.02,
                 after: -0.02,
                 recovery_m: 1e-3,
             },
-            carried: Vec3::ZERO,
+            surface_motion: Vec3::ZERO,
             friction: Friction::NONE,
         };
         let (mut position, mut previous) = (Vec3::ZERO, Vec3::ZERO);
-        assert!(touch.resolve(&mut position, &mut previous));
+        assert!(contact.resolve(&mut position, &mut previous));
         assert!((position.y - 1e-3).abs() < 1e-8);
         assert_eq!(position, previous);
     }

@@ -1,78 +1,86 @@
-//! One substep of contact.
+//! Projection of body and ground contacts in one substep.
 
 use super::{
-    ContactSettings, Friction, Gap,
-    detect::{BodyMotion, Nearby, Sight},
-    response::Touch,
-    walk::FaceGraph,
+    detect::{BodyMotion, ContactCache, HeightSample},
+    response::{Friction, Gap, SurfaceContact},
+    settings::ContactSettings,
+    walk::FaceAdjacency,
 };
-use crate::body::{PosedBody, blend};
+use crate::body::{PosedBody, interpolate};
 use glam::Vec3;
 use unic_core::folds::Folds;
 
-/// What all particles share in a substep.
-pub(super) struct Substep<'a> {
+/// Inputs of the projection that all particles share in a substep.
+pub(super) struct BodySubstep<'a> {
     pub(super) settings: &'a ContactSettings,
-    pub(super) graph: &'a FaceGraph,
+    pub(super) adjacency: &'a FaceAdjacency,
     pub(super) folds: &'a Folds,
+    /// The body at the start of the substep.
     pub(super) before: &'a PosedBody,
+    /// The body at the end of the substep.
     pub(super) after: &'a PosedBody,
-    /// Most of a penetration that is undone, metres.
+    /// Largest recovery from a penetration in the substep, metres.
     pub(super) recovery_m: f32,
-    /// Farthest that cloth sinks out of a limb, metres.
-    pub(super) sink_m: f32,
+    /// Largest displacement of cloth out of an ignored limb in the substep, metres.
+    pub(super) max_sink_m: f32,
     pub(super) motion: &'a BodyMotion,
-    /// Of the interval, at the end of the substep.
+    /// Fraction of the interval at the end of the substep.
     pub(super) fraction: f32,
 }
 
-impl Substep<'_> {
+impl BodySubstep<'_> {
     /// Moves one particle out of the body and off the ground.
-    pub(super) fn keep_out(&self, nearby: &mut Nearby, position: &mut Vec3, previous: &mut Vec3) {
+    pub(super) fn project(&self, cache: &mut ContactCache, position: &mut Vec3, previous: &mut Vec3) {
         let thickness_m = self.settings.thickness_m;
-        let sunk = nearby.sink.clamp_length_max(self.sink_m);
+        // Both positions move, so that the displacement does not become velocity.
+        let sunk = cache.sink_offset.clamp_length_max(self.max_sink_m);
         *position += sunk;
         *previous += sunk;
-        nearby.sink -= sunk;
-        if nearby.is_within_reach && !nearby.is_clear(*position, self.fraction, self.motion, thickness_m) {
-            let touch = self.touch_body(nearby, *position, *previous);
-            touch.resolve(position, previous);
-            nearby.see(Sight {
-                height_m: thickness_m + touch.gap.after,
+        cache.sink_offset -= sunk;
+        if cache.is_within_reach && !cache.is_clear(*position, self.fraction, self.motion, thickness_m) {
+            let contact = self.body_contact(cache, *position, *previous);
+            contact.resolve(position, previous);
+            // The height is that before the correction. A corrected particle is thus recorded below
+            // the thickness, so that the next substep checks it again.
+            cache.record(HeightSample {
+                height_m: thickness_m + contact.gap.after,
                 position: *position,
                 fraction: self.fraction,
             });
         }
         if let Some(height) = self.settings.ground_height_m {
-            self.touch_ground(height, *position, *previous)
+            self.ground_contact(height, *position, *previous)
                 .resolve(position, previous);
         }
     }
 
-    fn touch_body(&self, nearby: &mut Nearby, position: Vec3, previous: Vec3) -> Touch {
-        let foot = self.graph.walk(&self.after.positions, nearby.face, position);
-        nearby.face = foot.face;
-        let corners = self.graph.faces[foot.face as usize];
+    /// Finds the surface point next to the particle, from the cached face on, and returns its
+    /// contact.
+    fn body_contact(&self, cache: &mut ContactCache, position: Vec3, previous: Vec3) -> SurfaceContact {
+        let projection = self.adjacency.walk(&self.after.positions, cache.face, position);
+        cache.face = projection.face;
+        let corners = self.adjacency.faces[projection.face as usize];
         let at = |body: &PosedBody| {
-            let point = blend(&body.positions, corners, foot.barycentric);
+            let point = interpolate(&body.positions, corners, projection.barycentric);
             (
                 point,
-                blend(&body.normals, corners, foot.barycentric).normalize_or_zero(),
+                interpolate(&body.normals, corners, projection.barycentric).normalize_or_zero(),
             )
         };
         let ((point_before, normal_before), (point, normal)) = (at(self.before), at(self.after));
         let height_before = height(previous - point_before, normal_before);
-        let is_folded = self.folds.has_face(foot.face);
-        Touch {
+        let is_folded = self.folds.is_face_folded(projection.face);
+        SurfaceContact {
             normal,
             gap: Gap {
                 before: height_before - self.settings.thickness_m,
                 after: height(position - point, normal) - self.settings.thickness_m,
                 recovery_m: if is_folded { 0.0 } else { self.recovery_m },
             },
-            // A particle above the surface turns with its normal: without that part it would slip
-            // back by its height times the angle, two centimetres a turn.
-            carried: point - point_before + (normal - normal_before) * height_before.max(0.0),
+            // A particle at rest keeps its height along the normal, which turns with the surface.
+            // Without the second term it would slip back by its height times the angle: 2π times
+            // 3 mm, which is two centimetres per full turn.
+            surface_motion: point - point_before + (normal - normal_before) * height_before.max(0.0),
             friction: if is_folded {
                 Friction::NONE
             } else {
@@ -81,24 +89,26 @@ impl Substep<'_> {
         }
     }
 
-    fn touch_ground(&self, height: f32, position: Vec3, previous: Vec3) -> Touch {
+    fn ground_contact(&self, height: f32, position: Vec3, previous: Vec3) -> SurfaceContact {
         let floor = height + self.settings.thickness_m;
-        Touch {
+        SurfaceContact {
             normal: Vec3::Y,
             gap: Gap {
                 before: previous.y - floor,
                 after: position.y - floor,
                 recovery_m: self.recovery_m,
             },
-            carried: Vec3::ZERO,
+            surface_motion: Vec3::ZERO,
             friction: self.settings.ground_friction,
         }
     }
 }
 
-/// Height over the surface of a particle at `offset` from its foot: the distance outside, so that
-/// beside a sharp tip nothing is pushed that is far enough away, and the depth inside.
+/// Returns the height over the surface of a particle at `offset` from its projection, metres;
+/// negative inside.
 fn height(offset: Vec3, normal: Vec3) -> f32 {
     let along = offset.dot(normal);
+    // Outside it is the distance, which is larger than the height along the normal beside a sharp
+    // tip: a particle there is far enough away and must not be pushed.
     if along > 0.0 { offset.length() } else { along }
 }

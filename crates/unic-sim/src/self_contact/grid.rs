@@ -1,41 +1,48 @@
-//! Particles by the cell of a uniform grid that they lie in.
+//! Broad phase of self-contact: a periodic uniform grid of moving points.
 
-use super::points::Points;
+use super::moving_points::MovingPoints;
 use glam::Vec3;
 use std::ops::Range;
 
-/// Cells along an axis, on each side of the origin, that an index can tell apart.
+/// Largest absolute cell coordinate. Points farther out are put into the outermost cells, because
+/// f32 cannot tell their cells apart and i32 would overflow.
 const HALF_AXIS: f32 = (1 << 20) as f32;
 
-/// Cells of the grid are as many as points times this, within these bounds along an axis.
-const CELLS_A_POINT: f32 = 4.0;
-const SIDES: [usize; 2] = [8, 64];
+/// Target ratio of cells to points. Cloth is a surface, so that most cells are empty.
+const CELLS_PER_POINT: f32 = 4.0;
 
-/// A grid that repeats in all directions, rebuilt without allocating once its buffers have grown.
+/// Smallest and largest number of cells along an axis.
+const SIDE_RANGE: [usize; 2] = [8, 64];
+
+/// A uniform grid that repeats in all directions: a spatial hash whose hash is the cell coordinate
+/// modulo the grid's side.
 ///
-/// Space is cut into cubes of `side`³ cells that lie on top of one another, so that any extent
-/// fits: a cell holds the points of all cells that it stands for, and who looks into it must look
-/// at where they are. Cells that follow one another along z do so in memory.
+/// A cell holds the points of all cells of space that map to it, so that the grid covers any
+/// extent. Queries must therefore test the positions of the points that they get. Cells that follow
+/// one another along z do so in memory, so that a query visits few contiguous ranges. Rebuilding
+/// does not allocate once the buffers have grown.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PointGrid {
+    /// Size of a cell, metres.
     cell_m: f32,
-    /// A power of two.
+    /// Number of cells along an axis; a power of two.
     side: usize,
-    /// Points of cell i are `starts[i]..starts[i + 1]` of `points`.
+    /// Row starts of `points`: those of cell i are `starts[i]..starts[i + 1]`.
     starts: Vec<u32>,
-    points: Points,
+    points: MovingPoints,
 }
 
 impl PointGrid {
-    /// Sorts points into cells of `cell_m` metres; those that are not finite are in none.
+    /// Sorts points into cells of `cell_m` metres. Points that are not finite are left out.
     pub(super) fn build(&mut self, points: &[Vec3], velocities: &[Vec3], cell_m: f32) {
         self.cell_m = cell_m;
-        let side = (CELLS_A_POINT * points.len() as f32).cbrt() as usize;
-        self.side = side.next_power_of_two().clamp(SIDES[0], SIDES[1]);
+        let side = (CELLS_PER_POINT * points.len() as f32).cbrt() as usize;
+        self.side = side.next_power_of_two().clamp(SIDE_RANGE[0], SIDE_RANGE[1]);
         self.count(points);
         let count = self.starts.last().map_or(0, |&count| count as usize);
         self.points.reset(count);
-        // Backwards, so that every cell ends up in the order of the points.
+        // Backwards, so that the points of a cell keep their order: the second half of a counting
+        // sort, which turns the ends of the cells into their starts.
         for (index, (&position, &velocity)) in points.iter().zip(velocities).enumerate().rev() {
             if position.is_finite() {
                 let cell = self.index(self.cell(position));
@@ -46,12 +53,12 @@ impl PointGrid {
         }
     }
 
-    /// The points, by cell.
-    pub(super) fn points(&self) -> &Points {
+    /// Returns the points, sorted by cell.
+    pub(super) fn points(&self) -> &MovingPoints {
         &self.points
     }
 
-    /// Leaves the end of each cell in `starts`.
+    /// Counts the points of each cell and leaves the end of each cell in `starts`.
     fn count(&mut self, points: &[Vec3]) {
         self.starts.clear();
         self.starts.resize(self.side.pow(3) + 1, 0);
@@ -66,12 +73,15 @@ impl PointGrid {
         }
     }
 
-    /// Calls `visit` with ranges of points that hold those of the box from `low` to `high` and
-    /// others, none twice, always in the same order.
+    /// Calls `visit` with ranges of points that contain all points of the box from `low` to `high`.
+    ///
+    /// The ranges also contain other points. No point is visited twice, and the order is always the
+    /// same.
     #[inline]
-    pub(super) fn around(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(Range<usize>)) {
+    pub(super) fn ranges_around(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(Range<usize>)) {
         let (first, last) = (self.cell(low), self.cell(high));
         let side = self.side as i32;
+        // A box as wide as the grid would visit cells twice.
         if (0..3).any(|axis| last[axis] - first[axis] >= side) {
             return visit(0..self.points.len());
         }
@@ -81,7 +91,7 @@ impl PointGrid {
                 if from <= to {
                     visit(self.row(from..to + 1));
                 } else {
-                    // Around the end of the grid: the row goes on at its beginning.
+                    // The range wraps around the end of the row.
                     let row = self.index([x, y, 0]);
                     visit(self.row(from..row + self.side));
                     visit(self.row(row..to + 1));
@@ -123,7 +133,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_point_of_a_box_is_found_once(
+        fn every_point_in_a_box_is_found_once(
             points in vec(point(1.0), 0..200), a in point(1.2), b in point(1.2), cell_m in 0.01f32..0.5,
         ) {
             let (low, high) = (a.min(b), a.max(b));
@@ -132,7 +142,7 @@ mod tests {
             grid.build(&points, &velocities, cell_m);
             let is_in = |p: Vec3| p.cmpge(low).all() && p.cmple(high).all();
             let mut found = Vec::new();
-            grid.around(low, high, |range| for entry in range {
+            grid.ranges_around(low, high, |range| for entry in range {
                 let (index, point) = (grid.points().index(entry), grid.points().point(entry));
                 assert_eq!(point, (points[index as usize], velocities[index as usize]));
                 found.extend(is_in(point.0).then_some(index));
@@ -144,12 +154,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_nowhere() {
+    fn points_that_are_not_finite_are_left_out() {
         let mut grid = PointGrid::default();
         let points = [Vec3::NAN, Vec3::INFINITY, Vec3::ONE * 1e20];
         grid.build(&points, &points, 0.1);
         let mut found = 0;
-        grid.around(Vec3::MIN, Vec3::MAX, |range| found += range.len());
+        grid.ranges_around(Vec3::MIN, Vec3::MAX, |range| found += range.len());
         assert_eq!(found, 1);
     }
 }

@@ -1,63 +1,45 @@
-//! Which vertices are near which faces of the same garment, and on which side.
+//! The pairs of vertices and faces that may touch in an interval.
 
 use super::{
+    cull::Reach,
     grid::PointGrid,
+    pair::{ContactPair, PreviousPairs},
     rest_shape::RestShape,
-    search::{Chunk, Search},
-    sieve::Reach,
+    search::{PairSearch, SearchChunk},
 };
 use crate::Particles;
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Faces that one thread takes at a time.
-const FACES_A_CHUNK: usize = 512;
+/// Number of faces in a rayon task.
+const FACES_PER_CHUNK: usize = 512;
 
-/// Room beyond thickness and travel within which a pair is watched, metres: what constraints add to
-/// straight motion within an interval.
+/// Margin beyond thickness and travel within which pairs are collected, metres. It covers the
+/// displacement by constraints within an interval.
 const MARGIN_M: f32 = 0.002;
 
-/// Travel relative to each other that is looked ahead, metres: 10 mm in 8 ms are 1.2 m/s.
-const MOST_TRAVEL_M: f32 = 0.01;
+/// Largest predicted travel of a pair relative to each other, metres: 1.2 m/s for 8 ms.
+/// It bounds the number of pairs; pairs that approach faster may be missed.
+const MAX_TRAVEL_M: f32 = 0.01;
 
-/// How far beside a face a vertex is watched beyond its travel, metres.
+/// Margin beside a face within which pairs are collected, beyond their travel, metres.
 const SLIDE_M: f32 = 0.001;
 
-/// Least size of a grid cell, in mean edge lengths.
+/// Smallest size of a grid cell, in mean edge lengths.
 const CELL_EDGES: f32 = 2.0;
 
-/// A vertex held on one side of a face.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pair {
-    pub(super) vertex: u32,
-    pub(super) face: u32,
-    /// 1 in front of the face, −1 behind it.
-    pub(super) side: f32,
-    /// Distance to keep, metres.
-    pub(super) thickness_m: f32,
-    /// The vertex projects into the face: its side is knowledge, and not a guess.
-    pub(super) is_over: bool,
-}
-
-/// The pairs of an interval, by face.
+/// The pairs of an interval, sorted by face, with the scratch of their search.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Pairs {
-    pub(super) all: Vec<Pair>,
-    memory: Memory,
+pub(super) struct ContactPairs {
+    pub(super) all: Vec<ContactPair>,
+    previous: PreviousPairs,
     grid: PointGrid,
-    chunks: Vec<Chunk>,
+    chunks: Vec<SearchChunk>,
 }
 
-/// The last interval's pairs by vertex.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Memory {
-    /// Pairs of vertex i are `pairs[starts[i]..starts[i + 1]]`.
-    starts: Vec<u32>,
-    pairs: Vec<Pair>,
-}
-
-impl Pairs {
-    /// Finds the pairs that may touch within `seconds`.
+impl ContactPairs {
+    /// Collects the pairs that may touch within `seconds`. `thickness_m` is the distance between
+    /// layers.
     pub(super) fn collect(
         &mut self,
         rest: &RestShape,
@@ -65,32 +47,36 @@ impl Pairs {
         seconds: f32,
         thickness_m: f32,
     ) {
-        self.memory.take(&mut self.all, rest.vertex_count());
+        self.previous.take(&mut self.all, rest.vertex_count());
         let reach = Reach {
             above_m: thickness_m + MARGIN_M,
             beside_m: SLIDE_M,
             seconds,
-            most_travel_m: MOST_TRAVEL_M,
+            max_travel_m: MAX_TRAVEL_M,
         };
-        let most_speed = 2.0 * speed_around_mean(&particles.velocities);
-        let cell_m = reach.distance_m(most_speed).max(CELL_EDGES * rest.mean_edge_m);
+        // Two particles can move apart from the mean in opposite directions.
+        let max_speed = 2.0 * max_speed_around_mean(&particles.velocities);
+        // Cells as large as a query's reach: larger cells hold too many points, smaller ones make
+        // too many ranges.
+        let cell_m = reach.distance_m(max_speed).max(CELL_EDGES * rest.mean_edge_m);
         self.grid
             .build(&particles.positions, &particles.velocities, cell_m);
-        let search = Search {
+        let search = PairSearch {
             rest,
             particles,
             reach,
-            most_speed,
+            max_speed,
             thickness_m,
             grid: &self.grid,
-            memory: &self.memory,
+            previous: &self.previous,
         };
-        let count = rest.faces.len().div_ceil(FACES_A_CHUNK);
-        self.chunks.resize_with(count, Chunk::default);
+        let count = rest.faces.len().div_ceil(FACES_PER_CHUNK);
+        self.chunks.resize_with(count, SearchChunk::default);
         self.chunks.par_iter_mut().enumerate().for_each(|(index, chunk)| {
-            let first = index * FACES_A_CHUNK;
-            search.faces(first..rest.faces.len().min(first + FACES_A_CHUNK), chunk);
+            let first = index * FACES_PER_CHUNK;
+            search.faces(first..rest.faces.len().min(first + FACES_PER_CHUNK), chunk);
         });
+        // Joined in the order of the faces, whichever thread has found them.
         self.all.extend(self.chunks.iter().flat_map(|chunk| &chunk.pairs));
     }
 
@@ -100,38 +86,8 @@ impl Pairs {
     }
 }
 
-impl Memory {
-    /// Takes the pairs, leaving `all` empty.
-    fn take(&mut self, all: &mut Vec<Pair>, vertex_count: usize) {
-        self.starts.clear();
-        self.starts.resize(vertex_count + 1, 0);
-        all.iter().for_each(|pair| self.starts[pair.vertex as usize] += 1);
-        let mut sum = 0;
-        for start in &mut self.starts {
-            sum += *start;
-            *start = sum;
-        }
-        self.pairs.clear();
-        // The first pair only fills the places, each of which is then written.
-        self.pairs
-            .extend(all.first().iter().cycle().take(all.len()).copied());
-        for pair in all.iter().rev() {
-            let start = &mut self.starts[pair.vertex as usize];
-            *start -= 1;
-            self.pairs[*start as usize] = *pair;
-        }
-        all.clear();
-    }
-
-    #[inline]
-    pub(super) fn of(&self, vertex: u32) -> &[Pair] {
-        let row = self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize;
-        &self.pairs[row]
-    }
-}
-
-/// Largest speed relative to the mean velocity, m/s.
-fn speed_around_mean(velocities: &[Vec3]) -> f32 {
+/// Returns the largest speed of a particle relative to the mean velocity, m/s.
+fn max_speed_around_mean(velocities: &[Vec3]) -> f32 {
     let mean = velocities.iter().sum::<Vec3>() / velocities.len().max(1) as f32;
     let squared = velocities.iter().map(|v| v.distance_squared(mean));
     squared.fold(0.0, f32::max).sqrt()

@@ -1,87 +1,96 @@
-//! The search for pairs: block of faces, face, pair.
+//! The search for contact pairs, in three stages of growing precision: the grid cells around a
+//! block of faces, conservative culling for the block and for each face, and exact tests.
 
 use super::{
+    cull::{BlockVolume, FacePrism, MovingBox, Reach},
     grid::PointGrid,
-    pairs::{Memory, Pair},
-    points::Points,
+    moving_points::MovingPoints,
+    pair::{ContactPair, PreviousPairs},
     rest_shape::RestShape,
-    sieve::{MovingBox, Prism, Reach, Surroundings},
 };
 use crate::{Particles, body::corners_of};
 use glam::Vec3;
 use std::ops::Range;
 use unic_core::surface::{Feature, Triangle};
 
-/// Vertices that one face is held against at most: a garment crumpled into a ball stays affordable.
-const MOST_VERTICES_A_FACE: usize = 48;
+/// Largest number of pairs per face. It bounds the cost of a garment that is crumpled into a ball.
+const MAX_PAIRS_PER_FACE: usize = 48;
 
-/// Faces that look at the same points first, at most, and how far they may extend along an axis, in
-/// mean edge lengths.
-const FACES_A_BLOCK: usize = 16;
-const EDGES_A_BLOCK: f32 = 4.0;
+/// Largest number of consecutive faces that share one query of the grid. Faces are sorted along a
+/// space-filling curve, so that consecutive ones are usually close together.
+const FACES_PER_BLOCK: usize = 16;
 
-/// Share of its distance at rest that a pair keeps, at most: what touches at rest does not push.
+/// Largest extent of a block along an axis, in mean edge lengths.
+const BLOCK_EDGES: f32 = 4.0;
+
+/// Largest share of its distance at rest that a pair keeps. Layers that touch at rest then do not
+/// push each other.
 const REST_SHARE: f32 = 0.9;
 
-/// Pairs that would keep less than this are left out, metres: what lies in one place at rest has no
-/// side there, and rounding would choose one.
+/// Smallest distance that a pair keeps, metres; others are left out. A vertex that lies in a face
+/// at rest has no side there, and rounding would choose one.
 const LEAST_THICKNESS_M: f32 = 2e-5;
 
-/// What all faces share.
-pub(super) struct Search<'a> {
+/// Inputs of the search that all faces share.
+pub(super) struct PairSearch<'a> {
     pub(super) rest: &'a RestShape,
     pub(super) particles: &'a Particles,
     pub(super) reach: Reach,
-    /// Speed relative to each other that nothing exceeds, m/s.
-    pub(super) most_speed: f32,
+    /// Upper bound of the relative speed of two particles, m/s.
+    pub(super) max_speed: f32,
+    /// Distance between layers, metres.
     pub(super) thickness_m: f32,
     pub(super) grid: &'a PointGrid,
-    pub(super) memory: &'a Memory,
+    pub(super) previous: &'a PreviousPairs,
 }
 
-/// What one thread finds, and its scratch.
+/// Pairs found by one task, with its scratch.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Chunk {
-    pub(super) pairs: Vec<Pair>,
-    /// Points around a block of faces.
-    around: Points,
+pub(super) struct SearchChunk {
+    pub(super) pairs: Vec<ContactPair>,
+    /// Points around a block of faces. Scratch.
+    around: MovingPoints,
+    /// Entries that are left after culling. Scratch.
     entries: Vec<u32>,
 }
 
-/// Faces next to each other.
-struct Block {
+/// Consecutive faces that are close together, with their bounds.
+struct FaceBlock {
     faces: Range<usize>,
     bounds: MovingBox,
 }
 
-/// A face as it is now.
-struct Face {
+/// A face at the start of the interval.
+struct PosedFace {
     index: u32,
     corners: [u32; 3],
-    places: [Vec3; 3],
+    /// Positions of the corners, metres.
+    positions: [Vec3; 3],
+    /// Velocities of the corners, m/s.
     velocities: [Vec3; 3],
     triangle: Triangle,
-    /// Unit; zero when degenerate.
+    /// Unit normal; zero when degenerate.
     normal: Vec3,
-    /// Gradients of the weights of the second and the third corner, 1/m; zero when degenerate.
+    /// Gradients of the barycentric weights of the second and third corner, 1/m; zero when
+    /// degenerate.
     gradients: [Vec3; 2],
 }
 
-/// A point seen from a face.
-struct Hit {
-    /// Over the face's plane, metres; negative behind it.
+/// Position of a point relative to a face.
+struct FaceHit {
+    /// Height over the face's plane, metres; negative behind it.
     height_m: f32,
-    /// Squared distance of its projection from the face, m².
+    /// Squared distance of the point's projection from the face within its plane, m².
     beside_squared: f32,
-    /// Of the closest point.
+    /// Barycentric weights of the closest point.
     barycentric: Vec3,
-    /// The projection lies in the face.
+    /// True when the projection lies in the face.
     is_over: bool,
 }
 
-impl Search<'_> {
-    /// All pairs of some faces.
-    pub(super) fn faces(&self, mut faces: Range<usize>, chunk: &mut Chunk) {
+impl PairSearch<'_> {
+    /// Collects the pairs of a range of faces.
+    pub(super) fn faces(&self, mut faces: Range<usize>, chunk: &mut SearchChunk) {
         chunk.pairs.clear();
         while !faces.is_empty() {
             let block = self.block(faces.clone());
@@ -91,17 +100,18 @@ impl Search<'_> {
         }
     }
 
-    /// The first of these faces, as many as lie close together.
-    fn block(&self, faces: Range<usize>) -> Block {
-        let most_m = EDGES_A_BLOCK * self.rest.mean_edge_m;
+    /// Makes a block of the first of these faces, as many as lie close together, at least one.
+    fn block(&self, faces: Range<usize>) -> FaceBlock {
+        let max_extent_m = BLOCK_EDGES * self.rest.mean_edge_m;
         let mut bounds = MovingBox::EMPTY;
         let mut end = faces.start;
-        while end < faces.end.min(faces.start + FACES_A_BLOCK) {
+        while end < faces.end.min(faces.start + FACES_PER_BLOCK) {
             let corners = self.rest.faces[end];
-            let places = corners_of(&self.particles.positions, corners);
-            if places.iter().all(|p| p.is_finite()) {
-                let wider = bounds.with(places, corners_of(&self.particles.velocities, corners));
-                let is_wide = (wider.high - wider.low).max_element() > most_m;
+            let positions = corners_of(&self.particles.positions, corners);
+            // A face that is not finite makes no pairs. It must not make the bounds infinite.
+            if positions.iter().all(|p| p.is_finite()) {
+                let wider = bounds.with(positions, corners_of(&self.particles.velocities, corners));
+                let is_wide = (wider.high - wider.low).max_element() > max_extent_m;
                 if is_wide && end > faces.start {
                     break;
                 }
@@ -109,37 +119,38 @@ impl Search<'_> {
             }
             end += 1;
         }
-        Block {
+        FaceBlock {
             faces: faces.start..end,
             bounds,
         }
     }
 
-    /// Leaves in the chunk the points that may be near any face within the bounds.
-    fn gather(&self, bounds: &MovingBox, chunk: &mut Chunk) {
+    /// Stores the points that may touch any face within the bounds in the chunk.
+    fn gather(&self, bounds: &MovingBox, chunk: &mut SearchChunk) {
         chunk.entries.clear();
-        let region = Surroundings::new(bounds, &self.reach);
-        let reach_m = self.reach.distance_m(self.most_speed);
+        let volume = BlockVolume::new(bounds, &self.reach);
+        let reach_m = self.reach.distance_m(self.max_speed);
         let points = self.grid.points();
-        (self.grid).around(bounds.low - reach_m, bounds.high + reach_m, |range| {
-            points.sieve(range, &region, &mut chunk.entries);
+        (self.grid).ranges_around(bounds.low - reach_m, bounds.high + reach_m, |range| {
+            points.cull(range, &volume, &mut chunk.entries);
         });
         chunk.around.select(points, &chunk.entries);
     }
 
-    fn face(&self, face: u32, chunk: &mut Chunk) {
-        let Some(face) = Face::new(face, self.rest, self.particles) else {
+    /// Collects the pairs of one face, from the points around its block.
+    fn face(&self, face: u32, chunk: &mut SearchChunk) {
+        let Some(face) = PosedFace::new(face, self.rest, self.particles) else {
             return;
         };
-        let prism = Prism::new(face.places, face.velocities, face.normal, &self.reach);
-        let Chunk {
+        let prism = FacePrism::new(face.positions, face.velocities, face.normal, &self.reach);
+        let SearchChunk {
             pairs,
             around,
             entries,
         } = chunk;
         entries.clear();
-        around.sieve(0..around.len(), &prism, entries);
-        let full = pairs.len() + MOST_VERTICES_A_FACE;
+        around.cull(0..around.len(), &prism, entries);
+        let full = pairs.len() + MAX_PAIRS_PER_FACE;
         for &entry in &*entries {
             let vertex = around.index(entry as usize);
             if pairs.len() < full && !self.rest.is_neighbour(vertex, face.corners) {
@@ -148,18 +159,21 @@ impl Search<'_> {
         }
     }
 
+    /// Makes the pair of a vertex and a face if they may touch.
     #[inline]
-    fn pair(&self, vertex: u32, face: &Face) -> Option<Pair> {
+    fn pair(&self, vertex: u32, face: &PosedFace) -> Option<ContactPair> {
         let hit = face.closest(self.particles.positions[vertex as usize]);
         if !self.is_near(self.particles.velocities[vertex as usize], face, &hit) {
             return None;
         }
-        let known = self.memory.of(vertex);
+        let known = self.previous.of(vertex);
+        // The distance at rest is costly, and most pairs exist for many intervals.
         let thickness_m = match known.iter().find(|pair| pair.face == face.index) {
             Some(same) => same.thickness_m,
             None => (REST_SHARE * self.rest.distance(vertex, face.corners)).min(self.thickness_m),
         };
-        (thickness_m >= LEAST_THICKNESS_M).then(|| Pair {
+        // A pair that is new to both takes the side that the vertex is on now.
+        (thickness_m >= LEAST_THICKNESS_M).then(|| ContactPair {
             vertex,
             face: face.index,
             side: (self.known_side(known, face.index)).unwrap_or(1f32.copysign(hit.height_m)),
@@ -168,10 +182,10 @@ impl Search<'_> {
         })
     }
 
-    /// The two may touch within the interval: near enough above each other, and the vertex not
-    /// farther beside the face than it may slide. Not for NaN.
+    /// Returns whether a vertex and a face may touch within the interval, from their distances in
+    /// height and beside the face. False for NaN.
     #[inline]
-    fn is_near(&self, velocity: Vec3, face: &Face, hit: &Hit) -> bool {
+    fn is_near(&self, velocity: Vec3, face: &PosedFace, hit: &FaceHit) -> bool {
         let [u, v, w] = face.velocities;
         let below = u * hit.barycentric.x + v * hit.barycentric.y + w * hit.barycentric.z;
         let travel_m = self.reach.travel_m(velocity.distance(below));
@@ -179,41 +193,43 @@ impl Search<'_> {
         hit.height_m.abs() <= above_m && hit.beside_squared <= beside_m * beside_m
     }
 
-    /// The side that the vertex had of this face, or of one that touches it.
+    /// Returns the side that the vertex had of this face, or of one that shares a corner with it.
     ///
-    /// Only sides of faces that the vertex projected into count, so that one that goes around a hem
-    /// is not held on its old side.
+    /// Only faces that the vertex projected into count. A vertex that goes around a hem is
+    /// therefore not kept on its old side.
     #[inline]
-    fn known_side(&self, known: &[Pair], face: u32) -> Option<f32> {
+    fn known_side(&self, known: &[ContactPair], face: u32) -> Option<f32> {
         let known = known.iter().filter(|pair| pair.is_over);
         let corners = self.rest.faces[face as usize];
-        let touches = |pair: &&Pair| {
+        let touches = |pair: &&ContactPair| {
             self.rest.faces[pair.face as usize]
                 .iter()
                 .any(|v| corners.contains(v))
         };
+        // The same face is more reliable than one next to it, which may be around a fold.
         let same = known.clone().find(|pair| pair.face == face);
         same.or_else(|| known.clone().find(touches)).map(|pair| pair.side)
     }
 }
 
-impl Face {
-    /// None for a face that is not finite.
+impl PosedFace {
+    /// Loads a face; `None` for a face that is not finite.
     #[inline]
     fn new(index: u32, rest: &RestShape, particles: &Particles) -> Option<Self> {
         let corners = rest.faces[index as usize];
-        let places = corners_of(&particles.positions, corners);
-        let [a, b, c] = places;
+        let positions = corners_of(&particles.positions, corners);
+        let [a, b, c] = positions;
+        // Written out, because `all` over an array of three is not always inlined.
         if !(a.is_finite() && b.is_finite() && c.is_finite()) {
             return None;
         }
-        let triangle = Triangle::new(places);
+        let triangle = Triangle::new(positions);
         let normal = triangle.normal();
         let across = [(c - a).cross(normal), normal.cross(b - a)];
         Some(Self {
             index,
             corners,
-            places,
+            positions,
             velocities: corners_of(&particles.velocities, corners),
             triangle,
             normal,
@@ -225,14 +241,15 @@ impl Face {
         })
     }
 
-    /// Most points that are near a face are over it, where its plane tells all.
+    /// Returns the position of a point relative to the face.
     #[inline]
-    fn closest(&self, p: Vec3) -> Hit {
-        let arm = p - self.places[0];
+    fn closest(&self, p: Vec3) -> FaceHit {
+        // A quick path for the most frequent case: a point that projects into the face.
+        let arm = p - self.positions[0];
         let [v, w] = [arm.dot(self.gradients[0]), arm.dot(self.gradients[1])];
         let u = 1.0 - v - w;
         if self.normal != Vec3::ZERO && u >= 0.0 && v >= 0.0 && w >= 0.0 {
-            return Hit {
+            return FaceHit {
                 height_m: arm.dot(self.normal),
                 beside_squared: 0.0,
                 barycentric: Vec3::new(u, v, w),
@@ -241,7 +258,8 @@ impl Face {
         }
         let hit = self.triangle.closest(p);
         let height_m = -hit.offset.dot(self.normal);
-        Hit {
+        // Rounding may leave a difference just below zero, which passes all comparisons.
+        FaceHit {
             height_m,
             beside_squared: hit.squared_distance - height_m * height_m,
             barycentric: hit.barycentric,

@@ -1,4 +1,4 @@
-//! Pieces of cloth for tests.
+//! Pieces of cloth for tests, and how they are simulated.
 #![allow(
     dead_code,
     unreachable_pub,
@@ -11,8 +11,8 @@ use std::sync::Arc;
 use unic_core::mesh::TriMesh;
 use unic_sim::{Air, Cloth, ClothSpec, Material, Simulation, SimulationSettings};
 
-/// A horizontal sheet of equilateral triangles, `columns` × `rows` vertices `side` apart: rows along
-/// x, every other one shifted by half a side.
+/// A horizontal sheet of equilateral triangles with sides of `side` metres and `columns` × `rows`
+/// vertices. Rows run along x; every other one is shifted by half a side.
 pub fn sheet(columns: u32, rows: u32, side: f32) -> TriMesh {
     let place = |i: u32| {
         let (column, row) = ((i % columns) as f32, i / columns);
@@ -33,7 +33,7 @@ pub fn sheet(columns: u32, rows: u32, side: f32) -> TriMesh {
     TriMesh::new((0..columns * rows).map(place).collect(), faces.collect()).unwrap()
 }
 
-/// No air and no damping but the material's.
+/// Settings without air and without damping, except for the material's own.
 pub fn vacuum() -> SimulationSettings {
     SimulationSettings {
         air: Air::NONE,
@@ -42,7 +42,7 @@ pub fn vacuum() -> SimulationSettings {
     }
 }
 
-/// Cloth of `material` with the vertices that `is_pinned` tells held.
+/// A simulation of cloth of one material, with the vertices pinned for which `is_pinned` is true.
 pub fn pinned(
     mesh: TriMesh,
     material: Material,
@@ -57,7 +57,7 @@ pub fn pinned(
     Simulation::new(Arc::new(Cloth::new(&spec).unwrap()), settings).unwrap()
 }
 
-/// Goes on for a time without wind.
+/// Advances a simulation by `seconds`, without wind.
 pub fn run(simulation: &mut Simulation, seconds: f32) {
     let frames = (seconds * simulation.settings().fps).round() as u32;
     for _ in 0..frames {

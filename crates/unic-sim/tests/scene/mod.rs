@@ -1,4 +1,5 @@
-//! Bodies and a bare integrator for the contact tests: no cloth, only what contact does.
+//! Bodies and a minimal integrator for the contact tests: free particles without cloth, moved by
+//! gravity and contact alone.
 
 #![allow(dead_code, unreachable_pub, reason = "each test takes what it needs")]
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
@@ -12,25 +13,26 @@ use unic_sim::{
 };
 
 pub const GRAVITY: Vec3 = Vec3::new(0.0, -9.81, 0.0);
-/// Length of an interval, seconds, and substeps in it: a quarter frame at 30 fps.
+/// Length of an interval, seconds: a quarter of a frame at 30 fps.
 pub const INTERVAL_S: f32 = 1.0 / 120.0;
+/// Number of substeps in an interval.
 pub const SUBSTEPS: usize = 5;
 
-/// A sphere, closed and outward.
+/// A closed sphere that faces outwards: an octahedron, subdivided `level + 1` times.
 pub fn sphere(level: usize, radius: f32) -> TriMesh {
     let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
     let upper = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4]];
     let lower = [[2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
     let mut mesh = TriMesh::new(axes.to_vec(), [upper, lower].concat()).unwrap();
     for _ in 0..=level {
-        mesh = subdivided(&mesh).0;
+        mesh = subdivided(&mesh).mesh;
         mesh.vertices.iter_mut().for_each(|v| *v = v.normalize());
     }
     mesh.vertices.iter_mut().for_each(|v| *v *= radius);
     mesh
 }
 
-/// A capsule along y: a sphere cut in half, `half_length` above and below the middle.
+/// A capsule along y: a sphere whose halves are moved apart by `half_length` metres each.
 pub fn capsule(radius: f32, half_length: f32) -> TriMesh {
     let mut mesh = sphere(3, radius);
     for v in &mut mesh.vertices {
@@ -41,7 +43,7 @@ pub fn capsule(radius: f32, half_length: f32) -> TriMesh {
     mesh
 }
 
-/// A sheet of squares in the xz plane, facing up, its middle at the origin.
+/// A sheet of squares in the xz plane that faces up and has its middle at the origin.
 pub fn sheet(squares: u32, side: f32) -> TriMesh {
     let at = |x: u32, z: u32| z * (squares + 1) + x;
     let middle = squares as f32 * side / 2.0;
@@ -58,7 +60,7 @@ pub fn sheet(squares: u32, side: f32) -> TriMesh {
     TriMesh::new(vertices, faces.collect()).unwrap()
 }
 
-/// Two meshes in one.
+/// Joins two meshes to one.
 pub fn both(a: &TriMesh, b: &TriMesh) -> TriMesh {
     let count = a.vertices.len() as u32;
     let moved = b.faces.iter().map(|f| f.map(|v| v + count));
@@ -69,6 +71,7 @@ pub fn both(a: &TriMesh, b: &TriMesh) -> TriMesh {
     .unwrap()
 }
 
+/// Vertices of a mesh after a rotation and a translation.
 pub fn placed(mesh: &TriMesh, rotation: Quat, translation: Vec3) -> Vec<Vec3> {
     let world_from_rest = Affine3A::from_rotation_translation(rotation, translation);
     let place = |&v: &Vec3| world_from_rest.transform_point3(v);
@@ -85,7 +88,7 @@ pub fn at_rest(positions: Vec<Vec3>) -> Particles {
     }
 }
 
-/// Begins a substep: predictions under `gravity`.
+/// Begins a substep: predicts positions under `gravity`.
 pub fn predict(particles: &mut Particles, gravity: Vec3, dt: f32) {
     particles.previous.clone_from(&particles.positions);
     for (x, v) in particles.positions.iter_mut().zip(&mut particles.velocities) {
@@ -94,7 +97,7 @@ pub fn predict(particles: &mut Particles, gravity: Vec3, dt: f32) {
     }
 }
 
-/// Ends it: velocities from positions.
+/// Ends a substep: computes velocities from positions.
 pub fn finish(particles: &mut Particles, dt: f32) {
     let moved = particles.positions.iter().zip(&particles.previous);
     for ((x, before), v) in moved.zip(&mut particles.velocities) {
@@ -102,7 +105,7 @@ pub fn finish(particles: &mut Particles, dt: f32) {
     }
 }
 
-/// Free particles against a body.
+/// Free particles in contact with a body.
 pub struct Scene {
     pub interval: BodyInterval,
     pub contacts: BodyContacts,
@@ -120,7 +123,7 @@ impl Scene {
         }
     }
 
-    /// One interval, with the body at `end` at its end.
+    /// Advances by one interval, at whose end the body's vertices are at `end`.
     pub fn advance(&mut self, end: &[Vec3]) {
         self.interval.advance(end);
         self.contacts

@@ -1,22 +1,22 @@
 //! Which settings a run can be made from.
 
-use super::{Keep, RecurrenceSettings, Refit, StateSettings, TrainConfig};
+use super::{RecurrenceSettings, StateSettings, TrainConfig};
 use thiserror::Error;
-use unic_core::shown::shortened;
+use unic_core::printable::printable_excerpt;
 
 /// Settings that no run can be made from.
 #[derive(Debug, Error)]
 pub enum SettingsError {
     /// Not TOML of this shape.
-    #[error("training settings: {}", shortened(&in_one_line(.0)))]
+    #[error("training settings: {}", printable_excerpt(&in_one_line(.0)))]
     Toml(#[from] toml::de::Error),
     /// A `key=value` that is none.
-    #[error("expected key=value with a dotted key such as optimiser.steps=1000, found `{}`", shortened(.0))]
+    #[error("expected key=value with a dotted key such as optimiser.steps=1000, found `{}`", printable_excerpt(.0))]
     Assignment(String),
     /// A key that no settings have.
     #[error(
         "training settings: expected a key that there is, found the unknown key `{}`{}",
-        shortened(key),
+        printable_excerpt(key),
         meant(nearest)
     )]
     UnknownKey {
@@ -26,7 +26,10 @@ pub enum SettingsError {
         nearest: Option<String>,
     },
     /// A value out of range.
-    #[error("training settings: {what} must be {expected}, found {}", shortened(found))]
+    #[error(
+        "training settings: {what} must be {expected}, found {}",
+        printable_excerpt(found)
+    )]
     Value {
         /// Dotted key.
         what: &'static str,
@@ -101,14 +104,7 @@ impl TrainConfig {
         for (what, found) in self.shares() {
             ensure(what, "at least 0 and below 1", found, (0.0..1.0).contains(&found))?;
         }
-        // A fit on all clips has none to tell the best parameters by.
-        let validates = self.validation.refit == Refit::Never;
-        ensure(
-            "validation.refit",
-            "\"never\" where keep is \"best\"",
-            self.validation.refit.name(),
-            self.keep == Keep::Last || validates,
-        )
+        Ok(())
     }
 
     fn check_batch(&self) -> Result<(), SettingsError> {
@@ -133,7 +129,7 @@ impl TrainConfig {
     }
 
     /// Values of which any amount will do.
-    fn amounts(&self) -> [(&'static str, f64); 13] {
+    fn amounts(&self) -> [(&'static str, f64); 11] {
         let (o, r) = (&self.optimiser, &self.regularisation);
         let memory_s = match self.model.state {
             StateSettings::RootRelative => 0.0,
@@ -151,9 +147,7 @@ impl TrainConfig {
             ("optimiser.clip_norm", o.clip_norm),
             ("batch.unroll_grown", self.batch.unroll_grown),
             ("regularisation.state_noise_m", r.state_noise_m.into()),
-            ("regularisation.motion_noise", r.motion_noise.into()),
             ("loss.position", self.loss.position.into()),
-            ("loss.velocity", self.loss.velocity.into()),
             ("intersection.relaxation_m", self.intersection.relaxation_m.into()),
             ("intersection.margin_m", self.intersection.margin_m.into()),
         ]

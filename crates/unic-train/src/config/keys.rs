@@ -4,12 +4,13 @@ use super::{Preset, SettingsError, TrainConfig};
 use std::collections::BTreeSet;
 
 /// Keys that no preset has: they are optional.
-const OPTIONAL: [&str; 3] = ["motion_seconds", "optimiser.epochs", "intersection.from_step"];
+const OPTIONAL: [&str; 2] = ["motion_seconds", "optimiser.epochs"];
 
 /// Names that differ by more are not each other's slips.
 const LIKE: f64 = 0.6;
 
-/// The error of a key that no settings have, with the one that it is most like; none for a key that there is.
+/// The error of a key that no settings have, with the one that it is most like; none for a key that
+/// there is.
 pub(super) fn unknown(key: &str) -> Option<SettingsError> {
     let known = all();
     if known.contains(key) {

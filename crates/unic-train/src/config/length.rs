@@ -2,13 +2,15 @@
 
 use super::{OptimiserConfig, Refit, TrainConfig};
 
-/// Epochs of the published training: the authors' release trains for 400 and uses the checkpoint after 300.
+/// Epochs of the published training: the authors' release trains for 400 and uses the checkpoint
+/// after 300.
 pub const PUBLISHED_EPOCHS: u64 = 300;
 
 impl TrainConfig {
-    /// Are `longer` the same settings for a longer run, whose learning rate has been the same up to where this one
-    /// ends, but for the rounding of epochs to steps? The half periods of the schedule grow with the epochs, or with
-    /// the steps where those are given. A run of two fits cannot be made longer.
+    /// Are `longer` the same settings for a longer run, whose learning rate has been the same up to
+    /// where this one ends, but for the rounding of epochs to steps? The half periods of the
+    /// schedule grow with the epochs, or with the steps where those are given. A run of two fits
+    /// cannot be made longer.
     pub fn is_lengthened_by(&self, longer: &Self) -> bool {
         let (o, l) = (&self.optimiser, &longer.optimiser);
         let lengths = match (o.epochs, l.epochs) {
@@ -48,8 +50,8 @@ impl TrainConfig {
         self.steps_of(PUBLISHED_EPOCHS, pairs)
     }
 
-    /// These settings with the number of steps that their epochs are, for clips with so many pairs of
-    /// consecutive frames.
+    /// These settings with the number of steps that their epochs are, for clips with so many pairs
+    /// of consecutive frames.
     pub(crate) fn for_pairs(mut self, pairs: usize) -> Self {
         if let Some(epochs) = self.optimiser.epochs {
             self.optimiser.steps = self.steps_of(epochs, pairs);

@@ -1,7 +1,7 @@
 //! The presets: named settings to start from.
 
 use super::{
-    BatchConfig, IntersectionConfig, IntersectionRule, Keep, LossConfig, ModelSettings, OptimiserConfig,
+    BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
     PUBLISHED_EPOCHS, Products, RecurrenceSettings, Refit, RegularisationConfig, StateSettings, TrainConfig,
     ValidationConfig,
 };
@@ -38,7 +38,8 @@ impl TrainConfig {
 }
 
 /// Sizes, optimiser, schedule and teacher forcing of the paper (section 4.1) and the authors'
-/// release: 300 epochs of all training clips. A batch is subsampled, which the pointwise field allows.
+/// release: 300 epochs of all training clips. A batch is subsampled, which the pointwise field
+/// allows.
 fn paper() -> TrainConfig {
     TrainConfig {
         seed: 1,
@@ -84,22 +85,16 @@ fn paper() -> TrainConfig {
             input_dropout: 0.25,
             dropout_by_window: false,
             state_noise_m: 0.0,
-            motion_noise: 0.0,
             mirror: false,
             average: 0.0,
         },
-        loss: LossConfig {
-            position: 1e4,
-            velocity: 0.0,
-        },
+        loss: LossConfig { position: 1e4 },
         intersection: IntersectionConfig {
-            from_step: None,
             rule: IntersectionRule::Paper,
             relaxation_m: IntersectionMode::RELAXATION_M,
             margin_m: IntersectionMode::MARGIN_M,
             at_inference: true,
         },
-        keep: Keep::Last,
         validation: ValidationConfig {
             every: 500,
             refit: Refit::Only,
@@ -107,9 +102,9 @@ fn paper() -> TrainConfig {
     }
 }
 
-/// A field that is small and briefly trained on purpose. Chosen by leaving clips out of the T-shirt in the
-/// shared data (35 s of motion in all): wider fields and more steps fit the training clips better and
-/// unseen ones worse, long rollouts help, and so does the prior, whose recurrence may be
+/// A field that is small and briefly trained on purpose. Chosen by leaving clips out of the T-shirt
+/// in the shared data (35 s of motion in all): wider fields and more steps fit the training clips
+/// better and unseen ones worse, long rollouts help, and so does the prior, whose recurrence may be
 /// wide: it is trained by epochs and judged by motions left out.
 fn standard() -> TrainConfig {
     use PointInput::{Displacement, Rest, SkinVelocity, Up, Velocity};
@@ -173,19 +168,14 @@ fn standard() -> TrainConfig {
             input_dropout: 0.5,
             dropout_by_window: true,
             state_noise_m: 0.01,
-            motion_noise: 0.0,
             mirror: true,
             average: 0.98,
         },
-        loss: LossConfig {
-            position: 1e4,
-            velocity: 0.0,
-        },
+        loss: LossConfig { position: 1e4 },
         intersection: IntersectionConfig {
             rule: IntersectionRule::Robust,
             ..paper().intersection
         },
-        keep: Keep::Last,
         validation: ValidationConfig {
             every: 100,
             refit: Refit::AllClips,

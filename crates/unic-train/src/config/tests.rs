@@ -14,18 +14,16 @@ fn assignments_reach_nested_keys_and_refuse_unknown_ones() {
     let config = TrainConfig::preset(Preset::Tiny);
     let set = |text: &str| config.with_assignments(&[text.to_owned()]);
     assert_eq!(set("optimiser.steps=7").unwrap().optimiser.steps, 7);
-    assert_eq!(set("keep = last").unwrap().keep, Keep::Last);
-    assert_eq!(
-        set("intersection.from_step=5").unwrap().intersection.from_step,
-        Some(5)
-    );
+    let refit = set("validation.refit = never").unwrap().validation.refit;
+    assert_eq!(refit, Refit::Never);
+    assert_eq!(set("motion_seconds=5").unwrap().motion_seconds, Some(5.0));
     for wrong in [
         "steps",
         "optimiser.stepz=7",
         "nowhere.steps=7",
         "optimiser.steps=x",
         "batch.points=0",
-        "loss.velocity=-1",
+        "loss.position=-1",
         "optimiser.clip_norm=nan",
         "optimiser.learning_rate=inf",
         "model.normalisation.least_std=nan",
@@ -145,18 +143,6 @@ fn a_step_that_no_memory_holds_is_refused_by_its_product() {
         error.contains("product") && error.contains("found 8388608"),
         "{error}"
     );
-}
-
-#[test]
-fn the_best_parameters_need_a_clip_to_be_told_by() {
-    let config = TrainConfig::preset(Preset::Standard);
-    let set = |lines: &[&str]| {
-        let lines: Vec<String> = lines.iter().map(|l| (*l).to_owned()).collect();
-        config.with_assignments(&lines)
-    };
-    let error = set(&["keep=best"]).unwrap_err().to_string();
-    assert!(error.contains("validation.refit"), "{error}");
-    assert!(set(&["keep=best", "validation.refit=never"]).is_ok());
 }
 
 #[test]

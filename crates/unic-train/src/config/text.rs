@@ -52,7 +52,7 @@ impl TrainConfig {
     }
 }
 
-/// A TOML value, or a string where it is none: `keep=best` needs no quotes.
+/// A TOML value, or a string where it is none: `validation.refit=never` needs no quotes.
 fn parse_value(text: &str) -> toml::Value {
     let document: Result<toml::Table, _> = toml::from_str(&format!("value = {text}"));
     let value = document.ok().and_then(|mut table| table.remove("value"));

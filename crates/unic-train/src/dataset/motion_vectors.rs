@@ -1,4 +1,4 @@
-//! What a clip's networks read.
+//! Normalised motion vectors of a clip.
 
 use crate::mirror::{MirrorMap, View};
 use unic_core::motion::Normalisation;
@@ -7,16 +7,15 @@ use unic_eval::PreparedClip;
 /// Normalised motion vectors of one clip, as they are and mirrored.
 #[derive(Clone, Debug)]
 pub struct MotionVectors {
-    /// Numbers in a vector.
+    /// Number of elements in a vector.
     pub len: usize,
     plain: Vec<f32>,
     mirrored: Option<Vec<f32>>,
 }
 
 impl MotionVectors {
-    /// As they are, without a mirror map.
-    #[cfg(test)]
-    pub(crate) fn of_plain(len: usize, plain: Vec<f32>) -> Self {
+    /// Takes vectors as they are, without mirror images.
+    pub fn of_plain(len: usize, plain: Vec<f32>) -> Self {
         Self {
             len,
             plain,
@@ -24,12 +23,9 @@ impl MotionVectors {
         }
     }
 
-    /// Of every frame of a clip.
-    pub(crate) fn new(
-        clip: &PreparedClip,
-        normalisation: &Normalisation,
-        mirror: Option<&MirrorMap>,
-    ) -> Self {
+    /// Normalises the motion vector of every frame of a clip, and its mirror image where there is a
+    /// map.
+    pub fn new(clip: &PreparedClip, normalisation: &Normalisation, mirror: Option<&MirrorMap>) -> Self {
         let normalised = |mut vector: Vec<f32>| {
             normalisation.apply(&mut vector);
             vector
@@ -42,7 +38,7 @@ impl MotionVectors {
         }
     }
 
-    /// Is there a mirror map?
+    /// Returns whether mirror images are there.
     pub fn is_mirrored(&self) -> bool {
         self.mirrored.is_some()
     }

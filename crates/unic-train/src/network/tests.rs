@@ -1,4 +1,8 @@
 use super::*;
+
+fn rows(frames: usize, windows: usize) -> WindowRows {
+    WindowRows { frames, windows }
+}
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 
@@ -44,7 +48,7 @@ fn categories_are_picked_as_often_as_the_softmax_says() {
     let logits = [1.0f32, -0.5, 0.3, 2.0];
     let shape = shape(vec![2, 4], 1, 4);
     let device = Device::flex();
-    let noise = StepNoise::draw(&shape, &regularisation(0.0, 0.0, false), [1, ROWS], [1, 0]);
+    let noise = StepNoise::draw(&shape, &regularisation(0.0, 0.0, false), rows(1, ROWS), 1, 0);
     let network = constant_logits(&shape, &logits, &device);
     let latents = network.latents(&shape, Tensor::zeros([ROWS, 2], &device), Some(&noise));
     let latents = latents.try_into_vec_as::<f32>().unwrap();
@@ -124,7 +128,13 @@ fn gradients_reach_the_picked_logits_alone() {
 fn dropout_keeps_the_mean_and_drops_its_share() {
     let (rate, input_rate) = (0.25, 0.5);
     let shape = shape(vec![100, 80, 4], 1, 4);
-    let noise = StepNoise::draw(&shape, &regularisation(rate, input_rate, false), [20, 50], [1, 0]);
+    let noise = StepNoise::draw(
+        &shape,
+        &regularisation(rate, input_rate, false),
+        rows(20, 50),
+        1,
+        0,
+    );
     for (mask, rate) in noise.masks.iter().zip([input_rate, rate]) {
         let mask = mask.as_ref().unwrap();
         let count = mask.len() as f32;
@@ -137,7 +147,7 @@ fn dropout_keeps_the_mean_and_drops_its_share() {
             "{mean} {dropped}"
         );
     }
-    let none = StepNoise::draw(&shape, &regularisation(0.0, 0.0, false), [2, 3], [1, 0]);
+    let none = StepNoise::draw(&shape, &regularisation(0.0, 0.0, false), rows(2, 3), 1, 0);
     assert!(none.masks.iter().all(Option::is_none));
 }
 
@@ -149,8 +159,9 @@ fn masks_by_window_are_the_same_in_every_frame_and_differ_between_windows() {
         StepNoise::draw(
             &shape,
             &regularisation(0.5, 0.5, by_window),
-            [frames, windows],
-            [1, 0],
+            rows(frames, windows),
+            1,
+            0,
         )
         .masks
     };
@@ -173,7 +184,7 @@ fn masks_by_window_are_the_same_in_every_frame_and_differ_between_windows() {
 fn noise_depends_on_seed_and_step_alone() {
     let shape = shape(vec![30, 4], 1, 4);
     let draw =
-        |seed, step| StepNoise::draw(&shape, &regularisation(0.5, 0.5, false), [2, 3], [seed, step]).gumbel;
+        |seed, step| StepNoise::draw(&shape, &regularisation(0.5, 0.5, false), rows(2, 3), seed, step).gumbel;
     assert_eq!(draw(1, 5), draw(1, 5));
     assert_ne!(draw(1, 5), draw(2, 5));
     assert_ne!(draw(1, 5), draw(1, 6));

@@ -1,9 +1,9 @@
-//! Clips as pairs of motion vectors and coefficients, and their mirror images.
+//! Clips as series of motion vectors and principal components, with their mirror images.
 
 use crate::{
     dataset::MotionVectors,
-    mirror::{View, mirrored},
-    recurrence::{Sequence, mirrored_surface},
+    mirror::{View, mirrored, mirrored_surface},
+    recurrence::Sequence,
 };
 use glam::Vec3;
 use rayon::prelude::*;
@@ -15,32 +15,33 @@ use unic_core::{
 };
 use unic_eval::{LinearMap, Moments, PreparedClip, PrincipalComponents, TrainingSet};
 
-/// Frames whose displacements are in memory at once.
+/// Number of frames whose displacements are projected at once, which bounds memory.
 const ROWS: usize = 64;
 
 /// Consecutive frames of one clip in one view, with the components of the true displacement.
 pub(super) struct Series<'a> {
     motion: &'a MotionVectors,
     view: View,
-    /// Of the clip.
+    /// Frames of the clip.
     frames: Range<usize>,
-    /// Frames × K.
+    /// Principal components of the displacement, frames × K.
     components: Vec<f64>,
-    /// A series, its mirror image and the same motion in another wind have the same number.
+    /// Number of the motion. A series, its mirror image and the same motion in another wind share
+    /// it.
     motion_number: usize,
 }
 
-/// Where series come from.
-pub(super) struct Clips<'a> {
+/// Clips that series are made of.
+pub(super) struct Clips<'a, 'c> {
     pub(super) set: &'a TrainingSet,
-    /// By clip.
+    /// Motion vectors of each clip.
     pub(super) motion: &'a [MotionVectors],
-    pub(super) components: &'a PrincipalComponents,
+    pub(super) components: &'c PrincipalComponents,
 }
 
-impl<'a> Clips<'a> {
-    /// Every clip, then every mirrored one where skeleton and garment are symmetric. A lone clip is cut
-    /// into `pieces`, each of which counts as a motion.
+impl<'a> Clips<'a, '_> {
+    /// Makes a series of every clip, then of every mirrored one where skeleton and garment are
+    /// symmetric. A lone clip is cut into `pieces`, each of which counts as a motion.
     ///
     /// # Errors
     /// None for a set whose clips show its garment.
@@ -85,10 +86,10 @@ impl<'a> Clips<'a> {
         clips.map(series).collect()
     }
 
-    /// The mirrored garment, under the mask of where it is then.
+    /// Displacements of the mirrored garment, scaled by the mask at the mirrored place.
     fn reflected(&self, map: &SurfaceMap, whole: &[Vec3]) -> Result<Vec<Vec3>, SurfaceMapError> {
         let mut there = Vec::new();
-        map.vectors(whole, &mut there)?;
+        map.interpolate_vectors(whole, &mut there)?;
         let there = there.into_iter().enumerate();
         Ok(there
             .map(|(v, u)| mirrored(u) * self.set.garment.share(v))
@@ -110,7 +111,8 @@ impl<'a> Series<'a> {
         self.motion_number
     }
 
-    /// Consecutive pieces, `count` at most, numbered as motions of their own.
+    /// Cuts the series into at most `count` consecutive pieces, each numbered as a motion of its
+    /// own.
     fn cut(&self, count: usize) -> impl Iterator<Item = Self> {
         let most = self.len().div_ceil(count).max(1);
         let width = self.components.len() / self.len().max(1);
@@ -128,7 +130,7 @@ impl<'a> Series<'a> {
         })
     }
 
-    /// Pairs of motion vectors: frames × 2 D; frame 0 of a clip is paired with itself.
+    /// Pairs of motion vectors, frames × 2 D. Frame 0 of a clip is paired with itself.
     fn inputs(&self) -> Vec<f64> {
         let pair = |t: usize| {
             let both = [t.saturating_sub(1), t].map(|t| self.motion.frame(t, self.view));
@@ -141,29 +143,30 @@ impl<'a> Series<'a> {
         Moments::new(&self.inputs(), &self.components, self.len())
     }
 
-    /// Takes a constant away from the components, K numbers.
-    fn shift(&mut self, by: &[f64]) {
+    /// Subtracts K constants from the components of every frame.
+    fn subtract(&mut self, by: &[f64]) {
         for frame in self.components.chunks_mut(by.len().max(1)) {
             frame.iter_mut().zip(by).for_each(|(c, by)| *c -= by);
         }
     }
 
-    /// What a map says of every frame: frames × K.
+    /// Components that a linear map predicts, frames × K.
     fn predicted(&self, map: Option<&LinearMap>) -> Vec<f64> {
-        // Without another clip to fit, the mean is all that is known.
+        // Without a second motion there is no map. The components are about their mean, which is
+        // zero.
         map.map_or_else(
             || vec![0.0; self.components.len()],
             |m| m.apply_rows(&self.inputs()),
         )
     }
 
-    /// What a map leaves of the components: frames × K.
+    /// Components minus those that a linear map predicts, frames × K.
     pub(super) fn residual(&self, map: Option<&LinearMap>) -> impl Iterator<Item = f64> {
         let predicted = self.predicted(map).into_iter();
         self.components.iter().zip(predicted).map(|(c, p)| c - p)
     }
 
-    /// For a recurrence to learn beside a map.
+    /// Makes the sequence that a recurrence is trained on beside a linear map.
     pub(super) fn sequence(&self, map: Option<&LinearMap>) -> Sequence<'a> {
         Sequence {
             motion: self.motion,
@@ -176,25 +179,26 @@ impl<'a> Series<'a> {
     }
 }
 
-/// Rounds of [`hang_alike`]: the second takes away a thousandth of what the first does.
+/// Rounds of [`remove_mirror_bias`]. The second changes a thousandth of what the first does.
 const ROUNDS: usize = 2;
 
-/// Takes from mirrored series what they hang differently by whatever the motion.
+/// Removes from the mirrored series their constant difference from the direct ones.
 ///
-/// Cloth is settled and sticks a little askew, the same way in every clip: 8 mm a vertex for the built-in T-shirt.
-/// What the motion does is the mirror's to teach; this is not, and would leave the garment half as askew on both sides.
-pub(super) fn hang_alike(series: &mut [Series], strength: f64) {
+/// Cloth settles and sticks a little to one side, the same in every clip: by 8 mm a vertex for the
+/// built-in T-shirt. Mirrored motion teaches how the garment moves. It must not teach this bias, or
+/// the garment would be half as biased to both sides.
+pub(super) fn remove_mirror_bias(series: &mut [Series], strength: f64) {
     for _ in 0..ROUNDS {
         let moments: Vec<Moments> = series.iter().map(Series::moments).collect();
         let map = Moments::pooled(moments.iter()).and_then(|m| m.solve(strength));
         let [direct, mirrored] =
             [View::Direct, View::Mirrored].map(|view| mean_residual(series, view, map.as_ref()));
-        let askew: Vec<f64> = mirrored.iter().zip(direct).map(|(m, d)| m - d).collect();
-        (series.iter_mut().filter(|s| s.view == View::Mirrored)).for_each(|s| s.shift(&askew));
+        let bias: Vec<f64> = mirrored.iter().zip(direct).map(|(m, d)| m - d).collect();
+        (series.iter_mut().filter(|s| s.view == View::Mirrored)).for_each(|s| s.subtract(&bias));
     }
 }
 
-/// Over all frames in a view: K numbers, none without a frame.
+/// Mean residual over all frames of a view: K numbers, or none without a frame.
 fn mean_residual(series: &[Series], view: View, map: Option<&LinearMap>) -> Vec<f64> {
     let (mut sum, mut frames) = (Vec::new(), 0);
     for series in series.iter().filter(|s| s.view == view) {
@@ -214,7 +218,7 @@ fn in_f32(values: &[f64]) -> Vec<f32> {
     values.iter().map(|x| *x as f32).collect()
 }
 
-/// Components (frames × K) of what `of_frame` says, read a few frames at a time.
+/// Principal components, frames × K, of the displacements that `of_frame` returns.
 ///
 /// # Errors
 /// Those of `of_frame`.
@@ -235,8 +239,9 @@ fn projected<E: Send>(
     Ok(pieces?.concat())
 }
 
-/// Displacements of a frame in the vertices' rotated frames as the mask leaves them, metres.
-pub(crate) fn displacements(garment: &Garment, clip: &PreparedClip, frame: usize) -> Vec<Vec3> {
+/// Displacements of a frame in the vertices' rotated frames, in metres, scaled by the garment's
+/// mask.
+pub fn displacements(garment: &Garment, clip: &PreparedClip, frame: usize) -> Vec<Vec3> {
     let world_from_rest = clip.kinematics.world_from_rest(frame);
     let world = clip.captured.garment.frame(frame).iter().enumerate();
     world

@@ -1,11 +1,11 @@
 //! Damped oscillators over time, as one differentiable operation.
 //!
-//! On the CPU it is a loop over the frames, forward and backward. Elsewhere it is [`composed`] of Burn's
-//! operations, which are also what the loop is tested against.
+//! On the CPU it is a loop over the frames, forward and backward. Elsewhere it is [`composed`] of
+//! Burn's operations, which are also what the loop is tested against.
 
 use crate::{
+    device::is_on_cpu,
     field_op::{cpu, primitive, slice},
-    processor::is_on_cpu,
 };
 use burn::backend::autodiff::{
     checkpoint::{base::Checkpointer, strategy::NoCheckpointing},
@@ -15,9 +15,9 @@ use burn::backend::autodiff::{
 use burn::backend::{Autodiff, Flex, tensor::FloatTensor};
 use burn::tensor::Tensor;
 
-/// h_0 = `first` `[windows, 2 M]`, h_t = λ h_{t−1} + u_t with u the `drive` `[frames, windows, 2 M]`, whose frame 0
-/// is not read; λ the `poles` `[2 M]`. Real parts before imaginary ones in each, also in what is returned,
-/// `[frames, windows, 2 M]`. Gradients flow to all three.
+/// h_0 = `first` `[windows, 2 M]`, h_t = λ h_{t−1} + u_t with u the `drive` `[frames, windows, 2
+/// M]`, whose frame 0 is not read; λ the `poles` `[2 M]`. Real parts before imaginary ones in each,
+/// also in what is returned, `[frames, windows, 2 M]`. Gradients flow to all three.
 ///
 /// # Panics
 /// Of sizes that do not fit, and without a frame.
@@ -221,7 +221,8 @@ mod tests {
         let states = operation(poles.clone(), first.clone(), drive.clone());
         let gradients = (states.clone() * weights).sum().backward();
         let values = |data: TensorData| data.try_to_vec::<f32>().unwrap();
-        // Where frame 0 is all that there is, the poles and the drive are not part of the other graph.
+        // Where frame 0 is all that there is, the poles and the drive are not part of the other
+        // graph.
         let zeros = |count: usize| vec![0.0; count];
         [
             values(states.into_data()),

@@ -1,37 +1,40 @@
-//! How lively the garment is on motions that were left out.
+//! Energy of the garment's swings on motions that were left out.
 //!
-//! The mean of all that could follow from a motion swings less than any of it: where half of a swing's
-//! energy can be known, half of it is all that least squares show, and the cloth looks stiff. The
-//! recurrence therefore learns coefficients whose swings are larger by what is missing. Least squares of
-//! these are those of the coefficients with larger swings, at no cost when animating.
+//! Least squares predict the mean of all that could follow from a motion, and the mean has less
+//! energy than each possibility: the cloth looks stiff. So the swings of the recurrence's training
+//! targets, their variation faster than half a hertz, are scaled up by the energy that predictions
+//! on motions left out lack. Least squares are linear in the targets, so this costs nothing when
+//! animating.
 
-use super::Sequence;
+use super::sequence::Sequence;
 use rayon::prelude::*;
 use std::f32::consts::TAU;
 
-/// Period of what counts as a swing at most, seconds.
+/// Longest period of a swing, in seconds.
 const SLOWEST_S: f32 = 2.0;
 
-/// Factor of a coefficient's swings in the blend at most: what hardly follows the motion is noise when enlarged.
+/// Largest factor of a coefficient's swings in the blend. Where predictions hardly follow the
+/// motion, a larger one would amplify noise.
 const MOST_GAIN: f64 = 1.5;
 
-/// Factor of what the recurrence learns at most: a small share cannot make up for the linear map.
+/// Largest factor of the recurrence's targets. A recurrence with a small weight in the blend cannot
+/// make up for the linear map.
 const MOST_LEARNED_GAIN: f32 = 2.5;
 
-/// How lively to be.
+/// Wanted energy of the swings.
 pub(super) struct Swings {
-    /// Share of the true swings' energy on motions left out.
+    /// Wanted share of the true swings' energy, on motions left out.
     pub(super) wanted: f32,
-    /// Of the recurrence in the blend, above 0: it makes up for the linear map's swings too.
+    /// Weight of the recurrence in the blend, above 0. It makes up for the linear map's swings too.
     pub(super) share: f32,
-    /// Frames a second.
+    /// Ticks per second.
     pub(super) fps: f32,
 }
 
 impl Swings {
-    /// Sequences whose swings are larger by what those of `left_out` lack: the blend in each sequence, by what has not
-    /// seen its motion.
-    pub(super) fn livelier<'a>(
+    /// Returns the sequences with swings scaled up by the energy that those of `left_out` lack: the
+    /// blended coefficients of each sequence, predicted without its motion.
+    pub(super) fn amplified<'a>(
         &self,
         sequences: &[Sequence<'a>],
         left_out: &[Vec<f32>],
@@ -42,22 +45,22 @@ impl Swings {
         let predicted: Vec<Vec<f32>> = left_out.par_iter().map(fast).collect();
         let [truth, predicted] = [&truths, &predicted].map(|all| energies(all, outputs));
         let gains = gains(&truth, &predicted, self.wanted);
-        let livelier = |(s, swings): (&Sequence<'a>, &Vec<f32>)| {
+        let amplified = |(s, swings): (&Sequence<'a>, &Vec<f32>)| {
             let mut s = s.clone();
             let pairs = s.coefficients.iter_mut().zip(swings).zip(gains.iter().cycle());
             pairs.for_each(|((a, swing), gain)| *a += (self.learned(*gain) - 1.0) * swing);
             s
         };
-        sequences.iter().zip(&truths).map(livelier).collect()
+        sequences.iter().zip(&truths).map(amplified).collect()
     }
 
-    /// Factor of the recurrence's swings for one of the blend's.
+    /// Factor of the recurrence's swings that gives the blend's swings the factor `gain`.
     fn learned(&self, gain: f32) -> f32 {
         (1.0 + (gain - 1.0) / self.share).min(MOST_LEARNED_GAIN)
     }
 }
 
-/// Sums of squares, one a coefficient.
+/// Sum of squares of each coefficient.
 fn energies(swings: &[Vec<f32>], outputs: usize) -> Vec<f64> {
     let mut energies = vec![0.0; outputs];
     for row in swings.iter().flat_map(|s| s.chunks_exact(outputs.max(1))) {
@@ -69,7 +72,7 @@ fn energies(swings: &[Vec<f32>], outputs: usize) -> Vec<f64> {
     energies
 }
 
-/// Factors of swings, one a coefficient.
+/// Factor of each coefficient's swings.
 fn gains(truths: &[f64], predicted: &[f64], wanted: f32) -> Vec<f32> {
     let gain = |(truth, predicted): (&f64, &f64)| match *predicted > 0.0 {
         true => (f64::from(wanted) * truth / predicted)
@@ -80,8 +83,8 @@ fn gains(truths: &[f64], predicted: &[f64], wanted: f32) -> Vec<f32> {
     truths.iter().zip(predicted).map(gain).collect()
 }
 
-/// What is faster than a period of [`SLOWEST_S`]: frames × `outputs` less their mean over a Hann window
-/// of that length, which shifts no phase.
+/// High-pass filter: frames × `outputs` minus their mean over a Hann window of [`SLOWEST_S`]. The
+/// window is symmetric, so no phase shifts.
 fn swings(values: &[f32], outputs: usize, fps: f32) -> Vec<f32> {
     let frames = values.len() / outputs.max(1);
     let half = (0.5 * SLOWEST_S * fps) as usize;
@@ -129,8 +132,9 @@ mod tests {
                 share,
                 fps: FPS,
             };
-            let lively = swings.livelier(std::slice::from_ref(&sequence), std::slice::from_ref(&left_out));
-            lively[0].coefficients.clone()
+            let amplified =
+                swings.amplified(std::slice::from_ref(&sequence), std::slice::from_ref(&left_out));
+            amplified[0].coefficients.clone()
         };
         for (share, size) in [(1.0, 1.25), (0.5, 1.5), (0.01, 2.5)] {
             for (t, (x, target)) in (wave.iter().zip(learned(1.0, share)))

@@ -1,80 +1,24 @@
 //! A linear recurrent unit in training.
 
-use super::{scan::oscillations, windows::WindowBatch};
+use super::{
+    scan::oscillations,
+    sizes::{LEAST_RATE, Sizes},
+    windows::WindowBatch,
+};
 use crate::{
     elu_op::elu,
-    network::{host, parameter, transposed},
+    layers::parameter,
     noise::normal,
     stream::{Stream, generator},
 };
 use burn::module::{Module, Param};
 use burn::tensor::{Device, Tensor, TensorData};
 use std::f32::consts::TAU;
-use unic_core::{network::Linear, recurrence::Recurrence};
 
 /// Time constants of the oscillators at the start, seconds: from a flutter to a slow slide.
 const TIME_CONSTANTS_S: [f32; 2] = [0.05, 2.0];
 /// Frequencies that they begin with, in turn, Hz: what cloth swings at, and none.
 const FREQUENCIES_HZ: [f32; 8] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0];
-
-/// Share that an oscillator forgets in a tick at least; much less of it is none in f32.
-const LEAST_RATE: f32 = 1e-3;
-
-/// Numbers of a unit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Sizes {
-    pub(super) inputs: usize,
-    pub(super) width: usize,
-    pub(super) oscillators: usize,
-    pub(super) outputs: usize,
-}
-
-impl Sizes {
-    /// (inputs, outputs) of the maps, in the order of [`Recurrence::layers`].
-    fn maps(self) -> [(usize, usize); 5] {
-        let (width, state) = (self.width, 2 * self.oscillators);
-        [
-            (self.inputs, width),
-            (width, state),
-            (state, width),
-            (2 * width, width),
-            (width, self.outputs),
-        ]
-    }
-
-    /// As the runtime has it, from a unit's [`Unit::values`]; one unit of output is `scale` metres.
-    pub(super) fn recurrence(self, values: &[Vec<f32>], scale: f32) -> Recurrence {
-        let (rates, angles) = (&values[0], &values[1]);
-        let decays: Vec<f32> = (rates.iter().map(|rate| (-rate.exp().max(LEAST_RATE)).exp())).collect();
-        let (weights, biases) = values[2..].split_at(self.maps().len());
-        let maps = self.maps();
-        let [embedding, mut drive, memory, hidden, mut head] = std::array::from_fn(|i| Linear {
-            inputs: maps[i].0,
-            outputs: maps[i].1,
-            weight: transposed(&weights[i], maps[i].1),
-            bias: biases[i].clone(),
-        });
-        let gain = |row: usize| (1.0 - decays[row % self.oscillators].powi(2)).sqrt();
-        scale_rows(&mut drive, gain);
-        scale_rows(&mut head, |_| scale);
-        let pole = |(decay, angle): (&f32, &f32)| [decay * angle.cos(), decay * angle.sin()];
-        Recurrence {
-            poles: decays.iter().zip(angles).map(pole).collect(),
-            embedding,
-            drive,
-            memory,
-            hidden,
-            head,
-        }
-    }
-}
-
-fn scale_rows(map: &mut Linear, factor: impl Fn(usize) -> f32) {
-    for (row, (weights, bias)) in (map.weight.chunks_exact_mut(map.inputs).zip(&mut map.bias)).enumerate() {
-        weights.iter_mut().for_each(|w| *w *= factor(row));
-        *bias *= factor(row);
-    }
-}
 
 /// λ = exp(−exp(rate) + i angle), exp(rate) at least [`LEAST_RATE`]: every value of the parameters
 /// forgets.
@@ -88,7 +32,7 @@ pub(super) struct Unit {
 }
 
 impl Default for Unit {
-    /// Nothing: what stands in while a unit is moved out to be updated.
+    /// Empty unit: a placeholder while a unit is moved out to be updated.
     fn default() -> Self {
         let nothing = |id| parameter(id, vec![0.0], [1], &Device::flex());
         Self {
@@ -137,17 +81,6 @@ impl Unit {
         }
     }
 
-    /// Rates, angles, all weights, all biases: the order of the module's parameters.
-    pub(super) fn values(&self) -> Vec<Vec<f32>> {
-        let value = |p| host(String::new(), p).values;
-        let weights = self.weights.iter().map(|w| host(String::new(), w).values);
-        [value(&self.rates), value(&self.angles)]
-            .into_iter()
-            .chain(weights)
-            .chain(self.biases.iter().map(value))
-            .collect()
-    }
-
     /// Mean over frames and windows of the squared error, summed over the outputs.
     pub(super) fn loss(&self, mut batch: WindowBatch, device: &Device) -> Tensor<1> {
         let (outputs, shape) = (batch.sizes.outputs, batch.shape(batch.sizes.outputs));
@@ -171,8 +104,8 @@ impl Unit {
         mapped(x, self.weights[i].val(), self.biases[i].val())
     }
 
-    /// The drive of the oscillators `[frames, windows, 2 M]`, so large that their states do not depend on how long
-    /// they remember.
+    /// Drive of the oscillators `[frames, windows, 2 M]`, scaled so that the size of their states
+    /// does not depend on how long they remember.
     fn drive(&self, embedding: Tensor<3>) -> Tensor<3> {
         let gain: Tensor<1> = (-(self.rates() * -2.0).exp() + 1.0).sqrt();
         let gain = Tensor::cat(vec![gain.clone(), gain], 0);
@@ -180,7 +113,8 @@ impl Unit {
         mapped(embedding, weight, self.biases[1].val() * gain)
     }
 
-    /// States of the oscillators `[frames, windows, 2 M]`, real parts before imaginary ones, for their drive.
+    /// States of the oscillators `[frames, windows, 2 M]`, real parts before imaginary ones, for
+    /// their drive.
     fn remembered(&self, drive: Tensor<3>) -> Tensor<3> {
         let state = drive.dims()[2];
         let decay = (-self.rates()).exp();
@@ -207,7 +141,8 @@ fn mapped(x: Tensor<3>, weight: Tensor<2>, bias: Tensor<1>) -> Tensor<3> {
     y.reshape([frames, windows, outputs])
 }
 
-/// States that the first frame's drive u `[windows, 2 M]` would have come to if it had lasted for ever: u / (1 − λ).
+/// States that the first frame's drive u `[windows, 2 M]` would have come to if it had lasted for
+/// ever: u / (1 − λ).
 fn started(drive: Tensor<2>, [pole_re, pole_im]: &[Tensor<1>; 2]) -> Tensor<2> {
     let count = pole_re.dims()[0];
     let [re, im] = [0, count].map(|part| drive.clone().narrow(1, part, count));
@@ -222,7 +157,7 @@ fn started(drive: Tensor<2>, [pole_re, pole_im]: &[Tensor<1>; 2]) -> Tensor<2> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{dataset::MotionVectors, mirror::View, recurrence::Sequence};
+    use crate::{dataset::MotionVectors, mirror::View, parameters::values, recurrence::Sequence};
 
     /// Outputs in training against those of the runtime.
     fn check_against_the_runtime(frames: usize) {
@@ -260,7 +195,7 @@ mod tests {
         let trained = unit.outputs(batch, &device).into_data();
         let trained = trained.try_to_vec::<f32>().unwrap();
         let scale = 0.3;
-        let run = sequence.said_by(&sizes.recurrence(&unit.values(), scale));
+        let run = sequence.predicted_by(&sizes.recurrence(&values(&unit), scale));
         let size = run.iter().fold(0.0f32, |most, x| most.max(x.abs()));
         assert!(size > 1e-3, "{size}: nothing is compared");
         for (a, b) in trained.iter().zip(&run) {
@@ -296,7 +231,7 @@ mod tests {
             moved.angles = parameter(ANGLES_ID, vec![angle], [1], &device);
             of(&moved).into_scalar::<f32>()
         };
-        let (rate, angle, step) = (unit.values()[0][0], unit.values()[1][0], 1e-2);
+        let (rate, angle, step) = (values(&unit)[0][0], values(&unit)[1][0], 1e-2);
         let by_differences = [
             (value(rate + step, angle) - value(rate - step, angle)) / (2.0 * step),
             (value(rate, angle + step) - value(rate, angle - step)) / (2.0 * step),

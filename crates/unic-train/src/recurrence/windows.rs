@@ -1,6 +1,6 @@
 //! Stretches of sequences, drawn at random for a training step.
 
-use super::{Sequence, unit::Sizes};
+use super::{sequence::Sequence, sizes::Sizes};
 use crate::config::RecurrenceSettings;
 use rand::{Rng, RngExt};
 

@@ -1,31 +1,31 @@
-//! How fast a machine trains.
+//! Speed of training on a machine.
 
-use super::Trainer;
+use super::{Trainer, measurement::judged_frames};
 use crate::{error::TrainError, event::Control, fit::Fit, validation::free_running_rmse_of};
 use std::{sync::Arc, time::Instant};
 use unic_core::{config::IntersectionMode, model::Model};
 
-/// Wall-clock seconds on this machine.
+/// Durations on this machine, in wall-clock seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pace {
-    /// An optimiser step, averaged over the run: windows grow.
+    /// Optimiser step, averaged over the run: windows grow.
     pub step: f64,
-    /// A validation.
+    /// Measurement on the validation clips in the middle of a fit.
     pub validation: f64,
-    /// The one at the end of a fit that holds clips out.
+    /// Validation at the end of a fit that holds clips out.
     pub last_validation: f64,
 }
 
 impl Pace {
-    /// Steps of each fit so that all fits of a run fit into `seconds`, one at least. `every`: steps from
-    /// one validation to the next.
+    /// Number of steps per fit with which all fits of a run take `seconds`; at least one. `every`
+    /// is the number of steps from one measurement to the next.
     pub fn steps_within(&self, seconds: f64, fits: &[Fit], every: u64) -> u64 {
         let of_a_fit = |fit: &Fit| match fit {
             Fit::HeldOut => self.step + self.validation / every as f64,
             Fit::AllClips => self.step,
         };
         let all: f64 = fits.iter().map(of_a_fit).sum();
-        // The last step is validated whether its turn has come or not.
+        // The last step is always followed by a measurement.
         let last = if fits.contains(&Fit::HeldOut) {
             self.validation + self.last_validation
         } else {
@@ -39,32 +39,28 @@ impl Trainer {
     /// Times a few steps, which are not kept, and a few frames of a validation.
     ///
     /// # Errors
-    /// As [`Trainer::run`].
+    /// The errors of [`Trainer::run`].
     pub fn pace(&self) -> Result<Pace, TrainError> {
         const SAMPLES: u64 = 5;
-        let steps = self.config.optimiser.steps;
-        let (mut network, mut moments) = (self.network.clone(), self.moments.clone());
-        let mut total = 0.0;
-        for i in 0..SAMPLES {
-            let at = (steps / (2 * SAMPLES)).saturating_mul(2 * i + 1);
-            // Twice: the first one warms caches and allocates.
-            self.stepped(&mut network, &mut moments, at)?;
-            let started = Instant::now();
-            self.stepped(&mut network, &mut moments, at)?;
-            total += started.elapsed().as_secs_f64();
-        }
-        let model = Arc::new(self.model_of(&self.network.values(), 1.0)?);
+        let steps = self.config().optimiser.steps;
+        let at = |i: u64| (steps / (2 * SAMPLES)).saturating_mul(2 * i + 1);
+        let at: Vec<u64> = (0..SAMPLES).map(at).collect();
+        let step = self.learner.seconds_per_step(&self.field, &at)?;
+        let model = Arc::new(self.model_of(&self.network().values(), 1.0)?);
+        let frames = judged_frames(&self.field.data);
         let validation = self.seconds_of_validating(&model, model.config().intersection, usize::MAX)?;
-        let judging = self.seconds_of_validating(&model, IntersectionMode::Off, self.judged_frames())?;
+        let judging = self.seconds_of_validating(&model, IntersectionMode::Off, frames)?;
         Ok(Pace {
-            step: total / SAMPLES as f64,
-            // Beside free running, single steps over as many frames as shares are judged on.
+            step,
+            // Beside free running, a measurement makes single steps over as many frames as a share
+            // is judged on.
             validation: validation + judging,
             last_validation: validation + judging * self.field_shares().len() as f64,
         })
     }
 
-    /// The first `most` frames of every clip, as a few of them tell.
+    /// Estimates the seconds of free running over the first `most` frames of every clip from those
+    /// of a few frames.
     fn seconds_of_validating(
         &self,
         model: &Arc<Model>,
@@ -72,14 +68,14 @@ impl Trainer {
         most: usize,
     ) -> Result<f64, TrainError> {
         const TIMED_FRAMES: usize = 100;
-        let clips = &self.data.validation;
+        let clips = &self.field.data.validation;
         let frames = |most: usize| clips.iter().map(|c| c.len().min(most)).sum::<usize>() as f64;
         let seconds = |most: usize| -> Result<f64, TrainError> {
             let started = Instant::now();
             free_running_rmse_of(model, clips, most, intersection, &mut || Control::Continue)?;
             Ok(started.elapsed().as_secs_f64())
         };
-        // A run begins with much that it does once.
+        // Creating an animator and its first frame do much that happens once.
         let [start, timed] = [seconds(1)?, seconds(TIMED_FRAMES)?];
         let timed_steps = frames(TIMED_FRAMES) - frames(1);
         Ok(start + (timed - start).max(0.0) * (frames(most) - frames(1)) / timed_steps.max(1.0))

@@ -57,20 +57,20 @@ pub(crate) fn capture(takes: &[(Take, Split)]) -> (tempfile::TempDir, Capture) {
 }
 
 /// Takes as training data. Clips stay mapped when the folder goes.
-pub(crate) fn dataset_of(takes: &[(Take, Split)], config: &TrainConfig) -> Dataset {
+pub(crate) fn dataset_of(takes: &[(Take, Split)], config: &TrainConfig) -> FieldData {
     let (_folder, capture) = capture(takes);
-    Dataset::new(capture, config, Fit::HeldOut).unwrap()
+    FieldData::prepare(capture, config, Fit::HeldOut).unwrap()
 }
 
 /// Three takes to train on, one to validate.
-pub(crate) fn dataset(config: &TrainConfig) -> Dataset {
+pub(crate) fn dataset(config: &TrainConfig) -> FieldData {
     dataset_for(&Figure::tube(), config)
 }
 
 /// [`dataset`] of another figure, which moves alike.
-pub(crate) fn dataset_for(figure: &Figure, config: &TrainConfig) -> Dataset {
+pub(crate) fn dataset_for(figure: &Figure, config: &TrainConfig) -> FieldData {
     let (_folder, capture) = unic_testdata::capture(figure, &takes());
-    Dataset::new(capture, config, Fit::HeldOut).unwrap()
+    FieldData::prepare(capture, config, Fit::HeldOut).unwrap()
 }
 
 /// Three to train on, one to validate.
@@ -92,7 +92,7 @@ pub(crate) fn recurrence_of(config: &mut TrainConfig) -> &mut RecurrenceSettings
 }
 
 /// What the prior says of a training clip, by frame.
-pub(crate) fn final_coefficients(data: &Dataset, clip: usize) -> Vec<Vec<f32>> {
+pub(crate) fn final_coefficients(data: &FieldData, clip: usize) -> Vec<Vec<f32>> {
     let motion = &data.motion[clip];
     let (mut scratch, mut state) = (RecurrenceScratch::default(), Vec::new());
     let of = |t: usize| {
@@ -102,7 +102,7 @@ pub(crate) fn final_coefficients(data: &Dataset, clip: usize) -> Vec<Vec<f32>> {
         let mut out = Vec::new();
         data.prior.coefficients(&pair, &mut out);
         if let Some(recurrence) = &data.prior.recurrence {
-            recurrence.read(&pair, &mut scratch);
+            recurrence.embed(&pair, &mut scratch);
             match t {
                 0 => recurrence.start(&mut scratch, &mut state),
                 _ => recurrence.advance(&mut scratch, &mut state),
@@ -114,9 +114,9 @@ pub(crate) fn final_coefficients(data: &Dataset, clip: usize) -> Vec<Vec<f32>> {
     (0..data.clips[clip].len()).map(of).collect()
 }
 
-/// The drawn clip's number, and the data of all clips with the prior that has not seen it: what that says of the clip
-/// is what the clip's field is trained beside.
-pub(crate) fn told_by_the_held_out_prior(held_out: Dataset) -> (usize, Dataset) {
+/// The drawn clip's number, and the data of all clips with the prior that has not seen it: what
+/// that says of the clip is what the clip's field is trained beside.
+pub(crate) fn told_by_the_held_out_prior(held_out: FieldData) -> (usize, FieldData) {
     let (name, prior) = (held_out.validation[0].name().to_owned(), held_out.prior.clone());
     let mut data = held_out.on_all_clips().unwrap();
     let drawn = data.clips.iter().position(|c| c.name() == name).unwrap();
@@ -191,7 +191,6 @@ pub(crate) fn small(preset: Preset) -> TrainConfig {
 /// Starts without noise: what is compared or differentiated is the same every time.
 pub(crate) fn without_noise(mut config: TrainConfig) -> TrainConfig {
     config.regularisation.state_noise_m = 0.0;
-    config.regularisation.motion_noise = 0.0;
     config
 }
 
@@ -200,7 +199,7 @@ pub(crate) fn device() -> Device {
 }
 
 /// Sizes and random parameters of the networks for a data set, the field's head among them.
-pub(crate) fn network(data: &Dataset, seed: u64) -> (NetworkShape, Network) {
+pub(crate) fn network(data: &FieldData, seed: u64) -> (NetworkShape, Network) {
     let shape = NetworkShape::new(&data.config, data.capture.character.skeleton.len());
     let shape = NetworkShape {
         zero_head: false,

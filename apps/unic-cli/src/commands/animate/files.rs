@@ -1,4 +1,4 @@
-//! What `unic animate` writes, and what it never writes over.
+//! Files that `unic animate` writes, in the format of the ending of `--out`.
 
 use crate::{
     args::AnimateArgs,
@@ -11,7 +11,7 @@ use std::{
     io::Write,
     path::{Path, PathBuf},
 };
-use unic_core::{clip::Clip, mesh::TriMesh, model::Model, skeleton::Pose};
+use unic_core::{Model, Pose, clip::Clip, mesh::TriMesh};
 use unic_io::{
     VertexCacheWriter,
     atomic::AtomicFile,
@@ -19,33 +19,40 @@ use unic_io::{
     write_obj_to,
 };
 
-/// The files being written: all are open before a frame is made, and nothing appears before
-/// [`Files::finish`].
-pub(super) struct Files {
+/// Files of an animation that is being written.
+///
+/// All are opened before the first frame, so that a missing folder or a full disk is found early.
+/// None gets its final name before [`AnimationFiles::finish`].
+pub(super) struct AnimationFiles {
     animation: Animation,
-    /// A point cache has no faces: these are the meshes that the two caches deform.
+    /// Meshes of garment and body, which point caches need because they hold no faces.
     meshes: Vec<AtomicFile>,
     picture: AtomicFile,
     paths: Vec<PathBuf>,
 }
 
+// Boxed because the writers are large and differ in size.
 enum Animation {
-    /// Garment and body each in a file or folder of its own.
+    /// Writers of garment and body, each with a file or folder of its own.
     Caches(Box<[VertexCacheWriter; 2]>),
-    /// Both in one file.
+    /// Writer of one file for garment and body.
     Glb(Box<GlbWriter>),
 }
 
-/// The forms of an animation, by the ending of its path.
+/// Format of an animation, chosen by the ending of its path.
 #[derive(Clone, Copy, PartialEq)]
-enum Form {
+enum AnimationFormat {
     Glb,
     Pc2,
     Npz,
     Folder,
 }
 
-impl Form {
+impl AnimationFormat {
+    /// Returns the format of a path.
+    ///
+    /// # Errors
+    /// An ending of no known format.
     fn of(path: &Path) -> Result<Self> {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match ending.as_deref() {
@@ -54,50 +61,52 @@ impl Form {
             Some("npz") => Ok(Self::Npz),
             None => Ok(Self::Folder),
             Some(other) => bail!(
-                "{}: expected a path that ends in .glb, .pc2, .npz or in no ending (a folder of OBJ files), \
-                 found .{other}",
+                "{}: expected the ending .glb, .pc2, .npz or none (a folder of OBJ files), found .{other}",
                 path.display()
             ),
         }
     }
 }
 
-/// Where everything goes.
-struct Outputs {
-    /// The garment; in a GLB with the body, else the body beside it.
+/// Paths of all outputs.
+struct OutputPaths {
+    /// Garment and body; one file for both with GLB.
     animation: Vec<PathBuf>,
-    /// Of garment and body, for point caches.
+    /// Meshes of garment and body, for point caches only.
     meshes: Vec<PathBuf>,
     picture: PathBuf,
 }
 
-impl Outputs {
-    fn of(args: &AnimateArgs, form: Form) -> Self {
-        let body = beside(&args.out);
+impl OutputPaths {
+    fn of(args: &AnimateArgs, format: AnimationFormat) -> Self {
+        let body = body_path(&args.out);
         let picture = args.picture.clone();
         Self {
             picture: picture.unwrap_or_else(|| args.out.with_extension("png")),
-            meshes: match form {
-                Form::Pc2 => [&args.out, &body].map(|path| path.with_extension("obj")).to_vec(),
+            meshes: match format {
+                AnimationFormat::Pc2 => [&args.out, &body].map(|path| path.with_extension("obj")).to_vec(),
                 _ => Vec::new(),
             },
-            animation: match form {
-                Form::Glb => vec![args.out.clone()],
+            animation: match format {
+                AnimationFormat::Glb => vec![args.out.clone()],
                 _ => vec![args.out.clone(), body],
             },
         }
     }
 
-    /// Garment, body, meshes, picture.
+    /// Paths of garment, body, meshes and picture, in this order.
     fn all(&self) -> Vec<PathBuf> {
         let picture = std::slice::from_ref(&self.picture);
         [&self.animation, &self.meshes, picture].concat()
     }
 }
 
-/// Refuses outputs that would cost the user something; before anything is read.
+/// Refuses outputs that exist (without `--overwrite`), that are inputs, or that are equal.
+///
+/// # Errors
+/// An unknown ending of `--out`, or a [`crate::failure::Usage`] that names the output.
 pub(super) fn check(args: &AnimateArgs) -> Result<()> {
-    let outputs = Outputs::of(args, Form::of(&args.out)?);
+    let outputs = OutputPaths::of(args, AnimationFormat::of(&args.out)?);
     let inputs = [
         Some(&args.model),
         Some(&args.motion),
@@ -105,21 +114,22 @@ pub(super) fn check(args: &AnimateArgs) -> Result<()> {
         args.start.as_ref(),
         args.reading.bone_map.as_ref(),
     ];
-    outputs::Outputs::beside(inputs.into_iter().flatten())
+    outputs::Outputs::with_inputs(inputs.into_iter().flatten())
         .files(outputs.all())
         .check(Existing::of(args.overwrite))
 }
 
-impl Files {
+impl AnimationFiles {
+    /// Opens all files under temporary names.
     pub(super) fn create(args: &AnimateArgs, model: &Model, clip: &Clip) -> Result<Self> {
-        let form = Form::of(&args.out)?;
-        let outputs = Outputs::of(args, form);
+        let format = AnimationFormat::of(&args.out)?;
+        let outputs = OutputPaths::of(args, format);
         let paths = outputs.all();
         let meshes = [&model.garment().rest, &model.character().body];
         let mesh = |(path, mesh): (&PathBuf, &TriMesh)| mesh_file(path, mesh);
         Ok(Self {
-            animation: match form {
-                Form::Glb => Animation::glb(&args.out, model, clip)?,
+            animation: match format {
+                AnimationFormat::Glb => Animation::glb(&args.out, model, clip)?,
                 _ => Animation::caches(args, meshes, clip.fps)?,
             },
             meshes: (outputs.meshes.iter().zip(meshes))
@@ -130,8 +140,10 @@ impl Files {
         })
     }
 
+    /// Writes the next frame: the pose, and the positions of garment and body in metres.
     pub(super) fn push(&mut self, pose: &Pose, garment: &[Vec3], body: &[Vec3]) -> Result<()> {
         match &mut self.animation {
+            // The body of a GLB is a skin, which the pose moves.
             Animation::Glb(writer) => writer.push(pose, garment)?,
             Animation::Caches(writers) => {
                 let [garments, bodies] = &mut **writers;
@@ -142,11 +154,14 @@ impl Files {
         Ok(())
     }
 
-    /// Everything is written before the first file gets its name. The paths: garment, body, meshes,
-    /// picture.
+    /// Writes the picture, gives all files their names and returns their paths.
+    ///
+    /// The order is garment, body, meshes, picture.
     pub(super) fn finish(mut self, picture: &[u8]) -> Result<Vec<PathBuf>> {
         let failed = |path: &Path, e: std::io::Error| anyhow!("{}: cannot write: {e}", path.display());
         let target = self.picture.target().to_owned();
+        // Everything is written before the first file gets its name: a full disk leaves no file
+        // behind.
         (self.picture.write_all(picture)).map_err(|e| failed(&target, e))?;
         match self.animation {
             Animation::Glb(writer) => writer.finish()?,
@@ -160,6 +175,7 @@ impl Files {
 }
 
 impl Animation {
+    /// Opens a GLB, whose writer needs the number of frames in advance.
     fn glb(path: &Path, model: &Model, clip: &Clip) -> Result<Self> {
         let scene = GlbScene {
             name: &clip.name,
@@ -171,9 +187,10 @@ impl Animation {
         Ok(Self::Glb(Box::new(GlbWriter::create(path, &scene)?)))
     }
 
+    /// Opens the caches of garment and body.
     fn caches(args: &AnimateArgs, [garment, body]: [&TriMesh; 2], fps: f32) -> Result<Self> {
         let garment = VertexCacheWriter::create(&args.out, garment, fps)?;
-        let body = VertexCacheWriter::create(&beside(&args.out), body, fps)?;
+        let body = VertexCacheWriter::create(&body_path(&args.out), body, fps)?;
         Ok(Self::Caches(Box::new([garment, body])))
     }
 }
@@ -184,8 +201,9 @@ fn mesh_file(path: &Path, mesh: &TriMesh) -> Result<AtomicFile> {
     Ok(file)
 }
 
-/// `walk.body.pc2` for `walk.pc2`, `frames_body` for a folder `frames`.
-fn beside(path: &Path) -> PathBuf {
+/// Path of the body beside that of the garment: `walk.body.pc2` for `walk.pc2`, `frames_body` for a
+/// folder `frames`.
+fn body_path(path: &Path) -> PathBuf {
     let mut name: OsString = path.file_stem().unwrap_or_default().to_owned();
     match path.extension() {
         Some(extension) => {
@@ -202,15 +220,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_body_goes_beside_the_garment() {
-        assert_eq!(beside(Path::new("a/walk.pc2")), Path::new("a/walk.body.pc2"));
-        assert_eq!(beside(Path::new("frames")), Path::new("frames_body"));
+    fn the_body_is_written_beside_the_garment() {
+        assert_eq!(body_path(Path::new("a/walk.pc2")), Path::new("a/walk.body.pc2"));
+        assert_eq!(body_path(Path::new("frames")), Path::new("frames_body"));
     }
 
     #[test]
-    fn endings_in_any_case_tell_the_form() {
-        assert!(Form::of(Path::new("A.GLB")).is_ok_and(|form| form == Form::Glb));
-        assert!(Form::of(Path::new("a.b/walk")).is_ok_and(|form| form == Form::Folder));
-        assert!(Form::of(Path::new("walk.abc")).is_err());
+    fn the_ending_chooses_the_format_in_any_case() {
+        let format = |path: &str| AnimationFormat::of(Path::new(path)).ok();
+        assert!(format("A.GLB") == Some(AnimationFormat::Glb));
+        assert!(format("a.b/walk") == Some(AnimationFormat::Folder));
+        assert!(format("walk.abc").is_none());
     }
 }

@@ -1,8 +1,8 @@
-//! Pictures of the frames that a model gets most wrong.
+//! Pictures of the frames in which a model has its largest errors.
 
-use super::moment::{Moment, distances, heat_scale, skinned};
+use super::frame_comparison::{FrameComparison, distances, heat_scale, skinned};
 use crate::{
-    pictures::{CLOTH, GAP, Shot, Studio},
+    pictures::{CLOTH, GAP, Renderer, Snapshot},
     worst_frames::{WorstFrame, WorstFrames, rmse},
 };
 use anyhow::{Result, anyhow};
@@ -15,19 +15,25 @@ use unic_eval::{Event, MODEL, Mode, PredictorError, PreparedClip};
 use unic_io::Capture;
 use unic_viewer::{Colouring, Image, grid, heat_colours};
 
-/// Columns of a sheet.
+/// Number of columns of a sheet, one frame each.
 const FRAMES: usize = 6;
 
-/// Draws `CLIP.png` for each clip: the truth, the model and skinning of the rest shape below each
-/// other, at the model's worst frames of free running. Errors are colours of one scale.
+/// Draws a sheet `CLIP.png` for each clip, with the model's worst frames of free running.
+///
+/// Rows show the simulation, the model and skinning of the rest shape. Errors are colours on one
+/// scale for the whole sheet.
 pub(crate) struct Gallery<'a> {
     capture: &'a Capture,
     folder: PathBuf,
+    /// Clip that is being measured. `None` between clips.
     clip: Option<(PreparedClip, WorstFrames)>,
 }
 
 impl<'a> Gallery<'a> {
-    /// Into this folder, which is made when there is none.
+    /// Creates a gallery that writes into `folder`, and the folder if it does not exist.
+    ///
+    /// # Errors
+    /// A folder that cannot be created.
     pub(crate) fn create(capture: &'a Capture, folder: &Path) -> Result<Self> {
         fs::create_dir_all(folder)
             .map_err(|e| anyhow!("{}: cannot create the folder: {e}", folder.display()))?;
@@ -38,18 +44,22 @@ impl<'a> Gallery<'a> {
         })
     }
 
-    /// Takes part in an evaluation.
+    /// Handles an event of the evaluation. Draws the sheet when a clip is finished.
+    ///
+    /// # Errors
+    /// A sheet that cannot be drawn or written.
     pub(crate) fn observe(&mut self, event: &Event) -> Result<(), PredictorError> {
         match *event {
             Event::ClipStarted { clip, .. } => {
                 self.clip = Some((clip.clone(), WorstFrames::new(FRAMES, clip.len())));
             }
             Event::Predicted {
-                row: MODEL,
+                predictor: MODEL,
                 mode: Mode::FreeRunning,
                 frame,
                 positions,
             } => {
+                // Positions are copied for frames that are among the worst so far.
                 if let Some((clip, worst)) = &mut self.clip {
                     worst.offer(frame, positions, clip.captured.garment.frame(frame));
                 }
@@ -65,17 +75,21 @@ impl<'a> Gallery<'a> {
     }
 
     fn draw(&self, clip: &PreparedClip, worst: &[WorstFrame]) -> Result<()> {
-        let columns: Vec<Column> = worst.iter().map(|w| Column::new(self.capture, clip, w)).collect();
-        let truths: Vec<Shot> = columns.iter().map(|c| c.moment.truth.clone()).collect();
+        let columns: Vec<SheetColumn> = (worst.iter())
+            .map(|frame| SheetColumn::new(self.capture, clip, frame))
+            .collect();
+        // The camera is placed by the truth, so that a diverged prediction does not move it.
+        let truths: Vec<Snapshot> = columns.iter().map(|c| c.comparison.truth.clone()).collect();
         let (character, garment) = (&self.capture.character, &self.capture.garment);
-        let studio = Studio::new(character, garment, clip.captured.clip.ground_height, &truths)?;
-        let scale = heat_scale(columns.iter().map(|c| &c.moment));
+        let renderer = Renderer::new(character, garment, clip.captured.clip.ground_height, &truths)?;
+        let scale = heat_scale(columns.iter().map(|c| &c.comparison));
         let mut tiles = Vec::new();
-        for row in [Row::Truth, Row::Model, Row::Skinning] {
+        for row in [SheetRow::Truth, SheetRow::Model, SheetRow::Skinning] {
             for column in &columns {
-                tiles.push(column.tile(row, &studio, scale)?);
+                tiles.push(column.tile(row, &renderer, scale)?);
             }
         }
+        // The colour bar goes into the first picture that has error colours: that of the model.
         if let Some(first) = tiles.get_mut(columns.len()) {
             first.draw_colour_bar(10, first.height() as i32 - 34, 120, 1, scale);
         }
@@ -84,39 +98,43 @@ impl<'a> Gallery<'a> {
     }
 }
 
+/// Row of a sheet.
 #[derive(Clone, Copy)]
-enum Row {
+enum SheetRow {
     Truth,
     Model,
     Skinning,
 }
 
-/// One frame of the sheet.
-struct Column {
-    moment: Moment,
+/// Column of a sheet: one frame of the clip.
+struct SheetColumn {
+    comparison: FrameComparison,
+    /// Garment vertices by skinning of the rest shape, metres.
     skinning: Vec<Vec3>,
 }
 
-impl Column {
+impl SheetColumn {
     fn new(capture: &Capture, clip: &PreparedClip, worst: &WorstFrame) -> Self {
         Self {
-            moment: Moment::new(capture, clip, worst.frame, &worst.positions),
+            comparison: FrameComparison::new(capture, clip, worst.frame, &worst.positions),
             skinning: skinned(capture, clip, worst.frame),
         }
     }
 
-    fn tile(&self, row: Row, studio: &Studio, scale: f32) -> Result<Image> {
-        let truth = &self.moment.truth;
+    /// Draws the picture of one row. `scale` is the error in metres at the end of the colour scale.
+    fn tile(&self, row: SheetRow, renderer: &Renderer, scale: f32) -> Result<Image> {
+        let truth = &self.comparison.truth;
         let (name, garment) = match row {
-            Row::Truth => {
-                return studio.picture(truth, CLOTH, &format!("truth at {:.2} s", self.moment.seconds));
+            SheetRow::Truth => {
+                let caption = format!("truth at {:.2} s", self.comparison.seconds);
+                return renderer.picture(truth, CLOTH, &caption);
             }
-            Row::Model => ("model", &self.moment.model),
-            Row::Skinning => ("skinning", &self.skinning),
+            SheetRow::Model => ("model", &self.comparison.model),
+            SheetRow::Skinning => ("skinning", &self.skinning),
         };
         let colours = heat_colours(&distances(garment, &truth.garment), scale);
-        let shot = self.moment.with_garment(garment);
+        let snapshot = self.comparison.with_garment(garment);
         let caption = format!("{name} {:.1} mm", 1e3 * rmse(garment, &truth.garment));
-        studio.picture(&shot, Colouring::PerVertex(&colours), &caption)
+        renderer.picture(&snapshot, Colouring::PerVertex(&colours), &caption)
     }
 }

@@ -1,24 +1,30 @@
-//! What happens while frames are measured.
+//! Listener of an evaluation: progress, and everything that is written from predicted frames.
 
-use super::{gallery::Gallery, report::Recorder};
+use super::{
+    gallery::Gallery,
+    report::{DrawingProgress, ReportFiles, ReportRecorder},
+};
 use crate::{args::EvalArgs, interrupt, progress::Progress};
 use anyhow::{Result, anyhow};
 use unic_eval::{Dump, Event, Mode, PredictorError};
 use unic_io::Capture;
 
-/// Shows progress, and hands what is measured to whatever keeps some of it.
-pub(super) struct Listener<'a> {
+/// Shows progress, and passes events on to the dump, the pictures and the report.
+pub(super) struct EvaluationListener<'a> {
     progress: Progress,
     dump: Option<Dump>,
     gallery: Option<Gallery<'a>>,
-    recorder: Option<Recorder<'a>>,
+    recorder: Option<ReportRecorder<'a>>,
     clip: String,
-    /// Frames of the clips and modes before.
+    /// Frames of the clips and modes that are finished.
     before: u64,
 }
 
-impl<'a> Listener<'a> {
-    /// `rival`: the row that movies show beside the model.
+impl<'a> EvaluationListener<'a> {
+    /// Creates the files that `args` ask for. `rival` is the row beside the model in movies.
+    ///
+    /// # Errors
+    /// Files or folders that cannot be created, clips that cannot be read.
     pub(super) fn new(
         args: &EvalArgs,
         capture: &'a Capture,
@@ -32,20 +38,27 @@ impl<'a> Listener<'a> {
             .pictures
             .as_ref()
             .map(|folder| Gallery::create(capture, folder));
-        let recorder = (args.report.as_ref())
-            .map(|page| Recorder::create(capture, (page, args.movie.as_deref()), clips, rival));
+        let recorder = (args.report.as_ref()).map(|page| -> Result<ReportRecorder> {
+            let files = ReportFiles::create(page, args.movie.as_deref())?;
+            Ok(ReportRecorder::new(capture, files, clips, rival))
+        });
         let frames = |name: &String| Ok(capture.summarise_clip(name)?.pose_frames as u64);
         let total: u64 = clips.iter().map(frames).sum::<Result<u64>>()?;
         Ok(Self {
             dump: dump.transpose()?,
             gallery: gallery.transpose()?,
             recorder: recorder.transpose()?,
+            // Two modes over all frames. A protocol with one mode ends at half of the bar.
             progress: Progress::new("measuring", 0, 2 * total),
             clip: String::new(),
             before: 0,
         })
     }
 
+    /// Handles an event of the evaluation.
+    ///
+    /// # Errors
+    /// An interruption, or a failure of the dump, the pictures or the report.
     pub(super) fn listen(&mut self, event: &Event) -> Result<(), PredictorError> {
         interrupt::check()?;
         match *event {
@@ -58,17 +71,18 @@ impl<'a> Listener<'a> {
         }
         if let Some(recorder) = &mut self.recorder {
             let (progress, before) = (&mut self.progress, self.before);
-            recorder.observe(event, &mut |what, done, count| {
+            recorder.observe(event, &mut |drawing: DrawingProgress| {
+                let DrawingProgress { clip, done, count } = drawing;
                 interrupt::check()?;
-                progress.set(before, || format!("{what} drawing {done}/{count}"));
+                progress.set(before, || format!("{clip} drawing {done}/{count}"));
                 Ok(())
             })?;
         }
         self.dump.as_mut().map_or(Ok(()), |dump| dump.observe(event))
     }
 
-    /// Ends the progress; what is left is the report to be written.
-    pub(super) fn into_recorder(self) -> Option<Recorder<'a>> {
+    /// Ends the progress and returns the recorder of the report, which is still to be written.
+    pub(super) fn into_recorder(self) -> Option<ReportRecorder<'a>> {
         self.recorder
     }
 

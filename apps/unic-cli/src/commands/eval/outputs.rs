@@ -1,4 +1,4 @@
-//! Outputs of `unic eval`.
+//! Checks of the outputs of `unic eval`, before anything is measured.
 
 use crate::{
     args::EvalArgs,
@@ -9,7 +9,10 @@ use anyhow::Result;
 use std::path::Path;
 use unic_io::capture::OWN_FILES;
 
-/// Refuses outputs that would cost the user something, as far as they are known without the capture.
+/// Refuses outputs that exist or are inputs, as far as their names are known without the capture.
+///
+/// # Errors
+/// A [`Usage`] that names the output or the option.
 pub(super) fn check(args: &EvalArgs) -> Result<()> {
     let pages = [
         ("--report", &args.report, "html"),
@@ -27,7 +30,7 @@ pub(super) fn check(args: &EvalArgs) -> Result<()> {
     }
     outputs.check(Existing::of(args.overwrite))?;
     match &args.made {
-        // A capture is made once and then measured on: it is never replaced.
+        // A capture is made once and then measured on: `--overwrite` does not replace it.
         Some(made) => beside_inputs(args)
             .folder(made, OWN_FILES.map(str::to_owned))
             .folder(&made.join("clips"), [])
@@ -36,7 +39,10 @@ pub(super) fn check(args: &EvalArgs) -> Result<()> {
     }
 }
 
-/// The same about files that are named after clips.
+/// Refuses files named after clips that exist or are inputs.
+///
+/// # Errors
+/// A [`Usage`] that names the file.
 pub(super) fn check_clips(args: &EvalArgs, clips: &[String]) -> Result<()> {
     let mut outputs = beside_inputs(args);
     for (folder, ending) in [(&args.dump, "npz"), (&args.pictures, "png")] {
@@ -49,10 +55,11 @@ pub(super) fn check_clips(args: &EvalArgs, clips: &[String]) -> Result<()> {
 
 fn beside_inputs(args: &EvalArgs) -> Outputs {
     let inputs = [args.model.as_ref(), Some(&args.capture), args.character.as_ref()];
-    Outputs::beside(inputs.into_iter().flatten())
+    Outputs::with_inputs(inputs.into_iter().flatten())
 }
 
-/// A name that ends otherwise is probably a slip.
+/// Refuses a path with another ending than `ending`.
+// Such a path is probably a mistake, as of a model's path given for the report.
 fn check_ending(path: &Path, option: &str, ending: &str) -> Result<()> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)) {
         return Ok(());

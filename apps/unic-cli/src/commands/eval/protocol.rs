@@ -1,8 +1,8 @@
-//! `unic eval --protocol`: the data sets that methods are compared on, and how.
+//! Published protocols of `unic eval --protocol`, and the conversion of their data sets.
 
 use crate::{
     args::{EvalArgs, ProtocolName},
-    output::say,
+    output::print_status,
 };
 use anyhow::{Result, bail};
 use std::num::NonZeroUsize;
@@ -13,15 +13,19 @@ use unic_io::{
     read_character,
 };
 
-/// Frames of the VTO protocol (manifold-aware transformers, Eurographics 2024).
+/// Number of frames of the VTO protocol (manifold-aware transformers, Eurographics 2024).
 const VTO_FRAMES: Option<NonZeroUsize> = NonZeroUsize::new(300);
 
-/// The capture to measure on, made of a data set's folder where one is given.
+/// Opens the capture to measure on. With `--as` it is first made from a data set's folder.
+///
+/// # Errors
+/// A capture or data set that cannot be read, a capture that cannot be written.
 pub(super) fn capture(args: &EvalArgs) -> Result<Capture> {
     let (Some(name), Some(out), Some(character)) = (args.protocol, &args.made, &args.character) else {
+        // Without --as the folder must be a capture. Another one is probably the data set itself.
         if args.protocol.is_some() && args.capture.is_dir() && !args.capture.join("capture.toml").exists() {
             bail!(
-                "{}: expected a capture, found a folder without capture.toml; --as CAPTURE --character FILE.npz make one of a data set",
+                "{}: expected a capture, found a folder without capture.toml; --as CAPTURE --character FILE.npz make one from a data set",
                 args.capture.display()
             );
         }
@@ -36,10 +40,10 @@ pub(super) fn capture(args: &EvalArgs) -> Result<Capture> {
         false => character.clone(),
     };
     let character = read_character(&file)?;
-    args.force.settle(&file, &check::character(&character))?;
+    args.force.check_findings(&file, &check::character(&character))?;
     let converted = convert(dataset, &args.capture, &character, out)?;
-    converted.notes.iter().for_each(|note| say(note));
-    say(&format!(
+    converted.notes.iter().for_each(|note| print_status(note));
+    print_status(&format!(
         "{}: {}",
         out.display(),
         counted(converted.clips, "clip")
@@ -47,7 +51,7 @@ pub(super) fn capture(args: &EvalArgs) -> Result<Capture> {
     Ok(Capture::open(out)?)
 }
 
-/// What is measured.
+/// Modes and frames that a protocol measures.
 pub(super) fn of(name: ProtocolName) -> Protocol {
     Protocol {
         modes: &[Mode::FreeRunning],
@@ -55,10 +59,11 @@ pub(super) fn of(name: ProtocolName) -> Protocol {
             ProtocolName::Vto => VTO_FRAMES,
             ProtocolName::Virtualbones => None,
         },
+        ..Protocol::default()
     }
 }
 
-/// As typed, and in JSON.
+/// Name of a protocol on the command line and in JSON.
 pub(super) fn name(name: ProtocolName) -> &'static str {
     match name {
         ProtocolName::Vto => "vto",
@@ -66,11 +71,12 @@ pub(super) fn name(name: ProtocolName) -> &'static str {
     }
 }
 
-/// The numbers that are published for the data set, of the model or else of each baseline.
+/// Lines with the numbers that publications on the data set give, one per row.
 pub(super) fn headline(protocol: ProtocolName, evaluation: &Evaluation) -> String {
     let pooled = &evaluation.pooled;
     let rows = (pooled.model.iter().map(|m| ("model", m)))
         .chain(pooled.baselines.iter().map(|(name, m)| (name.as_str(), m)));
+    // Baselines that predict single steps only, such as hold, have no such number.
     let line = |(row, by_mode): (&str, &ByMode)| {
         let metrics = by_mode.free_running.as_ref()?;
         Some(format!("  {row:<16} {}\n", numbers(protocol, metrics)))

@@ -1,20 +1,23 @@
-//! Facts about a model that a user wants to know before its tensors.
+//! Facts about a model, which are listed before the tensors of its file.
 
 use crate::model_file;
 use serde_json::{Value, json};
 use std::path::Path;
 use unic_core::{
-    config::{IntersectionMode, LatentCode, StateConfig},
-    model::Model,
+    IntersectionMode, Model,
+    config::{LatentCode, StateConfig},
     motion::MotionLayout,
 };
-use unic_io::inspect::{Fact, Report};
+use unic_io::inspect::{Fact, Inspection};
 
-/// Puts the model's own facts before those of its file, and the file's before its tensors; a model that opens is one
-/// that runs.
-pub(super) fn open(report: &mut Report) {
+/// Opens the model and adds its facts, before those of the file, or the reason why it cannot be
+/// opened.
+///
+/// A model that can be opened can be run.
+pub(super) fn add_facts(report: &mut Inspection) {
     match model_file::read(&report.path) {
         Ok(model) => {
+            // The model's own facts come before those of the file format.
             let of_file = std::mem::take(&mut report.facts);
             report.facts = facts(&report.path, &model);
             report.facts.extend(of_file);
@@ -54,8 +57,9 @@ fn joints(names: &[String]) -> Fact {
     Fact::measured("joints", text, json!({ "count": names.len(), "names": names }))
 }
 
-/// The number as people write it: 29.97 is not 29.969999313354492.
+/// Shortest decimal that stands for the `f32`: 29.97 instead of 29.969999313354492.
 fn rounded(number: f32) -> f64 {
+    // The text of an `f32` is the shortest that reads back as the same `f32`.
     number.to_string().parse().unwrap_or(f64::from(number))
 }
 
@@ -90,7 +94,7 @@ fn intersection(mode: IntersectionMode) -> &'static str {
     }
 }
 
-/// The motion's code: its size, its kind, and how far the training motions decided it.
+/// Facts about the motion code: its size and kind, and its certainty on the training motions.
 fn code(model: &Model) -> [Fact; 2] {
     let encoder = &model.config().encoder;
     let kind = match encoder.code {
@@ -99,37 +103,37 @@ fn code(model: &Model) -> [Fact; 2] {
     };
     let (channels, categories) = (encoder.channels, encoder.categories);
     let sizes = format!("{channels} channels of {categories} categories, {kind}");
-    let certainty = model_file::code_certainty(model).unwrap_or_else(|| "not told by this file".to_owned());
-    let told = model.about().training["code"].clone();
+    let certainty = model_file::code_certainty(model).unwrap_or_else(|| "not in this file".to_owned());
+    let recorded = model.about().training["code"].clone();
     [
         Fact::measured(
             "motion code",
             sizes,
             json!({ "channels": channels, "categories": categories, "kind": kind }),
         ),
-        Fact::measured("mean top probability", certainty, told),
+        Fact::measured("mean top probability", certainty, recorded),
     ]
 }
 
-/// The file's account of its training; files of other makers may tell nothing.
-fn training(told: &Value) -> Vec<Fact> {
+/// Facts from the file's record of its training. A model of another program may have none.
+fn training(record: &Value) -> Vec<Fact> {
     let mut facts = Vec::new();
-    if let Some(clips) = told["training_clips"].as_array() {
+    if let Some(clips) = record["training_clips"].as_array() {
         let names: Vec<&str> = clips.iter().filter_map(Value::as_str).collect();
         let text = format!("{}: {}", names.len(), names.join(" "));
         facts.push(Fact::measured("training clips", text, json!(names)));
     }
-    if let Some(steps) = told["steps"].as_u64() {
+    if let Some(steps) = record["steps"].as_u64() {
         facts.push(Fact::plain("training steps", steps));
     }
-    if let Some(seconds) = told["seconds"].as_f64() {
+    if let Some(seconds) = record["seconds"].as_f64() {
         facts.push(Fact::measured(
             "training time",
             format!("{seconds:.0} s"),
             json!({ "seconds": seconds }),
         ));
     }
-    let validation = &told["validation"];
+    let validation = &record["validation"];
     match validation["rmse_mm"].as_f64() {
         Some(rmse) => {
             let clips: Vec<&str> = validation["clips"]
@@ -141,6 +145,7 @@ fn training(told: &Value) -> Vec<Fact> {
             let text = format!("{rmse:.2} mm RMSE in free running on {}", clips.join(", "));
             facts.push(Fact::measured("validation", text, validation.clone()));
         }
+        // Listed in any case: a model without a measured error is worth knowing.
         None => facts.push(Fact::measured("validation", "none", Value::Null)),
     }
     facts

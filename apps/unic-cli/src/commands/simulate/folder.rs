@@ -1,12 +1,12 @@
-//! The capture's folder: what an earlier run left, and what this one records.
+//! Folder of the capture that is being simulated: its state, its lock and its record.
 //!
-//! While clips are being made there is `simulation.toml` and no `capture.toml`; at the end it is the
-//! other way round, and what was recorded is the capture's `[source]`. As long as a process writes, the
-//! folder is locked.
+//! A simulation records its inputs and settings in `simulation.toml`. `capture.toml` replaces that
+//! file when all clips are finished, and then holds the record as its table `[source]`. A folder
+//! with `simulation.toml` is therefore unfinished. It is locked as long as a process writes.
 
 use super::{
     distinct,
-    inputs::{Cut, Job},
+    inputs::{GarmentInput, Job},
 };
 use crate::{args::SimulateArgs, failure::Usage, folder_lock::FolderLock};
 use anyhow::{Context, Result, bail};
@@ -27,71 +27,83 @@ use unic_io::{
 };
 use unic_sim::SimulationSettings;
 
-/// How a run meets its folder.
+/// State of the folder when a simulation begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Found {
-    /// Nothing of a simulation.
-    Nothing,
-    /// A run that stopped: its finished clips are kept.
+pub(super) enum FolderState {
+    /// No files of a simulation.
+    Empty,
+    /// The same simulation, interrupted. Its finished clips are kept.
     Unfinished,
-    /// The very capture that is asked for.
+    /// The complete capture that the command asks for.
     Finished,
 }
 
-/// Refuses what would be lost, as far as it can be told before anything is made.
-pub(super) fn refuse(args: &SimulateArgs) -> Result<()> {
+/// Refuses to overwrite inputs or captures, as far as this can be checked before any work.
+///
+/// # Errors
+/// A [`Usage`] that names the folder and the file in it that would be lost.
+pub(super) fn check_outputs(args: &SimulateArgs) -> Result<()> {
     refuse_inputs_inside(args)?;
     refuse_other_captures(&args.out)?;
-    // An unfinished simulation may still be going on, which its lock tells.
+    // An unfinished simulation is judged in `open`, under the lock: another process may be writing
+    // it.
     let is_finished = args.out.join(FINISHED).exists();
     match is_finished && !args.resume && !args.overwrite {
-        true => found(args, &toml::Table::new()).map(drop),
+        true => state(args, &toml::Table::new()).map(drop),
         false => Ok(()),
     }
 }
 
-/// Locks the folder, looks at it, empties it where `--overwrite` says so, and refuses what would be
-/// lost. What a killed process has left half-written goes.
-pub(super) fn open(args: &SimulateArgs, record: &toml::Table) -> Result<(FolderLock, Found)> {
-    let lock = FolderLock::hold(&args.out)?;
+/// Locks the folder and returns the lock with the state of the folder.
+///
+/// Removes temporary files of killed processes, and with `--overwrite` all files of a capture.
+///
+/// # Errors
+/// Another process that holds the lock, an existing capture that the options do not resume or
+/// overwrite, a record of other inputs or settings.
+pub(super) fn open(args: &SimulateArgs, record: &toml::Table) -> Result<(FolderLock, FolderState)> {
+    let lock = FolderLock::acquire(&args.out)?;
     remove_leftovers(&args.out);
     if args.overwrite {
         clear(&args.out)?;
     }
-    Ok((lock, found(args, record)?))
+    Ok((lock, state(args, record)?))
 }
 
-fn found(args: &SimulateArgs, record: &toml::Table) -> Result<Found> {
+fn state(args: &SimulateArgs, record: &toml::Table) -> Result<FolderState> {
     let out = args.out.display();
     let [finished, unfinished] = [FINISHED, UNFINISHED].map(|name| args.out.join(name));
     match (finished.exists(), unfinished.exists()) {
-        (false, false) => refuse_foreign(&args.out).map(|()| Found::Nothing),
+        (false, false) => refuse_foreign(&args.out).map(|()| FolderState::Empty),
+        // Both files are there if a process was killed between its last two steps: the capture is
+        // complete.
         (true, _) if args.resume => {
             let mut manifest = read_table(&finished)?;
             let source = match manifest.remove("source") {
                 Some(Value::Table(source)) => source,
                 _ => toml::Table::new(),
             };
-            same_record(&finished, &source, record).map(|()| Found::Finished)
+            check_same_record(&finished, &source, record).map(|()| FolderState::Finished)
         }
-        (_, true) if args.resume => {
-            same_record(&unfinished, &read_table(&unfinished)?, record).map(|()| Found::Unfinished)
-        }
+        (_, true) if args.resume => check_same_record(&unfinished, &read_table(&unfinished)?, record)
+            .map(|()| FolderState::Unfinished),
         (true, _) => {
-            let text = format!("{out}: a capture is there already; --overwrite replaces it");
+            let text = format!("{out}: expected no capture, found one; --overwrite replaces it");
             Err(Usage(text).into())
         }
         _ => {
             let text = format!(
-                "{out}: an unfinished simulation is there; --resume goes on with it, --overwrite starts again"
+                "{out}: expected no simulation, found an unfinished one; --resume continues it, --overwrite \
+                 starts again"
             );
             Err(Usage(text).into())
         }
     }
 }
 
-/// What is read must not be what is written: nobody's character or motion is ever lost.
+/// Refuses an output folder that contains one of the inputs, which `--overwrite` would delete.
 fn refuse_inputs_inside(args: &SimulateArgs) -> Result<()> {
+    // A folder that does not exist contains nothing.
     let Ok(out) = args.out.canonicalize() else {
         return Ok(());
     };
@@ -109,9 +121,10 @@ fn refuse_inputs_inside(args: &SimulateArgs) -> Result<()> {
     }
 }
 
-/// The folder may be a capture, which `--overwrite` replaces, but not a part of another.
+/// Refuses an output folder inside another capture. The folder itself may be a capture.
 fn refuse_other_captures(out: &Path) -> Result<()> {
     let clips = out.join("clips");
+    // A linked folder of clips may belong to another capture, whose files would be overwritten.
     if real_path(&clips) != real_path(out).join("clips") {
         let text = format!(
             "--out: expected a folder of clips of its own, found the link {}",
@@ -132,9 +145,9 @@ fn refuse_other_captures(out: &Path) -> Result<()> {
     }
 }
 
-/// Files of a capture that no simulation has begun are somebody's work.
+/// Refuses a folder with files of a capture that no simulation has written.
 fn refuse_foreign(out: &Path) -> Result<()> {
-    match files(out).into_iter().find(|path| path.exists()) {
+    match capture_files(out).into_iter().find(|path| path.exists()) {
         None => Ok(()),
         Some(path) => {
             let text = format!(
@@ -147,8 +160,8 @@ fn refuse_foreign(out: &Path) -> Result<()> {
     }
 }
 
-/// From here on there is something to resume.
-pub(super) fn begin(out: &Path, record: &toml::Table) -> Result<()> {
+/// Writes the record of a simulation, which can then be resumed.
+pub(super) fn write_record(out: &Path, record: &toml::Table) -> Result<()> {
     let text = toml::to_string(record)?;
     Ok(atomic::write(&out.join(UNFINISHED), text.as_bytes())?)
 }
@@ -158,8 +171,11 @@ fn read_table(path: &Path) -> Result<toml::Table> {
     toml::from_str(&text).with_context(|| format!("{}: expected a TOML table", path.display()))
 }
 
-/// The first setting or input that is another than before would make another capture.
-fn same_record(path: &Path, before: &toml::Table, record: &toml::Table) -> Result<()> {
+/// Compares the records of two runs of a simulation.
+///
+/// # Errors
+/// The first input or setting that differs: clips made with it would not belong to one capture.
+fn check_same_record(path: &Path, before: &toml::Table, record: &toml::Table) -> Result<()> {
     let keys = before.keys().chain(record.keys());
     match keys.into_iter().find(|&key| before.get(key) != record.get(key)) {
         None => Ok(()),
@@ -175,8 +191,13 @@ fn same_record(path: &Path, before: &toml::Table, record: &toml::Table) -> Resul
     }
 }
 
-/// Finished clips belong to the character and garment that lie beside them.
-pub(super) fn check_same_inputs(out: &Path, character: &Character, cut: &Cut) -> Result<()> {
+/// Compares the character and garment with those that an unfinished simulation has written.
+///
+/// The record holds only their paths, and the files there may have changed.
+///
+/// # Errors
+/// A character or garment that differs, or cannot be read.
+pub(super) fn check_same_inputs(out: &Path, character: &Character, input: &GarmentInput) -> Result<()> {
     let path = out.join("character.npz");
     if path.exists() && read_character(&path)? != *character {
         bail!(
@@ -185,23 +206,26 @@ pub(super) fn check_same_inputs(out: &Path, character: &Character, cut: &Cut) ->
         );
     }
     let path = out.join("garment.obj");
-    if path.exists() && !is_same_garment(&read_garment(out, character)?, cut) {
-        bail!(
-            "{}: expected the garment of the unfinished simulation, found another",
-            path.display()
-        );
+    if path.exists() {
+        let (garment, attributes) = read_garment(out, character)?;
+        if !is_same_garment(&garment, &attributes, input) {
+            bail!(
+                "{}: expected the garment of the unfinished simulation, found another",
+                path.display()
+            );
+        }
     }
     Ok(())
 }
 
-/// Skinning weights play no part in a simulation.
-fn is_same_garment((garment, attributes): &(Garment, VertexAttributes), cut: &Cut) -> bool {
-    let (before, now) = (&garment.rest, &cut.garment.rest);
-    before.vertices == now.vertices && before.faces == now.faces && *attributes == cut.attributes
+/// Compares everything of a garment that the simulation uses, which skinning weights are not.
+fn is_same_garment(garment: &Garment, attributes: &VertexAttributes, input: &GarmentInput) -> bool {
+    let (before, now) = (&garment.rest, &input.garment.rest);
+    before.vertices == now.vertices && before.faces == now.faces && *attributes == input.attributes
 }
 
-/// `simulation.toml` has served its purpose.
-pub(super) fn close(out: &Path) -> Result<()> {
+/// Removes the record of a finished simulation, if it is there.
+pub(super) fn remove_record(out: &Path) -> Result<()> {
     let path = out.join(UNFINISHED);
     match fs::remove_file(&path) {
         Err(e) if e.kind() != ErrorKind::NotFound => {
@@ -211,10 +235,10 @@ pub(super) fn close(out: &Path) -> Result<()> {
     }
 }
 
-/// What the capture is made from: inputs and settings, compared when a run goes on.
+/// Inputs and settings that the capture depends on. `--resume` requires them to be the same.
 pub(super) fn record(
     args: &SimulateArgs,
-    cut: &Cut,
+    input: &GarmentInput,
     jobs: &[Job],
     settings: &SimulationSettings,
 ) -> toml::Table {
@@ -230,23 +254,25 @@ pub(super) fn record(
     );
     set("character", Value::String(args.character.display().to_string()));
     set("garment", Value::String(args.garment.display().to_string()));
-    if !cut.parts.is_empty() {
+    if !input.parts.is_empty() {
         set(
             "parts",
-            Value::Array(cut.parts.iter().cloned().map(Value::String).collect()),
+            Value::Array(input.parts.iter().cloned().map(Value::String).collect()),
         );
     }
     set("clips", Value::Table(jobs.iter().map(clip).collect()));
-    set("settings", Value::Table(settings_table(args, cut, settings)));
+    set("settings", Value::Table(settings_table(args, input, settings)));
     table
 }
 
-/// What the result depends on besides the inputs.
-fn settings_table(args: &SimulateArgs, cut: &Cut, settings: &SimulationSettings) -> toml::Table {
+/// Settings that the capture depends on besides its inputs.
+fn settings_table(args: &SimulateArgs, input: &GarmentInput, settings: &SimulationSettings) -> toml::Table {
     let number = |x: f32| Value::Float(x.into());
     let steps = settings.intervals_per_frame * settings.substeps_per_interval;
     let wind = args.wind.unwrap_or_default().to_array().map(number).to_vec();
-    let materials = distinct(&cut.materials)
+    // The `Debug` texts of materials and motion options are part of the record. Renaming their
+    // fields would make unfinished simulations impossible to resume.
+    let materials = distinct(&input.materials)
         .iter()
         .map(|m| Value::String(format!("{m:?}")))
         .collect();
@@ -266,28 +292,29 @@ fn settings_table(args: &SimulateArgs, cut: &Cut, settings: &SimulationSettings)
     .collect()
 }
 
-/// Removes the files of a capture and nothing else: the folder may hold more.
+/// Removes the files of a capture. Other files in the folder stay.
 pub(super) fn clear(out: &Path) -> Result<()> {
-    for path in files(out).iter().filter(|path| path.exists()) {
+    for path in capture_files(out).iter().filter(|path| path.exists()) {
         fs::remove_file(path).with_context(|| format!("{} cannot be removed", path.display()))?;
     }
     Ok(())
 }
 
+/// Removes temporary files of killed processes.
 fn remove_leftovers(out: &Path) {
     atomic::remove_leftovers(out, |name| OWN_FILES.contains(&name));
-    atomic::remove_leftovers(&out.join("clips"), is_of_a_clip);
+    atomic::remove_leftovers(&out.join("clips"), is_clip_file);
 }
 
-fn is_of_a_clip(name: &str) -> bool {
+fn is_clip_file(name: &str) -> bool {
     name.ends_with(".npz") || name.ends_with(".garment.npy")
 }
 
-/// Paths of the files that a simulation writes, whether they are there or not.
-fn files(out: &Path) -> Vec<PathBuf> {
+/// Paths of the files that a simulation writes: its own files, existing or not, and existing clips.
+fn capture_files(out: &Path) -> Vec<PathBuf> {
     let mut paths: Vec<PathBuf> = OWN_FILES.iter().map(|name| out.join(name)).collect();
     for entry in fs::read_dir(out.join("clips")).into_iter().flatten().flatten() {
-        if is_of_a_clip(&entry.file_name().to_string_lossy()) {
+        if is_clip_file(&entry.file_name().to_string_lossy()) {
             paths.push(entry.path());
         }
     }

@@ -1,4 +1,4 @@
-//! What is simulated: character, garment, motions.
+//! Inputs of a simulation: character, garment and motions, built in or read from files.
 
 use crate::{args::SimulateArgs, failure::Usage, motion_file};
 use anyhow::{Result, anyhow};
@@ -24,10 +24,10 @@ use unic_io::{
 };
 use unic_sim::Material;
 
-/// The built-in character's name on the command line.
+/// Name of the built-in character on the command line.
 const HUMAN: &str = "human";
 
-/// The built-in garments by their names on the command line.
+/// Built-in garments by their names on the command line.
 const GARMENTS: [(&str, Maker); 5] = [
     ("tshirt", |c| TShirt::default().make(c)),
     ("skirt", |c| FlaredSkirt::default().make(c)),
@@ -36,79 +36,86 @@ const GARMENTS: [(&str, Maker); 5] = [
     ("robe", |c| Robe::default().make(c)),
 ];
 
+/// Constructor of a built-in garment, cut to the size of a character.
 type Maker = fn(&Character) -> Result<GarmentMesh, GarmentError>;
 
-/// Seed of the built-in motions: everybody has the same.
+/// Seed of the built-in motions, fixed so that their names mean the same motion everywhere.
 const MOTION_SEED: u64 = 1;
 
-/// A garment with all that a simulation needs to know of it.
-pub(super) struct Cut {
+/// Garment with the properties that the simulation uses.
+pub(super) struct GarmentInput {
     /// Rest shape and skinning weights.
     pub(super) garment: Garment,
-    /// What goes into `garment.npz`.
+    /// Values per vertex that go into `garment.npz`.
     pub(super) attributes: VertexAttributes,
-    /// One a face.
+    /// Material of each face.
     pub(super) materials: Vec<Material>,
-    /// What the part numbers of `attributes.groups` are called; empty where nobody has named them.
+    /// Names of the part numbers in `attributes.groups`; empty for garments read from files.
     pub(super) parts: Vec<String>,
 }
 
-/// A motion and what it is for.
+/// Motion to simulate.
 pub(super) struct Job {
-    /// At the capture's frame rate.
+    /// Motion at the capture's frame rate.
     pub(super) clip: Clip,
-    /// Split of the capture.
+    /// Split of the capture that the clip belongs to.
     pub(super) split: Split,
-    /// Where it comes from.
+    /// File of the motion, or `built in`.
     pub(super) source: String,
 }
 
-/// The character: built in, a file, or a folder with `character.npz`.
+/// Returns the character of `--character`: built in, a file, or a folder with `character.npz`.
 pub(super) fn character(args: &SimulateArgs) -> Result<Character> {
+    // A file of the user takes precedence over a built-in name, here and for garments and motions.
     if args.character.as_os_str() == HUMAN && !args.character.exists() {
         return Ok(human(&HumanParameters::default())?);
     }
-    let path = inside(&args.character, "character.npz");
+    let path = file_or_file_in(&args.character, "character.npz");
     Ok(read_character(&path)?)
 }
 
-/// The garment: built in, an .obj, or a folder with `garment.obj` and perhaps `garment.npz`.
-pub(super) fn garment(args: &SimulateArgs, character: &Character) -> Result<Cut> {
+/// Returns the garment of `--garment`: built in, an .obj file, or a folder with `garment.obj` and
+/// optionally `garment.npz`.
+pub(super) fn garment(args: &SimulateArgs, character: &Character) -> Result<GarmentInput> {
     let name = args.garment.to_string_lossy();
     match GARMENTS.iter().find(|(built_in, _)| *built_in == name) {
         Some((_, make)) if !args.garment.exists() => built_in(args, make(character)?, character),
-        _ => users(args, character),
+        _ => garment_from_files(args, character),
     }
 }
 
-fn built_in(args: &SimulateArgs, made: GarmentMesh, character: &Character) -> Result<Cut> {
-    let pinned = made.attached();
+fn built_in(args: &SimulateArgs, built: GarmentMesh, character: &Character) -> Result<GarmentInput> {
+    let pinned = built.attached();
+    // Arrays that hold no information are left out of `garment.npz`.
     let attributes = VertexAttributes {
         pinned: pinned.contains(&true).then_some(pinned),
-        groups: (made.parts.len() > 1).then(|| made.part_of_vertex.clone()),
+        groups: (built.parts.len() > 1).then(|| built.part_of_vertex.clone()),
     };
     let fabric_of = |face: &[u32; 3]| {
-        let parts = face.map(|v| made.part_of_vertex[v as usize]);
-        // A face across a seam is of the part that has more of it.
+        let parts = face.map(|v| built.part_of_vertex[v as usize]);
+        // A face across a seam belongs to the part with two of its corners. A face of three parts
+        // belongs to that of its first corner.
         let part = if parts[1] == parts[2] { parts[1] } else { parts[0] };
         args.material
-            .map_or_else(|| material(made.parts[part as usize].fabric), Material::from)
+            .map_or_else(|| material_of(built.parts[part as usize].fabric), Material::from)
     };
-    Ok(Cut {
-        materials: made.mesh.faces.iter().map(fabric_of).collect(),
-        parts: made.parts.iter().map(|p| p.name.clone()).collect(),
-        garment: dressed(made.mesh, character, &args.garment)?,
+    Ok(GarmentInput {
+        materials: built.mesh.faces.iter().map(fabric_of).collect(),
+        parts: built.parts.iter().map(|p| p.name.clone()).collect(),
+        garment: with_default_weights(built.mesh, character, &args.garment)?,
         attributes,
     })
 }
 
-fn users(args: &SimulateArgs, character: &Character) -> Result<Cut> {
+fn garment_from_files(args: &SimulateArgs, character: &Character) -> Result<GarmentInput> {
     let (garment, attributes) = if args.garment.is_dir() {
         read_garment(&args.garment, character)?
+    // A missing file with an ending gives the reader's error. A bare word is a mistyped built-in
+    // name.
     } else if args.garment.exists() || args.garment.extension().is_some() {
         let mesh = read_obj(&args.garment)?;
         (
-            dressed(mesh, character, &args.garment)?,
+            with_default_weights(mesh, character, &args.garment)?,
             VertexAttributes::default(),
         )
     } else {
@@ -121,7 +128,7 @@ fn users(args: &SimulateArgs, character: &Character) -> Result<Cut> {
         .into());
     };
     let material = args.material.map_or(Material::COTTON, Material::from);
-    Ok(Cut {
+    Ok(GarmentInput {
         materials: vec![material; garment.rest.faces.len()],
         parts: Vec::new(),
         garment,
@@ -129,12 +136,13 @@ fn users(args: &SimulateArgs, character: &Character) -> Result<Cut> {
     })
 }
 
-fn dressed(rest: TriMesh, character: &Character, path: &Path) -> Result<Garment> {
+/// Garment with skinning weights diffused from those of the body.
+fn with_default_weights(rest: TriMesh, character: &Character, path: &Path) -> Result<Garment> {
     let weights = default_weights(&rest, character).map_err(|e| anyhow!("{}: {e}", path.display()))?;
     Ok(Garment::new(rest, weights))
 }
 
-fn material(fabric: Fabric) -> Material {
+fn material_of(fabric: Fabric) -> Material {
     match fabric {
         Fabric::Cotton => Material::COTTON,
         Fabric::Denim => Material::DENIM,
@@ -143,26 +151,28 @@ fn material(fabric: Fabric) -> Material {
     }
 }
 
-/// The motions with their splits, in the order of the command line.
+/// Returns the motions with their splits, in the order of the command line.
 pub(super) fn jobs(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>> {
     let mut jobs = match args.motion.is_empty() {
         true => built_in_motions(args, character)?,
         false => named_motions(args, character)?,
     };
-    refuse_namesakes(&jobs)?;
-    name_splits(args, &mut jobs)?;
+    refuse_duplicate_names(&jobs)?;
+    assign_splits(args, &mut jobs)?;
     if let Some(wind) = args.wind {
         let blow = |job: &mut Job| job.clip.wind = vec![wind; job.clip.len()];
         jobs.iter_mut().for_each(blow);
     }
     if let Some(speed) = args.breeze {
-        let windy = in_breeze(&jobs, speed);
-        jobs.extend(windy);
-        refuse_namesakes(&jobs)?;
+        let copies = copies_in_wind(&jobs, speed);
+        jobs.extend(copies);
+        // A motion may already be called NAME_breeze.
+        refuse_duplicate_names(&jobs)?;
     }
     if let Some(seconds) = args.seconds {
         jobs.iter_mut().for_each(|job| {
             let frames = (seconds * job.clip.fps).ceil() as usize;
+            // A clip needs two frames for a velocity.
             job.clip.poses.truncate(frames.max(2));
             job.clip.wind.truncate(job.clip.poses.len());
         });
@@ -170,12 +180,13 @@ pub(super) fn jobs(args: &SimulateArgs, character: &Character) -> Result<Vec<Job
     Ok(jobs)
 }
 
-/// Every training motion once more, in a wind on top of its own: successive ones from directions a
-/// golden angle apart, so that any number of them covers the circle evenly.
-fn in_breeze(jobs: &[Job], speed: f32) -> Vec<Job> {
+/// Copies of all training motions in an additional steady wind of `speed` m/s.
+fn copies_in_wind(jobs: &[Job], speed: f32) -> Vec<Job> {
+    // Directions that follow each other at the golden angle cover the circle evenly for any number
+    // of motions.
     let golden_angle = PI * (3.0 - 5f32.sqrt());
     let train = jobs.iter().filter(|job| job.split == Split::Train);
-    let windy = |(i, job): (usize, &Job)| {
+    let in_wind = |(i, job): (usize, &Job)| {
         let breeze = Quat::from_rotation_y(i as f32 * golden_angle) * Vec3::Z * speed;
         let mut clip = job.clip.clone();
         clip.name.push_str("_breeze");
@@ -186,10 +197,10 @@ fn in_breeze(jobs: &[Job], speed: f32) -> Vec<Job> {
             source: format!("{} in a breeze of {speed} m/s", job.source),
         }
     };
-    train.enumerate().map(windy).collect()
+    train.enumerate().map(in_wind).collect()
 }
 
-/// The standard set, with its own test clips.
+/// All built-in motions, with the splits of the standard set.
 fn built_in_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>> {
     let set = standard_set(character, MOTION_SEED, args.fps)?;
     let job = |split| {
@@ -203,10 +214,11 @@ fn built_in_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Jo
     Ok(train.chain(set.test.into_iter().map(job(Split::Test))).collect())
 }
 
-/// Files and built-in clips. The last of several is held out: without a clip that training does not
-/// see nothing could be measured.
+/// Motions of `--motion`, files and built-in ones. The last of several is a test clip.
 fn named_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>> {
+    // Without a clip that training does not open, no error on unseen motion could be measured.
     let is_last = |i: usize| i > 0 && i + 1 == args.motion.len();
+    // The built-in set is generated as a whole, at most once.
     let mut built_in = None;
     let mut jobs = Vec::new();
     for (i, path) in args.motion.iter().enumerate() {
@@ -240,7 +252,8 @@ fn built_in_clip(jobs: &[Job], name: &Path) -> Result<Clip> {
     }
 }
 
-fn refuse_namesakes(jobs: &[Job]) -> Result<()> {
+/// Refuses two motions of one name, which would be one clip.
+fn refuse_duplicate_names(jobs: &[Job]) -> Result<()> {
     let mut names: Vec<&str> = jobs.iter().map(|job| job.clip.name.as_str()).collect();
     names.sort_unstable();
     match names.windows(2).find(|pair| pair[0] == pair[1]) {
@@ -253,8 +266,8 @@ fn refuse_namesakes(jobs: &[Job]) -> Result<()> {
     }
 }
 
-/// `--test` and `--validation` say which clips are which.
-fn name_splits(args: &SimulateArgs, jobs: &mut [Job]) -> Result<()> {
+/// Assigns splits by `--test` and `--validation`.
+fn assign_splits(args: &SimulateArgs, jobs: &mut [Job]) -> Result<()> {
     let mut named = args.test.iter().chain(&args.validation);
     if let Some(name) = named.find(|name| !jobs.iter().any(|job| job.clip.name == **name)) {
         let names: Vec<&str> = jobs.iter().map(|job| job.clip.name.as_str()).collect();
@@ -263,6 +276,8 @@ fn name_splits(args: &SimulateArgs, jobs: &mut [Job]) -> Result<()> {
         return Err(Usage(text).into());
     }
     for job in jobs {
+        // Without `--test` the defaults stay; with it, clips that it does not name are for
+        // training.
         job.split = if args.validation.contains(&job.clip.name) {
             Split::Validation
         } else if args.test.contains(&job.clip.name) {
@@ -276,7 +291,8 @@ fn name_splits(args: &SimulateArgs, jobs: &mut [Job]) -> Result<()> {
     Ok(())
 }
 
-fn inside(path: &Path, name: &str) -> PathBuf {
+/// The path itself, or for a folder the file `name` in it.
+fn file_or_file_in(path: &Path, name: &str) -> PathBuf {
     match path.is_dir() {
         true => path.join(name),
         false => path.to_owned(),

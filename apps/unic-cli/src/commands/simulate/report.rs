@@ -1,14 +1,14 @@
-//! What is said about a finished capture.
+//! Result of a simulation: `simulation.json`, the table on stdout and pictures of the clips.
 
 use super::{
     inputs::Job,
-    work::{Made, Row, Workshop},
+    work::{ClipRow, ClipSimulator, FinishedClip},
 };
 use crate::{
     args::SimulateArgs,
     output::{print, print_json},
     outputs::{Existing, Outputs},
-    pictures::{CLOTH, GAP, Shot, Studio},
+    pictures::{CLOTH, FrameSnapshot, GAP, Renderer, Snapshot},
 };
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
@@ -21,21 +21,21 @@ use unic_viewer::grid;
 
 const FILE: &str = "simulation.json";
 
-/// What `--json` prints and `simulation.json` keeps.
+/// Object that `--json` prints and `simulation.json` holds.
 #[derive(Serialize)]
-pub(super) struct Summary<'a> {
+pub(super) struct SimulationSummary<'a> {
     capture: PathBuf,
     vertices: usize,
     fps: f32,
-    /// Of the whole command.
+    /// Wall-clock time of the whole command.
     seconds: f64,
-    /// In the order of the capture.
-    clips: Vec<&'a Row>,
+    /// Finished clips, at the end in the order of the capture.
+    clips: Vec<&'a ClipRow>,
 }
 
-impl<'a> Summary<'a> {
-    /// Of the clips that are finished so far.
-    pub(super) fn new(args: &SimulateArgs, vertices: usize, rows: &'a [Row], took: Duration) -> Self {
+impl<'a> SimulationSummary<'a> {
+    /// Creates the summary of the clips that are finished.
+    pub(super) fn new(args: &SimulateArgs, vertices: usize, rows: &'a [ClipRow], took: Duration) -> Self {
         Self {
             capture: args.out.clone(),
             vertices,
@@ -45,48 +45,56 @@ impl<'a> Summary<'a> {
         }
     }
 
-    /// The same, sorted as `jobs` are.
+    /// Sorts the clips in the order of `jobs`.
     pub(super) fn sorted(mut self, jobs: &[Job]) -> Self {
-        let place = |row: &Row| jobs.iter().position(|job| job.clip.name == row.clip);
-        self.clips.sort_by_key(|row| place(row));
+        let index = |row: &ClipRow| jobs.iter().position(|job| job.clip.name == row.clip);
+        self.clips.sort_by_key(|row| index(row));
         self
     }
 }
 
-/// Rows of an earlier run; none where it has not written any.
-pub(super) fn rows(folder: &Path) -> Vec<Row> {
+/// Rows that an earlier run has written. Empty if there are none.
+pub(super) fn stored_rows(folder: &Path) -> Vec<ClipRow> {
     #[derive(Deserialize)]
-    struct Before {
-        clips: Vec<Row>,
+    struct StoredSummary {
+        clips: Vec<ClipRow>,
     }
+    // The rows are a report, on which the capture does not depend: a damaged file is treated as
+    // none.
     let text = fs::read_to_string(folder.join(FILE)).unwrap_or_default();
-    serde_json::from_str::<Before>(&text).map_or(Vec::new(), |before| before.clips)
+    serde_json::from_str::<StoredSummary>(&text).map_or(Vec::new(), |summary| summary.clips)
 }
 
-/// Before the work begins: a folder that cannot be made, or pictures that are there, are found out now.
-pub(super) fn open(args: &SimulateArgs, jobs: &[Job]) -> Result<()> {
+/// Creates the folder of `--pictures` before the simulation, so that it cannot fail afterwards.
+///
+/// # Errors
+/// Pictures that exist already, a folder that cannot be created.
+pub(super) fn create_picture_folder(args: &SimulateArgs, jobs: &[Job]) -> Result<()> {
     let Some(folder) = &args.pictures else {
         return Ok(());
     };
+    // All clips are checked, also those that an earlier run has finished and that get no picture.
     let names = jobs.iter().map(|job| picture_name(&job.clip.name));
     let inputs = [&args.character, &args.garment].into_iter().chain(&args.motion);
-    Outputs::beside(inputs)
+    Outputs::with_inputs(inputs)
         .folder(folder, names)
         .check(Existing::of(args.overwrite))?;
-    fs::create_dir_all(folder).with_context(|| format!("{}: the folder cannot be made", folder.display()))
+    fs::create_dir_all(folder).with_context(|| format!("{}: cannot create the folder", folder.display()))
 }
 
-/// One strip a clip.
-pub(super) fn draw(args: &SimulateArgs, workshop: &Workshop, made: &[Made]) -> Result<()> {
+/// Draws a strip of pictures for each clip that this run has simulated.
+pub(super) fn draw(args: &SimulateArgs, simulator: &ClipSimulator, clips: &[FinishedClip]) -> Result<()> {
     let Some(folder) = &args.pictures else {
         return Ok(());
     };
-    for clip in made {
-        let shots: Vec<Shot> = clip.shots.iter().map(|(_, shot)| shot.clone()).collect();
-        let studio = Studio::new(&workshop.character, &workshop.cut.garment, 0.0, &shots)?;
-        let tiles = (clip.shots.iter())
-            .map(|(t, shot)| studio.picture(shot, CLOTH, &format!("{:.2} s", *t as f32 / args.fps)))
-            .collect::<Result<Vec<_>>>()?;
+    for clip in clips {
+        // Each clip has its own camera, which fits its first pose and all of its snapshots.
+        let snapshots: Vec<Snapshot> = clip.pictures.iter().map(|p| p.snapshot.clone()).collect();
+        let renderer = Renderer::new(&simulator.character, &simulator.input.garment, 0.0, &snapshots)?;
+        let tile = |p: &FrameSnapshot| {
+            renderer.picture(&p.snapshot, CLOTH, &format!("{:.2} s", p.frame as f32 / args.fps))
+        };
+        let tiles = clip.pictures.iter().map(tile).collect::<Result<Vec<_>>>()?;
         let picture = grid(&tiles, tiles.len(), GAP)?.encode_png()?;
         unic_io::atomic::write(&folder.join(picture_name(&clip.row.clip)), &picture)?;
     }
@@ -98,7 +106,7 @@ fn picture_name(clip: &str) -> String {
 }
 
 /// Writes `simulation.json`.
-pub(super) fn keep(summary: &Summary) -> Result<()> {
+pub(super) fn write_summary(summary: &SimulationSummary) -> Result<()> {
     let json = serde_json::to_string_pretty(summary)?;
     Ok(unic_io::atomic::write(
         &summary.capture.join(FILE),
@@ -106,15 +114,16 @@ pub(super) fn keep(summary: &Summary) -> Result<()> {
     )?)
 }
 
-/// A line a clip on stdout, or one JSON object.
-pub(super) fn show(args: &SimulateArgs, summary: &Summary) -> Result<()> {
+/// Prints a table with one row per clip, or one JSON object.
+pub(super) fn print_summary(args: &SimulateArgs, summary: &SimulationSummary) -> Result<()> {
     match args.json {
         true => print_json(summary),
         false => print(&text(summary)),
     }
 }
 
-fn text(summary: &Summary) -> String {
+fn text(summary: &SimulationSummary) -> String {
+    // The first column is as wide as the longest name, and no narrower than its heading.
     let width = summary
         .clips
         .iter()
@@ -127,7 +136,7 @@ fn text(summary: &Summary) -> String {
         "clip"
     );
     for c in &summary.clips {
-        let s = &c.soundness;
+        let s = &c.quality;
         text += &format!(
             "{:width$}  {:10}  {:6}  {:11.4}  {:8.3}  {:10.1}  {:12.1}  {:8.1}  {:7.1}\n",
             c.clip,

@@ -1,10 +1,13 @@
-//! Clips to be made, and the threads that make them.
+//! Threads that simulate clips side by side.
+//!
+//! Each worker takes the next clip from a queue and simulates it from its own settling phase. Clips
+//! do not depend on each other, so the result does not depend on which worker takes which clip.
 
-use super::inputs::{Cut, Job};
+use super::inputs::{GarmentInput, Job};
 use crate::{
     failure::Interrupted,
     interrupt,
-    pictures::{Place, Shot, evenly_spread},
+    pictures::{FrameSnapshot, Placement, Snapshot, evenly_spread},
     progress::Progress,
 };
 use anyhow::{Result, anyhow};
@@ -20,176 +23,194 @@ use unic_core::{character::Character, clip::Clip};
 use unic_io::{CaptureWriter, capture::ClipWriter};
 use unic_sim::{
     Cloth, Simulation, SimulationError, SimulationSettings,
-    soundness::{Gauge, Soundness, Standing},
+    quality::{ClipQuality, CreepReference, QualityMeter},
 };
 
-/// Everything that all clips share.
-pub(super) struct Workshop<'a> {
+/// Inputs and settings that all clips share.
+pub(super) struct ClipSimulator<'a> {
     pub(super) character: Arc<Character>,
-    pub(super) cut: &'a Cut,
+    pub(super) input: &'a GarmentInput,
     pub(super) cloth: Arc<Cloth>,
     pub(super) settings: SimulationSettings,
-    /// Frames of a clip that are kept for pictures.
-    pub(super) shots: usize,
+    /// Number of frames of a clip that are kept for pictures.
+    pub(super) pictures: usize,
 }
 
-/// What came out of one clip, as numbers.
+/// Measurements of one clip. The field names are keys of `--json` and `simulation.json`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Row {
+pub(super) struct ClipRow {
     pub(super) clip: String,
     pub(super) split: String,
     pub(super) frames: usize,
-    /// CPU time of the simulation for a frame, settling included, seconds.
+    /// CPU time of the simulation per frame, settling included, in seconds.
     pub(super) cpu_s_per_frame: f64,
     #[serde(flatten)]
-    pub(super) soundness: Soundness,
-    /// How much higher the hem hangs after the clip when the character stands again, mm.
+    pub(super) quality: ClipQuality,
+    /// Height that the hem has gained, in mm, when the character stands again after the clip.
     pub(super) creep_mm: f32,
 }
 
-/// A clip that this run has made.
-pub(super) struct Made {
-    pub(super) row: Row,
-    pub(super) shots: Vec<(usize, Shot)>,
+/// Clip that this run has simulated.
+pub(super) struct FinishedClip {
+    pub(super) row: ClipRow,
+    /// Frames for pictures, in the order of time.
+    pub(super) pictures: Vec<FrameSnapshot>,
 }
 
-/// What an earlier run has left to go on from.
+/// Clips that an earlier run has finished.
 #[derive(Default)]
-pub(super) struct Kept {
+pub(super) struct EarlierProgress {
     pub(super) frames: u64,
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<ClipRow>,
 }
 
-/// Where rows go as soon as there is another one.
-pub(super) type Keep<'a> = &'a (dyn Fn(&[Row]) -> Result<()> + Sync);
+/// Callback that stores all rows, called whenever there is another one.
+pub(super) type SaveRows<'a> = &'a (dyn Fn(&[ClipRow]) -> Result<()> + Sync);
 
-/// What the threads share.
-struct Shift<'a, 'w> {
-    standing: Standing,
-    keep: Keep<'a>,
-    bench: Mutex<Bench<'a, 'w>>,
+/// Data that the workers share.
+struct SharedWork<'a, 'w> {
+    creep_reference: CreepReference,
+    save_rows: SaveRows<'a>,
+    state: Mutex<WorkState<'a, 'w>>,
 }
 
-/// What they change while they work.
-struct Bench<'a, 'w> {
+/// Data that the workers change, under one lock.
+struct WorkState<'a, 'w> {
     queue: VecDeque<&'a Job>,
     writer: &'w mut CaptureWriter,
     progress: Progress,
     frames_done: u64,
-    rows: Vec<Row>,
-    made: Vec<Made>,
+    rows: Vec<ClipRow>,
+    finished: Vec<FinishedClip>,
     failure: Option<anyhow::Error>,
 }
 
-impl Workshop<'_> {
-    /// Makes all clips, as many at a time as there are threads; the order of the capture is that of
-    /// `jobs`. The first failure stops the others at their next frame.
-    pub(super) fn make<'a>(
+/// Clip whose files have been opened for writing.
+struct OpenClip<'a> {
+    job: &'a Job,
+    writer: ClipWriter,
+}
+
+impl ClipSimulator<'_> {
+    /// Simulates all clips, as many at a time as there are threads, in any order.
+    ///
+    /// # Errors
+    /// The first failure of a clip, which stops the others at their next frame. An interruption.
+    pub(super) fn simulate_all<'a>(
         &self,
         jobs: &[&'a Job],
-        kept: Kept,
+        earlier: EarlierProgress,
         writer: &mut CaptureWriter,
-        keep: Keep<'a>,
-    ) -> Result<Vec<Made>> {
+        save_rows: SaveRows<'a>,
+    ) -> Result<Vec<FinishedClip>> {
         if jobs.is_empty() {
             return Ok(Vec::new());
         }
-        let standing = self.standing()?;
+        let creep_reference = self.creep_reference()?;
         let to_do: u64 = jobs.iter().map(|job| job.clip.len() as u64).sum();
-        let bench = Bench {
+        let state = WorkState {
             queue: jobs.iter().copied().collect(),
             writer,
-            progress: Progress::new("simulating", kept.frames, kept.frames + to_do),
-            frames_done: kept.frames,
-            rows: kept.rows,
-            made: Vec::new(),
+            progress: Progress::new("simulating", earlier.frames, earlier.frames + to_do),
+            frames_done: earlier.frames,
+            rows: earlier.rows,
+            finished: Vec::new(),
             failure: None,
         };
-        let shift = Shift {
-            standing,
-            keep,
-            bench: Mutex::new(bench),
+        let shared = SharedWork {
+            creep_reference,
+            save_rows,
+            state: Mutex::new(state),
         };
         let threads = rayon::current_num_threads();
         let workers = jobs.len().clamp(1, threads);
         thread::scope(|scope| {
             for worker in 0..workers {
-                let shift = &shift;
-                // Threads that are left over help inside the first clips.
+                let shared = &shared;
+                // With fewer clips than threads, each worker has several threads for its solver.
+                // The first workers get those that remain.
                 let share = threads / workers + usize::from(worker < threads % workers);
-                scope.spawn(move || self.work(share, shift));
+                scope.spawn(move || self.work(share, shared));
             }
         });
-        let bench = shift.bench.into_inner().unwrap_or_else(PoisonError::into_inner);
-        match bench.failure {
+        let state = shared.state.into_inner().unwrap_or_else(PoisonError::into_inner);
+        match state.failure {
             Some(error) => Err(error),
-            None => Ok(bench.made),
+            None => Ok(state.finished),
         }
     }
 
-    /// What creeping is measured against.
-    fn standing(&self) -> Result<Standing> {
-        let mut progress = Progress::new("settling", 0, Standing::frames(&self.settings));
+    /// Simulates a character that only stands: the reference for the creep of the clips.
+    fn creep_reference(&self) -> Result<CreepReference> {
+        let mut progress = Progress::new("settling", 0, CreepReference::frame_count(&self.settings));
         let mut frames = 0;
         let goes_on = || {
             progress.set(frames, || "standing".into());
             frames += 1;
-            !interrupt::is_asked()
+            !interrupt::is_requested()
         };
-        let standing = Standing::new(&self.cloth, &self.character, &self.settings, goes_on)?;
+        let standing = CreepReference::new(&self.cloth, &self.character, &self.settings, goes_on)?;
         standing.ok_or_else(interrupted)
     }
 
-    fn work(&self, threads: usize, shift: &Shift) {
+    fn work(&self, threads: usize, shared: &SharedWork) {
         let pool = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
             Ok(pool) => pool,
-            Err(error) => return shift.fail(anyhow!("threads cannot be started: {error}")),
+            Err(error) => return shared.fail(anyhow!("threads cannot be started: {error}")),
         };
-        while let Some(next) = shift.take() {
-            let made = next.and_then(|(job, writer)| pool.install(|| self.clip(job, writer, shift)));
-            match made {
-                Ok(made) => shift.lock().made.push(made),
-                Err(error) => return shift.fail(error),
+        while let Some(next) = shared.next_clip() {
+            let finished = next.and_then(|open| pool.install(|| self.clip(open, shared)));
+            match finished {
+                Ok(clip) => shared.lock().finished.push(clip),
+                Err(error) => return shared.fail(error),
             }
         }
     }
 
-    fn clip(&self, job: &Job, mut writer: ClipWriter, shift: &Shift) -> Result<Made> {
+    /// Simulates one clip and writes its files.
+    fn clip(&self, open: OpenClip, shared: &SharedWork) -> Result<FinishedClip> {
+        let OpenClip { job, mut writer } = open;
         let clip = &job.clip;
         let named = |e: SimulationError| anyhow!("clip {}: {e}", clip.name);
         let mut simulation = self.simulation(clip).map_err(named)?;
-        let mut gauge = Gauge::new(&self.character, &self.cut.garment.rest, clip.fps);
-        let wanted = evenly_spread(clip.len(), self.shots);
-        let (mut shots, mut cpu_s) = (Vec::new(), 0.0);
+        let mut meter = QualityMeter::new(&self.character, &self.input.garment.rest, clip.fps);
+        let picture_frames = evenly_spread(clip.len(), self.pictures);
+        let (mut pictures, mut cpu_s) = (Vec::new(), 0.0);
         for t in 0..clip.len() {
-            shift.go_on()?;
+            shared.check_stop()?;
             let started = cpu_time_s();
-            self.step(&mut simulation, clip, t, shift).map_err(named)?;
+            self.step(&mut simulation, clip, t, shared).map_err(named)?;
             cpu_s += cpu_time_s() - started;
-            shift.go_on()?;
+            // Settling returns early when it is stopped: its frame must not be written.
+            shared.check_stop()?;
             let (body, garment) = (simulation.body().unwrap_or_default(), simulation.vertices());
             writer.push(garment)?;
-            gauge.push(body, garment);
-            if wanted.contains(&t) {
-                let place = Place::new(&self.character.skeleton, &clip.poses[t]);
-                let (body, garment) = (body.to_vec(), garment.to_vec());
-                shots.push((t, Shot { body, garment, place }));
+            meter.push(body, garment);
+            if picture_frames.contains(&t) {
+                let snapshot = Snapshot {
+                    body: body.to_vec(),
+                    garment: garment.to_vec(),
+                    placement: Placement::new(&self.character.skeleton, &clip.poses[t]),
+                };
+                pictures.push(FrameSnapshot { frame: t, snapshot });
             }
-            shift.advance(&clip.name);
+            shared.advance(&clip.name);
         }
-        let row = Row {
+        let row = ClipRow {
             clip: clip.name.clone(),
             split: job.split.name().to_owned(),
             frames: clip.len(),
             cpu_s_per_frame: cpu_s / clip.len() as f64,
-            soundness: gauge.finish(),
-            creep_mm: self.creep_mm(&mut simulation, clip, shift)?,
+            quality: meter.finish(),
+            creep_mm: self.creep_mm(&mut simulation, clip, shared)?,
         };
-        shift.record(&row)?;
+        // The row is saved first: whenever a run is killed, every finished clip has its row.
+        shared.record(&row)?;
         writer.finish()?;
-        Ok(Made { row, shots })
+        Ok(FinishedClip { row, pictures })
     }
 
+    /// Creates the solver for a clip, whose ground may have its own height.
     fn simulation(&self, clip: &Clip) -> Result<Simulation, SimulationError> {
         let mut settings = self.settings.clone();
         if let Some(contact) = &mut settings.contact {
@@ -198,58 +219,60 @@ impl Workshop<'_> {
         Simulation::on_character(Arc::clone(&self.cloth), Arc::clone(&self.character), settings)
     }
 
-    /// Frame `t`: the first is what settling leads to.
+    /// Advances the simulation to frame `t`. Frame 0 is the end of the settling phase.
     fn step(
         &self,
         simulation: &mut Simulation,
         clip: &Clip,
         t: usize,
-        shift: &Shift,
+        shared: &SharedWork,
     ) -> Result<(), SimulationError> {
         let pose = &clip.poses[t];
         match t {
             0 => simulation
-                .settle_while([pose, &clip.poses[1]], clip.wind_at(0), || shift.go_on().is_ok())
+                .settle_while(pose, &clip.poses[1], clip.wind_at(0), || {
+                    shared.check_stop().is_ok()
+                })
                 .map(drop),
             _ => simulation.step_frame(pose, clip.wind_at(t)).map(drop),
         }
     }
 
-    /// Stands the character up in still air at the end of its clip.
-    fn creep_mm(&self, simulation: &mut Simulation, clip: &Clip, shift: &Shift) -> Result<f32> {
+    /// Measures the creep in mm: the character moves from its last pose to standing, in still air.
+    fn creep_mm(&self, simulation: &mut Simulation, clip: &Clip, shared: &SharedWork) -> Result<f32> {
         let (skeleton, last) = (&self.character.skeleton, &clip.poses[clip.len() - 1]);
-        for pose in Standing::way_from(skeleton, last, clip.fps) {
-            shift.go_on()?;
+        for pose in CreepReference::poses_to_standing(skeleton, last, clip.fps) {
+            shared.check_stop()?;
             simulation.step_frame(&pose, Vec3::ZERO)?;
         }
-        Ok(shift.standing.creep_mm(simulation, skeleton, last))
+        Ok(shared.creep_reference.creep_mm(simulation, skeleton, last))
     }
 }
 
-impl<'a, 'w> Shift<'a, 'w> {
-    /// The next clip with its files; none when there is no more to do.
-    fn take(&self) -> Option<Result<(&'a Job, ClipWriter)>> {
-        let mut bench = self.lock();
-        if bench.failure.is_some() {
+impl<'a, 'w> SharedWork<'a, 'w> {
+    /// Takes the next clip from the queue and opens its files. `None` when there is no more to do.
+    fn next_clip(&self) -> Option<Result<OpenClip<'a>>> {
+        let mut state = self.lock();
+        if state.failure.is_some() {
             return None;
         }
-        let job = bench.queue.pop_front()?;
-        // Begun in the order of the queue, so that the capture lists its clips in one order.
-        let writer = bench.writer.begin_clip(&job.clip, job.split);
-        Some(writer.map(|writer| (job, writer)).map_err(Into::into))
+        let job = state.queue.pop_front()?;
+        // Clips begin under the lock, in the order of the queue: the capture lists them in one
+        // order.
+        let writer = state.writer.begin_clip(&job.clip, job.split);
+        Some(writer.map(|writer| OpenClip { job, writer }).map_err(Into::into))
     }
 
-    /// Before the clip's motion is in the folder: a finished clip has its row, whenever a run is
-    /// interrupted.
-    fn record(&self, row: &Row) -> Result<()> {
-        let mut bench = self.lock();
-        bench.rows.push(row.clone());
-        (self.keep)(&bench.rows)
+    /// Adds the row of a clip and saves all rows.
+    fn record(&self, row: &ClipRow) -> Result<()> {
+        let mut state = self.lock();
+        state.rows.push(row.clone());
+        (self.save_rows)(&state.rows)
     }
 
-    /// An error once another thread has failed or somebody has asked to stop.
-    fn go_on(&self) -> Result<()> {
-        if interrupt::is_asked() {
+    /// Returns an error if another worker has failed or the user has asked to stop.
+    fn check_stop(&self) -> Result<()> {
+        if interrupt::is_requested() {
             return Err(interrupted());
         }
         match self.lock().failure {
@@ -258,30 +281,33 @@ impl<'a, 'w> Shift<'a, 'w> {
         }
     }
 
+    /// Counts a finished frame of a clip and shows the progress.
     fn advance(&self, clip: &str) {
-        let mut bench = self.lock();
-        bench.frames_done += 1;
-        let done = bench.frames_done;
-        bench.progress.set(done, || clip.to_owned());
+        let mut state = self.lock();
+        state.frames_done += 1;
+        let done = state.frames_done;
+        state.progress.set(done, || clip.to_owned());
     }
 
-    /// The first failure counts: others follow from it.
+    /// Keeps the first failure. Later ones are only its consequences.
     fn fail(&self, error: anyhow::Error) {
         self.lock().failure.get_or_insert(error);
     }
 
-    fn lock(&self) -> MutexGuard<'_, Bench<'a, 'w>> {
-        self.bench.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, WorkState<'a, 'w>> {
+        // A worker that panicked ends the whole command; the state is still good enough to stop.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 fn interrupted() -> anyhow::Error {
-    let text = "interrupted; finished clips are kept, the same command with --resume goes on";
+    let text = "interrupted; finished clips are kept, the same command with --resume continues";
     Interrupted(text.into()).into()
 }
 
-/// CPU time of the threads of this pool so far, seconds.
+/// CPU time in seconds that the threads of the current pool have used.
 fn cpu_time_s() -> f64 {
+    // The clock of the process would count the workers of other clips too.
     let seconds = |_: rayon::BroadcastContext<'_>| {
         let time = clock_gettime(ClockId::ThreadCPUTime);
         time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64

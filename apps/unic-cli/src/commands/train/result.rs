@@ -1,4 +1,4 @@
-//! What a run says before and after it trains.
+//! Texts and results of a run: what it prints before training, its model and its summary.
 
 use super::Run;
 use crate::model_file;
@@ -11,17 +11,20 @@ use std::{
 use unic_eval::PreparedClip;
 use unic_io::counted;
 use unic_train::{
-    Dataset, Fit, PUBLISHED_EPOCHS, TrainConfig, Trainer, TrainingTime, Validation, ValidationMotion,
+    FieldData, Fit, PUBLISHED_EPOCHS, TrainConfig, Trainer, TrainingTime, Validation, ValidationMotion,
 };
 
-/// What is about to happen, told with the first fit at hand.
-pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
+/// Text before the training: the capture, the clips, the number of steps and the outputs.
+///
+/// # Errors
+/// A model that cannot be built from the trainer.
+pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
     let data = trainer.data();
     let held_out: Vec<&str> = data.validation.iter().map(|clip| clip.name()).collect();
     let held_out = match held_out.as_slice() {
         [] => "nothing is held out".to_owned(),
         clips if is_trained_on(data) => format!(
-            "validating on {}, which is trained on too: there is no other clip",
+            "validating on {}, which is also trained on because there is no other clip",
             clips.join(", ")
         ),
         clips => format!("validating on {}", clips.join(", ")),
@@ -29,21 +32,22 @@ pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
     let (capture, steps) = (&data.capture, run.config.optimiser.steps);
     let again = match run.fits {
         [_] => "",
-        _ => "\nthen once more on all clips: that fit is the model",
+        _ => "\nthen a second fit on all clips, which is the model",
     };
     let done = match trainer.step() {
         0 => String::new(),
         step => format!(", {step} of them done"),
     };
+    // A preset with epochs shows their number; for others it is computed from the steps.
     let epochs = match run.config.optimiser.epochs {
         Some(epochs) => epochs.to_string(),
         None => format!("{:.1}", run.config.epochs_of(steps, data.frame_pairs())),
     };
-    let squeezed = squeezed(&run.config, &epochs, data.frame_pairs());
+    let warning = short_schedule_warning(&run.config, &epochs, data.frame_pairs());
     Ok(format!(
         "{}: {} vertices, {} joints, {} fps\n\
          training on {}, {:.1} s of motion; {held_out}{again}\n\
-         {} parameters, {}, which are {epochs} epochs{done}, seed {}{squeezed}\n\
+         {} parameters, {}, which are {epochs} epochs{done}, seed {}{warning}\n\
          the model will be {}, its run {}",
         capture.manifest.name,
         capture.garment.rest.vertices.len(),
@@ -59,18 +63,21 @@ pub(super) fn summary(run: &Run, trainer: &Trainer) -> Result<String> {
     ))
 }
 
-/// Is the clip that the run is validated on the only one that there is?
-fn is_trained_on(data: &Dataset) -> bool {
+/// Does the fit train on the clip that it is validated on? A capture with one training clip has no
+/// other.
+fn is_trained_on(data: &FieldData) -> bool {
     let is_known = |clip: &PreparedClip| data.clips.iter().any(|c| c.name() == clip.name());
     data.validation.iter().any(is_known)
 }
 
-/// Fewer steps than this are told where a schedule of several half periods is squeezed into them.
+/// Number of steps below which a schedule of several half periods is worth a warning.
 const FEW_STEPS: u64 = 200;
 
-/// Warning about a learning rate that falls, rises and falls again within a few steps; else empty.
-fn squeezed(config: &TrainConfig, epochs: &str, pairs: usize) -> String {
+/// Warning about a learning rate that falls, rises and falls again within a few steps. Empty if
+/// there is no need for one.
+fn short_schedule_warning(config: &TrainConfig, epochs: &str, pairs: usize) -> String {
     let optimiser = &config.optimiser;
+    // A rate that only falls does so in any number of steps.
     if optimiser.half_periods <= 1.0 || optimiser.steps >= FEW_STEPS {
         return String::new();
     }
@@ -82,56 +89,59 @@ fn squeezed(config: &TrainConfig, epochs: &str, pairs: usize) -> String {
     )
 }
 
-/// A run that has come to its end.
-pub(super) struct Trained<'a> {
+/// Run whose fits are finished.
+pub(super) struct FinishedRun<'a> {
     pub(super) run: &'a Run,
-    /// The last fit.
+    /// Trainer of the last fit, which is the model.
     pub(super) trainer: Trainer,
-    /// Of the first one, where it held clips out.
+    /// Validation of the first fit. `None` if it held out no clips.
     pub(super) validation: Option<Validation>,
     /// Training time of the prior, all fits and their validation.
     pub(super) time: TrainingTime,
 }
 
-/// What `--json` prints.
+/// Object that `--json` prints. The field names are a contract.
 #[derive(Serialize)]
-pub(crate) struct Summary {
+pub struct TrainingSummary {
     model: PathBuf,
     run: PathBuf,
-    /// Of the model file.
-    pub(crate) bytes: usize,
-    /// Trained numbers.
-    pub(crate) parameters: usize,
-    /// The fit that the model is.
+    /// Size of the model file in bytes.
+    pub bytes: usize,
+    /// Number of trained parameters.
+    pub parameters: usize,
+    /// Fit that became the model.
     fit: Fit,
     training_clips: Vec<String>,
-    /// Of each fit.
-    pub(crate) steps: u64,
-    /// Training time of the prior, all fits and their validation; loading is no part of it.
-    pub(crate) seconds: f64,
-    /// The part of it that the prior's fit took.
+    /// Number of optimiser steps of each fit.
+    pub steps: u64,
+    /// Training time of the prior, all fits and their validation, without loading, in seconds.
+    pub seconds: f64,
+    /// Part of `seconds` that fitting the prior took.
     prior_seconds: f64,
-    /// The fit that the validation is of.
+    /// Fit whose error the validation measures.
     #[serde(skip_serializing_if = "Option::is_none")]
     validation_fit: Option<Fit>,
-    /// Whether that fit has seen the clips.
+    /// Novelty of the validation clips to that fit: unseen, or trained on.
     #[serde(skip_serializing_if = "Option::is_none")]
     validation_motion: Option<ValidationMotion>,
     validation_clips: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     validation_rmse_mm: Option<f64>,
-    /// The part of its field's output that the model takes.
+    /// Factor, from 0 to 1, by which the model scales the output of its field.
     #[serde(skip_serializing_if = "Option::is_none")]
     field_share: Option<f32>,
 }
 
-impl Trained<'_> {
-    /// Writes the model.
-    pub(super) fn deliver(&self) -> Result<Summary> {
+impl FinishedRun<'_> {
+    /// Writes the model and returns the summary of the run.
+    ///
+    /// # Errors
+    /// A model or log that cannot be written.
+    pub(super) fn write_model(&self) -> Result<TrainingSummary> {
         let (run, data) = (self.run, self.trainer.data());
         let model = self.trainer.measured_model()?;
         let validation = self.validation.as_ref();
-        let summary = Summary {
+        let summary = TrainingSummary {
             model: run.out.clone(),
             run: run.folder.path().to_path_buf(),
             bytes: model_file::write(&run.out, &model)?,
@@ -156,8 +166,9 @@ impl Trained<'_> {
     }
 }
 
-impl Summary {
-    pub(super) fn closing_words(&self, capture: &Path) -> String {
+impl TrainingSummary {
+    /// Text after the training: the model, its error and the commands to try next.
+    pub(super) fn text(&self, capture: &Path) -> String {
         let (model, capture) = (self.model.display(), capture.display());
         let time = humantime::format_duration(Duration::from_secs(self.seconds.round() as u64));
         let clips = self.validation_clips.join(", ");
@@ -166,13 +177,16 @@ impl Summary {
             (Fit::HeldOut, Some(rmse)) if self.validation_motion == Some(ValidationMotion::TrainedOn) => (
                 "",
                 format!(
-                    "{rmse:.2} mm free-running on {clips}, which it was trained on: no measure of unseen motion"
+                    "{rmse:.2} mm in free running on {clips}, which it was trained on: no measure of unseen \
+                     motion"
                 ),
             ),
-            (Fit::HeldOut, Some(rmse)) => ("", format!("{rmse:.2} mm free-running on {clips}")),
+            (Fit::HeldOut, Some(rmse)) => ("", format!("{rmse:.2} mm in free running on {clips}")),
             (Fit::AllClips, Some(rmse)) => (
                 "two fits of ",
-                format!("{rmse:.2} mm free-running on {clips} when held out; the model has seen all clips"),
+                format!(
+                    "{rmse:.2} mm in free running on {clips} when held out; the model has seen all clips"
+                ),
             ),
         };
         format!(

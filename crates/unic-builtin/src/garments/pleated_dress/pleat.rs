@@ -1,36 +1,46 @@
-//! The cross-section of one knife pleat.
+//! Cross-section of one knife pleat.
 
 use glam::Vec2;
 
-/// One knife pleat at one height. Its section is a polyline in (x along the outline, y outward), both
-/// metres: an inner layer, the rise to the visible face, the face up to the outer fold, and the layer
-/// that runs back under it to the inner fold, where the next pleat begins.
+/// One knife pleat at one height.
 ///
-/// x = 0 is where the pleat before ends; the face reaches to x = `face`, and y = 0 is its surface.
+/// Its section is a polyline with four sides, x along the outline and y outward, in metres:
+///
+/// 1. the inner layer,
+/// 2. the rise to the visible face,
+/// 3. the visible face up to the outer fold,
+/// 4. the layer that runs back under the face to the inner fold, where the next pleat begins.
+///
+/// The face of the pleat before ends at x = 0. This one's reaches to x = `face` and lies near
+/// y = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pleat {
-    /// Width that shows, metres.
+    /// Visible width, metres.
     pub(super) face: f32,
-    /// Width that is folded under, twice, metres. Less than `face` lest the next pleat's inner fold
-    /// meet this one's rise.
+    /// Width that is folded under, twice, metres. It is less than `face`, so that the next pleat's
+    /// inner fold does not meet this one's rise.
     pub(super) depth: f32,
     /// Distance between neighbouring layers, metres.
     pub(super) gap: f32,
 }
 
-/// Squares along each side of a pleat's section.
+/// Number of squares along each side of a pleat's section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct PleatColumns {
     sides: [usize; 4],
 }
 
-/// Number of the side that shows.
+/// Index of the visible side.
 const FACE: usize = 2;
 
 impl Pleat {
-    /// Corners of the section: inner fold, foot and head of the rise, outer fold, next inner fold.
+    /// Corners of the section: inner fold, lower and upper end of the rise, outer fold, next inner
+    /// fold.
     fn corners(&self) -> [Vec2; 5] {
         let inner_fold = Vec2::new(-self.depth, -1.5 * self.gap);
+        // Depths of the three layers, in gaps: the visible one lies between 0 and −0.5, the layer
+        // that runs back between −0.5 and −1.5, the inner one of the next pleat between −1.5 and
+        // −2.
         [
             inner_fold,
             Vec2::new(-0.05 * self.face, -2.0 * self.gap),
@@ -40,6 +50,7 @@ impl Pleat {
         ]
     }
 
+    /// Lengths of the sides, metres.
     fn sides(&self) -> [f32; 4] {
         let corners = self.corners();
         std::array::from_fn(|side| corners[side].distance(corners[side + 1]))
@@ -52,30 +63,31 @@ impl Pleat {
 }
 
 impl PleatColumns {
-    /// Squares of about the given edge length.
+    /// Numbers of squares of about the given edge length, metres.
     pub(super) fn for_edge(pleat: &Pleat, edge: f32) -> Self {
         let sides = pleat.sides().map(|side| (side / edge).round().max(2.0) as usize);
         Self { sides }
     }
 
-    /// Columns of a pleat.
+    /// Number of columns of a pleat.
     pub(super) fn total(self) -> usize {
         self.sides.iter().sum()
     }
 
-    /// Columns that show at the waist: from the head of the rise to the outer fold.
+    /// Number of visible columns, from the upper end of the rise to the outer fold.
     pub(super) fn visible(self) -> usize {
         (0..self.total())
             .filter(|&column| self.is_visible(column))
             .count()
     }
 
+    /// Returns true for a column on the visible face, both of its ends included.
     pub(super) fn is_visible(self, column: usize) -> bool {
         let (side, along) = self.place(column);
         side == FACE || (side == FACE + 1 && along == 0)
     }
 
-    /// The section's point at a column.
+    /// Point of the section at a column, metres.
     pub(super) fn point(self, pleat: &Pleat, column: usize) -> Vec2 {
         let (side, along) = self.place(column);
         let corners = pleat.corners();
@@ -89,7 +101,7 @@ impl PleatColumns {
         sides[..side].iter().sum::<f32>() + sides[side] * along as f32 / self.sides[side] as f32
     }
 
-    /// The side that a column lies on, and its number on it.
+    /// Side of a column, and number of the column on that side.
     fn place(self, column: usize) -> (usize, usize) {
         let mut along = column;
         for (side, &count) in self.sides.iter().enumerate() {
@@ -98,6 +110,7 @@ impl PleatColumns {
             }
             along -= count;
         }
+        // The column behind the last one is the end of the last side.
         (self.sides.len() - 1, self.sides[3])
     }
 }
@@ -128,7 +141,7 @@ mod tests {
         let section: Vec<Vec2> = (0..3 * count)
             .map(|c| columns.point(&PLEAT, c % count) + Vec2::X * PLEAT.face * (c / count) as f32)
             .collect();
-        // Points further apart along the cloth than a fold's two flanks, but near in the plane.
+        // Points that are far apart along the cloth must not be close to each other in the plane.
         for i in count..2 * count {
             for j in 0..3 * count {
                 if i.abs_diff(j) > 12 {

@@ -1,30 +1,36 @@
 //! Back and fronts, from the hem over the shoulders.
 
-use super::{Cut, LAYER_GAP_M, laid_flat, smooth, strip};
+use super::{LAYER_GAP_M, RobeLayout, laid_flat, smooth, strip};
 use crate::garments::{Fabric, Sewing};
 use glam::{Vec2, Vec3};
 
 /// Distance from the side seam within which the left front rises over the right one, metres.
 const RISE_M: f32 = 0.06;
 
-/// Points at which a line across the shoulders is followed to find its length.
+/// Indices of the three panels, by growing u. A row of the torso begins at the left front's edge.
+const LEFT_FRONT: usize = 0;
+const BACK: usize = 1;
+const RIGHT_FRONT: usize = 2;
+
+/// Number of segments by which the length of a line across the shoulders is measured.
 const FINE: usize = 128;
 
-/// Where the three panels' patterns lie.
+/// Origins of the patterns of the three panels, metres.
 const ORIGINS: [Vec2; 3] = [Vec2::new(-1.5, 0.0), Vec2::ZERO, Vec2::new(1.5, 0.0)];
 
-/// Share of each panel's rows at which their patterns are aligned: the side seams, and the middle of
-/// the back.
+/// Share of each panel's rows at which their patterns are aligned: the side seams of the fronts,
+/// and the middle of the back.
 const ANCHORS: [f32; 3] = [1.0, 0.5, 0.0];
 
-/// What the other pieces are sewn to.
+/// Vertices of the torso that other pieces are sewn to.
 pub(super) struct Torso {
-    /// Left and right: closed loops from the underarm, the first vertex not repeated; their direction
-    /// is that of a tube's u whose v runs along the arm.
+    /// Left and right armhole: closed loops from the underarm, without repeating the first vertex.
+    ///
+    /// They run in the direction of u of a tube whose v runs along the arm.
     pub(super) armholes: [Vec<u32>; 2],
-    /// From the left hem up the front, around the neck and down to the right hem.
+    /// Edge from the left hem up the front, around the neck and down to the right hem.
     pub(super) edge: Vec<EdgeVertex>,
-    /// The row at the waist.
+    /// Row at the waist.
     pub(super) waist: Vec<u32>,
 }
 
@@ -32,43 +38,49 @@ pub(super) struct Torso {
 #[derive(Clone, Debug)]
 pub(super) struct EdgeVertex {
     pub(super) vertex: u32,
-    /// Where the panel would go on, row by row of the collar.
+    /// Positions on the continuation of the panel beyond its edge, one for each row of the collar,
+    /// metres.
     pub(super) beyond: Vec<Vec3>,
-    /// 0 on the fronts, 1 around the neck.
+    /// Blend weight of a standing collar: 0 on the fronts, 1 around the neck.
     pub(super) upright: f32,
 }
 
-/// One row of the three panels: left front, back, right front, all by growing u. Under the armholes
-/// neighbours share their last and first vertices.
-struct Rows {
+/// One row of the three panels.
+///
+/// Below the armholes neighbouring panels share their last and first vertices.
+struct PanelRows {
+    /// Vertices of each panel by growing u.
     panels: [Vec<u32>; 3],
-    /// Where the left and the right front would go on, row by row of the collar.
+    /// Positions on the continuation of the left and the right front, one for each row of the
+    /// collar, metres.
     beyond: [Vec<Vec3>; 2],
 }
 
-struct Layout<'a, 'b> {
-    cut: &'a Cut<'b>,
+/// Torso under construction: a tube from the hem to the armholes, and a yoke over the shoulders.
+struct TorsoLayout<'a, 'b> {
+    robe: &'a RobeLayout<'b>,
     parts: [u32; 3],
     tube_rows: usize,
     yoke_rows: usize,
 }
 
-impl Cut<'_> {
+impl RobeLayout<'_> {
+    /// Adds the fronts and the back.
     pub(super) fn torso(&self, sewing: &mut Sewing) -> Torso {
         let names = ["front_left", "back", "front_right"];
-        let layout = Layout {
-            cut: self,
+        let layout = TorsoLayout {
+            robe: self,
             parts: names.map(|name| sewing.part(name, Fabric::Silk)),
-            tube_rows: self.squares((self.underarm - self.hem) * (1.0 + self.robe.flare.powi(2)).sqrt()),
+            tube_rows: self.squares((self.underarm - self.hem) * (1.0 + self.design.flare.powi(2)).sqrt()),
             yoke_rows: self.squares(self.shoulders.front_length(0.7)),
         };
-        let mut rows: Vec<Rows> = (0..=layout.tube_rows)
+        let mut rows: Vec<PanelRows> = (0..=layout.tube_rows)
             .map(|j| layout.tube_row(sewing, j))
             .collect();
         rows.extend((1..layout.yoke_rows).map(|k| layout.yoke_row(sewing, k)));
         let ridge = layout.ridge(sewing);
-        rows.push(Rows {
-            panels: [ridge[0].clone(), back_of(&ridge), ridge[2].clone()],
+        rows.push(PanelRows {
+            panels: [ridge.left.clone(), ridge.back_row(), ridge.right.clone()],
             beyond: layout.yoke_beyond(0.5),
         });
         layout.panels(sewing, &rows);
@@ -76,26 +88,31 @@ impl Cut<'_> {
         let waist = &rows[(share * layout.tube_rows as f32).round() as usize];
         Torso {
             armholes: layout.armholes(&rows),
-            edge: layout.edge(sewing, &rows, &ridge[1]),
+            edge: layout.edge(sewing, &rows, &ridge.neck),
             waist: waist.panels.concat(),
         }
     }
 
-    /// Share of a layer's gap by which what lies on the right front is raised, at |u| from the middle.
+    /// Height of the left front over the right one as a share of [`LAYER_GAP_M`], at the share u
+    /// from the midplane.
+    ///
+    /// It is 1 in the middle and falls to 0 at the side seam, where the left front joins the back.
     pub(super) fn rise(&self, height: f32, u: f32) -> f32 {
         let girth = self.trunk.circumference(height, self.level(height));
         smooth((self.trunk.left_side(height, self.level(height)) - u) * girth / RISE_M)
     }
 
-    /// How far the fronts reach beyond the middle at a distance above the waist along the front,
-    /// metres; negative where they do not reach it.
+    /// Width of the fronts beyond the midplane at a distance above the waist along the front,
+    /// metres.
+    ///
+    /// It is negative where they do not reach the midplane.
     fn reach(&self, above_waist: f32) -> f32 {
         let full = self.underarm - self.waist + self.shoulders.front_length(0.3);
         let t = (above_waist / full).clamp(0.0, 1.0);
-        self.robe.overlap_m - t * (self.robe.overlap_m + self.neck_half_m)
+        self.design.overlap_m - t * (self.design.overlap_m + self.neck_half_m)
     }
 
-    /// Where the left front's edge lies across the shoulders.
+    /// Coordinate across the shoulders of the left front's edge at the share t of a path.
     fn yoke_edge(&self, t: f32) -> f32 {
         let along = 2.0 * t * self.shoulders.front_length(0.3);
         self.shoulders
@@ -103,36 +120,47 @@ impl Cut<'_> {
     }
 }
 
-/// The row on the shoulders' ridge: left shoulder from neck to armhole, neck from left to right, right
-/// shoulder from armhole to neck.
-type Ridge = [Vec<u32>; 3];
-
-/// The same vertices as the back's last row, from left to right.
-fn back_of([left, neck, right]: &Ridge) -> Vec<u32> {
-    let across = left.iter().rev().chain(neck);
-    across.chain(right.iter().rev()).copied().collect()
+/// Vertices on the ridge of the shoulders.
+struct Ridge {
+    /// Left shoulder, from neck to armhole.
+    left: Vec<u32>,
+    /// Back of the neck, from left to right, without its ends.
+    neck: Vec<u32>,
+    /// Right shoulder, from armhole to neck.
+    right: Vec<u32>,
 }
 
-impl Layout<'_, '_> {
-    fn tube_row(&self, sewing: &mut Sewing, j: usize) -> Rows {
-        let cut = self.cut;
-        let height = cut.hem + (cut.underarm - cut.hem) * j as f32 / self.tube_rows as f32;
-        let level = cut.level(height);
-        let girth = cut.trunk.circumference(height, level);
-        let reach = cut.reach(height - cut.waist) / girth;
-        let side = cut.trunk.left_side(height, level);
+impl Ridge {
+    /// Vertices of the ridge as the last row of the back, from left to right.
+    fn back_row(&self) -> Vec<u32> {
+        let across = self.left.iter().rev().chain(&self.neck);
+        across.chain(self.right.iter().rev()).copied().collect()
+    }
+}
+
+impl TorsoLayout<'_, '_> {
+    /// Adds row `j` of the tube, counted from the hem.
+    fn tube_row(&self, sewing: &mut Sewing, j: usize) -> PanelRows {
+        let robe = self.robe;
+        let height = robe.hem + (robe.underarm - robe.hem) * j as f32 / self.tube_rows as f32;
+        let level = robe.level(height);
+        let girth = robe.trunk.circumference(height, level);
+        let reach = robe.reach(height - robe.waist) / girth;
+        let side = robe.trunk.left_side(height, level);
+        // Shares u at which the panels begin and end.
         let ends = [-reach, side, 1.0 - side, 1.0 + reach];
         let place = |u: f32| {
-            // Beyond u = 1 the right front goes on; shares of the left front are near zero.
-            let rise = if u < 0.5 { cut.rise(height, u) } else { 0.0 };
-            cut.trunk
-                .spot_under(height, u, level)
-                .at(level + LAYER_GAP_M * rise)
+            // The right front continues beyond u = 1, and lies below. The left front has u near
+            // zero.
+            let rise = if u < 0.5 { robe.rise(height, u) } else { 0.0 };
+            robe.trunk
+                .point_on_offset(height, u, level)
+                .raised_by(level + LAYER_GAP_M * rise)
         };
         let mut panels: [Vec<u32>; 3] = Default::default();
         for panel in 0..3 {
             let (from, to) = (ends[panel], ends[panel + 1]);
-            let squares = cut.squares((to - from) * girth);
+            let squares = robe.squares((to - from) * girth);
             let shared = panel
                 .checked_sub(1)
                 .and_then(|before| panels[before].last().copied());
@@ -144,60 +172,73 @@ impl Layout<'_, '_> {
             }
         }
         let beyond = |u: f32, sign: f32| {
-            let step = sign * self.cut.robe.collar_m / (self.collar_rows() as f32 * girth);
+            let step = sign * self.robe.design.collar_m / (self.collar_rows() as f32 * girth);
             (1..=self.collar_rows())
                 .map(|row| place(u + step * row as f32))
                 .collect()
         };
-        Rows {
+        PanelRows {
             panels,
             beyond: [beyond(ends[0], -1.0), beyond(ends[3], 1.0)],
         }
     }
 
+    /// Number of rows of the collar.
     fn collar_rows(&self) -> usize {
-        self.cut.squares(self.cut.robe.collar_m)
+        self.robe.squares(self.robe.design.collar_m)
     }
 
-    fn yoke_row(&self, sewing: &mut Sewing, k: usize) -> Rows {
+    /// Adds row `k` of the yoke, counted from the armholes' lower ends.
+    fn yoke_row(&self, sewing: &mut Sewing, k: usize) -> PanelRows {
         let t = 0.5 * k as f32 / self.yoke_rows as f32;
-        let edge = self.cut.yoke_edge(t);
-        Rows {
+        let edge = self.robe.yoke_edge(t);
+        PanelRows {
             panels: [
-                self.yoke_line(sewing, 0, [edge, 1.0], t),
-                self.yoke_line(sewing, 1, [1.0, -1.0], 1.0 - t),
-                self.yoke_line(sewing, 2, [-1.0, -edge], t),
+                self.yoke_line(sewing, LEFT_FRONT, [edge, 1.0], t),
+                self.yoke_line(sewing, BACK, [1.0, -1.0], 1.0 - t),
+                self.yoke_line(sewing, RIGHT_FRONT, [-1.0, -edge], t),
             ],
             beyond: self.yoke_beyond(t),
         }
     }
 
+    /// Positions on the continuation of both fronts at the share t of the paths, metres.
     fn yoke_beyond(&self, t: f32) -> [Vec<Vec3>; 2] {
-        let (shoulders, rows) = (self.cut.shoulders, self.collar_rows());
-        let edge = shoulders.position(self.cut.yoke_edge(t), t).x;
-        let x = |row: usize| edge - self.cut.robe.collar_m * row as f32 / rows as f32;
-        [(0, 1.0), (2, -1.0)].map(|(panel, sign)| {
+        let (shoulders, rows) = (self.robe.shoulders, self.collar_rows());
+        let edge = shoulders.position(self.robe.yoke_edge(t), t).x;
+        let x = |row: usize| edge - self.robe.design.collar_m * row as f32 / rows as f32;
+        [(LEFT_FRONT, 1.0), (RIGHT_FRONT, -1.0)].map(|(panel, sign)| {
             let a = |row: usize| sign * shoulders.across(x(row));
             (1..=rows).map(|row| self.yoke_place(panel, a(row), t)).collect()
         })
     }
 
+    /// Position of a panel at the coordinates (a, t) of the shoulder surface, metres.
     fn yoke_place(&self, panel: usize, a: f32, t: f32) -> Vec3 {
-        let rise = if panel == 0 { self.yoke_rise(a, t) } else { 0.0 };
-        self.cut.shoulders.spot(a, t).at(LAYER_GAP_M * rise)
+        let rise = if panel == LEFT_FRONT {
+            self.yoke_rise(a, t)
+        } else {
+            0.0
+        };
+        self.robe
+            .shoulders
+            .surface_point(a, t)
+            .raised_by(LAYER_GAP_M * rise)
     }
 
+    /// Adds the vertices on the ridge of the shoulders.
     fn ridge(&self, sewing: &mut Sewing) -> Ridge {
-        let neck = self.cut.yoke_edge(0.5);
-        let left = self.yoke_line(sewing, 0, [neck, 1.0], 0.5);
-        let right = self.yoke_line(sewing, 2, [-1.0, -neck], 0.5);
-        let mut across = self.yoke_line(sewing, 1, [neck, -neck], 0.5);
-        across.remove(0);
-        across.pop();
-        [left, across, right]
+        let edge = self.robe.yoke_edge(0.5);
+        let left = self.yoke_line(sewing, LEFT_FRONT, [edge, 1.0], 0.5);
+        let right = self.yoke_line(sewing, RIGHT_FRONT, [-1.0, -edge], 0.5);
+        // The ends of the neck are vertices of the shoulders.
+        let mut neck = self.yoke_line(sewing, BACK, [edge, -edge], 0.5);
+        neck.remove(0);
+        neck.pop();
+        Ridge { left, neck, right }
     }
 
-    /// A line of vertices of a panel at constant t, by even steps.
+    /// Adds a line of vertices of a panel between two coordinates a at constant t, by even steps.
     fn yoke_line(&self, sewing: &mut Sewing, panel: usize, [from, to]: [f32; 2], t: f32) -> Vec<u32> {
         let at = |i: usize| self.yoke_place(panel, from + (to - from) * i as f32 / FINE as f32, t);
         let fine: Vec<Vec3> = (0..=FINE).map(at).collect();
@@ -205,7 +246,7 @@ impl Layout<'_, '_> {
         for pair in fine.windows(2) {
             along.push(along[along.len() - 1] + pair[0].distance(pair[1]));
         }
-        let squares = self.cut.squares(along[FINE]);
+        let squares = self.robe.squares(along[FINE]);
         let place = |i: usize| {
             let s = along[FINE] * i as f32 / squares as f32;
             let next = along.partition_point(|a| *a < s).clamp(1, FINE);
@@ -217,17 +258,20 @@ impl Layout<'_, '_> {
             .collect()
     }
 
-    /// The left front lies on the right one up to where their collars part.
+    /// Height of the left front over the right one as a share of [`LAYER_GAP_M`] on the shoulders.
+    ///
+    /// It is 1 up to the place where the two collars part, and 0 at the armhole.
     fn yoke_rise(&self, a: f32, t: f32) -> f32 {
-        let from_armhole = self.cut.shoulders.half_width() - self.cut.shoulders.position(a, t).x;
+        let from_armhole = self.robe.shoulders.half_width() - self.robe.shoulders.position(a, t).x;
         smooth(from_armhole / RISE_M) * (1.0 - smooth((t - 0.36) / 0.12))
     }
 
-    fn panels(&self, sewing: &mut Sewing, rows: &[Rows]) {
-        let yoke_step = self.cut.shoulders.front_length(0.6) / self.yoke_rows as f32;
+    /// Adds the triangles of the panels with their pattern coordinates.
+    fn panels(&self, sewing: &mut Sewing, rows: &[PanelRows]) {
+        let yoke_step = self.robe.shoulders.front_length(0.6) / self.yoke_rows as f32;
         for panel in 0..3 {
             let mut y = 0.0;
-            let flat = |sewing: &Sewing, row: &Rows, y: f32| {
+            let flat = |sewing: &Sewing, row: &PanelRows, y: f32| {
                 laid_flat(
                     sewing,
                     &row.panels[panel],
@@ -237,7 +281,7 @@ impl Layout<'_, '_> {
             };
             let mut below = flat(sewing, &rows[0], 0.0);
             for j in 1..rows.len() {
-                let side = |row: &Rows| sewing.position(row.panels[1][0]);
+                let side = |row: &PanelRows| sewing.position(row.panels[BACK][0]);
                 y += match j <= self.tube_rows {
                     true => side(&rows[j]).distance(side(&rows[j - 1])),
                     false => yoke_step,
@@ -249,45 +293,50 @@ impl Layout<'_, '_> {
         }
     }
 
-    fn armholes(&self, rows: &[Rows]) -> [Vec<u32>; 2] {
+    /// Vertices of the left and the right armhole.
+    fn armholes(&self, rows: &[PanelRows]) -> [Vec<u32>; 2] {
         let yoke = &rows[self.tube_rows..];
-        let last = |row: &Rows, panel: usize| row.panels[panel].last().copied();
-        let first = |row: &Rows, panel: usize| row.panels[panel].first().copied();
+        let last = |row: &PanelRows, panel: usize| row.panels[panel].last().copied();
+        let first = |row: &PanelRows, panel: usize| row.panels[panel].first().copied();
         // Up the back and down the front on the left, the other way round on the right.
-        let up = yoke.iter().filter_map(|row| first(row, 1));
+        let up = yoke.iter().filter_map(|row| first(row, BACK));
         let down = yoke[1..yoke.len() - 1]
             .iter()
             .rev()
-            .filter_map(|row| last(row, 0));
+            .filter_map(|row| last(row, LEFT_FRONT));
         let left = up.chain(down).collect();
-        let up = yoke.iter().filter_map(|row| first(row, 2));
+        let up = yoke.iter().filter_map(|row| first(row, RIGHT_FRONT));
         let down = yoke[1..yoke.len() - 1]
             .iter()
             .rev()
-            .filter_map(|row| last(row, 1));
+            .filter_map(|row| last(row, BACK));
         [left, up.chain(down).collect()]
     }
 
-    fn edge(&self, sewing: &Sewing, rows: &[Rows], neck: &[u32]) -> Vec<EdgeVertex> {
+    /// Edge that the collar is sewn to.
+    fn edge(&self, sewing: &Sewing, rows: &[PanelRows], neck: &[u32]) -> Vec<EdgeVertex> {
         let upright = |j: usize| {
             let t = j.saturating_sub(self.tube_rows) as f32 / self.yoke_rows as f32;
             smooth((t - 0.4) / 0.35)
         };
-        let front = |panel: usize, j: usize, row: &Rows| {
-            let line = &row.panels[panel];
-            EdgeVertex {
-                vertex: if panel == 0 { line[0] } else { line[line.len() - 1] },
-                beyond: row.beyond[panel / 2].clone(),
-                upright: upright(j),
-            }
+        let left = |(j, row): (usize, &PanelRows)| EdgeVertex {
+            vertex: row.panels[LEFT_FRONT][0],
+            beyond: row.beyond[0].clone(),
+            upright: upright(j),
         };
-        let left = rows.iter().enumerate().map(|(j, row)| front(0, j, row));
-        let right = rows.iter().enumerate().rev().map(|(j, row)| front(2, j, row));
+        let right = |(j, row): (usize, &PanelRows)| EdgeVertex {
+            vertex: row.panels[RIGHT_FRONT][row.panels[RIGHT_FRONT].len() - 1],
+            beyond: row.beyond[1].clone(),
+            upright: upright(j),
+        };
+        let up = rows.iter().enumerate().map(left);
+        let down = rows.iter().enumerate().rev().map(right);
+        // Around the neck the collar stands: the continuation has no weight.
         let neck = neck.iter().map(|&vertex| EdgeVertex {
             vertex,
             beyond: vec![sewing.position(vertex); self.collar_rows()],
             upright: 1.0,
         });
-        left.chain(neck).chain(right).collect()
+        up.chain(neck).chain(down).collect()
     }
 }

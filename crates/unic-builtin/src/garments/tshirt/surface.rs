@@ -1,7 +1,7 @@
-//! The implicit surface of a shirt and the surfaces that cut it.
+//! Implicit surface of a shirt, and the surfaces that cut it.
 
 use crate::{
-    garments::{BodyShape, GarmentError, Measurements, Ring, Side, ring::DIRECTIONS},
+    garments::{ArmPoint, BodyShape, GarmentError, Measurements, Ring, Side, ring::DIRECTIONS},
     implicit::smooth_min,
 };
 use glam::{Vec2, Vec3};
@@ -12,49 +12,57 @@ use unic_core::{character::Character, surface::Surface};
 const NECK: usize = 12;
 const HEAD: usize = 15;
 
-/// Roundness of the opening where its cylinder meets its upper end, metres.
+/// Reach of the smooth transition between the opening's cylinder and its upper end, metres.
 const OPENING_M: f32 = 0.03;
 
-/// How much wider than its narrowest a neck counts as neck, on either side, metres.
+/// Largest excess of the neck's half width at its root over the narrowest half width, metres.
 const NECK_FLARE_M: f32 = 0.015;
 
 /// Distance between the outlines of the trunk, and of an arm, metres.
 const SLICE_M: f32 = 0.01;
 
-/// Roundness of the armpit, metres.
+/// Reach of the smooth union of trunk and arm at the armpit, metres.
 const ARMPIT_M: f32 = 0.05;
 
-/// Roundness where hulls and skin meet, metres.
+/// Reach of the smooth union of hulls and skin, metres.
 const HULL_M: f32 = 0.02;
 
-/// How far along the arm its outlines reach, metres.
+/// Distance from the shoulder joint up to which the outlines of an arm reach, metres.
 const ARM_M: f32 = 0.34;
 
 /// Distance from the body at the neck, metres: a collar lies close.
 const COLLAR_M: f32 = 0.008;
 
-/// The body's offset, filled to be convex around the trunk and around each arm.
+/// Height above the shoulder joints over which the ease falls to [`COLLAR_M`], metres.
+const COLLAR_BLEND_M: f32 = 0.06;
+
+/// Offset surface of the body, filled to be convex around the trunk and around each arm.
 pub(super) struct ShirtSurface {
     skin: Surface,
-    trunk: Hulls,
-    arm: Hulls,
+    trunk: ConvexHulls,
+    arm: ConvexHulls,
+    /// Distance from the body, metres.
     ease: f32,
+    /// Height of the left shoulder joint, metres.
     shoulder: f32,
 }
 
-/// Convex outlines along a direction.
-struct Hulls {
+/// Convex outlines along an axis.
+struct ConvexHulls {
     origin: Vec3,
     axis: Vec3,
     front: Vec3,
     side: Vec3,
+    /// Distance of the first outline along the axis, metres; the others follow every [`SLICE_M`].
     start: f32,
-    /// Support functions about `origin + axis · along`, [`DIRECTIONS`] each.
+    /// Support function of each outline about the axis, at [`DIRECTIONS`] angles, metres.
     supports: Vec<Vec<f32>>,
+    /// Unit vectors at these angles.
     directions: Vec<Vec2>,
 }
 
 impl ShirtSurface {
+    /// Surface of a shirt with the given height of the hem and distance from the body, metres.
     pub(super) fn new(
         character: &Character,
         body: &BodyShape,
@@ -71,23 +79,25 @@ impl ShirtSurface {
         })
     }
 
-    /// Near to the signed distance from the shirt, metres; for both sides, as the left has it.
+    /// Approximate signed distance from the shirt, metres, negative inside.
     pub(super) fn distance(&self, p: Vec3) -> f32 {
+        // The right side mirrors the left one, whatever the symmetry of the body.
         let left = Vec3::new(p.x.abs(), p.y, p.z);
         let hulls = smooth_min(self.trunk.distance(left), self.arm.distance(left), ARMPIT_M);
         let skin = self
             .skin
             .closest(left)
             .map_or(f32::MAX, |hit| hit.signed_distance);
-        let towards_neck = ((p.y - self.shoulder) / 0.06).clamp(0.0, 1.0);
+        let towards_neck = ((p.y - self.shoulder) / COLLAR_BLEND_M).clamp(0.0, 1.0);
         let ease = self.ease + (COLLAR_M.min(self.ease) - self.ease) * towards_neck;
         smooth_min(skin, hulls, HULL_M) - ease
     }
 }
 
-/// Outlines from below the hem up to the armpits: higher up a horizontal slice cuts the shoulders,
-/// where the skin itself is what cloth lies on.
-fn trunk_hulls(body: &BodyShape, hem: f32, shoulder: f32) -> Result<Hulls, GarmentError> {
+/// Outlines of the trunk from below the hem up to the armpits.
+///
+/// Higher slices would cut the shoulders. There, cloth lies on the skin itself.
+fn trunk_hulls(body: &BodyShape, hem: f32, shoulder: f32) -> Result<ConvexHulls, GarmentError> {
     let start = hem - 0.06;
     let end = shoulder - 0.05;
     let origin = Vec3::new(0.0, 0.0, body.joint(6).z);
@@ -95,25 +105,37 @@ fn trunk_hulls(body: &BodyShape, hem: f32, shoulder: f32) -> Result<Hulls, Garme
     let rings = (0..=count)
         .map(|i| body.trunk_ring(start + i as f32 * SLICE_M))
         .collect::<Result<Vec<_>, _>>()?;
-    Ok(Hulls::new(origin, [Vec3::Z, Vec3::X], start, &rings))
+    Ok(ConvexHulls::new(origin, [Vec3::Z, Vec3::X], start, &rings))
 }
 
-fn arm_hulls(body: &BodyShape) -> Result<Hulls, GarmentError> {
-    let (origin, axis) = body.on_arm(Side::Left, 0.0);
+/// Outlines of the left arm from the armpit to below the sleeve's end.
+fn arm_hulls(body: &BodyShape) -> Result<ConvexHulls, GarmentError> {
+    let ArmPoint {
+        position: origin,
+        axis,
+    } = body.on_arm(Side::Left, 0.0);
     let front = Vec3::Y.reject_from(axis).normalize_or(Vec3::Z);
+    // Nearer to the joint a slice would cut the trunk. The straight axis fits the arm to a little
+    // beyond the elbow.
     let start = 0.06;
     let end = ARM_M.min(body.arm_lengths(Side::Left)[0] + 0.05);
     let count = ((end - start) / SLICE_M) as usize;
     let rings = (0..=count)
         .map(|i| body.arm_ring(Side::Left, start + i as f32 * SLICE_M))
         .collect::<Result<Vec<_>, _>>()?;
-    Ok(Hulls::new(origin, [front, axis.cross(front)], start, &rings))
+    Ok(ConvexHulls::new(
+        origin,
+        [front, axis.cross(front)],
+        start,
+        &rings,
+    ))
 }
 
-impl Hulls {
+impl ConvexHulls {
     fn new(origin: Vec3, [front, side]: [Vec3; 2], start: f32, rings: &[Ring]) -> Self {
         let direction = |k: usize| Vec2::from_angle(TAU * k as f32 / DIRECTIONS as f32);
         let directions: Vec<Vec2> = (0..DIRECTIONS).map(direction).collect();
+        // Every ring has an origin of its own: its support function is moved to the common axis.
         let support = |ring: &Ring| {
             let shift = ring.origin() - origin;
             let shift = Vec2::new(shift.dot(front), shift.dot(side));
@@ -134,7 +156,8 @@ impl Hulls {
         }
     }
 
-    /// How far a place is outside the outline at its height, and beyond the last outline.
+    /// Distance from the outline at the same place along the axis, metres, negative inside. Beyond
+    /// the last outlines, the distance along the axis counts too.
     fn distance(&self, p: Vec3) -> f32 {
         let q = p - self.origin;
         let last = (self.supports.len() - 1) as f32;
@@ -143,6 +166,8 @@ impl Hulls {
         let (low, t) = (at.floor() as usize, at.fract());
         let (a, b) = (&self.supports[low], &self.supports[(low + 1).min(last as usize)]);
         let plane = Vec2::new(q.dot(self.front), q.dot(self.side));
+        // Largest distance from a tangent line: exact along the sides of the outline, less at
+        // corners.
         let mut distance = f32::MIN;
         for k in 0..DIRECTIONS {
             distance = distance.max(plane.dot(self.directions[k]) - (a[k] + (b[k] - a[k]) * t));
@@ -152,7 +177,7 @@ impl Hulls {
     }
 }
 
-/// Blurs outlines along the axis, over some centimetres: cloth spans what is narrower.
+/// Smooths outlines along the axis over some centimetres: cloth spans narrower hollows.
 fn smooth_along(supports: &mut [Vec<f32>]) {
     for _ in 0..6 {
         for k in 0..DIRECTIONS {
@@ -164,23 +189,31 @@ fn smooth_along(supports: &mut [Vec<f32>]) {
     }
 }
 
-/// Where the left sleeve begins and how it runs.
+/// Position of the left armhole and direction of the left sleeve.
 pub(super) struct Shoulder {
+    /// Position of the shoulder joint, metres.
     pub(super) joint: Vec3,
     /// Unit direction of the upper arm.
     pub(super) arm: Vec3,
-    /// The armpit of the shirt, in the frontal plane.
+    /// Armpit of the shirt in the frontal plane (x, y), metres.
     armpit: Vec2,
-    /// Normals, towards the arm, of the armhole's plane and of the plane between arm and trunk.
-    normals: [Vec2; 2],
+    /// Unit normal of the armhole's plane in the frontal plane, towards the arm.
+    armhole_normal: Vec2,
+    /// Unit normal of the plane between arm and trunk in the frontal plane, towards the arm.
+    between_normal: Vec2,
 }
 
 impl Shoulder {
+    /// Locates the armhole of a shirt at the distance `ease` from the body, metres.
     pub(super) fn new(body: &BodyShape, ease: f32) -> Result<Self, GarmentError> {
-        let (joint, arm) = body.on_arm(Side::Left, 0.0);
+        let ArmPoint {
+            position: joint,
+            axis: arm,
+        } = body.on_arm(Side::Left, 0.0);
         let chest = body.trunk_ring(joint.y - 0.13)?;
         let chest_side = chest.origin().x + chest.support(FRAC_PI_2) + ease;
-        // The line under the sleeve meets the trunk's side in the armpit.
+        // The line along the lower edge of the sleeve, extended from two points of the arm, meets
+        // the side of the trunk in the armpit.
         let under = |along: f32| {
             let ring = body.arm_ring(Side::Left, along).map(|ring| ring.offset(ease));
             ring.map(|ring| ring.point_at_angle(PI).truncate())
@@ -195,14 +228,18 @@ impl Shoulder {
             joint,
             arm,
             armpit,
-            normals: [-upward.perp(), between.perp()],
+            armhole_normal: -upward.perp(),
+            between_normal: between.perp(),
         })
     }
 
-    /// Positive on the sleeve's side of the armhole, metres.
+    /// Field of the armhole, metres: positive on the side of the sleeve.
     pub(super) fn beyond_armhole(&self, p: Vec3) -> f32 {
         let from_armpit = p.truncate() - self.armpit;
-        let [hole, between] = self.normals.map(|n| n.dot(from_armpit));
+        // Below the armpit, the far side of the armhole's plane may contain the hips. The second
+        // plane separates arm and trunk there.
+        let hole = self.armhole_normal.dot(from_armpit);
+        let between = self.between_normal.dot(from_armpit);
         smooth_min(hole, between, 0.03)
     }
 
@@ -212,18 +249,24 @@ impl Shoulder {
     }
 }
 
-/// The round opening for the neck: an upright cylinder whose outline is an ellipse, deeper in front.
+/// Round opening for the neck: an upright cylinder with an elliptic outline, deeper in front.
 pub(super) struct NeckOpening {
+    /// Centre of the outline (x, z), metres.
     centre: Vec2,
+    /// Half axis to the sides, metres.
     half_width: f32,
+    /// Half axis to the front, metres.
     front: f32,
+    /// Half axis to the back, metres.
     back: f32,
-    /// Below this the cylinder does not cut, above `top` all goes.
+    /// Height of the cylinder's lower end, metres.
     bottom: f32,
+    /// Height above which everything is cut away, metres.
     pub(super) top: f32,
 }
 
 impl NeckOpening {
+    /// Opening that is `wider` metres wider than the neck on either side.
     pub(super) fn new(body: &BodyShape, measures: &Measurements, wider: f32) -> Result<Self, GarmentError> {
         let (root, head) = (body.joint(NECK).y, body.joint(HEAD).y);
         let (base, narrow) = (body.trunk_ring(root)?, body.trunk_ring(measures.neck)?);
@@ -242,12 +285,13 @@ impl NeckOpening {
         })
     }
 
-    /// Positive inside the opening, metres.
+    /// Field of the opening, metres: positive where cloth is cut away.
     pub(super) fn inside(&self, p: Vec3) -> f32 {
         let q = Vec2::new(p.x, p.z) - self.centre;
         let half = Vec2::new(self.half_width, if q.y > 0.0 { self.front } else { self.back });
         let level = (q / half).length();
         let slope = (q / (half * half)).length().max(1e-3);
+        // First-order distance from the ellipse; on its axis the quotient would be 0/0.
         let within = if level > 1e-3 {
             level * (1.0 - level) / slope
         } else {

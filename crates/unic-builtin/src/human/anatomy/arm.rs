@@ -2,7 +2,8 @@
 
 use super::{Anatomy, Segment};
 
-/// Sections of the upper arm: distance from the shoulder, half width, depth upward and downward, metres.
+/// Sections of the upper arm: distance from the shoulder, half width, depths upward and downward,
+/// metres.
 const UPPER_ARM: [[f32; 4]; 5] = [
     [0.000, 0.047, 0.046, 0.050],
     [0.060, 0.049, 0.050, 0.052],
@@ -11,7 +12,8 @@ const UPPER_ARM: [[f32; 4]; 5] = [
     [0.290, 0.036, 0.035, 0.036],
 ];
 
-/// Likewise of the forearm, from the elbow.
+/// Sections of the forearm: distance from the elbow, half width, depths upward and downward,
+/// metres.
 const FOREARM: [[f32; 4]; 5] = [
     [0.000, 0.036, 0.035, 0.036],
     [0.055, 0.039, 0.039, 0.038],
@@ -20,7 +22,7 @@ const FOREARM: [[f32; 4]; 5] = [
     [0.248, 0.027, 0.019, 0.019],
 ];
 
-/// Likewise of the palm, from the wrist.
+/// Sections of the palm: distance from the wrist, half width, depths upward and downward, metres.
 const PALM: [[f32; 4]; 4] = [
     [0.000, 0.027, 0.018, 0.019],
     [0.030, 0.034, 0.016, 0.019],
@@ -28,12 +30,38 @@ const PALM: [[f32; 4]; 4] = [
     [0.088, 0.041, 0.012, 0.013],
 ];
 
-/// Root and tip (x, z) and radii of the fingers, metres, index first; they fan out and bend a little.
-const FINGERS: [[[f32; 2]; 3]; 4] = [
-    [[0.780, 0.014], [0.859, 0.030], [0.0100, 0.0078]],
-    [[0.785, -0.008], [0.872, -0.005], [0.0100, 0.0080]],
-    [[0.781, -0.030], [0.861, -0.040], [0.0095, 0.0075]],
-    [[0.772, -0.050], [0.834, -0.071], [0.0085, 0.0066]],
+/// A finger, metres.
+struct Finger {
+    /// x and z of the knuckle.
+    root: [f32; 2],
+    /// x and z of the centre of the rounded tip.
+    tip: [f32; 2],
+    /// Radii at the root and at the tip.
+    radii: [f32; 2],
+}
+
+/// The four fingers, index finger first; they fan out a little.
+const FINGERS: [Finger; 4] = [
+    Finger {
+        root: [0.780, 0.014],
+        tip: [0.859, 0.030],
+        radii: [0.0100, 0.0078],
+    },
+    Finger {
+        root: [0.785, -0.008],
+        tip: [0.872, -0.005],
+        radii: [0.0100, 0.0080],
+    },
+    Finger {
+        root: [0.781, -0.030],
+        tip: [0.861, -0.040],
+        radii: [0.0095, 0.0075],
+    },
+    Finger {
+        root: [0.772, -0.050],
+        tip: [0.834, -0.071],
+        radii: [0.0085, 0.0066],
+    },
 ];
 
 impl Anatomy {
@@ -52,7 +80,9 @@ impl Anatomy {
         self.thumb();
     }
 
-    fn finger(&mut self, [[x0, z0], [x1, z1], [r0, r1]]: [[f32; 2]; 3]) {
+    fn finger(&mut self, finger: Finger) {
+        let ([x0, z0], [x1, z1], [r0, r1]) = (finger.root, finger.tip, finger.radii);
+        // Two cones that meet in the middle, the outer one bent down.
         let (x, z, r) = ((x0 + x1) * 0.5, (z0 + z1) * 0.5, (r0 + r1) * 0.5);
         self.cone(Segment::Arm, 0.007, [[x0, 1.383, z0], [x, 1.382, z]], [r0, r]);
         self.cone(Segment::Arm, 0.004, [[x, 1.382, z], [x1, 1.372, z1]], [r, r1]);

@@ -1,7 +1,7 @@
 //! Head and face.
 
-use super::{Anatomy, Segment};
-use crate::human::shape::Shape;
+use super::{Anatomy, Hollow, Segment};
+use crate::human::primitive::Primitive;
 use glam::Vec3;
 
 impl Anatomy {
@@ -11,7 +11,7 @@ impl Anatomy {
         self.features();
     }
 
-    /// Cranium, face, jaw, chin, cheekbones, brow.
+    /// Adds cranium, face, jaw, chin, cheekbones and brow, in this order.
     fn skull(&mut self) {
         let seg = Segment::Head;
         self.ellipsoid(seg, 0.025, [0.0, 1.609, -0.008], [0.0755, 0.0915, 0.0945], 0.0);
@@ -24,15 +24,18 @@ impl Anatomy {
     }
 
     fn eye_socket(&mut self) {
-        let socket = Shape::Ellipsoid {
+        let socket = Primitive::Ellipsoid {
             centre: Vec3::new(0.031, 1.588, 0.101),
             half: Vec3::new(0.021, 0.012, 0.018),
             pitch: 0.0,
         };
-        self.hollows.push((socket, 0.020));
+        self.hollows.push(Hollow {
+            primitive: socket,
+            blend: 0.020,
+        });
     }
 
-    /// Nose, cheeks and mouth, ears.
+    /// Adds nose bridge, nostrils, cheeks, mouth and ears, in this order.
     fn features(&mut self) {
         let seg = Segment::Head;
         let bridge = [[0.0, 1.594, 0.085], [0.0, 1.558, 0.103]];

@@ -2,7 +2,8 @@
 
 use super::{Anatomy, Segment};
 
-/// Sections of the calf: distance from the knee, half width, depth to the front and to the back, metres.
+/// Sections of the calf: distance from the knee, half width, depths to the front and to the back,
+/// metres.
 const CALF: [[f32; 4]; 7] = [
     [0.000, 0.044, 0.045, 0.040],
     [0.060, 0.049, 0.044, 0.053],
@@ -19,7 +20,8 @@ const ANKLE: [f32; 3] = [0.100, 0.077, -0.026];
 
 impl Anatomy {
     pub(super) fn leg(&mut self) {
-        let hip = self.proportions.girths[2];
+        let hip = self.proportions.girths.hip;
+        // Only the upper part of the thigh follows the girth of the hips.
         let thigh = [
             [0.000, 0.074 * hip, 0.080 * hip, 0.080 * hip],
             [0.080, 0.076 * hip, 0.084 * hip, 0.082 * hip],

@@ -1,10 +1,13 @@
 //! Trunk and neck.
 
 use super::{Anatomy, Segment};
-use crate::human::shape::{Loft, Shape, Station};
+use crate::human::{
+    primitive::{Loft, LoftSection, Primitive},
+    proportions::Girths,
+};
 use glam::Vec3;
 
-/// Sections of the trunk: height, half width, depth to the front and to the back, metres.
+/// Sections of the trunk: height, half width, depths to the front and to the back, metres.
 const TRUNK: [[f32; 4]; 13] = [
     [0.855, 0.128, 0.074, 0.092],
     [0.888, 0.153, 0.086, 0.106],
@@ -23,9 +26,9 @@ const TRUNK: [[f32; 4]; 13] = [
 
 impl Anatomy {
     pub(super) fn trunk(&mut self) {
-        let stations = TRUNK.map(|[along, side, front, back]| {
+        let sections = TRUNK.map(|[along, side, front, back]| {
             let girth = girth_factor(self.proportions.girths, along);
-            Station {
+            LoftSection {
                 along,
                 side: side * girth,
                 front: front * girth,
@@ -38,16 +41,16 @@ impl Anatomy {
             side: Vec3::X,
             front: Vec3::Z,
             power: 2.25,
-            stations: stations.to_vec(),
+            sections: sections.to_vec(),
         };
-        self.add(Segment::Trunk, 0.03, Shape::Loft(trunk));
+        self.add(Segment::Trunk, 0.03, Primitive::Loft(trunk));
         self.muscles();
         self.neck();
     }
 
     fn muscles(&mut self) {
         let seg = Segment::Trunk;
-        let [chest, waist, hip] = self.proportions.girths;
+        let Girths { chest, waist, hip } = self.proportions.girths;
         let buttock = [0.070 * hip, 0.885, -0.062 * hip];
         self.ellipsoid(seg, 0.05, buttock, [0.074 * hip, 0.080, 0.070 * hip], -0.2);
         let pectoral = [0.072 * chest, 1.275, 0.062 * chest];
@@ -67,14 +70,16 @@ impl Anatomy {
     }
 }
 
-/// By how much the trunk is wider than standard at a height: as asked for at the hips, the waist and
-/// the chest, between them in proportion, and standard at the neck.
-fn girth_factor([chest, waist, hip]: [f32; 3], height: f32) -> f32 {
+/// Factor on the standard width of the trunk at a height in metres.
+///
+/// It takes the given values at hips, waist and chest, is 1 at the neck, and blends smoothly
+/// between.
+fn girth_factor(girths: Girths, height: f32) -> f32 {
     let known = [
-        (0.92, hip),
-        (1.07, waist),
-        (1.28, chest),
-        (1.36, chest),
+        (0.92, girths.hip),
+        (1.07, girths.waist),
+        (1.28, girths.chest),
+        (1.36, girths.chest),
         (1.45, 1.0),
     ];
     let above = known

@@ -1,12 +1,14 @@
-//! Edges that are too short are collapsed.
+//! Collapse of edges that are too short.
 
 use super::{EdgeFaces, LONG, Remeshing, SHORT, normal};
 use glam::Vec3;
 
 impl Remeshing<'_> {
-    /// Returns the number of edges collapsed.
+    /// Collapses short edges in one pass and returns their number.
     pub(super) fn collapse(&mut self) -> usize {
         let mut count = 0;
+        // The list of edges is from before the pass. Length and existence are checked again,
+        // because earlier collapses change both.
         for [a, b] in self.edges() {
             if self.relative_length(a, b) >= SHORT {
                 continue;
@@ -14,7 +16,7 @@ impl Remeshing<'_> {
             let Some(edge) = self.faces_on(a, b) else {
                 continue;
             };
-            // Either end may go, if its curves allow it.
+            // Either end may be removed, if its curves allow it.
             for (gone, kept) in [(a, b), (b, a)] {
                 if self.may_collapse(gone, kept, edge) {
                     self.collapse_edge(gone, kept, edge);
@@ -26,7 +28,9 @@ impl Remeshing<'_> {
         count
     }
 
+    /// Returns true if removing the vertex `gone` keeps the curves, the topology and the shape.
     fn may_collapse(&self, gone: u32, kept: u32, edge: EdgeFaces) -> bool {
+        // A vertex on a single curve may be removed along this curve, a corner never.
         let (gone_bits, kept_bits) = (self.bits[gone as usize], self.bits[kept as usize]);
         let slides = self.is_curve(edge) && gone_bits.count_ones() == 1 && gone_bits & kept_bits != 0;
         if gone_bits != 0 && !slides {
@@ -35,19 +39,22 @@ impl Remeshing<'_> {
         let faces = 1 + usize::from(edge.second.is_some());
         let (of_gone, of_kept) = (self.neighbours(gone), self.neighbours(kept));
         let common = of_gone.iter().filter(|v| of_kept.contains(v)).count();
-        // More common neighbours than faces would pinch the surface.
+        // Link condition: more common neighbours than faces would pinch the surface.
         common == faces
             && of_gone.len() > 2
             && of_gone.iter().all(|&v| self.stays_short(v, kept))
             && self.stays_unfolded(gone, kept)
     }
 
+    /// Returns true if the edge from `v` to `kept` would not have to be split again.
     fn stays_short(&self, v: u32, kept: u32) -> bool {
         v == kept || self.relative_length(v, kept) < LONG
     }
 
-    /// No face around `gone` turns by more than about 45 degrees. Slivers, as cuts leave them, have
-    /// no normal to speak of: they are compared with the surface around.
+    /// Returns true if the collapse turns no face around `gone` by more than about 45 degrees.
+    ///
+    /// The normals of slivers, which cuts leave behind, are unreliable. Slivers are compared with
+    /// the mean normal around the edge instead.
     fn stays_unfolded(&self, gone: u32, kept: u32) -> bool {
         let around = self.around[gone as usize]
             .iter()
@@ -67,6 +74,7 @@ impl Remeshing<'_> {
                 .max((c - b).length_squared())
                 .max((a - c).length_squared());
             let is_sliver = before.length() < 0.2 * longest;
+            // Cosines of 66 and 45 degrees. The product form avoids dividing by a length of zero.
             let (reference, least) = if is_sliver { (mean, 0.4) } else { (before, 0.7) };
             after.length() > 0.0 && reference.dot(after) > least * reference.length() * after.length()
         })
@@ -79,6 +87,7 @@ impl Remeshing<'_> {
             }
             self.faces[face as usize] = [kept; 3];
         }
+        // Both faces of the edge have left the list by now.
         for face in std::mem::take(&mut self.around[gone as usize]) {
             let corners = &mut self.faces[face as usize];
             *corners = corners.map(|v| if v == gone { kept } else { v });

@@ -1,40 +1,51 @@
-//! Edges are flipped to the other diagonal of their two triangles.
+//! Edge flips to the other diagonal of the two triangles on an edge.
 
 use super::{Remeshing, normal};
 use glam::Vec3;
 
-/// When an edge is flipped.
+/// Condition under which an edge is flipped.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Flip {
-    /// Towards six neighbours a vertex, four at a border.
+pub(super) enum FlipCriterion {
+    /// The flip brings vertices nearer to six neighbours, or four at a border.
     Valence,
-    /// Towards Delaunay: while the opposite angles sum to more than π.
+    /// The angles opposite to the edge sum to more than π (Delaunay).
     Angle,
 }
 
+/// Excess over π of the sum of opposite angles that justifies a flip, radians.
+///
+/// Without it rounding would flip the diagonals of squares back and forth.
+const ANGLE_SLACK: f32 = 0.01;
+
 impl Remeshing<'_> {
-    pub(super) fn flip(&mut self, when: Flip) {
+    /// Flips all edges that meet a criterion, in one pass.
+    pub(super) fn flip(&mut self, when: FlipCriterion) {
         for [a, b] in self.edges() {
             self.flip_edge(a, b, when);
         }
     }
 
-    fn flip_edge(&mut self, a: u32, b: u32, when: Flip) -> Option<()> {
+    /// Flips an edge if that is possible and useful; returns none if not.
+    fn flip_edge(&mut self, a: u32, b: u32, when: FlipCriterion) -> Option<()> {
         let edge = self.faces_on(a, b).filter(|e| !self.is_curve(*e))?;
         let (first, second) = (edge.first, edge.second?);
-        // Turned so that the first face goes from a to b.
+        // The first face runs from a to b, the second one from b to a.
         let (a, b) = if goes(self.faces[first as usize], a, b) {
             (a, b)
         } else {
             (b, a)
         };
         let (c, d) = (self.opposite(first, a, b), self.opposite(second, a, b));
+        // The new edge must not exist yet, with any number of faces.
         if self.faces_on(c, d).is_some() || self.neighbours(c).contains(&d) {
             return None;
         }
         let improves = match when {
-            Flip::Valence => self.valence_gain([a, b, c, d]) > 0,
-            Flip::Angle => self.angle_at(c, a, b) + self.angle_at(d, a, b) > std::f32::consts::PI + 0.01,
+            FlipCriterion::Valence => self.valence_gain([a, b, c, d]) > 0,
+            FlipCriterion::Angle => {
+                let angles = self.angle_at(c, a, b) + self.angle_at(d, a, b);
+                angles > std::f32::consts::PI + ANGLE_SLACK
+            }
         };
         let (new_first, new_second) = ([a, d, c], [d, b, c]);
         let may_lose = [a, b].into_iter().all(|v| self.may_lose_a_face(v));
@@ -50,19 +61,20 @@ impl Remeshing<'_> {
         Some(())
     }
 
-    /// An interior vertex keeps three faces, a border's one.
+    /// Returns true if a vertex keeps enough faces: three in the interior, one at a border.
     fn may_lose_a_face(&self, v: u32) -> bool {
         let faces = self.around[v as usize].len();
         let is_border = self.neighbours(v).len() > faces;
         faces > if is_border { 1 } else { 3 }
     }
 
-    /// By how much a flip brings the four vertices nearer to their ideal valences, in squares.
+    /// Decrease of the squared deviations from the ideal valence when the edge a-b is flipped to
+    /// c-d.
     fn valence_gain(&self, [a, b, c, d]: [u32; 4]) -> i32 {
         let excess = |v: u32| {
             let faces = self.around[v as usize].len() as i32;
             let neighbours = self.neighbours(v).len() as i32;
-            // A border vertex has one neighbour more than faces, and stands for half a disc.
+            // A border vertex has one more neighbour than faces; its ideal is half a disc.
             if neighbours > faces {
                 neighbours - 4
             } else {
@@ -73,7 +85,7 @@ impl Remeshing<'_> {
         -(cost(a, -1) + cost(b, -1) + cost(c, 1) + cost(d, 1))
     }
 
-    /// A flip neither folds the surface nor makes a sliver.
+    /// Returns true if flipping the edge a-b to c-d neither folds the surface nor makes a sliver.
     fn keeps_shape(&self, [a, b, c, d]: [u32; 4]) -> bool {
         let face = |x, y, z| normal([x, y, z].map(|v| self.at(v)));
         let old = (face(a, b, c) + face(b, a, d)).normalize_or_zero();
@@ -88,7 +100,7 @@ impl Remeshing<'_> {
     }
 }
 
-/// Whether the face's border runs from a to b.
+/// Returns true if the outline of a face runs from `a` to `b`.
 fn goes(face: [u32; 3], a: u32, b: u32) -> bool {
     (0..3).any(|k| (face[k], face[(k + 1) % 3]) == (a, b))
 }

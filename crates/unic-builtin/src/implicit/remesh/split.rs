@@ -1,8 +1,9 @@
-//! Edges that are too long are split.
+//! Split of edges that are too long.
 
 use super::{EdgeFaces, LONG, Remeshing};
 
 impl Remeshing<'_> {
+    /// Splits long edges in one pass.
     pub(super) fn split(&mut self) {
         for [a, b] in self.edges() {
             if self.relative_length(a, b) > LONG
@@ -14,6 +15,8 @@ impl Remeshing<'_> {
     }
 
     fn split_edge(&mut self, a: u32, b: u32, edge: EdgeFaces) {
+        // Two vertices of a curve may be joined by an edge through the interior: only the middle of
+        // an edge on the curve belongs to the curve.
         let shared = self.bits[a as usize] & self.bits[b as usize];
         let bits = if self.is_curve(edge) { shared } else { 0 };
         let middle = self.surfaces.projected(self.at(a).midpoint(self.at(b)), bits);
@@ -27,7 +30,7 @@ impl Remeshing<'_> {
             let replaced = |from: u32| old.map(|v| if v == from { new } else { v });
             let second = self.faces.len() as u32;
             let opposite = self.opposite(face, a, b);
-            // The old face keeps a, its twin takes b.
+            // The old face keeps a; the new one takes b.
             self.faces[face as usize] = replaced(b);
             self.faces.push(replaced(a));
             self.labels.push(self.labels[face as usize]);

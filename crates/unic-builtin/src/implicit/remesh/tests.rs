@@ -1,9 +1,9 @@
 //! Contract: remeshing keeps the surface, its borders and its seams, and makes edges near-uniform.
 //!
-//! The specimen is a ball, its half cut at the midplane, cut off at the top and with a seam around it.
+//! The test surface is half a ball: cut at the midplane, cut off at the top, with a seam around it.
 
 use super::*;
-use crate::implicit::{Beyond, Lattice, mirrored, polygonise};
+use crate::implicit::{Lattice, Mirrored, PositiveSide, mirrored, polygonise};
 use unic_core::topology::edges;
 
 const EDGE_M: f32 = 0.02;
@@ -38,9 +38,9 @@ fn remeshed() -> Patch {
     };
     let (vertices, faces) = polygonise(&ball, lattice);
     let mut patch = Patch::new(vertices, faces);
-    patch.cut(&surfaces, 0, &[0], Beyond::Remove);
-    patch.cut(&surfaces, 1, &[0], Beyond::Remove);
-    patch.cut(&surfaces, 2, &[0], Beyond::Label(1));
+    patch.cut(&surfaces, 0, &[0], PositiveSide::Remove);
+    patch.cut(&surfaces, 1, &[0], PositiveSide::Remove);
+    patch.cut(&surfaces, 2, &[0], PositiveSide::Label(1));
     let sizing = Sizing {
         edge: &|_| EDGE_M,
         rounds: 6,
@@ -63,9 +63,9 @@ fn vertices_stay_on_the_surface_and_on_their_cuts() {
 
 #[test]
 fn a_half_and_its_mirror_image_make_one_disc() {
-    let (whole, image) = mirrored(&remeshed(), 0, |label| label);
-    let edges = edges(&whole.faces);
-    let euler = whole.vertices.len() as i64 + whole.faces.len() as i64 - edges.len() as i64;
+    let Mirrored { patch, image } = mirrored(&remeshed(), 0, |label| label);
+    let edges = edges(&patch.faces);
+    let euler = patch.vertices.len() as i64 + patch.faces.len() as i64 - edges.len() as i64;
     assert_eq!(euler, 1, "a disc");
     let is_own_inverse = |(v, &i): (usize, &u32)| image[i as usize] as usize == v;
     assert!(image.iter().enumerate().all(is_own_inverse));

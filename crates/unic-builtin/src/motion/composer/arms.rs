@@ -2,30 +2,33 @@
 
 use super::Composer;
 use crate::motion::{
+    Side,
     action::ArmRaise,
-    channel::{Channel, Side},
+    channel::{Channel, Interval},
 };
 
 impl Composer {
     pub(super) fn raise_arms(&mut self, raise: ArmRaise) {
         let ease = self.random.between(0.9, 1.4);
-        let span = (self.now, self.now + 2.0 * ease + self.random.between(0.4, 1.0));
+        let end = self.now + 2.0 * ease + self.random.between(0.4, 1.0);
+        let interval = Interval::new(self.now, end);
         for side in Side::BOTH {
-            for (channel, amount) in raised(raise, side) {
-                self.gestures.hold(channel, span, ease, amount);
+            for (channel, angle) in raised_angles(raise, side) {
+                self.gestures.hold(channel, interval, ease, angle);
             }
         }
         if let ArmRaise::Wave(side) = raise {
-            let waving = (span.0 + 0.6 * ease, span.1 - 0.6 * ease);
+            // The hand waves while the arm is raised by more than half.
+            let waving = Interval::new(interval.start + 0.6 * ease, interval.end - 0.6 * ease);
             self.gestures
-                .wave(Channel::Rotation(side), waving, 0.35, [1.6, 0.0]);
+                .wave(Channel::Rotation(side), waving, 0.35, 1.6, 0.0);
         }
-        self.now = span.1 + 0.2;
+        self.now = interval.end + 0.2;
     }
 }
 
-/// Channels of one arm of a raise, radians.
-fn raised(raise: ArmRaise, side: Side) -> Vec<(Channel, f64)> {
+/// Angles of one raised arm by channel, radians.
+fn raised_angles(raise: ArmRaise, side: Side) -> Vec<(Channel, f64)> {
     let (flexion, abduction) = (Channel::Flexion(side), Channel::Abduction(side));
     let (rotation, elbow) = (Channel::Rotation(side), Channel::Elbow(side));
     match raise {

@@ -1,4 +1,4 @@
-//! Planted feet stay where they are, and nothing sinks into the ground.
+//! Contract: planted feet stay in place, and no sole sinks into the ground.
 
 use super::figure::{bodies, every_kind, joints, lowest, perform};
 use crate::motion::{Performance, Side};
@@ -7,10 +7,10 @@ use unic_core::character::Character;
 
 const FPS: f32 = 60.0;
 
-/// Most that the joint between foot and toes may wander while it lies on the ground, metres.
+/// Largest allowed displacement of the ball of a foot while it lies on the ground, metres.
 const MOST_SLIDE: f32 = 0.005;
 
-/// Most mean speed of it, m/s.
+/// Largest allowed mean speed of the ball of a foot while it lies on the ground, m/s.
 const MOST_MEAN_SPEED: f32 = 0.02;
 
 #[test]
@@ -33,7 +33,7 @@ fn planted_feet_do_not_slide() {
     }
 }
 
-/// Ground positions of the ball of the foot, a run of frames for each time that it lies on the ground.
+/// Ground positions of the ball of the foot by frame, one list for each stance.
 fn stances(body: &Character, motion: &Performance, side: Side) -> Vec<Vec<Vec2>> {
     let ball = 10 + usize::from(side == Side::Right);
     let ground = body
@@ -69,7 +69,7 @@ fn mean_speed(stances: &[Vec<Vec2>]) -> f32 {
 }
 
 #[test]
-fn soles_do_not_sink_and_the_lower_one_stands() {
+fn soles_do_not_sink_and_planted_feet_touch_the_ground() {
     for body in bodies() {
         let motion = perform(&body, every_kind());
         let clip = motion.clip("", FPS);

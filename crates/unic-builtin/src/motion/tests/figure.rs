@@ -1,18 +1,19 @@
-//! Bodies to test on, and what is measured on them.
+//! Test bodies, and measurements of their motion.
 
 use crate::human::{HumanParameters, human};
 use crate::motion::{Action, Performance, Performer, Timeline};
 use glam::Vec3;
 use std::path::Path;
 use unic_core::{
+    Pose,
     character::Character,
     mesh::TriMesh,
-    skeleton::{Pose, SMPL_PARENTS, Skeleton, SkeletonParts},
+    skeleton::{SMPL_PARENTS, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
     transform::Rigid,
 };
 
-/// Left half of the figure: joint and position, metres; the right one mirrors it.
+/// Joints of the figure's left half with their positions, metres; the right half mirrors them.
 const LEFT: [(usize, [f32; 3]); 9] = [
     (1, [0.09, 0.90, 0.0]),
     (4, [0.09, 0.50, 0.01]),
@@ -25,6 +26,7 @@ const LEFT: [(usize, [f32; 3]); 9] = [
     (22, [0.79, 1.40, 0.0]),
 ];
 
+/// Joints on the figure's midplane with their positions, metres.
 const MIDDLE: [(usize, [f32; 3]); 6] = [
     (0, [0.0, 0.96, 0.0]),
     (3, [0.0, 1.08, -0.01]),
@@ -34,7 +36,8 @@ const MIDDLE: [(usize, [f32; 3]); 6] = [
     (15, [0.0, 1.57, 0.02]),
 ];
 
-/// A T-posed skeleton of 1.7 m with the vertices that matter: heel, ball and toe of each foot, crown.
+/// T-posed skeleton of 1.7 m whose only vertices are heel, ball and toe of each foot, and the
+/// crown.
 pub(super) fn figure() -> Character {
     let mirrored = |p: [f32; 3]| Vec3::new(-p[0], p[1], p[2]);
     let mut joints = vec![Vec3::ZERO; 24];
@@ -66,7 +69,7 @@ pub(super) fn figure() -> Character {
     }
 }
 
-/// The figure, the built-in human, and the real body if its file is there.
+/// The figure, the built-in human, and the real body if its file exists.
 pub(super) fn bodies() -> Vec<Character> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/body/character.npz");
     let mut bodies = vec![figure(), human(&HumanParameters::default()).unwrap()];
@@ -106,7 +109,7 @@ pub(super) fn lowest(character: &Character, pose: &Pose) -> f32 {
     skinned.iter().map(|v| v.y).fold(f32::INFINITY, f32::min)
 }
 
-/// One motion of every kind.
+/// Actions of every kind.
 pub(super) fn every_kind() -> Vec<Action> {
     let mut actions = vec![Action::Idle { seconds: 5.0 }];
     actions.extend([0.8, 1.3, 1.8].map(|v| travel(v, 0.0, 4.0)));

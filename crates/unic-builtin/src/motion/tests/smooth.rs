@@ -1,13 +1,14 @@
-//! Motions start and end at rest, nothing moves faster than people can, and accelerations do not jump.
+//! Contract: motions start and end at rest, joints turn no faster than people can turn them, and
+//! accelerations are continuous.
 
 use super::figure::{bodies, every_kind, figure, perform, travel};
 use crate::motion::Performance;
-use unic_core::skeleton::Pose;
+use unic_core::Pose;
 
-/// A bound on the rate of any joint, rad/s: half as much again as the 20 or so typical of the knees of
-/// sprinters.
+/// Largest allowed rate of any joint, rad/s: 1.5 times the 20 rad/s typical of a sprinter's knee.
 const FASTEST_JOINT: f32 = 30.0;
 
+/// Largest rate of a joint between two poses, rad/s.
 fn fastest(a: &Pose, b: &Pose, seconds: f32) -> f32 {
     // The root turns with the whole body and has no joint's limit.
     let angles = (a.local.iter().zip(&b.local).skip(1)).map(|(a, b)| a.angle_between(*b));
@@ -55,10 +56,10 @@ fn largest_jump(motion: &Performance, rate: f64, from: f64, to: f64) -> f64 {
 }
 
 #[test]
-fn the_pelvis_accelerates_without_jumps() {
+fn the_acceleration_of_the_pelvis_is_continuous() {
     for speed in [1.4, 3.0] {
         let motion = perform(&figure(), [travel(speed, 0.0, 6.0)]);
-        // Half the interval halves the change of a continuous acceleration and keeps a jump.
+        // Halving the interval halves the change of a continuous acceleration; a jump would stay.
         let [coarse, fine] = [120.0, 240.0].map(|rate| largest_jump(&motion, rate, 0.5, 7.0));
         assert!(fine < 0.75 * coarse, "{speed} m/s: {coarse} then {fine} m/s2");
     }

@@ -1,4 +1,5 @@
-//! Timelines and the standard set: repeatable, valid, refused for other skeletons.
+//! Contract: timelines and the standard set are repeatable and valid, and other skeletons are
+//! refused.
 
 use super::figure::{every_kind, figure, perform, travel};
 use crate::motion::{Action, ArmRaise, MotionError, Performer, Side, Timeline, standard_set};
@@ -70,7 +71,7 @@ fn other_skeletons_are_refused() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Whatever is asked for, poses are finite and the pelvis stays within the body's height.
+    /// Poses of any timeline are finite, and the pelvis stays within the body's height.
     #[test]
     fn every_timeline_is_a_valid_motion(
         seed in any::<u64>(), speed in 0.0_f32..6.0, turn_rate in -1.5_f32..1.5, height in 0.0_f32..0.8,

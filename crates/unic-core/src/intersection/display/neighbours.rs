@@ -1,28 +1,29 @@
-//! Which places of a garment are connected.
+//! Adjacency of a garment's vertices, with seams closed.
 
 use crate::{
-    bvh::LANES,
+    aabb_tree::LANES,
     intersection::packets::Packets,
     mesh::TriMesh,
     topology::{edges, weld},
 };
 use glam::Vec3;
 
-/// The places of a garment, which may hold several vertices of a seam, and the edges between them, by
-/// slot.
+/// Adjacency of a garment's vertices by slot. The vertices of a seam at the same place are welded:
+/// one slot stands for all of them.
 #[derive(Clone, Debug)]
 pub(super) struct Neighbours {
-    /// The slot that stands for the place of each.
-    place_of_slot: Vec<u32>,
-    around: Rows,
-    /// For each packet with places of its own the packets that edges lead to, or that hold a place of one in it,
-    /// and itself.
-    around_packet: Rows,
+    /// Slot that stands for each slot.
+    welded_slots: Vec<u32>,
+    /// Welded slots across the edges of each welded slot.
+    around: CompressedRows,
+    /// Packets around each packet: itself, those across edges of its slots, and those of their
+    /// welded slots.
+    around_packet: CompressedRows,
 }
 
-/// Lists of numbers, one after the other.
+/// Lists of numbers, concatenated.
 #[derive(Clone, Debug)]
-pub(super) struct Rows {
+pub(super) struct CompressedRows {
     starts: Vec<u32>,
     entries: Vec<u32>,
 }
@@ -30,54 +31,55 @@ pub(super) struct Rows {
 impl Neighbours {
     pub(super) fn new(rest: &TriMesh, packets: &Packets) -> Self {
         let slots = packets.slots();
-        let first_at = weld(&rest.vertices);
-        let mut place_of_slot: Vec<u32> = (0..packets.len() as u32).collect();
-        for (vertex, &first) in first_at.iter().enumerate() {
-            place_of_slot[slots[vertex] as usize] = slots[first as usize];
+        let welded_vertices = weld(&rest.vertices);
+        let mut welded_slots: Vec<u32> = (0..packets.len() as u32).collect();
+        for (vertex, &first) in welded_vertices.iter().enumerate() {
+            welded_slots[slots[vertex] as usize] = slots[first as usize];
         }
         let welded: Vec<_> = (rest.faces.iter())
-            .map(|f| f.map(|v| slots[first_at[v as usize] as usize]))
+            .map(|f| f.map(|v| slots[welded_vertices[v as usize] as usize]))
             .collect();
         let directed: Vec<[u32; 2]> = (edges(&welded).into_iter())
             .flat_map(|[a, b]| [[a, b], [b, a]])
             .collect();
         let packet = |slot: u32| slot / LANES as u32;
         let count = packets.len().div_ceil(LANES);
-        let places = (0..packets.len() as u32).zip(&place_of_slot);
-        let own = places.map(|(slot, &place)| [slot, place]);
+        let own = (0..packets.len() as u32).zip(&welded_slots);
+        let own = own.map(|(slot, &welded)| [slot, welded]);
         let between = directed.iter().copied().chain(own);
         let between = between.map(|pair| pair.map(packet)).collect();
         Self {
-            place_of_slot,
-            around_packet: Rows::new(count, between),
-            around: Rows::new(packets.len(), directed),
+            welded_slots,
+            around_packet: CompressedRows::new(count, between),
+            around: CompressedRows::new(packets.len(), directed),
         }
     }
 
+    /// Slot that stands for all slots at the same place.
     #[inline(always)]
-    pub(super) fn place(&self, slot: usize) -> usize {
-        self.place_of_slot[slot] as usize
+    pub(super) fn welded_slot(&self, slot: usize) -> usize {
+        self.welded_slots[slot] as usize
     }
 
-    /// Packets with the places or neighbours of what is in a packet.
+    /// Packets that hold the welded slots, or the neighbours, of a packet's slots.
     pub(super) fn of_packet(&self, packet: usize) -> &[u32] {
         self.around_packet.row(packet)
     }
 
-    /// Mean over the neighbours of a place; zero without any.
-    pub(super) fn mean(&self, place: usize, values: &[Vec3]) -> Vec3 {
-        let around = self.around.row(place);
+    /// Mean of a value over the neighbours of a welded slot; zero without neighbours.
+    pub(super) fn mean(&self, slot: usize, values: &[Vec3]) -> Vec3 {
+        let around = self.around.row(slot);
         let sum: Vec3 = around.iter().map(|&i| values[i as usize]).sum();
         sum / around.len().max(1) as f32
     }
 }
 
-impl Rows {
-    /// From pairs of a row and an entry.
+impl CompressedRows {
+    /// Makes rows from pairs of a row and an entry, in any order. Entries are sorted, each once.
     pub(super) fn new(rows: usize, mut pairs: Vec<[u32; 2]>) -> Self {
         pairs.sort_unstable();
         pairs.dedup();
-        let count = |row: u32| pairs.partition_point(|&[of, _]| of < row) as u32;
+        let count = |row: u32| pairs.partition_point(|&[r, _]| r < row) as u32;
         Self {
             starts: (0..=rows as u32).map(count).collect(),
             entries: pairs.iter().map(|&[_, entry]| entry).collect(),

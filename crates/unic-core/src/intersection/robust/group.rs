@@ -1,87 +1,102 @@
-//! All vertices of a garment at once, group by group of [`Packets`].
+//! Contacts of all vertices of a garment at once, group by group of [`Packets`].
 
-use super::{Contact, MOST_LOOKS, RobustBody, RobustIntersection, next_place};
+use super::{
+    ClosestFaces, Contact, MAX_ITERATIONS, RobustBody, RobustIntersection, SunkPosition, next_position,
+    sinking::Surroundings,
+};
 use crate::{
-    bvh::{LANES, Packet},
+    aabb_tree::{LANES, Packet},
     intersection::packets::Packets,
     parallel::for_each_chunk,
-    surface::Among,
+    surface::FaceFilter,
 };
 use glam::Vec3;
 
 impl RobustIntersection {
-    /// [Looks](Self::look) at the body from the vertices of the garment, by [slot](Packets), those of packets
-    /// that are due whose place in `at` is finite; the contacts of the last frame make it faster.
+    /// Finds the contacts of the vertices of the garment with the body, by [slot](Packets).
     ///
-    /// The same contacts as one by one, but that what is well above the body has a bound for its
-    /// height: where the body keeps farther from the middle of a packet than its vertices are, all of
-    /// them are on the side of the middle.
-    pub(crate) fn look_at_all(
+    /// The search covers the packets that `is_active` names, and there the vertices whose position
+    /// in `at` is finite. Other packets keep their contacts. The contacts of the last frame are
+    /// seeds.
+    ///
+    /// Contacts are those of [`Self::find_contact`], except that the height of a vertex well above
+    /// the body is a lower bound. Where the body is farther from the centre of a packet than the
+    /// packet's vertices are, all of them are on the same side as the centre.
+    pub(crate) fn find_contacts(
         &self,
         body: &RobustBody,
         at: &[Vec3],
-        is_due: impl Fn(usize) -> bool + Sync,
+        is_active: impl Fn(usize) -> bool + Sync,
         contacts: &mut [Contact],
     ) {
         for_each_chunk(contacts, Packets::GROUP, |first, contacts| {
             let group = Group {
                 rule: *self,
                 body,
-                vertex: body.parts.packets().vertices()[first] as usize,
+                vertex: body.contact_filter.garment_packets().vertices()[first] as usize,
             };
-            let is_due = |packet| is_due(first / LANES + packet);
-            group.look(&at[first..][..contacts.len()], is_due, contacts);
+            let is_active = |packet| is_active(first / LANES + packet);
+            group.find_contacts(&at[first..][..contacts.len()], is_active, contacts);
         });
     }
 }
 
-/// Vertices that the same parts of the body may push.
+/// Group of packets whose vertices the same parts of the body may push.
 struct Group<'a> {
     rule: RobustIntersection,
     body: &'a RobustBody,
-    /// One of them.
+    /// One of the vertices: the contact filter has the same answers for all of them.
     vertex: usize,
 }
 
-/// A ball around the vertices of a packet, and the body near it.
+/// Centre of a packet's vertices and the body near it.
 #[derive(Clone, Copy)]
-struct Ball {
+struct PacketCentre {
     centre: Vec3,
-    /// The closest face to the centre, and its height over it.
+    /// Face of the body closest to the centre.
     face: u32,
+    /// Height of the centre over the body, metres; zero where it is unknown.
     height_m: f32,
 }
 
 impl Group<'_> {
-    fn look(&self, at: &[Vec3], is_due: impl Fn(usize) -> bool, contacts: &mut [Contact]) {
-        if !(0..LANES).any(&is_due) {
+    /// Finds the contacts of the active packets; slices are by slot of the group.
+    fn find_contacts(&self, at: &[Vec3], is_active: impl Fn(usize) -> bool, contacts: &mut [Contact]) {
+        if !(0..LANES).any(&is_active) {
             return;
         }
-        let balls = self.balls(at, is_due, contacts);
-        for ((at, contacts), ball) in at.chunks(LANES).zip(contacts.chunks_mut(LANES)).zip(balls) {
-            if ball.centre.is_finite() && !self.are_clear(at, &ball, contacts) {
-                self.look_together(at, &ball, contacts);
+        let centres = self.packet_centres(at, is_active, contacts);
+        for ((at, contacts), centre) in at.chunks(LANES).zip(contacts.chunks_mut(LANES)).zip(centres) {
+            if centre.centre.is_finite() && !self.is_packet_clear(at, &centre, contacts) {
+                self.find_packet_contacts(at, &centre, contacts);
             }
         }
     }
 
-    /// Around each packet that is due; one without vertices has no centre.
-    fn balls(&self, at: &[Vec3], is_due: impl Fn(usize) -> bool, contacts: &[Contact]) -> [Ball; LANES] {
+    /// Finds the body near the centre of each active packet. The centre of a packet without
+    /// vertices is NaN.
+    // The centres of the packets of a group are themselves a packet, so that one search finds all.
+    fn packet_centres(
+        &self,
+        at: &[Vec3],
+        is_active: impl Fn(usize) -> bool,
+        contacts: &[Contact],
+    ) -> [PacketCentre; LANES] {
         let mut centres = [Vec3::NAN; LANES];
         let packets = centres.iter_mut().zip(at.chunks(LANES)).enumerate();
-        for (_, (centre, at)) in packets.filter(|&(packet, _)| is_due(packet)) {
+        for (_, (centre, at)) in packets.filter(|&(packet, _)| is_active(packet)) {
             let finite = || at.iter().filter(|p| p.is_finite());
             *centre = finite().sum::<Vec3>() / finite().count() as f32;
         }
         let faces = match centres.iter().any(|centre| centre.is_finite()) {
             true => {
-                self.nearest(&centres, &seeds::<{ LANES * LANES / 4 }>(contacts))
+                self.closest(&centres, &seeds::<{ LANES * LANES / 4 }>(contacts))
                     .item
             }
             false => [u32::MAX; LANES],
         };
-        // Outside a limb that has sunk into a part that pushes is inside that part.
-        let pushing = self.nearest_that_push(&centres, faces);
+        // A centre outside a limb that has sunk into a pushing part may still be inside that part.
+        let pushing = self.closest_pushing_from(&centres, faces);
         std::array::from_fn(|k| {
             let height = |face| {
                 let hit = self.body.surface.point_on(face, centres[k]);
@@ -92,181 +107,199 @@ impl Group<'_> {
                 u32::MAX => height(faces[k]),
                 face => height(faces[k]).zip(height(face)).map(|(a, b)| a.min(b)),
             };
-            Ball {
+            PacketCentre {
                 centre: centres[k],
                 face: faces[k],
-                // Nothing is known of what has no face near it.
                 height_m: height_m.unwrap_or(0.0),
             }
         })
     }
 
-    /// Whether the body reaches none of the vertices, with what is known of them then.
-    fn are_clear(&self, positions: &[Vec3], ball: &Ball, contacts: &mut [Contact]) -> bool {
-        let height = |p: &Vec3| ball.height_m - p.distance(ball.centre);
-        // A place that is NaN has no height, and is nobody's.
-        let are_clear = !positions.iter().any(|p| height(p) <= self.rule.margin_m);
-        if are_clear {
+    /// Returns whether the body reaches none of the vertices of a packet. If so, stores their
+    /// contacts with lower bounds of their heights.
+    fn is_packet_clear(&self, positions: &[Vec3], centre: &PacketCentre, contacts: &mut [Contact]) -> bool {
+        // No point is lower than the centre by more than its distance from it.
+        let height = |p: &Vec3| centre.height_m - p.distance(centre.centre);
+        // Written with `<=`, which is false for NaN: positions that are NaN belong to no vertex.
+        let is_clear = !positions.iter().any(|p| height(p) <= self.rule.margin_m);
+        if is_clear {
             for (contact, p) in contacts.iter_mut().zip(positions) {
                 *contact = Contact {
-                    face: ball.face,
+                    face: centre.face,
                     height_m: height(p),
-                    moved: None,
+                    corrected: None,
                 };
             }
         }
-        are_clear
+        is_clear
     }
 
-    fn look_together(&self, positions: &[Vec3], ball: &Ball, contacts: &mut [Contact]) {
+    /// Finds the contacts of the vertices of a packet.
+    fn find_packet_contacts(&self, positions: &[Vec3], centre: &PacketCentre, contacts: &mut [Contact]) {
         let [a, b, c, d] = seeds::<{ LANES / 4 }>(contacts);
-        let found = self.nearest(positions, &[ball.face, a, b, c, d]);
-        let mut doubtful = [Vec3::NAN; LANES];
+        let found = self.closest(positions, &[centre.face, a, b, c, d]);
+        let mut unresolved = [Vec3::NAN; LANES];
         for (lane, (contact, &p)) in contacts.iter_mut().zip(positions).enumerate() {
             let (distance, face) = (found.squared[lane].sqrt(), found.item[lane]);
             if !p.is_finite() {
-                // Not looked for: what is known of it stays.
-                contact.moved = None;
-            } else if self.is_clear(p, face, distance, ball) {
+                // A vertex that was not searched for keeps its face and height.
+                contact.corrected = None;
+            } else if self.is_vertex_clear(p, face, distance, centre) {
                 *contact = Contact {
                     face,
                     height_m: distance,
-                    moved: None,
+                    corrected: None,
                 };
             } else {
-                doubtful[lane] = p;
+                unresolved[lane] = p;
             }
         }
-        if doubtful.iter().any(|p| p.is_finite()) {
-            self.touch(&doubtful, found.item, contacts);
+        if unresolved.iter().any(|p| p.is_finite()) {
+            self.resolve(&unresolved, found.item, contacts);
         }
     }
 
-    /// The contacts of the lanes with a place; their closest faces of the body.
-    fn touch(&self, places: &[Vec3; LANES], nearest: [u32; LANES], contacts: &mut [Contact]) {
-        let mut at = *places;
-        self.sink(&mut at, nearest);
-        let pushing = self.nearest_that_push(&at, nearest);
-        let mut moved = [Vec3::NAN; LANES];
+    /// Sinks and pushes the vertices of the lanes with a finite position; `nearest` are the closest
+    /// faces of the body. The counterpart of [`RobustIntersection::find_contact`].
+    fn resolve(&self, positions: &[Vec3; LANES], nearest: [u32; LANES], contacts: &mut [Contact]) {
+        let mut sunk = *positions;
+        self.sink(&mut sunk, nearest);
+        let pushing = self.closest_pushing_from(&sunk, nearest);
+        let mut corrected = [Vec3::NAN; LANES];
         for (lane, contact) in contacts.iter_mut().enumerate() {
-            if places[lane].is_finite() {
-                let faces = [nearest[lane], pushing[lane]];
-                *contact = (self.rule).contact(self.body, self.vertex, [places[lane], at[lane]], faces);
-                moved[lane] = contact.moved.unwrap_or(Vec3::NAN);
+            if positions[lane].is_finite() {
+                let position = SunkPosition {
+                    from: positions[lane],
+                    to: sunk[lane],
+                };
+                let faces = ClosestFaces {
+                    of_body: nearest[lane],
+                    of_pushing: pushing[lane],
+                };
+                *contact = (self.rule).push_once(self.body, self.vertex, position, faces);
+                corrected[lane] = contact.corrected.unwrap_or(Vec3::NAN);
             }
         }
-        if moved.iter().any(|p| p.is_finite()) {
-            self.follow(&mut moved, pushing);
-            let nearest = self.nearest(&moved, &pushing).item;
-            self.sink(&mut moved, nearest);
+        if corrected.iter().any(|p| p.is_finite()) {
+            self.push_further(&mut corrected, pushing);
+            let nearest = self.closest(&corrected, &pushing).item;
+            self.sink(&mut corrected, nearest);
         }
-        for (contact, at) in contacts.iter_mut().zip(moved) {
+        for (contact, at) in contacts.iter_mut().zip(corrected) {
             if at.is_finite() {
-                contact.moved = Some(at);
+                contact.corrected = Some(at);
             }
         }
     }
 
-    /// The closest face that may push each place; `nearest` where that does.
-    fn nearest_that_push(&self, at: &[Vec3; LANES], nearest: [u32; LANES]) -> [u32; LANES] {
-        let mut asked = *at;
-        for (asked, face) in asked.iter_mut().zip(nearest) {
-            if self.pushes(face) {
-                *asked = Vec3::NAN;
+    /// Finds the closest face that may push each point, where `nearest`, the closest of all, may
+    /// not.
+    fn closest_pushing_from(&self, at: &[Vec3; LANES], nearest: [u32; LANES]) -> [u32; LANES] {
+        let mut searched = *at;
+        for (searched, face) in searched.iter_mut().zip(nearest) {
+            if self.may_push(face) {
+                *searched = Vec3::NAN;
             }
         }
-        if asked.iter().all(|p| p.is_nan()) {
+        if searched.iter().all(|p| p.is_nan()) {
             return nearest;
         }
-        let found = self.closest(&asked, &nearest).item;
-        std::array::from_fn(|lane| match asked[lane].is_finite() {
+        let found = self.closest_pushing(&searched, &nearest).item;
+        std::array::from_fn(|lane| match searched[lane].is_finite() {
             true => found[lane],
             false => nearest[lane],
         })
     }
 
-    fn pushes(&self, face: u32) -> bool {
-        face != u32::MAX && self.body.parts.face_pushes(face, self.vertex)
+    fn may_push(&self, face: u32) -> bool {
+        face != u32::MAX && self.body.contact_filter.face_may_push(face, self.vertex)
     }
 
-    /// Whether a vertex at a distance from the body, on the outer side of its closest face there, is
-    /// high enough: the balls around it and around the centre, which the body does not reach, overlap,
-    /// and the centre is outside. The centre alone says nothing about a second part of the body that
-    /// the vertex is inside of.
-    fn is_clear(&self, p: Vec3, face: u32, distance: f32, ball: &Ball) -> bool {
-        let overlap_m = ball.height_m + distance - p.distance(ball.centre);
-        let is_above = ball.height_m > 0.0 && overlap_m > 0.0 && self.rule.is_high_enough(distance);
-        is_above && self.body.surface.is_above(face, p)
+    /// Returns whether a vertex on the outer side of its closest face, at a distance from the body,
+    /// is high enough.
+    ///
+    /// The ball around the vertex up to the body and the ball around the centre of its packet must
+    /// overlap, and the centre must be outside. The centre's side alone does not exclude a second
+    /// part of the body with the vertex inside.
+    fn is_vertex_clear(&self, p: Vec3, face: u32, distance: f32, centre: &PacketCentre) -> bool {
+        let overlap_m = centre.height_m + distance - p.distance(centre.centre);
+        let is_outside = centre.height_m > 0.0 && overlap_m > 0.0 && self.rule.is_high_enough(distance);
+        is_outside && self.body.surface.is_above(face, p)
     }
 
-    /// Goes on from the first ways out, of the lanes that have one.
-    fn follow(&self, at: &mut [Vec3; LANES], mut faces: [u32; LANES]) {
+    /// Does what [`RobustIntersection::push_further`] does for the lanes with a finite position.
+    fn push_further(&self, at: &mut [Vec3; LANES], mut faces: [u32; LANES]) {
         let mut next = *at;
-        for look in 1..=MOST_LOOKS {
+        for iteration in 1..=MAX_ITERATIONS {
             if next.iter().all(|p| !p.is_finite()) {
                 break;
             }
-            faces = self.closest(&next, &faces).item;
+            faces = self.closest_pushing(&next, &faces).item;
             for (lane, next) in next.iter_mut().enumerate() {
                 let hit = self.body.surface.point_on(faces[lane], *next);
-                match hit.and_then(|hit| self.rule.way_out(&hit, *next)) {
+                match hit.and_then(|hit| self.rule.push_out(&hit, *next)) {
                     Some(out) => {
-                        *next = next_place(look, [*next, out]);
+                        *next = next_position(iteration, *next, out);
                         at[lane] = *next;
                     }
+                    // NaN takes a lane that is done out of the next searches.
                     None => *next = Vec3::NAN,
                 }
             }
         }
     }
 
-    /// [`RobustIntersection::sink`] for all lanes; `faces` are the closest of the body to the places.
+    /// Does what [`RobustIntersection::sink`] does for all lanes; `faces` are the faces of the body
+    /// closest to the positions.
     fn sink(&self, at: &mut [Vec3; LANES], mut faces: [u32; LANES]) {
         let surface = &self.body.surface;
-        for _ in 0..MOST_LOOKS {
-            let visitors: [_; LANES] = std::array::from_fn(|lane| {
-                let is_visitor = at[lane].is_finite() && !self.pushes(faces[lane]);
-                let hit = is_visitor
+        for _ in 0..MAX_ITERATIONS {
+            let intruders: [_; LANES] = std::array::from_fn(|lane| {
+                let may_intrude = at[lane].is_finite() && !self.may_push(faces[lane]);
+                let hit = may_intrude
                     .then(|| surface.point_on(faces[lane], at[lane]))
                     .flatten();
                 hit.filter(|hit| hit.signed_distance < 0.0)
             });
-            if visitors.iter().all(Option::is_none) {
+            if intruders.iter().all(Option::is_none) {
                 break;
             }
             let mut sinking = [Vec3::NAN; LANES];
-            for (lane, _) in visitors.iter().enumerate().filter(|(_, v)| v.is_some()) {
+            for (lane, _) in intruders.iter().enumerate().filter(|(_, v)| v.is_some()) {
                 sinking[lane] = at[lane];
             }
-            let beneath = self.closest(&sinking, &[]).item;
-            for (lane, visitor) in visitors.iter().enumerate() {
+            let beneath = self.closest_pushing(&sinking, &[]).item;
+            for (lane, intruder) in intruders.iter().enumerate() {
                 let beneath = surface.point_on(beneath[lane], sinking[lane]);
-                let pair = visitor.as_ref().zip(beneath.as_ref());
-                let way = pair.and_then(|pair| self.rule.way_down(self.body, self.vertex, at[lane], pair));
-                sinking[lane] += way.unwrap_or(Vec3::NAN);
-                if way.is_some() {
+                let around = intruder.as_ref().zip(beneath.as_ref());
+                let around = around.map(|(intruder, beneath)| Surroundings { intruder, beneath });
+                let step = around
+                    .and_then(|around| self.rule.sinking_step(self.body, self.vertex, at[lane], around));
+                sinking[lane] += step.unwrap_or(Vec3::NAN);
+                if step.is_some() {
                     at[lane] = sinking[lane];
                 }
             }
-            faces = self.nearest(&sinking, &[]).item;
+            faces = self.closest(&sinking, &[]).item;
         }
     }
 
-    /// The closest faces of the parts that may push.
-    fn closest(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
-        let pushing = self.body.pushing(self.vertex);
+    /// Closest faces of the parts that may push.
+    fn closest_pushing(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
+        let pushing = self.body.faces_pushing(self.vertex);
         let surface = &self.body.surface;
         surface.closest_of_packet(points, f32::INFINITY, seeds, pushing)
     }
 
-    /// The closest faces of the body.
-    fn nearest(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
+    /// Closest faces of the body.
+    fn closest(&self, points: &[Vec3], seeds: &[u32]) -> Packet {
         let surface = &self.body.surface;
-        surface.closest_of_packet(points, f32::INFINITY, seeds, Among::new(|_| true))
+        surface.closest_of_packet(points, f32::INFINITY, seeds, FaceFilter::new(|_| true))
     }
 }
 
-/// Four of the faces that were found last, one of every so many contacts, without repeating the one before.
+/// Four faces of the last contacts, one from every `EVERY` of them, without repeating the one
+/// before.
 fn seeds<const EVERY: usize>(contacts: &[Contact]) -> [u32; 4] {
     let face = |k: usize| contacts.get(k * EVERY).map_or(u32::MAX, |contact| contact.face);
     std::array::from_fn(|k| match k {

@@ -1,4 +1,4 @@
-//! Contract of what is carried from frame to frame: it saves work, and changes no bit.
+//! Contract of the data that passes keep from frame to frame: it saves work and changes no bit.
 
 use super::*;
 use crate::parallel::{Serial, install};
@@ -8,7 +8,7 @@ use crate::parallel::{Serial, install};
 struct Frame {
     body_radii: Vec<f32>,
     cloth_radii: Vec<f32>,
-    /// Of both; far where they have been teleported.
+    /// Position of both; far from the origin after a teleport.
     at: Vec3,
 }
 
@@ -21,11 +21,11 @@ fn frame() -> impl Strategy<Value = Frame> {
     })
 }
 
-/// What the garment is, and what else it stays out of.
+/// Kind of garment and obstacles.
 #[derive(Clone, Copy, Debug)]
 enum Scene {
     Plain,
-    /// Every face has corners of its own.
+    /// Garment in which every face has corners of its own.
     Seams,
     Props,
     Layers,
@@ -34,13 +34,13 @@ enum Scene {
 const SCENES: [Scene; 4] = [Scene::Plain, Scene::Seams, Scene::Props, Scene::Layers];
 
 impl Scene {
-    /// The garment at these radii.
+    /// Garment at these radii.
     fn cloth(self, radii: &[f32], at: Vec3) -> TriMesh {
         let ball = uneven(3, radii, at);
         match self {
             Self::Plain | Self::Props => ball,
             Self::Seams => split(&ball),
-            Self::Layers => two(ball, uneven(2, radii, at)),
+            Self::Layers => joined(ball, uneven(2, radii, at)),
         }
     }
 
@@ -57,13 +57,13 @@ impl Scene {
     fn pass(self, character: &Character, garment: &Garment, body: &RobustBody) -> DisplayPass {
         let mut pass = DisplayPass::new(RULE, garment, body);
         if let Self::Layers = self {
-            pass.set_layers(&Layers::of_parts(character, garment));
+            pass.set_layers(&Layers::from_components(character, garment));
         }
         pass
     }
 }
 
-/// A ball whose radii repeat.
+/// Ball with a different radius at each vertex; the list of radii repeats.
 fn uneven(level: usize, radii: &[f32], at: Vec3) -> TriMesh {
     let mut mesh = sphere(level, 1.0);
     let pairs = mesh.vertices.iter_mut().zip(radii.iter().cycle());
@@ -71,7 +71,7 @@ fn uneven(level: usize, radii: &[f32], at: Vec3) -> TriMesh {
     mesh
 }
 
-/// What is shown of each frame; by one pass, or by a new one every time.
+/// Shown positions of each frame, by one pass for all or by a new one every time.
 fn run(scene: Scene, frames: &[Frame], is_new_every_time: bool) -> Vec<Vec<Vec3>> {
     let character = character(sphere(3, 0.15), &[-1], |_| 0);
     let garment = garment(scene.cloth(&[0.2], Vec3::ZERO), 1, |_| 0);
@@ -85,7 +85,7 @@ fn run(scene: Scene, frames: &[Frame], is_new_every_time: bool) -> Vec<Vec<Vec3>
             pass = scene.pass(&character, &garment, &body);
         }
         body.pose(&vertices);
-        let posed = PosedVertices {
+        let posed = CollisionScene {
             body: &body,
             vertices: &vertices,
             colliders: &scene.colliders(frame.at),
@@ -99,7 +99,7 @@ fn run(scene: Scene, frames: &[Frame], is_new_every_time: bool) -> Vec<Vec<Vec3>
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
     #[test]
-    fn the_frames_before_and_the_threads_change_nothing(frames in vec(frame(), 2..5)) {
+    fn positions_do_not_depend_on_earlier_frames_or_threads(frames in vec(frame(), 2..5)) {
         for scene in SCENES {
             let shown = run(scene, &frames, false);
             prop_assert_eq!(&shown, &run(scene, &frames, true), "{:?}", scene);

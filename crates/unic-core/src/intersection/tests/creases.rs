@@ -1,11 +1,10 @@
-//! Where a body leaves cloth little room.
+//! Contract of the robust handling in creases: cloth between two walls ends outside both of them.
 
 use super::*;
 
-/// Two walls that face each other, from 4 mm to 44 mm apart: at the narrow end alone there is a fold.
+/// Two walls that face each other, from 4 mm to 44 mm apart: only the narrow end is a fold.
 fn wedge() -> TriMesh {
-    let wall = |heights: [f32; 2], faces: [[u32; 3]; 2]| {
-        let [narrow, wide] = heights;
+    let wall = |narrow: f32, wide: f32, faces: [[u32; 3]; 2]| {
         let corners = [
             (0.0, -0.2, narrow),
             (0.4, -0.2, wide),
@@ -15,9 +14,9 @@ fn wedge() -> TriMesh {
         let corners = corners.map(|(x, z, y)| Vec3::new(x, y, z));
         TriMesh::new(corners.to_vec(), faces.to_vec()).unwrap()
     };
-    two(
-        wall([0.0, 0.0], [[0, 2, 1], [1, 2, 3]]),
-        wall([0.004, 0.044], [[0, 1, 2], [1, 3, 2]]),
+    joined(
+        wall(0.0, 0.0, [[0, 2, 1], [1, 2, 3]]),
+        wall(0.004, 0.044, [[0, 1, 2], [1, 3, 2]]),
     )
 }
 
@@ -35,8 +34,8 @@ fn strip() -> TriMesh {
 }
 
 #[test]
-fn between_two_walls_cloth_stays_outside_both() {
-    let (body, garment) = rigid(wedge(), strip());
+fn cloth_between_two_walls_stays_outside_both() {
+    let (body, garment) = on_one_joint(wedge(), strip());
     for p in &garment.rest.vertices {
         let out = corrected(&body, *p).unwrap();
         let height_m = body.surface().closest(out).unwrap().signed_distance;
@@ -45,17 +44,17 @@ fn between_two_walls_cloth_stays_outside_both() {
             "{p} goes to {out}, {height_m} m over the nearer wall"
         );
     }
-    assert_together_as_alone(&body, &garment).unwrap();
+    assert_packets_agree_with_single_vertices(&body, &garment).unwrap();
 }
 
 #[test]
-fn a_place_between_corners_in_and_out_of_a_fold_is_not_left_alone() {
+fn a_vertex_over_a_face_that_is_partly_in_a_fold_is_pushed() {
     let mesh = wedge();
     let mut folds = crate::folds::Folds::default();
     folds.find(&Surface::build(&mesh));
-    let corners: Vec<usize> = (0..4).map(|face| folds.corners_of_face(face)).collect();
+    let corners: Vec<usize> = (0..4).map(|face| folds.folded_corners(face)).collect();
     assert!(corners.iter().all(|n| [1, 2].contains(n)), "{corners:?}");
-    assert_eq!(folds.corners_of_face(4), 0);
-    let (body, _) = rigid(mesh, cube());
+    assert_eq!(folds.folded_corners(4), 0);
+    let (body, _) = on_one_joint(mesh, cube());
     assert!(corrected(&body, Vec3::new(0.1, 0.02, 0.0)).is_some());
 }

@@ -1,4 +1,4 @@
-//! Specifications and normalisations: how they are measured, and what is refused.
+//! Contract of motion specifications and normalisations: their values, and what is refused.
 
 use super::*;
 use crate::{mesh::TriMesh, skinning::SkinningWeights};
@@ -39,7 +39,7 @@ fn rest_heights_are_measured_from_the_lowest_vertex() {
 #[test]
 fn specifications_and_states_of_files_are_checked() {
     let character = character();
-    let mut spec = spec(VARIANTS[0], 3);
+    let mut spec = spec(MotionLayout::Paper, VelocityScheme::Forward, 3);
     assert_eq!(spec.check(&character.skeleton), Ok(()));
     let text = serde_json::to_string(&spec).unwrap();
     assert_eq!(serde_json::from_str::<MotionSpec>(&text).unwrap(), spec);
@@ -75,7 +75,7 @@ fn specifications_and_states_of_files_are_checked() {
         "/world_from_joint/1/translation/0",
     ] {
         let mut damaged = text.clone();
-        // JSON has no infinity; a number beyond f32 becomes one.
+        // JSON has no infinity, but a number beyond the range of f32 is read as one.
         *damaged.pointer_mut(path).unwrap() = 1e300.into();
         let damaged: MotionState = serde_json::from_value(damaged).unwrap();
         let found = damaged.check(&character.skeleton);
@@ -89,7 +89,7 @@ fn specifications_and_states_of_files_are_checked() {
 #[test]
 fn normalised_elements_have_mean_zero_and_deviation_one() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
-    let spec = spec(VARIANTS[3], 24);
+    let spec = spec(MotionLayout::Heading, VelocityScheme::Backward, 24);
     let vectors = streamed(&spec, &skeleton, &poses, Source::Clip);
     let fitted = Normalisation::fit(24, NormalisationRule::PAPER, vectors.iter().map(Vec::as_slice)).unwrap();
     let mut scaled = vectors.clone();
@@ -103,7 +103,7 @@ fn normalised_elements_have_mean_zero_and_deviation_one() {
         let column = || scaled.iter().map(|c| f64::from(c[i]));
         let mean = column().sum::<f64>() / FRAMES as f64;
         let variance = column().map(|x| (x - mean).powi(2)).sum::<f64>() / FRAMES as f64;
-        // The root's x and z are zero in this layout: they stay zero.
+        // The root's x and z are always zero in this layout.
         let expected = if [0, 2].contains(&i) { 0.0 } else { 1.0 };
         assert!(
             mean.abs() < 1e-4 && (variance - expected).abs() < 1e-3,

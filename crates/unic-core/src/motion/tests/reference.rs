@@ -1,5 +1,7 @@
-//! The motion vector computed again: rotation matrices in f64, whole clips, one slice after the
-//! other, without quaternions and without anything of the code under test but its input types.
+//! Reference implementation of the motion vector, for whole clips.
+//!
+//! It computes with rotation matrices in f64 instead of quaternions, and uses nothing of the code
+//! under test but its input types.
 
 use crate::{
     motion::{MotionLayout, MotionSpec, VelocityScheme},
@@ -7,7 +9,7 @@ use crate::{
 };
 use glam::{DMat3, DVec3, Vec3};
 
-/// A clip as files hold it: translations and local axis-angles, one array a frame.
+/// Clip of translations and local rotations (axis times angle), one array a frame.
 pub(super) struct Motion {
     pub(super) trans: Vec<Vec3>,
     pub(super) axis_angles: Vec<Vec<Vec3>>,
@@ -15,12 +17,20 @@ pub(super) struct Motion {
     pub(super) dt: f32,
 }
 
+/// Joints of one frame in the world.
 struct Joints {
     rotation: Vec<DMat3>,
     position: Vec<DVec3>,
 }
 
-/// c_0, c_1, ... of a whole clip.
+/// Coordinate frame of a motion vector.
+#[derive(Clone, Copy)]
+struct Frame {
+    rotation: DMat3,
+    origin: DVec3,
+}
+
+/// Returns c_0, c_1, ... of a clip.
 pub(super) fn motion_vectors(spec: &MotionSpec, skeleton: &Skeleton, motion: &Motion) -> Vec<Vec<f64>> {
     let count = motion.trans.len();
     let joints: Vec<Joints> = (0..count)
@@ -35,68 +45,90 @@ pub(super) fn motion_vectors(spec: &MotionSpec, skeleton: &Skeleton, motion: &Mo
             };
             let step = (&joints[from], &joints[from + 1]);
             let local: Vec<DMat3> = motion.axis_angles[t].iter().map(|&a| rodrigues(a)).collect();
-            let turned = (frames[t], frames[frame_of_velocity]);
-            vector(spec, skeleton, motion, &joints[t], step, &local, turned)
+            let vector = Vector {
+                spec,
+                skeleton,
+                motion,
+                now: &joints[t],
+                step,
+                local: &local,
+                frame: frames[t],
+                velocity_frame: frames[frame_of_velocity],
+            };
+            vector.numbers()
         })
         .collect()
 }
 
-fn vector(
-    spec: &MotionSpec,
-    skeleton: &Skeleton,
-    motion: &Motion,
-    now: &Joints,
-    step: (&Joints, &Joints),
-    local: &[DMat3],
-    ((frame, origin), (velocity_frame, _)): ((DMat3, DVec3), (DMat3, DVec3)),
-) -> Vec<f64> {
-    let root = skeleton.root();
-    let others: Vec<usize> = (0..skeleton.len()).filter(|&j| j != root).collect();
-    let si = spec.layout == MotionLayout::Heading;
-    let unit = if si { f64::from(motion.dt) } else { 1.0 };
-    let height = |j: usize| now.position[j].y - f64::from(motion.ground);
-    let moved = |j: usize| step.1.position[j] - step.0.position[j];
-    let velocity = |world: DVec3| velocity_frame.transpose() * world / unit;
-    let mut c: Vec<f64> = Vec::new();
-    c.extend(match spec.layout {
-        MotionLayout::Paper => (frame.transpose() * (now.position[root] - origin)).to_array(),
-        MotionLayout::PaperRootRelative => [0.0; 3],
-        MotionLayout::Heading => [0.0, height(root), 0.0],
-    });
-    c.extend(velocity(moved(root)).to_array());
-    c.extend(rows(frame.transpose() * now.rotation[root]));
-    c.extend(
-        velocity(logarithm(
-            step.1.rotation[root] * step.0.rotation[root].transpose(),
-        ))
-        .to_array(),
-    );
-    others.iter().for_each(|&j| c.extend(rows(local[j])));
-    let position = |j: usize| frame.transpose() * (now.position[j] - origin);
-    others.iter().for_each(|&j| c.extend(position(j).to_array()));
-    others
-        .iter()
-        .for_each(|&j| c.extend(velocity(moved(j)).to_array()));
-    for (j, rest) in spec.contact_joints.into_iter().zip(spec.contact_rest_heights_m) {
-        let low = height(j) - f64::from(rest) < 0.05;
-        let contact = if si {
-            low && moved(j).length() / unit < 0.25
-        } else {
-            moved(j).length_squared() < 0.002
-        };
-        c.push(f64::from(u8::from(contact)));
-    }
-    c
+/// Everything that one vector is made of.
+struct Vector<'a> {
+    spec: &'a MotionSpec,
+    skeleton: &'a Skeleton,
+    motion: &'a Motion,
+    now: &'a Joints,
+    /// Joints before and after the step that velocities are differences of.
+    step: (&'a Joints, &'a Joints),
+    /// Rotations of the joints relative to their parents.
+    local: &'a [DMat3],
+    frame: Frame,
+    velocity_frame: Frame,
 }
 
-/// Rotation and origin of the frame of every c_t.
-fn frames(spec: &MotionSpec, skeleton: &Skeleton, joints: &[Joints], dt: f64) -> Vec<(DMat3, DVec3)> {
+impl Vector<'_> {
+    fn numbers(&self) -> Vec<f64> {
+        let (spec, now, step) = (self.spec, self.now, self.step);
+        let Frame { rotation, origin } = self.frame;
+        let root = self.skeleton.root();
+        let others: Vec<usize> = (0..self.skeleton.len()).filter(|&j| j != root).collect();
+        let si = spec.layout == MotionLayout::Heading;
+        let unit = if si { f64::from(self.motion.dt) } else { 1.0 };
+        let height = |j: usize| now.position[j].y - f64::from(self.motion.ground);
+        let moved = |j: usize| step.1.position[j] - step.0.position[j];
+        let velocity = |world: DVec3| self.velocity_frame.rotation.transpose() * world / unit;
+        let mut c: Vec<f64> = Vec::new();
+        c.extend(match spec.layout {
+            MotionLayout::Paper => (rotation.transpose() * (now.position[root] - origin)).to_array(),
+            MotionLayout::PaperRootRelative => [0.0; 3],
+            MotionLayout::Heading => [0.0, height(root), 0.0],
+        });
+        c.extend(velocity(moved(root)).to_array());
+        c.extend(rows(rotation.transpose() * now.rotation[root]));
+        let turn = step.1.rotation[root] * step.0.rotation[root].transpose();
+        c.extend(velocity(logarithm(turn)).to_array());
+        others.iter().for_each(|&j| c.extend(rows(self.local[j])));
+        let position = |j: usize| rotation.transpose() * (now.position[j] - origin);
+        others.iter().for_each(|&j| c.extend(position(j).to_array()));
+        others
+            .iter()
+            .for_each(|&j| c.extend(velocity(moved(j)).to_array()));
+        for (j, rest) in spec.contact_joints.into_iter().zip(spec.contact_rest_heights_m) {
+            let low = height(j) - f64::from(rest) < 0.05;
+            let contact = if si {
+                low && moved(j).length() / unit < 0.25
+            } else {
+                moved(j).length_squared() < 0.002
+            };
+            c.push(f64::from(u8::from(contact)));
+        }
+        c
+    }
+}
+
+/// Returns the coordinate frame of every c_t.
+fn frames(spec: &MotionSpec, skeleton: &Skeleton, joints: &[Joints], dt: f64) -> Vec<Frame> {
     let root = skeleton.root();
-    let first = (joints[0].rotation[root], joints[0].position[root]);
+    let first = Frame {
+        rotation: joints[0].rotation[root],
+        origin: joints[0].position[root],
+    };
     match spec.layout {
         MotionLayout::Paper => return vec![first; joints.len()],
         MotionLayout::PaperRootRelative => {
-            return joints.iter().map(|j| (first.0, j.position[root])).collect();
+            let at_root = |j: &Joints| Frame {
+                origin: j.position[root],
+                ..first
+            };
+            return joints.iter().map(at_root).collect();
         }
         MotionLayout::Heading => {}
     }
@@ -112,9 +144,10 @@ fn frames(spec: &MotionSpec, skeleton: &Skeleton, joints: &[Joints], dt: f64) ->
         yaws.push(yaw);
     }
     let origins = joints.iter().map(|j| j.position[root]);
-    yaws.into_iter()
-        .map(DMat3::from_rotation_y)
+    let rotations = yaws.into_iter().map(DMat3::from_rotation_y);
+    rotations
         .zip(origins)
+        .map(|(rotation, origin)| Frame { rotation, origin })
         .collect()
 }
 
@@ -143,7 +176,7 @@ fn forward_kinematics(skeleton: &Skeleton, trans: Vec3, axis_angles: &[Vec3]) ->
     }
 }
 
-/// R = I + sin θ K + (1 − cos θ) K².
+/// Rotation matrix R = I + sin θ K + (1 − cos θ) K² (Rodrigues).
 fn rodrigues(axis_angle: Vec3) -> DMat3 {
     let axis_angle = axis_angle.as_dvec3();
     let angle = axis_angle.length();
@@ -152,7 +185,7 @@ fn rodrigues(axis_angle: Vec3) -> DMat3 {
     DMat3::IDENTITY + cross * angle.sin() + cross * cross * (1.0 - angle.cos())
 }
 
-/// Axis times angle by the skew-symmetric part.
+/// Axis times angle of a rotation matrix, from its skew-symmetric part.
 fn logarithm(r: DMat3) -> DVec3 {
     let skew = DVec3::new(
         r.y_axis.z - r.z_axis.y,
@@ -164,6 +197,7 @@ fn logarithm(r: DMat3) -> DVec3 {
     skew.normalize_or_zero() * angle
 }
 
+/// First two rows of a matrix.
 fn rows(r: DMat3) -> [f64; 6] {
     let (x, y, z) = (r.x_axis, r.y_axis, r.z_axis);
     [x.x, y.x, z.x, x.y, y.y, z.y]

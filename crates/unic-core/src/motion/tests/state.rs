@@ -1,9 +1,10 @@
-//! What a state does frame by frame: the first velocities, contacts, saving, survival.
+//! Contract of a motion state: first velocities, fallbacks, contacts, serialisation, finite
+//! numbers.
 
 use super::*;
 
 #[test]
-fn the_first_velocity_is_the_second_also_after_a_reset() {
+fn first_velocities_equal_the_second_ones_after_every_reset() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
     let slices = MotionSlices::new(24);
     for layout in [
@@ -11,7 +12,7 @@ fn the_first_velocity_is_the_second_also_after_a_reset() {
         MotionLayout::PaperRootRelative,
         MotionLayout::Heading,
     ] {
-        let spec = spec((layout, VelocityScheme::Backward), 24);
+        let spec = spec(layout, VelocityScheme::Backward, 24);
         for from in [0, 40] {
             let c = streamed(&spec, &skeleton, &poses[from..from + 3], Source::Live);
             for range in [
@@ -34,7 +35,7 @@ fn a_live_forward_scheme_falls_back_to_backward_differences() {
         MotionLayout::PaperRootRelative,
         MotionLayout::Heading,
     ] {
-        let vectors = |velocity, source| streamed(&spec((layout, velocity), 24), &skeleton, &poses, source);
+        let vectors = |velocity, source| streamed(&spec(layout, velocity, 24), &skeleton, &poses, source);
         let forward = vectors(VelocityScheme::Forward, Source::Live);
         assert_eq!(forward[1..], vectors(VelocityScheme::Backward, Source::Live)[1..]);
         assert_eq!(forward[0], vectors(VelocityScheme::Forward, Source::Clip)[0]);
@@ -42,11 +43,11 @@ fn a_live_forward_scheme_falls_back_to_backward_differences() {
 }
 
 #[test]
-fn the_frames_turn_the_vector_back_into_the_world() {
+fn frames_transform_joint_positions_back_to_the_world() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
     let positions = MotionSlices::new(24).joint_positions;
-    for variant in VARIANTS {
-        let spec = spec(variant, 24);
+    for (layout, velocity) in VARIANTS {
+        let spec = spec(layout, velocity, 24);
         let mut state = MotionState::start(&spec, &skeleton, &input(&poses, 0, Source::Live));
         for t in 1..40 {
             let before = state.world_from_frame();
@@ -63,10 +64,10 @@ fn the_frames_turn_the_vector_back_into_the_world() {
 }
 
 #[test]
-fn a_saved_state_goes_on_with_the_same_bytes() {
+fn a_restored_state_continues_with_the_same_bytes() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
-    for variant in VARIANTS {
-        let spec = spec(variant, 24);
+    for (layout, velocity) in VARIANTS {
+        let spec = spec(layout, velocity, 24);
         for saved_at in [0, 30] {
             let mut state = MotionState::start(&spec, &skeleton, &input(&poses, 0, Source::Clip));
             (1..=saved_at).for_each(|t| state.advance(&spec, &skeleton, &input(&poses, t, Source::Clip)));
@@ -83,10 +84,10 @@ fn a_saved_state_goes_on_with_the_same_bytes() {
 }
 
 #[test]
-fn advancing_keeps_the_buffers_of_the_start() {
+fn advancing_does_not_reallocate() {
     let (skeleton, poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
-    for variant in VARIANTS {
-        let spec = spec(variant, 24);
+    for (layout, velocity) in VARIANTS {
+        let spec = spec(layout, velocity, 24);
         let mut state = MotionState::start(&spec, &skeleton, &input(&poses, 0, Source::Clip));
         let buffers = |state: &MotionState| {
             let (before, now) = state.pair();
@@ -105,14 +106,14 @@ fn advancing_keeps_the_buffers_of_the_start() {
 }
 
 #[test]
-fn teleports_and_time_that_stands_still_stay_finite() {
+fn teleports_and_steps_of_zero_seconds_give_finite_numbers() {
     let (skeleton, mut poses) = (skeleton(&SMPL_PARENTS), motion(24).poses());
     for pose in &mut poses[10..] {
         pose.trans += Vec3::new(1e4, -3e3, 2e4);
         pose.local[0] = Quat::from_rotation_z(std::f32::consts::PI) * pose.local[0];
     }
-    for variant in VARIANTS {
-        let spec = spec(variant, 24);
+    for (layout, velocity) in VARIANTS {
+        let spec = spec(layout, velocity, 24);
         let vectors = streamed(&spec, &skeleton, &poses, Source::Clip);
         assert!(vectors.iter().flatten().all(|x| x.is_finite()));
         let mut state = MotionState::start(&spec, &skeleton, &input(&poses, 0, Source::Live));
@@ -126,7 +127,7 @@ fn teleports_and_time_that_stands_still_stay_finite() {
     }
 }
 
-/// One foot that hangs 10 cm above the ground in the bind pose.
+/// A root joint with a foot joint 10 cm above the ground in the bind pose.
 fn foot() -> Skeleton {
     Skeleton::new(SkeletonParts {
         parents: vec![-1, 0],
@@ -136,7 +137,7 @@ fn foot() -> Skeleton {
     .unwrap()
 }
 
-/// Contacts of frames 0 and 1 when the foot is at these heights, over ground at these heights.
+/// Returns the contacts of frames 0 and 1, given offsets of the foot and heights of the ground.
 fn contacts(layout: MotionLayout, offset: [Vec3; 2], ground: [f32; 2]) -> [f32; 2] {
     let skeleton = foot();
     let spec = MotionSpec {

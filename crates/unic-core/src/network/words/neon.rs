@@ -1,23 +1,25 @@
-//! 64-bit ARM.
+//! Products of words on 64-bit ARM.
 //!
-//! Words are split into their numbers where they are loaded, once for all outputs that they are multiplied with.
+//! Words are split into their numbers when they are loaded. A load serves several outputs, so that
+//! splitting is done once for all of them.
 
 use super::super::arithmetic::{Bf16, F32, Int8, Int16};
-use super::{Dot, dot};
+use super::{WordProducts, word_products};
 use std::arch::{aarch64::*, asm};
 
-/// NEON as every 64-bit ARM has it: four products an instruction in all precisions.
+/// NEON without extensions, four products an instruction in all precisions.
 pub(in super::super) struct Neon<A>(A);
-/// NEON, products rounded before they are added.
+/// NEON with products of f32 rounded before they are added.
 pub(in super::super) struct NeonUnfused<A>(A);
-/// NEON with dot products of 16-bit floats (FEAT_BF16) or of bytes (FEAT_DotProd). The intrinsics are not stable,
-/// assembly is.
+/// NEON with dot products of bf16 (FEAT_BF16) or bytes (FEAT_DotProd).
+///
+/// Assembly, because the intrinsics are not stable in Rust.
 pub(in super::super) struct NeonDot<A>(A);
 
 macro_rules! neon {
     ($name:ident<$arithmetic:ty>, $sum:ty: $zero:expr, $words:ty: |$from:ident| $load:expr, |$word:ident| $splat:expr,
      |$s:ident, $w:ident, $x:ident| $add:expr, |$total:ident, $to:ident| $store:expr) => {
-        dot!(
+        word_products!(
             $name<$arithmetic>, 4 of float32x4_t, $sum: $zero,
             $words: |$from| $load, |$word| $splat, |$s, $w, $x| $add, |$total, $to| $store
         );
@@ -68,7 +70,8 @@ neon!(
     },
     |sum, to| vst1q_f32(to.cast(), sum)
 );
-// Bytes of both factors have a sign there: an activation is seven bits and 128 times the eighth.
+// `sdot` reads both factors as signed bytes, but activations take all 8 bits. An activation is
+// split into its lower seven bits and 128 times its eighth bit, with a sum for each part.
 neon!(
     NeonDot<Int8>, [int32x4_t; 2]: [vdupq_n_s32(0); 2],
     [uint8x16_t; 2]: |from| {
@@ -80,7 +83,7 @@ neon!(
     |sum, to| vst1q_s32(to.cast(), vaddq_s32(sum[0], vshlq_n_s32::<7>(sum[1])))
 );
 
-/// Σ of four products a lane.
+/// Adds four products of signed bytes to each lane of `sum`.
 ///
 /// # Safety
 /// The machine has FEAT_DotProd.
@@ -97,7 +100,7 @@ unsafe fn signed_dot(mut sum: int32x4_t, w: uint8x16_t, x: uint8x16_t) -> int32x
     sum
 }
 
-/// The low and the high halves as f32, which begins as bf16 does.
+/// Splits words of two bf16 into f32: the low and the high halves.
 #[inline(always)]
 fn floats(words: uint32x4_t) -> [float32x4_t; 2] {
     // SAFETY: every 64-bit ARM that Rust compiles this for has NEON; so have those below.
@@ -109,7 +112,7 @@ fn floats(words: uint32x4_t) -> [float32x4_t; 2] {
     }
 }
 
-/// The low and the high halves, which have signs.
+/// Splits words into their low and high halves, 16-bit integers with a sign.
 #[inline(always)]
 fn halves(words: uint32x4_t) -> [int16x4_t; 2] {
     // SAFETY: see `floats`.
@@ -120,7 +123,7 @@ fn halves(words: uint32x4_t) -> [int16x4_t; 2] {
     }
 }
 
-/// Four bytes without a sign, from the lowest on.
+/// Splits words into four bytes without a sign, the lowest first.
 #[inline(always)]
 fn bytes(words: uint32x4_t) -> [int16x4_t; 4] {
     let [low, high] = halves(words);
@@ -133,7 +136,7 @@ fn bytes(words: uint32x4_t) -> [int16x4_t; 4] {
     }
 }
 
-/// Four bytes with a sign.
+/// Splits words into four bytes with a sign, the lowest first.
 #[inline(always)]
 fn signed_bytes(words: uint32x4_t) -> [int16x4_t; 4] {
     let [low, high] = halves(words);

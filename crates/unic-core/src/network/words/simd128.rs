@@ -1,16 +1,16 @@
-//! WebAssembly's 128-bit vectors, which have no fused multiply-add.
+//! Products of words in WebAssembly's 128-bit vectors, which have no fused multiply-add.
 
 use super::super::arithmetic::{Bf16, F32, Int8, Int16};
-use super::{Dot, dot};
+use super::{WordProducts, word_products};
 use std::arch::wasm32::*;
 
-/// simd128, products rounded before they are added.
+/// WebAssembly's simd128, products rounded before they are added.
 pub(in super::super) struct Simd128<A>(A);
 
 macro_rules! simd128 {
     ($arithmetic:ty, $words:ty: |$from:ident| $load:expr, |$word:ident| $splat:expr,
      |$s:ident, $w:ident, $x:ident| $add:expr) => {
-        dot!(
+        word_products!(
             Simd128<$arithmetic>, 4 of v128, v128: u32x4_splat(0),
             $words: |$from| $load, |$word| $splat, |$s, $w, $x| $add,
             |sum, to| v128_store(to.cast(), sum)
@@ -30,7 +30,7 @@ simd128!(
     Int16, v128: |from| v128_load(from.cast()), |word| u32x4_splat(word),
     |s, w, x| i32x4_add(s, i32x4_dot_i16x8(w, x))
 );
-// Bytes are widened to 16 bits, even and odd ones apart; weights have a sign, activations have none.
+// Even and odd bytes are widened to 16 bits separately; weights have a sign, activations have none.
 simd128!(
     Int8, [v128; 2]:
     |from| {
@@ -47,7 +47,7 @@ simd128!(
     }
 );
 
-/// The low and the high halves as f32, which begins as bf16 does.
+/// Splits words of two bf16 into f32: the low and the high halves.
 #[inline(always)]
 fn floats(words: v128) -> [v128; 2] {
     [u32x4_shl(words, 16), v128_and(words, u32x4_splat(0xFFFF_0000))]

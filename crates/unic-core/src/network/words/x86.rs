@@ -1,21 +1,24 @@
-//! AVX-512 and AVX2.
+//! Products of words on AVX-512 and AVX2.
 
 use super::super::arithmetic::{Bf16, F32, Int8, Int16};
-use super::{Dot, dot};
+use super::{WordProducts, word_products};
 use std::arch::x86_64::*;
 
-/// AVX-512.
+/// AVX-512, products of f32 fused with sums.
 pub(in super::super) struct Zmm<A>(A);
-/// AVX2.
+/// AVX2, products of f32 fused with sums.
 pub(in super::super) struct Ymm<A>(A);
-/// AVX-512, products rounded before they are added, as where there is no fused multiply-add.
+/// AVX-512 with products rounded before they are added.
+///
+/// The last layer after integer layers uses it: integers give the same bits on all instruction
+/// sets, and an unfused last layer does, too.
 pub(in super::super) struct ZmmUnfused<A>(A);
-/// AVX2, the same.
+/// AVX2 with products rounded before they are added; see [`ZmmUnfused`].
 pub(in super::super) struct YmmUnfused<A>(A);
 
 macro_rules! zmm {
     ($name:ident<$arithmetic:ty>, $sum:ty: $zero:ident, $store:ident, |$s:ident, $w:ident, $x:ident| $add:expr) => {
-        dot!(
+        word_products!(
             $name<$arithmetic>, 16 of __m512, $sum: $zero(),
             __m512i: |from| _mm512_loadu_si512(from.cast()),
             |word| _mm512_set1_epi32(word as i32),
@@ -28,7 +31,7 @@ macro_rules! zmm {
 
 macro_rules! ymm {
     ($name:ident<$arithmetic:ty>, $sum:ty: $zero:ident, $store:ident, |$s:ident, $w:ident, $x:ident| $add:expr) => {
-        dot!(
+        word_products!(
             $name<$arithmetic>, 8 of __m256, $sum: $zero(),
             __m256i: |from| _mm256_loadu_si256(from.cast()),
             |word| _mm256_set1_epi32(word as i32),
@@ -63,7 +66,8 @@ ymm!(Ymm<Bf16>, __m256: _mm256_setzero_ps, _mm256_storeu_ps, |s, w, x| {
 ymm!(Ymm<Int16>, __m256i: _mm256_setzero_si256, _mm256_storeu_si256, |s, w, x| {
     _mm256_add_epi32(s, _mm256_madd_epi16(w, x))
 });
-// Bytes are widened to 16 bits: the instruction that multiplies them as they are saturates.
+// Bytes are widened to 16 bits, even and odd ones separately. `_mm256_maddubs_epi16` would multiply
+// them directly, but its 16-bit sums saturate.
 ymm!(Ymm<Int8>, __m256i: _mm256_setzero_si256, _mm256_storeu_si256, |s, w, x| {
     let even = _mm256_madd_epi16(
         _mm256_srai_epi16::<8>(_mm256_slli_epi16::<8>(w)),

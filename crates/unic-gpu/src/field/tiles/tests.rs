@@ -1,3 +1,6 @@
+//! Contract of the tiles for matrix units: they are as large as the device's limits allow, and a field that
+//! is too wide is refused with the largest width.
+
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
 use super::*;
@@ -19,7 +22,7 @@ fn units(side: usize, largest_subgroup: usize) -> MatrixUnits {
     }
 }
 
-/// Limits as drivers tell them, for the field of the published width.
+/// Checks limits that drivers report, for the field of the published width.
 #[test]
 fn the_published_field_fits_the_devices_that_have_matrix_units() {
     for (units, limits, lanes) in [
@@ -34,7 +37,7 @@ fn the_published_field_fits_the_devices_that_have_matrix_units() {
 
 proptest! {
     #[test]
-    fn tiles_are_as_large_as_fits_and_no_larger(
+    fn tiles_have_the_largest_size_that_fits(
         side in select(vec![8usize, 16]),
         subgroup in select(vec![8usize, 32, 64, 128]),
         kibibytes in select(vec![16u32, 32, 48, 228]),
@@ -48,14 +51,14 @@ proptest! {
                 prop_assert!(tiles.fit(&limits));
                 prop_assert!((width..width + step).contains(&tiles.width()));
                 let larger = Tiles { columns: 2 * tiles.columns, ..tiles };
-                prop_assert!(tiles.columns == MOST_COLUMNS || !larger.fit(&limits));
+                prop_assert!(tiles.columns == MAX_COLUMNS || !larger.fit(&limits));
             }
-            Err(GpuError::TooLarge { most, found, .. }) => {
-                prop_assert!((width..width + step).contains(&found) && most < width);
-                if most > 0 {
-                    prop_assert_eq!(Tiles::new(units, most, &limits).unwrap().width(), most);
+            Err(GpuError::TooLarge { limit, found, .. }) => {
+                prop_assert!((width..width + step).contains(&found) && limit < width);
+                if limit > 0 {
+                    prop_assert_eq!(Tiles::new(units, limit, &limits).unwrap().width(), limit);
                 }
-                prop_assert!(Tiles::new(units, most + 1, &limits).is_err());
+                prop_assert!(Tiles::new(units, limit + 1, &limits).is_err());
             }
             Err(other) => return Err(TestCaseError::fail(other.to_string())),
         }

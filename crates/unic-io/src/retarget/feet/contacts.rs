@@ -1,25 +1,39 @@
-//! The phases in which the feet of a clip stand.
+//! Measuring and holding the standing feet of a clip.
 
 use super::{
-    FootMeasure,
-    flat::lay_toes,
-    foot::{Foot, Track, tracks},
-    held::held,
+    flat::flatten_toes,
+    foot::{Foot, FootTrack, tracks},
+    held::held_track,
     pelvis::lower_pelvis,
     phases::phases,
 };
+use crate::retarget::leg::FootTarget;
 use glam::Vec3;
 use std::ops::Range;
 use unic_core::{clip::Clip, skeleton::Skeleton, transform::Rigid};
 
-/// Phases in which the feet of a clip stand.
+/// Slide and depth of standing feet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FootMeasure {
+    /// Time that the feet stand, summed over both feet, seconds.
+    pub standing_seconds: f32,
+    /// Mean horizontal speed of standing balls of the foot, m/s.
+    pub slide: f32,
+    /// Largest depth of a ball of the foot below its height when it stands, metres; all frames
+    /// count.
+    pub deepest: f32,
+    /// Mean distance of standing balls of the foot from their height when they stand, metres.
+    pub height_error: f32,
+}
+
+/// The phases in which each foot of a clip stands.
 pub(super) struct Contacts {
     feet: Vec<Foot>,
     phases: Vec<Vec<Range<usize>>>,
 }
 
 impl Contacts {
-    /// The clip stands on its `ground_height`.
+    /// Finds the phases of a clip that stands on its `ground_height`.
     pub(super) fn find(clip: &Clip, skeleton: &Skeleton, feet: Vec<Foot>) -> Self {
         let tracks = tracks(clip, skeleton, &feet);
         let phases = (tracks.iter().zip(&feet))
@@ -28,6 +42,7 @@ impl Contacts {
         Self { feet, phases }
     }
 
+    /// Measures the feet of a clip in these phases.
     pub(super) fn measure(&self, clip: &Clip, skeleton: &Skeleton) -> FootMeasure {
         let tracks = tracks(clip, skeleton, &self.feet);
         let (mut measure, mut steps, mut frames) = (FootMeasure::default(), 0, 0);
@@ -51,22 +66,26 @@ impl Contacts {
         measure
     }
 
+    /// Holds the feet of a clip in these phases.
     pub(super) fn hold(&self, clip: &mut Clip, skeleton: &Skeleton) {
         let tracks = tracks(clip, skeleton, &self.feet);
-        let targets: Vec<Track> = (tracks.iter().zip(&self.feet).zip(&self.phases))
-            .map(|((track, foot), phases)| held(track, foot, phases, clip.fps))
+        let targets: Vec<FootTrack> = (tracks.iter().zip(&self.feet).zip(&self.phases))
+            .map(|((track, foot), phases)| held_track(track, foot, phases, clip.fps))
             .collect();
         lower_pelvis(clip, skeleton, &self.feet, &targets);
         let mut world: Vec<Rigid> = Vec::new();
         for (frame, pose) in clip.poses.iter_mut().enumerate() {
             skeleton.forward_kinematics(pose, &mut world);
             for (foot, target) in self.feet.iter().zip(&targets) {
-                let ends = (target.ankles[frame], target.balls[frame]);
-                foot.leg.reach(skeleton, pose, &world, ends);
+                let target = FootTarget {
+                    ankle: target.ankles[frame],
+                    toe: target.balls[frame],
+                };
+                foot.leg.reach(skeleton, pose, &world, target);
             }
         }
         for foot in &self.feet {
-            lay_toes(clip, skeleton, foot);
+            flatten_toes(clip, skeleton, foot);
         }
     }
 }

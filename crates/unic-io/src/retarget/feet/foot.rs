@@ -1,9 +1,11 @@
-//! The feet of a character and their way through a clip.
+//! The feet of a character and their positions through a clip.
 
-use crate::retarget::{
-    bones::{BoneMap, Bones, Tree},
-    leg::Leg,
-    names::{Part, Side},
+use crate::{
+    joint_names::{BodySide, LimbJoint},
+    retarget::{
+        bones::{BodyJoints, BoneMap, JointTree},
+        leg::Leg,
+    },
 };
 use glam::Vec3;
 use std::path::Path;
@@ -12,34 +14,35 @@ use unic_core::{character::Character, clip::Clip, skeleton::Skeleton};
 /// One foot of a character.
 pub(super) struct Foot {
     pub(super) leg: Leg,
-    /// Heights of the joints above the sole when the foot is flat, metres.
+    /// Height of the ball's joint above the sole when the foot is flat, metres.
     pub(super) ball_height: f32,
+    /// Height of the ankle above the sole when the foot is flat, metres.
     pub(super) ankle_height: f32,
 }
 
-/// World positions of one foot, a frame each.
-pub(super) struct Track {
+/// World positions of one foot's joints in each frame, metres.
+pub(super) struct FootTrack {
     pub(super) balls: Vec<Vec3>,
     pub(super) ankles: Vec<Vec3>,
 }
 
-/// Both feet, or `None` when the joints have no names that tell which they are.
+/// Returns both feet; `None` if the joint names do not identify them.
 pub(super) fn feet_of(character: &Character) -> Option<Vec<Foot>> {
     let skeleton = &character.skeleton;
-    let tree = Tree {
+    let tree = JointTree {
         path: Path::new("character"),
         names: skeleton.names().iter().map(String::as_str).collect(),
         parents: skeleton.parents().to_vec(),
     };
-    let bones = Bones::identify(&tree, &BoneMap::default()).ok()?;
+    let bones = BodyJoints::identify(&tree, &BoneMap::default()).ok()?;
     let sole = character.body.vertices.iter().map(|v| v.y).reduce(f32::min)?;
-    let foot = |side: Side| {
-        let joint = |part: Part| bones.limb(part, side);
+    let foot = |side: BodySide| {
+        let joint = |part: LimbJoint| bones.limb(part, side);
         let leg = Leg {
-            hip: joint(Part::Hip)?,
-            knee: joint(Part::Knee)?,
-            ankle: joint(Part::Ankle)?,
-            toe: joint(Part::Toe)?,
+            hip: joint(LimbJoint::Hip)?,
+            knee: joint(LimbJoint::Knee)?,
+            ankle: joint(LimbJoint::Ankle)?,
+            toe: joint(LimbJoint::Toe)?,
         };
         Some(Foot {
             ball_height: skeleton.joints()[leg.toe].y - sole,
@@ -47,17 +50,17 @@ pub(super) fn feet_of(character: &Character) -> Option<Vec<Foot>> {
             leg,
         })
     };
-    Side::ALL.map(foot).into_iter().collect()
+    BodySide::ALL.map(foot).into_iter().collect()
 }
 
-/// The way of each foot through the clip.
-pub(super) fn tracks(clip: &Clip, skeleton: &Skeleton, feet: &[Foot]) -> Vec<Track> {
+/// Computes the positions of each foot through a clip.
+pub(super) fn tracks(clip: &Clip, skeleton: &Skeleton, feet: &[Foot]) -> Vec<FootTrack> {
     let mut world = Vec::new();
-    let empty = || Track {
+    let empty = || FootTrack {
         balls: Vec::with_capacity(clip.len()),
         ankles: Vec::with_capacity(clip.len()),
     };
-    let mut tracks: Vec<Track> = feet.iter().map(|_| empty()).collect();
+    let mut tracks: Vec<FootTrack> = feet.iter().map(|_| empty()).collect();
     for pose in &clip.poses {
         skeleton.forward_kinematics(pose, &mut world);
         for (track, foot) in tracks.iter_mut().zip(feet) {
@@ -68,7 +71,7 @@ pub(super) fn tracks(clip: &Clip, skeleton: &Skeleton, feet: &[Foot]) -> Vec<Tra
     tracks
 }
 
-/// Speed by central differences, one-sided at the ends, m/s.
+/// Returns the speed at a frame by central differences, one-sided at the ends, m/s.
 pub(super) fn speed(track: &[Vec3], frame: usize, fps: f32) -> f32 {
     let (before, after) = (frame.saturating_sub(1), (frame + 1).min(track.len() - 1));
     track[after].distance(track[before]) * fps / (after - before).max(1) as f32

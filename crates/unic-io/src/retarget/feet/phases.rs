@@ -1,29 +1,33 @@
-//! When a foot stands, and on which ground.
+//! Finding the phases in which a foot stands, and the height of the ground.
 
 use super::{
-    FADE,
     foot::{Foot, speed, tracks},
+    held::FADE_SECONDS,
 };
 use glam::Vec3;
 use std::ops::Range;
 use unic_core::{clip::Clip, skeleton::Skeleton};
 
-/// Below this speed a ball of the foot may stand, m/s: planted ones drift by less, swinging ones
-/// pass 1 m/s.
+/// Speed of the ball of a foot below which the foot may stand, m/s. Planted feet drift by less;
+/// swinging feet exceed 1 m/s.
 const STANDING_SPEED: f32 = 0.35;
 
-/// How far above its height at rest a standing ball may be, metres.
+/// Largest vertical distance of a standing ball from its height at rest, metres.
 const STANDING_HEIGHT: f32 = 0.04;
 
-/// Shortest phase that counts, and longest interruption that does not, seconds.
-const SHORTEST_PHASE: f32 = 0.1;
-const LONGEST_GAP: f32 = 0.05;
+/// Shortest phase that counts, seconds.
+const MIN_PHASE_SECONDS: f32 = 0.1;
+/// Longest interruption that does not end a phase, seconds.
+const MAX_GAP_SECONDS: f32 = 0.05;
 
-/// A foot that creeps further than this from where it stood stands elsewhere, metres.
-const CREEP: f32 = 0.04;
+/// Horizontal drift from the start of a phase at which a new phase begins, metres.
+const MAX_DRIFT: f32 = 0.04;
 
-/// Median height of the lower foot's sole over the frames in which it is slow: jumps and swings do
-/// not count, and as many soles are a little above as a little below.
+/// Estimates the height of the ground: the median height of the lower foot's sole over the frames
+/// in which it is slow.
+///
+/// Jumps and swings are fast and do not count. The median leaves as many soles a little above the
+/// ground as below.
 pub(super) fn ground_height(clip: &Clip, skeleton: &Skeleton, feet: &[Foot]) -> f32 {
     let tracks = tracks(clip, skeleton, feet);
     let lowest = |frame: usize| {
@@ -41,28 +45,30 @@ pub(super) fn ground_height(clip: &Clip, skeleton: &Skeleton, feet: &[Foot]) -> 
     all.get(all.len() / 2).map_or(0.0, |(height, _)| *height)
 }
 
-/// Frames in which a ball of the foot stands at `height`.
+/// Returns the ranges of frames in which the ball of a foot stands at `height`.
 pub(super) fn phases(balls: &[Vec3], height: f32, fps: f32) -> Vec<Range<usize>> {
     let stands =
         |t: usize| speed(balls, t, fps) < STANDING_SPEED && (balls[t].y - height).abs() < STANDING_HEIGHT;
     let mut found: Vec<Range<usize>> = Vec::new();
     for t in (0..balls.len()).filter(|&t| stands(t)) {
         match found.last_mut() {
-            Some(last) if (t - last.end) as f32 <= LONGEST_GAP * fps => last.end = t + 1,
+            Some(last) if (t - last.end) as f32 <= MAX_GAP_SECONDS * fps => last.end = t + 1,
             _ => found.push(t..t + 1),
         }
     }
-    let long = |phase: &Range<usize>| phase.len() as f32 >= SHORTEST_PHASE * fps && phase.len() > 1;
-    let parts = found.into_iter().flat_map(|phase| split_creep(balls, phase, fps));
+    let long = |phase: &Range<usize>| phase.len() as f32 >= MIN_PHASE_SECONDS * fps && phase.len() > 1;
+    let parts = found
+        .into_iter()
+        .flat_map(|phase| split_at_drift(balls, phase, fps));
     parts.filter(long).collect()
 }
 
-/// Cuts a phase where the foot has crept away, with time to fade between the parts.
-fn split_creep(balls: &[Vec3], phase: Range<usize>, fps: f32) -> Vec<Range<usize>> {
-    let margin = (0.5 * FADE * fps).ceil() as usize;
+/// Splits a phase where the foot has drifted away, with a gap to fade between the parts.
+fn split_at_drift(balls: &[Vec3], phase: Range<usize>, fps: f32) -> Vec<Range<usize>> {
+    let margin = (0.5 * FADE_SECONDS * fps).ceil() as usize;
     let (mut parts, mut start) = (Vec::new(), phase.start);
     for t in phase.clone() {
-        if t >= start && (balls[t] - balls[start]).reject_from(Vec3::Y).length() > CREEP {
+        if t >= start && (balls[t] - balls[start]).reject_from(Vec3::Y).length() > MAX_DRIFT {
             parts.push(start..t.saturating_sub(margin).max(start));
             start = t + margin;
         }

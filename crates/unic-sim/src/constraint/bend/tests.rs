@@ -1,7 +1,8 @@
-//! The projection is that of the hinge's angle, in value and gradient.
+//! Contract: a bending constraint is projected along the gradient of its hinge's angle, by the step
+//! that XPBD prescribes; damping resists motion; slivers make no constraint.
 
-use super::{Bend, BendBlock};
-use crate::{Particles, constraint::Coloured};
+use super::{BendBlock, BendConstraint};
+use crate::{Particles, constraint::ColouredConstraints};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
@@ -14,13 +15,14 @@ const FLAT: [Vec3; 4] = [
     Vec3::new(0.7, -0.9, 0.0),
 ];
 
-/// The angle by the arc tangent of its sine and cosine.
+/// Computes the angle of a hinge in f64, from its sine and cosine.
 fn angle([a, b, left, right]: [DVec3; 4]) -> f64 {
     let e = (b - a).normalize();
     let (n, m) = (e.cross(left - a).normalize(), (right - a).cross(e).normalize());
     n.cross(m).dot(e).atan2(n.dot(m))
 }
 
+/// Computes the gradient of the angle at one corner by central differences.
 fn gradient(x: [DVec3; 4], corner: usize) -> DVec3 {
     let step = 1e-6;
     DVec3::from_array(std::array::from_fn(|axis| {
@@ -33,12 +35,13 @@ fn gradient(x: [DVec3; 4], corner: usize) -> DVec3 {
     }))
 }
 
-fn at(places: [Vec3; 4], masses: &[f32]) -> Particles {
+/// Four particles at rest.
+fn at(positions: [Vec3; 4], inverse_masses: &[f32]) -> Particles {
     Particles {
-        positions: places.to_vec(),
-        previous: places.to_vec(),
+        positions: positions.to_vec(),
+        previous: positions.to_vec(),
         velocities: vec![Vec3::ZERO; 4],
-        inverse_masses: masses.to_vec(),
+        inverse_masses: inverse_masses.to_vec(),
     }
 }
 
@@ -48,12 +51,12 @@ proptest! {
         offsets in proptest::array::uniform12(-0.3f32..0.3), stiffness in 1e4f32..1e7,
     ) {
         let masses = [1.0, 2.0, 0.5, 0.0];
-        // Stiff enough in a step of a millisecond for the hinge to move by a good part of its angle.
-        let one = Bend::new([0, 1, 2, 3], FLAT, 1.0, stiffness, 0.0).unwrap();
+        // Stiff enough that the hinge closes much of its angle in a step of a millisecond.
+        let one = BendConstraint::new([0, 1, 2, 3], FLAT, 1.0, stiffness, 0.0).unwrap();
         let start: [Vec3; 4] =
             std::array::from_fn(|i| FLAT[i] + Vec3::from_slice(&offsets[3 * i..3 * i + 3]));
         let mut particles = at(start, &masses);
-        Coloured::<BendBlock, 4>::new(&[one], &masses).solve(&mut particles, SECONDS);
+        ColouredConstraints::<BendBlock, 4>::new(&[one], &masses).solve(&mut particles, SECONDS);
 
         let x = start.map(|v| v.as_dvec3());
         let gradients = [0, 1, 2, 3].map(|corner| gradient(x, corner));
@@ -70,14 +73,14 @@ proptest! {
 }
 
 #[test]
-fn a_pleat_at_rest_stays_and_a_share_of_its_angle_can_be_pressed_out() {
+fn a_pleat_keeps_its_rest_angle_unless_the_share_is_reduced() {
     let mut pleat = FLAT;
     pleat[3] = Vec3::new(0.5, 0.3, 0.9);
     let masses = [1.0; 4];
     let solved = |share: f32| {
-        let one = Bend::new([0, 1, 2, 3], pleat, share, 1.0, 0.0).unwrap();
+        let one = BendConstraint::new([0, 1, 2, 3], pleat, share, 1.0, 0.0).unwrap();
         let mut particles = at(pleat, &masses);
-        Coloured::<BendBlock, 4>::new(&[one], &masses).solve(&mut particles, SECONDS);
+        ColouredConstraints::<BendBlock, 4>::new(&[one], &masses).solve(&mut particles, SECONDS);
         particles.positions
     };
     assert_eq!(solved(1.0), pleat);
@@ -85,23 +88,23 @@ fn a_pleat_at_rest_stays_and_a_share_of_its_angle_can_be_pressed_out() {
 }
 
 #[test]
-fn friction_slows_a_hinge_that_opens() {
+fn damping_slows_an_opening_hinge() {
     let masses = [0.0, 0.0, 0.0, 1.0];
     let mut moved = FLAT;
     moved[3].z = 0.02;
     let lift = |damping: f32| {
-        let one = Bend::new([0, 1, 2, 3], FLAT, 1.0, 1e-2, damping).unwrap();
+        let one = BendConstraint::new([0, 1, 2, 3], FLAT, 1.0, 1e-2, damping).unwrap();
         let mut particles = at(moved, &masses);
         particles.previous = FLAT.to_vec();
-        Coloured::<BendBlock, 4>::new(&[one], &masses).solve(&mut particles, SECONDS);
+        ColouredConstraints::<BendBlock, 4>::new(&[one], &masses).solve(&mut particles, SECONDS);
         particles.positions[3].z
     };
     assert!(lift(0.1) < lift(0.0) && lift(0.1) > 0.0);
 }
 
 #[test]
-fn a_sliver_is_no_hinge() {
+fn a_sliver_makes_no_hinge() {
     let mut sliver = FLAT;
     sliver[2] = Vec3::X * 0.5;
-    assert!(Bend::new([0, 1, 2, 3], sliver, 1.0, 1.0, 0.0).is_none());
+    assert!(BendConstraint::new([0, 1, 2, 3], sliver, 1.0, 1.0, 0.0).is_none());
 }

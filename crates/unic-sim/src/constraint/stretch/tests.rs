@@ -1,7 +1,8 @@
-//! The projection is that of the energy's constraint functions, in value and gradient.
+//! Contract: each strain of a triangle is projected along its gradient, by the step that XPBD
+//! prescribes; rest shapes have no strain, however thin they are.
 
-use super::{Stretch, StretchBlock};
-use crate::{Particles, constraint::Coloured};
+use super::{InPlane, StretchBlock, StretchConstraint};
+use crate::{Particles, constraint::ColouredConstraints};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
@@ -12,8 +13,8 @@ fn point(reach: f32) -> impl Strategy<Value = Vec3> {
     (axis(), axis(), axis()).prop_map(Vec3::from)
 }
 
-/// Weft, warp and shear strain by their definitions.
-fn strains(one: &Stretch, x: [DVec3; 3]) -> [f64; 3] {
+/// Computes weft, warp and shear strain in f64, from their definitions.
+fn strains(one: &StretchConstraint, x: [DVec3; 3]) -> [f64; 3] {
     let [p, q] = one.shape.map(|s| s.as_dvec2());
     let (d1, d2) = (x[1] - x[0], x[2] - x[0]);
     let (weft, warp) = (d1 * p.x + d2 * q.x, d1 * p.y + d2 * q.y);
@@ -21,7 +22,8 @@ fn strains(one: &Stretch, x: [DVec3; 3]) -> [f64; 3] {
     [green(weft), green(warp), weft.dot(warp)]
 }
 
-fn gradient(one: &Stretch, kind: usize, x: [DVec3; 3], corner: usize) -> DVec3 {
+/// Computes the gradient of one strain at one corner by central differences.
+fn gradient(one: &StretchConstraint, kind: usize, x: [DVec3; 3], corner: usize) -> DVec3 {
     let step = 1e-6;
     DVec3::from_array(std::array::from_fn(|axis| {
         let at = |by: f64| {
@@ -39,9 +41,9 @@ proptest! {
         offset in [point(0.15), point(0.15), point(0.15)], warp in point(1.0), kind in 0usize..3,
     ) {
         let rest = [Vec3::ZERO, Vec3::new(1.0, 0.2, 0.0), Vec3::new(0.3, 0.9, 0.1)];
-        let mut stiffness = [0.0; 3];
-        stiffness[kind] = 500.0;
-        let one = Stretch::new([0, 1, 2], rest, warp, stiffness);
+        let of_kind = |k: usize| if k == kind { 500.0 } else { 0.0 };
+        let stiffness = InPlane { weft: of_kind(0), warp: of_kind(1), shear: of_kind(2) };
+        let one = StretchConstraint::new([0, 1, 2], rest, warp, stiffness);
         let start = [0, 1, 2].map(|i| rest[i] + offset[i]);
         let masses = vec![2.0, 1.0, 0.5];
         let mut particles = Particles {
@@ -50,7 +52,7 @@ proptest! {
             velocities: vec![Vec3::ZERO; 3],
             inverse_masses: masses.clone(),
         };
-        Coloured::<StretchBlock, 3>::new(&[one], &masses).solve(&mut particles, SECONDS);
+        ColouredConstraints::<StretchBlock, 3>::new(&[one], &masses).solve(&mut particles, SECONDS);
 
         let x = start.map(|v| v.as_dvec3());
         let gradients = [0, 1, 2].map(|corner| gradient(&one, kind, x, corner));
@@ -70,7 +72,8 @@ proptest! {
     ) {
         let c = a.lerp(b, 0.4).lerp(c, flat * flat * flat);
         prop_assume!(a.distance(b) > 1e-2);
-        let one = Stretch::new([0, 1, 2], [a, b, c], warp, [100.0; 3]);
+        let stiffness = InPlane { weft: 100.0, warp: 100.0, shear: 100.0 };
+        let one = StretchConstraint::new([0, 1, 2], [a, b, c], warp, stiffness);
         prop_assert!(one.shape.iter().all(|s| s.is_finite()) && one.area > 0.0);
         let height = (b - a).cross(c - a).length() / a.distance(b);
         if height > 0.05 {
@@ -84,7 +87,12 @@ proptest! {
 fn warp_is_the_direction_that_warp_stiffness_resists() {
     // Only the warp, along +Y, is stiff: a triangle stretched along X stays stretched.
     let rest = [Vec3::ZERO, Vec3::X, Vec3::Y];
-    let one = Stretch::new([0, 1, 2], rest, Vec3::Y, [0.0, 1e6, 0.0]);
+    let stiffness = InPlane {
+        weft: 0.0,
+        warp: 1e6,
+        shear: 0.0,
+    };
+    let one = StretchConstraint::new([0, 1, 2], rest, Vec3::Y, stiffness);
     let solved = |x: [Vec3; 3]| {
         let mut particles = Particles {
             positions: x.to_vec(),
@@ -92,7 +100,7 @@ fn warp_is_the_direction_that_warp_stiffness_resists() {
             velocities: vec![Vec3::ZERO; 3],
             inverse_masses: vec![1.0; 3],
         };
-        Coloured::<StretchBlock, 3>::new(&[one], &[1.0; 3]).solve(&mut particles, SECONDS);
+        ColouredConstraints::<StretchBlock, 3>::new(&[one], &[1.0; 3]).solve(&mut particles, SECONDS);
         particles.positions
     };
     assert_eq!(solved([Vec3::ZERO, Vec3::X * 1.5, Vec3::Y])[1], Vec3::X * 1.5);

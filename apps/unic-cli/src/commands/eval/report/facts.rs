@@ -1,34 +1,18 @@
-//! What was measured, with what, on what.
+//! Facts about the model, the capture and the machine, in groups of name and value.
 
-use super::{machine, words};
-use crate::{
-    commands::eval::{knowledge::counted, timing::Timing},
-    model_file,
-};
+use super::{machine, text};
+use crate::{commands::eval::training_overlap::counted, model_file, timing::Timing};
 use anyhow::Result;
 use serde_json::Value;
 use std::{fs, path::Path, time::Duration};
 use unic_core::{
-    config::{IntersectionMode, ModelConfig, StateConfig},
-    model::Model,
+    IntersectionMode, Model,
+    config::{ModelConfig, StateConfig},
 };
 use unic_io::{Capture, Split};
 use unic_report::Facts;
 
-/// All groups.
-pub(super) fn all(
-    capture: &Capture,
-    clips: &[String],
-    model: (&Model, &Path),
-    timing: Option<&Timing>,
-) -> Result<Vec<Facts>> {
-    Ok(vec![
-        of_model(model.0, model.1),
-        of_capture(capture, clips)?,
-        of_machine(timing),
-    ])
-}
-
+/// Group of facts. Those without a value are left out.
 fn facts(title: &str, rows: impl IntoIterator<Item = (&'static str, Option<String>)>) -> Facts {
     let rows = rows.into_iter();
     Facts {
@@ -39,11 +23,13 @@ fn facts(title: &str, rows: impl IntoIterator<Item = (&'static str, Option<Strin
     }
 }
 
-fn of_model(model: &Model, path: &Path) -> Facts {
+/// Facts about the model and its training.
+pub(super) fn of_model(model: &Model, path: &Path) -> Facts {
     let config = model.config();
     let training = &model.about().training;
     let bytes = fs::metadata(path).ok().map(|file| file.len() as f64);
     let steps = training.get("steps").and_then(|s| s.as_u64());
+    // The name without its folder, which means nothing to other readers of the page.
     let file = path.file_name().map(|name| name.to_string_lossy().into_owned());
     let encoder = &config.encoder;
     let hidden: Vec<String> = encoder.hidden.iter().map(usize::to_string).collect();
@@ -80,22 +66,22 @@ fn of_model(model: &Model, path: &Path) -> Facts {
     )
 }
 
-/// All of it, and the prior's part.
+/// Training time with the part of it that the prior took. `None` if the model file has none.
 fn training_time(training: &Value) -> Option<String> {
     let duration = |key: &str| {
         let seconds = training.get(key)?.as_f64()?;
-        // Files may say anything.
+        // The account of the training is free-form JSON: numbers may be negative or huge.
         let duration = Duration::try_from_secs_f64(seconds.round()).ok()?;
         Some(humantime::format_duration(duration).to_string())
     };
     let all = duration("seconds")?;
     match duration("prior_seconds") {
-        Some(prior) => Some(format!("{all}, {prior} of it the prior's")),
+        Some(prior) => Some(format!("{all}, {prior} of it for the prior")),
         None => Some(all),
     }
 }
 
-/// The error on the clips that training validated on, and what they were to it.
+/// Validation error of the training, with the clips and whether training had seen them.
 fn validation(training: &Value) -> Option<String> {
     let validation = training.get("validation")?;
     let rmse = validation.get("rmse_mm")?.as_f64()?;
@@ -111,23 +97,29 @@ fn validation(training: &Value) -> Option<String> {
 fn state(config: &ModelConfig) -> String {
     match &config.state {
         StateConfig::RootRelative => "positions relative to the root joint, as in the paper".to_owned(),
-        StateConfig::Displacement(d) => format!("displacement from a prior, forgotten over {} s", d.memory_s),
+        StateConfig::Displacement(d) => {
+            format!("displacement from a prior, with a memory of {} s", d.memory_s)
+        }
     }
 }
 
 fn intersections(config: &ModelConfig) -> String {
     match config.intersection {
-        IntersectionMode::Off => "left as they are".to_owned(),
+        IntersectionMode::Off => "not handled".to_owned(),
         IntersectionMode::Paper { relaxation_m } => {
-            format!("dragged {:.1} mm off the nearest body vertex", 1e3 * relaxation_m)
+            format!("moved {:.1} mm off the nearest body vertex", 1e3 * relaxation_m)
         }
         IntersectionMode::Robust { margin_m, .. } => {
-            format!("moved the shortest way to {:.1} mm over the skin", 1e3 * margin_m)
+            format!(
+                "moved the shortest way to {:.1} mm above the skin",
+                1e3 * margin_m
+            )
         }
     }
 }
 
-fn of_capture(capture: &Capture, clips: &[String]) -> Result<Facts> {
+/// Facts about the capture and the clips that are measured.
+pub(super) fn of_capture(capture: &Capture, clips: &[String]) -> Result<Facts> {
     let rest = &capture.garment.rest;
     let mut frames = 0;
     for name in clips {
@@ -135,6 +127,7 @@ fn of_capture(capture: &Capture, clips: &[String]) -> Result<Facts> {
     }
     let fps = capture.manifest.fps;
     let training = capture.clip_names(Split::Train).len();
+    // Line breaks of the manifest become single spaces.
     let provenance = capture
         .manifest
         .provenance
@@ -149,7 +142,7 @@ fn of_capture(capture: &Capture, clips: &[String]) -> Result<Facts> {
                 "garment",
                 Some(format!(
                     "{}{} vertices, {} triangles",
-                    words::garment_name(capture).map_or_else(String::new, |name| format!("{name}, ")),
+                    text::garment_name(capture).map_or_else(String::new, |name| format!("{name}, ")),
                     grouped(rest.vertices.len()),
                     grouped(rest.faces.len())
                 )),
@@ -176,7 +169,8 @@ fn of_capture(capture: &Capture, clips: &[String]) -> Result<Facts> {
     ))
 }
 
-fn of_machine(timing: Option<&Timing>) -> Facts {
+/// Facts about the machine, with the time of a frame.
+pub(super) fn of_machine(timing: Option<&Timing>) -> Facts {
     let rate = |timing: &Timing| {
         let (ms, threads) = (timing.frame_ms, counted(timing.threads, "thread"));
         format!("{ms:.2} ms, {:.0} a second ({threads}, median)", 1e3 / ms)
@@ -195,7 +189,7 @@ fn of_machine(timing: Option<&Timing>) -> Facts {
     )
 }
 
-/// Thousands apart.
+/// Decimal text of a number with a comma between groups of three digits.
 fn grouped(number: usize) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -213,11 +207,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn training_time_is_told_with_the_prior_s_part() {
+    fn training_time_includes_the_part_of_the_prior() {
         let time = |text: &str| training_time(&serde_json::from_str(text).unwrap_or_default());
         assert_eq!(
             time(r#"{"seconds": 35.2, "prior_seconds": 31.9}"#).as_deref(),
-            Some("35s, 32s of it the prior's")
+            Some("35s, 32s of it for the prior")
         );
         assert_eq!(time(r#"{"seconds": 61}"#).as_deref(), Some("1m 1s"));
         assert_eq!(time(r#"{"seconds": -1e300}"#), None);
@@ -225,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn thousands_are_apart() {
+    fn digits_are_grouped_by_thousands() {
         assert_eq!(
             [7, 999, 3019, 1_234_567].map(grouped),
             ["7", "999", "3,019", "1,234,567"]

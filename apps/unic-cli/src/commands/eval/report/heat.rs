@@ -1,9 +1,9 @@
-//! Error maps: the model's garment in the colours of its errors.
+//! Error maps: pictures of the model's garment, each vertex in the colour of its error.
 
-use super::{film::jpeg, words::millimetres};
+use super::{movie::jpeg, text::millimetres};
 use crate::{
-    commands::eval::moment::{Moment, heat_scale},
-    pictures::{Framing, Paint, Studio},
+    commands::eval::frame_comparison::{FrameComparison, heat_scale},
+    pictures::{Framing, Paint, PictureView, Renderer},
     worst_frames::rmse,
 };
 use anyhow::Result;
@@ -11,17 +11,19 @@ use unic_io::Capture;
 use unic_report::{ColourBar, HeatMap, HeatStrip};
 use unic_viewer::{Colouring, heat_colour, heat_colours};
 
-/// Pixels of one picture.
+/// Width and height of one picture in pixels.
 const SIZE: [u32; 2] = [360, 420];
+/// JPEG quality of the pictures.
 const QUALITY: u8 = 88;
-/// sRGB: no hue of the scale.
+/// Colour of the skin, sRGB: a grey, since the colour scale has none.
 const NEUTRAL_SKIN: [f32; 3] = [0.62, 0.63, 0.65];
-/// Stops of the colour bar; between them a browser blends in sRGB, as the scale does.
+/// Number of stops of the colour bar. Between them a browser blends in sRGB, as the scale does.
 const STOPS: usize = 11;
 
-/// Places of the three quartiles in `errors`, in the order of time.
+/// Indices of the three quartiles of `errors`, in the order of time.
 pub(super) fn quartiles(errors: &[f64]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..errors.len()).collect();
+    // `abs` clears the sign of NaN, so that `total_cmp` orders every NaN last.
     order.sort_by(|&a, &b| errors[a].abs().total_cmp(&errors[b].abs()));
     let last = order.len().saturating_sub(1);
     let ranks = (1..=3).map(|k| last * k / 4);
@@ -31,9 +33,12 @@ pub(super) fn quartiles(errors: &[f64]) -> Vec<usize> {
     chosen
 }
 
-/// All strips, in colours of one scale; none where there is nothing to draw.
-pub(super) fn map(capture: &Capture, clips: &[(String, Vec<Moment>)]) -> Result<Option<HeatMap>> {
-    let all = || clips.iter().flat_map(|(_, moments)| moments);
+/// Draws the error maps of all clips on one colour scale. `None` if there are no frames.
+///
+/// # Errors
+/// A picture that cannot be drawn or encoded.
+pub(super) fn map(capture: &Capture, clips: &[(String, Vec<FrameComparison>)]) -> Result<Option<HeatMap>> {
+    let all = || clips.iter().flat_map(|(_, comparisons)| comparisons);
     if all().next().is_none() {
         return Ok(None);
     }
@@ -43,20 +48,12 @@ pub(super) fn map(capture: &Capture, clips: &[(String, Vec<Moment>)]) -> Result<
         1 => "the worst frame",
         _ => "the worst frame of all clips",
     };
-    let strips = clips.iter().map(|(name, moments)| {
-        let is_worst = |worst: f64| Some(worst) == worst_m;
-        strip(
-            capture,
-            name,
-            moments,
-            (scale_m, &|worst| {
-                if is_worst(worst) {
-                    mark
-                } else {
-                    "the worst of this clip"
-                }
-            }),
-        )
+    let strips = clips.iter().map(|(name, comparisons)| {
+        let label = match comparisons.iter().map(error).max_by(f64::total_cmp) == worst_m {
+            true => mark,
+            false => "the worst of this clip",
+        };
+        strip(capture, name, comparisons, scale_m, label)
     });
     let stop = |k: usize| heat_colour(k as f32 / (STOPS - 1) as f32).map(|c| (255.0 * c).round() as u8);
     Ok(Some(HeatMap {
@@ -66,40 +63,47 @@ pub(super) fn map(capture: &Capture, clips: &[(String, Vec<Moment>)]) -> Result<
             unit: "mm and more".into(),
         },
         strips: strips.collect::<Result<_>>()?,
-        note: "The model's garment, running freely; a vertex has the colour of its distance from the simulation. Of each clip, the worst of all its frames and those at the quartiles of the error, in the order of time.".into(),
+        note: "The model's garment in free running; the colour of a vertex is its distance from the simulation. Each clip is shown in its worst frame and in frames at the quartiles of the error, in the order of time.".into(),
     }))
 }
 
-fn error(moment: &Moment) -> f64 {
-    rmse(&moment.model, &moment.truth.garment)
+/// RMSE of a frame in metres.
+fn error(comparison: &FrameComparison) -> f64 {
+    rmse(&comparison.model, &comparison.truth.garment)
 }
 
-/// One clip; the scale is in metres, the name that of the worst frame by its error in metres.
+/// Draws the strip of one clip. `scale_m` is the error in metres at the end of the colour scale,
+/// `worst_label` the addition to the caption of the worst frame.
 fn strip(
     capture: &Capture,
     name: &str,
-    moments: &[Moment],
-    (scale_m, name_of_worst): (f32, &dyn Fn(f64) -> &'static str),
+    comparisons: &[FrameComparison],
+    scale_m: f32,
+    worst_label: &str,
 ) -> Result<HeatStrip> {
-    let shots: Vec<_> = moments.iter().map(|m| m.with_garment(&m.model)).collect();
+    let snapshots: Vec<_> = comparisons.iter().map(|c| c.with_garment(&c.model)).collect();
     let (character, garment) = (&capture.character, &capture.garment);
-    // Close-ups do not reach down to the ground, wherever it is.
-    let studio = Studio::close(character, garment, 0.0, &shots, (Framing::Garment, SIZE))?;
-    let errors: Vec<f64> = moments.iter().map(error).collect();
+    // The ground is out of view in a close-up, so that its height does not matter.
+    let view = PictureView {
+        framing: Framing::Garment,
+        size: SIZE,
+    };
+    let renderer = Renderer::close(character, garment, 0.0, &snapshots, view)?;
+    let errors: Vec<f64> = comparisons.iter().map(error).collect();
     let worst = (0..errors.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
     let mut pictures = Vec::new();
-    for (i, (moment, shot)) in moments.iter().zip(&shots).enumerate() {
-        let colours = heat_colours(&moment.errors(), scale_m);
+    for (i, (comparison, snapshot)) in comparisons.iter().zip(&snapshots).enumerate() {
+        let colours = heat_colours(&comparison.errors(), scale_m);
         let paint = Paint {
             skin: NEUTRAL_SKIN,
             cloth: Colouring::PerVertex(&colours),
         };
         let mark = match worst == Some(i) {
-            true => format!(", {}", name_of_worst(errors[i])),
+            true => format!(", {worst_label}"),
             false => String::new(),
         };
-        let caption = format!("{:.2} s: {}{mark}", moment.seconds, millimetres(errors[i]));
-        pictures.push((jpeg(&studio.draw(shot, paint)?, QUALITY)?, caption));
+        let caption = format!("{:.2} s: {}{mark}", comparison.seconds, millimetres(errors[i]));
+        pictures.push((jpeg(&renderer.draw(snapshot, paint)?, QUALITY)?, caption));
     }
     Ok(HeatStrip {
         title: name.to_owned(),
@@ -112,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quartiles_are_shown_in_the_order_of_time() {
+    fn quartiles_are_in_the_order_of_time() {
         let errors: Vec<f64> = (0..81).map(|t| f64::from((t * 50) % 81)).collect();
         let mut shown: Vec<f64> = quartiles(&errors).into_iter().map(|t| errors[t]).collect();
         shown.sort_by(f64::total_cmp);

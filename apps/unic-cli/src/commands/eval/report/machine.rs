@@ -1,8 +1,8 @@
-//! What the numbers were measured on.
+//! Machine that the numbers were measured on.
 
 use std::{fs, thread};
 
-/// The processor's name where the system tells it.
+/// Name of the processor, or its architecture if the operating system does not give the name.
 pub(super) fn processor() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text
@@ -14,7 +14,7 @@ pub(super) fn processor() -> String {
     )
 }
 
-/// Threads that can run at once, as the system has it.
+/// Number of threads that the operating system can run at once.
 pub(super) fn cores() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
 }

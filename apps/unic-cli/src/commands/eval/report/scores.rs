@@ -1,4 +1,4 @@
-//! Tables of an evaluation.
+//! Tables of the report: one per clip, with a row per predictor and a column per metric.
 
 use unic_eval::{
     ByMode, Evaluation, MODEL, Metrics, PRIOR, Scores,
@@ -6,7 +6,7 @@ use unic_eval::{
 };
 use unic_report::{Column, Order, Row, Table, Value};
 
-/// Rows from top to bottom; the others follow in their own order.
+/// Names of rows in the order of the tables. Other rows follow in the order of the evaluation.
 const ORDER: [&str; 9] = [
     MODEL,
     "skinning",
@@ -18,41 +18,49 @@ const ORDER: [&str; 9] = [
     "skinning_first",
     "mean_shape",
 ];
-/// Places of the movies' rows among the lines of the chart, whose colours they have. Without intersection
-/// handling there is no handled ridge, and ridge stands in its place.
+// Views of the movies have the colours of their rows in the chart of the error over time. These
+// numbers are the indices of those rows among its lines, in the order of `ORDER`.
+/// Index of the model among the lines of the chart.
 pub(super) const MODEL_SERIES: usize = 0;
+/// Index of skinning among the lines of the chart.
 pub(super) const SKINNING_SERIES: usize = 1;
+/// Index of handled ridge among the lines of the chart; of ridge if intersections are not handled.
 pub(super) const RIVAL_SERIES: usize = 2;
 
-/// Where a row stands.
-pub(super) fn place(row: &str) -> usize {
+/// Sort key of a row by its name.
+pub(super) fn row_order(row: &str) -> usize {
     ORDER.iter().position(|name| *name == row).unwrap_or(ORDER.len())
 }
 
-/// A row's name as text.
+/// Name of a row as it is shown.
 pub(super) fn display_name(row: &str) -> String {
     row.replace('_', " ")
 }
 
-/// Where a column's number comes from.
+/// Mode and metric of a column.
 enum Source {
     OneStep(fn(&Metrics) -> Option<f64>),
     FreeRunning(fn(&Metrics) -> Option<f64>),
 }
 use Source::{FreeRunning, OneStep};
 
-/// A column: heading, unit, digits, what is good, its number, what it means.
-pub(super) struct Measure {
+/// Column of the tables.
+pub(super) struct ScoreColumn {
+    /// Heading.
     pub(super) name: &'static str,
     unit: &'static str,
+    /// Digits after the decimal point.
     digits: usize,
+    /// Values that are good, which the page marks.
     order: Order,
     source: Source,
+    /// Definition for the end of the page. Empty if another column's definition covers it.
     pub(super) meaning: &'static str,
 }
 
-const fn millimetres(name: &'static str, source: Source, meaning: &'static str) -> Measure {
-    Measure {
+/// Column of an error in millimetres.
+const fn millimetres(name: &'static str, source: Source, meaning: &'static str) -> ScoreColumn {
+    ScoreColumn {
         name,
         unit: "mm",
         digits: 1,
@@ -62,29 +70,30 @@ const fn millimetres(name: &'static str, source: Source, meaning: &'static str) 
     }
 }
 
-const fn percent(name: &'static str, source: Source, meaning: &'static str) -> Measure {
-    Measure {
+/// Column of a share in percent.
+const fn percent(name: &'static str, source: Source, meaning: &'static str) -> ScoreColumn {
+    ScoreColumn {
         unit: "%",
         digits: 2,
         ..millimetres(name, source, meaning)
     }
 }
 
-const MEASURES: [Measure; 10] = [
+const COLUMNS: [ScoreColumn; 10] = [
     millimetres(
         "RMSE",
         FreeRunning(|m| Some(m.rmse_mm)),
-        "square root of the mean squared distance between predicted and simulated vertices, over all vertices and frames of free running: the row starts from the first frame and sees no other. The main number.",
+        "square root of the mean squared distance between predicted and simulated vertices, over all vertices and frames of free running, in which the row starts from the first frame and then sees the motion alone. This is the number to compare.",
     ),
     millimetres(
         "one step",
         OneStep(|m| Some(m.rmse_mm)),
-        "the same with every frame predicted from the true one before it. Easier, and no measure of a long run.",
+        "RMSE with every frame predicted from the true frame before it. It is easier, and does not show how errors grow in free running.",
     ),
     millimetres(
         "at 1 s",
         FreeRunning(|m| m.rmse_mm_at_1s),
-        "RMSE of free running over the first second; likewise, over the second that ends there, at 5, 10 and 60 s.",
+        "RMSE of free running over the first second. The columns at 5, 10 and 60 s are over the second that ends there.",
     ),
     millimetres("at 5 s", FreeRunning(|m| m.rmse_mm_at_5s), ""),
     millimetres("at 10 s", FreeRunning(|m| m.rmse_mm_at_10s), ""),
@@ -97,36 +106,38 @@ const MEASURES: [Measure; 10] = [
     percent(
         "inside",
         FreeRunning(|m| Some(m.intersecting_vertices_percent_closest)),
-        "garment vertices inside the body, by the side of the closest point of its surface. Intersections are handled for the model, its prior and ridge handled; other rows are as they are predicted.",
+        "share of garment vertices inside the body, by the side of the closest point of its surface. Intersection handling, which moves vertices out of the body, is applied to the model, its prior and ridge handled alone.",
     ),
-    Measure {
+    ScoreColumn {
         unit: "ratio",
         digits: 2,
         order: Order::OneIsBest,
         ..millimetres(
             "jitter",
             FreeRunning(|m| Some(m.jitter_ratio)),
-            "root mean square of the second difference over time, divided by the simulation's: 1 is as lively, less is stiffer, more trembles.",
+            "root mean square of the second difference over time, divided by that of the simulation: 1 is as lively, less moves too smoothly, more trembles.",
         )
     },
     percent(
         "edge length",
         FreeRunning(|m| Some(m.edge_length_error_percent)),
-        "mean relative error of the lengths of the garment's edges: how much the cloth is stretched or squeezed.",
+        "mean relative error of the lengths of the garment's edges, by which cloth looks stretched or compressed.",
     ),
 ];
 
-/// The columns that have a number anywhere.
-pub(super) fn measures(evaluation: &Evaluation) -> Vec<&'static Measure> {
-    const ALL: &[Measure] = &MEASURES;
-    let has_number = |measure: &&Measure| {
+/// Columns in which at least one row has a number.
+pub(super) fn columns(evaluation: &Evaluation) -> Vec<&'static ScoreColumn> {
+    // A constant slice is promoted to static, which references to elements of `COLUMNS` are not.
+    const ALL: &[ScoreColumn] = &COLUMNS;
+    let has_number = |column: &&ScoreColumn| {
         let mut rows = rows(&evaluation.pooled).into_iter();
-        rows.any(|(_, by_mode)| measure.value(by_mode) != Value::None)
+        rows.any(|(_, by_mode)| column.value(by_mode) != Value::None)
     };
     ALL.iter().filter(has_number).collect()
 }
 
-impl Measure {
+impl ScoreColumn {
+    /// Number of a row in this column.
     fn value(&self, row: &ByMode) -> Value {
         let number = match &self.source {
             OneStep(number) => row.one_step.as_ref().and_then(number),
@@ -135,7 +146,8 @@ impl Measure {
         number.map_or(Value::None, Value::Number)
     }
 
-    fn column(&self) -> Column {
+    /// Heading of the column for the page.
+    fn heading(&self) -> Column {
         Column {
             name: self.name.to_owned(),
             unit: self.unit.to_owned(),
@@ -145,26 +157,27 @@ impl Measure {
     }
 }
 
-/// Names and numbers in the order of the tables.
+/// Names and metrics of all rows, in the order of the tables.
 pub(super) fn rows(scores: &Scores) -> Vec<(&str, &ByMode)> {
     let baselines = scores
         .baselines
         .iter()
         .map(|(name, by_mode)| (name.as_str(), by_mode));
     let mut rows: Vec<_> = scores.model.iter().map(|m| (MODEL, m)).chain(baselines).collect();
-    rows.sort_by_key(|(name, _)| place(name));
+    // The sort is stable: rows that `ORDER` does not name keep their order.
+    rows.sort_by_key(|(name, _)| row_order(name));
     rows
 }
 
-/// All clips together first, then, where there are several, each on its own.
+/// Tables of the report: all clips together if there are several, then each clip.
 pub(super) fn tables(evaluation: &Evaluation) -> Vec<Table> {
-    let measures = measures(evaluation);
+    let columns = columns(evaluation);
     let table = |title: String, scores: &Scores| Table {
         title,
-        columns: measures.iter().map(|measure| measure.column()).collect(),
+        columns: columns.iter().map(|column| column.heading()).collect(),
         rows: rows(scores)
             .into_iter()
-            .map(|(name, by_mode)| row(name, by_mode, &measures))
+            .map(|(name, by_mode)| row(name, by_mode, &columns))
             .collect(),
     };
     let clips = evaluation
@@ -179,9 +192,9 @@ pub(super) fn tables(evaluation: &Evaluation) -> Vec<Table> {
     }
 }
 
-fn row(name: &str, by_mode: &ByMode, measures: &[&Measure]) -> Row {
+fn row(name: &str, by_mode: &ByMode, columns: &[&ScoreColumn]) -> Row {
     Row {
         name: display_name(name),
-        values: measures.iter().map(|measure| measure.value(by_mode)).collect(),
+        values: columns.iter().map(|column| column.value(by_mode)).collect(),
     }
 }

@@ -1,0 +1,132 @@
+//! Everything before the first step of the field: the budget, the clips, the prior.
+
+use super::Run;
+use crate::{
+    failure::Interrupted,
+    interrupt::{self, SaveGuard},
+    machine,
+    output::print_status,
+    progress::Progress,
+    run_folder::RunRecord,
+};
+use anyhow::Result;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use unic_train::{
+    Budget, Control, Dataset, FieldData, FittedPrior, PriorTrainer, Processor, TrainError, Trainer,
+};
+
+/// Preparation of a run's first fit.
+pub(super) struct Preparation<'a> {
+    pub(super) run: &'a mut Run,
+    pub(super) processor: Processor,
+    /// Record of the run, to be written once there is something to resume. None for a resumed run.
+    pub(super) new: Option<RunRecord>,
+    /// Time for the run, where its steps are still to be planned.
+    pub(super) budget: Option<Budget>,
+}
+
+impl Preparation<'_> {
+    /// Loads the clips, fits the prior, or continues to, and plans the steps.
+    pub(super) fn trainer(mut self) -> Result<Trainer> {
+        let capture = self.run.capture.clone();
+        if let (Some(budget), Some(_)) = (&self.budget, &self.new) {
+            budget.shorten_prior(&mut self.run.config, &capture, self.processor)?;
+            interrupt::check()?;
+        }
+        let data = Dataset::load(capture, &self.run.config, self.run.fits[0])?;
+        interrupt::check()?;
+        let prior = self.prior(&data)?;
+        let data = FieldData::new(data, prior, &self.run.config)?;
+        let mut trainer = Trainer::on(self.processor, data, self.run.config.clone())?;
+        if let Some(budget) = &self.budget {
+            print_status("timing a few steps to fill the budget");
+            let config = &mut self.run.config;
+            budget.set_steps(config, &trainer, self.run.fits)?;
+            interrupt::check()?;
+            trainer = Trainer::on(self.processor, trainer.into_data(), config.clone())?;
+        }
+        // Epochs are so many steps now.
+        self.run.config = trainer.config().clone();
+        self.begin()?;
+        if let Some(record) = self.run.folder.stored_record()?.planned() {
+            self.run.folder.write_record(&record)?;
+        }
+        Ok(trainer)
+    }
+
+    /// Fits the prior. From the first step of its recurrence on there is something to resume.
+    fn prior(&mut self, data: &Dataset) -> Result<FittedPrior> {
+        let folder = self.run.folder.checkpoints_of_prior();
+        let state = Mutex::new(Following::default());
+        let settings = self.run.config.clone();
+        let trainer = PriorTrainer {
+            data,
+            settings: &settings,
+            processor: self.processor,
+            folder: Some(&folder),
+        };
+        let this = Mutex::new(&mut *self);
+        let watch = |done: u64, all: u64| {
+            let mut following = locked(&state);
+            if following.saving.is_none() {
+                following.saving = Some(interrupt::begin_saving());
+                following.begun = locked(&this).begin();
+            }
+            let shown = following
+                .progress
+                .get_or_insert_with(|| Progress::new("fitting the prior", done, all));
+            shown.set(done, String::new);
+            match following.begun.is_err() {
+                true => Control::Stop,
+                false => interrupt::control(),
+            }
+        };
+        let fitted = trainer.run(&watch);
+        let following = state.into_inner().unwrap_or_else(PoisonError::into_inner);
+        drop(following.progress);
+        following.begun?;
+        match fitted {
+            Err(TrainError::Stopped) => Err(Interrupted(format!(
+                "stopped while the prior was trained, which is saved; continue with `{}`",
+                self.run.resume_command
+            ))
+            .into()),
+            fitted => Ok(fitted?),
+        }
+    }
+
+    /// Writes the files of a new run, once.
+    fn begin(&mut self) -> Result<()> {
+        match self.new.take() {
+            Some(mut record) => {
+                record.budget_s = self.budget.map(|budget| budget.duration.as_secs_f64());
+                self.run.folder.begin(&self.run.config, &record)?;
+                self.run.folder.log(&machine::description())
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// State of the callback that follows the training of the prior.
+struct Following {
+    progress: Option<Progress>,
+    saving: Option<SaveGuard>,
+    begun: Result<()>,
+}
+
+impl Default for Following {
+    fn default() -> Self {
+        Self {
+            progress: None,
+            saving: None,
+            begun: Ok(()),
+        }
+    }
+}
+
+/// A poisoned lock means that another thread panicked while it showed progress; the value is sound
+/// all the same.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,85 @@
+//! Writing the morph targets of the garment.
+
+use super::{
+    binary::{BinaryWriter, BufferUsage},
+    json::{Attributes, Index, MorphTarget},
+    seams::SeamSplit,
+    surface::{SurfaceBuffers, WrittenSurface},
+};
+use crate::error::Result;
+use glam::Vec3;
+
+/// Writer of the garment: its first frame, and every further frame as displacements from it.
+#[derive(Debug)]
+pub(super) struct MorphWriter {
+    seams: SeamSplit,
+    /// Triangles of the unsplit mesh, which the normals are computed from.
+    faces: Vec<[u32; 3]>,
+    first: SurfaceBuffers,
+    current: SurfaceBuffers,
+    base: Option<WrittenSurface>,
+    /// The view that all targets share. It is opened for the first target, because glTF forbids
+    /// empty views.
+    view: Option<Index>,
+    targets: Vec<MorphTarget>,
+}
+
+/// Accessors of a written garment.
+pub(super) struct MorphedMesh {
+    pub(super) attributes: Attributes,
+    pub(super) indices: Index,
+    pub(super) targets: Vec<MorphTarget>,
+}
+
+impl MorphWriter {
+    pub(super) fn new(seams: SeamSplit, faces: Vec<[u32; 3]>) -> Self {
+        Self {
+            seams,
+            faces,
+            first: SurfaceBuffers::default(),
+            current: SurfaceBuffers::default(),
+            base: None,
+            view: None,
+            targets: Vec::new(),
+        }
+    }
+
+    /// Writes the next frame; the first one becomes the mesh itself.
+    pub(super) fn push(&mut self, positions: &[Vec3], binary: &mut BinaryWriter) -> Result<()> {
+        if self.base.is_some() {
+            return self.push_target(positions, binary);
+        }
+        self.first.compute(positions, &self.faces, &self.seams);
+        self.base = Some(self.first.write(&self.seams, binary)?);
+        Ok(())
+    }
+
+    fn push_target(&mut self, positions: &[Vec3], binary: &mut BinaryWriter) -> Result<()> {
+        self.current.compute(positions, &self.faces, &self.seams);
+        subtract(&mut self.current.positions, &self.first.positions);
+        subtract(&mut self.current.normals, &self.first.normals);
+        let view =
+            *(self.view).get_or_insert_with(|| binary.open_view(BufferUsage::Vertices, size_of::<Vec3>()));
+        self.targets.push(MorphTarget {
+            position: binary.append_positions(view, &self.current.positions)?,
+            normal: binary.append(view, &self.current.normals)?,
+        });
+        Ok(())
+    }
+
+    /// Returns the accessors; `None` if no frame was pushed.
+    pub(super) fn finish(self) -> Option<MorphedMesh> {
+        let base = self.base?;
+        Some(MorphedMesh {
+            attributes: base.attributes,
+            indices: base.indices,
+            targets: self.targets,
+        })
+    }
+}
+
+fn subtract(values: &mut [Vec3], base: &[Vec3]) {
+    for (value, base) in values.iter_mut().zip(base) {
+        *value -= *base;
+    }
+}
