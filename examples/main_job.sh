@@ -4,8 +4,8 @@
 #
 #   examples/main_job.sh CAPTURE MOTION.npz [BUDGET] [OUT]
 #
-# CAPTURE is a folder (docs/capture.md), BUDGET training time such as 45m in place of the preset's
-# number of steps ("" keeps it), OUT the folder of the results.
+# CAPTURE is a folder (docs/reference/capture.md). BUDGET is a training time such as 45m; without it
+# the preset's number of steps counts. OUT is the folder of the results.
 set -eu
 capture=${1:?CAPTURE, a folder with capture.toml}
 motion=${2:?MOTION.npz, poses for the same skeleton}

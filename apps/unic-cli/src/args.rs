@@ -44,7 +44,7 @@ use clap_complete::Shell;
 ///   unic train captures/tshirt --budget 45m           trains a model and writes tshirt.unic
 ///   unic eval tshirt.unic captures/tshirt             measures the model beside those methods
 ///   unic animate tshirt.unic --motion walk.npz --out walk.pc2
-///   unic bench                                        how fast this machine is
+///   unic bench                                        measures how long a frame takes
 // Help texts are taken verbatim, here and in every command: clap would join the lines of their
 // lists and examples into paragraphs. They fit into 100 columns.
 #[derive(Debug, Parser)]
@@ -67,7 +67,9 @@ pub(crate) enum Command {
     Bench(BenchArgs),
     /// Print a script that completes commands and options in a shell.
     ///
-    /// Example: unic completions bash > ~/.local/share/bash-completion/completions/unic
+    /// Example:
+    ///   unic completions bash > ~/.local/share/bash-completion/completions/unic
+    #[command(verbatim_doc_comment)]
     Completions {
         /// Shell to print the script for.
         shell: Shell,

@@ -9,10 +9,11 @@
 //! | errors: one sentence on stderr, an exit code, an object with `--json` | [`failure`] |
 //! | Ctrl-C and SIGTERM | [`interrupt`] |
 //! | results on stdout, notes on stderr, progress | [`output`], [`progress`] |
-//! | files that may be written, and folders of one process at a time | [`outputs`], [`folder_lock`] |
+//! | files that may be written | [`outputs`] |
+//! | folders of one process at a time | [`folder_lock`] |
 //! | plausible mistakes in captures and motions | [`checks`] |
 //! | models, and the time of a frame | [`model_file`], [`timing`] |
-//! | training with the settings of `unic train` | [`args::TrainArgs`], [`settings`], [`commands::train`] |
+//! | training as `unic train` does | [`args::TrainArgs`], [`commands::train`], [`settings`] |
 //! | description of the machine | [`machine`] |
 
 pub mod args;

@@ -232,7 +232,7 @@ mod tests {
         let stored = of_new_run(&args("--preset tiny --steps 40 --seed 3")).unwrap();
         let resumed = |line: &str| of_resumed_run(&args(line), stored.clone(), Path::new("config.toml"));
         assert_eq!(resumed("").unwrap(), stored);
-        assert_eq!(resumed("--steps 40 --set keep=last").unwrap(), stored);
+        assert_eq!(resumed("--steps 40 --set batch.points=64").unwrap(), stored);
         assert!(resumed("--steps 80").is_err(), "tiny's windows grow");
         let products = resumed("--set optimiser.products=bf16")
             .unwrap()

@@ -267,11 +267,6 @@ fn invalid_settings() {
     );
     fails(
         folder.path(),
-        &format!("{TRAIN} --set keep=best"),
-        "validation.refit must be \"never\"",
-    );
-    fails(
-        folder.path(),
         &format!("{TRAIN} --set validation.refit=sometimes"),
         "all_clips",
     );

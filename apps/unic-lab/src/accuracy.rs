@@ -38,6 +38,7 @@ pub(crate) fn run(args: &AccuracyArgs) -> Result<()> {
     for capture in &captures {
         args.force.check_capture(capture)?;
     }
+    // Another benchmark in the same folder would train the same rows.
     let _lock = FolderLock::acquire(&args.out)?;
     let mut tables = Vec::new();
     for (path, capture) in args.captures.iter().zip(&captures) {
@@ -79,6 +80,7 @@ fn open_all(paths: &[PathBuf]) -> Result<Vec<Capture>> {
                 path.display()
             );
         }
+        // The name becomes a folder: separators and `..` would lead elsewhere.
         if Path::new(&capture.manifest.name).file_name() != Some(capture.manifest.name.as_ref()) {
             let (path, name) = (path.display(), &capture.manifest.name);
             bail!("{path}: expected a capture whose name can be a folder's, found {name}");

@@ -1,19 +1,25 @@
 //! Networks of other methods, trained on the same clips, to compare the neural field with.
 //!
-//! Each predicts coefficients in a fixed subspace of the whole garment: u = ū + Σ_k z_k φ_k. The φ
-//! are orthonormal, so the loss in the coefficients is the loss in the vertices, and a step costs
-//! no vertex. The settings' [`config::SurfaceKind`] says what u is: displacements from skinning, x_i =
-//! LBS_i(rest) + R_i u_i, or positions relative to the root joint, as in the UNIC paper.
+//! Each network predicts coefficients z_k in a fixed subspace of the whole garment: u = ū + Σ_k z_k
+//! φ_k. The φ_k are orthonormal, so that the error in the coefficients is the error in the
+//! vertices, and the cost of a step does not depend on the number of vertices.
+//! [`config::SurfaceKind`] defines u: displacements from skinning, x_i = LBS_i(rest) + R_i u_i, or
+//! positions relative to the root joint, as in the UNIC paper.
 //!
-//! | [`ComparisonKind`] | reads | subspace |
+//! | [`ComparisonKind`] | inputs | subspace |
 //! |---|---|---|
-//! | `PoseOnly`: ML deformers of game engines and film tools | the pose: local joint rotations, gravity in the root's frame | principal components |
-//! | `VirtualBones`: after Pan et al. 2022, "Predicting Loose-Fitting Garment Deformations Using Bone-Driven Motion Networks" | motion vectors of half a second | affine transforms of smoothly weighted bones |
-//! | `GlobalFeature`: the paper's ablation "w/o neural field" | categorical code of two motion vectors, one feature of the garment in the frame before | principal components |
+//! | `PoseOnly` | local joint rotations, and gravity in the root's frame | principal components |
+//! | `VirtualBones` | motion vectors of half a second | affine transforms of bones |
+//! | `GlobalFeature` | code of two motion vectors, garment feature | principal components |
 //!
-//! They depart from their sources only to be comparable. By default all predict displacements from
-//! the skinned garment in the heading frame, have about as many parameters as preset `standard`,
-//! and learn from mirrored motion where skeleton and garment are symmetric.
+//! - `PoseOnly` stands for the ML deformers of game engines and film tools.
+//! - `VirtualBones` follows Pan et al. 2022, "Predicting Loose-Fitting Garment Deformations Using
+//!   Bone-Driven Motion Networks".
+//! - `GlobalFeature` is the paper's ablation "w/o neural field".
+//!
+//! The networks differ from their sources where a comparison needs it. By default all predict
+//! displacements from the skinned garment in the heading frame, have about as many parameters as
+//! preset `standard`, and learn from mirrored motion where skeleton and garment are symmetric.
 
 mod bones;
 mod config;
@@ -42,12 +48,13 @@ use unic_train::{
     Averaging, Control, Event, Fit, Learner, OptimiserConfig, Outcome, Pace, TrainError, Training, Watch,
 };
 
-/// One training of one network.
+/// Training of one network.
 pub(crate) struct ComparisonTrainer {
     learner: Learner<ComparisonNetwork>,
     training: ComparisonTraining,
 }
 
+/// Samples and settings of a training, as the shared training loop needs them.
 struct ComparisonTraining {
     config: ComparisonConfig,
     samples: Samples,
@@ -73,11 +80,12 @@ impl Training for ComparisonTraining {
 }
 
 impl ComparisonTrainer {
-    /// Projects every frame of the training clips to the subspace. The motion vectors of `set` are
-    /// those of `spec`, which has the settings' layout and velocity.
+    /// Prepares a training: projects every frame of the training clips onto the subspace. The
+    /// motion vectors of `set` follow `spec`, which must have the layout and the velocities of the
+    /// settings.
     ///
     /// # Errors
-    /// Settings out of range, clips too short to train on.
+    /// Settings out of range, another `spec`, and clips too short to train on.
     pub(crate) fn new(
         set: &TrainingSet,
         spec: &MotionSpec,
@@ -107,20 +115,20 @@ impl ComparisonTrainer {
         })
     }
 
-    /// Number of trained parameters. The subspace is not trained.
+    /// Returns the number of trained parameters. The subspace is not trained.
     pub(crate) fn parameter_count(&self) -> usize {
         self.learner.kept().iter().map(Vec::len).sum()
     }
 
-    /// Optimiser steps of the training.
+    /// Returns the number of optimiser steps.
     pub(crate) fn steps(&self) -> u64 {
         self.training.config.optimiser.steps
     }
 
-    /// Sets the number of steps to those that fit into `seconds`, after timing a few; at least one.
+    /// Sets the number of steps that fit into `seconds`, at least one. It times a few steps.
     ///
     /// # Errors
-    /// The errors of [`ComparisonTrainer::train`].
+    /// A training that diverges.
     pub(crate) fn fill(&mut self, seconds: f64) -> Result<(), TrainError> {
         const STEPS: [u64; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
         let started = Instant::now();
@@ -137,7 +145,7 @@ impl ComparisonTrainer {
     /// Trains to the last step.
     ///
     /// # Errors
-    /// A training that diverges; [`TrainError::Stopped`] where `watch` answers stop.
+    /// A training that diverges, and [`TrainError::Stopped`] where `watch` asks to stop.
     pub(crate) fn train(mut self, watch: &Watch) -> Result<ComparisonPredictor, TrainError> {
         let steps = self.steps();
         let mut listen = |event: &Event| match event {

@@ -106,8 +106,8 @@ fn skin<'a>(vertices: &'a [Vec3], faces: &'a [[u32; 3]]) -> ColouredMesh<'a> {
 
 /// Faces of each part.
 ///
-/// A vertex on a seam belongs to the part with the lower index. The largest index of a face's corners
-/// is therefore its part.
+/// A vertex on a seam belongs to the part with the lower index. The largest index of a face's
+/// corners is therefore its part.
 fn panels(garment: &GarmentMesh) -> Vec<Vec<[u32; 3]>> {
     let mut panels = vec![Vec::new(); garment.parts.len()];
     for face in &garment.mesh.faces {

@@ -1,7 +1,7 @@
 //! A procedural human, garments and motion, for use without any files.
 //!
-//! Everything is made from parameters. Nothing is read from a file, and the same parameters give the
-//! same bytes.
+//! Everything is made from parameters. Nothing is read from a file, and the same parameters give
+//! the same bytes.
 //!
 //! ```
 //! use unic_builtin::{garments::TShirt, human::{HumanParameters, human}};

@@ -74,8 +74,8 @@ impl Network {
 
 /// Makes a model with random weights for a garment of `vertices` vertices.
 ///
-/// The garment is a tube around a body of 6,890 vertices and 24 joints. Intersections are handled as
-/// in the paper.
+/// The garment is a tube around a body of 6,890 vertices and 24 joints. Intersections are handled
+/// as in the paper.
 ///
 /// # Errors
 /// Returns an error for fewer than 32 vertices.

@@ -1,5 +1,5 @@
-//! Contract of T-shirt and skirt: valid meshes outside the body whose patterns have the areas of the
-//! rest shape.
+//! Contract of T-shirt and skirt: valid meshes outside the body whose patterns have the areas of
+//! the rest shape.
 //!
 //! Bodies are two built-in humans and, if its file exists, a real body in an A-pose.
 

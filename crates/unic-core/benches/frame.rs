@@ -1,15 +1,18 @@
-//! One frame of inference at the sizes that the field publishes, whole and by stage, for networks of the
-//! sizes of the presets `standard` and `paper` with random weights, on a walker of 24 joints and 6,890
-//! body vertices.
+//! Time of one frame of inference, in total and by stage, at garment sizes that publications use.
+//!
+//! Networks have the sizes of the presets `standard` and `paper` and random weights. The character
+//! walks; it has 24 joints and 6,890 body vertices.
 //!
 //! ```text
 //! cargo bench -p unic-core --bench frame
 //! ```
 //!
-//! Trained weights leave more channels off, and f32 is faster by them. `frame` is [`Animator::step`] as a game calls it, with the
-//! intersection handling that the preset's models have; `frame_unhandled` leaves that out. The stages add
-//! up to less than a frame: gathering inputs, carrying the state along and skinning are in it as well.
-//! Threads are those of rayon: `RAYON_NUM_THREADS`; the field's stage is one thread's.
+//! `frame` is [`Animator::step`] with the intersection handling of the preset's models,
+//! `frame_unhandled` is a step without it. The stages sum to less than a frame, which also gathers
+//! inputs, skins the garment and computes normals. Rayon's `RAYON_NUM_THREADS` sets the number of
+//! threads; the stages of field and intersections run on one.
+//!
+//! Trained weights give more zero activations than random ones, so that f32 is faster with them.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the run")]
 
@@ -25,7 +28,7 @@ use unic_core::{
     network::{Encoder, EncoderScratch, Field, FieldBiases, FieldScratch, TILE},
 };
 
-/// Networks as types, which a benchmark is named after.
+/// Network as a type, which names a benchmark.
 trait Named {
     const NETWORK: Network;
 
@@ -66,7 +69,7 @@ fn frame_unhandled<P: Named>(bencher: Bencher, vertices: usize) {
         .bench_local(|| walker.step());
 }
 
-/// Forward kinematics and the motion vector: the same for all garments.
+/// Forward kinematics and the motion vector, which do not depend on the garment.
 #[divan::bench]
 fn stage_motion(bencher: Bencher) {
     let model = Standard::model(VERTICES[0]);
@@ -88,7 +91,7 @@ fn stage_motion(bencher: Bencher) {
     });
 }
 
-/// The motion encoder, and the latent's share of the field's layers: the same for all garments.
+/// Motion encoder, and folding of the latent vector into the field's biases.
 #[divan::bench(types = [Standard, Paper])]
 fn stage_encoder<P: Named>(bencher: Bencher) {
     let ModelParts {
@@ -110,7 +113,7 @@ fn stage_encoder<P: Named>(bencher: Bencher) {
     });
 }
 
-/// The field at all vertices, on one thread.
+/// Deformation field at all vertices, on one thread.
 #[divan::bench(args = VERTICES, types = [Standard, Paper], sample_count = 10, sample_size = 1, max_time = 3)]
 fn stage_field<P: Named>(bencher: Bencher, vertices: usize) {
     let ModelParts { config, field, .. } = P::model(VERTICES[0]).to_parts();
@@ -128,8 +131,8 @@ fn stage_field<P: Named>(bencher: Bencher, vertices: usize) {
     });
 }
 
-/// The paper's intersection handling, on one thread: the search for the nearest body vertex of each
-/// garment vertex on a body that is prepared anew.
+/// Intersection handling of the paper on one thread: preparing a posed body for searches, and the
+/// nearest body vertex of each garment vertex.
 #[divan::bench(args = VERTICES, sample_count = 10, sample_size = 1, max_time = 3)]
 fn stage_intersections(bencher: Bencher, vertices: usize) {
     let ModelParts {
@@ -148,7 +151,7 @@ fn stage_intersections(bencher: Bencher, vertices: usize) {
     });
 }
 
-/// An animator on its way.
+/// An animator of a walking character.
 struct Walker {
     animator: Animator,
     frame: usize,

@@ -61,7 +61,7 @@ fn pose_at(model: &Model, seconds: f32) -> Pose {
     pose
 }
 
-/// What the garment sees of a tick: the pose, flat ground at height 0, still air.
+/// The input of one tick: the pose, flat ground at height 0, still air.
 fn input(pose: &Pose) -> StepInput<'_> {
     StepInput {
         pose,

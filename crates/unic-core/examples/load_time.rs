@@ -1,8 +1,9 @@
-//! How long a model takes to be read from its bytes, with its checksum compared and without: the shortest of
-//! some rounds, as other programs make a machine slower and nothing makes it faster.
+//! Time of reading a model from its bytes, with and without the comparison of its checksum.
+//!
+//! It prints the shortest of several rounds: other programs make a round slower, never faster.
 //!
 //! ```text
-//! cargo run --release -p unic-core --example load_time                  # random weights in the paper's sizes
+//! cargo run --release -p unic-core --example load_time              # random, paper's sizes
 //! cargo run --release -p unic-core --example load_time garment.unic
 //! ```
 
@@ -20,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
         Some(path) => Model::from_bytes(&std::fs::read(path)?)?,
         None => random_model(Network::Paper, VERTICES[0])?,
     };
-    // Written anew: files of older versions have no checksum.
+    // The file is written again, because it may lack a checksum.
     let bytes = model.to_bytes()?;
     println!("a model of {:.1} MB", bytes.len() as f64 / 1e6);
     let checksum = milliseconds(|| verify_checksum(&bytes).map(drop))?;
@@ -32,6 +33,7 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     Ok(())
 }
 
+/// Returns the shortest time of `work`, milliseconds.
 fn milliseconds<E>(mut work: impl FnMut() -> Result<(), E>) -> Result<f64, E> {
     let mut shortest = f64::INFINITY;
     for _ in 0..ROUNDS {

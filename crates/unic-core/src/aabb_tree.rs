@@ -131,6 +131,8 @@ impl AabbTree {
     /// Assigns groups to the items.
     pub(crate) fn set_groups(&mut self, groups_of_item: impl Fn(u32) -> GroupMask) {
         self.groups = vec![[GroupMask(0); 4]; self.nodes.len()];
+        // Groups have an array of their own: a node has no room for them in its two cache lines,
+        // and trees without groups need none.
         for (index, node) in self.nodes.iter().enumerate().rev() {
             self.groups[index] = node.children.map(|link| match link.child() {
                 Child::Empty => GroupMask(0),

@@ -70,6 +70,7 @@ impl Animator {
             code_sampling: CodeSampling::default(),
             threads: None,
         };
+        // A step without a reset starts from the bind pose.
         animator.rebuild_scratch();
         animator
     }
@@ -88,6 +89,7 @@ impl Animator {
     ///
     /// `mode` must pass [`IntersectionMode::check`].
     pub fn set_intersection(&mut self, mode: IntersectionMode) {
+        // Search trees are built for a mode, which takes longer than a step.
         if mode != self.intersections.mode() {
             self.intersections.set_mode(mode, &self.model);
         }
@@ -159,6 +161,7 @@ impl Animator {
     pub fn reset(&mut self, input: &StepInput, start: Start) -> Result<GarmentFrame<'_>, AnimatorError> {
         input.check(&self.model)?;
         start.check(&self.model)?;
+        // The threads are cloned, because the closure borrows the animator.
         install_if_some(self.threads.clone(), || self.begin(input, start));
         Ok(self.garment())
     }
@@ -210,6 +213,7 @@ impl Animator {
         observe(Stage::Motion);
         self.skin();
         observe(Stage::Skinning);
+        // The motion state has the second pose now, which completes frame 0.
         if self.state.at_start {
             self.complete_start();
         }

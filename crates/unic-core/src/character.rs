@@ -1,4 +1,6 @@
 //! Character and garment: the two assets that a model is made for.
+//!
+//! For tools that import and make characters; a model holds both.
 
 use crate::{mesh::TriMesh, skeleton::Skeleton, skinning::SkinningWeights};
 
@@ -22,6 +24,7 @@ impl Character {
             sums.fill(0.0);
             let entries = face.iter().flat_map(|&v| self.weights.row(v as usize));
             entries.for_each(|(joint, weight)| sums[joint] += weight);
+            // A strict comparison keeps the lowest index of equal sums.
             let larger = |best: usize, joint: usize| if sums[joint] > sums[best] { joint } else { best };
             (0..sums.len()).fold(0, larger)
         };

@@ -1,4 +1,6 @@
 //! Nearest-neighbour search in a set of points.
+//!
+//! For simulation, metrics and tools.
 
 use crate::{
     aabb_tree::AabbTree,
@@ -76,6 +78,7 @@ impl ClosestVertex {
             }
             best.0
         });
+        // Squared distances are compared; one square root is taken at the end.
         best.0.is_finite().then(|| (best.1 as usize, best.0.sqrt()))
     }
 }

@@ -1,5 +1,7 @@
 //! Solid objects besides the body that push a garment: the ground, furniture, props.
 //!
+//! For engines, through [`Animator::set_colliders`](crate::Animator::set_colliders).
+//!
 //! ```
 //! use glam::Vec3;
 //! use unic_core::collider::Collider;

@@ -134,8 +134,6 @@ pub enum PointInput {
     Up,
     /// Velocity of the skinned point, in units of 2 m/s.
     SkinVelocity,
-    /// Acceleration of the skinned point, in units of 20 m/s².
-    SkinAcceleration,
 }
 
 impl PointInput {
@@ -235,6 +233,7 @@ impl ModelConfig {
     /// # Errors
     /// The first value that is not accepted.
     pub fn check(&self, joints: usize) -> Result<(), ConfigError> {
+        // Every comparison below is false for NaN, which is therefore refused.
         let positive = |what, value: f32| check(what, "above 0", value, value > 0.0 && value.is_finite());
         check(
             "fps",

@@ -108,37 +108,18 @@ impl StateFrame {
     }
 }
 
-/// Frames of a vertex at t, t − 1 and t − 2, from which the velocity and the acceleration of its
-/// skinned position follow.
+/// Frames of a vertex at t and t − 1, from which the velocity of its skinned position follows.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PointHistory {
     /// Frame at t.
     pub now: PointFrame,
     /// Skinned rest position LBS_i(rest) at t − 1, world space, metres.
     pub before: Vec3,
-    /// Skinned rest position LBS_i(rest) at t − 2, world space, metres.
-    pub earlier: Vec3,
-}
-
-/// Number of frames that are known when a [`PointHistory`] advances.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Past {
-    /// One frame, at the first step after a reset.
-    OneFrame,
-    /// Two frames, at every later step.
-    TwoFrames,
 }
 
 impl PointHistory {
     /// Advances by one frame.
-    ///
-    /// With [`Past::OneFrame`] the point is taken to have moved at constant velocity, as the motion
-    /// vector sets v_0 = v_1.
-    pub fn advance(&mut self, now: PointFrame, past: Past) {
-        self.earlier = match past {
-            Past::OneFrame => self.now.skinned * 2.0 - now.skinned,
-            Past::TwoFrames => self.before,
-        };
+    pub fn advance(&mut self, now: PointFrame) {
         self.before = self.now.skinned;
         self.now = now;
     }
@@ -156,6 +137,7 @@ pub struct RestBox {
 impl RestBox {
     /// Returns the bounding box of the rest shape that a model is trained on.
     pub fn of(vertices: &[Vec3]) -> Self {
+        // An empty mesh has a box at the origin.
         let first = vertices.first().copied().unwrap_or_default();
         let low = vertices.iter().fold(first, |a, &b| a.min(b));
         let high = vertices.iter().fold(first, |a, &b| a.max(b));
@@ -174,9 +156,6 @@ impl RestBox {
 
 /// Unit of [`PointInput::SkinVelocity`], m/s: the speed of a run, so that inputs stay of order one.
 pub const VELOCITY_UNIT: f32 = 2.0;
-/// Unit of [`PointInput::SkinAcceleration`], m/s²: about 2 g, as in a hard landing or a sharp arm
-/// swing.
-pub const ACCELERATION_UNIT: f32 = 20.0;
 /// Unit of time of [`PointInput::Velocity`], frames: a change by one scale in three frames is 1.
 const VELOCITY_FRAMES: f32 = 3.0;
 
@@ -202,18 +181,14 @@ pub fn write_frame_inputs(
 ) {
     let StepConditions { dt, wind } = step;
     let own_from_world = history.now.rotation.inverse();
-    let velocity = || (history.now.skinned - history.before) / dt;
+    let velocity = (history.now.skinned - history.before) / dt;
     let inputs = config.inputs.iter().filter(|input| !input.is_state());
     for (input, out) in inputs.zip(out.chunks_exact_mut(3)) {
         let value = match input {
             PointInput::Rest => rest,
             PointInput::Up => own_from_world * Vec3::Y,
-            PointInput::SkinVelocity => own_from_world * (velocity() - wind) / VELOCITY_UNIT,
-            // Steady wind does not change accelerations.
-            PointInput::SkinAcceleration => {
-                let before = (history.before - history.earlier) / dt;
-                own_from_world * (velocity() - before) / dt / ACCELERATION_UNIT
-            }
+            PointInput::SkinVelocity => own_from_world * (velocity - wind) / VELOCITY_UNIT,
+            // `StateInputs` writes these.
             PointInput::Displacement | PointInput::Velocity => continue,
         };
         out.copy_from_slice(&value.to_array());
@@ -301,8 +276,8 @@ mod tests {
 
     #[test]
     fn frame_inputs_are_invariant_to_a_rigid_motion_about_the_vertical() {
-        use PointInput::{Rest, SkinAcceleration, SkinVelocity, Up};
-        let config = config(vec![Rest, Up, SkinVelocity, SkinAcceleration]);
+        use PointInput::{Rest, SkinVelocity, Up};
+        let config = config(vec![Rest, Up, SkinVelocity]);
         let move_by = Rigid::new(Quat::from_rotation_y(2.0), Vec3::new(3.0, 0.0, -1.0));
         let history = PointHistory {
             now: PointFrame {
@@ -311,7 +286,6 @@ mod tests {
                 share: 1.0,
             },
             before: Vec3::new(0.05, 0.98, 0.2),
-            earlier: Vec3::new(0.02, 0.99, 0.21),
         };
         let moved = PointHistory {
             now: PointFrame {
@@ -320,11 +294,10 @@ mod tests {
                 share: 1.0,
             },
             before: move_by.point(history.before),
-            earlier: move_by.point(history.earlier),
         };
         let wind = Vec3::new(0.5, 0.2, -2.0);
         let step = |wind| StepConditions { dt: 1.0 / 30.0, wind };
-        let (mut a, mut b) = ([0.0; 12], [0.0; 12]);
+        let (mut a, mut b) = ([0.0; 9], [0.0; 9]);
         write_frame_inputs(&config, Vec3::ONE, &history, step(wind), &mut a);
         write_frame_inputs(&config, Vec3::ONE, &moved, step(move_by.vector(wind)), &mut b);
         for (a, b) in a.iter().zip(b) {
@@ -352,24 +325,6 @@ mod tests {
         ] {
             assert_eq!(limited(lost, 2.0), Vec3::ZERO);
         }
-    }
-
-    #[test]
-    fn the_first_step_has_no_acceleration_and_later_ones_are_second_differences() {
-        let frame = |x: f32| PointFrame {
-            skinned: Vec3::X * x,
-            rotation: Quat::IDENTITY,
-            share: 1.0,
-        };
-        let mut history = PointHistory::default();
-        history.advance(frame(1.0), Past::TwoFrames);
-        history.advance(frame(1.5), Past::OneFrame);
-        assert_eq!(
-            (history.now.skinned, history.before, history.earlier),
-            (Vec3::X * 1.5, Vec3::X, Vec3::X * 0.5)
-        );
-        history.advance(frame(1.8), Past::TwoFrames);
-        assert_eq!((history.before, history.earlier), (Vec3::X * 1.5, Vec3::X));
     }
 
     #[test]

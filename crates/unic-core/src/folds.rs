@@ -1,6 +1,8 @@
 //! Folds of a posed body, where it intersects itself: armpits, crotch, the insides of elbows and
 //! knees.
 //!
+//! For simulation and metrics.
+//!
 //! Skinning lets parts of a body pass into one another. A point in such a fold is outside one part
 //! and inside another. Contact there tears cloth, and depths measured there mean nothing.
 //!
@@ -82,6 +84,8 @@ impl Folds {
                 .map(|&v| u8::from(self.vertices[v as usize]))
                 .sum::<u8>()
         };
+        // Rays start from the first vertex at each place: copies have no welded faces and stay
+        // false.
         self.corners.clear();
         self.corners.extend(welded.iter().map(count));
         self.faces.clear();
@@ -124,6 +128,7 @@ pub(crate) fn vertex_is_folded(surface: &Surface, vertex: u32, accepts: impl Fn(
 }
 
 fn is_fold(hit: RayHit) -> bool {
+    // The first face that a ray from inside hits is seen from its inner side.
     let is_inside = hit.cosine > 0.0;
     is_inside || (hit.distance <= FOLD_GAP_M && hit.cosine < FACING_COSINE)
 }

@@ -1,5 +1,7 @@
 //! Heading: the direction in which a character faces, in every pose of its body.
 //!
+//! For training and evaluation; the motion vector is made from it.
+//!
 //! The yaw of a single pose is undefined for a body upside down, and jumps by 180° near there.
 //! [`Heading`] is therefore a state. It integrates the root's yaw rate, which is always defined,
 //! and is corrected towards the yaw of the current pose as far as that is well determined. It is

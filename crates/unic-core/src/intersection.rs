@@ -1,5 +1,8 @@
 //! Intersections of a garment with the body, and their correction.
 //!
+//! For training and evaluation; an engine sets a mode by
+//! [`Animator::set_intersection`](crate::Animator::set_intersection).
+//!
 //! [`Handling`] is a mode of [`IntersectionMode`] with the posed body that it needs. Training and
 //! the animator correct vertices with the same [`Handling::correct`]. [`PaperIntersection`] is the
 //! paper's rule, [`RobustIntersection`] this crate's own.

@@ -1,4 +1,6 @@
 //! Triangle meshes and their vertex normals.
+//!
+//! For tools that import and make characters and garments.
 
 use glam::{Vec2, Vec3};
 use thiserror::Error;

@@ -114,6 +114,7 @@ impl Model {
     /// # Errors
     /// Sizes that differ from the configuration's or from one another, numbers that are not finite.
     pub fn new(parts: ModelParts) -> Result<Self, ModelError> {
+        // Ordered so that each check can rely on the ones before it.
         let joints = parts.character.skeleton.len();
         parts.config.check(joints)?;
         parts.config.motion.check(&parts.character.skeleton)?;
@@ -163,6 +164,7 @@ impl Model {
     /// # Errors
     /// A share outside of that range.
     pub fn with_sampling(mut self, share: f32) -> Result<Self, ModelError> {
+        // Made at a share of 1, too, because this checks the share.
         let sampling = Sampling::of_share(&self.garment.rest, share)?;
         self.sampling = (share < 1.0).then_some(sampling);
         Ok(self)
@@ -317,6 +319,7 @@ fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
     let body = parts.character.body.vertices.len();
     let motion = motion_len(joints);
     let counts = [
+        // Passes for any number of vertices but zero.
         ("garment vertices or more", 1, vertices.min(1)),
         (
             "rows of garment skinning weights",
@@ -392,6 +395,7 @@ fn check_numbers(parts: &ModelParts) -> Result<(), ModelError> {
         ("the garment's mask", mask.iter().all(|m| (0.0..=1.0).contains(m))),
         (
             "a mask, where the state is no displacement from skinning,",
+            // A root-relative state has no displacement from skinning to be masked.
             parts.garment.mask.is_none() || parts.config.state != StateConfig::RootRelative,
         ),
         ("the encoder", layers(&parts.encoder)),

@@ -132,6 +132,7 @@ impl Model {
             config: parts.config.clone(),
             about: parts.about.clone(),
         };
+        // A single key: with more, the order in a hash map would change the bytes of the file.
         let metadata = HashMap::from([(METADATA_KEY.to_owned(), serde_json::to_string(&metadata)?)]);
         checksum::write_checksum(write::serialised(&parts, self.sampling(), metadata)?)
     }
@@ -195,6 +196,7 @@ fn read_metadata(bytes: &[u8], integrity: Integrity) -> Result<Metadata, ModelFi
     if integrity == Integrity::Check {
         checksum::check(bytes, &any)?;
     }
+    // Checked before the configuration is read, whose error would not tell what to do.
     if any.pointer("/config/state").and_then(Value::as_str) == Some("position") {
         return Err(ModelFileError::UnsupportedState);
     }
@@ -210,6 +212,7 @@ fn metadata(bytes: &[u8]) -> Result<Value, ModelFileError> {
         .and_then(|m| m.get(METADATA_KEY))
         .ok_or(ModelFileError::NotUnic)?;
     let any: Value = serde_json::from_str(text)?;
+    // A version that is not a number counts as 0, which no build writes.
     let found = any["version"]
         .as_u64()
         .and_then(|v| u32::try_from(v).ok())

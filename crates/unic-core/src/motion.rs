@@ -108,6 +108,7 @@ impl MotionSpec {
         check_contacts(contact_joints, joints.len())?;
         let vertices = character.body.vertices.iter();
         let soles = vertices.map(|v| v.y).reduce(f32::min);
+        // A character without a body stands on its lowest joint.
         let lowest_joint = || joints.iter().map(|j| j.y).fold(f32::INFINITY, f32::min);
         let ground = soles.unwrap_or_else(lowest_joint);
         Ok(Self {
@@ -210,6 +211,7 @@ impl MotionSlices {
     pub fn new(joints: usize) -> Self {
         let local = joints.saturating_sub(1);
         let mut end = 0;
+        // Ranges follow each other in the order of the fields below.
         let mut next = |len: usize| {
             end += len;
             end - len..end

@@ -32,6 +32,7 @@ pub fn printable(text: &str) -> Printable<'_> {
 
 impl Display for Printable<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Characters and not bytes are counted: a cut must not split one.
         for (i, c) in self.text.chars().enumerate() {
             if i == self.max_characters {
                 return f.write_str("...");

@@ -77,6 +77,7 @@ impl Prior {
 
     /// Returns the displacement of one vertex in its own rotated frame, metres.
     pub fn displacement(&self, vertex: usize, coefficients: &[f32]) -> Vec3 {
+        // A frame needs all components of a vertex, which are therefore adjacent.
         let components = &self.components[vertex * self.len()..(vertex + 1) * self.len()];
         components
             .iter()

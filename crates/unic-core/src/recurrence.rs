@@ -154,6 +154,7 @@ impl Recurrence {
         } = scratch;
         map_into(&self.memory, state, joined);
         joined.iter_mut().for_each(|x| *x = elu(*x));
+        // `map_into` has resized `joined` to the memory, after which the embedding follows.
         joined.extend_from_slice(embedding);
         map_into(&self.hidden, joined, hidden);
         hidden.iter_mut().for_each(|x| *x = elu(*x));

@@ -1,5 +1,7 @@
 //! Sampling: state on a few well-spread vertices, from which all others are interpolated.
 //!
+//! For tools: an engine calls [`Model::with_sampling`](crate::Model::with_sampling).
+//!
 //! The neural field is smooth in space, so it need not be evaluated at every vertex.
 
 mod farthest_points;

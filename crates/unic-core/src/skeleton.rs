@@ -1,4 +1,6 @@
 //! Skeleton, pose and forward kinematics.
+//!
+//! For engines, which make a [`Pose`] a tick, and for tools that import characters.
 
 mod error;
 mod names;
@@ -154,10 +156,12 @@ impl Skeleton {
     pub fn forward_kinematics(&self, pose: &Pose, out: &mut Vec<Rigid>) {
         assert_eq!(pose.local.len(), self.len(), "joints of the pose");
         out.resize(self.len(), Rigid::IDENTITY);
+        // `order` has parents first, whatever the order of the file.
         for &j in &self.order {
             out[j] = match self.parents[j] {
                 None => Rigid::new(pose.local[j], self.joints[j] + pose.trans),
                 Some(p) => {
+                    // Bone from the parent, in the parent's own frame, where no pose changes it.
                     let offset = self.rest_from_joint[p].inverse() * (self.joints[j] - self.joints[p]);
                     out[p] * Rigid::new(pose.local[j], offset)
                 }

@@ -1,4 +1,6 @@
 //! Skinning weights and linear blend skinning.
+//!
+//! For tools that import characters, and for training.
 
 use crate::transform::Rigid;
 use glam::{Mat3A, Quat, Vec3, Vec3A};
@@ -212,7 +214,7 @@ impl SkinningWeights {
     pub fn skin(&self, rest: &[Vec3], world_from_rest: &[Rigid], world: &mut Vec<Vec3>) {
         assert_eq!(rest.len(), self.len(), "vertices to skin");
         // A matrix rotates a point with fewer operations than a quaternion, and each joint moves
-        // many.
+        // many. The result differs from `position` by rounding.
         let columns: Vec<(Mat3A, Vec3A)> = (world_from_rest.iter())
             .map(|t| (Mat3A::from_quat(t.rotation), t.translation.into()))
             .collect();

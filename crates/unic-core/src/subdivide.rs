@@ -1,4 +1,6 @@
 //! Midpoint subdivision: finer meshes of the same shape.
+//!
+//! For tools that make a finer mesh of a garment.
 
 use crate::mesh::{TriMesh, Uvs};
 use std::collections::HashMap;
@@ -53,6 +55,7 @@ struct SplitFaces {
 /// Splits faces at the midpoints of their edges, without positions.
 fn split(faces: &[[u32; 3]], vertices: usize) -> SplitFaces {
     let mut parents: Vec<[u32; 2]> = (0..vertices as u32).map(|v| [v, v]).collect();
+    // The map is only looked up; midpoints are numbered in the order of the faces.
     let mut midpoints = HashMap::new();
     let mut middle = |a: u32, b: u32| {
         // A degenerate face may name a vertex twice.

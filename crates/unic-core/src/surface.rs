@@ -1,4 +1,6 @@
 //! Closest-point queries on a triangle mesh, with signed distances.
+//!
+//! For simulation, metrics and tools.
 
 use crate::{
     aabb_tree::{AabbTree, BranchUpdate, GroupMask},
@@ -133,6 +135,7 @@ impl Surface {
             triangle_of_face[face as usize] = triangle as u32;
         }
         let corners_of_triangles = face_of_triangle.iter().map(|&face| bind.faces[face as usize]);
+        // Welding uses the bind pose alone: vertices that meet in another pose stay separate.
         let mut surface = Self {
             tree,
             corners_of_triangles: corners_of_triangles.collect(),
@@ -314,7 +317,8 @@ impl Surface {
         let weights = hit.barycentric;
         let normal = self.pseudonormal(face, hit.feature);
         let distance = hit.squared_distance.sqrt();
-        // `offset` points from p to the surface, so along the normal when p is inside.
+        // The sign uses the offset and not `point`, whose rounding grows with the distance to the
+        // origin. `offset` points from p to the surface, so along the normal when p is inside.
         let inside = hit.offset.dot(normal) > 0.0;
         SurfacePoint {
             face,
@@ -344,6 +348,7 @@ impl Surface {
     /// vertex each is weighted by its angle there.
     fn pseudonormal(&self, face: u32, feature: Feature) -> Vec3 {
         let corner = |k: u8| self.welded_faces[face as usize][usize::from(k % 3)];
+        // Of the faces at one end of an edge, those that contain the other end share the edge.
         let sum: Vec3 = match feature {
             Feature::Face => self.face_normal(face),
             Feature::Edge(k) => self

@@ -1,4 +1,6 @@
 //! Interpolation of quantities from the vertices of a mesh to other points.
+//!
+//! For tools that transfer a model or a capture to another mesh.
 
 use crate::{
     mesh::TriMesh,
@@ -136,6 +138,7 @@ impl SurfaceMap {
             for (v, share) in point.corners.iter().zip(point.barycentric.to_array()) {
                 weights.row(*v as usize).for_each(|(j, w)| dense[j] += share * w);
             }
+            // Most joints do not move the point; they are left out of the row.
             let kept = dense.iter().copied().enumerate().filter(|(_, w)| *w > 0.0);
             kept.collect::<Vec<_>>().into_iter()
         });

@@ -1,4 +1,6 @@
 //! Connectivity of meshes: edges, welded vertices, connected components.
+//!
+//! For tools, simulation and metrics.
 
 use glam::Vec3;
 use std::collections::HashMap;
@@ -59,6 +61,7 @@ impl WeldGrid {
                 .to_array()
                 .map(|x| ((x + shift) / Self::CELL).floor() as i64)
         };
+        // A place near a cell's wall may match a vertex in the neighbouring cell.
         let (low, high) = (cell(-reach), cell(reach));
         let mut found = index;
         for x in low[0]..=high[0] {
@@ -109,6 +112,7 @@ pub fn components(vertex_count: usize, faces: &[[u32; 3]]) -> Components {
             parent[x.max(y) as usize] = x.min(y);
         }
     }
+    // Roots are lowest indices, so a vertex's root has its number before the vertex is reached.
     let mut labels = vec![0; vertex_count];
     let mut count = 0;
     for vertex in 0..vertex_count {

@@ -1,4 +1,6 @@
 //! Rigid transforms. They are named so that products read: `world_from_joint * joint_from_point`.
+//!
+//! For training and tools; an engine passes poses.
 
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
@@ -40,6 +42,7 @@ impl Rigid {
 
     /// Inverts the transform: `b_from_a` for an `a_from_b`.
     pub fn inverse(&self) -> Self {
+        // The inverse of a unit quaternion is its conjugate: no division.
         let rotation = self.rotation.inverse();
         Self {
             rotation,

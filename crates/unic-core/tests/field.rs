@@ -1,5 +1,5 @@
-//! Contract of the field's kernels: every instruction set of this machine agrees with a reference in
-//! f64 for every precision, and integer precisions give the same bits on all of them.
+//! Contract of the field's kernels: every instruction set of this machine agrees with a reference
+//! in f64 for every precision, and integer precisions give the same bits on all of them.
 //!
 //! Crate `unic-portability` runs the same suite on other processors.
 
@@ -147,8 +147,8 @@ fn error(found: &[[f32; TILE]; 3], expected: &[Vec<f64>]) -> f64 {
     error / size
 }
 
-/// Largest error of each precision: a few times half of its last bit, because layers keep the size of
-/// their inputs.
+/// Largest error of each precision: a few times half of its last bit, because layers keep the size
+/// of their inputs.
 fn tolerance(precision: Precision) -> f64 {
     match precision {
         Precision::F32 => 1e-5,

@@ -139,8 +139,8 @@ fn ten_thousand_frames_of_rough_motion_stay_finite_and_bounded() {
     }
 }
 
-/// Runs through the poses, checks that all numbers are finite, and returns the largest distance of a
-/// vertex from the root, metres.
+/// Runs through the poses, checks that all numbers are finite, and returns the largest distance of
+/// a vertex from the root, metres.
 fn farthest_of(animator: &mut Animator, poses: &[Pose]) -> f32 {
     let mut farthest = 0.0f32;
     for (t, pose) in poses.iter().enumerate() {

@@ -1,8 +1,8 @@
 //! Contract of the model file: a written model reads back with the same bytes and opens in Python.
 //!
-//! Damaged files are refused in one sentence, without a panic and without allocating more memory than
-//! the file's size explains. The checksum detects every changed byte, and the reader behind it is
-//! just as safe without.
+//! Damaged files are refused in one sentence, without a panic and without allocating more memory
+//! than the file's size explains. The checksum detects every changed byte, and the reader behind it
+//! is just as safe without.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 

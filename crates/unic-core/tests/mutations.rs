@@ -1,10 +1,11 @@
 //! Contract of damaged files: no model file or saved state makes the reader panic, loop or allocate
-//! memory out of proportion to the file. Every error is one sentence, and a model that is read runs.
+//! memory out of proportion to the file. Every error is one sentence, and a model that is read
+//! runs.
 //!
 //! The checksum is skipped, because it would refuse the damage before the reader sees it.
 //!
-//! `UNIC_MUTATION_SECONDS` is the time for each kind of model, `UNIC_MUTATION_SEED` repeats one file
-//! ([`unic_mutation`]).
+//! `UNIC_MUTATION_SECONDS` is the time for each kind of model, `UNIC_MUTATION_SEED` repeats one
+//! file ([`unic_mutation`]).
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -18,23 +19,23 @@ use unic_core::{
     model::ModelParts,
     model_file::{Integrity, verify_checksum},
 };
-use unic_mutation::{Container, Counting, Subject, survive, workshop};
+use unic_mutation::{Container, CountingAllocator, FuzzTarget, fuzz, scratch_folder};
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// Damages the file of a model in many ways.
 fn damage(name: &str, parts: ModelParts) {
-    let path = workshop(Path::new(env!("CARGO_TARGET_TMPDIR")), name).join("model.unic");
+    let path = scratch_folder(Path::new(env!("CARGO_TARGET_TMPDIR")), name).join("model.unic");
     let sound = Model::new(parts).unwrap().to_bytes().unwrap();
     fs::write(&path, &sound).unwrap();
     let container = Container::Safetensors;
-    let subject = Subject {
+    let target = FuzzTarget {
         name,
         path: &path,
         container,
     };
-    let tally = survive(&subject, |path| {
+    let tally = fuzz(&target, |path| {
         let bytes = fs::read(path).unwrap();
         let checked = Model::from_bytes(&bytes).map(drop);
         let model = Model::from_bytes_with(&bytes, Integrity::Skip).map_err(|e| e.to_string())?;
@@ -54,18 +55,18 @@ fn damage(name: &str, parts: ModelParts) {
 /// Saved states are read from files too. A state that is restored can be stepped.
 #[test]
 fn animator_states() {
-    let path = workshop(Path::new(env!("CARGO_TARGET_TMPDIR")), "animator state").join("state.json");
+    let path = scratch_folder(Path::new(env!("CARGO_TARGET_TMPDIR")), "animator state").join("state.json");
     let model = common::model(&variant("second order"));
     let poses = motion(4);
     let mut animator = Animator::new(model);
     common::run(&mut animator, &poses[..3]);
     fs::write(&path, serde_json::to_vec(animator.state()).unwrap()).unwrap();
-    let subject = Subject {
+    let target = FuzzTarget {
         name: "animator state",
         path: &path,
         container: Container::Plain,
     };
-    let tally = survive(&subject, |path| {
+    let tally = fuzz(&target, |path| {
         let state = serde_json::from_slice(&fs::read(path).unwrap());
         // Errors of serde_json have a form of their own; those of the animator are checked.
         let Ok(state) = state else {

@@ -1,13 +1,17 @@
-//! How long a frame takes on this machine's GPU, by stage, at the sizes of the paper's garments with networks
-//! of the sizes of the presets `paper` and `standard`, beside the device's own multiply-add peak.
+//! Times of a frame on this machine's GPU by stage, compared with the device's peak rate of
+//! multiply-adds.
+//!
+//! Garments have the sizes of the paper's; networks have the sizes of the presets `paper` and
+//! `standard`.
 //!
 //! ```text
-//! cargo run --release -p unic-gpu --example gpu_rate -- [--json] [--vertices 3653,34907] [--seconds 2]
+//! cargo run --release -p unic-gpu --example gpu_rate
+//! cargo run --release -p unic-gpu --example gpu_rate -- --json --vertices 3653,34907 --seconds 2
 //! ```
 //!
-//! Weights are random: times do not depend on them. Stages are by the device's clock; `frame` is the wall
-//! clock from the call to the end of the device's work. The floor is the field's arithmetic at the peak
-//! of a kernel that does nothing else.
+//! Weights are random, since times do not depend on them. Stages are timed by the device's clock.
+//! `frame` is the wall-clock time from the call to the end of the device's work. `floor` is the
+//! time of the field's arithmetic at the peak rate.
 
 use serde_json::{Map, Value, json};
 use std::{
@@ -19,30 +23,33 @@ use unic_builtin::scale::{Network, VERTICES, random_model, walk};
 use unic_core::{Model, Pose, Start, StepInput};
 use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, MultiplyAdds, Precision, StageTime, wgpu};
 
-/// Frames before the first that counts: the first steps compile and page in.
+/// Number of frames before the first measured one: the first steps include compilation and page
+/// faults.
 const WARM_UP: usize = 2;
-const LEAST_FRAMES: usize = 3;
+/// Smallest number of measured frames.
+const MIN_FRAMES: usize = 3;
 
 struct Arguments {
     is_json: bool,
     vertices: Vec<usize>,
-    /// For each case.
+    /// Time for each case.
     budget: Duration,
 }
 
-/// What is measured of one model.
+/// Measurements of one model.
 struct Case {
     vertices: usize,
     network: &'static str,
     precision: Precision,
-    /// Medians, milliseconds.
+    /// Median wall-clock time of a frame, milliseconds.
     frame_ms: f64,
+    /// Median time of each stage.
     stages: Vec<StageTime>,
-    /// What the field's arithmetic takes at the peak of the same moment.
+    /// Time of the field's arithmetic at the peak rate, measured next to each frame, milliseconds.
     floor_ms: f64,
-    /// The same over the time of the field.
+    /// Ratio of `floor_ms` to the time of the field.
     field_share: f64,
-    /// And over the time of all stages.
+    /// Ratio of `floor_ms` to the time of all stages.
     frame_share: f64,
 }
 
@@ -132,7 +139,7 @@ fn measure(
     }
     let flop = walker.animator.asset().field_flop();
     let start = Instant::now();
-    while frames.len() < LEAST_FRAMES || start.elapsed() < budget {
+    while frames.len() < MIN_FRAMES || start.elapsed() < budget {
         let frame = Instant::now();
         walker.step()?;
         context.wait()?;
@@ -176,7 +183,7 @@ fn medians(frames: &[Vec<StageTime>]) -> Vec<StageTime> {
         .collect()
 }
 
-/// An animator on its way.
+/// Animator with the number of its current frame.
 struct Walker {
     animator: GpuAnimator,
     frame: usize,
@@ -272,7 +279,7 @@ fn case_to_json(adapter: &str, case: &Case) -> Value {
         "fps": 1e3 / case.frame_ms,
         "device_ms": device_ms(&case.stages),
         "forward_only_ms": stage_ms(&case.stages, "encoder") + field_ms,
-        // Of random weights it would say nothing.
+        // Random weights have no accuracy to compare.
         "added_rmse_mm": null,
         "floor_ms": case.floor_ms,
         "field_floor_share": case.field_share,

@@ -19,9 +19,10 @@ use wgpu::Buffer;
 
 /// Garment in motion on a device: a shared [`GpuModel`] with its own state and scratch memory.
 ///
-/// Use it like [`unic_core::Animator`] on the CPU: [`reset`](Self::reset) at the first frame and after a
-/// cut, then [`step`](Self::step) at the model's frame rate. Calls return when the work is submitted.
-/// [`vertex_buffer`](Self::vertex_buffer) holds the garment for work that is submitted after.
+/// Use it like [`unic_core::Animator`] on the CPU: [`reset`](Self::reset) at the first frame and
+/// after a cut, then [`step`](Self::step) at the model's frame rate. Calls return when the work is
+/// submitted. [`vertex_buffer`](Self::vertex_buffer) holds the garment for work that is submitted
+/// after.
 #[derive(Debug)]
 pub struct GpuAnimator {
     asset: Arc<GpuModel>,
@@ -74,6 +75,7 @@ impl GpuAnimator {
             let programs = Programs::new(&asset, &buffers, mode)?;
             Ok((buffers, programs))
         })?;
+        // The reset below replaces this motion state; it only has to be a valid one.
         let mut animator = Self {
             motion: start_motion(&model, &input),
             at_start: true,
@@ -99,8 +101,8 @@ impl GpuAnimator {
         self.mode
     }
 
-    /// Replaces the model's intersection handling from the next step on; resets keep it. `mode` must pass
-    /// [`IntersectionMode::check`].
+    /// Replaces the model's intersection handling from the next step on; resets keep it. `mode`
+    /// must pass [`IntersectionMode::check`].
     ///
     /// # Errors
     /// Fails on too little memory; the current handling then stays.
@@ -114,8 +116,8 @@ impl GpuAnimator {
     /// Starts at frame 0 of a sequence, or at the frame after a cut.
     ///
     /// # Errors
-    /// Fails on a pose of another skeleton, positions of another mesh and numbers that are not finite. The
-    /// state then stays as it was.
+    /// Fails on a pose of another skeleton, positions of another mesh and numbers that are not
+    /// finite. The state then stays as it was.
     pub fn reset(&mut self, input: &StepInput, start: Start) -> Result<(), GpuError> {
         let model = &self.asset.model;
         input.check(model)?;
@@ -143,20 +145,20 @@ impl GpuAnimator {
     /// [noise](unic_core::CodeSampling), also after the state of an animator that does.
     ///
     /// # Errors
-    /// Fails on a pose of another skeleton, on numbers that are not finite, and on a pose farther than
-    /// 1000 km from the origin. The state then stays as it was.
+    /// Fails on a pose of another skeleton, on numbers that are not finite, and on a pose farther
+    /// than 1000 km from the origin. The state then stays as it was.
     pub fn step(&mut self, input: &StepInput) -> Result<(), GpuError> {
         self.advance(input)?;
         self.programs.step.submit(&self.asset.context);
         Ok(())
     }
 
-    /// Steps like [`step`](Self::step), blocks until the device is done, and returns the time of each
-    /// stage.
+    /// Steps like [`step`](Self::step), blocks until the device is done, and returns the time of
+    /// each stage.
     ///
     /// # Errors
-    /// Fails on the input that [`step`](Self::step) refuses, and when the device has no timestamps or is
-    /// lost.
+    /// Fails on the input that [`step`](Self::step) refuses, and when the device has no timestamps
+    /// or is lost.
     pub fn step_timed(&mut self, input: &StepInput) -> Result<Vec<StageTime>, GpuError> {
         self.advance(input)?;
         self.programs.step.submit_timed(&self.asset.context)
@@ -174,8 +176,8 @@ impl GpuAnimator {
         Ok(())
     }
 
-    /// Copies the state: everything that the next step depends on, here or on the CPU. Blocks until the
-    /// device is done.
+    /// Copies the state: everything that the next step depends on, here or on the CPU. Blocks until
+    /// the device is done.
     ///
     /// # Errors
     /// Fails when the device is lost.
@@ -238,8 +240,8 @@ impl GpuAnimator {
         Ok(())
     }
 
-    /// Buffer of world positions and normals: six f32 a vertex, in the order of the model's mesh. Its
-    /// usages are `VERTEX`, `STORAGE`, `COPY_SRC` and `COPY_DST`.
+    /// Buffer of world positions and normals: six f32 a vertex, in the order of the model's mesh.
+    /// Its usages are `VERTEX`, `STORAGE`, `COPY_SRC` and `COPY_DST`.
     pub fn vertex_buffer(&self) -> &Buffer {
         &self.buffers.shown
     }
@@ -270,6 +272,8 @@ impl GpuAnimator {
         self.motion.advance(spec, skeleton, &input.motion(model));
         self.wind = input.wind;
         let (before, now) = self.motion.pair();
+        // The first step knows the velocities of frame 0, and so the prior from which its
+        // displacements are counted.
         if self.at_start {
             self.upload.pair(&asset, &self.buffers, [before, before]);
             self.programs.complete_start.submit(&asset.context);
@@ -284,7 +288,6 @@ impl GpuAnimator {
     fn upload_tick(&mut self, frame: Frame) {
         let settings = TickSettings {
             frame,
-            at_start: self.at_start,
             mode: self.mode,
             wind: self.wind,
         };

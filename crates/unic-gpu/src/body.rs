@@ -62,6 +62,7 @@ impl Body {
             include_str!("kernels/body.wgsl"),
         ]
         .concat();
+        // The body has no prior, so its mean displacements are empty.
         let mesh = Mesh::new(context, &character.body, &character.weights, &[]);
         let source = Source {
             text: &text,
@@ -151,6 +152,7 @@ impl Scratch {
         Self {
             body: context.zeroed("body", SHOWN_BYTES * body.mesh.count, BufferUsages::empty()),
             boxes: tree.boxes(context),
+            // Each animator has its own seeds: the nearest items of one say nothing about another.
             seeds: context.upload("seeds", &vec![u32::MAX; model.vertex_count()]),
         }
     }
@@ -171,17 +173,14 @@ impl PaperRule {
         let vertices = &model.character().body.vertices;
         let tree = Tree::new(context, Items::Vertices, vertices)?;
         let text = [VERTEX_STATE, NEAREST, include_str!("kernels/paper.wgsl")].concat();
-        let [a, b, c] = tree.constants(vertices.len());
+        let own = [
+            ("VERTICES", model.vertex_count() as f64),
+            ("IN_FRAME", f64::from(u8::from(is_in_frame(model)))),
+        ];
         let source = Source {
             text: &text,
             entry: "drag",
-            constants: &[
-                ("VERTICES", model.vertex_count() as f64),
-                ("IN_FRAME", f64::from(u8::from(is_in_frame(model)))),
-                a,
-                b,
-                c,
-            ],
+            constants: &[&own[..], &tree.constants(vertices.len())].concat(),
         };
         Ok(Self {
             drag: Kernel::new(context, &source),
@@ -215,19 +214,16 @@ impl RobustRule {
         let first_set = tables.len();
         tables.extend(pushing_joints(model, &faces));
         let text = [VERTEX_STATE, NEAREST, include_str!("kernels/robust.wgsl")].concat();
-        let [a, b, c] = tree.constants(centres.len());
+        let own = [
+            ("VERTICES", model.vertex_count() as f64),
+            ("WORDS", words(model) as f64),
+            ("AROUND", first_face as f64),
+            ("PUSHING", first_set as f64),
+        ];
         let source = Source {
             text: &text,
             entry: "push",
-            constants: &[
-                ("VERTICES", model.vertex_count() as f64),
-                ("WORDS", words(model) as f64),
-                ("AROUND", first_face as f64),
-                ("PUSHING", first_set as f64),
-                a,
-                b,
-                c,
-            ],
+            constants: &[&own[..], &tree.constants(centres.len())].concat(),
         };
         Ok(Self {
             push: Kernel::new(context, &source),
@@ -265,6 +261,7 @@ fn faces_around(vertices: usize, faces: &[Face]) -> FacesAround {
     let mut pairs: Vec<(u32, u32)> = (faces.iter().enumerate())
         .flat_map(|(face, f)| f.welded.map(|v| (v, face as u32)))
         .collect();
+    // Sorted by vertex, then by face: sums over the rows have a fixed order.
     pairs.sort_unstable();
     pairs.dedup();
     let start = |v: u32| pairs.partition_point(|&(at, _)| at < v) as u32;

@@ -30,7 +30,7 @@ impl MatrixUnits {
         .union(Features::SHADER_F16);
 
     /// Finds the largest square matrices of an adapter.
-    fn of(adapter: &Adapter) -> Option<Self> {
+    fn of_adapter(adapter: &Adapter) -> Option<Self> {
         let info = adapter.get_info();
         let sizes = adapter.cooperative_matrix_properties().into_iter();
         let fitting = sizes.filter(|size| {
@@ -46,44 +46,47 @@ impl MatrixUnits {
 }
 
 impl GpuContext {
-    /// Features that kernels and timings use if an adapter has them. A caller who brings a device requests
-    /// the wanted ones.
+    /// Features that kernels and timings use if an adapter has them. A caller who brings a device
+    /// requests the wanted ones.
     pub const USEFUL_FEATURES: Features = Features::SHADER_F16.union(Features::TIMESTAMP_QUERY);
 
-    /// Opens the fastest adapter of this machine. The environment variable `WGPU_BACKEND` narrows the
-    /// choice.
+    /// Opens the fastest adapter of this machine. The environment variable `WGPU_BACKEND` narrows
+    /// the choice.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`] without an adapter, [`GpuError::Device`] when it gives no device.
     pub fn new() -> Result<Self, GpuError> {
         let adapter = fastest_adapter()?;
-        Self::of(&adapter, None)
+        Self::open(&adapter, None)
     }
 
-    /// Opens the fastest adapter with its matrix units, if it has any, for [`Precision::F16Matrix`].
+    /// Opens the fastest adapter with its matrix units, if it has any, for
+    /// [`Precision::F16Matrix`].
     ///
-    /// They are an experimental feature of wgpu, whose bugs could be undefined behaviour that no caller can
-    /// prevent. So they are used only on request. Where subgroups of a device differ in size, a workgroup
-    /// has as many invocations as it needs with the largest, and some idle.
+    /// They are an experimental feature of wgpu, whose bugs could be undefined behaviour that no
+    /// caller can prevent. So they are used only on request. Where subgroups of a device differ in
+    /// size, a workgroup has as many invocations as it needs with the largest, and some idle.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`] without an adapter, [`GpuError::Device`] when it gives no device.
     pub fn with_matrix_units() -> Result<Self, GpuError> {
         let adapter = fastest_adapter()?;
-        Self::of(&adapter, MatrixUnits::of(&adapter))
+        Self::open(&adapter, MatrixUnits::of_adapter(&adapter))
     }
 
-    fn of(adapter: &Adapter, matrix_units: Option<MatrixUnits>) -> Result<Self, GpuError> {
+    fn open(adapter: &Adapter, matrix_units: Option<MatrixUnits>) -> Result<Self, GpuError> {
         let (features, experimental_features) = match matrix_units {
             None => (Features::empty(), ExperimentalFeatures::disabled()),
-            // SAFETY: the caller asked for an experimental feature of wgpu. The kernels load and store whole
-            // matrices within their buffers. The driver and wgpu ensure the rest: that subgroups are full, that
-            // a workgroup has as many as it holds, and that they see each other's memory after a barrier.
+            // SAFETY: the caller asked for an experimental feature of wgpu. The kernels load and
+            // store whole matrices within their buffers. The driver and wgpu ensure the rest: that
+            // subgroups are full, that a workgroup has as many as it holds, and that they see each
+            // other's memory after a barrier.
             Some(_) => (MatrixUnits::FEATURES, unsafe { ExperimentalFeatures::enabled() }),
         };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("unic"),
             required_features: adapter.features() & Self::USEFUL_FEATURES | features,
+            // All that the adapter has: more workgroup memory allows larger tiles and wider fields.
             required_limits: adapter.limits(),
             experimental_features,
             ..Default::default()
@@ -97,8 +100,8 @@ impl GpuContext {
         })
     }
 
-    /// Uses the caller's own device and queue, so that a renderer can draw the results in place. Matrix
-    /// units are not used.
+    /// Uses the caller's own device and queue, so that a renderer can draw the results in place.
+    /// Matrix units are not used.
     pub fn from_device(device: Device, queue: Queue) -> Self {
         Self {
             device,
@@ -150,7 +153,8 @@ impl GpuContext {
         polled.map(|_| ()).map_err(|e| GpuError::Device(e.to_string()))
     }
 
-    /// Runs `make`, which creates objects on the device, and returns the device's error instead of a panic.
+    /// Runs `make`, which creates objects on the device, and returns the device's error instead of
+    /// a panic.
     pub(crate) fn checked<T>(&self, make: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
         let scopes = [
             wgpu::ErrorFilter::OutOfMemory,
@@ -223,6 +227,7 @@ impl GpuContext {
             mapped_at_creation: false,
         });
         let mut encoder = self.device.create_command_encoder(&Default::default());
+        // Storage buffers cannot be mapped, so the bytes pass through a staging buffer.
         encoder.copy_buffer_to_buffer(buffer, from, &staging, 0, bytes);
         self.queue.submit([encoder.finish()]);
         let (sender, receiver) = std::sync::mpsc::channel();

@@ -1,5 +1,5 @@
-//! Linear layers that are applied to one vector a frame: encoder, prior, recurrence, and the product of
-//! the latent vector with the field's weights.
+//! Linear layers that are applied to one vector a frame: encoder, prior, recurrence, and the
+//! product of the latent vector with the field's weights.
 
 use crate::{
     GpuContext, GpuError, Precision,
@@ -20,7 +20,8 @@ pub(crate) struct Regions {
 }
 
 impl Regions {
-    /// Allocates `numbers` and returns their start, a multiple of four. Padding after them stays zero.
+    /// Allocates `numbers` and returns their start, a multiple of four. Padding after them stays
+    /// zero.
     // The kernel reads vectors of four numbers.
     pub(crate) fn take(&mut self, numbers: usize) -> usize {
         let start = self.numbers;
@@ -49,7 +50,8 @@ pub(crate) enum OutputMode {
 /// Linear layer from one region to another.
 pub(crate) struct LinearMap<'a> {
     pub(crate) layer: &'a Linear,
-    /// Columns of the layer that are used. Each range is padded to a multiple of four, as its input is.
+    /// Columns of the layer that are used. Each range is padded to a multiple of four, as its input
+    /// is.
     pub(crate) columns: &'a [Range<usize>],
     /// Start of x.
     pub(crate) from: usize,
@@ -124,6 +126,7 @@ impl LinearKernels {
             Precision::F16 | Precision::F16Matrix => &self.half,
         };
         let outputs = map.layer.outputs;
+        // Offsets are counted in vectors of four: regions and rows are padded to them.
         let layer = Layer {
             inputs4: (rows.len() / outputs.max(1) / 4) as u32,
             outputs: outputs as u32,

@@ -154,11 +154,11 @@ impl FieldKernel {
         let hidden = hidden_weights(&shape, model.field().layers());
         Self {
             shape,
-            // SAFETY: all indices are bounded by constants of this shape. Rows and columns of the weights
-            // are packed below, inputs come in whole tiles, activations and chunks have the declared
-            // lengths, and states are guarded by the number of vertices. `staged` has room for the blocks
-            // of all jobs and one more, into which subgroups without a job write numbers that nobody
-            // reads. All loops count to constants.
+            // SAFETY: all indices are bounded by constants of this shape. Rows and columns of the
+            // weights are packed below, inputs come in whole tiles, activations and chunks have the
+            // declared lengths, and states are guarded by the number of vertices. `staged` has room
+            // for the blocks of all jobs and one more, into which subgroups without a job write
+            // numbers that nobody reads. All loops count to constants.
             kernel: unsafe { Kernel::unchecked(context, &source) },
             hidden_weights: context.upload_weights("hidden weights", precision, &hidden),
             edge_weights: context.upload("edge weights", &edge_weights(&shape, model)),
@@ -177,25 +177,25 @@ impl FieldKernel {
         self.kernel.dispatch(&bindings, self.tiles)
     }
 
-    /// Number of floating-point operations of one vertex, two for each multiply-add. Products with the
-    /// latent vector are excluded.
+    /// Number of floating-point operations of one vertex, two for each multiply-add. Products with
+    /// the latent vector are excluded.
     pub(crate) fn flop_per_vertex(&self, model: &Model) -> usize {
         2 * self.shape.products(model)
     }
 }
 
-/// Packs the weights of the hidden inputs of layers 1 and up: layer by layer, input by input, with the
-/// outputs adjacent.
-// The transpose of the model's rows: neighbouring invocations compute neighbouring outputs, so that they
-// read adjacent weights.
+/// Packs the weights of the hidden inputs of layers 1 and up: layer by layer, input by input, with
+/// the outputs adjacent.
+// The transpose of the model's rows: neighbouring invocations compute neighbouring outputs, so that
+// they read adjacent weights.
 fn hidden_weights(shape: &FieldShape, layers: &[Linear]) -> Vec<f32> {
     let width = shape.width;
     let mut packed = vec![0.0; (shape.layers - 1) * width * width];
     let inner = layers.iter().take(shape.layers).skip(1);
     for (layer, packed) in inner.zip(packed.chunks_exact_mut(width * width)) {
         for (row, weights) in layer.weight.chunks_exact(layer.inputs).enumerate() {
-            // A hidden layer has as many hidden inputs as outputs; further columns are inputs of the skip
-            // layer.
+            // A hidden layer has as many hidden inputs as outputs; further columns are inputs of
+            // the skip layer.
             for (column, weight) in weights[..layer.outputs].iter().enumerate() {
                 packed[column * width + row] = *weight;
             }
@@ -204,8 +204,8 @@ fn hidden_weights(shape: &FieldShape, layers: &[Linear]) -> Vec<f32> {
     packed
 }
 
-/// Packs the weights of the point inputs of the first and the skip layer in the same order, and then the
-/// head's rows.
+/// Packs the weights of the point inputs of the first and the skip layer in the same order, and
+/// then the head's rows.
 fn edge_weights(shape: &FieldShape, model: &Model) -> Vec<f32> {
     let (layers, width) = (model.field().layers(), shape.width);
     let mut packed = Vec::new();

@@ -10,7 +10,7 @@ use crate::{
 use unic_core::{
     Model,
     config::{DisplacementConfig, PointInput, StateConfig},
-    features::{ACCELERATION_UNIT, StateInputs, VELOCITY_UNIT},
+    features::{StateInputs, VELOCITY_UNIT},
 };
 use wgpu::Buffer;
 
@@ -118,7 +118,8 @@ impl Garment {
         self.states_from_shown.dispatch(&bindings, self.mesh.groups())
     }
 
-    /// Sets the states of the vertices that intersection handling has moved from the shown positions.
+    /// Sets the states of the vertices that intersection handling has moved from the shown
+    /// positions.
     pub(crate) fn states_from_corrected(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
         let bindings = [
             (0, &buffers.tick),
@@ -174,6 +175,7 @@ fn input_lines(model: &Model) -> String {
         StateConfig::RootRelative => vec!["state.value.xyz".to_owned()],
         StateConfig::Displacement(config) => displacement_inputs(model, config),
     };
+    // One line for each input: a loop over kinds of inputs would branch in every invocation.
     let lines = values.iter().enumerate();
     lines
         .map(|(k, value)| format!("write_input(i, {k}u, {value});\n    "))
@@ -211,10 +213,6 @@ fn frame_input(model: &Model, input: PointInput) -> String {
                 VELOCITY_UNIT.recip()
             )
         }
-        PointInput::SkinAcceleration => format!(
-            "rotated_back(rotation, (now - before) - (before - earlier)) * {:?}f",
-            fps * fps / ACCELERATION_UNIT
-        ),
         PointInput::Displacement | PointInput::Velocity => "vec3<f32>()".to_owned(),
     }
 }

@@ -34,10 +34,11 @@ pub(crate) struct Source<'a> {
 impl Kernel {
     pub(crate) fn new(context: &GpuContext, source: &Source) -> Self {
         let module = context.device().create_shader_module(descriptor(source));
-        Self::of(context, source, &module)
+        Self::compile(context, source, &module)
     }
 
-    /// Compiles a kernel without run-time checks of indices and loops, which cost the field's kernel time.
+    /// Compiles a kernel without run-time checks of indices and loops, which cost the field's
+    /// kernel time.
     ///
     /// # Safety
     /// The text must index nothing out of bounds, and its loops must end.
@@ -49,10 +50,10 @@ impl Kernel {
                 .device()
                 .create_shader_module_trusted(descriptor(source), checks)
         };
-        Self::of(context, source, &module)
+        Self::compile(context, source, &module)
     }
 
-    fn of(context: &GpuContext, source: &Source, module: &wgpu::ShaderModule) -> Self {
+    fn compile(context: &GpuContext, source: &Source, module: &wgpu::ShaderModule) -> Self {
         let pipeline = context
             .device()
             .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -73,7 +74,8 @@ impl Kernel {
         }
     }
 
-    /// Binds the buffers that the entry point uses, by their binding numbers, for a number of workgroups.
+    /// Binds the buffers that the entry point uses, by their binding numbers, for a number of
+    /// workgroups.
     ///
     /// # Errors
     /// Fails when a dispatch may not have as many workgroups.

@@ -93,8 +93,8 @@ impl Mesh {
     }
 }
 
-/// Lists the two corners that follow each vertex in each face around it, in compressed rows: starts of
-/// rows, and pairs of corners.
+/// Lists the two corners that follow each vertex in each face around it, in compressed rows: starts
+/// of rows, and pairs of corners.
 // In the order of the faces, so that sums of normals have the same order on every device.
 fn corners_around(count: usize, faces: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 2]>) {
     let mut starts = vec![0u32; count + 1];

@@ -16,12 +16,13 @@ pub enum Precision {
     /// f32 throughout: equal to the CPU but for rounding.
     #[default]
     F32,
-    /// f16 for the weights of encoder and field, for activations between the field's layers, and for sums
-    /// of eight of their products. Everything else is f32. Needs [`wgpu::Features::SHADER_F16`].
+    /// f16 for the weights of encoder and field, for activations between the field's layers, and
+    /// for sums of eight of their products. Everything else is f32. Needs
+    /// [`wgpu::Features::SHADER_F16`].
     F16,
-    /// f16 for the field's products on the device's matrix units, with sums in f32. The encoder is as in
-    /// [`F16`](Self::F16). Needs a context made by [`GpuContext::with_matrix_units`], on a device that has
-    /// such units.
+    /// f16 for the field's products on the device's matrix units, with sums in f32. The encoder is
+    /// as in [`F16`](Self::F16). Needs a context made by [`GpuContext::with_matrix_units`], on a
+    /// device that has such units.
     F16Matrix,
 }
 
@@ -43,9 +44,11 @@ impl GpuModel {
     /// Uploads a model and compiles its kernels.
     ///
     /// # Errors
-    /// Fails on a model that exceeds the device's limits, a precision that the device does not have, and
-    /// too little memory.
+    /// Fails on a model that exceeds the device's limits, a precision that the device does not
+    /// have, and too little memory.
     pub fn new(context: &GpuContext, model: Arc<Model>, precision: Precision) -> Result<Self, GpuError> {
+        // Limits are checked before anything is created: their errors have better messages than the
+        // device's.
         let shape = FieldShape::new(context, &model, precision)?;
         context.checked(|| {
             let networks = MotionNetworks::new(context, &model, &shape, precision);
@@ -76,8 +79,9 @@ impl GpuModel {
         self.precision
     }
 
-    /// Number of floating-point operations of the field at all vertices of a frame. A multiply-add counts
-    /// two; products with the latent vector are excluded, since they are computed once a frame.
+    /// Number of floating-point operations of the field at all vertices of a frame. A multiply-add
+    /// counts two; products with the latent vector are excluded, since they are computed once a
+    /// frame.
     pub fn field_flop(&self) -> f64 {
         self.model.vertex_count() as f64 * self.field.flop_per_vertex(&self.model) as f64
     }

@@ -1,5 +1,5 @@
-//! Networks that run once a frame on the motion vectors. They compute the prior's coefficients, the latent
-//! vector and the field's biases.
+//! Networks that run once a frame on the motion vectors. They compute the prior's coefficients, the
+//! latent vector and the field's biases.
 
 use crate::{
     GpuContext, GpuError, Precision,
@@ -89,6 +89,7 @@ impl MotionNetworks {
         let latent = builder.regions.take(encoding.latent_len());
         let biases = builder.regions.take(shape.biases());
         let fold = builder.fold(model, shape, latent, biases);
+        // Only layers that read the latent vector are folded; the others keep these biases.
         let mut initial = vec![0.0; builder.regions.len()];
         shape.write_biases(model.field().layers(), &mut initial[biases..]);
         Self {
@@ -269,13 +270,15 @@ impl Oscillators {
         }
     }
 
-    /// Makes the dispatches that update the oscillators and add their correction to the coefficients.
+    /// Makes the dispatches that update the oscillators and add their correction to the
+    /// coefficients.
     fn record(&self, vectors: &Buffer, tick: Tick) -> Result<Vec<Dispatch>, GpuError> {
         let kernel = match tick {
             Tick::First => Some(&self.start_steady),
             Tick::Next => Some(&self.advance),
             Tick::Same => None,
         };
+        // The head adds to the coefficients, which the linear map has just replaced.
         let mut dispatches = all(&self.before, vectors)?;
         if let Some(kernel) = kernel {
             let buffers = [(0, &self.poles), (1, vectors)];

@@ -17,15 +17,17 @@ const MATRIX_SUMS: usize = 8;
 const GROUPS: usize = 2048;
 /// Number of invocations in a workgroup.
 const GROUP: usize = 256;
-/// Shortest measurement, milliseconds: clocks have risen by then, and the start-up time is negligible.
+/// Shortest measurement, milliseconds: clocks have risen by then, and the start-up time is
+/// negligible.
 const MIN_MS: f64 = 20.0;
 /// Largest number of rounds; a device that still seems faster has wrong timestamps.
 const MAX_ROUNDS: u32 = 1 << 22;
 
-/// Kernel that only multiplies and adds in registers: the peak rate with which the field's is compared.
+/// Kernel that only multiplies and adds in registers: the peak rate with which the field's is
+/// compared.
 ///
-/// Clock rates and the load of a machine change. Measure the peak next to the kernel that is compared with
-/// it.
+/// Clock rates and the load of a machine change. Measure the peak next to the kernel that is
+/// compared with it.
 #[derive(Debug)]
 pub struct MultiplyAdds {
     context: GpuContext,
@@ -57,6 +59,7 @@ impl MultiplyAdds {
             if kernel.seconds()? >= MIN_MS * 1e-3 || rounds >= MAX_ROUNDS {
                 return Ok(kernel);
             }
+            // `ROUNDS` is a constant of the pipeline, so a new number needs a new one.
             rounds *= 4;
         }
     }
@@ -89,7 +92,8 @@ struct Work {
 enum Workers {
     /// Each invocation.
     Invocations,
-    /// Each subgroup. The device chooses how many a workgroup has, and the kernel writes their number.
+    /// Each subgroup. The device chooses how many a workgroup has, and the kernel writes their
+    /// number.
     Subgroups,
 }
 

@@ -81,6 +81,7 @@ impl Program {
                 beginning_of_pass_write_index: Some(i),
                 end_of_pass_write_index: Some(i + 1),
             });
+            // One pass for each stage: timestamps are written at the ends of passes.
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(stage.name),
                 timestamp_writes,

@@ -1,5 +1,5 @@
-//! Bounding volume hierarchy over the body's vertices or faces, built once in the bind pose and refitted on
-//! the device.
+//! Bounding volume hierarchy over the body's vertices or faces, built once in the bind pose and
+//! refitted on the device.
 
 use crate::{
     GpuContext, GpuError,

@@ -1,5 +1,5 @@
-//! What callers rely on beside equal numbers: states that go from one device to another, instances that
-//! share an asset, a device of the caller's own, errors that leave the state as it was.
+//! Contract of a GPU animator besides equal numbers: states move between devices, instances share
+//! only their asset, a caller may bring the device, and errors leave the state as it was.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
@@ -19,12 +19,12 @@ fn largest_distance(a: &[Vec3], b: &[Vec3]) -> f32 {
 }
 
 #[test]
-fn a_state_goes_on_on_the_other_device() {
+fn a_state_continues_on_the_other_device() {
     let Some(context) = context() else { return };
     let poses = common::motion(12);
     for name in ["paper", "second order", "displacement in the paper's layout"] {
         let model = common::model(&common::variant(name));
-        // Handed over before the first step and after some.
+        // The state moves before the first step, or after some.
         for handed_over in [0, 5] {
             let mut cpu = Animator::new(Arc::clone(&model));
             let mut gpu = gpu_animator(&context, &model, Precision::F32);
@@ -53,7 +53,7 @@ fn a_state_goes_on_on_the_other_device() {
 }
 
 #[test]
-fn instances_share_an_asset_and_nothing_else() {
+fn instances_share_only_their_asset() {
     let Some(context) = context() else { return };
     let model = common::model(&common::variant("second order"));
     let asset = Arc::new(GpuModel::new(&context, Arc::clone(&model), Precision::F32).unwrap());
@@ -78,7 +78,7 @@ fn instances_share_an_asset_and_nothing_else() {
 }
 
 #[test]
-fn a_garment_is_placed_where_it_is_told() {
+fn a_garment_starts_at_given_positions() {
     let Some(context) = context() else { return };
     let poses = common::motion(4);
     let model = common::model(&common::variant("second order"));
@@ -103,9 +103,9 @@ fn a_garment_is_placed_where_it_is_told() {
     assert!(error < 1e-3, "{error} m");
 }
 
-/// A device with the least that WebGPU promises: smaller tiles, eight storage buffers.
+/// Uses a device with the default limits of WebGPU: smaller tiles, eight storage buffers.
 #[test]
-fn a_device_of_the_callers_needs_no_more_than_default_limits() {
+fn default_limits_suffice_for_a_callers_device() {
     if context().is_none() {
         return;
     }
@@ -132,7 +132,7 @@ fn a_device_of_the_callers_needs_no_more_than_default_limits() {
         gpu.vertex_buffer().size(),
         GpuAnimator::VERTEX_STRIDE * model.vertex_count() as u64
     );
-    // Neither halves nor timestamps were asked for.
+    // The device was requested without f16 and timestamps.
     let half = GpuModel::new(&own, model, Precision::F16);
     assert!(matches!(
         half,
@@ -146,7 +146,7 @@ fn a_device_of_the_callers_needs_no_more_than_default_limits() {
 }
 
 #[test]
-fn what_does_not_belong_to_the_model_is_refused() {
+fn input_that_does_not_fit_the_model_is_refused() {
     let Some(context) = context() else { return };
     let model = common::model(&common::variant("second order"));
     let mut gpu = gpu_animator(&context, &model, Precision::F32);
@@ -166,7 +166,7 @@ fn what_does_not_belong_to_the_model_is_refused() {
 }
 
 #[test]
-fn a_field_wider_than_the_device_holds_is_refused() {
+fn a_field_that_is_too_wide_for_the_device_is_refused() {
     let Some(context) = context() else { return };
     let mut parts = common::parts(&common::variant("pose only"));
     parts.config.field = FieldConfig {

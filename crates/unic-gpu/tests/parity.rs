@@ -1,7 +1,8 @@
-//! The device and the CPU give the same garment.
+//! Contract: the device and the CPU compute the same garment.
 //!
-//! Every kind of model of `unic-core`'s tests, small, with random weights, in one step and over 60 frames of
-//! free running: positions within 1 mm. Without an adapter the tests say so and pass.
+//! Positions agree within 1 mm in one step and over 60 frames of free running. The models are those
+//! of `unic-core`'s tests: every kind, small, with random weights. Without an adapter the tests
+//! print that they are skipped, and pass.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
@@ -40,7 +41,7 @@ fn largest_errors(cpu: &mut Animator, gpu: &mut GpuAnimator, frames: usize) -> [
 }
 
 #[test]
-fn every_kind_of_model_runs_as_on_the_cpu() {
+fn every_kind_of_model_agrees_with_the_cpu() {
     let Some(context) = context() else { return };
     for variant in common::variants() {
         let model = common::model(&variant);
@@ -57,14 +58,14 @@ fn every_kind_of_model_runs_as_on_the_cpu() {
     }
 }
 
-/// A model whose garment cuts into the body.
+/// Model whose garment cuts into the body.
 fn tight(variant: &str) -> Arc<Model> {
     let mut parts = common::parts(&common::variant(variant));
     parts.garment = common::tube(13, 12, 0.17);
     Arc::new(Model::new(parts).unwrap())
 }
 
-/// How many vertices a mode of the CPU's moves at all over a clip.
+/// Number of vertices that a mode moves on the CPU, summed over the frames of a clip.
 fn moved(model: &Arc<Model>, mode: IntersectionMode, frames: usize) -> usize {
     let poses = common::motion(frames);
     let [mut off, mut on] = [IntersectionMode::Off, mode].map(|mode| {
@@ -79,7 +80,7 @@ fn moved(model: &Arc<Model>, mode: IntersectionMode, frames: usize) -> usize {
 }
 
 #[test]
-fn the_papers_intersection_handling_is_the_cpus() {
+fn the_papers_intersection_handling_agrees_with_the_cpu() {
     let Some(context) = context() else { return };
     for name in [
         "paper",
@@ -98,14 +99,15 @@ fn the_papers_intersection_handling_is_the_cpus() {
         cpu.set_intersection(mode);
         gpu.set_intersection(mode).unwrap();
         let errors = largest_errors(&mut cpu, &mut gpu, FRAMES);
-        // Vertices that the rule puts at one place have no normal to speak of.
+        // Normals are not compared: the rule moves several vertices to one place, where faces
+        // degenerate.
         assert!(errors[0] < 1e-3, "{name}: {errors:?}");
     }
 }
 
-/// What is shown is corrected vertex by vertex: the CPU's rule, without what it does to faces.
+/// Compares with the CPU's rule for single vertices, since devices do not lift faces.
 #[test]
-fn the_robust_handling_moves_each_vertex_as_the_cpu_does() {
+fn the_robust_handling_of_each_vertex_agrees_with_the_cpu() {
     let Some(context) = context() else { return };
     let model = tight("second order");
     let (character, garment) = (model.character(), model.garment());
@@ -141,7 +143,8 @@ fn the_robust_handling_moves_each_vertex_as_the_cpu_does() {
     assert!(moved > 100 && largest < 1e-3, "{moved} moved, {largest} m");
 }
 
-/// The field of the paper's size: several tiles, chunks of weights and columns of invocations.
+/// Model with a field of the paper's size, which has several tiles, chunks of weights and columns
+/// of invocations.
 fn of_published_size(state: StateConfig) -> Arc<Model> {
     let mut parts = common::parts(&common::variant("second order"));
     let config = ModelConfig {
@@ -164,7 +167,7 @@ fn of_published_size(state: StateConfig) -> Arc<Model> {
 }
 
 #[test]
-fn a_field_of_the_published_size_runs_as_on_the_cpu() {
+fn a_field_of_the_published_size_agrees_with_the_cpu() {
     let Some(context) = context() else { return };
     let displacement = common::variant("short limit").state;
     for state in [StateConfig::RootRelative, displacement] {
@@ -176,9 +179,9 @@ fn a_field_of_the_published_size_runs_as_on_the_cpu() {
     }
 }
 
-/// Halves have 11 bits: outputs of a few centimetres are wrong by some hundredths of a millimetre.
+/// An f16 has 11 bits, so outputs of a few centimetres err by some hundredths of a millimetre.
 #[test]
-fn half_precision_stays_close() {
+fn half_precision_is_close_to_the_cpu() {
     let Some(context) = context() else { return };
     if !context.has(Features::SHADER_F16) {
         eprintln!("skipped: {} does not compute in f16", context.adapter_name());
@@ -191,18 +194,18 @@ fn half_precision_stays_close() {
         let mut cpu = Animator::new(Arc::clone(&model));
         let mut gpu = gpu_animator(&context, &model, Precision::F16);
         let errors = largest_errors(&mut cpu, &mut gpu, 5);
-        // Not as close as f32, or halves would not be in use.
+        // An error as small as that of f32 would mean that f16 is not in use.
         assert!(errors[0] > 1e-5 && errors[0] < 5e-4, "{errors:?}");
     }
 }
 
-/// Closer than halves without matrix units: sums are in single precision.
+/// Errors are smaller than those of f16 without matrix units, because sums are in f32.
 #[test]
-fn matrix_units_stay_closer() {
+fn matrix_units_are_closer_to_the_cpu_than_half_precision() {
     let Some(context) = device::context_with_matrix_units() else {
         return;
     };
-    // Two as wide as whole matrices, and two whose width of 18 is padded.
+    // The width of two models is a multiple of a matrix; the width of the others, 18, is padded.
     for model in [
         of_published_size(common::variant("short limit").state),
         of_published_size(StateConfig::RootRelative),

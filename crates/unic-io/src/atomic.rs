@@ -188,7 +188,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 /// Removes the temporary path from an error message of the crate `tempfile`.
 ///
 /// That crate appends ` at path "..."`, a name that means nothing to a user and no longer exists
-/// when he reads it.
+/// when the message is read.
 pub(crate) fn without_path(error: io::Error) -> io::Error {
     let message = error.to_string();
     match message.split_once(" at path ") {

@@ -35,6 +35,7 @@ pub(crate) fn read_named_character(path: &Path, names: Vec<String>) -> Result<Ch
     let mut npz = Npz::open(path)?;
     let body = read_mesh(&mut npz)?;
     let skeleton = read_skeleton(&mut npz, names)?;
+    // The file stores weights densely, one column for each joint; in memory they are sparse.
     let shape = [Dim::Is(body.vertices.len()), Dim::Is(skeleton.len())];
     let weights = read_weights(&mut npz, shape)?;
     Ok(Character {
@@ -89,6 +90,7 @@ fn refuse_another_order(npz: &Npz, own: &[String], others: &[String]) -> Result<
         names.sort_unstable();
         names
     };
+    // A renamed joint is allowed; equal sets of names in another order are not.
     let swapped = own.iter().zip(others).find(|(own, other)| own != other);
     match swapped.filter(|_| sorted(own) == sorted(others)) {
         None => Ok(()),
@@ -103,6 +105,7 @@ fn refuse_another_order(npz: &Npz, own: &[String], others: &[String]) -> Result<
 fn with_smpl_spelling(names: Vec<String>) -> Vec<String> {
     let short = |name: &String| name.replace("left_", "L_").replace("right_", "R_");
     let spelled: Vec<String> = names.iter().map(short).collect();
+    // Only a complete set is respelled: in another skeleton the words may be parts of other names.
     if spelled == SMPL_JOINT_NAMES {
         spelled
     } else {
@@ -135,6 +138,7 @@ pub fn write_character(path: &Path, character: &Character) -> Result<()> {
         weights,
     } = character;
     let parts = skeleton.to_parts();
+    // −1 is the parent of the root.
     let parents: Vec<i32> = parts.parents.iter().map(|&p| p as i32).collect();
     let faces: Vec<i32> = body.faces.as_flattened().iter().map(|&i| i as i32).collect();
     let (vertices, joints) = (body.vertices.len(), skeleton.len());

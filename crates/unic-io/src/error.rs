@@ -16,6 +16,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[derive(Debug, Error)]
 pub enum Error {
     /// The operating system refused an operation.
+    // The path comes first in all messages, as in those of compilers.
     #[error("{path}: cannot {action}: {source}")]
     Io {
         /// The file or folder.
@@ -86,7 +87,7 @@ impl Error {
     /// Replaces the path of an I/O error by `path`; other errors stay as they are.
     ///
     /// Writers that pass through temporary files use it: a user knows the final name, and the
-    /// temporary file is gone when he reads the message.
+    /// temporary file is gone when the message is read.
     #[must_use]
     pub fn with_path(self, path: &Path) -> Self {
         match self {
@@ -95,6 +96,7 @@ impl Error {
                 action,
                 source,
             },
+            // Errors about content name the file that was read, which is no temporary one.
             other => other,
         }
     }

@@ -16,6 +16,8 @@ struct ForeignFormat {
 const ADVICE: &str =
     "export motion as BVH, meshes as OBJ, and vertex animation as PC2 or a folder of OBJ files";
 
+// Signatures come from the formats' specifications. A format without one, such as a zip container
+// or a text format, is recognised by its extension only.
 const FOREIGN_FORMATS: [ForeignFormat; 12] = [
     ForeignFormat {
         name: "FBX",
@@ -33,6 +35,7 @@ const FOREIGN_FORMATS: [ForeignFormat; 12] = [
         extensions: &["usd", "usda", "usdc", "usdz"],
     },
     ForeignFormat {
+        // Written by this crate, but not read.
         name: "glTF",
         signatures: &[b"glTF"],
         extensions: &["glb", "gltf"],

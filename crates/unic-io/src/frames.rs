@@ -138,6 +138,7 @@ impl VertexFrames {
     /// When `t` is not below [`VertexFrames::len`].
     pub fn frame(&self, t: usize) -> &[Vec3] {
         assert!(t < self.len, "frame {t} of {}", self.len);
+        // `Vec3` is three f32 without padding, so that the cast costs nothing.
         let floats = 3 * self.vertex_count;
         bytemuck::cast_slice(&self.floats()[t * floats..(t + 1) * floats])
     }
@@ -177,6 +178,7 @@ fn is_mappable(header: &Header) -> bool {
         && dtype.size == 4
         && !dtype.big_endian
         && !header.fortran_order
+        // Numpy aligns headers to 64 bytes, other writers may not.
         && header.length.is_multiple_of(4)
 }
 
@@ -236,6 +238,7 @@ impl VertexFramesWriter {
     /// # Errors
     /// The file cannot be written.
     pub fn finish(mut self) -> Result<()> {
+        // The first header was written for zero frames.
         (self.file.seek(SeekFrom::Start(0))).map_err(Error::io(&self.path, "write"))?;
         self.write_header()?;
         self.file.finish()
@@ -256,6 +259,7 @@ impl VertexFramesWriter {
 /// # Errors
 /// Another number of positions.
 pub(crate) fn check_vertex_count(path: &Path, expected: usize, frame: &[Vec3]) -> Result<()> {
+    // A frame of another length would shift all further frames of the file.
     if frame.len() == expected {
         return Ok(());
     }

@@ -16,10 +16,11 @@
 //! | probable mistakes in input that can be read | [`check`] |
 //! | summary of a file of any kind, with its problems | [`inspect()`] |
 //!
-//! Values are in metres, +Y up, right-handed once they are read. Importers return a note for each
-//! conversion. Writers are atomic: a file appears complete or not at all. Readers check declared
-//! sizes against the file before they allocate memory. An [`Error`] is one sentence: the file, what
-//! was expected, what was found.
+//! Captures, characters and imported motions are in metres, +Y up, right-handed; importers return a
+//! note for each conversion. [`Bvh`], [`VertexCache`] and meshes keep the unit and axes of their
+//! file. Writers are atomic: a file appears complete or not at all. Readers check declared sizes
+//! against the file before they allocate memory. An [`Error`] is one sentence: the file, what was
+//! expected, what was found.
 //!
 //! # Layers
 //!

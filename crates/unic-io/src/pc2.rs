@@ -47,6 +47,7 @@ pub fn read_pc2(path: &Path) -> Result<Pc2> {
     Ok(Pc2 {
         start_frame: header.start_frame,
         frames_per_sample: header.frames_per_sample,
+        // The header is 32 bytes long, which aligns the floats behind it for mapping.
         frames: VertexFrames::map(path, HEADER_LENGTH, header.samples, header.points)?,
     })
 }
@@ -84,6 +85,8 @@ impl Pc2Header {
                 format!("version {}", int(12)),
             ));
         }
+        // Negative counts fail the conversion. Start frame and rate are shown only, so that any
+        // number is accepted.
         match (usize::try_from(int(16)), usize::try_from(int(28))) {
             (Ok(points), Ok(samples)) if points > 0 => Ok(Self {
                 points,
@@ -134,6 +137,7 @@ impl Pc2Writer {
         writer.write(&count.to_le_bytes())?;
         writer.write(&start_frame.to_le_bytes())?;
         writer.write(&frames_per_sample.to_le_bytes())?;
+        // No samples until the number is known; `finish` writes it.
         writer.write(&0_i32.to_le_bytes())?;
         Ok(writer)
     }

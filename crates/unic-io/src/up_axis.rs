@@ -35,6 +35,7 @@ pub(crate) fn to_y_up(v: Vec3) -> Vec3 {
 /// so R · (trans + J₀) − J₀ replaces it.
 pub(crate) fn turn_to_y_up(clip: &mut Clip, skeleton: &Skeleton) {
     let root = skeleton.root();
+    // Rotating `trans` alone would leave the bind position in the old axes.
     let origin = skeleton.joints()[root];
     for pose in &mut clip.poses {
         pose.trans = to_y_up(pose.trans + origin) - origin;

@@ -1,6 +1,5 @@
-//! Contract: files of the published data sets' layouts become captures that hold the same motion
-//! and garment, in metres and with Y up; what is of another layout is refused in a sentence,
-//! whatever its bytes.
+//! Contract: data sets are converted to captures with the same motion and garment, in metres, Y up.
+//! Files of another layout are refused in one sentence.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -214,8 +213,8 @@ fn z_up(v: Vec3) -> Vec3 {
 /// Position of the template's pelvis, metres, Z up.
 const PELVIS: Vec3 = Vec3::new(0.0, -0.0215, 0.9048);
 
-/// A folder of the data set whose positions are in `unit` metres, from the world or from the root
-/// joint.
+/// Writes a folder of the VirtualBones data set whose positions have the unit `unit` in metres, in
+/// world space or in the frame of the root joint.
 fn virtual_bones(folder: &Path, figure: &Figure, unit: f32, from_root: bool) {
     let skeleton = &figure.character.skeleton;
     let pelvis = skeleton.joints()[0];

@@ -1,7 +1,8 @@
-//! Contract: no damaged file makes a reader panic, hang or allocate memory out of proportion to it.
+//! Contract: no damaged file makes a reader panic, loop endlessly or allocate memory out of
+//! proportion to it.
 //!
-//! Small files of every kind are truncated at every byte and have bits flipped. The global allocator
-//! records the largest allocation.
+//! Small files of every kind are truncated at every byte and have bits flipped. The global
+//! allocator records the largest allocation.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -31,8 +32,8 @@ thread_local! {
     static LARGEST: Cell<usize> = const { Cell::new(0) };
 }
 
-// SAFETY: every call is passed to the system's allocator unchanged. The record is a thread-local cell
-// that needs no allocation.
+// SAFETY: every call is passed to the system's allocator unchanged. The record is a thread-local
+// cell that needs no allocation.
 unsafe impl GlobalAlloc for Recording {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         LARGEST.with(|largest| largest.set(largest.get().max(layout.size())));
@@ -49,8 +50,8 @@ unsafe impl GlobalAlloc for Recording {
 #[global_allocator]
 static ALLOCATOR: Recording = Recording;
 
-/// Largest allocation allowed while reading files of a few kilobytes: buffers of fixed size (64 KiB),
-/// the window and tables of deflate, and a clip that a flipped bit in its rate lengthens.
+/// Largest allocation allowed while reading files of a few kilobytes: buffers of fixed size (64
+/// KiB), the window and tables of deflate, and a clip that a flipped bit in its rate lengthens.
 const LARGEST_ALLOWED: usize = 4 << 20;
 
 fn largest_allocation(read: impl FnOnce()) -> usize {

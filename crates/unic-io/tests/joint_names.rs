@@ -1,5 +1,5 @@
-//! Contract: rotations turn the joints of their names, in whichever order a file or a character
-//! lists them; what names cannot tell is refused.
+//! Contract: joints of a motion file are matched by name, in any order of file and character.
+//! Ambiguous and missing names are refused.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 

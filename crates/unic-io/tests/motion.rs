@@ -1,4 +1,5 @@
-//! Contract: a motion in any joint layout and axis convention of the SMPL family is read as one clip.
+//! Contract: a motion in any joint layout and axis convention of the SMPL family is read as one
+//! clip.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -29,8 +30,8 @@ fn locomotion(character: &Character) -> Option<Clip> {
     Some(import.clip)
 }
 
-/// The clip as AMASS stores it: Z up, 120 fps, f64, `numbers` numbers a frame with the fingers
-/// bent.
+/// Writes the clip in the layout of AMASS: Z up, 120 fps, f64, `numbers` values a frame, with bent
+/// fingers.
 fn write_amass(path: &Path, clip: &Clip, character: &Character, numbers: usize, rate_name: &str) {
     let z_up_from_y_up = Quat::from_rotation_x(FRAC_PI_2);
     let origin = character.skeleton.joints()[0];

@@ -1,6 +1,6 @@
-//! Contract: no damaged file makes a reader panic, hang or hold memory out of proportion to the
-//! file, and every refusal is one sentence. What is read nevertheless is used: it must be worth its
-//! type.
+//! Contract: no damaged file makes a reader panic, loop endlessly or hold memory out of proportion
+//! to it, and every refusal is one sentence. Values that are read nevertheless are used and must be
+//! valid.
 //!
 //! `UNIC_MUTATION_SECONDS` is the time for each reader, `UNIC_MUTATION_SEED` repeats one file; see
 //! [`unic_mutation`].
@@ -24,22 +24,22 @@ use unic_io::{
     import_motion, inspect, read_character, read_obj, read_vertex_cache, write_character, write_motion,
     write_obj,
 };
-use unic_mutation::{Container, Counting, Subject, Tally, measured, survive, workshop};
+use unic_mutation::{Container, CountingAllocator, FuzzTarget, Tally, fuzz, measure, scratch_folder};
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 type Refusal = Result<(), String>;
 
 /// An empty folder for the files of a reader.
 fn folder(name: &str) -> PathBuf {
-    workshop(Path::new(env!("CARGO_TARGET_TMPDIR")), name)
+    scratch_folder(Path::new(env!("CARGO_TARGET_TMPDIR")), name)
 }
 
 fn damage(name: &str, path: &Path, read: impl Fn(&Path) -> unic_io::Result<()>) -> Tally {
     let is_zip = path.extension().is_some_and(|e| e == "npz");
     let container = if is_zip { Container::Zip } else { Container::Plain };
-    let subject = Subject {
+    let target = FuzzTarget {
         name,
         path,
         container,
@@ -50,7 +50,7 @@ fn damage(name: &str, path: &Path, read: impl Fn(&Path) -> unic_io::Result<()>) 
         assert!(!report.chars().any(|c| c.is_control() && c != '\n'), "{report:?}");
         read(path).map_err(|e| e.to_string())
     };
-    let tally = survive(&subject, inspected);
+    let tally = fuzz(&target, inspected);
     assert!(tally.refused > 100, "{name}: too little damage is detected");
     tally
 }
@@ -315,12 +315,11 @@ fn garments_without_weights() {
     });
 }
 
-/// Reads a file that is sound, but of a shape that nobody makes: in bounded time and memory as
-/// well.
+/// Asserts that a valid file of an extreme shape is read in bounded time and memory.
 fn assert_bounded(name: &str, bytes: &[u8], read: impl Fn(&Path) -> Refusal) {
     let path = folder("absurd").with_file_name(name);
     fs::write(&path, bytes).unwrap();
-    let (outcome, cost) = measured(|| read(&path));
+    let (outcome, cost) = measure(|| read(&path));
     eprintln!("{name}: {} bytes, {cost}, {outcome:?}", bytes.len());
     assert!(cost.is_bounded(bytes.len()), "{name}: {cost}");
 }
@@ -404,7 +403,7 @@ fn false_counts_are_refused() {
     let refused = |name: &str, bytes: &[u8]| {
         let path = folder.join(name);
         fs::write(&path, bytes).unwrap();
-        let (read, cost) = measured(|| match name {
+        let (read, cost) = measure(|| match name {
             "a.bvh" => Bvh::read(&path).map(drop),
             "a.obj" => read_obj(&path).map(drop),
             _ => read_vertex_cache(&path).map(drop),

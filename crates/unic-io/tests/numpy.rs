@@ -1,5 +1,5 @@
-//! Contract: numpy reads the files of this crate, and this crate reads the files of numpy. The script
-//! `numpy_interop.py` is the other side; without Python and numpy the tests are skipped.
+//! Contract: numpy reads the files of this crate, and this crate reads the files of numpy. The
+//! script `numpy_interop.py` is the other side; without Python and numpy the tests are skipped.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 

@@ -1,7 +1,7 @@
 """The other side of numpy.rs: numpy itself reads what unic-io wrote and writes what it reads.
 
 usage: numpy_interop.py write FOLDER | numpy_interop.py check FOLDER
-Every array written holds value(index) = index in C order, minus 3, unless said otherwise.
+Every array written holds value(index) = index in C order, minus 3, unless noted otherwise.
 """
 
 import sys

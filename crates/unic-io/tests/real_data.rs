@@ -18,8 +18,8 @@ fn capture() -> Option<Capture> {
     Some(Capture::open(&root).unwrap())
 }
 
-/// Largest distance between a position of the capture, rounded to 2e-5 m a coordinate, and the exact
-/// one of the interop files: √3 · 1e-5 m and a margin.
+/// Largest distance between a position of the capture, rounded to 2e-5 m a coordinate, and the
+/// exact one of the interop files: √3 · 1e-5 m and a margin.
 const ROUNDED: f32 = 1.8e-5;
 
 /// The clip that the interop files hold.

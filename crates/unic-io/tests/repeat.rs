@@ -1,5 +1,5 @@
-//! Contract: each round of a repeated motion starts at the place and heading where the one before it
-//! ended, without a jump in pose or velocity. Frames away from the seams do not change.
+//! Contract: each round of a repeated motion starts at the place and heading where the one before
+//! it ended, without a jump in pose or velocity. Frames away from the seams do not change.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
@@ -13,8 +13,8 @@ use unic_io::{Cycle, MotionOptions, Repeat, import_motion, read_character, repea
 
 const FPS: f32 = 30.0;
 
-/// A walk on a circle with limbs that swing once in `period` frames and drift by `drift` of a swing
-/// a second, so that the ends of a cycle do not quite meet.
+/// A walk on a circle with limbs that swing once in `period` frames. The width of the swings grows
+/// by `drift` per second, so that the ends of a cycle do not quite meet.
 fn walk(frames: usize, period: f32, drift: f32) -> Clip {
     let pose = |t: usize| {
         let seconds = t as f32 / FPS;
@@ -104,8 +104,7 @@ fn seams_are_smooth_and_other_frames_unchanged() {
         "the ends of this clip do not differ enough: {hard} {own}"
     );
     assert!(largest(&soft) < 6.0 * own, "{} {own}", largest(&soft));
-    // A jump in velocity would be an acceleration in proportion to the frame rate at the seam
-    // alone.
+    // A jump in velocity would show as one large acceleration at the seam.
     for seam in [66, 132] {
         let around = largest(&soft[seam - 8..seam + 6]);
         assert!(soft[seam - 1] <= around * 1.01 && soft[seam - 1] < 6.0 * own);

@@ -52,8 +52,8 @@ impl BvhRig {
         }
     }
 
-    /// The clip on a rig whose zero pose has every joint j turned by `rest[j]` away from the
-    /// T-pose: the same world motion, other numbers.
+    /// Writes the clip for a rig whose zero pose has every joint j rotated by `rest[j]` away from
+    /// the T-pose: the same world motion in other numbers.
     fn write(&self, skeleton: &Skeleton, clip: &Clip) -> String {
         let mut zero = Vec::new();
         let t_pose = Pose::from_axis_angles(Vec3::ZERO, &[Vec3::ZERO; 24]);
@@ -337,7 +337,8 @@ fn spines_of_other_lengths_reach_the_same_chest() {
         for j in [0, 9, 12, 15, 16, 18] {
             assert!(a[j].rotation.dot(b[j].rotation).abs() > 1.0 - 1e-5, "{j}");
         }
-        // The rotation is distributed over another number of joints, so that positions differ a little.
+        // The rotation is distributed over another number of joints, so that positions differ a
+        // little.
         assert!(a[6].translation.distance(b[6].translation) < 0.05);
     }
 }

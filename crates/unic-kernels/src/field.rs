@@ -166,7 +166,7 @@ impl Field {
     pub(crate) fn fold_latents(&self, batch: &Batch, extent: &BatchExtent, biases: &mut Buffer) {
         let width = self.slot_width();
         biases.resize(extent.groups * self.slot_count() * width);
-        // On one thread: it costs as much as one point per group.
+        // On one thread: per group this is usually less work than one point.
         for (layer, slot) in self.latent_layers() {
             for group in 0..extent.groups {
                 let latent = &batch.latents[group * self.shape.latent..(group + 1) * self.shape.latent];
@@ -225,8 +225,7 @@ impl Field {
             .layers
             .get(index + 1)
             .map_or(no_prefetch(), |layer| layer.forward.as_ptr_range());
-        // All tiles of a thread use the same weights: those of the next map are fetched while this
-        // one runs.
+        // While a map runs, the weights of the next one are prefetched.
         let mut run = |bias, rows| {
             let job = AffineProduct {
                 input,

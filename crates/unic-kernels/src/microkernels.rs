@@ -131,13 +131,13 @@ unsafe fn affine_block<V: SimdVector, const ROWS: usize, const COLUMNS: usize>(
 
 #[inline(always)]
 unsafe fn apply_epilogue<V: SimdVector, const ROWS: usize, const COLUMNS: usize>(
-    finish: &Epilogue,
+    epilogue: &Epilogue,
     sums: &mut [[V; COLUMNS]; ROWS],
     target: usize,
 ) {
     // SAFETY: the activations are as long as the output.
     unsafe {
-        match finish {
+        match epilogue {
             Epilogue::Identity => {}
             Epilogue::Relu => {
                 for row in sums {

@@ -1,10 +1,11 @@
-//! One change of a file's bytes.
+//! Random changes of a file's bytes.
 
 use super::{npy, random::Random};
 use std::ops::Range;
 
-/// Numbers that counts, offsets and floats are least ready for; the last ones are NaN, infinity,
-/// the largest and the smallest f32.
+/// Extreme values of counts, offsets and floats.
+///
+/// The last four are the bits of NaN, infinity, the largest and the smallest positive f32.
 const NUMBERS: [u64; 14] = [
     0,
     1,
@@ -22,7 +23,7 @@ const NUMBERS: [u64; 14] = [
     0x0000_0001,
 ];
 
-/// The same as text, and what is no number.
+/// Extreme numbers as text, and texts that are no numbers.
 const TEXTS: [&str; 24] = [
     "0",
     "-1",
@@ -50,7 +51,7 @@ const TEXTS: [&str; 24] = [
     "é",
 ];
 
-/// Changes the bytes in one to four places.
+/// Makes one to four random changes.
 pub(super) fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
     for _ in 0..=random.below(4) {
         match npy::is_array(bytes) && random.once_in(2) {
@@ -60,6 +61,7 @@ pub(super) fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
     }
 }
 
+/// Makes one random change.
 fn change(bytes: &mut Vec<u8>, random: &mut Random) {
     match random.below(10) {
         0 | 1 => flip_bits(bytes, random),
@@ -73,6 +75,7 @@ fn change(bytes: &mut Vec<u8>, random: &mut Random) {
     }
 }
 
+/// Flips one to eight bits.
 fn flip_bits(bytes: &mut [u8], random: &mut Random) {
     for _ in 0..=random.below(8) {
         let at = random.below(bytes.len());
@@ -82,7 +85,7 @@ fn flip_bits(bytes: &mut [u8], random: &mut Random) {
     }
 }
 
-/// Overwrites one, two, four or eight bytes, in either order, on any address.
+/// Overwrites one, two, four or eight bytes with an extreme number, in either byte order.
 fn put_number(bytes: &mut [u8], random: &mut Random) {
     let mut number = random.pick(&NUMBERS).to_le_bytes();
     let width = random.pick(&[1, 2, 4, 8]);
@@ -93,13 +96,14 @@ fn put_number(bytes: &mut [u8], random: &mut Random) {
     (bytes[at..].iter_mut().zip(&number[..width])).for_each(|(byte, new)| *byte = *new);
 }
 
-/// A part once more, there or elsewhere.
+/// Inserts a copy of a part of the file at a random place.
 fn repeat(bytes: &mut Vec<u8>, random: &mut Random) {
     let part = bytes[random.range(bytes.len())].to_vec();
     let at = random.below(bytes.len());
     bytes.splice(at..at, part);
 }
 
+/// Exchanges two parts of equal length, which may overlap.
 fn swap_parts(bytes: &mut [u8], random: &mut Random) {
     let (a, b) = (random.range(bytes.len()), random.range(bytes.len()));
     let length = a.len().min(b.len());
@@ -108,7 +112,7 @@ fn swap_parts(bytes: &mut [u8], random: &mut Random) {
     }
 }
 
-/// Replaces a number in a text by a bad one, or by another of the same text.
+/// Replaces a number in a text by an extreme text or by another number of the file.
 pub(super) fn change_number(bytes: &mut Vec<u8>, random: &mut Random) {
     let Some(number) = token(bytes, random, is_of_number) else {
         return;
@@ -121,7 +125,7 @@ pub(super) fn change_number(bytes: &mut Vec<u8>, random: &mut Random) {
     bytes.splice(number, new);
 }
 
-/// Exchanges two words, which in a file of lines are as often two lines.
+/// Exchanges two words or two lines.
 fn swap_words(bytes: &mut Vec<u8>, random: &mut Random) {
     let is_inside: fn(u8) -> bool = match random.once_in(2) {
         true => |b| b != b'\n',
@@ -134,7 +138,7 @@ fn swap_words(bytes: &mut Vec<u8>, random: &mut Random) {
         return;
     }
     let (one, two) = (bytes[first.clone()].to_vec(), bytes[second.clone()].to_vec());
-    // The later one first, so that the earlier one's place holds.
+    // The later one first, so that the place of the earlier one stays valid.
     bytes.splice(second, one);
     bytes.splice(first, two);
 }
@@ -143,7 +147,7 @@ fn is_of_number(byte: u8) -> bool {
     byte.is_ascii_digit() || matches!(byte, b'.' | b'-' | b'+')
 }
 
-/// A longest run of bytes of a kind, the first at or behind a random place.
+/// Longest run of bytes of a kind around the first such byte at or after a random place.
 fn token(bytes: &[u8], random: &mut Random, is_inside: fn(u8) -> bool) -> Option<Range<usize>> {
     let from = random.below(bytes.len());
     let hit = from + bytes.get(from..)?.iter().position(|&b| is_inside(b))?;

@@ -1,53 +1,62 @@
-//! What keeps the parts of a file together, taken apart and put together again.
+//! Container formats: splitting a file into its parts and assembling it again.
 
 use super::{change, random::Random};
 use std::io::{Cursor, Read, Write};
 use zip::{CompressionMethod, ZipArchive, ZipWriter, write::SimpleFileOptions};
 
-/// What keeps the parts of a file together.
+/// Container format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Container {
-    /// Nothing.
+    /// No container: the file is one part.
     Plain,
-    /// A zip archive: its checksums hide damaged parts from the reader behind them.
+    /// Zip archive, whose checksums hide damaged parts from the reader of the parts.
     Zip,
-    /// Safetensors: a header whose length stands before it, then numbers.
+    /// Safetensors: the length of a header, the header, then numbers.
     Safetensors,
 }
 
-/// The file with random damage, half of it inside a sound container.
-pub(super) fn damaged(container: Container, sound: &[u8], random: &mut Random) -> Vec<u8> {
-    let mut parts = Parts::of(container, sound);
+/// Damages a file at random; in half of the files, the damage is inside a valid container.
+pub(super) fn damaged(container: Container, valid: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut parts = Parts::of(container, valid);
     if parts.len() > 1 && random.once_in(2) {
         for _ in 0..=random.below(2) {
             parts.damage(random);
         }
         return parts.bytes();
     }
-    let mut bytes = sound.to_vec();
+    let mut bytes = valid.to_vec();
     change::damage(&mut bytes, random);
     bytes
 }
 
-/// The parts of a file by name.
+/// A named part of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Part {
+    pub(super) name: String,
+    pub(super) content: Vec<u8>,
+}
+
+/// Parts of a file, in their order.
 #[derive(Clone)]
 pub(super) struct Parts {
     pub(super) container: Container,
-    pub(super) parts: Vec<(String, Vec<u8>)>,
+    pub(super) parts: Vec<Part>,
 }
 
 impl Parts {
-    /// Of a sound file.
-    pub(super) fn of(container: Container, sound: &[u8]) -> Self {
+    /// Splits a valid file.
+    pub(super) fn of(container: Container, valid: &[u8]) -> Self {
+        let part = |name: &str, content: &[u8]| Part {
+            name: name.to_owned(),
+            content: content.to_vec(),
+        };
         let parts = match container {
-            Container::Plain => vec![(String::new(), sound.to_vec())],
-            Container::Zip => unzipped(sound),
+            Container::Plain => vec![part("", valid)],
+            Container::Zip => unzipped(valid),
             Container::Safetensors => {
-                let length = u64::from_le_bytes(sound[..8].try_into().unwrap()) as usize;
-                let (header, data) = sound[8..].split_at(length);
-                [("header", header), ("data", data)]
-                    .map(|(name, part)| (name.to_owned(), part.to_vec()))
-                    .to_vec()
+                let length = u64::from_le_bytes(valid[..8].try_into().unwrap()) as usize;
+                let (header, data) = valid[8..].split_at(length);
+                vec![part("header", header), part("data", data)]
             }
         };
         Self { container, parts }
@@ -58,23 +67,23 @@ impl Parts {
     }
 
     pub(super) fn contents(&self) -> impl Iterator<Item = &[u8]> {
-        self.parts.iter().map(|(_, content)| content.as_slice())
+        self.parts.iter().map(|part| part.content.as_slice())
     }
 
-    /// The same with another content of one part.
+    /// Same parts with another content of one of them.
     pub(super) fn with(&self, part: usize, content: &[u8]) -> Self {
         let mut other = self.clone();
-        other.parts[part].1 = content.to_vec();
+        other.parts[part].content = content.to_vec();
         other
     }
 
-    /// The whole file, its lengths and checksums right.
+    /// Assembles the file with correct lengths and checksums.
     pub(super) fn bytes(&self) -> Vec<u8> {
         match self.container {
             Container::Plain => self.contents().collect::<Vec<_>>().concat(),
             Container::Zip => zipped(&self.parts),
             Container::Safetensors => {
-                let length = self.parts.first().map_or(0, |(_, header)| header.len()) as u64;
+                let length = self.parts.first().map_or(0, |header| header.content.len()) as u64;
                 [&length.to_le_bytes()[..]]
                     .into_iter()
                     .chain(self.contents())
@@ -84,38 +93,44 @@ impl Parts {
         }
     }
 
+    /// Removes a part, exchanges the contents of two parts, or damages one.
     fn damage(&mut self, random: &mut Random) {
         let (a, b) = (random.below(self.len()), random.below(self.len()));
         match random.below(8) {
             0 if self.container == Container::Zip => drop(self.parts.remove(a)),
             1 if a != b => {
-                let content = self.parts[a].1.clone();
-                self.parts[a].1 = std::mem::replace(&mut self.parts[b].1, content);
+                let content = self.parts[a].content.clone();
+                self.parts[a].content = std::mem::replace(&mut self.parts[b].content, content);
             }
             _ => {
-                if let Some((_, content)) = self.parts.get_mut(a) {
-                    change::damage(content, random);
+                // No part is left if all have been removed.
+                if let Some(part) = self.parts.get_mut(a) {
+                    change::damage(&mut part.content, random);
                 }
             }
         }
     }
 }
 
-fn unzipped(sound: &[u8]) -> Vec<(String, Vec<u8>)> {
-    let mut archive = ZipArchive::new(Cursor::new(sound)).unwrap();
+fn unzipped(valid: &[u8]) -> Vec<Part> {
+    let mut archive = ZipArchive::new(Cursor::new(valid)).unwrap();
     (0..archive.len())
         .map(|i| {
             let mut entry = archive.by_index(i).unwrap();
             let mut content = Vec::new();
             entry.read_to_end(&mut content).unwrap();
-            (entry.name().unwrap().to_string(), content)
+            Part {
+                name: entry.name().unwrap().to_string(),
+                content,
+            }
         })
         .collect()
 }
 
-fn zipped(parts: &[(String, Vec<u8>)]) -> Vec<u8> {
+fn zipped(parts: &[Part]) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-    for (i, (name, content)) in parts.iter().enumerate() {
+    for (i, Part { name, content }) in parts.iter().enumerate() {
+        // Both methods in turn: readers may treat stored and compressed parts differently.
         let method = [CompressionMethod::Stored, CompressionMethod::Deflated][i % 2];
         let options = SimpleFileOptions::default().compression_method(method);
         zip.start_file(name.as_str(), options).unwrap();

@@ -1,4 +1,4 @@
-//! How much memory a thread holds.
+//! Counting of the memory that a thread holds.
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -6,35 +6,41 @@ use std::{
     ptr,
 };
 
-/// The system's allocator, which counts what each thread holds and refuses absurd requests.
+/// System allocator that counts the memory of each thread and refuses absurd requests.
 ///
-/// A thread's count is what it has asked for less what it has given back: work that a reader leaves to
-/// other threads is not counted.
+/// The count of a thread is the memory that it has requested minus the memory that it has freed.
+/// Work that a reader leaves to other threads is not counted.
 #[derive(Clone, Copy, Debug)]
-pub struct Counting;
+pub struct CountingAllocator;
 
-/// No reader of a small file asks for a gibibyte: it gets none, before the machine has none left.
+/// Largest request that is granted, bytes.
+///
+/// No reader of a small file needs a gibibyte. Larger requests fail before the machine runs out of
+/// memory.
 const MOST: usize = 1 << 30;
 
 thread_local! {
+    // Signed, because a thread may free memory that another one has requested. Constant initial
+    // values need no allocation, which would call the allocator again.
     static HELD: Cell<isize> = const { Cell::new(0) };
     static PEAK: Cell<isize> = const { Cell::new(0) };
 }
 
-/// Starts a measurement: what the thread holds now, bytes.
+/// Starts a measurement and returns the memory that the thread holds now, bytes.
 pub(super) fn mark() -> isize {
     let held = HELD.get();
     PEAK.set(held);
     held
 }
 
-/// Most that the thread has held since, beyond what it held then, bytes.
+/// Peak of the memory of the thread since the measurement began, beyond `mark`, bytes.
 pub(super) fn peak_since(mark: isize) -> usize {
     usize::try_from(PEAK.get() - mark).unwrap_or(0)
 }
 
-/// Counts a request, granted or not, and asks the system for it unless it is absurd.
+/// Counts a request and passes it to the system unless it is absurd.
 fn counted(layout: Layout, ask: impl FnOnce() -> *mut u8) -> *mut u8 {
+    // A refused request counts in the peak too: it is a fault of the reader.
     let held = HELD.get() + layout.size() as isize;
     PEAK.set(PEAK.get().max(held));
     let pointer = match layout.size() {
@@ -47,9 +53,9 @@ fn counted(layout: Layout, ask: impl FnOnce() -> *mut u8) -> *mut u8 {
     pointer
 }
 
-// SAFETY: granted requests are the system allocator's, unchanged; refused ones get null, as the trait
-// allows; the counters are cells of the thread that need no allocation of their own.
-unsafe impl GlobalAlloc for Counting {
+// SAFETY: granted requests are the system allocator's, unchanged; refused ones get null, as the
+// trait allows; the counters are cells of the thread that need no allocation of their own.
+unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: the caller's promise about the layout is the system allocator's.
         counted(layout, || unsafe { System.alloc(layout) })

@@ -1,34 +1,34 @@
-//! Damaged files: what a reader must refuse in a sentence or read, and never die of.
+//! Mutation fuzzing of file readers: damaged files must be refused in a sentence or read.
 //!
-//! [`survive`] takes a sound file and a reader. It cuts the file at every byte, then damages it at
-//! random until the time is up: bits, bytes, counts, numbers in text, lines, whole parts of an archive
-//! whose checksums are made right again. Every outcome must be a value or one sentence, in bounded time
-//! and within [`Tally::ALLOWED`] memory.
+//! [`fuzz`] takes a valid file and a reader. It cuts the file short at every byte, then damages it
+//! at random until the time is up: bits, bytes, counts, numbers in text, lines, and whole parts of
+//! an archive, whose checksums are computed again. Every outcome must be a value or one sentence,
+//! in bounded time and within [`MemoryLimit::OF_READERS`].
 //!
-//! The random stream of a reader is always the same; the time says how far it goes.
+//! The random stream of a reader is always the same; the time sets how many files are tried.
 //!
 //! | variable | meaning |
 //! |---|---|
-//! | `UNIC_MUTATION_SECONDS` | time for each reader's random damage, seconds; 2 where it is not set |
-//! | `UNIC_MUTATION_SEED` | one file alone, the one of this seed |
+//! | `UNIC_MUTATION_SECONDS` | time for each reader's random damage, seconds (default 2) |
+//! | `UNIC_MUTATION_SEED` | tries only the damaged file of this seed |
 //!
-//! A failure prints the seed and keeps the file. A process that is aborted, because memory ran out or a
-//! reader hung, leaves the file that it was reading where it was.
+//! A failure prints the seed and keeps the file. If the process is aborted, because memory ran out
+//! or a reader did not return, the file that was being read remains in place.
 //!
-//! Memory is counted only in a program whose allocator is [`Counting`]:
+//! Memory is counted only in a program whose allocator is [`CountingAllocator`]:
 //!
 //! ```
-//! use unic_mutation::{Container, Counting, Subject, survive, workshop};
+//! use unic_mutation::{Container, CountingAllocator, FuzzTarget, fuzz, scratch_folder};
 //!
 //! #[global_allocator]
-//! static ALLOCATOR: Counting = Counting;
+//! static ALLOCATOR: CountingAllocator = CountingAllocator;
 //!
 //! # fn main() {
 //! # let folder = tempfile::tempdir().unwrap();
-//! let path = workshop(folder.path(), "text").join("sound.txt");
-//! std::fs::write(&path, "a sound file").unwrap();
-//! let subject = Subject { name: "text", path: &path, container: Container::Plain };
-//! let tally = survive(&subject, |path| {
+//! let path = scratch_folder(folder.path(), "text").join("valid.txt");
+//! std::fs::write(&path, "a valid file").unwrap();
+//! let target = FuzzTarget { name: "text", path: &path, container: Container::Plain };
+//! let tally = fuzz(&target, |path| {
 //!     let read = std::fs::read_to_string(path);
 //!     read.map(drop).map_err(|e| e.to_string())
 //! });
@@ -51,7 +51,7 @@ mod tests;
 mod watch;
 
 pub use container::Container;
-pub use heap::Counting;
+pub use heap::CountingAllocator;
 
 use container::Parts;
 use random::Random;
@@ -64,60 +64,77 @@ use std::{
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
-use watch::Watch;
+use watch::Watchdog;
 
-/// A sound file and who reads it.
+/// A valid file to damage, and the name of its reader.
 #[derive(Clone, Copy, Debug)]
-pub struct Subject<'a> {
-    /// Names the reader, its random stream and the files that are kept.
+pub struct FuzzTarget<'a> {
+    /// Name of the reader, which also selects the random stream and names the files that are kept.
     pub name: &'a str,
-    /// The file: it is damaged in place, and sound again at the end.
+    /// Path of the file, which is damaged in place and restored at the end.
     pub path: &'a Path,
-    /// What keeps its parts together.
+    /// Container format of the file.
     pub container: Container,
 }
 
-/// What became of the damaged files of one reader.
+/// Numbers of outcomes for the damaged files of one reader.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Damage that nobody could see, or that did not matter.
+    /// Files that were read: the damage was invisible or did not matter.
     pub read: usize,
-    /// Refused in a sentence.
+    /// Files that were refused in a sentence.
     pub refused: usize,
-    /// The most that any of them took.
-    pub most: Cost,
-}
-
-impl Tally {
-    /// Memory that a reading may hold: bytes for each byte of the file, and bytes besides.
-    pub const ALLOWED: (usize, usize) = (64, 32 << 20);
+    /// Largest cost of any file.
+    pub max_cost: Cost,
 }
 
 impl Display for Tally {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { read, refused, most } = self;
+        let Self {
+            read,
+            refused,
+            max_cost,
+        } = self;
         write!(
             f,
-            "{} damaged files: {read} read, {refused} refused, at most {most}",
+            "{} damaged files: {read} read, {refused} refused, at most {max_cost}",
             read + refused
         )
     }
 }
 
-/// What a reading has taken.
+/// Limit on the memory that a reader holds, in proportion to the size of the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MemoryLimit {
+    /// Bytes for each byte of the file.
+    pub per_byte: usize,
+    /// Bytes for a file of any size.
+    pub fixed: usize,
+}
+
+impl MemoryLimit {
+    /// Limit for all readers: decompression and conversion to larger types need a factor, buffers a
+    /// fixed amount.
+    pub const OF_READERS: Self = Self {
+        per_byte: 64,
+        fixed: 32 << 20,
+    };
+}
+
+/// Memory and time of one reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
-    /// Most memory that it held, bytes.
+    /// Peak of the memory that it held, bytes.
     pub peak: usize,
     /// Wall time.
     pub time: Duration,
 }
 
 impl Cost {
-    /// Whether that is in proportion to a file of so many bytes.
+    /// Returns true if the cost is in proportion to a file of `length` bytes.
     pub fn is_bounded(&self, length: usize) -> bool {
-        let (a_byte, besides) = Tally::ALLOWED;
-        self.peak <= a_byte * length + besides && self.time <= LONGEST
+        let MemoryLimit { per_byte, fixed } = MemoryLimit::OF_READERS;
+        self.peak <= per_byte * length + fixed && self.time <= LONGEST
     }
 }
 
@@ -133,28 +150,30 @@ impl Display for Cost {
     }
 }
 
-/// What `read` gives, and what it has taken.
-pub fn measured<T>(read: impl FnOnce() -> T) -> (T, Cost) {
+/// Calls `read` and returns its value with the cost of the call.
+pub fn measure<T>(read: impl FnOnce() -> T) -> (T, Cost) {
     let (start, before) = (Instant::now(), heap::mark());
     let value = read();
     let (peak, time) = (heap::peak_since(before), start.elapsed());
     (value, Cost { peak, time })
 }
 
-/// Longest reading of a small file: far more than any takes on a busy machine.
+/// Longest time for reading a small file: far above any real one on a busy machine.
 const LONGEST: Duration = Duration::from_secs(10);
 
-/// A sentence for people does not repeat a file to them.
+/// Longest error message, characters: a message for people does not repeat a file to them.
 const LONGEST_SENTENCE: usize = 1000;
 
-/// Files are cut at every byte up to so many; longer ones in as many places.
+/// Largest number of places at which a file is cut; shorter files are cut at every byte.
 const MOST_CUTS: usize = 4096;
 
-/// An empty folder for the files of one test, below a folder that lasts: `CARGO_TARGET_TMPDIR`.
+/// Makes an empty folder for the files of one test.
+///
+/// It lies in `below`, a folder that outlasts the test, such as `CARGO_TARGET_TMPDIR`.
 ///
 /// # Panics
-/// When it cannot be made.
-pub fn workshop(below: &Path, test: &str) -> PathBuf {
+/// Panics if the folder cannot be made.
+pub fn scratch_folder(below: &Path, test: &str) -> PathBuf {
     let folder = below.join("mutations").join(test);
     if folder.exists() {
         fs::remove_dir_all(&folder).unwrap();
@@ -163,124 +182,131 @@ pub fn workshop(below: &Path, test: &str) -> PathBuf {
     folder
 }
 
-/// Damages a file again and again; `read` tells by a sentence that it refuses one.
+/// Reads damaged versions of a file with `read`, which returns a sentence if it refuses one.
 ///
-/// A reader that gives a value uses it as well: a value that nobody can work with is no value.
+/// A reader should also use the value that it has read: a value that cannot be used is a failure
+/// too.
 ///
 /// # Panics
-/// With the seed and the file, when `read` panics, takes too long, holds too much memory, or refuses
-/// without a sentence; and when it refuses the sound file.
-pub fn survive(subject: &Subject<'_>, mut read: impl FnMut(&Path) -> Result<(), String>) -> Tally {
-    let sound = fs::read(subject.path).unwrap();
-    if let Err(sentence) = read(subject.path) {
-        panic!("{}: the sound file is refused: {sentence}", subject.name);
+/// Panics if `read` refuses the valid file. Panics with the seed and the path of the damaged file
+/// if `read` panics, takes too long, holds too much memory, or refuses without a valid sentence.
+pub fn fuzz(target: &FuzzTarget<'_>, mut read: impl FnMut(&Path) -> Result<(), String>) -> Tally {
+    let valid = fs::read(target.path).unwrap();
+    if let Err(sentence) = read(target.path) {
+        panic!("{}: the valid file is refused: {sentence}", target.name);
     }
     let mut trial = Trial {
-        subject,
+        target,
         read: &mut read,
-        watch: Watch::start(subject.name.to_owned()),
+        watchdog: Watchdog::start(target.name.to_owned()),
         tally: Tally::default(),
     };
     match number("UNIC_MUTATION_SEED") {
-        Some(seed) => trial.damage(&sound, seed),
-        None => trial.all(&sound),
+        Some(seed) => trial.damage(&valid, seed),
+        None => trial.all(&valid),
     }
     let tally = trial.tally;
-    fs::write(subject.path, sound).unwrap();
-    eprintln!("{}: {tally}", subject.name);
+    fs::write(target.path, valid).unwrap();
+    eprintln!("{}: {tally}", target.name);
     tally
 }
 
+/// Number in an environment variable; `None` if it is not set or no number.
 fn number(variable: &str) -> Option<u64> {
     std::env::var(variable).ok().and_then(|text| text.parse().ok())
 }
 
+/// Trial of one reader.
 struct Trial<'a> {
-    subject: &'a Subject<'a>,
+    target: &'a FuzzTarget<'a>,
     read: &'a mut dyn FnMut(&Path) -> Result<(), String>,
-    watch: Watch,
+    watchdog: Watchdog,
     tally: Tally,
 }
 
 impl Trial<'_> {
-    fn all(&mut self, sound: &[u8]) {
-        self.cuts(sound);
+    /// Tries all cuts, then random damage until the time is up.
+    fn all(&mut self, valid: &[u8]) {
+        self.cuts(valid);
         let time = Duration::from_secs(number("UNIC_MUTATION_SECONDS").unwrap_or(2));
         let start = Instant::now();
         for seed in 0.. {
             if start.elapsed() >= time {
                 return;
             }
-            self.damage(sound, seed);
+            self.damage(valid, seed);
         }
     }
 
-    /// The file cut short, and each of its parts cut short in a sound container.
-    fn cuts(&mut self, sound: &[u8]) {
-        for end in cut_places(sound.len()) {
-            self.try_file(&sound[..end], &format!("cut-{end}"));
+    /// Tries the file cut short, and each of its parts cut short in a valid container.
+    fn cuts(&mut self, valid: &[u8]) {
+        for end in cut_places(valid.len()) {
+            self.try_file(&valid[..end], &format!("cut-{end}"));
         }
-        let parts = Parts::of(self.subject.container, sound);
-        for (i, whole) in parts.contents().enumerate().filter(|_| parts.len() > 1) {
-            for end in cut_places(whole.len()) {
-                let bytes = parts.with(i, &whole[..end]).bytes();
+        let parts = Parts::of(self.target.container, valid);
+        for (i, part) in parts.contents().enumerate().filter(|_| parts.len() > 1) {
+            for end in cut_places(part.len()) {
+                let bytes = parts.with(i, &part[..end]).bytes();
                 self.try_file(&bytes, &format!("part-{i}-cut-{end}"));
             }
         }
     }
 
-    fn damage(&mut self, sound: &[u8], seed: u64) {
-        let mut random = Random::new(self.subject.name, seed);
-        let bytes = container::damaged(self.subject.container, sound, &mut random);
+    /// Tries the damaged file of a seed.
+    fn damage(&mut self, valid: &[u8], seed: u64) {
+        let mut random = Random::new(self.target.name, seed);
+        let bytes = container::damaged(self.target.container, valid, &mut random);
         self.try_file(&bytes, &format!("seed-{seed}"));
     }
 
+    /// Writes the bytes, reads them and checks the outcome.
     fn try_file(&mut self, bytes: &[u8], label: &str) {
-        overwrite(self.subject.path, bytes).unwrap();
-        self.watch.begin(label);
-        let (outcome, cost) = measured(|| catch_unwind(AssertUnwindSafe(|| (self.read)(self.subject.path))));
-        let wrong = match &outcome {
+        overwrite(self.target.path, bytes).unwrap();
+        self.watchdog.begin(label);
+        let (outcome, cost) = measure(|| catch_unwind(AssertUnwindSafe(|| (self.read)(self.target.path))));
+        let fault = match &outcome {
             Ok(Ok(())) => None,
             Ok(Err(sentence)) => fault_of(sentence),
             Err(_) => Some("a panic".into()),
         };
-        let wrong = wrong.or_else(|| (!cost.is_bounded(bytes.len())).then(|| cost.to_string()));
-        if let Some(wrong) = wrong {
-            self.fail(bytes, label, &wrong, outcome.err());
+        let fault = fault.or_else(|| (!cost.is_bounded(bytes.len())).then(|| cost.to_string()));
+        if let Some(fault) = fault {
+            self.fail(bytes, label, &fault, outcome.err());
         }
-        let most = &mut self.tally.most;
-        (most.peak, most.time) = (most.peak.max(cost.peak), most.time.max(cost.time));
+        let max = &mut self.tally.max_cost;
+        (max.peak, max.time) = (max.peak.max(cost.peak), max.time.max(cost.time));
         match outcome {
             Ok(Ok(())) => self.tally.read += 1,
             _ => self.tally.refused += 1,
         }
     }
 
-    /// Keeps the file beside the folder of the test.
-    fn fail(&self, bytes: &[u8], label: &str, wrong: &str, panic: Option<Box<dyn Any + Send>>) -> ! {
-        let Subject { name, path, .. } = self.subject;
+    /// Keeps the damaged file beside the folder of the test and panics.
+    fn fail(&self, bytes: &[u8], label: &str, fault: &str, panic: Option<Box<dyn Any + Send>>) -> ! {
+        let FuzzTarget { name, path, .. } = self.target;
         let ending = path.file_name().unwrap_or_default().to_string_lossy();
         let kept = path.parent().unwrap().parent().unwrap();
         let kept = kept.join(format!("{name}-{label}-{ending}"));
         fs::write(&kept, bytes).unwrap();
-        let told = format!("{name}, {label}: {wrong}; the file is kept as {}", kept.display());
-        eprintln!("{told}");
+        let message = format!("{name}, {label}: {fault}; the file is kept as {}", kept.display());
+        eprintln!("{message}");
         match panic {
             Some(panic) => resume_unwind(panic),
-            None => panic!("{told}"),
+            None => panic!("{message}"),
         }
     }
 }
 
-/// As [`fs::write`], but never of no length in between: filesystems take that for the saving of a
-/// document and wait for the disk.
+/// Replaces the contents of an existing file.
 fn overwrite(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    // `fs::write` empties the file first. Some filesystems take that for the saving of a document
+    // and wait for the disk, which is slow for thousands of files.
     let mut file = File::options().write(true).open(path)?;
     file.write_all(bytes)?;
     file.set_len(bytes.len() as u64)
 }
 
-/// What is wrong with a refusal.
+/// Fault of an error message; `None` if it is one sentence without control characters.
 fn fault_of(sentence: &str) -> Option<String> {
     let length = sentence.chars().count();
     if length == 0 || length > LONGEST_SENTENCE {
@@ -290,6 +316,7 @@ fn fault_of(sentence: &str) -> Option<String> {
     control.map(|c| format!("a refusal with a control character {c:?}: {sentence:?}"))
 }
 
+/// Evenly spaced lengths at which a file of `length` bytes is cut.
 fn cut_places(length: usize) -> impl Iterator<Item = usize> {
     (0..length).step_by(length.div_ceil(MOST_CUTS).max(1))
 }

@@ -1,24 +1,24 @@
-//! A harness that finds nothing proves nothing: readers with one fault each must be found.
+//! Contract of the fuzzer: it finds the fault of every faulty reader, and passes a careful one.
 
 use super::*;
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-const SOUND: &str = "count 3\nvalue 1.5\nvalue 2.5\nvalue 3.5\n";
+const VALID: &str = "count 3\nvalue 1.5\nvalue 2.5\nvalue 3.5\n";
 
-/// Whether a reader of text with a fault is found out.
+/// Returns true if the fuzzer finds a fault of a reader of text.
 fn is_found(name: &str, read: fn(&str) -> Result<(), String>) -> bool {
     let folder = tempfile::tempdir().unwrap();
-    let path = workshop(folder.path(), name).join("sound.txt");
-    fs::write(&path, SOUND).unwrap();
-    let subject = Subject {
+    let path = scratch_folder(folder.path(), name).join("valid.txt");
+    fs::write(&path, VALID).unwrap();
+    let target = FuzzTarget {
         name,
         path: &path,
         container: Container::Plain,
     };
     let run = || {
-        survive(&subject, |path| {
+        fuzz(&target, |path| {
             read(&String::from_utf8_lossy(&fs::read(path).unwrap()))
         })
     };
@@ -27,7 +27,7 @@ fn is_found(name: &str, read: fn(&str) -> Result<(), String>) -> bool {
     assert_eq!(
         found,
         beside == 2,
-        "a file is kept exactly when something was found"
+        "a file is kept if and only if a fault was found"
     );
     found
 }
@@ -55,10 +55,10 @@ fn a_reader_that_trusts_a_count_is_found() {
 }
 
 #[test]
-fn a_reader_that_asks_for_what_it_is_told_to_is_found() {
+fn a_reader_that_allocates_a_claimed_size_is_found() {
     assert!(is_found("greedy", |text| {
         let count = count_of(text).ok_or("expected a count")?;
-        // A refused request ends the program; this one fails as a panic.
+        // `try_reserve_exact` returns an error where a refused request would abort the program.
         let mut values: Vec<f64> = Vec::new();
         values.try_reserve_exact(count).map_err(|e| e.to_string())?;
         Ok(())
@@ -66,24 +66,26 @@ fn a_reader_that_asks_for_what_it_is_told_to_is_found() {
 }
 
 #[test]
-fn refusals_without_a_sentence_are_found() {
-    assert!(is_found("mute", |text| match text {
-        SOUND => Ok(()),
+fn refusals_without_a_valid_sentence_are_found() {
+    assert!(is_found("empty message", |text| match text {
+        VALID => Ok(()),
         _ => Err(String::new()),
     }));
-    assert!(is_found("parrot", |text| match text {
-        SOUND => Ok(()),
+    assert!(is_found("repeated file", |text| match text {
+        VALID => Ok(()),
         _ => Err(format!("expected something else, found {text}")),
     }));
 }
 
 #[test]
-fn archives_are_taken_apart_and_put_together() {
-    let names = ["a.npy", "b.npy", "c.npy"];
-    let parts = names.map(|n| (n.to_owned(), n.repeat(50).into_bytes())).to_vec();
+fn containers_are_split_and_assembled() {
+    let part = |name: &str| container::Part {
+        name: name.to_owned(),
+        content: name.repeat(50).into_bytes(),
+    };
     let archive = Parts {
         container: Container::Zip,
-        parts,
+        parts: ["a.npy", "b.npy", "c.npy"].map(part).to_vec(),
     };
     let again = Parts::of(Container::Zip, &archive.bytes());
     assert_eq!(again.parts, archive.parts);
@@ -92,10 +94,10 @@ fn archives_are_taken_apart_and_put_together() {
 }
 
 #[test]
-fn a_stream_repeats() {
-    let draw = |seed| container::damaged(Container::Plain, SOUND.as_bytes(), &mut Random::new("a", seed));
+fn the_same_seeds_give_the_same_files() {
+    let draw = |seed| container::damaged(Container::Plain, VALID.as_bytes(), &mut Random::new("a", seed));
     let files: Vec<Vec<u8>> = (0..1000).map(draw).collect();
     assert_eq!(files, (0..1000).map(draw).collect::<Vec<_>>());
-    let damaged = files.iter().filter(|f| *f != SOUND.as_bytes()).count();
+    let damaged = files.iter().filter(|f| *f != VALID.as_bytes()).count();
     assert!(damaged > 900, "{damaged} of 1000 files are damaged");
 }

@@ -1,4 +1,4 @@
-//! Ends a program whose reader never does.
+//! Watchdog that ends the program if a reader does not return.
 
 use std::{
     io::Write,
@@ -7,13 +7,14 @@ use std::{
     time::Duration,
 };
 
-/// A thread cannot be stopped from outside: a reader that takes this long ends the program.
+/// Time after which a reader ends the program: a thread cannot be stopped from outside.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// Looks on while files are read; stops when it is dropped.
-pub(super) struct Watch(Sender<String>);
+/// Thread that watches the time while files are read. It stops when this value is dropped.
+pub(super) struct Watchdog(Sender<String>);
 
-impl Watch {
+impl Watchdog {
+    /// Starts the thread.
     pub(super) fn start(reader: String) -> Self {
         let (sender, labels) = channel::<String>();
         thread::spawn(move || {
@@ -29,15 +30,16 @@ impl Watch {
         Self(sender)
     }
 
-    /// Another file is read from now on.
+    /// Starts the time again for the next file.
     pub(super) fn begin(&self, label: &str) {
-        // The thread listens for as long as this lives.
+        // Sending cannot fail: the thread receives for as long as this value lives.
         let _ = self.0.send(label.to_owned());
     }
 }
 
+/// Prints the file that was being read and aborts the process.
 fn end(reader: &str, label: &str) -> ! {
-    // Past the capture of a test's output, which is lost with the process.
+    // Written to the stream itself: output that the test harness captures is lost with the process.
     let text = format!("{reader}, {label}: not read within {LONGEST:?}\n");
     let _ = std::io::stderr().write_all(text.as_bytes());
     std::process::abort()

@@ -1,5 +1,5 @@
-//! Tests of `unic-core` that need nothing but it, so that they build for other processors in seconds: what
-//! `tests/cross.sh` runs on 64-bit ARM (qemu) and WebAssembly (node).
+//! Tests of `unic-core` without its development dependencies, so that they build for other
+//! processors in seconds. `tests/cross.sh` runs them on 64-bit ARM (qemu) and WebAssembly (node).
 
-// The model file and the animator are compiled with it.
+// The re-export makes the build compile all of unic-core, model file and animator included.
 pub use unic_core;

@@ -1,15 +1,18 @@
 //! Round numbers for axes.
 
-/// Ticks of an axis from 0: at most about `most` of them, at steps of 1, 2 or 5 times a power of
-/// ten, the last one at or above `max`. 0 to 1 where `max` is no positive number.
+/// Ticks of an axis that starts at 0 and ends at or above `max`.
+///
+/// There are at most about `most` steps, of 1, 2 or 5 times a power of ten. The axis ends at 1 if
+/// `max` is not a positive finite number.
 pub(crate) fn ticks_from_zero(max: f64, most: usize) -> Vec<f64> {
-    // Beyond these, steps overflow or vanish.
+    // Beyond these limits, steps overflow or vanish.
     let max = match max.is_finite() && max > 1e-12 {
         true => max.min(1e12),
         false => 1.0,
     };
     let least = max / most.max(1) as f64;
     let power = 10_f64.powi(least.log10().floor() as i32);
+    // The slack of 1e-9 here and below keeps exact multiples from the next step by rounding.
     let step = [1.0, 2.0, 5.0, 10.0]
         .into_iter()
         .map(|factor| factor * power)
@@ -19,8 +22,8 @@ pub(crate) fn ticks_from_zero(max: f64, most: usize) -> Vec<f64> {
     (0..=count).map(|k| k as f64 * step).collect()
 }
 
-/// A number with the digits that it needs, three decimal places at most.
-pub(crate) fn figure(value: f64) -> String {
+/// Formats a number with at most three decimal places and without trailing zeros.
+pub(crate) fn short_number(value: f64) -> String {
     let text = format!("{value:.3}");
     let short = text.trim_end_matches('0').trim_end_matches('.');
     short.to_owned()
@@ -39,8 +42,9 @@ mod tests {
     }
 
     #[test]
-    fn figures_are_short() {
-        assert_eq!([0.0, 20.0, 12.5, 0.125].map(figure), ["0", "20", "12.5", "0.125"]);
+    fn numbers_have_no_trailing_zeros() {
+        let numbers = [0.0, 20.0, 12.5, 0.125];
+        assert_eq!(numbers.map(short_number), ["0", "20", "12.5", "0.125"]);
     }
 
     proptest! {

@@ -1,38 +1,47 @@
 use crate::Picture;
 use maud::{Markup, html};
 
-/// Pictures whose colours are errors, with the scale that all of them share.
+/// Pictures in which colours are errors, with their common colour bar.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HeatMap {
-    /// The scale.
+    /// Colour bar of all pictures.
     pub bar: ColourBar,
-    /// One a clip.
+    /// Strips of pictures, one per clip.
     pub strips: Vec<HeatStrip>,
-    /// What the colours mean and which frames these are.
+    /// Explanation of the colours and of the choice of frames; may be empty.
     pub note: String,
 }
 
 /// Pictures of one clip.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HeatStrip {
-    /// The clip.
+    /// Name of the clip.
     pub title: String,
-    /// In the order of time, with a line below each.
-    pub pictures: Vec<(Picture, String)>,
+    /// Pictures by ascending time.
+    pub pictures: Vec<CaptionedPicture>,
 }
 
-/// A linear scale of colours.
+/// A picture with a line of text below it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CaptionedPicture {
+    /// Encoded picture.
+    pub picture: Picture,
+    /// Text below the picture, and its description for screen readers.
+    pub caption: String,
+}
+
+/// Colour bar of a linear scale that starts at 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ColourBar {
-    /// sRGB at equal distances from 0 to `max`.
+    /// sRGB colours at equal distances from 0 to `max`.
     pub stops: Vec<[u8; 3]>,
-    /// Where the scale ends.
+    /// Largest value of the scale.
     pub max: f32,
-    /// Of the scale.
+    /// Unit of the scale.
     pub unit: String,
 }
 
-/// Labels of a colour bar: quarters of it.
+/// Number of equal parts between the labels of a colour bar.
 const LABELS: usize = 4;
 
 impl HeatMap {
@@ -43,7 +52,7 @@ impl HeatMap {
                 figure.heat {
                     h3 { (strip.title) }
                     div.strip {
-                        @for (picture, caption) in &strip.pictures {
+                        @for CaptionedPicture { picture, caption } in &strip.pictures {
                             div { (picture.img(caption)) p { (caption) } }
                         }
                     }
@@ -61,10 +70,11 @@ impl ColourBar {
             .iter()
             .map(|[r, g, b]| format!("rgb({r},{g},{b})"))
             .collect();
+        // A gradient needs two colours, and labels a finite range.
         if stops.len() < 2 || !(self.max.is_finite() && self.max > 0.0) {
             return html! {};
         }
-        let label = |k: usize| crate::axis::figure(f64::from(self.max) * k as f64 / LABELS as f64);
+        let label = |k: usize| crate::axis::short_number(f64::from(self.max) * k as f64 / LABELS as f64);
         html! {
             div.bar role="img" aria-label=(format!("colours from 0 to {} {}", label(LABELS), self.unit)) {
                 div.ramp style=(format!("background:linear-gradient(to right,{})", stops.join(","))) {}

@@ -1,14 +1,15 @@
 //! One self-contained HTML page about an evaluated garment.
 //!
 //! A [`Report`] is plain data: text, encoded [`Picture`]s, [`Series`] of numbers, [`Table`]s.
-//! [`Report::html`] lays it out as one page that opens from a disk without a network: pictures are
-//! data URIs, charts are inline SVG, the style and the few lines of script are in the page, and a
-//! content security policy in its head forbids everything else. All text is escaped. The page is
-//! light or dark as the reader's system is, fits a phone, and shows strips of pictures where
-//! scripts do not run.
+//! [`Report::html`] lays it out as one page that opens from a disk without a network. Pictures are
+//! data URIs, charts are inline SVG, and style and script are in the page. A content security
+//! policy in its head forbids everything else. All text is escaped.
+//!
+//! The page follows the reader's choice of a light or dark colour scheme, and fits a phone. Without
+//! scripts, strips of pictures replace movies.
 //!
 //! ```
-//! use unic_report::{Chart, Column, Order, Report, Row, Series, Table, Value};
+//! use unic_report::{Chart, Order, Report, Series, Table, TableColumn, TableRow, Value};
 //!
 //! let drift = Chart {
 //!     title: "RMSE over time".into(),
@@ -18,8 +19,13 @@
 //! };
 //! let scores = Table {
 //!     title: "All clips".into(),
-//!     columns: vec![Column { name: "RMSE".into(), unit: "mm".into(), digits: 1, order: Order::LessIsBetter }],
-//!     rows: vec![Row { name: "model".into(), values: vec![Value::Number(13.3)] }],
+//!     columns: vec![TableColumn {
+//!         name: "RMSE".into(),
+//!         unit: "mm".into(),
+//!         digits: 1,
+//!         order: Order::LessIsBetter,
+//!     }],
+//!     rows: vec![TableRow { name: "model".into(), values: vec![Value::Number(13.3)] }],
 //! };
 //! let report = Report {
 //!     title: "T-shirt".into(),
@@ -32,8 +38,8 @@
 //! assert!(page.starts_with("<!DOCTYPE html>") && page.contains("13.3"));
 //! ```
 //!
-//! What it does not do: measure, draw garments or encode pictures. Names and numbers may be
-//! anything: what is not finite is a gap in a chart and a word in a table.
+//! This crate does not measure, draw garments or encode pictures. Names and numbers may be
+//! anything: a number that is not finite is a gap in a chart and a word in a table.
 
 #![forbid(unsafe_code)]
 
@@ -47,8 +53,8 @@ mod report;
 mod table;
 
 pub use chart::{Chart, Series};
-pub use heat::{ColourBar, HeatMap, HeatStrip};
-pub use movie::{Frame, Movie, View};
+pub use heat::{CaptionedPicture, ColourBar, HeatMap, HeatStrip};
+pub use movie::{Movie, MovieFrame, MovieView};
 pub use picture::{Picture, PictureFormat};
-pub use report::{Definition, Facts, KeyFigure, MAX_PAGE_BYTES, Report};
-pub use table::{Column, Order, Row, Table, Value};
+pub use report::{Definition, Fact, Facts, KeyFigure, MAX_PAGE_BYTES, Report};
+pub use table::{Order, Table, TableColumn, TableRow, Value};

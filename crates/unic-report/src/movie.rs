@@ -1,64 +1,69 @@
 use crate::Picture;
 use maud::{Markup, html};
 
-/// A moving picture: several views of the same moment side by side in each frame.
+/// Moving picture with several views of the same moment side by side.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Movie {
-    /// What moves.
+    /// Heading, such as the name of the clip.
     pub title: String,
-    /// One line below it.
+    /// Line of text below the movie; may be empty.
     pub note: String,
     /// Frames per second in real time.
     pub fps: f32,
-    /// The views from left to right, of equal width.
-    pub views: Vec<View>,
-    /// In the order of time.
-    pub frames: Vec<Frame>,
+    /// Views from left to right, of equal width.
+    pub views: Vec<MovieView>,
+    /// Frames by ascending time.
+    pub frames: Vec<MovieFrame>,
 }
 
-/// What one column of a [`Movie`] shows.
+/// One column of a [`Movie`].
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct View {
-    /// Its name.
+pub struct MovieView {
+    /// Name above the view.
     pub name: String,
-    /// Index of the series in the chart that it belongs to, and has the colour of.
+    /// Index of the view's series in the chart, whose colour the view has; `None` without a series.
     pub series: Option<usize>,
 }
 
 /// One moment of a [`Movie`].
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Frame {
-    /// All views.
+pub struct MovieFrame {
+    /// Picture of all views.
     pub picture: Picture,
-    /// When, in words.
+    /// Time of the frame, in words.
     pub time: String,
-    /// One short text a view, its error for instance; may be empty.
+    /// Short text of each view, such as its error; may be empty.
     pub values: Vec<String>,
 }
 
-/// Frames of the strip that stands for the movie where scripts do not run and on paper.
+/// Number of frames in the strip that replaces a movie without scripts and in print.
 const STILLS: usize = 4;
 
-/// Bytes of a frame's tags and of a movie's, at most, without their texts.
+/// Upper bound on the bytes of a frame's tags without their texts.
 const FRAME_MARKUP: usize = 400;
+
+/// Upper bound on the bytes of a movie's tags without frames and texts.
 const MOVIE_MARKUP: usize = 2_000;
-/// Bytes that a character of text becomes, at most: `&quot;`.
+
+/// Upper bound on the bytes of an escaped byte of text: `&quot;`.
 const ESCAPE: usize = 6;
 
 impl Movie {
-    /// Bytes of the markup with every `stride`th frame, at most.
+    /// Upper bound on the bytes of the markup with every `stride`th frame.
     pub(crate) fn most_bytes(&self, stride: usize) -> usize {
         let frames = self.frames.iter().step_by(stride.max(1));
         let names: usize = self.views.iter().map(|view| view.name.len()).sum();
-        let text =
-            |frame: &Frame| names + frame.time.len() + frame.values.iter().map(String::len).sum::<usize>();
-        let bytes = |frame: &Frame| frame.picture.encoded_len() + FRAME_MARKUP + 3 * ESCAPE * text(frame);
+        let values = |frame: &MovieFrame| frame.values.iter().map(String::len).sum::<usize>();
+        let text = |frame: &MovieFrame| names + frame.time.len() + values(frame);
+        // No text appears more than three times, for instance in `alt`, `data-time` and `output`.
+        let bytes =
+            |frame: &MovieFrame| frame.picture.encoded_len() + FRAME_MARKUP + 3 * ESCAPE * text(frame);
         frames.map(bytes).sum::<usize>()
             + MOVIE_MARKUP
             + 3 * ESCAPE * (names + self.title.len() + self.note.len())
     }
 
-    /// Every `stride`th frame, at as much lower a rate.
+    /// Movie of every `stride`th frame, with a frame rate that is `stride` times lower.
     pub(crate) fn thinned(&self, stride: usize) -> Self {
         let stride = stride.max(1);
         Self {
@@ -70,9 +75,10 @@ impl Movie {
         }
     }
 
-    /// The frames are `img` elements: those of the strip show as they are, and the script draws all
-    /// of them on the canvas, so that no picture is in the page twice.
+    /// Markup of the movie; empty without frames.
     pub(crate) fn markup(&self) -> Markup {
+        // All frames are `img` elements. Style sheets show those of the strip without scripts; the
+        // script draws them all on the canvas. No picture is in the page twice.
         let Some(first) = self.frames.first() else {
             return html! {};
         };
@@ -90,7 +96,7 @@ impl Movie {
         }
     }
 
-    /// A rate that a script can divide by.
+    /// Frame rate that a script can divide by: positive and finite.
     fn rate(&self) -> f32 {
         match self.fps.is_finite() && self.fps > 0.0 {
             true => self.fps,
@@ -98,7 +104,8 @@ impl Movie {
         }
     }
 
-    fn heading(&self, first: &Frame) -> Markup {
+    /// Names and values of the views above the pictures.
+    fn heading(&self, first: &MovieFrame) -> Markup {
         let value = |i: usize| first.values.get(i).map_or("", String::as_str);
         html! {
             div.views {
@@ -115,7 +122,7 @@ impl Movie {
         }
     }
 
-    fn frame(&self, index: usize, frame: &Frame) -> Markup {
+    fn frame(&self, index: usize, frame: &MovieFrame) -> Markup {
         let named = self
             .views
             .iter()
@@ -127,13 +134,15 @@ impl Movie {
         let alt = format!("{} {}", frame.time, named.join(", "));
         let picture = &frame.picture;
         html! {
+            // The script reads time and values from the attributes and splits the values at `|`.
             img.still[is_still(index, self.frames.len())] src=(picture.data_uri()) alt=(alt.trim_end())
                 width=(picture.width) height=(picture.height)
                 data-time=(frame.time) data-values=(frame.values.join("|"));
         }
     }
 
-    fn controls(&self, first: &Frame) -> Markup {
+    /// Play button, slider, time and speed; none for a single frame.
+    fn controls(&self, first: &MovieFrame) -> Markup {
         let last = self.frames.len() - 1;
         html! {
             @if last > 0 {
@@ -148,6 +157,7 @@ impl Movie {
     }
 }
 
+/// Returns true for the frames of the strip: the first, the last and evenly spaced ones between.
 fn is_still(index: usize, count: usize) -> bool {
     (0..STILLS).any(|k| index == k * (count - 1) / (STILLS - 1))
 }

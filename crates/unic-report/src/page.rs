@@ -1,16 +1,16 @@
-//! The layout of the page.
+//! Layout of the page.
 
-use crate::{Facts, Movie, Report, Table};
+use crate::{Fact, Facts, Movie, Report, Table};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("player.js");
 
-/// The browser itself refuses whatever is not in the page.
+/// Content security policy: the browser loads nothing from outside the page.
 const POLICY: &str =
     "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
-/// The report with these movies in place of its own.
+/// Renders a report with the given movies in place of its own.
 pub(crate) fn render(report: &Report, movies: &[Movie]) -> String {
     let page = html! {
         (DOCTYPE)
@@ -46,7 +46,8 @@ fn head(title: &str) -> Markup {
             title { (title) }
             link rel="icon" href="data:,";
             style { (PreEscaped(STYLE)) }
-            // Before anything is drawn: strips that the script replaces do not flash up.
+            // The class is set before anything is drawn: strips that movies replace do not flash
+            // up.
             script { "document.documentElement.classList.add('scripted')" }
         }
     }
@@ -72,11 +73,13 @@ fn heading(report: &Report) -> Markup {
     }
 }
 
+/// Section with a heading; empty without content.
 fn section(title: &str, has_content: bool, content: Markup) -> Markup {
     html! { @if has_content { section { h2 { (title) } (content) } } }
 }
 
 fn motion(report: &Report, movies: &[Movie]) -> Markup {
+    // Movies without frames have no markup: alone they would leave an empty section.
     let moves = movies.iter().any(|movie| !movie.frames.is_empty());
     section(
         "Motion",
@@ -125,7 +128,7 @@ fn facts(group: &Facts) -> Markup {
     html! {
         div {
             h3 { (group.title) }
-            dl { @for (name, value) in &group.rows { dt { (name) } dd { (value) } } }
+            dl { @for Fact { name, value } in &group.rows { dt { (name) } dd { (value) } } }
         }
     }
 }

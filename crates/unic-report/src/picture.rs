@@ -4,22 +4,22 @@ use maud::{Markup, html};
 /// An encoded picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
-    /// How the bytes are encoded.
+    /// Encoding of the bytes.
     pub format: PictureFormat,
-    /// A whole file.
+    /// Contents of the picture file.
     pub bytes: Vec<u8>,
-    /// Pixels, so that the page keeps the place free.
+    /// Width, pixels. Browsers reserve the place of a picture before they decode it.
     pub width: u32,
-    /// Pixels.
+    /// Height, pixels.
     pub height: u32,
 }
 
-/// An encoding that every browser reads.
+/// Encoding of a picture that every browser reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureFormat {
-    /// Small, with losses: moving pictures.
+    /// Small files with losses, for moving pictures.
     Jpeg,
-    /// Exact: drawings and flat colours.
+    /// Exact files, for drawings and flat colours.
     Png,
 }
 
@@ -33,7 +33,7 @@ impl PictureFormat {
 }
 
 impl Picture {
-    /// An `img` that holds the picture itself, with what it shows in words.
+    /// `img` element with the picture as a data URI; `alt` describes the picture.
     pub(crate) fn img(&self, alt: &str) -> Markup {
         html! { img src=(self.data_uri()) width=(self.width) height=(self.height) alt=(alt); }
     }
@@ -44,8 +44,9 @@ impl Picture {
         uri
     }
 
-    /// Bytes of the data URI, nearly: what a page grows by.
+    /// Number of bytes of the picture in base64.
     pub(crate) fn encoded_len(&self) -> usize {
+        // Base64 writes every three bytes, or a rest of them, as four characters.
         self.bytes.len().div_ceil(3).saturating_mul(4)
     }
 }

@@ -1,74 +1,84 @@
 use crate::{Chart, HeatMap, Movie, Table, page};
 
-/// Most bytes of a page: what a mail or an issue still takes.
+/// Largest size of a page, bytes: mail servers and issue trackers accept it as an attachment.
 pub const MAX_PAGE_BYTES: usize = 12_000_000;
 
-/// Everything that a page says, in its order; what is empty leaves no trace.
+/// Contents of a page from top to bottom. Empty fields leave no trace.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
-    /// Heading, and the window's title.
+    /// Heading and window title.
     pub title: String,
-    /// One sentence with the result.
+    /// Result in one sentence.
     pub lead: String,
-    /// Reasons why the result does not mean what it seems to, a sentence each, set off below it.
+    /// Reasons to doubt the result, one sentence each, set off below it.
     pub caveats: Vec<String>,
-    /// The same as numbers to be seen from afar; the first is what the page is about.
+    /// Result as a few large numbers; the first one is the subject of the page.
     pub figures: Vec<KeyFigure>,
     /// Moving pictures.
     pub movies: Vec<Movie>,
-    /// Above them; may be empty.
+    /// Text above the movies; may be empty.
     pub movies_note: String,
-    /// Where on the garment the errors are.
+    /// Error maps of the garment.
     pub heat: Option<HeatMap>,
-    /// How the error grows.
+    /// Chart of the error over time.
     pub drift: Option<Chart>,
-    /// Below the chart; may be empty.
+    /// Text below the chart; may be empty.
     pub drift_note: String,
-    /// The first is open, the others can be opened.
+    /// Tables, of which the first one is expanded.
     pub tables: Vec<Table>,
-    /// What was measured, with what, on what.
+    /// Groups of facts about the model, the data and the measurement.
     pub facts: Vec<Facts>,
-    /// The footnote: what each row and column means.
+    /// Definitions of the terms in rows and columns.
     pub definitions: Vec<Definition>,
-    /// The last line: who made this page, and when.
+    /// Last line: program and date.
     pub colophon: String,
 }
 
 /// A large number.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct KeyFigure {
-    /// The number as text.
+    /// Number as text.
     pub value: String,
-    /// Its unit.
+    /// Unit of the number; may be empty.
     pub unit: String,
-    /// What it is.
+    /// Meaning of the number, in a few words.
     pub label: String,
 }
 
-/// Names and values under a heading.
+/// Group of facts under a heading.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Facts {
     /// Heading.
     pub title: String,
-    /// Name and value.
-    pub rows: Vec<(String, String)>,
+    /// Facts from top to bottom.
+    pub rows: Vec<Fact>,
 }
 
-/// What a word means.
+/// A name with its value.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Fact {
+    /// Name.
+    pub name: String,
+    /// Value as text.
+    pub value: String,
+}
+
+/// Definition of a term.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Definition {
-    /// As in a table.
+    /// Term as it appears in a table.
     pub term: String,
-    /// One sentence.
+    /// Meaning of the term, in one sentence.
     pub meaning: String,
 }
 
 impl Report {
-    /// The page.
+    /// Renders the page.
     ///
-    /// Where it would exceed [`MAX_PAGE_BYTES`], all movies show every second, third, ... frame, at
-    /// as much lower a rate, or are left out; text, charts and heat maps are never cut.
+    /// If it would exceed [`MAX_PAGE_BYTES`], all movies show every second, third, ... frame at a
+    /// lower frame rate, or are left out. Text, charts and heat maps are never cut.
     pub fn html(&self) -> String {
+        // The page without movies is rendered once to find its size.
         let room = MAX_PAGE_BYTES.saturating_sub(page::render(self, &[]).len());
         let most = self
             .movies
@@ -82,6 +92,7 @@ impl Report {
                 .map(|movie| movie.most_bytes(stride))
                 .sum::<usize>()
         };
+        // The bound is computed from sizes alone: no page is rendered to be thrown away.
         let stride = (1..=most).find(|&stride| bytes(stride) <= room);
         let movies: Vec<Movie> = match stride {
             Some(stride) => self.movies.iter().map(|movie| movie.thinned(stride)).collect(),

@@ -1,51 +1,51 @@
 use maud::{Markup, html};
 
-/// Numbers in rows and columns.
+/// Table of numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// The subject.
+    /// Title of the table.
     pub title: String,
-    /// From left to right, after the rows' names.
-    pub columns: Vec<Column>,
-    /// From top to bottom; the first one is what the page is about.
-    pub rows: Vec<Row>,
+    /// Columns from left to right, without that of the rows' names.
+    pub columns: Vec<TableColumn>,
+    /// Rows from top to bottom; the first one is the subject of the page.
+    pub rows: Vec<TableRow>,
 }
 
 /// A column of a [`Table`].
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Column {
+pub struct TableColumn {
     /// Heading.
     pub name: String,
-    /// Below the heading; may be empty.
+    /// Unit below the heading; may be empty.
     pub unit: String,
-    /// Digits after the point.
+    /// Number of digits after the decimal point.
     pub digits: usize,
-    /// Which number of the column is the best, and printed bold.
+    /// Order of the column's numbers. The best one is bold and underlined.
     pub order: Order,
 }
 
-/// What is good.
+/// Order of numbers from good to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Errors.
+    /// The least number is the best: errors.
     LessIsBetter,
-    /// Ratios to the truth.
+    /// The number nearest to one is the best: ratios to the ground truth.
     OneIsBest,
 }
 
 /// A row of a [`Table`].
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Row {
-    /// What was measured.
+pub struct TableRow {
+    /// Name of the model or baseline.
     pub name: String,
-    /// One a column; missing ones count as [`Value::None`].
+    /// Value of each column; missing ones count as [`Value::None`].
     pub values: Vec<Value>,
 }
 
-/// One cell.
+/// Value of a table cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Value {
-    /// There is no such number.
+    /// No number: the cell shows a dash.
     #[default]
     None,
     /// A number; one that is not finite is shown as diverged.
@@ -63,8 +63,10 @@ impl Value {
     fn text(self, digits: usize) -> String {
         match self {
             Self::None => "–".to_owned(),
-            // Nobody reads more digits, and a diverged number has hundreds before the point.
+            // Diverged numbers may have hundreds of digits before the point: they are shown with an
+            // exponent below.
             Self::Number(number) if number.abs() < 1e7 => {
+                // A bound on the digits keeps cells short whatever the column asks for.
                 format!("{number:.digits$}", digits = digits.min(9))
             }
             Self::Number(number) if number.is_finite() => format!("{number:.1e}"),
@@ -74,8 +76,8 @@ impl Value {
 }
 
 impl Order {
-    /// Smaller is better.
-    fn badness(self, value: f64) -> f64 {
+    /// Cost of a value; the least cost is the best.
+    fn cost(self, value: f64) -> f64 {
         match self {
             Self::LessIsBetter => value,
             Self::OneIsBest => (value - 1.0).abs(),
@@ -101,7 +103,7 @@ impl Table {
         }
     }
 
-    fn row(&self, row: &Row, best: &[Option<String>]) -> Markup {
+    fn row(&self, row: &TableRow, best: &[Option<String>]) -> Markup {
         let cells = self.columns.iter().zip(best).enumerate();
         html! {
             tr {
@@ -115,15 +117,16 @@ impl Table {
         }
     }
 
-    /// Does any number stand out?
+    /// Returns true if any column has a best number.
     pub(crate) fn has_best(&self) -> bool {
         (0..self.columns.len()).any(|c| self.best(c).is_some())
     }
 
-    /// The best number of a column as it is printed, so that rows that print the same stand out together; none
-    /// where there is nothing to compare.
+    /// Best number of a column as text; none without two numbers to compare.
+    ///
+    /// Cells are compared by their text, so that all rows with the same text are marked.
     fn best(&self, column: usize) -> Option<String> {
-        let Column { order, digits, .. } = self.columns.get(column)?;
+        let TableColumn { order, digits, .. } = self.columns.get(column)?;
         let values = self
             .rows
             .iter()
@@ -131,7 +134,7 @@ impl Table {
         let values: Vec<f64> = values.collect();
         let best = values
             .iter()
-            .min_by(|a, b| order.badness(**a).total_cmp(&order.badness(**b)))?;
+            .min_by(|a, b| order.cost(**a).total_cmp(&order.cost(**b)))?;
         (values.len() > 1).then(|| Value::Number(*best).text(*digits))
     }
 }

@@ -1,5 +1,5 @@
-//! A page is well-formed, holds everything that it shows, escapes what it is given, and stays within its
-//! size whatever the input.
+//! Contract of a page: it is well-formed and self-contained, escapes all text, and stays within its
+//! size for any input.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use proptest::prelude::*;
@@ -18,12 +18,12 @@ fn picture(bytes: usize) -> Picture {
 }
 
 fn movie(frames: usize, bytes: usize) -> Movie {
-    let frame = |t: usize| Frame {
+    let frame = |t: usize| MovieFrame {
         picture: picture(bytes),
         time: format!("{t} s"),
         values: vec![String::new(), format!("{t} mm")],
     };
-    let view = |name: &str, series| View {
+    let view = |name: &str, series| MovieView {
         name: name.into(),
         series,
     };
@@ -50,13 +50,13 @@ fn chart(points: Vec<(f64, f64)>) -> Chart {
 }
 
 fn table(values: [f64; 2]) -> Table {
-    let column = |order| Column {
+    let column = |order| TableColumn {
         name: HOSTILE.into(),
         unit: "mm".into(),
         digits: 1,
         order,
     };
-    let row = |value: f64| Row {
+    let row = |value: f64| TableRow {
         name: HOSTILE.into(),
         values: vec![Value::Number(value), Value::None],
     };
@@ -88,7 +88,10 @@ fn full(movies: Vec<Movie>) -> Report {
             },
             strips: vec![HeatStrip {
                 title: text(),
-                pictures: vec![(picture(60), text())],
+                pictures: vec![CaptionedPicture {
+                    picture: picture(60),
+                    caption: text(),
+                }],
             }],
             note: text(),
         }),
@@ -97,7 +100,10 @@ fn full(movies: Vec<Movie>) -> Report {
         tables: vec![table([1.0, 2.0]), table([f64::NAN, 1e300])],
         facts: vec![Facts {
             title: text(),
-            rows: vec![(text(), text())],
+            rows: vec![Fact {
+                name: text(),
+                value: text(),
+            }],
         }],
         definitions: vec![Definition {
             term: text(),
@@ -117,7 +123,7 @@ fn count(document: &Html, selector: &str) -> usize {
     document.select(&Selector::parse(selector).unwrap()).count()
 }
 
-/// Whatever makes a browser look outside the page.
+/// Asserts that nothing makes a browser load data from outside the page.
 fn assert_self_contained(document: &Html) {
     for element in document.select(&Selector::parse("*").unwrap()) {
         for (name, value) in element.value().attrs() {
@@ -135,7 +141,7 @@ fn assert_self_contained(document: &Html) {
     }
 }
 
-/// Every number of every drawing.
+/// Asserts that every number of every drawing is finite and small.
 fn assert_drawings_are_finite(document: &Html) {
     let mut numbers = 0;
     for element in document.select(&Selector::parse("svg, svg *").unwrap()) {
@@ -182,7 +188,7 @@ fn a_full_page_is_well_formed_and_self_contained() {
 }
 
 #[test]
-fn text_stays_text() {
+fn text_is_escaped() {
     let report = full(vec![movie(3, 90)]);
     let document = parse(&report.html());
     assert_eq!(count(&document, "script"), 2);
@@ -193,7 +199,7 @@ fn text_stays_text() {
 }
 
 #[test]
-fn without_scripts_a_strip_of_pictures_shows() {
+fn without_scripts_a_strip_of_pictures_is_visible() {
     let document = parse(&full(vec![movie(50, 90)]).html());
     assert_eq!(count(&document, ".frames img.still"), 4);
     assert_eq!(
@@ -225,7 +231,7 @@ fn an_empty_report_is_a_page_without_sections() {
 
 #[test]
 fn movies_lose_frames_before_a_page_grows_too_large() {
-    // 40 MB of pictures: every fourth frame is what fits.
+    // 40 MB of pictures: only every fourth frame fits.
     let document = full(vec![movie(300, 50_000), movie(300, 50_000)]);
     let page = document.html();
     assert!(page.len() <= MAX_PAGE_BYTES, "{}", page.len());
@@ -254,7 +260,7 @@ fn small_movies_keep_every_frame() {
 }
 
 #[test]
-fn the_best_number_of_a_column_stands_out() {
+fn the_best_number_of_a_column_is_marked() {
     let best = |values: [f64; 2]| {
         let report = Report {
             tables: vec![table(values)],
@@ -269,7 +275,7 @@ fn the_best_number_of_a_column_stands_out() {
     };
     assert_eq!(best([3.0, 2.0]), ["2.0"]);
     assert_eq!(best([3.0, f64::NAN]), Vec::<String>::new());
-    // What is printed alike is equally good.
+    // Numbers with the same text are equally good.
     assert_eq!(best([2.04, 2.01]), ["2.0", "2.0"]);
     let page = Report {
         tables: vec![table([f64::NAN, 2.0])],

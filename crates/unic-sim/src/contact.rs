@@ -57,8 +57,8 @@ const SINK_M_PER_S: f32 = 3.0;
 ///   armpit moves with it, and is pushed out when the arm is lifted.
 /// - **Bare limbs** of a character pass through the cloth where they come too close to a covered
 ///   part, as captured arms intersect bellies. Cloth inside such a limb moves to the covered part
-///   beneath it, at 3 m/s and without becoming velocity. Bare limbs collide with the cloth's outer
-///   side only, so that a limb that ends up beneath the cloth does not lift it.
+///   beneath it, at 3 m/s and without becoming velocity. Bare limbs that the garment does not
+///   enclose collide with its outer side only, so that they do not lift it from beneath.
 ///
 /// Particles do not interact, so that results have the same bytes for any number of threads.
 ///
@@ -193,7 +193,7 @@ impl BodyContacts {
             adjacency: &self.adjacency,
             limb_filter: &self.limb_filter,
             start: interval.start(),
-            // Clearances are from the last search, and have to be reduced by the motion since.
+            // Clearances shrink by the motion of the previous interval.
             before: std::mem::replace(&mut self.motion, motion),
             motion,
             thickness_m: self.settings.thickness_m,

@@ -100,7 +100,8 @@ impl CoarseLevel {
             let members = self.members[row(c)].iter();
             members.map(|m| positions[m.index as usize] * m.weight).sum()
         };
-        // Each mean is summed by one thread in a fixed order, so that threads do not change the bits.
+        // Each mean is summed by one thread in a fixed order, so that threads do not change the
+        // bits.
         (0..self.inverse_masses.len())
             .into_par_iter()
             .with_min_len(256)

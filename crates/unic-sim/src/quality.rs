@@ -123,8 +123,8 @@ impl QualityMeter {
                 continue;
             };
             let depth = -point.signed_distance;
-            // In a fold a point is outside one part of the body and inside another: its depth says
-            // nothing about the cloth.
+            // In a fold a point is outside one part of the body and inside another, and its depth
+            // is meaningless.
             if depth > DEEP_M && !self.folds.is_face_folded(point.face) {
                 self.inside += 1;
                 self.deepest = self.deepest.max(depth);

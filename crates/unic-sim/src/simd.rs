@@ -158,7 +158,7 @@ impl Vec3x8 {
             y: F32x8::ZERO,
             z: F32x8::ZERO,
         };
-        // Scalar loads: positions are arrays of structures, and gather instructions are not faster.
+        // Scalar loads, because positions are stored as an array of structures.
         for (lane, &index) in indices.iter().enumerate() {
             let p = point(index);
             all.x.0[lane] = p.x;

@@ -1,4 +1,4 @@
-//! Takes of a figure, written as a capture.
+//! Figures and takes, and writing them as a capture.
 
 use glam::Vec3;
 use std::path::Path;
@@ -10,28 +10,29 @@ use unic_core::{
 };
 use unic_io::{Capture, CaptureWriter, Manifest, Split, capture::JointReference};
 
-/// Who wears what.
+/// A character with its garment.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// The body.
+    /// Body and skeleton.
     pub character: Character,
-    /// What it wears.
+    /// Garment on the body.
     pub garment: Garment,
-    /// L ankle, L foot, R ankle, R foot.
+    /// Indices of the left ankle and foot and the right ankle and foot.
     pub contact_joints: [usize; 4],
 }
 
-/// A motion with the garment on it.
+/// A motion with the positions of the garment.
 #[derive(Clone, Debug)]
 pub struct Take {
-    /// The motion.
+    /// Motion of the character.
     pub clip: Clip,
-    /// World positions by frame, metres.
+    /// World positions of the garment's vertices by frame, metres.
     pub garment: Vec<Vec<Vec3>>,
 }
 
 impl Figure {
-    /// The garment's rest shape by linear blend skinning in every frame of a clip.
+    /// World positions of the garment's rest shape under linear blend skinning, by frame of a clip,
+    /// metres.
     pub fn skinned(&self, clip: &Clip) -> Vec<Vec<Vec3>> {
         let skeleton = &self.character.skeleton;
         let frame = |pose: &Pose| {
@@ -46,10 +47,10 @@ impl Figure {
     }
 }
 
-/// Writes the capture `root`, named as its folder, and opens it.
+/// Writes takes as a capture in the folder `root` and opens it. Its name is that of the folder.
 ///
 /// # Panics
-/// When anything of it cannot be written or read again.
+/// Panics if the capture cannot be written or read again.
 pub fn write_capture(root: &Path, figure: &Figure, takes: &[(Take, Split)]) -> Capture {
     let name = root.file_name().unwrap().to_string_lossy();
     let fps = takes.first().map_or(crate::FPS, |(take, _)| take.clip.fps);
@@ -69,10 +70,13 @@ pub fn write_capture(root: &Path, figure: &Figure, takes: &[(Take, Split)]) -> C
     Capture::open(root).unwrap()
 }
 
-/// [`write_capture`] into a folder that goes with the first value; clips stay mapped when it does.
+/// Writes takes as a capture in a temporary folder, which is removed when the first value is
+/// dropped.
+///
+/// Clips of the open capture stay readable after that.
 ///
 /// # Panics
-/// As [`write_capture`].
+/// Panics if the capture cannot be written or read again.
 pub fn capture(figure: &Figure, takes: &[(Take, Split)]) -> (TempDir, Capture) {
     let folder = tempfile::tempdir().unwrap();
     let capture = write_capture(&folder.path().join("tube"), figure, takes);

@@ -1,9 +1,12 @@
-//! Small synthetic captures for the tests of the other crates; a development dependency alone.
+//! Small synthetic captures for the tests of other crates, which have it as a development
+//! dependency.
 //!
-//! A [`Figure`] is a character and its garment, a [`Take`] a motion with the garment on it; takes are
-//! written as a capture by [`write_capture`]. [`Figure::tube`] is a symmetric figure in a tube whose
-//! lower rings swing after the hip ([`take`]): it turns, leans, walks and remembers, in a few
-//! milliseconds. [`Figure::mixamo`] wears the same tube on 65 joints, fingers included, named as Mixamo does.
+//! - A [`Figure`] is a character with its garment.
+//! - A [`Take`] is a motion with the positions of the garment.
+//! - [`write_capture`] writes takes as a capture.
+//! - [`Figure::tube`] is a symmetric figure in a tube. In a [`take`] it turns, leans and walks, and
+//!   the lower rings of the tube follow the hip with a delay. It takes a few milliseconds.
+//! - [`Figure::mixamo`] wears the same tube on Mixamo's 65 joints, fingers included.
 //!
 //! ```
 //! use unic_io::Split;

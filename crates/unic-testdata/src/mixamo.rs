@@ -1,4 +1,4 @@
-//! A figure of 65 joints, fingers included, named and ordered as Mixamo's.
+//! Figure with Mixamo's 65 joints, fingers included, in Mixamo's names and order.
 
 use crate::{capture::Figure, motion::FPS};
 use glam::{Quat, Vec3};
@@ -10,24 +10,26 @@ use unic_core::{
     skinning::SkinningWeights,
 };
 
-/// Joints of [`Figure::mixamo`].
+/// Number of joints of [`Figure::mixamo`].
 pub const MIXAMO_JOINTS: usize = 65;
 
-/// Distance over which a joint's share of a vertex fades, metres.
+/// Distance at which the influence of a joint on a vertex has fallen by a factor of e, metres.
 const REACH_M: f32 = 0.15;
 
 const FINGERS: [&str; 5] = ["Thumb", "Index", "Middle", "Ring", "Pinky"];
 
-/// Joints as they are listed: name, parent, place in a T-pose in metres.
+/// Rig under construction: one entry per joint in each list.
 #[derive(Default)]
-struct Rig {
+struct RigBuilder {
     names: Vec<String>,
+    /// Index of each joint's parent; −1 for the root.
     parents: Vec<i64>,
+    /// Positions in a T-pose, metres.
     places: Vec<Vec3>,
 }
 
-impl Rig {
-    /// Index of the new joint.
+impl RigBuilder {
+    /// Adds a joint and returns its index.
     fn add(&mut self, name: &str, parent: i64, place: Vec3) -> i64 {
         self.names.push(format!("mixamorig:{name}"));
         self.parents.push(parent);
@@ -35,6 +37,7 @@ impl Rig {
         self.names.len() as i64 - 1
     }
 
+    /// Adds a chain of joints and returns the index of the last one.
     fn chain(&mut self, mut parent: i64, joints: &[(String, Vec3)]) -> i64 {
         for (name, place) in joints {
             parent = self.add(name, parent, *place);
@@ -42,6 +45,7 @@ impl Rig {
         parent
     }
 
+    /// Adds an arm; `x` is the sign of its side.
     fn arm(&mut self, chest: i64, side: &str, x: f32) {
         let at = |name: &str, along: f32| (format!("{side}{name}"), Vec3::new(x * along, 1.42, 0.0));
         let bones = [
@@ -61,6 +65,7 @@ impl Rig {
         }
     }
 
+    /// Adds a leg; `x` is the sign of its side.
     fn leg(&mut self, hips: i64, side: &str, x: f32) {
         let at = |name: &str, y: f32, z: f32| (format!("{side}{name}"), Vec3::new(0.1 * x, y, z));
         let bones = [
@@ -82,6 +87,7 @@ impl Rig {
             chest,
             &[up("Neck", 1.48), up("Head", 1.55), up("HeadTop_End", 1.72)],
         );
+        // Mixamo lists both arms before both legs.
         for (side, x) in [("Left", 1.0), ("Right", -1.0)] {
             rig.arm(chest, side, x);
         }
@@ -91,7 +97,7 @@ impl Rig {
         rig
     }
 
-    /// Smooth in space: every joint near a vertex moves it.
+    /// Skinning weights that are smooth in space: every joint near a vertex moves it.
     fn weights(&self, vertices: &[Vec3]) -> SkinningWeights {
         let share = |v: Vec3, joint: Vec3| (-(v.distance(joint) / REACH_M).powi(2)).exp();
         let rows = vertices
@@ -102,9 +108,9 @@ impl Rig {
 }
 
 impl Figure {
-    /// The tube and its body on a rig of 65 joints in a T-pose, as Mixamo lists and names them.
+    /// The tube and its body on Mixamo's 65 joints in a T-pose.
     pub fn mixamo() -> Self {
-        let (tube, rig) = (Self::tube(), Rig::mixamo());
+        let (tube, rig) = (Self::tube(), RigBuilder::mixamo());
         let body = tube.character.body;
         let mut garment = tube.garment;
         garment.weights = rig.weights(&garment.rest.vertices);
@@ -131,11 +137,12 @@ impl Figure {
     }
 }
 
-/// A walk in which every joint swings on its own, fingers too; `seed` shifts it in time.
+/// Clip of a walk in which every joint swings independently, fingers too; `seed` shifts it in time.
 pub fn mixamo_clip(name: &str, seed: usize, frames: usize) -> Clip {
     let pose = |t: usize| {
         let s = (t + 17 * seed) as f32 / FPS;
         let joint = |j: usize| {
+            // Each joint has an axis, a frequency and a phase of its own.
             let k = j as f32;
             let axis = Vec3::new((1.3 * k).sin(), (0.7 * k).cos(), (2.1 * k).sin()).normalize();
             Quat::from_axis_angle(axis, 0.25 * ((2.0 + 0.05 * k) * s + k).sin())

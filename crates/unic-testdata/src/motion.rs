@@ -1,4 +1,4 @@
-//! What the figure in the tube does.
+//! Motion of the figure in the tube, and the response of the tube.
 
 use crate::capture::{Figure, Take};
 use glam::{Quat, Vec3};
@@ -9,12 +9,16 @@ pub const FPS: f32 = 30.0;
 
 /// Time constant of the tube's memory, seconds.
 const MEMORY_S: f32 = 0.2;
-/// Swing of the lowest ring at 1 m/s, metres.
+
+/// Displacement of the lowest ring at a steady speed of 1 m/s, metres: negative, since it trails.
 const SWING_M: f32 = -0.1;
 
-/// Bows, leans and turns in a slow walk, the arms on their own; `seed` shifts it in time.
+/// Clip of a slow walk with bows, leans and turns, in which the arms move independently.
+///
+/// `seed` shifts it in time.
 pub fn clip(name: &str, seed: usize, frames: usize) -> Clip {
     let pose = |t: usize| {
+        // Each seed begins 17 frames later than the one before.
         let s = (t + 17 * seed) as f32 / FPS;
         let local = vec![
             Quat::from_rotation_y(0.5 * (2.0 * s).cos()),
@@ -36,19 +40,22 @@ pub fn clip(name: &str, seed: usize, frames: usize) -> Clip {
     }
 }
 
-/// [`clip`] with the tube on it: the lower rings swing after the hip with a memory of 0.2 s.
+/// Take of [`clip`] with the tube, whose lower rings follow the hip with a time constant of 0.2 s.
 pub fn take(name: &str, seed: usize, frames: usize) -> Take {
     Figure::tube().swung(clip(name, seed, frames))
 }
 
 impl Figure {
-    /// A motion with the garment on it, which swings after the hip with a memory of 0.2 s.
+    /// Take of a clip in which the garment's lower rings follow the hip with a time constant of 0.2
+    /// s.
     pub fn swung(&self, clip: Clip) -> Take {
         let (rest, mut swing) = (&self.garment.rest, Vec3::ZERO);
         let mut garment = self.skinned(&clip);
         for (t, positions) in garment.iter_mut().enumerate() {
             let velocity = (clip.poses[t].trans - clip.poses[t.saturating_sub(1)].trans) * FPS;
+            // First-order low-pass filter, discretised exactly for a constant velocity in a frame.
             swing += ((velocity * SWING_M) - swing) * (1.0 - f32::exp(-1.0 / (MEMORY_S * FPS)));
+            // The tube reaches from y = 0.7 m, where the swing is full, to 1.4 m, where it is zero.
             for (position, rest) in positions.iter_mut().zip(&rest.vertices) {
                 *position += swing * (1.4 - rest.y) / 0.7;
             }

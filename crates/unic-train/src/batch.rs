@@ -17,7 +17,7 @@ use rand::{RngExt, rngs::ChaCha8Rng};
 use rayon::prelude::*;
 use unic_core::{
     config::{DisplacementConfig, StateConfig},
-    features::{Past, PointFrame, PointHistory, StepConditions, write_frame_inputs},
+    features::{PointFrame, PointHistory, StepConditions, write_frame_inputs},
 };
 
 /// Where a window lies.
@@ -329,7 +329,6 @@ impl<'a> Track<'a> {
         track.history = PointHistory {
             now,
             before: now.skinned,
-            earlier: now.skinned,
         };
         track
     }
@@ -345,11 +344,7 @@ impl<'a> Track<'a> {
 
     fn advance(&mut self) {
         self.frame += 1;
-        let past = match self.frame {
-            1 => Past::OneFrame,
-            _ => Past::TwoFrames,
-        };
-        self.history.advance(self.point_frame(), past);
+        self.history.advance(self.point_frame());
     }
 
     /// d = u − p, mirrored with the window.

@@ -14,14 +14,14 @@ use std::{
     path::{Path, PathBuf},
 };
 use unic_core::config::{EncoderConfig, FieldConfig, LatentCode};
-use unic_mutation::{Container, Counting, Subject, survive, workshop};
+use unic_mutation::{Container, CountingAllocator, FuzzTarget, fuzz, scratch_folder};
 use unic_train::*;
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 fn folder(name: &str) -> PathBuf {
-    workshop(Path::new(env!("CARGO_TARGET_TMPDIR")), name)
+    scratch_folder(Path::new(env!("CARGO_TARGET_TMPDIR")), name)
 }
 
 /// Networks so small that damage hits everything else as often as them.
@@ -48,12 +48,12 @@ fn checkpoints() {
     let mut trainer = Trainer::new(dataset(&config), config).unwrap();
     trainer.run(Some(&folder), &mut |_| Control::Continue).unwrap();
     let path = folder.join("step-00000002.safetensors");
-    let subject = Subject {
+    let target = FuzzTarget {
         name: "checkpoint",
         path: &path,
         container: Container::Safetensors,
     };
-    let tally = survive(&subject, |path| {
+    let tally = fuzz(&target, |path| {
         let checkpoint = Checkpoint::newest(&folder).map_err(|e| e.to_string())?;
         let checkpoint = checkpoint.ok_or("no checkpoint")?;
         trainer.resume(checkpoint, path).map_err(|e| e.to_string())?;
@@ -66,12 +66,12 @@ fn checkpoints() {
 fn settings() {
     let path = folder("settings").join("config.toml");
     fs::write(&path, TrainConfig::preset(Preset::Standard).to_toml()).unwrap();
-    let subject = Subject {
+    let target = FuzzTarget {
         name: "settings",
         path: &path,
         container: Container::Plain,
     };
-    let tally = survive(&subject, |path| {
+    let tally = fuzz(&target, |path| {
         let text = String::from_utf8_lossy(&fs::read(path).unwrap()).into_owned();
         let config = TrainConfig::from_toml(&text).map_err(|e| e.to_string())?;
         for step in [0, 1, config.optimiser.steps, u64::MAX] {

@@ -65,6 +65,7 @@ impl Camera {
         check_framing(bounds_min, bounds_max, azimuth, elevation, aspect)?;
         let (sin_a, cos_a) = azimuth.sin_cos();
         let (sin_e, cos_e) = elevation.sin_cos();
+        // Spherical coordinates: azimuth from +Z towards +X, elevation towards +Y.
         let back = Vec3::new(cos_e * sin_a, sin_e, cos_e * cos_a);
         let aimed = Self::new(Vec3::ZERO, Vec3::new(cos_a, 0.0, -sin_a), back, FRAMING_FOV)?;
         let half = (bounds_max - bounds_min) * 0.5;
@@ -221,6 +222,7 @@ impl View {
 
     /// Pixels from the top left corner, +Y down, for clip coordinates with w > 0.
     pub(crate) fn pixel_from_clip(&self, clip: Vec3) -> Vec2 {
+        // Rows of a picture grow downward.
         let ndc = Vec2::new(clip.x, -clip.y) / clip.z;
         (ndc * 0.5 + 0.5) * self.size
     }

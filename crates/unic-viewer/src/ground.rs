@@ -65,6 +65,7 @@ impl Floor {
         if distance >= 1.0 {
             return 1.0;
         }
+        // Value and slope of the grid's strength vanish at the fade radius: no edge is visible.
         let fade = (1.0 - distance * distance) * (1.0 - distance * distance);
         let key = 1.0 - KEY_DARKNESS * self.key_shadow.at(hit);
         let sky = 1.0 - SKY_DARKNESS * self.sky_shadow.at(hit);
@@ -154,6 +155,7 @@ impl FloorShadow {
 
     /// Bilinear coverage at a point of the floor, 0 outside the map.
     fn at(&self, point: Vec2) -> f32 {
+        // Texel values belong to the centres of texels.
         let texel = (point - self.first) * self.texels_per_metre - 0.5;
         let limit = (MAP_SIDE - 1) as f32;
         if !(texel.min_element() >= 0.0 && texel.max_element() < limit) {

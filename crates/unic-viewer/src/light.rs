@@ -101,6 +101,7 @@ impl Lights {
         let half_lambert = normal.dot(self.to_fill) * 0.5 + 0.5;
         let ambient = FLOOR.lerp(SKY, normal.y * 0.5 + 0.5);
         let light = KEY * (cosine.max(0.0) * lit) + FILL * (half_lambert * half_lambert) + ambient;
+        // Cubed below, so that only grazing angles get a rim.
         let grazing = (1.0 - normal.dot(point.to_eye)).clamp(0.0, 1.0);
         let rim = ambient * (RIM * grazing * grazing * grazing);
         let reflected = albedo * light + rim;
@@ -179,6 +180,7 @@ impl ShadowMap {
         let point = self.project(position + normal * lift);
         let threshold = point.nearness + self.texel_m() + BIAS_M;
         let corner = point.pixel - (0.5 + FILTER_HALF as f32);
+        // At the border of the map the filter is moved inside: the weights are clamped below.
         let first = corner
             .clamp(Vec2::ZERO, Vec2::splat((MAP_SIDE - TAPS) as f32))
             .floor();

@@ -89,6 +89,7 @@ struct Palette {
 impl Palette {
     /// Computes the palette from some of the images.
     fn of(images: &[Image]) -> Self {
+        // Evenly spread over time, so that colours of later images count too.
         let step = images.len().div_ceil(SAMPLED_IMAGES);
         let pixels = images.iter().step_by(step).flat_map(Image::pixels);
         let rgba: Vec<u8> = pixels.flat_map(|&[r, g, b]| [r, g, b, 255]).collect();

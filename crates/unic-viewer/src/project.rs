@@ -132,6 +132,7 @@ const PLANES: [fn(Vec3) -> f32; 5] = [
 
 /// Returns true if all corners are outside the same side of the picture.
 fn is_outside(corners: [Vec3; 3]) -> bool {
+    // In homogeneous coordinates, without a division that would fail behind the eye.
     let all = |test: fn(&Vec3) -> bool| corners.iter().all(test);
     all(|p| p.z < View::NEAR)
         || all(|p| p.x > p.z)

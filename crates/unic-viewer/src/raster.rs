@@ -132,6 +132,7 @@ impl ScreenTriangle {
 
     /// Nearness of a point with the given values of the edge functions.
     fn nearness_at(&self, edge_values: [i64; 3]) -> f32 {
+        // Rounding to f32 affects the depth alone: coverage is decided in integers.
         let sum: f32 = (0..3).map(|i| edge_values[i] as f32 * self.nearness[i]).sum();
         sum * self.inverse_area
     }

@@ -77,6 +77,7 @@ impl Image {
             INK,
         );
         for step in 0..length {
+            // A bar of one pixel would divide by zero.
             let ratio = step as f32 / (length.max(2) - 1) as f32;
             let colour = heat_colour(ratio).map(|value| (value * 255.0).round() as u8);
             self.fill_rect(x.saturating_add(step as i32), y, 1, thickness, colour);

@@ -15,7 +15,7 @@ use std::{ops::Range, path::PathBuf};
 ///   walk.pc2        point caches walk.pc2, walk.body.pc2 of the meshes walk.obj, walk.body.obj
 ///   walk.npz        arrays of positions and faces in walk.npz and walk.body.npz
 ///   walk            one OBJ file per frame in the folders walk and walk_body
-/// Each comes with a picture of some frames, walk.png.
+/// All formats come with a picture of some frames, walk.png.
 ///
 /// The model starts from the mean shape of training (or --start) and then sees the motion alone.
 /// Intersection handling moves garment vertices that are inside the body out of it. Wind acts on
@@ -61,8 +61,8 @@ pub(crate) struct AnimateArgs {
     // The first number may be negative, which clap would else take for an option.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true)]
     pub(crate) wind: Option<glam::Vec3>,
-    /// Frames of the motion to animate, from A up to but without B, counted from 0 at the model's
-    /// frame rate [default: all].
+    /// Range of frames to animate, A included and B excluded, counted from 0 at the model's frame
+    /// rate [default: all].
     #[arg(long, value_name = "A..B", value_parser = parse::frames)]
     pub(crate) frames: Option<Range<usize>>,
     /// Replace existing files; folders are never replaced.

@@ -14,7 +14,8 @@ use std::path::PathBuf;
 ///   report.html     the errors of the model, with movies; open it in a browser
 ///   animation.glb   body and garment in motion; open it in Blender
 ///   demo.unic       the trained model
-///   capture         the training data, a folder that other commands call a capture
+///   capture         the training data: a folder with character, garment and simulated clips,
+///                   which other commands call a capture
 ///
 /// Examples:
 ///   unic demo

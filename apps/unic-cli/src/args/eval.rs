@@ -51,7 +51,8 @@ pub(crate) struct EvalArgs {
     /// Measure the baselines alone, without a model.
     #[arg(long)]
     pub(crate) baselines: bool,
-    /// Data set by whose published protocol to measure [default: all metrics in both modes].
+    /// Published protocol to measure by, named after its data set [default: all metrics in both
+    /// modes].
     #[arg(long, value_enum)]
     pub(crate) protocol: Option<ProtocolName>,
     /// Folder of the capture to make from the data set.

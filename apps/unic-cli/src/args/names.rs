@@ -127,7 +127,7 @@ pub enum IntersectionName {
 pub(crate) enum UpName {
     /// The axis, Y or Z, that the trunk follows on average.
     Auto,
-    /// +Y, as in the captures of unic.
+    /// +Y, as in captures.
     Y,
     /// +Z, as in AMASS.
     Z,

@@ -26,6 +26,7 @@ use unic_core::{Animator, Model, Precision};
 use unic_io::{check, read_obj};
 
 /// Shares of the vertices that a budget chooses from, percent.
+// From large to small, each about 1.4 times the next: time falls about in proportion.
 const PERCENTS: [f32; 9] = [100.0, 70.0, 50.0, 35.0, 25.0, 18.0, 12.0, 8.0, 5.0];
 
 /// Measures and prints.
@@ -91,6 +92,7 @@ impl SceneBenchmark<'_> {
     fn choose_sampling(&self, budget: Duration, report: &mut SpeedReport) -> Result<()> {
         let threads = thread_counts(self.args).into_iter().max().unwrap_or(1);
         let budget_ms = budget.as_secs_f64() * 1e3;
+        // Smaller samplings are faster and less exact: the first that fits is the best.
         for percent in PERCENTS {
             let inexact = self.inexact(percent)?;
             let error = self.error(&inexact)?;
@@ -99,6 +101,7 @@ impl SceneBenchmark<'_> {
                 return self.write(&inexact, percent);
             }
         }
+        // The budget is missed by all. A model that is too slow is not written.
         let fastest = PERCENTS[PERCENTS.len() - 1];
         bail!("expected a frame within {budget_ms} ms at {fastest} % of the vertices, found none");
     }
@@ -134,6 +137,7 @@ impl SceneBenchmark<'_> {
         report: &mut SpeedReport,
     ) -> Result<f64> {
         interrupt::check()?;
+        // A pool of its own: the global pool has the threads of --threads.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.context("threads cannot be started")?;
         let frames = self.args.frames.get();

@@ -29,6 +29,7 @@ pub(super) fn baselines(capture: &Capture, folder: &Path) -> Result<Evaluation> 
     }
     print_status(&format!("{}: fitting the baselines", capture.manifest.name));
     let mode = model_file::usual_intersection(IntersectionName::Robust);
+    // Without handling, no baseline tries to keep vertices out of the body.
     let handler = IntersectionHandler::new(mode, &capture.character, &capture.garment);
     let mut predictors = baselines::fit_with(&training_set(capture)?, handler);
     let evaluation = on_test_clips(capture, &mut predictors)?;

@@ -82,6 +82,8 @@ impl<'a> TrainingJob<'a> {
     /// Returns the stored result, or trains and measures where there is none.
     pub(super) fn trained(&self, capture: &Capture) -> Result<Trained> {
         let path = self.stem.with_extension("json");
+        // Texts are compared instead of parsed settings, so that a new default makes stored results
+        // differ.
         let asked = self.asked();
         self.check_begun(&asked)?;
         if let Ok(text) = fs::read_to_string(&path) {
@@ -93,6 +95,7 @@ impl<'a> TrainingJob<'a> {
             };
         }
         let trained = self.train(asked, capture)?;
+        // Written when it is complete: an interrupted benchmark leaves no partial result.
         atomic::write(&path, serde_json::to_string_pretty(&trained)?.as_bytes())?;
         Ok(trained)
     }

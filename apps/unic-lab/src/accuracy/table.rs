@@ -97,6 +97,7 @@ impl RowResults {
         let exceeds = |t: &Trained| {
             let drift = &free_running(&t.evaluation.pooled)?.drift_mm;
             let limit = limit?;
+            // NaN belongs to a diverged run and exceeds every limit.
             let exceeds = |mm: &f64| mm.is_nan() || *mm > limit;
             Some((drift.iter().position(exceeds)? + 1) as f64)
         };
@@ -134,6 +135,7 @@ fn cell(values: &[Option<f64>], digits: usize) -> String {
     if known.is_empty() {
         return "–".to_owned();
     }
+    // A mean over the other seeds would hide a diverged one.
     if known.iter().any(|v| !v.is_finite()) {
         return "diverged".to_owned();
     }

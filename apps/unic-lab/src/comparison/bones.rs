@@ -1,18 +1,18 @@
-//! Virtual bones: places on the garment that carry what is around them.
+//! Virtual bones: points of the garment that move the vertices around them.
 
 use glam::Vec3;
 use unic_core::{mesh::TriMesh, skinning::SkinningWeights, weights::diffused_weights};
 use unic_train::TrainError;
 
-/// Weights fall off over this share of the distance between bones.
+/// Distance over which weights fall off, as a share of the distance between bones.
 const REACH: f32 = 0.5;
 
-/// Functions of the vertices that span all displacements by affine transforms of the bones, on each
-/// axis: w_b(i) and w_b(i) (r_i − c_b).
+/// Returns functions of the vertices that span all displacements by affine transforms of the bones,
+/// the same for each axis: w_b(i) and w_b(i) (r_i − c_b).
 ///
-/// Weights are patches around bones that lie as far from one another as can be, diffused over the
-/// garment. Pan et al. find theirs by skinning decomposition of the training data (Le & Deng 2012);
-/// smooth patches span about the same, as the transforms are free.
+/// Weights are patches around bones that are spread as far as possible, diffused over the garment.
+/// Pan et al. compute theirs by skinning decomposition of the training data (Le & Deng 2012).
+/// Smooth patches span about the same, because the transforms are free.
 pub(super) fn bone_functions(rest: &TriMesh, count: usize) -> Result<Vec<Vec<f64>>, TrainError> {
     let centres = spread_points(&rest.vertices, count);
     let nearest = |r: &Vec3| {
@@ -26,6 +26,7 @@ pub(super) fn bone_functions(rest: &TriMesh, count: usize) -> Result<Vec<Vec<f64
     let mut functions = vec![vec![0.0; rest.vertices.len()]; 4 * centres.len()];
     for (vertex, r) in rest.vertices.iter().enumerate() {
         for (bone, weight) in weights.row(vertex) {
+            // Divided by the spacing, so that all functions have a similar size.
             let arm = (*r - centres[bone]) / spacing.max(f32::MIN_POSITIVE);
             for (k, value) in [1.0, arm.x, arm.y, arm.z].into_iter().enumerate() {
                 functions[4 * bone + k][vertex] = f64::from(weight * value);
@@ -35,8 +36,8 @@ pub(super) fn bone_functions(rest: &TriMesh, count: usize) -> Result<Vec<Vec<f64
     Ok(functions)
 }
 
-/// Up to `count` of the points, each the farthest from all before it; the first is the farthest
-/// from their mean.
+/// Returns up to `count` of the points. The first is the farthest from their mean, each other one
+/// the farthest from all before it.
 fn spread_points(points: &[Vec3], count: usize) -> Vec<Vec3> {
     let mean = points.iter().sum::<Vec3>() / points.len().max(1) as f32;
     let mut distances: Vec<f32> = points.iter().map(|p| p.distance_squared(mean)).collect();
@@ -59,6 +60,7 @@ fn spread_points(points: &[Vec3], count: usize) -> Vec<Vec3> {
     chosen
 }
 
+/// Returns the area of a mesh, square metres.
 fn area(mesh: &TriMesh) -> f32 {
     let face = |f: &[u32; 3]| {
         let [a, b, c] = f.map(|v| mesh.vertices[v as usize]);

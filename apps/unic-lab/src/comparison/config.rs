@@ -1,4 +1,4 @@
-//! Settings of the networks to compare with.
+//! Settings of networks of other methods.
 
 use serde::{Deserialize, Serialize};
 use unic_core::{
@@ -7,82 +7,83 @@ use unic_core::{
 };
 use unic_train::{OptimiserConfig, Products, SettingsError};
 
-/// The networks that ours are compared with.
+/// Method of a network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum ComparisonKind {
-    /// The pose alone, without velocities or memory.
+    /// Input is the pose alone, without velocities and memory.
     PoseOnly,
-    /// Recent motion to the transforms of a few dozen virtual bones.
+    /// Input is recent motion, output the transforms of a few dozen virtual bones.
     VirtualBones,
-    /// The paper's motion code and one feature of the whole garment, decoded to all vertices at
-    /// once; trained one step at a time.
+    /// Inputs are the paper's motion code and one feature of the whole garment, which are decoded
+    /// to all vertices at once. Trained one step at a time.
     GlobalFeature,
 }
 
-/// Everything that a training depends on beside its clips.
+/// Settings of a training: everything that it depends on beside its clips.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ComparisonConfig {
     /// Seed of all random streams.
     pub(crate) seed: u64,
-    /// Frames and units of the motion vector.
+    /// Layout of the motion vector: coordinate frames and units.
     pub(crate) layout: MotionLayout,
-    /// Direction of differences in the motion vector.
+    /// Scheme of the velocities in the motion vector.
     pub(crate) velocity: VelocityScheme,
-    /// What the subspace holds of the garment.
+    /// Quantity of the garment that the subspace holds.
     pub(crate) surface: SurfaceKind,
-    /// The subspace.
+    /// Subspace of the garment.
     pub(crate) space: SpaceSettings,
-    /// What is read of a motion vector.
+    /// Elements of a motion vector that the network reads.
     pub(crate) reads: MotionElements,
-    /// How long ago the motion vectors are that are read, seconds; each counts as the nearest
-    /// frame, those above zero as one frame at least.
+    /// Ages of the motion vectors that the network reads, seconds. Each is rounded to a frame. Ages
+    /// above zero are at least one frame.
     pub(crate) lags_s: Vec<f32>,
     /// Widths of the hidden layers before the coefficients.
     pub(crate) hidden: Vec<usize>,
-    /// The garment before as a further input; absent: the motion says all.
+    /// Sizes for the previous garment as a further input. Without them the input is the motion
+    /// alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) global_feature: Option<GlobalFeatureSettings>,
-    /// Probability by which hidden numbers of the map that reads the motion are dropped.
+    /// Dropout rate of hidden activations in the map that reads the motion.
     pub(crate) dropout: f32,
-    /// Probability for the motion itself.
+    /// Dropout rate of the motion itself.
     pub(crate) input_dropout: f32,
-    /// Every other frame on average is mirrored, where skeleton and garment are symmetric.
+    /// Mirroring of half of the training frames, where skeleton and garment are symmetric.
     pub(crate) mirror: bool,
-    /// Frames in a step.
+    /// Number of frames in a step.
     pub(crate) frames: usize,
-    /// AdamW and its schedule.
+    /// Settings of AdamW and its schedule.
     pub(crate) optimiser: OptimiserConfig,
 }
 
-/// What a subspace holds of the garment.
+/// Quantity of the garment that a subspace holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum SurfaceKind {
-    /// Displacements from the skinned garment, in the vertices' rotated frames.
+    /// Displacements from the skinned garment, in the rotated frames of the vertices.
     Displacement,
-    /// Positions relative to the root joint, as the paper has them.
+    /// Positions relative to the root joint, as in the paper.
     RootRelative,
 }
 
-/// The subspace.
+/// Kind and size of a subspace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum SpaceSettings {
-    /// So many principal components.
+    /// Number of principal components.
     Components(usize),
-    /// Affine transforms of so many bones: 12 numbers a bone.
+    /// Number of virtual bones. Each has 12 numbers of an affine transform.
     VirtualBones(usize),
 }
 
-/// What is read of a motion vector.
+/// Elements of a motion vector that a network reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum MotionElements {
     /// Local joint rotations, and the vertical in the root's frame.
     Pose,
-    /// All of it.
+    /// All elements.
     All,
 }
 
@@ -94,16 +95,18 @@ pub(crate) struct GlobalFeatureSettings {
     pub(crate) encoder: EncoderConfig,
     /// Width of the hidden layer between the garment's coefficients and its feature.
     pub(crate) hidden: usize,
-    /// Numbers in the feature.
+    /// Width of the feature.
     pub(crate) width: usize,
 }
 
-/// Seconds back to the frame before, at any usual rate.
+/// Age of the previous frame at any usual frame rate, seconds.
 const FRAME_BEFORE_S: f32 = 0.001;
 
 impl ComparisonConfig {
-    /// Widths give 220 to 260 thousand parameters on a skeleton of 24 joints; preset `standard` has
-    /// 259.
+    /// Returns the settings of a method.
+    ///
+    /// Their widths give 220 to 260 thousand parameters on a skeleton of 24 joints. Preset
+    /// `standard` has 259 thousand.
     pub(crate) fn of(kind: ComparisonKind) -> Self {
         match kind {
             ComparisonKind::PoseOnly => pose_only(),
@@ -122,12 +125,14 @@ impl ComparisonConfig {
         Ok(config)
     }
 
-    /// The settings as text that [`ComparisonConfig::from_toml`] reads.
+    /// Returns the settings as TOML, which [`ComparisonConfig::from_toml`] reads.
     pub(crate) fn to_toml(&self) -> String {
-        // Only maps with keys that are no strings cannot be written, and there are none.
+        // Writing fails only for maps whose keys are no strings, of which there are none.
         toml::to_string_pretty(self).unwrap_or_default()
     }
 
+    /// Checks the ranges of all values.
+    ///
     /// # Errors
     /// The first value out of range.
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
@@ -157,7 +162,7 @@ impl ComparisonConfig {
             format!("{products:?}"),
             products == Products::F32,
         )?;
-        // The vertical is a row of the root's orientation in the heading layout alone.
+        // In other layouts the vertical is no row of the root's orientation.
         ensure(
             "layout",
             "heading where the pose alone is read",
@@ -187,6 +192,7 @@ impl ComparisonConfig {
     }
 }
 
+/// Returns an error where a value is out of its range.
 fn ensure(
     what: &'static str,
     expected: &'static str,
@@ -201,6 +207,7 @@ fn ensure(
     })
 }
 
+/// Settings of [`ComparisonKind::PoseOnly`], which the others start from.
 fn pose_only() -> ComparisonConfig {
     ComparisonConfig {
         seed: 1,
@@ -230,6 +237,7 @@ fn pose_only() -> ComparisonConfig {
     }
 }
 
+/// Settings of [`ComparisonKind::VirtualBones`].
 fn virtual_bones() -> ComparisonConfig {
     ComparisonConfig {
         space: SpaceSettings::VirtualBones(32),
@@ -240,6 +248,7 @@ fn virtual_bones() -> ComparisonConfig {
     }
 }
 
+/// Settings of [`ComparisonKind::GlobalFeature`].
 fn global_feature() -> ComparisonConfig {
     ComparisonConfig {
         space: SpaceSettings::Components(128),
@@ -267,7 +276,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn settings_come_back_from_their_text() {
+    fn settings_survive_toml() {
         for kind in [
             ComparisonKind::PoseOnly,
             ComparisonKind::VirtualBones,

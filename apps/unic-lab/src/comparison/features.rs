@@ -1,24 +1,25 @@
-//! What a network reads of the motion.
+//! Inputs of a network: elements of motion vectors.
 
 use super::config::{ComparisonConfig, MotionElements};
 use unic_core::motion::MotionSlices;
 use unic_train::{MotionVectors, View};
 
-/// Some elements of some normalised motion vectors.
+/// Chosen elements of the motion vectors of chosen frames, normalised.
 #[derive(Clone, Debug)]
 pub(super) struct Features {
-    /// Of the motion vector.
+    /// Indices into the motion vector.
     elements: Vec<usize>,
-    /// Frames back.
+    /// Ages of the motion vectors, frames.
     lags: Vec<usize>,
 }
 
 impl Features {
+    /// Chooses the elements and frames that the settings ask for.
     pub(super) fn new(config: &ComparisonConfig, joints: usize, fps: f32) -> Self {
         let slices = MotionSlices::new(joints);
         let elements = match config.reads {
-            // The second row of the rotation to the heading frame, whose axis is the vertical: the
-            // vertical in the root's frame.
+            // The second row of the root's rotation, whose axis is the vertical, is the vertical in
+            // the root's frame.
             MotionElements::Pose => {
                 let up = slices.root_orientation.start + 3..slices.root_orientation.end;
                 up.chain(slices.joint_rotations).collect()
@@ -27,16 +28,17 @@ impl Features {
         };
         let lag = |s: &f32| ((s * fps).round() as usize).max(usize::from(*s > 0.0));
         let mut lags: Vec<usize> = config.lags_s.iter().map(lag).collect();
+        // At low frame rates several ages are the same frame, which is read once.
         lags.dedup();
         Self { elements, lags }
     }
 
-    /// Numbers that are read.
+    /// Returns the number of inputs.
     pub(super) fn len(&self) -> usize {
         self.elements.len() * self.lags.len()
     }
 
-    /// Of a frame; before the first frame the motion has been as in it.
+    /// Appends the inputs of a frame. Before frame 0 the motion is that of frame 0.
     pub(super) fn write(&self, motion: &MotionVectors, view: View, frame: usize, out: &mut Vec<f32>) {
         for lag in &self.lags {
             let vector = motion.frame(frame.saturating_sub(*lag), view);
@@ -51,7 +53,7 @@ mod tests {
     use crate::comparison::ComparisonKind;
 
     #[test]
-    fn lags_are_frames_and_the_first_frame_lasts_for_ever() {
+    fn ages_are_frames_and_frame_0_extends_backwards() {
         let config = ComparisonConfig {
             lags_s: vec![0.0, 0.001, 0.1],
             ..ComparisonConfig::of(ComparisonKind::VirtualBones)

@@ -1,4 +1,4 @@
-//! The networks in training, and as the runtime has them.
+//! Networks in training, and the same networks at inference.
 
 use super::{
     config::{ComparisonConfig, GlobalFeatureSettings},
@@ -16,7 +16,7 @@ use unic_train::{
     layers::{CodeSizes, dropout_mask, gumbel_noise, picked, runtime_layers, stacked, uniform_layers},
 };
 
-/// Sizes. Without a feature of the garment the decoder reads the motion itself.
+/// Sizes of a network. Without a feature of the garment the decoder reads the motion itself.
 #[derive(Clone, Debug)]
 pub(super) struct Shape {
     inputs: usize,
@@ -25,13 +25,18 @@ pub(super) struct Shape {
     global_feature: Option<GlobalFeatureSettings>,
 }
 
-/// Number of the first parameter, far from those of [`unic_train::Network`] and of the recurrence.
+/// Number of the first parameter. Random initial values are keyed by it, so that it is far from
+/// those of [`unic_train::Network`] and of the recurrence.
 const FIRST_PARAMETER: u64 = 3000;
 
-/// A perceptron and the numbers that it reads.
-type Part = (EncoderConfig, usize);
+/// Multilayer perceptron with its number of inputs.
+struct Part {
+    config: EncoderConfig,
+    inputs: usize,
+}
 
 impl Shape {
+    /// Reads the sizes from the settings.
     pub(super) fn new(config: &ComparisonConfig, inputs: usize, outputs: usize) -> Self {
         Self {
             inputs,
@@ -41,47 +46,59 @@ impl Shape {
         }
     }
 
+    /// Returns whether the previous garment is an input.
     pub(super) fn reads_garment(&self) -> bool {
         self.global_feature.is_some()
     }
 
-    /// Of the motion's encoder, the garment's encoder and the decoder, each with its inputs.
+    /// Returns the encoders of motion and garment, where there is a feature of the garment, and the
+    /// decoder.
     fn parts(&self) -> (Option<[Part; 2]>, Part) {
         let plain = |hidden: Vec<usize>, outputs: usize| EncoderConfig {
             hidden,
             channels: outputs,
-            // One category: there is nothing to pick.
+            // One category leaves nothing to pick: the encoder is a plain perceptron.
             categories: 1,
             code: LatentCode::PickedLogit,
         };
         let encoders = self.global_feature.as_ref().map(|g| {
             [
-                (g.encoder.clone(), self.inputs),
-                (plain(vec![g.hidden], g.width), self.outputs),
+                Part {
+                    config: g.encoder.clone(),
+                    inputs: self.inputs,
+                },
+                Part {
+                    config: plain(vec![g.hidden], g.width),
+                    inputs: self.outputs,
+                },
             ]
         });
         let inputs = encoders
             .as_ref()
-            .map_or(self.inputs, |e| e.iter().map(|(e, _)| e.channels).sum());
-        (encoders, (plain(self.hidden.clone(), self.outputs), inputs))
+            .map_or(self.inputs, |e| e.iter().map(|part| part.config.channels).sum());
+        let decoder = Part {
+            config: plain(self.hidden.clone(), self.outputs),
+            inputs,
+        };
+        (encoders, decoder)
     }
 
-    /// Widths of the three, an absent one has none.
+    /// Returns the layer widths of motion encoder, garment encoder and decoder. Those of an absent
+    /// one are empty.
     fn widths(&self) -> [Vec<usize>; 3] {
-        let (encoders, (decoder, inputs)) = self.parts();
-        let [motion, garment] = encoders.map_or([Vec::new(), Vec::new()], |e| {
-            e.map(|(config, inputs)| config.widths(inputs))
-        });
-        [motion, garment, decoder.widths(inputs)]
+        let (encoders, decoder) = self.parts();
+        let widths = |part: Part| part.config.widths(part.inputs);
+        let [motion, garment] = encoders.map_or([Vec::new(), Vec::new()], |e| e.map(widths));
+        [motion, garment, widths(decoder)]
     }
 
-    /// Widths of the map that reads the motion: dropout is for it.
+    /// Returns the layer widths of the map that reads the motion, which has dropout.
     fn reader(&self) -> Vec<usize> {
         let [motion, _, decoder] = self.widths();
         if self.reads_garment() { motion } else { decoder }
     }
 
-    /// Sizes of the categorical code. Zero without a feature of the garment.
+    /// Returns the sizes of the categorical code. They are zero without a feature of the garment.
     fn code_sizes(&self) -> CodeSizes {
         let encoder = self.global_feature.as_ref().map(|g| &g.encoder);
         CodeSizes {
@@ -91,15 +108,16 @@ impl Shape {
     }
 }
 
-/// The random part of one step, on the host.
+/// Random numbers of one step, on the host.
 pub(super) struct Noise {
-    /// Dropout factors of each layer's input of the map that reads the motion.
+    /// Dropout factors of the inputs of each layer of the map that reads the motion.
     masks: Vec<Option<Vec<f32>>>,
-    /// Rows × channels × categories.
+    /// Gumbel noise, rows × channels × categories.
     gumbel: Vec<f32>,
 }
 
 impl Noise {
+    /// Draws the random numbers of a step from its own generators.
     pub(super) fn draw(shape: &Shape, config: &ComparisonConfig, step: u64) -> Self {
         let mut rng = generator(config.seed, Stream::Dropout, step);
         let widths = shape.reader();
@@ -122,7 +140,7 @@ impl Noise {
     }
 }
 
-/// Stacks of linear maps with ELU between them.
+/// Network in training: perceptrons with ELU between their linear layers.
 #[derive(Module, Debug)]
 pub(super) struct ComparisonNetwork {
     motion: Vec<Linear>,
@@ -131,7 +149,7 @@ pub(super) struct ComparisonNetwork {
 }
 
 impl Default for ComparisonNetwork {
-    /// No layer at all: what stands in while a network is moved out to be updated.
+    /// Network without layers: the placeholder while a network is moved out for an update.
     fn default() -> Self {
         Self {
             motion: Vec::new(),
@@ -142,6 +160,7 @@ impl Default for ComparisonNetwork {
 }
 
 impl ComparisonNetwork {
+    /// Initialises a network at random.
     pub(super) fn new(shape: &Shape, seed: u64, device: &Device) -> Self {
         let mut next = FIRST_PARAMETER;
         let [motion, garment, decoder] = shape.widths().map(|widths| {
@@ -156,14 +175,14 @@ impl ComparisonNetwork {
         }
     }
 
-    /// Mean over frames of the squared error, summed over the coefficients.
+    /// Returns the squared error summed over coefficients, mean over frames.
     pub(super) fn loss(&self, shape: &Shape, batch: &Batch, device: &Device) -> Tensor<1> {
         let targets = tensor(&batch.targets, batch.rows, device);
         let error = self.outputs(shape, batch, Some(&batch.noise), device) - targets;
         error.powi_scalar(2).mean() * shape.outputs as f64
     }
 
-    /// Rows × K.
+    /// Returns the outputs, rows × K.
     fn outputs(&self, shape: &Shape, batch: &Batch, noise: Option<&Noise>, device: &Device) -> Tensor<2> {
         let masks = noise.map_or(&[][..], |n| &n.masks);
         let motion = tensor(&batch.motion, batch.rows, device);
@@ -178,15 +197,16 @@ impl ComparisonNetwork {
     }
 }
 
+/// Moves rows of numbers to the device.
 fn tensor(values: &[f32], rows: usize, device: &Device) -> Tensor<2> {
     let shape = [rows, values.len() / rows.max(1)];
     Tensor::from_data(TensorData::new(values.to_vec(), shape), device)
 }
 
-/// A network at inference: on the host, one frame at a time, without noise.
+/// Network at inference: on the host, one frame at a time, without noise.
 #[derive(Clone, Debug)]
 pub(super) struct Runtime {
-    /// Of the motion and of the garment before.
+    /// Encoders of the motion and of the previous garment.
     encoders: Option<[Encoder; 2]>,
     decoder: Encoder,
 }
@@ -199,10 +219,10 @@ pub(super) struct RuntimeScratch {
 }
 
 impl Runtime {
-    /// Of [`ComparisonNetwork::values`].
+    /// Builds a network from its parameters in the order of their layers.
     pub(super) fn new(shape: &Shape, values: &[Vec<f32>]) -> Result<Self, TrainError> {
         let mut rest = values;
-        let mut next = |(config, inputs): (EncoderConfig, usize)| {
+        let mut next = |Part { config, inputs }: Part| {
             let widths = config.widths(inputs);
             let (own, after) = rest.split_at(rest.len().min(2 * (widths.len() - 1)));
             rest = after;
@@ -223,8 +243,8 @@ impl Runtime {
         self.encoders.is_some()
     }
 
-    /// K numbers for what is read of the motion and the coefficients before, in the network's
-    /// units.
+    /// Computes the K outputs for the inputs of a frame and the previous coefficients, in the
+    /// network's units.
     pub(super) fn outputs(
         &self,
         motion: &[f32],
@@ -252,7 +272,7 @@ mod tests {
     use unic_train::{Averaging, Learner};
 
     #[test]
-    fn training_and_runtime_say_the_same() {
+    fn training_and_inference_agree() {
         for kind in [ComparisonKind::VirtualBones, ComparisonKind::GlobalFeature] {
             let config = ComparisonConfig::of(kind);
             let shape = Shape::new(&config, 11, 7);

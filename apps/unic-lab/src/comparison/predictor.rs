@@ -1,4 +1,4 @@
-//! A trained network as a row of an evaluation.
+//! Trained networks as predictors.
 
 use super::{
     config::SurfaceKind,
@@ -18,11 +18,11 @@ use unic_core::{
 use unic_eval::{FrameRateError, Mode, Predictor, PredictorError, PreparedClip};
 use unic_train::{MotionVectors, TrainError, View};
 
-/// Coefficients may leave the range seen in training by this factor, no further: a network that
-/// feeds on itself and diverges is then far off, and stays finite.
+/// Largest predicted coefficient, as a multiple of its largest absolute value in training. The
+/// limit keeps a diverging network finite.
 const RANGE_FACTOR: f32 = 10.0;
 
-/// A clip of another skeleton than the network is trained on.
+/// Error of a clip whose skeleton has another number of joints.
 #[derive(Debug, Error)]
 #[error("expected a clip of {expected} joints, found {found}")]
 struct JointsError {
@@ -30,7 +30,7 @@ struct JointsError {
     found: usize,
 }
 
-/// What training leaves.
+/// Result of a training.
 #[derive(Debug)]
 pub(super) struct Trained {
     garment: Garment,
@@ -42,11 +42,13 @@ pub(super) struct Trained {
     features: Features,
     space: Subspace,
     units: Units,
+    /// Largest absolute value of each predicted coefficient, metres.
     limits: Vec<f32>,
     runtime: Runtime,
 }
 
 impl Trained {
+    /// Keeps the parts of the samples that inference needs.
     pub(super) fn new(shape: &Shape, values: &[Vec<f32>], samples: Samples) -> Result<Self, TrainError> {
         Ok(Self {
             runtime: Runtime::new(shape, values)?,
@@ -63,32 +65,34 @@ impl Trained {
         })
     }
 
+    /// Returns the coefficients of the true garment in a frame, metres.
     fn project(&self, clip: &PreparedClip, frame: usize) -> Vec<f32> {
         self.space
             .project(&self.surface.of_frame(&self.garment, clip, frame))
     }
 }
 
-/// Runs a trained network frame by frame.
+/// Predictor that runs a trained network frame by frame.
 #[derive(Clone, Debug)]
 pub(crate) struct ComparisonPredictor {
     trained: Arc<Trained>,
     mode: Mode,
     clip: Option<Clip>,
-    /// Coefficients of the frame predicted last, metres.
+    /// Coefficients of the previous frame, metres.
     state: Vec<f32>,
     scratch: Scratch,
 }
 
-/// The clip at hand.
+/// Current clip.
 #[derive(Clone, Debug)]
 struct Clip {
-    /// With the motion vectors that the network reads.
+    /// Clip with the motion vectors that the network reads.
     prepared: PreparedClip,
-    /// Normalised.
+    /// Normalised motion vectors.
     motion: MotionVectors,
 }
 
+/// Buffers of a step.
 #[derive(Clone, Debug, Default)]
 struct Scratch {
     runtime: RuntimeScratch,
@@ -109,7 +113,7 @@ impl ComparisonPredictor {
         }
     }
 
-    /// Coefficients of a frame from its motion and the coefficients before.
+    /// Computes the coefficients of a frame from its motion and the previous coefficients.
     fn advance(&mut self, frame: usize) {
         let Self {
             trained,
@@ -136,6 +140,7 @@ impl ComparisonPredictor {
         } = scratch;
         trained.runtime.outputs(features, garment, runtime, next);
         for ((z, next), limit) in state.iter_mut().zip(next).zip(&trained.limits) {
+            // A network that reads the garment predicts its change, others the garment itself.
             let before = if trained.runtime.reads_garment() { *z } else { 0.0 };
             *z = (before + *next * output).clamp(-limit, *limit);
         }
@@ -143,7 +148,7 @@ impl ComparisonPredictor {
 }
 
 impl Predictor for ComparisonPredictor {
-    /// Without the garment before both modes are one.
+    /// Without the previous garment both modes predict the same.
     fn modes(&self) -> &[Mode] {
         match self.trained.runtime.reads_garment() {
             true => &[Mode::OneStep, Mode::FreeRunning],
@@ -159,6 +164,7 @@ impl Predictor for ComparisonPredictor {
         if expected != found {
             return Err(JointsError { expected, found }.into());
         }
+        // The clip's own motion vectors have the layout of the baselines.
         let prepared = PreparedClip::new(&trained.spec, &trained.skeleton, clip.captured.clone());
         self.state = trained.project(&prepared, 0);
         let motion = MotionVectors::new(&prepared, &trained.normalisation, None);

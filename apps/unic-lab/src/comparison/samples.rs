@@ -1,4 +1,4 @@
-//! The training clips as the networks see them: normalised motion and coefficients of the garment.
+//! Training samples: normalised motion vectors, and coefficients of the garment.
 
 use super::{
     config::{ComparisonConfig, SurfaceKind},
@@ -20,14 +20,14 @@ use unic_train::{
     MirrorMap, MotionVectors, Stream, TrainError, View, generator, mirrored, mirrored_surface, normalisation,
 };
 
-/// As preset `standard` scales its motion vectors.
+/// Normalisation of the motion vectors, as in preset `standard`.
 const INPUT_SCALE: NormalisationRule = NormalisationRule {
     elements: NormalisedElements::All,
     least_std: 0.02,
     limit: Some(5.0),
 };
 
-/// All frames to train on, and what the predictor needs of them.
+/// All training samples, and the parts of them that the predictor needs.
 pub(super) struct Samples {
     pub(super) garment: Garment,
     pub(super) surface: SurfaceKind,
@@ -44,32 +44,32 @@ pub(super) struct Samples {
     sequences: Vec<Sequence>,
 }
 
-/// What the network's numbers mean, metres: one for all coefficients, so that large ones weigh as
-/// much as they move.
+/// Units of the network's inputs and outputs, metres. One unit serves all coefficients, so that
+/// each weighs as much as it moves the garment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Units {
-    /// Of the garment before.
+    /// Unit of the previous garment.
     pub(super) garment: f32,
-    /// Of the output.
+    /// Unit of the output.
     pub(super) output: f32,
 }
 
-/// One clip in one view.
+/// One clip, as recorded or mirrored.
 struct Sequence {
     clip: usize,
     view: View,
-    /// By frame, metres.
+    /// Coefficients of each frame, metres.
     coefficients: Vec<Vec<f32>>,
 }
 
-/// One step's frames.
+/// Samples of one step.
 pub(super) struct Batch {
     pub(super) rows: usize,
-    /// Rows × features.
+    /// Inputs from the motion, rows × features.
     pub(super) motion: Vec<f32>,
-    /// Rows × K: the garment before; empty for networks that do not read it.
+    /// Previous coefficients, rows × K. Empty for networks that do not read them.
     pub(super) garment: Vec<f32>,
-    /// Rows × K.
+    /// Expected outputs, rows × K.
     pub(super) targets: Vec<f32>,
     pub(super) noise: Noise,
 }
@@ -113,7 +113,7 @@ impl Samples {
         })
     }
 
-    /// Frames drawn evenly from all clips in both views.
+    /// Draws the frames of a step evenly from all clips in both views.
     pub(super) fn draw(&self, config: &ComparisonConfig, shape: &Shape, step: u64) -> Batch {
         let mut rng = generator(config.seed, Stream::Windows, step);
         let total: usize = self.sequences.iter().map(Sequence::steps).sum();
@@ -142,6 +142,7 @@ impl Samples {
         batch
     }
 
+    /// Returns the sequence and the frame of a step index.
     fn locate(&self, mut index: usize) -> (&Sequence, usize) {
         for sequence in &self.sequences {
             if index < sequence.steps() {
@@ -154,13 +155,14 @@ impl Samples {
 }
 
 impl Sequence {
-    /// Frames that have one before them.
+    /// Returns the number of frames that have a frame before them.
     fn steps(&self) -> usize {
         self.coefficients.len().saturating_sub(1)
     }
 }
 
 impl Units {
+    /// Measures the units. `is_change` tells whether the output is the change of the garment.
     fn of(sequences: &[Sequence], is_change: bool) -> Self {
         let pairs = || sequences.iter().flat_map(|s| s.coefficients.windows(2));
         let now = |k: usize| largest_rms(pairs().map(|p| p[k].as_slice()));
@@ -177,7 +179,7 @@ impl Units {
     }
 }
 
-/// Root mean square of the coefficient for which it is largest; 1 where nothing moves.
+/// Returns the largest RMS of any coefficient, or 1 where nothing moves.
 fn largest_rms<'a>(all: impl Iterator<Item = &'a [f32]>) -> f32 {
     let (mut squares, mut count) = (Vec::new(), 0usize);
     for z in all {
@@ -190,6 +192,7 @@ fn largest_rms<'a>(all: impl Iterator<Item = &'a [f32]>) -> f32 {
     if rms > f32::MIN_POSITIVE { rms } else { 1.0 }
 }
 
+/// Returns the largest absolute value of each coefficient, metres.
 fn ranges(sequences: &[Sequence]) -> Vec<f32> {
     let mut ranges = Vec::new();
     for z in sequences.iter().flat_map(|s| &s.coefficients) {
@@ -199,14 +202,14 @@ fn ranges(sequences: &[Sequence]) -> Vec<f32> {
     ranges
 }
 
-/// How motion and garment look in a mirror.
+/// Mirror maps of motion vectors and garments.
 struct Mirrored {
     motion: MirrorMap,
     garment: SurfaceMap,
 }
 
 impl Mirrored {
-    /// None where skeleton or garment are not symmetric.
+    /// Builds the maps. Returns `None` where skeleton or garment are not symmetric.
     fn new(set: &TrainingSet, skeleton: &Skeleton) -> Option<Self> {
         Some(Self {
             motion: MirrorMap::new(skeleton)?,
@@ -215,6 +218,7 @@ impl Mirrored {
     }
 }
 
+/// Projects all clips onto the subspace, as recorded and, with a mirror map, mirrored.
 fn sequences(
     set: &TrainingSet,
     surface: SurfaceKind,

@@ -1,4 +1,4 @@
-//! The whole garment as a few coefficients.
+//! Subspaces of the whole garment.
 
 use super::{
     bones::bone_functions,
@@ -10,25 +10,27 @@ use unic_eval::{
 };
 use unic_train::TrainError;
 
-/// u = ū + Σ_k z_k φ_k with orthonormal φ.
+/// Affine subspace u = ū + Σ_k z_k φ_k with orthonormal φ_k.
 ///
-/// A displacement is held as all x, all y, all z, metres. A row of the basis spans all of it, or
-/// one axis alone: it then stands for three φ, the same on each axis.
+/// A displacement is stored as all x, all y, all z, metres. A row of the basis covers either all of
+/// it or a single axis. In the second case it stands for three φ_k, one for each axis.
 #[derive(Clone, Debug)]
 pub(super) struct Subspace {
     mean: Vec<f32>,
     basis: Vec<f32>,
-    /// Numbers in a row of the basis.
+    /// Length of a row of the basis.
     len: usize,
 }
 
-/// Frames that principal components are computed from at most, evenly spread.
+/// Largest number of frames from which principal components are computed, evenly spread.
 const MOST_FRAMES: usize = 2000;
 
-/// What is left of a function after all others, in units of its own size, that counts as rounding.
+/// Least part of a function that the others do not span, as a share of its size. A smaller part is
+/// a rounding error.
 const LEAST_SHARE: f64 = 1e-4;
 
 impl Subspace {
+    /// Fits a subspace to the training clips.
     pub(super) fn fit(
         set: &TrainingSet,
         surface: SurfaceKind,
@@ -57,20 +59,22 @@ impl Subspace {
         }
     }
 
-    /// Number of coefficients K.
+    /// Returns the number of coefficients K.
     pub(super) fn dimensions(&self) -> usize {
         self.axes() * self.rows()
     }
 
+    /// Returns the number of axes that a row of the basis stands for.
     fn axes(&self) -> usize {
         self.mean.len() / self.len.max(1)
     }
 
+    /// Returns the number of rows of the basis.
     fn rows(&self) -> usize {
         self.basis.len() / self.len.max(1)
     }
 
-    /// Coefficients of the nearest displacement of the subspace, metres.
+    /// Returns the coefficients of the nearest displacement of the subspace, metres.
     pub(super) fn project(&self, displacements: &[Vec3]) -> Vec<f32> {
         let axis = |a: usize| displacements.iter().map(move |u| u[a]);
         let centred: Vec<f32> = (axis(0).chain(axis(1)).chain(axis(2)).zip(&self.mean))
@@ -81,7 +85,7 @@ impl Subspace {
             .collect()
     }
 
-    /// The displacement of these coefficients: all x, all y, all z.
+    /// Computes the displacement of these coefficients: all x, all y, all z.
     pub(super) fn reconstruct(&self, coefficients: &[f32], out: &mut Vec<f32>) {
         out.clone_from(&self.mean);
         let parts = out.chunks_exact_mut(self.len.max(1));
@@ -93,7 +97,7 @@ impl Subspace {
     }
 }
 
-/// A row a frame.
+/// Returns the matrix of a subspace's samples, one row for each frame.
 fn samples(set: &TrainingSet, surface: SurfaceKind, frames: Vec<FrameIndex>) -> Box<dyn SampleMatrix + '_> {
     match surface {
         SurfaceKind::Displacement => Box::new(Displacements { set, frames }),
@@ -101,12 +105,12 @@ fn samples(set: &TrainingSet, surface: SurfaceKind, frames: Vec<FrameIndex>) -> 
     }
 }
 
-/// From x y z of every vertex to all x, all y, all z.
+/// Reorders x, y, z of every vertex to all x, all y, all z.
 fn by_axis(interleaved: &[f32]) -> impl Iterator<Item = f32> + '_ {
     (0..3).flat_map(|axis| interleaved.iter().skip(axis).step_by(3).copied())
 }
 
-/// Sum of products in as many running sums as a register is wide: one sum would wait for itself.
+/// Returns the inner product. Partial sums for each SIMD lane avoid a chain of dependent additions.
 fn dot(a: &[f32], b: &[f32]) -> f32 {
     const LANES: usize = 16;
     let mut sums = [0.0; LANES];
@@ -120,13 +124,14 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
     sums.iter().sum::<f32>() + rest
 }
 
-/// Gram–Schmidt in f64, each function twice against those before it; functions that those span are
-/// left out.
+/// Orthonormalises functions by the Gram–Schmidt process in f64. Functions in the span of those
+/// before are left out.
 fn orthonormal(functions: Vec<Vec<f64>>) -> Vec<f32> {
     let product = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(x, y)| x * y).sum() };
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for mut function in functions {
         let size = product(&function, &function).sqrt();
+        // A second pass removes what rounding leaves of the first ("twice is enough").
         for _ in 0..2 {
             for row in &basis {
                 let along = product(row, &function);
@@ -147,7 +152,7 @@ mod tests {
     use super::*;
     use unic_testdata::{Figure, VERTICES};
 
-    /// Without a mean.
+    /// Subspace of virtual bones with the mean 0.
     fn bones(count: usize) -> Subspace {
         let functions = bone_functions(&Figure::tube().garment.rest, count).unwrap();
         Subspace {
@@ -158,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn bones_say_every_affine_displacement_and_no_more_than_their_transforms() {
+    fn bones_span_affine_displacements_and_no_others() {
         let space = bones(5);
         assert_eq!(space.dimensions(), 5 * 12);
         let rest = Figure::tube().garment.rest.vertices;
@@ -170,7 +175,7 @@ mod tests {
             let found = Vec3::from_array([0, 1, 2].map(|axis| again[axis * VERTICES + v]));
             assert!(found.distance(*u) < 1e-5, "vertex {v}: {found} {u}");
         }
-        // What turns its sign from vertex to vertex is none.
+        // Displacements that alternate between vertices are not in the subspace.
         let alternating: Vec<Vec3> = (0..VERTICES)
             .map(|v| Vec3::X * (1.0 - 2.0 * (v % 2) as f32))
             .collect();

@@ -1,5 +1,5 @@
-//! What a subspace holds of the garment: displacements from skinning, or positions about the root
-//! joint.
+//! Conversion between world positions and the quantity that a subspace holds: displacements from
+//! skinning, or positions relative to the root joint.
 
 use super::config::SurfaceKind;
 use glam::Vec3;
@@ -11,7 +11,7 @@ use unic_eval::{ClipKinematics, PreparedClip};
 use unic_train::displacements;
 
 impl SurfaceKind {
-    /// The garment of a frame as the subspace holds it, metres.
+    /// Returns the true garment of a frame in the form of this subspace, metres.
     pub(super) fn of_frame(self, garment: &Garment, clip: &PreparedClip, frame: usize) -> Vec<Vec3> {
         match self {
             Self::Displacement => displacements(garment, clip, frame),
@@ -23,7 +23,7 @@ impl SurfaceKind {
         }
     }
 
-    /// Where such a garment puts its vertices in the world, metres.
+    /// Computes the world positions of a garment in the form of this subspace, metres.
     pub(super) fn to_world(
         self,
         garment: &Garment,
@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn a_surface_has_its_places_back_and_holds_no_distance_travelled() {
+    fn conversion_is_invertible_and_independent_of_the_distance_travelled() {
         let garment = Figure::tube().garment;
         let here = take("take", 2, 20);
         let mut there = here.clone();

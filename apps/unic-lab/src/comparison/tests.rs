@@ -1,6 +1,5 @@
-//! Contract: the networks to compare with learn what they can know (a pose, recent motion) and
-//! cannot know what they do not read, stay finite when they feed on themselves, and do not depend
-//! on the number of threads.
+//! Contract: networks of other methods learn what follows from their inputs and nothing else, stay
+//! finite in free running, and do not depend on the number of threads.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -31,15 +30,16 @@ fn capture(takes: &[(Take, Split)]) -> (tempfile::TempDir, unic_io::Capture) {
 
 const LENGTH: usize = 200;
 
-/// u = offset + hang · (height over 1 m) in every vertex's own frame.
-fn hanging(mut take: Take, hang: &dyn Fn(usize) -> Vec3) -> Take {
+/// Replaces the garment of a take by u = offset + slope · (height over 1 m) in the frame of each
+/// vertex.
+fn with_slope(mut take: Take, slope: &dyn Fn(usize) -> Vec3) -> Take {
     let (character, garment) = (character(), garment());
     for (t, pose) in take.clip.poses.iter().enumerate() {
         let (mut joints, mut transforms) = (Vec::new(), Vec::new());
         character.skeleton.forward_kinematics(pose, &mut joints);
         character.skeleton.world_from_rest(&joints, &mut transforms);
         let position = |(vertex, rest): (usize, &Vec3)| {
-            let u = Vec3::Z * 0.02 + hang(t) * (rest.y - 1.0);
+            let u = Vec3::Z * 0.02 + slope(t) * (rest.y - 1.0);
             PointFrame::new(&garment, vertex, &transforms).position(u)
         };
         take.garment[t] = garment.rest.vertices.iter().enumerate().map(position).collect();
@@ -47,22 +47,22 @@ fn hanging(mut take: Take, hang: &dyn Fn(usize) -> Vec3) -> Take {
     take
 }
 
-/// Hangs after the pose alone, not linearly.
+/// Take whose garment follows the pose alone, not linearly.
 fn posed(seed: usize) -> Take {
     let take = take(&format!("take{seed}"), 5 * seed, LENGTH);
     let poses = take.clip.poses.clone();
-    hanging(take, &|t| {
+    with_slope(take, &|t| {
         let local = &poses[t].local;
         let (arm, lean) = (local[2].z, local[1].x);
         Vec3::new(arm * arm, arm * lean, lean)
     })
 }
 
-/// Hangs after the root's velocity a tenth of a second ago.
+/// Take whose garment follows the root's velocity a tenth of a second ago.
 fn dragged(seed: usize) -> Take {
     let take = take(&format!("take{seed}"), 5 * seed, LENGTH);
     let poses = take.clip.poses.clone();
-    hanging(take, &|t| {
+    with_slope(take, &|t| {
         let before = t.saturating_sub(3).max(1);
         let velocity = (poses[before].trans - poses[before - 1].trans) * FPS;
         Vec3::new(0.3, 0.0, 0.1) * velocity.x
@@ -94,12 +94,12 @@ fn spec(config: &ComparisonConfig) -> MotionSpec {
     MotionSpec::new(config.layout, config.velocity, contact_joints, &character()).unwrap()
 }
 
-/// Three takes to train on, a fourth apart.
+/// Training set of three takes, and a fourth take.
 fn sets(take: fn(usize) -> Take) -> (TrainingSet, PreparedClip) {
     sets_of(&small(ComparisonKind::PoseOnly), take)
 }
 
-/// With the motion vectors of these settings.
+/// Training set and fourth take, with the motion vectors of these settings.
 fn sets_of(config: &ComparisonConfig, take: fn(usize) -> Take) -> (TrainingSet, PreparedClip) {
     let splits = [Split::Train, Split::Train, Split::Train, Split::Validation];
     let takes: Vec<_> = splits.iter().enumerate().map(|(i, s)| (take(i), *s)).collect();
@@ -124,7 +124,7 @@ fn predicted(predictor: &mut ComparisonPredictor, clip: &PreparedClip, mode: Mod
     (1..clip.len()).map(frame).collect()
 }
 
-/// Squared error in units of what the mean displacement of the training clips leaves.
+/// Squared error, as a share of that of the mean displacement of the training clips.
 fn error_share(set: &TrainingSet, predictor: &mut ComparisonPredictor, clip: &PreparedClip) -> f32 {
     let mut mean = unic_eval::baselines::Skinning::mean(&garment().into(), set);
     let squares = |positions: &[Vec3], t: usize| -> f32 {
@@ -146,7 +146,7 @@ fn error_share(set: &TrainingSet, predictor: &mut ComparisonPredictor, clip: &Pr
 }
 
 #[test]
-fn pose_only_learns_a_garment_that_hangs_after_the_pose() {
+fn pose_only_learns_a_garment_that_follows_the_pose() {
     let (set, unseen) = sets(posed);
     let mut predictor = trained(&set, small(ComparisonKind::PoseOnly));
     let share = error_share(&set, &mut predictor, &unseen);
@@ -167,7 +167,7 @@ fn pose_only_reads_nothing_but_the_pose_and_the_vertical() {
             ..small(ComparisonKind::PoseOnly)
         },
     );
-    // Turned about the vertical, elsewhere, at another time of another motion.
+    // The same pose turned about the vertical, at another place, in another motion.
     let turn = Quat::from_rotation_y(1.1);
     let moved = |pose: &Pose| {
         let mut pose = pose.clone();
@@ -179,7 +179,7 @@ fn pose_only_reads_nothing_but_the_pose_and_the_vertical() {
         let (_folder, capture) = capture(&[(take, Split::Train)]);
         let clip = training_set(&capture).unwrap().train.remove(0);
         let frames = predicted(predictor, &clip, Mode::FreeRunning);
-        // In every vertex's own frame.
+        // Displacements in the frames of the vertices.
         let displacement = |(i, positions): (usize, &Vec<Vec3>)| {
             let transforms = clip.kinematics.world_from_rest(i + 1);
             let own = |(v, x): (usize, &Vec3)| PointFrame::new(&garment(), v, transforms).displacement(*x);
@@ -191,7 +191,8 @@ fn pose_only_reads_nothing_but_the_pose_and_the_vertical() {
     let mut other = plain.clone();
     other.clip.poses = plain.clip.poses.iter().rev().map(moved).collect();
     let (plain, other) = (run(&mut predictor, plain), run(&mut predictor, other));
-    // Frame t of the first is frame LENGTH − 1 − t of the second; both lack their frame 0.
+    // Frame t of the first clip is frame LENGTH − 1 − t of the second. Both predictions lack frame
+    // 0.
     for (a, b) in plain[..LENGTH - 2].iter().zip(other[..LENGTH - 2].iter().rev()) {
         for (a, b) in a.iter().zip(b) {
             assert!(a.distance(*b) < 1e-4, "{a} {b}");
@@ -200,7 +201,7 @@ fn pose_only_reads_nothing_but_the_pose_and_the_vertical() {
 }
 
 #[test]
-fn virtual_bones_learn_an_affine_garment_that_follows_the_motion_before() {
+fn virtual_bones_learn_an_affine_garment_that_follows_recent_motion() {
     let (set, unseen) = sets(dragged);
     let mut predictor = trained(&set, small(ComparisonKind::VirtualBones));
     let share = error_share(&set, &mut predictor, &unseen);
@@ -208,10 +209,10 @@ fn virtual_bones_learn_an_affine_garment_that_follows_the_motion_before() {
 }
 
 #[test]
-fn a_network_that_feeds_on_itself_stays_finite() {
+fn a_diverging_network_stays_finite() {
     let (set, unseen) = sets(dragged);
     let mut config = small(ComparisonKind::GlobalFeature);
-    // So hot that its own garment drives it away.
+    // A learning rate at which the network's own output drives it away.
     config.optimiser.learning_rate = 0.3;
     config.optimiser.steps = 20;
     let mut predictor = trained(&set, config);
@@ -223,7 +224,7 @@ fn a_network_that_feeds_on_itself_stays_finite() {
 }
 
 #[test]
-fn the_garment_before_is_what_one_step_starts_from() {
+fn one_step_starts_from_the_previous_true_garment() {
     let (set, unseen) = sets(dragged);
     let mut predictor = trained(&set, small(ComparisonKind::GlobalFeature));
     let squares = |frames: &[Vec<Vec3>]| -> f32 {
@@ -239,7 +240,7 @@ fn the_garment_before_is_what_one_step_starts_from() {
 }
 
 #[test]
-fn positions_about_the_root_follow_a_character_that_travels() {
+fn root_relative_positions_follow_a_character_that_travels() {
     let mut config = small(ComparisonKind::GlobalFeature);
     config.layout = MotionLayout::Paper;
     config.velocity = VelocityScheme::Forward;
@@ -261,7 +262,7 @@ fn positions_about_the_root_follow_a_character_that_travels() {
 }
 
 #[test]
-fn settings_that_a_rival_does_not_have_are_refused() {
+fn unsupported_settings_are_refused() {
     let (set, _) = sets(posed);
     let refused = |change: fn(&mut ComparisonConfig)| {
         let mut config = small(ComparisonKind::GlobalFeature);
@@ -292,7 +293,7 @@ fn settings_that_a_rival_does_not_have_are_refused() {
 }
 
 #[test]
-fn the_number_of_threads_changes_no_bit() {
+fn results_do_not_depend_on_the_number_of_threads() {
     for kind in [
         ComparisonKind::PoseOnly,
         ComparisonKind::VirtualBones,
@@ -313,7 +314,7 @@ fn the_number_of_threads_changes_no_bit() {
 }
 
 #[test]
-fn a_watch_stops_the_training() {
+fn a_callback_stops_the_training() {
     let (set, _) = sets(posed);
     let config = small(ComparisonKind::PoseOnly);
     let trainer = ComparisonTrainer::new(&set, &spec(&config), &character().skeleton, config).unwrap();

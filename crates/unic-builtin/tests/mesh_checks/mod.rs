@@ -44,7 +44,8 @@ pub(crate) fn assert_manifold(vertices: usize, faces: &[[u32; 3]]) {
         .for_each(|f| f.iter().for_each(|&v| around[v as usize].push(*f)));
     for (v, fan) in around.iter().enumerate() {
         assert!(!fan.is_empty(), "vertex {v} has no face");
-        // Grows from one face over shared edges at the vertex: every face of the fan must be reached.
+        // Grows from one face over shared edges at the vertex: every face of the fan must be
+        // reached.
         let (mut reached, mut grown) = (vec![fan[0]], true);
         while grown {
             let touches = |f: &[u32; 3]| {

@@ -1,9 +1,12 @@
-//! How fast the runtime is here: the field's rate on one thread beside the peak of the same
-//! instructions in the same process, both by CPU time of the thread, and the time of an animator's step.
+//! Speed of the runtime on this machine: the field's rate, the encoder's time and the time of a
+//! step.
+//!
+//! The field's rate on one thread is printed beside the peak rate of the same instructions,
+//! measured in the same process. All times are CPU times of one thread.
 //!
 //! ```text
-//! cargo run --release -p unic-core --example animator_rate          # field and steps
-//! cargo run --release -p unic-core --example animator_rate field    # the networks alone
+//! cargo run --release -p unic-core --example animator_rate          # networks and steps
+//! cargo run --release -p unic-core --example animator_rate field    # networks alone
 //! cargo run --release -p unic-core --example animator_rate steps    # steps alone
 //! cargo run --release -p unic-core --example animator_rate field "int8 Avx512"
 //! ```
@@ -22,13 +25,15 @@ use unic_core::{
     network::{Encoder, EncoderScratch, Field, FieldBiases, FieldScratch, Linear, TILE},
 };
 
-/// The paper's field: 8 layers of 256, the input again before the sixth, 128 numbers of latent.
+/// Sizes of the paper's field: 8 layers of 256, the sixth of which reads the input again.
 const PAPER_FIELD: FieldConfig = FieldConfig {
     width: 256,
     hidden_layers: 8,
     skip: Some(5),
 };
+/// Length of the latent vector.
 const LATENT: usize = 128;
+/// Rounds of a measurement, of which the median is printed.
 const ROUNDS: usize = 61;
 
 fn main() {
@@ -55,10 +60,12 @@ fn steps() {
     }
 }
 
-/// The field alone in every precision on every instruction set, one thread: with positive weights, which leave all
-/// channels on, and with weights of both signs.
+/// Measures the field in every precision on every instruction set.
+///
+/// With positive weights all activations are above zero. With weights of both signs some are zero,
+/// whose products are left out.
 fn field_rates() {
-    let [(on, flop), (random, _)] = [f32::abs, |weight| weight].map(paper_field);
+    let [dense, sparse] = [f32::abs, |weight| weight].map(paper_field);
     let only = std::env::args().nth(2);
     for precision in Precision::ALL {
         for set in precision.instructions() {
@@ -66,15 +73,18 @@ fn field_rates() {
             if !only.as_ref().is_none_or(|only| name.contains(only)) {
                 continue;
             }
-            let [on, random] =
-                [&on, &random].map(|field| rate(&field.clone().with_kernel(precision, set), flop));
-            println!("field, {name}: {on} with all channels on, {random} with some off");
+            let [dense, sparse] =
+                [&dense, &sparse].map(|field| rate(&field.clone().with_kernel(precision, set)));
+            println!("field, {name}: {dense} with all channels on, {sparse} with some off");
         }
     }
 }
 
-/// Median of rounds, each beside a fresh measurement of the peak: clock rates move.
-fn rate(field: &Field, flop: f64) -> String {
+/// Measures the field's rate and its share of the peak, as text.
+///
+/// Every round measures the peak again, because clock rates change.
+fn rate(field: &Field) -> String {
+    let flop = flop_of_vertex(field);
     let mut biases = FieldBiases::default();
     field.fold(&[0.1; LATENT], &mut biases);
     let inputs = [[0.3; TILE]; 3];
@@ -87,22 +97,33 @@ fn rate(field: &Field, flop: f64) -> String {
             black_box(&outputs);
         }
         let rate = (tiles * TILE) as f64 * flop / (cpu_seconds() - start);
-        (peak.map_or(f64::NAN, |peak| rate / peak), rate)
+        Round {
+            rate,
+            share_of_peak: peak.map_or(f64::NAN, |peak| rate / peak),
+        }
     };
-    let rounds: Vec<(f64, f64)> = (0..ROUNDS).map(|_| round()).collect();
-    let median = |of: &dyn Fn(&(f64, f64)) -> f64| {
+    let rounds: Vec<Round> = (0..ROUNDS).map(|_| round()).collect();
+    let median = |of: &dyn Fn(&Round) -> f64| {
         let mut values: Vec<f64> = rounds.iter().map(of).collect();
         values.sort_by(f64::total_cmp);
         values[ROUNDS / 2]
     };
-    let (share, rate) = (median(&|r| r.0), median(&|r| r.1) / 1e9);
+    let (share, rate) = (median(&|r| r.share_of_peak), median(&|r| r.rate) / 1e9);
     match share.is_nan() {
         true => format!("{rate:.0} GFLOP/s"),
         false => format!("{rate:.0} GFLOP/s ({:.1} % of the peak)", share * 100.0),
     }
 }
 
-/// The paper's encoder at batch one: 23.4 million weights from memory, by CPU time of one thread.
+/// One measurement of the field.
+struct Round {
+    /// FLOP a second.
+    rate: f64,
+    /// Share of the peak rate; NaN where there is no loop for the peak.
+    share_of_peak: f64,
+}
+
+/// Measures the paper's encoder at batch size one, which reads 23.4 million weights from memory.
 fn encoder_rates() {
     let config = EncoderConfig {
         hidden: vec![4096, 4096],
@@ -130,7 +151,7 @@ fn encoder_rates() {
     }
 }
 
-/// Median.
+/// Returns the median time of the encoder, seconds.
 fn encode_seconds(encoder: &Encoder) -> f64 {
     let (pair, mut latent) = (vec![0.5; 590], [0.0; LATENT]);
     let mut scratch = EncoderScratch::default();
@@ -146,8 +167,8 @@ fn encode_seconds(encoder: &Encoder) -> f64 {
     times[ROUNDS / 2]
 }
 
-/// With the FLOP of one vertex once the latent is folded into the biases: 922,112 in the paper's sizes.
-fn paper_field(weight: fn(f32) -> f32) -> (Field, f64) {
+/// Makes a field of the paper's sizes; `weight` maps random numbers to weights.
+fn paper_field(weight: fn(f32) -> f32) -> Field {
     let mut noise = common::Noise(1);
     let mut linear = |inputs: usize, outputs: usize| Linear {
         inputs,
@@ -161,15 +182,18 @@ fn paper_field(weight: fn(f32) -> f32) -> (Field, f64) {
     let mut layers = vec![linear(input, 256)];
     layers.extend((1..8).map(|i| linear(if i == 5 { 256 + input } else { 256 }, 256)));
     layers.push(linear(256, 3));
-    let multiply_adds: usize = layers.iter().map(|l| l.weight.len()).sum::<usize>() - 2 * 256 * LATENT;
-    (
-        Field::new(&PAPER_FIELD, 3, LATENT, layers).expect("sizes of the paper"),
-        2.0 * multiply_adds as f64,
-    )
+    Field::new(&PAPER_FIELD, 3, LATENT, layers).expect("sizes of the paper")
 }
 
-/// Milliseconds of a step and of its parts by CPU time of one thread, medians, with the paper's intersection
-/// handling.
+/// FLOP of one vertex after the latent vector is folded into the biases: 922,112 in the paper's
+/// sizes.
+fn flop_of_vertex(field: &Field) -> f64 {
+    let weights: usize = field.layers().iter().map(|l| l.weight.len()).sum();
+    let multiply_adds = weights - 2 * 256 * LATENT;
+    2.0 * multiply_adds as f64
+}
+
+/// Prints the median time of a step and of its stages, milliseconds.
 fn step_times(network: Network, model: Model) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let share = model.sampling().map_or(1.0, |s| s.share());
@@ -196,7 +220,7 @@ fn step_times(network: Network, model: Model) {
     );
 }
 
-/// CPU seconds of every stage, frame by frame.
+/// Returns the CPU seconds of every stage, frame by frame.
 fn frames(model: Arc<Model>) -> Vec<[f64; Stage::ALL.len()]> {
     let mut animator = Animator::new(model);
     animator
@@ -214,6 +238,7 @@ fn frames(model: Arc<Model>) -> Vec<[f64; Stage::ALL.len()]> {
         black_box(garment.expect("a sound pose").positions);
         frames.push(times);
     }
+    // The first frames allocate.
     frames.split_off(2)
 }
 

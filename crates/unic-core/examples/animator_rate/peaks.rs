@@ -1,10 +1,11 @@
-//! The machine's own ceilings: independent chains of multiply-adds in registers, no memory.
+//! Peak rates of the machine: independent chains of multiply-adds in registers, without memory.
 
 use std::hint::black_box;
 use unic_core::{Precision, simd::Instructions};
 
-/// Multiply-adds of one thread, two FLOP each, a second of its CPU time, on instructions that this machine has.
-/// None where there is no loop for them. Clock rates move, so measure it next to what it is compared with.
+/// Measures the peak rate of one thread in FLOP a second of its CPU time, two FLOP a multiply-add.
+///
+/// `set` is available on this machine. Returns `None` for sets without a loop here.
 pub(crate) fn peak(precision: Precision, set: Instructions) -> Option<f64> {
     match set {
         // SAFETY (of every loop): the caller's machine has the instructions.
@@ -31,7 +32,7 @@ pub(crate) fn peak(precision: Precision, set: Instructions) -> Option<f64> {
         Instructions::Avx2 => match precision {
             // SAFETY: see above.
             Precision::F32 => Some(rate(x86::FLOP_AVX2, || unsafe { x86::f32_avx2(black_box(0.5)) })),
-            // Several instructions a product: their own peak would say little.
+            // A product takes several instructions, whose peak is no useful limit.
             Precision::Bf16 | Precision::Int16 | Precision::Int8 => None,
         },
         #[cfg(target_arch = "aarch64")]
@@ -42,6 +43,7 @@ pub(crate) fn peak(precision: Precision, set: Instructions) -> Option<f64> {
     }
 }
 
+/// Runs a loop of `flop` FLOP and returns its rate in FLOP a second.
 #[cfg(target_arch = "x86_64")]
 fn rate(flop: usize, run: impl FnOnce()) -> f64 {
     let start = cpu_seconds();
@@ -49,7 +51,7 @@ fn rate(flop: usize, run: impl FnOnce()) -> f64 {
     flop as f64 / (cpu_seconds() - start)
 }
 
-/// CPU time of this thread: what else the machine does has little part in it.
+/// CPU time of this thread in seconds, which other programs hardly change.
 pub(crate) fn cpu_seconds() -> f64 {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
@@ -59,22 +61,24 @@ pub(crate) fn cpu_seconds() -> f64 {
 mod x86 {
     use std::arch::{asm, x86_64::*};
 
-    /// Some milliseconds.
+    /// Iterations of a loop over vector registers, some milliseconds.
     const STEPS: usize = 500_000;
+    /// Iterations of a loop over tile registers, some milliseconds.
     const TILES: usize = 100_000;
-    /// Enough to hide the latency, few enough to stay in registers.
+    /// Independent sums in AVX-512: enough to hide the latency, few enough to stay in registers.
     const CHAINS: usize = 24;
+    /// Independent sums in AVX2, which has half as many registers.
     const CHAINS_AVX2: usize = 12;
 
-    /// Of one loop over registers of AVX-512 that take so many multiply-adds an instruction.
+    /// FLOP of a loop over AVX-512 registers, with this many multiply-adds an instruction.
     pub(super) const fn flop(multiply_adds: usize) -> usize {
         2 * CHAINS * multiply_adds * STEPS
     }
 
-    /// Of one loop over registers of AVX2.
+    /// FLOP of a loop over AVX2 registers of f32.
     pub(super) const FLOP_AVX2: usize = 2 * CHAINS_AVX2 * 8 * STEPS;
 
-    /// Of one loop over tile registers that take so many multiply-adds for each of 16 × 16 sums.
+    /// FLOP of a loop over tile registers, with this many multiply-adds for each of 16 × 16 sums.
     pub(super) const fn tile_flop(multiply_adds: usize) -> usize {
         2 * 4 * 16 * 16 * multiply_adds * TILES
     }
@@ -113,7 +117,7 @@ mod x86 {
         f32,
         _mm512_set1_ps,
         |sum, x| {
-            // SAFETY: vectors of the same size, of which any bits are numbers.
+            // SAFETY: vectors of the same size, valid for any bits.
             let pairs = unsafe { std::mem::transmute::<__m512, __m512bh>(x) };
             _mm512_dpbf16_ps(*sum, pairs, pairs)
         }
@@ -137,7 +141,7 @@ mod x86 {
 
     macro_rules! tiles {
         ($name:ident, $multiply:literal) => {
-    /// Four sums of 16 × 16 in tile registers.
+    /// Multiplies tile registers into four sums of 16 × 16 numbers.
     ///
     /// # Safety
     /// The machine has AMX, and the system lets this process use it.
@@ -150,8 +154,8 @@ mod x86 {
             configuration.0[16 + 2 * register] = 64;
             configuration.0[48 + register] = 16;
         }
-        // SAFETY: the caller's machine has the registers; the configuration is 64 bytes, eight registers of 16
-        // rows of 64 bytes, and nothing else is read.
+        // SAFETY: the caller's machine has the registers. The configuration is 64 bytes long and
+        // describes eight registers of 16 rows of 64 bytes; nothing else is read.
         unsafe {
             asm!(
                 "ldtilecfg [{configuration}]",

@@ -54,6 +54,8 @@ impl FieldFrame<'_> {
     /// Writes the inputs of a tile, transposed from vertices to channels.
     fn gather(&self, first: usize, vertices: &[VertexState], scratch: &mut TileScratch) {
         let TileScratch { inputs, point, .. } = scratch;
+        // Lanes beyond the last vertex keep numbers of an earlier tile. Lanes are independent, and
+        // the outputs of these are not read.
         inputs.resize(self.model.field.point_inputs(), [0.0; TILE]);
         point.resize(inputs.len(), 0.0);
         for (lane, vertex) in vertices.iter().enumerate() {
@@ -102,6 +104,7 @@ impl FieldFrame<'_> {
             StateConfig::RootRelative => integrated(value, output),
             StateConfig::Displacement(config) => {
                 let decay = config.decay(1.0 / self.model.config.fps);
+                // The prior is masked when the model is made, so that the mask applies here alone.
                 value * decay + limited(output, config.output_limit) * (share * config.scale_m)
             }
         }

@@ -34,6 +34,7 @@ impl Animator {
             for_each_tile_with(&mut state.vertices, &mut scratch.tiles, task);
             return;
         };
+        // Sampled states are copied, because tiles are contiguous.
         let sampled = &mut scratch.sampled;
         sampled.clear();
         sampled.extend(sampling.samples().iter().map(|&v| state.vertices[v as usize]));
@@ -54,6 +55,8 @@ impl Animator {
 
     /// Sets all states to those of the mean displacement, to which the mask is applied already.
     pub(super) fn place_mean_shape(&mut self) {
+        // World positions in between, because a root-relative state has another frame than the
+        // mean.
         let mean = self.model.prior.mean.iter();
         let frames = self.scratch.histories.iter().map(|h| h.now);
         let positions: Vec<Vec3> = frames.zip(mean).map(|(f, &u)| f.position(u)).collect();
@@ -108,6 +111,7 @@ impl Animator {
         observe(Stage::Positions);
         self.correct_display();
         observe(Stage::Intersections);
+        // Normals follow the corrections.
         let Self { model, scratch, .. } = self;
         vertex_normals(
             &scratch.positions,

@@ -71,6 +71,7 @@ impl Intersections {
         let layers = self.layers.take();
         *self = Self::new(mode, model);
         self.colliders = colliders;
+        // The new handling prepares the layers for itself.
         if let Some(layers) = layers {
             self.set_layers(layers);
         }
@@ -118,6 +119,8 @@ impl Animator {
         let Intersections {
             handling, queries, ..
         } = intersections;
+        // The loop runs over the queries, whose seeds persist between frames. Each reads the state
+        // of its own vertex alone.
         for_each_tile(queries, |first, queries| {
             for (vertex, query) in (first..).zip(queries) {
                 let position = frames.of(vertex).to_world(state.vertices[vertex].value);

@@ -3,7 +3,7 @@
 use super::{Animator, deform::TileScratch, state::VertexState, tiles::for_each_tile};
 use crate::{
     config::StateConfig,
-    features::{Past, PointFrame, PointHistory},
+    features::{PointFrame, PointHistory},
     network::{EncoderScratch, FieldBiases},
     recurrence::RecurrenceScratch,
     transform::Rigid,
@@ -61,13 +61,13 @@ impl Animator {
         model
             .normalisation
             .write_pair([before, now], &mut scratch.encoder_input);
-        // The frame at t − 2 is not known. Nothing reads it before the next step has replaced it.
+        // The previous frame first, so that histories hold both.
         for world_from_joint in [motion.previous_world_from_joint(), motion.world_from_joint()] {
             skeleton.world_from_rest(world_from_joint, &mut scratch.world_from_rest);
             let transforms = &scratch.world_from_rest;
             for_each_tile(&mut scratch.histories, |first, tile| {
                 for (i, history) in tile.iter_mut().enumerate() {
-                    history.advance(PointFrame::new(garment, first + i, transforms), Past::TwoFrames);
+                    history.advance(PointFrame::new(garment, first + i, transforms));
                 }
             });
         }
@@ -90,13 +90,9 @@ impl Animator {
         let skeleton = &model.character.skeleton;
         skeleton.world_from_rest(state.motion.world_from_joint(), &mut scratch.world_from_rest);
         let (garment, transforms) = (&model.garment, &scratch.world_from_rest);
-        let past = match state.at_start {
-            true => Past::OneFrame,
-            false => Past::TwoFrames,
-        };
         for_each_tile(&mut scratch.histories, |first, tile| {
             for (i, history) in tile.iter_mut().enumerate() {
-                history.advance(PointFrame::new(garment, first + i, transforms), past);
+                history.advance(PointFrame::new(garment, first + i, transforms));
             }
         });
     }
@@ -107,6 +103,7 @@ impl Animator {
     /// prior's displacements of frame 0 change. States are measured from these, so that they change
     /// the other way, and the garment of frame 0 stays where it is.
     pub(super) fn complete_start(&mut self) {
+        // Moved out of the scratch memory, which is overwritten below.
         let before = std::mem::take(&mut self.scratch.prior);
         let (first, _) = self.state.motion.pair();
         self.model
@@ -120,6 +117,7 @@ impl Animator {
             .zip(before.iter().zip(&self.scratch.prior))
         {
             vertex.value += *old - *new;
+            // The garment is at rest in frame 0.
             vertex.previous = vertex.value;
         }
         self.state.at_start = false;
@@ -133,6 +131,7 @@ impl Animator {
             state,
             ..
         } = self;
+        // Root-relative states are not measured from a prior.
         if model.config.state == StateConfig::RootRelative {
             return;
         }

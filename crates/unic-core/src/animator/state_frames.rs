@@ -90,6 +90,7 @@ impl<'a> SampleInterpolation<'a> {
                 let shares = samples.map(|s| histories[sampling.samples()[s as usize] as usize].now.share);
                 let scale = mask_scale(histories[vertex].now.share, &shares, &weights);
                 let sum = (samples.iter().zip(weights))
+                    // Summed in the fixed order of the row.
                     .fold(Vec3::ZERO, |sum, (&s, w)| sum + sampled[s as usize].value * w);
                 *state = VertexState {
                     value: self.state(vertex, sum * scale),

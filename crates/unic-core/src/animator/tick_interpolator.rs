@@ -27,12 +27,15 @@ pub struct TickInterpolator {
 impl TickInterpolator {
     /// Records the garment after a step of the animator; call it after every step.
     pub fn tick(&mut self, animator: &Animator) {
+        // The older buffer is overwritten.
         std::mem::swap(&mut self.before, &mut self.now);
         let (positions, histories) = (&animator.scratch.positions, &animator.scratch.histories);
         self.now.resize(positions.len(), Vec3::ZERO);
         install_if_some(animator.threads.clone(), || {
             for_each_tile(&mut self.now, |first, tile| {
                 for (vertex, displacement) in (first..).zip(tile) {
+                    // Of the shown positions, so that corrections of intersections are interpolated
+                    // too.
                     *displacement = histories[vertex].now.displacement(positions[vertex]);
                 }
             });
@@ -89,6 +92,7 @@ impl TickInterpolator {
         self.positions.resize(now.len(), Vec3::ZERO);
         for_each_tile(&mut self.positions, |first, tile| {
             for (vertex, position) in (first..).zip(tile) {
+                // Extrapolated displacements would overshoot.
                 let displacement = before[vertex].lerp(now[vertex], share.clamp(0.0, 1.0));
                 *position = PointFrame::new(&model.garment, vertex, transforms).position(displacement);
             }

@@ -22,6 +22,7 @@ pub(super) fn for_each_tile_with<T: Send, B: Send + Default>(
 ) {
     let tiles = items.len().div_ceil(TILE);
     let run_len = tiles.div_ceil(RUNS_PER_THREAD * thread_count()).max(1) * TILE;
+    // Allocates when the number of runs grows, in practice in the first call.
     buffers.resize_with(items.len().div_ceil(run_len), B::default);
     let runs = items.chunks_mut(run_len).zip(buffers).enumerate();
     for_each(runs, |(i, (items, buffer))| {

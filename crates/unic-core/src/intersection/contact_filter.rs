@@ -54,14 +54,18 @@ impl ContactFilter {
             joint_of_face: (character.joints_of_faces().into_iter())
                 .map(|joint| joint as u16)
                 .collect(),
-            lifting_vertices: Packets::of(
+            // Vertices of one joint lift the same faces, so the joint is the key of the contact
+            // class.
+            lifting_vertices: Packets::partition(
                 (0..joint_of_vertex.len()).filter(lifts_a_face),
                 &character.body.vertices,
                 |vertex| joint_of_vertex[vertex],
             ),
-            garment_packets: Packets::of(0..pushing_vertices.len(), &garment.rest.vertices, |vertex| {
-                pushing_vertices.row(vertex)
-            }),
+            garment_packets: Packets::partition(
+                0..pushing_vertices.len(),
+                &garment.rest.vertices,
+                |vertex| pushing_vertices.row(vertex),
+            ),
             joint_of_vertex,
             pushing_vertices,
             lifting_faces,
@@ -92,6 +96,8 @@ impl ContactFilter {
     }
 
     /// Collision groups of the faces that push a garment vertex.
+    // With more than 64 joints several share a group. The mask is then too wide, never too narrow,
+    // and `face_may_push` decides.
     pub(crate) fn groups_pushing_vertex(&self, vertex: usize) -> GroupMask {
         let words = self.pushing_vertices.row(vertex).iter();
         GroupMask(words.fold(0, |all, word| all | word))
@@ -150,6 +156,8 @@ impl JointSets {
         self.bits[item * self.words + joint / 64] |= 1 << (joint % 64);
     }
 
+    // Joints are u16 to keep the tables that searches read small; skinning weights have the same
+    // limit.
     fn contains(&self, item: usize, joint: u16) -> bool {
         let word = self.bits[item * self.words + usize::from(joint / 64)];
         word >> (joint % 64) & 1 == 1

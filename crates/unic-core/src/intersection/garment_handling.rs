@@ -125,6 +125,7 @@ impl GarmentHandling {
             let handling = &self.handling;
             for_each_chunk(positions, VERTICES_PER_TASK, |first, chunk| {
                 for (vertex, p) in (first..).zip(chunk) {
+                    // No seeds are kept: callers may pass unrelated positions from call to call.
                     let mut seed = Handling::NO_SEED;
                     *p = handling.correct(vertex, *p, &mut seed).unwrap_or(*p);
                 }

@@ -30,6 +30,7 @@ impl InsideTestBody<'_> {
             InsideTest::TangentPlane => self.snapshot.tangent_plane(p).map(|t| t.height),
             InsideTest::ClosestTriangle => self.surface.closest(p).map(|hit| hit.signed_distance),
         };
+        // Without a body, or for a point that is not finite, there is no height and no depth.
         (-height.unwrap_or(0.0)).max(0.0)
     }
 }

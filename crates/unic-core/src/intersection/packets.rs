@@ -29,7 +29,7 @@ impl Packets {
 
     /// Partitions the chosen vertices by their positions at rest. Vertices with different keys are
     /// in different contact classes.
-    pub(crate) fn of<Key: Ord>(
+    pub(crate) fn partition<Key: Ord>(
         chosen: impl Iterator<Item = usize>,
         rest: &[Vec3],
         key: impl Fn(usize) -> Key,
@@ -43,6 +43,7 @@ impl Packets {
         for (class, vertices) in classes.into_values().enumerate() {
             let ordered = clustered(vertices, rest, &[LANES, Self::GROUP]);
             vertex_of_slot.extend(ordered);
+            // Padding to whole groups keeps every group, which one thread searches, in one class.
             let end = vertex_of_slot.len().next_multiple_of(Self::GROUP);
             vertex_of_slot.resize(end, NO_VERTEX);
             class_of_group.resize(end / Self::GROUP, class as u32);
@@ -87,6 +88,7 @@ impl Packets {
     /// Vertices of a packet, without its empty slots.
     pub(crate) fn packet(&self, packet: usize) -> &[u32] {
         let slots = &self.vertex_of_slot[packet * LANES..][..LANES];
+        // Empty slots are at the end of a packet.
         &slots[..slots.partition_point(|&vertex| vertex != NO_VERTEX)]
     }
 }
@@ -102,7 +104,7 @@ mod tests {
         fn every_chosen_vertex_has_a_slot_in_its_class(rest in vec(point(1.0), 0..1500), classes in 1usize..7) {
             let is_chosen = |vertex: &usize| !vertex.is_multiple_of(3);
             let key = |vertex: usize| vertex % classes;
-            let packets = Packets::of((0..rest.len()).filter(is_chosen), &rest, key);
+            let packets = Packets::partition((0..rest.len()).filter(is_chosen), &rest, key);
             for vertex in (0..rest.len()).filter(is_chosen) {
                 prop_assert_eq!(packets.vertices()[packets.slots()[vertex] as usize] as usize, vertex);
             }
@@ -122,7 +124,7 @@ mod tests {
         let grid: Vec<Vec3> = (0..4096)
             .map(|i| Vec3::new((i % 64) as f32, 0.0, (i / 64) as f32))
             .collect();
-        let packets = Packets::of(0..grid.len(), &grid, |_| 0);
+        let packets = Packets::partition(0..grid.len(), &grid, |_| 0);
         for packet in 0..packets.len() / LANES {
             let places = packets.packet(packet).iter().map(|&v| grid[v as usize]);
             let bounds = crate::bounds::Aabb::around(&places.collect::<Vec<_>>());

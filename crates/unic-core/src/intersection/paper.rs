@@ -100,6 +100,7 @@ impl PaperIntersection {
     /// All points with the same nearest vertex get the same position.
     pub fn correct(&self, body: &BodySnapshot, p: Vec3) -> Option<Vec3> {
         let plane = body.tangent_plane(p)?;
+        // Strictly below: a normal of zero, of a vertex without sound faces, moves nothing.
         (plane.height < 0.0).then(|| plane.position + plane.normal * self.relaxation_m)
     }
 }

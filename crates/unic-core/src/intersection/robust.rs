@@ -55,6 +55,7 @@ fn next_position(iteration: usize, at: Vec3, out: Vec3) -> Vec3 {
 #[derive(Clone, Debug)]
 pub struct RobustBody {
     surface: Surface,
+    // An asset, which clones share.
     contact_filter: std::sync::Arc<ContactFilter>,
     folds: FoldCache,
 }
@@ -184,6 +185,8 @@ impl RobustIntersection {
         };
         let mut contact = self.first_push(body, vertex, p, nearest.face);
         if let Some(corrected) = &mut contact.corrected {
+            // The height stays that of the first contact: it belongs to the position before the
+            // push.
             *corrected = self.push_further(body, vertex, *corrected, contact.face);
             let nearest = body.surface.closest_from(*corrected, contact.face);
             *corrected = nearest.map_or(*corrected, |hit| self.sink(body, vertex, *corrected, hit.face));
@@ -220,6 +223,7 @@ impl RobustIntersection {
         faces: ClosestFaces,
     ) -> Contact {
         let pushing = body.surface.point_on(faces.of_pushing, to);
+        // Most vertices have not sunk and have one closest face: one query instead of two.
         let nearest = match faces.of_body == faces.of_pushing && from == to {
             true => pushing,
             false => body.surface.point_on(faces.of_body, from),
@@ -229,6 +233,7 @@ impl RobustIntersection {
         };
         let out = self.push_out(&pushing, to);
         let out = out.filter(|_| !body.is_folded(pushing.face, vertex));
+        // Inside a part that may not push it, a vertex has the negative height of that part.
         Contact {
             face: pushing.face,
             height_m: pushing.signed_distance.min(nearest.signed_distance),
@@ -269,6 +274,8 @@ impl RobustIntersection {
             },
         };
         let hit = body.surface.closest_filtered(p, LIMB_RADIUS_M, seed, lifting)?;
+        // Points outside the body stay: between corners at the margin a face may be lower than
+        // that.
         let out = self.push_out(&hit, p).filter(|_| hit.signed_distance < 0.0)?;
         (!body.is_folded(hit.face, face.corner as usize)).then_some(out)
     }

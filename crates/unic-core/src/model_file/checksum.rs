@@ -35,6 +35,7 @@ fn checksum(bytes: &[u8], at: usize) -> String {
 fn find(bytes: &[u8], checksum: &str) -> Option<usize> {
     // A safetensors file begins with the length of its header, eight bytes, little-endian.
     let length = u64::from_le_bytes(*bytes.first_chunk()?);
+    // The length of a damaged file may be any number.
     let end = usize::try_from(length).ok()?.checked_add(8)?;
     let header = bytes.get(..end)?;
     header

@@ -85,6 +85,7 @@ impl<'a> Source<'a> {
             .tensors
             .names()
             .into_iter()
+            // The first by name, so that the error does not depend on hashing.
             .filter(|name| !read.contains(*name))
             .min();
         match unknown {
@@ -136,6 +137,7 @@ impl<'a> Source<'a> {
     pub(super) fn prior(&self) -> Result<Prior, ModelFileError> {
         let mean = self.points("prior.mean")?;
         if !self.has("prior.shapes") {
+            // The map has no outputs, but its inputs must fit a pair of motion vectors.
             return Ok(Prior::constant(mean, 2 * self.vector("motion.mean")?.len()));
         }
         let components = self.floats("prior.shapes", &[mean.len(), 0, 3])?;
@@ -181,6 +183,7 @@ impl<'a> Source<'a> {
             let expected = format!("a sum of {} entries", joints.len());
             return Err(unusable(&format!("{owner}.skinning.counts"), &expected, total));
         }
+        // Collected, because all rows take from the same iterator.
         let rows: Vec<Vec<(usize, f32)>> = (counts.iter())
             .map(|&count| entries.by_ref().take(count as usize).collect())
             .collect();

@@ -53,6 +53,7 @@ impl Tensors {
             name: name.to_owned(),
             dtype,
             shape: shape.to_vec(),
+            // Safetensors is little-endian, as are all targets of this crate.
             bytes: bytemuck::cast_slice(data).to_vec(),
         });
     }

@@ -45,6 +45,7 @@ impl Step<'_> {
     fn rate(&self, layout: MotionLayout) -> f32 {
         match layout {
             MotionLayout::Paper | MotionLayout::PaperRootRelative => 1.0,
+            // The quotient of a zero time step would be infinite.
             MotionLayout::Heading if self.dt >= MIN_STEP => self.dt.recip(),
             MotionLayout::Heading => 0.0,
         }
@@ -76,6 +77,7 @@ pub(super) fn write_pose(
     let root_position = match layout {
         MotionLayout::Paper => frame_from_world.point(root.translation),
         MotionLayout::PaperRootRelative => Vec3::ZERO,
+        // Without the horizontal position, on which no garment depends.
         MotionLayout::Heading => Vec3::Y * (root.translation.y - frame.ground_height),
     };
     put(&mut c[slices.root_position], root_position);
@@ -112,6 +114,7 @@ pub(super) fn write_velocities(
         &mut c[slices.root_velocity],
         velocity(step.difference_in_air(root)),
     );
+    // In world axes; `velocity` turns it into the frame of the vector.
     let turn = step.to[root].rotation * step.from[root].rotation.conjugate();
     let angular = velocity(rotation_vector(turn));
     put(&mut c[slices.root_angular_velocity], angular);
@@ -132,6 +135,7 @@ pub(super) fn write_contacts(
     let slices = MotionSlices::new(world_from_joint.len());
     let joints = spec.contact_joints.into_iter();
     let contacts = joints.zip(spec.contact_rest_heights_m).map(|(joint, rest)| {
+        // Over the ground: wind does not lift a foot.
         let difference = step.difference(joint);
         let height = world_from_joint[joint].translation.y - ground_height;
         match spec.layout {

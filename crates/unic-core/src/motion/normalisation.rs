@@ -93,6 +93,7 @@ impl Normalisation {
         let mut normalise = |element: usize| {
             fitted.mean[element] = moments.mean[element] as f32;
             let std = (moments.squares[element] / moments.count.max(1.0)).sqrt() as f32;
+            // Otherwise the deviation stays 1, so that rounding errors are not amplified.
             if std >= ROUNDING_STD {
                 fitted.std[element] = std.max(rule.least_std);
             }
@@ -178,6 +179,7 @@ impl Moments {
         for ((mean, squares), &value) in moments.zip(vector) {
             let before = f64::from(value) - *mean;
             *mean += before / self.count;
+            // One factor is the deviation from the old mean, the other that from the new mean.
             *squares += before * (f64::from(value) - *mean);
         }
         Ok(())

@@ -134,6 +134,7 @@ impl MotionState {
     /// When a pose or the state has another number of joints than the skeleton, or `spec` does not
     /// pass [`MotionSpec::check`].
     pub fn advance(&mut self, spec: &MotionSpec, skeleton: &Skeleton, input: &MotionInput) {
+        // The older buffers are overwritten below.
         std::mem::swap(&mut self.previous_world_from_joint, &mut self.world_from_joint);
         std::mem::swap(&mut self.previous_vector, &mut self.vector);
         skeleton.forward_kinematics(input.pose, &mut self.world_from_joint);
@@ -142,6 +143,7 @@ impl MotionState {
             self.complete_first(spec, skeleton, input);
             self.first = FirstVelocities::Known;
         }
+        // Only now: the contacts of c_0 are over the ground of frame 0.
         self.ground_height = input.ground_height;
         self.write_vector(spec, skeleton, input);
     }
@@ -153,6 +155,7 @@ impl MotionState {
         self.heading.advance(previous, root.rotation, dt);
         self.previous_world_from_frame = self.world_from_frame;
         match layout {
+            // The sequence frame stays the same.
             MotionLayout::Paper => {}
             MotionLayout::PaperRootRelative => self.world_from_frame.translation = root.translation,
             MotionLayout::Heading => {
@@ -175,6 +178,7 @@ impl MotionState {
         };
         let c = &mut self.previous_vector;
         write_velocities(c, spec.layout, skeleton, step, frame.rotation);
+        // Contacts depend on velocities, so that they are completed too.
         write_contacts(c, spec, from, step, self.ground_height);
     }
 

@@ -102,6 +102,7 @@ impl Encoder {
             if i < last {
                 back.iter_mut().for_each(|x| *x = elu(*x));
             }
+            // The output is the input of the next layer.
             std::mem::swap(front, back);
         }
         front

@@ -141,6 +141,7 @@ impl Field {
                     *bias += dot(instructions, &row[column..], latent);
                 }
             }
+            // Padding rows have zero activations.
             bias.resize(packed.rows, 0.0);
         }
     }
@@ -282,6 +283,8 @@ impl Field {
             let columns = Columns { hidden, points };
             match i < last {
                 true => PackedLayer::new::<K>(layer, columns),
+                // The last layer is f32 in all precisions: bf16 would place a vertex at 1 m to 4
+                // mm.
                 false => PackedLayer::new::<K::Head>(layer, columns),
             }
         };

@@ -65,6 +65,7 @@ impl PackedLayer {
         let scale = K::Arithmetic::row_scale(weights);
         let mut scaled: Vec<f32> = weights.iter().map(|w| w / scale).collect();
         scaled.resize(self.groups * channels, 0.0);
+        // Blocks follow each other, so that a kernel reads weights in sequence.
         let block = row / K::ROWS * K::ROWS * self.groups;
         for (group, scaled) in scaled.chunks_exact(channels).enumerate() {
             let place = block + K::place(row % K::ROWS, group, self.groups);

@@ -314,7 +314,7 @@ impl Epilogue<'_> {
         unsafe {
             let bias = F::splat(self.bias[row]);
             let mut y = [bias, bias];
-            // The first layer reads no activations, and then nobody has written sums.
+            // The first layer reads no activations, and then no kernel has written sums.
             if !INPUT_LAYER || self.layer.groups > 0 {
                 let row_scale = self.layer.row_scales[row];
                 y[0] = y[0].add(Self::sum::<A, F, W>(sums, vertex_scales, row_scale, lane));

@@ -61,6 +61,8 @@ pub(super) fn topological_order(parents: &[Option<usize>], root: usize) -> Resul
         order.extend(children.take_while(|&&joint| parents[joint] == Some(parent)));
         next += 1;
     }
+    // Every joint has one parent, so joints that are not reached from the root are on or behind a
+    // cycle.
     let mut is_reached = vec![false; parents.len()];
     order.iter().for_each(|&joint| is_reached[joint] = true);
     match is_reached.iter().position(|is_reached| !is_reached) {

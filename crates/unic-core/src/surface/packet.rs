@@ -18,9 +18,12 @@ impl Surface {
         filter: FaceFilter<impl Fn(u32) -> bool>,
     ) -> Packet {
         let mut packet = Packet::new(self.instructions, points, radius * radius);
+        // Everything below is inlined into a function that is compiled for the instruction set; a
+        // call that is not inlined would run on the baseline's instructions.
         self.instructions.run(
             #[inline(always)]
             || {
+                // Seeds first: near ones shrink the search radius before the tree is entered.
                 for (k, &seed) in seeds.iter().enumerate() {
                     if seeds[..k].contains(&seed) {
                         continue;

@@ -1,4 +1,5 @@
-//! Formulas: a step agrees with the reference, anywhere in the world and on any mesh of the garment.
+//! Formulas: a step agrees with the reference, anywhere in the world and on any mesh of the
+//! garment.
 
 use super::*;
 

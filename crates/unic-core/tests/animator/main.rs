@@ -6,7 +6,6 @@
 mod bounds;
 #[path = "../common/mod.rs"]
 mod common;
-
 mod formulas;
 mod handling;
 #[path = "../common/reference.rs"]
@@ -33,8 +32,8 @@ use unic_core::{
     surface::Surface,
 };
 
-/// Largest distance from the reference, metres: the rounding of positions near 1 m, which the networks
-/// pass on without shrinking it.
+/// Largest distance from the reference, metres: the rounding of positions near 1 m, which the
+/// networks pass on without shrinking it.
 const TOLERANCE: f64 = 5e-5;
 
 /// Every way to handle intersections.

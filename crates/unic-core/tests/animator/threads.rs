@@ -42,8 +42,8 @@ fn the_same_inputs_give_the_same_bytes_on_any_number_of_threads() {
     }
 }
 
-/// Threads of an engine, started for every run. They count the allocations of the jobs, without those
-/// of starting threads.
+/// Threads of an engine, started for every run. They count the allocations of the jobs, without
+/// those of starting threads.
 #[derive(Debug)]
 struct Workers {
     count: usize,

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// On the pose of a tick the garment is that of the tick, and on a moved pose it is moved.
+/// The pose of a tick gives the garment of the tick, and a moved pose gives a moved garment.
 #[test]
 fn the_interpolated_garment_follows_the_shown_pose() {
     let poses = motion(9);

@@ -61,11 +61,7 @@ pub fn variants() -> Vec<Variant> {
     use MotionLayout::{Heading, Paper, PaperRootRelative};
     use PointInput::*;
     use VelocityScheme::{Backward, Forward};
-    let second_order = displacement(
-        0.1,
-        3.0,
-        &[Displacement, Velocity, Rest, Up, SkinVelocity, SkinAcceleration],
-    );
+    let second_order = displacement(0.1, 3.0, &[Displacement, Velocity, Rest, Up, SkinVelocity]);
     // The velocity first, and a limit that is often reached.
     let short = displacement(0.05, 0.4, &[Velocity, Displacement, SkinVelocity, Rest]);
     let pose_only = displacement(0.0, 2.0, &[Rest, Up]);

@@ -294,7 +294,6 @@ impl Reference {
         let scale = f64::from(config.scale_m);
         let d = |back: usize| self.states[self.states.len().saturating_sub(back)][vertex];
         let x = |back: usize| self.skinned_at(back)[vertex];
-        let known = self.skinned.len();
         match input {
             PointInput::Displacement => d(1) / scale,
             PointInput::Velocity if self.states.len() < 2 => DVec3::ZERO,
@@ -302,8 +301,6 @@ impl Reference {
             PointInput::Rest => self.rest(vertex),
             PointInput::Up => own_from_world * DVec3::Y,
             PointInput::SkinVelocity => own_from_world * ((x(1) - x(2)) * fps - self.wind) / 2.0,
-            PointInput::SkinAcceleration if known < 3 => DVec3::ZERO,
-            PointInput::SkinAcceleration => own_from_world * (x(1) - 2.0 * x(2) + x(3)) * fps * fps / 20.0,
         }
     }
 

@@ -5,7 +5,7 @@ use glam::{Vec3, Vec4};
 use wgpu::{Buffer, BufferUsages};
 
 /// Size of a `Point` of `vertex_state.wgsl`, bytes.
-const POINT_BYTES: usize = 64;
+const POINT_BYTES: usize = 48;
 /// Size of a `VertexState` of `vertex_state.wgsl`, bytes.
 pub(super) const STATE_BYTES: usize = 32;
 
@@ -34,11 +34,14 @@ impl Buffers {
         let inputs = model.field().point_inputs() * asset.field.shape.stride(vertices);
         let zeroed = |label, bytes| context.zeroed(label, bytes, BufferUsages::empty());
         let states = zeroed("states", STATE_BYTES * vertices);
+        // Kernels keep the mask, so that it is uploaded once.
         let share = |vertex: usize| [Vec3::ZERO.extend(model.garment().share(vertex)); 2];
         let shares: Vec<[Vec4; 2]> = (0..vertices).map(share).collect();
         let queue = context.queue();
         queue.write_buffer(&states, 0, bytemuck::cast_slice(&shares));
         Self {
+            // Three vectors of four before the joints, and two for each joint, see
+            // `vertex_state.wgsl`.
             tick: zeroed("tick", 16 * (3 + 2 * joints)),
             vectors: asset.networks.vectors(context),
             points: zeroed("points", POINT_BYTES * vertices),

@@ -27,7 +27,6 @@ pub(super) enum Frame {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TickSettings {
     pub(super) frame: Frame,
-    pub(super) at_start: bool,
     pub(super) mode: IntersectionMode,
     /// Wind in world space, m/s.
     pub(super) wind: Vec3,
@@ -69,21 +68,19 @@ impl Upload {
             IntersectionMode::Paper { relaxation_m } => relaxation_m,
             IntersectionMode::Robust { margin_m, .. } => margin_m,
         };
-        let first = if settings.at_start { 1.0 } else { 0.0 };
         self.tick.clear();
-        self.tick
-            .extend(packed(&motion.world_from_state(skeleton), first));
+        self.tick.extend(packed(&motion.world_from_state(skeleton)));
         let Vec3 { x, y, z } = settings.wind;
         self.tick.push([handling, x, y, z]);
         let joints = self.world_from_rest.iter();
-        self.tick.extend(joints.flat_map(|joint| packed(joint, 0.0)));
+        self.tick.extend(joints.flat_map(packed));
         let queue = asset.context.queue();
         queue.write_buffer(&buffers.tick, 0, bytemuck::cast_slice(&self.tick));
     }
 }
 
-/// Packs a transform into two vectors of four: the rotation, and the translation with `w`.
-fn packed(transform: &Rigid, w: f32) -> [[f32; 4]; 2] {
-    let translation = transform.translation.extend(w);
+/// Packs a transform into two vectors of four: the rotation, and the translation with 0.
+fn packed(transform: &Rigid) -> [[f32; 4]; 2] {
+    let translation = transform.translation.extend(0.0);
     [transform.rotation.to_array(), translation.to_array()]
 }

@@ -9,10 +9,11 @@ use wgpu::Limits;
 const BLOCK: usize = 8;
 /// Number of a layer's inputs whose weights are in workgroup memory at one time.
 const CHUNK: usize = 8;
-/// Largest number of invocations in a workgroup. With more a GPU has too few registers for 64 sums each.
+/// Largest number of invocations in a workgroup. With more a GPU has too few registers for 64 sums
+/// each.
 const MAX_INVOCATIONS: usize = 256;
-/// Largest number of vertices in a tile. Weights are read once a tile, which costs little already at this
-/// size.
+/// Largest number of vertices in a tile. Weights are read once a tile, which costs little already
+/// at this size.
 const MAX_LANES: usize = 128;
 
 /// Type of weights and hidden activations.
@@ -24,8 +25,8 @@ pub(super) enum Real {
     Half,
 }
 
-/// Tile of vertices that a workgroup evaluates through all layers; each invocation computes eight outputs
-/// at eight vertices.
+/// Tile of vertices that a workgroup evaluates through all layers; each invocation computes eight
+/// outputs at eight vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Blocks {
     real: Real,
@@ -86,6 +87,7 @@ impl Blocks {
         }
     }
 
+    /// Size of the workgroup memory, bytes: activations of the tile, and one chunk of weights.
     fn bytes(&self) -> usize {
         self.width * (self.lanes() + CHUNK) * self.number_bytes()
     }
@@ -158,6 +160,7 @@ impl Blocks {
     /// Neighbouring invocations span eight columns, if there are as many, and then the lines. So 32
     /// neighbours read few different weights and activations.
     fn mapping(&self) -> String {
+        // A width whose columns are not a multiple of eight would leave the last group incomplete.
         let run = if self.columns().is_multiple_of(8) {
             8
         } else {
@@ -175,6 +178,8 @@ impl Blocks {
         (CHUNK * self.width / 4).div_ceil(self.invocations())
     }
 
+    // The loads of a chunk into registers, and their stores into workgroup memory, are separate:
+    // loads start while the previous chunk is still in use.
     fn fetch(&self) -> String {
         let line = |i| format!("p{i} = hidden_weights[next + {i}u * THREADS]; ");
         (0..self.fetches()).map(line).collect()

@@ -28,7 +28,8 @@ pub(super) fn constants(shape: &FieldShape, model: &Model, further: &[(&str, usi
     text
 }
 
-/// Returns the function that updates the state from the field's output, and the constants that it reads.
+/// Returns the function that updates the state from the field's output, and the constants that it
+/// reads.
 pub(super) fn state_update(model: &Model) -> (&'static str, String) {
     match &model.config().state {
         StateConfig::RootRelative => (
@@ -36,6 +37,7 @@ pub(super) fn state_update(model: &Model) -> (&'static str, String) {
             format!("const FARTHEST = {FARTHEST:?}f;"),
         ),
         StateConfig::Displacement(config) => {
+            // `{:?}` prints the shortest text that parses to the same f32.
             let decay = config.decay(1.0 / model.config().fps);
             let (limit, scale) = (config.output_limit, config.scale_m);
             (

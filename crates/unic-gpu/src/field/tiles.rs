@@ -7,10 +7,11 @@ use wgpu::Limits;
 
 /// Number of blocks of outputs that one subgroup sums.
 const ROWS: usize = 2;
-/// Largest number of blocks of vertices in a tile. More sums would not fit the registers of a subgroup.
+/// Largest number of blocks of vertices in a tile. More sums would not fit the registers of a
+/// subgroup.
 const MAX_COLUMNS: usize = 4;
-/// Padding after the activations of each output, in f16. From 16 vertices on, eight rows of a matrix then
-/// lie in different memory banks.
+/// Padding after the activations of each output, in f16. From 16 vertices on, eight rows of a
+/// matrix then lie in different memory banks.
 const PADDING: usize = 8;
 
 /// Tile of vertices that a workgroup evaluates through all layers.
@@ -71,8 +72,8 @@ impl Tiles {
         self.width / (ROWS * self.units.side)
     }
 
-    /// Number of invocations, enough for all jobs if all subgroups have the largest size. With smaller ones
-    /// there are more subgroups than jobs.
+    /// Number of invocations, enough for all jobs if all subgroups have the largest size. With
+    /// smaller ones there are more subgroups than jobs.
     fn invocations(&self) -> usize {
         self.jobs() * self.units.largest_subgroup
     }
@@ -157,8 +158,8 @@ impl Tiles {
 
 /// Generates code that stages a matrix of each job and turns it into activations.
 ///
-/// After the first barrier no subgroup reads the previous layer any more. After the last one the next
-/// layer may read.
+/// After the first barrier no subgroup reads the previous layer any more. After the last one the
+/// next layer may read.
 fn output(r: usize, c: usize) -> String {
     format!(
         "coopStoreT(c{r}{c}, &staged[stage], SIDE);

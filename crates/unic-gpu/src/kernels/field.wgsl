@@ -2,13 +2,13 @@
 
 // Evaluates the deformation field: a workgroup takes a tile of vertices through all layers.
 //
-// Hidden activations stay in workgroup memory, and weights pass through it in chunks of a few inputs. Each
-// invocation keeps 8 outputs of 8 vertices in registers: two vectors of four outputs (columns n and
-// n + COLUMNS of the weights) by two vectors of four vertices (m and m + LINES of the tile). The products
-// with the latent vector are in the biases of the layers that read it.
+// Hidden activations stay in workgroup memory, and weights pass through it in chunks of a few
+// inputs. Each invocation keeps 8 outputs of 8 vertices in registers: two vectors of four outputs
+// (columns n and n + COLUMNS of the weights) by two vectors of four vertices (m and m + LINES of
+// the tile). The products with the latent vector are in the biases of the layers that read it.
 //
-// `field::blocks` generates this kernel. It unrolls all accesses to the sums: an array with a computed
-// index would not stay in registers. `Real` is the type of weights and hidden activations.
+// `field::blocks` generates this kernel. It unrolls all accesses to the sums: an array with a
+// computed index would not stay in registers. `Real` is the type of weights and hidden activations.
 
 struct VertexState {
     // State at t; w is the garment's mask.
@@ -19,7 +19,8 @@ struct VertexState {
 
 // Weights of hidden inputs, layer after layer, input by input.
 @group(0) @binding(0) var<storage, read> hidden_weights: array<vec4<Real>>;
-// Weights of point inputs, input by input, of the first and the skip layer; then the rows of the head.
+// Weights of point inputs, input by input, of the first and the skip layer; then the rows of the
+// head.
 @group(0) @binding(1) var<storage, read> edge_weights: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> vectors: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> inputs: array<vec4<f32>>;
@@ -55,8 +56,8 @@ fn field(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
                 workgroupBarrier();
                 //{store}
                 workgroupBarrier();
-                // Loads the next chunk while this one is in use, to hide the latency; after the last chunk
-                // it loads any address that exists.
+                // Loads the next chunk while this one is in use, to hide the latency; after the
+                // last chunk it loads any address that exists.
                 next = select(t, next + CHUNK4, first + CHUNK < WIDTH);
                 //{fetch}
                 //{zeros}

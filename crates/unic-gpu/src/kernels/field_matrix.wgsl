@@ -1,14 +1,16 @@
 //{constants}
 
-// Evaluates the deformation field with matrix units: a workgroup takes a tile of vertices through all layers.
+// Evaluates the deformation field with matrix units: a workgroup takes a tile of vertices through
+// all layers.
 //
-// Hidden activations stay in workgroup memory in f16. A job is SIDE × ROWS outputs at all vertices of the
-// tile. A subgroup holds the sums of a job, in f32, as cooperative matrices; weights are loaded from their
-// buffer. The elements of cooperative matrices cannot be accessed, so each matrix is stored in `staged`,
-// where biases, point inputs and the ReLU are applied. The products with the latent vector are in the biases
-// of the layers that read it.
+// Hidden activations stay in workgroup memory in f16. A job is SIDE × ROWS outputs at all vertices
+// of the tile. A subgroup holds the sums of a job, in f32, as cooperative matrices; weights are
+// loaded from their buffer. The elements of cooperative matrices cannot be accessed, so each matrix
+// is stored in `staged`, where biases, point inputs and the ReLU are applied. The products with the
+// latent vector are in the biases of the layers that read it.
 //
-// `field::tiles` generates this kernel. It unrolls all accesses to the matrices, which cannot be indexed.
+// `field::tiles` generates this kernel. It unrolls all accesses to the matrices, which cannot be
+// indexed.
 
 struct VertexState {
     // State at t; w is the garment's mask.
@@ -19,7 +21,8 @@ struct VertexState {
 
 // Weights of hidden inputs, layer after layer, input by input: columns of W.
 @group(0) @binding(0) var<storage, read> hidden_weights: array<f16>;
-// Weights of point inputs, input by input, of the first and the skip layer; then the rows of the head.
+// Weights of point inputs, input by input, of the first and the skip layer; then the rows of the
+// head.
 @group(0) @binding(1) var<storage, read> edge_weights: array<f32>;
 @group(0) @binding(2) var<storage, read> vectors: array<f32>;
 @group(0) @binding(3) var<storage, read> inputs: array<f32>;
@@ -37,8 +40,9 @@ fn field(
     @builtin(subgroup_id) subgroup: u32,
 ) {
     let tile = group.x * LANES;
-    // Where subgroups are smaller than the device's largest, there are more of them than jobs. The rest repeat one, for
-    // matrices want all subgroups in the same place of the program, and stage where nobody iteration.
+    // If subgroups are smaller than the device's largest, there are more of them than jobs. The
+    // others repeat a job, because matrix operations need uniform control flow, and stage into
+    // memory that is not read.
     let row = subgroup % JOBS * ROWS * SIDE;
     let stage = min(subgroup, JOBS) * SIDE * SIDE;
     for (var e = t; e < WIDTH * LANES; e += THREADS) {
@@ -62,8 +66,8 @@ fn field(
     }
 }
 
-// Turns the staged matrices into activations. `first_output` and `first_lane` are the first output and
-// vertex of each matrix in its job.
+// Turns the staged matrices into activations. `first_output` and `first_lane` are the first output
+// and vertex of each matrix in its job.
 fn activate_staged(layer: u32, tile: u32, first_output: u32, first_lane: u32, t: u32) {
     for (var e = t; e < JOBS * SIDE * SIDE; e += THREADS) {
         let n = e / (SIDE * SIDE) * ROWS * SIDE + first_output + e / SIDE % SIDE;

@@ -1,13 +1,13 @@
-// Garment vertices: carried along by the skeleton, prior_displacement where the prior says, started, and shown.
+// Garment vertices: skinning and prior, start of the states, and shown positions.
 
-// Shapes of the prior.
+// Number of the prior's principal components.
 override COMPONENTS: u32;
-// Where their coefficients are in `vectors`.
+// Start of their coefficients in `vectors`.
 override COEFFICIENTS: u32;
-// Numbers of one input channel: the vertices, padded to whole tiles.
+// Length of one input channel: the vertices, padded to whole tiles.
 override STRIDE: u32;
 
-// Coordinate c of shape k of vertex i at (3 k + c) VERTICES + i.
+// Coordinate c of component k at vertex i is at (3 k + c) VERTICES + i.
 @group(0) @binding(3) var<storage, read> components: array<f32>;
 @group(0) @binding(4) var<storage, read_write> vectors: array<f32>;
 // Inputs of the field, channel by channel.
@@ -44,15 +44,13 @@ fn prepare(@builtin(global_invocation_id) id: vec3<u32>) {
     let now = skinned(vertex);
     let rotation = skinning_rotation(vertex);
     let before = points[i].now.xyz;
-    // Without an earlier frame the velocity is assumed constant, so the acceleration is zero.
-    let earlier = select(points[i].before.xyz, 2.0 * before - now, tick[1].w > 0.5);
-    points[i] = Point(rotation, vec4<f32>(now, 0.0), vec4<f32>(before, 0.0), vec4<f32>(prior_displacement(i), 0.0));
+    points[i] = Point(rotation, vec4<f32>(now, 0.0), vec4<f32>(prior_displacement(i), 0.0));
     let state = states[i];
     //{inputs}
 }
 
-// Recomputes the prior of frame 0 once its velocities are known, and counts the states from it. World
-// positions stay the same.
+// Recomputes the prior of frame 0 once its velocities are known, and counts the states from it.
+// World positions stay the same.
 @compute @workgroup_size(64)
 fn rebase_states(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
@@ -77,7 +75,8 @@ fn start_at_mean(@builtin(global_invocation_id) id: vec3<u32>) {
     states[i].value = vec4<f32>(to_state(state_frame(i), world), states[i].value.w);
 }
 
-// Sets the states to given positions, which are in the buffer of shown positions, blended by the mask.
+// Sets the states to given positions, which are in the buffer of shown positions, blended by the
+// mask.
 @compute @workgroup_size(64)
 fn states_from_shown(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;

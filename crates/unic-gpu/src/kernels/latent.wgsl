@@ -1,8 +1,10 @@
-// Computes the latent vector: the largest logit of every channel, or the one-hot code of its category.
+// Computes the latent vector: the largest logit of every channel, or the one-hot code of its
+// category.
 
 override CHANNELS: u32;
 override CATEGORIES: u32;
-// True for a code that is one at the picked category and zero at the others, false for the picked logit.
+// True for a code that is one at the picked category and zero at the others, false for the picked
+// logit.
 override ONE_HOT: bool = false;
 // Starts of logits and latent vector in `vectors`.
 override LOGITS: u32;

@@ -1,5 +1,5 @@
-// Computes y = f(W x + b) for one vector x. Memory bounds it, so 32 invocations read each row in adjacent
-// pieces.
+// Computes y = f(W x + b) for one vector x. Memory bounds it, so 32 invocations read each row in
+// adjacent pieces.
 
 const ROWS = 8u;
 const LANES = 32u;

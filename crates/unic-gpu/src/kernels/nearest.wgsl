@@ -1,5 +1,5 @@
-// Search for the nearest item of a tree. The kernel that includes this text defines `to_item`, the squared
-// distance to an item in m²: more than FAR for an item that is not accepted.
+// Search for the nearest item of a tree. The kernel that includes this text defines `to_item`, the
+// squared distance to an item in m²: more than FAR for an item that is not accepted.
 
 override FIRST_LEAF: u32;
 override CAPACITY: u32;
@@ -7,14 +7,16 @@ override ITEMS: u32;
 
 const NO_ITEM = 0xffffffffu;
 const FAR = 3e38;
-// Size of the stack: three siblings on each of at most nine levels, and the four children of the last one.
+// Size of the stack: three siblings on each of at most nine levels, and the four children of the
+// last one.
 const STACK = 32u;
 
 @group(0) @binding(10) var<storage, read> items: array<u32>;
 @group(0) @binding(11) var<storage, read> boxes: array<vec4<f32>>;
 // Positions and normals of the body's vertices, world space.
 @group(0) @binding(12) var<storage, read> body: array<f32>;
-// Nearest item of each garment vertex in the last frame. It shortens the search and never changes the result.
+// Nearest item of each garment vertex in the last frame. It shortens the search and never changes
+// the result.
 @group(0) @binding(13) var<storage, read_write> seeds: array<u32>;
 
 fn body_vertex(i: u32) -> vec3<f32> {

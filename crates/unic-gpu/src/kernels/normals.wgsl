@@ -18,7 +18,8 @@ fn normals(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let a = position(i);
-    // A gather over the faces around the vertex: the order of the sum is fixed, and no atomics are needed.
+    // A gather over the faces around the vertex: the order of the sum is fixed, and no atomics are
+    // needed.
     var sum = vec3<f32>();
     for (var k = starts[i]; k < starts[i + 1u]; k++) {
         let face = corners[k];

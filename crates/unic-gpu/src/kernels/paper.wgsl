@@ -1,5 +1,5 @@
-// The paper's intersection handling: a point below the tangent plane of its nearest body vertex is dragged
-// to that vertex, and out along the vertex's normal.
+// The paper's intersection handling: a point below the tangent plane of its nearest body vertex is
+// dragged to that vertex, and out along the vertex's normal.
 
 // Squared distance to a vertex, m².
 fn to_item(vertex: u32, p: vec3<f32>) -> f32 {

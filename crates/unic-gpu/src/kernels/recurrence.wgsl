@@ -1,5 +1,5 @@
-// Recurrence of oscillators h, complex numbers that are driven by u. Vectors hold all real parts before all
-// imaginary parts.
+// Recurrence of oscillators h, complex numbers that are driven by u. Vectors hold all real parts
+// before all imaginary parts.
 
 override OSCILLATORS: u32;
 // Starts of u and h in `vectors`.

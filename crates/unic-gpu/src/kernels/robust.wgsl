@@ -1,6 +1,7 @@
-// Robust intersection handling: a vertex is pushed out of the closest triangle of the parts that may push
-// it, along the shortest way, to a margin. Constants and cases are those of
-// `unic_core::intersection::RobustIntersection` and `unic_core::folds`, whose comments give the reasons.
+// Robust intersection handling: a vertex is pushed out of the closest triangle of the parts that
+// may push it, along the shortest way, to a margin. Constants and cases are those of
+// `unic_core::intersection::RobustIntersection` and `unic_core::folds`, whose comments give the
+// reasons.
 
 // Number of words of 32 bits in a set of joints.
 override WORDS: u32;
@@ -46,8 +47,8 @@ struct Triangle {
     normal: vec3<f32>,
 }
 
-// Closest point of a triangle minus the query point, and the part that it lies on: 0 the face, 1 to 3 an edge,
-// 4 to 6 a vertex.
+// Closest point of a triangle minus the query point, and the part that it lies on: 0 the face, 1 to
+// 3 an edge, 4 to 6 a vertex.
 struct Hit {
     offset: vec3<f32>,
     feature: u32,
@@ -65,8 +66,9 @@ struct Contact {
 // Positions and normals of the garment, world space.
 @group(0) @binding(9) var<storage, read_write> shown: array<f32>;
 @group(0) @binding(14) var<storage, read> faces: array<Face>;
-// Faces around welded vertex i are `tables[AROUND + k]` for k from `tables[i]` to `tables[i + 1]`. The joints
-// whose parts may push garment vertex i are the bits of WORDS words from PUSHING + WORDS i on.
+// Faces around welded vertex i are `tables[AROUND + k]` for k from `tables[i]` to `tables[i + 1]`.
+// The joints whose parts may push garment vertex i are the bits of WORDS words from PUSHING + WORDS
+// i on.
 @group(0) @binding(15) var<storage, read> tables: array<u32>;
 
 // Garment vertex of this invocation.
@@ -207,8 +209,8 @@ fn push_out(at: Contact, p: vec3<f32>, margin: f32) -> Push {
     return Push(is_under, at.point + direction * margin);
 }
 
-// Distance along a ray at which it hits a face, and the cosine with its normal: negative from outside. The
-// distance is FAR for a miss.
+// Distance along a ray at which it hits a face, and the cosine with its normal: negative from
+// outside. The distance is FAR for a miss.
 fn crossing(face: u32, origin: vec3<f32>, direction: vec3<f32>) -> vec2<f32> {
     let t = triangle(face, origin);
     let along = dot(direction, t.normal);
@@ -235,8 +237,8 @@ fn entry(node: u32, origin: vec3<f32>, inverse: vec3<f32>) -> f32 {
     return select(FAR, enter, enter <= leave);
 }
 
-// Returns whether a welded vertex lies in a fold between parts that may push: the first face that a ray along
-// its normal hits decides.
+// Returns whether a welded vertex lies in a fold between parts that may push: the first face that a
+// ray along its normal hits decides.
 fn is_vertex_folded(vertex: u32) -> bool {
     var origin = vec3<f32>();
     var normal = vec3<f32>();
@@ -305,8 +307,8 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
     if (!out.exists || is_folded(face)) {
         return;
     }
-    // In a crease a push out of one side leads into the other. The last one goes halfway: between sides that
-    // are close, the middle is outside both.
+    // In a crease a push out of one side leads into the other. The last one goes halfway: between
+    // sides that are close, the middle is outside both.
     p = out.to;
     for (var iteration = 1u; iteration <= MAX_ITERATIONS; iteration++) {
         face = nearest(p, face);

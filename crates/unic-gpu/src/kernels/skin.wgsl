@@ -29,7 +29,8 @@ fn skinned(vertex: Vertex) -> vec3<f32> {
     return sum;
 }
 
-// Skinning rotation: the normalised blend of the joints' quaternions in the hemisphere of the heaviest one's.
+// Skinning rotation: the normalised blend of the joints' quaternions in the hemisphere of the
+// heaviest one's.
 fn skinning_rotation(vertex: Vertex) -> vec4<f32> {
     if (vertex.count == 0u) {
         return vec4<f32>(0.0, 0.0, 0.0, 1.0);

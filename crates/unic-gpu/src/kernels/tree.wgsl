@@ -1,5 +1,5 @@
-// Refit of a complete tree of boxes with four children a node. Nodes are numbered as in a heap: the children
-// of node n are 4 n + 1 to 4 n + 4.
+// Refit of a complete tree of boxes with four children a node. Nodes are numbered as in a heap: the
+// children of node n are 4 n + 1 to 4 n + 4.
 
 // Number of the first leaf.
 override FIRST_LEAF: u32;

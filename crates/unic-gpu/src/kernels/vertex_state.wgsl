@@ -6,8 +6,6 @@ struct Point {
     rotation: vec4<f32>,
     // LBS(rest) at t, world space, metres.
     now: vec4<f32>,
-    // LBS(rest) at t - 1, world space, metres.
-    before: vec4<f32>,
     // Displacement of the prior in the vertex's own frame, metres.
     prior: vec4<f32>,
 }
@@ -30,9 +28,9 @@ override VERTICES: u32;
 // True if states are positions relative to the root joint, false if they are displacements.
 override IN_FRAME: bool = false;
 
-// World from the frame of root-relative states: rotation, then translation, whose w is 1 on the first step
-// after a reset. Then margin or relaxation of the intersection handling, and the wind in m/s. Then rotation
-// and translation of `world_from_rest` of every joint.
+// World from the frame of root-relative states: rotation, then translation. Then margin or
+// relaxation of the intersection handling, and the wind in m/s. Then rotation and translation of
+// `world_from_rest` of every joint.
 @group(0) @binding(0) var<storage, read> tick: array<vec4<f32>>;
 const HANDLING = 2u;
 const JOINTS = 3u;

@@ -1,4 +1,4 @@
-//! The device that tests run on.
+//! Device on which the tests run.
 
 #![allow(
     dead_code,
@@ -11,7 +11,7 @@ use std::sync::{Arc, OnceLock};
 use unic_core::Model;
 use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, Precision};
 
-/// One device for all tests, if this machine has any.
+/// Returns one device for all tests, if this machine has any.
 pub fn context() -> Option<GpuContext> {
     static CONTEXT: OnceLock<Option<GpuContext>> = OnceLock::new();
     let make = || match GpuContext::new() {
@@ -25,7 +25,7 @@ pub fn context() -> Option<GpuContext> {
     CONTEXT.get_or_init(make).clone()
 }
 
-/// One with matrix units, if this machine's device has any.
+/// Returns a device with matrix units, if this machine's device has any.
 pub fn context_with_matrix_units() -> Option<GpuContext> {
     let name = context()?.adapter_name();
     let context = GpuContext::with_matrix_units().unwrap();

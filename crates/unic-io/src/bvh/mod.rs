@@ -130,6 +130,7 @@ impl Bvh {
     pub fn fps(&self) -> f32 {
         let fps = 1.0 / self.frame_time;
         let whole = fps.round();
+        // 29.97 and 23.976 fps are 0.1 % from a whole number and stay as they are.
         let is_whole = (fps - whole).abs() < RATE_TOLERANCE * whole;
         (if is_whole { whole } else { fps }) as f32
     }

@@ -246,6 +246,7 @@ impl<'a> BvhParser<'a> {
 
     /// Returns an error about a word of the current line.
     fn wrong(&self, expected: &str, found: &str) -> Error {
+        // Escaped and cut: a damaged file may have a word of megabytes or control characters.
         let quoted: String = found.chars().take(QUOTED_CHARACTERS).collect();
         let found = format!("`{}`", quoted.escape_debug());
         Error::content(

@@ -12,6 +12,7 @@ impl<'a> Tokens<'a> {
     /// Starts at the beginning of a text. Lines end with LF or CR LF, and with CR in a text without
     /// any LF.
     pub(super) fn new(text: &'a str) -> Self {
+        // Byte order mark of some Windows programs.
         let text = text.trim_start_matches('\u{feff}');
         let end = if text.contains('\n') { '\n' } else { '\r' };
         let mut lines = text.split(end);
@@ -47,6 +48,7 @@ impl<'a> Tokens<'a> {
         if !self.skip_space() {
             return None;
         }
+        // Some programs write a brace behind a name without a blank.
         let is_brace = self.rest.starts_with(['{', '}']);
         let end = match is_brace {
             true => 1,

@@ -38,6 +38,7 @@ pub fn read_vertex_cache(path: &Path) -> Result<VertexCache> {
         return read_obj_folder(path);
     }
     refuse_foreign(path, EXPECTED)?;
+    // By extension: the content of a `.npy` file does not tell an animation from other arrays.
     match path.extension().and_then(|e| e.to_str()) {
         Some("pc2") => Ok(positions_only(pc2::read_pc2(path)?.frames)),
         Some("npy") => Ok(positions_only(VertexFrames::open_npy(path)?)),
@@ -60,6 +61,7 @@ fn positions_only(frames: VertexFrames) -> VertexCache {
 
 fn read_npz(path: &Path) -> Result<VertexCache> {
     let mut npz = Npz::open(path)?;
+    // Without any of the names the error asks for the first one.
     let name = npz.first_present(&NPZ_NAMES).unwrap_or(NPZ_NAMES[0]);
     let frames = frames_of(&mut npz, name)?;
     let fps = match npz.first_present(&["fps", "mocap_framerate", "mocap_frame_rate"]) {
@@ -103,6 +105,7 @@ fn read_obj_folder(folder: &Path) -> Result<VertexCache> {
     let mut data: Vec<f32> = Vec::new();
     for file in &files {
         let vertices = obj::read_obj(file)?.vertices;
+        // Faces may differ between frames; they are taken from the first.
         if vertices.len() != mesh.vertices.len() {
             let expected = format!("{} vertices as in the first frame", mesh.vertices.len());
             return Err(Error::content(file, expected, vertices.len().to_string()));
@@ -139,6 +142,7 @@ pub(crate) fn obj_files(folder: &Path) -> Result<Vec<PathBuf>> {
 /// Returns the number at the end of a file's name, if there is one.
 fn frame_number(path: &Path) -> Option<u64> {
     let stem = path.file_stem()?.to_str()?;
+    // Numbers beyond u64 count as none; such files are sorted by name.
     let digits = stem.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     stem[digits..].parse().ok()
 }

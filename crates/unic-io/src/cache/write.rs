@@ -37,6 +37,7 @@ impl VertexCacheWriter {
     pub fn create(path: &Path, mesh: &TriMesh, fps: f32) -> Result<Self> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
+            // The format has no frame rate.
             Some("pc2") => Pc2Writer::create(path, mesh.vertices.len(), 0.0, 1.0).map(Self::Pc2),
             Some("npz") => NpzAnimationWriter::create(path, mesh, fps).map(Self::Npz),
             None => ObjFolderWriter::create(path, mesh).map(Self::ObjFolder),
@@ -95,6 +96,7 @@ impl NpzAnimationWriter {
     pub fn create(path: &Path, mesh: &TriMesh, fps: f32) -> Result<Self> {
         let folder = parent_folder(path);
         std::fs::create_dir_all(folder).map_err(Error::io(folder, "create folder"))?;
+        // In the target's folder and not in the system's: the frames may be larger than `/tmp`.
         let frames = tempfile::tempfile_in(folder)
             .map_err(without_path)
             .map_err(Error::io(path, "create"))?;
@@ -151,6 +153,7 @@ impl ObjFolderWriter {
     /// # Errors
     /// `target` exists; its parent folder cannot be written to.
     pub fn create(target: &Path, mesh: &TriMesh) -> Result<Self> {
+        // A rename replaces a file but not a folder with content.
         if target.exists() {
             return Err(Error::content(target, "no such folder yet", "one of this name"));
         }
@@ -179,6 +182,7 @@ impl ObjFolderWriter {
         let mut file = BufWriter::new(file);
         obj::write_mesh(&mut file, &self.mesh, frame).map_err(Error::io(&shown, "write"))?;
         let file = (file.into_inner()).map_err(|e| Error::io(&shown, "write")(e.into_error()))?;
+        // Synced one by one: the rename of the folder must not outrun the content of its files.
         file.sync_all().map_err(Error::io(&shown, "sync"))?;
         self.len += 1;
         Ok(())

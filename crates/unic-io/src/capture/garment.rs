@@ -55,6 +55,7 @@ pub fn read_garment(folder: &Path, character: &Character) -> Result<(Garment, Ve
 
 pub(super) fn read(root: &Path, character: &Character) -> Result<GarmentFiles> {
     let rest = obj::read_obj(&layout::garment_mesh(root))?;
+    // The file is optional: a mesh alone is a garment.
     let path = layout::garment_arrays(root);
     let arrays = match path.exists() {
         true => read_arrays(&path, &rest, character)?,
@@ -140,11 +141,13 @@ fn read_arrays(path: &Path, rest: &TriMesh, character: &Character) -> Result<Gar
 /// Reads the mask; a mask of ones counts as none, so that it changes no model.
 fn read_mask(path: &Path, npz: &mut Npz, rest: &TriMesh) -> Result<Option<Vec<f32>>> {
     let mask = optional::<f32>(npz, "mask", Dim::Is(rest.vertices.len()))?;
+    // NaN is in no range and is refused too.
     let outside = |m: &&f32| !(0.0..=1.0).contains(*m);
     if let Some(found) = mask.iter().flatten().find(outside) {
         let found = found.to_string();
         return Err(Error::content(path, "numbers from 0 to 1 in `mask`", found));
     }
+    // Vertices at one place share one value, as they share their weights.
     let sewn = mask.map(|mask| sewn_numbers(&mask, &rest.vertices));
     Ok(sewn.filter(|mask| mask.iter().any(|m| *m != 1.0)))
 }

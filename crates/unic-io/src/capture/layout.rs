@@ -35,5 +35,6 @@ pub(super) fn clip(root: &Path, name: &str) -> PathBuf {
 
 /// Path of a clip's garment positions.
 pub(super) fn clip_garment(root: &Path, name: &str) -> PathBuf {
+    // Beside the motion, so that moving a clip means moving two files of one name.
     clips(root).join(format!("{name}.garment.npy"))
 }

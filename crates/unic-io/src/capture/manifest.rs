@@ -18,6 +18,7 @@ pub const CAPTURE_VERSION: u32 = 1;
 
 /// Content of `capture.toml`. Unknown keys are errors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+// A misspelt key would otherwise silently take its default.
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// Version of the layout; 1 without the key.
@@ -45,6 +46,7 @@ pub struct Manifest {
     pub units: Units,
     /// Description of the source that the capture was converted from.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    // Tables come last: behind a table TOML has no way back to the keys of the top level.
     pub source: toml::Table,
     /// Purpose of each clip.
     #[serde(default)]
@@ -192,6 +194,7 @@ impl Manifest {
     /// # Errors
     /// A manifest that [`Manifest::read`] would refuse; the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
+        // A manifest that cannot be read again must not be written.
         self.check(path)?;
         let text = toml::to_string(self)
             .map_err(|e| Error::content(path, "a table that TOML can hold", e.to_string()))?;
@@ -200,6 +203,8 @@ impl Manifest {
 
     fn check(&self, path: &Path) -> Result<()> {
         if self.version != CAPTURE_VERSION {
+            // A newer layout may change the meaning of known keys, so that even a partial reading
+            // is wrong.
             let expected = format!("version {CAPTURE_VERSION} of the capture layout");
             return Err(Error::content(
                 path,
@@ -209,6 +214,8 @@ impl Manifest {
         }
         check_frame_rate(f64::from(self.fps))
             .map_err(|found| Error::content(path, "fps from 1 to 1000", found))?;
+        // A clip in two splits would be tested after it was trained on, and the result would be too
+        // good.
         let mut seen = BTreeMap::new();
         for (clip, split) in self.splits.iter() {
             check_clip_name(path, clip)?;
@@ -244,6 +251,7 @@ impl Manifest {
 
 /// Converts a TOML error, which has several lines, to one line with the line number.
 fn toml_error(path: &Path, text: &str, error: &toml::de::Error) -> Error {
+    // The span is a range of bytes; `get` is safe against one inside a character.
     let before = error.span().and_then(|span| text.get(..span.start));
     let line = before.map_or(1, |before| before.matches('\n').count() + 1);
     let message = error.message().lines().collect::<Vec<_>>().join(", ");
@@ -268,6 +276,8 @@ fn index_of(path: &Path, reference: &JointReference, skeleton: &Skeleton) -> Res
 /// # Errors
 /// An empty name, a leading dot, separators of folders or drives, control characters.
 pub(crate) fn check_clip_name(path: &Path, name: &str) -> Result<()> {
+    // A colon names a drive or a stream on Windows. A leading dot would make the file a hidden or
+    // temporary one.
     let bad = |c: char| matches!(c, '/' | '\\' | ':') || c.is_control();
     if name.is_empty() || name.starts_with('.') || name.contains(bad) {
         let expected = "clip names without folders";

@@ -38,6 +38,7 @@ pub fn is_capture(folder: &Path) -> bool {
 /// files in its folder may be written. Links are followed.
 pub fn capture_written_by(path: &Path) -> Option<PathBuf> {
     let path = real_path(path);
+    // The nearest capture above the path.
     let root = path.ancestors().find(|folder| is_capture(folder))?;
     let below = path.strip_prefix(root).ok()?;
     let is_own = match below.components().next() {
@@ -57,6 +58,7 @@ pub fn real_path(path: &Path) -> PathBuf {
         if let Ok(mut real) = there.canonicalize() {
             for part in missing.iter().rev() {
                 // `..` behind a folder that does not exist yet cannot be resolved by the system.
+                // The parts that do not exist are appended from the outermost to the innermost.
                 match Path::new(part).components().next() {
                     Some(Component::ParentDir) => drop(real.pop()),
                     _ => real.push(part),

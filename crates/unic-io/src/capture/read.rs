@@ -9,8 +9,8 @@ use super::{
 use crate::{
     cache::frames_of,
     character::read_named_character,
-    check::Finding,
     error::{Error, Result},
+    finding::Finding,
     frames::{FrameVertex, GarmentFrames, VertexFrames},
     motion::{JointTarget, MotionArrays, PoseLayout},
     npy,
@@ -81,6 +81,7 @@ impl Capture {
             ));
         }
         let manifest = Manifest::read(&path)?;
+        // A missing clip is reported here and not after hours of training.
         check_clips_exist(root, &path, &manifest)?;
         let names = manifest.joint_names.clone();
         let character = read_named_character(&layout::character(root), names)?;
@@ -118,6 +119,7 @@ impl Capture {
     /// No such clip, another number of joints or vertices, another frame rate than the manifest's,
     /// different numbers of frames, fewer than two frames, numbers that are not finite.
     pub fn load_clip(&self, name: &str) -> Result<CapturedClip> {
+        // The name comes from a caller and becomes part of a path.
         check_clip_name(&self.root, name)?;
         let path = layout::clip(&self.root, name);
         let mut npz = Npz::open(&path)?;
@@ -164,6 +166,7 @@ impl Capture {
 
     fn read_motion(&self, npz: &mut Npz, name: &str) -> Result<(Clip, Vec<Finding>)> {
         let arrays = MotionArrays::read(npz, &JointTarget::Capture(&self.character.skeleton))?;
+        // Other layouts leave joints out, which a motion file may do and a capture may not.
         if arrays.layout != PoseLayout::Native {
             let expected = format!("3 x {} numbers a frame", self.character.skeleton.len());
             return Err(npz.array_error("poses", expected, format!("{:?}", arrays.layout)));
@@ -174,6 +177,7 @@ impl Capture {
             let expected = format!("the capture's {fps} frames per second");
             return Err(Error::content(npz.path(), expected, arrays.fps.to_string()));
         }
+        // Without a translation the garment could not be where the body is.
         if !npz.contains("trans") {
             return Err(Error::content(npz.path(), "an array `trans` (T, 3)", "none"));
         }
@@ -182,6 +186,7 @@ impl Capture {
     }
 
     fn read_garment(&self, npz: &mut Npz, name: &str, frames: usize) -> Result<GarmentFrames> {
+        // The file of its own has precedence: writers of this crate make nothing else.
         let mapped = layout::clip_garment(&self.root, name);
         let vertices = self.garment.rest.vertices.len();
         if mapped.exists() {

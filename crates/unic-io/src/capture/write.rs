@@ -54,6 +54,7 @@ impl CaptureWriter {
                 "capture.toml in it",
             ));
         }
+        // Checked before anything is written.
         let manifest = completed(manifest, &path, &character.skeleton)?;
         write_character(&layout::character(root), character)?;
         garment::write(root, garment, attributes)?;
@@ -79,6 +80,7 @@ impl CaptureWriter {
         Ok(ClipWriter {
             path: layout::clip(&self.root, &clip.name),
             clip: clip.clone(),
+            // Clips carry names, so that they are motion files for other characters as well.
             joint_names: self.skeleton.names().to_vec(),
             frames,
         })
@@ -99,6 +101,7 @@ impl CaptureWriter {
         let mut npz = Npz::open(&path)?;
         let kept =
             MotionArrays::read(&mut npz, &JointTarget::Capture(&self.skeleton))?.into_clip(clip.name.clone());
+        // The header is enough: the file was renamed only after all frames were synced.
         let garment = read_npy_header(&layout::clip_garment(&self.root, &clip.name))?.shape;
         let expected = [clip.len(), self.vertices, 3];
         if garment != expected {
@@ -117,9 +120,9 @@ impl CaptureWriter {
     /// Clips that are written at the same time are added in a random order.
     pub fn order_clips<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) {
         let names: Vec<&str> = names.into_iter().collect();
-        let place = |clip: &String| names.iter().position(|name| name == clip).unwrap_or(names.len());
+        let rank = |clip: &String| names.iter().position(|name| name == clip).unwrap_or(names.len());
         for split in Split::ALL {
-            self.manifest.splits.of_mut(split).sort_by_key(place);
+            self.manifest.splits.of_mut(split).sort_by_key(rank);
         }
     }
 
@@ -141,10 +144,12 @@ impl CaptureWriter {
     fn check(&self, clip: &Clip) -> Result<()> {
         check_clip_name(&self.root, &clip.name)?;
         let path = layout::clip(&self.root, &clip.name);
+        // Every fault is reported before the first frame, because a simulation of hours may follow.
         let error = |expected: String, found: String| Err(Error::content(&path, expected, found));
         if self.manifest.splits.split_of(&clip.name).is_some() {
             return error("a new name".into(), format!("a second clip `{}`", clip.name));
         }
+        // Exactly equal: resampling is the caller's decision.
         if clip.fps != self.manifest.fps {
             return error(
                 format!("{} frames per second", self.manifest.fps),
@@ -190,6 +195,8 @@ fn is_same_motion(kept: &Clip, clip: &Clip) -> bool {
 
 /// Fills in joint names and contact joints, and empties the splits.
 fn completed(mut manifest: Manifest, path: &Path, skeleton: &Skeleton) -> Result<Manifest> {
+    // Stored explicitly: names that a reader would find today may be found differently by a later
+    // version.
     manifest.joint_names = skeleton.names().to_vec();
     let contacts = manifest.contacts(path, skeleton)?;
     manifest.contact_joints = Some(contacts.map(JointReference::Index));

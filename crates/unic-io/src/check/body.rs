@@ -139,6 +139,7 @@ fn orientation(skeleton: &Skeleton) -> Option<Finding> {
             remedy,
         ));
     }
+    // The sum of both feet: feet that point outwards cancel sideways.
     let toes = (joints[left_foot] - joints[left_ankle]) + (joints[right_foot] - joints[right_ankle]);
     let forward = Vec3::new(toes.x, 0.0, toes.z).normalize_or_zero();
     if forward.z < MIN_AXIS_COSINE && forward != Vec3::ZERO {
@@ -187,6 +188,7 @@ fn weights(character: &Character) -> Option<Finding> {
                 .filter(|(_, weight)| *weight > 0.0)
                 .map(|(joint, _)| joint),
         );
+        // Most bodies return here after a few vertices.
         if moving.len() > 1 {
             return None;
         }

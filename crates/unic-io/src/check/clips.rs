@@ -49,6 +49,8 @@ pub fn capture<E: From<crate::Error>>(
 pub fn clip(capture: &Capture, clip: &CapturedClip) -> Vec<Finding> {
     let mut findings = clip.findings.clone();
     if findings.is_empty() {
+        // Rotations in degrees make every further check of the motion fail: one finding for one
+        // mistake.
         findings = check_motion(&clip.clip, Some(&capture.character.skeleton));
     }
     let subject = format!("clip `{}`", clip.clip.name);
@@ -92,6 +94,7 @@ fn stretched<'a>(subject: &str, rest: &TriMesh, frames: impl Iterator<Item = &'a
     for frame in frames {
         let ratio = |&[a, b]: &[usize; 2]| {
             let length = rest.vertices[a].distance(rest.vertices[b]);
+            // Edges between vertices at one place have no ratio.
             (length > 0.0).then(|| frame[a].distance(frame[b]) / length)
         };
         ratios.extend(edges.iter().filter_map(ratio));

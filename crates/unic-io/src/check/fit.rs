@@ -49,6 +49,7 @@ struct ImportMistake {
 fn import_mistakes() -> [ImportMistake; 6] {
     let turned = |turn: Quat| Mat3::from_quat(turn);
     let scaled = |scale: f32| Mat3::from_diagonal(Vec3::splat(scale));
+    // Single mistakes only: with combinations of them nearly any mesh would fit somewhere.
     [
         ImportMistake {
             name: "Z up",
@@ -133,6 +134,7 @@ impl FitBody {
         let signed: Vec<f32> = signed.collect();
         let count = signed.len().max(1) as f32;
         let mut distances: Vec<f32> = signed.iter().map(|d| d.abs()).collect();
+        // Distances to the skin count as positive on both sides.
         distances.sort_by(f32::total_cmp);
         let nearest = distances.get((NEAR_SHARE * count) as usize);
         FitStatistics {
@@ -169,6 +171,7 @@ fn misplaced(body: &FitBody, rest: &TriMesh, fit: FitStatistics) -> Option<Findi
     let fitting = undone
         .into_iter()
         .filter(|(fit, mistake)| !body.is_far(*fit) && fit.inside < MAX_INSIDE && is_wearable(mistake.undo));
+    // Several mistakes may bring the garment near; the nearest result is the likeliest.
     let best = fitting.min_by(|a, b| a.0.distance.total_cmp(&b.0.distance));
     let (probably, remedy) = match best {
         Some((_, mistake)) => (mistake.name, mistake.remedy),
@@ -182,6 +185,7 @@ fn misplaced(body: &FitBody, rest: &TriMesh, fit: FitStatistics) -> Option<Findi
 
 /// Checks whether the garment would be far less inside the body if it faced the other way.
 fn facing_backwards(body: &FitBody, rest: &TriMesh, fit: FitStatistics) -> Option<Finding> {
+    // A garment that faces backwards is near the body, and only its front and back are inside.
     let half_turn = Mat3::from_quat(Quat::from_rotation_y(PI));
     let turned = body.fit(sampled(rest).map(|v| half_turn * v));
     (fit.inside > MIN_FACING_INSIDE && fit.inside > MIN_FACING_RATIO * turned.inside).then(|| {
@@ -220,6 +224,7 @@ pub fn other_mesh(other: &TriMesh, rest: &TriMesh) -> Vec<Finding> {
         median(points.collect()).unwrap_or(f32::INFINITY)
     };
     let found = distance(Mat3::IDENTITY);
+    // Findings of the mesh itself stand only if its place is right: a wrong unit causes several.
     if !is_far(found) {
         return findings;
     }

@@ -43,6 +43,7 @@ pub(crate) fn bounds(vertices: &[Vec3]) -> Option<(Vec3, Vec3)> {
 
 fn unit(what: &str, mesh: &TriMesh) -> Option<Finding> {
     let (low, high) = bounds(&mesh.vertices)?;
+    // The largest side of the bounding box: flat panels are thin in one direction.
     let extent = (high - low).max_element();
     if EXTENTS.contains(&extent) {
         return None;
@@ -61,6 +62,7 @@ fn degenerate_faces(what: &str, mesh: &TriMesh) -> Option<Finding> {
         let [a, b, c] = face.map(|v| mesh.vertices[v as usize]);
         0.5 * (b - a).cross(c - a).length()
     };
+    // Exact and nearly exact duplicates of vertices both make such triangles.
     let count = mesh.faces.iter().filter(|face| area(face) < MIN_AREA).count();
     (count > 0).then(|| {
         Finding::new(

@@ -54,6 +54,7 @@ pub(super) fn time_shift(capture: &Capture, clip: &CapturedClip) -> Option<Findi
 /// The mean is taken out, because a garment's centroid may be off the skinned one by a constant.
 fn difference(garment: &[Vec3], skinned: &[Vec3], lag: isize) -> f32 {
     let frames = garment.len() as isize;
+    // Only frames that exist on both sides of the shift.
     let range = (-lag).max(0)..(frames - lag).min(frames);
     let apart: Vec<Vec3> = range
         .map(|t| garment[(t + lag) as usize] - skinned[t as usize])

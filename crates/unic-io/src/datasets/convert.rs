@@ -43,6 +43,8 @@ pub fn convert(dataset: Dataset, folder: &Path, character: &Character, out: &Pat
     let mut notes = Vec::new();
     let files = of_one_body(dataset, files(dataset, folder)?, &mut notes);
     let garment = garment(dataset, folder, &files, character, &mut notes)?;
+    // `files` returned at least one. All sequences of a release have one coordinate frame, so that
+    // the first one decides.
     let frame = frame(dataset, &files[0], character, &garment)?;
     notes.push(format!("positions are taken as {}", frame.name()));
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
@@ -82,6 +84,7 @@ fn garment(
         Dataset::Vto => rest_from_frames(files, character, notes)?,
         Dataset::VirtualBones => virtual_bones::template(folder, character)?,
     };
+    // The data sets have no skinning weights for a given character's skeleton.
     let weights = default_weights(&rest, character).map_err(|source| Error::Weights {
         path: folder.to_owned(),
         source,
@@ -116,6 +119,7 @@ fn write(
     let (skeleton, mut joints) = (&character.skeleton, Vec::new());
     let mut out = writer.begin_clip(&sequence.clip, split)?;
     for (pose, garment) in sequence.clip.poses.iter().zip(&sequence.garment) {
+        // Positions may be relative to the root joint of the same frame.
         skeleton.forward_kinematics(pose, &mut joints);
         let root = joints[skeleton.root()];
         let world: Vec<Vec3> = garment.iter().map(|&x| frame.world(x, root)).collect();
@@ -144,6 +148,7 @@ fn of_one_body(dataset: Dataset, files: Vec<PathBuf>, notes: &mut Vec<String>) -
 /// Makes a rest shape from the frame nearest to the bind pose among all sequences.
 fn rest_from_frames(files: &[PathBuf], character: &Character, notes: &mut Vec<String>) -> Result<TriMesh> {
     let mut best: Option<(f32, String, TriMesh)> = None;
+    // Sequences are read a second time for writing, so that memory holds only one of them.
     for path in files {
         let sequence = GarmentSequence::read(Dataset::Vto, path, character)?;
         let nearest = nearest_to_bind_pose(character, &sequence.clip.poses);

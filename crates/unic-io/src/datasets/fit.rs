@@ -99,6 +99,8 @@ fn distance(
     let (mut joints, mut transforms, mut skinned) = (Vec::new(), Vec::new(), Vec::new());
     let (mut sum, mut count) = (0.0, 0);
     for t in (0..poses.len()).step_by(poses.len().div_ceil(SAMPLED_FRAMES).max(1)) {
+        // Skinning of the rest shape is within decimetres of the garment; a wrong unit or frame is
+        // metres away.
         skeleton.forward_kinematics(&poses[t], &mut joints);
         skeleton.world_from_rest(&joints, &mut transforms);
         garment
@@ -129,6 +131,7 @@ pub(super) fn nearest_to_bind_pose(character: &Character, poses: &[Pose]) -> Neu
     let turned = |pose: &Pose| -> f32 {
         let pairs = pose.local.iter().zip(&bind.local).enumerate();
         pairs
+            // Facing and place do not change the shape of the garment.
             .filter(|(j, _)| *j != root)
             .map(|(_, (a, b))| a.angle_between(*b))
             .sum()
@@ -158,6 +161,8 @@ pub(super) fn unposed(
     character
         .weights
         .skin(&character.body.vertices, &transforms, &mut body);
+    // Nearest vertices of the posed body, because the garment is around that and not around the
+    // bind pose.
     let weights =
         nearest_body_weights(&body, &character.weights, garment).map_err(|source| Error::Weights {
             path: path.to_owned(),

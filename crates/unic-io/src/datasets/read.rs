@@ -23,6 +23,7 @@ impl GarmentSequence {
                 "none",
             ));
         }
+        // Pickles are not checked while they are read, unlike npz files.
         let finite = |p: &Vec3| p.is_finite();
         let poses = &sequence.clip.poses;
         if !poses.iter().all(Pose::is_valid) || !sequence.garment.iter().flatten().all(finite) {

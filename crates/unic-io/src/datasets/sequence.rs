@@ -25,6 +25,7 @@ pub(super) struct GarmentSequence {
 /// A folder that cannot be listed or holds no sequences.
 pub(super) fn files(dataset: Dataset, folder: &Path) -> Result<Vec<PathBuf>> {
     let simulations = folder.join("simulations");
+    // The archive of one data set unpacks to a folder of this name.
     let folder = if simulations.is_dir() {
         &simulations
     } else {
@@ -42,6 +43,7 @@ pub(super) fn files(dataset: Dataset, folder: &Path) -> Result<Vec<PathBuf>> {
         let expected = format!("sequences (.{})", dataset.extension());
         return Err(Error::content(folder, expected, "none"));
     }
+    // The file system's order differs between machines, and the split depends on it.
     files.sort();
     Ok(files)
 }
@@ -86,6 +88,7 @@ pub(super) fn pose(path: &Path, rotations: &[Vec3], trans: Vec3, joints: usize) 
         }
     };
     let mut rotations = rotations[..taken].to_vec();
+    // Hands of SMPL have no rotation of their own in SMPL-H.
     rotations.resize(joints, Vec3::ZERO);
     Ok(Pose::from_axis_angles(trans, &rotations))
 }

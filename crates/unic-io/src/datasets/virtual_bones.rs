@@ -27,6 +27,7 @@ pub(super) fn read(path: &Path, character: &Character) -> Result<GarmentSequence
     let poses = npz.finite::<f32>("pose", &[any, Dim::Any("J"), Dim::Is(3)])?;
     let (count, joints) = (poses.shape[0], poses.shape[1]);
     let trans = npz.finite::<f32>("trans", &[Dim::Is(count), Dim::Is(3)])?;
+    // f64, the type of numbers from pickles: both data sets share the conversion to frames.
     let garment = npz.finite::<f64>("sim_res", &[Dim::Is(count), Dim::Any("V"), Dim::Is(3)])?;
     let skeleton = &character.skeleton;
     // SMPL's translation is the displacement of the root joint from its rest position, which is
@@ -40,6 +41,7 @@ pub(super) fn read(path: &Path, character: &Character) -> Result<GarmentSequence
         .chunks_exact(joints.max(1))
         .zip(trans.data.chunks_exact(3));
     let mut clip = clip(path, rotations.map(frame).collect::<Result<_>>()?)?;
+    // The garment is converted later, when its coordinate frame is known.
     turn_to_y_up(&mut clip, skeleton);
     Ok(GarmentSequence {
         clip,

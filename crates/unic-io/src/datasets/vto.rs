@@ -24,12 +24,14 @@ pub(super) fn read(path: &Path, character: &Character) -> Result<GarmentSequence
     let faces = array(path, &pickle, &["faces"], 2)?;
     let (count, numbers) = (poses.shape[0], poses.shape[1]);
     let translations = match numbers {
+        // The translation is behind the rotations of each frame.
         75 => (poses.data.chunks_exact(75))
             .flat_map(|f| f[ROTATIONS..].iter().copied())
             .collect(),
         ROTATIONS => array(path, &pickle, &["translation", "trans"], 2)?.data,
         found => return Err(Error::content(path, "72 or 75 numbers a pose", found.to_string())),
     };
+    // All shapes are checked here, so that the chunks below have the same number of frames.
     let fits = vertices.shape[0] == count && vertices.shape[2] == 3 && translations.len() == 3 * count;
     if !fits || faces.shape[1] != 3 {
         let expected = format!("vertices ({count}, V, 3), translations ({count}, 3) and faces (F, 3)");

@@ -75,6 +75,7 @@ pub(crate) fn diagnose(ratio: f32, thing: &str) -> Diagnosis {
 
 /// Returns the median, the upper one of an even number of values; `None` for an empty list.
 pub(crate) fn median(mut values: Vec<f32>) -> Option<f32> {
+    // Selection instead of sorting: linear time.
     let middle = values.len() / 2;
     (middle < values.len()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }

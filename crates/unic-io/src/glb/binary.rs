@@ -94,6 +94,7 @@ impl BinaryWriter {
     pub(super) fn create(path: &Path) -> Result<Self> {
         let folder = parent_folder(path);
         std::fs::create_dir_all(folder).map_err(Error::io(folder, "create folder"))?;
+        // In the target's folder and not in the system's: the chunk may be larger than `/tmp`.
         let file = tempfile::tempfile_in(folder).map_err(Error::io(path, "create"))?;
         Ok(Self {
             path: path.to_path_buf(),
@@ -132,6 +133,7 @@ impl BinaryWriter {
         self.file
             .write_all(bytes)
             .map_err(Error::io(&self.path, "write"))?;
+        // Offsets of accessors count from the start of their view.
         let byte_offset = self.length - self.views[view].byte_offset;
         self.length += bytes.len() as u64;
         self.views[view].byte_length += bytes.len() as u64;
@@ -151,6 +153,7 @@ impl BinaryWriter {
     /// accessor.
     pub(super) fn append_positions(&mut self, view: Index, positions: &[Vec3]) -> Result<Index> {
         let accessor = self.append(view, positions)?;
+        // Folding from the first position and not from infinity keeps empty bounds finite.
         let first = positions.first().copied().unwrap_or_default();
         let fold = |f: fn(Vec3, Vec3) -> Vec3| positions.iter().copied().fold(first, f);
         let to_f64 = |v: Vec3| v.as_dvec3().to_array().to_vec();

@@ -85,6 +85,7 @@ fn write_influences(
 fn influences(weights: &SkinningWeights, vertex: usize) -> Vec<Influence> {
     let mut row: Vec<Influence> = Vec::new();
     for (joint, weight) in weights.row(vertex) {
+        // glTF has no wider joint indices.
         let joint = joint as u16;
         match row.iter_mut().find(|other| other.joint == joint) {
             Some(other) => other.weight += weight,
@@ -106,6 +107,7 @@ fn padded_set(row: &[Influence], set: usize) -> ([u16; SET], [f32; SET]) {
 
 /// Writes joint indices as bytes if all of them fit, else as 16-bit numbers.
 fn write_joints(joints: &[[u16; SET]], binary: &mut BinaryWriter) -> Result<Index> {
+    // Half the size for the common skeletons of up to 256 joints.
     let small: Option<Vec<[u8; SET]>> = (joints.iter())
         .map(|set| set.iter().all(|&j| j < 256).then(|| set.map(|j| j as u8)))
         .collect();

@@ -56,6 +56,7 @@ impl Document {
 
     fn animation(&self, binary: &mut BinaryWriter) -> Result<Animation> {
         let frames = self.tracks.len();
+        // Divided and not accumulated, so that the error does not grow with the frame.
         let times: Vec<f32> = (0..frames).map(|t| t as f32 / self.fps).collect();
         let times = binary.write_times(&times)?;
         let mut curves = self.tracks.write(times, binary)?;
@@ -81,6 +82,8 @@ impl Document {
             }),
             scene: 0,
             scenes: vec![Scene {
+                // The body is beside the skeleton and not below it: glTF ignores the transform of a
+                // skinned node.
                 nodes: vec![self.tracks.root_node(), self.body_node(), self.garment_node()],
                 name: self.name,
             }],
@@ -122,6 +125,7 @@ impl Document {
 /// Returns the weights of all targets, frame after frame: zero in the first frame, and in every
 /// further frame one for its own target.
 fn one_hot(frames: usize) -> Vec<f32> {
+    // The first frame is the mesh itself and has no target.
     let row = |frame: usize| (1..frames).map(move |target| f32::from(u8::from(target == frame)));
     (0..frames).flat_map(row).collect()
 }
@@ -186,6 +190,7 @@ const HEADERS: u64 = 12 + 8 + 8;
 /// A file of more than 4 GiB.
 fn header(path: &Path, json: u64, binary: u64) -> Result<ChunkHeaders> {
     let total = HEADERS + json + binary;
+    // Lengths are 32-bit words in the format.
     let word = |length: u64| {
         u32::try_from(length)
             .map_err(|_| Error::content(path, "at most 4 GiB in a GLB", format!("{total} bytes")))

@@ -31,6 +31,7 @@ pub(super) struct Scene {
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Node {
     pub(super) name: String,
+    // The specification forbids empty arrays.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) children: Vec<Index>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -46,6 +47,7 @@ pub(super) struct Node {
 #[derive(Debug, Serialize)]
 pub(super) struct Mesh {
     pub(super) name: String,
+    // One primitive: body and garment have one material each.
     pub(super) primitives: [Primitive; 1],
     /// Names of the morph targets under `targetNames`, a convention that importers follow.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -121,6 +123,7 @@ pub(super) struct Sampler {
 #[serde(rename_all = "camelCase")]
 pub(super) struct Accessor {
     pub(super) buffer_view: Index,
+    // Zero is the specification's default.
     #[serde(skip_serializing_if = "is_zero")]
     pub(super) byte_offset: u64,
     pub(super) component_type: u32,

@@ -57,6 +57,7 @@ impl MorphWriter {
     fn push_target(&mut self, positions: &[Vec3], binary: &mut BinaryWriter) -> Result<()> {
         self.current.compute(positions, &self.faces, &self.seams);
         subtract(&mut self.current.positions, &self.first.positions);
+        // Differences of unit normals: a reader adds them and normalises the sum.
         subtract(&mut self.current.normals, &self.first.normals);
         let view =
             *(self.view).get_or_insert_with(|| binary.open_view(BufferUsage::Vertices, size_of::<Vec3>()));

@@ -30,6 +30,7 @@ impl SeamSplit {
             source,
         };
         mesh.check().map_err(named)?;
+        // glTF forbids a primitive without triangles.
         if mesh.faces.is_empty() {
             return Err(Error::content(path, "a mesh with triangles", "one without"));
         }
@@ -52,6 +53,8 @@ impl SeamSplit {
         let mut copies = HashMap::new();
         let mut coordinates = vec![Vec2::ZERO; sources.len()];
         let mut corner = |vertex: u32, uv: u32| {
+            // By index and not by value: equal coordinates with different indices make a copy,
+            // which is harmless.
             let seen = first[vertex as usize].get_or_insert(uv);
             if *seen == uv {
                 coordinates[vertex as usize] = v_down(uvs.coordinates[uv as usize]);

@@ -22,6 +22,7 @@ impl SurfaceBuffers {
     /// Copies at a seam share the normal of the unsplit vertex, so that the seam is invisible. A
     /// vertex without a normal gets +Y, because glTF forbids zero normals.
     pub(super) fn compute(&mut self, positions: &[Vec3], faces: &[[u32; 3]], seams: &SeamSplit) {
+        // Normals of the unsplit mesh: triangles on both sides of a seam contribute.
         let mut normals = Vec::new();
         vertex_normals(positions, faces, &mut normals);
         for normal in &mut normals {

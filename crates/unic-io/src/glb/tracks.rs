@@ -97,6 +97,7 @@ impl JointTracks {
     }
 
     fn node(&self, joint: usize, bind_from_joint: &[Rigid]) -> Node {
+        // Only the root is animated in translation; the other joints keep their bind offsets.
         let translation = match self.skeleton.parents()[joint] {
             None => self.root.first().copied().unwrap_or_default(),
             Some(parent) => (bind_from_joint[parent].inverse() * bind_from_joint[joint]).translation,

@@ -68,6 +68,7 @@ impl GlbWriter {
     /// to 1,000,000 Hz; a mesh without triangles or with indices out of range; skinning weights of
     /// another body; a folder that cannot be written to.
     pub fn create(path: &Path, scene: &GlbScene<'_>) -> Result<Self> {
+        // All checks come before the first byte is written.
         check_timing(path, scene)?;
         check_weights(path, scene.character)?;
         let seams = SeamSplit::new(path, scene.garment)?;
@@ -103,6 +104,8 @@ impl GlbWriter {
             let found = format!("vertex {vertex} without one in frame {}", self.tracks.len());
             return Err(Error::content(&self.path, "finite positions", found));
         }
+        // The garment first: if the disk is full, the number of poses still is that of complete
+        // frames.
         self.morphs.push(garment, &mut self.binary)?;
         self.tracks.push(pose);
         Ok(())
@@ -113,6 +116,7 @@ impl GlbWriter {
     /// # Errors
     /// Fewer frames than announced; the file cannot be written.
     pub fn finish(self) -> Result<()> {
+        // The poses count the frames: each push adds one.
         let found = self.tracks.len();
         if found != self.frames {
             return Err(self.wrong_count(found.to_string()));
@@ -181,6 +185,8 @@ fn check_weights(path: &Path, character: &Character) -> Result<()> {
 }
 
 fn check_size(path: &Path, frames: usize, vertices: usize) -> Result<()> {
+    // A position and a normal for each vertex and frame. Saturating, because the number of frames
+    // comes from a caller.
     let bytes = (frames as u64).saturating_mul(vertices as u64 * 2 * size_of::<Vec3>() as u64);
     if bytes <= MAX_FRAME_BYTES {
         return Ok(());

@@ -46,6 +46,7 @@ pub(super) fn npz(path: &Path) -> Inspection {
 /// Classifies an npz by the names of its arrays.
 fn kind_of(npz: &Npz) -> FileKind {
     let has = |names: &[&str]| names.iter().all(|n| npz.contains(n));
+    // The most specific kind first: a character also has vertices.
     if has(&["vertices", "joints", "weights"]) {
         FileKind::Character
     } else if has(&["poses"]) || has(&["pose"]) {
@@ -71,6 +72,7 @@ fn array(report: &mut Inspection, name: &str, header: &Header) {
         format!("{} {shape}{order}", header.dtype),
         json!({ "type": header.dtype.to_string(), "shape": header.shape }),
     );
+    // Such arrays make a file that numpy opens only with `allow_pickle`.
     if matches!(header.dtype.kind, npy::DtypeKind::Object | npy::DtypeKind::Other) {
         let dtype = header.dtype;
         report.problem(format!("array `{name}`: expected numbers or text, found {dtype}"));
@@ -108,6 +110,7 @@ pub(super) fn npy(path: &Path) -> Inspection {
     let mut report = Inspection::new(path, FileKind::Npy);
     if let Some(header) = report.ok_or_problem(npy::read_npy_header(path)) {
         array(&mut report, "data", &header);
+        // Other shapes are arrays of no known meaning.
         if header.shape.len() == 3 && header.shape[2] == 3 {
             vertex_cache(&mut report);
         }

@@ -21,6 +21,7 @@ pub(super) fn inspect(root: &Path) -> Inspection {
     report.fact("name", manifest.name.as_str());
     report.fact("frames per second", manifest.fps);
     report.fact("provenance", manifest.provenance.trim());
+    // The key is optional for reading, but a capture without it cannot be published.
     if manifest.provenance.trim().is_empty() {
         report.problem("capture.toml: expected provenance (source and licence), found none");
     }
@@ -52,6 +53,7 @@ fn garment(report: &mut Inspection, capture: &Capture) {
     if let Some(mask) = &capture.garment.mask {
         describe_mask(report, mask);
     }
+    // The rest shape is in the bind pose, so that no skinning is needed.
     let body = Surface::build(&capture.character.body);
     let depths: Vec<f32> = (rest.vertices.iter())
         .filter_map(|&v| Some(-body.closest(v)?.signed_distance))
@@ -79,6 +81,7 @@ fn clips(report: &mut Inspection, capture: &Capture) {
         if split.is_none() {
             report.problem(format!("clip `{name}`: expected it in a split, found it in none"));
         }
+        // A damaged clip is a problem of its own; the other clips are still reported.
         let Some(clip) = report.ok_or_problem(capture.load_clip(name)) else {
             continue;
         };
@@ -100,6 +103,7 @@ fn clips(report: &mut Inspection, capture: &Capture) {
         if !names.is_empty() {
             let text = format!("{}: {}", names.len(), names.join(" "));
             report.measured(split.name(), text, json!(names));
+        // Validation clips are optional.
         } else if split != Split::Validation {
             report.problem(format!(
                 "[splits]: expected clips in {}, found none",

@@ -58,6 +58,7 @@ pub(super) fn describe(report: &mut Inspection, what: &str, mesh: &TriMesh) {
 
 /// Number of different positions: vertices at one place count once.
 fn distinct_places(vertices: &[Vec3]) -> usize {
+    // Meshes from texture tools repeat vertices at seams.
     let first = weld(vertices);
     first
         .iter()
@@ -70,12 +71,14 @@ fn median_edge(mesh: &TriMesh) -> Option<f32> {
     let length = |[a, b]: [u32; 2]| mesh.vertices[a as usize].distance(mesh.vertices[b as usize]);
     let mut lengths: Vec<f32> = edges(&mesh.faces).into_iter().map(length).collect();
     lengths.sort_by(f32::total_cmp);
+    // The median ignores a few long edges of a coarse panel.
     lengths.get(lengths.len() / 2).copied()
 }
 
 /// Number of edges that belong to one face only.
 fn open_edges(mesh: &TriMesh) -> usize {
     let mut faces_at: HashMap<(u32, u32), u32> = HashMap::new();
+    // Ordered pairs, so that both directions of an edge are one key.
     for &[a, b, c] in &mesh.faces {
         for (from, to) in [(a, b), (b, c), (c, a)] {
             *faces_at.entry((from.min(to), from.max(to))).or_default() += 1;

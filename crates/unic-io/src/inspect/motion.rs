@@ -74,6 +74,7 @@ fn describe_clip(report: &mut Inspection, clip: &Clip) {
     report.fact("frames", clip.len());
     report.fact("frames per second", clip.fps);
     seconds(report, clip.seconds());
+    // The root's own up direction, because no character is known here.
     let ups = clip
         .poses
         .iter()

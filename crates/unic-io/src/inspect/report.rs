@@ -134,6 +134,7 @@ impl Inspection {
 }
 
 fn as_object<S: Serializer>(facts: &[Fact], serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    // A list in memory keeps the reading order; in JSON, names are keys.
     serializer.collect_map(facts.iter().map(|fact| (&fact.name, &fact.value)))
 }
 
@@ -163,10 +164,13 @@ impl Display for Inspection {
         let width = self
             .facts
             .iter()
+            // Columns are aligned by characters: names of arrays come from files and may be of any
+            // script.
             .map(|fact| fact.name.chars().count())
             .max()
             .unwrap_or(0);
         for Fact { name, text, .. } in &self.facts {
+            // Names and texts come from files: control characters are escaped.
             writeln!(f, "  {:width$}  {}", printable(name).to_string(), printable(text))?;
         }
         match self.problems.as_slice() {

@@ -19,6 +19,7 @@ pub(crate) struct NamingConvention {
 /// and the upper arm in others. All joints of a skeleton are therefore read by one convention.
 const CONVENTIONS: [NamingConvention; 7] = [
     NamingConvention {
+        // The hand is SMPL's last joint of an arm; its last joint of a leg is the ball of the foot.
         name: "SMPL",
         stems: [
             &["hip"],
@@ -57,6 +58,7 @@ const CONVENTIONS: [NamingConvention; 7] = [
             &["arm"],
             &["forearm"],
             &["hand"],
+            // The base of a finger stands for SMPL's hand, which is in the palm.
             &["handmiddle1", "fingerbase", "handindex1"],
         ],
     },
@@ -121,8 +123,10 @@ const CONVENTIONS: [NamingConvention; 7] = [
 impl NamingConvention {
     /// Finds a limb joint among `names` and returns its index.
     pub(crate) fn find(&self, names: &[JointName], joint: LimbJoint, side: BodySide) -> Option<usize> {
+        // The discriminants of `LimbJoint` are the indices of the table.
         let stems = self.stems[joint as usize].iter();
         stems
+            // Stem by stem and not name by name: the order of the stems is their precedence.
             .filter_map(|stem| names.iter().position(|name| name.is(side, stem)))
             .next()
     }

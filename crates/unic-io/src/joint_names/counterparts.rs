@@ -12,6 +12,7 @@ pub fn counterparts(names: &[String]) -> Option<Vec<usize>> {
         Some(_) => parsed.iter().position(|name| name.is_opposite(&parsed[joint])),
         None => Some(parsed[joint].fused_opposite(&parsed).unwrap_or(joint)),
     };
+    // One joint without a counterpart makes the skeleton asymmetric as a whole.
     let all: Option<Vec<usize>> = (0..names.len()).map(other).collect();
     all.filter(|all| all.iter().enumerate().any(|(joint, other)| joint != *other))
 }
@@ -28,6 +29,7 @@ impl JointName {
 
     /// Finds the counterpart of a joint whose side is not a word of its own: `rfemur` for `lfemur`.
     fn fused_opposite(&self, names: &[Self]) -> Option<usize> {
+        // Words before letters: `leftarm` also begins with `l`.
         let pairs = [("left", "right"), ("right", "left"), ("l", "r"), ("r", "l")];
         pairs.into_iter().find_map(|(from, to)| {
             let rest = self.stem.strip_prefix(from)?;

@@ -51,6 +51,7 @@ impl LimbJoint {
 
     /// Index among [`SMPL_JOINT_NAMES`](unic_core::skeleton::SMPL_JOINT_NAMES).
     pub(crate) fn smpl_joint(self, side: BodySide) -> usize {
+        // SMPL lists the right joint behind the left one.
         let left = [1, 4, 7, 10, 13, 16, 18, 20, 22][self as usize];
         match side {
             BodySide::Left => left,

@@ -29,12 +29,14 @@ const PREFIXES: [&str; 14] = [
 
 impl JointName {
     pub(crate) fn new(name: &str) -> Self {
+        // The last part of a path: namespaces and parents come before it.
         let local = name.rsplit([':', '|']).next().unwrap_or(name);
         let words = words(local);
         let named = words.iter().skip_while(|w| PREFIXES.contains(&w.as_str()));
         let mut side = None;
         let mut stem = String::new();
         for word in named {
+            // Only the first side word counts: a second one belongs to the stem.
             match BodySide::from_word(word).filter(|_| side.is_none()) {
                 Some(found) => side = Some(found),
                 None => stem.push_str(word),

@@ -68,6 +68,7 @@ impl MotionArrays {
         let values = npz.finite::<f32>(name, &dims)?;
         check_frames(npz, name, &values)?;
         let mut notes: Vec<String> = layout.note().into_iter().chain(note).collect();
+        // A translation of its own has precedence over one among the poses.
         let trans = translations(npz, &values, layout, &mut notes)?;
         let poses = (values.data.chunks_exact(numbers).zip(trans))
             .map(|(frame, trans)| pose(frame, trans, &sources))
@@ -163,6 +164,7 @@ fn translations(
     }
     if layout == PoseLayout::SmplWithTranslation {
         notes.push("the last 3 of 75 numbers a frame are taken as the translation".into());
+        // Behind 72 rotation values.
         let tails = values.data.chunks_exact(75).map(|f| Vec3::from_slice(&f[72..]));
         return Ok(tails.collect());
     }

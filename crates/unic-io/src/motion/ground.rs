@@ -19,6 +19,7 @@ pub(super) fn place_on_ground(clip: &mut Clip, character: &Character, notes: &mu
         return;
     };
     clip.poses.iter_mut().for_each(|pose| pose.trans.y -= lowest);
+    // Recorded heights of the ground refer to the old place.
     clip.ground_height = 0.0;
     if lowest.abs() > MIN_NOTED_SHIFT {
         let direction = if lowest > 0.0 { "lowered" } else { "raised" };

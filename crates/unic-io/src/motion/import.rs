@@ -71,6 +71,7 @@ pub fn import_motion(path: &Path, character: &Character, options: &MotionOptions
         mut findings,
     } = match is_bvh(path)? {
         true => from_bvh(path, character, options)?,
+        // Files of no known kind too: the reader of archives names what is wrong.
         false => from_npz(path, character, options)?,
     };
     if findings.is_empty() {
@@ -154,6 +155,7 @@ fn filter(path: &Path, clip: &mut Clip, hertz: f32, notes: &mut Vec<String>) -> 
         let expected = "a low-pass cutoff above 0 Hz";
         return Err(Error::content(path, expected, hertz.to_string()));
     }
+    // The filter itself ignores a cutoff near half the frame rate or above.
     let spikes = low_pass::low_pass(clip, hertz);
     notes.push(match spikes {
         0 => format!("low-pass filtered at {hertz} Hz"),
@@ -187,6 +189,7 @@ fn repeated(
 fn resampled(path: &Path, clip: Clip, fps: f32, notes: &mut Vec<String>) -> Result<Clip> {
     check_frame_rate(f64::from(fps))
         .map_err(|found| Error::content(path, "a target frame rate from 1 to 1000", found))?;
+    // Resampling to the same rate would round every pose.
     if clip.fps == fps {
         return Ok(clip);
     }

@@ -81,6 +81,7 @@ impl JointMapping {
     /// # Errors
     /// Another number of joints than the names or the character have; missing or ambiguous names.
     pub(super) fn new(npz: &mut Npz, poses: &str, numbers: usize, joints: &JointTarget) -> Result<Self> {
+        // Names are used only if the file and the character both have them.
         if let Some(skeleton) = joints.skeleton().filter(|skeleton| is_named(skeleton))
             && npz.contains(JOINT_NAMES)
         {
@@ -111,6 +112,7 @@ impl JointMapping {
     /// Maps by the names in the file.
     fn by_names(npz: &mut Npz, poses: &str, numbers: usize, skeleton: &Skeleton) -> Result<Self> {
         let names = npz.text(JOINT_NAMES)?;
+        // The translation behind SMPL's rotations has no name.
         let layout = match numbers.checked_sub(3 * names.len()) {
             Some(0) => PoseLayout::Native,
             Some(3) if names.len() == SMPL_JOINT_NAMES.len() => PoseLayout::SmplWithTranslation,
@@ -124,6 +126,7 @@ impl JointMapping {
         refuse_missing(npz, skeleton, &sources, &names)?;
         refuse_ambiguous(npz, skeleton, &sources, &names)?;
         let taken = sources.iter().flatten().count();
+        // The identity needs no note: it is what a file of this character has.
         let is_in_order = sources
             .iter()
             .enumerate()
@@ -153,6 +156,8 @@ impl JointMapping {
             let expected = format!("joint names for the character's joints ({})", listed(&names));
             return Err(npz.array_error(JOINT_NAMES, expected, "none, and so SMPL's order"));
         };
+        // SMPL-H and SMPL-X have fingers or the jaw at the places of SMPL's hands, so that these
+        // joints have no source.
         let taken = |joint: usize| by_number.sources.of(joint);
         Ok(Self {
             sources: JointSources::Named(sources.into_iter().map(taken).collect()),
@@ -165,6 +170,7 @@ impl JointMapping {
 /// Refuses names that lack a joint with children. Leaf joints, such as hands, may be missing and
 /// then do not rotate.
 fn refuse_missing(npz: &Npz, skeleton: &Skeleton, sources: &[Option<usize>], names: &[String]) -> Result<()> {
+    // A skeleton of one joint is a leaf, but without a source nothing would move.
     let has_children = |joint: usize| skeleton.parents().contains(&Some(joint));
     let missing: Vec<&str> = (skeleton.names().iter().zip(sources).enumerate())
         .filter(|(joint, (_, source))| source.is_none() && (has_children(*joint) || skeleton.len() == 1))
@@ -208,6 +214,7 @@ fn is_named(skeleton: &Skeleton) -> bool {
 /// Finds the joint of the same name, else one whose name differs in case, prefix or separators
 /// only.
 fn find_joint(name: &str, names: &[String]) -> Option<usize> {
+    // The exact name first: joints that differ in spelling only may exist side by side.
     let same = names.iter().position(|other| other == name);
     same.or_else(|| names.iter().position(|other| is_same_joint(name, other)))
 }

@@ -23,6 +23,8 @@ impl PoseLayout {
     pub(super) fn of(numbers: usize, joints: usize) -> Option<Self> {
         let smpl = joints == SMPL_JOINT_NAMES.len();
         match numbers {
+            // The character's own layout has precedence; the product of a damaged count may
+            // overflow.
             n if n > 0 && Some(n) == joints.checked_mul(3) => Some(Self::Native),
             75 if smpl => Some(Self::SmplWithTranslation),
             156 if smpl => Some(Self::SmplH),

@@ -82,6 +82,7 @@ pub fn repeat_cycle(clip: &Clip, skeleton: &Skeleton, options: &Repeat) -> Repea
         Cycle::Best { min_seconds } => best_cycle(clip, skeleton, min_seconds),
     };
     let seam = Seam::new(clip, skeleton, first, end);
+    // Blends of the two seams of a round must not overlap.
     let window = (options.blend_seconds * clip.fps).min(0.5 * (end - first) as f32);
     let round: Vec<Pose> = (first..=end)
         .map(|t| seam.blended(&clip.poses[t], t - first, end - t, window, clip.fps))
@@ -96,6 +97,7 @@ pub fn repeat_cycle(clip: &Clip, skeleton: &Skeleton, options: &Repeat) -> Repea
         world_from_round = world_from_round * seam.next_from_round;
     }
     let frames = if clip.wind.is_empty() { 0 } else { poses.len() };
+    // The wind repeats with the cycle.
     let wind = (0..frames).map(|t| clip.wind_at(first + t % (end - first)));
     let clip = Clip {
         name: clip.name.clone(),
@@ -137,6 +139,7 @@ impl Seam {
         let (a, b) = (&clip.poses[first], &clip.poses[end]);
         let root = skeleton.root();
         let origin = skeleton.joints()[root];
+        // Position on the ground and heading; height and tilt stay those of the motion.
         let place = |pose: &Pose| {
             let position = pose.trans + origin;
             let ground = Vec3::new(position.x, 0.0, position.z);
@@ -288,6 +291,7 @@ fn features(clip: &Clip, skeleton: &Skeleton) -> Vec<Vec<Vec3>> {
     let root = skeleton.root();
     let features_of = |t: usize| {
         let heading = Heading::start(clip.poses[t].local[root]).rotation().inverse();
+        // The height is kept: a crouch is not similar to a stance.
         let place = Vec3::new(frames[t][root].x, 0.0, frames[t][root].z);
         let (before, after) = (t.saturating_sub(1), (t + 1).min(frames.len() - 1));
         let rate = VELOCITY_WEIGHT * clip.fps / (after - before) as f32;

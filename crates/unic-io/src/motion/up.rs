@@ -65,9 +65,11 @@ fn mean_up(clip: &Clip, skeleton: &Skeleton) -> Vec3 {
     let sum: Vec3 = (clip.poses.iter().step_by(stride))
         .map(|pose| {
             skeleton.forward_kinematics(pose, &mut joints);
+            // Root to head points up while the body stands, walks or crouches.
             (joints[head].translation - joints[root].translation).normalize_or_zero()
         })
         .sum();
+    // The length of the mean, from 0 to 1, is the certainty: directions that differ cancel.
     sum.normalize_or_zero() * (sum.length() / clip.poses.len().div_ceil(stride).max(1) as f32)
 }
 
@@ -75,6 +77,7 @@ fn mean_up(clip: &Clip, skeleton: &Skeleton) -> Vec3 {
 fn head(skeleton: &Skeleton) -> usize {
     let heights = || skeleton.joints().iter().map(|j| j.y).enumerate();
     let highest = || heights().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(j, _)| j);
+    // The bind pose of a character is Y up, so that its highest joint is near the head.
     (skeleton.joint("head").or_else(highest)).unwrap_or_else(|| skeleton.root())
 }
 

@@ -32,6 +32,7 @@ pub(crate) fn write_arrays(npz: &mut NpzWriter, clip: &Clip, joint_names: &[Stri
         bytemuck::cast_slice(&rotations),
     )?;
     npz.f32s("trans", &[clip.len(), 3], bytemuck::cast_slice(&trans))?;
+    // Still air needs no array.
     if !clip.wind.is_empty() {
         npz.f32s(WIND_NAME, &[clip.wind.len(), 3], bytemuck::cast_slice(&clip.wind))?;
     }

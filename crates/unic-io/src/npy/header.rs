@@ -52,7 +52,7 @@ pub enum DtypeKind {
     Bytes,
     /// `O`: pickled Python objects, which are never read.
     Object,
-    /// Complex numbers, dates, structures and whatever else numpy knows.
+    /// Complex numbers, dates, structures and all other types of numpy.
     Other,
 }
 
@@ -88,6 +88,8 @@ impl Header {
         }
         let mut text = vec![0; text_length];
         reader.read_exact(&mut text)?;
+        // Versions 1 and 2 are Latin-1, version 3 is UTF-8. Only structured types, which are
+        // refused, have names beyond ASCII.
         let text = String::from_utf8_lossy(&text);
         Self::parse(&text, prefix_length + text_length)
             .ok_or_else(|| invalid(format!("the header {:?}", text.trim())))
@@ -154,6 +156,8 @@ impl Preamble {
 
 /// Returns the text behind a key and its colon, up to the end of the header.
 fn value_of<'a>(text: &'a str, key: &str) -> Option<&'a str> {
+    // A search instead of a parser of Python literals: numpy writes each key once, and values that
+    // could repeat one belong to structured types.
     let quoted = |quote: char| format!("{quote}{key}{quote}");
     let after = (text.split_once(&quoted('\''))).or_else(|| text.split_once(&quoted('"')))?;
     Some(after.1.trim_start().strip_prefix(':')?.trim_start())
@@ -161,6 +165,7 @@ fn value_of<'a>(text: &'a str, key: &str) -> Option<&'a str> {
 
 fn parse_shape(value: &str) -> Option<Vec<usize>> {
     let (inside, _) = value.strip_prefix('(')?.split_once(')')?;
+    // The comma of `(3,)` leaves an empty part.
     let extents = inside.split(',').map(str::trim).filter(|e| !e.is_empty());
     let shape: Option<Vec<usize>> = extents
         // Python 2 wrote long integers as `3L`.
@@ -173,6 +178,7 @@ impl Dtype {
     /// Parses a quoted type code such as `'<f4'`; a list is a structured type.
     fn parse(value: &str) -> Option<Self> {
         let quote = value.chars().next()?;
+        // A list of fields is a structured type.
         if quote == '[' {
             return Some(Self::opaque(DtypeKind::Other));
         }
@@ -200,6 +206,8 @@ impl Dtype {
         let dtype = Self {
             kind,
             size,
+            // `<`, `|` and no letter at all are little-endian on the machines that this crate
+            // supports.
             big_endian: letters.starts_with('>'),
         };
         dtype.has_valid_size().then_some(dtype)
@@ -227,6 +235,7 @@ impl Dtype {
 
     /// Numpy's code for the type, such as `<f4`.
     pub fn code(&self) -> String {
+        // Types of single bytes have no byte order.
         let order = match (self.size, self.big_endian) {
             (0 | 1, _) => '|',
             (_, true) => '>',

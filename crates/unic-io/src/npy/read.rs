@@ -136,6 +136,7 @@ fn decode<T: Element>(source: ArraySource<'_>, reader: &mut impl Read, header: &
     let Dtype { kind, size, .. } = header.dtype;
     let mut left = header.element_count().unwrap_or(0);
     let mut data = Vec::with_capacity(left.min(CHUNK));
+    // A whole number of elements, and no more than the array has.
     let mut chunk = vec![0; (CHUNK / size * size).min(left.saturating_mul(size))];
     while left > 0 {
         let count = left.min(chunk.len() / size);
@@ -143,6 +144,7 @@ fn decode<T: Element>(source: ArraySource<'_>, reader: &mut impl Read, header: &
         reader.read_exact(bytes).map_err(|e| source.read_error(e))?;
         for element in bytes.chunks_exact_mut(size) {
             if header.dtype.big_endian {
+                // Decoding expects little-endian bytes.
                 element.reverse();
             }
             let value = T::decode(kind, element);
@@ -186,6 +188,8 @@ fn expect_end(source: ArraySource<'_>, reader: &mut impl Read) -> Result<()> {
 
 /// Reorders the elements of a Fortran-ordered array to C order.
 fn c_order<T: Copy>(data: &[T], shape: &[usize]) -> Vec<T> {
+    // In Fortran order the first index has stride 1. Walking through all indices in C order and
+    // summing strides costs a few additions an element and needs no second array of positions.
     let mut index = vec![0; shape.len()];
     let mut strides = Vec::with_capacity(shape.len());
     let mut stride = 1;
@@ -283,6 +287,7 @@ pub fn read_npy_header(path: &Path) -> Result<Header> {
 fn open(path: &Path) -> Result<(ArraySource<'_>, BufReader<File>)> {
     let file = File::open(path).map_err(Error::io(path, "open"))?;
     let length = file.metadata().map_err(Error::io(path, "read"))?.len();
+    // Errors about an array need its name; a `.npy` file has none but its own.
     let array = path.file_name().and_then(|n| n.to_str()).unwrap_or("array");
     let source = ArraySource { path, array, length };
     Ok((source, BufReader::new(file)))

@@ -49,6 +49,7 @@ impl Npz {
                 return Err(archive_error(path, error));
             }
         };
+        // Other files in the archive are ignored, as numpy does.
         let names = (archive.file_names())
             .filter_map(|name| Some(name.ok()?.strip_suffix(".npy")?.to_string()))
             .collect();
@@ -127,6 +128,7 @@ impl Npz {
     /// # Errors
     /// More than one number; those of [`Npz::finite`].
     pub fn number(&mut self, name: &str) -> Result<f64> {
+        // Any number of dimensions, all of extent 1.
         let rank = self.header(name)?.shape.len();
         let array = self.finite::<f64>(name, &vec![Dim::Is(1); rank])?;
         Ok(array.data[0])
@@ -206,9 +208,11 @@ fn check_compression(source: ArraySource<'_>, packed: u64) -> Result<()> {
 
 fn archive_error(path: &Path, error: ZipError) -> Error {
     match error {
+        // A truncated archive is damaged content and no failure of the system.
         ZipError::Io(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => {
             Error::io(path, "read")(source)
         }
+        // Messages of the crate `zip` may have several lines.
         other => Error::content(path, "an npz archive (zip)", one_line(&other.to_string())),
     }
 }

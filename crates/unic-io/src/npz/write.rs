@@ -93,6 +93,7 @@ impl NpzWriter {
         for text in texts {
             let end = units.len() + width;
             units.extend(text.chars().map(u32::from));
+            // Each text fills `width` code units; zeros at its end are padding.
             units.resize(end, 0);
         }
         let header = npy::header_bytes(&format!("<U{width}"), &[texts.len()]);
@@ -128,6 +129,7 @@ impl NpzWriter {
     pub fn finish(self) -> Result<()> {
         let path = self.path;
         let written = self.zip.finish().map_err(|e| write_error(&path, e))?;
+        // The directory of a discarded archive was "written" without an error.
         if written.failed {
             let earlier = io::Error::other("an earlier write failed");
             return Err(Error::io(&path, "write")(earlier));
@@ -156,6 +158,7 @@ impl NpzWriter {
 
     fn entry(&mut self, name: &str, header: &[u8], data: &[u8]) -> Result<()> {
         self.start(name, data.len() as u64)?;
+        // Written one after the other: a joint buffer would copy the array.
         for bytes in [header, data] {
             self.zip
                 .write_all(bytes)
@@ -165,6 +168,7 @@ impl NpzWriter {
     }
 
     fn start(&mut self, name: &str, length: u64) -> Result<()> {
+        // The default time stamp is a constant, so that equal arrays give equal bytes.
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Deflated)
             .large_file(length >= LARGE_ENTRY);

@@ -32,12 +32,14 @@ pub fn parse_obj(path: &Path, text: &str) -> Result<TriMesh> {
     let mut parser = ObjParser::default();
     let mut continued = String::new();
     for (number, line) in text.lines().enumerate() {
+        // A comment may follow on the same line.
         let line = line.split('#').next().unwrap_or_default();
         if let Some(start) = line.trim_end().strip_suffix('\\') {
             continued.push_str(start);
             continued.push(' ');
             continue;
         }
+        // Continued lines are joined in one buffer; all others are parsed in place.
         let result = if continued.is_empty() {
             parser.line(line)
         } else {
@@ -76,6 +78,7 @@ impl ObjParser {
         let mut words = line.split_whitespace();
         match words.next() {
             Some("v") => {
+                // Further numbers of the line, a weight or a colour, are skipped.
                 let position = Vec3::from_array(numbers(&mut words)?);
                 self.mesh.vertices.push(position);
             }
@@ -100,6 +103,7 @@ impl ObjParser {
             });
         }
         let first = corners[0];
+        // A fan is exact for convex polygons, which garments are modelled with.
         for pair in corners[1..].windows(2) {
             let fan = [first, pair[0], pair[1]];
             self.mesh.faces.push(fan.map(|c| c.vertex));
@@ -140,6 +144,7 @@ impl ObjParser {
 fn index(text: &str, count: usize) -> LineResult<u32> {
     let index = match text.parse::<i64>() {
         Ok(i) if i > 0 => Some(i - 1),
+        // −1 is the last element so far.
         Ok(i) if i < 0 => i64::try_from(count).ok().map(|n| n + i),
         _ => None,
     };

@@ -32,6 +32,7 @@ pub fn write_obj_to(out: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {
 
 /// Writes a mesh in OBJ format with `positions` instead of its own.
 pub(crate) fn write_mesh(out: &mut impl Write, mesh: &TriMesh, positions: &[Vec3]) -> io::Result<()> {
+    // Rust prints the shortest decimal number that is read back as the same f32.
     for v in positions {
         writeln!(out, "v {} {} {}", v.x, v.y, v.z)?;
     }

@@ -27,6 +27,8 @@ impl Pickle<'_> {
         let PickleNode::Global(class) = self.node(*class) else {
             return None;
         };
+        // The module's name differs between numpy 1 (`numpy.core`) and 2 (`numpy._core`): only the
+        // last part counts.
         let (dtype, shape, bytes) = match (class.rsplit('.').next()?, state) {
             ("_reconstruct", Some(state)) => match *self.list(*state)? {
                 [_, shape, dtype, fortran, bytes] if self.node(fortran) == &PickleNode::Int(0) => {
@@ -46,6 +48,8 @@ impl Pickle<'_> {
         let count = shape
             .iter()
             .try_fold(1usize, |n, &extent| n.checked_mul(extent))?;
+        // The bytes must be exactly those of the shape: a damaged shape must not cause an
+        // allocation.
         let fits = dtype.size > 0 && count.checked_mul(dtype.size)? == bytes.len();
         let data = fits.then(|| decoded(dtype, &bytes))??;
         Some(Numbers { shape, data })

@@ -116,12 +116,15 @@ impl StackMachine<'_> {
         loop {
             match self.byte()? {
                 b'.' => return self.pop(),
+                // PROTO: opcodes have the same meaning in all protocols that know them.
                 0x80 => {
                     self.take(1)?;
                 }
+                // FRAME: a length for readers that prefetch.
                 0x95 => {
                     self.take(8)?;
                 }
+                // POP, POP_MARK, DUP and MARK.
                 b'0' => drop(self.pop()?),
                 b'1' => drop(self.pop_marked()?),
                 b'2' => self.stack.push(*self.stack.last()?),
@@ -134,9 +137,13 @@ impl StackMachine<'_> {
     /// Runs an opcode that pushes or changes an object.
     fn build(&mut self, opcode: u8) -> Option<()> {
         match opcode {
+            // Memo.
             b'q' | b'r' | 0x94 | b'h' | b'j' => self.remember(opcode),
+            // APPEND, APPENDS, ADDITEMS, SETITEM, SETITEMS, BUILD.
             b'a' | b'e' | 0x90 | b's' | b'u' | b'b' => self.fill(opcode),
+            // Empty and filled containers.
             b']' | b')' | b'}' | 0x8f | b'l' | b't' | b'd' | 0x91 | 0x85..=0x87 => self.collect(opcode),
+            // GLOBAL, STACK_GLOBAL, REDUCE, NEWOBJ, NEWOBJ_EX.
             b'c' | 0x93 | b'R' | 0x81 | 0x92 => self.make(opcode),
             _ => self.scalar(opcode),
         }
@@ -148,15 +155,18 @@ impl StackMachine<'_> {
             b'N' => PickleNode::Nothing,
             0x88 => PickleNode::Int(1),
             0x89 => PickleNode::Int(0),
+            // BININT is signed; BININT1 and BININT2 are not.
             b'J' => PickleNode::Int(i64::from(self.number(4)? as u32 as i32)),
             b'K' => PickleNode::Int(self.number(1)? as i64),
             b'M' => PickleNode::Int(self.number(2)? as i64),
             0x8a => self.long(1)?,
             0x8b => self.long(4)?,
+            // BINFLOAT: no reader of arrays needs a single float.
             b'G' => self.skipped(8)?,
             b'X' => self.unicode(4)?,
             0x8c => self.unicode(1)?,
             0x8d => self.unicode(8)?,
+            // Byte strings of Python 2 (`U`, `T`) and of Python 3.
             b'U' | b'C' => PickleNode::Bytes(self.counted(1)?),
             b'T' | b'B' => PickleNode::Bytes(self.counted(4)?),
             0x8e | 0x96 => PickleNode::Bytes(self.counted(8)?),
@@ -170,6 +180,7 @@ impl StackMachine<'_> {
         let key = match opcode {
             b'q' | b'h' => self.number(1)?,
             b'r' | b'j' => self.number(4)?,
+            // MEMOIZE counts its keys itself: the size of the memo.
             _ => self.memo.len() as u64,
         };
         if matches!(opcode, b'h' | b'j') {
@@ -194,6 +205,7 @@ impl StackMachine<'_> {
             (PickleNode::List(list), b'a' | b'e') => list.extend(items),
             (PickleNode::Dict(entries), b's' | b'u') => entries.extend(pairs(&items)?),
             (PickleNode::Object { state, .. }, b'b') => *state = items.first().copied(),
+            // A set, whose items are dropped.
             (PickleNode::Nothing, 0x90) => {}
             _ => return None,
         }
@@ -209,6 +221,7 @@ impl StackMachine<'_> {
             0x91 => self.pop_marked().map(|_| PickleNode::Nothing)?,
             b'd' => PickleNode::Dict(pairs(&self.pop_marked()?)?),
             b'l' | b't' => PickleNode::List(self.pop_marked()?),
+            // TUPLE1 to TUPLE3, 0x85 to 0x87.
             count => {
                 let from = self.stack.len().checked_sub(usize::from(count - 0x84))?;
                 PickleNode::List(self.stack.split_off(from))
@@ -221,6 +234,7 @@ impl StackMachine<'_> {
     fn make(&mut self, opcode: u8) -> Option<()> {
         let node = match opcode {
             b'c' => {
+                // Two lines of text, the only opcode here that is not binary.
                 let (module, name) = (self.line()?, self.line()?);
                 PickleNode::Global(format!("{module}.{name}"))
             }
@@ -234,6 +248,7 @@ impl StackMachine<'_> {
                 }
             }
             _ => {
+                // NEWOBJ_EX has keyword arguments on top.
                 if opcode == 0x92 {
                     self.pop()?;
                 }
@@ -306,6 +321,7 @@ impl StackMachine<'_> {
     fn long(&mut self, size: usize) -> Option<PickleNode> {
         let range = self.counted(size)?;
         let bytes = &self.bytes[range];
+        // The sign bit of the last byte is extended over the missing bytes.
         let sign = bytes
             .last()
             .map_or(0, |last| if last & 0x80 == 0 { 0 } else { 0xff });

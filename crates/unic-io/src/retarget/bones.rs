@@ -53,6 +53,7 @@ impl BoneMap {
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(Error::io(path, "read"))?;
         let map: Self = toml::from_str(&text).map_err(|e| {
+            // TOML messages have several lines; errors of this crate are one.
             let message = e.message().lines().collect::<Vec<_>>().join(", ");
             Error::content(path, "a table [bones] of joint names", message)
         })?;
@@ -129,12 +130,14 @@ impl BodyJoints {
         for part in LimbJoint::ALL {
             for side in BodySide::ALL {
                 let mapped = map.joint(tree.path, part.smpl_joint(side), &tree.names)?;
+                // The bone map has precedence over recognised names.
                 limbs[part as usize][side as usize] = mapped.or_else(|| convention.find(&names, part, side));
             }
         }
         check_required(tree, &limbs)?;
         let mut bones = Self {
             convention: convention.name,
+            // Set by `find_middle`.
             pelvis: 0,
             spine: Vec::new(),
             neck: Vec::new(),
@@ -150,21 +153,25 @@ impl BodyJoints {
     fn find_middle(&mut self, tree: &JointTree<'_>, names: &[JointName]) -> Result<()> {
         self.pelvis = tree.common(self.pair(LimbJoint::Hip)?)?;
         let chest = tree.common(self.pair(LimbJoint::Shoulder)?)?;
+        // A skeleton whose arms and legs meet in one joint has no trunk to rotate.
         let Some(spine) = tree.between(self.pelvis, chest).filter(|_| chest != self.pelvis) else {
             let expected = "a chest that carries the arms above a pelvis that carries the legs";
             let found = format!("`{}` and `{}`", tree.names[chest], tree.names[self.pelvis]);
             return Err(Error::content(tree.path, expected, found));
         };
         self.spine = spine;
+        // A joint called `head` elsewhere in the tree is a control and not the head.
         self.head =
             (0..names.len()).find(|&j| names[j].is_middle("head") && tree.between(chest, j).is_some());
         let necks = |&j: &usize| names[j].is_middle("neck") && tree.between(chest, j).is_some();
         self.neck = match self.head {
             Some(head) => {
                 let mut neck = tree.between(chest, head).unwrap_or_default();
+                // `between` includes the head itself.
                 neck.pop();
                 neck
             }
+            // Without a head the end of the neck is unknown: its joints are found by name.
             None => (0..names.len()).filter(necks).collect(),
         };
         Ok(())

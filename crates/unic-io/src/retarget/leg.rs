@@ -71,6 +71,7 @@ impl Leg {
         let knee_rotation = turn * shortest_arc(across, bent) * world[self.knee].rotation;
         let foot = world[self.toe].translation - heel;
         let foot_rotation = shortest_arc(foot, toe - ankle) * world[self.ankle].rotation;
+        // Rotations of parents before the change. The hip's parent, the pelvis, does not change.
         let parent = |joint: usize| skeleton.parents()[joint].map_or(Quat::IDENTITY, |p| world[p].rotation);
         // Twist joints may stand between the joints of a leg. They keep their local rotations, so
         // that the parent of a knee rotates by the same rotation as the hip.

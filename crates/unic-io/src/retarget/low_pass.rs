@@ -101,6 +101,7 @@ fn filter_rotations(clip: &mut Clip, joint: usize, filter: &Butterworth) {
     let mut previous = Quat::IDENTITY;
     for pose in &clip.poses {
         let q = pose.local[joint];
+        // q and −q are one rotation: a jump between them would be filtered as a movement.
         previous = if q.dot(previous) < 0.0 { -q } else { q };
         tracks
             .iter_mut()
@@ -109,6 +110,7 @@ fn filter_rotations(clip: &mut Clip, joint: usize, filter: &Butterworth) {
     }
     tracks.iter_mut().for_each(|track| filter.apply(track));
     for (frame, pose) in clip.poses.iter_mut().enumerate() {
+        // The components of the mean of nearby unit quaternions are a little short of length 1.
         let filtered = [0, 1, 2, 3].map(|k| tracks[k][frame] as f32);
         let filtered = Quat::from_array(filtered);
         // Alternating opposite rotations cancel, and the rest has no direction: the frame stays
@@ -146,6 +148,8 @@ impl Butterworth {
     /// Each pass halves the power at its own cutoff. For both passes together to halve it at
     /// `hertz`, the cutoff of one pass is higher by the factor 1 / (√2 − 1)^¼ = 1.247.
     fn new(hertz: f64, fps: f64) -> Self {
+        // Prewarping corrects the frequency scale of the bilinear transform; its tangent diverges
+        // at half the frame rate.
         let warped = (PI * (hertz / fps).min(0.49)).tan();
         let w = warped / (SQRT_2 - 1.0).powf(0.25);
         let k = 1.0 + SQRT_2 * w + w * w;
@@ -153,6 +157,7 @@ impl Butterworth {
         Self {
             input: [gain, 2.0 * gain, gain],
             output: [2.0 * (w * w - 1.0) / k, (1.0 - SQRT_2 * w + w * w) / k],
+            // Two periods of the cutoff, in which the filter's response has decayed.
             padding: (2.0 * fps / hertz).ceil() as usize,
         }
     }

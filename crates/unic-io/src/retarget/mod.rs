@@ -81,6 +81,7 @@ impl RetargetSource {
         };
         let bones = BodyJoints::identify(&tree, map)?;
         let mut notes = vec![format!("joints named as by {}", bones.convention)];
+        // The up axis comes first: a reference frame needs the direction against gravity.
         let world_from_source = y_up(mean_trunk(bvh, &bones)?, up, &mut notes);
         let rig = ReferenceRig::of_bvh(bvh, bones, world_from_source.inverse() * Vec3::Y)?;
         if let ReferenceOrigin::Frame(frame) = rig.origin {
@@ -89,6 +90,7 @@ impl RetargetSource {
             ));
         }
         let leg = rig.leg_length();
+        // The scale divides by this length. The negation also refuses NaN.
         if !(leg.is_finite() && leg > f32::MIN_POSITIVE) {
             return Err(Error::content(path, "legs with a length", leg.to_string()));
         }
@@ -118,6 +120,7 @@ impl RetargetSource {
             .map(|frame| transfer.pose(bvh, frame, &mut scratch))
             .collect();
         let poses = poses?;
+        // Huge numbers in a file overflow f32 on the way.
         if let Some(frame) = poses.iter().position(|p| !p.is_valid()) {
             let found = format!("others in frame {frame}");
             return Err(Error::content(path, "positions that a body can take", found));
@@ -140,6 +143,7 @@ impl RetargetSource {
 /// Returns `world_from_source` for the requested up axis, or for the one that the trunk follows on
 /// average.
 fn y_up(trunk: Vec3, up: UpAxis, notes: &mut Vec<String>) -> Quat {
+    // Only Y and Z are in use.
     let is_z = match up {
         UpAxis::Auto => trunk.z > trunk.y,
         UpAxis::Y => false,
@@ -157,8 +161,9 @@ fn y_up(trunk: Vec3, up: UpAxis, notes: &mut Vec<String>) -> Quat {
 }
 
 /// Note about the probable unit of a file whose legs have this length. The motion is scaled by the
-/// ratio of the legs, whatever the unit.
+/// ratio of the legs, independent of the unit.
 fn unit_note(leg: f32) -> String {
+    // Logarithms, so that half and double the usual length are equally far off.
     let off = |unit: f32| (leg * unit / LEG_M).ln().abs();
     let nearest = UNITS.iter().min_by(|a, b| off(a.1).total_cmp(&off(b.1)));
     let (name, unit) = nearest.unwrap_or(&UNITS[0]);

@@ -52,6 +52,7 @@ impl ReferenceRig {
             parents: skeleton.parents().to_vec(),
         };
         let bones = BodyJoints::identify(&tree, &BoneMap::default())?;
+        // The zero pose and not the bind pose: rotations of poses are relative to it.
         let zero = Pose::from_axis_angles(Vec3::ZERO, &vec![Vec3::ZERO; skeleton.len()]);
         let mut reference = Vec::new();
         skeleton.forward_kinematics(&zero, &mut reference);
@@ -68,6 +69,7 @@ impl ReferenceRig {
         bvh.world_from_joint_at_zero(&mut reference);
         let body = Landmarks::new(&bones, &reference)?;
         if body.standing() > MIN_STANDING_COSINE && body.level() > MIN_STANDING_COSINE {
+            // A zero pose stands along an axis of the file; the trunk leans a few degrees from it.
             let up = along_axis(body.trunk());
             return Self::new(bones, ReferenceOrigin::ZeroPose, reference, up);
         }
@@ -83,6 +85,8 @@ impl ReferenceRig {
         let left = left
             .reject_from_normalized(up)
             .normalize_or(up.any_orthonormal_vector());
+        // Columns are the body's left, up and forward; left × up is forward in a right-handed
+        // frame.
         let facing = Quat::from_mat3(&Mat3::from_cols(left, up, left.cross(up)));
         Ok(Self {
             bones,
@@ -196,6 +200,7 @@ fn most_upright(bvh: &Bvh, bones: &BodyJoints) -> Result<usize> {
     for frame in (0..bvh.len()).step_by(stride) {
         bvh.world_from_joint(frame, &mut world);
         let body = Landmarks::new(bones, &world)?;
+        // Four cosines of equal weight: trunk over legs, shoulders over hips, and both knees.
         let score = body.standing() + body.level() + body.straightness();
         if score > best_score {
             (best, best_score) = (frame, score);
@@ -210,6 +215,7 @@ pub(super) fn mean_trunk(bvh: &Bvh, bones: &BodyJoints) -> Result<Vec3> {
     let (mut sum, mut world) = (Vec3::ZERO, Vec::new());
     for frame in (0..bvh.len()).step_by(stride) {
         bvh.world_from_joint(frame, &mut world);
+        // Unit vectors, so that a frame counts by its direction and not by a wrong scale.
         sum += Landmarks::new(bones, &world)?.trunk();
     }
     Ok(sum.normalize_or_zero())

@@ -79,6 +79,7 @@ impl<'a> Transfer<'a> {
         for &joint in &self.order {
             let parent = self.skeleton.parents()[joint].map_or(Quat::IDENTITY, |p| world[p]);
             world[joint] = self.rotation(joint, scratch).unwrap_or(parent);
+            // Normalised, because rounding of the products accumulates along a chain.
             local[joint] = (parent.inverse() * world[joint]).normalize();
         }
         let root = self.skeleton.root();
@@ -98,6 +99,7 @@ impl<'a> Transfer<'a> {
             return None;
         };
         let turned = |j: usize| source[j].rotation * self.source.reference[j].rotation.inverse();
+        // `share` is 0 unless spines have different lengths; slerp then returns the first rotation.
         let turned = turned(from).slerp(turned(to), share);
         Some(self.world_from_source * turned * align * self.target.reference[joint].rotation)
     }
@@ -161,6 +163,8 @@ fn links(joints: usize, source: &ReferenceRig, target: &ReferenceRig) -> Vec<Joi
 fn distribute(links: &mut [JointRotation], base: usize, source: &[usize], target: &[usize], align: Quat) {
     let at = |k: usize| k.checked_sub(1).map_or(base, |k| source[k]);
     for (i, &joint) in target.iter().enumerate() {
+        // Position of the target joint in the source chain: the last joint of one chain copies the
+        // last of the other, and the base is position 0.
         let along = ((i + 1) * source.len()) as f32 / target.len() as f32;
         let before = (along.floor() as usize).min(source.len());
         links[joint] = JointRotation::Copy {
@@ -204,6 +208,7 @@ fn by_depth(skeleton: &Skeleton) -> Vec<usize> {
     let mut order = vec![skeleton.root()];
     let mut next = 0;
     while let Some(&parent) = order.get(next) {
+        // Quadratic in the number of joints, once for each import.
         order.extend((0..skeleton.len()).filter(|&j| skeleton.parents()[j] == Some(parent)));
         next += 1;
     }

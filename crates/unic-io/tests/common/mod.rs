@@ -106,8 +106,8 @@ pub(crate) fn largest_differences(a: &Clip, b: &Clip) -> (f32, f32) {
     (angle, distance)
 }
 
-/// A person of plain proportions in a T-pose with SMPL's 24 joints; the body is a box from the
-/// ground to the head that moves with the pelvis, and two soles.
+/// A person of simple proportions in a T-pose with SMPL's 24 joints. The body is a triangle at the
+/// pelvis and one under each foot.
 pub(crate) fn humanoid() -> Character {
     let half = |joints: [[f32; 3]; 9]| joints.map(Vec3::from_array);
     let [hip, knee, ankle, foot, collar, shoulder, elbow, wrist, hand] = half([

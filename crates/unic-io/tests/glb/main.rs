@@ -1,7 +1,6 @@
-//! Contract of the GLB writer, in two parts: what glTF demands of every file, and that the skin,
-//! the morph targets and their animation, evaluated as the specification says, give every frame
-//! back. Readers that are not ours check the same in tests/readers.py, tests/blender.py and
-//! tests/glb.mjs.
+//! Contract of the GLB writer: files meet the demands of glTF, and the skin, the morph targets and
+//! their animation reproduce every frame when they are evaluated by the specification. Other
+//! readers check the same in tests/readers.py, tests/blender.py and tests/glb.mjs.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod file;
@@ -308,10 +307,13 @@ fn required_bounds_are_exact() {
             let column = |c: usize| rows.iter().map(|row| row[c]).reduce(fold).unwrap();
             (0..rows[0].len()).map(|c| f64::from(column(c))).collect()
         };
-        let told = |key: &str| -> Vec<f64> {
+        let bounds_of = |key: &str| -> Vec<f64> {
             serde_json::from_value(glb.json["accessors"][accessor][key].clone()).unwrap()
         };
-        assert_eq!((told("min"), told("max")), (bound(f32::min), bound(f32::max)));
+        assert_eq!(
+            (bounds_of("min"), bounds_of("max")),
+            (bound(f32::min), bound(f32::max))
+        );
     }
 }
 

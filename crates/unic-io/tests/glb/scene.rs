@@ -1,5 +1,5 @@
-//! What the tests write: a figure whose bind pose is not pose zero, whose vertices hang on up to
-//! six joints, and whose garment has seams.
+//! Test scene: a figure whose bind pose is not the zero pose, with up to six influences on a
+//! vertex, in a garment with texture seams.
 
 use crate::file::Glb;
 use glam::{Quat, Vec2, Vec3};

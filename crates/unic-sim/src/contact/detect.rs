@@ -166,7 +166,8 @@ impl Detection<'_> {
             (cache.face, cache.clearance_m) = (NO_FACE, radius);
             return;
         };
-        // Inside the body the distance to the surface bounds nothing: the next interval must search.
+        // Inside the body the distance to the surface bounds nothing: the next interval must
+        // search.
         cache.clearance_m = hit.signed_distance.max(0.0);
         cache.is_within_reach = hit.signed_distance <= reach;
         cache.face = self.face_on_the_same_side(cache.face, position, &hit);

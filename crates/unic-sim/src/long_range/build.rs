@@ -133,7 +133,8 @@ impl LevelBuilder<'_> {
             let is_held = self.is_held[seeds[coarse] as usize];
             for member in members {
                 let particle = member.index as usize;
-                // A held particle takes part in held coarse particles alone, which do not move.
+                // Held coarse particles do not move. A held particle belongs to no others, so that
+                // it does not move either.
                 if is_held || !self.is_held[particle] {
                     let share = Weighted {
                         index: coarse as u32,

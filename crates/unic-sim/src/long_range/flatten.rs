@@ -162,7 +162,7 @@ impl<'a> Flattener<'a> {
             }
             chart.visited_in[next.face as usize] = chart.current;
             let places = next.places.map(|bits| Vec2::from(bits.map(f32::from_bits)));
-            // The first position of a corner stays: it came along the shortest path.
+            // The first position of a corner stays: faces come in the order of distance.
             if chart.position(next.corners[2]).is_none() {
                 chart.place(next.corners[2], places[2]);
             }

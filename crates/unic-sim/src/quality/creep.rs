@@ -55,7 +55,7 @@ impl CreepReference {
             }
             simulation.step_frame(&pose, Vec3::ZERO)?;
         }
-        // Relative to the root joint, so that clips on uneven or different ground are comparable.
+        // Relative to the root joint, so that the place of the character does not matter.
         let height_m = height_m(&hem, &simulation, skeleton, &pose);
         Ok(Some(Self { hem, height_m }))
     }

@@ -35,8 +35,8 @@ impl Default for SimulationSettings {
     fn default() -> Self {
         Self {
             fps: 30.0,
-            // Small steps converge better than many sweeps per step (Macklin et al. 2019). Detection
-            // costs more than a step and is needed less often.
+            // Small steps converge better than many sweeps per step (Macklin et al. 2019). Contacts
+            // change more slowly, so that they are detected once per interval.
             intervals_per_frame: 4,
             substeps_per_interval: 5,
             gravity: Vec3::NEG_Y * 9.81,

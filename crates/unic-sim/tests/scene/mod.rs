@@ -2,7 +2,7 @@
 //! gravity and contact alone.
 
 #![allow(dead_code, unreachable_pub, reason = "each test takes what it needs")]
-#![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use glam::{Affine3A, Quat, Vec3};
 use unic_core::{mesh::TriMesh, subdivide::subdivided};

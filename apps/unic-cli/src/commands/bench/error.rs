@@ -26,6 +26,8 @@ impl AddedError {
         for t in 1..scene.poses.len() {
             interrupt::check()?;
             let input = scene.input(t);
+            // The exact state replaces the inexact one, so that errors of earlier frames do not
+            // count.
             forced.restore(exact.state().clone())?;
             let truth = exact.step(&input)?.positions;
             one_step.add(forced.step(&input)?.positions, truth);
@@ -51,6 +53,7 @@ impl MeanSquare {
         let squares = found
             .iter()
             .zip(truth)
+            // Differences of micrometres at metres from the origin need f64.
             .map(|(a, b)| a.as_dvec3().distance_squared(b.as_dvec3()));
         self.sum += squares.sum::<f64>();
         self.count += truth.len();

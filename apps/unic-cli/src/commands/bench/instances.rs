@@ -35,6 +35,7 @@ impl Instances {
         // The model is shared and already allocated: the difference is the memory of the instances.
         let before = HEAP.allocated();
         let mut crowd = vec![start(animator, scene, 0)?];
+        // The first instance shows the size of all before the others are made.
         check_memory(HEAP.allocated().saturating_sub(before), count)?;
         for instance in 1..count {
             crowd.push(start(animator, scene, instance * AHEAD)?);
@@ -52,6 +53,7 @@ impl Instances {
         // The first round fills caches and buffers.
         round(1)?;
         let (started, mut rounds) = (Instant::now(), Vec::new());
+        // At least one round, even of many instances on a slow machine.
         while rounds.is_empty() || started.elapsed() < LONGEST {
             rounds.push(round(2 + rounds.len())?);
         }
@@ -80,6 +82,7 @@ fn check_memory(bytes: usize, count: usize) -> Result<()> {
 fn start(animator: &Animator, scene: &Scene, frame: usize) -> Result<Animator> {
     interrupt::check()?;
     let mut instance = animator.clone();
+    // Instances run in parallel with each other, which is faster than threads within each.
     instance.set_threads(Arc::new(Serial));
     instance.reset(&scene.input(frame), Start::MeanShape)?;
     Ok(instance)

@@ -84,6 +84,7 @@ impl BenchmarkCase {
             sampling_percent: model.sampling().map_or(100.0, |s| 100.0 * f64::from(s.share())),
             frame_ms: timing.frame,
             frame_tenth_ms: timing.frame_tenth,
+            // Frames per second of the median frame, not of the mean.
             fps: 1e3 / timing.frame,
             forward_only_ms: timing.forward,
             added_rmse_mm: error.map(|e| e.one_step),

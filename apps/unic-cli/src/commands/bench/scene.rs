@@ -42,6 +42,8 @@ impl Scene {
             StateConfig::Displacement(_) => Network::Standard,
         };
         Ok(Self {
+            // The reference for errors has all vertices, whatever sampling the model was written
+            // with.
             model: Arc::new(model.with_sampling(1.0)?),
             network: network.name().to_owned(),
             ground_height: clip.ground_height,

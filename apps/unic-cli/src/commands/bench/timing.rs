@@ -45,6 +45,7 @@ impl Timing {
             if t > WARM_UP {
                 frames.push(times);
             }
+            // A slow case still needs enough frames for a median.
             if started.elapsed() > LONGEST && frames.len() >= FEWEST {
                 break;
             }
@@ -81,6 +82,7 @@ fn frame(animator: &mut Animator, scene: &Scene, t: usize) -> Result<[f64; Stage
 /// Returns the value below which a share of the values lies.
 pub(super) fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
     let mut values: Vec<f64> = values.collect();
+    // Times are not averaged: single frames are slowed down by other programs.
     values.sort_by(f64::total_cmp);
     let at = (values.len() as f64 * share) as usize;
     values.get(at).copied().unwrap_or(f64::NAN)

@@ -40,6 +40,8 @@ impl ColliderLifts {
             return;
         }
         self.0.resize(faces.len(), None);
+        // Half spaces need no lifts: a face whose corners are above a plane is above it. Mesh
+        // colliders push vertices only.
         for_each_chunk(&mut self.0, CHUNK, |first, lifts| {
             for (face, lift) in (first..).zip(lifts) {
                 let corners = faces[face].map(&at);

@@ -65,6 +65,7 @@ impl Corrections {
         }
     }
 
+    // Packets that are inactive in both are not touched: their zeros are already there.
     pub(super) fn copy_from(&mut self, other: &Self) {
         for (packet, (values, is_active)) in self.packets_mut() {
             if other.is_active[packet] {

@@ -130,6 +130,7 @@ impl FaceLifting {
             contacts: vertices.contacts,
             min_height_m,
         };
+        // Lifts move cloth outwards, so only vertices that poked through may still do so.
         match round {
             0 => self.poke_throughs.find(&context),
             _ => self.poke_throughs.find_again(&context),
@@ -142,6 +143,7 @@ impl FaceLifting {
     /// is one.
     fn collect_lifts(&mut self, neighbours: &Neighbours) -> bool {
         self.lifts.clear();
+        // One thread, in the order of the searches: of equally long lifts the first one stays.
         let mut is_any = false;
         let lifts = self.poke_throughs.iter().chain(self.collider_lifts.iter());
         for lift in lifts.chain(self.stretched_faces.iter()) {

@@ -52,6 +52,8 @@ impl LayerOrder {
         positions: &[Vec3],
         margin_m: f32,
     ) -> impl Iterator<Item = (usize, &Vec3)> {
+        // The surface has the vertices of the garment and the faces of the layers beneath, so that
+        // all positions can be passed as they are.
         self.layers_beneath[layer].surface.refit(positions);
         let (layer_of_vertex, beneath) = (&self.layer_of_vertex, &self.layers_beneath[layer]);
         for_each_chunk(&mut self.pushes, CHUNK, |first, pushes| {

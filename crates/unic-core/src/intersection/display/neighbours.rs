@@ -43,6 +43,7 @@ impl Neighbours {
             .flat_map(|[a, b]| [[a, b], [b, a]])
             .collect();
         let packet = |slot: u32| slot / LANES as u32;
+        // A packet also depends on the packets of its welded slots, which hold its displacements.
         let count = packets.len().div_ceil(LANES);
         let own = (0..packets.len() as u32).zip(&welded_slots);
         let own = own.map(|(slot, &welded)| [slot, welded]);
@@ -70,6 +71,7 @@ impl Neighbours {
     pub(super) fn mean(&self, slot: usize, values: &[Vec3]) -> Vec3 {
         let around = self.around.row(slot);
         let sum: Vec3 = around.iter().map(|&i| values[i as usize]).sum();
+        // Neighbours are sorted, so the sum has the same order on every run.
         sum / around.len().max(1) as f32
     }
 }

@@ -146,6 +146,7 @@ impl LiftContext<'_> {
         let normal = self.body.surface().vertex_normal(vertex as u32);
         let triangle = self.cloth.triangle(face, |slot| self.corrected[slot as usize]);
         let hit: TrianglePoint = triangle.closest(self.vertices[vertex]);
+        // Measured along the body's normal: the cloth's own winding may be either way.
         let height = hit.offset.dot(normal);
         let is_beside = height.abs() < MIN_COSINE * hit.squared_distance.sqrt();
         if height >= self.min_height_m || is_beside || self.is_folded(vertex, face) {

@@ -86,6 +86,7 @@ impl Group<'_> {
         let packets = centres.iter_mut().zip(at.chunks(LANES)).enumerate();
         for (_, (centre, at)) in packets.filter(|&(packet, _)| is_active(packet)) {
             let finite = || at.iter().filter(|p| p.is_finite());
+            // Without finite positions 0 / 0 leaves the centre NaN.
             *centre = finite().sum::<Vec3>() / finite().count() as f32;
         }
         let faces = match centres.iter().any(|centre| centre.is_finite()) {
@@ -275,6 +276,7 @@ impl Group<'_> {
                 let around = around.map(|(intruder, beneath)| Surroundings { intruder, beneath });
                 let step = around
                     .and_then(|around| self.rule.sinking_step(self.body, self.vertex, at[lane], around));
+                // NaN takes a lane that has arrived out of the next searches.
                 sinking[lane] += step.unwrap_or(Vec3::NAN);
                 if step.is_some() {
                     at[lane] = sinking[lane];

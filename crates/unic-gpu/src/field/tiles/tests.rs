@@ -1,5 +1,5 @@
-//! Contract of the tiles for matrix units: they are as large as the device's limits allow, and a field that
-//! is too wide is refused with the largest width.
+//! Contract of the tiles for matrix units: they are as large as the device's limits allow, and a
+//! field that is too wide is refused with the largest width.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 

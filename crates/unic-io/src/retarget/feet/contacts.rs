@@ -47,6 +47,7 @@ impl Contacts {
         let tracks = tracks(clip, skeleton, &self.feet);
         let (mut measure, mut steps, mut frames) = (FootMeasure::default(), 0, 0);
         for ((track, foot), phases) in tracks.iter().zip(&self.feet).zip(&self.phases) {
+            // Signed height of the ball above its height when it stands.
             let above = |p: &Vec3| p.y - clip.ground_height - foot.ball_height;
             let depth = track.balls.iter().map(|p| -above(p)).fold(0.0, f32::max);
             measure.deepest = measure.deepest.max(depth);
@@ -72,9 +73,11 @@ impl Contacts {
         let targets: Vec<FootTrack> = (tracks.iter().zip(&self.feet).zip(&self.phases))
             .map(|((track, foot), phases)| held_track(track, foot, phases, clip.fps))
             .collect();
+        // The pelvis first: inverse kinematics can only bend a leg that reaches its target.
         lower_pelvis(clip, skeleton, &self.feet, &targets);
         let mut world: Vec<Rigid> = Vec::new();
         for (frame, pose) in clip.poses.iter_mut().enumerate() {
+            // One forward kinematics for both feet: the legs do not influence each other.
             skeleton.forward_kinematics(pose, &mut world);
             for (foot, target) in self.feet.iter().zip(&targets) {
                 let target = FootTarget {
@@ -84,6 +87,7 @@ impl Contacts {
                 foot.leg.reach(skeleton, pose, &world, target);
             }
         }
+        // The toes last, because they depend on the final height of the ball.
         for foot in &self.feet {
             flatten_toes(clip, skeleton, foot);
         }

@@ -35,6 +35,7 @@ pub(super) fn feet_of(character: &Character) -> Option<Vec<Foot>> {
         parents: skeleton.parents().to_vec(),
     };
     let bones = BodyJoints::identify(&tree, &BoneMap::default()).ok()?;
+    // The lowest vertex of the bind pose, in which feet are flat.
     let sole = character.body.vertices.iter().map(|v| v.y).reduce(f32::min)?;
     let foot = |side: BodySide| {
         let joint = |part: LimbJoint| bones.limb(part, side);
@@ -73,6 +74,7 @@ pub(super) fn tracks(clip: &Clip, skeleton: &Skeleton, feet: &[Foot]) -> Vec<Foo
 
 /// Returns the speed at a frame by central differences, one-sided at the ends, m/s.
 pub(super) fn speed(track: &[Vec3], frame: usize, fps: f32) -> f32 {
+    // Central differences are symmetric: forward ones would start a phase a frame late.
     let (before, after) = (frame.saturating_sub(1), (frame + 1).min(track.len() - 1));
     track[after].distance(track[before]) * fps / (after - before).max(1) as f32
 }

@@ -31,6 +31,7 @@ fn corrections(balls: &[Vec3], height: f32, phases: &[Range<usize>], fps: f32) -
     for phase in phases {
         let standing = &balls[phase.clone()];
         let mut anchor = standing.iter().sum::<Vec3>() / standing.len() as f32;
+        // The mean height carries the errors of the recording; the ground is known.
         anchor.y = height;
         for (correction, ball) in corrections[phase.clone()].iter_mut().zip(standing) {
             *correction = anchor - ball;
@@ -41,6 +42,7 @@ fn corrections(balls: &[Vec3], height: f32, phases: &[Range<usize>], fps: f32) -
     for (end, start) in ends.zip(starts) {
         fade(&mut corrections, Some(end), Some(start), fps);
     }
+    // Before the first phase and behind the last one there is one end only.
     fade(&mut corrections, None, phases.first().map(|p| p.start), fps);
     fade(&mut corrections, phases.last().map(|p| p.end - 1), None, fps);
     corrections

@@ -28,6 +28,7 @@ pub(crate) fn hold(clip: &mut Clip, character: &Character, notes: &mut Vec<Strin
         notes.push("the character has no joints named as feet: feet are not held".into());
         return;
     };
+    // Level feet first: the height of the ground depends on their soles.
     feet.iter()
         .for_each(|foot| level_foot(clip, &character.skeleton, foot));
     let ground = ground_height(clip, &character.skeleton, &feet);

@@ -35,6 +35,7 @@ pub(super) fn lower_pelvis(clip: &mut Clip, skeleton: &Skeleton, feet: &[Foot], 
 
 /// Returns how far a hip must come down for `ankle` to be within `length`, metres.
 fn out_of_reach(hip: Vec3, ankle: Vec3, length: f32) -> f32 {
+    // Pythagoras: the hip may be this high above an ankle at a horizontal distance `across`.
     let across = (hip - ankle).reject_from(Vec3::Y).length();
     let rise = (length * length - across * across).max(0.0).sqrt();
     (hip.y - ankle.y - rise).max(0.0)
@@ -59,6 +60,7 @@ fn smoothed_above(values: &[f32], radius: usize) -> Vec<f32> {
             })
             .collect()
     };
+    // Two averages of one radius reach two radii, which is why the maximum is taken over two.
     averaged(&averaged(&highest))
 }
 

@@ -35,9 +35,11 @@ pub(super) fn ground_height(clip: &Clip, skeleton: &Skeleton, feet: &[Foot]) -> 
             let height = track.balls[frame].y - foot.ball_height;
             (height, speed(&track.balls, frame, clip.fps))
         });
+        // The lower foot carries the body.
         soles.min_by(|a, b| a.0.total_cmp(&b.0))
     };
     let mut all: Vec<(f32, f32)> = (0..clip.len()).filter_map(lowest).collect();
+    // A clip without a slow frame, such as a slide, uses all of its frames.
     if all.iter().any(|(_, speed)| *speed < STANDING_SPEED) {
         all.retain(|(_, speed)| *speed < STANDING_SPEED);
     }
@@ -56,6 +58,7 @@ pub(super) fn phases(balls: &[Vec3], height: f32, fps: f32) -> Vec<Range<usize>>
             _ => found.push(t..t + 1),
         }
     }
+    // At low frame rates the shortest phase would be a single frame, which has no duration.
     let long = |phase: &Range<usize>| phase.len() as f32 >= MIN_PHASE_SECONDS * fps && phase.len() > 1;
     let parts = found
         .into_iter()

@@ -10,7 +10,7 @@ use unic_core::{
     config::{ModelConfig, StateConfig},
 };
 use unic_io::{Capture, Split};
-use unic_report::Facts;
+use unic_report::{Fact, Facts};
 
 /// Group of facts. Those without a value are left out.
 fn facts(title: &str, rows: impl IntoIterator<Item = (&'static str, Option<String>)>) -> Facts {
@@ -18,7 +18,12 @@ fn facts(title: &str, rows: impl IntoIterator<Item = (&'static str, Option<Strin
     Facts {
         title: title.to_owned(),
         rows: rows
-            .filter_map(|(name, value)| Some((name.to_owned(), value?)))
+            .filter_map(|(name, value)| {
+                Some(Fact {
+                    name: name.to_owned(),
+                    value: value?,
+                })
+            })
             .collect(),
     }
 }

@@ -8,7 +8,7 @@ use crate::{
 };
 use anyhow::Result;
 use unic_io::Capture;
-use unic_report::{ColourBar, HeatMap, HeatStrip};
+use unic_report::{CaptionedPicture, ColourBar, HeatMap, HeatStrip};
 use unic_viewer::{Colouring, heat_colour, heat_colours};
 
 /// Width and height of one picture in pixels.
@@ -103,7 +103,8 @@ fn strip(
             false => String::new(),
         };
         let caption = format!("{:.2} s: {}{mark}", comparison.seconds, millimetres(errors[i]));
-        pictures.push((jpeg(&renderer.draw(snapshot, paint)?, QUALITY)?, caption));
+        let picture = jpeg(&renderer.draw(snapshot, paint)?, QUALITY)?;
+        pictures.push(CaptionedPicture { picture, caption });
     }
     Ok(HeatStrip {
         title: name.to_owned(),

@@ -2,7 +2,7 @@
 
 use super::{
     DrawingProgress, OnDrawing,
-    recording::{ClipRecording, MovieFrame},
+    recording::{ClipRecording, ComparedFrame},
     scores,
     text::millimetres,
 };
@@ -13,7 +13,7 @@ use crate::{
 };
 use anyhow::Result;
 use unic_io::Capture;
-use unic_report::{Frame, Movie, Picture, PictureFormat, View};
+use unic_report::{Movie, MovieFrame, MovieView, Picture, PictureFormat};
 use unic_viewer::{Image, encode_gif};
 
 /// Width and height of one of the four views of a frame, in pixels.
@@ -39,7 +39,7 @@ pub(super) struct ClipMovie<'a> {
     capture: &'a Capture,
     /// Name of the baseline between the model and skinning.
     rival: &'static str,
-    frames: Vec<MovieFrame<'a>>,
+    frames: Vec<ComparedFrame<'a>>,
 }
 
 impl<'a> ClipMovie<'a> {
@@ -66,7 +66,7 @@ impl<'a> ClipMovie<'a> {
             on_drawing(self.progress(k))?;
             frames.push(renderer.render(k)?.encode(quality)?);
         }
-        let view = |name: &str, series| View {
+        let view = |name: &str, series| MovieView {
             name: name.into(),
             series,
         };
@@ -179,7 +179,7 @@ impl<'a> FrameRenderer<'a> {
 
     /// Draws frame `k` of the movie: one image with all views.
     fn render(&self, k: usize) -> Result<RenderedFrame> {
-        let MovieFrame { comparison, rival } = &self.movie.frames[k];
+        let ComparedFrame { comparison, rival } = &self.movie.frames[k];
         let skinning = skinned(self.movie.capture, &self.movie.recording.clip, comparison.frame);
         let truth = &comparison.truth.garment;
         let garments = [
@@ -246,9 +246,9 @@ impl RenderedFrame {
     }
 
     /// Encodes the frame for the page.
-    fn encode(&self, quality: u8) -> Result<Frame> {
+    fn encode(&self, quality: u8) -> Result<MovieFrame> {
         let value = |error: &Option<f64>| error.map_or_else(String::new, millimetres);
-        Ok(Frame {
+        Ok(MovieFrame {
             picture: jpeg(&self.image, quality)?,
             time: format!("{:.2} s", self.seconds),
             values: self.errors.iter().map(value).collect(),

@@ -61,7 +61,7 @@ struct RecordedFrame {
 }
 
 /// Frame of a movie.
-pub(super) struct MovieFrame<'a> {
+pub(super) struct ComparedFrame<'a> {
     /// Simulated and predicted garment.
     pub(super) comparison: FrameComparison,
     /// Garment vertices that the baseline predicts, metres.
@@ -150,10 +150,10 @@ impl ClipRecording {
     }
 
     /// Frames of the movie in the order of time.
-    pub(super) fn movie_frames(&self, capture: &Capture) -> Vec<MovieFrame<'_>> {
+    pub(super) fn movie_frames(&self, capture: &Capture) -> Vec<ComparedFrame<'_>> {
         let shown = self.recorded.range(self.window());
         shown
-            .map(|(&frame, recorded)| MovieFrame {
+            .map(|(&frame, recorded)| ComparedFrame {
                 comparison: FrameComparison::new(capture, &self.clip, frame, &recorded.model),
                 rival: recorded.rival.as_deref(),
             })

@@ -4,7 +4,7 @@ use unic_eval::{
     ByMode, Evaluation, MODEL, Metrics, PRIOR, Scores,
     baselines::{RIDGE, RIDGE_HANDLED},
 };
-use unic_report::{Column, Order, Row, Table, Value};
+use unic_report::{Order, Table, TableColumn, TableRow, Value};
 
 /// Names of rows in the order of the tables. Other rows follow in the order of the evaluation.
 const ORDER: [&str; 9] = [
@@ -147,8 +147,8 @@ impl ScoreColumn {
     }
 
     /// Heading of the column for the page.
-    fn heading(&self) -> Column {
-        Column {
+    fn heading(&self) -> TableColumn {
+        TableColumn {
             name: self.name.to_owned(),
             unit: self.unit.to_owned(),
             digits: self.digits,
@@ -192,8 +192,8 @@ pub(super) fn tables(evaluation: &Evaluation) -> Vec<Table> {
     }
 }
 
-fn row(name: &str, by_mode: &ByMode, columns: &[&ScoreColumn]) -> Row {
-    Row {
+fn row(name: &str, by_mode: &ByMode, columns: &[&ScoreColumn]) -> TableRow {
+    TableRow {
         name: display_name(name),
         values: columns.iter().map(|column| column.value(by_mode)).collect(),
     }
