@@ -240,7 +240,7 @@ fn python_opens_it() {
     assert_eq!(metadata["about"]["name"], "tube");
     let vertices = parts.garment.rest.vertices.len();
     assert_eq!(tensors["field.0.weight"][0], "float32");
-    assert_eq!(tensors["field.0.weight"][1], json!([18, 18 + 6]));
+    assert_eq!(tensors["field.0.weight"][1], json!([18, 15 + 6]));
     assert_eq!(tensors["garment.vertices"][1], json!([vertices, 3]));
     assert_eq!(tensors["garment.faces"][0], "uint32");
     assert_eq!(tensors["prior.shapes"][1], json!([vertices, 3, 3]));

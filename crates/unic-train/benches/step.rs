@@ -30,7 +30,7 @@ use unic_train::{Control, Event, FieldData, Fit, Outcome, Preset, TrainConfig, T
 /// Vertices of the four garments of the paper.
 const VERTICES: [usize; 4] = [3_653, 34_907, 59_380, 62_461];
 
-/// A step that takes longer than this, seconds, is told and not measured.
+/// Longest step that is measured repeatedly, in seconds. A longer one is timed once and printed.
 const LONGEST_STEP: f64 = 60.0;
 
 /// Frames of a clip: room for the longest window of the presets.
@@ -136,7 +136,7 @@ fn figure(vertices: usize) -> Figure {
     }
 }
 
-/// From the pelvis to a thigh on each side, further down the more.
+/// Skinning weights that shift from the pelvis to the thigh of a vertex's side with falling height.
 fn weights(mesh: &TriMesh) -> SkinningWeights {
     let row = |v: &Vec3| {
         let thigh = ((1.0 - v.y) / 0.5).clamp(0.0, 0.8);

@@ -43,7 +43,7 @@ struct FieldRow {
     how: &'static str,
     #[serde(flatten)]
     time: Time,
-    /// Of useful work: a latent's share is counted once a group, whether folded or not.
+    /// Rate of useful work. The products of a latent vector count once per group of points.
     gflops: f64,
     percent_of_peak: f64,
 }
@@ -65,7 +65,7 @@ struct StepRow {
 struct Time {
     wall_ms: f64,
     cpu_ms: f64,
-    /// Of one core, just before, GFLOP/s.
+    /// Multiply-add peak of one core, measured just before, in GFLOP/s.
     peak_gflops: f64,
 }
 
@@ -80,7 +80,7 @@ fn main() -> Result<()> {
     let mut reports = Vec::new();
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        // Errors are no Send: they are told as text.
+        // Errors are not Send, so they cross threads as text.
         let report = pool.install(|| measure(threads, capture).map_err(|e| e.to_string()))?;
         if !json {
             print(&report);
@@ -202,7 +202,7 @@ fn through_burn(shape: FieldShape, fused: bool) -> Result<Time> {
     })
 }
 
-/// By the parts that the trainer is made of.
+/// Times the parts of a training step: gather, forward, backward and update.
 fn whole_step(preset: Preset, capture: &Path) -> Result<StepRow> {
     let config = TrainConfig::preset(preset);
     let data = FieldData::prepare(unic_io::Capture::open(capture)?, &config, Fit::HeldOut)?;
@@ -234,7 +234,7 @@ fn whole_step(preset: Preset, capture: &Path) -> Result<StepRow> {
     })
 }
 
-/// What the trainer holds, so that its parts can be timed apart.
+/// Parts of a trainer, held separately so that each can be timed.
 struct Run<'a> {
     config: &'a TrainConfig,
     data: &'a FieldData,
@@ -366,7 +366,7 @@ fn timed<T>(run: impl FnOnce() -> Result<T>) -> Result<(Time, T)> {
     ))
 }
 
-/// CPU time of all threads of the process, where the system tells it; else wall time stands in.
+/// CPU time of all threads of the process; wall time on systems that do not report it.
 #[cfg(unix)]
 fn cpu_ms() -> Option<f64> {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);

@@ -20,36 +20,36 @@ use unic_core::{
     features::{PointFrame, PointHistory, StepConditions, write_frame_inputs},
 };
 
-/// Where a window lies.
+/// Training window: its clip, its first frame, its view and its vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Window {
     /// Index of the training clip.
     pub clip: usize,
     /// Frame that the rollout starts from; the first predicted one is the next.
     pub start: usize,
-    /// As captured, or mirrored.
+    /// View of the window: direct or mirrored.
     pub view: View,
     /// Vertices, each once.
     pub points: Vec<u32>,
 }
 
-/// How much of the training clips is drawn.
+/// Size of a random sample of the training clips.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Sample {
-    /// Windows, any of which may be drawn again.
+    /// Number of windows, drawn with replacement.
     pub(crate) windows: usize,
-    /// Vertices of each, at most.
+    /// Largest number of vertices of a window.
     pub(crate) points: usize,
-    /// Frames of a window after its start.
+    /// Number of frames of a window after its start.
     pub(crate) frames: usize,
 }
 
-/// How drawn windows are seen.
+/// Views that windows are drawn in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Views {
-    /// As captured.
+    /// The captured view alone.
     Direct,
-    /// Half of them mirrored.
+    /// Captured and mirrored view, each with probability one half.
     Both,
 }
 
@@ -72,11 +72,11 @@ pub struct Batch {
     pub start: Vec<f32>,
     /// State a frame earlier: `[W · n, 3]`.
     pub before_start: Vec<f32>,
-    /// What the garment's mask leaves of the field's output: `[W · n]`; empty without a mask.
+    /// Factors of the garment's mask on the field's output: `[W · n]`. Empty without a mask.
     pub shares: Vec<f32>,
 }
 
-/// What one window contributes.
+/// Inputs and states of one window.
 struct Gathered {
     frame_inputs: Vec<Vec<f32>>,
     /// States at start − 1, start, start + 1, ..., start + K.
@@ -110,8 +110,8 @@ impl Batch {
         Self::of_windows(data, windows, sample.frames)
     }
 
-    /// Given windows as they are, without noise; all have as many points, and `frames` more frames
-    /// after their start.
+    /// Gathers the given windows without noise. All must have the same number of points, and at
+    /// least `frames` frames after their start.
     pub fn of_windows(data: &FieldData, windows: Vec<Window>, frames: usize) -> Self {
         let gathered: Vec<Gathered> = windows
             .par_iter()
@@ -136,6 +136,7 @@ impl Batch {
             frames,
             motion: motion_pairs(data, &windows, frames),
             frame_inputs: (0..frames).map(inputs).collect(),
+            // Index 0 of the gathered states is the frame before the start, index 1 the start.
             targets: (0..frames).map(|k| states(k + 2)).collect(),
             start: states(1),
             before_start: states(0),
@@ -144,7 +145,7 @@ impl Batch {
         }
     }
 
-    /// Rows that the encoder reads.
+    /// Returns the number of rows that the encoder reads, by frame and window.
     pub fn encoder_rows(&self) -> WindowRows {
         WindowRows {
             frames: self.frames,
@@ -167,6 +168,7 @@ impl Batch {
 
     fn add_state_noise(&mut self, data: &FieldData, rng: &mut ChaCha8Rng, deviation_m: f32) {
         let garment = &data.capture.garment;
+        // At least one point: `chunks_exact_mut` panics on a length of zero.
         let row = 3 * self.points.max(1);
         let rows = self
             .start
@@ -176,6 +178,8 @@ impl Batch {
             let noise = SmoothNoise::draw(rng, deviation_m);
             let states = start.chunks_exact_mut(3).zip(before.chunks_exact_mut(3));
             for (&vertex, (start, before)) in window.points.iter().zip(states) {
+                // Masked vertices follow the skinning, so their noise shrinks with the model's
+                // share.
                 let share = garment.share(vertex as usize);
                 let (now, earlier) = noise.at(garment.rest.vertices[vertex as usize]);
                 (0..3).for_each(|i| start[i] += now[i] * share);
@@ -190,6 +194,7 @@ fn draw_windows(data: &FieldData, rng: &mut ChaCha8Rng, sample: Sample, views: V
     let starts: Vec<usize> = data
         .clips
         .iter()
+        // A window covers `frames` + 1 frames. Clips that are too short have no start.
         .map(|c| c.len().saturating_sub(sample.frames))
         .collect();
     let total: usize = starts.iter().sum();
@@ -198,6 +203,8 @@ fn draw_windows(data: &FieldData, rng: &mut ChaCha8Rng, sample: Sample, views: V
     (0..sample.windows)
         .map(|_| {
             let (clip, start) = locate(&starts, rng.random_range(0..total.max(1)));
+            // Drawn for every window, also without mirroring, so that both cases draw the same
+            // starts and vertices.
             let view = match rng.random::<bool>() && views == Views::Both {
                 true => View::Mirrored,
                 false => View::Direct,
@@ -219,11 +226,13 @@ fn locate(starts: &[usize], mut index: usize) -> (usize, usize) {
         }
         index -= count;
     }
+    // Not reached: `index` is below the sum of `starts` where a clip fits the window.
     (0, 0)
 }
 
 fn draw_points(rng: &mut ChaCha8Rng, vertices: usize, points: usize) -> Vec<u32> {
     if points == vertices {
+        // A permutation of all vertices would only change the order of summation.
         return (0..vertices as u32).collect();
     }
     let chosen = rand::seq::index::sample(rng, vertices, points);
@@ -291,6 +300,8 @@ fn gather_displacements(
     for (row, &vertex) in window.points.iter().enumerate() {
         let mut track = Track::new(data, window, vertex as usize);
         track.write_state(row, &mut gathered.states[0]);
+        // A window at frame 0 has no earlier frame: both states are the same, and it starts at
+        // rest.
         if window.start > 0 {
             track.advance();
         }
@@ -305,7 +316,7 @@ fn gather_displacements(
     gathered
 }
 
-/// One vertex followed through a window.
+/// State of one vertex while it is followed through a window.
 struct Track<'a> {
     data: &'a FieldData,
     window: &'a Window,
@@ -315,7 +326,7 @@ struct Track<'a> {
 }
 
 impl<'a> Track<'a> {
-    /// At the frame before the window's start, or at the start where there is none.
+    /// Begins at the frame before the window's start, or at the start of a window at frame 0.
     fn new(data: &'a FieldData, window: &'a Window, vertex: usize) -> Self {
         let frame = window.start.saturating_sub(1);
         let mut track = Self {
@@ -347,7 +358,7 @@ impl<'a> Track<'a> {
         self.history.advance(self.point_frame());
     }
 
-    /// d = u − p, mirrored with the window.
+    /// Writes the state d = u − p, displacement minus prior, mirrored with the window.
     fn write_state(&self, row: usize, out: &mut [f32]) {
         let world = self.data.clips[self.window.clip]
             .captured
@@ -359,10 +370,12 @@ impl<'a> Track<'a> {
         out[3 * row..3 * row + 3].copy_from_slice(&self.window.view.of(d).to_array());
     }
 
-    /// The mirrored vertex has M·rest, and M times every vector of its own frame.
+    /// Writes the inputs of the field. A mirrored vertex has the rest position M·rest, and M times
+    /// every vector, with M the reflection of x.
     fn write_inputs(&self, config: &DisplacementConfig, out: &mut [f32]) {
         let rest = self.data.capture.garment.rest.vertices[self.vertex];
-        // Of the mirrored position, in the view that all vectors are turned to below.
+        // The mirrored position is normalised, then mirrored back: the reflection of all vectors
+        // below includes it.
         let view = self.window.view;
         let rest = view.of(self.data.rest_box.normalised(view.of(rest)));
         let clip = &self.data.clips[self.window.clip].captured.clip;

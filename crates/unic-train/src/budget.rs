@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_budget_shortens_the_prior_by_the_time_of_its_folds() {
+    fn short_budget_shortens_the_prior_with_all_its_folds() {
         let steps = |clips: usize, seconds: u64, threads: usize| {
             let frames = 1_000_000;
             let (steps, in_a_step) = shortened(&MotionSize { clips, frames }, seconds, threads);
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shortened_prior_depends_on_the_amount_of_motion() {
+    fn shortened_prior_depends_on_the_amount_of_motion() {
         let (steps, in_a_step) = (3000, 32 * 96);
         let much = MotionSize {
             clips: 20,

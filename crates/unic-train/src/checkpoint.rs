@@ -63,6 +63,7 @@ impl<R: Serialize> Checkpoint<R> {
     /// # Errors
     /// The folder cannot be written to; older checkpoints stay.
     pub fn write(&self, folder: &Path) -> Result<PathBuf, TrainError> {
+        // Zero-padded, so that names sort by step.
         let path = folder.join(format!("step-{:08}.safetensors", self.position.step));
         let bytes = self.to_bytes().map_err(|found| TrainError::Checkpoint {
             path: path.clone(),
@@ -83,6 +84,7 @@ impl<R: Serialize> Checkpoint<R> {
             tensors
                 .iter()
                 .enumerate()
+                // Three digits: sorted by name, tensors keep their order.
                 .map(move |(i, tensor)| (format!("{group}.{i:03}"), tensor))
         });
         let views: Result<Vec<_>, _> = named
@@ -147,6 +149,7 @@ impl<R: DeserializeOwned> Checkpoint<R> {
             let values = view
                 .data()
                 .chunks_exact(4)
+                // The bytes of a tensor in the file need not be aligned for f32.
                 .map(bytemuck::pod_read_unaligned)
                 .collect();
             match groups.last_mut().filter(|(last, _)| last == group) {
@@ -198,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_readable_checkpoint_comes_back_and_old_ones_go() {
+    fn newest_readable_checkpoint_is_read_and_old_ones_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         assert!(Checkpoint::<String>::newest(folder.path()).unwrap().is_none());
         for step in [5, 10, 15] {
@@ -213,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn damaged_checkpoints_alone_are_an_error_that_names_the_file() {
+    fn error_names_the_file_if_all_checkpoints_are_damaged() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(
             folder.path().join("step-00000001.safetensors"),

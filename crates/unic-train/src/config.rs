@@ -34,7 +34,7 @@ pub struct TrainConfig {
     pub model: ModelSettings,
     /// AdamW and its schedule.
     pub optimiser: OptimiserConfig,
-    /// What one step sees.
+    /// Size of a training step's batch.
     pub batch: BatchConfig,
     /// Noise and augmentation.
     pub regularisation: RegularisationConfig,
@@ -42,11 +42,11 @@ pub struct TrainConfig {
     pub loss: LossConfig,
     /// Intersection handling of the finished model.
     pub intersection: IntersectionConfig,
-    /// What is held out of training, and for how long.
+    /// Validation during the run, and the fit after it.
     pub validation: ValidationConfig,
 }
 
-/// The model, without what only the capture can tell.
+/// Settings of the model. Scales and sizes that depend on the capture are measured on it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelSettings {
@@ -64,7 +64,8 @@ pub struct ModelSettings {
     pub state: StateSettings,
 }
 
-/// As `unic_core::config::StateConfig`, its scales measured on the capture.
+/// State of a vertex, as in [`unic_core::config::StateConfig`] but without the scales, which are
+/// measured on the capture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum StateSettings {
@@ -75,9 +76,9 @@ pub enum StateSettings {
     Displacement {
         /// Time constant of forgetting, seconds.
         memory_s: f32,
-        /// Shapes of the prior; 0 leaves the mean alone.
+        /// Number of principal components of the prior. With 0 the prior is the mean displacement.
         prior_shapes: usize,
-        /// What the prior remembers of the motion; absent: nothing.
+        /// Recurrent part of the prior. Without it the prior depends on the current motion alone.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         recurrence: Option<RecurrenceSettings>,
         /// Inputs of the field.
@@ -93,22 +94,25 @@ pub struct RecurrenceSettings {
     pub oscillators: usize,
     /// Width of the embedding and of the hidden layer.
     pub width: usize,
-    /// AdamW steps, at most, of the one that the model gets; those with motions left out have fewer
-    /// in proportion.
+    /// Largest number of AdamW steps of the model's recurrence. The recurrences of cross-validation
+    /// train on less motion and take proportionally fewer steps.
     pub steps: u64,
-    /// Times, at most, that a frame of motion is seen in them: few clips are soon known by heart.
+    /// Largest number of passes over the frames of motion. It limits the steps for captures with
+    /// few clips, which are soon memorised.
     pub epochs: u64,
-    /// Before warm-up over a sixth of the steps, and a half period of the cosine.
+    /// Peak learning rate: the end of a warm-up over a sixth of the steps and the start of a half
+    /// period of the cosine.
     pub learning_rate: f64,
     /// Windows in a step.
     pub windows: usize,
     /// Frames of a window.
     pub frames: usize,
-    /// Share of the inputs and of the hidden numbers that are zero in a window, 0 to below 1.
+    /// Dropout rate of inputs and hidden activations, at least 0 and below 1. A window has one
+    /// mask.
     pub dropout: f32,
-    /// Part of the true energy of swings, faster than half a hertz, towards which those on motions
-    /// left out are enlarged, by 1.5 at most; up to 1. Least squares leave out of it what the
-    /// motion does not tell, and cloth looks stiff; 0 leaves it so.
+    /// Wanted share, 0 to 1, of the true energy of swings above half a hertz on motions left out.
+    /// Least squares predict too little of it, and the cloth appears stiff. Training targets are
+    /// scaled up to this share, by a factor of at most 1.5 in the blend; 0 leaves them as they are.
     pub swing: f32,
 }
 
@@ -130,8 +134,8 @@ impl RecurrenceSettings {
             final_learning_rate: 0.0,
             half_periods: 1.0,
             warmup_steps: steps / 6,
-            // From 0.1 to 1 a little better than 0.01 on every capture; small weights go on where
-            // motion does.
+            // Values from 0.1 to 1 do slightly better than 0.01 on every capture: small weights
+            // extrapolate better to unseen motion.
             weight_decay: 0.3,
             clip_norm: 1.0,
             products: Products::F32,
@@ -162,7 +166,7 @@ pub struct OptimiserConfig {
     pub weight_decay: f32,
     /// Largest global norm of the gradient; 0 leaves gradients as they are.
     pub clip_norm: f64,
-    /// What the field's products are computed in, forward and backward.
+    /// Number format of the field's matrix products, forward and backward.
     #[serde(default)]
     pub products: Products,
 }
@@ -183,7 +187,7 @@ pub struct BatchConfig {
     pub unroll_grown: f64,
 }
 
-/// Against overfitting and drift.
+/// Regularisation against overfitting and drift.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RegularisationConfig {
@@ -196,15 +200,15 @@ pub struct RegularisationConfig {
     /// Standard deviation of the noise on the state that a window starts from, metres; smooth over
     /// the garment.
     pub state_noise_m: f32,
-    /// Half of the windows are mirrored left to right, and the prior sees all motion in the mirror
-    /// too where the garment is symmetric.
+    /// Mirroring of half of the windows left to right. Where the garment is symmetric the prior is
+    /// fitted to all mirrored motion too.
     pub mirror: bool,
     /// Decay of the running mean of the parameters that the finished model takes; 0 takes the last
     /// ones.
     pub average: f64,
 }
 
-/// Mean squares in m², times these.
+/// Weights of the loss terms, which are mean squares in m².
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LossConfig {
@@ -216,7 +220,7 @@ pub struct LossConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct IntersectionConfig {
-    /// How vertices leave the body; the paper's where a file does not say.
+    /// Rule that moves vertices out of the body. The default is the paper's.
     #[serde(default)]
     pub rule: IntersectionRule,
     /// r of the paper's rule, metres.
@@ -224,15 +228,15 @@ pub struct IntersectionConfig {
     /// Height over the skin that the robust rule keeps, metres.
     #[serde(default = "default_margin")]
     pub margin_m: f32,
-    /// In the finished model.
+    /// Intersection handling of the finished model: on or off by default.
     pub at_inference: bool,
 }
 
-/// How vertices leave the body.
+/// Rule that moves vertices out of the body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum IntersectionRule {
-    /// To the nearest body vertex and r out.
+    /// The paper's rule: to the nearest body vertex, and r along its normal.
     #[default]
     Paper,
     /// The shortest way out of the parts that carry them, see `unic_core::intersection`.
@@ -266,11 +270,11 @@ impl IntersectionConfig {
 pub struct ValidationConfig {
     /// Steps from one validation to the next.
     pub every: u64,
-    /// What follows once the held-out clips have told the error.
+    /// Second fit after the one whose error was measured on held-out clips.
     pub refit: Refit,
 }
 
-/// Does a run train once more, with nothing held out?
+/// Choice of a second fit with nothing held out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Refit {
@@ -289,6 +293,7 @@ impl TrainConfig {
     /// Frames that windows are rolled out over at a step.
     pub fn unroll(&self, step: u64) -> usize {
         let b = &self.batch;
+        // At least one step: a share of 0 would divide zero by zero at step 0.
         let grown = (self.optimiser.steps as f64 * b.unroll_grown).max(1.0);
         let share = (step as f64 / grown).min(1.0);
         let length = b.unroll_first as f64 + (b.unroll_last as f64 - b.unroll_first as f64) * share;
@@ -300,7 +305,7 @@ impl TrainConfig {
         self.optimiser.learning_rate(step)
     }
 
-    /// Does a prior say where the garment hangs, so that little is left to the field?
+    /// Returns whether the model has a prior, so that the field only adds a correction.
     pub fn has_prior(&self) -> bool {
         matches!(
             self.model.state,

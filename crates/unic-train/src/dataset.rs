@@ -88,7 +88,7 @@ impl Dataset {
     }
 }
 
-/// For each clip whether one of `validation` shows its motion, even in another wind.
+/// Returns a flag for each clip: whether one of `validation` shows the same motion, in any wind.
 pub(crate) fn shows_motion_of(clips: &[PreparedClip], validation: &[PreparedClip]) -> Vec<bool> {
     let is_shown = |clip: &PreparedClip| {
         let clip = &clip.captured.clip;
@@ -129,5 +129,6 @@ fn load(
         captured.clip.poses.truncate(kept.max(2));
         Ok(PreparedClip::new(spec, &capture.character.skeleton, captured))
     };
+    // Rayon's `collect` keeps the order of the names, for any number of threads.
     names.par_iter().map(prepare).collect()
 }

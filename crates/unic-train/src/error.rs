@@ -28,7 +28,7 @@ pub enum TrainError {
     /// Settings out of range or unreadable.
     #[error(transparent)]
     Settings(#[from] crate::config::SettingsError),
-    /// A model that means nothing.
+    /// Contradictory or out-of-range model configuration.
     #[error(transparent)]
     Config(#[from] unic_core::config::ConfigError),
     /// Motion vectors that cannot be made.
@@ -73,18 +73,18 @@ pub enum TrainError {
     /// A processor that the program was built without.
     #[error("expected a program built with the cargo feature `{processor}`, found one without")]
     NotBuilt {
-        /// Where the networks were to be trained.
+        /// Requested processor.
         processor: Processor,
     },
-    /// A processor that the machine has not.
+    /// A processor that the machine does not have.
     #[error(
         "expected a device that computes with {processor}, found {}",
         printable_excerpt(found)
     )]
     Processor {
-        /// Where the networks were to be trained.
+        /// Requested processor.
         processor: Processor,
-        /// What there is, in the driver's words.
+        /// Message of the driver, or `none`.
         found: String,
     },
     /// Motion vectors of another layout or velocity than the settings have.
@@ -92,7 +92,7 @@ pub enum TrainError {
     MotionSpec {
         /// Layout and velocity of the settings.
         expected: String,
-        /// Those of the motion vectors.
+        /// Layout and velocity of the motion vectors.
         found: String,
     },
     /// Products that a processor does not have.
@@ -101,10 +101,10 @@ pub enum TrainError {
          take \"f32\""
     )]
     Products {
-        /// Where the networks were to be trained.
+        /// Requested processor.
         processor: Processor,
     },
-    /// A watch asked for it before there was anything to save.
+    /// A callback stopped the training before there was anything to save.
     #[error("stopped before there was anything to save")]
     Stopped,
     /// A checkpoint of another run, or damaged.
@@ -115,7 +115,7 @@ pub enum TrainError {
     Checkpoint {
         /// The file.
         path: PathBuf,
-        /// What is there.
+        /// Description of the file's contents.
         found: String,
     },
 }

@@ -1,8 +1,8 @@
-//! What a run says while it goes on, and what its listeners answer.
+//! Events that a run reports to its listener, and the listener's answers.
 
 use std::path::Path;
 
-/// What a run tells its listeners.
+/// Event of a run, reported to its listener.
 #[derive(Clone, Debug)]
 pub enum Event<'a> {
     /// A step is done.
@@ -65,7 +65,7 @@ pub enum Control {
     Stop,
 }
 
-/// How a call of [`crate::Trainer::run`] ended.
+/// Result of a call of [`crate::Trainer::run`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// All steps are done.
@@ -75,7 +75,7 @@ pub enum Outcome {
 }
 
 impl Control {
-    /// Stop if either of two answers says so.
+    /// Combines two answers: stop if either is [`Control::Stop`].
     pub(crate) fn and(self, other: Self) -> Self {
         if self == Self::Stop { self } else { other }
     }

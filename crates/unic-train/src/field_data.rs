@@ -1,4 +1,4 @@
-//! What the deformation field is trained on: clips, and the prior that the field adds to.
+//! Data that the deformation field is trained on: clips, and the prior that the field adds to.
 
 mod held_out;
 
@@ -111,12 +111,14 @@ impl FieldData {
         Ok(data)
     }
 
-    /// Takes out the clips that show a validated motion, and replaces the prior by one that has not seen the
-    /// motion. Where all clips show the same motion in several winds, only the validation clips go.
+    /// Takes out the clips that show a validated motion, and replaces the prior by one that has not
+    /// seen the motion. Where all clips show the same motion in several winds, only the validation
+    /// clips go.
     ///
-    /// The prior of the first fit is one of those without a motion, by which the prior of the second fit was
-    /// judged. So the prior's training, which takes longest, is done once. Both fits share the scale of the
-    /// motion vectors, the principal components, and the coefficients of the clips that both train on.
+    /// The prior of the first fit is one of those without a motion, by which the prior of the
+    /// second fit was judged. So the prior's training, which takes longest, is done once. Both fits
+    /// share the scale of the motion vectors, the principal components, and the coefficients of the
+    /// clips that both train on.
     fn holding_out(mut self, settings: &TrainConfig, prior: Prior) -> Self {
         let is_drawn = |clip: &PreparedClip| self.validation.iter().any(|v| v.name() == clip.name());
         let drawn: Vec<bool> = self.clips.iter().map(is_drawn).collect();
@@ -140,8 +142,8 @@ impl FieldData {
         self
     }
 
-    /// Returns the data of the fit on all clips, equal to those that [`FieldData::new`] makes for it. Returns
-    /// none where no clip is held out that comes back.
+    /// Returns the data of the fit on all clips, equal to those that [`FieldData::new`] makes for
+    /// it. Returns none where no clip is held out that comes back.
     pub fn on_all_clips(mut self) -> Option<Self> {
         let later = self.later.take()?;
         (self.config, self.prior) = (later.config, later.prior);

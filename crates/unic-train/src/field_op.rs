@@ -24,22 +24,22 @@ use unic_kernels::{
 /// The field of one step, for the device of its parameters.
 #[derive(Clone, Debug)]
 pub enum FieldOperation {
-    /// On the CPU.
+    /// Fused operation on the CPU.
     Fused(PackedField),
-    /// Elsewhere: [`composed`].
+    /// Burn's operations on another device, see [`composed`].
     Composed {
         /// Sizes.
         shape: FieldShape,
-        /// Flat, `[K]`.
+        /// Flat parameters, `[K]`.
         parameters: Tensor<1>,
     },
 }
 
 impl FieldOperation {
-    /// From parameters `[K]`, flat by [`FieldShape::layout`].
+    /// Creates the operation from parameters `[K]`, flat by [`FieldShape::layout`].
     ///
     /// # Errors
-    /// As [`PackedField::new`]; products that a device other than the CPU does not have.
+    /// The errors of [`PackedField::new`]; products that a device other than the CPU does not have.
     pub fn new(shape: FieldShape, parameters: Tensor<1>, products: Products) -> Result<Self, KernelError> {
         match (is_on_cpu(&parameters), products) {
             (true, _) => Ok(Self::Fused(PackedField::new(shape, parameters, products)?)),
@@ -48,10 +48,10 @@ impl FieldOperation {
         }
     }
 
-    /// As [`PackedField::forward`], of tensors on the device of the parameters.
+    /// Computes the same as [`PackedField::forward`] from tensors on the device of the parameters.
     ///
     /// # Errors
-    /// As there.
+    /// The errors of [`PackedField::forward`].
     pub fn forward(&self, points: Tensor<2>, latents: Tensor<2>) -> Result<Tensor<2>, KernelError> {
         match self {
             Self::Fused(field) => field.forward(points, latents),
@@ -70,13 +70,13 @@ pub struct PackedField {
 }
 
 impl PackedField {
-    /// From parameters `[K]` on the CPU, flat by [`FieldShape::layout`].
+    /// Packs parameters `[K]` on the CPU, flat by [`FieldShape::layout`].
     ///
     /// # Errors
     /// Sizes out of range, another number of parameters, products that the processor does not have.
     ///
     /// # Panics
-    /// Of a tensor that is not on the CPU; [`composed`] is for other devices.
+    /// Panics for a tensor that is not on the CPU; [`composed`] is for other devices.
     pub fn new(shape: FieldShape, parameters: Tensor<1>, products: Products) -> Result<Self, KernelError> {
         let (values, _) = cpu(parameters.clone().autodiff()).into_parts();
         let mut field = match products {
@@ -98,7 +98,7 @@ impl PackedField {
     /// Sizes that do not fit the shape.
     ///
     /// # Panics
-    /// Of tensors that are not on the CPU.
+    /// Panics for tensors that are not on the CPU.
     pub fn forward(&self, points: Tensor<2>, latents: Tensor<2>) -> Result<Tensor<2>, KernelError> {
         let points_per_group = points.dims()[0] / latents.dims()[0].max(1);
         let (points, points_node) = cpu(points.autodiff()).into_parts();
@@ -114,7 +114,7 @@ impl PackedField {
         let mut outputs = vec![0.0; sizes[0] * sizes[1]];
         let mut saved = match self.products {
             Products::F32 => ACTIVATIONS.take(),
-            // Matrix units compute activations again sooner than memory returns them.
+            // Matrix units compute the activations again faster than memory can load them.
             Products::Bf16 => SavedActivations::new(Retention::Recompute),
         };
         self.field.forward(&batch, &mut outputs, &mut saved)?;
@@ -154,7 +154,7 @@ impl fmt::Debug for PackedField {
     }
 }
 
-/// The same of Burn's own operations, on any device; parameters `[K]` flat.
+/// The field of Burn's own operations, on any device, from flat parameters `[K]`.
 pub fn composed(
     shape: &FieldShape,
     points: Tensor<2>,
@@ -193,7 +193,7 @@ pub fn composed(
 #[derive(Debug)]
 struct FusedField;
 
-/// What the forward pass leaves for the backward pass.
+/// Results of the forward pass that the backward pass needs.
 struct Forward {
     field: Arc<Field>,
     saved: SavedActivations,
@@ -202,6 +202,7 @@ struct Forward {
 
 impl Drop for Forward {
     fn drop(&mut self) {
+        // With recomputation there are no activations, and so no large buffers to reuse.
         if self.saved.retention() == Retention::Activations {
             ACTIVATIONS.put(std::mem::take(&mut self.saved));
         }

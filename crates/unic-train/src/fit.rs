@@ -15,7 +15,7 @@ use unic_io::{Capture, Split};
 pub enum Fit {
     /// Validation clips are held out: the free-running error on them is that of unseen motion.
     HeldOut,
-    /// On every training clip. Nothing is left to measure the error by.
+    /// All training clips are trained on, and no error on unseen motion is measured.
     AllClips,
 }
 
@@ -32,7 +32,7 @@ impl Fit {
         }
     }
 
-    /// As in files: `held_out` or `all_clips`.
+    /// Name of the fit in files: `held_out` or `all_clips`.
     pub fn name(self) -> &'static str {
         match self {
             Self::HeldOut => "held_out",
@@ -51,8 +51,8 @@ pub(crate) struct FitClips {
 }
 
 impl FitClips {
-    /// Held out are the capture's validation clips, else one training clip drawn by the seed. A
-    /// lone training clip is both, which is better than nothing.
+    /// Chooses the clips. The capture's validation clips are held out, else one training clip drawn
+    /// by the seed. A lone training clip serves for both.
     pub(crate) fn new(capture: &Capture, fit: Fit, config: &TrainConfig) -> Result<Self, TrainError> {
         let mut train = capture.clip_names(Split::Train).to_vec();
         let mut validation = capture.clip_names(Split::Validation).to_vec();

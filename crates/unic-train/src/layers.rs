@@ -80,6 +80,7 @@ pub fn picked(logits: Tensor<2>, sizes: CodeSizes, noise: Option<&[f32]>) -> Ten
     let CodeSizes { channels, categories } = sizes;
     let sizes = [logits.dims()[0], channels, categories];
     let logits: Tensor<3> = logits.reshape(sizes); // [rows, C, K]
+    // Argmax has no gradient, so it is computed outside the graph.
     let scores = with_noise(logits.clone().inner(), noise);
     let picked: Tensor<3, Int> = scores.argmax(2); // [rows, C, 1]
     logits.gather(2, picked).squeeze_dim::<2>(2)

@@ -1,7 +1,7 @@
 //! The training loop, one for every network: sample, loss, finite check, update, events,
 //! checkpoints.
 //!
-//! A [`Training`] says what is minimised, how it is measured and what its checkpoints record. A
+//! A [`Training`] defines the loss, the measurements and the record in checkpoints. A
 //! [`Learner`] holds the network, its optimiser's moments and its position, and runs the loop. A
 //! step is a function of the parameters, the moments, the seed and the step's number, so a resumed
 //! run ends where an uninterrupted one does.
@@ -158,6 +158,7 @@ impl<N: Module + Default + Clone> Learner<N> {
                 control = control.and(listen(&event));
                 saved_at = Instant::now();
             }
+            // A stop after the last step changes nothing: the run is finished.
             if control == Control::Stop && !is_last {
                 return Ok(Outcome::Stopped);
             }
@@ -251,6 +252,7 @@ impl<N: Module + Default + Clone> Learner<N> {
     ) -> Result<Control, TrainError> {
         let started = Instant::now();
         let measured = training.measure(self, listen);
+        // Interrupted measurements count too: their time is spent.
         self.position.seconds += started.elapsed().as_secs_f64();
         match measured {
             Err(TrainError::Stopped) => Ok(Control::Stop),
@@ -272,6 +274,7 @@ impl<N: Module + Default + Clone> Learner<N> {
                 .iter()
                 .map(|a| ("average".to_owned(), a.values.clone())),
         );
+        // A file returns its groups sorted by name: a checkpoint equals its copy from disk.
         groups.sort_by(|a, b| a.0.cmp(&b.0));
         let checkpoint = Checkpoint {
             position: self.position,
@@ -287,6 +290,8 @@ impl<N: Module + Default + Clone> Learner<N> {
     /// # Errors
     /// A sentence about a checkpoint of another network, or one that lacks tensors.
     pub(crate) fn restore<R>(&mut self, checkpoint: &Checkpoint<R>) -> Result<(), &'static str> {
+        // All groups are checked before anything is replaced: after an error the learner is
+        // unchanged.
         let lengths: Vec<usize> = values(&self.network).iter().map(Vec::len).collect();
         let group = |name: &str| match checkpoint.group(name) {
             Some(g) if g.iter().map(Vec::len).eq(lengths.iter().copied()) => Ok(g.clone()),

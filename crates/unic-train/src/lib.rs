@@ -9,26 +9,38 @@
 //!
 //! ```
 //! # use glam::{Quat, Vec3};
-//! # use unic_core::{character::{Character, Garment}, clip::Clip, mesh::TriMesh, skeleton::*, skinning::SkinningWeights};
+//! # use unic_core::character::{Character, Garment};
+//! # use unic_core::{clip::Clip, mesh::TriMesh, skeleton::*, skinning::SkinningWeights};
 //! # use unic_io::{CaptureWriter, Manifest, Split, capture::JointReference};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let folder = tempfile::tempdir()?;
 //! # let root = folder.path().join("flag");
 //! # let sheet = TriMesh::new(vec![Vec3::Y, Vec3::X + Vec3::Y, Vec3::Y * 2.0], vec![[0, 1, 2]])?;
 //! # let weights = SkinningWeights::from_dense(&[1.0, 0.0, 0.5, 0.5, 0.0, 1.0], 3, 2)?;
-//! # let skeleton = Skeleton::new(SkeletonParts { parents: vec![-1, 0], joints: vec![Vec3::Y, Vec3::Y * 2.0], ..Default::default() })?;
+//! # let skeleton = Skeleton::new(SkeletonParts {
+//! #     parents: vec![-1, 0],
+//! #     joints: vec![Vec3::Y, Vec3::Y * 2.0],
+//! #     ..Default::default()
+//! # })?;
 //! # let character = Character { body: sheet.clone(), skeleton, weights: weights.clone() };
 //! # let garment = Garment::new(sheet, weights);
 //! # let mut manifest = Manifest::new("flag", 30.0);
 //! # manifest.contact_joints = Some([0; 4].map(JointReference::Index));
-//! # let mut writer = CaptureWriter::create(&root, manifest, &character, &garment, &Default::default())?;
-//! # for (name, split) in [("one", Split::Train), ("two", Split::Train), ("three", Split::Validation)] {
-//! #     let pose = |t: usize| Pose { trans: Vec3::Z * t as f32 * 0.03, local: vec![Quat::from_rotation_y(t as f32 * 0.1); 2] };
+//! # let attributes = Default::default();
+//! # let mut writer = CaptureWriter::create(&root, manifest, &character, &garment, &attributes)?;
+//! # let splits = [("one", Split::Train), ("two", Split::Train), ("three", Split::Validation)];
+//! # for (name, split) in splits {
+//! #     let pose = |t: usize| Pose {
+//! #         trans: Vec3::Z * t as f32 * 0.03,
+//! #         local: vec![Quat::from_rotation_y(t as f32 * 0.1); 2],
+//! #     };
 //! #     let poses: Vec<Pose> = (0..16).map(pose).collect();
-//! #     let clip = Clip { name: name.into(), fps: 30.0, poses, ground_height: 0.0, wind: Vec::new() };
+//! #     let (name, wind) = (name.into(), Vec::new());
+//! #     let clip = Clip { name, fps: 30.0, poses, ground_height: 0.0, wind };
 //! #     let mut out = writer.begin_clip(&clip, split)?;
 //! #     for pose in &clip.poses {
-//! #         out.push(&garment.rest.vertices.iter().map(|v| *v + pose.trans).collect::<Vec<_>>())?;
+//! #         let positions = garment.rest.vertices.iter().map(|v| *v + pose.trans);
+//! #         out.push(&positions.collect::<Vec<_>>())?;
 //! #     }
 //! #     out.finish()?;
 //! # }

@@ -28,8 +28,8 @@ const AXIAL: [f32; 3] = [1.0, -1.0, -1.0];
 const ROTATION: [f32; 6] = [1.0, -1.0, -1.0, -1.0, 1.0, 1.0];
 
 impl MirrorMap {
-    /// From joint names in any of the spellings that [`counterparts`] reads. None when a joint that
-    /// names a side has no counterpart, or no joint names a side.
+    /// Creates the map from joint names in any spelling that [`counterparts`] reads. Returns none
+    /// if a joint that names a side has no counterpart, or if no joint names a side.
     pub fn new(skeleton: &Skeleton) -> Option<Self> {
         let counterparts = counterparts(skeleton.names())?;
         let slices = MotionSlices::new(skeleton.len());
@@ -72,16 +72,16 @@ impl MirrorMap {
         }
     }
 
-    /// The motion vector of the mirrored motion.
+    /// Returns the motion vector of the mirrored motion.
     pub fn apply(&self, vector: &[f32]) -> Vec<f32> {
         let pairs = self.source.iter().zip(&self.sign);
         pairs.map(|(&from, sign)| vector[from] * sign).collect()
     }
 }
 
-/// Statistics of the motion vectors that a training sees: as they are, and mirrored where there is
-/// a map. Without the second half what only one side of the character does would be out of range on
-/// the other.
+/// Fits the normalisation to the motion vectors of a training: the captured ones, and the mirrored
+/// ones where there is a map. Without the mirrored ones, a movement of one side alone would be out
+/// of range on the other side.
 ///
 /// # Errors
 /// Vectors of another length than `joints` joints have, elements that are not finite.
@@ -98,17 +98,17 @@ pub fn normalisation<'a>(
     Normalisation::fit(joints, rule, vectors.clone().map(Cow::Borrowed).chain(others))
 }
 
-/// How a training window is seen.
+/// View of a training window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum View {
-    /// As it was captured.
+    /// The motion as captured.
     Direct,
-    /// With left and right exchanged.
+    /// The motion with left and right exchanged.
     Mirrored,
 }
 
 impl View {
-    /// A point or displacement in this view. Its own inverse.
+    /// Returns a point or displacement in this view. The function is its own inverse.
     pub fn of(self, vector: Vec3) -> Vec3 {
         match self {
             Self::Direct => vector,
@@ -117,7 +117,7 @@ impl View {
     }
 }
 
-/// A point or displacement on the other side.
+/// Reflects a point or displacement: x becomes −x.
 pub fn mirrored(vector: Vec3) -> Vec3 {
     Vec3::new(-vector.x, vector.y, vector.z)
 }
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mirrored_vector_is_the_vector_of_the_mirrored_motion() {
+    fn mirrored_vector_equals_the_vector_of_the_mirrored_motion() {
         let pose = |t: f32| Pose {
             trans: Vec3::new(t, 0.1 * t.sin(), 2.0 * t),
             local: (0..6)

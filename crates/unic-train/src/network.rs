@@ -29,17 +29,18 @@ pub struct NetworkShape {
     pub channels: usize,
     /// Categories a channel.
     pub categories: usize,
-    /// What the field reads of a picked category.
+    /// Code that the field reads for a picked category.
     pub code: LatentCode,
     /// The field.
     pub field: FieldShape,
-    /// Does the field's head start at zero, so that a new model moves nothing? Where the state is a
-    /// displacement; the paper's field starts as random as its other layers.
+    /// Zero initialisation of the field's last layer, so that the field of a new model outputs
+    /// zero. It is set where the state is a displacement. All layers of the paper's field start at
+    /// random.
     pub zero_head: bool,
 }
 
 impl NetworkShape {
-    /// Of a model for a skeleton with this many joints.
+    /// Computes the sizes of a model for a skeleton with `joints` joints.
     pub fn new(config: &ModelConfig, joints: usize) -> Self {
         Self {
             encoder: config.encoder.widths(2 * motion_len(joints)),
@@ -68,7 +69,7 @@ pub struct Network {
 }
 
 impl Default for Network {
-    /// No layer at all: what stands in while a network is moved out to be updated.
+    /// Network without layers: the placeholder while a network is moved out for an update.
     fn default() -> Self {
         Self {
             encoder: Vec::new(),
@@ -77,7 +78,7 @@ impl Default for Network {
     }
 }
 
-/// One parameter tensor by name, row-major.
+/// Named parameter tensor, row-major.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// `encoder.0.weight` (`[in, out]`), ..., `field` (flat).
@@ -97,7 +98,7 @@ pub struct WindowRows {
     pub windows: usize,
 }
 
-/// The random part of one step's forward pass, on the host: from (seed, step) alone.
+/// Random numbers of one step's forward pass, on the host. They depend on seed and step alone.
 pub struct StepNoise {
     /// Dropout factors of each encoder layer's input, `[rows, width]`; absent where nothing is
     /// dropped.
@@ -127,9 +128,11 @@ impl StepNoise {
                     config.dropout
                 };
                 (rate > 0.0)
+                    // Rows are frame-major, so repeating a frame's mask gives it to every frame.
                     .then(|| dropout_mask(&mut rng, rate, drawn * windows * width).repeat(frames / drawn))
             })
             .collect();
+        // A stream of its own: dropout settings do not change the Gumbel noise.
         let mut rng = generator(seed, Stream::Gumbel, step);
         let count = frames * windows * shape.channels * shape.categories;
         Self {
@@ -140,7 +143,7 @@ impl StepNoise {
 }
 
 impl Network {
-    /// Uniform in ±1/√inputs for weights and biases, the authors' framework's default.
+    /// Draws weights and biases uniformly in ±1/√inputs, the default of the authors' framework.
     pub fn new(shape: &NetworkShape, seed: u64, device: &Device) -> Self {
         let mut field = vec![0.0; shape.field.parameter_count()];
         for (i, map) in shape.field.layout().iter().enumerate() {
@@ -153,6 +156,7 @@ impl Network {
         if shape.zero_head {
             let head = shape.field.layout().pop();
             head.into_iter()
+                // Weight and bias of a layer are adjacent in the flat vector.
                 .for_each(|h| field[h.weight.start..h.bias.end].fill(0.0));
         }
         let count = field.len();
@@ -162,8 +166,8 @@ impl Network {
         }
     }
 
-    /// Latent vectors z of motion pairs `[rows, 2 D]`: `[rows, C]` of picked logits, `[rows, C ·
-    /// K]` one-hot.
+    /// Computes the latent vectors z of motion pairs `[rows, 2 D]`: `[rows, C]` of picked logits,
+    /// `[rows, C · K]` one-hot.
     ///
     /// One category of each channel is picked by argmax of logit + noise. Gradients flow through
     /// the picked logit (reference: straight pick of the raw logit, temperature 1), or through the
@@ -208,10 +212,10 @@ impl Network {
         self.parameters().into_iter().map(|p| p.values).collect()
     }
 
-    /// A network with these values, in the order of [`Network::parameters`].
+    /// Creates a network with these values, in the order of [`Network::parameters`].
     ///
     /// # Panics
-    /// When a value has another number of elements; callers check names and lengths first.
+    /// Panics if a value has another number of elements; callers check names and lengths first.
     pub fn with_parameters(shape: &NetworkShape, values: &[Vec<f32>], device: &Device) -> Self {
         let mut values = values.iter().cloned();
         let mut next = || values.next().unwrap_or_default();

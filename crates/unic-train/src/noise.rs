@@ -10,11 +10,11 @@ pub(crate) fn normal(rng: &mut impl Rng) -> f32 {
     StandardNormal.sample(rng)
 }
 
-/// A displacement field over the rest shape, smooth at the scale of folds: a garment that is off is
-/// off in patches, not vertex by vertex.
+/// Random displacement field over the rest shape, smooth at the scale of folds, because prediction
+/// errors are correlated between neighbouring vertices.
 pub struct SmoothNoise {
     waves: Vec<Wave>,
-    /// Ratio of the noise a frame earlier: a perturbation of the velocity too.
+    /// Ratio of the noise a frame earlier to the noise now. It perturbs the velocity too.
     earlier: f32,
 }
 
@@ -27,9 +27,11 @@ struct Wave {
 impl Wave {
     fn draw(rng: &mut impl Rng, strength: f32) -> Self {
         let [short, long] = WAVELENGTHS_M;
+        // Uniform in the logarithm of the wavelength.
         let wavelength = short * (long / short).powf(rng.random::<f32>());
         Self {
             direction: vector(rng).normalize_or(Vec3::Y) * 2.0 * PI / wavelength,
+            // A cosine has the mean square 1/2, and the variances of the waves add up.
             amplitude: vector(rng) * strength * SQRT_2 / (WAVES as f32).sqrt(),
             phase: rng.random::<f32>() * 2.0 * PI,
         }
@@ -42,8 +44,8 @@ const WAVES: usize = 4;
 const WAVELENGTHS_M: [f32; 2] = [0.08, 0.8];
 
 impl SmoothNoise {
-    /// A field of this standard deviation in each coordinate on average; half of the fields are
-    /// much weaker, so that clean starts are seen as well.
+    /// Draws a field. Over many fields each coordinate has this standard deviation. The strength of
+    /// a field is random, so that nearly undisturbed starts occur too.
     pub fn draw(rng: &mut impl Rng, deviation_m: f32) -> Self {
         let strength = deviation_m * normal(rng).abs();
         let waves = (0..WAVES).map(|_| Wave::draw(rng, strength)).collect();
@@ -57,6 +59,8 @@ impl SmoothNoise {
     pub fn at(&self, rest: Vec3) -> (Vec3, Vec3) {
         let wave = |w: &Wave| w.amplitude * (w.direction.dot(rest) + w.phase).cos();
         let now: Vec3 = self.waves.iter().map(wave).sum();
+        // The same waves in both frames: independent ones would add a velocity of their size per
+        // frame.
         (now, now * self.earlier)
     }
 }
@@ -71,7 +75,7 @@ mod tests {
     use crate::stream::{Stream, generator};
 
     #[test]
-    fn the_field_has_the_deviation_asked_for_and_is_smooth() {
+    fn field_has_the_given_deviation_and_is_smooth() {
         let mut rng = generator(3, Stream::StateNoise, 0);
         let (mut squares, mut steps) = (0.0, 0.0);
         const DRAWS: usize = 4000;

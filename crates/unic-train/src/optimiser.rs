@@ -67,6 +67,7 @@ pub fn update<N: Module + Default>(
             weight_decay: config.weight_decay,
             ..AdamW::default()
         },
+        // Bias correction counts from 1. At the limit of u32 it has long been 1 in f32.
         step: u32::try_from(step + 1).unwrap_or(u32::MAX),
         scale: if clip {
             (config.clip_norm / norm) as f32
@@ -80,19 +81,20 @@ pub fn update<N: Module + Default>(
     updated.result.map(|()| norm)
 }
 
-/// Gradients in the order of the parameters, contiguous.
+/// Visitor that collects contiguous gradients in the order of the parameters.
 struct Collected {
     gradients: GradientsParams,
     values: Vec<FloatTensor<Flex>>,
 }
 
-/// The tensor on the CPU, contiguous, without gradient; the tensor itself where it is there.
+/// Returns a contiguous tensor on the CPU without gradient. A CPU tensor is not copied if it is
+/// contiguous.
 fn on_cpu<const D: usize>(tensor: Tensor<D>) -> FloatTensor<Flex> {
     let tensor = match is_on_cpu(&tensor) {
         true => tensor,
         false => tensor.to_device(&Device::flex()),
     };
-    // It is there.
+    // Either branch above returns a tensor on the CPU.
     tensor
         .try_into_primitive::<Flex>()
         .expect("CPU tensors")
@@ -104,6 +106,7 @@ impl ModuleVisitor for Collected {
         let gradient = self
             .gradients
             .remove::<D>(parameter.id)
+            // A parameter that the loss does not depend on has no gradient.
             .unwrap_or_else(|| parameter.val().inner().zeros_like());
         self.values.push(on_cpu(gradient));
     }

@@ -42,7 +42,7 @@ pub struct FittedPrior {
 struct Folds {
     /// Number of each clip's motion.
     motion_numbers: Vec<usize>,
-    /// For each motion, the linear map fitted to the others.
+    /// Linear maps, one per motion, each fitted to all other motions.
     maps: Vec<Linear>,
     recurrence: Option<FittedRecurrence>,
 }
@@ -130,6 +130,7 @@ impl PriorTrainer<'_> {
     /// checkpoint; a processor that is not there; a checkpoint of another training.
     pub fn run(&self, watch: &Watch) -> Result<FittedPrior, TrainError> {
         let started = Instant::now();
+        // Checked first, because the fit may take minutes before it needs the processor.
         device::check(self.settings.optimiser.products, self.processor)?;
         let mut fitted = match &self.settings.model.state {
             StateSettings::Displacement { prior_shapes, .. } => self.fit(*prior_shapes, watch)?,
@@ -139,7 +140,7 @@ impl PriorTrainer<'_> {
         Ok(fitted)
     }
 
-    /// The published method has no prior.
+    /// Returns a prior of zero displacement: the published method has none.
     fn zero(&self) -> FittedPrior {
         let character = &self.data.capture.character;
         let zeros = vec![Vec3::ZERO; self.data.capture.garment.rest.vertices.len()];

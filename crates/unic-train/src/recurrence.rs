@@ -40,8 +40,8 @@ pub(crate) struct FittedRecurrence {
     /// Blended coefficients of each sequence, T × K, predicted without the sequence's motion. Their
     /// swings are not amplified: a field would learn to damp them.
     pub(crate) left_out: Vec<Vec<f32>>,
-    /// For each fold, a recurrence trained without its motions, scaled by the same weight, its
-    /// swings not amplified.
+    /// Recurrences, one per fold, each trained without the fold's motions. They are scaled by the
+    /// same weight, and their swings are not amplified.
     folds: Vec<Option<Recurrence>>,
 }
 
@@ -87,6 +87,8 @@ impl RecurrenceTrainer<'_> {
         watch: &Watch,
     ) -> Result<Option<FittedRecurrence>, TrainError> {
         let steps = self.settings.steps_for(sequences.iter().map(Sequence::len).sum());
+        // At least two folds: a lone motion is in fold 0, which then has nothing to train on and
+        // leaves the prediction to the linear map.
         let count = motion_count(sequences).clamp(2, MOST_FOLDS);
         // As many samples per frame as the training on all motions has.
         let fold_steps = (steps * (count as u64 - 1)).div_ceil(count as u64);

@@ -12,7 +12,7 @@ use unic_core::{
     features::StateInputs,
 };
 
-/// How windows are rolled out.
+/// Rollout of windows by a network, and its loss.
 pub struct Rollout<'a> {
     /// Sizes.
     pub shape: &'a NetworkShape,
@@ -20,12 +20,12 @@ pub struct Rollout<'a> {
     pub config: &'a ModelConfig,
     /// Weights of the loss terms.
     pub loss: &'a LossConfig,
-    /// What the field is computed in.
+    /// Number format of the field's matrix products.
     pub products: Products,
 }
 
 impl Rollout<'_> {
-    /// States of every frame, K × `[W·n, 3]`, predicted from the batch's start alone.
+    /// Predicts the states of every frame, K × `[W·n, 3]`, from the batch's start alone.
     ///
     /// # Errors
     /// Sizes that do not fit the network.
@@ -45,6 +45,7 @@ impl Rollout<'_> {
         let (mut previous, mut state) = (points(&batch.before_start, device), points(&batch.start, device));
         let mut states = Vec::with_capacity(batch.frames);
         for k in 0..batch.frames {
+            // Rows are frame-major: the latent vectors of frame k are contiguous.
             let latent = latents.clone().narrow(0, k * windows, windows);
             let inputs = self.inputs(&state, &previous, &batch.frame_inputs[k], device);
             let output = field.forward(inputs, latent)?;
@@ -55,8 +56,8 @@ impl Rollout<'_> {
         Ok(states)
     }
 
-    /// λ times the mean squared error over frames, points and coordinates (paper, eq. output; the
-    /// release's mean over coordinates).
+    /// Computes the loss: λ times the mean squared error over frames, points and coordinates
+    /// (paper, eq. output; the release's mean over coordinates).
     ///
     /// # Errors
     /// Sizes that do not fit the network.
@@ -92,7 +93,7 @@ impl Rollout<'_> {
         Tensor::cat(parts, 1)
     }
 
-    /// `shares` [rows, 1] are those of the garment's mask.
+    /// Computes the next state. `shares` `[rows, 1]` are the factors of the garment's mask.
     fn updated(&self, state: Tensor<2>, output: Tensor<2>, shares: Option<&Tensor<2>>) -> Tensor<2> {
         match &self.config.state {
             StateConfig::RootRelative => state + output,
@@ -106,9 +107,10 @@ impl Rollout<'_> {
     }
 }
 
-/// As `unic_core::features::limited`.
+/// Limits the length of every output, like `unic_core::features::limited` at runtime.
 fn limited(output: Tensor<2>, config: &DisplacementConfig) -> Tensor<2> {
-    // The small constant keeps the gradient of the root finite at zero; it shortens nothing.
+    // The small constant keeps the gradient of the root finite at zero. It is too small to change
+    // an output near the limit.
     let length = (output.clone().powi_scalar(2).sum_dim(1) + 1e-12).sqrt(); // [rows, 1]
     let factor = (length.recip() * config.output_limit).clamp_max(1.0);
     output * factor
@@ -118,7 +120,7 @@ fn mean_square(x: Tensor<2>) -> Tensor<1> {
     x.powi_scalar(2).mean()
 }
 
-/// Three numbers a row.
+/// Moves points to the device, three coordinates per row.
 fn points(values: &[f32], device: &Device) -> Tensor<2> {
     tensor(values, [values.len() / 3, 3], device)
 }

@@ -2,13 +2,13 @@
 
 use rand::{SeedableRng, rngs::ChaCha8Rng};
 
-/// What random numbers are for. Streams do not see one another: changing how many numbers one
-/// draws leaves the others as they are.
+/// Purpose of random numbers. Streams are independent: the amount of numbers that one draws does
+/// not change the others. The discriminants are part of the seed and must not change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stream {
     /// First values of the parameters; the step is the number of the layer.
     Parameters = 1,
-    /// Which windows of which clips, and which of their vertices.
+    /// Choice of clips, windows and vertices.
     Windows = 2,
     /// Dropout masks.
     Dropout = 3,
@@ -24,8 +24,9 @@ pub enum Stream {
     OneStep = 9,
 }
 
-/// The generator of one stream at one step.
+/// Creates the generator of one stream at one step.
 pub fn generator(seed: u64, stream: Stream, step: u64) -> ChaCha8Rng {
+    // Every number has bytes of its own in the key, so no two generators share a sequence.
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());
     key[8..16].copy_from_slice(&(stream as u64).to_le_bytes());

@@ -1,4 +1,4 @@
-//! How long a run trains.
+//! Duration of a run's training.
 
 use std::ops::Add;
 

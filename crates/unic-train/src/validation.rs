@@ -33,7 +33,7 @@ impl ValidationMotion {
     }
 }
 
-/// How well a run does on the clips that it is validated on.
+/// Result of a run's validation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Validation {
     /// The fit that was measured.
@@ -44,12 +44,12 @@ pub struct Validation {
     pub clips: Vec<String>,
     /// Free-running RMSE, millimetres, with the share below.
     pub rmse_mm: f64,
-    /// The part of the field's output that does best in their first [`JUDGED_S`] seconds: 1, the
-    /// whole, to 0.
+    /// Factor of the field's output, 0 to 1, with the least error in the clips' first [`JUDGED_S`]
+    /// seconds.
     pub field_share: f32,
 }
 
-/// So much of each clip is run through for a share of the field, seconds.
+/// Duration at the start of each clip on which shares of the field are compared, in seconds.
 pub const JUDGED_S: f32 = 20.0;
 
 /// RMSE in metres of a model that runs free from frame 0 through every clip, frame 0 not counted.
@@ -61,7 +61,7 @@ pub fn free_running_rmse(model: &Arc<Model>, clips: &[PreparedClip]) -> Result<f
     free_running_rmse_of(model, clips, usize::MAX, intersection, &mut || Control::Continue)
 }
 
-/// Asked before each frame; [`TrainError::Stopped`] follows from a stop.
+/// Callback before each frame. Its answer to stop ends a measurement with [`TrainError::Stopped`].
 pub(crate) type Proceed<'a> = dyn FnMut() -> Control + 'a;
 
 fn go_on(proceed: &mut Proceed) -> Result<(), TrainError> {
@@ -89,6 +89,7 @@ pub(crate) fn one_step_rmse_of(
         for t in 1..clip.len().min(most) {
             go_on(proceed)?;
             error.add(animator.step(&input(t))?.positions, garment.frame(t));
+            // The next step starts from the true garment instead of the prediction.
             animator.set_garment(garment.frame(t))?;
         }
     }
@@ -105,6 +106,7 @@ struct MeanSquare {
 impl MeanSquare {
     fn add(&mut self, predicted: &[Vec3], truth: &[Vec3]) {
         let pairs = predicted.iter().zip(truth);
+        // In f64: a long clip adds millions of small squares.
         self.sum += pairs.map(|(p, g)| f64::from(p.distance_squared(*g))).sum::<f64>();
         self.count += predicted.len();
     }
@@ -114,7 +116,8 @@ impl MeanSquare {
     }
 }
 
-/// Of the first `most` frames of every clip, with intersections handled as said.
+/// RMSE in metres in free running over the first `most` frames of every clip, frame 0 not counted,
+/// with the given intersection handling.
 pub(crate) fn free_running_rmse_of(
     model: &Arc<Model>,
     clips: &[PreparedClip],

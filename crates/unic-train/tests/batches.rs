@@ -145,7 +145,7 @@ fn carried_away(take: &Take) -> Take {
 }
 
 #[test]
-fn the_distance_travelled_is_in_no_state_and_in_no_target() {
+fn states_and_targets_do_not_depend_on_the_distance_travelled() {
     use unic_core::motion::MotionLayout::{Heading, Paper, PaperRootRelative};
     for layout in [Paper, PaperRootRelative, Heading] {
         let mut config = without_noise(small(Preset::Paper));

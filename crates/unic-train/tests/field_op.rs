@@ -117,7 +117,7 @@ fn fused_equals_composed_for_the_published_field() {
 /// Values by half a percent. Gradients by more: ReLUs whose input is within the rounding turn on or
 /// off.
 #[test]
-fn matrix_units_come_near_to_the_composed_field() {
+fn matrix_units_approximate_the_composed_field() {
     if !InstructionSet::Amx.is_available() {
         eprintln!("skipped: {:?} is not available", InstructionSet::Amx);
         return;

@@ -1,5 +1,5 @@
-//! Contract: a model takes as much of its field as does best on motion held out, so that a field
-//! that has learned its training motions by heart does no harm.
+//! Contract: a model scales its field's output by the share with the least error on held-out
+//! motion. A field that has memorised its training motions therefore does no harm.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -14,7 +14,7 @@ use unic_train::*;
 /// A run of `standard`'s kind whose steps are so large that they only do harm.
 fn harmed() -> (f64, Trainer) {
     let mut config = small(Preset::Tiny);
-    // Shares are judged without, the error is told with intersections handled.
+    // Shares are compared without intersection handling, the error is reported with it.
     config.intersection.at_inference = true;
     config.optimiser.learning_rate = 1.0;
     config.optimiser.warmup_steps = 0;
@@ -30,7 +30,7 @@ fn harmed() -> (f64, Trainer) {
 }
 
 #[test]
-fn a_field_that_harms_motion_held_out_is_not_believed() {
+fn field_that_harms_held_out_motion_is_reduced() {
     let (prior_mm, mut trainer) = harmed();
     let whole = free_running_rmse(&trainer.model().unwrap().into(), &trainer.data().validation).unwrap();
     assert!(
@@ -40,7 +40,7 @@ fn a_field_that_harms_motion_held_out_is_not_believed() {
     let validation = trainer.validation(&|| Control::Continue).unwrap().unwrap();
     assert!(validation.field_share < 1.0, "{validation:?}");
     assert!(validation.rmse_mm < 1.001 * prior_mm, "{validation:?}");
-    // The model is as good as it is said to be.
+    // The model has the error that its validation reports.
     trainer.set_validation(validation.clone());
     let rmse = free_running_rmse(&trainer.model().unwrap().into(), &trainer.data().validation).unwrap();
     assert!(

@@ -56,7 +56,7 @@ impl Fixture {
             .unwrap()
     }
 
-    /// By the network's own update rule: after one step from zero the first moment is g / 10.
+    /// Gradient g, read from the optimiser: after one step from zero the first moment is g / 10.
     fn gradient(&self, rollout: &Rollout, batch: &Batch) -> Vec<f32> {
         let mut config = self.config.optimiser.clone();
         config.clip_norm = 0.0;

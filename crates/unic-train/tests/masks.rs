@@ -11,7 +11,7 @@ use std::sync::Arc;
 use unic_core::{Animator, Model, Start, StepInput, features::PointFrame};
 use unic_train::*;
 
-/// By vertex: the model's, skinning's, and between.
+/// Mask of three vertices: model alone, skinning alone, and a blend of both.
 const SHARES: [f32; 3] = [1.0, 0.0, 0.4];
 
 fn figure(share: impl Fn(usize) -> f32) -> Figure {
@@ -78,7 +78,7 @@ fn the_prior_learns_the_blended_garment() {
 }
 
 #[test]
-fn a_mask_of_ones_changes_no_byte() {
+fn mask_of_ones_changes_no_byte() {
     let bytes = |figure: &Figure| {
         let mut parts = trained(figure, Preset::Tiny).model().unwrap().to_parts();
         parts.about.training = serde_json::Value::Null;

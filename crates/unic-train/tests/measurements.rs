@@ -1,5 +1,5 @@
-//! Contract: what a run tells while it trains is what an evaluation tells afterwards, and how
-//! categorical a code is has a closed form.
+//! Contract: the errors that a run reports in training are those of an evaluation afterwards. The
+//! certainty of a categorical code has a closed form.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -18,10 +18,10 @@ fn the_one_step_error_of_a_run_is_that_of_an_evaluation() {
         let (_folder, capture) = capture(&takes());
         let data = FieldData::prepare(capture.clone(), &config, Fit::HeldOut).unwrap();
         let mut trainer = Trainer::new(data, config).unwrap();
-        let mut told = None;
+        let mut reported = None;
         let mut listen = |event: &Event| {
             if let Event::OneStep { validation_rmse, .. } = event {
-                told = *validation_rmse;
+                reported = *validation_rmse;
             }
             Control::Continue
         };
@@ -36,10 +36,10 @@ fn the_one_step_error_of_a_run_is_that_of_an_evaluation() {
         )
         .unwrap();
         let found = found.pooled.model.unwrap().one_step.unwrap().rmse_mm;
-        let told = 1e3 * told.unwrap();
+        let reported = 1e3 * reported.unwrap();
         assert!(
-            (told - found).abs() < 1e-3 * found,
-            "{preset:?}: {told} mm, {found} mm"
+            (reported - found).abs() < 1e-3 * found,
+            "{preset:?}: {reported} mm, {found} mm"
         );
     }
 }

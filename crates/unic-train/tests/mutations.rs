@@ -1,5 +1,6 @@
-//! Contract: no damaged checkpoint or settings file makes a reader panic, hang or hold memory out
-//! of proportion to the file; every refusal is one sentence. What is read goes on, or says why not.
+//! Contract: no damaged checkpoint or settings file makes a reader panic, run without
+//! end or allocate memory out of proportion to the file. Every refusal is one sentence. A file that
+//! is read can be used, or its use is refused with a sentence.
 //!
 //! `UNIC_MUTATION_SECONDS` is the time for each reader, `UNIC_MUTATION_SEED` repeats one file; see
 //! [`unic_mutation`].

@@ -1,6 +1,6 @@
-//! Contract: the prior recovers a garment that hangs linearly in the motion, its training
-//! coefficients know nothing of the clip's own relation, without shapes it is the mean, and as a
-//! row of an evaluation it knows neither the field nor where the garment was.
+//! Contract: the prior recovers a displacement that is linear in the motion. Its training
+//! coefficients are predicted without the clip itself. Without principal components it is the mean.
+//! Evaluated alone it depends neither on the field nor on the garment's earlier positions.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -34,7 +34,7 @@ fn linear_take(clip: usize, relation: f32) -> Take {
     let mut take = take(&format!("take{clip}"), clip, LENGTH);
     for (t, pose) in take.clip.poses.iter_mut().enumerate() {
         *pose = character().skeleton.bind_pose();
-        // All joints but the root, so that many elements of the motion vector tell the angle.
+        // All joints but the root, so that many elements of the motion vector contain the angle.
         pose.local[1..].fill(Quat::from_rotation_x(angle(clip, t)));
     }
     let (character, garment) = (character(), garment());
@@ -117,7 +117,7 @@ fn training_coefficients_come_from_the_other_clips() {
 }
 
 #[test]
-fn a_clip_that_is_held_out_and_comes_back_is_told_by_the_other_one() {
+fn held_out_clip_is_predicted_by_a_map_fitted_to_the_other_clip() {
     let takes: Vec<_> = [1.0, -1.0]
         .into_iter()
         .enumerate()
@@ -127,13 +127,13 @@ fn a_clip_that_is_held_out_and_comes_back_is_told_by_the_other_one() {
     config.validation.refit = Refit::AllClips;
     let (shapes, recurrence) = prior_of(&mut config);
     (*shapes, *recurrence) = (2, None);
-    let (drawn, data) = told_by_the_held_out_prior(dataset_of(&takes, &config));
+    let (drawn, data) = data_with_the_held_out_prior(dataset_of(&takes, &config));
     let share = share(&data, drawn, &final_coefficients(&data, drawn));
     assert!(if drawn == 0 { share < 0.0 } else { share > 0.0 }, "{share}");
 }
 
 #[test]
-fn without_shapes_the_prior_is_the_mean() {
+fn prior_without_components_is_the_mean() {
     let data = linear_data(&[1.0, 1.0], 0);
     assert!(data.prior.is_empty());
     assert!(data.coefficients.iter().flatten().all(Vec::is_empty));
@@ -158,14 +158,14 @@ fn a_lone_clip_is_cut_into_pieces_so_that_its_coefficients_agree_with_the_models
     );
 }
 
-/// To one side along the rest shape's height, metres a radian.
+/// Sideways displacement, in metres, that grows with the height above 1 m and with the angle.
 fn sideways(rest: Vec3, angle: f32) -> Vec3 {
     Vec3::X * (rest.y - 1.0) * angle
 }
 
-/// A take in which one arm alone moves, and the garment to that side; and a little askew all the
-/// time.
-fn one_sided(clip: usize, askew: f32) -> Take {
+/// Take in which one arm alone moves, and the garment moves to that side. `bias` is a constant
+/// angle that is added in every frame.
+fn one_sided(clip: usize, bias: f32) -> Take {
     let mut take = take(&format!("take{clip}"), clip, LENGTH);
     let (character, garment) = (character(), garment());
     for (t, pose) in take.clip.poses.iter_mut().enumerate() {
@@ -176,7 +176,7 @@ fn one_sided(clip: usize, askew: f32) -> Take {
         character.skeleton.forward_kinematics(pose, &mut joints);
         character.skeleton.world_from_rest(&joints, &mut transforms);
         let position = |(vertex, rest): (usize, &Vec3)| {
-            PointFrame::new(&garment, vertex, &transforms).position(sideways(*rest, angle + askew))
+            PointFrame::new(&garment, vertex, &transforms).position(sideways(*rest, angle + bias))
         };
         take.garment[t] = garment.rest.vertices.iter().enumerate().map(position).collect();
     }
@@ -184,7 +184,7 @@ fn one_sided(clip: usize, askew: f32) -> Take {
 }
 
 #[test]
-fn what_one_side_does_is_known_of_the_other() {
+fn mirrored_motion_teaches_the_other_side() {
     let error = |mirror: bool| {
         let mut config = small(Preset::Tiny);
         config.regularisation.mirror = mirror;
@@ -217,13 +217,13 @@ fn what_one_side_does_is_known_of_the_other() {
 }
 
 #[test]
-fn a_garment_that_hangs_askew_whatever_the_motion_stays_so_beside_its_mirror_image() {
-    const ASKEW: f32 = 0.3;
+fn constant_bias_to_one_side_survives_mirroring() {
+    const BIAS: f32 = 0.3;
     let mut config = small(Preset::Tiny);
     *prior_of(&mut config).1 = None;
     let takes: Vec<_> = (0..3)
-        .map(|i| (one_sided(i, ASKEW), Split::Train))
-        .chain([(one_sided(9, ASKEW), Split::Validation)])
+        .map(|i| (one_sided(i, BIAS), Split::Train))
+        .chain([(one_sided(9, BIAS), Split::Validation)])
         .collect();
     let data = dataset_of(&takes, &config);
     assert!(data.mirrors());
@@ -232,14 +232,14 @@ fn a_garment_that_hangs_askew_whatever_the_motion_stays_so_beside_its_mirror_ima
     data.prior
         .coefficients(&vec![0.0; 2 * data.normalisation.mean.len()], &mut coefficients);
     for (vertex, rest) in data.capture.garment.rest.vertices.iter().enumerate() {
-        let (said, expected) = (
+        let (found, expected) = (
             data.prior.displacement(vertex, &coefficients),
-            sideways(*rest, ASKEW),
+            sideways(*rest, BIAS),
         );
-        let error = said.distance(expected);
+        let error = found.distance(expected);
         assert!(
             error < 0.05 * expected.length() + 1e-4,
-            "{said} where {expected} is right"
+            "found {found}, expected {expected}"
         );
     }
 }
@@ -254,7 +254,7 @@ fn trained(preset: Preset) -> (Trainer, Animator) {
 }
 
 #[test]
-fn the_prior_alone_is_the_prior_of_the_motion_alone() {
+fn prior_alone_depends_on_the_motion_alone() {
     let (trainer, animator) = trained(Preset::Tiny);
     let mut row = PriorPredictor::new(&animator).unwrap().unwrap();
     assert_eq!(row.modes(), [Mode::FreeRunning]);

@@ -49,7 +49,7 @@ fn assert_near(found: &[f32], expected: &[f32], what: &str) {
 }
 
 #[test]
-fn gpus_train_the_network_of_the_cpu_and_go_on_with_its_runs() {
+fn gpus_train_like_the_cpu_and_resume_its_runs() {
     for preset in PRESETS {
         let config = small(preset);
         let cpu = || trainer_on(&config, Processor::Cpu).unwrap();

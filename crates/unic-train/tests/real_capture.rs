@@ -55,7 +55,7 @@ fn rmse(model: &Arc<Model>, clip: &PreparedClip, start: &[Vec3]) -> f64 {
 }
 
 #[test]
-fn a_finer_mesh_of_the_garment_moves_as_well_as_the_trained_one() {
+fn finer_mesh_of_the_garment_is_as_accurate_as_the_trained_one() {
     let Some((model, clip)) = trained() else { return };
     let first = clip.captured.garment.frame(0);
     let own = rmse(&model, &clip, first);

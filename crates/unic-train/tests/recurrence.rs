@@ -1,5 +1,5 @@
-//! Contract: a prior's recurrence learns a garment that swings after the motion, is left out where
-//! the motion does not tell what the garment does, and its training can be stopped.
+//! Contract: a prior's recurrence learns a garment that swings with a delay after the motion. It is
+//! left out where the garment does not depend on the motion. Its training can be stopped.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -114,18 +114,18 @@ fn a_garment_that_swings_after_the_motion_is_learned() {
 }
 
 #[test]
-fn a_clip_that_is_held_out_and_comes_back_is_told_by_a_recurrence_that_has_not_seen_it() {
+fn held_out_clip_is_predicted_by_a_recurrence_trained_without_it() {
     let takes: Vec<_> = (0..4)
         .map(|clip| (take_of(clip, &swing(clip)), Split::Train))
         .collect();
     let mut config = settings(true);
     config.validation.refit = Refit::AllClips;
-    let (_, data) = told_by_the_held_out_prior(dataset_of(&takes, &config));
+    let (_, data) = data_with_the_held_out_prior(dataset_of(&takes, &config));
     assert!(data.prior.recurrence.is_some());
 }
 
 #[test]
-fn what_the_motion_does_not_tell_is_not_learned() {
+fn swings_independent_of_the_motion_are_not_learned() {
     // A rhythm of its own in every clip.
     let foreign = |clip: usize| {
         let rate = 0.11 + 0.05 * clip as f32;
@@ -158,8 +158,8 @@ fn energy(data: &FieldData) -> f32 {
 }
 
 #[test]
-fn a_garment_that_is_half_unknown_swings_more_where_that_is_wanted() {
-    // What the motion does not tell is as fast and nearly as large as what it tells.
+fn swings_are_amplified_where_half_of_them_is_unpredictable() {
+    // The unpredictable part is as fast and nearly as large as the predictable one.
     let sizes = |clip: usize| -> Vec<f32> {
         let rate = 0.25 + 0.03 * clip as f32;
         let own = |t: usize| 0.02 * (rate * t as f32 + clip as f32).sin();
@@ -229,7 +229,7 @@ fn fit_prior(
 const ALL_STEPS: u64 = 3 * 200 + 300;
 
 #[test]
-fn a_watch_can_stop_the_fit() {
+fn callback_stops_the_fit() {
     let watch = |done: u64, all: u64| {
         assert!(done <= all && all == ALL_STEPS);
         if done < 5 {

@@ -1,6 +1,6 @@
 //! Contract: a run is a function of capture and settings, whatever the number of threads and
-//! however often it is interrupted; what cannot be trained on is refused, and a run that diverges
-//! says so.
+//! however often it is interrupted. Captures that cannot be trained on are refused, and a diverging
+//! run ends with an error.
 
 #![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
 
@@ -253,7 +253,7 @@ fn a_drawn_clip_is_held_out_of_the_first_fit_and_back_in_the_second() {
 }
 
 #[test]
-fn one_fit_is_all_where_nothing_is_drawn() {
+fn run_without_a_drawn_clip_has_one_fit() {
     let (_folder, undivided, mut config) = undivided();
     let one = |takes: &[(Take, Split)], config: &TrainConfig| {
         let (_folder, capture) = capture(takes);
@@ -271,14 +271,14 @@ fn one_fit_is_all_where_nothing_is_drawn() {
 }
 
 #[test]
-fn one_fit_may_hold_nothing_out() {
+fn run_may_have_one_fit_on_all_clips() {
     let (_folder, capture, mut config) = undivided();
     config.validation.refit = Refit::Only;
     assert_eq!(Fit::of_run(&capture, &config), [Fit::AllClips]);
 }
 
 #[test]
-fn less_motion_is_less_of_every_clip() {
+fn limited_motion_takes_the_same_share_of_every_clip() {
     let (_folder, capture, mut config) = undivided();
     let lengths = |config: &TrainConfig| -> Vec<usize> {
         let data = FieldData::prepare(capture.clone(), config, Fit::HeldOut).unwrap();
@@ -295,7 +295,7 @@ fn less_motion_is_less_of_every_clip() {
 }
 
 #[test]
-fn a_fit_on_all_clips_validates_nothing_and_tells_the_error_before() {
+fn fit_on_all_clips_records_the_validation_of_the_fit_before() {
     let (_folder, capture, config) = undivided();
     let data = FieldData::prepare(capture, &config, Fit::AllClips).unwrap();
     let mut trainer = Trainer::new(data, config).unwrap();

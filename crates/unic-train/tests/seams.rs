@@ -19,7 +19,7 @@ use unic_train::*;
 /// Rounding of positions near 1 m, carried through skinning.
 const CLOSED_M: f32 = 1e-6;
 
-/// For each vertex of the panels the tube's vertex at the same place.
+/// Panels of the tube, and for each of their vertices the tube's vertex at the same place.
 fn panels() -> (TriMesh, Vec<u32>) {
     let tube = garment().rest;
     let mut origin: Vec<u32> = Vec::new();

@@ -114,7 +114,7 @@ fn error(trainer: &Trainer, model: &Arc<Model>, factor: f32) -> f32 {
 }
 
 #[test]
-fn a_model_feels_the_wind_that_it_was_trained_in() {
+fn model_reproduces_the_wind_of_its_training() {
     let (trainer, model) = trained(Air::Gusts);
     let read = Arc::new(Model::from_bytes(&model.to_bytes().unwrap()).unwrap());
     let [with, without] = [1.0, 0.0].map(|factor| error(&trainer, &read, factor));
@@ -129,7 +129,7 @@ fn a_model_feels_the_wind_that_it_was_trained_in() {
         .rmse_mm;
     assert!(
         (rmse_mm - 1e3 * f64::from(with)).abs() < 0.1,
-        "validation says {rmse_mm} mm"
+        "validation error {rmse_mm} mm"
     );
 }
 
@@ -149,7 +149,7 @@ fn names(clips: &[unic_eval::PreparedClip]) -> Vec<&str> {
 }
 
 #[test]
-fn a_motion_is_held_out_in_every_wind_and_comes_back_where_it_was() {
+fn motion_is_held_out_in_every_wind_and_restored_in_place() {
     // Clips 0 and 2 are one motion in two winds.
     let clips = [0, 1, 0, 2].into_iter().enumerate().map(|(i, motion)| {
         let mut clip = clip(&format!("take{i}"), motion, 4 * FRAMES);

@@ -4,8 +4,8 @@ use super::{UpName, parse};
 use std::{num::NonZeroUsize, path::PathBuf};
 use unic_io::LowPass;
 
-// The heading is set on each option: `next_help_heading` would also hold for the options that follow
-// in the commands.
+// The heading is set on each option: `next_help_heading` would also hold for the options that
+// follow in the commands.
 const HEADING: &str = "Motion files";
 
 /// Options for reading motion files.

@@ -131,8 +131,8 @@ fn preset_name(args: &TrainArgs) -> String {
     value.map_or_else(|| "standard".to_owned(), |value| value.get_name().to_owned())
 }
 
-/// Settings of the run in the folder, with those of the command line that may change; and the run's
-/// budget, where its steps are still to be planned.
+/// Settings of the run in the folder, changed by the command line where that is allowed, and its
+/// budget if its steps are still to be planned.
 ///
 /// # Errors
 /// Another preset or capture than the run began with, settings that may not change.

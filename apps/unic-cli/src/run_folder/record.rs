@@ -52,7 +52,7 @@ impl RunRecord {
         })
     }
 
-    /// Time for the run, where its steps are still to be planned.
+    /// Time for the run. `None` if its steps are planned.
     pub(crate) fn budget(&self) -> Option<Duration> {
         self.budget_s.and_then(|s| Duration::try_from_secs_f64(s).ok())
     }

@@ -26,6 +26,7 @@ impl Features {
             }
             MotionElements::All => (0..slices.contacts.end).collect(),
         };
+        // An age above zero must not round to the current frame.
         let lag = |s: &f32| ((s * fps).round() as usize).max(usize::from(*s > 0.0));
         let mut lags: Vec<usize> = config.lags_s.iter().map(lag).collect();
         // At low frame rates several ages are the same frame, which is read once.

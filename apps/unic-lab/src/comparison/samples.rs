@@ -150,6 +150,7 @@ impl Samples {
             }
             index -= sequence.steps();
         }
+        // Not reached: `index` is below the sum of the steps of all sequences.
         (&self.sequences[0], 1)
     }
 }
@@ -162,7 +163,7 @@ impl Sequence {
 }
 
 impl Units {
-    /// Measures the units. `is_change` tells whether the output is the change of the garment.
+    /// Measures the units. `is_change` is whether the output is the change of the garment.
     fn of(sequences: &[Sequence], is_change: bool) -> Self {
         let pairs = || sequences.iter().flat_map(|s| s.coefficients.windows(2));
         let now = |k: usize| largest_rms(pairs().map(|p| p[k].as_slice()));
@@ -189,6 +190,7 @@ fn largest_rms<'a>(all: impl Iterator<Item = &'a [f32]>) -> f32 {
     }
     let most = squares.into_iter().fold(0.0, f64::max);
     let rms = (most / count.max(1) as f64).sqrt() as f32;
+    // The unit is a divisor. Subnormal numbers would overflow the quotient.
     if rms > f32::MIN_POSITIVE { rms } else { 1.0 }
 }
 

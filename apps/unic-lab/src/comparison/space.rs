@@ -121,6 +121,7 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
     for (a, b) in a.zip(b) {
         (sums.iter_mut().zip(a.iter().zip(b))).for_each(|(sum, (x, y))| *sum += x * y);
     }
+    // A fixed order of summation: the result does not depend on the machine's vector width.
     sums.iter().sum::<f32>() + rest
 }
 

@@ -271,7 +271,7 @@ fn unsupported_settings_are_refused() {
         let trainer = ComparisonTrainer::new(&set, &spec, &character().skeleton, config);
         trainer.err().unwrap().to_string()
     };
-    for (change, told) in [
+    for (change, message) in [
         (
             (|c| c.optimiser.epochs = Some(3)) as fn(&mut ComparisonConfig),
             "optimiser.epochs",
@@ -288,7 +288,7 @@ fn unsupported_settings_are_refused() {
         (|c| c.layout = MotionLayout::Paper, "expected motion vectors with"),
     ] {
         let error = refused(change);
-        assert!(error.contains(told), "{told}: {error}");
+        assert!(error.contains(message), "{message}: {error}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! Which settings a run can be made from.
+//! Checks of the ranges of settings.
 
 use super::{RecurrenceSettings, StateSettings, TrainConfig};
 use thiserror::Error;
@@ -7,10 +7,10 @@ use unic_core::printable::printable_excerpt;
 /// Settings that no run can be made from.
 #[derive(Debug, Error)]
 pub enum SettingsError {
-    /// Not TOML of this shape.
+    /// Text that is not TOML, or TOML with other keys or types than the settings.
     #[error("training settings: {}", printable_excerpt(&in_one_line(.0)))]
     Toml(#[from] toml::de::Error),
-    /// A `key=value` that is none.
+    /// Assignment that is not of the form `key=value`.
     #[error("expected key=value with a dotted key such as optimiser.steps=1000, found `{}`", printable_excerpt(.0))]
     Assignment(String),
     /// A key that no settings have.
@@ -22,7 +22,7 @@ pub enum SettingsError {
     UnknownKey {
         /// The key as it was given.
         key: String,
-        /// The key that it is most like.
+        /// The most similar known key.
         nearest: Option<String>,
     },
     /// A value out of range.
@@ -33,9 +33,9 @@ pub enum SettingsError {
     Value {
         /// Dotted key.
         what: &'static str,
-        /// What it must be.
+        /// Allowed values.
         expected: &'static str,
-        /// What it is.
+        /// Actual value.
         found: String,
     },
 }
@@ -46,7 +46,7 @@ fn meant(nearest: &Option<String>) -> String {
         .map_or_else(String::new, |key| format!("; did you mean `{key}`?"))
 }
 
-/// What is wrong and where, without the picture of the line.
+/// Formats the message and position of an error in one line, without the quoted source line.
 fn in_one_line(error: &toml::de::Error) -> String {
     let text = error.to_string();
     let is_picture = |line: &&str| {
@@ -64,6 +64,8 @@ fn in_one_line(error: &toml::de::Error) -> String {
 const MOST_VERTEX_FRAMES: usize = 1 << 22;
 
 impl TrainConfig {
+    /// Checks that every value is within its range.
+    ///
     /// # Errors
     /// The first value out of range.
     pub fn check(&self) -> Result<(), SettingsError> {
@@ -99,9 +101,11 @@ impl TrainConfig {
             )?;
         }
         for (what, found) in self.amounts() {
+            // NaN fails the comparison, infinity the second condition.
             ensure(what, "0 or more", found, found >= 0.0 && found.is_finite())?;
         }
         for (what, found) in self.shares() {
+            // A range contains no NaN.
             ensure(what, "at least 0 and below 1", found, (0.0..1.0).contains(&found))?;
         }
         Ok(())
@@ -119,6 +123,7 @@ impl TrainConfig {
             ensure(what, expected, found, (1..=most).contains(&found))?;
         }
         let frames = b.unroll_first.max(b.unroll_last);
+        // Saturating: the product of three values in range may exceed 32 bits.
         let product = b.windows.saturating_mul(b.points).saturating_mul(frames);
         ensure(
             "the product of batch.windows, batch.points and the longer batch.unroll",
@@ -128,7 +133,7 @@ impl TrainConfig {
         )
     }
 
-    /// Values of which any amount will do.
+    /// Returns the values that may be any finite number from 0 on, with their keys.
     fn amounts(&self) -> [(&'static str, f64); 11] {
         let (o, r) = (&self.optimiser, &self.regularisation);
         let memory_s = match self.model.state {
@@ -175,6 +180,7 @@ impl RecurrenceSettings {
         for (what, found) in KEYS.into_iter().zip(counts) {
             ensure(what, "1 to 4096", found, (1..=4096).contains(&found))?;
         }
+        // No overflow: each factor is at most 4096 here.
         ensure(
             "the product of model.state.displacement.recurrence.windows and its frames",
             "65536 or less",

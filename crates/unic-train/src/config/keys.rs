@@ -1,4 +1,4 @@
-//! Dotted keys of the settings, for those who mistype one.
+//! Dotted keys of the settings, and suggestions for misspelt ones.
 
 use super::{Preset, SettingsError, TrainConfig};
 use std::collections::BTreeSet;
@@ -6,11 +6,11 @@ use std::collections::BTreeSet;
 /// Keys that no preset has: they are optional.
 const OPTIONAL: [&str; 2] = ["motion_seconds", "optimiser.epochs"];
 
-/// Names that differ by more are not each other's slips.
+/// Smallest similarity at which a known key is suggested for a misspelt one.
 const LIKE: f64 = 0.6;
 
-/// The error of a key that no settings have, with the one that it is most like; none for a key that
-/// there is.
+/// Returns the error of an unknown key, with the most similar known one. Returns none for a known
+/// key.
 pub(super) fn unknown(key: &str) -> Option<SettingsError> {
     let known = all();
     if known.contains(key) {
@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_key_is_known_and_slips_find_theirs() {
+    fn misspelt_keys_get_the_nearest_key_as_suggestion() {
         assert!(all().len() > 40);
         for key in all() {
             assert!(unknown(&key).is_none(), "{key}");
@@ -71,13 +71,13 @@ mod tests {
             ("learning_rate", "optimiser.learning_rate"),
             ("loss.positions", "loss.position"),
         ] {
-            let told = unknown(slip).map_or_else(String::new, |e| e.to_string());
+            let message = unknown(slip).map_or_else(String::new, |e| e.to_string());
             assert!(
-                told.contains(&format!("`{meant}`")) && told.contains(&format!("`{slip}`")),
-                "{told}"
+                message.contains(&format!("`{meant}`")) && message.contains(&format!("`{slip}`")),
+                "{message}"
             );
         }
-        let told = unknown("qqqq").map_or_else(String::new, |e| e.to_string());
-        assert!(told.contains("unknown key `qqqq`"), "{told}");
+        let message = unknown("qqqq").map_or_else(String::new, |e| e.to_string());
+        assert!(message.contains("unknown key `qqqq`"), "{message}");
     }
 }

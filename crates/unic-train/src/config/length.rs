@@ -1,4 +1,4 @@
-//! How long a run is: epochs of its clips, or steps.
+//! Length of a run, in epochs of its clips or in steps.
 
 use super::{OptimiserConfig, Refit, TrainConfig};
 
@@ -7,10 +7,10 @@ use super::{OptimiserConfig, Refit, TrainConfig};
 pub const PUBLISHED_EPOCHS: u64 = 300;
 
 impl TrainConfig {
-    /// Are `longer` the same settings for a longer run, whose learning rate has been the same up to
-    /// where this one ends, but for the rounding of epochs to steps? The half periods of the
-    /// schedule grow with the epochs, or with the steps where those are given. A run of two fits
-    /// cannot be made longer.
+    /// Returns whether `longer` has the same settings for a longer run with the same learning rate
+    /// in every common step, up to the rounding of epochs to steps. The half periods of its
+    /// schedule must grow in proportion to the epochs, or to the steps. A run of two fits cannot be
+    /// made longer.
     pub fn is_lengthened_by(&self, longer: &Self) -> bool {
         let (o, l) = (&self.optimiser, &longer.optimiser);
         let lengths = match (o.epochs, l.epochs) {
@@ -19,6 +19,8 @@ impl TrainConfig {
             _ => return false,
         };
         let [rate, longer_rate] = [o.half_periods, l.half_periods];
+        // Half periods per epoch or step, compared by cross-multiplication. The tolerance covers
+        // rounding.
         let same_rate = (rate * lengths[1] as f64 - longer_rate * lengths[0] as f64).abs()
             <= 1e-9 * longer_rate * lengths[0] as f64;
         let mut alike = longer.clone();
@@ -28,29 +30,32 @@ impl TrainConfig {
             half_periods: rate,
             ..l.clone()
         };
-        // Windows that grow over a run have grown otherwise over a longer one.
+        // The length of windows depends on the share of the run that is done, so the same step of a
+        // longer run has shorter windows.
         let grows = self.batch.unroll_first != self.batch.unroll_last;
-        // The clips of a second fit have pairs, and steps, of their own.
+        // A second fit has other clips, and so another number of pairs and steps.
         let has_second_fit = self.validation.refit == Refit::AllClips;
         lengths[1] > lengths[0] && same_rate && alike == *self && !grows && !has_second_fit
     }
 
-    /// Exactly so many steps, whatever number of epochs that is.
+    /// Sets the number of steps and removes the number of epochs.
     pub fn set_steps(&mut self, steps: u64) {
         (self.optimiser.steps, self.optimiser.epochs) = (steps, None);
     }
 
-    /// Epochs that `steps` make of so many pairs of consecutive frames.
+    /// Returns the number of epochs that `steps` are on clips with `pairs` pairs of consecutive
+    /// frames.
     pub fn epochs_of(&self, steps: u64, pairs: usize) -> f64 {
         steps as f64 * self.pairs_a_step() as f64 / pairs.max(1) as f64
     }
 
-    /// Steps of a training of [`PUBLISHED_EPOCHS`] of so many pairs of consecutive frames.
+    /// Returns the number of steps of [`PUBLISHED_EPOCHS`] on clips with `pairs` pairs of
+    /// consecutive frames.
     pub fn published_steps(&self, pairs: usize) -> u64 {
         self.steps_of(PUBLISHED_EPOCHS, pairs)
     }
 
-    /// These settings with the number of steps that their epochs are, for clips with so many pairs
+    /// Computes the number of steps from the epochs, if there are any, for clips with `pairs` pairs
     /// of consecutive frames.
     pub(crate) fn for_pairs(mut self, pairs: usize) -> Self {
         if let Some(epochs) = self.optimiser.epochs {
@@ -61,6 +66,7 @@ impl TrainConfig {
 
     fn steps_of(&self, epochs: u64, pairs: usize) -> u64 {
         let samples = epochs.saturating_mul(pairs as u64);
+        // Rounded up, so that a run has at least the epochs that were asked for.
         samples.div_ceil(self.pairs_a_step()).max(1)
     }
 

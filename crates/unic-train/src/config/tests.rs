@@ -1,7 +1,7 @@
 use super::*;
 
 #[test]
-fn presets_survive_their_own_file() {
+fn presets_round_trip_through_toml() {
     for preset in [Preset::Paper, Preset::Standard, Preset::Tiny] {
         let config = TrainConfig::preset(preset);
         config.check().unwrap();
@@ -38,7 +38,7 @@ fn assignments_reach_nested_keys_and_refuse_unknown_ones() {
 }
 
 #[test]
-fn epochs_are_so_many_steps_of_a_capture_unless_steps_are_given() {
+fn epochs_set_the_number_of_steps_unless_steps_are_given() {
     let config = TrainConfig::preset(Preset::Paper);
     // 300 passes over 1,000 pairs, 128 of them in a step.
     assert_eq!(config.clone().for_pairs(1000).optimiser.steps, 2344);
@@ -67,7 +67,7 @@ fn epochs_are_so_many_steps_of_a_capture_unless_steps_are_given() {
 }
 
 #[test]
-fn a_longer_run_goes_on_with_the_schedule_of_the_shorter_one() {
+fn longer_run_continues_the_schedule_of_the_shorter_one() {
     let config = TrainConfig::preset(Preset::Paper);
     let with = |lines: &[&str]| {
         let lines: Vec<String> = lines.iter().map(|l| (*l).to_owned()).collect();
@@ -105,7 +105,7 @@ fn a_longer_run_goes_on_with_the_schedule_of_the_shorter_one() {
 }
 
 #[test]
-fn the_schedule_of_the_paper_rises_again() {
+fn learning_rate_of_the_paper_rises_in_the_second_half_period() {
     let config = TrainConfig::preset(Preset::Paper);
     let third = config.optimiser.steps / 3;
     assert!((config.learning_rate(0) - 1e-4).abs() < 1e-12);
@@ -126,7 +126,7 @@ fn unrolling_grows_to_its_full_length() {
 }
 
 #[test]
-fn a_step_that_no_memory_holds_is_refused_by_its_product() {
+fn batch_that_exceeds_memory_is_refused() {
     let config = TrainConfig::preset(Preset::Paper);
     let set = |points: usize, unroll: usize| {
         let lines = [
@@ -146,9 +146,9 @@ fn a_step_that_no_memory_holds_is_refused_by_its_product() {
 }
 
 #[test]
-fn a_file_with_a_fault_is_refused_in_one_line() {
+fn faulty_file_is_refused_with_a_one_line_error() {
     let text = TrainConfig::preset(Preset::Tiny).to_toml();
-    for (whole, fault, told) in [
+    for (whole, fault, message) in [
         ("seed = 1", "seed = \"\u{1f}\"", "line 1"),
         ("seed = 1", "sead = 1", "unknown field `sead`"),
         ("steps = 100", "steps = -1", "`-1`"),
@@ -158,14 +158,14 @@ fn a_file_with_a_fault_is_refused_in_one_line() {
             .unwrap_err()
             .to_string();
         assert!(
-            error.contains(told) && !error.contains(char::is_control),
+            error.contains(message) && !error.contains(char::is_control),
             "{error}"
         );
     }
 }
 
 #[test]
-fn the_greatest_numbers_overflow_nothing() {
+fn largest_values_do_not_overflow() {
     let mut config = TrainConfig::preset(Preset::Standard);
     config.optimiser.steps = u64::MAX;
     assert!(config.learning_rate(u64::MAX) >= 0.0 && config.unroll(u64::MAX) > 0);

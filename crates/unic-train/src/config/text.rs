@@ -6,7 +6,7 @@ impl TrainConfig {
     /// These settings with `key=value` assignments, keys dotted as in the TOML file.
     ///
     /// # Errors
-    /// Assignments that are none, keys that do not exist, values of another type or out of range.
+    /// Assignments without `=`, keys that do not exist, values of another type or out of range.
     pub fn with_assignments(&self, assignments: &[String]) -> Result<Self, SettingsError> {
         let mut table = toml::Table::try_from(self).map_err(|e| SettingsError::Assignment(e.to_string()))?;
         for assignment in assignments {
@@ -16,7 +16,7 @@ impl TrainConfig {
             let key = key.trim();
             assign(&mut table, key, value).ok_or_else(|| keys::unknown(key).unwrap_or_else(wrong))?;
         }
-        // Of steps and epochs the one that is given last counts.
+        // The last assignment of steps or epochs takes effect.
         let last = |key: &str| {
             let key_of = |a: &String| a.split('=').next().map(str::trim) == Some(key);
             assignments.iter().rposition(key_of)
@@ -47,12 +47,12 @@ impl TrainConfig {
 
     /// The settings as a file that [`TrainConfig::from_toml`] reads.
     pub fn to_toml(&self) -> String {
-        // Only maps with keys that are no strings cannot be written, and there are none.
+        // Writing fails only for maps whose keys are not strings, and there are none.
         toml::to_string_pretty(self).unwrap_or_default()
     }
 }
 
-/// A TOML value, or a string where it is none: `validation.refit=never` needs no quotes.
+/// Parses a TOML value. Other text becomes a string: `validation.refit=never` needs no quotes.
 fn parse_value(text: &str) -> toml::Value {
     let document: Result<toml::Table, _> = toml::from_str(&format!("value = {text}"));
     let value = document.ok().and_then(|mut table| table.remove("value"));

@@ -1,6 +1,6 @@
 //! Running mean of a network's parameters over the steps.
 
-/// Whether a training keeps a running mean of the parameters, and how fast the mean forgets.
+/// Kind of running mean of the parameters that a training keeps, and its decay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Averaging {
     /// No mean: the finished model takes the parameters of the last step.
@@ -37,6 +37,8 @@ impl Average {
         let decay = match self.averaging {
             Averaging::Off => 0.0,
             Averaging::Decay(decay) => decay,
+            // The decay rises from 0.1 at step 0 to its final value, so that early means forget the
+            // random start.
             Averaging::WarmedUpDecay(decay) => decay.min((step as f64 + 1.0) / (step as f64 + 10.0)),
         };
         for (mean, now) in self.values.iter_mut().zip(parameters) {

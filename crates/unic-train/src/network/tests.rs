@@ -43,7 +43,7 @@ fn constant_logits(shape: &NetworkShape, logits: &[f32], device: &Device) -> Net
 }
 
 #[test]
-fn categories_are_picked_as_often_as_the_softmax_says() {
+fn categories_are_picked_with_the_probabilities_of_the_softmax() {
     const ROWS: usize = 40_000;
     let logits = [1.0f32, -0.5, 0.3, 2.0];
     let shape = shape(vec![2, 4], 1, 4);
@@ -69,7 +69,7 @@ fn categories_are_picked_as_often_as_the_softmax_says() {
 }
 
 #[test]
-fn a_one_hot_code_has_the_values_of_the_pick_and_the_slope_of_the_softmax() {
+fn one_hot_code_has_the_value_of_the_argmax_and_the_gradient_of_the_softmax() {
     let shape = NetworkShape {
         code: LatentCode::OneHot,
         ..shape(vec![2, 6], 2, 3)
@@ -111,7 +111,7 @@ fn a_one_hot_code_has_the_values_of_the_pick_and_the_slope_of_the_softmax() {
 }
 
 #[test]
-fn gradients_reach_the_picked_logits_alone() {
+fn gradients_reach_only_the_picked_logits() {
     let shape = shape(vec![2, 6], 2, 3);
     let device = Device::flex().autodiff();
     let network = constant_logits(&shape, &[0.1, 0.9, 0.5, 3.0, 1.0, 2.0], &device);
@@ -191,7 +191,7 @@ fn noise_depends_on_seed_and_step_alone() {
 }
 
 #[test]
-fn parameters_come_back_and_start_within_their_bounds() {
+fn parameters_round_trip_and_start_within_their_bounds() {
     let shape = shape(vec![10, 8, 4], 1, 4);
     let device = Device::flex();
     let network = Network::new(&shape, 7, &device);
@@ -210,7 +210,7 @@ fn parameters_come_back_and_start_within_their_bounds() {
 }
 
 #[test]
-fn a_head_of_zeros_moves_nothing() {
+fn zero_head_outputs_zero() {
     let device = Device::flex().autodiff();
     let mut shape = shape(vec![10, 4], 1, 4);
     let largest = |shape: &NetworkShape| {

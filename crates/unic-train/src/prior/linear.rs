@@ -15,7 +15,7 @@ pub(super) const MIDDLE_STRENGTH: f64 = STRENGTHS[STRENGTHS.len() / 2];
 pub(super) struct LeaveOneOut {
     /// Map fitted to all motions.
     pub(super) all: Option<LinearMap>,
-    /// For each motion, the map fitted to the others.
+    /// Maps, one per motion, each fitted to all other motions.
     pub(super) maps: Vec<Option<LinearMap>>,
 }
 
@@ -62,6 +62,7 @@ impl LeaveOneOut {
 /// Converts a map to the runtime's form. Without a map, all coefficients are zero.
 pub(super) fn runtime_map(map: Option<&LinearMap>, inputs: usize, outputs: usize) -> Linear {
     let weight = |(k, i)| map.map_or(0.0, |m| m.coefficient(i, k) as f32);
+    // The value of an affine map at zero is its constant part.
     let bias = map.map_or_else(|| vec![0.0; outputs], |m| m.apply(&vec![0.0; inputs]));
     Linear {
         inputs,

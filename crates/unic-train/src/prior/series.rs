@@ -55,6 +55,7 @@ impl<'a> Clips<'a, '_> {
         })?;
         if let Some(map) = &map {
             let garment = &self.set.garment;
+            // Without the mask: `reflected` applies the share of the mirrored place.
             let whole = Garment::new(garment.rest.clone(), garment.weights.clone());
             series.extend(self.view(View::Mirrored, |clip, frame| {
                 self.reflected(map, &displacements(&whole, &self.set.train[clip], frame))

@@ -61,9 +61,11 @@ impl Gain {
         } else {
             0.0
         };
+        // (|t|² − |t − share · c|²) / |t|², expanded.
         let gains = || clips.iter().map(|c| share * (2.0 * c.along - share * c.squares));
         let count = clips.len().max(1) as f64;
         let gain = gains().sum::<f64>() / count;
+        // A lone motion has no variance: its standard error is zero.
         let variance = gains().map(|g| (g - gain).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
         Self {
             share,

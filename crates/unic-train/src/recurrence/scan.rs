@@ -15,12 +15,14 @@ use burn::backend::autodiff::{
 use burn::backend::{Autodiff, Flex, tensor::FloatTensor};
 use burn::tensor::Tensor;
 
-/// h_0 = `first` `[windows, 2 M]`, h_t = λ h_{t−1} + u_t with u the `drive` `[frames, windows, 2
-/// M]`, whose frame 0 is not read; λ the `poles` `[2 M]`. Real parts before imaginary ones in each,
-/// also in what is returned, `[frames, windows, 2 M]`. Gradients flow to all three.
+/// States h of damped oscillators: h_0 = `first`, h_t = λ h_{t−1} + u_t.
+///
+/// `first` is `[windows, 2 M]`. u is the `drive` `[frames, windows, 2 M]`, whose frame 0 is not
+/// read. λ are the `poles` `[2 M]`. The result is `[frames, windows, 2 M]`. All have real parts
+/// before imaginary ones. Gradients flow to all three arguments.
 ///
 /// # Panics
-/// Of sizes that do not fit, and without a frame.
+/// Panics if sizes do not fit, and without a frame.
 pub(super) fn oscillations(poles: Tensor<1>, first: Tensor<2>, drive: Tensor<3>) -> Tensor<3> {
     let [frames, windows, state] = drive.dims();
     assert!(
@@ -35,7 +37,7 @@ pub(super) fn oscillations(poles: Tensor<1>, first: Tensor<2>, drive: Tensor<3>)
     }
 }
 
-/// By doubling: sums over d frames make sums over 2 d frames.
+/// States by doubling: sums over d frames are combined to sums over 2 d frames.
 fn composed(poles: Tensor<1>, first: Tensor<2>, drive: Tensor<3>) -> Tensor<3> {
     let [frames, _, state] = drive.dims();
     let count = state / 2;
@@ -52,6 +54,7 @@ fn composed(poles: Tensor<1>, first: Tensor<2>, drive: Tensor<3>) -> Tensor<3> {
         let [re, im] = times(earlier, power.clone());
         let [h_re, h_im] = h;
         h = [h_re + re, h_im + im];
+        // `power` is λ to the power of `ticks`, so both double together.
         power = times(power.clone(), power);
         ticks *= 2;
     }
@@ -63,7 +66,7 @@ fn times([a, b]: [Tensor<3>; 2], [c, d]: [Tensor<3>; 2]) -> [Tensor<3>; 2] {
     [a.clone() * c.clone() - b.clone() * d.clone(), a * d + b * c]
 }
 
-/// Moved `ticks` frames on, zeros before.
+/// Shifts a series by `ticks` frames; the first ones become zero.
 fn later(x: Tensor<3>, ticks: usize) -> Tensor<3> {
     let [frames, ..] = x.dims();
     let kept = x.clone().narrow(0, 0, frames - ticks);
@@ -98,7 +101,7 @@ fn looped(poles: Tensor<1>, first: Tensor<2>, drive: Tensor<3>) -> Tensor<3> {
 struct Oscillations;
 
 impl Backward<Flex, 3> for Oscillations {
-    /// Poles, what came out, and its sizes.
+    /// Poles, output states, and the sizes of the states.
     type State = (FloatTensor<Flex>, FloatTensor<Flex>, [usize; 3]);
 
     fn backward(self, ops: Ops<Self::State, 3>, registry: &mut Registry, _: &mut Checkpointer) {
@@ -133,9 +136,10 @@ impl<'a> Loop<'a> {
         }
     }
 
-    /// h of all frames.
+    /// Computes the states h of all frames.
     fn forward(&self, first: &[f32], drive: &[f32]) -> Vec<f32> {
         let mut states = drive.to_vec();
+        // The first state takes the place of the drive's frame 0.
         states[..self.frame].copy_from_slice(first);
         for t in 1..self.frames {
             let (before, now) = states.split_at_mut(t * self.frame);
@@ -144,7 +148,7 @@ impl<'a> Loop<'a> {
         states
     }
 
-    /// Gradients to poles, first and drive, of the states and the gradient to each.
+    /// Computes the gradients to poles, first state and drive from the states and their gradients.
     ///
     /// The adjoint a_t = g_t + λ̄ a_{t+1} is that of u_t, and that of λ is Σ h̄_{t−1} a_t.
     fn backward(&self, states: &[f32], upstream: &[f32]) -> [Vec<f32>; 3] {
@@ -168,11 +172,12 @@ impl<'a> Loop<'a> {
             }
         }
         let first = adjoint[..self.frame].to_vec();
+        // Frame 0 of the drive is not read, so its gradient is zero.
         adjoint[..self.frame].fill(0.0);
         [to_poles, first, adjoint]
     }
 
-    /// Adds a frame times complex numbers, one an oscillator, to another.
+    /// Adds a frame, multiplied by one complex number per oscillator, to another frame.
     fn add_turned(&self, [re, im]: [&[f32]; 2], from: &[f32], to: &mut [f32]) {
         let count = re.len();
         let rows = from[..self.frame].chunks_exact(2 * count);
@@ -235,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn the_loop_and_burns_operations_say_the_same_with_the_same_gradients() {
+    fn looped_and_composed_oscillations_agree_in_values_and_gradients() {
         for frames in [1, 2, 3, 8, 33] {
             let [looped, composed] = [looped, composed].map(|operation| differentiated(frames, operation));
             for (name, (a, b)) in ["states", "poles", "first", "drive"]

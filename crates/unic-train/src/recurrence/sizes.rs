@@ -46,6 +46,7 @@ impl Sizes {
             bias: biases[i].clone(),
         });
         let gain = |row: usize| (1.0 - decays[row % self.oscillators].powi(2)).sqrt();
+        // Both factors are folded into the weights: a frame at runtime does not compute them.
         scale_rows(&mut drive, gain);
         scale_rows(&mut head, |_| scale);
         let pole = |(decay, angle): (&f32, &f32)| [decay * angle.cos(), decay * angle.sin()];

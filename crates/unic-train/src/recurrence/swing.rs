@@ -1,10 +1,10 @@
 //! Energy of the garment's swings on motions that were left out.
 //!
 //! Least squares predict the mean of all that could follow from a motion, and the mean has less
-//! energy than each possibility: the cloth looks stiff. So the swings of the recurrence's training
-//! targets, their variation faster than half a hertz, are scaled up by the energy that predictions
-//! on motions left out lack. Least squares are linear in the targets, so this costs nothing when
-//! animating.
+//! energy than each possibility: the cloth appears stiff. So the swings of the recurrence's
+//! training targets, their variation faster than half a hertz, are scaled up by the energy that
+//! predictions on motions left out lack. Least squares are linear in the targets, so this costs
+//! nothing when animating.
 
 use super::sequence::Sequence;
 use rayon::prelude::*;
@@ -67,6 +67,7 @@ fn energies(swings: &[Vec<f32>], outputs: usize) -> Vec<f64> {
         energies
             .iter_mut()
             .zip(row)
+            // Summed in f64: sums of many small squares lose digits in f32.
             .for_each(|(e, x)| *e += f64::from(x * x));
     }
     energies
@@ -77,6 +78,7 @@ fn gains(truths: &[f64], predicted: &[f64], wanted: f32) -> Vec<f32> {
     let gain = |(truth, predicted): (&f64, &f64)| match *predicted > 0.0 {
         true => (f64::from(wanted) * truth / predicted)
             .sqrt()
+            // Never below 1: swings with enough energy are not damped.
             .clamp(1.0, MOST_GAIN) as f32,
         false => 1.0,
     };
@@ -89,12 +91,15 @@ fn swings(values: &[f32], outputs: usize, fps: f32) -> Vec<f32> {
     let frames = values.len() / outputs.max(1);
     let half = (0.5 * SLOWEST_S * fps) as usize;
     let window: Vec<f32> = (0..=2 * half)
+        // Shifted by one: the two outermost weights of a Hann window are zero and are left out.
         .map(|i| 1.0 - (TAU * (i + 1) as f32 / (2 * half + 2) as f32).cos())
         .collect();
     let mut fast = values.to_vec();
     for (t, row) in fast.chunks_exact_mut(outputs.max(1)).enumerate() {
         let near = t.saturating_sub(half)..(t + half + 1).min(frames);
         let weights = &window[near.start + half - t..][..near.len()];
+        // Normalised by the weights in range: a constant stays its own mean where the window is cut
+        // off.
         let total: f32 = weights.iter().sum();
         for (s, weight) in near.zip(weights) {
             let around = &values[s * outputs..][..outputs];
@@ -112,11 +117,11 @@ mod tests {
     use crate::{dataset::MotionVectors, mirror::View};
 
     #[test]
-    fn coefficients_gain_what_predictions_lack_of_swings_and_nothing_slow() {
+    fn amplification_restores_fast_swings_and_keeps_the_mean() {
         const FPS: f32 = 30.0;
         let motion = MotionVectors::of_plain(1, vec![0.0; 300]);
         let wave: Vec<f32> = (0..300).map(|t| (TAU * 1.5 * t as f32 / FPS).sin()).collect();
-        // Four fifths of a swing about 5 m are known, and all of where it hangs.
+        // Predictions have four fifths of the true swing and all of its mean, 5 m.
         let sequence = Sequence {
             motion: &motion,
             view: View::Direct,
@@ -152,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn swings_keep_fast_and_drop_slow_waves_without_a_shift() {
+    fn high_pass_filter_keeps_fast_waves_without_a_phase_shift() {
         const FPS: f32 = 30.0;
         let wave = |hz: f32| move |t: usize| (TAU * hz * t as f32 / FPS).sin();
         for (hz, share) in [(0.05, 0.0), (1.5, 1.0), (4.0, 1.0)] {
@@ -169,10 +174,10 @@ mod tests {
     }
 
     #[test]
-    fn gains_restore_the_energy_that_is_wanted_and_stay_within_bounds() {
+    fn gains_restore_the_wanted_energy_within_bounds() {
         let found = gains(&[4.0, 4.0, 4.0, 100.0, 1.0], &[2.0, 3.6, 8.0, 1.0, 0.0], 0.85);
         assert!((found[0] - 1.7f32.sqrt()).abs() < 1e-6);
-        // Lively enough, too lively, hardly predicted, not predicted at all.
+        // Enough energy, too much, hardly any, none.
         assert_eq!(found[1..], [1.0, 1.0, 1.5, 1.0]);
         assert_eq!(gains(&[4.0], &[1.0], 0.0), [1.0]);
     }

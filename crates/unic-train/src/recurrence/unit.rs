@@ -17,11 +17,11 @@ use std::f32::consts::TAU;
 
 /// Time constants of the oscillators at the start, seconds: from a flutter to a slow slide.
 const TIME_CONSTANTS_S: [f32; 2] = [0.05, 2.0];
-/// Frequencies that they begin with, in turn, Hz: what cloth swings at, and none.
+/// Initial frequencies of the oscillators, in turn, in Hz: those at which cloth swings, and zero.
 const FREQUENCIES_HZ: [f32; 8] = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0];
 
-/// λ = exp(−exp(rate) + i angle), exp(rate) at least [`LEAST_RATE`]: every value of the parameters
-/// forgets.
+/// Linear recurrent unit with poles λ = exp(−exp(rate) + i angle). exp(rate) is at least
+/// [`LEAST_RATE`], so that the oscillators decay for all values of the parameters.
 #[derive(Module, Debug)]
 pub(super) struct Unit {
     rates: Param<Tensor<1>>,
@@ -50,9 +50,10 @@ const ANGLES_ID: u64 = 2001;
 const MAPS_ID: u64 = 2002;
 
 impl Unit {
-    /// Weights normal with variance 1 / inputs, the head's a hundredth of it.
+    /// Draws normal weights with variance 1 / inputs, and a hundredth of it in the head.
     pub(super) fn new(sizes: Sizes, fps: f32, seed: u64, device: &Device) -> Self {
         let count = sizes.oscillators;
+        // The maximum avoids 0 / 0 for a single oscillator.
         let share = |k: usize| k as f32 / (count - 1).max(1) as f32;
         let [short, long] = TIME_CONSTANTS_S;
         let rate = |k: usize| -(short * (long / short).powf(share(k)) * fps).ln();
@@ -86,10 +87,11 @@ impl Unit {
         let (outputs, shape) = (batch.sizes.outputs, batch.shape(batch.sizes.outputs));
         let targets = tensor(std::mem::take(&mut batch.targets), shape, device);
         let error = self.outputs(batch, device) - targets;
+        // `mean` divides by the number of outputs too; the factor turns that into their sum.
         error.powi_scalar(2).mean() * outputs as f64
     }
 
-    /// `[frames, windows, outputs]`.
+    /// Computes the outputs `[frames, windows, outputs]` of a batch.
     fn outputs(&self, batch: WindowBatch, device: &Device) -> Tensor<3> {
         let (windows, width, shape) = (batch.windows, batch.sizes.width, batch.shape(batch.sizes.inputs));
         let [embedding_mask, memory_mask] = batch.masks.map(|mask| tensor(mask, [1, windows, width], device));
@@ -107,6 +109,7 @@ impl Unit {
     /// Drive of the oscillators `[frames, windows, 2 M]`, scaled so that the size of their states
     /// does not depend on how long they remember.
     fn drive(&self, embedding: Tensor<3>) -> Tensor<3> {
+        // √(1 − |λ|²): under white noise the states have the same variance for every time constant.
         let gain: Tensor<1> = (-(self.rates() * -2.0).exp() + 1.0).sqrt();
         let gain = Tensor::cat(vec![gain.clone(), gain], 0);
         let weight = self.weights[1].val() * gain.clone().unsqueeze();
@@ -133,7 +136,7 @@ fn tensor(values: Vec<f32>, shape: [usize; 3], device: &Device) -> Tensor<3> {
     Tensor::from_data(TensorData::new(values, shape), device)
 }
 
-/// `[frames, windows, inputs]` to outputs.
+/// Applies a linear map to the last axis of `[frames, windows, inputs]`.
 fn mapped(x: Tensor<3>, weight: Tensor<2>, bias: Tensor<1>) -> Tensor<3> {
     let [frames, windows, inputs] = x.dims();
     let outputs = bias.dims()[0];
@@ -141,13 +144,13 @@ fn mapped(x: Tensor<3>, weight: Tensor<2>, bias: Tensor<1>) -> Tensor<3> {
     y.reshape([frames, windows, outputs])
 }
 
-/// States that the first frame's drive u `[windows, 2 M]` would have come to if it had lasted for
-/// ever: u / (1 − λ).
+/// Steady states u / (1 − λ) under a constant drive u `[windows, 2 M]`, that of the first frame.
 fn started(drive: Tensor<2>, [pole_re, pole_im]: &[Tensor<1>; 2]) -> Tensor<2> {
     let count = pole_re.dims()[0];
     let [re, im] = [0, count].map(|part| drive.clone().narrow(1, part, count));
     // 1 / (1 − λ) = (a + i b) / |1 − λ|² with 1 − λ = a − i b.
     let [a, b] = [-pole_re.clone() + 1.0, pole_im.clone()];
+    // Above zero: every pole decays, so |λ| is below 1.
     let norm = a.clone().powi_scalar(2) + b.clone().powi_scalar(2);
     let [a, b]: [Tensor<2>; 2] = [a / norm.clone(), b / norm].map(Tensor::unsqueeze);
     let turned = [re.clone() * a.clone() - im.clone() * b.clone(), re * b + im * a];
@@ -159,7 +162,7 @@ mod tests {
     use super::*;
     use crate::{dataset::MotionVectors, mirror::View, parameters::values, recurrence::Sequence};
 
-    /// Outputs in training against those of the runtime.
+    /// Compares the outputs in training with those of the runtime.
     fn check_against_the_runtime(frames: usize) {
         let (len, sizes) = (
             3,
@@ -204,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn training_and_runtime_remember_the_same() {
+    fn training_and_runtime_outputs_agree() {
         [1, 2, 20, 64].into_iter().for_each(check_against_the_runtime);
     }
 

@@ -25,6 +25,7 @@ impl<'a> Progress<'a> {
 
     /// Counts steps and asks the callback whether to go on.
     pub(super) fn add(&self, steps: u64) -> Control {
+        // Relaxed is enough: the counter orders no other memory access.
         let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
         (self.watch)(done, self.all)
     }

@@ -4,8 +4,8 @@ use super::{sequence::Sequence, sizes::Sizes};
 use crate::config::RecurrenceSettings;
 use rand::{Rng, RngExt};
 
-/// The greatest length that sequences with half of all frames have: one long clip does not keep the
-/// others out.
+/// Returns the greatest length such that the sequences of at least this length have half of all
+/// frames. One long clip does not exclude the others.
 fn common_length(sequences: &[&Sequence]) -> Option<usize> {
     let mut lengths: Vec<usize> = sequences.iter().map(|s| s.len()).collect();
     lengths.sort_unstable_by(|a, b| b.cmp(a));
@@ -17,7 +17,7 @@ fn common_length(sequences: &[&Sequence]) -> Option<usize> {
     })
 }
 
-/// What training windows are drawn from.
+/// Sequences that training windows are drawn from, with the windows' sizes.
 pub(super) struct Windows<'a> {
     sequences: &'a [&'a Sequence<'a>],
     sizes: Sizes,
@@ -35,7 +35,8 @@ pub(super) struct WindowBatch {
     pub(super) sizes: Sizes,
     pub(super) inputs: Vec<f32>,
     pub(super) targets: Vec<f32>,
-    /// Of embedding and memory: windows × width. What is dropped of the inputs is zero in them.
+    /// Dropout factors of embedding and memory: windows × width. Those of the inputs are already
+    /// applied to `inputs`.
     pub(super) masks: [Vec<f32>; 2],
 }
 
@@ -46,7 +47,7 @@ impl WindowBatch {
 }
 
 impl<'a> Windows<'a> {
-    /// None without anything to learn.
+    /// Measures sizes and scale. Returns none where all coefficients are zero or missing.
     pub(super) fn new(sequences: &'a [&'a Sequence<'a>], settings: &RecurrenceSettings) -> Option<Self> {
         let common = common_length(sequences)?;
         let first = sequences.first()?;
@@ -64,6 +65,8 @@ impl<'a> Windows<'a> {
             let frames: usize = sequences.iter().map(|s| s.len()).sum();
             (sequences.iter().map(of).sum::<f64>() / frames.max(1) as f64).sqrt()
         };
+        // One scale for all coefficients, so that each weighs in the loss as much as it moves the
+        // garment.
         let scale = (0..sizes.outputs).map(rms).fold(0.0, f64::max) as f32;
         (scale > 0.0 && scale.is_finite()).then_some(Self {
             sequences,
@@ -79,7 +82,7 @@ impl<'a> Windows<'a> {
         self.sizes
     }
 
-    /// Metres that one unit of a target means.
+    /// Returns the metres in one unit of a target.
     pub(super) fn scale(&self) -> f32 {
         self.scale
     }
@@ -130,7 +133,7 @@ impl<'a> Windows<'a> {
         (self.sequences[0], 0)
     }
 
-    /// One a window.
+    /// Draws dropout factors, windows × `width`: one mask per window, for all of its frames.
     fn mask(&self, width: usize, rng: &mut impl Rng) -> Vec<f32> {
         let factor = |_| {
             if rng.random::<f32>() < self.dropout {

@@ -62,25 +62,25 @@ pub(crate) fn dataset_of(takes: &[(Take, Split)], config: &TrainConfig) -> Field
     FieldData::prepare(capture, config, Fit::HeldOut).unwrap()
 }
 
-/// Three takes to train on, one to validate.
+/// Dataset of three takes to train on and one to validate.
 pub(crate) fn dataset(config: &TrainConfig) -> FieldData {
     dataset_for(&Figure::tube(), config)
 }
 
-/// [`dataset`] of another figure, which moves alike.
+/// [`dataset`] of another figure with the same motion.
 pub(crate) fn dataset_for(figure: &Figure, config: &TrainConfig) -> FieldData {
     let (_folder, capture) = unic_testdata::capture(figure, &takes());
     FieldData::prepare(capture, config, Fit::HeldOut).unwrap()
 }
 
-/// Three to train on, one to validate.
+/// Takes: three to train on, one to validate.
 pub(crate) fn takes() -> Vec<(Take, Split)> {
     let splits = [Split::Train, Split::Train, Split::Train, Split::Validation];
     let take = |(i, split)| (take(&format!("take{i}"), i, FRAMES), split);
     splits.into_iter().enumerate().map(take).collect()
 }
 
-/// Those of a preset with a recurrence.
+/// Recurrence settings of a preset that has some.
 pub(crate) fn recurrence_of(config: &mut TrainConfig) -> &mut RecurrenceSettings {
     match &mut config.model.state {
         StateSettings::Displacement {
@@ -91,7 +91,7 @@ pub(crate) fn recurrence_of(config: &mut TrainConfig) -> &mut RecurrenceSettings
     }
 }
 
-/// What the prior says of a training clip, by frame.
+/// Coefficients that the final prior predicts for a training clip, by frame.
 pub(crate) fn final_coefficients(data: &FieldData, clip: usize) -> Vec<Vec<f32>> {
     let motion = &data.motion[clip];
     let (mut scratch, mut state) = (RecurrenceScratch::default(), Vec::new());
@@ -114,22 +114,23 @@ pub(crate) fn final_coefficients(data: &FieldData, clip: usize) -> Vec<Vec<f32>>
     (0..data.clips[clip].len()).map(of).collect()
 }
 
-/// The drawn clip's number, and the data of all clips with the prior that has not seen it: what
-/// that says of the clip is what the clip's field is trained beside.
-pub(crate) fn told_by_the_held_out_prior(held_out: FieldData) -> (usize, FieldData) {
+/// Returns the drawn clip's number, and the data of all clips with the prior that was fitted
+/// without it. Checks that this prior predicts the coefficients that the clip's field is trained
+/// with.
+pub(crate) fn data_with_the_held_out_prior(held_out: FieldData) -> (usize, FieldData) {
     let (name, prior) = (held_out.validation[0].name().to_owned(), held_out.prior.clone());
     let mut data = held_out.on_all_clips().unwrap();
     let drawn = data.clips.iter().position(|c| c.name() == name).unwrap();
     assert_ne!(data.prior, prior);
     data.prior = prior;
-    let said = final_coefficients(&data, drawn);
-    assert_eq!(said.len(), data.coefficients[drawn].len());
-    for (said, left_out) in said
+    let predicted = final_coefficients(&data, drawn);
+    assert_eq!(predicted.len(), data.coefficients[drawn].len());
+    for (predicted, left_out) in predicted
         .iter()
         .flatten()
         .zip(data.coefficients[drawn].iter().flatten())
     {
-        assert!((said - left_out).abs() < 1e-5, "{said} {left_out}");
+        assert!((predicted - left_out).abs() < 1e-5, "{predicted} {left_out}");
     }
     (drawn, data)
 }

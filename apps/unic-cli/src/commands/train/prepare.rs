@@ -1,4 +1,4 @@
-//! Everything before the first step of the field: the budget, the clips, the prior.
+//! Preparation of a run before the first step of its field: budget, clips and prior.
 
 use super::Run;
 use crate::{
@@ -19,16 +19,21 @@ use unic_train::{
 pub(super) struct Preparation<'a> {
     pub(super) run: &'a mut Run,
     pub(super) processor: Processor,
-    /// Record of the run, to be written once there is something to resume. None for a resumed run.
+    /// Record of a new run, until it is written with the first step. `None` for a resumed run.
     pub(super) new: Option<RunRecord>,
-    /// Time for the run, where its steps are still to be planned.
+    /// Time for the run, from which its steps are still to be planned.
     pub(super) budget: Option<Budget>,
 }
 
 impl Preparation<'_> {
-    /// Loads the clips, fits the prior, or continues to, and plans the steps.
+    /// Loads the clips, fits the prior or continues to fit it, and plans the steps.
+    ///
+    /// # Errors
+    /// Clips that cannot be read, a prior that cannot be fitted, files of the run that cannot be
+    /// written, an interruption.
     pub(super) fn trainer(mut self) -> Result<Trainer> {
         let capture = self.run.capture.clone();
+        // A resumed run keeps the settings of the prior that it began with.
         if let (Some(budget), Some(_)) = (&self.budget, &self.new) {
             budget.shorten_prior(&mut self.run.config, &capture, self.processor)?;
             interrupt::check()?;
@@ -45,16 +50,22 @@ impl Preparation<'_> {
             interrupt::check()?;
             trainer = Trainer::on(self.processor, trainer.into_data(), config.clone())?;
         }
-        // Epochs are so many steps now.
+        // The trainer has computed the number of steps from the epochs. It is stored, so that a
+        // resumed run has the same schedule.
         self.run.config = trainer.config().clone();
         self.begin()?;
+        // The steps are planned: a run that is resumed from here on needs no budget.
         if let Some(record) = self.run.folder.stored_record()?.planned() {
             self.run.folder.write_record(&record)?;
         }
         Ok(trainer)
     }
 
-    /// Fits the prior. From the first step of its recurrence on there is something to resume.
+    /// Fits the prior, with progress. The run begins with the first step of the prior's recurrence,
+    /// from which on it can be resumed.
+    ///
+    /// # Errors
+    /// A failure of the fit or of the run's files, an interruption.
     fn prior(&mut self, data: &Dataset) -> Result<FittedPrior> {
         let folder = self.run.folder.checkpoints_of_prior();
         let state = Mutex::new(Following::default());
@@ -65,6 +76,7 @@ impl Preparation<'_> {
             processor: self.processor,
             folder: Some(&folder),
         };
+        // Recurrences train on several threads, whose reports change what is behind these locks.
         let this = Mutex::new(&mut *self);
         let watch = |done: u64, all: u64| {
             let mut following = locked(&state);
@@ -111,7 +123,9 @@ impl Preparation<'_> {
 /// State of the callback that follows the training of the prior.
 struct Following {
     progress: Option<Progress>,
+    /// Alive from the first step on, since a stop must save the prior.
     saving: Option<SaveGuard>,
+    /// Result of writing the files of a new run. An error stops the training.
     begun: Result<()>,
 }
 
@@ -125,8 +139,7 @@ impl Default for Following {
     }
 }
 
-/// A poisoned lock means that another thread panicked while it showed progress; the value is sound
-/// all the same.
+/// Locks a mutex, also after a panic in another thread: the values are valid at any time.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
