@@ -2,8 +2,8 @@
 //! stdout.
 
 use crate::{
+    invocation,
     output::{self, print_status},
-    program,
 };
 use anyhow::{Error, Result};
 use serde::Serialize;
@@ -106,7 +106,7 @@ pub(crate) fn report(error: &Error) {
     if REPORTED.swap(true, Ordering::SeqCst) {
         return;
     }
-    print_status(&format!("{}: {}", program::name(), sentence(error)));
+    print_status(&format!("{}: {}", invocation::name(), sentence(error)));
     if !error.chain().any(|e| e.is::<AlreadyPrinted>()) {
         print_object(ErrorObject::of(error));
     }
@@ -180,7 +180,7 @@ pub(crate) fn install_panic_hook() {
         // A payload that is no string comes from `panic_any`, which no dependency should use.
         let what = info.payload_as_str().unwrap_or("no message");
         let message = format!("internal error{place}: {}; please report it", one_line(what));
-        print_status(&format!("{}: {message}", program::name()));
+        print_status(&format!("{}: {message}", invocation::name()));
         print_object(ErrorObject::new(message, FailureKind::Internal));
     }));
 }

@@ -1,9 +1,9 @@
 //! Ctrl-C and SIGTERM: the first signal asks the program to stop, the second ends it at once.
 //!
 //! Commands call [`check`] in their loops and stop in an orderly way. If that takes longer than
-//! [`PATIENCE`], the program removes its temporary files and ends, unless a [`SaveGuard`] is alive.
+//! `PATIENCE`, the program removes its temporary files and ends, unless a `SaveGuard` is alive.
 
-use crate::{failure, failure::Interrupted, output::print_status, program};
+use crate::{failure, failure::Interrupted, invocation, output::print_status};
 use anyhow::{Context, Result};
 use std::{
     sync::atomic::{AtomicBool, AtomicUsize, Ordering},
@@ -30,7 +30,7 @@ pub(crate) fn install_handler() -> Result<()> {
         }
         print_status(&format!(
             "{}: stopping; once more to stop at once",
-            program::name()
+            invocation::name()
         ));
         // The handler must return, so that a second signal can be received.
         thread::spawn(end_after_patience);

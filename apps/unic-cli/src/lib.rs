@@ -22,6 +22,7 @@ pub mod commands;
 pub mod failure;
 pub mod folder_lock;
 pub mod interrupt;
+mod invocation;
 mod limits;
 pub mod machine;
 pub mod model_file;

@@ -1,6 +1,6 @@
 //! The machine that results come from.
 
-use crate::program;
+use crate::invocation;
 
 /// Returns one line with the program's version, the processor, the number of threads and the
 /// command line.
@@ -14,7 +14,7 @@ pub fn description() -> String {
         std::env::consts::OS,
         std::env::consts::ARCH,
         rayon::current_num_threads(),
-        program::command_line()
+        invocation::command_line()
     )
 }
 

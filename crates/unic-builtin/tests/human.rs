@@ -1,7 +1,7 @@
 //! Contract of the procedural human: a closed and symmetric skin of the requested measures, facing
 //! outward, in which every joint moves its own limb alone.
 
-#![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod mesh_checks;
 

@@ -3,7 +3,7 @@
 //!
 //! Bodies are two built-in humans and, if its file exists, a real body in an A-pose.
 
-#![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod mesh_checks;
 

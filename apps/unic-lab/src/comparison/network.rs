@@ -1,9 +1,6 @@
 //! Networks in training, and the same networks at inference.
 
-use super::{
-    config::{ComparisonConfig, GlobalFeatureSettings},
-    samples::Batch,
-};
+use super::config::{ComparisonConfig, GlobalFeatureSettings};
 use burn::module::Module;
 use burn::nn::Linear;
 use burn::tensor::{Device, Tensor, TensorData};
@@ -138,6 +135,18 @@ impl Noise {
             gumbel: gumbel_noise(&mut rng, config.frames * channels * categories),
         }
     }
+}
+
+/// Samples of one step.
+pub(super) struct Batch {
+    pub(super) rows: usize,
+    /// Inputs from the motion, rows × features.
+    pub(super) motion: Vec<f32>,
+    /// Previous coefficients, rows × K. Empty for networks that do not read them.
+    pub(super) garment: Vec<f32>,
+    /// Expected outputs, rows × K.
+    pub(super) targets: Vec<f32>,
+    pub(super) noise: Noise,
 }
 
 /// Network in training: perceptrons with ELU between their linear layers.

@@ -3,7 +3,7 @@
 use super::{
     config::{ComparisonConfig, SurfaceKind},
     features::Features,
-    network::{Noise, Shape},
+    network::{Batch, Noise, Shape},
     space::Subspace,
 };
 use glam::Vec3;
@@ -60,18 +60,6 @@ struct Sequence {
     view: View,
     /// Coefficients of each frame, metres.
     coefficients: Vec<Vec<f32>>,
-}
-
-/// Samples of one step.
-pub(super) struct Batch {
-    pub(super) rows: usize,
-    /// Inputs from the motion, rows × features.
-    pub(super) motion: Vec<f32>,
-    /// Previous coefficients, rows × K. Empty for networks that do not read them.
-    pub(super) garment: Vec<f32>,
-    /// Expected outputs, rows × K.
-    pub(super) targets: Vec<f32>,
-    pub(super) noise: Noise,
 }
 
 impl Samples {

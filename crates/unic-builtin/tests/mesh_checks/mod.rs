@@ -1,7 +1,7 @@
 //! Mesh checks that several test files share: topology, symmetry, shape of triangles.
 
-#![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
-#![allow(dead_code, reason = "each test file asks only some of it")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(dead_code, reason = "each test file uses only some of the checks")]
 
 use glam::Vec3;
 use std::{collections::HashMap, path::PathBuf};

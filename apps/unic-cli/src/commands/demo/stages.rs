@@ -133,15 +133,8 @@ fn simulate(args: &DemoArgs, scale: &Scale, capture: &Path) -> Vec<String> {
         &show(capture),
     ]));
     // What else is there is a demo's, of which nothing is finished.
-    let has_printed_result = capture.join("simulation.toml").exists();
-    line.push(
-        if has_printed_result {
-            "--resume"
-        } else {
-            "--overwrite"
-        }
-        .into(),
-    );
+    let has_begun = capture.join("simulation.toml").exists();
+    line.push(if has_begun { "--resume" } else { "--overwrite" }.into());
     line
 }
 

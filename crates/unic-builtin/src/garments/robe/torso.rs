@@ -48,7 +48,7 @@ pub(super) struct EdgeVertex {
 /// One row of the three panels.
 ///
 /// Below the armholes neighbouring panels share their last and first vertices.
-struct PanelRows {
+struct TorsoRow {
     /// Vertices of each panel by growing u.
     panels: [Vec<u32>; 3],
     /// Positions on the continuation of the left and the right front, one for each row of the
@@ -74,12 +74,12 @@ impl RobeLayout<'_> {
             tube_rows: self.squares((self.underarm - self.hem) * (1.0 + self.design.flare.powi(2)).sqrt()),
             yoke_rows: self.squares(self.shoulders.front_length(0.7)),
         };
-        let mut rows: Vec<PanelRows> = (0..=layout.tube_rows)
+        let mut rows: Vec<TorsoRow> = (0..=layout.tube_rows)
             .map(|j| layout.tube_row(sewing, j))
             .collect();
         rows.extend((1..layout.yoke_rows).map(|k| layout.yoke_row(sewing, k)));
         let ridge = layout.ridge(sewing);
-        rows.push(PanelRows {
+        rows.push(TorsoRow {
             panels: [ridge.left.clone(), ridge.back_row(), ridge.right.clone()],
             beyond: layout.yoke_beyond(0.5),
         });
@@ -140,7 +140,7 @@ impl Ridge {
 
 impl TorsoLayout<'_, '_> {
     /// Adds row `j` of the tube, counted from the hem.
-    fn tube_row(&self, sewing: &mut Sewing, j: usize) -> PanelRows {
+    fn tube_row(&self, sewing: &mut Sewing, j: usize) -> TorsoRow {
         let robe = self.robe;
         let height = robe.hem + (robe.underarm - robe.hem) * j as f32 / self.tube_rows as f32;
         let level = robe.level(height);
@@ -177,7 +177,7 @@ impl TorsoLayout<'_, '_> {
                 .map(|row| place(u + step * row as f32))
                 .collect()
         };
-        PanelRows {
+        TorsoRow {
             panels,
             beyond: [beyond(ends[0], -1.0), beyond(ends[3], 1.0)],
         }
@@ -189,10 +189,10 @@ impl TorsoLayout<'_, '_> {
     }
 
     /// Adds row `k` of the yoke, counted from the armholes' lower ends.
-    fn yoke_row(&self, sewing: &mut Sewing, k: usize) -> PanelRows {
+    fn yoke_row(&self, sewing: &mut Sewing, k: usize) -> TorsoRow {
         let t = 0.5 * k as f32 / self.yoke_rows as f32;
         let edge = self.robe.yoke_edge(t);
-        PanelRows {
+        TorsoRow {
             panels: [
                 self.yoke_line(sewing, LEFT_FRONT, [edge, 1.0], t),
                 self.yoke_line(sewing, BACK, [1.0, -1.0], 1.0 - t),
@@ -267,11 +267,11 @@ impl TorsoLayout<'_, '_> {
     }
 
     /// Adds the triangles of the panels with their pattern coordinates.
-    fn panels(&self, sewing: &mut Sewing, rows: &[PanelRows]) {
+    fn panels(&self, sewing: &mut Sewing, rows: &[TorsoRow]) {
         let yoke_step = self.robe.shoulders.front_length(0.6) / self.yoke_rows as f32;
         for panel in 0..3 {
             let mut y = 0.0;
-            let flat = |sewing: &Sewing, row: &PanelRows, y: f32| {
+            let flat = |sewing: &Sewing, row: &TorsoRow, y: f32| {
                 laid_flat(
                     sewing,
                     &row.panels[panel],
@@ -281,7 +281,7 @@ impl TorsoLayout<'_, '_> {
             };
             let mut below = flat(sewing, &rows[0], 0.0);
             for j in 1..rows.len() {
-                let side = |row: &PanelRows| sewing.position(row.panels[BACK][0]);
+                let side = |row: &TorsoRow| sewing.position(row.panels[BACK][0]);
                 y += match j <= self.tube_rows {
                     true => side(&rows[j]).distance(side(&rows[j - 1])),
                     false => yoke_step,
@@ -294,10 +294,10 @@ impl TorsoLayout<'_, '_> {
     }
 
     /// Vertices of the left and the right armhole.
-    fn armholes(&self, rows: &[PanelRows]) -> [Vec<u32>; 2] {
+    fn armholes(&self, rows: &[TorsoRow]) -> [Vec<u32>; 2] {
         let yoke = &rows[self.tube_rows..];
-        let last = |row: &PanelRows, panel: usize| row.panels[panel].last().copied();
-        let first = |row: &PanelRows, panel: usize| row.panels[panel].first().copied();
+        let last = |row: &TorsoRow, panel: usize| row.panels[panel].last().copied();
+        let first = |row: &TorsoRow, panel: usize| row.panels[panel].first().copied();
         // Up the back and down the front on the left, the other way round on the right.
         let up = yoke.iter().filter_map(|row| first(row, BACK));
         let down = yoke[1..yoke.len() - 1]
@@ -314,17 +314,17 @@ impl TorsoLayout<'_, '_> {
     }
 
     /// Edge that the collar is sewn to.
-    fn edge(&self, sewing: &Sewing, rows: &[PanelRows], neck: &[u32]) -> Vec<EdgeVertex> {
+    fn edge(&self, sewing: &Sewing, rows: &[TorsoRow], neck: &[u32]) -> Vec<EdgeVertex> {
         let upright = |j: usize| {
             let t = j.saturating_sub(self.tube_rows) as f32 / self.yoke_rows as f32;
             smooth((t - 0.4) / 0.35)
         };
-        let left = |(j, row): (usize, &PanelRows)| EdgeVertex {
+        let left = |(j, row): (usize, &TorsoRow)| EdgeVertex {
             vertex: row.panels[LEFT_FRONT][0],
             beyond: row.beyond[0].clone(),
             upright: upright(j),
         };
-        let right = |(j, row): (usize, &PanelRows)| EdgeVertex {
+        let right = |(j, row): (usize, &TorsoRow)| EdgeVertex {
             vertex: row.panels[RIGHT_FRONT][row.panels[RIGHT_FRONT].len() - 1],
             beyond: row.beyond[1].clone(),
             upright: upright(j),
