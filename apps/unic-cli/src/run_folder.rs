@@ -168,28 +168,43 @@ impl RunFolder {
 
     /// Folders with checkpoints: of each fit, and of each recurrence of the prior.
     fn folders_of_checkpoints(&self) -> Vec<PathBuf> {
-        let of_prior = fs::read_dir(self.checkpoints_of_prior()).into_iter().flatten();
-        let of_prior = of_prior.flatten().map(|entry| entry.path());
         let fits = [Fit::HeldOut, Fit::AllClips].map(|fit| self.checkpoints(fit));
-        fits.into_iter()
-            .chain(of_prior.filter(|path| path.is_dir()))
-            .collect()
+        fits.into_iter().chain(self.folders_of_prior()).collect()
+    }
+
+    fn folders_of_prior(&self) -> Vec<PathBuf> {
+        let folders = fs::read_dir(self.checkpoints_of_prior()).into_iter().flatten();
+        let folders = folders.flatten().map(|entry| entry.path());
+        folders.filter(|path| path.is_dir()).collect()
+    }
+
+    /// Removes the checkpoints of the prior's recurrences.
+    ///
+    /// # Errors
+    /// A file that cannot be removed.
+    pub(crate) fn clear_prior(&self) -> Result<()> {
+        files_in(self.folders_of_prior()).try_for_each(|file| remove(&file))
     }
 
     /// Removes the files of a run. Other files in the folder stay.
     fn clear(&self) -> Result<()> {
-        let checkpoints = self
-            .folders_of_checkpoints()
-            .into_iter()
-            .flat_map(fs::read_dir)
-            .flat_map(|entries| entries.flatten().map(|entry| entry.path()))
-            .filter(|path| path.is_file());
+        let checkpoints = files_in(self.folders_of_checkpoints());
         let files = ["config.toml", "run.toml", "metrics.jsonl", "log.txt"].map(|name| self.path.join(name));
-        for file in files.into_iter().chain(checkpoints).filter(|file| file.exists()) {
-            fs::remove_file(&file).map_err(|e| anyhow!("{}: cannot remove: {e}", file.display()))?;
-        }
-        Ok(())
+        let mut files = files.into_iter().chain(checkpoints).filter(|file| file.exists());
+        files.try_for_each(|file| remove(&file))
     }
+}
+
+fn files_in(folders: Vec<PathBuf>) -> impl Iterator<Item = PathBuf> {
+    let entries = folders.into_iter().flat_map(fs::read_dir).flatten();
+    entries
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| path.is_file())
+}
+
+fn remove(file: &Path) -> Result<()> {
+    fs::remove_file(file).map_err(|e| anyhow!("{}: cannot remove: {e}", file.display()))
 }
 
 impl Drop for RunFolder {

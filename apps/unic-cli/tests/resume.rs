@@ -201,6 +201,18 @@ fn a_finished_run_is_replaced_only_with_overwrite() {
 }
 
 #[test]
+fn an_overwritten_run_trains_its_prior_again() {
+    let folder = tempfile::tempdir().unwrap();
+    write_capture(folder.path());
+    let folder = folder.path();
+    train(folder, "new.unic", "--steps 10 --seed 9");
+    train(folder, "old.unic", "--steps 10");
+    // Neither refused for another seed nor continued from the old prior's checkpoints.
+    train(folder, "old.unic", "--steps 10 --seed 9 --overwrite");
+    assert!(tensors(&folder.join("old.unic")) == tensors(&folder.join("new.unic")));
+}
+
+#[test]
 fn a_run_is_not_resumed_with_other_splits() {
     let folder = tempfile::tempdir().unwrap();
     let root = write_capture_without_validation(folder.path());

@@ -108,7 +108,9 @@ impl StateFrame {
     }
 }
 
-/// Frames of a vertex at t and t − 1, from which the velocity of its skinned position follows.
+/// Frame of a vertex at t, and its position at t − 1, from which the velocity of its skinned position
+/// follows. A new history is advanced twice before its first use: for the frame before, and for the
+/// present one.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PointHistory {
     /// Frame at t.
@@ -154,7 +156,8 @@ impl RestBox {
     }
 }
 
-/// Unit of [`PointInput::SkinVelocity`], m/s: the speed of a run, so that inputs stay of order one.
+/// Unit of [`PointInput::SkinVelocity`], m/s: the speed of a fast walk, so that inputs stay of order
+/// one.
 pub const VELOCITY_UNIT: f32 = 2.0;
 /// Unit of time of [`PointInput::Velocity`], frames: a change by one scale in three frames is 1.
 const VELOCITY_FRAMES: f32 = 3.0;
@@ -169,7 +172,7 @@ pub struct StepConditions {
 }
 
 /// Writes the inputs that do not depend on the state, three numbers each, in the configuration's
-/// order.
+/// order. The field reads them after the inputs that do, see [`StateInputs`].
 ///
 /// `rest` is the vertex's rest position after [`RestBox::normalised`].
 pub fn write_frame_inputs(

@@ -89,7 +89,13 @@ impl Budget {
         fits: &[Fit],
     ) -> Result<(), TrainError> {
         let pace = trainer.pace()?;
-        let left = self.duration.saturating_sub(self.started.elapsed()).as_secs_f64();
+        // The prior's time counts what an interrupted process before this one has spent on it.
+        let spent = self
+            .started
+            .elapsed()
+            .as_secs_f64()
+            .max(trainer.time().prior_seconds);
+        let left = self.duration.as_secs_f64() - spent;
         let steps = pace.steps_within(left, fits, config.validation.every);
         config.set_steps(match config.has_prior() {
             true => steps.min(trainer.config().optimiser.steps),

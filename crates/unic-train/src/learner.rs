@@ -70,8 +70,8 @@ pub trait Training {
     fn record(&self) -> Self::Record;
 }
 
-/// A network in training: parameters, the optimiser's moments, the mean of the parameters, the
-/// position.
+/// A network in training: its parameters, the optimiser's moments, the running mean of the parameters
+/// over the steps (where one is kept), and the position.
 #[derive(Clone)]
 pub struct Learner<N> {
     network: N,
@@ -128,7 +128,7 @@ impl<N: Module + Default + Clone> Learner<N> {
     /// there is one.
     ///
     /// # Errors
-    /// A loss that is not finite, a folder that cannot be written to.
+    /// A loss or a gradient that is not finite, a folder that cannot be written to.
     pub fn run<T: Training<Network = N>>(
         &mut self,
         training: &mut T,
@@ -235,6 +235,7 @@ impl<N: Module + Default + Clone> Learner<N> {
             rate,
             step,
         )?;
+        // `update` has changed nothing where the norm is not finite.
         match gradient_norm.is_finite() {
             true => Ok(Stepped {
                 loss: value,
@@ -288,7 +289,7 @@ impl<N: Module + Default + Clone> Learner<N> {
     /// own.
     ///
     /// # Errors
-    /// A sentence about a checkpoint of another network, or one that lacks tensors.
+    /// A few words about the checkpoint: of another network, or without all its tensors.
     pub(crate) fn restore<R>(&mut self, checkpoint: &Checkpoint<R>) -> Result<(), &'static str> {
         // All groups are checked before anything is replaced: after an error the learner is
         // unchanged.

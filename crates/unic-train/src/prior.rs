@@ -12,7 +12,7 @@ use crate::{
     error::TrainError,
     mirror::View,
     processor::Processor,
-    recurrence::{FittedRecurrence, RecurrenceTrainer, Watch},
+    recurrence::{FittedRecurrence, RecurrenceFit, RecurrenceTrainer, Watch},
 };
 use glam::Vec3;
 use linear::{LeaveOneOut, MIDDLE_STRENGTH, runtime_map};
@@ -31,7 +31,8 @@ pub struct FittedPrior {
     pub prior: Prior,
     /// Coefficients by clip and frame, K numbers each, predicted without the clip's motion.
     pub left_out: Vec<Vec<Vec<f32>>>,
-    /// Seconds that the fit took. Those of an interrupted fit before it are not counted.
+    /// Seconds that the fit took, over all resumes. Of interrupted fits, those of the recurrences
+    /// are counted up to their last checkpoints.
     pub seconds: f64,
     folds: Folds,
 }
@@ -136,7 +137,7 @@ impl PriorTrainer<'_> {
             StateSettings::Displacement { prior_shapes, .. } => self.fit(*prior_shapes, watch)?,
             StateSettings::RootRelative => self.zero(),
         };
-        fitted.seconds = started.elapsed().as_secs_f64();
+        fitted.seconds += started.elapsed().as_secs_f64();
         Ok(fitted)
     }
 
@@ -160,7 +161,10 @@ impl PriorTrainer<'_> {
             .map(|s| s.sequence(linear.without(s)))
             .collect();
         let mut prior = projected.linear_prior(linear.all.as_ref());
-        let recurrence = match self.recurrence() {
+        let RecurrenceFit {
+            fitted: recurrence,
+            restored_seconds,
+        } = match self.recurrence() {
             Some(settings) if !prior.is_empty() => {
                 let trainer = RecurrenceTrainer {
                     settings,
@@ -171,7 +175,10 @@ impl PriorTrainer<'_> {
                 };
                 trainer.run(&sequences, watch)?
             }
-            _ => None,
+            _ => RecurrenceFit {
+                fitted: None,
+                restored_seconds: 0.0,
+            },
         };
         let left_out: Vec<&[f32]> = match &recurrence {
             Some(fitted) => {
@@ -183,7 +190,7 @@ impl PriorTrainer<'_> {
         Ok(FittedPrior {
             left_out: projected.by_clip(&left_out, set.train.len()),
             prior,
-            seconds: 0.0,
+            seconds: restored_seconds,
             folds: Folds {
                 motion_numbers: set.motions(),
                 maps: linear.maps.iter().map(|m| projected.map(m.as_ref())).collect(),

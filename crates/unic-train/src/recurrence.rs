@@ -52,6 +52,14 @@ impl FittedRecurrence {
     }
 }
 
+/// Result of training recurrences.
+pub(crate) struct RecurrenceFit {
+    /// None if a recurrence does not improve on the linear map on motions left out.
+    pub(crate) fitted: Option<FittedRecurrence>,
+    /// Seconds of training before this process, which checkpoints have restored.
+    pub(crate) restored_seconds: f64,
+}
+
 /// Largest number of folds for cross-validation. Two would judge a small capture by half of its
 /// motion.
 pub(crate) const MOST_FOLDS: usize = 5;
@@ -76,16 +84,11 @@ pub(crate) struct RecurrenceTrainer<'a> {
 }
 
 impl RecurrenceTrainer<'_> {
-    /// Trains on `sequences`. Returns none if a recurrence does not improve on the linear map on
-    /// motions left out.
+    /// Trains on `sequences`.
     ///
     /// # Errors
     /// A training that diverges; [`TrainError::Stopped`] where `watch` answers stop.
-    pub(crate) fn run(
-        &self,
-        sequences: &[Sequence],
-        watch: &Watch,
-    ) -> Result<Option<FittedRecurrence>, TrainError> {
+    pub(crate) fn run(&self, sequences: &[Sequence], watch: &Watch) -> Result<RecurrenceFit, TrainError> {
         let steps = self.settings.steps_for(sequences.iter().map(Sequence::len).sum());
         // At least two folds: a lone motion is in fold 0, which then has nothing to train on and
         // leaves the prediction to the linear map.
@@ -93,13 +96,14 @@ impl RecurrenceTrainer<'_> {
         // As many samples per frame as the training on all motions has.
         let fold_steps = (steps * (count as u64 - 1)).div_ceil(count as u64);
         let progress = Progress::new(count as u64 * fold_steps + steps, watch);
+        let at_once = rayon::current_num_threads().min(count);
         let others = |fold: usize| -> Vec<&Sequence> {
             let is_other = |s: &&Sequence| fold_of(s.motion_number, count) != fold;
             sequences.iter().filter(is_other).collect()
         };
         let folds = (0..count).into_par_iter().map(|fold| {
             let name = format!("without_{fold}");
-            self.train(&name, fold_steps, &others(fold), &progress)
+            self.train(&name, fold_steps, &others(fold), at_once, &progress)
         });
         let folds = folds.collect::<Result<Vec<_>, TrainError>>()?;
         let predicted = |s: &Sequence| match &folds[fold_of(s.motion_number, count)] {
@@ -107,7 +111,10 @@ impl RecurrenceTrainer<'_> {
             None => s.linear.clone(),
         };
         let Some(blend) = Blend::fit(sequences, sequences.par_iter().map(predicted).collect()) else {
-            return Ok(None);
+            return Ok(RecurrenceFit {
+                fitted: None,
+                restored_seconds: progress.restored_seconds(),
+            });
         };
         let swings = Swings {
             wanted: self.settings.swing,
@@ -116,8 +123,8 @@ impl RecurrenceTrainer<'_> {
         };
         let amplified = swings.amplified(sequences, &blend.left_out);
         let all: Vec<&Sequence> = amplified.iter().collect();
-        let recurrence = self.train("all", steps, &all, &progress)?;
-        Ok(recurrence.map(|recurrence| FittedRecurrence {
+        let recurrence = self.train("all", steps, &all, 1, &progress)?;
+        let fitted = recurrence.map(|recurrence| FittedRecurrence {
             recurrence: blend.weighted(recurrence),
             folds: folds
                 .into_iter()
@@ -125,7 +132,11 @@ impl RecurrenceTrainer<'_> {
                 .collect(),
             linear_share: 1.0 - blend.recurrence_share,
             left_out: blend.left_out,
-        }))
+        });
+        Ok(RecurrenceFit {
+            fitted,
+            restored_seconds: progress.restored_seconds(),
+        })
     }
 
     /// Trains one recurrence; `name` is that of its folder of checkpoints.
@@ -134,6 +145,7 @@ impl RecurrenceTrainer<'_> {
         name: &str,
         steps: u64,
         sequences: &[&Sequence],
+        at_once: usize,
         progress: &Progress,
     ) -> Result<Option<Recurrence>, TrainError> {
         let folder = self.folder.map(|folder| folder.join(name));
@@ -143,6 +155,7 @@ impl RecurrenceTrainer<'_> {
             seed: self.seed,
             fps: self.fps,
             device: self.device,
+            at_once,
             folder: folder.as_deref(),
         };
         training.run(sequences, progress)

@@ -86,7 +86,7 @@ pub fn train(args: &TrainArgs) -> Result<TrainingSummary> {
         budget: duration.map(|duration| Budget { duration, started }),
     };
     let first = preparation.trainer()?;
-    interrupt::check()?;
+    run.stop_if_asked(&first)?;
     let _saving = interrupt::begin_saving();
     run.train(first)?.write_model()
 }

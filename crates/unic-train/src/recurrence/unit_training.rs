@@ -34,6 +34,8 @@ pub(super) struct UnitTraining<'a> {
     /// Ticks per second.
     pub(super) fps: f32,
     pub(super) device: &'a Device,
+    /// Number of trainings that run at once. Each takes its share of the wall-clock time.
+    pub(super) at_once: usize,
     /// Folder for the unit's checkpoints.
     pub(super) folder: Option<&'a Path>,
 }
@@ -76,6 +78,7 @@ impl UnitTraining<'_> {
         let mut learner = Learner::new(unit, Averaging::Decay(AVERAGE));
         self.resume(&mut learner, &objective.record)?;
         let before = learner.step();
+        progress.add_restored(learner.seconds() / self.at_once as f64);
         // A stop is asked for once per unit, also where nothing of the unit is left to train.
         let mut outcome = stop_or_continue(progress.add(before));
         if outcome == Outcome::Finished {

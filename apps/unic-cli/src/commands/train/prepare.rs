@@ -54,7 +54,8 @@ impl Preparation<'_> {
         // resumed run has the same schedule.
         self.run.config = trainer.config().clone();
         self.begin()?;
-        // The steps are planned: a run that is resumed from here on needs no budget.
+        self.run.folder.write_config(&self.run.config)?;
+        // The steps are planned and stored: a run that is resumed from here on needs no budget.
         if let Some(record) = self.run.folder.stored_record()?.planned() {
             self.run.folder.write_record(&record)?;
         }
@@ -67,6 +68,10 @@ impl Preparation<'_> {
     /// # Errors
     /// A failure of the fit or of the run's files, an interruption.
     fn prior(&mut self, data: &Dataset) -> Result<FittedPrior> {
+        if self.new.is_some() {
+            // Those of an overwritten run, which a new one must not continue from.
+            self.run.folder.clear_prior()?;
+        }
         let folder = self.run.folder.checkpoints_of_prior();
         let state = Mutex::new(Following::default());
         let settings = self.run.config.clone();
