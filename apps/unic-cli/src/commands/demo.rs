@@ -14,10 +14,11 @@ use serde::Serialize;
 use stages::{Scale, garment, quoted, scale, show, stages};
 use std::{fs, path::Path, time::Instant};
 
-/// What the folder was made with: a demo of another kind does not go on with it.
+/// Name of the file that records the demo's settings. A demo with other settings does not continue
+/// it.
 const RECORD: &str = "demo.toml";
 
-/// What [`RECORD`] holds.
+/// Content of [`RECORD`].
 #[derive(Serialize)]
 struct Record {
     garment: String,
@@ -26,7 +27,7 @@ struct Record {
     scale: Scale,
 }
 
-/// Runs whatever the folder still lacks.
+/// Runs the stages whose results the folder lacks.
 pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let started = Instant::now();
     Outputs::default()
@@ -46,7 +47,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
             false => {
                 print_status(&format!("\n{title}\n  unic {}", stage.line()));
                 let _stage = args.json.then(output::redirect_results_to_stderr);
-                stage.run().map_err(|error| told_how_to_go_on(error, args))?;
+                stage.run().map_err(|error| with_demo_command(error, args))?;
             }
         }
         done.push(Done {
@@ -107,7 +108,7 @@ fn open(args: &DemoArgs) -> Result<()> {
     }
 }
 
-/// Files of other work, which stages would take for their own or replace.
+/// Refuses a folder with files of other work, which stages would take for their own or replace.
 fn refuse_foreign(args: &DemoArgs) -> Result<()> {
     let leaves = stages(args).into_iter().map(|stage| stage.leaves);
     let folders = ["capture", "demo.run"].map(|name| args.out.join(name));
@@ -121,7 +122,7 @@ fn refuse_foreign(args: &DemoArgs) -> Result<()> {
     }
 }
 
-/// What the folder is a demo of: stages that have finished stay only for the same.
+/// Settings of the demo as text. Finished stages are kept only for equal settings.
 fn record(args: &DemoArgs) -> Result<String> {
     let (garment, quick) = (garment(args), args.quick);
     let scale = scale(args);
@@ -132,7 +133,7 @@ fn record(args: &DemoArgs) -> Result<String> {
     })?)
 }
 
-/// Removes what the stages leave and what they would resume, so that they run again.
+/// Removes the results of the stages and the files that they would resume, so that they run again.
 fn clear(args: &DemoArgs) -> Result<()> {
     let leaves = stages(args).into_iter().map(|stage| stage.leaves);
     let begun = ["capture/simulation.toml", "demo.run/config.toml"].map(|name| args.out.join(name));
@@ -142,15 +143,15 @@ fn clear(args: &DemoArgs) -> Result<()> {
     Ok(())
 }
 
-/// What the stage says of itself is right, but the demo's own command is shorter.
-fn told_how_to_go_on(error: anyhow::Error, args: &DemoArgs) -> anyhow::Error {
+/// Replaces a stage's advice on how to continue by the demo's own command, which is shorter.
+fn with_demo_command(error: anyhow::Error, args: &DemoArgs) -> anyhow::Error {
     match error.chain().any(|e| e.is::<Interrupted>()) {
         false => error,
         true => {
             let quick = if args.quick { " --quick" } else { "" };
             let (garment, out) = (garment(args), show(&args.out));
             let out = quoted(&out);
-            let text = format!("stopped; `unic demo --garment {garment}{quick} --out {out}` goes on");
+            let text = format!("stopped; `unic demo --garment {garment}{quick} --out {out}` continues");
             Interrupted(text).into()
         }
     }

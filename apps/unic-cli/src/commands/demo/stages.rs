@@ -12,20 +12,22 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Frames of the animation: what one .glb holds.
+/// Largest number of animated frames: one .glb holds no more.
 const ANIMATED_FRAMES: usize = 300;
 
-/// How much of everything.
+/// Amount of motion and training.
 #[derive(Serialize)]
 pub(super) struct Scale {
     motions: &'static [&'static str],
-    /// Held out.
+    /// Motions that are held out of training, for the evaluation.
     test: &'static [&'static str],
-    /// Seconds of each motion.
+    /// Duration of each motion, in seconds.
     seconds: u32,
     preset: &'static str,
-    /// Optimiser steps of each fit, and of the recurrent unit of its prior.
-    steps: [u32; 2],
+    /// Optimiser steps of each fit.
+    steps: u32,
+    /// Optimiser steps of the prior's recurrence.
+    prior_steps: u32,
 }
 
 const FULL: Scale = Scale {
@@ -41,22 +43,27 @@ const FULL: Scale = Scale {
     test: &["turn_on_spot", "dance"],
     seconds: 16,
     preset: "standard",
-    steps: [100, 300],
+    steps: 100,
+    prior_steps: 300,
 };
 
-/// Windows of a step of what the prior remembers, and their frames: on little motion more steps do better than large
-/// ones.
-const PRIOR_WINDOW: [u32; 2] = [16, 64];
+/// Windows in a step of the prior's recurrence. On little motion many small steps do better than
+/// few large ones.
+const PRIOR_WINDOWS: u32 = 16;
+
+/// Frames of such a window.
+const PRIOR_FRAMES: u32 = 64;
 
 const QUICK: Scale = Scale {
     motions: &["walk_circles", "mixed"],
     test: &["dance"],
     seconds: 5,
     preset: "tiny",
-    steps: [60, 40],
+    steps: 60,
+    prior_steps: 40,
 };
 
-/// One command with the file that it leaves when it has finished.
+/// One command, with the file that exists once it has finished.
 pub(super) struct Stage {
     pub(super) title: &'static str,
     pub(super) leaves: PathBuf,
@@ -132,14 +139,13 @@ fn simulate(args: &DemoArgs, scale: &Scale, capture: &Path) -> Vec<String> {
         "--out",
         &show(capture),
     ]));
-    // What else is there is a demo's, of which nothing is finished.
+    // Everything else in the folder belongs to an unfinished demo and may be overwritten.
     let has_begun = capture.join("simulation.toml").exists();
     line.push(if has_begun { "--resume" } else { "--overwrite" }.into());
     line
 }
 
 fn train(scale: &Scale, capture: &Path, model: &Path) -> Vec<String> {
-    let [steps, prior_steps] = scale.steps;
     let recurrence = |key: &str, value: u32| format!("model.state.displacement.recurrence.{key}={value}");
     let mut line = words(&["train", &show(capture), "--out", &show(model)]);
     if model.with_extension("run").join("config.toml").exists() {
@@ -149,13 +155,13 @@ fn train(scale: &Scale, capture: &Path, model: &Path) -> Vec<String> {
             "--preset",
             scale.preset,
             "--steps",
-            &steps.to_string(),
+            &scale.steps.to_string(),
             "--set",
-            &recurrence("steps", prior_steps),
+            &recurrence("steps", scale.prior_steps),
             "--set",
-            &recurrence("windows", PRIOR_WINDOW[0]),
+            &recurrence("windows", PRIOR_WINDOWS),
             "--set",
-            &recurrence("frames", PRIOR_WINDOW[1]),
+            &recurrence("frames", PRIOR_FRAMES),
             "--overwrite",
         ]));
     }
@@ -166,7 +172,7 @@ fn words(line: &[&str]) -> Vec<String> {
     line.iter().map(|word| (*word).to_owned()).collect()
 }
 
-/// For a shell; as it is what no shell can take.
+/// Quotes a word for a shell. A word that no shell can take stays as it is.
 pub(super) fn quoted(word: &str) -> Cow<'_, str> {
     shlex::try_quote(word).unwrap_or(Cow::Borrowed(word))
 }
@@ -176,7 +182,7 @@ pub(super) fn show(path: &Path) -> String {
 }
 
 impl Stage {
-    /// The command as a shell takes it.
+    /// The command's arguments, quoted for a shell.
     pub(super) fn line(&self) -> String {
         let words: Vec<_> = self.words.iter().map(|word| quoted(word)).collect();
         words.join(" ")
