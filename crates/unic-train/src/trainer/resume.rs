@@ -23,7 +23,7 @@ impl FieldRecord {
     /// [`TrainConfig::is_lengthened_by`].
     ///
     /// # Errors
-    /// What differs, in a few words.
+    /// The difference, in a few words.
     pub(super) fn check(&self, fit: Fit, config: &TrainConfig) -> Result<(), &'static str> {
         if self.fit != fit {
             return Err("one of another fit");
