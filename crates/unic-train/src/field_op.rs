@@ -243,7 +243,7 @@ struct State {
     forward: Arc<Forward>,
     points: FloatTensor<Flex>,
     latents: FloatTensor<Flex>,
-    /// Their values are in the packed field.
+    /// Shape of the tensor of weights and biases. Its values are in the packed field.
     parameters: Shape,
 }
 

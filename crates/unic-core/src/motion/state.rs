@@ -31,7 +31,7 @@ pub struct MotionInput<'a> {
 enum FirstVelocities {
     /// Zero until the second pose is known.
     Awaited,
-    /// Computed.
+    /// Computed from the first two poses.
     Known,
 }
 

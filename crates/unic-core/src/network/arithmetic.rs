@@ -32,11 +32,12 @@ pub(super) trait Arithmetic {
     unsafe fn load<F: Float>(sums: *const Self::Sum) -> F;
 }
 
-/// One f32 a word.
+/// Arithmetic with one f32 a word.
 pub(super) struct F32;
-/// Two bf16 a word; sums in f32.
+/// Arithmetic with two bf16 a word and sums in f32.
 pub(super) struct Bf16;
-/// Two 16-bit integers a word; activations up to 2^13 − 1, so that weights have bits left.
+/// Arithmetic with two 16-bit integers a word. Activations reach at most 2^13 − 1, so that weights
+/// have bits left.
 pub(super) struct Int16;
 /// Four bytes a word; weights with a sign, activations without.
 pub(super) struct Int8;

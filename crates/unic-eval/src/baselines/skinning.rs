@@ -25,7 +25,7 @@ enum Displacement {
     Zero,
     /// Same displacement for every clip: x, y, z of every vertex, metres.
     Fixed(Vec<f32>),
-    /// Displacement of the clip's own frame 0, in the same layout.
+    /// Displacement of the clip's own frame 0: x, y, z of every vertex, metres.
     First(Vec<f32>),
 }
 

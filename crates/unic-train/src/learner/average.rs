@@ -7,8 +7,8 @@ pub enum Averaging {
     Off,
     /// Exponential mean with this decay per step.
     Decay(f64),
-    /// The same, but over the steps so far while there are few of them: the random start is
-    /// forgotten.
+    /// Exponential mean with this decay per step. It is the plain mean of the steps so far while
+    /// these are few, so that the random start is forgotten.
     WarmedUpDecay(f64),
 }
 

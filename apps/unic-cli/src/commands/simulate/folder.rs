@@ -32,7 +32,7 @@ use unic_sim::SimulationSettings;
 pub(super) enum FolderState {
     /// No files of a simulation.
     Empty,
-    /// The same simulation, interrupted. Its finished clips are kept.
+    /// An interrupted simulation with the arguments of this one. Its finished clips are kept.
     Unfinished,
     /// The complete capture that the command asks for.
     Finished,
