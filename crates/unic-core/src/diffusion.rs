@@ -1,4 +1,7 @@
 //! Heat diffusion on a triangle mesh, in one implicit step.
+//!
+//! For tools and metrics: skinning weights are smoothed by it, and the wrinkles of a garment are
+//! what it removes from the garment's shape.
 
 use glam::{DVec3, Vec3};
 
@@ -21,7 +24,10 @@ const MAX_COTANGENT: f64 = 100.0;
 /// Off-diagonal entries are never positive and rows sum to the masses, so that A is an M-matrix and
 /// the rows of A⁻¹M are averages. Every solution stays between the least and the greatest value of
 /// its data (maximum principle).
-pub(crate) struct Diffusion {
+///
+/// One step multiplies a wave of wavelength λ by 1 / (1 + τ (2π / λ)²): τ = (λ / 2π)² halves it.
+#[derive(Clone, Debug)]
+pub struct Diffusion {
     /// Lumped areas of the vertices, m².
     masses: Vec<f64>,
     /// Diagonal of A.
@@ -33,6 +39,7 @@ pub(crate) struct Diffusion {
 }
 
 /// Off-diagonal entry −`weight` of the matrix.
+#[derive(Clone, Debug)]
 struct Coupling {
     /// Column: the neighbouring vertex.
     neighbour: u32,
@@ -51,7 +58,14 @@ struct EdgeShare {
 
 impl Diffusion {
     /// Assembles the matrix for positions in metres and τ in m².
-    pub(crate) fn new(positions: &[Vec3], faces: &[[u32; 3]], tau: f64) -> Self {
+    ///
+    /// Faces without area contribute nothing. A vertex without other faces has no mass and an empty
+    /// row. Seams are open unless `faces` name welded vertices; see
+    /// [`weld`](crate::topology::weld).
+    ///
+    /// # Panics
+    /// When a face names a vertex that does not exist.
+    pub fn new(positions: &[Vec3], faces: &[[u32; 3]], tau: f64) -> Self {
         let mut masses = vec![0.0; positions.len()];
         let mut shares = Vec::new();
         for face in faces {
@@ -94,11 +108,35 @@ impl Diffusion {
         self.starts.resize(self.masses.len() + 1, self.couplings.len());
     }
 
+    /// Returns the lumped area of each vertex, m²: a third of the areas of its faces.
+    pub fn masses(&self) -> &[f64] {
+        &self.masses
+    }
+
+    /// Iterates over the entries of A on and below the diagonal: row, column, value in m². A is
+    /// symmetric, so that these determine it.
+    ///
+    /// They are for factorisations, which pay off where many right-hand sides follow.
+    pub fn lower_entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
+        (0..self.masses.len()).flat_map(|row| {
+            let couplings = &self.couplings[self.starts[row]..self.starts[row + 1]];
+            let below = couplings
+                .iter()
+                .map(move |c| (row, c.neighbour as usize, -c.weight));
+            below
+                .filter(|(row, column, _)| column < row)
+                .chain([(row, row, self.diagonal[row])])
+        })
+    }
+
     /// Replaces w₀ by the solution w of (M + τL) w = M w₀.
     ///
     /// Vertices without mass keep their values. The solver is conjugate gradients with a Jacobi
     /// preconditioner.
-    pub(crate) fn solve(&self, w: &mut [f64]) {
+    ///
+    /// # Panics
+    /// When `w` does not have one number for each vertex.
+    pub fn solve(&self, w: &mut [f64]) {
         let count = w.len();
         let mut product = vec![0.0; count];
         self.apply(w, &mut product);
@@ -214,6 +252,25 @@ mod tests {
             Diffusion::new(&mesh.vertices, &mesh.faces, length * length).solve(&mut w);
             prop_assert!(w.iter().all(|w| (-TOLERANCE..=1.0 + TOLERANCE).contains(w)));
         }
+    }
+
+    #[test]
+    fn lower_entries_are_half_of_the_matrix() {
+        let mesh = sphere(2, 0.5);
+        let diffusion = Diffusion::new(&mesh.vertices, &mesh.faces, 0.04);
+        let x: Vec<f64> = mesh.vertices.iter().map(|v| f64::from(v.x + v.y * v.z)).collect();
+        let (mut product, mut expected) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        for (row, column, value) in diffusion.lower_entries() {
+            product[row] += value * x[column];
+            if row != column {
+                product[column] += value * x[row];
+            }
+        }
+        diffusion.apply(&x, &mut expected);
+        let difference = product.iter().zip(&expected).map(|(a, b)| (a - b).abs());
+        assert!(difference.fold(0.0, f64::max) < 1e-14);
+        let area: f64 = diffusion.masses().iter().sum();
+        assert!((area - std::f64::consts::PI).abs() < 0.1, "{area}");
     }
 
     #[test]

@@ -118,7 +118,7 @@
 //!   [`heading`], [`features`], [`network`], [`prior`], [`recurrence`], [`weights`], [`sampling`].
 //! - **Tools** that make, inspect and convert characters, garments and models: [`model_file`],
 //!   [`character`], [`mesh`], [`skinning`], [`transform`], [`topology`], [`subdivide`],
-//!   [`surface_map`], [`closest`], [`surface`], [`folds`], [`simd`].
+//!   [`surface_map`], [`diffusion`], [`closest`], [`surface`], [`folds`], [`simd`].
 //!
 //! # Conventions
 //!
@@ -146,7 +146,7 @@ pub mod clip;
 pub mod closest;
 pub mod collider;
 pub mod config;
-mod diffusion;
+pub mod diffusion;
 pub mod features;
 pub mod folds;
 pub mod heading;

@@ -4,6 +4,7 @@ use crate::{
     error::{Error, Result},
     event::{Event, Observer, notify},
     kinematics::PreparedClip,
+    life::{ClipWindows, LifeMeasure, PredictorLife},
     measure::{FrameContext, MeasureScratch, Nearest, Prediction},
     metrics::{ClipMetrics, FrameSums, PooledMetrics},
     predictor::{Mode, NamedPredictor, PredictorError},
@@ -34,6 +35,16 @@ pub(crate) struct ClipEvaluator<'a> {
     nearest_every: NonZeroUsize,
     /// Modes in which predictors run, a part of [`MODES`].
     modes: &'a [Mode],
+    /// Measures of life in free running.
+    life: LifeMeasure<'a>,
+}
+
+/// Results of all predictors on one clip.
+pub(crate) struct ClipResults {
+    /// Sums of each predictor.
+    pub(crate) sums: Vec<SumsByMode>,
+    /// Windows for the judge. A predictor without free running has none.
+    pub(crate) windows: ClipWindows,
 }
 
 /// One predictor in one mode on one clip.
@@ -48,30 +59,39 @@ struct PredictorRun<'a> {
 
 impl<'a> ClipEvaluator<'a> {
     /// Makes an evaluator for clips of one garment on one character.
+    ///
+    /// # Errors
+    /// A garment whose rest mesh cannot be smoothed.
     pub(crate) fn new(
         character: &'a Character,
-        garment: &Garment,
+        garment: &'a Garment,
         modes: &'a [Mode],
         nearest_every: NonZeroUsize,
-    ) -> Self {
+    ) -> Result<Self> {
         let context = FrameContext::new(character, garment);
-        Self {
+        Ok(Self {
             character,
             contexts: vec![context; CHUNK_FRAMES],
             nearest_every,
             modes,
-        }
+            life: LifeMeasure::new(garment)?,
+        })
     }
 
-    /// Measures every predictor on a clip, in every mode that it supports. Returns the sums of
-    /// each.
+    /// Measures every predictor on a clip, in every mode that it supports.
     pub(crate) fn run(
         &mut self,
         clip: &PreparedClip,
         predictors: &mut [NamedPredictor],
         observe: &mut Observer,
-    ) -> Result<Vec<SumsByMode>> {
-        let mut sums = vec![SumsByMode::default(); predictors.len()];
+    ) -> Result<ClipResults> {
+        let mut results = ClipResults {
+            sums: vec![SumsByMode::default(); predictors.len()],
+            windows: ClipWindows {
+                truth: Vec::new(),
+                predicted: vec![Vec::new(); predictors.len()],
+            },
+        };
         for (mode_index, mode) in MODES.into_iter().enumerate() {
             if !self.modes.contains(&mode) {
                 continue;
@@ -80,19 +100,25 @@ impl<'a> ClipEvaluator<'a> {
             if runs.is_empty() {
                 continue;
             }
+            let mut life = match mode {
+                Mode::OneStep => None,
+                Mode::FreeRunning => Some(self.life.start(clip.captured.clip.fps, runs.len())),
+            };
             // Frame 0 is given to every predictor.
             for first in (1..clip.len()).step_by(CHUNK_FRAMES) {
                 let frames = first..(first + CHUNK_FRAMES).min(clip.len());
                 self.prepare(clip, &frames);
                 (runs.par_iter_mut()).try_for_each(|run| run.predict(clip, &frames))?;
                 self.measure(&mut runs, &frames);
+                if let Some(life) = &mut life {
+                    self.life.add(life, clip, &windows(&runs), &frames);
+                }
                 finish_chunk(clip, &mut runs, mode, &frames, observe)?;
             }
-            for run in runs {
-                sums[run.index][mode_index] = run.metrics.finish();
-            }
+            let lives = life.map(|life| self.life.finish(life, &mut results.windows.truth));
+            results.add(mode_index, runs, lives.unwrap_or_default());
         }
-        Ok(sums)
+        Ok(results)
     }
 
     /// Poses the body and reads the true garment of each frame of a chunk, in parallel.
@@ -108,7 +134,7 @@ impl<'a> ClipEvaluator<'a> {
 
     /// Measures every frame of every run and adds the results to the runs' metrics.
     fn measure(&self, runs: &mut [PredictorRun], frames: &Range<usize>) {
-        let windows: Vec<&[Vec<Vec3>]> = runs.iter().map(|run| run.window.as_slice()).collect();
+        let windows = windows(runs);
         let measure = |scratch: &mut MeasureScratch, i: usize| {
             let (run, slot) = (i / frames.len(), i % frames.len());
             let prediction = prediction(windows[run], slot, frames.start + slot);
@@ -126,6 +152,26 @@ impl<'a> ClipEvaluator<'a> {
             }
         }
     }
+}
+
+impl ClipResults {
+    /// Adds the results of all runs in one mode. `lives` has one entry for each run, or none.
+    fn add(&mut self, mode_index: usize, runs: Vec<PredictorRun>, lives: Vec<PredictorLife>) {
+        let mut lives = lives.into_iter();
+        for run in runs {
+            let mut sums = run.metrics.finish();
+            if let Some(PredictorLife { sums: life, windows }) = lives.next() {
+                sums.set_life(life);
+                self.windows.predicted[run.index] = windows;
+            }
+            self.sums[run.index][mode_index] = sums;
+        }
+    }
+}
+
+/// Returns the predictions of each run.
+fn windows<'a>(runs: &'a [PredictorRun]) -> Vec<&'a [Vec<Vec3>]> {
+    runs.iter().map(|run| run.window.as_slice()).collect()
 }
 
 /// Starts the predictors that support a mode on a clip.

@@ -1,6 +1,6 @@
 //! Errors of fits and evaluations.
 
-use crate::predictor::PredictorError;
+use crate::{life::ControlError, predictor::PredictorError};
 use thiserror::Error;
 use unic_core::{AnimatorError, motion::MotionError};
 
@@ -58,6 +58,17 @@ pub enum Error {
         /// Cause.
         source: PredictorError,
     },
+    /// The smoothings of a garment's rest mesh cannot be factorised.
+    #[error(
+        "garment: expected a rest mesh that can be smoothed, found areas too unequal ({vertices} vertices)"
+    )]
+    Smoothing {
+        /// Number of vertices of the welded rest mesh.
+        vertices: usize,
+    },
+    /// A capture cannot be the control of the evaluated one.
+    #[error(transparent)]
+    Control(#[from] ControlError),
     /// An animator refused the motion of a clip.
     #[error("the animator on clip {clip}: {source}")]
     Animator {

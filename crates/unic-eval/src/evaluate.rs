@@ -5,6 +5,7 @@ use crate::{
     error::{Error, Result},
     event::{Event, Observer, notify},
     kinematics::PreparedClip,
+    life::judge,
     metrics::PooledMetrics,
     predictor::{MODEL, Mode, NamedPredictor},
     report::{ByMode, Evaluation, Scores},
@@ -23,7 +24,7 @@ pub struct Protocol {
     /// Interval of the frames whose nearest points are searched, which takes most of the time.
     ///
     /// The Hausdorff distance and all metrics of the body come from these frames. Vertex errors,
-    /// jitter and edge lengths come from every frame.
+    /// jitter and edge lengths come from every frame, measures of life from about ten in a second.
     pub nearest_every: NonZeroUsize,
 }
 
@@ -73,7 +74,8 @@ pub fn evaluate_by(
     }
     let spec = baseline_motion_spec(capture)?;
     let (modes, every) = (protocol.modes, protocol.nearest_every);
-    let mut evaluator = ClipEvaluator::new(&capture.character, &capture.garment, modes, every);
+    let mut evaluator = ClipEvaluator::new(&capture.character, &capture.garment, modes, every)?;
+    let mut windows = Vec::new();
     let mut pooled = vec![SumsByMode::default(); predictors.len()];
     let mut evaluation = Evaluation::default();
     for (index, name) in clips.iter().enumerate() {
@@ -89,7 +91,9 @@ pub fn evaluate_by(
             count: clips.len(),
         };
         notify(&clip, observe, &started)?;
-        let sums = evaluator.run(&clip, predictors, observe)?;
+        let results = evaluator.run(&clip, predictors, observe)?;
+        let sums = results.sums;
+        windows.push(results.windows);
         notify(&clip, observe, &Event::ClipFinished)?;
         evaluation.clips.insert(name.clone(), scores(predictors, &sums));
         // Clips are pooled in their order: floating-point sums depend on it.
@@ -98,6 +102,7 @@ pub fn evaluate_by(
         }
     }
     evaluation.pooled = scores(predictors, &pooled);
+    evaluation.judge = judge(predictors.iter().map(|named| named.name.as_str()), &windows);
     Ok(evaluation)
 }
 

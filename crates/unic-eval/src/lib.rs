@@ -26,6 +26,7 @@
 //! | interface of predictors | [`Predictor`], [`NamedPredictor`] |
 //! | models and simple methods | [`ModelPredictor`], [`PriorPredictor`], [`baselines`] |
 //! | intersection handling for any predictor | [`HandledPredictor`] |
+//! | wrinkles that come and go, a judge | [`BandMetrics`], [`JudgeReport`], [`ControlPredictor`] |
 //! | metrics of one's own | [`Observer`], [`Dump`], and the example `own_metric` |
 //! | drift, sudden stops, disturbances | [`lasting`] |
 //! | motion that a capture does not cover | [`Coverage`] |
@@ -58,6 +59,7 @@ mod event;
 mod handled;
 mod kinematics;
 pub mod lasting;
+mod life;
 mod measure;
 mod metrics;
 mod model;
@@ -77,11 +79,12 @@ pub use evaluate::{Protocol, evaluate, evaluate_by};
 pub use event::{Event, Observer};
 pub use handled::{HandledPredictor, IntersectionHandler};
 pub use kinematics::{ClipKinematics, PreparedClip};
+pub use life::{BandMetrics, ControlError, ControlPredictor, JudgeReport};
 pub use measure::{FrameContext, MeasureScratch, Nearest, Prediction};
 pub use metrics::{ClipMetrics, FrameSums, Metrics, PooledMetrics};
 pub use model::{FrameRateError, ModelPredictor, PriorPredictor};
 pub use pca::{PrincipalComponents, SampleMatrix, mean};
-pub use predictor::{MODEL, Mode, NamedPredictor, PRIOR, Predictor, PredictorError};
+pub use predictor::{CONTROL, MODEL, Mode, NamedPredictor, PRIOR, Predictor, PredictorError};
 pub use regression::{LinearMap, Moments};
 pub use report::{ByMode, Evaluation, Scores};
 pub use training::{

@@ -1,6 +1,9 @@
 //! Metrics of an evaluation, and the sums that they are computed from.
 
-use crate::predictor::Mode;
+use crate::{
+    life::{BandMetrics, LifeSums},
+    predictor::Mode,
+};
 use glam::Vec3;
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -17,7 +20,7 @@ const FRAME_SLACK: f64 = 1e-6;
 /// In the following e = ‖predicted − truth‖ of one vertex in one frame. Frame 0 is given to every
 /// predictor and does not count. A value that is not finite (a diverged model) is `null` in JSON
 /// and NaN here.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Metrics {
     /// Square root of the mean of e² over frames and vertices, mm. This is the main metric.
@@ -70,11 +73,64 @@ pub struct Metrics {
     /// one-step evaluation.
     #[serde(deserialize_with = "numbers")]
     pub drift_mm: Vec<f64>,
+    /// Wrinkles by wavelength, the finest band first. Empty in one-step evaluation, as the other
+    /// measures of life are `None`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bands: Vec<BandMetrics>,
+    /// 1st percentile over edges and frames of the signed strain against the rest length, %. It is
+    /// not finite outside of −100 to 300 %.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "present"
+    )]
+    pub strain_p01_percent: Option<f64>,
+    /// 99th percentile of the strain, %.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "present"
+    )]
+    pub strain_p99_percent: Option<f64>,
+    /// 1st percentile of the truth's strain, %.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "present"
+    )]
+    pub strain_p01_percent_truth: Option<f64>,
+    /// 99th percentile of the truth's strain, %.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "present"
+    )]
+    pub strain_p99_percent_truth: Option<f64>,
+    /// RMS over edges and frames of the dihedral angle minus that at rest, divided by the truth's.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "present"
+    )]
+    pub bending_ratio: Option<f64>,
+    /// 99th percentile over vertices and frames of ‖x_t − 2 x_{t−1} + x_{t−2}‖, divided by the
+    /// truth's.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "present"
+    )]
+    pub popping_ratio: Option<f64>,
 }
 
 /// Reads a number. `null` becomes NaN.
-fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+pub(crate) fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
+/// Reads a number whose key is present. `null` becomes NaN.
+fn present<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    number(deserializer).map(Some)
 }
 
 /// Reads numbers. `null` becomes NaN.
@@ -233,6 +289,8 @@ pub struct PooledMetrics {
     total: FrameSums,
     /// Errors of each second of free running.
     seconds: Vec<Second>,
+    /// Sums behind the measures of life. `None` where they are not measured.
+    life: Option<LifeSums>,
 }
 
 impl PooledMetrics {
@@ -248,6 +306,15 @@ impl PooledMetrics {
             mine.part.pool(&second.part);
             mine.whole.pool(&second.whole);
         }
+        match (&mut self.life, &other.life) {
+            (Some(mine), Some(other)) => mine.pool(other),
+            (mine, other) => *mine = mine.take().or_else(|| other.clone()),
+        }
+    }
+
+    /// Sets the sums behind the measures of life, which [`ClipMetrics`] does not gather.
+    pub(crate) fn set_life(&mut self, life: LifeSums) {
+        self.life = Some(life);
     }
 
     /// Returns the number of frames.
@@ -265,7 +332,7 @@ impl PooledMetrics {
         let rmse_mm = MM * (total.squared * a_vertex).sqrt();
         let at = |second: usize| self.seconds.get(second - 1)?.whole.rmse_mm();
         let drift = |s: &Second| s.part.rmse_mm().unwrap_or(f64::NAN);
-        Metrics {
+        let mut metrics = Metrics {
             rmse_mm,
             rmse_per_coordinate_mm: rmse_mm / 3.0_f64.sqrt(),
             mean_vertex_error_mm: MM * total.distance * a_vertex,
@@ -284,7 +351,12 @@ impl PooledMetrics {
             rmse_mm_at_10s: at(10),
             rmse_mm_at_60s: at(60),
             drift_mm: self.seconds.iter().map(drift).collect(),
+            ..Metrics::default()
+        };
+        if let Some(life) = &self.life {
+            life.write(&mut metrics);
         }
+        metrics
     }
 
     /// Adds one frame.
@@ -334,128 +406,4 @@ pub(crate) fn ratio([predicted, truth]: [f64; 2]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Sums of ten vertices, each `error` metres off.
-    fn off_by(error: f64) -> FrameSums {
-        FrameSums {
-            vertices: 10,
-            squared: 10.0 * error * error,
-            distance: 10.0 * error,
-            probed: 10,
-            ..FrameSums::default()
-        }
-    }
-
-    /// Sums of the frames 0..count at `fps`. The error in millimetres is the number of the second
-    /// that the frame belongs to.
-    fn drifting(fps: f32, count: usize) -> PooledMetrics {
-        let mut clip = ClipMetrics::new(fps, Mode::FreeRunning);
-        for t in 0..count {
-            let second = (t as f64 / f64::from(fps) - 1e-9).ceil();
-            clip.add(t, &off_by(if t == 0 { 99.0 } else { second * 1e-3 }));
-        }
-        clip.finish()
-    }
-
-    fn close(a: Option<f64>, b: f64) -> bool {
-        a.is_some_and(|a| (a - b).abs() < 1e-9)
-    }
-
-    #[test]
-    fn seconds_count_only_when_they_are_complete() {
-        for fps in [24.0, 30.0, 60.0] {
-            let frames = 10 * fps as usize + 1;
-            let m = drifting(fps, frames).metrics();
-            assert!(
-                close(m.rmse_mm_at_1s, 1.0) && close(m.rmse_mm_at_5s, 5.0),
-                "{m:?}"
-            );
-            assert!(close(m.rmse_mm_at_10s, 10.0));
-            assert_eq!(m.rmse_mm_at_60s, None);
-            assert_eq!(m.drift_mm.len(), 10);
-            assert_eq!(drifting(fps, frames - 1).metrics().rmse_mm_at_10s, None);
-            assert_eq!(drifting(fps, frames - 1).metrics().drift_mm.len(), 10);
-        }
-        // At 29.97 frames per second no frame lies on a whole second.
-        assert!(close(drifting(29.97, 151).metrics().rmse_mm_at_5s, 5.0));
-    }
-
-    #[test]
-    fn one_step_evaluation_has_no_drift() {
-        let mut clip = ClipMetrics::new(30.0, Mode::OneStep);
-        (1..100).for_each(|t| clip.add(t, &off_by(1e-3)));
-        let m = clip.finish().metrics();
-        assert_eq!((m.rmse_mm_at_1s, m.drift_mm.len()), (None, 0));
-        assert!((m.rmse_mm - 1.0).abs() < 1e-9);
-    }
-
-    #[test]
-    fn clips_are_pooled_by_sums() {
-        let clip = |frames: usize, error: f64| {
-            let mut clip = ClipMetrics::new(10.0, Mode::FreeRunning);
-            (0..=frames).for_each(|t| clip.add(t, &off_by(error)));
-            clip.finish()
-        };
-        let (long, short) = (clip(60, 1e-3), clip(20, 3e-3));
-        let mut all = long.clone();
-        all.pool(&short);
-        let m = all.metrics();
-        assert!((m.rmse_mm - ((60.0 + 20.0 * 9.0) / 80.0_f64).sqrt()).abs() < 1e-9);
-        assert!((m.mean_vertex_error_mm - (60.0 + 20.0 * 3.0) / 80.0).abs() < 1e-9);
-        assert!((m.mean_frame_rmse_mm - 1.5).abs() < 1e-9);
-        // Only the long clip has a fifth second.
-        assert!(close(m.rmse_mm_at_5s, 1.0) && close(m.rmse_mm_at_1s, 5.0_f64.sqrt()));
-        let mut other = short;
-        other.pool(&long);
-        assert_eq!(other.frames(), 80);
-        assert!((other.metrics().rmse_mm - m.rmse_mm).abs() < 1e-12);
-    }
-
-    #[test]
-    fn frames_without_a_nearest_search_count_only_for_errors() {
-        let mut clip = ClipMetrics::new(30.0, Mode::OneStep);
-        let probed = FrameSums {
-            inside_closest: 5,
-            hausdorff: 0.004,
-            ..off_by(1e-3)
-        };
-        clip.add(1, &probed);
-        clip.add(
-            2,
-            &FrameSums {
-                probed: 0,
-                ..off_by(1e-3)
-            },
-        );
-        let m = clip.finish().metrics();
-        assert_eq!(
-            (
-                m.intersecting_vertices_percent_closest,
-                m.intersecting_frames_percent
-            ),
-            (50.0, 100.0)
-        );
-        assert!((m.hausdorff_mm - 4.0).abs() < 1e-9 && (m.rmse_mm - 1.0).abs() < 1e-9);
-    }
-
-    #[test]
-    fn json_keys_and_order_are_a_contract() {
-        let mut clip = ClipMetrics::new(30.0, Mode::FreeRunning);
-        clip.add(1, &off_by(f64::NAN));
-        let text = serde_json::to_string(&clip.finish().metrics()).unwrap();
-        let key = |part: &str| part.rsplit('"').next().map(str::to_owned);
-        let keys: Vec<_> = text.split("\":").filter_map(key).collect();
-        let expected = "rmse_mm rmse_per_coordinate_mm mean_vertex_error_mm mean_frame_rmse_mm \
-            hausdorff_mm intersecting_vertices_percent_paper intersecting_vertices_percent_closest \
-            intersecting_frames_percent mean_depth_mm max_depth_mm jitter_ratio \
-            edge_length_error_percent rmse_mm_at_1s rmse_mm_at_5s rmse_mm_at_10s rmse_mm_at_60s \
-            drift_mm";
-        assert_eq!(keys[..keys.len() - 1].join(" "), expected);
-        assert!(text.contains("\"rmse_mm\":null") && text.contains("\"drift_mm\":[null]"));
-        let back: Metrics = serde_json::from_str(&text).unwrap();
-        assert!(back.rmse_mm.is_nan() && back.drift_mm[0].is_nan());
-        assert_eq!(back.hausdorff_mm, 0.0);
-    }
-}
+mod tests;

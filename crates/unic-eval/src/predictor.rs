@@ -64,6 +64,9 @@ pub const MODEL: &str = "model";
 /// Name of a displacement model's prior without the field; the first of the baselines.
 pub const PRIOR: &str = "prior";
 
+/// Name of a second simulation of the evaluated motions with another history, among the baselines.
+pub const CONTROL: &str = "control";
+
 /// Predictor with its name in tables and JSON.
 pub struct NamedPredictor {
     /// Name of the row in tables and key in JSON: [`MODEL`], or the name of a baseline.

@@ -1,6 +1,7 @@
 //! Result of an evaluation: JSON for programs, tables for people.
 
 use crate::{
+    life::{BandMetrics, JudgeReport},
     metrics::Metrics,
     predictor::{MODEL, Mode},
 };
@@ -10,12 +11,12 @@ use std::fmt::{self, Display, Formatter, Write};
 
 /// All metrics of an evaluation. The JSON form is a public contract: `{"model": {"one_step": M,
 /// "free_running": M}, "baselines": {NAME: {MODE: M}}, "clips": {CLIP: the same for one clip}}`
-/// with M as [`Metrics`].
+/// with M as [`Metrics`], and the keys of [`JudgeReport`].
 ///
 /// A predictor without a mode lacks its key. Without a model there is no `"model"`. The prior of a
 /// displacement model is the baseline `"prior"`.
 ///
-/// [`Display`] writes the table and the drift curves.
+/// [`Display`] writes the tables, the drift curves and the judge.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
     /// Metrics over all clips, pooled by sums.
@@ -23,6 +24,9 @@ pub struct Evaluation {
     pub pooled: Scores,
     /// Metrics of each clip, in the order of the evaluation.
     pub clips: IndexMap<String, Scores>,
+    /// Judge of predictions and truth.
+    #[serde(flatten)]
+    pub judge: JudgeReport,
 }
 
 /// Metrics of all predictors: the rows of one table.
@@ -97,7 +101,8 @@ impl Display for Evaluation {
         } else if let Some(name) = self.clips.keys().next() {
             writeln!(f, "{name}")?;
         }
-        Display::fmt(&self.pooled, f)
+        Display::fmt(&self.pooled, f)?;
+        Display::fmt(&self.judge, f)
     }
 }
 
@@ -111,11 +116,43 @@ impl Display for Scores {
             lines.push(line(name, mode, cells));
         }
         write_aligned(f, "mm", &lines)?;
+        self.write_life(f)?;
         self.write_drift(f)
     }
 }
 
 impl Scores {
+    /// Writes the measures of life of free running, and the truth's strain in a last line.
+    fn write_life(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let rows = || self.rows().filter(|(.., metrics)| !metrics.bands.is_empty());
+        let Some((.., any)) = rows().next() else {
+            return Ok(());
+        };
+        let bands = any.bands.iter().map(BandMetrics::name);
+        let headings = bands.chain(["amplitude:".to_owned()]);
+        let headings = headings.chain(any.bands.iter().map(BandMetrics::name));
+        let others = ["strain 1 %", "strain 99 %", "bending", "popping"].map(str::to_owned);
+        let mut lines = vec![header(headings.chain(others))];
+        for (name, mode, metrics) in rows() {
+            let living = metrics.bands.iter().map(|band| cell(Some(band.living_ratio), 2));
+            let amplitude = metrics
+                .bands
+                .iter()
+                .map(|band| cell(Some(band.amplitude_ratio), 2));
+            let strain = [metrics.strain_p01_percent, metrics.strain_p99_percent].map(|s| cell(s, 1));
+            let others = [metrics.bending_ratio, metrics.popping_ratio].map(|ratio| cell(ratio, 2));
+            let cells = living.chain([String::new()]).chain(amplitude);
+            lines.push(line(name, mode, cells.chain(strain).chain(others)));
+        }
+        let truth = [any.strain_p01_percent_truth, any.strain_p99_percent_truth].map(|s| cell(s, 1));
+        let dash = || cell(None, 0);
+        let ratios = any.bands.iter().map(|_| dash());
+        let cells = ratios.clone().chain([String::new()]).chain(ratios).chain(truth);
+        lines.push(line("truth", Mode::FreeRunning, cells.chain([dash(), dash()])));
+        let title = "life: living ratio by wavelength in cm, amplitude ratio, strain in %, ratios";
+        write_aligned(f, title, &lines)
+    }
+
     /// Writes the RMSE of single seconds of free running.
     fn write_drift(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let length = self.rows().map(|(_, _, m)| m.drift_mm.len()).max().unwrap_or(0);

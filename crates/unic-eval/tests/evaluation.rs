@@ -159,7 +159,9 @@ fn results_have_the_same_bytes_for_any_number_of_threads() {
         one.starts_with("{\"baselines\":{\"hold\":{\"one_step\":{\"rmse_mm\":"),
         "{one}"
     );
+    assert!(one.contains("\"bands\":[") && one.contains("\"judge_accuracy_percent\":null"));
     assert_eq!(one, with(2));
+    assert_eq!(one, with(4));
     assert_eq!(one, with(5));
 }
 
@@ -229,6 +231,10 @@ fn a_perfect_model_has_no_error_and_the_jitter_of_the_truth() {
             (metrics.jitter_ratio, metrics.edge_length_error_percent),
             (1.0, 0.0)
         );
+        // Measures of life are of free running alone.
+        assert!(metrics.bands.iter().all(|band| band.living_ratio == 1.0));
+        assert!([None, Some(1.0)].contains(&metrics.popping_ratio));
+        assert_eq!(metrics.bands.is_empty(), metrics.popping_ratio.is_none());
     }
     assert_eq!(seen, [(1..70).collect::<Vec<_>>(), (1..70).collect()].concat());
 }
