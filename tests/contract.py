@@ -31,6 +31,7 @@ COMMANDS = [
     ("train", ["train", "tube", *SHORT, "--out", "tube.unic"], 0),
     ("eval", ["eval", "tube.unic", "tube"], 0),
     ("eval", ["eval", "--baselines", "tube"], 0),
+    ("eval", ["eval", "--baselines", "tube", "--control", "tube"], 0),
     ("animate", ["animate", "tube.unic", "--motion", "walk.npz", "--out", "walk.pc2"], 0),
     ("inspect", ["inspect", "tube"], 0),
     ("inspect", ["inspect", "tube.unic"], 0),
@@ -72,7 +73,7 @@ def check_page():
     for name, schema in SCHEMA["$defs"].items():
         row = rows.get(names.get(name, name))
         if row is None:
-            assert name in {"error", "failure", "metrics", "by_mode", "evaluation", "code", "timing"}, name
+            assert name in {"error", "failure", "metrics", "band", "by_mode", "evaluation", "code", "timing"}, name
             continue
         if name == "unic-lab lasting":
             continue

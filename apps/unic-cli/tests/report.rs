@@ -46,7 +46,10 @@ fn the_page_shows_every_clip_and_loads_nothing() {
     assert_eq!(page.matches(", the worst of this clip</p>").count(), 1);
     assert_eq!(page.matches("the whole clip of 1.0 s").count(), 2 * 2);
     assert_eq!(page.matches("<path class=\"line").count(), 9);
-    assert_eq!(page.matches("<table>").count(), 3);
+    // Errors and measures of life of both clips and of all.
+    assert_eq!(page.matches("<table>").count(), 2 * 3);
+    assert_eq!(page.matches("life in free running").count() % 3, 0);
+    assert_eq!(page.matches("<th scope=\"row\">simulation</th>").count(), 3);
     assert!(page.contains("On 2 clips that training has never seen"));
     let rmse = scores["model"]["free_running"]["rmse_mm"].as_f64().unwrap();
     assert!(page.contains(&format!("{rmse:.1} mm RMSE from the simulation")));

@@ -31,6 +31,8 @@ pub enum Order {
     LessIsBetter,
     /// The number nearest to one is the best: ratios to the ground truth.
     OneIsBest,
+    /// No number is the best: the ground truth's is another one.
+    Unordered,
 }
 
 /// A row of a [`Table`].
@@ -81,6 +83,7 @@ impl Order {
         match self {
             Self::LessIsBetter => value,
             Self::OneIsBest => (value - 1.0).abs(),
+            Self::Unordered => 0.0,
         }
     }
 }
@@ -127,6 +130,9 @@ impl Table {
     /// Cells are compared by their text, so that all rows with the same text are marked.
     fn best(&self, column: usize) -> Option<String> {
         let TableColumn { order, digits, .. } = self.columns.get(column)?;
+        if *order == Order::Unordered {
+            return None;
+        }
         let values = self
             .rows
             .iter()

@@ -24,6 +24,11 @@ use std::{num::NonZeroUsize, path::PathBuf};
 ///   prior           the model's prior: the coarse shape that the model predicts from the motion
 ///                   before its network, the field, corrects it
 ///
+/// Free running is also measured by its life: wrinkles by wavelength, with the living ratio (how
+/// much they come and go, by the simulation's), strain of edges, bending and popping. A judge is
+/// trained on half of the clips to tell rows from the simulation by one second of them: 50 % is
+/// chance.
+///
 /// The result names the clips that training has seen.
 ///
 /// --protocol measures as publications on a data set do: in free running, and with `vto` over 300
@@ -76,6 +81,11 @@ pub(crate) struct EvalArgs {
     /// off with --baselines].
     #[arg(long, value_enum)]
     pub(crate) intersection: Option<IntersectionName>,
+    /// Folder of a second simulation of the same clips, whose garment starts from another history.
+    /// It becomes the row `control`: how far the cloth is from itself, and how often the judge of
+    /// the result tells the two apart [default: no control].
+    #[arg(long, value_name = "CAPTURE")]
+    pub(crate) control: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) code: CodeArgs,
     /// Measure intersections with the body and the Hausdorff distance, which are slow, in every Nth

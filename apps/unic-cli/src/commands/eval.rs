@@ -25,8 +25,8 @@ use std::collections::HashSet;
 use training_overlap::TrainingOverlap;
 use unic_core::{Animator, CodeSampling, IntersectionMode};
 use unic_eval::{
-    CodeCertainty, Evaluation, Event, IntersectionHandler, ModelPredictor, NamedPredictor, PRIOR,
-    PriorPredictor, Protocol, baselines, evaluate_by, training_set,
+    CONTROL, CodeCertainty, ControlPredictor, Evaluation, Event, IntersectionHandler, ModelPredictor,
+    NamedPredictor, PRIOR, PriorPredictor, Protocol, baselines, evaluate_by, training_set,
 };
 use unic_io::{Capture, Split};
 
@@ -68,8 +68,10 @@ fn measure(args: &EvalArgs) -> Result<Measurements> {
         Some(_) => baselines::RIDGE_HANDLED,
         None => baselines::RIDGE,
     };
+    let control = control(args, &capture, &clips)?;
     let mut listener = EvaluationListener::new(args, &capture, &clips, rival)?;
     let mut rows = rows(&capture, animator.as_ref(), handler)?;
+    rows.extend(control.map(|control| NamedPredictor::baseline(CONTROL, control)));
     let mut listen = |event: &Event| listener.listen(event);
     let protocol = Protocol {
         nearest_every: args.nearest_every,
@@ -144,6 +146,18 @@ fn clip_names(args: &EvalArgs, capture: &Capture) -> Result<Vec<String>> {
         );
     }
     Ok(names)
+}
+
+/// Second simulation of the measured clips, of `--control`.
+///
+/// # Errors
+/// A capture that cannot be read, or of another garment or motion.
+fn control(args: &EvalArgs, capture: &Capture, clips: &[String]) -> Result<Option<ControlPredictor>> {
+    let Some(path) = &args.control else {
+        return Ok(None);
+    };
+    let control = Capture::open(path)?;
+    Ok(Some(ControlPredictor::new(control, capture, clips)?))
 }
 
 fn rows(

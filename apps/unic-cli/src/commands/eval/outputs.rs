@@ -54,8 +54,10 @@ pub(super) fn check_clips(args: &EvalArgs, clips: &[String]) -> Result<()> {
 }
 
 fn beside_inputs(args: &EvalArgs) -> Outputs {
-    let inputs = [args.model.as_ref(), Some(&args.capture), args.character.as_ref()];
-    Outputs::with_inputs(inputs.into_iter().flatten())
+    let inputs = [&args.model, &args.character, &args.control]
+        .into_iter()
+        .flatten();
+    Outputs::with_inputs(inputs.chain([&args.capture]))
 }
 
 /// Refuses a path with another ending than `ending`.

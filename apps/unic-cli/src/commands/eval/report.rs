@@ -3,6 +3,7 @@
 mod drift;
 mod facts;
 mod heat;
+mod life;
 mod machine;
 mod movie;
 mod recording;

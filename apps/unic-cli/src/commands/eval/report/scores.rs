@@ -1,5 +1,6 @@
-//! Tables of the report: one per clip, with a row per predictor and a column per metric.
+//! Tables of the report: errors of each clip, with a row per predictor and a column per metric.
 
+use super::life;
 use unic_eval::{
     ByMode, Evaluation, MODEL, Metrics, PRIOR, Scores,
     baselines::{RIDGE, RIDGE_HANDLED},
@@ -169,7 +170,8 @@ pub(super) fn rows(scores: &Scores) -> Vec<(&str, &ByMode)> {
     rows
 }
 
-/// Tables of the report: all clips together if there are several, then each clip.
+/// Tables of the report: all clips together if there are several, then each clip. A table of errors
+/// is followed by that of the measures of life.
 pub(super) fn tables(evaluation: &Evaluation) -> Vec<Table> {
     let columns = columns(evaluation);
     let table = |title: String, scores: &Scores| Table {
@@ -180,13 +182,15 @@ pub(super) fn tables(evaluation: &Evaluation) -> Vec<Table> {
             .map(|(name, by_mode)| row(name, by_mode, &columns))
             .collect(),
     };
-    let clips = evaluation
-        .clips
-        .iter()
-        .map(|(name, scores)| table(name.clone(), scores));
+    let both = |title: &str, scores: &Scores| {
+        let life = life::table(title, scores);
+        std::iter::once(table(title.to_owned(), scores)).chain(life)
+    };
+    let clips = evaluation.clips.iter();
+    let clips = clips.flat_map(|(name, scores)| both(name, scores));
     match evaluation.clips.len() {
         0 | 1 => clips.collect(),
-        n => std::iter::once(table(format!("All {n} clips"), &evaluation.pooled))
+        n => both(&format!("All {n} clips"), &evaluation.pooled)
             .chain(clips)
             .collect(),
     }

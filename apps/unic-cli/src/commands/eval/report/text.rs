@@ -1,13 +1,13 @@
 //! Texts of the page: title, first sentence, key figures and definitions.
 
-use super::scores;
+use super::{life, scores};
 use crate::{
     commands::eval::training_overlap::{TrainingOverlap, counted},
     timing::Timing,
 };
 use std::path::Path;
 use unic_eval::{
-    ByMode, Evaluation, MODEL,
+    ByMode, CONTROL, Evaluation, MODEL,
     baselines::{RIDGE, RIDGE_HANDLED},
 };
 use unic_io::Capture;
@@ -113,7 +113,7 @@ pub(super) fn figures(evaluation: &Evaluation, timing: Option<&Timing>) -> Vec<K
 }
 
 /// Definitions of the rows by their names.
-const ROWS: [(&str, &str); 10] = [
+const ROWS: [(&str, &str); 11] = [
     (
         MODEL,
         "the model under evaluation, with its intersection handling.",
@@ -148,6 +148,10 @@ const ROWS: [(&str, &str); 10] = [
         "hold",
         "the true previous frame, moved rigidly along with the character.",
     ),
+    (
+        CONTROL,
+        "a second simulation of the same motions, whose garment starts from another history.",
+    ),
 ];
 
 /// Definitions of the columns, then of the rows that the evaluation has.
@@ -167,5 +171,5 @@ pub(super) fn definitions(evaluation: &Evaluation) -> Vec<Definition> {
         .collect();
     let rows = ROWS.into_iter().filter(|(name, _)| present.contains(name));
     let rows = rows.map(|(name, meaning)| definition(&scores::display_name(name), meaning));
-    columns.chain(rows).collect()
+    columns.chain(life::definitions(evaluation)).chain(rows).collect()
 }
