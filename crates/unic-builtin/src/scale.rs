@@ -112,6 +112,7 @@ pub fn random_model(preset: Network, vertices: usize) -> Result<Model, Failure> 
         rest_box: RestBox::of(&garment.rest.vertices),
         garment,
         config,
+        strain_limits: Vec::new(),
         about: About {
             name: "bench".into(),
             provenance: "random".into(),
@@ -172,6 +173,7 @@ fn config(preset: Network) -> Result<ModelConfig, Failure> {
             Network::Standard => displacement,
             Network::Paper => StateConfig::RootRelative,
         },
+        projection: None,
         intersection: IntersectionMode::Paper {
             relaxation_m: IntersectionMode::RELAXATION_M,
         },

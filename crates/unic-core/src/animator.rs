@@ -28,6 +28,7 @@ use crate::{
     model::Model,
     network::CodeSampling,
     parallel::{Threads, install_if_some},
+    projection::Memory,
 };
 use glam::Vec3;
 use input::check_positions;
@@ -177,7 +178,12 @@ impl Animator {
         for vertex in &mut self.state.vertices {
             vertex.previous = vertex.value;
         }
-        self.finish();
+        self.predict_positions();
+        // A mean over many shapes is too short, unlike given positions.
+        if matches!(start, Start::MeanShape) {
+            self.project(Memory::None);
+        }
+        self.show(&mut |_| ());
     }
 
     /// Advances the garment by one tick of 1 / fps seconds, to a new pose.
@@ -223,7 +229,9 @@ impl Animator {
         observe(Stage::Field);
         self.correct_state();
         observe(Stage::Intersections);
-        self.finish_observed(observe);
+        self.predict_positions();
+        self.project(Memory::Previous);
+        self.show(observe);
     }
 
     /// Replaces the garment at the current frame by world positions in metres, for teacher forcing

@@ -24,6 +24,62 @@ pub struct ModelConfig {
     pub state: StateConfig,
     /// Handling of vertices inside the body; an animator can replace it.
     pub intersection: IntersectionMode,
+    /// Strain projection of the shown garment, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub projection: Option<ProjectionConfig>,
+}
+
+/// Settings of the [strain projection](crate::projection).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProjectionConfig {
+    /// Gauss-Seidel sweeps over all edges in a tick.
+    pub sweeps: usize,
+    /// Number of these sweeps that are followed by one over all hinges.
+    pub bending_sweeps: usize,
+    /// Share of an offset's bending that a sweep removes, 0 to 1.
+    pub bending: f32,
+    /// Time constant of an offset's return to the prediction, seconds.
+    pub pull_s: f32,
+    /// Time constant of an offset's velocity, seconds.
+    pub carry_s: f32,
+    /// Largest offset, metres.
+    pub radius_m: f32,
+}
+
+impl Default for ProjectionConfig {
+    /// Settings that were chosen on motions left out of training (docs/lab/projection.md).
+    fn default() -> Self {
+        Self {
+            sweeps: 5,
+            bending_sweeps: 2,
+            bending: 0.1,
+            pull_s: 0.4,
+            carry_s: 0.3,
+            radius_m: 0.08,
+        }
+    }
+}
+
+impl ProjectionConfig {
+    /// Largest number of sweeps. Without a limit a damaged file could stop an animator.
+    const MOST_SWEEPS: usize = 1000;
+
+    /// Checks all values.
+    ///
+    /// # Errors
+    /// The first value that is not accepted.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        let sweeps = |what, found: usize| check(what, "up to 1000", found, found <= Self::MOST_SWEEPS);
+        sweeps("projection.sweeps", self.sweeps)?;
+        sweeps("projection.bending_sweeps", self.bending_sweeps)?;
+        let (what, share) = ("projection.bending", self.bending);
+        check(what, "0 to 1", share, (0.0..=1.0).contains(&share))?;
+        let positive = |what, value: f32| check(what, "above 0", value, value > 0.0 && value.is_finite());
+        positive("projection.pull_s", self.pull_s)?;
+        positive("projection.carry_s", self.carry_s)?;
+        positive("projection.radius_m", self.radius_m)
+    }
 }
 
 /// Sizes of the categorical motion encoder: linear maps with ELU between them, then one category a
@@ -299,6 +355,9 @@ impl ModelConfig {
             )?;
             check_inputs(&d.inputs)?;
         }
+        if let Some(projection) = &self.projection {
+            projection.check()?;
+        }
         self.intersection.check()
     }
 }
@@ -386,6 +445,7 @@ mod tests {
                 inputs: vec![PointInput::Velocity, PointInput::Displacement, PointInput::Rest],
             }),
             intersection: IntersectionMode::Paper { relaxation_m: 0.005 },
+            projection: None,
         }
     }
 
@@ -432,6 +492,13 @@ mod tests {
         let relaxation_m = f32::NAN;
         let named = refused(|c, _| c.intersection = IntersectionMode::Paper { relaxation_m });
         assert_eq!(named, "intersection.relaxation_m");
+        let pull_s = f32::NAN;
+        let projection = ProjectionConfig {
+            pull_s,
+            ..ProjectionConfig::default()
+        };
+        let named = refused(|c, _| c.projection = Some(projection));
+        assert_eq!(named, "projection.pull_s");
         let robust = IntersectionMode::Robust {
             margin_m: -0.001,
             corrects: Corrects::Display,

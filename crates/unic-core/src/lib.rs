@@ -115,10 +115,12 @@
 //! - **Engines**: [`animator`], [`model`], [`config`], [`skeleton`], [`clip`], [`collider`],
 //!   [`intersection`], [`parallel`].
 //! - **Training and evaluation**, which share these definitions with the animator: [`motion`],
-//!   [`heading`], [`features`], [`network`], [`prior`], [`recurrence`], [`weights`], [`sampling`].
+//!   [`heading`], [`features`], [`network`], [`prior`], [`recurrence`], [`weights`], [`sampling`],
+//!   [`projection`].
 //! - **Tools** that make, inspect and convert characters, garments and models: [`model_file`],
 //!   [`character`], [`mesh`], [`skinning`], [`transform`], [`topology`], [`subdivide`],
-//!   [`surface_map`], [`diffusion`], [`closest`], [`surface`], [`folds`], [`simd`].
+//!   [`surface_map`], [`diffusion`], [`closest`], [`surface`], [`folds`], [`colouring`],
+//!   [`simd`].
 //!
 //! # Conventions
 //!
@@ -145,6 +147,7 @@ pub mod character;
 pub mod clip;
 pub mod closest;
 pub mod collider;
+pub mod colouring;
 pub mod config;
 pub mod diffusion;
 pub mod features;
@@ -160,6 +163,7 @@ pub mod parallel;
 #[doc(hidden)]
 pub mod printable;
 pub mod prior;
+pub mod projection;
 pub mod recurrence;
 pub mod sampling;
 pub mod simd;

@@ -11,6 +11,7 @@ use crate::{
     motion::{MotionError, Normalisation, motion_len},
     network::{Encoder, Field, LayerError, Linear, Precision},
     prior::Prior,
+    projection::{StrainLimit, StrainProjection, limited_edges},
     sampling::{Sampling, SamplingError},
     surface_map::{SurfaceMap, SurfaceMapError},
 };
@@ -51,6 +52,8 @@ pub struct ModelParts {
     pub encoder: Vec<Linear>,
     /// Linear maps of the field.
     pub field: Vec<Linear>,
+    /// Limits of the [`limited_edges`], in their order; empty without a projection.
+    pub strain_limits: Vec<StrainLimit>,
     /// Provenance.
     pub about: About,
 }
@@ -67,6 +70,8 @@ pub struct Model {
     pub(crate) normalisation: Normalisation,
     pub(crate) encoder: Encoder,
     pub(crate) field: Field,
+    /// Strain projection of the shown garment, if the model has one.
+    pub(crate) projection: Option<StrainProjection>,
     /// Vertices that carry the state; `None` if all vertices do.
     pub(crate) sampling: Option<Sampling>,
     pub(crate) about: About,
@@ -122,13 +127,18 @@ impl Model {
         parts.character.body.check()?;
         check_counts(&parts, joints)?;
         let motion = motion_len(joints);
+        check_strain_limits(&parts)?;
         check_recurrence(&parts.prior, 2 * motion)?;
         parts.normalisation.check(joints)?;
         check_numbers(&parts)?;
         let config = parts.config;
         let inputs = 2 * motion;
         let latent = config.encoder.latent_len();
+        let mask = parts.garment.mask.as_deref();
+        let projection = (config.projection)
+            .map(|p| StrainProjection::new(p, &parts.garment.rest, mask, parts.strain_limits));
         Ok(Self {
+            projection,
             encoder: Encoder::new(&config.encoder, inputs, parts.encoder)?,
             field: Field::new(&config.field, config.state.input_len(), latent, parts.field)?,
             config,
@@ -186,6 +196,10 @@ impl Model {
             normalisation: self.normalisation.clone(),
             encoder: self.encoder.layers().to_vec(),
             field: self.field.layers().to_vec(),
+            strain_limits: self
+                .projection
+                .as_ref()
+                .map_or(Vec::new(), |p| p.limits().to_vec()),
             about: self.about.clone(),
         }
     }
@@ -228,6 +242,11 @@ impl Model {
     /// Deformation field.
     pub fn field(&self) -> &Field {
         &self.field
+    }
+
+    /// Strain projection of the shown garment, if the model has one.
+    pub fn projection(&self) -> Option<&StrainProjection> {
+        self.projection.as_ref()
     }
 
     /// Provenance of the model.
@@ -301,6 +320,10 @@ impl Model {
             .as_ref()
             .map(|m| map.interpolate_scalars(m))
             .transpose()?;
+        parts.strain_limits = match &self.projection {
+            Some(projection) => projection.limits_on_mesh(&self.garment.rest, &mesh, &map)?,
+            None => Vec::new(),
+        };
         parts.garment.rest = mesh;
         self.rebuilt(parts)
     }
@@ -371,6 +394,29 @@ fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
             expected,
             found,
         }),
+    }
+}
+
+fn check_strain_limits(parts: &ModelParts) -> Result<(), ModelError> {
+    let found = parts.strain_limits.len();
+    let expected = match parts.config.projection {
+        Some(_) => limited_edges(&parts.garment.rest).len(),
+        None => 0,
+    };
+    if found != expected {
+        return Err(ModelError::Count {
+            what: "limits of edge lengths",
+            expected,
+            found,
+        });
+    }
+    // Written so that NaN fails.
+    let usable = |l: &StrainLimit| {
+        l.shortest >= 0.0 && l.longest > 0.0 && l.shortest <= l.longest && l.longest.is_finite()
+    };
+    match parts.strain_limits.iter().all(usable) {
+        true => Ok(()),
+        false => Err(ModelError::Unusable("the strain projection")),
     }
 }
 

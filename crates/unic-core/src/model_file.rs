@@ -176,6 +176,7 @@ impl Model {
             },
             prior: file.prior()?,
             rest_box: file.rest_box()?,
+            strain_limits: file.strain_limits()?,
             config: metadata.config,
             about: metadata.about,
         };

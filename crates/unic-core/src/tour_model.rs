@@ -71,6 +71,7 @@ fn parts() -> Result<ModelParts, Box<dyn Error>> {
                 inputs: vec![PointInput::Displacement, PointInput::Velocity, PointInput::Rest],
             }),
             intersection: IntersectionMode::Robust {
+            projection: None,
                 margin_m: IntersectionMode::MARGIN_M,
                 corrects: Corrects::Display,
             },
@@ -81,6 +82,7 @@ fn parts() -> Result<ModelParts, Box<dyn Error>> {
         garment: Garment::new(mesh, weights),
         normalisation: Normalisation::identity(2),
         encoder: vec![linear(motion_pair, 4), linear(4, 6)],
+        strain_limits: Vec::new(),
         field: vec![linear(11, 8), linear(19, 8), linear(8, 3)],
         about: About::default(),
     })

@@ -10,12 +10,12 @@ pub(crate) mod stretch;
 
 use crate::{
     Particles,
-    colouring::colour_constraints,
     simd::{F32x8, LANES, Vec3x8},
 };
 use glam::Vec3;
 use rayon::prelude::*;
 use std::marker::PhantomData;
+use unic_core::colouring::colour_constraints;
 
 /// Number of blocks in a rayon task: large enough to outweigh the cost of scheduling.
 const CHUNK: usize = 64;

@@ -84,7 +84,6 @@
 mod air;
 pub mod body;
 mod cloth;
-mod colouring;
 mod constraint;
 pub mod contact;
 mod error;

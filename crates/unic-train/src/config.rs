@@ -16,7 +16,7 @@ pub use products::Products;
 
 use serde::{Deserialize, Serialize};
 use unic_core::{
-    config::{Corrects, EncoderConfig, FieldConfig, IntersectionMode, PointInput},
+    config::{Corrects, EncoderConfig, FieldConfig, IntersectionMode, PointInput, ProjectionConfig},
     motion::{MotionLayout, NormalisationRule, VelocityScheme},
 };
 
@@ -42,6 +42,9 @@ pub struct TrainConfig {
     pub loss: LossConfig,
     /// Intersection handling of the finished model.
     pub intersection: IntersectionConfig,
+    /// Strain projection of the finished model.
+    #[serde(default)]
+    pub projection: ProjectionSettings,
     /// Validation during the run, and the fit after it.
     pub validation: ValidationConfig,
 }
@@ -261,6 +264,66 @@ impl IntersectionConfig {
                 corrects: Corrects::Display,
             },
         }
+    }
+}
+
+/// Strain projection of the finished model, see [`unic_core::projection`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProjectionSettings {
+    /// Strain projection of the finished model: on or off.
+    pub at_inference: bool,
+    /// Range of the length that an edge keeps around its mean in training, in standard deviations.
+    pub deviations: f32,
+    /// Gauss-Seidel sweeps over all edges in a tick.
+    pub sweeps: usize,
+    /// Number of these sweeps that are followed by one over all hinges.
+    pub bending_sweeps: usize,
+    /// Share of an offset's bending that a sweep removes, 0 to 1.
+    pub bending: f32,
+    /// Time constant of an offset's return to the prediction, seconds.
+    pub pull_s: f32,
+    /// Time constant of an offset's velocity, seconds.
+    pub carry_s: f32,
+    /// Largest offset, metres.
+    pub radius_m: f32,
+}
+
+impl Default for ProjectionSettings {
+    /// No projection, as in settings that were saved before there was one.
+    fn default() -> Self {
+        let ProjectionConfig {
+            sweeps,
+            bending_sweeps,
+            bending,
+            pull_s,
+            carry_s,
+            radius_m,
+        } = ProjectionConfig::default();
+        Self {
+            at_inference: false,
+            deviations: 0.5,
+            sweeps,
+            bending_sweeps,
+            bending,
+            pull_s,
+            carry_s,
+            radius_m,
+        }
+    }
+}
+
+impl ProjectionSettings {
+    /// Strain projection that the finished model has.
+    pub fn of_model(&self) -> Option<ProjectionConfig> {
+        self.at_inference.then_some(ProjectionConfig {
+            sweeps: self.sweeps,
+            bending_sweeps: self.bending_sweeps,
+            bending: self.bending,
+            pull_s: self.pull_s,
+            carry_s: self.carry_s,
+            radius_m: self.radius_m,
+        })
     }
 }
 

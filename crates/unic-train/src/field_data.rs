@@ -11,6 +11,7 @@ use crate::{
     prior::{FittedPrior, PriorTrainer},
     processor::Processor,
     scales::{PriorFit, measure},
+    strain::strain_limits,
 };
 use held_out::{ClipLists, HeldOut};
 use unic_core::{
@@ -18,6 +19,7 @@ use unic_core::{
     features::RestBox,
     motion::{MotionSpec, Normalisation},
     prior::Prior,
+    projection::StrainLimit,
 };
 use unic_eval::PreparedClip;
 use unic_io::Capture;
@@ -45,6 +47,8 @@ pub struct FieldData {
     /// without the clip. In the fit that holds clips out, the priors of the other clips have seen
     /// those.
     pub coefficients: Vec<Vec<Vec<f32>>>,
+    /// Limits of edge lengths in the training clips, for the strain projection; empty without one.
+    pub strain_limits: Vec<StrainLimit>,
     /// Bounding box of the rest shape.
     pub rest_box: RestBox,
     /// Seconds that the prior's training took. Zero where the fit before has trained it.
@@ -92,6 +96,7 @@ impl FieldData {
         let all = Self {
             rest_box: RestBox::of(&data.capture.garment.rest.vertices),
             config,
+            strain_limits: measured_limits(settings, &data.capture, &data.clips),
             normalisation: data.normalisation,
             motion: data.motion,
             prior: prior.prior,
@@ -134,7 +139,9 @@ impl FieldData {
         };
         let motion = self.config.motion.clone();
         let config = measured_config(settings, motion, &self.capture, &self.clips, fit);
+        let limits = measured_limits(settings, &self.capture, &self.clips);
         self.later = Some(Later {
+            strain_limits: std::mem::replace(&mut self.strain_limits, limits),
             config: std::mem::replace(&mut self.config, config),
             prior,
             clips,
@@ -147,6 +154,7 @@ impl FieldData {
     pub fn on_all_clips(mut self) -> Option<Self> {
         let later = self.later.take()?;
         (self.config, self.prior) = (later.config, later.prior);
+        self.strain_limits = later.strain_limits;
         let mut lists = self.take_lists();
         lists.put_back(later.clips);
         self.set_lists(lists);
@@ -199,8 +207,17 @@ impl FieldData {
 /// Parts of the data in which the fit on all clips differs from the one before.
 struct Later {
     config: ModelConfig,
+    strain_limits: Vec<StrainLimit>,
     prior: Prior,
     clips: HeldOut,
+}
+
+/// Limits of edge lengths in clips; none where the settings ask for no projection.
+fn measured_limits(settings: &TrainConfig, capture: &Capture, clips: &[PreparedClip]) -> Vec<StrainLimit> {
+    match settings.projection.at_inference {
+        true => strain_limits(&capture.garment.rest, clips, settings.projection.deviations),
+        false => Vec::new(),
+    }
 }
 
 /// The model's configuration with scales measured on clips beside a prior.
@@ -230,5 +247,6 @@ fn measured_config(
         field: model.field,
         state,
         intersection: settings.intersection.of_model(),
+        projection: settings.projection.of_model(),
     }
 }

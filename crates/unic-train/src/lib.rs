@@ -119,6 +119,7 @@ mod processor;
 mod recurrence;
 mod rollout;
 mod scales;
+mod strain;
 mod stream;
 mod time;
 mod trainer;

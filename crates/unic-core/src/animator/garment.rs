@@ -7,7 +7,12 @@ use super::{
     state_frames::{SampleInterpolation, StateFrames},
     tiles::{for_each_tile, for_each_tile_with},
 };
-use crate::{features::StateFrame, mesh::vertex_normals, sampling::Sampling};
+use crate::{
+    features::StateFrame,
+    mesh::vertex_normals,
+    projection::{Memory, ProjectionTick},
+    sampling::Sampling,
+};
 use glam::Vec3;
 
 impl Animator {
@@ -80,15 +85,18 @@ impl Animator {
         for (vertex, state) in state.vertices.iter_mut().enumerate() {
             state.value = state_of(&frames.of(vertex), vertex);
         }
+        // Given positions need no projection.
+        state.offsets.fill(VertexState::default());
     }
 
     /// Computes the shown world positions and normals of the current state.
     pub(super) fn finish(&mut self) {
-        self.finish_observed(&mut |_| ());
+        self.predict_positions();
+        self.show(&mut |_| ());
     }
 
-    /// Computes what [`finish`](Self::finish) does and calls `observe` after each stage.
-    pub(super) fn finish_observed(&mut self, observe: &mut dyn FnMut(Stage)) {
+    /// Computes the world positions of the current states, before projection and corrections.
+    pub(super) fn predict_positions(&mut self) {
         let Self {
             model,
             state,
@@ -108,6 +116,51 @@ impl Animator {
                 *position = frames.of(first + i).to_world(vertices[first + i].value);
             }
         });
+    }
+
+    /// Advances the offsets of the strain projection to the predicted positions, if the model has
+    /// one.
+    pub(super) fn project(&mut self, memory: Memory) {
+        let Self {
+            model,
+            state,
+            scratch,
+            ..
+        } = self;
+        let Some(projection) = &model.projection else {
+            return;
+        };
+        let tick = ProjectionTick {
+            dt: 1.0 / model.config.fps,
+            origin: state
+                .motion
+                .world_from_state(&model.character.skeleton)
+                .translation,
+            memory,
+        };
+        let (points, predicted) = (&scratch.histories, &scratch.positions);
+        projection.advance(
+            tick,
+            points,
+            predicted,
+            &mut state.offsets,
+            &mut scratch.projection,
+        );
+    }
+
+    /// Turns the predicted positions into the shown ones, with their normals, and calls `observe`
+    /// after each stage.
+    pub(super) fn show(&mut self, observe: &mut dyn FnMut(Stage)) {
+        let Self { state, scratch, .. } = self;
+        // Added here and not where they are computed, so that a restored state shows the same bytes.
+        let (offsets, histories) = (&state.offsets, &scratch.histories);
+        if !offsets.is_empty() {
+            for_each_tile(&mut scratch.positions, |first, positions| {
+                for (vertex, position) in (first..).zip(positions) {
+                    *position += histories[vertex].now.rotation * offsets[vertex].value;
+                }
+            });
+        }
         observe(Stage::Positions);
         self.correct_display();
         observe(Stage::Intersections);

@@ -5,6 +5,7 @@ use crate::{
     config::StateConfig,
     features::{PointFrame, PointHistory},
     network::{EncoderScratch, FieldBiases},
+    projection::{ContactPlane, ProjectionScratch},
     recurrence::RecurrenceScratch,
     transform::Rigid,
 };
@@ -34,6 +35,9 @@ pub(super) struct Scratch {
     pub(super) coefficients: Vec<f32>,
     /// Displacements of the prior in the current frame, metres.
     pub(super) prior: Vec<Vec3>,
+    pub(super) projection: ProjectionScratch,
+    /// Planes that shown vertices stay above.
+    pub(super) planes: Vec<ContactPlane>,
     /// Shown world positions, metres.
     pub(super) positions: Vec<Vec3>,
     /// Shown unit normals.

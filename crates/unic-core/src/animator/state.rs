@@ -28,10 +28,15 @@ pub struct AnimatorState {
     /// State of the prior's recurrence; empty if the model has none.
     #[serde(default)]
     pub recurrence: Vec<f32>,
+    /// Offsets of the strain projection in the vertices' own frames, one entry a vertex; empty if
+    /// the model has none.
+    #[serde(default)]
+    pub offsets: Vec<VertexState>,
 }
 
 /// State of one vertex, in metres: a position relative to the root joint, or a displacement,
-/// depending on [`StateConfig`](crate::config::StateConfig).
+/// depending on [`StateConfig`](crate::config::StateConfig). An offset of the strain projection has
+/// the same form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VertexState {
@@ -51,6 +56,7 @@ impl AnimatorState {
             vertices: vec![VertexState::default(); model.vertex_count()],
             // The animator sets it when it evaluates the prior for the first time.
             recurrence: vec![0.0; model.prior.state_len()],
+            offsets: vec![VertexState::default(); offset_count(model)],
         }
     }
 
@@ -75,10 +81,27 @@ impl AnimatorState {
             let text = "numbers of the prior's recurrence that are not finite";
             return Err(AnimatorError::State(text.to_owned()));
         }
+        let (expected, found) = (offset_count(model), self.offsets.len());
+        if expected != found {
+            let text = format!("{found} offsets of the strain projection, where it has {expected}");
+            return Err(AnimatorError::State(text));
+        }
         let finite = |v: &VertexState| v.value.is_finite() && v.previous.is_finite();
-        match self.vertices.iter().position(|v| !finite(v)) {
+        let vertices = [&self.vertices, &self.offsets];
+        match vertices
+            .into_iter()
+            .find_map(|states| states.iter().position(|v| !finite(v)))
+        {
             None => Ok(()),
             Some(vertex) => Err(AnimatorError::Position { vertex }),
         }
+    }
+}
+
+/// Number of offsets of the strain projection.
+fn offset_count(model: &Model) -> usize {
+    match model.projection {
+        Some(_) => model.vertex_count(),
+        None => 0,
     }
 }

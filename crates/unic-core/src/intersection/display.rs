@@ -2,6 +2,7 @@
 
 mod cloth;
 mod collider_lifts;
+mod contact_planes;
 mod corrections;
 mod face_lifting;
 mod layer_order;

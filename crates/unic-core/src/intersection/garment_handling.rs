@@ -6,6 +6,7 @@ use crate::{
     collider::Collider,
     config::{Corrects, IntersectionMode},
     parallel::{VERTICES_PER_TASK, for_each_chunk},
+    projection::ContactPlane,
     transform::Rigid,
 };
 use glam::Vec3;
@@ -104,6 +105,36 @@ impl GarmentHandling {
     /// Returns the corrected position of one vertex, see [`Handling::correct`].
     pub(crate) fn correct(&self, vertex: usize, p: Vec3, seed: &mut u32) -> Option<Vec3> {
         self.handling.correct(vertex, p, seed)
+    }
+
+    /// Writes the planes that keep shown vertices off the body, after
+    /// [`correct_for_display`](Self::correct_for_display). Returns false where it has moved nothing.
+    pub(crate) fn contact_planes(&self, positions: &[Vec3], planes: &mut Vec<ContactPlane>) -> bool {
+        match (&self.handling, &self.display) {
+            (Handling::Robust(_, body), Some(display)) if display.has_moved() => {
+                let scene = CollisionScene {
+                    body,
+                    vertices: &self.body_vertices,
+                    colliders: &[],
+                };
+                display.contact_planes(scene, positions, planes);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Moves shown vertices with [planes](Self::contact_planes) off the body once more, each by
+    /// itself.
+    pub(crate) fn push_out_again(&mut self, planes: &[ContactPlane], positions: &mut [Vec3]) {
+        if let (Handling::Robust(_, body), Some(display)) = (&self.handling, &mut self.display) {
+            let scene = CollisionScene {
+                body,
+                vertices: &self.body_vertices,
+                colliders: &[],
+            };
+            display.push_out_again(scene, planes, positions);
+        }
     }
 
     /// Moves shown world positions, metres, off the body and the colliders.

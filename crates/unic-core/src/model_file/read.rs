@@ -8,6 +8,7 @@ use crate::{
     motion::Normalisation,
     network::Linear,
     prior::Prior,
+    projection::StrainLimit,
     recurrence::Recurrence,
     skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
@@ -214,6 +215,20 @@ impl<'a> Source<'a> {
         let name = "garment.samples";
         let samples = self.has(name).then(|| self.read(name, Dtype::U32, &[0]));
         Ok(samples.transpose()?.map(|samples| samples.numbers))
+    }
+
+    /// Reads the limits of edge lengths; a file without them has no strain projection.
+    pub(super) fn strain_limits(&self) -> Result<Vec<StrainLimit>, ModelFileError> {
+        let name = "garment.strain_limits";
+        if !self.has(name) {
+            return Ok(Vec::new());
+        }
+        let limits = self.floats(name, &[0, 2])?;
+        let limit = |l: &[f32]| StrainLimit {
+            shortest: l[0],
+            longest: l[1],
+        };
+        Ok(limits.chunks_exact(2).map(limit).collect())
     }
 
     pub(super) fn rest_box(&self) -> Result<RestBox, ModelFileError> {

@@ -2,7 +2,7 @@
 
 use crate::{
     character::Character, model::ModelParts, motion::Normalisation, network::Linear, prior::Prior,
-    sampling::Sampling, skinning::SkinningWeights,
+    projection::StrainLimit, sampling::Sampling, skinning::SkinningWeights,
 };
 use glam::Vec3;
 use safetensors::{Dtype, SafeTensorError, tensor::TensorView};
@@ -20,6 +20,7 @@ pub(super) fn serialised(
     tensors.normalisation(&parts.normalisation);
     tensors.character(&parts.character);
     tensors.garment(parts);
+    tensors.strain_limits(&parts.strain_limits);
     if let Some(sampling) = sampling {
         let samples = sampling.samples();
         tensors.push("garment.samples", Dtype::U32, &[samples.len()], samples);
@@ -60,6 +61,15 @@ impl Tensors {
 
     fn floats(&mut self, name: &str, data: &[f32]) {
         self.push(name, Dtype::F32, &[data.len()], data);
+    }
+
+    fn strain_limits(&mut self, limits: &[StrainLimit]) {
+        // Models without a projection keep the bytes of files that were written before it.
+        if !limits.is_empty() {
+            let numbers: Vec<f32> = limits.iter().flat_map(|l| [l.shortest, l.longest]).collect();
+            let shape = [limits.len(), 2];
+            self.push("garment.strain_limits", Dtype::F32, &shape, &numbers);
+        }
     }
 
     fn points(&mut self, name: &str, points: &[Vec3]) {

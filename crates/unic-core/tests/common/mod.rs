@@ -163,6 +163,7 @@ pub fn parts(variant: &Variant) -> ModelParts {
         },
         state: variant.state.clone(),
         intersection: IntersectionMode::Off,
+        projection: None,
     };
     let garment = tube(13, 12, 0.27);
     let prior = prior(garment.rest.vertices.len(), variant.components);
@@ -211,6 +212,7 @@ pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit:
         character: character(),
         garment,
         prior,
+        strain_limits: Vec::new(),
         about: About {
             name: "tube".into(),
             provenance: "made up".into(),

@@ -69,6 +69,7 @@ fn animator(memory_s: f32, bias: Vec3) -> Animator {
                 inputs: vec![PointInput::Displacement, PointInput::Velocity, PointInput::Rest],
             }),
             intersection: IntersectionMode::Off,
+            projection: None,
         },
         rest_box: RestBox::of(&garment.rest.vertices),
         prior: Prior::constant(vec![Vec3::ZERO; VERTICES], pair),
@@ -77,6 +78,7 @@ fn animator(memory_s: f32, bias: Vec3) -> Animator {
         field,
         character,
         garment,
+        strain_limits: Vec::new(),
         about: About::default(),
     });
     Animator::new(Arc::new(model.unwrap()))

@@ -134,7 +134,7 @@ impl TrainConfig {
     }
 
     /// Returns the values that may be any finite number from 0 on, with their keys.
-    fn amounts(&self) -> [(&'static str, f64); 11] {
+    fn amounts(&self) -> [(&'static str, f64); 12] {
         let (o, r) = (&self.optimiser, &self.regularisation);
         let memory_s = match self.model.state {
             StateSettings::RootRelative => 0.0,
@@ -155,6 +155,7 @@ impl TrainConfig {
             ("loss.position", self.loss.position.into()),
             ("intersection.relaxation_m", self.intersection.relaxation_m.into()),
             ("intersection.margin_m", self.intersection.margin_m.into()),
+            ("projection.deviations", self.projection.deviations.into()),
         ]
     }
 

@@ -2,8 +2,8 @@
 
 use super::{
     BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
-    PUBLISHED_EPOCHS, Products, RecurrenceSettings, Refit, RegularisationConfig, StateSettings, TrainConfig,
-    ValidationConfig,
+    PUBLISHED_EPOCHS, Products, ProjectionSettings, RecurrenceSettings, Refit, RegularisationConfig,
+    StateSettings, TrainConfig, ValidationConfig,
 };
 use unic_core::{
     config::{EncoderConfig, FieldConfig, IntersectionMode, LatentCode, PointInput},
@@ -95,6 +95,7 @@ fn paper() -> TrainConfig {
             margin_m: IntersectionMode::MARGIN_M,
             at_inference: true,
         },
+        projection: ProjectionSettings::default(),
         validation: ValidationConfig {
             every: 500,
             refit: Refit::Only,
@@ -175,6 +176,10 @@ fn standard() -> TrainConfig {
         intersection: IntersectionConfig {
             rule: IntersectionRule::Robust,
             ..paper().intersection
+        },
+        projection: ProjectionSettings {
+            at_inference: true,
+            ..ProjectionSettings::default()
         },
         validation: ValidationConfig {
             every: 100,

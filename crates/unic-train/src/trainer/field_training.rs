@@ -182,6 +182,7 @@ impl FieldTraining {
             normalisation: self.data.normalisation.clone(),
             encoder,
             field,
+            strain_limits: self.data.strain_limits.clone(),
             about: About {
                 name: capture.manifest.name.clone(),
                 provenance: capture.manifest.provenance.clone(),

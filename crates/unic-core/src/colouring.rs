@@ -1,14 +1,13 @@
 //! Graph colouring of constraints: those of one colour share no particle and can be solved in
 //! parallel.
+//!
+//! For solvers: the simulation's, and the projection of shown garments.
 
 /// Splits constraints, each given by its particles, into colours, greedily and in order.
 ///
 /// Returns the indices of the constraints of each colour, ascending. Every constraint has exactly
 /// one colour, and no two constraints of a colour name the same particle.
-pub(crate) fn colour_constraints<const N: usize>(
-    constraints: &[[u32; N]],
-    particle_count: usize,
-) -> Vec<Vec<u32>> {
+pub fn colour_constraints<const N: usize>(constraints: &[[u32; N]], particle_count: usize) -> Vec<Vec<u32>> {
     // One pass over the uncoloured constraints per colour. The order of the constraints decides the
     // colours, and with them the order of the Gauss-Seidel sweep: it must not depend on threads.
     let mut waiting: Vec<u32> = (0..constraints.len() as u32).collect();

@@ -1,0 +1,316 @@
+//! Strain projection: gives a predicted garment its edge lengths back.
+//!
+//! For training, which measures the [`StrainLimit`]s of a garment, and for other implementations of
+//! a step. Engines get it from their animator.
+//!
+//! Linear predictions average over garments with wrinkles in different places, and an average of
+//! wrinkles is flat and too short. Edges that are shorter than the cloth ever was are the trace of
+//! the folds that are missing. The projection stretches them back to their lengths, and the cloth
+//! buckles into folds.
+//!
+//! It adds an offset to every predicted position, in the vertex's own rotated frame. The offset has
+//! a memory, so that a wrinkle stays where it is while the body is still:
+//!
+//! 1. The offset of the previous tick moves on by its decaying velocity, is limited to a radius and
+//!    drawn back to the prediction a little.
+//! 2. A few Gauss-Seidel sweeps over the edges bring each length into its limits (position-based
+//!    dynamics, Müller et al. 2007). Sweeps over hinges between them smooth the offset by the
+//!    quadratic bending energy of Bergou et al. 2006. Free edges, which have no hinges, are smoothed
+//!    as rods.
+//! 3. What is left is the offset of this tick.
+//!
+//! The prediction itself is not changed: it continues as if there were no projection.
+
+mod stencil;
+mod sweep;
+mod transfer;
+
+use crate::{
+    animator::VertexState,
+    colouring::colour_constraints,
+    config::ProjectionConfig,
+    features::PointHistory,
+    mesh::TriMesh,
+    topology::{edges, weld},
+};
+use glam::Vec3;
+use stencil::{bending_stencils, weights_of_mask};
+use sweep::{Edge, SharedPositions, Stencil, sweep};
+
+/// Sweeps of a start without a previous tick, for each sweep of a later tick.
+const START_ROUNDS: usize = 4;
+
+/// Sweeps over the edges after the shown positions were moved off the body.
+const RELAX_SWEEPS: usize = 3;
+
+/// Range of lengths that an edge keeps, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrainLimit {
+    /// Least length.
+    pub shortest: f32,
+    /// Greatest length.
+    pub longest: f32,
+}
+
+/// Edges whose lengths [`StrainLimit`]s limit, in their order: those of the mesh with its seams
+/// [welded](weld). Each is a pair of vertices with the lower index first.
+pub fn limited_edges(rest: &TriMesh) -> Vec<[u32; 2]> {
+    edges(&welded_faces(rest, &weld(&rest.vertices)))
+}
+
+fn welded_faces(rest: &TriMesh, first_at_place: &[u32]) -> Vec<[u32; 3]> {
+    let welded = |face: &[u32; 3]| face.map(|v| first_at_place[v as usize]);
+    rest.faces.iter().map(welded).collect()
+}
+
+/// Strain projection of one garment: its constraints, coloured and packed. An asset.
+#[derive(Clone, Debug)]
+pub struct StrainProjection {
+    config: ProjectionConfig,
+    limits: Vec<StrainLimit>,
+    /// First vertex at the place of each vertex. Only first vertices are solved for.
+    first_at_place: Vec<u32>,
+    edges: Colours<Edge>,
+    stencils: Colours<Stencil>,
+}
+
+/// Constraints in the order of their colours. Those of one colour share no vertex.
+#[derive(Clone, Debug)]
+struct Colours<T> {
+    constraints: Vec<T>,
+    /// End of each colour in `constraints`.
+    ends: Vec<usize>,
+}
+
+impl<T> Colours<T> {
+    /// Sorts constraints by colour, given the vertices of each.
+    fn new<const N: usize>(constraints: Vec<T>, vertices: &[[u32; N]], vertex_count: usize) -> Self {
+        let colours = colour_constraints(vertices, vertex_count);
+        let ends = (colours.iter())
+            .scan(0, |end, colour| {
+                *end += colour.len();
+                Some(*end)
+            })
+            .collect();
+        let mut constraints: Vec<Option<T>> = constraints.into_iter().map(Some).collect();
+        // Every constraint has one colour, so that each is taken once.
+        let sorted = colours
+            .iter()
+            .flatten()
+            .filter_map(|&i| constraints[i as usize].take());
+        Self {
+            constraints: sorted.collect(),
+            ends,
+        }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &[T]> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        starts
+            .zip(&self.ends)
+            .map(|(start, &end)| &self.constraints[start..end])
+    }
+}
+
+/// Time and place of a tick of the projection.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ProjectionTick {
+    /// Duration of the tick, seconds.
+    pub(crate) dt: f32,
+    /// World position near the garment, which positions are measured from, metres. Far from the
+    /// world's origin f32 is too coarse for differences along an edge.
+    pub(crate) origin: Vec3,
+    /// Whether there was a tick before.
+    pub(crate) memory: Memory,
+}
+
+/// Use of the offsets of the previous tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Memory {
+    /// There was no tick before. Offsets start at zero and get more sweeps.
+    None,
+    /// Offsets continue.
+    Previous,
+}
+
+/// Half-space n · x ≥ h that a vertex stays in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ContactPlane {
+    /// Unit normal n; zero for a vertex without a plane.
+    pub(crate) normal: Vec3,
+    /// Height h along the normal, metres.
+    pub(crate) height: f32,
+}
+
+impl ContactPlane {
+    /// No plane: every position is allowed.
+    pub(crate) const NONE: Self = Self {
+        normal: Vec3::ZERO,
+        height: 0.0,
+    };
+
+    /// Returns the closest allowed position.
+    fn closest(&self, p: Vec3) -> Vec3 {
+        let below = (self.height - self.normal.dot(p)).max(0.0);
+        p + self.normal * below
+    }
+}
+
+/// Buffers of a projection.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ProjectionScratch {
+    /// Predicted positions relative to the tick's origin, metres.
+    predicted: Vec<Vec3>,
+    /// Projected positions relative to the tick's origin, metres.
+    projected: Vec<Vec3>,
+}
+
+impl StrainProjection {
+    /// Prepares the projection of a garment. `mask` is that of the garment: vertices keep this share
+    /// of their freedom, and those at 0 stay at the prediction.
+    ///
+    /// `limits` has one entry for each of the [`limited_edges`] of `rest`.
+    pub fn new(
+        config: ProjectionConfig,
+        rest: &TriMesh,
+        mask: Option<&[f32]>,
+        limits: Vec<StrainLimit>,
+    ) -> Self {
+        let first_at_place = weld(&rest.vertices);
+        let faces = welded_faces(rest, &first_at_place);
+        let weights = weights_of_mask(mask, &first_at_place);
+        let ends = edges(&faces);
+        let count = rest.vertices.len();
+        let packed = ends.iter().zip(&limits);
+        let packed = packed.map(|(&ends, &limit)| Edge::new(ends, limit, &weights));
+        let stencils = bending_stencils(&rest.vertices, &faces, &ends);
+        let corners: Vec<[u32; 4]> = stencils.iter().map(|s| s.vertices).collect();
+        let stencils = stencils.iter().map(|s| Stencil::new(s, config.bending, &weights));
+        Self {
+            edges: Colours::new(packed.collect(), &ends, count),
+            stencils: Colours::new(stencils.collect(), &corners, count),
+            config,
+            limits,
+            first_at_place,
+        }
+    }
+
+    /// Settings.
+    pub fn config(&self) -> &ProjectionConfig {
+        &self.config
+    }
+
+    /// Limits of the [`limited_edges`], in their order.
+    pub fn limits(&self) -> &[StrainLimit] {
+        &self.limits
+    }
+
+    /// Advances the offsets by one tick, given the predicted world positions of all vertices.
+    ///
+    /// An offset's `value` and `previous` are its last two ticks, metres, in the vertex's frame.
+    pub(crate) fn advance(
+        &self,
+        tick: ProjectionTick,
+        points: &[PointHistory],
+        predicted: &[Vec3],
+        offsets: &mut [VertexState],
+        scratch: &mut ProjectionScratch,
+    ) {
+        let ProjectionScratch {
+            predicted: relative,
+            projected,
+        } = scratch;
+        relative.clear();
+        relative.extend(predicted.iter().map(|p| *p - tick.origin));
+        projected.clear();
+        let carried = relative.iter().zip(points).zip(&*offsets);
+        projected
+            .extend(carried.map(|((p, point), offset)| *p + point.now.rotation * self.carried(tick, offset)));
+        self.solve(tick.memory, relative, projected);
+        for (vertex, offset) in offsets.iter_mut().enumerate() {
+            let solved = projected[self.first_at_place[vertex] as usize] - relative[vertex];
+            let value = points[vertex].now.rotation.inverse() * solved;
+            let value = value.clamp_length_max(self.config.radius_m);
+            *offset = VertexState {
+                // The velocity of a start is zero.
+                previous: match tick.memory {
+                    Memory::None => value,
+                    Memory::Previous => offset.value,
+                },
+                value,
+            };
+        }
+    }
+
+    /// Returns the offset at the start of a tick's sweeps, metres.
+    fn carried(&self, tick: ProjectionTick, offset: &VertexState) -> Vec3 {
+        if tick.memory == Memory::None {
+            return Vec3::ZERO;
+        }
+        // Time constants, not factors, so that the result depends little on the tick rate.
+        let velocity = (offset.value - offset.previous) * (-tick.dt / self.config.carry_s).exp();
+        let moved = (offset.value + velocity).clamp_length_max(self.config.radius_m);
+        moved * (-tick.dt / self.config.pull_s).exp()
+    }
+
+    /// Brings the edges of shown positions, metres, back towards their limits after corrections,
+    /// while each vertex stays above its plane.
+    pub(crate) fn relax(
+        &self,
+        planes: &[ContactPlane],
+        positions: &mut [Vec3],
+        scratch: &mut ProjectionScratch,
+    ) {
+        let relaxed = &mut scratch.projected;
+        relaxed.clear();
+        relaxed.extend_from_slice(positions);
+        for _ in 0..RELAX_SWEEPS {
+            let shared = SharedPositions::new(relaxed);
+            for colour in self.edges.iter() {
+                sweep(colour, |edge| {
+                    // SAFETY: the edges of a colour share no vertex, and their vertices exist.
+                    unsafe { edge.project(&shared) }
+                });
+            }
+            for (p, plane) in relaxed.iter_mut().zip(planes) {
+                *p = plane.closest(*p);
+            }
+        }
+        for vertex in 0..positions.len() {
+            let first = self.first_at_place[vertex] as usize;
+            // Vertices at one place move together.
+            positions[vertex] = relaxed[first];
+        }
+    }
+
+    /// Sweeps over the constraints.
+    fn solve(&self, memory: Memory, predicted: &[Vec3], projected: &mut [Vec3]) {
+        let rounds = match memory {
+            Memory::None => START_ROUNDS,
+            Memory::Previous => 1,
+        };
+        let ProjectionConfig {
+            sweeps,
+            bending_sweeps,
+            ..
+        } = self.config;
+        let positions = SharedPositions::new(projected);
+        for round in 0..rounds * sweeps {
+            for colour in self.edges.iter() {
+                sweep(colour, |edge| {
+                    // SAFETY: the edges of a colour share no vertex, and their vertices exist.
+                    unsafe { edge.project(&positions) }
+                });
+            }
+            if round >= rounds * bending_sweeps {
+                continue;
+            }
+            for colour in self.stencils.iter() {
+                sweep(colour, |stencil| {
+                    // SAFETY: the stencils of a colour share no vertex, and their vertices exist.
+                    unsafe { stencil.smooth(predicted, &positions) }
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Lengths of a garment's edges in training clips, the limits of the strain projection.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use unic_core::{
+    mesh::TriMesh,
+    projection::{StrainLimit, limited_edges},
+};
+use unic_eval::PreparedClip;
+
+/// Largest number of frames that lengths are measured in. Neighbouring frames differ little.
+const MOST_FRAMES: usize = 2000;
+
+/// Returns the range of length of each of the garment's [`limited_edges`]: its mean over the clips,
+/// and `deviations` standard deviations to both sides.
+pub(crate) fn strain_limits(rest: &TriMesh, clips: &[PreparedClip], deviations: f32) -> Vec<StrainLimit> {
+    let frames: usize = clips.iter().map(PreparedClip::len).sum();
+    let every = frames.div_ceil(MOST_FRAMES).max(1);
+    let measured: Vec<&[Vec3]> = (clips.iter())
+        .flat_map(|clip| {
+            (0..clip.len())
+                .step_by(every)
+                .map(|t| clip.captured.garment.frame(t))
+        })
+        .collect();
+    let limit = |edge: &[u32; 2]| limit_of(edge, &measured, deviations);
+    limited_edges(rest).par_iter().map(limit).collect()
+}
+
+fn limit_of(edge: &[u32; 2], frames: &[&[Vec3]], deviations: f32) -> StrainLimit {
+    // Sums of differences from the first length: those of squares alone would cancel.
+    let length = |frame: &[Vec3]| f64::from(frame[edge[0] as usize].distance(frame[edge[1] as usize]));
+    let first = frames.first().map_or(0.0, |frame| length(frame));
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for frame in frames {
+        let difference = length(frame) - first;
+        sum += difference;
+        squares += difference * difference;
+    }
+    let count = frames.len().max(1) as f64;
+    let mean = sum / count;
+    let deviation = (squares / count - mean * mean).max(0.0).sqrt() * f64::from(deviations);
+    let longest = (first + mean + deviation) as f32;
+    StrainLimit {
+        shortest: ((first + mean - deviation) as f32).max(0.0),
+        // A limit of zero is not usable; an edge may be that short where vertices coincide.
+        longest: longest.max(f32::MIN_POSITIVE),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_mean_and_deviations_of_the_lengths() {
+        let frame = |x: f32| vec![Vec3::ZERO, Vec3::new(x, 0.0, 0.0)];
+        let frames = [frame(1.0), frame(1.2), frame(0.8), frame(1.0)];
+        let frames: Vec<&[Vec3]> = frames.iter().map(Vec::as_slice).collect();
+        let limit = limit_of(&[0, 1], &frames, 2.0);
+        let deviation = 0.02f32.sqrt();
+        assert!(
+            (limit.shortest - (1.0 - 2.0 * deviation)).abs() < 1e-5,
+            "{limit:?}"
+        );
+        assert!(
+            (limit.longest - (1.0 + 2.0 * deviation)).abs() < 1e-5,
+            "{limit:?}"
+        );
+    }
+}
