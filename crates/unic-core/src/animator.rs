@@ -230,7 +230,9 @@ impl Animator {
         self.correct_state();
         observe(Stage::Intersections);
         self.predict_positions();
+        observe(Stage::Positions);
         self.project(Memory::Previous);
+        observe(Stage::Projection);
         self.show(observe);
     }
 

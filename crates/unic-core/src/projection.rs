@@ -1,7 +1,8 @@
 //! Strain projection: gives a predicted garment its edge lengths back.
 //!
 //! For training, which measures the [`StrainLimit`]s of a garment, and for other implementations of
-//! a step. Engines get it from their animator.
+//! a step, which read the [`Edge`]s and [`Stencil`]s of a [`StrainProjection`]. Engines get it from
+//! their animator.
 //!
 //! Linear predictions average over garments with wrinkles in different places, and an average of
 //! wrinkles is flat and too short. Edges that are shorter than the cloth ever was are the trace of
@@ -35,13 +36,15 @@ use crate::{
 };
 use glam::Vec3;
 use stencil::{bending_stencils, weights_of_mask};
-use sweep::{Edge, SharedPositions, Stencil, sweep};
+use sweep::{SharedPositions, sweep};
+
+pub use sweep::{Edge, LEAST_LENGTH, Stencil};
 
 /// Sweeps of a start without a previous tick, for each sweep of a later tick.
-const START_ROUNDS: usize = 4;
+pub const START_ROUNDS: usize = 4;
 
 /// Sweeps over the edges after the shown positions were moved off the body.
-const RELAX_SWEEPS: usize = 3;
+pub const RELAX_SWEEPS: usize = 3;
 
 /// Range of lengths that an edge keeps, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -205,6 +208,23 @@ impl StrainProjection {
         &self.limits
     }
 
+    /// First vertex at the rest place of each vertex, which is the vertex itself away from seams.
+    /// Only first vertices are solved for.
+    pub fn first_at_place(&self) -> &[u32] {
+        &self.first_at_place
+    }
+
+    /// Edges colour by colour, in the order of a sweep. Those of one colour share no vertex.
+    pub fn edge_colours(&self) -> impl Iterator<Item = &[Edge]> {
+        self.edges.iter()
+    }
+
+    /// Bending stencils colour by colour, in the order of a sweep. Those of one colour share no
+    /// vertex.
+    pub fn stencil_colours(&self) -> impl Iterator<Item = &[Stencil]> {
+        self.stencils.iter()
+    }
+
     /// Advances the offsets by one tick, given the predicted world positions of all vertices.
     ///
     /// An offset's `value` and `previous` are its last two ticks, metres, in the vertex's frame.
@@ -276,10 +296,9 @@ impl StrainProjection {
                 *p = plane.closest(*p);
             }
         }
-        for vertex in 0..positions.len() {
-            let first = self.first_at_place[vertex] as usize;
-            // Vertices at one place move together.
-            positions[vertex] = relaxed[first];
+        // Vertices at one place move together.
+        for (position, &first) in positions.iter_mut().zip(&self.first_at_place) {
+            *position = relaxed[first as usize];
         }
     }
 

@@ -70,8 +70,8 @@ fn parts() -> Result<ModelParts, Box<dyn Error>> {
                 output_limit: 3.0,
                 inputs: vec![PointInput::Displacement, PointInput::Velocity, PointInput::Rest],
             }),
-            intersection: IntersectionMode::Robust {
             projection: None,
+            intersection: IntersectionMode::Robust {
                 margin_m: IntersectionMode::MARGIN_M,
                 corrects: Corrects::Display,
             },

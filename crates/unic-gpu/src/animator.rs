@@ -2,18 +2,16 @@
 
 mod buffers;
 mod programs;
+mod saved_state;
 mod upload;
 
 pub(crate) use buffers::Buffers;
 
 use crate::{GpuError, GpuModel, mesh::SHOWN_BYTES, program::StageTime};
-use buffers::STATE_BYTES;
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use programs::Programs;
 use std::sync::Arc;
-use unic_core::{
-    AnimatorState, IntersectionMode, Model, Start, StepInput, animator::VertexState, motion::MotionState,
-};
+use unic_core::{IntersectionMode, Model, Start, StepInput, motion::MotionState};
 use upload::{Frame, TickSettings, Upload};
 use wgpu::Buffer;
 
@@ -173,70 +171,6 @@ impl GpuAnimator {
         Start::Positions(positions).check(&self.asset.model)?;
         self.upload.positions(&self.asset, &self.buffers, positions);
         self.programs.set.submit(&self.asset.context);
-        Ok(())
-    }
-
-    /// Copies the state: everything that the next step depends on, here or on the CPU. Blocks until
-    /// the device is done.
-    ///
-    /// # Errors
-    /// Fails when the device is lost.
-    pub fn state(&self) -> Result<AnimatorState, GpuError> {
-        let (asset, context) = (&self.asset, &self.asset.context);
-        let bytes = (STATE_BYTES * asset.model.vertex_count()) as u64;
-        let states = context.download(&self.buffers.states, 0, bytes)?;
-        let memory = &asset.networks.memory;
-        let (from, bytes) = (4 * memory.start as u64, 4 * memory.len() as u64);
-        let remembered = context.download(&self.buffers.vectors, from, bytes)?;
-        let states: Vec<[Vec4; 2]> = bytemuck::pod_collect_to_vec(&states);
-        let vertex = |[value, previous]: &[Vec4; 2]| VertexState {
-            value: value.truncate(),
-            previous: previous.truncate(),
-        };
-        Ok(AnimatorState {
-            motion: self.motion.clone(),
-            at_start: self.at_start,
-            ticks: self.ticks,
-            vertices: states.iter().map(vertex).collect(),
-            recurrence: bytemuck::pod_collect_to_vec(&remembered),
-        })
-    }
-
-    /// Continues from a saved state of an animator on a device or on the CPU.
-    ///
-    /// # Errors
-    /// Fails on a state of another model; the current state then stays.
-    pub fn restore(&mut self, state: AnimatorState) -> Result<(), GpuError> {
-        let asset = Arc::clone(&self.asset);
-        state.check(&asset.model)?;
-        let context = &asset.context;
-        let states: Vec<[Vec4; 2]> = (state.vertices.iter())
-            .enumerate()
-            .map(|(i, vertex)| {
-                let share = asset.model.garment().share(i);
-                [vertex.value.extend(share), vertex.previous.extend(share)]
-            })
-            .collect();
-        let memory = 4 * asset.networks.memory.start as u64;
-        let queue = context.queue();
-        queue.write_buffer(&self.buffers.states, 0, bytemuck::cast_slice(&states));
-        queue.write_buffer(
-            &self.buffers.vectors,
-            memory,
-            bytemuck::cast_slice(&state.recurrence),
-        );
-        (self.motion, self.at_start, self.ticks) = (state.motion, state.at_start, state.ticks);
-        // The points of the previous frame first: velocities are differences to them.
-        self.upload_tick(Frame::Previous);
-        self.programs.skin_previous.submit(context);
-        let (before, now) = self.motion.pair();
-        self.upload.pair(&asset, &self.buffers, [before, now]);
-        self.upload_tick(Frame::Current);
-        let program = match self.at_start {
-            true => &self.programs.resume_at_start,
-            false => &self.programs.resume,
-        };
-        program.submit(context);
         Ok(())
     }
 

@@ -1,16 +1,18 @@
 //! Posed body on the device, and the correction of vertices inside it.
 
+mod robust;
+
 use crate::{
     GpuContext, GpuError,
     animator::Buffers,
     garment::is_in_frame,
     kernel::{Dispatch, GROUP, Kernel, Source},
     mesh::{Mesh, SHOWN_BYTES},
+    projection::Projection,
     tree::{Items, Tree},
 };
-use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
-use unic_core::{Model, intersection::ContactFilter, topology::weld};
+use robust::RobustRule;
+use unic_core::Model;
 use wgpu::{Buffer, BufferUsages};
 
 /// WGSL that the kernels of both rules share.
@@ -34,23 +36,15 @@ struct PaperRule {
     drag: Kernel,
 }
 
-/// Robust intersection handling, for each vertex by itself. Asset.
-#[derive(Debug)]
-struct RobustRule {
-    /// Tree over the body's faces.
-    tree: Tree,
-    faces: Buffer,
-    /// Faces around vertices and sets of joints, see `robust.wgsl`.
-    tables: Buffer,
-    push: Kernel,
-}
-
 /// Dispatches of intersection handling.
 pub(crate) struct Handling {
     /// Dispatches that pose the body.
     pub(crate) pose: Vec<Dispatch>,
     /// Dispatch that moves vertices out of the body.
     pub(crate) correct: Dispatch,
+    /// Dispatches that give shown positions their edge lengths back after that. Empty without a
+    /// strain projection.
+    pub(crate) relax: Vec<Dispatch>,
 }
 
 impl Body {
@@ -91,6 +85,7 @@ impl Body {
         Ok(Handling {
             pose: self.pose(&buffers.tick, &scratch, tree, None)?,
             correct: drag.dispatch(&bindings, model.vertex_count().div_ceil(GROUP))?,
+            relax: Vec::new(),
         })
     }
 
@@ -100,19 +95,15 @@ impl Body {
         context: &GpuContext,
         buffers: &Buffers,
         model: &Model,
+        projection: Option<&Projection>,
     ) -> Result<Handling, GpuError> {
-        let RobustRule {
-            tree,
-            faces,
-            tables,
-            push,
-        } = &self.robust;
-        let scratch = Scratch::new(context, self, tree, model);
-        let mut bindings = scratch.bindings(tree).to_vec();
-        bindings.extend([(0, &buffers.tick), (9, &buffers.shown), (14, faces), (15, tables)]);
+        let rule = &self.robust;
+        let scratch = Scratch::new(context, self, &rule.tree, model);
+        let relax = projection.map(|projection| rule.relax(context, buffers, &scratch, projection));
         Ok(Handling {
-            pose: self.pose(&buffers.tick, &scratch, tree, Some(faces))?,
-            correct: push.dispatch(&bindings, model.vertex_count().div_ceil(GROUP))?,
+            pose: self.pose(&buffers.tick, &scratch, &rule.tree, Some(&rule.faces))?,
+            correct: rule.correct(buffers, &scratch)?,
+            relax: relax.transpose()?.unwrap_or_default(),
         })
     }
 
@@ -143,17 +134,21 @@ impl Body {
 struct Scratch {
     body: Buffer,
     boxes: Buffer,
-    /// Nearest item of each garment vertex in the last frame.
+    /// Nearest item of each garment vertex in the last frame, and the marks of `robust.wgsl`.
     seeds: Buffer,
 }
 
 impl Scratch {
     fn new(context: &GpuContext, body: &Body, tree: &Tree, model: &Model) -> Self {
+        let vertices = model.vertex_count();
+        // One mark a vertex, and one for all of them.
+        let mut seeds = vec![0; 2 * vertices + 1];
+        seeds[..vertices].fill(u32::MAX);
         Self {
             body: context.zeroed("body", SHOWN_BYTES * body.mesh.count, BufferUsages::empty()),
             boxes: tree.boxes(context),
             // Each animator has its own seeds: the nearest items of one say nothing about another.
-            seeds: context.upload("seeds", &vec![u32::MAX; model.vertex_count()]),
+            seeds: context.upload("seeds", &seeds),
         }
     }
 
@@ -187,111 +182,4 @@ impl PaperRule {
             tree,
         })
     }
-}
-
-/// Body face in the memory layout of `robust.wgsl`.
-#[derive(Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-struct Face {
-    corners: [u32; 3],
-    joint: u32,
-    welded: [u32; 3],
-    padding: u32,
-}
-
-impl RobustRule {
-    fn new(context: &GpuContext, model: &Model) -> Result<Self, GpuError> {
-        let body = &model.character().body;
-        let faces = faces(model);
-        let centre = |f: &[u32; 3]| f.iter().map(|&v| body.vertices[v as usize]).sum::<Vec3>() / 3.0;
-        let centres: Vec<Vec3> = body.faces.iter().map(centre).collect();
-        let tree = Tree::new(context, Items::Faces, &centres)?;
-        let FacesAround {
-            rows: mut tables,
-            first_face,
-        } = faces_around(body.vertices.len(), &faces);
-        // One buffer for both tables: devices promise no more than eight storage buffers a kernel.
-        let first_set = tables.len();
-        tables.extend(pushing_joints(model, &faces));
-        let text = [VERTEX_STATE, NEAREST, include_str!("kernels/robust.wgsl")].concat();
-        let own = [
-            ("VERTICES", model.vertex_count() as f64),
-            ("WORDS", words(model) as f64),
-            ("AROUND", first_face as f64),
-            ("PUSHING", first_set as f64),
-        ];
-        let source = Source {
-            text: &text,
-            entry: "push",
-            constants: &[&own[..], &tree.constants(centres.len())].concat(),
-        };
-        Ok(Self {
-            push: Kernel::new(context, &source),
-            faces: context.upload("faces", &faces),
-            tables: context.upload("tables", &tables),
-            tree,
-        })
-    }
-}
-
-fn faces(model: &Model) -> Vec<Face> {
-    let character = model.character();
-    let welded = weld(&character.body.vertices);
-    let joints = character.joints_of_faces();
-    let pairs = character.body.faces.iter().zip(joints);
-    pairs
-        .map(|(&corners, joint)| Face {
-            corners,
-            joint: joint as u32,
-            welded: corners.map(|v| welded[v as usize]),
-            padding: 0,
-        })
-        .collect()
-}
-
-/// Faces around each welded vertex, in compressed rows.
-struct FacesAround {
-    /// Starts of the rows, then their faces.
-    rows: Vec<u32>,
-    /// Place of the first face in `rows`.
-    first_face: usize,
-}
-
-fn faces_around(vertices: usize, faces: &[Face]) -> FacesAround {
-    let mut pairs: Vec<(u32, u32)> = (faces.iter().enumerate())
-        .flat_map(|(face, f)| f.welded.map(|v| (v, face as u32)))
-        .collect();
-    // Sorted by vertex, then by face: sums over the rows have a fixed order.
-    pairs.sort_unstable();
-    pairs.dedup();
-    let start = |v: u32| pairs.partition_point(|&(at, _)| at < v) as u32;
-    let mut rows: Vec<u32> = (0..=vertices as u32).map(start).collect();
-    let first_face = rows.len();
-    rows.extend(pairs.iter().map(|&(_, face)| face));
-    FacesAround { rows, first_face }
-}
-
-/// Number of words of 32 bits in a set of joints.
-fn words(model: &Model) -> usize {
-    model.character().skeleton.len().div_ceil(32)
-}
-
-/// Computes the set of joints whose parts may push each garment vertex, one bit each.
-fn pushing_joints(model: &Model, faces: &[Face]) -> Vec<u32> {
-    let filter = ContactFilter::new(model.character(), model.garment());
-    // The filter answers by face, the same for all faces of a joint: any of them will do.
-    let mut face_of_joint = vec![None; model.character().skeleton.len()];
-    for (i, face) in (0u32..).zip(faces) {
-        face_of_joint[face.joint as usize] = Some(i);
-    }
-    let words = words(model);
-    let mut sets = vec![0u32; words * model.vertex_count()];
-    for (vertex, set) in sets.chunks_exact_mut(words).enumerate() {
-        for (joint, face) in face_of_joint.iter().enumerate() {
-            if face.is_some_and(|face| filter.face_may_push(face, vertex)) {
-                set[joint / 32] |= 1 << (joint % 32);
-            }
-        }
-    }
-    sets
 }

@@ -130,10 +130,9 @@ impl Garment {
         self.states_from_corrected.dispatch(&bindings, self.mesh.groups())
     }
 
-    /// Sets the previous states to the current ones.
-    pub(crate) fn clear_velocities(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
-        self.clear_velocities
-            .dispatch(&[(6, &buffers.states)], self.mesh.groups())
+    /// Sets previous states of vertices, or previous offsets, to the current ones.
+    pub(crate) fn clear_velocities(&self, states: &Buffer) -> Result<Dispatch, GpuError> {
+        self.clear_velocities.dispatch(&[(6, states)], self.mesh.groups())
     }
 
     /// Computes the shown positions from the states.

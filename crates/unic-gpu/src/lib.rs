@@ -1,8 +1,9 @@
 //! Neural garments on GPUs: a complete frame in compute kernels.
 //!
 //! Compute kernels through [`wgpu`] do here what [`unic_core::Animator`] does on the CPU: prior,
-//! encoder, field, skinning of garment and body, intersection handling, normals. A step uploads the
-//! pose, a few kilobytes. The garment stays on the device, in a buffer that a renderer can draw.
+//! encoder, field, skinning of garment and body, strain projection, intersection handling, normals.
+//! A step uploads the pose, a few kilobytes. The garment stays on the device, in a buffer that a
+//! renderer can draw.
 //!
 //! ```no_run
 //! use std::sync::Arc;
@@ -53,6 +54,7 @@
 //! | `skinning` | one invocation a vertex: its frame, its prior, the field's inputs |
 //! | `field` | one workgroup a tile of vertices, through all layers |
 //! | `body` | skins the body and refits a tree of boxes from its leaves up |
+//! | `projection` | one dispatch a colour of constraints, one invocation a constraint |
 //! | `intersections` | one invocation a vertex: searches the tree from the last frame's answer on |
 //! | `positions`, `normals` | one invocation a vertex; sums in a fixed order, without atomics |
 //!
@@ -60,13 +62,23 @@
 //! units, while weights are loaded in chunks. Products with the latent vector are folded into the
 //! biases, as on the CPU.
 //!
+//! Constraints of the [strain projection](unic_core::projection) that have one colour share no
+//! vertex. A sweep is one dispatch for each colour, in the CPU's order. Models without a projection
+//! have no such stage. After the robust handling of intersections the stage `intersections` also
+//! brings edges back towards their limits, and pushes a second time.
+//!
 //! # Limits
 //!
 //! - In [`Precision::F32`] positions differ from the CPU's by rounding only. The tests require 1 mm
 //!   over 60 frames of free running, and find 0.1 mm and less.
 //! - The robust handling of intersections pushes each vertex as the CPU does. It does not sink
 //!   vertices out of parts that may not push them, lift faces that the body pokes through, or
-//!   spread corrections over the garment.
+//!   spread corrections over the garment. Where two body faces are equally near to a vertex,
+//!   rounding decides which of them pushes it.
+//! - After these pushes the [strain projection](unic_core::projection) relaxes edges in the CPU's
+//!   sweeps and planes. It starts from positions without the parts named above, so shown positions
+//!   near the body differ from the CPU's. States and offsets differ where vertices sink on the CPU
+//!   and the handling corrects the state.
 //! - Matrix units ([`Precision::F16Matrix`]) are used only on request, by
 //!   [`GpuContext::with_matrix_units`]: cooperative matrices are an experimental feature of wgpu
 //!   30.
@@ -88,6 +100,7 @@ mod model;
 mod motion;
 mod peak;
 mod program;
+mod projection;
 mod tree;
 
 pub use animator::{GarmentCopy, GpuAnimator};

@@ -6,6 +6,7 @@ use crate::{
     field::{FieldKernel, FieldShape},
     garment::Garment,
     motion::MotionNetworks,
+    projection::Projection,
 };
 use std::sync::Arc;
 use unic_core::Model;
@@ -37,6 +38,8 @@ pub struct GpuModel {
     pub(crate) field: FieldKernel,
     pub(crate) garment: Garment,
     pub(crate) body: Body,
+    /// Strain projection, if the model has one.
+    pub(crate) projection: Option<Projection>,
     precision: Precision,
 }
 
@@ -56,6 +59,8 @@ impl GpuModel {
                 field: FieldKernel::new(context, &model, shape, precision, networks.biases),
                 garment: Garment::new(context, &model, &shape, networks.coefficients),
                 body: Body::new(context, &model)?,
+                projection: (model.projection())
+                    .map(|projection| Projection::new(context, &model, projection)),
                 networks,
                 context: context.clone(),
                 model,

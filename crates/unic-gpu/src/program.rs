@@ -31,13 +31,19 @@ impl Program {
         }
     }
 
+    /// Returns whether the work has a stage of this name.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.0.iter().any(|stage| stage.name == name)
+    }
+
     pub(crate) fn submit(&self, context: &GpuContext) {
         let mut encoder = context.device().create_command_encoder(&Default::default());
         self.record(&mut encoder, None);
         context.queue().submit([encoder.finish()]);
     }
 
-    /// Submits the work, blocks until it is done, and returns the time of each stage.
+    /// Submits the work, blocks until it is done, and returns the time of each stage. Times of
+    /// stages with one name are summed.
     ///
     /// # Errors
     /// Fails when the device has no timestamps or is lost.
@@ -66,12 +72,16 @@ impl Program {
         let pairs = pairs
             .iter()
             .map(|pair| bytemuck::cast::<[u8; 16], [u64; 2]>(*pair));
-        let time = |(stage, [from, to]): (&Stage, [u64; 2])| StageTime {
-            name: stage.name,
+        let mut times: Vec<StageTime> = Vec::new();
+        for (stage, [from, to]) in self.0.iter().zip(pairs) {
             // Some drivers report an end before the start of a short pass.
-            ms: to.saturating_sub(from) as f64 * ns_per_tick * 1e-6,
-        };
-        Ok(self.0.iter().zip(pairs).map(time).collect())
+            let ms = to.saturating_sub(from) as f64 * ns_per_tick * 1e-6;
+            match times.iter_mut().find(|time| time.name == stage.name) {
+                Some(time) => time.ms += ms,
+                None => times.push(StageTime { name: stage.name, ms }),
+            }
+        }
+        Ok(times)
     }
 
     fn record(&self, encoder: &mut CommandEncoder, queries: Option<&QuerySet>) {

@@ -11,7 +11,7 @@ use device::{context, gpu_animator};
 use glam::Vec3;
 use std::sync::Arc;
 use unic_core::{Animator, AnimatorError, Model, Start, config::FieldConfig};
-use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, Precision, wgpu};
+use unic_gpu::{GpuAnimator, GpuError, GpuModel, Precision, wgpu};
 
 fn largest_distance(a: &[Vec3], b: &[Vec3]) -> f32 {
     assert_eq!(a.len(), b.len());
@@ -106,15 +106,9 @@ fn a_garment_starts_at_given_positions() {
 /// Uses a device with the default limits of WebGPU: smaller tiles, eight storage buffers.
 #[test]
 fn default_limits_suffice_for_a_callers_device() {
-    if context().is_none() {
+    let Some(own) = device::context_with_default_limits() else {
         return;
-    }
-    let (device, queue) = pollster::block_on(async {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-        let adapter = instance.request_adapter(&Default::default()).await.unwrap();
-        adapter.request_device(&Default::default()).await.unwrap()
-    });
-    let own = GpuContext::from_device(device, queue);
+    };
     let model = common::model(&common::variant("second order"));
     let mut gpu = gpu_animator(&own, &model, Precision::F32);
     let mut cpu = Animator::new(Arc::clone(&model));

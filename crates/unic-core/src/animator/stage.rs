@@ -14,21 +14,24 @@ pub enum Stage {
     Field,
     /// Posing of the body, and intersection handling of the state and of the shown positions.
     Intersections,
-    /// World positions from states.
+    /// World positions from states, and the addition of the strain projection's offsets.
     Positions,
+    /// Strain projection; takes no time for a model without one.
+    Projection,
     /// Vertex normals.
     Normals,
 }
 
 impl Stage {
     /// All stages in the order of a step.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Motion,
         Self::Skinning,
         Self::Encoder,
         Self::Field,
         Self::Intersections,
         Self::Positions,
+        Self::Projection,
         Self::Normals,
     ];
 
@@ -41,6 +44,7 @@ impl Stage {
             Self::Field => "field",
             Self::Intersections => "intersections",
             Self::Positions => "positions",
+            Self::Projection => "projection",
             Self::Normals => "normals",
         }
     }

@@ -10,7 +10,7 @@ use std::marker::PhantomData;
 const PART: usize = 1024;
 
 /// Length below which an edge has no direction, metres.
-const LEAST_LENGTH: f32 = 1e-9;
+pub const LEAST_LENGTH: f32 = 1e-9;
 
 /// Positions that several threads modify at once, each those of other vertices.
 pub(super) struct SharedPositions<'a> {
@@ -55,11 +55,13 @@ impl<'a> SharedPositions<'a> {
 
 /// Edge with the limits of its length.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Edge {
-    ends: [u32; 2],
-    limit: StrainLimit,
+pub struct Edge {
+    /// Vertices at the ends.
+    pub ends: [u32; 2],
+    /// Limits of the length.
+    pub limit: StrainLimit,
     /// Share of a correction that each end takes. They sum to 1, or are 0 where both are fixed.
-    shares: [f32; 2],
+    pub shares: [f32; 2],
 }
 
 impl Edge {
@@ -96,13 +98,15 @@ impl Edge {
     }
 }
 
-/// Stencil with the moves of its vertices.
+/// Bending stencil with the moves of its vertices.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stencil {
-    vertices: [u32; 4],
-    coefficients: [f32; 4],
+pub struct Stencil {
+    /// Vertices. One that repeats another has a coefficient and a move of zero.
+    pub vertices: [u32; 4],
+    /// Coefficients of the offsets in the stencil's sum.
+    pub coefficients: [f32; 4],
     /// Factors of the stencil's sum in the move of each vertex.
-    moves: [f32; 4],
+    pub moves: [f32; 4],
 }
 
 impl Stencil {

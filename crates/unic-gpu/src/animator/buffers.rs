@@ -8,6 +8,8 @@ use wgpu::{Buffer, BufferUsages};
 const POINT_BYTES: usize = 48;
 /// Size of a `VertexState` of `vertex_state.wgsl`, bytes.
 pub(super) const STATE_BYTES: usize = 32;
+/// Size of a position in scratch memory, bytes: four f32, of which kernels use three.
+const POSITION_BYTES: usize = 16;
 
 /// State and scratch of one animator on the device.
 #[derive(Debug)]
@@ -20,6 +22,11 @@ pub(crate) struct Buffers {
     pub(crate) points: Buffer,
     /// State of every vertex, with its mask in the fourth coordinate.
     pub(crate) states: Buffer,
+    /// Offset of the strain projection of every vertex; empty without a projection.
+    pub(crate) offsets: Buffer,
+    /// Predicted and projected positions of the strain projection, see `projection.wgsl`.
+    pub(crate) predicted: Buffer,
+    pub(crate) projected: Buffer,
     /// Inputs of the field for every vertex.
     pub(crate) inputs: Buffer,
     /// Shown positions and normals.
@@ -33,6 +40,7 @@ impl Buffers {
         let joints = model.character().skeleton.len();
         let inputs = model.field().point_inputs() * asset.field.shape.stride(vertices);
         let zeroed = |label, bytes| context.zeroed(label, bytes, BufferUsages::empty());
+        let projected = model.projection().map_or(0, |_| vertices);
         let states = zeroed("states", STATE_BYTES * vertices);
         // Kernels keep the mask, so that it is uploaded once.
         let share = |vertex: usize| [Vec3::ZERO.extend(model.garment().share(vertex)); 2];
@@ -46,6 +54,9 @@ impl Buffers {
             vectors: asset.networks.vectors(context),
             points: zeroed("points", POINT_BYTES * vertices),
             states,
+            offsets: zeroed("offsets", STATE_BYTES * projected),
+            predicted: zeroed("predicted", POSITION_BYTES * projected),
+            projected: zeroed("projected", POSITION_BYTES * projected),
             inputs: zeroed("inputs", 4 * inputs),
             shown: context.zeroed("garment", SHOWN_BYTES * vertices, BufferUsages::VERTEX),
         }

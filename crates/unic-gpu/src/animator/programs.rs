@@ -2,8 +2,13 @@
 
 use super::Buffers;
 use crate::{
-    GpuError, GpuModel, body::Handling, garment::is_in_frame, kernel::Dispatch, motion::Tick,
+    GpuError, GpuModel,
+    body::Handling,
+    garment::is_in_frame,
+    kernel::Dispatch,
+    motion::Tick,
     program::Program,
+    projection::{Projection, ProjectionTick},
 };
 use unic_core::{Corrects, IntersectionMode};
 
@@ -37,7 +42,9 @@ impl Programs {
             handling: match mode {
                 IntersectionMode::Off => None,
                 IntersectionMode::Paper { .. } => Some(body.paper(context, buffers, model)?),
-                IntersectionMode::Robust { .. } => Some(body.robust(context, buffers, model)?),
+                IntersectionMode::Robust { .. } => {
+                    Some(body.robust(context, buffers, model, asset.projection.as_ref())?)
+                }
             },
             mode,
         };
@@ -50,20 +57,34 @@ impl Programs {
         }
         let mut set = Program::default();
         set.stage("set", vec![garment.states_from_shown(buffers)?]);
-        recorder.show(&mut set)?;
+        set.stage("set", recorder.clear_offsets()?);
+        recorder.show(&mut set, OffsetUpdate::Keep)?;
         let mut skin_previous = Program::default();
         skin_previous.stage("skinning", vec![garment.prepare(buffers)?]);
         Ok(Self {
             skin_previous,
             resume_at_start: recorder.resume(Tick::First)?,
             resume: recorder.resume(Tick::Same)?,
-            start_at_mean: recorder.start(garment.start_at_mean(buffers)?)?,
-            start_at_shown: recorder.start(garment.states_from_shown(buffers)?)?,
+            // A mean over many shapes is too short, unlike given positions.
+            start_at_mean: recorder.start(
+                garment.start_at_mean(buffers)?,
+                OffsetUpdate::Advance(ProjectionTick::Start),
+            )?,
+            start_at_shown: recorder.start(garment.states_from_shown(buffers)?, OffsetUpdate::Keep)?,
             complete_start,
             step: recorder.step()?,
             set,
         })
     }
+}
+
+/// Change of the strain projection's offsets before positions are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum OffsetUpdate {
+    /// Offsets stay.
+    Keep,
+    /// Offsets advance to the predicted positions.
+    Advance(ProjectionTick),
 }
 
 /// Recorder of programs for one animator.
@@ -76,15 +97,23 @@ struct Recorder<'a> {
 
 impl Recorder<'_> {
     /// Records a reset; `set_states` computes the states of frame 0.
-    fn start(&self, set_states: Dispatch) -> Result<Program, GpuError> {
+    fn start(&self, set_states: Dispatch, offsets: OffsetUpdate) -> Result<Program, GpuError> {
         let (garment, buffers) = (&self.asset.garment, self.buffers);
         let mut program = Program::default();
         let prior = self.asset.networks.record_prior(&buffers.vectors, Tick::First)?;
         program.stage("prior", prior);
-        let (prepare, clear) = (garment.prepare(buffers)?, garment.clear_velocities(buffers)?);
+        let prepare = garment.prepare(buffers)?;
+        let clear = garment.clear_velocities(&buffers.states)?;
         program.stage("start", vec![prepare, set_states, clear]);
-        self.show(&mut program)?;
+        program.stage("start", self.clear_offsets()?);
+        self.show(&mut program, offsets)?;
         Ok(program)
+    }
+
+    /// Makes the dispatch that sets offsets to zero, if there are any.
+    fn clear_offsets(&self) -> Result<Vec<Dispatch>, GpuError> {
+        let projection = self.projection().into_iter();
+        projection.map(|p| p.clear_offsets(self.buffers)).collect()
     }
 
     /// Records the frame of a restored state.
@@ -94,7 +123,7 @@ impl Recorder<'_> {
         let prior = self.asset.networks.record_prior(&buffers.vectors, tick)?;
         program.stage("prior", prior);
         program.stage("skinning", vec![garment.prepare(buffers)?]);
-        self.show(&mut program)?;
+        self.show(&mut program, OffsetUpdate::Keep)?;
         Ok(program)
     }
 
@@ -112,28 +141,71 @@ impl Recorder<'_> {
         program.stage("encoder", networks.record_encoder(&buffers.vectors)?);
         program.stage("skinning", vec![garment.prepare(buffers)?]);
         program.stage("field", vec![field.dispatch(buffers)?]);
+        let corrects_state = self.corrects_shown() == Some(Corrects::State);
         // The paper's rule corrects states, so it precedes the positions.
-        if let (IntersectionMode::Paper { .. }, Some(handling)) = (self.mode, &self.handling) {
-            program.stage("body", handling.pose.clone());
-            program.stage("intersections", vec![handling.correct.clone()]);
+        if let IntersectionMode::Paper { .. } = self.mode {
+            self.correct(&mut program);
         }
-        self.show(&mut program)?;
-        if self.corrects_shown() == Some(Corrects::State) {
+        // With offsets shown positions are not those of the states, which are corrected before.
+        if corrects_state && self.projection().is_some() {
+            program.stage("positions", vec![garment.write_positions(buffers)?]);
+            self.correct(&mut program);
+            program.stage("state", vec![garment.states_from_corrected(buffers)?]);
+        }
+        self.show(&mut program, OffsetUpdate::Advance(ProjectionTick::Next))?;
+        // Without offsets one correction serves both: states take what is shown.
+        if corrects_state && self.projection().is_none() {
             program.stage("state", vec![garment.states_from_corrected(buffers)?]);
         }
         Ok(program)
     }
 
     /// Records the computation of shown positions and normals from the states.
-    fn show(&self, program: &mut Program) -> Result<(), GpuError> {
-        let garment = &self.asset.garment;
-        program.stage("positions", vec![garment.write_positions(self.buffers)?]);
+    fn show(&self, program: &mut Program, offsets: OffsetUpdate) -> Result<(), GpuError> {
+        let (garment, buffers) = (&self.asset.garment, self.buffers);
+        program.stage("positions", vec![garment.write_positions(buffers)?]);
+        if let Some(projection) = self.projection() {
+            program.stage("projection", self.advance_offsets(projection, offsets)?);
+            program.stage("positions", vec![projection.add_offsets(buffers)?]);
+        }
         if let (Some(_), Some(handling)) = (self.corrects_shown(), &self.handling) {
-            program.stage("body", handling.pose.clone());
+            self.correct(program);
+            program.stage("intersections", handling.relax.clone());
+        }
+        program.stage("normals", vec![garment.mesh.normals(&buffers.shown)?]);
+        Ok(())
+    }
+
+    /// Makes the dispatches that change the offsets.
+    fn advance_offsets(
+        &self,
+        projection: &Projection,
+        update: OffsetUpdate,
+    ) -> Result<Vec<Dispatch>, GpuError> {
+        let buffers = self.buffers;
+        let OffsetUpdate::Advance(tick) = update else {
+            return Ok(Vec::new());
+        };
+        let mut dispatches = projection.advance(buffers, tick)?;
+        if tick == ProjectionTick::Start {
+            dispatches.push(self.asset.garment.clear_velocities(&buffers.offsets)?);
+        }
+        Ok(dispatches)
+    }
+
+    /// Records the correction of the mode, and the pose of the body before it.
+    fn correct(&self, program: &mut Program) {
+        if let Some(handling) = &self.handling {
+            // The body has one pose in a program.
+            if !program.has("body") {
+                program.stage("body", handling.pose.clone());
+            }
             program.stage("intersections", vec![handling.correct.clone()]);
         }
-        program.stage("normals", vec![garment.mesh.normals(&self.buffers.shown)?]);
-        Ok(())
+    }
+
+    fn projection(&self) -> Option<&Projection> {
+        self.asset.projection.as_ref()
     }
 
     /// Target of the robust rule's corrections; none in other modes.

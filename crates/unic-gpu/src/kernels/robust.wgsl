@@ -8,6 +8,8 @@ override WORDS: u32;
 // Starts in `tables` of the faces around vertices, and of the sets of joints.
 override AROUND: u32;
 override PUSHING: u32;
+// True for a second push, of the vertices that are marked alone.
+override AGAIN: bool = false;
 
 // Ratio of height to longest edge below which a triangle is treated as its edges.
 const MIN_RELATIVE_HEIGHT = 1e-4;
@@ -70,6 +72,19 @@ struct Contact {
 // The joints whose parts may push garment vertex i are the bits of WORDS words from PUSHING + WORDS
 // i on.
 @group(0) @binding(15) var<storage, read> tables: array<u32>;
+
+// `seeds` continues behind the nearest items. Devices promise no more than eight storage buffers a
+// kernel, and `push` uses all of them.
+
+// Index in `seeds` of a vertex's mark: 1 for a vertex that was moved, then for one with a plane.
+fn mark(i: u32) -> u32 {
+    return VERTICES + i;
+}
+
+// Index in `seeds` of a word that is 1 if any vertex was moved.
+fn any_moved() -> u32 {
+    return 2u * VERTICES;
+}
 
 // Garment vertex of this invocation.
 var<private> pushed_vertex: u32;
@@ -289,15 +304,23 @@ fn is_folded(face: u32) -> bool {
     return is_vertex_folded(welded.x) && is_vertex_folded(welded.y) && is_vertex_folded(welded.z);
 }
 
+fn shown_position(i: u32) -> vec3<f32> {
+    return vec3<f32>(shown[6u * i], shown[6u * i + 1u], shown[6u * i + 2u]);
+}
+
 @compute @workgroup_size(64)
 fn push(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
     if (i >= VERTICES) {
         return;
     }
+    if (AGAIN && seeds[mark(i)] == 0u) {
+        return;
+    }
     pushed_vertex = i;
+    seeds[mark(i)] = 0u;
     let margin = tick[HANDLING].x;
-    var p = vec3<f32>(shown[6u * i], shown[6u * i + 1u], shown[6u * i + 2u]);
+    var p = shown_position(i);
     var face = nearest(p, seeds[i]);
     seeds[i] = face;
     if (face == NO_ITEM) {
@@ -321,6 +344,9 @@ fn push(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         p = select(0.5 * (p + out.to), out.to, iteration < MAX_ITERATIONS);
     }
+    // The face at the new position: planes belong to it.
+    seeds[i] = face;
+    seeds[mark(i)] = 1u;
     shown[6u * i] = p.x;
     shown[6u * i + 1u] = p.y;
     shown[6u * i + 2u] = p.z;

@@ -9,7 +9,7 @@
 
 use std::sync::{Arc, OnceLock};
 use unic_core::Model;
-use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, Precision};
+use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, Precision, wgpu};
 
 /// Returns one device for all tests, if this machine has any.
 pub fn context() -> Option<GpuContext> {
@@ -23,6 +23,17 @@ pub fn context() -> Option<GpuContext> {
         Err(other) => panic!("{other}"),
     };
     CONTEXT.get_or_init(make).clone()
+}
+
+/// Returns a caller's own device with the default limits of WebGPU, if this machine has any device.
+pub fn context_with_default_limits() -> Option<GpuContext> {
+    context()?;
+    let (device, queue) = pollster::block_on(async {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let adapter = instance.request_adapter(&Default::default()).await.unwrap();
+        adapter.request_device(&Default::default()).await.unwrap()
+    });
+    Some(GpuContext::from_device(device, queue))
 }
 
 /// Returns a device with matrix units, if this machine's device has any.

@@ -1,0 +1,219 @@
+//! Robust rule on the device, for each vertex by itself.
+
+use super::{NEAREST, Scratch, VERTEX_STATE};
+use crate::{
+    GpuContext, GpuError,
+    animator::Buffers,
+    kernel::{Dispatch, GROUP, Kernel, Source},
+    projection::{ContactBuffers, Projection},
+    tree::{Items, Tree},
+};
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use unic_core::{Model, intersection::ContactFilter, topology::weld};
+use wgpu::{Buffer, BufferUsages};
+
+/// Robust intersection handling, for each vertex by itself. Asset.
+#[derive(Debug)]
+pub(super) struct RobustRule {
+    vertices: usize,
+    /// Tree over the body's faces.
+    pub(super) tree: Tree,
+    pub(super) faces: Buffer,
+    /// Faces around vertices and sets of joints, see `robust.wgsl`.
+    tables: Buffer,
+    push: Kernel,
+    /// Kernels of the relaxation after the pushes; none without a strain projection.
+    relaxation: Option<Relaxation>,
+}
+
+/// Kernels that find the planes in which a strain projection moves corrected vertices. Asset.
+#[derive(Debug)]
+struct Relaxation {
+    find_moved: Kernel,
+    find_planes: Kernel,
+    push_again: Kernel,
+}
+
+/// Body face in the memory layout of `robust.wgsl`.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Face {
+    corners: [u32; 3],
+    joint: u32,
+    welded: [u32; 3],
+    padding: u32,
+}
+
+impl RobustRule {
+    pub(super) fn new(context: &GpuContext, model: &Model) -> Result<Self, GpuError> {
+        let body = &model.character().body;
+        let faces = faces(model);
+        let centre = |f: &[u32; 3]| f.iter().map(|&v| body.vertices[v as usize]).sum::<Vec3>() / 3.0;
+        let centres: Vec<Vec3> = body.faces.iter().map(centre).collect();
+        let tree = Tree::new(context, Items::Faces, &centres)?;
+        let FacesAround {
+            rows: mut tables,
+            first_face,
+        } = faces_around(body.vertices.len(), &faces);
+        // One buffer for both tables: devices promise no more than eight storage buffers a kernel.
+        let first_set = tables.len();
+        tables.extend(pushing_joints(model, &faces));
+        let text = [
+            VERTEX_STATE,
+            NEAREST,
+            include_str!("../kernels/robust.wgsl"),
+            include_str!("../kernels/planes.wgsl"),
+        ]
+        .concat();
+        let vertices = ("VERTICES", model.vertex_count() as f64);
+        let around = ("AROUND", first_face as f64);
+        let own = [
+            vertices,
+            around,
+            ("WORDS", words(model) as f64),
+            ("PUSHING", first_set as f64),
+        ];
+        let push = [&own[..], &tree.constants(centres.len())].concat();
+        let kernel = |entry: &str, constants: &[(&str, f64)]| {
+            let source = Source {
+                text: &text,
+                entry,
+                constants,
+            };
+            Kernel::new(context, &source)
+        };
+        let relaxation = || Relaxation {
+            find_moved: kernel("find_moved", &[vertices]),
+            find_planes: kernel("find_planes", &[vertices, around]),
+            push_again: kernel("push", &[&push[..], &[("AGAIN", 1.0)]].concat()),
+        };
+        Ok(Self {
+            vertices: model.vertex_count(),
+            relaxation: model.projection().map(|_| relaxation()),
+            push: kernel("push", &push),
+            faces: context.upload("faces", &faces),
+            tables: context.upload("tables", &tables),
+            tree,
+        })
+    }
+
+    /// Makes the dispatch that moves shown positions out of the body.
+    pub(super) fn correct(&self, buffers: &Buffers, scratch: &Scratch) -> Result<Dispatch, GpuError> {
+        self.push(&self.push, buffers, scratch)
+    }
+
+    /// Makes the dispatches that bring edges back towards their limits after the pushes, and push
+    /// once more.
+    pub(super) fn relax(
+        &self,
+        context: &GpuContext,
+        buffers: &Buffers,
+        scratch: &Scratch,
+        projection: &Projection,
+    ) -> Result<Vec<Dispatch>, GpuError> {
+        let Some(kernels) = &self.relaxation else {
+            return Ok(Vec::new());
+        };
+        let planes = context.zeroed("planes", 16 * self.vertices, BufferUsages::empty());
+        let (seeds, body) = ((13, &scratch.seeds), (12, &scratch.body));
+        let bindings = [
+            (0, &buffers.tick),
+            (9, &buffers.shown),
+            body,
+            seeds,
+            (14, &self.faces),
+            (15, &self.tables),
+            (22, &planes),
+        ];
+        let contacts = ContactBuffers {
+            seeds: &scratch.seeds,
+            planes: &planes,
+        };
+        let mut dispatches = vec![
+            kernels.find_moved.dispatch(&[seeds], 1)?,
+            kernels.find_planes.dispatch(&bindings, self.groups())?,
+        ];
+        dispatches.extend(projection.relax(buffers, contacts)?);
+        dispatches.push(self.push(&kernels.push_again, buffers, scratch)?);
+        Ok(dispatches)
+    }
+
+    fn push(&self, kernel: &Kernel, buffers: &Buffers, scratch: &Scratch) -> Result<Dispatch, GpuError> {
+        let mut bindings = scratch.bindings(&self.tree).to_vec();
+        bindings.extend([
+            (0, &buffers.tick),
+            (9, &buffers.shown),
+            (14, &self.faces),
+            (15, &self.tables),
+        ]);
+        kernel.dispatch(&bindings, self.groups())
+    }
+
+    /// Number of workgroups for one invocation a vertex.
+    fn groups(&self) -> usize {
+        self.vertices.div_ceil(GROUP)
+    }
+}
+
+fn faces(model: &Model) -> Vec<Face> {
+    let character = model.character();
+    let welded = weld(&character.body.vertices);
+    let joints = character.joints_of_faces();
+    let pairs = character.body.faces.iter().zip(joints);
+    pairs
+        .map(|(&corners, joint)| Face {
+            corners,
+            joint: joint as u32,
+            welded: corners.map(|v| welded[v as usize]),
+            padding: 0,
+        })
+        .collect()
+}
+
+/// Faces around each welded vertex, in compressed rows.
+struct FacesAround {
+    /// Starts of the rows, then their faces.
+    rows: Vec<u32>,
+    /// Place of the first face in `rows`.
+    first_face: usize,
+}
+
+fn faces_around(vertices: usize, faces: &[Face]) -> FacesAround {
+    let mut pairs: Vec<(u32, u32)> = (faces.iter().enumerate())
+        .flat_map(|(face, f)| f.welded.map(|v| (v, face as u32)))
+        .collect();
+    // Sorted by vertex, then by face: sums over the rows have a fixed order.
+    pairs.sort_unstable();
+    pairs.dedup();
+    let start = |v: u32| pairs.partition_point(|&(at, _)| at < v) as u32;
+    let mut rows: Vec<u32> = (0..=vertices as u32).map(start).collect();
+    let first_face = rows.len();
+    rows.extend(pairs.iter().map(|&(_, face)| face));
+    FacesAround { rows, first_face }
+}
+
+/// Number of words of 32 bits in a set of joints.
+fn words(model: &Model) -> usize {
+    model.character().skeleton.len().div_ceil(32)
+}
+
+/// Computes the set of joints whose parts may push each garment vertex, one bit each.
+fn pushing_joints(model: &Model, faces: &[Face]) -> Vec<u32> {
+    let filter = ContactFilter::new(model.character(), model.garment());
+    // The filter answers by face, the same for all faces of a joint: any of them will do.
+    let mut face_of_joint = vec![None; model.character().skeleton.len()];
+    for (i, face) in (0u32..).zip(faces) {
+        face_of_joint[face.joint as usize] = Some(i);
+    }
+    let words = words(model);
+    let mut sets = vec![0u32; words * model.vertex_count()];
+    for (vertex, set) in sets.chunks_exact_mut(words).enumerate() {
+        for (joint, face) in face_of_joint.iter().enumerate() {
+            if face.is_some_and(|face| filter.face_may_push(face, vertex)) {
+                set[joint / 32] |= 1 << (joint % 32);
+            }
+        }
+    }
+    sets
+}

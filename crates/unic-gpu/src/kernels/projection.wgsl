@@ -1,0 +1,181 @@
+// Strain projection: offsets that bring the edges of the predicted garment into their limits. It is
+// that of `unic_core::projection`, whose comments give the reasons.
+
+// Edge with the limits of its length.
+struct Edge {
+    ends: vec2<u32>,
+    // Shortest and longest length, metres.
+    limits: vec2<f32>,
+    // Share of a correction that each end takes.
+    shares: vec2<f32>,
+}
+
+// Bending stencil. A vertex that repeats another has a coefficient and a move of zero.
+struct Stencil {
+    vertices: vec4<u32>,
+    coefficients: vec4<f32>,
+    // Factors of the stencil's sum in the move of each vertex.
+    moves: vec4<f32>,
+}
+
+// Share of an offset's velocity that is left after a tick.
+override CARRY: f32;
+// Share of an offset that is left after a tick.
+override PULL: f32;
+// Largest offset, metres.
+override RADIUS: f32;
+// Length below which an edge has no direction, metres.
+override LEAST_LENGTH: f32;
+
+// Positions and normals of the garment, world space.
+@group(0) @binding(9) var<storage, read_write> shown: array<f32>;
+// The word at 2 VERTICES is 1 if the robust rule has moved any vertex, see `robust.wgsl`.
+@group(0) @binding(13) var<storage, read> seeds: array<u32>;
+// Offsets in the vertices' own frames.
+@group(0) @binding(16) var<storage, read_write> offsets: array<VertexState>;
+// Predicted positions relative to the origin of the tick, metres.
+@group(0) @binding(17) var<storage, read_write> predicted: array<vec4<f32>>;
+// Positions that sweeps move: relative to the origin of the tick, or in world space after
+// intersection handling.
+@group(0) @binding(18) var<storage, read_write> projected: array<vec4<f32>>;
+// First vertex at the place of each vertex. Only first vertices are solved for.
+@group(0) @binding(19) var<storage, read> firsts: array<u32>;
+// Constraints of one colour, which share no vertex.
+@group(0) @binding(20) var<storage, read> edges: array<Edge>;
+@group(0) @binding(21) var<storage, read> stencils: array<Stencil>;
+// Planes that shown vertices stay above, see `planes.wgsl`.
+@group(0) @binding(22) var<storage, read> planes: array<vec4<f32>>;
+
+fn shown_position(i: u32) -> vec3<f32> {
+    return vec3<f32>(shown[6u * i], shown[6u * i + 1u], shown[6u * i + 2u]);
+}
+
+fn show(i: u32, position: vec3<f32>) {
+    shown[6u * i] = position.x;
+    shown[6u * i + 1u] = position.y;
+    shown[6u * i + 2u] = position.z;
+}
+
+fn within_radius(offset: vec3<f32>) -> vec3<f32> {
+    let size = length(offset);
+    return select(offset, offset * (RADIUS / size), size > RADIUS);
+}
+
+fn shift(i: u32, by: vec3<f32>) {
+    projected[i] += vec4<f32>(by, 0.0);
+}
+
+// Sets the offsets to zero.
+@compute @workgroup_size(64)
+fn clear_offsets(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= VERTICES) {
+        return;
+    }
+    offsets[i] = VertexState(vec4<f32>(), vec4<f32>());
+}
+
+// Carries the offsets on from the previous tick. The shown positions are the predicted ones.
+@compute @workgroup_size(64)
+fn carry(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= VERTICES) {
+        return;
+    }
+    let position = shown_position(i) - tick[1].xyz;
+    let offset = offsets[i];
+    let velocity = (offset.value.xyz - offset.previous.xyz) * CARRY;
+    let carried = within_radius(offset.value.xyz + velocity) * PULL;
+    predicted[i] = vec4<f32>(position, 0.0);
+    projected[i] = vec4<f32>(position + rotated(points[i].rotation, carried), 0.0);
+}
+
+// Brings the edges of one colour into their limits.
+@compute @workgroup_size(64)
+fn project_edges(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (id.x >= arrayLength(&edges)) {
+        return;
+    }
+    let edge = edges[id.x];
+    let along = projected[edge.ends.y].xyz - projected[edge.ends.x].xyz;
+    let size = length(along);
+    if (size > LEAST_LENGTH) {
+        let wanted = min(max(size, edge.limits.x), edge.limits.y);
+        let correction = along * ((size - wanted) / size);
+        shift(edge.ends.x, correction * edge.shares.x);
+        shift(edge.ends.y, correction * -edge.shares.y);
+    }
+}
+
+// Reduces the bending of the offsets at the stencils of one colour.
+@compute @workgroup_size(64)
+fn smooth_offsets(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (id.x >= arrayLength(&stencils)) {
+        return;
+    }
+    let stencil = stencils[id.x];
+    var sum = vec3<f32>();
+    for (var k = 0u; k < 4u; k++) {
+        let vertex = stencil.vertices[k];
+        sum += (projected[vertex] - predicted[vertex]).xyz * stencil.coefficients[k];
+    }
+    for (var k = 0u; k < 4u; k++) {
+        shift(stencil.vertices[k], sum * stencil.moves[k]);
+    }
+}
+
+// Keeps what the sweeps have left as the offsets of this tick.
+@compute @workgroup_size(64)
+fn keep_offsets(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= VERTICES) {
+        return;
+    }
+    let solved = (projected[firsts[i]] - predicted[i]).xyz;
+    let value = within_radius(rotated_back(points[i].rotation, solved));
+    offsets[i] = VertexState(vec4<f32>(value, 0.0), offsets[i].value);
+}
+
+// Adds the offsets to the shown positions, which are the predicted ones.
+@compute @workgroup_size(64)
+fn add_offsets(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= VERTICES) {
+        return;
+    }
+    show(i, shown_position(i) + rotated(points[i].rotation, offsets[i].value.xyz));
+}
+
+// Copies the shown positions, which sweeps then move.
+@compute @workgroup_size(64)
+fn load_shown(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= VERTICES) {
+        return;
+    }
+    projected[i] = vec4<f32>(shown_position(i), 0.0);
+}
+
+// Moves vertices back above their planes.
+@compute @workgroup_size(64)
+fn stay_above(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= VERTICES) {
+        return;
+    }
+    let plane = planes[i];
+    shift(i, plane.xyz * max(plane.w - dot(plane.xyz, projected[i].xyz), 0.0));
+}
+
+// Shows what the sweeps have left, if intersection handling has moved any vertex. Vertices at one
+// place move together.
+@compute @workgroup_size(64)
+fn store_shown(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= VERTICES) {
+        return;
+    }
+    if (seeds[2u * VERTICES] == 1u) {
+        show(i, projected[firsts[i]].xyz);
+    }
+}

@@ -1,0 +1,58 @@
+//! Models with a strain projection.
+
+use crate::common;
+use std::sync::Arc;
+use unic_core::{
+    Model,
+    character::Garment,
+    config::ProjectionConfig,
+    mesh::TriMesh,
+    model::ModelParts,
+    projection::{StrainLimit, limited_edges},
+    skinning::SkinningWeights,
+};
+
+/// Model of a variant with a strain projection, on a tube with a seam.
+pub(crate) fn model(variant: &str, radius: f32) -> Arc<Model> {
+    let variant = common::variant(variant);
+    let mut parts = common::parts(&variant);
+    parts.garment = with_seam(common::tube(13, 12, radius), 12);
+    parts.prior = common::prior(parts.garment.rest.vertices.len(), variant.components);
+    with_projection(parts)
+}
+
+/// Model whose edges must be 3 to 20 % longer than in the mean shape.
+pub(crate) fn with_projection(mut parts: ModelParts) -> Arc<Model> {
+    let (rest, mean) = (&parts.garment.rest, &parts.prior.mean);
+    let at = |v: u32| rest.vertices[v as usize] + mean[v as usize];
+    let limit = |&[a, b]: &[u32; 2]| {
+        let length = at(a).distance(at(b));
+        StrainLimit {
+            shortest: 1.03 * length,
+            longest: 1.2 * length,
+        }
+    };
+    parts.strain_limits = limited_edges(rest).iter().map(limit).collect();
+    parts.config.projection = Some(ProjectionConfig::default());
+    Arc::new(Model::new(parts).unwrap())
+}
+
+/// Cuts a tube open along its first column, whose vertices are then there twice.
+fn with_seam(tube: Garment, segments: u32) -> Garment {
+    let count = tube.rest.vertices.len() as u32;
+    let column = (0..count).step_by(segments as usize);
+    let vertices = tube.rest.vertices.iter().copied();
+    let doubled = column.clone().map(|v| tube.rest.vertices[v as usize]);
+    let last = |v: u32| v < count && v % segments == segments - 1;
+    let faces = tube.rest.faces.iter().map(|face| {
+        let is_at_seam = face.iter().any(|&v| last(v));
+        face.map(|v| match is_at_seam && v % segments == 0 {
+            true => count + v / segments,
+            false => v,
+        })
+    });
+    let rows = (0..count).chain(column).map(|v| tube.weights.row(v as usize));
+    let weights = SkinningWeights::from_rows(common::JOINTS, rows).unwrap();
+    let rest = TriMesh::new(vertices.chain(doubled).collect(), faces.collect()).unwrap();
+    Garment::new(rest, weights)
+}
