@@ -69,14 +69,14 @@ fn measure(args: &EvalArgs) -> Result<Measurements> {
         None => baselines::RIDGE,
     };
     let control = control(args, &capture, &clips)?;
-    let mut listener = EvaluationListener::new(args, &capture, &clips, rival)?;
-    let mut rows = rows(&capture, animator.as_ref(), handler)?;
-    rows.extend(control.map(|control| NamedPredictor::baseline(CONTROL, control)));
-    let mut listen = |event: &Event| listener.listen(event);
     let protocol = Protocol {
         nearest_every: args.nearest_every,
         ..args.protocol.map_or_else(Protocol::default, protocol::of)
     };
+    let mut listener = EvaluationListener::new(args, &protocol, &capture, &clips, rival)?;
+    let mut rows = rows(&capture, animator.as_ref(), handler)?;
+    rows.extend(control.map(|control| NamedPredictor::baseline(CONTROL, control)));
+    let mut listen = |event: &Event| listener.listen(event);
     let evaluation = evaluate_by(&protocol, &capture, &mut rows, &clips, &mut listen)?;
     let recorder = listener.into_recorder();
     // Timed after the evaluation, in which the rows compete for the cores.

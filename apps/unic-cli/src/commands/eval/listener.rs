@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{args::EvalArgs, interrupt, progress::Progress};
 use anyhow::{Result, anyhow};
-use unic_eval::{Dump, Event, Mode, PredictorError};
+use unic_eval::{Dump, Event, Mode, PredictorError, Protocol};
 use unic_io::Capture;
 
 /// Shows progress, and passes events on to the dump, the pictures and the report.
@@ -27,6 +27,7 @@ impl<'a> EvaluationListener<'a> {
     /// Files or folders that cannot be created, clips that cannot be read.
     pub(super) fn new(
         args: &EvalArgs,
+        protocol: &Protocol,
         capture: &'a Capture,
         clips: &[String],
         rival: &'static str,
@@ -42,14 +43,18 @@ impl<'a> EvaluationListener<'a> {
             let files = ReportFiles::create(page, args.movie.as_deref())?;
             Ok(ReportRecorder::new(capture, files, clips, rival))
         });
-        let frames = |name: &String| Ok(capture.summarise_clip(name)?.pose_frames as u64);
-        let total: u64 = clips.iter().map(frames).sum::<Result<u64>>()?;
+        let units = |name: &String| {
+            Ok(progress_units(
+                protocol,
+                capture.summarise_clip(name)?.pose_frames,
+            ))
+        };
+        let total: u64 = clips.iter().map(units).sum::<Result<u64>>()?;
         Ok(Self {
             dump: dump.transpose()?,
             gallery: gallery.transpose()?,
             recorder: recorder.transpose()?,
-            // Two modes over all frames. A protocol with one mode ends at half of the bar.
-            progress: Progress::new("measuring", 0, 2 * total),
+            progress: Progress::new("measuring", 0, total),
             clip: String::new(),
             before: 0,
         })
@@ -94,5 +99,30 @@ impl<'a> EvaluationListener<'a> {
         if done == total {
             self.before += total;
         }
+    }
+}
+
+/// Number of frames that an evaluation reports for a clip of `frames` frames, over all modes.
+fn progress_units(protocol: &Protocol, frames: usize) -> u64 {
+    // Frame 0 is given, and reported with the predicted ones.
+    let measured = protocol.frames.map_or(frames, |most| frames.min(most.get() + 1));
+    (protocol.modes.len() * measured) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::num::NonZeroUsize;
+
+    #[test]
+    fn progress_ends_at_the_frames_and_modes_of_the_protocol() {
+        assert_eq!(progress_units(&Protocol::default(), 500), 1000);
+        let protocol = Protocol {
+            modes: &[Mode::FreeRunning],
+            frames: NonZeroUsize::new(300),
+            ..Protocol::default()
+        };
+        assert_eq!(progress_units(&protocol, 500), 301);
+        assert_eq!(progress_units(&protocol, 200), 200);
     }
 }
