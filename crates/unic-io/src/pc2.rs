@@ -145,11 +145,15 @@ impl Pc2Writer {
     /// Adds a frame.
     ///
     /// # Errors
-    /// Another number of vertices; the file cannot be written.
+    /// Another number of vertices; more frames than the format can count; the file cannot be
+    /// written.
     pub fn push(&mut self, frame: &[Vec3]) -> Result<()> {
         check_vertex_count(&self.path, self.points, frame)?;
+        let Some(samples) = self.samples.checked_add(1) else {
+            return Err(Error::content(&self.path, "at most 2147483647 frames", "more"));
+        };
         self.write(bytemuck::cast_slice(frame))?;
-        self.samples += 1;
+        self.samples = samples;
         Ok(())
     }
 
@@ -184,6 +188,14 @@ mod tests {
         let cache = read_pc2(&path).unwrap();
         assert_eq!((cache.start_frame, cache.frames_per_sample), (1.0, 1.0));
         assert!(cache.frames.iter().eq(frames.iter().map(|f| f.as_slice())));
+    }
+
+    #[test]
+    fn more_frames_than_the_header_can_count_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut writer = Pc2Writer::create(&folder.path().join("a.pc2"), 1, 0.0, 1.0).unwrap();
+        writer.samples = i32::MAX;
+        assert!(writer.push(&[Vec3::X]).is_err());
     }
 
     #[test]

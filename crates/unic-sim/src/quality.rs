@@ -143,7 +143,7 @@ impl QualityMeter {
         }
     }
 
-    /// Returns the metrics of all frames; without any frame they are close to zero.
+    /// Returns the metrics of all frames; without any frame all are zero.
     pub fn finish(self) -> ClipQuality {
         ClipQuality {
             inside_percent: 100.0 * self.inside as f64 / self.measured.max(1) as f64,
@@ -154,9 +154,13 @@ impl QualityMeter {
     }
 }
 
-/// Returns the upper end of the histogram bin that the quantile lies in.
+/// Returns the upper end of the histogram bin that the quantile lies in; 0 for an empty histogram.
 fn quantile(bins: &[u64]) -> f64 {
-    let wanted = STRAIN_QUANTILE * bins.iter().sum::<u64>() as f64;
+    let count: u64 = bins.iter().sum();
+    if count == 0 {
+        return 0.0;
+    }
+    let wanted = STRAIN_QUANTILE * count as f64;
     let mut below = 0;
     let bin = bins.iter().position(|n| {
         below += n;
@@ -177,6 +181,13 @@ mod tests {
         assert!((quantile(&bins) - 0.008).abs() < 1e-9);
         bins[3] = 1000;
         assert!((quantile(&bins) - 0.004).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_clip_without_frames_has_no_strain() {
+        let rest = TriMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap();
+        let quality = QualityMeter::for_body(&rest, &rest, 30.0).finish();
+        assert_eq!(quality.strain_p99_percent, 0.0, "{quality:?}");
     }
 
     #[test]
