@@ -34,7 +34,7 @@ pub(crate) struct MotionNetworks {
     initial: Vec<f32>,
 }
 
-/// Relation of a pair of motion vectors to the recurrence's state.
+/// Effect of a pair of motion vectors on the state of the prior's recurrence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Tick {
     /// First pair of a sequence: the recurrence starts in its steady state.

@@ -30,7 +30,7 @@ struct JointsError {
     found: usize,
 }
 
-/// Result of a training.
+/// Trained network of another method, with what inference needs of its training samples.
 #[derive(Debug)]
 pub(super) struct Trained {
     garment: Garment,

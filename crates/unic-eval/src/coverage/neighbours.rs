@@ -40,9 +40,9 @@ pub(super) struct Frames {
     len: usize,
     /// Principal directions: `len` orthonormal rows, the direction of largest variance first.
     basis: Vec<f32>,
-    /// First [`HEAD`] coordinates of every frame.
+    /// First [`HEAD`] coordinates of every frame, in the principal directions.
     heads: Vec<f32>,
-    /// Other coordinates of every frame.
+    /// Coordinates of every frame after the first [`HEAD`].
     tails: Vec<f32>,
     /// Clip and frame of each row.
     places: Vec<FrameIndex>,
