@@ -80,8 +80,8 @@ impl Collider {
         }
     }
 
-    /// Capsule in world space with the given ends of its axis, metres.
-    pub fn capsule(radius_m: f32, [from, to]: [Vec3; 2]) -> Self {
+    /// Capsule in world space with an axis from one point to another, metres.
+    pub fn capsule(radius_m: f32, from: Vec3, to: Vec3) -> Self {
         let axis = (to - from).try_normalize().unwrap_or(Vec3::Y);
         Self {
             shape: ColliderShape::Capsule {
@@ -238,7 +238,7 @@ mod tests {
 
             for (collider, core) in [
                 (Collider::sphere(0.1, from), [from, from]),
-                (Collider::capsule(0.1, [from, to]), [from, to]),
+                (Collider::capsule(0.1, from, to), [from, to]),
             ] {
                 let axis = core[1] - core[0];
                 let along = ((p - core[0]).dot(axis) / axis.length_squared().max(1e-12)).clamp(0.0, 1.0);
@@ -275,7 +275,7 @@ mod tests {
         ) {
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let p = a + (b - a) * u + (c - a) * v;
-            for collider in [Collider::sphere(0.1, to), Collider::capsule(0.1, [Vec3::ZERO, to])] {
+            for collider in [Collider::sphere(0.1, to), Collider::capsule(0.1, Vec3::ZERO, to)] {
                 let deepest = collider.push_face_out([a, b, c], 0.0).map_or(0.0, |deepest| deepest.push.length());
                 let depth = collider.push_out(p, 0.0).map_or(0.0, |out| out.distance(p));
                 prop_assert!(depth <= deepest + 2e-5, "{} deeper than {}", depth, deepest);

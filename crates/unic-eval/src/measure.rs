@@ -101,7 +101,7 @@ impl FrameContext {
         let lengths = self.edges.iter().map(|e| length(&self.truth, e));
         self.truth_lengths.extend(lengths);
         self.truth_second_difference =
-            (frame >= 3).then(|| second_difference(&self.truth, [truth(frame - 1), truth(frame - 2)]));
+            (frame >= 3).then(|| second_difference(&self.truth, truth(frame - 1), truth(frame - 2)));
     }
 
     /// Measures a prediction of the prepared frame.
@@ -113,8 +113,8 @@ impl FrameContext {
         self.measure_errors(prediction.now, &mut sums);
         self.measure_edges(prediction.now, &mut sums);
         // Frames 1 and 2 have no two predictions before them.
-        if let (Some(before), Some(truth)) = (prediction.before, self.truth_second_difference) {
-            sums.second_difference = [second_difference(prediction.now, before), truth];
+        if let (Some([before, earlier]), Some(truth)) = (prediction.before, self.truth_second_difference) {
+            sums.second_difference = [second_difference(prediction.now, before, earlier), truth];
         }
         if self.nearest == Nearest::Searched {
             sums.probed = prediction.now.len();
@@ -185,7 +185,7 @@ fn length(positions: &[Vec3], &[a, b]: &[u32; 2]) -> f32 {
 }
 
 /// Returns Σ ‖x_t − 2 x_{t−1} + x_{t−2}‖² over all vertices, m².
-pub(crate) fn second_difference(now: &[Vec3], [before, earlier]: [&[Vec3]; 2]) -> f64 {
+pub(crate) fn second_difference(now: &[Vec3], before: &[Vec3], earlier: &[Vec3]) -> f64 {
     let terms = now.iter().zip(before).zip(earlier);
     terms
         .map(|((x, y), z)| (x.as_dvec3() - 2.0 * y.as_dvec3() + z.as_dvec3()).length_squared())

@@ -382,7 +382,7 @@ fn over_a_collider(side: u32, collider: Collider) -> (Vec<Vec3>, Garment) {
 #[test]
 fn cloth_is_lifted_over_colliders_and_keeps_its_bits_beside_them() {
     let ball = Collider::sphere(0.1, Vec3::X * 5.0);
-    let capsule = Collider::capsule(0.1, [Vec3::new(5.0, 0.0, -0.05), Vec3::new(5.0, 0.0, 0.05)]);
+    let capsule = Collider::capsule(0.1, Vec3::new(5.0, 0.0, -0.05), Vec3::new(5.0, 0.0, 0.05));
     let mesh = Collider::mesh(
         Arc::new(Surface::build(&sphere(4, 0.1))),
         Rigid::new(glam::Quat::IDENTITY, Vec3::X * 5.0),

@@ -103,7 +103,7 @@ impl Jitter {
     fn add(&mut self, now: [&[Vec3]; 2]) {
         for ((before, now), squared) in self.before.iter_mut().zip(now).zip(&mut self.squared) {
             if before[1].len() == now.len() {
-                *squared += second_difference(now, [&before[0], &before[1]]);
+                *squared += second_difference(now, &before[0], &before[1]);
             }
             before.swap(0, 1);
             before[0].clear();

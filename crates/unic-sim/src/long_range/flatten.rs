@@ -58,6 +58,15 @@ struct QueuedFace {
     places: [[u32; 2]; 3],
 }
 
+/// An edge with its position in a chart.
+#[derive(Clone, Copy)]
+struct PlacedEdge {
+    /// Particles at its ends.
+    ends: [u32; 2],
+    /// Chart positions of the ends, metres.
+    places: [Vec2; 2],
+}
+
 impl Chart {
     pub(super) fn new(mesh: &TriMesh) -> Self {
         Self {
@@ -142,16 +151,19 @@ impl<'a> Flattener<'a> {
         let (next, third) = (corners[(turn + 1) % 3], corners[(turn + 2) % 3]);
         let length = self.rest_position(next).distance(self.rest_position(origin));
         // The rotation of a chart is arbitrary: the first edge lies along +x, the face above it.
-        let edge = [Vec2::ZERO, Vec2::X * length];
-        let last = self.beside([origin, next], edge, third, Vec2::NEG_Y);
-        chart.place(next, edge[1]);
+        let edge = PlacedEdge {
+            ends: [origin, next],
+            places: [Vec2::ZERO, Vec2::X * length],
+        };
+        let last = self.beside(edge, third, Vec2::NEG_Y);
+        chart.place(next, edge.places[1]);
         chart.place(third, last);
         chart.visited_in[self.face_at[origin as usize] as usize] = chart.current;
         let from = self.face_at[origin as usize];
         self.push_neighbours(
             from,
             [origin, next, third],
-            [edge[0], edge[1], last],
+            [edge.places[0], edge.places[1], last],
             radius,
             chart,
         );
@@ -182,22 +194,28 @@ impl<'a> Flattener<'a> {
     ) {
         for turn in 0..3 {
             let at = [turn, (turn + 1) % 3];
-            let (edge, edge_places) = (at.map(|k| corners[k]), at.map(|k| places[k]));
+            let edge = PlacedEdge {
+                ends: at.map(|k| corners[k]),
+                places: at.map(|k| places[k]),
+            };
             let inner = places[(turn + 2) % 3];
-            for face in self.faces_at_edge(from, ends(edge[0], edge[1])) {
+            for face in self.faces_at_edge(from, ends(edge.ends[0], edge.ends[1])) {
                 if chart.visited_in[face as usize] == chart.current {
                     continue;
                 }
                 let all = self.mesh.faces[face as usize];
                 // A degenerate face may have no third corner.
-                let added = all.into_iter().find(|v| !edge.contains(v)).unwrap_or(edge[0]);
-                let place = self.beside(edge, edge_places, added, inner);
+                let added = all
+                    .into_iter()
+                    .find(|v| !edge.ends.contains(v))
+                    .unwrap_or(edge.ends[0]);
+                let place = self.beside(edge, added, inner);
                 if place.length() <= radius {
                     chart.heap.push(Reverse(QueuedFace {
                         distance: place.length().to_bits(),
                         face,
-                        corners: [edge[0], edge[1], added],
-                        places: [edge_places[0], edge_places[1], place]
+                        corners: [edge.ends[0], edge.ends[1], added],
+                        places: [edge.places[0], edge.places[1], place]
                             .map(|v| v.to_array().map(f32::to_bits)),
                     }));
                 }
@@ -205,11 +223,15 @@ impl<'a> Flattener<'a> {
         }
     }
 
-    /// Returns the chart position of a corner that forms a triangle with the edge from p to q.
+    /// Returns the chart position of a corner that forms a triangle with the edge.
     ///
-    /// The edge lies between `start` and `end` in the chart. The corner lies on the side of it that
-    /// is opposite to `inner`, and has the same distances from p and q as in space.
-    fn beside(&self, [p, q]: [u32; 2], [start, end]: [Vec2; 2], corner: u32, inner: Vec2) -> Vec2 {
+    /// The corner lies on the side of the edge that is opposite to `inner`, and has the same
+    /// distances from both ends as in space.
+    fn beside(&self, edge: PlacedEdge, corner: u32, inner: Vec2) -> Vec2 {
+        let PlacedEdge {
+            ends: [p, q],
+            places: [start, end],
+        } = edge;
         let [from, to, at] = [p, q, corner].map(|v| self.rest_position(v));
         let (edge, arm) = (to - from, at - from);
         // Degenerate edges occur in input meshes; the limit keeps 0/0 out of the chart.

@@ -130,7 +130,7 @@ impl AnimationFiles {
         Ok(Self {
             animation: match format {
                 AnimationFormat::Glb => Animation::glb(&args.out, model, clip)?,
-                _ => Animation::caches(args, meshes, clip.fps)?,
+                _ => Animation::caches(args, model, clip.fps)?,
             },
             meshes: (outputs.meshes.iter().zip(meshes))
                 .map(mesh)
@@ -188,7 +188,8 @@ impl Animation {
     }
 
     /// Opens the caches of garment and body.
-    fn caches(args: &AnimateArgs, [garment, body]: [&TriMesh; 2], fps: f32) -> Result<Self> {
+    fn caches(args: &AnimateArgs, model: &Model, fps: f32) -> Result<Self> {
+        let (garment, body) = (&model.garment().rest, &model.character().body);
         let garment = VertexCacheWriter::create(&args.out, garment, fps)?;
         let body = VertexCacheWriter::create(&body_path(&args.out), body, fps)?;
         Ok(Self::Caches(Box::new([garment, body])))
