@@ -133,6 +133,28 @@ fn built_in_motions_are_chosen_by_name() {
 }
 
 #[test]
+fn built_in_names_win_over_folders_and_files_of_the_same_name() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["human", "skirt", "dance"] {
+        fs::create_dir(folder.path().join(name)).unwrap();
+    }
+    fs::write(folder.path().join("idle"), "no motion").unwrap();
+    // The output folder may be called like an input that is no folder.
+    let line = "simulate --character human --garment skirt --motion dance idle --seconds 0.1 --out skirt";
+    let output = command(folder.path(), line).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(Capture::open(&folder.path().join("skirt")).is_ok());
+    let line = "simulate --garment ./human --motion dance --out other";
+    let output = command(folder.path(), line).output().unwrap();
+    assert!(!output.status.success());
+    let text = stderr(&output);
+    assert!(
+        text.contains("human/garment.obj"),
+        "a path names a folder: {text}"
+    );
+}
+
+#[test]
 fn threads_and_interruptions_do_not_change_the_bytes() {
     let folder = tempfile::tempdir().unwrap();
     inputs(folder.path());

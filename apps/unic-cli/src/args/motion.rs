@@ -9,8 +9,6 @@ use unic_io::LowPass;
 const HEADING: &str = "Motion files";
 
 /// Options for reading motion files.
-// `simulation.toml` records the `Debug` text of this type, and --resume compares it: renaming the
-// type, a field or a value would make unfinished simulations impossible to resume.
 #[derive(Debug, clap::Args)]
 pub(crate) struct MotionArgs {
     /// Axis that points up in the motion file.

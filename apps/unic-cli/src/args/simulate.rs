@@ -18,6 +18,9 @@ use unic_io::capture::JointReference;
 /// A model learns only what its capture shows. --breeze adds every training motion once more in
 /// wind, which acts on cloth like motion of the character in another direction.
 ///
+/// The name of a built-in character, garment or motion always means the built-in one. Write
+/// ./skirt for a folder or file that is called skirt.
+///
 /// Ctrl-C keeps the finished clips. The same command with --resume simulates the others.
 ///
 /// Examples:

@@ -52,7 +52,7 @@ pub use action::{Action, ArmRaise};
 pub use channel::Channel;
 pub use gait::{Gait, Stature};
 pub use performance::Performance;
-pub use standard::{StandardSet, standard_set};
+pub use standard::{STANDARD_CLIPS, StandardSet, standard_set};
 pub use timeline::{Performer, Timeline};
 
 use thiserror::Error;

@@ -7,6 +7,25 @@ use super::{
 };
 use unic_core::{character::Character, clip::Clip};
 
+/// Names of the clips of [`standard_set`], training clips first.
+pub const STANDARD_CLIPS: [&str; 15] = [
+    "idle",
+    "walk_speeds",
+    "walk_circles",
+    "walk_slalom",
+    "walk_starts_stops",
+    "run_speeds",
+    "run_circles",
+    "run_slalom",
+    "run_starts_stops",
+    "squats_jumps",
+    "arms_trunk",
+    "mixed",
+    "sprint_stop",
+    "turn_on_spot",
+    "dance",
+];
+
 /// Standard clips, split into training and test clips.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StandardSet {

@@ -6,9 +6,13 @@
 
 use super::{
     distinct,
-    inputs::{GarmentInput, Job},
+    inputs::{self, GarmentInput, Job},
 };
-use crate::{args::SimulateArgs, failure::Usage, folder_lock::FolderLock};
+use crate::{
+    args::{MotionArgs, SimulateArgs, UpName},
+    failure::Usage,
+    folder_lock::FolderLock,
+};
 use anyhow::{Context, Result, bail};
 use std::{
     fs,
@@ -18,14 +22,14 @@ use std::{
 use toml::Value;
 use unic_core::character::{Character, Garment};
 use unic_io::{
-    atomic,
+    LowPass, atomic,
     capture::{
         MANIFEST as FINISHED, OWN_FILES, UNFINISHED, VertexAttributes, capture_written_by, read_garment,
         real_path,
     },
     read_character,
 };
-use unic_sim::SimulationSettings;
+use unic_sim::{Material, SimulationSettings};
 
 /// State of the folder when a simulation begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,9 +111,8 @@ fn refuse_inputs_inside(args: &SimulateArgs) -> Result<()> {
     let Ok(out) = args.out.canonicalize() else {
         return Ok(());
     };
-    let inputs = [&args.character, &args.garment].into_iter().chain(&args.motion);
     let inside = |path: &&PathBuf| path.canonicalize().is_ok_and(|path| path.starts_with(&out));
-    match inputs.into_iter().find(inside) {
+    match inputs::files(args).find(inside) {
         None => Ok(()),
         Some(input) => {
             let text = format!(
@@ -270,12 +273,8 @@ fn settings_table(args: &SimulateArgs, input: &GarmentInput, settings: &Simulati
     let number = |x: f32| Value::Float(x.into());
     let steps = settings.intervals_per_frame * settings.substeps_per_interval;
     let wind = args.wind.unwrap_or_default().to_array().map(number).to_vec();
-    // The `Debug` texts of materials and motion options are part of the record. Renaming their
-    // fields would make unfinished simulations impossible to resume.
-    let materials = distinct(&input.materials)
-        .iter()
-        .map(|m| Value::String(format!("{m:?}")))
-        .collect();
+    let materials = distinct(&input.materials);
+    let materials = materials.iter().map(|m| Value::Table(material_table(m)));
     let thickness_m = settings.contact.map_or(0.0, |contact| contact.thickness_m);
     [
         ("fps", number(args.fps)),
@@ -284,11 +283,71 @@ fn settings_table(args: &SimulateArgs, input: &GarmentInput, settings: &Simulati
         ("self_collision", Value::Boolean(settings.self_contact.is_some())),
         ("wind_m_per_s", Value::Array(wind)),
         ("breeze_m_per_s", number(args.breeze.unwrap_or_default())),
-        ("materials", Value::Array(materials)),
-        ("motion_files", Value::String(format!("{:?}", args.reading))),
+        ("materials", Value::Array(materials.collect())),
+        ("motion_files", Value::Table(reading_table(&args.reading))),
     ]
     .map(|(key, value)| (key.to_owned(), value))
     .into_iter()
+    .collect()
+}
+
+/// Record of a material. Its keys are those of the file, which names of fields may not change.
+fn material_table(material: &Material) -> toml::Table {
+    let Material {
+        area_density,
+        warp_stiffness,
+        weft_stiffness,
+        shear_stiffness,
+        bending_stiffness,
+        bending_damping_s,
+        thickness,
+        static_friction,
+        sliding_friction,
+    } = *material;
+    [
+        ("area_density", area_density),
+        ("warp_stiffness", warp_stiffness),
+        ("weft_stiffness", weft_stiffness),
+        ("shear_stiffness", shear_stiffness),
+        ("bending_stiffness", bending_stiffness),
+        ("bending_damping_s", bending_damping_s),
+        ("thickness", thickness),
+        ("static_friction", static_friction),
+        ("sliding_friction", sliding_friction),
+    ]
+    .map(|(key, value)| (key.to_owned(), Value::Float(value.into())))
+    .into_iter()
+    .collect()
+}
+
+/// Record of the options for motion files. Options that are not given have no key.
+fn reading_table(reading: &MotionArgs) -> toml::Table {
+    let MotionArgs {
+        up,
+        bone_map,
+        low_pass,
+        repeat,
+    } = reading;
+    let up = match up {
+        UpName::Auto => "auto",
+        UpName::Y => "y",
+        UpName::Z => "z",
+    };
+    let low_pass_hz = low_pass.map(|low_pass| match low_pass {
+        LowPass::Auto => Value::String("auto".into()),
+        LowPass::Hertz(hz) => Value::Float(hz.into()),
+        LowPass::Off => Value::Float(0.0),
+    });
+    let bone_map = bone_map.as_ref().map(|path| path.display().to_string());
+    let repeat = repeat.map(|times| Value::Integer(times.get().try_into().unwrap_or(i64::MAX)));
+    [
+        ("up", Some(Value::String(up.into()))),
+        ("bone_map", bone_map.map(Value::String)),
+        ("low_pass_hz", low_pass_hz),
+        ("repeat", repeat),
+    ]
+    .into_iter()
+    .filter_map(|(key, value)| Some((key.to_owned(), value?)))
     .collect()
 }
 
@@ -319,4 +378,36 @@ fn capture_files(out: &Path) -> Vec<PathBuf> {
         }
     }
     paths
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::num::NonZeroUsize;
+
+    // An unfinished simulation of an earlier build is resumed only if the record has the same keys.
+    #[test]
+    fn the_record_has_the_keys_that_files_have() {
+        let reading = MotionArgs {
+            up: UpName::Z,
+            bone_map: Some("bones.toml".into()),
+            low_pass: Some(LowPass::Hertz(10.0)),
+            repeat: NonZeroUsize::new(3),
+        };
+        let expected = "bone_map = \"bones.toml\"\nlow_pass_hz = 10.0\nrepeat = 3\nup = \"z\"\n";
+        assert_eq!(toml::to_string(&reading_table(&reading)).unwrap(), expected);
+        let keys: Vec<String> = material_table(&Material::COTTON).keys().cloned().collect();
+        let expected = [
+            "area_density",
+            "bending_damping_s",
+            "bending_stiffness",
+            "shear_stiffness",
+            "sliding_friction",
+            "static_friction",
+            "thickness",
+            "warp_stiffness",
+            "weft_stiffness",
+        ];
+        assert_eq!(keys, expected);
+    }
 }

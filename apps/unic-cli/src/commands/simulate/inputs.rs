@@ -10,7 +10,7 @@ use std::{
 use unic_builtin::{
     garments::{Fabric, FlaredSkirt, GarmentError, GarmentMesh, PleatedDress, Robe, TShirt, TulleSkirt},
     human::{HumanParameters, human},
-    motion::standard_set,
+    motion::{STANDARD_CLIPS, standard_set},
 };
 use unic_core::{
     character::{Character, Garment},
@@ -66,8 +66,9 @@ pub(super) struct Job {
 
 /// Returns the character of `--character`: built in, a file, or a folder with `character.npz`.
 pub(super) fn character(args: &SimulateArgs) -> Result<Character> {
-    // A file of the user takes precedence over a built-in name, here and for garments and motions.
-    if args.character.as_os_str() == HUMAN && !args.character.exists() {
+    // A built-in name wins over a folder or file of that name, here and for garments and motions: a
+    // folder that happens to be called "skirt" must not change what --garment skirt means.
+    if args.character.as_os_str() == HUMAN {
         return Ok(human(&HumanParameters::default())?);
     }
     let path = file_or_file_in(&args.character, "character.npz");
@@ -77,11 +78,31 @@ pub(super) fn character(args: &SimulateArgs) -> Result<Character> {
 /// Returns the garment of `--garment`: built in, an .obj file, or a folder with `garment.obj` and
 /// optionally `garment.npz`.
 pub(super) fn garment(args: &SimulateArgs, character: &Character) -> Result<GarmentInput> {
-    let name = args.garment.to_string_lossy();
-    match GARMENTS.iter().find(|(built_in, _)| *built_in == name) {
-        Some((_, make)) if !args.garment.exists() => built_in(args, make(character)?, character),
-        _ => garment_from_files(args, character),
+    match built_in_garment(&args.garment) {
+        Some(make) => built_in(args, make(character)?, character),
+        None => garment_from_files(args, character),
     }
+}
+
+fn built_in_garment(name: &Path) -> Option<Maker> {
+    let garment = GARMENTS
+        .iter()
+        .find(|(built_in, _)| name.as_os_str() == *built_in);
+    garment.map(|(_, make)| *make)
+}
+
+fn is_built_in_motion(name: &Path) -> bool {
+    STANDARD_CLIPS
+        .iter()
+        .any(|built_in| name.as_os_str() == *built_in)
+}
+
+/// Returns the paths of all inputs that are read from files.
+pub(super) fn files(args: &SimulateArgs) -> impl Iterator<Item = &PathBuf> {
+    let character = Some(&args.character).filter(|path| path.as_os_str() != HUMAN);
+    let garment = Some(&args.garment).filter(|path| built_in_garment(path).is_none());
+    let motions = args.motion.iter().filter(|path| !is_built_in_motion(path));
+    character.into_iter().chain(garment).chain(motions)
 }
 
 fn built_in(args: &SimulateArgs, built: GarmentMesh, character: &Character) -> Result<GarmentInput> {
@@ -222,7 +243,9 @@ fn named_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>>
     let mut built_in = None;
     let mut jobs = Vec::new();
     for (i, path) in args.motion.iter().enumerate() {
-        let (clip, source) = if path.exists() || path.extension().is_some() {
+        // A word that is neither a built-in name nor a file is most likely a mistyped name.
+        let is_file = !is_built_in_motion(path) && (path.exists() || path.extension().is_some());
+        let (clip, source) = if is_file {
             let clip = motion_file::read(path, character, args.fps, &args.reading, args.force)?;
             (clip, path.display().to_string())
         } else {

@@ -1,7 +1,7 @@
 //! Result of a simulation: `simulation.json`, the table on stdout and pictures of the clips.
 
 use super::{
-    inputs::Job,
+    inputs::{self, Job},
     work::{ClipRow, ClipSimulator, FinishedClip},
 };
 use crate::{
@@ -75,8 +75,7 @@ pub(super) fn create_picture_folder(args: &SimulateArgs, jobs: &[Job]) -> Result
     };
     // All clips are checked, also those that an earlier run has finished and that get no picture.
     let names = jobs.iter().map(|job| picture_name(&job.clip.name));
-    let inputs = [&args.character, &args.garment].into_iter().chain(&args.motion);
-    Outputs::with_inputs(inputs)
+    Outputs::with_inputs(inputs::files(args))
         .folder(folder, names)
         .check(Existing::of(args.overwrite))?;
     fs::create_dir_all(folder).with_context(|| format!("{}: cannot create the folder", folder.display()))

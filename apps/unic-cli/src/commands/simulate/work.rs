@@ -83,6 +83,14 @@ struct WorkState<'a, 'w> {
     rows: Vec<ClipRow>,
     finished: Vec<FinishedClip>,
     failure: Option<anyhow::Error>,
+    /// Threads of workers that have found the queue empty. Running clips take them over.
+    spare_threads: usize,
+}
+
+/// Threads of one worker.
+struct Crew {
+    pool: rayon::ThreadPool,
+    threads: usize,
 }
 
 /// Clip whose files have been opened for writing.
@@ -116,6 +124,7 @@ impl ClipSimulator<'_> {
             rows: earlier.rows,
             finished: Vec::new(),
             failure: None,
+            spare_threads: 0,
         };
         let shared = SharedWork {
             creep_reference,
@@ -153,22 +162,23 @@ impl ClipSimulator<'_> {
         standing.ok_or_else(interrupted)
     }
 
+    /// Simulates clips of the queue until it is empty, then leaves the threads to other workers.
     fn work(&self, threads: usize, shared: &SharedWork) {
-        let pool = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
-            Ok(pool) => pool,
-            Err(error) => return shared.fail(anyhow!("threads cannot be started: {error}")),
+        let mut crew = match Crew::new(threads) {
+            Ok(crew) => crew,
+            Err(error) => return shared.fail(error),
         };
         while let Some(next) = shared.next_clip() {
-            let finished = next.and_then(|open| pool.install(|| self.clip(open, shared)));
-            match finished {
+            match next.and_then(|open| self.clip(open, &mut crew, shared)) {
                 Ok(clip) => shared.lock().finished.push(clip),
                 Err(error) => return shared.fail(error),
             }
         }
+        shared.lock().spare_threads += crew.threads;
     }
 
     /// Simulates one clip and writes its files.
-    fn clip(&self, open: OpenClip, shared: &SharedWork) -> Result<FinishedClip> {
+    fn clip(&self, open: OpenClip, crew: &mut Crew, shared: &SharedWork) -> Result<FinishedClip> {
         let OpenClip { job, mut writer } = open;
         let clip = &job.clip;
         let named = |e: SimulationError| anyhow!("clip {}: {e}", clip.name);
@@ -176,8 +186,7 @@ impl ClipSimulator<'_> {
         let mut meter = QualityMeter::new(&self.character, &self.input.garment.rest, clip.fps);
         let picture_frames = evenly_spread(clip.len(), self.pictures);
         let (mut pictures, mut cpu_s) = (Vec::new(), 0.0);
-        for t in 0..clip.len() {
-            shared.check_stop()?;
+        let mut frame = |t: usize| -> Result<()> {
             let started = cpu_time_s();
             self.step(&mut simulation, clip, t, shared).map_err(named)?;
             cpu_s += cpu_time_s() - started;
@@ -194,6 +203,12 @@ impl ClipSimulator<'_> {
                 };
                 pictures.push(FrameSnapshot { frame: t, snapshot });
             }
+            Ok(())
+        };
+        for t in 0..clip.len() {
+            shared.check_stop()?;
+            crew.enlist(shared)?;
+            crew.pool.install(|| frame(t))?;
             shared.advance(&clip.name);
         }
         let row = ClipRow {
@@ -202,7 +217,7 @@ impl ClipSimulator<'_> {
             frames: clip.len(),
             cpu_s_per_frame: cpu_s / clip.len() as f64,
             quality: meter.finish(),
-            creep_mm: self.creep_mm(&mut simulation, clip, shared)?,
+            creep_mm: (crew.pool).install(|| self.creep_mm(&mut simulation, clip, shared))?,
         };
         // The row is saved first: whenever a run is killed, every finished clip has its row.
         shared.record(&row)?;
@@ -246,6 +261,24 @@ impl ClipSimulator<'_> {
             simulation.step_frame(&pose, Vec3::ZERO)?;
         }
         Ok(shared.creep_reference.creep_mm(simulation, skeleton, last))
+    }
+}
+
+impl Crew {
+    fn new(threads: usize) -> Result<Self> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|error| anyhow!("threads cannot be started: {error}"))?;
+        Ok(Self { pool, threads })
+    }
+
+    /// Takes over the threads that other workers have left. A clip has the same bytes on any number
+    /// of threads.
+    fn enlist(&mut self, shared: &SharedWork) -> Result<()> {
+        match std::mem::take(&mut shared.lock().spare_threads) {
+            0 => {}
+            spare => *self = Self::new(self.threads + spare)?,
+        }
+        Ok(())
     }
 }
 
