@@ -14,7 +14,7 @@ use crate::{
 };
 use anyhow::{Result, anyhow};
 use folder::FolderState;
-use inputs::{GarmentInput, Job};
+use inputs::{GarmentInput, Job, distinct};
 use report::SimulationSummary;
 use std::{sync::Arc, time::Instant};
 use unic_core::{character::Character, surface::Surface};
@@ -168,18 +168,6 @@ fn most_common(materials: &[Material]) -> Material {
     let distinct = distinct(materials);
     let most = distinct.into_iter().max_by_key(|material| count(material));
     most.unwrap_or(Material::COTTON)
-}
-
-/// Different materials in the order in which they first occur.
-fn distinct(materials: &[Material]) -> Vec<Material> {
-    // Materials hold floats, which can be neither hashed nor sorted; there are at most a few.
-    let mut distinct: Vec<Material> = Vec::new();
-    for material in materials {
-        if !distinct.contains(material) {
-            distinct.push(*material);
-        }
-    }
-    distinct
 }
 
 /// Cloth for the solver. Pinned vertices are attached to the nearest body point of the rest pose.

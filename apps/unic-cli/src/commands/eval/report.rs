@@ -7,6 +7,7 @@ mod life;
 mod machine;
 mod movie;
 mod recording;
+mod rows;
 mod scores;
 mod text;
 

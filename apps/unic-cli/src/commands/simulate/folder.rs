@@ -4,10 +4,7 @@
 //! file when all clips are finished, and then holds the record as its table `[source]`. A folder
 //! with `simulation.toml` is therefore unfinished. It is locked as long as a process writes.
 
-use super::{
-    distinct,
-    inputs::{self, GarmentInput, Job},
-};
+use super::inputs::{self, GarmentInput, Job, distinct};
 use crate::{
     args::{MotionArgs, SimulateArgs, UpName},
     failure::Usage,

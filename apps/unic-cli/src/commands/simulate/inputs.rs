@@ -172,6 +172,18 @@ fn material_of(fabric: Fabric) -> Material {
     }
 }
 
+/// Different materials in the order in which they first occur.
+pub(super) fn distinct(materials: &[Material]) -> Vec<Material> {
+    // Materials hold floats, which can be neither hashed nor sorted; there are at most a few.
+    let mut distinct: Vec<Material> = Vec::new();
+    for material in materials {
+        if !distinct.contains(material) {
+            distinct.push(*material);
+        }
+    }
+    distinct
+}
+
 /// Returns the motions with their splits, in the order of the command line.
 pub(super) fn jobs(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>> {
     let mut jobs = match args.motion.is_empty() {

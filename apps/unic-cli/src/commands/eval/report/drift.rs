@@ -5,7 +5,7 @@ use unic_eval::PreparedClip;
 use unic_io::frames::GarmentFrames;
 use unic_report::{Chart, Series};
 
-use super::scores;
+use super::rows;
 
 /// Smallest length of a bin in seconds. Errors of single frames are too noisy to read.
 const LEAST_BIN_S: f32 = 0.1;
@@ -59,9 +59,9 @@ impl Drift {
     pub(super) fn chart(&self) -> Chart {
         let bin = self.bin();
         let mut rows: Vec<&(String, Vec<SquaredError>)> = self.rows.iter().collect();
-        rows.sort_by_key(|(name, _)| scores::row_order(name));
+        rows.sort_by_key(|(name, _)| rows::row_order(name));
         let series = rows.into_iter().map(|(name, sums)| Series {
-            name: scores::display_name(name),
+            name: rows::display_name(name),
             points: self.points(sums, bin),
         });
         Chart {

@@ -1,7 +1,7 @@
 //! Tables of the measures of life in free running: wrinkles by wavelength, strain, bending,
 //! popping.
 
-use super::scores::{display_name, rows};
+use super::rows::{display_name, rows};
 use unic_eval::{BandMetrics, Evaluation, Metrics, Scores};
 use unic_report::{Definition, Order, Table, TableColumn, TableRow, Value};
 

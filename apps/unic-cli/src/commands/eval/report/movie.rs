@@ -3,7 +3,7 @@
 use super::{
     DrawingProgress, OnDrawing,
     recording::{ClipRecording, ComparedFrame},
-    scores,
+    rows,
     text::millimetres,
 };
 use crate::{
@@ -76,9 +76,9 @@ impl<'a> ClipMovie<'a> {
             fps: self.recording.fps(),
             views: vec![
                 view("simulation", None),
-                view("model", Some(scores::MODEL_SERIES)),
-                view(&scores::display_name(self.rival), Some(scores::RIVAL_SERIES)),
-                view("skinning", Some(scores::SKINNING_SERIES)),
+                view("model", Some(rows::MODEL_SERIES)),
+                view(&rows::display_name(self.rival), Some(rows::RIVAL_SERIES)),
+                view("skinning", Some(rows::SKINNING_SERIES)),
             ],
             frames,
         })
@@ -92,7 +92,7 @@ impl<'a> ClipMovie<'a> {
         let renderer = FrameRenderer::new(self, GIF_VIEW)?;
         // Fewer frames at a lower rate, so that the GIF plays at the speed of the movie.
         let stride = self.frames.len().div_ceil(MOST_GIF_FRAMES).max(1);
-        let rival = scores::display_name(self.rival);
+        let rival = rows::display_name(self.rival);
         let names = ["simulation", "unic", &rival, "skinning"];
         let mut images = Vec::new();
         for k in (0..self.frames.len()).step_by(stride) {

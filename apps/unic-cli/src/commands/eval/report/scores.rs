@@ -1,42 +1,11 @@
 //! Tables of the report: errors of each clip, with a row per predictor and a column per metric.
 
-use super::life;
-use unic_eval::{
-    ByMode, Evaluation, MODEL, Metrics, PRIOR, Scores,
-    baselines::{RIDGE, RIDGE_HANDLED},
+use super::{
+    life,
+    rows::{display_name, rows},
 };
+use unic_eval::{ByMode, Evaluation, Metrics, Scores};
 use unic_report::{Order, Table, TableColumn, TableRow, Value};
-
-/// Names of rows in the order of the tables. Other rows follow in the order of the evaluation.
-const ORDER: [&str; 9] = [
-    MODEL,
-    "skinning",
-    RIDGE_HANDLED,
-    RIDGE,
-    "linear_dynamics",
-    "skinning_mean",
-    PRIOR,
-    "skinning_first",
-    "mean_shape",
-];
-// Views of the movies have the colours of their rows in the chart of the error over time. These
-// numbers are the indices of those rows among its lines, in the order of `ORDER`.
-/// Index of the model among the lines of the chart.
-pub(super) const MODEL_SERIES: usize = 0;
-/// Index of skinning among the lines of the chart.
-pub(super) const SKINNING_SERIES: usize = 1;
-/// Index of handled ridge among the lines of the chart; of ridge if intersections are not handled.
-pub(super) const RIVAL_SERIES: usize = 2;
-
-/// Sort key of a row by its name.
-pub(super) fn row_order(row: &str) -> usize {
-    ORDER.iter().position(|name| *name == row).unwrap_or(ORDER.len())
-}
-
-/// Name of a row as it is shown.
-pub(super) fn display_name(row: &str) -> String {
-    row.replace('_', " ")
-}
 
 /// Mode and metric of a column.
 enum Source {
@@ -156,18 +125,6 @@ impl ScoreColumn {
             order: self.order,
         }
     }
-}
-
-/// Names and metrics of all rows, in the order of the tables.
-pub(super) fn rows(scores: &Scores) -> Vec<(&str, &ByMode)> {
-    let baselines = scores
-        .baselines
-        .iter()
-        .map(|(name, by_mode)| (name.as_str(), by_mode));
-    let mut rows: Vec<_> = scores.model.iter().map(|m| (MODEL, m)).chain(baselines).collect();
-    // The sort is stable: rows that `ORDER` does not name keep their order.
-    rows.sort_by_key(|(name, _)| row_order(name));
-    rows
 }
 
 /// Tables of the report: all clips together if there are several, then each clip. A table of errors

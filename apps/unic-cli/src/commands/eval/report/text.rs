@@ -1,6 +1,6 @@
 //! Texts of the page: title, first sentence, key figures and definitions.
 
-use super::{life, scores};
+use super::{life, rows, scores};
 use crate::{
     commands::eval::training_overlap::{TrainingOverlap, counted},
     timing::Timing,
@@ -57,7 +57,7 @@ fn rmse_mm(by_mode: &ByMode) -> Option<f64> {
 
 /// Row with the smallest error among `names`. `None` if all have diverged.
 fn best<'a>(evaluation: &'a Evaluation, names: &[&str]) -> Option<RowError<'a>> {
-    let rows = scores::rows(&evaluation.pooled).into_iter();
+    let rows = rows::rows(&evaluation.pooled).into_iter();
     let rows = rows.filter_map(|(name, by_mode)| {
         let rmse_mm = rmse_mm(by_mode)?;
         Some(RowError { name, rmse_mm })
@@ -79,7 +79,7 @@ pub(super) fn lead(evaluation: &Evaluation, overlap: &TrainingOverlap) -> String
     // Rows that have diverged are left out: their errors mean nothing.
     let skinning = best(evaluation, &["skinning"]).map(|row| format!("skinning is {:.1} mm", row.rmse_mm));
     let linear = best(evaluation, &LINEAR).map(|row| {
-        let name = scores::display_name(row.name);
+        let name = rows::display_name(row.name);
         format!("the best linear baseline ({name}) {:.1} mm", row.rmse_mm)
     });
     let others: Vec<String> = skinning.into_iter().chain(linear).collect();
@@ -96,7 +96,7 @@ pub(super) fn figures(evaluation: &Evaluation, timing: Option<&Timing>) -> Vec<K
         Some(KeyFigure {
             value: format!("{:.1}", row.rmse_mm),
             unit: "mm".into(),
-            label: label.replace("{}", &scores::display_name(row.name)),
+            label: label.replace("{}", &rows::display_name(row.name)),
         })
     };
     let frame = timing.map(|timing| KeyFigure {
@@ -165,11 +165,11 @@ pub(super) fn definitions(evaluation: &Evaluation) -> Vec<Definition> {
     let columns = columns
         .filter(|m| !m.meaning.is_empty())
         .map(|m| definition(m.name, m.meaning));
-    let present: Vec<&str> = scores::rows(&evaluation.pooled)
+    let present: Vec<&str> = rows::rows(&evaluation.pooled)
         .iter()
         .map(|(name, _)| *name)
         .collect();
     let rows = ROWS.into_iter().filter(|(name, _)| present.contains(name));
-    let rows = rows.map(|(name, meaning)| definition(&scores::display_name(name), meaning));
+    let rows = rows.map(|(name, meaning)| definition(&rows::display_name(name), meaning));
     columns.chain(life::definitions(evaluation)).chain(rows).collect()
 }
