@@ -55,14 +55,14 @@ const CONTACT_JOINTS: [usize; 4] = [7, 10, 8, 11];
 
 /// Training preset that sets the networks and the state of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Network {
+pub enum NetworkSize {
     /// The preset `standard`: the network of this project.
     Standard,
     /// The preset `paper`: the published network.
     Paper,
 }
 
-impl Network {
+impl NetworkSize {
     /// Name of the preset.
     pub fn name(self) -> &'static str {
         match self {
@@ -79,7 +79,7 @@ impl Network {
 ///
 /// # Errors
 /// Returns an error for fewer than 32 vertices.
-pub fn random_model(preset: Network, vertices: usize) -> Result<Model, Failure> {
+pub fn random_model(preset: NetworkSize, vertices: usize) -> Result<Model, Failure> {
     if vertices < FEWEST {
         return Err(format!("expected a garment of {FEWEST} vertices or more, found {vertices}").into());
     }
@@ -93,7 +93,7 @@ pub fn random_model(preset: Network, vertices: usize) -> Result<Model, Failure> 
         normalisation: Normalisation::identity(SMPL_PARENTS.len()),
         character: character()?,
         prior: match preset {
-            Network::Standard => Prior {
+            NetworkSize::Standard => Prior {
                 mean: vec![Vec3::ZERO; vertices],
                 components: vec![Vec3::splat(1e-3); vertices * components],
                 map: linear(pair, components),
@@ -107,7 +107,7 @@ pub fn random_model(preset: Network, vertices: usize) -> Result<Model, Failure> 
                     head: linear(WIDTH, components),
                 }),
             },
-            Network::Paper => Prior::constant(vec![Vec3::ZERO; vertices], pair),
+            NetworkSize::Paper => Prior::constant(vec![Vec3::ZERO; vertices], pair),
         },
         rest_box: RestBox::of(&garment.rest.vertices),
         garment,
@@ -132,7 +132,7 @@ pub fn walk(frame: usize) -> Pose {
 }
 
 /// Model configuration with the sizes and inputs of a training preset.
-fn config(preset: Network) -> Result<ModelConfig, Failure> {
+fn config(preset: NetworkSize) -> Result<ModelConfig, Failure> {
     use PointInput::{Displacement, Rest, SkinVelocity, Up, Velocity};
     let displacement = StateConfig::Displacement(DisplacementConfig {
         memory_s: 0.5,
@@ -141,8 +141,8 @@ fn config(preset: Network) -> Result<ModelConfig, Failure> {
         inputs: vec![Displacement, Velocity, Rest, Up, SkinVelocity],
     });
     let layout = match preset {
-        Network::Standard => MotionLayout::Heading,
-        Network::Paper => MotionLayout::Paper,
+        NetworkSize::Standard => MotionLayout::Heading,
+        NetworkSize::Paper => MotionLayout::Paper,
     };
     let encoder = |hidden, channels| EncoderConfig {
         hidden,
@@ -154,24 +154,24 @@ fn config(preset: Network) -> Result<ModelConfig, Failure> {
         fps: FPS,
         motion: MotionSpec::new(layout, VelocityScheme::Backward, CONTACT_JOINTS, &character()?)?,
         encoder: match preset {
-            Network::Standard => encoder(vec![128], 32),
-            Network::Paper => encoder(vec![4096, 4096], 128),
+            NetworkSize::Standard => encoder(vec![128], 32),
+            NetworkSize::Paper => encoder(vec![4096, 4096], 128),
         },
         field: match preset {
-            Network::Standard => FieldConfig {
+            NetworkSize::Standard => FieldConfig {
                 width: 32,
                 hidden_layers: 4,
                 skip: None,
             },
-            Network::Paper => FieldConfig {
+            NetworkSize::Paper => FieldConfig {
                 width: 256,
                 hidden_layers: 8,
                 skip: Some(5),
             },
         },
         state: match preset {
-            Network::Standard => displacement,
-            Network::Paper => StateConfig::RootRelative,
+            NetworkSize::Standard => displacement,
+            NetworkSize::Paper => StateConfig::RootRelative,
         },
         projection: None,
         intersection: IntersectionMode::Paper {

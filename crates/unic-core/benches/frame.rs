@@ -19,7 +19,7 @@
 use divan::{Bencher, black_box, counter::ItemsCount};
 use glam::Vec3;
 use std::sync::Arc;
-use unic_builtin::scale::{Network, VERTICES, random_model, walk};
+use unic_builtin::scale::{NetworkSize, VERTICES, random_model, walk};
 use unic_core::{
     Animator, IntersectionMode, Model, Pose, Start, StepInput,
     intersection::{BodySnapshot, PaperIntersection},
@@ -28,9 +28,9 @@ use unic_core::{
     network::{Encoder, EncoderScratch, Field, FieldBiases, FieldScratch, TILE},
 };
 
-/// Network as a type, which names a benchmark.
+/// Network size as a type, which names a benchmark.
 trait Named {
-    const NETWORK: Network;
+    const NETWORK: NetworkSize;
 
     fn model(vertices: usize) -> Model {
         random_model(Self::NETWORK, vertices).unwrap()
@@ -41,11 +41,11 @@ struct Standard;
 struct Paper;
 
 impl Named for Standard {
-    const NETWORK: Network = Network::Standard;
+    const NETWORK: NetworkSize = NetworkSize::Standard;
 }
 
 impl Named for Paper {
-    const NETWORK: Network = Network::Paper;
+    const NETWORK: NetworkSize = NetworkSize::Paper;
 }
 
 fn main() {

@@ -8,7 +8,7 @@
 //! ```
 
 use std::{error::Error, hint::black_box, time::Instant};
-use unic_builtin::scale::{Network, VERTICES, random_model};
+use unic_builtin::scale::{NetworkSize, VERTICES, random_model};
 use unic_core::{
     Model,
     model_file::{Integrity, verify_checksum},
@@ -19,7 +19,7 @@ const ROUNDS: usize = 21;
 fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     let model = match std::env::args().nth(1) {
         Some(path) => Model::from_bytes(&std::fs::read(path)?)?,
-        None => random_model(Network::Paper, VERTICES[0])?,
+        None => random_model(NetworkSize::Paper, VERTICES[0])?,
     };
     // The file is written again, because it may lack a checksum.
     let bytes = model.to_bytes()?;

@@ -64,7 +64,7 @@ impl From<ProcessorName> for unic_train::Processor {
     }
 }
 
-/// [`unic_builtin::scale::Network`] by name.
+/// [`unic_builtin::scale::NetworkSize`] by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum NetworkName {
     /// Sizes of the preset of this name.
@@ -143,7 +143,7 @@ impl From<PresetName> for unic_train::Preset {
     }
 }
 
-impl From<NetworkName> for unic_builtin::scale::Network {
+impl From<NetworkName> for unic_builtin::scale::NetworkSize {
     fn from(name: NetworkName) -> Self {
         match name {
             NetworkName::Standard => Self::Standard,
@@ -166,7 +166,7 @@ impl From<PrecisionName> for unic_core::Precision {
 // `default_values_t` writes values by their names.
 impl std::fmt::Display for NetworkName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(unic_builtin::scale::Network::from(*self).name())
+        f.write_str(unic_builtin::scale::NetworkSize::from(*self).name())
     }
 }
 

@@ -160,7 +160,7 @@ enum Subject {
     Trained,
     /// Model with random weights.
     Random {
-        network: scale::Network,
+        network: scale::NetworkSize,
         vertices: usize,
     },
 }
@@ -172,7 +172,7 @@ fn subjects(args: &BenchArgs) -> Vec<Subject> {
     }
     let sizes = |&network| {
         let random = move |&vertices| Subject::Random {
-            network: scale::Network::from(network),
+            network: scale::NetworkSize::from(network),
             vertices: vertices as usize,
         };
         args.vertices.iter().map(random)

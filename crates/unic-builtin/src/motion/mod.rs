@@ -59,7 +59,7 @@ use thiserror::Error;
 
 /// Reason why a character cannot perform built-in motion.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum MotionError {
+pub enum PerformerError {
     /// The skeleton does not have SMPL's number of joints.
     #[error("motion: expected the {expected} joints of SMPL, found {found}")]
     Joints {

@@ -5,7 +5,7 @@
 //! spine 3, 6 and 9 (chest), neck 12, head 15.
 
 use super::{
-    MotionError, Side,
+    PerformerError, Side,
     foot::FootPose,
     gait::Stature,
     sole::{Sole, Soles, measure_soles},
@@ -82,7 +82,7 @@ pub(super) struct Rig {
 }
 
 impl Rig {
-    pub(super) fn new(character: &Character) -> Result<Self, MotionError> {
+    pub(super) fn new(character: &Character) -> Result<Self, PerformerError> {
         let skeleton = &character.skeleton;
         check_joints(skeleton)?;
         let Soles { soles, ground } = measure_soles(character)?;
@@ -98,7 +98,7 @@ impl Rig {
         };
         // Negated, so that NaN is refused too.
         if !(stature.height > 0.1 && stature.leg > 0.05) {
-            return Err(MotionError::NoLegs);
+            return Err(PerformerError::NoLegs);
         }
         let limb_from_bone = std::array::from_fn(|j| limb_from_bone(&joints, &bind, j));
         Ok(Self {
@@ -239,16 +239,16 @@ fn soft_reach(wanted: f32, limits: ReachLimits) -> f32 {
     wanted.min(soft) + (hard - soft) * x / (1.0 + x * x * x).cbrt()
 }
 
-fn check_joints(skeleton: &Skeleton) -> Result<(), MotionError> {
+fn check_joints(skeleton: &Skeleton) -> Result<(), PerformerError> {
     if skeleton.len() != JOINTS {
-        return Err(MotionError::Joints {
+        return Err(PerformerError::Joints {
             expected: JOINTS,
             found: skeleton.len(),
         });
     }
     match (0..JOINTS).find(|&j| skeleton.parents()[j] != parent_of(j)) {
         None => Ok(()),
-        Some(joint) => Err(MotionError::Parent {
+        Some(joint) => Err(PerformerError::Parent {
             joint,
             expected: parent_of(joint),
             found: skeleton.parents()[joint],

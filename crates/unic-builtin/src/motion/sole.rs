@@ -1,6 +1,6 @@
 //! Contact points of a foot with the ground.
 
-use super::{MotionError, Side};
+use super::{PerformerError, Side};
 use glam::Vec3;
 use unic_core::character::Character;
 
@@ -38,11 +38,11 @@ pub(super) struct Soles {
 }
 
 /// Measures the soles on the vertices that the joints of the feet move most.
-pub(super) fn measure_soles(character: &Character) -> Result<Soles, MotionError> {
+pub(super) fn measure_soles(character: &Character) -> Result<Soles, PerformerError> {
     let feet = Side::BOTH.map(|side| foot_vertices(character, side));
     let ground = (feet.iter().flatten().map(|v| v.y)).fold(f32::INFINITY, f32::min);
     if feet.iter().any(Vec::is_empty) || !ground.is_finite() {
-        return Err(MotionError::NoFeet);
+        return Err(PerformerError::NoFeet);
     }
     Ok(Soles {
         soles: Side::BOTH.map(|side| sole(character, side, &feet[side.index()], ground)),

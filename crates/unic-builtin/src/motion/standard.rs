@@ -1,7 +1,7 @@
 //! Standard clips: a training set of everyday motion, and a test set of other kinds of motion.
 
 use super::{
-    MotionError, Side,
+    PerformerError, Side,
     action::{Action, ArmRaise},
     timeline::{Performer, Timeline},
 };
@@ -48,7 +48,7 @@ struct ClipPlan {
 ///
 /// # Errors
 /// The same as [`Performer::new`].
-pub fn standard_set(character: &Character, seed: u64, fps: f32) -> Result<StandardSet, MotionError> {
+pub fn standard_set(character: &Character, seed: u64, fps: f32) -> Result<StandardSet, PerformerError> {
     let performer = Performer::new(character)?;
     let clips = |plans: Vec<ClipPlan>, first_stream: u64| {
         (plans.into_iter().zip(first_stream..))

@@ -1,6 +1,6 @@
 //! Sequences of actions, and characters that perform them.
 
-use super::{MotionError, action::Action, composer::Composer, performance::Performance, rig::Rig};
+use super::{PerformerError, action::Action, composer::Composer, performance::Performance, rig::Rig};
 use unic_core::character::Character;
 
 /// A character that can perform.
@@ -16,10 +16,10 @@ impl Performer {
     /// it stands upright with flat feet, facing +Z, with its arms in any position.
     ///
     /// # Errors
-    /// [`MotionError::Joints`] and [`MotionError::Parent`] for a skeleton that is not SMPL's,
-    /// [`MotionError::NoFeet`] without vertices on the feet, [`MotionError::NoLegs`] for a body or
+    /// [`PerformerError::Joints`] and [`PerformerError::Parent`] for a skeleton that is not SMPL's,
+    /// [`PerformerError::NoFeet`] without vertices on the feet, [`PerformerError::NoLegs`] for a body or
     /// legs of almost no length.
-    pub fn new(character: &Character) -> Result<Self, MotionError> {
+    pub fn new(character: &Character) -> Result<Self, PerformerError> {
         Rig::new(character).map(|rig| Self { rig })
     }
 

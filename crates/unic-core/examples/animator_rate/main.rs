@@ -17,7 +17,7 @@ mod peaks;
 
 use peaks::{cpu_seconds, peak};
 use std::{hint::black_box, sync::Arc};
-use unic_builtin::scale::{Network, VERTICES, random_model, walk};
+use unic_builtin::scale::{NetworkSize, VERTICES, random_model, walk};
 use unic_core::{
     Animator, Model, Pose, Precision, Start, StepInput,
     animator::Stage,
@@ -49,7 +49,7 @@ fn main() {
 }
 
 fn steps() {
-    for network in [Network::Standard, Network::Paper] {
+    for network in [NetworkSize::Standard, NetworkSize::Paper] {
         for vertices in [VERTICES[0], VERTICES[3]] {
             let model = random_model(network, vertices).expect("enough vertices");
             for (precision, share) in Precision::ALL.iter().flat_map(|p| [(*p, 1.0), (*p, 0.25)]) {
@@ -194,7 +194,7 @@ fn flop_of_vertex(field: &Field) -> f64 {
 }
 
 /// Prints the median time of a step and of its stages, milliseconds.
-fn step_times(network: Network, model: Model) {
+fn step_times(network: NetworkSize, model: Model) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let share = model.sampling().map_or(1.0, |s| s.share());
     let name = format!(

@@ -3,7 +3,7 @@
 use super::refine::Refined;
 use glam::Vec3;
 use std::path::Path;
-use unic_builtin::scale::{Network, random_model, walk};
+use unic_builtin::scale::{NetworkSize, random_model, walk};
 use unic_core::{
     Pose,
     character::{Character, Garment},
@@ -72,7 +72,7 @@ impl Scene {
 
     /// Makes a tube around a tube at a distance of 1 cm, both skinned.
     fn synthetic(garment_vertices: usize) -> Self {
-        let model = random_model(Network::Standard, garment_vertices).expect("a garment of that size");
+        let model = random_model(NetworkSize::Standard, garment_vertices).expect("a garment of that size");
         let parts = model.to_parts();
         let (character, garment) = (parts.character, parts.garment);
         let skinned = |t: usize| {

@@ -2,7 +2,7 @@
 
 use anyhow::{Result, anyhow, bail};
 use std::sync::Arc;
-use unic_builtin::scale::{Network, random_model, walk};
+use unic_builtin::scale::{NetworkSize, random_model, walk};
 use unic_core::{Model, Pose, StepInput, clip::Clip, config::StateConfig};
 
 /// Duration of the motion that errors are measured over, seconds.
@@ -20,7 +20,7 @@ pub(super) struct Scene {
 
 impl Scene {
     /// Makes a scene of a model with random weights that walks.
-    pub(super) fn random(network: Network, vertices: usize) -> Result<Self> {
+    pub(super) fn random(network: NetworkSize, vertices: usize) -> Result<Self> {
         let model = random_model(network, vertices).map_err(|e| anyhow!("--vertices: {e}"))?;
         let frames = (SECONDS * model.config().fps) as usize + 1;
         Ok(Self {
@@ -38,8 +38,8 @@ impl Scene {
             bail!("expected a motion of two frames or more, found {}", clip.len());
         }
         let network = match model.config().state {
-            StateConfig::RootRelative => Network::Paper,
-            StateConfig::Displacement(_) => Network::Standard,
+            StateConfig::RootRelative => NetworkSize::Paper,
+            StateConfig::Displacement(_) => NetworkSize::Standard,
         };
         Ok(Self {
             // The reference for errors has all vertices, whatever sampling the model was written

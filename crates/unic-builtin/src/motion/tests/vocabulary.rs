@@ -2,7 +2,9 @@
 //! refused.
 
 use super::figure::{every_kind, figure, perform, travel};
-use crate::motion::{Action, ArmRaise, MotionError, Performer, STANDARD_CLIPS, Side, Timeline, standard_set};
+use crate::motion::{
+    Action, ArmRaise, Performer, PerformerError, STANDARD_CLIPS, Side, Timeline, standard_set,
+};
 use proptest::prelude::*;
 use unic_core::{skeleton::Skeleton, skinning::SkinningWeights};
 
@@ -54,7 +56,7 @@ fn other_skeletons_are_refused() {
     let mut parts = body.skeleton.to_parts();
     parts.parents[15] = 9;
     body.skeleton = Skeleton::new(parts).unwrap();
-    let expected = MotionError::Parent {
+    let expected = PerformerError::Parent {
         joint: 15,
         expected: Some(12),
         found: Some(9),
@@ -64,7 +66,7 @@ fn other_skeletons_are_refused() {
     let rows = body.body.vertices.len();
     let dense: Vec<f32> = (0..rows * 24).map(|i| f32::from(u8::from(i % 24 == 0))).collect();
     body.weights = SkinningWeights::from_dense(&dense, rows, 24).unwrap();
-    assert_eq!(Performer::new(&body).unwrap_err(), MotionError::NoFeet);
+    assert_eq!(Performer::new(&body).unwrap_err(), PerformerError::NoFeet);
 }
 
 proptest! {
