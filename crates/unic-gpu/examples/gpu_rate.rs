@@ -19,7 +19,7 @@ use std::{
     sync::Arc,
     time::{Duration, Instant},
 };
-use unic_builtin::scale::{Network, VERTICES, random_model, walk};
+use unic_builtin::scale::{NetworkSize, VERTICES, random_model, walk};
 use unic_core::{Model, Pose, Start, StepInput};
 use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, MultiplyAdds, Precision, StageTime, wgpu};
 
@@ -76,7 +76,7 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
         print_head(&context);
     }
     let mut cases = Vec::new();
-    for network in [Network::Standard, Network::Paper] {
+    for network in [NetworkSize::Standard, NetworkSize::Paper] {
         for &vertices in &arguments.vertices {
             let model = Arc::new(random_model(network, vertices)?);
             for (&precision, peak) in precisions.iter().zip(&peaks) {
