@@ -53,7 +53,7 @@ impl Default for ProjectionConfig {
         Self {
             sweeps: 5,
             bending_sweeps: 2,
-            bending: 0.1,
+            bending: 0.2,
             pull_s: 0.4,
             carry_s: 0.3,
             radius_m: 0.08,

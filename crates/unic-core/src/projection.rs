@@ -24,6 +24,8 @@
 
 mod stencil;
 mod sweep;
+#[cfg(test)]
+mod tests;
 mod transfer;
 
 use crate::{

@@ -9,6 +9,7 @@
 
 mod band_filter;
 mod band_metrics;
+mod bending;
 mod cloth;
 mod control;
 mod frame;
@@ -23,6 +24,7 @@ mod welded;
 mod window;
 
 pub use band_metrics::BandMetrics;
+pub use bending::BendingRatio;
 pub use control::{ControlError, ControlPredictor};
 pub use judge::JudgeReport;
 pub(crate) use judge::{ClipWindows, judge};

@@ -279,8 +279,9 @@ pub struct ProjectionSettings {
     pub sweeps: usize,
     /// Number of these sweeps that are followed by one over all hinges.
     pub bending_sweeps: usize,
-    /// Share of an offset's bending that a sweep removes, 0 to 1.
-    pub bending: f32,
+    /// Shares of an offset's bending that a sweep may remove, 0 to 1. The one with which held-out
+    /// motion bends as much as the truth is taken; the first one where nothing is held out.
+    pub bending: Vec<f32>,
     /// Time constant of an offset's return to the prediction, seconds.
     pub pull_s: f32,
     /// Time constant of an offset's velocity, seconds.
@@ -305,7 +306,7 @@ impl Default for ProjectionSettings {
             deviations: 0.5,
             sweeps,
             bending_sweeps,
-            bending,
+            bending: vec![bending, 0.05, 0.1, 0.3, 0.45, 0.7],
             pull_s,
             carry_s,
             radius_m,
@@ -314,12 +315,13 @@ impl Default for ProjectionSettings {
 }
 
 impl ProjectionSettings {
-    /// Strain projection that the finished model has.
+    /// Strain projection that the finished model has if nothing is held out.
     pub fn of_model(&self) -> Option<ProjectionConfig> {
         self.at_inference.then_some(ProjectionConfig {
             sweeps: self.sweeps,
             bending_sweeps: self.bending_sweeps,
-            bending: self.bending,
+            // Settings without any are refused.
+            bending: self.bending.first().copied().unwrap_or(f32::NAN),
             pull_s: self.pull_s,
             carry_s: self.carry_s,
             radius_m: self.radius_m,

@@ -9,7 +9,7 @@ use unic_core::{
     config::IntersectionMode,
     model::Model,
 };
-use unic_eval::PreparedClip;
+use unic_eval::{BendingRatio, PreparedClip};
 
 /// Relation of validation clips to the fit that is measured on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -47,6 +47,35 @@ pub struct Validation {
     /// Factor of the field's output, 0 to 1, with the least error in the clips' first [`JUDGED_S`]
     /// seconds.
     pub field_share: f32,
+    /// Share of an offset's bending that a sweep of the strain projection removes, 0 to 1. With it
+    /// the garment bends about as much as the truth on the same seconds. None without a projection.
+    pub bending: Option<f32>,
+}
+
+/// Values of a model that a validation chooses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Chosen {
+    /// Factor of the field's output, 0 to 1.
+    pub(crate) field_share: f32,
+    /// Bending of the strain projection; none for that of the settings.
+    pub(crate) bending: Option<f32>,
+}
+
+impl Chosen {
+    /// The values before a validation: the whole field, and the settings.
+    pub(crate) const SETTINGS: Self = Self {
+        field_share: 1.0,
+        bending: None,
+    };
+}
+
+impl From<&Validation> for Chosen {
+    fn from(validation: &Validation) -> Self {
+        Self {
+            field_share: validation.field_share,
+            bending: validation.bending,
+        }
+    }
 }
 
 /// Duration at the start of each clip on which shares of the field are compared, in seconds.
@@ -126,6 +155,48 @@ pub(crate) fn free_running_rmse_of(
     proceed: &mut Proceed,
 ) -> Result<f64, TrainError> {
     let mut error = MeanSquare::default();
+    run_freely(
+        model,
+        clips,
+        most,
+        intersection,
+        proceed,
+        &mut |_, predicted, truth| {
+            error.add(predicted, truth);
+        },
+    )?;
+    Ok(error.root())
+}
+
+/// Bending of a model in free running beside that of the truth, in about ten frames a second of the
+/// first `most` frames of every clip. Intersections are not handled.
+pub(crate) fn free_running_bending(
+    model: &Arc<Model>,
+    clips: &[PreparedClip],
+    most: usize,
+    proceed: &mut Proceed,
+) -> Result<Option<f64>, TrainError> {
+    let mut bending = BendingRatio::new(&model.garment().rest);
+    let every = (model.config().fps / 10.0).round().max(1.0) as usize;
+    let off = IntersectionMode::Off;
+    run_freely(model, clips, most, off, proceed, &mut |t, predicted, truth| {
+        if t.is_multiple_of(every) {
+            bending.add(predicted, truth);
+        }
+    })?;
+    Ok(bending.ratio())
+}
+
+/// Runs a model freely from frame 0 through the first `most` frames of every clip. `see` gets the
+/// index, the predicted and the true positions of each later frame.
+fn run_freely(
+    model: &Arc<Model>,
+    clips: &[PreparedClip],
+    most: usize,
+    intersection: IntersectionMode,
+    proceed: &mut Proceed,
+    see: &mut dyn FnMut(usize, &[Vec3], &[Vec3]),
+) -> Result<(), TrainError> {
     for clip in clips {
         let mut animator = Animator::new(model.clone());
         animator.set_intersection(intersection);
@@ -135,8 +206,8 @@ pub(crate) fn free_running_rmse_of(
         animator.reset(&input(0), Start::Positions(garment.frame(0)))?;
         for t in 1..clip.len().min(most) {
             go_on(proceed)?;
-            error.add(animator.step(&input(t))?.positions, garment.frame(t));
+            see(t, animator.step(&input(t))?.positions, garment.frame(t));
         }
     }
-    Ok(error.root())
+    Ok(())
 }

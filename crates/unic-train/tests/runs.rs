@@ -312,12 +312,15 @@ fn fit_on_all_clips_records_the_validation_of_the_fit_before() {
         clips: vec!["take1".into()],
         rmse_mm: 41.5,
         field_share: 0.5,
+        bending: Some(0.35),
     });
     let training = trainer.model().unwrap().about().training.clone();
     assert_eq!(training["fit"], "all_clips");
     assert_eq!(training["training_clips"].as_array().unwrap().len(), 3);
     assert_eq!(training["validation"]["fit"], "held_out");
     assert_eq!(training["validation"]["rmse_mm"], 41.5);
+    let model = trainer.model().unwrap();
+    assert_eq!(model.config().projection.unwrap().bending, 0.35);
     // A checkpoint of the other fit is not mistaken for one of this.
     let mut checkpoint = Checkpoint::<FieldRecord>::newest(folder.path()).unwrap().unwrap();
     checkpoint.record.fit = Fit::HeldOut;

@@ -253,8 +253,10 @@ impl Run {
             validation => validation?,
         };
         if let Some(validation) = &validation {
+            let bending = validation.bending;
+            let bending = bending.map_or_else(String::new, |b| format!(" and bending {b} of the projection"));
             self.folder.log(&format!(
-                "{}: {:.2} mm on {} with {} % of the field after {:.0} s",
+                "{}: {:.2} mm on {} with {} % of the field{bending} after {:.0} s",
                 validation.fit.name(),
                 validation.rmse_mm,
                 validation.clips.join(", "),

@@ -21,6 +21,7 @@ use unic_core::{
     motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
     network::Linear,
     prior::Prior,
+    projection::{StrainLimit, limited_edges},
     recurrence::Recurrence,
     skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
@@ -45,6 +46,8 @@ pub struct Variant {
     pub limit: Option<f32>,
     pub masking: Masking,
     pub code: LatentCode,
+    /// Strain projection with limits 2 % around the rest lengths.
+    pub projection: Option<ProjectionConfig>,
 }
 
 /// Mask of the garment's vertices.
@@ -74,6 +77,7 @@ pub fn variants() -> Vec<Variant> {
         limit,
         masking: Masking::None,
         code: LatentCode::PickedLogit,
+        projection: None,
     };
     let one_hot = Variant {
         code: LatentCode::OneHot,
@@ -83,7 +87,18 @@ pub fn variants() -> Vec<Variant> {
         masking: Masking::Graded,
         ..variant("masked", Heading, Backward, short.clone(), 2, Some(4.0))
     };
+    let projected = Variant {
+        projection: Some(ProjectionConfig::default()),
+        ..variant("projected", Heading, Backward, short.clone(), 2, Some(4.0))
+    };
+    let masked_projected = Variant {
+        name: "projected, masked",
+        masking: Masking::Graded,
+        ..projected.clone()
+    };
     vec![
+        projected,
+        masked_projected,
         masked,
         one_hot,
         variant("paper", Paper, Forward, StateConfig::RootRelative, 0, None),
@@ -132,6 +147,11 @@ pub fn variants() -> Vec<Variant> {
     ]
 }
 
+/// Variants whose shown positions are the predicted ones, for formulas of these.
+pub fn variants_without_projection() -> impl Iterator<Item = Variant> {
+    variants().into_iter().filter(|v| v.projection.is_none())
+}
+
 fn displacement(memory_s: f32, output_limit: f32, inputs: &[PointInput]) -> StateConfig {
     StateConfig::Displacement(DisplacementConfig {
         memory_s,
@@ -163,7 +183,7 @@ pub fn parts(variant: &Variant) -> ModelParts {
         },
         state: variant.state.clone(),
         intersection: IntersectionMode::Off,
-        projection: None,
+        projection: variant.projection,
     };
     let garment = tube(13, 12, 0.27);
     let prior = prior(garment.rest.vertices.len(), variant.components);
@@ -204,6 +224,10 @@ pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit:
         .iter()
         .enumerate()
         .map(|(i, &(a, b))| linear(a, b, if i == last { gain } else { 1.4 }, 200 + i as u64));
+    let strain_limits = match config.projection {
+        Some(_) => strain_limits(&garment.rest),
+        None => Vec::new(),
+    };
     ModelParts {
         encoder: encoder.collect(),
         field: field.collect(),
@@ -212,7 +236,7 @@ pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit:
         character: character(),
         garment,
         prior,
-        strain_limits: Vec::new(),
+        strain_limits,
         about: About {
             name: "tube".into(),
             provenance: "made up".into(),
@@ -220,6 +244,18 @@ pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit:
         },
         config,
     }
+}
+
+/// Limits 2 % around the lengths of the rest shape's edges.
+fn strain_limits(rest: &TriMesh) -> Vec<StrainLimit> {
+    let limit = |[a, b]: [u32; 2]| {
+        let length = rest.vertices[a as usize].distance(rest.vertices[b as usize]);
+        StrainLimit {
+            shortest: 0.98 * length,
+            longest: 1.02 * length,
+        }
+    };
+    limited_edges(rest).into_iter().map(limit).collect()
 }
 
 fn field_sizes(config: &FieldConfig, input: usize) -> Vec<(usize, usize)> {

@@ -90,19 +90,25 @@ impl Cloth {
         let count = self.edges.len().max(1) as f64;
         let mean = sum / count;
         let variance = squares / count - mean * mean;
+        ClothFrame {
+            strains,
+            mean_strain: mean,
+            // Rounding may leave a variance below zero. `max` would replace NaN by 0.
+            strain_deviation: if variance < 0.0 { 0.0 } else { variance.sqrt() },
+            squared_bending: self.squared_bending(positions),
+        }
+    }
+
+    /// Returns the mean over hinges of the squared difference of the angle from that at rest, rad²,
+    /// given the positions of all garment vertices in metres.
+    pub(super) fn squared_bending(&self, positions: &[Vec3]) -> f64 {
         let bending = self.hinges.iter().map(|hinge| {
             let angle = dihedral_angle(positions, hinge.vertices) - hinge.rest_angle;
             // The difference of two angles may leave [−π, π] by one turn.
             let nearest = angle - TAU * ((angle + PI) / TAU).floor();
             nearest * nearest
         });
-        ClothFrame {
-            strains,
-            mean_strain: mean,
-            // Rounding may leave a variance below zero. `max` would replace NaN by 0.
-            strain_deviation: if variance < 0.0 { 0.0 } else { variance.sqrt() },
-            squared_bending: bending.sum::<f64>() / self.hinges.len().max(1) as f64,
-        }
+        bending.sum::<f64>() / self.hinges.len().max(1) as f64
     }
 }
 

@@ -13,7 +13,7 @@ use crate::metrics::{Metrics, ratio};
 const LEAST_AMPLITUDE: f64 = 1e-6;
 
 /// RMS bending that counts as none, radians: rounding of f32 positions at edges of millimetres.
-const LEAST_BENDING: f64 = 1e-4;
+pub(super) const LEAST_BENDING: f64 = 1e-4;
 
 /// Sums over any number of clips. Pairs hold the prediction's and the truth's.
 #[derive(Clone, Debug, PartialEq)]

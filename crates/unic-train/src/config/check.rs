@@ -108,6 +108,23 @@ impl TrainConfig {
             // A range contains no NaN.
             ensure(what, "at least 0 and below 1", found, (0.0..1.0).contains(&found))?;
         }
+        self.check_projection()
+    }
+
+    fn check_projection(&self) -> Result<(), SettingsError> {
+        let p = &self.projection;
+        let bending = "projection.bending";
+        ensure(bending, "one value or more", "none", !p.bending.is_empty())?;
+        for &share in &p.bending {
+            ensure(bending, "0 to 1", share, (0.0..=1.0).contains(&share))?;
+        }
+        for (what, found) in [
+            ("projection.pull_s", p.pull_s),
+            ("projection.carry_s", p.carry_s),
+            ("projection.radius_m", p.radius_m),
+        ] {
+            ensure(what, "above 0", found, is_positive(found.into()))?;
+        }
         Ok(())
     }
 

@@ -4,7 +4,7 @@ use super::{Trainer, field_training::names, measurement::judged_frames};
 use crate::{
     error::TrainError,
     event::Control,
-    validation::{Validation, ValidationMotion, free_running_rmse_of},
+    validation::{Chosen, Proceed, Validation, ValidationMotion, free_running_bending, free_running_rmse_of},
 };
 use serde_json::json;
 use std::sync::Arc;
@@ -16,13 +16,17 @@ const FIELD_SHARES: [f32; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
 
 impl Trainer {
     /// The model with the parameters that the settings choose, the last or their running mean, and
-    /// with the share of the field that [the validation](Trainer::set_validation) chose.
+    /// with what [the validation](Trainer::set_validation) chose.
     ///
     /// # Errors
     /// None for a run that has not diverged.
     pub fn model(&self) -> Result<Model, TrainError> {
-        let share = self.field.validation.as_ref().map_or(1.0, |v| v.field_share);
-        self.model_of(&self.learner.kept(), share)
+        let chosen = self
+            .field
+            .validation
+            .as_ref()
+            .map_or(Chosen::SETTINGS, Chosen::from);
+        self.model_of(&self.learner.kept(), chosen)
     }
 
     /// [`Trainer::model`], whose file also records how certain its categorical code is on the
@@ -49,6 +53,10 @@ impl Trainer {
     /// slightly too small, because the share was chosen on the same clips. A lone clip, which is
     /// trained on too, cannot judge.
     ///
+    /// Then the values of `projection.bending` are tried on the same seconds. The one is taken with
+    /// which the garment bends most nearly as much as the truth. Smaller values leave more
+    /// wrinkles.
+    ///
     /// # Errors
     /// The errors of [`Trainer::run`]; [`TrainError::Stopped`] where `proceed`, called before each
     /// frame, answers stop.
@@ -61,7 +69,11 @@ impl Trainer {
         let mut proceed = || proceed();
         let mut best: Option<(f64, f32)> = None;
         for &field_share in self.field_shares() {
-            let model = Arc::new(self.model_of(&parameters, field_share)?);
+            let chosen = Chosen {
+                field_share,
+                ..Chosen::SETTINGS
+            };
+            let model = Arc::new(self.model_of(&parameters, chosen)?);
             let (frames, off) = (judged_frames(data), IntersectionMode::Off);
             let rmse = free_running_rmse_of(&model, clips, frames, off, &mut proceed)?;
             // NaN compares false to everything: a finite error must replace one that is not.
@@ -71,7 +83,9 @@ impl Trainer {
             }
         }
         let field_share = best.map_or(1.0, |(_, share)| share);
-        let model = Arc::new(self.model_of(&parameters, field_share)?);
+        let bending = self.bending(&parameters, field_share, &mut proceed)?;
+        let chosen = Chosen { field_share, bending };
+        let model = Arc::new(self.model_of(&parameters, chosen)?);
         let intersection = model.config().intersection;
         let rmse = free_running_rmse_of(&model, clips, usize::MAX, intersection, &mut proceed)?;
         Ok(Some(Validation {
@@ -80,7 +94,43 @@ impl Trainer {
             clips: names(clips),
             rmse_mm: 1e3 * rmse,
             field_share,
+            bending,
         }))
+    }
+
+    /// Chooses the bending of the strain projection, if the model has one.
+    fn bending(
+        &self,
+        parameters: &[Vec<f32>],
+        field_share: f32,
+        proceed: &mut Proceed,
+    ) -> Result<Option<f32>, TrainError> {
+        let data = &self.field.data;
+        let mut least_first = self.bendings().to_vec();
+        least_first.sort_by(f32::total_cmp);
+        let mut best: Option<(f64, f32)> = None;
+        for bending in least_first {
+            let chosen = Chosen {
+                field_share,
+                bending: Some(bending),
+            };
+            let model = Arc::new(self.model_of(parameters, chosen)?);
+            let ratio = free_running_bending(&model, &data.validation, judged_frames(data), proceed)?;
+            // Without a truth that bends, or with a prediction that does not, none is better.
+            let Some(error) = ratio.map(|ratio| ratio.ln()).filter(|error| error.is_finite()) else {
+                break;
+            };
+            if best.is_none_or(|(least, _)| error.abs() < least) {
+                best = Some((error.abs(), bending));
+            }
+            // Larger values bend the garment less still.
+            if error <= 0.0 {
+                break;
+            }
+        }
+        Ok(best
+            .map(|(_, bending)| bending)
+            .or(self.bendings().first().copied()))
     }
 
     /// Shares that [`Trainer::validation`] tries. Without a prior, nothing can replace the field.
@@ -91,14 +141,24 @@ impl Trainer {
         }
     }
 
-    /// Sets the validation that the model file records, and the share of the field that the model
-    /// takes: of this fit, or of the one before that held clips out.
+    /// Values of `projection.bending` that [`Trainer::validation`] tries at most; none without a
+    /// projection.
+    pub(super) fn bendings(&self) -> &[f32] {
+        let settings = &self.config().projection;
+        match settings.at_inference {
+            true => &settings.bending,
+            false => &[],
+        }
+    }
+
+    /// Sets the validation that the model file records, and whose choices the model takes: of this
+    /// fit, or of the one before that held clips out.
     pub fn set_validation(&mut self, validation: Validation) {
         self.field.validation = Some(validation);
     }
 
-    pub(super) fn model_of(&self, parameters: &[Vec<f32>], field_share: f32) -> Result<Model, TrainError> {
+    pub(super) fn model_of(&self, parameters: &[Vec<f32>], chosen: Chosen) -> Result<Model, TrainError> {
         let (step, seconds) = (self.learner.step(), self.learner.seconds());
-        self.field.model(step, seconds, parameters, field_share)
+        self.field.model(step, seconds, parameters, chosen)
     }
 }

@@ -11,7 +11,7 @@ use crate::{
     network::{Network, NetworkShape, StepNoise, model_layers},
     rollout::Rollout,
     time::TrainingTime,
-    validation::{Validation, free_running_rmse_of, one_step_rmse_of},
+    validation::{Chosen, Validation, free_running_rmse_of, one_step_rmse_of},
 };
 use burn::tensor::{Device, Tensor};
 use serde_json::json;
@@ -75,7 +75,12 @@ impl Training for FieldTraining {
     fn measure(&mut self, learner: &Learner<Network>, listen: &mut Listen) -> Result<Control, TrainError> {
         let (step, parameters) = (learner.step(), learner.kept());
         let model = match self.validates() {
-            true => Some(Arc::new(self.model(step, learner.seconds(), &parameters, 1.0)?)),
+            true => Some(Arc::new(self.model(
+                step,
+                learner.seconds(),
+                &parameters,
+                Chosen::SETTINGS,
+            )?)),
             false => None,
         };
         let control = self.measure_one_step(step, &parameters, model.as_ref(), listen)?;
@@ -156,17 +161,21 @@ impl FieldTraining {
         }))
     }
 
-    /// The model with these parameters and a share of the field's output.
+    /// The model with these parameters and the values that a validation chooses.
     pub(super) fn model(
         &self,
         step: u64,
         seconds: f64,
         parameters: &[Vec<f32>],
-        field_share: f32,
+        chosen: Chosen,
     ) -> Result<Model, TrainError> {
         let capture = &self.data.capture;
         let (encoder, mut field) = model_layers(&self.shape, parameters);
         let mut config = self.data.config.clone();
+        if let (Some(projection), Some(bending)) = (&mut config.projection, chosen.bending) {
+            projection.bending = bending;
+        }
+        let Chosen { field_share, .. } = chosen;
         if let (StateConfig::Displacement(state), Some(last)) = (&mut config.state, field.last_mut()) {
             last.scale(field_share);
             // The limit applies to the scaled output. Without any output it has no effect and stays

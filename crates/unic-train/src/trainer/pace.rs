@@ -1,7 +1,12 @@
 //! Speed of training on a machine.
 
 use super::{Trainer, measurement::judged_frames};
-use crate::{error::TrainError, event::Control, fit::Fit, validation::free_running_rmse_of};
+use crate::{
+    error::TrainError,
+    event::Control,
+    fit::Fit,
+    validation::{Chosen, free_running_rmse_of},
+};
 use std::{sync::Arc, time::Instant};
 use unic_core::{config::IntersectionMode, model::Model};
 
@@ -46,7 +51,7 @@ impl Trainer {
         let at = |i: u64| (steps / (2 * SAMPLES)).saturating_mul(2 * i + 1);
         let at: Vec<u64> = (0..SAMPLES).map(at).collect();
         let step = self.learner.seconds_per_step(&self.field, &at)?;
-        let model = Arc::new(self.model_of(&self.network().values(), 1.0)?);
+        let model = Arc::new(self.model_of(&self.network().values(), Chosen::SETTINGS)?);
         let frames = judged_frames(&self.field.data);
         let validation = self.seconds_of_validating(&model, model.config().intersection, usize::MAX)?;
         let judging = self.seconds_of_validating(&model, IntersectionMode::Off, frames)?;
@@ -55,7 +60,8 @@ impl Trainer {
             // Beside free running, a measurement makes single steps over as many frames as a share
             // is judged on.
             validation: validation + judging,
-            last_validation: validation + judging * self.field_shares().len() as f64,
+            last_validation: validation
+                + judging * (self.field_shares().len() + self.bendings().len()) as f64,
         })
     }
 

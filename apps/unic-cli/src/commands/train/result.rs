@@ -130,6 +130,9 @@ pub struct TrainingSummary {
     /// Factor, from 0 to 1, by which the model scales the output of its field.
     #[serde(skip_serializing_if = "Option::is_none")]
     field_share: Option<f32>,
+    /// Share of an offset's bending that a sweep of the strain projection removes, from 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    projection_bending: Option<f32>,
 }
 
 impl FinishedRun<'_> {
@@ -156,6 +159,7 @@ impl FinishedRun<'_> {
             validation_clips: validation.map_or_else(Vec::new, |v| v.clips.clone()),
             validation_rmse_mm: validation.map(|v| v.rmse_mm),
             field_share: validation.map(|v| v.field_share),
+            projection_bending: validation.and_then(|v| v.bending),
         };
         run.folder.log(&format!(
             "finished: the model is the fit {} after {:.0} s in all",

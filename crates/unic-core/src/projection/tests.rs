@@ -1,0 +1,288 @@
+//! Closed forms and invariances of the strain projection on a flat sheet.
+
+use super::*;
+use crate::{features::PointFrame, subdivide::subdivided, surface_map::SurfaceMap};
+use glam::Quat;
+
+/// Edge length of a cell, metres.
+const CELL: f32 = 0.02;
+
+/// Flat sheet of n × n vertices in the plane z = 0.
+fn sheet(n: usize) -> TriMesh {
+    let vertices = (0..n * n).map(|i| CELL * Vec3::new((i % n) as f32, (i / n) as f32, 0.0));
+    let cell = |i: usize| {
+        let corner = [i, i + 1, i + n, i + n + 1].map(|v| v as u32);
+        let [a, b, c, d] = corner;
+        [[a, b, d], [a, d, c]]
+    };
+    let cells = (0..n * n).filter(|i| i % n < n - 1 && i / n < n - 1);
+    TriMesh::new(vertices.collect(), cells.flat_map(cell).collect()).unwrap()
+}
+
+/// Lengths of all edges of a shape.
+fn lengths(mesh: &TriMesh, positions: &[Vec3]) -> Vec<f32> {
+    let length = |[a, b]: [u32; 2]| positions[a as usize].distance(positions[b as usize]);
+    limited_edges(mesh).into_iter().map(length).collect()
+}
+
+/// Projection that keeps the rest lengths.
+fn inextensible(config: ProjectionConfig, mesh: &TriMesh, mask: Option<&[f32]>) -> StrainProjection {
+    let limit = |length| StrainLimit {
+        shortest: length,
+        longest: length,
+    };
+    let limits = lengths(mesh, &mesh.vertices).into_iter().map(limit).collect();
+    StrainProjection::new(config, mesh, mask, limits)
+}
+
+/// A garment of which every vertex has the same rotated frame.
+struct Sheet {
+    points: Vec<PointHistory>,
+    offsets: Vec<VertexState>,
+    scratch: ProjectionScratch,
+    memory: Memory,
+    dt: f32,
+}
+
+impl Sheet {
+    fn new(vertices: usize, rotation: Quat) -> Self {
+        let frame = PointFrame {
+            rotation,
+            ..PointFrame::default()
+        };
+        let mut history = PointHistory::default();
+        history.advance(frame);
+        history.advance(frame);
+        Self {
+            points: vec![history; vertices],
+            offsets: vec![VertexState::default(); vertices],
+            scratch: ProjectionScratch::default(),
+            memory: Memory::None,
+            dt: 1.0 / 30.0,
+        }
+    }
+
+    /// Shows the sheet for predicted positions.
+    fn tick(&mut self, projection: &StrainProjection, predicted: &[Vec3]) -> Vec<Vec3> {
+        let tick = ProjectionTick {
+            dt: self.dt,
+            origin: predicted[0],
+            memory: self.memory,
+        };
+        projection.advance(
+            tick,
+            &self.points,
+            predicted,
+            &mut self.offsets,
+            &mut self.scratch,
+        );
+        self.memory = Memory::Previous;
+        let shown = predicted.iter().zip(&self.offsets).zip(&self.points);
+        shown
+            .map(|((p, offset), point)| *p + point.now.rotation * offset.value)
+            .collect()
+    }
+}
+
+/// Largest relative difference of edge lengths from those at rest.
+fn strain(mesh: &TriMesh, positions: &[Vec3]) -> f32 {
+    let pairs = lengths(mesh, positions)
+        .into_iter()
+        .zip(lengths(mesh, &mesh.vertices));
+    pairs
+        .map(|(length, rest)| (length / rest - 1.0).abs())
+        .fold(0.0, f32::max)
+}
+
+/// A sheet that is `scale` times as long in x, with waves of a millimetre.
+fn waved(mesh: &TriMesh, scale: f32) -> Vec<Vec3> {
+    let wave = |p: &Vec3| Vec3::new(scale * p.x, p.y, 1e-3 * (40.0 * p.x + 90.0 * p.y).sin());
+    mesh.vertices.iter().map(wave).collect()
+}
+
+fn config() -> ProjectionConfig {
+    ProjectionConfig {
+        // No pull back, so that ticks add up.
+        pull_s: 1e6,
+        ..ProjectionConfig::default()
+    }
+}
+
+#[test]
+fn lengths_within_their_limits_leave_the_prediction_as_it_is() {
+    let mesh = sheet(9);
+    let limit = |length| StrainLimit {
+        shortest: 0.9 * length,
+        longest: 1.1 * length,
+    };
+    let limits = lengths(&mesh, &mesh.vertices).into_iter().map(limit).collect();
+    let projection = StrainProjection::new(config(), &mesh, None, limits);
+    let mut sheet = Sheet::new(81, Quat::from_rotation_y(0.7));
+    for _ in 0..3 {
+        sheet.tick(&projection, &waved(&mesh, 1.04));
+        assert!(sheet.offsets.iter().all(|offset| offset.value == Vec3::ZERO));
+    }
+}
+
+#[test]
+fn a_stretched_sheet_gets_its_lengths_back() {
+    let mesh = sheet(9);
+    let projection = inextensible(config(), &mesh, None);
+    let mut sheet = Sheet::new(81, Quat::from_rotation_x(1.1));
+    let predicted = waved(&mesh, 1.1);
+    let shown = (0..60)
+        .map(|_| sheet.tick(&projection, &predicted))
+        .last()
+        .unwrap();
+    assert!(strain(&mesh, &predicted) > 0.09);
+    assert!(strain(&mesh, &shown) < 0.01, "{}", strain(&mesh, &shown));
+}
+
+#[test]
+fn a_shortened_sheet_between_fixed_ends_buckles() {
+    let mesh = sheet(9);
+    // Both ends stay at the prediction.
+    let mask: Vec<f32> = (0..81)
+        .map(|v| if v % 9 == 0 || v % 9 == 8 { 0.0 } else { 1.0 })
+        .collect();
+    let projection = inextensible(config(), &mesh, Some(&mask));
+    let mut sheet = Sheet::new(81, Quat::IDENTITY);
+    let predicted = waved(&mesh, 0.9);
+    let shown = (0..60)
+        .map(|_| sheet.tick(&projection, &predicted))
+        .last()
+        .unwrap();
+    // The rows at the edges between two fixed ends are the stiffest.
+    assert!(strain(&mesh, &shown) < 0.08, "{}", strain(&mesh, &shown));
+    let depth = |positions: &[Vec3]| positions.iter().map(|p| p.z.abs()).fold(0.0, f32::max);
+    assert!(depth(&shown) > 5.0 * depth(&predicted), "{}", depth(&shown));
+}
+
+#[test]
+fn offsets_stay_within_the_radius_and_masked_vertices_at_the_prediction() {
+    let mesh = sheet(9);
+    let mask: Vec<f32> = (0..81).map(|v| if v % 9 == 0 { 0.0 } else { 1.0 }).collect();
+    let small = ProjectionConfig {
+        radius_m: 0.004,
+        ..config()
+    };
+    let projection = inextensible(small, &mesh, Some(&mask));
+    let mut sheet = Sheet::new(81, Quat::from_rotation_z(0.3));
+    for _ in 0..20 {
+        sheet.tick(&projection, &waved(&mesh, 1.5));
+        let longest = sheet.offsets.iter().map(|o| o.value.length()).fold(0.0, f32::max);
+        assert!((0.0039..0.00401).contains(&longest), "{longest}");
+        assert!((0..81).step_by(9).all(|v| sheet.offsets[v].value.length() < 1e-7));
+    }
+}
+
+#[test]
+fn a_still_sheet_comes_to_rest() {
+    let mesh = sheet(9);
+    let projection = inextensible(ProjectionConfig::default(), &mesh, None);
+    let mut sheet = Sheet::new(81, Quat::IDENTITY);
+    let predicted = waved(&mesh, 0.93);
+    let mut shown: Vec<Vec<Vec3>> = (0..300).map(|_| sheet.tick(&projection, &predicted)).collect();
+    let (last, before) = (shown.pop().unwrap(), shown.pop().unwrap());
+    let moved = last
+        .iter()
+        .zip(&before)
+        .map(|(a, b)| a.distance(*b))
+        .fold(0.0, f32::max);
+    // A tenth of a millimetre in a second.
+    assert!(moved < 1e-4 / 30.0, "{moved} m");
+}
+
+#[test]
+fn the_rate_of_ticks_changes_the_shape_little() {
+    let mesh = sheet(9);
+    let projection = inextensible(ProjectionConfig::default(), &mesh, None);
+    let after_a_second = |fps: f32| {
+        let mut sheet = Sheet::new(81, Quat::IDENTITY);
+        sheet.dt = 1.0 / fps;
+        let predicted = waved(&mesh, 0.93);
+        (0..fps as usize)
+            .map(|_| sheet.tick(&projection, &predicted))
+            .last()
+            .unwrap()
+    };
+    let [slow, fast] = [30.0, 60.0].map(after_a_second);
+    let moved: f32 = slow
+        .iter()
+        .zip(&waved(&mesh, 0.93))
+        .map(|(a, b)| a.distance(*b))
+        .sum();
+    let apart: f32 = slow.iter().zip(&fast).map(|(a, b)| a.distance(*b)).sum();
+    assert!(apart < 0.3 * moved, "{apart} of {moved}");
+}
+
+#[test]
+fn vertices_at_one_place_stay_together() {
+    let mut mesh = sheet(5);
+    // The last face gets corners of its own.
+    let last = mesh.faces.len() - 1;
+    for corner in 0..3 {
+        let place = mesh.vertices[mesh.faces[last][corner] as usize];
+        mesh.faces[last][corner] = mesh.vertices.len() as u32;
+        mesh.vertices.push(place);
+    }
+    let projection = inextensible(config(), &mesh, None);
+    let mut sheet = Sheet::new(mesh.vertices.len(), Quat::IDENTITY);
+    let shown = sheet.tick(&projection, &waved(&mesh, 0.9));
+    for (vertex, &first) in projection.first_at_place().iter().enumerate() {
+        assert!(shown[vertex].distance(shown[first as usize]) < 1e-7, "{vertex}");
+    }
+    assert!(projection.first_at_place()[25..].iter().all(|&first| first < 25));
+}
+
+#[test]
+fn constraints_of_a_colour_share_no_vertex() {
+    let mesh = sheet(9);
+    let projection = inextensible(config(), &mesh, None);
+    let mut count = 0;
+    for colour in projection.edge_colours() {
+        count += colour.len();
+        let mut vertices: Vec<u32> = colour.iter().flat_map(|edge| edge.ends).collect();
+        vertices.sort_unstable();
+        let all = vertices.len();
+        vertices.dedup();
+        assert_eq!(vertices.len(), all);
+    }
+    assert_eq!(count, limited_edges(&mesh).len());
+}
+
+/// Large enough that a colour is swept in several parts.
+#[cfg(feature = "rayon")]
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let mesh = sheet(90);
+    let projection = inextensible(ProjectionConfig::default(), &mesh, None);
+    assert!(projection.edge_colours().any(|colour| colour.len() > 2048));
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| {
+            let mut sheet = Sheet::new(mesh.vertices.len(), Quat::from_rotation_x(0.2));
+            let shown = (0..4).map(|i| sheet.tick(&projection, &waved(&mesh, 0.9 + 0.01 * i as f32)));
+            shown.last().unwrap()
+        })
+    };
+    let one = on(1);
+    for threads in [2, 3, 5] {
+        assert!(on(threads) == one, "{threads} threads");
+    }
+}
+
+#[test]
+fn limits_on_the_same_mesh_are_those_of_the_garment_and_scale_with_a_finer_one() {
+    let mesh = sheet(9);
+    let projection = inextensible(config(), &mesh, None);
+    let fine = subdivided(&mesh).mesh;
+    let map = SurfaceMap::new(&mesh, &fine.vertices).unwrap();
+    let limits = projection.limits_on_mesh(&mesh, &fine, &map).unwrap();
+    let rest = lengths(&fine, &fine.vertices);
+    assert_eq!(limits.len(), rest.len());
+    for (limit, length) in limits.iter().zip(rest) {
+        assert!((limit.shortest / length - 1.0).abs() < 1e-4, "{limit:?} {length}");
+        assert!((limit.longest / length - 1.0).abs() < 1e-4, "{limit:?} {length}");
+    }
+}
