@@ -306,7 +306,7 @@ impl Default for ProjectionSettings {
             deviations: 0.5,
             sweeps,
             bending_sweeps,
-            bending: vec![bending, 0.05, 0.1, 0.3, 0.45, 0.7],
+            bending: vec![bending, 0.1, 0.35, 0.6, 1.0],
             pull_s,
             carry_s,
             radius_m,
