@@ -61,7 +61,11 @@ impl UnitTraining<'_> {
         progress: &Progress,
     ) -> Result<Option<Recurrence>, TrainError> {
         let Some(windows) = Windows::new(sequences, self.settings) else {
-            return Ok(None);
+            // The steps that are left out count as done, or the progress would never end.
+            return match stop_or_continue(progress.add(self.steps)) {
+                Outcome::Stopped => Err(TrainError::Stopped),
+                Outcome::Finished => Ok(None),
+            };
         };
         let mut objective = Objective {
             optimiser: self.settings.optimiser(self.steps),
