@@ -187,15 +187,18 @@ pub(crate) fn free_running_bending(
     Ok(bending.ratio())
 }
 
-/// Runs a model freely from frame 0 through the first `most` frames of every clip. `see` gets the
-/// index, the predicted and the true positions of each later frame.
+/// Receiver of the index, the predicted and the true positions of a frame.
+type See<'a> = dyn FnMut(usize, &[Vec3], &[Vec3]) + 'a;
+
+/// Runs a model freely from frame 0 through the first `most` frames of every clip. `see` gets
+/// each later frame.
 fn run_freely(
     model: &Arc<Model>,
     clips: &[PreparedClip],
     most: usize,
     intersection: IntersectionMode,
     proceed: &mut Proceed,
-    see: &mut dyn FnMut(usize, &[Vec3], &[Vec3]),
+    see: &mut See,
 ) -> Result<(), TrainError> {
     for clip in clips {
         let mut animator = Animator::new(model.clone());
