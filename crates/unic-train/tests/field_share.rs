@@ -17,8 +17,6 @@ fn harmed() -> (f64, Trainer) {
     let mut config = small(Preset::Tiny);
     // Shares are compared without intersection handling, the error is reported with it.
     config.intersection.at_inference = true;
-    // Its offsets are no linear function of the field.
-    config.projection.at_inference = false;
     config.optimiser.learning_rate = 1.0;
     config.optimiser.warmup_steps = 0;
     config.regularisation.average = 0.0;
@@ -88,6 +86,7 @@ fn a_share_of_the_field_moves_the_displacement_by_that_share() {
 #[test]
 fn bending_of_the_projection_is_that_with_which_held_out_motion_bends_most_like_the_truth() {
     let mut config = small(Preset::Tiny);
+    config.projection.at_inference = true;
     config.projection.bending = vec![0.3, 0.0, 1.0];
     let mut trainer = Trainer::new(dataset(&config), config).unwrap();
     let validation = trainer.validation(&|| Control::Continue).unwrap().unwrap();

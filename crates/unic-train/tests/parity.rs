@@ -115,6 +115,8 @@ fn assert_parity_of(figure: &Figure, mut config: TrainConfig, shapes: usize, ste
     config.optimiser.final_learning_rate = 1e-3;
     config.regularisation.average = 0.0;
     config.intersection.at_inference = false;
+    // Training rolls the prediction out, which the projection changes on screen alone.
+    config.projection.at_inference = false;
     if let StateSettings::Displacement { prior_shapes, .. } = &mut config.model.state {
         *prior_shapes = shapes;
     }

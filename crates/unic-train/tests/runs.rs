@@ -296,7 +296,8 @@ fn limited_motion_takes_the_same_share_of_every_clip() {
 
 #[test]
 fn fit_on_all_clips_records_the_validation_of_the_fit_before() {
-    let (_folder, capture, config) = undivided();
+    let (_folder, capture, mut config) = undivided();
+    config.projection.at_inference = true;
     let data = FieldData::prepare(capture, &config, Fit::AllClips).unwrap();
     let mut trainer = Trainer::new(data, config).unwrap();
     let folder = tempfile::tempdir().unwrap();

@@ -186,6 +186,8 @@ pub(crate) fn small(preset: Preset) -> TrainConfig {
     config.validation.every = 4;
     config.validation.refit = Refit::Never;
     config.intersection.at_inference = false;
+    // What is predicted is what is shown.
+    config.projection.at_inference = false;
     config
 }
 
