@@ -15,6 +15,7 @@ use unic_core::{
     motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
     network::Linear,
     prior::Prior,
+    projection::{StrainLimit, limited_edges},
     recurrence::Recurrence,
     skeleton::{SMPL_PARENTS, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
@@ -110,15 +111,30 @@ pub fn random_model(preset: NetworkSize, vertices: usize) -> Result<Model, Failu
             NetworkSize::Paper => Prior::constant(vec![Vec3::ZERO; vertices], pair),
         },
         rest_box: RestBox::of(&garment.rest.vertices),
+        strain_limits: match preset {
+            NetworkSize::Standard => strain_limits(&garment.rest),
+            NetworkSize::Paper => Vec::new(),
+        },
         garment,
         config,
-        strain_limits: Vec::new(),
         about: About {
             name: "bench".into(),
             provenance: "random".into(),
             ..About::default()
         },
     })?)
+}
+
+/// Limits 2 % around the lengths of the rest shape's edges.
+fn strain_limits(rest: &TriMesh) -> Vec<StrainLimit> {
+    let limit = |[a, b]: [u32; 2]| {
+        let length = rest.vertices[a as usize].distance(rest.vertices[b as usize]);
+        StrainLimit {
+            shortest: 0.98 * length,
+            longest: 1.02 * length,
+        }
+    };
+    limited_edges(rest).into_iter().map(limit).collect()
 }
 
 /// Pose of a frame of a straight walk in which all joints turn a little.
@@ -173,7 +189,10 @@ fn config(preset: NetworkSize) -> Result<ModelConfig, Failure> {
             NetworkSize::Standard => displacement,
             NetworkSize::Paper => StateConfig::RootRelative,
         },
-        projection: None,
+        projection: match preset {
+            NetworkSize::Standard => Some(ProjectionConfig::default()),
+            NetworkSize::Paper => None,
+        },
         intersection: IntersectionMode::Paper {
             relaxation_m: IntersectionMode::RELAXATION_M,
         },

@@ -108,7 +108,7 @@ fn by_name(stages: &[(Stage, f64)]) -> BTreeMap<&'static str, f64> {
 
 /// Heading of the table.
 const HEADER: &str = "vertices network  precision sampled threads  frame ms     fps  forward  encoder    field   skin  \
-                      inters.  normals  each us  each KiB  +RMSE mm  +RMSE free";
+                      strain  inters.  normals  each us  each KiB  +RMSE mm  +RMSE free";
 
 impl fmt::Display for BenchmarkCase {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -126,8 +126,9 @@ impl fmt::Display for BenchmarkCase {
         write!(f, " {:8.2} {:8.2}", self.stage("encoder"), self.stage("field"))?;
         write!(
             f,
-            " {:6.2} {:8.2}",
+            " {:6.2} {:7.2} {:8.2}",
             self.stage("skinning"),
+            self.stage("projection"),
             self.stage("intersections")
         )?;
         write!(f, " {:8.2}", self.stage("normals"))?;
