@@ -107,6 +107,7 @@ pub fn random_model(preset: NetworkSize, vertices: usize) -> Result<Model, Failu
                     hidden: linear(2 * WIDTH, WIDTH),
                     head: linear(WIDTH, components),
                 }),
+                replay: None,
             },
             NetworkSize::Paper => Prior::constant(vec![Vec3::ZERO; vertices], pair),
         },

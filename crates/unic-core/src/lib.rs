@@ -165,6 +165,7 @@ pub mod printable;
 pub mod prior;
 pub mod projection;
 pub mod recurrence;
+pub mod replay;
 pub mod sampling;
 pub mod simd;
 pub mod skeleton;

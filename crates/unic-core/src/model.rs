@@ -12,6 +12,7 @@ use crate::{
     network::{Encoder, Field, LayerError, Linear, Precision},
     prior::Prior,
     projection::{StrainLimit, StrainProjection, limited_edges},
+    replay::ReplayError,
     sampling::{Sampling, SamplingError},
     surface_map::{SurfaceMap, SurfaceMapError},
 };
@@ -105,6 +106,9 @@ pub enum ModelError {
     /// A motion specification or a normalisation that is not usable for the skeleton.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// A replay that fits no prior, or with numbers that are not usable.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
     /// A share or a list of samples that is not usable.
     #[error(transparent)]
     Sampling(#[from] SamplingError),
@@ -129,6 +133,7 @@ impl Model {
         let motion = motion_len(joints);
         check_strain_limits(&parts)?;
         check_recurrence(&parts.prior, 2 * motion)?;
+        check_replay(&parts.prior, motion)?;
         parts.normalisation.check(joints)?;
         check_numbers(&parts)?;
         let config = parts.config;
@@ -427,6 +432,29 @@ fn check_recurrence(prior: &Prior, inputs: usize) -> Result<(), ModelError> {
         )),
         Some(recurrence) => Ok(recurrence.check(inputs, prior.len())?),
         None => Ok(()),
+    }
+}
+
+/// Checks that a replay is for motion vectors of `motion` numbers and for the prior's coefficients.
+fn check_replay(prior: &Prior, motion: usize) -> Result<(), ModelError> {
+    let Some(replay) = &prior.replay else {
+        return Ok(());
+    };
+    let counts = [
+        ("inputs of the replay", motion, replay.keys().inputs()),
+        (
+            "coefficients of the replay",
+            prior.len(),
+            replay.library().coefficients(),
+        ),
+    ];
+    match counts.into_iter().find(|(_, expected, found)| expected != found) {
+        None => Ok(()),
+        Some((what, expected, found)) => Err(ModelError::Count {
+            what,
+            expected,
+            found,
+        }),
     }
 }
 

@@ -5,6 +5,7 @@
 use crate::{
     network::Linear,
     recurrence::Recurrence,
+    replay::Replay,
     surface_map::{SurfaceMap, SurfaceMapError},
 };
 use glam::Vec3;
@@ -28,6 +29,8 @@ pub struct Prior {
     pub map: Linear,
     /// Recurrent unit that adds to the K coefficients, if the model has one.
     pub recurrence: Option<Recurrence>,
+    /// Residuals of training clips that are added to the K coefficients, if the model has some.
+    pub replay: Option<Replay>,
 }
 
 impl Prior {
@@ -45,6 +48,7 @@ impl Prior {
             components: Vec::new(),
             map,
             recurrence: None,
+            replay: None,
         }
     }
 
@@ -95,6 +99,7 @@ impl Prior {
             components: Vec::new(),
             map: self.map.clone(),
             recurrence: self.recurrence.clone(),
+            replay: self.replay.clone(),
         };
         map.interpolate_vectors(&self.mean, &mut moved.mean)?;
         let (count, vertices) = (self.len(), moved.mean.len());
@@ -127,6 +132,7 @@ mod tests {
                 bias: vec![0.5, 0.0],
             },
             recurrence: None,
+            replay: None,
         }
     }
 

@@ -11,7 +11,11 @@ use crate::{GpuError, GpuModel, mesh::SHOWN_BYTES, program::StageTime};
 use glam::Vec3;
 use programs::Programs;
 use std::sync::Arc;
-use unic_core::{IntersectionMode, Model, Start, StepInput, motion::MotionState};
+use unic_core::{
+    IntersectionMode, Model, Start, StepInput,
+    motion::MotionState,
+    replay::{Replay, ReplayState},
+};
 use upload::{Frame, TickSettings, Upload};
 use wgpu::Buffer;
 
@@ -31,6 +35,8 @@ pub struct GpuAnimator {
     at_start: bool,
     /// Number of steps since the reset.
     ticks: u64,
+    /// State of the prior's replay, which searches on the host.
+    replay: Option<ReplayState>,
     wind: Vec3,
     buffers: Buffers,
     programs: Programs,
@@ -78,6 +84,7 @@ impl GpuAnimator {
             motion: start_motion(&model, &input),
             at_start: true,
             ticks: 0,
+            replay: None,
             wind: Vec3::ZERO,
             mode,
             buffers,
@@ -122,7 +129,10 @@ impl GpuAnimator {
         start.check(model)?;
         self.motion = start_motion(model, input);
         (self.at_start, self.ticks) = (true, 0);
+        self.replay = model.prior().replay.as_ref().map(Replay::start);
         self.wind = input.wind;
+        self.upload
+            .residuals(&self.asset, &self.buffers, self.replay.as_ref());
         let (before, now) = self.motion.pair();
         self.upload.pair(&self.asset, &self.buffers, [before, now]);
         self.upload_tick(Frame::Current);
@@ -213,6 +223,8 @@ impl GpuAnimator {
             self.programs.complete_start.submit(&asset.context);
         }
         self.upload.pair(&asset, &self.buffers, [before, now]);
+        self.upload.advance(&asset, self.replay.as_mut());
+        self.upload.residuals(&asset, &self.buffers, self.replay.as_ref());
         self.upload_tick(Frame::Current);
         self.at_start = false;
         self.ticks += 1;

@@ -22,8 +22,12 @@ pub(crate) struct MotionNetworks {
     pub(crate) memory: Range<usize>,
     /// Start of the biases of the field's layers, the head's at the end.
     pub(crate) biases: usize,
+    /// Start of the residuals that the replay adds to the coefficients.
+    pub(crate) residuals: usize,
     prior: Vec<LinearDispatcher>,
     recurrence: Option<Oscillators>,
+    /// Layer that adds the residuals.
+    replay: Option<LinearDispatcher>,
     encoder: Vec<LinearDispatcher>,
     /// Kernel that picks the category of each channel.
     pick: Kernel,
@@ -77,12 +81,15 @@ impl MotionNetworks {
             .regions
             .take(2 * motion_len(model.character().skeleton.len()));
         let coefficients = builder.regions.take(prior.len());
+        let residuals = builder.regions.take(prior.len());
         let memory = builder.regions.take(prior.state_len());
         let linear =
             (!prior.is_empty()).then(|| builder.full(&prior.map, pair, coefficients, OutputMode::Replace));
         let recurrence = prior.recurrence.as_ref();
         let recurrence =
             recurrence.map(|unit| Oscillators::new(&mut builder, unit, pair, memory, coefficients));
+        let replay = (prior.replay.as_ref())
+            .map(|_| builder.full(&identity(prior.len()), residuals, coefficients, OutputMode::Add));
         let (encoder, logits) = builder.encoder(model, pair, precision);
         let encoding = &model.config().encoder;
         let channels = encoding.channels;
@@ -95,10 +102,12 @@ impl MotionNetworks {
         Self {
             pair,
             coefficients,
+            residuals,
             memory: memory..memory + prior.state_len(),
             biases,
             prior: linear.into_iter().collect(),
             recurrence,
+            replay,
             encoder,
             pick: pick(context, model, logits, latent),
             channels,
@@ -123,6 +132,7 @@ impl MotionNetworks {
         if let Some(recurrence) = &self.recurrence {
             dispatches.extend(recurrence.record(vectors, tick)?);
         }
+        dispatches.extend(all(self.replay.as_slice(), vectors)?);
         Ok(dispatches)
     }
 
@@ -133,6 +143,17 @@ impl MotionNetworks {
         dispatches.push(self.pick.dispatch(&[(0, vectors)], groups)?);
         dispatches.extend(all(&self.fold, vectors)?);
         Ok(dispatches)
+    }
+}
+
+/// Layer that copies its input.
+fn identity(size: usize) -> Linear {
+    let weight = |i: usize| if i / size == i % size { 1.0 } else { 0.0 };
+    Linear {
+        inputs: size,
+        outputs: size,
+        weight: (0..size * size).map(weight).collect(),
+        bias: vec![0.0; size],
     }
 }
 

@@ -45,6 +45,9 @@ pub struct TrainConfig {
     /// Strain projection of the finished model.
     #[serde(default)]
     pub projection: ProjectionSettings,
+    /// Replay of residuals.
+    #[serde(default)]
+    pub replay: ReplaySettings,
     /// Validation during the run, and the fit after it.
     pub validation: ValidationConfig,
 }
@@ -326,6 +329,29 @@ impl ProjectionSettings {
             carry_s: self.carry_s,
             radius_m: self.radius_m,
         })
+    }
+}
+
+/// Replay of residuals in the finished model, see [`unic_core::replay`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReplaySettings {
+    /// Replay of the finished model: on or off.
+    pub at_inference: bool,
+    /// Wanted standard deviation of the prior's coefficients on motions left out, by the truth's.
+    pub deviation: f32,
+    /// Largest growth of the prior's error on motions left out, as a share of itself.
+    pub cost: f32,
+}
+
+impl Default for ReplaySettings {
+    /// No replay, as in settings that were saved before there was one.
+    fn default() -> Self {
+        Self {
+            at_inference: false,
+            deviation: 0.9,
+            cost: 0.03,
+        }
     }
 }
 

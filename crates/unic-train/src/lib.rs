@@ -117,6 +117,7 @@ mod parameters;
 mod prior;
 mod processor;
 mod recurrence;
+mod replay;
 mod rollout;
 mod scales;
 mod strain;
@@ -130,8 +131,8 @@ pub use budget::Budget;
 pub use checkpoint::{Checkpoint, Position};
 pub use config::{
     BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
-    PUBLISHED_EPOCHS, Preset, Products, RecurrenceSettings, Refit, RegularisationConfig, SettingsError,
-    StateSettings, TrainConfig, ValidationConfig,
+    PUBLISHED_EPOCHS, Preset, Products, RecurrenceSettings, Refit, RegularisationConfig, ReplaySettings,
+    SettingsError, StateSettings, TrainConfig, ValidationConfig,
 };
 pub use dataset::{Dataset, MotionVectors};
 pub use error::{Quantity, TrainError};

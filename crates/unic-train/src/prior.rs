@@ -12,7 +12,8 @@ use crate::{
     error::TrainError,
     mirror::View,
     processor::Processor,
-    recurrence::{FittedRecurrence, RecurrenceFit, RecurrenceTrainer, Watch},
+    recurrence::{FittedRecurrence, RecurrenceFit, RecurrenceTrainer, Sequence, Watch},
+    replay::FittedReplay,
 };
 use glam::Vec3;
 use linear::{LeaveOneOut, MIDDLE_STRENGTH, runtime_map};
@@ -46,6 +47,7 @@ struct Folds {
     /// Linear maps, one per motion, each fitted to all other motions.
     maps: Vec<Linear>,
     recurrence: Option<FittedRecurrence>,
+    replay: Option<FittedReplay>,
 }
 
 impl FittedPrior {
@@ -61,8 +63,8 @@ impl FittedPrior {
 
     /// The prior fitted without the motion of one of several clips. It is one of those by which
     /// ridge strengths and weights were chosen, so nothing is trained. Principal components,
-    /// statistics, strength, weights and the mirror bias are those of all clips, and swings are not
-    /// amplified.
+    /// statistics, strength, weights, the mirror bias and the gains of the replay are those of all
+    /// clips, and swings are not amplified.
     pub(crate) fn without(&self, clip: usize) -> Prior {
         let mut prior = self.prior.clone();
         let motion = match self.folds.motion_numbers.get(clip) {
@@ -71,6 +73,8 @@ impl FittedPrior {
         };
         prior.map = self.folds.maps[motion].clone();
         prior.recurrence = None;
+        let replay = self.folds.replay.as_ref();
+        prior.replay = replay.and_then(|replay| replay.without(Some(motion)));
         if let Some(fitted) = &self.folds.recurrence
             && let Some(recurrence) = fitted.without(motion)
         {
@@ -180,13 +184,15 @@ impl PriorTrainer<'_> {
                 restored_seconds: 0.0,
             },
         };
-        let left_out: Vec<&[f32]> = match &recurrence {
+        let left_out = match &recurrence {
             Some(fitted) => {
                 blend(&mut prior, fitted.linear_share, &fitted.recurrence);
-                fitted.left_out.iter().map(Vec::as_slice).collect()
+                fitted.left_out.clone()
             }
-            None => sequences.iter().map(|s| s.linear.as_slice()).collect(),
+            None => sequences.iter().map(|s| s.linear.clone()).collect::<Vec<_>>(),
         };
+        let replay = self.replay(&sequences, &left_out);
+        prior.replay = replay.as_ref().and_then(|replay| replay.without(None));
         Ok(FittedPrior {
             left_out: projected.by_clip(&left_out, set.train.len()),
             prior,
@@ -195,8 +201,25 @@ impl PriorTrainer<'_> {
                 motion_numbers: set.motions(),
                 maps: linear.maps.iter().map(|m| projected.map(m.as_ref())).collect(),
                 recurrence,
+                replay,
             },
         })
+    }
+
+    /// Collects residuals for the replay, where the settings ask for one.
+    ///
+    /// Those of mirrored motion are left out: cloth that sticks to one side would jump to the other.
+    fn replay(&self, sequences: &[Sequence], left_out: &[Vec<f32>]) -> Option<FittedReplay> {
+        let settings = &self.settings.replay;
+        if !settings.at_inference {
+            return None;
+        }
+        let pairs = sequences.iter().zip(left_out);
+        let (direct, left_out): (Vec<_>, Vec<_>) = pairs
+            .filter(|(s, _)| s.view == View::Direct && s.outputs() > 0)
+            .map(|(s, predicted)| (s.clone(), predicted.clone()))
+            .unzip();
+        FittedReplay::fit(settings, self.data.capture.manifest.fps, &direct, &left_out)
     }
 
     fn recurrence(&self) -> Option<&crate::config::RecurrenceSettings> {
@@ -245,11 +268,12 @@ impl Projected<'_> {
             map: self.map(map),
             mean,
             recurrence: None,
+            replay: None,
         }
     }
 
     /// Coefficients of the direct series by clip and frame, from those of all series.
-    fn by_clip(&self, coefficients: &[&[f32]], clips: usize) -> Vec<Vec<Vec<f32>>> {
+    fn by_clip(&self, coefficients: &[Vec<f32>], clips: usize) -> Vec<Vec<Vec<f32>>> {
         let direct = self
             .series
             .iter()

@@ -7,6 +7,7 @@ use crate::{
     network::{EncoderScratch, FieldBiases},
     projection::{ContactPlane, ProjectionScratch},
     recurrence::RecurrenceScratch,
+    replay::ReplayScratch,
     transform::Rigid,
 };
 use glam::Vec3;
@@ -31,6 +32,7 @@ pub(super) struct Scratch {
     /// States of the sampled vertices, if the model has sampling.
     pub(super) sampled: Vec<VertexState>,
     pub(super) recurrence: RecurrenceScratch,
+    pub(super) replay: ReplayScratch,
     /// Coefficients of the prior in the current frame.
     pub(super) coefficients: Vec<f32>,
     /// Displacements of the prior in the current frame, metres.
@@ -151,6 +153,13 @@ impl Animator {
             }
             recurrence.add_to(&state.recurrence, buffers, &mut scratch.coefficients);
         }
+        if let (Some(replay), Some(playing)) = (&prior.replay, &mut state.replay) {
+            if update == RecurrenceUpdate::Advance {
+                let dt = 1.0 / model.config.fps;
+                replay.advance(&scratch.encoder_input, dt, playing, &mut scratch.replay);
+            }
+            replay.add_to(playing, &mut scratch.coefficients);
+        }
         scratch.prior.resize(model.vertex_count(), Vec3::ZERO);
         let coefficients = &scratch.coefficients;
         for_each_tile(&mut scratch.prior, |first, tile| {
@@ -184,10 +193,10 @@ impl Animator {
     }
 }
 
-/// Change of the recurrence's state by the motion in the buffers.
+/// Change of the recurrence's and the replay's states by the motion in the buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum RecurrenceUpdate {
-    /// The motion begins a sequence: the steady state replaces the state.
+    /// The motion begins a sequence: the steady state replaces the state. Nothing is replayed yet.
     Start,
     /// The motion is one tick later than the state, which advances.
     Advance,

@@ -4,6 +4,7 @@ use super::AnimatorError;
 use crate::{
     model::Model,
     motion::{MotionInput, MotionState},
+    replay::{Replay, ReplayState},
 };
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -28,6 +29,9 @@ pub struct AnimatorState {
     /// State of the prior's recurrence; empty if the model has none.
     #[serde(default)]
     pub recurrence: Vec<f32>,
+    /// State of the prior's replay; none if the model has none.
+    #[serde(default)]
+    pub replay: Option<ReplayState>,
     /// Offsets of the strain projection in the vertices' own frames, one entry a vertex; empty if
     /// the model has none.
     #[serde(default)]
@@ -56,6 +60,7 @@ impl AnimatorState {
             vertices: vec![VertexState::default(); model.vertex_count()],
             // The animator sets it when it evaluates the prior for the first time.
             recurrence: vec![0.0; model.prior.state_len()],
+            replay: model.prior.replay.as_ref().map(Replay::start),
             offsets: vec![VertexState::default(); offset_count(model)],
         }
     }
@@ -81,6 +86,7 @@ impl AnimatorState {
             let text = "numbers of the prior's recurrence that are not finite";
             return Err(AnimatorError::State(text.to_owned()));
         }
+        check_replay(model, self.replay.as_ref())?;
         let (expected, found) = (offset_count(model), self.offsets.len());
         if expected != found {
             let text = format!("{found} offsets of the strain projection, where it has {expected}");
@@ -95,6 +101,21 @@ impl AnimatorState {
             None => Ok(()),
             Some(vertex) => Err(AnimatorError::Position { vertex }),
         }
+    }
+}
+
+fn check_replay(model: &Model, state: Option<&ReplayState>) -> Result<(), AnimatorError> {
+    match (&model.prior.replay, state) {
+        (Some(replay), Some(state)) => replay
+            .check(state)
+            .map_err(|e| AnimatorError::State(e.to_string())),
+        (None, None) => Ok(()),
+        (Some(_), None) => Err(AnimatorError::State(
+            "no replay, where the model has one".to_owned(),
+        )),
+        (None, Some(_)) => Err(AnimatorError::State(
+            "a replay, where the model has none".to_owned(),
+        )),
     }
 }
 

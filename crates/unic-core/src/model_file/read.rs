@@ -5,11 +5,13 @@ use crate::{
     character::Character,
     features::RestBox,
     mesh::{TriMesh, Uvs},
+    model::ModelError,
     motion::Normalisation,
     network::Linear,
     prior::Prior,
     projection::StrainLimit,
     recurrence::Recurrence,
+    replay::{KEY, KeyMap, Library, Replay},
     skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
@@ -146,6 +148,7 @@ impl<'a> Source<'a> {
             components: components.chunks_exact(3).map(Vec3::from_slice).collect(),
             map: self.layer("prior.0")?,
             recurrence: self.recurrence()?,
+            replay: self.replay()?,
             mean,
         })
     }
@@ -165,6 +168,22 @@ impl<'a> Source<'a> {
             hidden: layer("hidden")?,
             head: layer("head")?,
         }))
+    }
+
+    /// Reads the prior's replay, if the file has one.
+    fn replay(&self) -> Result<Option<Replay>, ModelFileError> {
+        if !self.has("replay.residuals") {
+            return Ok(None);
+        }
+        let scales = self.vector("replay.scales")?;
+        let keys = self.read::<i8>("replay.keys", Dtype::I8, &[0, KEY])?.numbers;
+        let residuals = self.read("replay.residuals", Dtype::I8, &[0, scales.len()])?;
+        let clips = self.read("replay.clips", Dtype::U32, &[0])?.numbers;
+        let keys = keys.as_chunks::<KEY>().0.to_vec();
+        let library = Library::new(clips, keys, residuals.numbers, scales).map_err(ModelError::from)?;
+        let features = self.layer("replay.features")?;
+        let keys = KeyMap::new(features).map_err(ModelError::from)?;
+        Ok(Some(Replay::new(keys, library)))
     }
 
     /// Reads the skinning weights of `garment` or `character`.

@@ -1,8 +1,15 @@
 //! Writing of tensors.
 
 use crate::{
-    character::Character, model::ModelParts, motion::Normalisation, network::Linear, prior::Prior,
-    projection::StrainLimit, sampling::Sampling, skinning::SkinningWeights,
+    character::Character,
+    model::ModelParts,
+    motion::Normalisation,
+    network::Linear,
+    prior::Prior,
+    projection::StrainLimit,
+    replay::{KEY, Replay},
+    sampling::Sampling,
+    skinning::SkinningWeights,
 };
 use glam::Vec3;
 use safetensors::{Dtype, SafeTensorError, tensor::TensorView};
@@ -153,6 +160,29 @@ impl Tensors {
                 self.layer(&format!("recurrence.{name}"), layer);
             }
         }
+        if let Some(replay) = &prior.replay {
+            self.replay(replay);
+        }
+    }
+
+    fn replay(&mut self, replay: &Replay) {
+        let library = replay.library();
+        let (frames, coefficients) = (library.len(), library.coefficients());
+        self.layer("replay.features", replay.keys().features());
+        self.push(
+            "replay.clips",
+            Dtype::U32,
+            &[library.clips().len()],
+            library.clips(),
+        );
+        self.push("replay.keys", Dtype::I8, &[frames, KEY], library.keys());
+        self.push(
+            "replay.residuals",
+            Dtype::I8,
+            &[frames, coefficients],
+            library.residuals(),
+        );
+        self.floats("replay.scales", library.scales());
     }
 
     fn garment(&mut self, parts: &ModelParts) {

@@ -23,6 +23,7 @@ use unic_core::{
     prior::Prior,
     projection::{StrainLimit, limited_edges},
     recurrence::Recurrence,
+    replay::{FEATURES, KeyMap, Library, Replay},
     skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
@@ -330,7 +331,7 @@ fn normalisation(limit: Option<f32>) -> Normalisation {
 }
 
 /// Random prior with a few centimetres of mean displacement and of each principal component. With
-/// two or more components it has a recurrence.
+/// two or more components it has a recurrence and a replay.
 pub fn prior(vertices: usize, components: usize) -> Prior {
     let mut noise = Noise(400);
     let inputs = 2 * motion_len(JOINTS);
@@ -338,10 +339,24 @@ pub fn prior(vertices: usize, components: usize) -> Prior {
         mean: (0..vertices).map(|_| noise.vector() * 0.02).collect(),
         map: linear(inputs, components, 0.7, 401),
         recurrence: (components > 1).then(|| recurrence(inputs, components)),
+        replay: (components > 1).then(|| replay(inputs / 2, components)),
         components: (0..vertices * components)
             .map(|_| noise.vector() * 0.02)
             .collect(),
     }
+}
+
+/// Replay of two clips with random keys and residuals of up to a tenth of a deviation.
+fn replay(inputs: usize, components: usize) -> Replay {
+    const CLIPS: [u32; 2] = [50, 45];
+    let frames = CLIPS.iter().sum::<u32>() as usize;
+    let mut noise = Noise(402);
+    let mut step = |most: f32| (most * noise.number()) as i8;
+    let keys = (0..frames).map(|_| std::array::from_fn(|_| step(30.0))).collect();
+    let residuals = (0..frames * components).map(|_| step(100.0)).collect();
+    let library = Library::new(CLIPS.to_vec(), keys, residuals, vec![1e-3; components]);
+    let keys = KeyMap::new(linear(inputs, FEATURES, 0.3, 403)).unwrap();
+    Replay::new(keys, library.unwrap())
 }
 
 /// Recurrence of five oscillators, from slow to fast, some of them with little damping.

@@ -1,5 +1,5 @@
 //! Reference implementation of the documented formulas in f64, one vertex at a time. It is slow,
-//! and shares only the motion vector with the crate, whose own tests compare it with matrices.
+//! and shares only the motion vector and the replay with the crate, whose own tests check them.
 
 #![allow(unreachable_pub, reason = "a module of test binaries")]
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
@@ -11,6 +11,7 @@ use unic_core::{
     model::ModelParts,
     motion::{MotionInput, MotionState},
     network::Linear,
+    replay::{Replay, ReplayScratch, ReplayState},
 };
 
 /// Reference animator, without intersection handling.
@@ -27,6 +28,8 @@ pub struct Reference {
     start: Vec<DVec3>,
     /// Oscillators of the prior's recurrence, complex numbers.
     memory: Vec<[f64; 2]>,
+    /// State of the prior's replay.
+    replay: Option<ReplayState>,
     wind: DVec3,
     /// Number of outputs that were shortened to the limit.
     pub limited: usize,
@@ -50,6 +53,7 @@ impl Reference {
             .map(|((x, r), u)| *x + *r * u)
             .collect();
         let mut reference = Self {
+            replay: parts.prior.replay.as_ref().map(Replay::start),
             parts,
             motion,
             skinned: vec![skinned],
@@ -99,6 +103,7 @@ impl Reference {
             );
         }
         self.advance_recurrence(&pair);
+        self.advance_replay(&pair);
         let outputs: Vec<DVec3> = (0..self.start.len()).map(|i| self.field(i, &latent)).collect();
         let next = outputs
             .into_iter()
@@ -176,11 +181,11 @@ impl Reference {
         } else {
             product(&prior.map, pair)
         };
-        let correction = self.correction(pair);
+        let (correction, residual) = (self.correction(pair), self.residual(a.len()));
         let a: Vec<f64> = a
             .iter()
             .enumerate()
-            .map(|(k, a)| a + correction.get(k).unwrap_or(&0.0))
+            .map(|(k, a)| a + correction.get(k).unwrap_or(&0.0) + residual[k])
             .collect();
         let component = |i: usize, k: usize| prior.components[i * a.len() + k].as_dvec3();
         let vertex =
@@ -201,6 +206,24 @@ impl Reference {
     /// Advances the recurrence by one frame.
     fn advance_recurrence(&mut self, pair: &[f64]) {
         self.memory = self.advanced_memory(&self.drive(pair));
+    }
+
+    /// Advances the replay by one frame.
+    fn advance_replay(&mut self, pair: &[f64]) {
+        if let (Some(replay), Some(state)) = (&self.parts.prior.replay, &mut self.replay) {
+            let pair: Vec<f32> = pair.iter().map(|x| *x as f32).collect();
+            let dt = 1.0 / self.parts.config.fps;
+            replay.advance(&pair, dt, state, &mut ReplayScratch::default());
+        }
+    }
+
+    /// Residual that the replay adds to so many coefficients.
+    fn residual(&self, coefficients: usize) -> Vec<f64> {
+        let mut residual = vec![0.0; coefficients];
+        if let (Some(replay), Some(state)) = (&self.parts.prior.replay, &self.replay) {
+            replay.add_to(state, &mut residual);
+        }
+        residual.into_iter().map(f64::from).collect()
     }
 
     /// Oscillators of the next frame, λ h + u.

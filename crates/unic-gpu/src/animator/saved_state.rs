@@ -26,6 +26,7 @@ impl GpuAnimator {
             ticks: self.ticks,
             vertices: self.vertex_states(&self.buffers.states, vertices)?,
             recurrence: bytemuck::pod_collect_to_vec(&remembered),
+            replay: self.replay.clone(),
             offsets: self.vertex_states(&self.buffers.offsets, offsets)?,
         })
     }
@@ -51,6 +52,8 @@ impl GpuAnimator {
             bytemuck::cast_slice(&state.recurrence),
         );
         (self.motion, self.at_start, self.ticks) = (state.motion, state.at_start, state.ticks);
+        self.replay = state.replay;
+        self.upload.residuals(&asset, &self.buffers, self.replay.as_ref());
         // The points of the previous frame first: velocities are differences to them.
         self.upload_tick(Frame::Previous);
         self.programs.skin_previous.submit(context);

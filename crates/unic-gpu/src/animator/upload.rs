@@ -3,12 +3,19 @@
 use super::Buffers;
 use crate::GpuModel;
 use glam::Vec3;
-use unic_core::{IntersectionMode, motion::MotionState, transform::Rigid};
+use unic_core::{
+    IntersectionMode,
+    motion::MotionState,
+    replay::{ReplayScratch, ReplayState},
+    transform::Rigid,
+};
 
 /// Host memory for uploads. Scratch.
 #[derive(Debug, Default)]
 pub(super) struct Upload {
     pair: Vec<f32>,
+    replay: ReplayScratch,
+    residuals: Vec<f32>,
     world_from_rest: Vec<Rigid>,
     tick: Vec<[f32; 4]>,
     shown: Vec<[Vec3; 2]>,
@@ -39,6 +46,27 @@ impl Upload {
         asset.model.normalisation().write_pair(pair, &mut self.pair);
         let queue = asset.context.queue();
         queue.write_buffer(&buffers.vectors, pair_at, bytemuck::cast_slice(&self.pair));
+    }
+
+    /// Advances the replay to the pair that was uploaded last.
+    pub(super) fn advance(&mut self, asset: &GpuModel, state: Option<&mut ReplayState>) {
+        if let (Some(replay), Some(state)) = (&asset.model.prior().replay, state) {
+            let dt = 1.0 / asset.model.config().fps;
+            replay.advance(&self.pair, dt, state, &mut self.replay);
+        }
+    }
+
+    /// Uploads the residuals that the replay adds to the prior's coefficients.
+    pub(super) fn residuals(&mut self, asset: &GpuModel, buffers: &Buffers, state: Option<&ReplayState>) {
+        let prior = asset.model.prior();
+        if let (Some(replay), Some(state)) = (&prior.replay, state) {
+            self.residuals.clear();
+            self.residuals.resize(prior.len(), 0.0);
+            replay.add_to(state, &mut self.residuals);
+            let at = 4 * asset.networks.residuals as u64;
+            let queue = asset.context.queue();
+            queue.write_buffer(&buffers.vectors, at, bytemuck::cast_slice(&self.residuals));
+        }
     }
 
     /// Uploads world positions into the buffer of shown vertices.

@@ -151,7 +151,7 @@ impl TrainConfig {
     }
 
     /// Returns the values that may be any finite number from 0 on, with their keys.
-    fn amounts(&self) -> [(&'static str, f64); 12] {
+    fn amounts(&self) -> [(&'static str, f64); 14] {
         let (o, r) = (&self.optimiser, &self.regularisation);
         let memory_s = match self.model.state {
             StateSettings::RootRelative => 0.0,
@@ -173,6 +173,8 @@ impl TrainConfig {
             ("intersection.relaxation_m", self.intersection.relaxation_m.into()),
             ("intersection.margin_m", self.intersection.margin_m.into()),
             ("projection.deviations", self.projection.deviations.into()),
+            ("replay.deviation", self.replay.deviation.into()),
+            ("replay.cost", self.replay.cost.into()),
         ]
     }
 

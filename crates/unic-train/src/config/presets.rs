@@ -3,7 +3,7 @@
 use super::{
     BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
     PUBLISHED_EPOCHS, Products, ProjectionSettings, RecurrenceSettings, Refit, RegularisationConfig,
-    StateSettings, TrainConfig, ValidationConfig,
+    ReplaySettings, StateSettings, TrainConfig, ValidationConfig,
 };
 use unic_core::{
     config::{EncoderConfig, FieldConfig, IntersectionMode, LatentCode, PointInput},
@@ -96,6 +96,7 @@ fn paper() -> TrainConfig {
             at_inference: true,
         },
         projection: ProjectionSettings::default(),
+        replay: ReplaySettings::default(),
         validation: ValidationConfig {
             every: 500,
             refit: Refit::Only,

@@ -87,7 +87,7 @@ fn gains(truths: &[f64], predicted: &[f64], wanted: f32) -> Vec<f32> {
 
 /// High-pass filter: frames × `outputs` minus their mean over a Hann window of [`SLOWEST_S`]. The
 /// window is symmetric, so no phase shifts.
-fn swings(values: &[f32], outputs: usize, fps: f32) -> Vec<f32> {
+pub(crate) fn swings(values: &[f32], outputs: usize, fps: f32) -> Vec<f32> {
     let frames = values.len() / outputs.max(1);
     let half = (0.5 * SLOWEST_S * fps) as usize;
     let window: Vec<f32> = (0..=2 * half)

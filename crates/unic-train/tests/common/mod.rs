@@ -174,6 +174,7 @@ pub(crate) fn small(preset: Preset) -> TrainConfig {
             swing: 0.0,
         });
     }
+    config.replay.at_inference = false;
     config.batch = BatchConfig {
         windows: 4,
         points: 16,
