@@ -119,6 +119,7 @@ mod processor;
 mod recurrence;
 mod rollout;
 mod scales;
+mod sizing;
 mod strain;
 mod stream;
 mod time;
@@ -130,7 +131,7 @@ pub use budget::Budget;
 pub use checkpoint::{Checkpoint, Position};
 pub use config::{
     BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
-    PUBLISHED_EPOCHS, Preset, Products, RecurrenceSettings, Refit, RegularisationConfig, SettingsError,
+    PUBLISHED_EPOCHS, Preset, Products, RecurrenceSettings, Refit, RegularisationConfig, SettingsError, SizingSettings,
     StateSettings, TrainConfig, ValidationConfig,
 };
 pub use dataset::{Dataset, MotionVectors};
@@ -148,6 +149,7 @@ pub use prior::{FittedPrior, PriorTrainer, displacements};
 pub use processor::Processor;
 pub use recurrence::Watch;
 pub use rollout::Rollout;
+pub use sizing::{Candidate, Follow, Gain, Sizing, SizingEvent, SizingTrainer, Tried, rungs};
 pub use stream::{Stream, generator};
 pub use time::TrainingTime;
 pub use trainer::{FieldRecord, Pace, Trainer};

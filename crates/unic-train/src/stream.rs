@@ -22,6 +22,10 @@ pub enum Stream {
     Recurrence = 8,
     /// Sample of the training clips that one-step errors are measured on.
     OneStep = 9,
+    /// Vertices on which a field's size is judged.
+    Sizing = 10,
+    /// Choice of the windows that start from the prior.
+    Starts = 11,
 }
 
 /// Creates the generator of one stream at one step.

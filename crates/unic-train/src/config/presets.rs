@@ -3,7 +3,7 @@
 use super::{
     BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
     PUBLISHED_EPOCHS, Products, ProjectionSettings, RecurrenceSettings, Refit, RegularisationConfig,
-    StateSettings, TrainConfig, ValidationConfig,
+    SizingSettings, StateSettings, TrainConfig, ValidationConfig,
 };
 use unic_core::{
     config::{EncoderConfig, FieldConfig, IntersectionMode, LatentCode, PointInput},
@@ -68,7 +68,7 @@ fn paper() -> TrainConfig {
             learning_rate: 1e-4,
             final_learning_rate: 1e-6,
             half_periods: 3.0,
-            warmup_steps: 0,
+            warmup: 0.0,
             weight_decay: 1e-4,
             clip_norm: 0.0,
             products: Products::F32,
@@ -85,6 +85,7 @@ fn paper() -> TrainConfig {
             input_dropout: 0.25,
             dropout_by_window: false,
             state_noise_m: 0.0,
+            prior_starts: 0.0,
             mirror: false,
             average: 0.0,
         },
@@ -96,6 +97,7 @@ fn paper() -> TrainConfig {
             at_inference: true,
         },
         projection: ProjectionSettings::default(),
+        sizing: SizingSettings::default(),
         validation: ValidationConfig {
             every: 500,
             refit: Refit::Only,
@@ -147,12 +149,12 @@ fn standard() -> TrainConfig {
             },
         },
         optimiser: OptimiserConfig {
-            steps: 100,
+            steps: 1000,
             epochs: None,
             learning_rate: 3e-4,
             final_learning_rate: 1e-6,
             half_periods: 1.0,
-            warmup_steps: 100,
+            warmup: 0.1,
             weight_decay: 1e-2,
             clip_norm: 1.0,
             products: Products::F32,
@@ -169,6 +171,7 @@ fn standard() -> TrainConfig {
             input_dropout: 0.5,
             dropout_by_window: true,
             state_noise_m: 0.01,
+            prior_starts: 0.0,
             mirror: true,
             average: 0.98,
         },
@@ -180,6 +183,9 @@ fn standard() -> TrainConfig {
         projection: ProjectionSettings {
             at_inference: true,
             ..ProjectionSettings::default()
+        },
+        sizing: SizingSettings {
+            sizes: vec![[64, 4], [128, 4], [256, 6]],
         },
         validation: ValidationConfig {
             every: 100,
@@ -218,6 +224,7 @@ fn tiny() -> TrainConfig {
             unroll_last: 12,
             ..standard.batch
         },
+        sizing: SizingSettings::default(),
         ..standard
     }
 }
