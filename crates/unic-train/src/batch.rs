@@ -213,28 +213,9 @@ impl Batch {
 
     fn add_noise(&mut self, data: &FieldData, config: &TrainConfig, step: u64) {
         let noise = &config.regularisation;
-        let mut rng = generator(config.seed, Stream::Starts, step);
-        self.forget_starts(&mut rng, noise.prior_starts);
         if noise.state_noise_m > 0.0 {
             let mut rng = generator(config.seed, Stream::StateNoise, step);
             self.add_state_noise(data, &mut rng, noise.state_noise_m);
-        }
-    }
-
-    /// Lets each window start from the prior with this probability: without a displacement beside
-    /// it.
-    fn forget_starts(&mut self, rng: &mut ChaCha8Rng, probability: f32) {
-        // At least one point: `chunks_exact_mut` panics on a length of zero.
-        let row = 3 * self.points.max(1);
-        let rows = self
-            .start
-            .chunks_exact_mut(row)
-            .zip(self.before_start.chunks_exact_mut(row));
-        for (start, before) in rows {
-            if rng.random::<f32>() < probability {
-                start.fill(0.0);
-                before.fill(0.0);
-            }
         }
     }
 

@@ -206,11 +206,6 @@ pub struct RegularisationConfig {
     /// Standard deviation of the noise on the state that a window starts from, metres; smooth over
     /// the garment.
     pub state_noise_m: f32,
-    /// Probability by which a window starts from the prior instead of the true state. The state of a
-    /// window that starts from the truth tells how the garment lies, which the model's own state
-    /// soon does not.
-    #[serde(default)]
-    pub prior_starts: f32,
     /// Mirroring of half of the windows left to right. Where the garment is symmetric the prior is
     /// fitted to all mirrored motion too.
     pub mirror: bool,

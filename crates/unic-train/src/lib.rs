@@ -131,8 +131,8 @@ pub use budget::Budget;
 pub use checkpoint::{Checkpoint, Position};
 pub use config::{
     BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
-    PUBLISHED_EPOCHS, Preset, Products, RecurrenceSettings, Refit, RegularisationConfig, SettingsError, SizingSettings,
-    StateSettings, TrainConfig, ValidationConfig,
+    PUBLISHED_EPOCHS, Preset, Products, RecurrenceSettings, Refit, RegularisationConfig, SettingsError,
+    SizingSettings, StateSettings, TrainConfig, ValidationConfig,
 };
 pub use dataset::{Dataset, MotionVectors};
 pub use error::{Quantity, TrainError};

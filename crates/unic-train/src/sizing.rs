@@ -11,9 +11,13 @@ mod folds;
 mod gain;
 mod judge;
 mod record;
+#[cfg(test)]
+mod tests;
 mod trial;
 
+pub(crate) use candidate::LEAST_STEPS;
 pub use candidate::{Candidate, rungs};
+pub(crate) use folds::fold_count;
 pub use gain::Gain;
 pub use record::{Sizing, Tried};
 
@@ -100,6 +104,11 @@ impl SizingTrainer<'_> {
     }
 }
 
+/// Returns whether any of the candidates improves on the prior, surely or not.
+fn helps(tried: &[Tried]) -> bool {
+    tried.iter().any(|tried| tried.gain.is_positive())
+}
+
 /// Steps of a sizing in which every rung is reached.
 fn most_steps(settings: &TrainConfig, folds: usize) -> u64 {
     let mut left = settings.sizing.sizes.len();
@@ -127,11 +136,15 @@ impl Halving<'_> {
     fn run(&self) -> Result<Sizing, TrainError> {
         let mut results = Results::open(self.folder, self.settings)?;
         let mut left = candidates(&self.settings.sizing);
-        for steps in rungs(self.settings.optimiser.steps) {
+        for (number, steps) in rungs(self.settings.optimiser.steps).into_iter().enumerate() {
             let rung: Vec<Candidate> = left.iter().map(|c| Candidate { steps, ..*c }).collect();
+            // More steps or a larger field make more of what a field does, good and bad. The
+            // smallest one is the cheapest to ask.
+            if number == 0 && !helps(&self.rung(&rung[..1], &mut results)?) {
+                break;
+            }
             let tried = self.rung(&rung, &mut results)?;
-            // More steps or a larger field make more of what a field does, good and bad.
-            if std::env::var("NOSTOP").is_err() && tried.iter().all(|tried| !tried.gain.is_positive()) {
+            if !helps(&tried) {
                 break;
             }
             left = better_half(&tried);
@@ -141,8 +154,21 @@ impl Halving<'_> {
 
     /// Trains and judges the candidates of a rung that have no result yet.
     fn rung(&self, rung: &[Candidate], results: &mut Results) -> Result<Vec<Tried>, TrainError> {
+        let missing: Vec<Candidate> = rung
+            .iter()
+            .filter(|c| results.find(c).is_none())
+            .copied()
+            .collect();
+        if !missing.is_empty() {
+            self.try_all(&missing, results)?;
+        }
+        let all = rung.iter().filter_map(|c| results.find(c));
+        Ok(all.cloned().collect())
+    }
+
+    /// Trains and judges candidates on all folds, and writes their results.
+    fn try_all(&self, missing: &[Candidate], results: &mut Results) -> Result<(), TrainError> {
         let started = Instant::now();
-        let missing: Vec<Candidate> = rung.iter().filter(|c| results.find(c).is_none()).copied().collect();
         let trials: Vec<(usize, usize)> = (0..missing.len())
             .flat_map(|c| (0..self.folds.len()).map(move |fold| (c, fold)))
             .collect();
@@ -161,10 +187,11 @@ impl Halving<'_> {
         }
         results.write()?;
         for (candidate, fold) in trials {
-            self.folder_of(missing[candidate], fold).iter().for_each(|f| trial::remove(f));
+            self.folder_of(missing[candidate], fold)
+                .iter()
+                .for_each(|f| trial::remove(f));
         }
-        let all = rung.iter().filter_map(|c| results.find(c));
-        Ok(all.cloned().collect())
+        Ok(())
     }
 
     fn trial(&self, candidate: Candidate, fold: usize) -> Result<MotionErrors, TrainError> {

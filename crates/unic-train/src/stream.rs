@@ -24,8 +24,6 @@ pub enum Stream {
     OneStep = 9,
     /// Vertices on which a field's size is judged.
     Sizing = 10,
-    /// Choice of the windows that start from the prior.
-    Starts = 11,
 }
 
 /// Creates the generator of one stream at one step.

@@ -114,6 +114,11 @@ impl Trainer {
         &self.field.data
     }
 
+    /// Calls `work` with the data of all clips that the run trains on.
+    pub(crate) fn on_all_known_clips<T>(&mut self, work: impl FnOnce(&FieldData) -> T) -> T {
+        self.field.data.on_all_known_clips(work)
+    }
+
     /// Returns the data for another training.
     pub fn into_data(self) -> FieldData {
         self.field.data

@@ -108,16 +108,16 @@ impl TrainConfig {
             // A range contains no NaN.
             ensure(what, "at least 0 and below 1", found, (0.0..1.0).contains(&found))?;
         }
-        let starts = self.regularisation.prior_starts;
-        let is_probability = (0.0..=1.0).contains(&starts);
-        ensure("regularisation.prior_starts", "0 to 1", starts, is_probability)?;
         self.check_sizing()?;
         self.check_projection()
     }
 
     fn check_sizing(&self) -> Result<(), SettingsError> {
         for size in &self.sizing.sizes {
-            let is_size = size.iter().zip([4096, 64]).all(|(n, most)| (1..=most).contains(n));
+            let is_size = size
+                .iter()
+                .zip([4096, 64])
+                .all(|(n, most)| (1..=most).contains(n));
             ensure(
                 "a size of sizing.sizes",
                 "a width of 1 to 4096 and 1 to 64 layers",

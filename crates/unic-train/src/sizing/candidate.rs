@@ -21,7 +21,7 @@ pub struct Candidate {
 const GROWTH: u64 = 3;
 
 /// Fewest steps of a rung, unless the last rung has fewer.
-const LEAST_STEPS: u64 = 100;
+pub(crate) const LEAST_STEPS: u64 = 100;
 
 /// Steps of each rung, ascending. The last one has `most`.
 pub fn rungs(most: u64) -> Vec<u64> {

@@ -61,6 +61,11 @@ pub(super) fn folds(clips: &[PreparedClip]) -> Vec<Fold> {
     folds.map(of_fold).collect()
 }
 
+/// Number of folds of a sizing on these clips, 0 where no motion can be left out.
+pub(crate) fn fold_count(clips: &[PreparedClip]) -> usize {
+    folds(clips).len()
+}
+
 /// Stretches of all clips that hold a pair of frames at least.
 fn stretches(clips: &[PreparedClip]) -> Vec<NumberedStretch> {
     let whole = |(clip, motion): (usize, usize)| NumberedStretch {
@@ -72,7 +77,11 @@ fn stretches(clips: &[PreparedClip]) -> Vec<NumberedStretch> {
     };
     let stretches: Vec<NumberedStretch> = match clips {
         [clip] => pieces(clip.len()),
-        _ => unic_eval::motion_numbers(clips).into_iter().enumerate().map(whole).collect(),
+        _ => unic_eval::motion_numbers(clips)
+            .into_iter()
+            .enumerate()
+            .map(whole)
+            .collect(),
     };
     stretches.into_iter().filter(|s| s.frames.len() > 1).collect()
 }

@@ -34,7 +34,9 @@ impl Gain {
         let mut motions: BTreeMap<usize, [f64; SHARES.len() + 1]> = BTreeMap::new();
         for error in errors {
             let sums = motions.entry(error.motion).or_default();
-            sums.iter_mut().zip(error.squares).for_each(|(sum, square)| *sum += square);
+            sums.iter_mut()
+                .zip(error.squares)
+                .for_each(|(sum, square)| *sum += square);
         }
         let of_share = |(i, &share): (usize, &f32)| Self::of(share, motions.values().map(|e| relative(e, i)));
         let gains = SHARES.iter().enumerate().map(of_share);

@@ -60,7 +60,10 @@ impl Judge<'_> {
             false => std::mem::take(&mut batch.shares),
         };
         let mut batch = batch.repeated(shares.len());
-        batch.shares = shares.iter().flat_map(|s| mask.iter().map(move |m| s * m)).collect();
+        batch.shares = shares
+            .iter()
+            .flat_map(|s| mask.iter().map(move |m| s * m))
+            .collect();
         // Without gradients nothing is kept for a backward pass.
         let network = network.clone().no_grad();
         let states = self.rollout.states(&network, &batch, None, self.device)?;

@@ -106,7 +106,10 @@ impl Results {
             seconds: self.seconds,
         };
         let wrong = |e: serde_json::Error| wrong(path, e.to_string());
-        Ok(unic_io::atomic::write(path, &serde_json::to_vec(&stored).map_err(wrong)?)?)
+        Ok(unic_io::atomic::write(
+            path,
+            &serde_json::to_vec(&stored).map_err(wrong)?,
+        )?)
     }
 
     /// Chooses the candidate with the surest gain. Where none is significant the share is 0, and
@@ -117,7 +120,9 @@ impl Results {
             true => tried,
             false => best,
         });
-        let none = super::candidates(settings).first().map(|c| Candidate { steps: 1, ..*c });
+        let none = super::candidates(settings)
+            .first()
+            .map(|c| Candidate { steps: 1, ..*c });
         let (chosen, share) = match (best, none) {
             (Some(tried), _) => (tried.candidate, tried.gain.share),
             (None, Some(candidate)) => (candidate, 0.0),

@@ -142,7 +142,8 @@ impl Training for Objective<'_> {
         let batch = Batch::gather_from(self.trial.data, &self.trial.fold.train, config, step);
         let rows = batch.encoder_rows();
         let noise = StepNoise::draw(self.shape, &config.regularisation, rows, config.seed, step);
-        self.rollout().loss(network, &batch, Some(&noise), self.trial.device)
+        self.rollout()
+            .loss(network, &batch, Some(&noise), self.trial.device)
     }
 
     fn record(&self) -> TrialRecord {

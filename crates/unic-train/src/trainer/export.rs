@@ -163,6 +163,16 @@ impl Trainer {
         self.field.validation = Some(validation);
     }
 
+    /// The model with other parameters and a share of the field.
+    #[cfg(test)]
+    pub(crate) fn model_with(&self, parameters: &[Vec<f32>], field_share: f32) -> Result<Model, TrainError> {
+        let chosen = Chosen {
+            field_share,
+            ..Chosen::SETTINGS
+        };
+        self.model_of(parameters, chosen)
+    }
+
     pub(super) fn model_of(&self, parameters: &[Vec<f32>], chosen: Chosen) -> Result<Model, TrainError> {
         let (step, seconds) = (self.learner.step(), self.learner.seconds());
         self.field.model(step, seconds, parameters, chosen)

@@ -46,7 +46,7 @@ impl Preparation<'_> {
         let mut trainer = Trainer::on(self.processor, data, self.run.config.clone())?;
         if let Some(budget) = &self.budget {
             print_status("timing a few steps to fill the budget");
-            budget.set_steps(&mut self.run.config, &trainer, self.run.fits)?;
+            budget.set_steps(&mut self.run.config, &mut trainer, self.run.fits)?;
             interrupt::check()?;
             trainer = Trainer::on(self.processor, trainer.into_data(), self.run.config.clone())?;
         }

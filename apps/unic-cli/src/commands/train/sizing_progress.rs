@@ -30,7 +30,9 @@ impl<'a> SizingProgress<'a> {
         match event {
             SizingEvent::Step { done, all } => {
                 let judged = &self.judged;
-                let progress = self.progress.get_or_insert_with(|| Progress::new("sizing the field", done, all));
+                let progress = self
+                    .progress
+                    .get_or_insert_with(|| Progress::new("sizing the field", done, all));
                 progress.set(done, || judged.clone());
             }
             SizingEvent::Judged(tried) => {
