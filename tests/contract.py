@@ -24,7 +24,7 @@ UNIC = Path(sys.argv[1]).resolve()
 PROGRAMS = {"unic": UNIC, "unic-lab": UNIC.with_name("unic-lab")}
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 SCHEMA = json.loads((DOCS / "json.schema.json").read_text())
-SHORT = ["--preset", "tiny", "--steps", "10", "--set", "optimiser.warmup_steps=2"]
+SHORT = ["--preset", "tiny", "--steps", "10", "--set", "optimiser.warmup=0.2"]
 
 # Name of the schema, arguments of the command, exit code.
 COMMANDS = [
@@ -89,7 +89,7 @@ def main():
         poses, trans = motion(9)
         np.savez(folder / "walk.npz", poses=poses, trans=trans, mocap_framerate=float(FPS))
         (folder / "nothing_known").mkdir()
-        (folder / "tiny.toml").write_text('title = "tiny"\npreset = "tiny"\n[optimiser]\nwarmup_steps = 2\n')
+        (folder / "tiny.toml").write_text('title = "tiny"\npreset = "tiny"\n[optimiser]\nwarmup = 0.2\n')
         for name, arguments, code in COMMANDS:
             check(name, folder, arguments, code)
     print(f"{len(COMMANDS)} objects match their schema")

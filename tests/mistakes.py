@@ -35,7 +35,7 @@ LAB_COMMANDS = {"accuracy", "lasting"}
 LONGEST_S = 20.0
 # Longest time from SIGTERM to the end, in seconds, on a machine with other work.
 PATIENCE_S = 2.0
-SHORT = ["--preset", "tiny", "--steps", "10", "--set", "optimiser.warmup_steps=2"]
+SHORT = ["--preset", "tiny", "--steps", "10", "--set", "optimiser.warmup=0.2"]
 
 
 def program(arguments):

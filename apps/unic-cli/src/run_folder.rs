@@ -5,7 +5,7 @@
 //! | `run.toml` | capture, clips and preset, which a resumed run compares with its own |
 //! | `config.toml` | all settings; marks a run that can be resumed |
 //! | `metrics.jsonl` | training curves, one JSON object per line |
-//! | `checkpoints/` | the two newest checkpoints of each fit and of the prior, in a folder each |
+//! | `checkpoints/` | the two newest checkpoints of each fit, of the prior and of the sizing, in a folder each |
 //! | `log.txt` | times, machines and command lines |
 //! | `.unic.lock` | exists while a process trains into the folder |
 
@@ -86,6 +86,11 @@ impl RunFolder {
     /// Folder with the checkpoints of the prior's recurrences, one folder each.
     pub(crate) fn checkpoints_of_prior(&self) -> PathBuf {
         self.path.join("checkpoints").join("prior")
+    }
+
+    /// Folder with the results of a sizing and the checkpoints of its trials, one folder each.
+    pub(crate) fn checkpoints_of_sizing(&self) -> PathBuf {
+        self.path.join("checkpoints").join("sizing")
     }
 
     /// Path of the training curves.
@@ -169,13 +174,14 @@ impl RunFolder {
     /// Folders with checkpoints: of each fit, and of each recurrence of the prior.
     fn folders_of_checkpoints(&self) -> Vec<PathBuf> {
         let fits = [Fit::HeldOut, Fit::AllClips].map(|fit| self.checkpoints(fit));
-        fits.into_iter().chain(self.folders_of_prior()).collect()
+        let sizing = self.checkpoints_of_sizing();
+        let trials = folders_in(&sizing);
+        let others = [vec![sizing], trials, self.folders_of_prior()].concat();
+        fits.into_iter().chain(others).filter(|f| f.is_dir()).collect()
     }
 
     fn folders_of_prior(&self) -> Vec<PathBuf> {
-        let folders = fs::read_dir(self.checkpoints_of_prior()).into_iter().flatten();
-        let folders = folders.flatten().map(|entry| entry.path());
-        folders.filter(|path| path.is_dir()).collect()
+        folders_in(&self.checkpoints_of_prior())
     }
 
     /// Removes the checkpoints of the prior's recurrences.
@@ -193,6 +199,12 @@ impl RunFolder {
         let mut files = files.into_iter().chain(checkpoints).filter(|file| file.exists());
         files.try_for_each(|file| remove(&file))
     }
+}
+
+fn folders_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten();
+    let entries = entries.flatten().map(|entry| entry.path());
+    entries.filter(|path| path.is_dir()).collect()
 }
 
 fn files_in(folders: Vec<PathBuf>) -> impl Iterator<Item = PathBuf> {

@@ -136,6 +136,7 @@ impl ComparisonTrainer {
             step: self.learner.seconds_per_step(&self.training, &STEPS)?,
             validation: 0.0,
             last_validation: 0.0,
+            judging: 0.0,
         };
         let left = seconds - started.elapsed().as_secs_f64();
         self.training.config.optimiser.steps = pace.steps_within(left, &[Fit::AllClips], 1);

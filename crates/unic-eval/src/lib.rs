@@ -88,5 +88,6 @@ pub use predictor::{CONTROL, MODEL, Mode, NamedPredictor, PRIOR, Predictor, Pred
 pub use regression::{LinearMap, Moments};
 pub use report::{ByMode, Evaluation, Scores};
 pub use training::{
-    Displacements, FrameIndex, RootRelativePositions, TrainingSet, training_set, training_set_of,
+    Displacements, FrameIndex, RootRelativePositions, TrainingSet, motion_numbers, training_set,
+    training_set_of,
 };

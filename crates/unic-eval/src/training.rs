@@ -90,28 +90,9 @@ impl TrainingSet {
         self.train.iter().enumerate().flat_map(frames).collect()
     }
 
-    /// Returns the index of each training clip's motion, from 0 on.
-    ///
-    /// Clips of one motion in several winds share an index: cross-validation leaves them out
-    /// together, since a fit that has seen the motion is no measure of unseen motion. Where all
-    /// clips show the same motion, each has an index of its own.
+    /// Returns the number of each training clip's motion, see [`motion_numbers`].
     pub fn motions(&self) -> Vec<usize> {
-        let clip = |i: usize| &self.train[i].captured.clip;
-        let mut firsts: Vec<usize> = Vec::new();
-        let number = |i: usize| {
-            let known = firsts.iter().position(|&j| clip(j).has_motion_of(clip(i)));
-            known.unwrap_or_else(|| {
-                firsts.push(i);
-                firsts.len() - 1
-            })
-        };
-        let numbers: Vec<usize> = (0..self.train.len()).map(number).collect();
-        // With a single motion, leaving it out would leave nothing to fit: its winds are held out
-        // instead.
-        match firsts.len() {
-            1 => (0..self.train.len()).collect(),
-            _ => numbers,
-        }
+        motion_numbers(&self.train)
     }
 
     /// Returns at most `most` frames, evenly spaced over all of them.
@@ -200,4 +181,28 @@ pub(crate) fn write_displacements(
 fn vertices(columns: &Range<usize>) -> Range<usize> {
     debug_assert!(columns.start.is_multiple_of(3) && columns.end.is_multiple_of(3));
     columns.start / 3..columns.end / 3
+}
+
+/// Returns the number of each clip's motion, from 0 on.
+///
+/// Clips of one motion in several winds share a number: cross-validation leaves them out together,
+/// since a fit that has seen the motion is no measure of unseen motion. Where all clips show the
+/// same motion, each has a number of its own.
+pub fn motion_numbers(clips: &[PreparedClip]) -> Vec<usize> {
+    let clip = |i: usize| &clips[i].captured.clip;
+    let mut firsts: Vec<usize> = Vec::new();
+    let number = |i: usize| {
+        let known = firsts.iter().position(|&j| clip(j).has_motion_of(clip(i)));
+        known.unwrap_or_else(|| {
+            firsts.push(i);
+            firsts.len() - 1
+        })
+    };
+    let numbers: Vec<usize> = (0..clips.len()).map(number).collect();
+    // With a single motion, leaving it out would leave nothing to fit: its winds are held out
+    // instead.
+    match firsts.len() {
+        1 => (0..clips.len()).collect(),
+        _ => numbers,
+    }
 }

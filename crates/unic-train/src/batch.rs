@@ -15,10 +15,12 @@ use crate::{
 use glam::Vec3;
 use rand::{RngExt, rngs::ChaCha8Rng};
 use rayon::prelude::*;
+use std::ops::Range;
 use unic_core::{
     config::{DisplacementConfig, StateConfig},
     features::{PointFrame, PointHistory, StepConditions, write_frame_inputs},
 };
+use unic_eval::PreparedClip;
 
 /// Training window: its clip, its first frame, its view and its vertices.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +44,26 @@ pub(crate) struct Sample {
     pub(crate) points: usize,
     /// Number of frames of a window after its start.
     pub(crate) frames: usize,
+}
+
+/// Consecutive frames of a training clip.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Stretch {
+    /// Index of the clip.
+    pub(crate) clip: usize,
+    /// Its frames.
+    pub(crate) frames: Range<usize>,
+}
+
+impl Stretch {
+    /// The stretches of all clips, each whole.
+    fn all(data: &FieldData) -> Vec<Self> {
+        let whole = |(clip, prepared): (usize, &PreparedClip)| Self {
+            clip,
+            frames: 0..prepared.len(),
+        };
+        data.clips.iter().enumerate().map(whole).collect()
+    }
 }
 
 /// Views that windows are drawn in.
@@ -86,7 +108,18 @@ struct Gathered {
 impl Batch {
     /// The batch of one step: a function of the seed and the step alone.
     pub fn gather(data: &FieldData, config: &TrainConfig, step: u64) -> Self {
-        let frames = config.unroll(step).min(data.longest_unroll());
+        Self::gather_from(data, &Stretch::all(data), config, step)
+    }
+
+    /// The batch of one step from a part of the motion.
+    pub(crate) fn gather_from(
+        data: &FieldData,
+        stretches: &[Stretch],
+        config: &TrainConfig,
+        step: u64,
+    ) -> Self {
+        let longest = stretches.iter().map(|s| s.frames.len().saturating_sub(1)).max();
+        let frames = config.unroll(step).min(longest.unwrap_or(0));
         let mut rng = generator(config.seed, Stream::Windows, step);
         let sample = Sample {
             windows: config.batch.windows,
@@ -97,7 +130,7 @@ impl Batch {
             true => Views::Both,
             false => Views::Direct,
         };
-        let windows = draw_windows(data, &mut rng, sample, views);
+        let windows = draw_windows(data, stretches, &mut rng, sample, views);
         let mut batch = Self::of_windows(data, windows, frames);
         batch.add_noise(data, config, step);
         batch
@@ -106,7 +139,7 @@ impl Batch {
     /// A sample of the training clips as captured, without noise: a function of the seed alone.
     pub(crate) fn sample(data: &FieldData, seed: u64, sample: Sample) -> Self {
         let mut rng = generator(seed, Stream::OneStep, 0);
-        let windows = draw_windows(data, &mut rng, sample, Views::Direct);
+        let windows = draw_windows(data, &Stretch::all(data), &mut rng, sample, Views::Direct);
         Self::of_windows(data, windows, sample.frames)
     }
 
@@ -142,6 +175,26 @@ impl Batch {
             before_start: states(0),
             shares: shares(data, &windows),
             windows,
+        }
+    }
+
+    /// The same windows side by side `count` times.
+    pub(crate) fn repeated(self, count: usize) -> Self {
+        let windows = self.windows.len();
+        let width = self.motion.len() / (self.frames * windows).max(1);
+        // Motion is frame-major: the windows of a frame are repeated frame by frame.
+        let by_frame = self.motion.chunks_exact((windows * width).max(1));
+        let repeat = |rows: Vec<Vec<f32>>| rows.into_iter().map(|row| row.repeat(count)).collect();
+        Self {
+            motion: by_frame.flat_map(|frame| frame.repeat(count)).collect(),
+            frame_inputs: repeat(self.frame_inputs),
+            targets: repeat(self.targets),
+            start: self.start.repeat(count),
+            before_start: self.before_start.repeat(count),
+            shares: self.shares.repeat(count),
+            windows: vec![self.windows; count].concat(),
+            points: self.points,
+            frames: self.frames,
         }
     }
 
@@ -189,20 +242,26 @@ impl Batch {
     }
 }
 
-fn draw_windows(data: &FieldData, rng: &mut ChaCha8Rng, sample: Sample, views: Views) -> Vec<Window> {
-    // Every start of every clip is equally likely.
-    let starts: Vec<usize> = data
-        .clips
+fn draw_windows(
+    data: &FieldData,
+    stretches: &[Stretch],
+    rng: &mut ChaCha8Rng,
+    sample: Sample,
+    views: Views,
+) -> Vec<Window> {
+    // Every start of every stretch is equally likely.
+    let starts: Vec<usize> = stretches
         .iter()
-        // A window covers `frames` + 1 frames. Clips that are too short have no start.
-        .map(|c| c.len().saturating_sub(sample.frames))
+        // A window covers `frames` + 1 frames. Stretches that are too short have no start.
+        .map(|s| s.frames.len().saturating_sub(sample.frames))
         .collect();
     let total: usize = starts.iter().sum();
     let vertices = data.capture.garment.rest.vertices.len();
     let points = sample.points.min(vertices);
     (0..sample.windows)
         .map(|_| {
-            let (clip, start) = locate(&starts, rng.random_range(0..total.max(1)));
+            let (stretch, start) = locate(&starts, rng.random_range(0..total.max(1)));
+            let Stretch { clip, frames } = &stretches[stretch];
             // Drawn for every window, also without mirroring, so that both cases draw the same
             // starts and vertices.
             let view = match rng.random::<bool>() && views == Views::Both {
@@ -210,8 +269,8 @@ fn draw_windows(data: &FieldData, rng: &mut ChaCha8Rng, sample: Sample, views: V
                 false => View::Direct,
             };
             Window {
-                clip,
-                start,
+                clip: *clip,
+                start: frames.start + start,
                 view,
                 points: draw_points(rng, vertices, points),
             }
@@ -220,17 +279,18 @@ fn draw_windows(data: &FieldData, rng: &mut ChaCha8Rng, sample: Sample, views: V
 }
 
 fn locate(starts: &[usize], mut index: usize) -> (usize, usize) {
-    for (clip, &count) in starts.iter().enumerate() {
+    for (stretch, &count) in starts.iter().enumerate() {
         if index < count {
-            return (clip, index);
+            return (stretch, index);
         }
         index -= count;
     }
-    // Not reached: `index` is below the sum of `starts` where a clip fits the window.
+    // Not reached: `index` is below the sum of `starts` where a stretch fits the window.
     (0, 0)
 }
 
-fn draw_points(rng: &mut ChaCha8Rng, vertices: usize, points: usize) -> Vec<u32> {
+/// Draws distinct vertices; all of them in their order where `points` is their number.
+pub(crate) fn draw_points(rng: &mut ChaCha8Rng, vertices: usize, points: usize) -> Vec<u32> {
     if points == vertices {
         // A permutation of all vertices would only change the order of summation.
         return (0..vertices as u32).collect();

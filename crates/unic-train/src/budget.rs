@@ -1,13 +1,17 @@
 //! Shortens a run so that it fits into a given time on this machine.
 
+mod field_plan;
+
 use crate::{
     config::{RecurrenceSettings, StateSettings, TrainConfig},
     error::TrainError,
     fit::Fit,
     processor::Processor,
     recurrence::{MOST_FOLDS, PriorSizes, frames_per_second},
+    sizing::fold_count,
     trainer::Trainer,
 };
+use field_plan::FieldPace;
 use std::time::{Duration, Instant};
 use unic_core::motion::motion_len;
 use unic_io::{Capture, Split};
@@ -80,12 +84,15 @@ impl Budget {
     /// a few. With a prior, they never exceed the settings' own number: more steps make the field
     /// memorise the training motions.
     ///
+    /// Where a sizing chooses the field, the budget holds for its trials too: fewer steps, then
+    /// fewer sizes, the smallest ones. Where the time is too short for any, nothing is chosen.
+    ///
     /// # Errors
     /// The errors of [`Trainer::pace`].
     pub fn set_steps(
         &self,
         config: &mut TrainConfig,
-        trainer: &Trainer,
+        trainer: &mut Trainer,
         fits: &[Fit],
     ) -> Result<(), TrainError> {
         let pace = trainer.pace()?;
@@ -96,6 +103,18 @@ impl Budget {
             .as_secs_f64()
             .max(trainer.time().prior_seconds);
         let left = self.duration.as_secs_f64() - spent;
+        let most = trainer.config().optimiser.steps;
+        if let Some(field) = field_pace(config, trainer, fits)? {
+            let Some(plan) = field.plan(left, most) else {
+                config.sizing.sizes.clear();
+                let steps = pace.steps_within(left, fits, config.validation.every);
+                config.set_steps(steps.min(UNSIZED_STEPS.min(most)));
+                return Ok(());
+            };
+            config.sizing.sizes.truncate(plan.sizes);
+            config.set_steps(plan.steps);
+            return Ok(());
+        }
         let steps = pace.steps_within(left, fits, config.validation.every);
         config.set_steps(match config.has_prior() {
             true => steps.min(trainer.config().optimiser.steps),
@@ -103,6 +122,40 @@ impl Budget {
         });
         Ok(())
     }
+}
+
+/// Largest number of steps of a field whose size and steps no sizing could choose in time.
+const UNSIZED_STEPS: u64 = 100;
+
+/// Times the steps of each size that a sizing would try. Returns none for a run without a sizing.
+fn field_pace(
+    config: &TrainConfig,
+    trainer: &mut Trainer,
+    fits: &[Fit],
+) -> Result<Option<FieldPace>, TrainError> {
+    let folds = trainer.on_all_known_clips(|data| (fold_count(&data.clips), data.clips.len()));
+    let (folds, clips) = folds;
+    if config.sizing.sizes.is_empty() || !config.has_prior() || folds == 0 {
+        return Ok(None);
+    }
+    let pace = trainer.pace()?;
+    let mut step_by_size = Vec::new();
+    for size in &config.sizing.sizes {
+        step_by_size.push(trainer.seconds_per_step_of(*size)?);
+    }
+    let validated = trainer.data().validation.len().max(1);
+    let validations = match fits.contains(&Fit::HeldOut) {
+        true => 1.0 + trainer.config().optimiser.steps as f64 / config.validation.every as f64,
+        false => 0.0,
+    };
+    Ok(Some(FieldPace {
+        step_by_size,
+        // A candidate is judged on fewer vertices than a model is, with all shares side by side.
+        judgement: pace.judging * clips as f64 / validated as f64,
+        validation: validations * pace.validation + pace.last_validation,
+        folds,
+        fits: fits.len(),
+    }))
 }
 
 /// Runs on a thread pool of one thread, as each fold's training does.

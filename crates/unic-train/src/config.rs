@@ -48,6 +48,9 @@ pub struct TrainConfig {
     /// Replay of residuals.
     #[serde(default)]
     pub replay: ReplaySettings,
+    /// Choice of the field's size.
+    #[serde(default)]
+    pub sizing: SizingSettings,
     /// Validation during the run, and the fit after it.
     pub validation: ValidationConfig,
 }
@@ -139,7 +142,7 @@ impl RecurrenceSettings {
             learning_rate: self.learning_rate,
             final_learning_rate: 0.0,
             half_periods: 1.0,
-            warmup_steps: steps / 6,
+            warmup: 1.0 / 6.0,
             // Values from 0.1 to 1 do slightly better than 0.01 on every capture: small weights
             // extrapolate better to unseen motion.
             weight_decay: 0.3,
@@ -166,8 +169,8 @@ pub struct OptimiserConfig {
     /// Half periods of the cosine in a run: 1 falls once; 3 falls, rises and falls, as the paper's
     /// 300 epochs with a half period of 100 do.
     pub half_periods: f64,
-    /// Steps over which the learning rate rises from zero.
-    pub warmup_steps: u64,
+    /// Share of the steps, at least 0 and below 1, over which the learning rate rises from zero.
+    pub warmup: f64,
     /// Decoupled weight decay.
     pub weight_decay: f32,
     /// Largest global norm of the gradient; 0 leaves gradients as they are.
@@ -355,6 +358,16 @@ impl Default for ReplaySettings {
     }
 }
 
+/// Choice of the field's size, steps and share by motion left out, see [`crate::SizingTrainer`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SizingSettings {
+    /// Width and number of hidden layers of each field that is tried, from small to large. With
+    /// none, the field has the size of `model.field` and trains for `optimiser.steps`, else for as
+    /// many at most.
+    pub sizes: Vec<[usize; 2]>,
+}
+
 /// Free-running error on clips that are held out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -414,7 +427,8 @@ impl OptimiserConfig {
         let phase = std::f64::consts::PI * self.half_periods * step as f64 / self.steps as f64;
         let rate = self.final_learning_rate
             + (self.learning_rate - self.final_learning_rate) * (1.0 + phase.cos()) / 2.0;
-        let warmup = (step as f64 + 1.0) / self.warmup_steps.max(1) as f64;
-        rate * warmup.min(1.0)
+        // Whole steps, so that the rate reaches its value within the warm-up of any run.
+        let warmup_steps = (self.steps as f64 * self.warmup).floor().max(1.0);
+        rate * ((step as f64 + 1.0) / warmup_steps).min(1.0)
     }
 }

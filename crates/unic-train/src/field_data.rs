@@ -15,7 +15,7 @@ use crate::{
 };
 use held_out::{ClipLists, HeldOut};
 use unic_core::{
-    config::{DisplacementConfig, ModelConfig, StateConfig},
+    config::{DisplacementConfig, FieldConfig, ModelConfig, StateConfig},
     features::RestBox,
     motion::{MotionSpec, Normalisation},
     prior::Prior,
@@ -162,6 +162,32 @@ impl FieldData {
         self.prior_seconds = 0.0;
         self.fit = Fit::AllClips;
         Some(self)
+    }
+
+    /// Calls `work` with the data of all clips that the run trains on, also where this fit holds
+    /// some of them out.
+    pub(crate) fn on_all_known_clips<T>(&mut self, work: impl FnOnce(&Self) -> T) -> T {
+        let Some(mut later) = self.later.take() else {
+            return work(self);
+        };
+        let mut lists = self.take_lists();
+        let flags = later.clips.flags(lists.clips.len());
+        lists.put_back(later.clips);
+        self.set_lists(lists);
+        let result = work(self);
+        let mut lists = self.take_lists();
+        later.clips = lists.take_out(&flags);
+        self.set_lists(lists);
+        self.later = Some(later);
+        result
+    }
+
+    /// Sets the size of the field, for this fit and the one after it.
+    pub(crate) fn set_field(&mut self, field: FieldConfig) {
+        self.config.field = field;
+        if let Some(later) = &mut self.later {
+            later.config.field = field;
+        }
     }
 
     fn take_lists(&mut self) -> ClipLists {

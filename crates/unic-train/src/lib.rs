@@ -120,6 +120,7 @@ mod recurrence;
 mod replay;
 mod rollout;
 mod scales;
+mod sizing;
 mod strain;
 mod stream;
 mod time;
@@ -132,7 +133,7 @@ pub use checkpoint::{Checkpoint, Position};
 pub use config::{
     BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
     PUBLISHED_EPOCHS, Preset, Products, RecurrenceSettings, Refit, RegularisationConfig, ReplaySettings,
-    SettingsError, StateSettings, TrainConfig, ValidationConfig,
+    SettingsError, SizingSettings, StateSettings, TrainConfig, ValidationConfig,
 };
 pub use dataset::{Dataset, MotionVectors};
 pub use error::{Quantity, TrainError};
@@ -149,6 +150,7 @@ pub use prior::{FittedPrior, PriorTrainer, displacements};
 pub use processor::Processor;
 pub use recurrence::Watch;
 pub use rollout::Rollout;
+pub use sizing::{Candidate, Follow, Gain, Sizing, SizingEvent, SizingTrainer, Tried, rungs};
 pub use stream::{Stream, generator};
 pub use time::TrainingTime;
 pub use trainer::{FieldRecord, Pace, Trainer};

@@ -22,6 +22,8 @@ pub enum Stream {
     Recurrence = 8,
     /// Sample of the training clips that one-step errors are measured on.
     OneStep = 9,
+    /// Vertices on which a field's size is judged.
+    Sizing = 10,
 }
 
 /// Creates the generator of one stream at one step.

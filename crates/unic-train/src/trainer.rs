@@ -19,6 +19,7 @@ use crate::{
     learner::{Averaging, Learner},
     network::{Network, NetworkShape},
     processor::Processor,
+    sizing::Sizing,
     time::TrainingTime,
 };
 use field_training::FieldTraining;
@@ -37,6 +38,27 @@ impl Trainer {
     /// Settings that fit no network, clips too short to train on.
     pub fn new(data: FieldData, config: TrainConfig) -> Result<Self, TrainError> {
         Self::on(Processor::Cpu, data, config)
+    }
+
+    /// Starts a fit on a processor with the field that a sizing has chosen. Its validation keeps the
+    /// chosen share, which several clips have judged.
+    ///
+    /// # Errors
+    /// The errors of [`Trainer::on`].
+    pub fn sized(
+        processor: Processor,
+        mut data: FieldData,
+        config: &TrainConfig,
+        sizing: Option<&Sizing>,
+    ) -> Result<Self, TrainError> {
+        let config = match sizing {
+            Some(sizing) => sizing.applied_to(config),
+            None => config.clone(),
+        };
+        data.set_field(config.model.field);
+        let mut trainer = Self::on(processor, data, config)?;
+        trainer.field.sizing = sizing.cloned();
+        Ok(trainer)
     }
 
     /// Starts a fit on a processor.
@@ -59,11 +81,7 @@ impl Trainer {
         shape.field.validate()?;
         let device = device::open(processor)?;
         let network = Network::new(&shape, config.seed, &device);
-        let average = config.regularisation.average;
-        let averaging = match average > 0.0 {
-            true => Averaging::WarmedUpDecay(average),
-            false => Averaging::Off,
-        };
+        let averaging = Averaging::of(&config.regularisation);
         Ok(Self {
             learner: Learner::new(network, averaging),
             field: FieldTraining {
@@ -71,6 +89,7 @@ impl Trainer {
                 best_rmse: None,
                 other: TrainingTime::default(),
                 validation: None,
+                sizing: None,
                 config,
                 data,
                 shape,
@@ -93,6 +112,11 @@ impl Trainer {
     /// Clips, prior and measured scales.
     pub fn data(&self) -> &FieldData {
         &self.field.data
+    }
+
+    /// Calls `work` with the data of all clips that the run trains on.
+    pub(crate) fn on_all_known_clips<T>(&mut self, work: impl FnOnce(&FieldData) -> T) -> T {
+        self.field.data.on_all_known_clips(work)
     }
 
     /// Returns the data for another training.

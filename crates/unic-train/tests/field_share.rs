@@ -18,7 +18,7 @@ fn harmed() -> (f64, Trainer) {
     // Shares are compared without intersection handling, the error is reported with it.
     config.intersection.at_inference = true;
     config.optimiser.learning_rate = 1.0;
-    config.optimiser.warmup_steps = 0;
+    config.optimiser.warmup = 0.0;
     config.regularisation.average = 0.0;
     let mut trainer = Trainer::new(dataset(&config), config).unwrap();
     let prior_mm = trainer

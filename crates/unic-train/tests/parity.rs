@@ -111,7 +111,7 @@ fn assert_parity_of(figure: &Figure, mut config: TrainConfig, shapes: usize, ste
     config.optimiser.steps = steps.max(1);
     // Large enough that the head, where it starts at zero, is random after a step.
     config.optimiser.learning_rate = 0.03;
-    config.optimiser.warmup_steps = 0;
+    config.optimiser.warmup = 0.0;
     config.optimiser.final_learning_rate = 1e-3;
     config.regularisation.average = 0.0;
     config.intersection.at_inference = false;

@@ -6,6 +6,7 @@
 mod listener;
 mod prepare;
 mod result;
+mod sizing_progress;
 
 use crate::{
     args::{ProcessorName, TrainArgs},
@@ -28,7 +29,8 @@ use std::{
 };
 use unic_io::Capture;
 use unic_train::{
-    Budget, Checkpoint, Fit, Outcome, Processor, TrainConfig, TrainError, Trainer, TrainingTime, Validation,
+    Budget, Checkpoint, Fit, Outcome, Processor, Sizing, TrainConfig, TrainError, Trainer, TrainingTime,
+    Validation,
 };
 
 /// Trains, writes the model and prints a summary.
@@ -75,6 +77,7 @@ pub fn train(args: &TrainArgs) -> Result<TrainingSummary> {
         folder,
         out,
         processor,
+        sizing: None,
     };
     if args.resume {
         run.folder.log(&machine::description())?;
@@ -176,6 +179,8 @@ struct Run {
     out: PathBuf,
     resume_command: String,
     processor: Processor,
+    /// Choice of the field's size. `None` before it is made, and where the settings ask for none.
+    sizing: Option<Sizing>,
 }
 
 impl Run {
@@ -187,14 +192,17 @@ impl Run {
         let mut listener = TrainingListener::new(
             self.folder.metrics(),
             self.fits.len(),
-            self.config.optimiser.steps,
+            first.config().optimiser.steps,
         );
         let mut trainer = self.resumed(first)?;
         // `--resume` may have made the run longer.
         self.folder.write_config(&self.config)?;
         print_status(&result::opening_text(self, &trainer)?);
         // Training time of the run outside of the present fit.
-        let mut other = TrainingTime::default();
+        let mut other = TrainingTime {
+            seconds: self.sizing.as_ref().map_or(0.0, |sizing| sizing.seconds),
+            prior_seconds: 0.0,
+        };
         self.fit(&mut trainer, &mut listener, other)?;
         let begun = Instant::now();
         let validation = self.validated(&trainer)?;
@@ -207,7 +215,8 @@ impl Run {
             // The same number of steps as the first fit, which are fewer epochs of more clips.
             let mut config = self.config.clone();
             config.set_steps(config.optimiser.steps);
-            trainer = self.resumed(Trainer::on(self.processor, data, config)?)?;
+            let next = Trainer::sized(self.processor, data, &config, self.sizing.as_ref())?;
+            trainer = self.resumed(next)?;
             self.stop_if_asked(&trainer)?;
             self.fit(&mut trainer, &mut listener, other)?;
         }
@@ -278,7 +287,7 @@ impl Run {
     /// Logs the interruption and returns its message, which names the step and the command to
     /// continue.
     fn stopped(&self, trainer: &Trainer) -> Result<Interrupted> {
-        let (step, total) = (trainer.step(), self.config.optimiser.steps);
+        let (step, total) = (trainer.step(), trainer.config().optimiser.steps);
         let fit = match trainer.data().fit {
             Fit::HeldOut => "",
             Fit::AllClips => " of the fit on all clips",

@@ -85,7 +85,7 @@ pub(crate) fn json(folder: &Path, line: &str) -> serde_json::Value {
 }
 
 /// Options of a training that takes seconds.
-pub(crate) const SHORT: &str = "--preset tiny --set optimiser.warmup_steps=5 --set validation.every=20";
+pub(crate) const SHORT: &str = "--preset tiny --set optimiser.warmup=0.1 --set validation.every=20";
 
 /// Trains the model `out` on the capture tube. Returns the summary.
 pub(crate) fn train(folder: &Path, out: &str, more: &str) -> serde_json::Value {

@@ -229,7 +229,7 @@ fn pose_only() -> ComparisonConfig {
             learning_rate: 1e-3,
             final_learning_rate: 1e-6,
             half_periods: 1.0,
-            warmup_steps: 100,
+            warmup: 1.0 / 30.0,
             weight_decay: 1e-2,
             clip_norm: 1.0,
             products: Products::F32,

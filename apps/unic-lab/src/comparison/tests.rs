@@ -80,7 +80,7 @@ fn small(kind: ComparisonKind) -> ComparisonConfig {
     config.frames = 64;
     config.optimiser.steps = 400;
     config.optimiser.learning_rate = 4e-3;
-    config.optimiser.warmup_steps = 20;
+    config.optimiser.warmup = 0.05;
     if let Some(feature) = &mut config.global_feature {
         feature.encoder.hidden = vec![24];
         feature.encoder.channels = 6;

@@ -108,7 +108,24 @@ impl TrainConfig {
             // A range contains no NaN.
             ensure(what, "at least 0 and below 1", found, (0.0..1.0).contains(&found))?;
         }
+        self.check_sizing()?;
         self.check_projection()
+    }
+
+    fn check_sizing(&self) -> Result<(), SettingsError> {
+        for size in &self.sizing.sizes {
+            let is_size = size
+                .iter()
+                .zip([4096, 64])
+                .all(|(n, most)| (1..=most).contains(n));
+            ensure(
+                "a size of sizing.sizes",
+                "a width of 1 to 4096 and 1 to 64 layers",
+                format!("{size:?}"),
+                is_size,
+            )?;
+        }
+        Ok(())
     }
 
     fn check_projection(&self) -> Result<(), SettingsError> {
@@ -178,12 +195,13 @@ impl TrainConfig {
         ]
     }
 
-    fn shares(&self) -> [(&'static str, f64); 3] {
+    fn shares(&self) -> [(&'static str, f64); 4] {
         let r = &self.regularisation;
         [
             ("regularisation.dropout", r.dropout.into()),
             ("regularisation.input_dropout", r.input_dropout.into()),
             ("regularisation.average", r.average),
+            ("optimiser.warmup", self.optimiser.warmup),
         ]
     }
 }

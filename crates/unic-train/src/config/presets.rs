@@ -3,7 +3,7 @@
 use super::{
     BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
     PUBLISHED_EPOCHS, Products, ProjectionSettings, RecurrenceSettings, Refit, RegularisationConfig,
-    ReplaySettings, StateSettings, TrainConfig, ValidationConfig,
+    ReplaySettings, SizingSettings, StateSettings, TrainConfig, ValidationConfig,
 };
 use unic_core::{
     config::{EncoderConfig, FieldConfig, IntersectionMode, LatentCode, PointInput},
@@ -68,7 +68,7 @@ fn paper() -> TrainConfig {
             learning_rate: 1e-4,
             final_learning_rate: 1e-6,
             half_periods: 3.0,
-            warmup_steps: 0,
+            warmup: 0.0,
             weight_decay: 1e-4,
             clip_norm: 0.0,
             products: Products::F32,
@@ -97,6 +97,7 @@ fn paper() -> TrainConfig {
         },
         projection: ProjectionSettings::default(),
         replay: ReplaySettings::default(),
+        sizing: SizingSettings::default(),
         validation: ValidationConfig {
             every: 500,
             refit: Refit::Only,
@@ -148,12 +149,12 @@ fn standard() -> TrainConfig {
             },
         },
         optimiser: OptimiserConfig {
-            steps: 100,
+            steps: 1000,
             epochs: None,
             learning_rate: 3e-4,
             final_learning_rate: 1e-6,
             half_periods: 1.0,
-            warmup_steps: 100,
+            warmup: 0.1,
             weight_decay: 1e-2,
             clip_norm: 1.0,
             products: Products::F32,
@@ -181,6 +182,9 @@ fn standard() -> TrainConfig {
         projection: ProjectionSettings {
             at_inference: true,
             ..ProjectionSettings::default()
+        },
+        sizing: SizingSettings {
+            sizes: vec![[64, 4], [128, 4], [256, 6]],
         },
         validation: ValidationConfig {
             every: 100,
@@ -219,6 +223,7 @@ fn tiny() -> TrainConfig {
             unroll_last: 12,
             ..standard.batch
         },
+        sizing: SizingSettings::default(),
         ..standard
     }
 }

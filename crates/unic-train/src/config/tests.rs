@@ -178,3 +178,20 @@ fn largest_values_do_not_overflow() {
         assert!(recurrence.steps_for(usize::MAX) > 1);
     }
 }
+
+#[test]
+fn learning_rate_comes_near_its_setting_in_any_number_of_steps() {
+    for preset in Preset::ALL {
+        for steps in [20, 100, 1000, 3000] {
+            let mut config = TrainConfig::preset(preset);
+            config.set_steps(steps);
+            let rates = (0..steps).map(|step| config.learning_rate(step));
+            let largest = rates.fold(0.0, f64::max) / config.optimiser.learning_rate;
+            // At the end of a warm-up over a tenth the cosine has fallen by 2.4 %.
+            assert!(
+                (0.97..=1.0).contains(&largest),
+                "{preset:?}, {steps} steps: {largest}"
+            );
+        }
+    }
+}

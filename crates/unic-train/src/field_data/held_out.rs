@@ -19,6 +19,14 @@ pub(super) struct HeldOut {
     lists: ClipLists,
 }
 
+impl HeldOut {
+    /// Flags of the clips in the whole lists, beside so many that were not taken out.
+    pub(super) fn flags(&self, others: usize) -> Vec<bool> {
+        let clips = 0..others + self.indices.len();
+        clips.map(|index| self.indices.contains(&index)).collect()
+    }
+}
+
 impl ClipLists {
     /// Takes out the clips whose flag is set.
     pub(super) fn take_out(&mut self, flags: &[bool]) -> HeldOut {

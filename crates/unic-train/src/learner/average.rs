@@ -1,5 +1,7 @@
 //! Running mean of a network's parameters over the steps.
 
+use crate::config::RegularisationConfig;
+
 /// Kind of running mean of the parameters that a training keeps, and its decay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Averaging {
@@ -10,6 +12,16 @@ pub enum Averaging {
     /// Exponential mean with this decay per step. It is the plain mean of the steps so far while
     /// these are few, so that the random start is forgotten.
     WarmedUpDecay(f64),
+}
+
+impl Averaging {
+    /// The mean that a field's settings ask for.
+    pub(crate) fn of(settings: &RegularisationConfig) -> Self {
+        match settings.average > 0.0 {
+            true => Self::WarmedUpDecay(settings.average),
+            false => Self::Off,
+        }
+    }
 }
 
 /// The running mean.

@@ -25,7 +25,7 @@ impl Trainer {
             .field
             .validation
             .as_ref()
-            .map_or(Chosen::SETTINGS, Chosen::from);
+            .map_or(self.field.chosen(), Chosen::from);
         self.model_of(&self.learner.kept(), chosen)
     }
 
@@ -46,8 +46,9 @@ impl Trainer {
 
     /// Measures the model on the validation clips. Returns none in a fit on all clips.
     ///
-    /// A field that adds to a prior can memorise its training motions, and does where they are few.
-    /// So several shares of its output are tried, each on the first [`JUDGED_S`](crate::JUDGED_S)
+    /// The field has the share that a sizing has chosen, see [`Trainer::sized`]. Without one, a field
+    /// that adds to a prior can memorise its training motions, and does where they are few. So
+    /// several shares of its output are tried, each on the first [`JUDGED_S`](crate::JUDGED_S)
     /// seconds of every clip, without intersection handling, which takes most of the time. The
     /// share with the least error is the validation's. The error that is reported for it is
     /// slightly too small, because the share was chosen on the same clips. A lone clip, which is
@@ -68,7 +69,9 @@ impl Trainer {
         let (data, clips) = (&self.field.data, &self.field.data.validation);
         let mut proceed = || proceed();
         let mut best: Option<(f64, f32)> = None;
-        for &field_share in self.field_shares() {
+        let shares = self.field_shares();
+        // A lone share needs no judgement.
+        for &field_share in shares.iter().filter(|_| shares.len() > 1) {
             let chosen = Chosen {
                 field_share,
                 ..Chosen::SETTINGS
@@ -82,7 +85,7 @@ impl Trainer {
                 best = Some((rmse, field_share));
             }
         }
-        let field_share = best.map_or(1.0, |(_, share)| share);
+        let field_share = best.map_or(shares[0], |(_, share)| share);
         let bending = self.bending(&parameters, field_share, &mut proceed)?;
         let chosen = Chosen { field_share, bending };
         let model = Arc::new(self.model_of(&parameters, chosen)?);
@@ -133,11 +136,14 @@ impl Trainer {
             .or(self.bendings().first().copied()))
     }
 
-    /// Shares that [`Trainer::validation`] tries. Without a prior, nothing can replace the field.
-    pub(super) fn field_shares(&self) -> &'static [f32] {
-        match self.field.config.has_prior() {
-            true => &FIELD_SHARES,
-            false => &FIELD_SHARES[..1],
+    /// Shares that [`Trainer::validation`] tries, one at least. Without a prior, nothing can replace
+    /// the field. Where a sizing has chosen a share, more clips than the validation's have judged
+    /// it.
+    pub(super) fn field_shares(&self) -> Vec<f32> {
+        match (&self.field.sizing, self.field.config.has_prior()) {
+            (Some(sizing), _) => vec![sizing.share],
+            (None, true) => FIELD_SHARES.to_vec(),
+            (None, false) => vec![1.0],
         }
     }
 
@@ -155,6 +161,16 @@ impl Trainer {
     /// fit, or of the one before that held clips out.
     pub fn set_validation(&mut self, validation: Validation) {
         self.field.validation = Some(validation);
+    }
+
+    /// The model with other parameters and a share of the field.
+    #[cfg(test)]
+    pub(crate) fn model_with(&self, parameters: &[Vec<f32>], field_share: f32) -> Result<Model, TrainError> {
+        let chosen = Chosen {
+            field_share,
+            ..Chosen::SETTINGS
+        };
+        self.model_of(parameters, chosen)
     }
 
     pub(super) fn model_of(&self, parameters: &[Vec<f32>], chosen: Chosen) -> Result<Model, TrainError> {

@@ -10,6 +10,7 @@ use crate::{
     learner::{Learner, Listen, Training},
     network::{Network, NetworkShape, StepNoise, model_layers},
     rollout::Rollout,
+    sizing::Sizing,
     time::TrainingTime,
     validation::{Chosen, Validation, free_running_rmse_of, one_step_rmse_of},
 };
@@ -36,6 +37,8 @@ pub(super) struct FieldTraining {
     pub(super) other: TrainingTime,
     /// Validation that the model file records.
     pub(super) validation: Option<Validation>,
+    /// Choice of the field's size, which the model file records.
+    pub(super) sizing: Option<Sizing>,
 }
 
 impl Training for FieldTraining {
@@ -79,7 +82,7 @@ impl Training for FieldTraining {
                 step,
                 learner.seconds(),
                 &parameters,
-                Chosen::SETTINGS,
+                self.chosen(),
             )?)),
             false => None,
         };
@@ -101,6 +104,16 @@ impl Training for FieldTraining {
 }
 
 impl FieldTraining {
+    /// Values of the model before a validation: the share that a sizing has chosen, else the whole
+    /// field.
+    pub(super) fn chosen(&self) -> Chosen {
+        let share = self.sizing.as_ref().map(|sizing| sizing.share);
+        Chosen {
+            field_share: share.unwrap_or(Chosen::SETTINGS.field_share),
+            ..Chosen::SETTINGS
+        }
+    }
+
     /// Returns whether there is any clip to validate on.
     pub(super) fn validates(&self) -> bool {
         !self.data.validation.is_empty()
@@ -218,6 +231,7 @@ impl FieldTraining {
             "steps": step,
             "seconds": time.seconds,
             "prior_seconds": time.prior_seconds,
+            "sizing": self.sizing,
             "validation": self.validation,
         })
     }

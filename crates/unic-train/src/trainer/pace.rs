@@ -5,10 +5,13 @@ use crate::{
     error::TrainError,
     event::Control,
     fit::Fit,
+    learner::{Averaging, Learner},
+    network::Network,
     validation::{Chosen, free_running_rmse_of},
 };
 use std::{sync::Arc, time::Instant};
 use unic_core::{config::IntersectionMode, model::Model};
+use unic_kernels::FieldShape;
 
 /// Durations on this machine, in wall-clock seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +22,8 @@ pub struct Pace {
     pub validation: f64,
     /// Validation at the end of a fit that holds clips out.
     pub last_validation: f64,
+    /// Free running through the seconds of the validation clips on which shares are judged.
+    pub judging: f64,
 }
 
 impl Pace {
@@ -57,12 +62,39 @@ impl Trainer {
         let judging = self.seconds_of_validating(&model, IntersectionMode::Off, frames)?;
         Ok(Pace {
             step,
+            judging,
             // Beside free running, a measurement makes single steps over as many frames as a share
             // is judged on.
             validation: validation + judging,
             last_validation: validation
                 + judging * (self.field_shares().len() + self.bendings().len()) as f64,
         })
+    }
+
+    /// Seconds of a step of a field of another width and number of hidden layers, averaged over the
+    /// run.
+    ///
+    /// # Errors
+    /// The errors of [`Trainer::run`].
+    pub(crate) fn seconds_per_step_of(
+        &mut self,
+        [width, hidden_layers]: [usize; 2],
+    ) -> Result<f64, TrainError> {
+        let mut shape = self.field.shape.clone();
+        shape.field = FieldShape {
+            hidden: width,
+            hidden_layers,
+            skip: None,
+            ..shape.field
+        };
+        shape.field.validate()?;
+        let network = Network::new(&shape, self.config().seed, &self.field.device);
+        let learner = Learner::new(network, Averaging::of(&self.config().regularisation));
+        let own = std::mem::replace(&mut self.field.shape, shape);
+        let steps = self.config().optimiser.steps;
+        let seconds = learner.seconds_per_step(&self.field, &[steps / 4, steps / 2]);
+        self.field.shape = own;
+        seconds
     }
 
     /// Estimates the seconds of free running over the first `most` frames of every clip from those
@@ -98,6 +130,7 @@ mod tests {
             step: 0.1,
             validation: 2.0,
             last_validation: 10.0,
+            judging: 1.0,
         };
         let both = [Fit::HeldOut, Fit::AllClips];
         assert_eq!(pace.steps_within(72.5, &both[..1], 20), 302);

@@ -183,7 +183,7 @@ pub(crate) fn small(preset: Preset) -> TrainConfig {
         unroll_grown: 0.5,
     };
     config.set_steps(10);
-    config.optimiser.warmup_steps = 2;
+    config.optimiser.warmup = 0.2;
     config.validation.every = 4;
     config.validation.refit = Refit::Never;
     config.intersection.at_inference = false;

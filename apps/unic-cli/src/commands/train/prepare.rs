@@ -1,6 +1,6 @@
 //! Preparation of a run before the first step of its field: budget, clips and prior.
 
-use super::Run;
+use super::{Run, sizing_progress::SizingProgress};
 use crate::{
     failure::Interrupted,
     interrupt::{self, SaveGuard},
@@ -12,7 +12,8 @@ use crate::{
 use anyhow::Result;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use unic_train::{
-    Budget, Control, Dataset, FieldData, FittedPrior, PriorTrainer, Processor, TrainError, Trainer,
+    Budget, Control, Dataset, FieldData, FittedPrior, PriorTrainer, Processor, SizingTrainer, TrainError,
+    Trainer,
 };
 
 /// Preparation of a run's first fit.
@@ -45,10 +46,9 @@ impl Preparation<'_> {
         let mut trainer = Trainer::on(self.processor, data, self.run.config.clone())?;
         if let Some(budget) = &self.budget {
             print_status("timing a few steps to fill the budget");
-            let config = &mut self.run.config;
-            budget.set_steps(config, &trainer, self.run.fits)?;
+            budget.set_steps(&mut self.run.config, &mut trainer, self.run.fits)?;
             interrupt::check()?;
-            trainer = Trainer::on(self.processor, trainer.into_data(), config.clone())?;
+            trainer = Trainer::on(self.processor, trainer.into_data(), self.run.config.clone())?;
         }
         // The trainer has computed the number of steps from the epochs. It is stored, so that a
         // resumed run has the same schedule.
@@ -59,6 +59,36 @@ impl Preparation<'_> {
         if let Some(record) = self.run.folder.stored_record()?.planned() {
             self.run.folder.write_record(&record)?;
         }
+        self.sized(trainer.into_data())
+    }
+
+    /// Chooses the field's size, or continues to choose it, with progress.
+    ///
+    /// # Errors
+    /// A failure of a training or of its files, an interruption.
+    fn sized(&mut self, mut data: FieldData) -> Result<Trainer> {
+        let folder = self.run.folder.checkpoints_of_sizing();
+        let sizing = SizingTrainer {
+            data: &mut data,
+            settings: &self.run.config,
+            processor: self.processor,
+            folder: Some(&folder),
+        };
+        let _saving = interrupt::begin_saving();
+        let shown = Mutex::new(SizingProgress::new(&self.run.folder));
+        let sizing = sizing.run(&|event| locked(&shown).follow(event));
+        let shown = shown.into_inner().unwrap_or_else(PoisonError::into_inner);
+        shown.finish()?;
+        let sizing = match sizing {
+            Err(TrainError::Stopped) => Err(Interrupted(format!(
+                "stopped while the field's size was chosen, which is saved; continue with `{}`",
+                self.run.resume_command
+            ))
+            .into()),
+            sizing => sizing.map_err(anyhow::Error::from),
+        }?;
+        let trainer = Trainer::sized(self.processor, data, &self.run.config, sizing.as_ref())?;
+        self.run.sizing = sizing;
         Ok(trainer)
     }
 

@@ -29,7 +29,8 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
         ),
         clips => format!("validating on {}", clips.join(", ")),
     };
-    let (capture, steps) = (&data.capture, run.config.optimiser.steps);
+    let config = trainer.config();
+    let (capture, steps) = (&data.capture, config.optimiser.steps);
     let again = match run.fits {
         [_] => "",
         _ => "\nthen a second fit on all clips, which is the model",
@@ -39,11 +40,11 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
         step => format!(", {step} of them done"),
     };
     // A preset with epochs shows their number; for others it is computed from the steps.
-    let epochs = match run.config.optimiser.epochs {
+    let epochs = match config.optimiser.epochs {
         Some(epochs) => epochs.to_string(),
-        None => format!("{:.1}", run.config.epochs_of(steps, data.frame_pairs())),
+        None => format!("{:.1}", config.epochs_of(steps, data.frame_pairs())),
     };
-    let warning = short_schedule_warning(&run.config, &epochs, data.frame_pairs());
+    let warning = short_schedule_warning(config, &epochs, data.frame_pairs());
     Ok(format!(
         "{}: {} vertices, {} joints, {} fps\n\
          training on {}, {:.1} s of motion; {held_out}{again}\n\
