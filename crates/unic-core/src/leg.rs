@@ -1,8 +1,13 @@
 //! Two-bone inverse kinematics of a leg.
+//!
+//! For tools and for [`motion_matching`](crate::motion_matching), which keep feet where they stand.
 
-use super::rotation::shortest_arc;
+use crate::{
+    skeleton::{Pose, Skeleton},
+    transform::Rigid,
+};
 use glam::{Quat, Vec3};
-use unic_core::{Pose, skeleton::Skeleton, transform::Rigid};
+use serde::{Deserialize, Serialize};
 
 /// Largest share of its length to which a leg is stretched. A straight knee has no direction to
 /// bend in, and the arc cosine of its angle is ill-conditioned.
@@ -21,19 +26,25 @@ const CLOSE: f32 = 1e-6;
 const ITERATIONS: usize = 3;
 
 /// Joints of one leg.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Leg {
-    pub(crate) hip: usize,
-    pub(crate) knee: usize,
-    pub(crate) ankle: usize,
-    pub(crate) toe: usize,
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Leg {
+    /// Joint between pelvis and thigh.
+    pub hip: usize,
+    /// Joint between thigh and shank.
+    pub knee: usize,
+    /// Joint between shank and foot.
+    pub ankle: usize,
+    /// Joint of the ball of the foot.
+    pub toe: usize,
 }
 
 /// Target positions of the joints of a foot, world space, metres.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FootTarget {
-    pub(crate) ankle: Vec3,
-    pub(crate) toe: Vec3,
+pub struct FootTarget {
+    /// Target of the ankle.
+    pub ankle: Vec3,
+    /// Target of the toe joint. Its direction from the ankle's target orients the foot.
+    pub toe: Vec3,
 }
 
 impl Leg {
@@ -41,7 +52,7 @@ impl Leg {
     /// allows. The knee stays in its plane.
     ///
     /// `world` holds the forward kinematics of `pose` before the change.
-    pub(crate) fn reach(&self, skeleton: &Skeleton, pose: &mut Pose, world: &[Rigid], target: FootTarget) {
+    pub fn reach(&self, skeleton: &Skeleton, pose: &mut Pose, world: &[Rigid], target: FootTarget) {
         let FootTarget { ankle, toe } = target;
         let [hip, knee, heel] = [self.hip, self.knee, self.ankle].map(|j| world[j].translation);
         let (thigh, shank) = (knee - hip, heel - knee);
@@ -92,4 +103,11 @@ fn bent(along: Vec3, mut across: Vec3, hinge: Vec3, angle: f32) -> Vec3 {
         across = Quat::from_axis_angle(hinge, missing) * across;
     }
     across
+}
+
+/// Returns the smallest rotation that takes the direction of `from` to that of `to`.
+///
+/// Vectors of length zero count as +Y, so that a missing bone yields a finite rotation.
+pub fn shortest_arc(from: Vec3, to: Vec3) -> Quat {
+    Quat::from_rotation_arc(from.normalize_or(Vec3::Y), to.normalize_or(Vec3::Y))
 }
