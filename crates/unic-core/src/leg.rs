@@ -111,3 +111,62 @@ fn bent(along: Vec3, mut across: Vec3, hinge: Vec3, angle: f32) -> Vec3 {
 pub fn shortest_arc(from: Vec3, to: Vec3) -> Quat {
     Quat::from_rotation_arc(from.normalize_or(Vec3::Y), to.normalize_or(Vec3::Y))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::skeleton::SkeletonParts;
+    use proptest::prelude::*;
+
+    const LEG: Leg = Leg {
+        hip: 1,
+        knee: 2,
+        ankle: 3,
+        toe: 4,
+    };
+
+    fn skeleton() -> Skeleton {
+        Skeleton::new(SkeletonParts {
+            parents: vec![-1, 0, 1, 2, 3],
+            joints: vec![
+                Vec3::Y,
+                Vec3::new(0.1, 0.9, 0.0),
+                Vec3::new(0.11, 0.5, 0.03),
+                Vec3::new(0.1, 0.08, 0.0),
+                Vec3::new(0.1, 0.03, 0.15),
+            ],
+            ..SkeletonParts::default()
+        })
+        .unwrap()
+    }
+
+    proptest! {
+        /// Every target within reach is reached, and bones keep their lengths.
+        #[test]
+        fn reachable_targets_are_reached(
+            turns in prop::array::uniform5(prop::array::uniform3(-0.5f32..0.5)),
+            bend in 0.1f32..1.5,
+            direction in prop::array::uniform3(-1.0f32..1.0),
+            length in 0.25f32..0.8,
+        ) {
+            let skeleton = skeleton();
+            let mut pose = Pose::from_axis_angles(Vec3::ZERO, &turns.map(Vec3::from_array));
+            pose.local[LEG.knee] = Quat::from_rotation_x(bend);
+            let mut world = Vec::new();
+            skeleton.forward_kinematics(&pose, &mut world);
+            let down = Vec3::from_array(direction) * 0.6 - Vec3::Y;
+            let ankle = world[LEG.hip].translation + down.normalize() * length;
+            let foot = Vec3::new(0.1, -0.05, 0.9).normalize() * skeleton.joints()[4].distance(skeleton.joints()[3]);
+            let target = FootTarget { ankle, toe: ankle + foot };
+            LEG.reach(&skeleton, &mut pose, &world, target);
+            skeleton.forward_kinematics(&pose, &mut world);
+            prop_assert!(world[LEG.ankle].translation.distance(target.ankle) < 2e-3);
+            prop_assert!(world[LEG.toe].translation.distance(target.toe) < 2e-3);
+            for joint in 1..5 {
+                let bone = world[joint].translation.distance(world[joint - 1].translation);
+                let rest = skeleton.joints()[joint].distance(skeleton.joints()[joint - 1]);
+                prop_assert!((bone - rest).abs() < 1e-5);
+            }
+        }
+    }
+}

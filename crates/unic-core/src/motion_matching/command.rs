@@ -1,6 +1,9 @@
 //! Commands: what a player asks of a character, whatever device it comes from.
 
-use super::root::{RootFrame, direction_of, yaw_of};
+use super::{
+    object::SimulatedObject,
+    root::{RootFrame, direction_of, yaw_of},
+};
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
@@ -89,7 +92,7 @@ pub enum MouseButtons {
 /// Mouse control of the paper, after the demonstration of Codebook Matching (Starke et al. 2024).
 ///
 /// The pointer's place on the ground, clamped to 1 m around the root, draws a target along. The
-/// velocity asked for is 2 (target − root) / 0.5 s.
+/// velocity asked for is 2 (target − root) / 0.5 s, less what the object still travels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MouseControl {
     /// Target on the ground relative to the root, metres, world directions.
@@ -104,6 +107,12 @@ const REACH_M: f32 = 1.0;
 const BLEND: f32 = 0.75;
 /// Time in which the target is to be reached, seconds.
 const HORIZON_S: f32 = 0.5;
+/// Distance of the target at which the character has arrived, metres.
+const ARRIVED_M: f32 = 0.15;
+/// Distance of the pointer from which on it has a direction to turn to, metres.
+const TURNING_M: f32 = 0.5;
+/// Time by which the object's velocity lags behind the command, seconds: 2 / rate of its spring.
+const LAG_S: f32 = 0.33;
 /// Factor of the velocity.
 const GAIN: f32 = 2.0;
 
@@ -122,17 +131,22 @@ impl MouseControl {
     }
 
     /// Moves the target towards the pointer's place on the ground (x, z), and returns the command
-    /// for the tick.
-    pub fn command(&mut self, root: &RootFrame, pointer: Vec2, buttons: MouseButtons) -> Command {
+    /// for the tick. `object` is what the character follows.
+    pub fn command(&mut self, object: &SimulatedObject, pointer: Vec2, buttons: MouseButtons) -> Command {
+        let root = object.root();
         let wanted = match buttons {
             MouseButtons::Released => Vec2::ZERO,
             _ => (pointer - root.position).clamp_length_max(REACH_M),
         };
         self.offset = self.offset.lerp(wanted, BLEND);
-        let velocity = self.offset * (GAIN / HORIZON_S);
+        // The object's velocity lags behind the command. Where it comes to rest counts, or it would
+        // swing about the target.
+        let missing = self.offset - object.motion.velocity * LAG_S;
+        let beyond = (missing.length() - ARRIVED_M).max(0.0);
+        let velocity = missing.normalize_or_zero() * (beyond * GAIN / HORIZON_S);
         let to_pointer = pointer - root.position;
         let facing = match buttons {
-            MouseButtons::LeftAndRight if to_pointer.length() > 0.1 => Facing::Yaw(yaw_of(to_pointer)),
+            MouseButtons::LeftAndRight if to_pointer.length() > TURNING_M => Facing::Yaw(yaw_of(to_pointer)),
             _ => Facing::Yaw(root.yaw),
         };
         Command {

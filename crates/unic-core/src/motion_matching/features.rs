@@ -90,18 +90,19 @@ impl Feature {
 /// Returns the standard groups: positions and velocities of both feet, velocity of the hip, and
 /// the trajectory over the next second; 27 numbers.
 ///
-/// The weights are those of the public demonstration by D. Holden, "Learned Motion Matching".
+/// The features are those of D. Holden's public demonstration. The weights were chosen on the
+/// scripts of `unic bench control`.
 pub fn standard_groups(legs: &[Leg; 2], root_joint: usize) -> Vec<FeatureGroup> {
     let group = |feature, weight| FeatureGroup { feature, weight };
     let [left, right] = legs.map(|leg| leg.ankle);
     vec![
-        group(Feature::JointPosition(left), 0.75),
-        group(Feature::JointPosition(right), 0.75),
-        group(Feature::JointVelocity(left), 1.0),
-        group(Feature::JointVelocity(right), 1.0),
-        group(Feature::JointVelocity(root_joint), 1.0),
-        group(Feature::TrajectoryPositions(TRAJECTORY_S.to_vec()), 1.0),
-        group(Feature::TrajectoryDirections(TRAJECTORY_S.to_vec()), 1.5),
+        group(Feature::JointPosition(left), 0.6),
+        group(Feature::JointPosition(right), 0.6),
+        group(Feature::JointVelocity(left), 1.4),
+        group(Feature::JointVelocity(right), 1.4),
+        group(Feature::JointVelocity(root_joint), 0.5),
+        group(Feature::TrajectoryPositions(TRAJECTORY_S.to_vec()), 1.4),
+        group(Feature::TrajectoryDirections(TRAJECTORY_S.to_vec()), 1.8),
     ]
 }
 

@@ -122,3 +122,118 @@ impl<'a> Velocities<'a> {
         rotation_vector((next * now.inverse()).normalize()) * self.database.fps()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        clip::Clip,
+        leg::Leg,
+        motion_matching::{DatabaseSettings, Feature, FeatureGroup, TaggedClip},
+        skeleton::{Pose, SkeletonParts},
+    };
+
+    /// Two joints that turn and move, on no particular path.
+    fn database() -> Database {
+        let skeleton = crate::skeleton::Skeleton::new(SkeletonParts {
+            parents: vec![-1, 0],
+            joints: vec![Vec3::Y, Vec3::Y * 0.5],
+            ..SkeletonParts::default()
+        });
+        let skeleton = skeleton.unwrap();
+        let turn = |t: f32| Quat::from_scaled_axis(Vec3::new(1.1 * t.sin(), 0.7 * t, 0.8 * (0.6 * t).cos()));
+        let pose = |i: usize| {
+            let t = i as f32 / 300.0;
+            Pose {
+                trans: Vec3::new(t.sin(), 0.2 * (2.0 * t).sin(), t * t),
+                local: vec![Quat::from_rotation_y(0.4 * t), turn(3.0 * t)],
+            }
+        };
+        let clip = Clip {
+            name: "turning".into(),
+            fps: 300.0,
+            poses: (0..900).map(pose).collect(),
+            ground_height: 0.0,
+            wind: Vec::new(),
+        };
+        let leg = Leg {
+            hip: 0,
+            knee: 0,
+            ankle: 1,
+            toe: 1,
+        };
+        let settings = DatabaseSettings {
+            groups: vec![FeatureGroup {
+                feature: Feature::JointPosition(1),
+                weight: 1.0,
+            }],
+            legs: [leg; 2],
+            toe_heights_m: [0.0; 2],
+            mirror: None,
+            end_margin_s: 0.1,
+            contact_speed_m_s: 0.1,
+            contact_height_m: 0.1,
+        };
+        Database::build(&skeleton, &[TaggedClip::untagged(&clip)], settings).unwrap()
+    }
+
+    fn shown(database: &Database, offset: &PoseOffset, frame: usize) -> (Vec3, Quat) {
+        let turn = Quat::from_scaled_axis(offset.joints[1].value);
+        (
+            database.hips(frame) + offset.hips.value,
+            turn * database.rotations(frame)[1],
+        )
+    }
+
+    /// The output and its velocity are the same before and after a switch, also in the middle of
+    /// another one. The tolerance is the change of velocity within a tick of 1/300 s.
+    #[test]
+    fn switches_keep_position_and_velocity() {
+        let database = database();
+        let spring = Spring::of_half_life(0.1);
+        let springs = OffsetSprings {
+            pose: spring,
+            root: spring,
+        };
+        let dt = 1.0 / database.fps();
+        let mut offset = PoseOffset::none(2);
+        let mut frame = 100;
+        for to in [700, 250, 420] {
+            let mut ahead = offset.clone();
+            ahead.decay(&springs, dt);
+            let old = [
+                shown(&database, &offset, frame),
+                shown(&database, &ahead, frame + 1),
+            ];
+            offset.switch(&database, &RootFrame::default(), frame, to);
+            ahead = offset.clone();
+            ahead.decay(&springs, dt);
+            let new = [shown(&database, &offset, to), shown(&database, &ahead, to + 1)];
+            assert!(old[0].0.distance(new[0].0) < 1e-5 && old[0].1.angle_between(new[0].1) < 1e-3);
+            let velocity = |two: &[(Vec3, Quat); 2]| (two[1].0 - two[0].0) / dt;
+            assert!((velocity(&old) - velocity(&new)).length() < 0.15);
+            let rate = |two: &[(Vec3, Quat); 2]| rotation_vector(two[1].1 * two[0].1.inverse()) / dt;
+            let jump = (rate(&old) - rate(&new)).length();
+            assert!(jump < 0.25 * rate(&old).length().max(4.0), "{jump} rad/s");
+            // Some ticks later the next switch comes into the decay.
+            for _ in 0..10 {
+                offset.decay(&springs, dt);
+            }
+            frame = to + 10;
+        }
+    }
+
+    #[test]
+    fn offsets_decay_to_nothing() {
+        let database = database();
+        let spring = Spring::of_half_life(0.1);
+        let mut offset = PoseOffset::none(2);
+        offset.switch(&database, &RootFrame::default(), 100, 700);
+        let springs = OffsetSprings {
+            pose: spring,
+            root: spring,
+        };
+        offset.decay(&springs, 2.0);
+        assert!(offset.joints[1].value.length() < 1e-4 && offset.hips.value.length() < 1e-4);
+    }
+}

@@ -39,6 +39,8 @@ pub struct ControllerSettings {
     pub clamp_rad: f32,
     /// Distance at which a locked foot is torn off the ground, metres.
     pub unlock_radius_m: f32,
+    /// Half-life of the offset of a foot after its release, seconds.
+    pub foot_half_life_s: f32,
 }
 
 impl ControllerSettings {
@@ -48,23 +50,24 @@ impl ControllerSettings {
         let share = responsiveness.clamp(0.0, 1.0);
         let between = |quality: f32, response: f32| quality + (response - quality) * share;
         Self {
-            velocity_half_life_s: between(0.35, 0.17),
-            yaw_half_life_s: between(0.35, 0.17),
-            search_interval_s: between(0.2, 0.0),
-            continuing_bias: between(0.4, 0.0),
-            window_s: 1.0 / 3.0,
-            forcing_velocity_m_s: between(0.6, 0.2),
-            forcing_yaw_rad: between(0.6, 0.2),
-            pose_half_life_s: between(0.14, 0.1),
-            root_half_life_s: between(0.14, 0.1),
-            adjustment_half_life_s: between(0.3, 0.1),
-            adjustment_ratio: between(0.2, 0.5),
-            yaw_adjustment_half_life_s: between(0.3, 0.1),
-            yaw_adjustment_ratio: 0.5,
-            yaw_adjustment_rad_m: between(0.2, 1.0),
-            clamp_m: 0.4,
+            velocity_half_life_s: between(0.29, 0.17),
+            yaw_half_life_s: between(0.32, 0.2),
+            search_interval_s: between(0.25, 0.03),
+            continuing_bias: between(0.85, 0.0),
+            window_s: 0.46,
+            forcing_velocity_m_s: between(0.8, 0.2),
+            forcing_yaw_rad: between(0.9, 0.2),
+            pose_half_life_s: between(0.11, 0.07),
+            root_half_life_s: between(0.12, 0.08),
+            adjustment_half_life_s: between(0.28, 0.07),
+            adjustment_ratio: between(0.38, 0.6),
+            yaw_adjustment_half_life_s: between(0.12, 0.05),
+            yaw_adjustment_ratio: between(0.7, 1.5),
+            yaw_adjustment_rad_m: between(0.4, 0.9),
+            clamp_m: 0.5,
             clamp_rad: std::f32::consts::FRAC_PI_2,
-            unlock_radius_m: 0.2,
+            unlock_radius_m: 0.25,
+            foot_half_life_s: 0.13,
         }
     }
 
@@ -88,9 +91,10 @@ impl ControllerSettings {
     pub(super) fn foot_rules(&self) -> FootRules {
         FootRules {
             unlock_radius_m: self.unlock_radius_m,
-            lock_speed_m_s: 0.6,
+            lock_speed_m_s: 0.4,
             lock_height_m: 0.05,
-            spring: Spring::of_half_life(self.pose_half_life_s),
+            spring: Spring::of_half_life(self.foot_half_life_s),
+            lift_spring: Spring::of_half_life(0.5 * self.foot_half_life_s),
         }
     }
 }

@@ -6,7 +6,7 @@ use super::{
 use indexmap::IndexMap;
 use serde::Serialize;
 use std::{fmt, sync::Arc};
-use unic_core::motion_matching::{Controller, ControllerError, ControllerSettings, Database};
+use unic_core::motion_matching::{Controller, ControllerError, ControllerSettings, Database, TagFilter};
 
 /// Result of all scripts on one database. The JSON form is a public contract.
 #[derive(Clone, Debug, Serialize)]
@@ -31,11 +31,13 @@ impl ControlReport {
     pub fn measure<E: From<ControllerError>>(
         database: &Arc<Database>,
         settings: ControllerSettings,
+        tags: TagFilter,
         seed: u64,
         observe: &mut dyn FnMut(&ControlRun) -> Result<(), E>,
     ) -> Result<Self, E> {
         let reference = DataReference::measure(database);
         let mut controller = Controller::new(Arc::clone(database), settings);
+        controller.set_tags(tags)?;
         let mut runs = Vec::new();
         let mut scripts = IndexMap::new();
         for script in Script::ALL {

@@ -58,7 +58,7 @@ impl ControlRun {
             queries: Vec::new(),
         };
         for tick in 0..(script.seconds() * fps) as usize {
-            let command = player.command(tick as f32 / fps, &controller.state().root());
+            let command = player.command(tick as f32 / fps, controller.state().object());
             let report = controller.step(&command)?;
             if report.search != unic_core::motion_matching::SearchOutcome::NotDue {
                 run.queries.push(controller.query().to_vec());

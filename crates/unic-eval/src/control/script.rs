@@ -3,7 +3,9 @@
 use glam::Vec2;
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
-use unic_core::motion_matching::{Command, MouseButtons, MouseControl, RootFrame, direction_of};
+use unic_core::motion_matching::{
+    Command, MouseButtons, MouseControl, RootFrame, SimulatedObject, direction_of,
+};
 
 /// Name of the stream of random numbers. With the seed it is the key of the generator.
 const STREAM: &[u8; 24] = b"control: random mouse   ";
@@ -131,15 +133,15 @@ impl Player {
         }
     }
 
-    /// Returns the command at a time, seconds, for a character at `root`.
-    pub fn command(&mut self, seconds: f32, root: &RootFrame) -> Command {
+    /// Returns the command at a time, seconds. `object` is what the character follows.
+    pub fn command(&mut self, seconds: f32, object: &SimulatedObject) -> Command {
         let t = seconds - STAND_S;
         if t < 0.0 {
             return Command::STAND;
         }
         if self.script == Script::RandomMouse {
-            self.move_mouse(t, root);
-            return self.mouse.command(root, self.pointer, self.buttons);
+            self.move_mouse(t, &object.root());
+            return self.mouse.command(object, self.pointer, self.buttons);
         }
         let (yaw, speed) = self.script.travel(t);
         Command::travel(direction_of(yaw) * speed)

@@ -61,7 +61,7 @@ fn steps(controller: &mut Controller, runs: &[ControlRun], seed: u64) -> Result<
         controller.reset(RootFrame::default());
         let mut player = Player::new(run.script, seed);
         for tick in 0..run.ticks.len() {
-            let command = player.command(tick as f32 / run.fps, &controller.state().root());
+            let command = player.command(tick as f32 / run.fps, controller.state().object());
             let started = Instant::now();
             black_box(controller.step(&command)?);
             times.push(started.elapsed().as_secs_f64() * 1e6);
