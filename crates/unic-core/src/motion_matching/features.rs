@@ -100,8 +100,8 @@ pub fn standard_groups(legs: &[Leg; 2], root_joint: usize) -> Vec<FeatureGroup> 
         group(Feature::JointPosition(right), 0.6),
         group(Feature::JointVelocity(left), 1.4),
         group(Feature::JointVelocity(right), 1.4),
-        group(Feature::JointVelocity(root_joint), 0.5),
-        group(Feature::TrajectoryPositions(TRAJECTORY_S.to_vec()), 1.4),
+        group(Feature::JointVelocity(root_joint), 0.6),
+        group(Feature::TrajectoryPositions(TRAJECTORY_S.to_vec()), 1.45),
         group(Feature::TrajectoryDirections(TRAJECTORY_S.to_vec()), 1.8),
     ]
 }

@@ -50,24 +50,24 @@ impl ControllerSettings {
         let share = responsiveness.clamp(0.0, 1.0);
         let between = |quality: f32, response: f32| quality + (response - quality) * share;
         Self {
-            velocity_half_life_s: between(0.29, 0.17),
+            velocity_half_life_s: between(0.28, 0.16),
             yaw_half_life_s: between(0.32, 0.2),
-            search_interval_s: between(0.25, 0.03),
-            continuing_bias: between(0.85, 0.0),
-            window_s: 0.46,
+            search_interval_s: between(0.3, 0.03),
+            continuing_bias: between(1.0, 0.0),
+            window_s: 1.0 / 3.0,
             forcing_velocity_m_s: between(0.8, 0.2),
             forcing_yaw_rad: between(0.9, 0.2),
-            pose_half_life_s: between(0.11, 0.07),
-            root_half_life_s: between(0.12, 0.08),
-            adjustment_half_life_s: between(0.28, 0.07),
+            pose_half_life_s: between(0.12, 0.08),
+            root_half_life_s: between(0.1, 0.08),
+            adjustment_half_life_s: between(0.25, 0.07),
             adjustment_ratio: between(0.38, 0.6),
             yaw_adjustment_half_life_s: between(0.12, 0.05),
-            yaw_adjustment_ratio: between(0.7, 1.5),
+            yaw_adjustment_ratio: between(0.9, 1.7),
             yaw_adjustment_rad_m: between(0.4, 0.9),
-            clamp_m: 0.5,
+            clamp_m: 0.42,
             clamp_rad: std::f32::consts::FRAC_PI_2,
-            unlock_radius_m: 0.25,
-            foot_half_life_s: 0.13,
+            unlock_radius_m: 0.2,
+            foot_half_life_s: 0.11,
         }
     }
 
