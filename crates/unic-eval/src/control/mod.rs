@@ -5,6 +5,8 @@ mod reference;
 mod report;
 mod run;
 mod script;
+#[cfg(test)]
+mod tests;
 mod timing;
 
 pub use metrics::ControlMetrics;

@@ -94,7 +94,7 @@ impl Script {
         let step = (t / STEP_S) as u32;
         match self {
             Self::Circle => (rate * t, SPEED_M_S),
-            Self::Figure8 if (t / lap) as u32 % 2 == 0 => (rate * t, SPEED_M_S),
+            Self::Figure8 if ((t / lap) as u32).is_multiple_of(2) => (rate * t, SPEED_M_S),
             Self::Figure8 => (-rate * t, SPEED_M_S),
             Self::Square => ((t * SPEED_M_S / SIDE_M).floor() * FRAC_PI_2, SPEED_M_S),
             Self::Slalom => (SLALOM_RAD * (TAU * t / SLALOM_S).sin(), SPEED_M_S),
