@@ -10,12 +10,12 @@ use unic_core::{
     skeleton::{Skeleton, SkeletonParts},
 };
 
-pub const FPS: f32 = 30.0;
+pub(crate) const FPS: f32 = 30.0;
 /// Speed of the gliding figure, m/s.
-pub const SPEED: f32 = 1.2;
+pub(crate) const SPEED: f32 = 1.2;
 
 /// Legs in SMPL's order.
-pub const SMPL_LEGS: [Leg; 2] = [
+pub(crate) const SMPL_LEGS: [Leg; 2] = [
     Leg {
         hip: 1,
         knee: 4,
@@ -31,12 +31,12 @@ pub const SMPL_LEGS: [Leg; 2] = [
 ];
 
 /// Joint with left and right exchanged, in SMPL's order.
-pub const SMPL_MIRROR: [usize; 24] = [
+pub(crate) const SMPL_MIRROR: [usize; 24] = [
     0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20, 23, 22,
 ];
 
 /// Figure of two legs: hips, knees, ankles and toes beside each other.
-pub fn figure() -> Skeleton {
+pub(crate) fn figure() -> Skeleton {
     let names = [
         "pelvis", "L_hip", "R_hip", "L_knee", "R_knee", "L_ankle", "R_ankle", "L_foot", "R_foot",
     ];
@@ -59,7 +59,7 @@ pub fn figure() -> Skeleton {
     .unwrap()
 }
 
-pub const FIGURE_LEGS: [Leg; 2] = [
+pub(crate) const FIGURE_LEGS: [Leg; 2] = [
     Leg {
         hip: 1,
         knee: 3,
@@ -74,9 +74,9 @@ pub const FIGURE_LEGS: [Leg; 2] = [
     },
 ];
 
-pub const FIGURE_MIRROR: [usize; 9] = [0, 2, 1, 4, 3, 6, 5, 8, 7];
+pub(crate) const FIGURE_MIRROR: [usize; 9] = [0, 2, 1, 4, 3, 6, 5, 8, 7];
 
-pub fn figure_settings() -> DatabaseSettings {
+pub(crate) fn figure_settings() -> DatabaseSettings {
     DatabaseSettings {
         groups: standard_groups(&FIGURE_LEGS, 0),
         legs: FIGURE_LEGS,
@@ -89,7 +89,7 @@ pub fn figure_settings() -> DatabaseSettings {
 }
 
 /// The figure gliding along `yaw` with stiff legs.
-pub fn gliding(frames: usize, yaw: f32) -> Clip {
+pub(crate) fn gliding(frames: usize, yaw: f32) -> Clip {
     let turn = Quat::from_rotation_y(yaw);
     let pose = |t: usize| Pose {
         trans: turn * Vec3::Z * SPEED * t as f32 / FPS,
@@ -99,7 +99,7 @@ pub fn gliding(frames: usize, yaw: f32) -> Clip {
 }
 
 /// The figure on a winding path, with swinging legs; another one for each seed.
-pub fn winding(frames: usize, seed: f32) -> Clip {
+pub(crate) fn winding(frames: usize, seed: f32) -> Clip {
     let pose = |t: usize| {
         let s = t as f32 / FPS;
         let swing = |phase: f32| Quat::from_rotation_x(0.6 * (5.0 * s + phase + seed).sin());
@@ -130,13 +130,13 @@ fn clip(name: &str, poses: Vec<Pose>) -> Clip {
     }
 }
 
-pub fn build(skeleton: &Skeleton, clips: &[Clip], settings: DatabaseSettings) -> Database {
+pub(crate) fn build(skeleton: &Skeleton, clips: &[Clip], settings: DatabaseSettings) -> Database {
     let tagged: Vec<TaggedClip> = clips.iter().map(TaggedClip::untagged).collect();
     Database::build(skeleton, &tagged, settings).unwrap()
 }
 
 /// Database of the built-in human, mirrored.
-pub fn human_database() -> Arc<Database> {
+pub(crate) fn human_database() -> Arc<Database> {
     static DATABASE: LazyLock<Arc<Database>> = LazyLock::new(|| {
         let character = unic_builtin::human::human(&Default::default()).unwrap();
         let clips = unic_builtin::motion::control_set(&character, 0, FPS).unwrap();

@@ -106,8 +106,8 @@ fn switches_are_continuous() {
     }
     assert!(switches.len() > 20);
     for t in switches {
-        for joint in 0..24 {
-            let [a, b, c] = [tracks[t - 2][joint], tracks[t - 1][joint], tracks[t][joint]];
+        let three = tracks[t - 2].iter().zip(&tracks[t - 1]).zip(&tracks[t]);
+        for (joint, ((&a, &b), &c)) in three.enumerate() {
             assert!((c - b).length() * 30.0 < 10.0, "tick {t} joint {joint}");
             assert!((c - 2.0 * b + a).length() * 30.0 < 7.0, "tick {t} joint {joint}");
         }

@@ -105,7 +105,7 @@ fn mirrored_clips_are_mirror_images() {
         let swapped = [3, 4, 5, 0, 1, 2, 9, 10, 11, 6, 7, 8, 12, 13, 14]
             .into_iter()
             .chain(15..27);
-        let lateral = |i: usize| if i < 15 { i % 3 == 0 } else { i % 2 == 1 };
+        let lateral = |i: usize| if i < 15 { i.is_multiple_of(3) } else { i % 2 == 1 };
         for (i, j) in swapped.enumerate() {
             let expected = if lateral(i) { -b[i] } else { b[i] };
             assert!((a[j] - expected).abs() < 2e-4, "frame {frame}, number {i}");
