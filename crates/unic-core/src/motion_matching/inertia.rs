@@ -12,6 +12,7 @@ use super::{
 use crate::heading::rotation_vector;
 use glam::{Quat, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
+use std::f32::consts::TAU;
 
 /// Difference between the output and the frame that plays.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,13 +56,16 @@ impl PoseOffset {
         self.hips.rate += before.hips - after.hips;
         self.velocity.value += root.to_world(before.root - after.root);
         self.yaw_rate.value += before.yaw_rate - after.yaw_rate;
+        let dt = 1.0 / database.fps();
         for (joint, offset) in self.joints.iter_mut().enumerate() {
-            let turn = Quat::from_scaled_axis(offset.value);
             let (old, new) = (database.rotations(from)[joint], database.rotations(to)[joint]);
-            let output = turn * old;
-            let rate = offset.rate + turn * before.rotation(joint);
+            let output = Quat::from_scaled_axis(offset.value) * old;
+            // The output a tick later, as if there were no switch. A rate of a rotation vector is
+            // no angular velocity, so the new rate is a difference of two rotation vectors.
+            let ahead = Quat::from_scaled_axis(offset.value + offset.rate * dt) * before.turn(joint) * old;
             offset.value = rotation_vector((output * new.inverse()).normalize());
-            offset.rate = rate - Quat::from_scaled_axis(offset.value) * after.rotation(joint);
+            let later = rotation_vector((ahead * (after.turn(joint) * new).inverse()).normalize());
+            offset.rate = (unwrapped(later, offset.value) - offset.value) * (1.0 / dt);
         }
     }
 
@@ -115,11 +119,21 @@ impl<'a> Velocities<'a> {
         }
     }
 
-    /// Angular velocity of a joint in its parent's frame, rad/s.
-    fn rotation(&self, joint: usize) -> Vec3 {
+    /// Rotation of a joint within a tick, in its parent's frame.
+    fn turn(&self, joint: usize) -> Quat {
         let now = self.database.rotations(self.first)[joint];
         let next = self.database.rotations(self.first + 1)[joint];
-        rotation_vector((next * now.inverse()).normalize()) * self.database.fps()
+        next * now.inverse()
+    }
+}
+
+/// Returns the rotation vector of the same rotation that is nearer to `last`: vectors of half a
+/// turn jump to the other side.
+fn unwrapped(vector: Vec3, last: Vec3) -> Vec3 {
+    let other = vector - vector.normalize_or_zero() * TAU;
+    match other.distance_squared(last) < vector.distance_squared(last) {
+        true => other,
+        false => vector,
     }
 }
 

@@ -77,7 +77,7 @@ fn run(ticks: usize, command: impl Fn(usize) -> Vec2, speed: impl Fn(usize) -> f
             report: StepReport {
                 search: SearchOutcome::NotDue,
                 adjusted_m: 0.01,
-                clamping: if t % 4 == 0 {
+                clamping: if t.is_multiple_of(4) {
                     Clamping::Clamped
                 } else {
                     Clamping::Within
