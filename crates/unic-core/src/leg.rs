@@ -57,8 +57,8 @@ impl Leg {
         let [hip, knee, heel] = [self.hip, self.knee, self.ankle].map(|j| world[j].translation);
         let (thigh, shank) = (knee - hip, heel - knee);
         let (upper, lower) = (thigh.length(), shank.length());
-        // A bone without a length has no direction.
-        if upper.min(lower) < f32::EPSILON {
+        // A bone without a length has no direction, nor has one that is not finite.
+        if upper.min(lower) < f32::EPSILON || !(upper + lower).is_finite() {
             return;
         }
         let is_there = heel

@@ -347,7 +347,7 @@ impl Controller {
         state.root.position += way;
         let turn = wrapped(object.yaw - state.root.yaw) * share(settings.yaw_adjustment_half_life_s);
         let most = settings.yaw_adjustment_ratio * yaw_rate + settings.yaw_adjustment_rad_m * speed;
-        state.root.yaw = wrapped(state.root.yaw + turn.clamp(-most * dt, most * dt));
+        state.root.yaw = wrapped(state.root.yaw + turn.max(-most * dt).min(most * dt));
         way.length()
     }
 

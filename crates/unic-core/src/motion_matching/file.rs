@@ -170,6 +170,9 @@ impl Database {
         })
         .map_err(DatabaseError::from)?;
         header.settings.check(&skeleton)?;
+        if !(skeleton.joints().iter()).all(|j| j.abs().max_element() <= FARTHEST_M) {
+            return Err(DatabaseFileError::Content { what: "joints" });
+        }
         if !(1.0..=1000.0).contains(&header.fps) {
             return Err(DatabaseFileError::Content { what: "frame rate" });
         }
@@ -277,6 +280,9 @@ impl Sizes {
     }
 }
 
+/// Largest coordinate of a position, metres. Differences of larger ones may overflow.
+const FARTHEST_M: f32 = 1e6;
+
 /// Arrays of a file.
 struct Arrays {
     frames: Frames,
@@ -310,11 +316,14 @@ impl Arrays {
 
     fn check(&self) -> Result<(), DatabaseFileError> {
         let Self { frames, scale, rows } = self;
-        let is_root = |r: &RootFrame| r.position.is_finite() && r.yaw.is_finite();
+        let is_root = |r: &RootFrame| r.position.abs().max_element() <= FARTHEST_M && r.yaw.abs() <= 10.0;
         let is_finite = |values: &[f32]| values.iter().all(|x| x.is_finite());
         let checks = [
             ("root frames", frames.roots.iter().all(is_root)),
-            ("positions", frames.hips.iter().all(|v| v.is_finite())),
+            (
+                "positions",
+                frames.hips.iter().all(|v| v.abs().max_element() <= FARTHEST_M),
+            ),
             (
                 "rotations",
                 frames
