@@ -4,6 +4,7 @@
 mod animate;
 mod bench;
 mod code;
+mod control;
 mod demo;
 mod eval;
 mod inspect;
@@ -15,8 +16,9 @@ mod threads;
 mod train;
 
 pub(crate) use animate::AnimateArgs;
-pub(crate) use bench::BenchArgs;
+pub(crate) use bench::{BenchArgs, OtherBench};
 pub(crate) use code::CodeArgs;
+pub(crate) use control::ControlArgs;
 pub(crate) use demo::{DemoArgs, DemoGarment};
 pub(crate) use eval::EvalArgs;
 pub(crate) use inspect::InspectArgs;

@@ -154,10 +154,12 @@ pub mod features;
 pub mod folds;
 pub mod heading;
 pub mod intersection;
+pub mod leg;
 pub mod mesh;
 pub mod model;
 pub mod model_file;
 pub mod motion;
+pub mod motion_matching;
 pub mod network;
 pub mod parallel;
 #[doc(hidden)]

@@ -11,6 +11,10 @@
 
 mod common;
 
+#[path = "motion_matching/common.rs"]
+#[allow(dead_code, reason = "shared with the tests of motion matching")]
+mod figures;
+
 use common::{input, motion, parts, variant};
 use std::{fs, path::Path, sync::Arc};
 use unic_core::{
@@ -18,6 +22,7 @@ use unic_core::{
     mesh::Uvs,
     model::ModelParts,
     model_file::{Integrity, verify_checksum},
+    motion_matching::{ChecksumRule, Command, Controller, ControllerSettings, Database},
 };
 use unic_mutation::{Container, CountingAllocator, FuzzTarget, fuzz, scratch_folder};
 
@@ -50,6 +55,39 @@ fn damage(name: &str, parts: ModelParts) {
         tally.refused > 100,
         "{name}: too few files are refused for a test"
     );
+}
+
+/// Motion databases are read from files too. One that is read can be searched and played.
+#[test]
+fn motion_databases() {
+    let path =
+        scratch_folder(Path::new(env!("CARGO_TARGET_TMPDIR")), "motion database").join("walk.unicmotn");
+    let sound = figures::build(
+        &figures::figure(),
+        &[figures::winding(60, 0.7)],
+        figures::figure_settings(),
+    )
+    .to_bytes()
+    .unwrap();
+    fs::write(&path, &sound).unwrap();
+    let target = FuzzTarget {
+        name: "motion database",
+        path: &path,
+        container: Container::Plain,
+    };
+    let tally = fuzz(&target, |path| {
+        let bytes = fs::read(path).unwrap();
+        // The checksum detects all damage.
+        assert!(Database::from_bytes(&bytes).is_err() || bytes == sound);
+        let database = Database::from_bytes_with(&bytes, ChecksumRule::Ignore).map_err(|e| e.to_string())?;
+        let mut controller = Controller::new(Arc::new(database), ControllerSettings::default());
+        let walk = Command::travel(glam::Vec2::Y);
+        for _ in 0..20 {
+            controller.step(&walk).map_err(|e| e.to_string())?;
+        }
+        Ok(())
+    });
+    assert!(tally.refused > 100, "too few files are refused for a test");
 }
 
 /// Saved states are read from files too. A state that is restored can be stepped.

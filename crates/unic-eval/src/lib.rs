@@ -51,6 +51,7 @@
 pub mod baselines;
 mod clip_evaluator;
 mod code;
+pub mod control;
 mod coverage;
 mod dump;
 mod error;

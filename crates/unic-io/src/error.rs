@@ -3,7 +3,8 @@
 use std::{io, path::Path, path::PathBuf};
 use thiserror::Error;
 use unic_core::{
-    mesh::MeshError, printable::printable_excerpt, skeleton::SkeletonError, skinning::WeightsError,
+    mesh::MeshError, motion_matching::DatabaseFileError, printable::printable_excerpt,
+    skeleton::SkeletonError, skinning::WeightsError,
 };
 
 /// Result of reading or writing a file.
@@ -72,6 +73,14 @@ pub enum Error {
         path: PathBuf,
         /// The fault of the weights.
         source: WeightsError,
+    },
+    /// Bytes are no motion database.
+    #[error("{path}: {source}")]
+    MotionDatabase {
+        /// The file.
+        path: PathBuf,
+        /// The fault of the bytes.
+        source: DatabaseFileError,
     },
     /// A mesh has faults.
     #[error("{path}: {source}")]

@@ -105,6 +105,8 @@ pub mod glb;
 pub mod inspect;
 pub mod joint_names;
 mod motion;
+mod motion_database;
+
 pub mod npy;
 pub mod npz;
 mod obj;
@@ -126,6 +128,7 @@ pub use motion::{
     Cycle, FootLock, GroundPlacement, LowPass, MotionImport, MotionOptions, PoseLayout, Repeat,
     RepeatedMotion, import_motion, repeat_cycle, write_motion,
 };
+pub use motion_database::{read_motion_database, write_motion_database};
 pub use npz::{Npz, NpzWriter};
 pub use obj::{parse_obj, read_obj, write_obj, write_obj_to};
 pub use retarget::{BoneMap, FootMeasure, measure_feet};

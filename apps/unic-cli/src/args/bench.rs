@@ -1,6 +1,6 @@
 //! Options of `unic bench`.
 
-use super::{IntersectionName, MotionArgs, NetworkName, PrecisionName, parse};
+use super::{ControlArgs, IntersectionName, MotionArgs, NetworkName, PrecisionName, parse};
 use crate::{checks::ForceArgs, limits};
 use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
 
@@ -19,9 +19,13 @@ use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
 ///   unic bench --vertices 3653 --network paper --precision f32,bf16 --json
 ///   unic bench --model tshirt.unic --motion walk.npz --sampling 100,50,25
 ///   unic bench --model tshirt.unic --motion walk.npz --precision bf16 --budget 4ms --out fast.unic
+///   unic bench control
 #[derive(Debug, clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, args_conflicts_with_subcommands = true)]
 pub(crate) struct BenchArgs {
+    /// Another benchmark than that of frames.
+    #[command(subcommand)]
+    pub(crate) other: Option<OtherBench>,
     /// Trained model to measure (.unic) [default: random weights].
     #[arg(long, value_name = "FILE.unic", requires = "motion", conflicts_with_all = ["vertices", "network"])]
     pub(crate) model: Option<PathBuf>,
@@ -75,4 +79,10 @@ pub(crate) struct BenchArgs {
     /// Print the numbers as one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Benchmarks beside that of frames.
+#[derive(Debug, clap::Subcommand)]
+pub(crate) enum OtherBench {
+    Control(ControlArgs),
 }

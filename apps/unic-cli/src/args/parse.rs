@@ -47,6 +47,12 @@ pub(super) fn percent(text: &str) -> Result<f32, String> {
     percent.ok_or_else(|| "expected a number above 0 and up to 100, such as 25".into())
 }
 
+/// Parses a share from 0 to 1.
+pub(super) fn share(text: &str) -> Result<f32, String> {
+    let share: Option<f32> = text.parse().ok().filter(|s| (0.0..=1.0).contains(s));
+    share.ok_or_else(|| "expected a number from 0 to 1, such as 0.5".into())
+}
+
 /// Parses a length of time in seconds.
 pub(super) fn seconds(text: &str) -> Result<f32, String> {
     let seconds: Option<f32> = text.parse().ok().filter(|s: &f32| s.is_finite() && *s > 0.0);

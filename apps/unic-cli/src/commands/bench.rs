@@ -1,5 +1,6 @@
 //! `unic bench`: how fast frames are.
 
+mod control;
 mod error;
 mod instances;
 mod machine;
@@ -8,7 +9,7 @@ mod scene;
 mod timing;
 
 use crate::{
-    args::BenchArgs,
+    args::{BenchArgs, OtherBench},
     failure::Usage,
     interrupt, model_file, motion_file,
     output::print_status,
@@ -31,6 +32,9 @@ const PERCENTS: [f32; 9] = [100.0, 70.0, 50.0, 35.0, 25.0, 18.0, 12.0, 8.0, 5.0]
 
 /// Measures and prints.
 pub(crate) fn run(args: &BenchArgs) -> Result<()> {
+    if let Some(OtherBench::Control(args)) = &args.other {
+        return control::run(args);
+    }
     if let (Some(_), [_, _, ..]) = (args.budget, args.precision.as_slice()) {
         let found = args.precision.len();
         return Err(Usage(format!(

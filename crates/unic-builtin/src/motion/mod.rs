@@ -24,11 +24,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`standard_set`] makes several minutes of training clips and test clips.
+//! [`standard_set`] makes several minutes of training clips and test clips. [`control_set`] makes
+//! clips for interactive control.
 
 mod action;
 mod channel;
 mod composer;
+mod control;
 mod curve;
 mod dance;
 mod foot;
@@ -50,6 +52,7 @@ mod tests;
 pub use crate::side::Side;
 pub use action::{Action, ArmRaise};
 pub use channel::Channel;
+pub use control::control_set;
 pub use gait::{Gait, Stature};
 pub use performance::Performance;
 pub use standard::{STANDARD_CLIPS, StandardSet, standard_set};

@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 
 /// Pose of a skeleton: local rotations and the root's translation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
     /// World position of the root minus its bind position, metres (SMPL's translation).
     pub trans: Vec3,

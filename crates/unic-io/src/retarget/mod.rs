@@ -12,14 +12,12 @@
 
 mod bones;
 pub(crate) mod feet;
-mod leg;
 pub(crate) mod low_pass;
 mod rig;
-mod rotation;
 mod transfer;
 
 pub use bones::BoneMap;
-pub use feet::{FootMeasure, measure_feet};
+pub use feet::{FootMeasure, legs_of, measure_feet};
 
 use crate::{
     bvh::Bvh,

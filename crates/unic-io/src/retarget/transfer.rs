@@ -1,16 +1,13 @@
 //! Converting poses of one skeleton to poses of another.
 
-use super::{
-    rig::{Landmarks, ReferenceRig},
-    rotation::shortest_arc,
-};
+use super::rig::{Landmarks, ReferenceRig};
 use crate::{
     bvh::Bvh,
     error::Result,
     joint_names::{BodySide, LimbJoint},
 };
 use glam::{Quat, Vec3};
-use unic_core::{Pose, skeleton::Skeleton, transform::Rigid};
+use unic_core::{Pose, leg::shortest_arc, skeleton::Skeleton, transform::Rigid};
 
 /// Source of a target joint's world rotation.
 #[derive(Clone, Copy, Debug)]

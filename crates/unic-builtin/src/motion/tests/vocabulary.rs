@@ -3,7 +3,7 @@
 
 use super::figure::{every_kind, figure, perform, travel};
 use crate::motion::{
-    Action, ArmRaise, Performer, PerformerError, STANDARD_CLIPS, Side, Timeline, standard_set,
+    Action, ArmRaise, Performer, PerformerError, STANDARD_CLIPS, Side, Timeline, control_set, standard_set,
 };
 use proptest::prelude::*;
 use unic_core::{skeleton::Skeleton, skinning::SkinningWeights};
@@ -88,4 +88,17 @@ proptest! {
             prop_assert!((-0.75..=0.95).contains(&pose.trans.y), "{}", pose.trans.y);
         }
     }
+}
+
+#[test]
+fn the_control_set_is_repeatable_and_has_all_speeds() {
+    let body = figure();
+    let set = control_set(&body, 3, 30.0).unwrap();
+    assert_eq!(set, control_set(&body, 3, 30.0).unwrap());
+    let speeds = set.iter().flat_map(|clip| {
+        let steps = clip.poses.windows(2);
+        steps.map(|two| (two[1].trans - two[0].trans).length() * 30.0)
+    });
+    assert!(speeds.fold(0.0, f32::max) > 3.0);
+    assert!(set.iter().all(|clip| clip.seconds() > 10.0));
 }

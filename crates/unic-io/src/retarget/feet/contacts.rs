@@ -7,9 +7,9 @@ use super::{
     pelvis::lower_pelvis,
     phases::phases,
 };
-use crate::retarget::leg::FootTarget;
 use glam::Vec3;
 use std::ops::Range;
+use unic_core::leg::FootTarget;
 use unic_core::{clip::Clip, skeleton::Skeleton, transform::Rigid};
 
 /// Slide and depth of standing feet.

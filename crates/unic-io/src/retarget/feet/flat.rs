@@ -1,8 +1,8 @@
 //! Flattening feet that rest, and their toes.
 
 use super::foot::{Foot, speed, tracks};
-use crate::retarget::rotation::shortest_arc;
 use glam::{Quat, Vec3};
+use unic_core::leg::shortest_arc;
 use unic_core::{clip::Clip, skeleton::Skeleton};
 
 /// Speed of ankle and ball below which a foot rests and is taken to be flat, m/s.

@@ -2,14 +2,11 @@
 
 use crate::{
     joint_names::{BodySide, LimbJoint},
-    retarget::{
-        bones::{BodyJoints, BoneMap, JointTree},
-        leg::Leg,
-    },
+    retarget::bones::{BodyJoints, BoneMap, JointTree},
 };
 use glam::Vec3;
 use std::path::Path;
-use unic_core::{character::Character, clip::Clip, skeleton::Skeleton};
+use unic_core::{character::Character, clip::Clip, leg::Leg, skeleton::Skeleton};
 
 /// One foot of a character.
 pub(super) struct Foot {
@@ -29,29 +26,36 @@ pub(super) struct FootTrack {
 /// Returns both feet; `None` if the joint names do not identify them.
 pub(super) fn feet_of(character: &Character) -> Option<Vec<Foot>> {
     let skeleton = &character.skeleton;
+    // The lowest vertex of the bind pose, in which feet are flat.
+    let sole = character.body.vertices.iter().map(|v| v.y).reduce(f32::min)?;
+    let foot = |leg: Leg| Foot {
+        ball_height: skeleton.joints()[leg.toe].y - sole,
+        ankle_height: skeleton.joints()[leg.ankle].y - sole,
+        leg,
+    };
+    Some(legs_of(skeleton)?.map(foot).into())
+}
+
+/// Finds the joints of the left and of the right leg by their names; `None` if the names do not
+/// identify them.
+pub fn legs_of(skeleton: &Skeleton) -> Option<[Leg; 2]> {
     let tree = JointTree {
         path: Path::new("character"),
         names: skeleton.names().iter().map(String::as_str).collect(),
         parents: skeleton.parents().to_vec(),
     };
     let bones = BodyJoints::identify(&tree, &BoneMap::default()).ok()?;
-    // The lowest vertex of the bind pose, in which feet are flat.
-    let sole = character.body.vertices.iter().map(|v| v.y).reduce(f32::min)?;
-    let foot = |side: BodySide| {
+    let leg = |side: BodySide| {
         let joint = |part: LimbJoint| bones.limb(part, side);
-        let leg = Leg {
+        Some(Leg {
             hip: joint(LimbJoint::Hip)?,
             knee: joint(LimbJoint::Knee)?,
             ankle: joint(LimbJoint::Ankle)?,
             toe: joint(LimbJoint::Toe)?,
-        };
-        Some(Foot {
-            ball_height: skeleton.joints()[leg.toe].y - sole,
-            ankle_height: skeleton.joints()[leg.ankle].y - sole,
-            leg,
         })
     };
-    BodySide::ALL.map(foot).into_iter().collect()
+    let [left, right] = BodySide::ALL.map(leg);
+    Some([left?, right?])
 }
 
 /// Computes the positions of each foot through a clip.

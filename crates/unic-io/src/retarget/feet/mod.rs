@@ -17,6 +17,7 @@ pub use contacts::FootMeasure;
 use contacts::Contacts;
 use flat::level_foot;
 use foot::feet_of;
+pub use foot::legs_of;
 use phases::ground_height;
 use unic_core::{character::Character, clip::Clip};
 

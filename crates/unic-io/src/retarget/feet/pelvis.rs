@@ -4,8 +4,8 @@ use super::{
     foot::{Foot, FootTrack},
     held::FADE_SECONDS,
 };
-use crate::retarget::leg::Leg;
 use glam::Vec3;
+use unic_core::leg::Leg;
 use unic_core::{clip::Clip, skeleton::Skeleton};
 
 /// Largest drop of the pelvis for a leg's reach, metres. A larger one would show as a squat.

@@ -1,8 +1,13 @@
 //! Two-bone inverse kinematics of a leg.
+//!
+//! For tools and for [`motion_matching`](crate::motion_matching), which keep feet where they stand.
 
-use super::rotation::shortest_arc;
+use crate::{
+    skeleton::{Pose, Skeleton},
+    transform::Rigid,
+};
 use glam::{Quat, Vec3};
-use unic_core::{Pose, skeleton::Skeleton, transform::Rigid};
+use serde::{Deserialize, Serialize};
 
 /// Largest share of its length to which a leg is stretched. A straight knee has no direction to
 /// bend in, and the arc cosine of its angle is ill-conditioned.
@@ -21,19 +26,25 @@ const CLOSE: f32 = 1e-6;
 const ITERATIONS: usize = 3;
 
 /// Joints of one leg.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Leg {
-    pub(crate) hip: usize,
-    pub(crate) knee: usize,
-    pub(crate) ankle: usize,
-    pub(crate) toe: usize,
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Leg {
+    /// Joint between pelvis and thigh.
+    pub hip: usize,
+    /// Joint between thigh and shank.
+    pub knee: usize,
+    /// Joint between shank and foot.
+    pub ankle: usize,
+    /// Joint of the ball of the foot.
+    pub toe: usize,
 }
 
 /// Target positions of the joints of a foot, world space, metres.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FootTarget {
-    pub(crate) ankle: Vec3,
-    pub(crate) toe: Vec3,
+pub struct FootTarget {
+    /// Target of the ankle.
+    pub ankle: Vec3,
+    /// Target of the toe joint. Its direction from the ankle's target orients the foot.
+    pub toe: Vec3,
 }
 
 impl Leg {
@@ -41,13 +52,13 @@ impl Leg {
     /// allows. The knee stays in its plane.
     ///
     /// `world` holds the forward kinematics of `pose` before the change.
-    pub(crate) fn reach(&self, skeleton: &Skeleton, pose: &mut Pose, world: &[Rigid], target: FootTarget) {
+    pub fn reach(&self, skeleton: &Skeleton, pose: &mut Pose, world: &[Rigid], target: FootTarget) {
         let FootTarget { ankle, toe } = target;
         let [hip, knee, heel] = [self.hip, self.knee, self.ankle].map(|j| world[j].translation);
         let (thigh, shank) = (knee - hip, heel - knee);
         let (upper, lower) = (thigh.length(), shank.length());
-        // A bone without a length has no direction.
-        if upper.min(lower) < f32::EPSILON {
+        // A bone without a length has no direction, nor has one that is not finite.
+        if upper.min(lower) < f32::EPSILON || !(upper + lower).is_finite() {
             return;
         }
         let is_there = heel
@@ -92,4 +103,70 @@ fn bent(along: Vec3, mut across: Vec3, hinge: Vec3, angle: f32) -> Vec3 {
         across = Quat::from_axis_angle(hinge, missing) * across;
     }
     across
+}
+
+/// Returns the smallest rotation that takes the direction of `from` to that of `to`.
+///
+/// Vectors of length zero count as +Y, so that a missing bone yields a finite rotation.
+pub fn shortest_arc(from: Vec3, to: Vec3) -> Quat {
+    Quat::from_rotation_arc(from.normalize_or(Vec3::Y), to.normalize_or(Vec3::Y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::skeleton::SkeletonParts;
+    use proptest::prelude::*;
+
+    const LEG: Leg = Leg {
+        hip: 1,
+        knee: 2,
+        ankle: 3,
+        toe: 4,
+    };
+
+    fn skeleton() -> Skeleton {
+        Skeleton::new(SkeletonParts {
+            parents: vec![-1, 0, 1, 2, 3],
+            joints: vec![
+                Vec3::Y,
+                Vec3::new(0.1, 0.9, 0.0),
+                Vec3::new(0.11, 0.5, 0.03),
+                Vec3::new(0.1, 0.08, 0.0),
+                Vec3::new(0.1, 0.03, 0.15),
+            ],
+            ..SkeletonParts::default()
+        })
+        .unwrap()
+    }
+
+    proptest! {
+        /// Every target within reach is reached, and bones keep their lengths.
+        #[test]
+        fn reachable_targets_are_reached(
+            turns in prop::array::uniform5(prop::array::uniform3(-0.5f32..0.5)),
+            bend in 0.1f32..1.5,
+            direction in prop::array::uniform3(-1.0f32..1.0),
+            length in 0.25f32..0.8,
+        ) {
+            let skeleton = skeleton();
+            let mut pose = Pose::from_axis_angles(Vec3::ZERO, &turns.map(Vec3::from_array));
+            pose.local[LEG.knee] = Quat::from_rotation_x(bend);
+            let mut world = Vec::new();
+            skeleton.forward_kinematics(&pose, &mut world);
+            let down = Vec3::from_array(direction) * 0.6 - Vec3::Y;
+            let ankle = world[LEG.hip].translation + down.normalize() * length;
+            let foot = Vec3::new(0.1, -0.05, 0.9).normalize() * skeleton.joints()[4].distance(skeleton.joints()[3]);
+            let target = FootTarget { ankle, toe: ankle + foot };
+            LEG.reach(&skeleton, &mut pose, &world, target);
+            skeleton.forward_kinematics(&pose, &mut world);
+            prop_assert!(world[LEG.ankle].translation.distance(target.ankle) < 2e-3);
+            prop_assert!(world[LEG.toe].translation.distance(target.toe) < 2e-3);
+            for joint in 1..5 {
+                let bone = world[joint].translation.distance(world[joint - 1].translation);
+                let rest = skeleton.joints()[joint].distance(skeleton.joints()[joint - 1]);
+                prop_assert!((bone - rest).abs() < 1e-5);
+            }
+        }
+    }
 }

@@ -1,0 +1,273 @@
+//! Steps of a controller.
+
+use crate::common::{SMPL_LEGS, human_database};
+use glam::{Vec2, Vec3};
+use std::f32::consts::{FRAC_PI_4, PI};
+use unic_core::{
+    Pose,
+    motion_matching::{
+        Command, Controller, ControllerError, ControllerSettings, ControllerState, Facing, MouseButtons,
+        MouseControl, PoseInterpolator, RootFrame, SearchOutcome, SimulatedObject, TagFilter, direction_of,
+        wrapped,
+    },
+};
+
+fn controller() -> Controller {
+    Controller::new(human_database(), ControllerSettings::default())
+}
+
+/// Commands that change direction and speed every second.
+fn command(tick: usize) -> Command {
+    let second = (tick / 30) as f32;
+    Command::travel(direction_of(1.9 * second) * (1.0 + second % 3.0 * 0.5))
+}
+
+fn joints(controller: &Controller) -> Vec<Vec3> {
+    let mut world = Vec::new();
+    let skeleton = controller.database().skeleton();
+    skeleton.forward_kinematics(controller.pose(), &mut world);
+    world.iter().map(|joint| joint.translation).collect()
+}
+
+fn poses(controller: &mut Controller, ticks: std::ops::Range<usize>) -> Vec<Pose> {
+    ticks
+        .map(|tick| {
+            controller.step(&command(tick)).unwrap();
+            controller.pose().clone()
+        })
+        .collect()
+}
+
+/// The trap of motion matching: a cost of continuity from which the character never leaves idle.
+#[test]
+fn every_command_leaves_idle_within_a_second() {
+    for direction in 0..8 {
+        for speed in [0.8, 1.4, 2.0] {
+            let mut controller = controller();
+            for _ in 0..30 {
+                controller.step(&Command::STAND).unwrap();
+            }
+            let from = controller.state().root().position;
+            let way = direction_of(direction as f32 * FRAC_PI_4);
+            for _ in 0..30 {
+                controller.step(&Command::travel(way * speed)).unwrap();
+            }
+            let travelled = (controller.state().root().position - from).dot(way);
+            assert!(travelled > 0.25 * speed, "{direction} {speed}: {travelled} m");
+        }
+    }
+}
+
+#[test]
+fn commands_to_stand_stop_the_character() {
+    let mut controller = controller();
+    poses(&mut controller, 0..60);
+    for _ in 0..60 {
+        controller.step(&Command::STAND).unwrap();
+    }
+    let from = controller.state().root();
+    for _ in 0..30 {
+        controller.step(&Command::STAND).unwrap();
+    }
+    let to = controller.state().root();
+    assert!(from.position.distance(to.position) < 0.05);
+}
+
+#[test]
+fn a_changed_command_is_searched_for_at_once() {
+    let settings = ControllerSettings {
+        search_interval_s: 10.0,
+        ..ControllerSettings::default()
+    };
+    let mut controller = Controller::new(human_database(), settings);
+    controller.step(&Command::STAND).unwrap();
+    assert_eq!(
+        controller.step(&Command::STAND).unwrap().search,
+        SearchOutcome::NotDue
+    );
+    let walk = Command::travel(Vec2::new(0.0, 1.4));
+    assert_ne!(controller.step(&walk).unwrap().search, SearchOutcome::NotDue);
+}
+
+/// Joints do not jump at switches. Positions are continuous, so the velocity is bounded by that of
+/// captured limbs, and so is its change, by the measured 99th percentile of captured motion with a
+/// margin.
+#[test]
+fn switches_are_continuous() {
+    let mut controller = controller();
+    let mut tracks = Vec::new();
+    let mut switches = Vec::new();
+    for tick in 0..300 {
+        let report = controller.step(&command(tick)).unwrap();
+        tracks.push(joints(&controller));
+        if report.search == SearchOutcome::Switched && tick >= 2 {
+            switches.push(tick);
+        }
+    }
+    assert!(switches.len() > 20);
+    for t in switches {
+        let three = tracks[t - 2].iter().zip(&tracks[t - 1]).zip(&tracks[t]);
+        for (joint, ((&a, &b), &c)) in three.enumerate() {
+            assert!((c - b).length() * 30.0 < 10.0, "tick {t} joint {joint}");
+            assert!((c - 2.0 * b + a).length() * 30.0 < 7.0, "tick {t} joint {joint}");
+        }
+    }
+}
+
+#[test]
+fn locked_feet_do_not_move_and_toes_stay_above_the_ground() {
+    let mut controller = controller();
+    let rest = controller.database().settings().toe_heights_m;
+    let (mut before, mut was_locked, mut ticks) = (joints(&controller), [false; 2], 0);
+    for tick in 0..600 {
+        controller.step(&command(tick)).unwrap();
+        let (now, locked) = (joints(&controller), controller.locked_feet());
+        for side in 0..2 {
+            let toe = SMPL_LEGS[side].toe;
+            assert!(now[toe].y > rest[side] - 0.005, "tick {tick}: {} m", now[toe].y);
+            if locked[side] && was_locked[side] {
+                let slip = (now[toe] - before[toe]) * Vec3::new(1.0, 0.0, 1.0);
+                assert!(slip.length() < 1e-3, "tick {tick}: {} m", slip.length());
+                ticks += 1;
+            }
+        }
+        (before, was_locked) = (now, locked);
+    }
+    assert!(ticks > 300, "{ticks} locked ticks");
+}
+
+#[test]
+fn bones_keep_their_lengths() {
+    let mut controller = controller();
+    poses(&mut controller, 0..100);
+    let database = human_database();
+    let (skeleton, world) = (database.skeleton(), joints(&controller));
+    for (joint, parent) in skeleton.parents().iter().enumerate() {
+        if let Some(parent) = *parent {
+            let rest = skeleton.joints()[joint].distance(skeleton.joints()[parent]);
+            assert!((world[joint].distance(world[parent]) - rest).abs() < 1e-4);
+        }
+    }
+}
+
+#[test]
+fn runs_and_restored_states_give_the_same_bytes() {
+    let (mut a, mut b) = (controller(), controller());
+    assert_eq!(poses(&mut a, 0..200), poses(&mut b, 0..200));
+    let saved = serde_json::to_string(a.state()).unwrap();
+    let ahead = poses(&mut a, 200..300);
+    let mut other = controller();
+    other
+        .restore(serde_json::from_str::<ControllerState>(&saved).unwrap())
+        .unwrap();
+    assert_eq!(other.state(), b.state());
+    assert_eq!(poses(&mut other, 200..300), ahead);
+}
+
+#[test]
+fn a_restored_state_shows_its_pose() {
+    let (mut a, mut b) = (controller(), controller());
+    let shown = poses(&mut a, 0..100).pop().unwrap();
+    b.restore(a.state().clone()).unwrap();
+    assert_eq!(b.pose(), &shown);
+}
+
+#[test]
+fn unusable_commands_states_and_tags_are_refused() {
+    let mut controller = controller();
+    let before = controller.state().clone();
+    let wrong = Command::travel(Vec2::new(f32::NAN, 0.0));
+    assert_eq!(controller.step(&wrong), Err(ControllerError::NotFinite));
+    let none = TagFilter {
+        required: 1,
+        excluded: 0,
+    };
+    assert_eq!(controller.set_tags(none), Err(ControllerError::NoFrames));
+    let text = serde_json::to_string(&before).unwrap();
+    let frame = format!("\"frame\":{}", before.frame());
+    let beyond = text.replacen(&frame, "\"frame\":99999999", 1);
+    let beyond: ControllerState = serde_json::from_str(&beyond).unwrap();
+    assert!(matches!(
+        controller.restore(beyond),
+        Err(ControllerError::State { .. })
+    ));
+    assert_eq!(controller.state(), &before);
+}
+
+#[test]
+fn steps_allocate_nothing() {
+    let mut controller = controller();
+    poses(&mut controller, 0..5);
+    let counted = allocation_counter::measure(|| {
+        for tick in 5..200 {
+            controller.step(&command(tick)).unwrap();
+        }
+    });
+    assert_eq!(counted.count_total, 0);
+}
+
+#[test]
+fn the_root_follows_the_object() {
+    let mut controller = controller();
+    for tick in 0..240 {
+        let circle = Command::travel(direction_of(0.7 * tick as f32 / 30.0) * 1.4);
+        controller.step(&circle).unwrap();
+        let (object, root) = (controller.state().object().root(), controller.state().root());
+        assert!(object.position.distance(root.position) < 0.15);
+        assert!(wrapped(object.yaw - root.yaw).abs() < 0.2);
+    }
+}
+
+/// The interpolated pose is the earlier one at share 0 and the later one at share 1.
+#[test]
+fn display_poses_lie_between_the_ticks() {
+    let mut controller = controller();
+    let mut display = PoseInterpolator::default();
+    let two = poses(&mut controller, 40..42);
+    two.iter().for_each(|pose| display.tick(pose));
+    for (share, expected) in [(0.0, &two[0]), (1.0, &two[1])] {
+        let shown = display.show(share);
+        assert!(shown.trans.distance(expected.trans) < 1e-6);
+        for (a, b) in shown.local.iter().zip(&expected.local) {
+            assert!(a.angle_between(*b) < 2e-3);
+        }
+    }
+    let middle = display.show(0.5).trans;
+    assert!(middle.distance((two[0].trans + two[1].trans) * 0.5) < 1e-6);
+    display.cut(&two[1]);
+    assert_eq!(display.show(0.3).trans, two[1].trans);
+}
+
+/// Forward on a stick is away from the camera, right is to its right.
+#[test]
+fn sticks_are_relative_to_the_camera() {
+    let near = |command: Command, x: f32, z: f32| {
+        assert!(command.velocity.distance(Vec2::new(x, z)) < 1e-5, "{command:?}");
+    };
+    near(Command::from_stick(Vec2::Y, 0.0, 2.0), 0.0, 2.0);
+    near(Command::from_stick(Vec2::X, 0.0, 2.0), -2.0, 0.0);
+    near(Command::from_stick(Vec2::Y, PI / 2.0, 1.0), 1.0, 0.0);
+    near(Command::from_stick(Vec2::new(3.0, 4.0), 0.0, 1.0), -0.6, 0.8);
+}
+
+/// The paper's mouse control: a far pointer draws at full reach, a near one stops, the second
+/// button turns.
+#[test]
+fn the_mouse_draws_the_character_to_its_pointer() {
+    let object = SimulatedObject::at_rest(RootFrame::default());
+    let mut mouse = MouseControl::new(f32::INFINITY);
+    let mut held =
+        |pointer, buttons| (0..20).fold(Command::STAND, |_, _| mouse.command(&object, pointer, buttons));
+    let far = held(Vec2::new(5.0, 0.0), MouseButtons::Left);
+    assert!((far.velocity - Vec2::new(3.4, 0.0)).length() < 1e-3, "{far:?}");
+    assert_eq!(far.facing, Facing::Yaw(0.0));
+    let turning = held(Vec2::new(5.0, 0.0), MouseButtons::LeftAndRight);
+    assert_eq!(turning.facing, Facing::Yaw(PI / 2.0));
+    assert_eq!(held(Vec2::new(0.1, 0.0), MouseButtons::Left).velocity, Vec2::ZERO);
+    assert!(
+        held(Vec2::new(5.0, 0.0), MouseButtons::Released)
+            .velocity
+            .length()
+            < 1e-3
+    );
+}
