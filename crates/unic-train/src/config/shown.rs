@@ -1,0 +1,89 @@
+//! Settings of what a finished model adds to its prediction: strain projection and replay.
+
+use serde::{Deserialize, Serialize};
+use unic_core::config::ProjectionConfig;
+
+/// Strain projection of the finished model, see [`unic_core::projection`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProjectionSettings {
+    /// Strain projection of the finished model: on or off.
+    pub at_inference: bool,
+    /// Range of the length that an edge keeps around its mean in training, in standard deviations.
+    pub deviations: f32,
+    /// Gauss-Seidel sweeps over all edges in a tick.
+    pub sweeps: usize,
+    /// Number of these sweeps that are followed by one over all hinges.
+    pub bending_sweeps: usize,
+    /// Shares of an offset's bending that a sweep may remove, 0 to 1. The one with which held-out
+    /// motion bends as much as the truth is taken; the first one where nothing is held out.
+    pub bending: Vec<f32>,
+    /// Time constant of an offset's return to the prediction, seconds.
+    pub pull_s: f32,
+    /// Time constant of an offset's velocity, seconds.
+    pub carry_s: f32,
+    /// Largest offset, metres.
+    pub radius_m: f32,
+}
+
+impl Default for ProjectionSettings {
+    /// No projection, as in settings that were saved before there was one.
+    fn default() -> Self {
+        let ProjectionConfig {
+            sweeps,
+            bending_sweeps,
+            bending,
+            pull_s,
+            carry_s,
+            radius_m,
+        } = ProjectionConfig::default();
+        Self {
+            at_inference: false,
+            deviations: 0.5,
+            sweeps,
+            bending_sweeps,
+            bending: vec![bending, 0.1, 0.35, 0.6, 1.0],
+            pull_s,
+            carry_s,
+            radius_m,
+        }
+    }
+}
+
+impl ProjectionSettings {
+    /// Strain projection that the finished model has if nothing is held out.
+    pub fn of_model(&self) -> Option<ProjectionConfig> {
+        self.at_inference.then_some(ProjectionConfig {
+            sweeps: self.sweeps,
+            bending_sweeps: self.bending_sweeps,
+            // Settings without any are refused.
+            bending: self.bending.first().copied().unwrap_or(f32::NAN),
+            pull_s: self.pull_s,
+            carry_s: self.carry_s,
+            radius_m: self.radius_m,
+        })
+    }
+}
+
+/// Replay of residuals in the finished model, see [`unic_core::replay`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReplaySettings {
+    /// Replay of the finished model: on or off.
+    pub at_inference: bool,
+    /// Wanted standard deviation of the prior's coefficients on motions left out, by the truth's.
+    pub deviation: f32,
+    /// Largest growth of the prior's error on motions left out, as a share of itself.
+    pub cost: f32,
+}
+
+impl Default for ReplaySettings {
+    /// No replay, as in settings that were saved before there was one.
+    fn default() -> Self {
+        Self {
+            at_inference: false,
+            deviation: 0.9,
+            cost: 0.03,
+        }
+    }
+}
