@@ -13,10 +13,11 @@
 //!    logarithm of its *activity*: how fast the motion vector changes.
 //! 2. The stretch plays at the speed of the activity. A still body has a still garment.
 //! 3. Four times a second a search compares the keys of all frames with the present one. It goes to
-//!    another stretch only where that is better by a margin, and after a second at the earliest.
+//!    another stretch only where that is better by a margin, and not within a second of the last
+//!    switch. At the end of a clip it goes to the best frame at once.
 //! 4. The step at a switch becomes an offset that decays with the activity, so there is no jump.
 //!
-//! Keys are integers. So every machine finds the same frames.
+//! Keys are integers, so their distances are exact.
 
 mod key;
 mod library;
@@ -147,7 +148,9 @@ impl Replay {
         let mut numbers = state.offset.iter().copied().chain([state.activity.rate()]);
         let is_within =
             |s: &Stretch| (s.frame as usize) < self.library.len() && (0.0..=1.0).contains(&s.fraction);
-        match numbers.all(|x| x.is_finite()) && state.stretch.iter().all(is_within) {
+        // A negative activity would let the offset grow.
+        let is_active = state.activity.rate() >= 0.0;
+        match is_active && numbers.all(|x| x.is_finite()) && state.stretch.iter().all(is_within) {
             true => Ok(()),
             false => Err(ReplayError::Unusable("a state")),
         }

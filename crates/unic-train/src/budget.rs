@@ -9,7 +9,7 @@ use crate::{
     processor::Processor,
     recurrence::{MOST_FOLDS, PriorSizes, frames_per_second},
     sizing::fold_count,
-    trainer::Trainer,
+    trainer::{Pace, Trainer},
 };
 use field_plan::FieldPace;
 use std::time::{Duration, Instant};
@@ -96,7 +96,8 @@ impl Budget {
         fits: &[Fit],
     ) -> Result<(), TrainError> {
         let pace = trainer.pace()?;
-        // The prior's time counts what an interrupted process before this one has spent on it.
+        let field = field_pace(config, &pace, trainer, fits)?;
+        // After all measurements, which take from the budget. The prior's time counts what an interrupted process before this one has spent on it.
         let spent = self
             .started
             .elapsed()
@@ -104,7 +105,7 @@ impl Budget {
             .max(trainer.time().prior_seconds);
         let left = self.duration.as_secs_f64() - spent;
         let most = trainer.config().optimiser.steps;
-        if let Some(field) = field_pace(config, trainer, fits)? {
+        if let Some(field) = field {
             let Some(plan) = field.plan(left, most) else {
                 config.sizing.sizes.clear();
                 let steps = pace.steps_within(left, fits, config.validation.every);
@@ -130,6 +131,7 @@ const UNSIZED_STEPS: u64 = 100;
 /// Times the steps of each size that a sizing would try. Returns none for a run without a sizing.
 fn field_pace(
     config: &TrainConfig,
+    pace: &Pace,
     trainer: &mut Trainer,
     fits: &[Fit],
 ) -> Result<Option<FieldPace>, TrainError> {
@@ -138,7 +140,6 @@ fn field_pace(
     if config.sizing.sizes.is_empty() || !config.has_prior() || folds == 0 {
         return Ok(None);
     }
-    let pace = trainer.pace()?;
     let mut step_by_size = Vec::new();
     for size in &config.sizing.sizes {
         step_by_size.push(trainer.seconds_per_step_of(*size)?);

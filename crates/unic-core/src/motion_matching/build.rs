@@ -1,14 +1,16 @@
 //! Building a database from clips.
 
 use super::{
-    database::{Database, DatabaseError, DatabaseSettings, Frames, MAX_TAGS, StoredClip, View, check_count},
+    content::{check_arrays, check_joints},
+    database::{Database, DatabaseSettings, Frames, MAX_TAGS, StoredClip, View},
+    error::{DatabaseError, check_count},
     features::{FeatureScale, feature_len},
     index::FeatureIndex,
     mirror::mirrored_clip,
-    root::{RootFrame, root_frames},
+    track::Track,
 };
-use crate::{clip::Clip, skeleton::Skeleton, transform::Rigid};
-use glam::{Quat, Vec2, Vec3};
+use crate::{clip::Clip, skeleton::Skeleton};
+use glam::Quat;
 use std::ops::Range;
 
 /// Largest number of frames: nine hours at 30 fps, mirrored.
@@ -59,13 +61,15 @@ impl Database {
     /// two frames are left out.
     ///
     /// # Errors
-    /// Settings or clips that do not fit the skeleton, clips that are too short or too many.
+    /// Settings or clips that do not fit the skeleton, clips that are too short or too many, and
+    /// numbers that are not finite or too far from the origin.
     pub fn build(
         skeleton: &Skeleton,
         clips: &[TaggedClip],
         settings: DatabaseSettings,
     ) -> Result<Self, DatabaseError> {
         settings.check(skeleton)?;
+        check_joints(skeleton)?;
         check_clips(skeleton, clips, &settings)?;
         let fps = clips.first().map_or(0.0, |c| c.clip.fps);
         let mut builder = Builder::new(skeleton, &settings, fps);
@@ -249,6 +253,7 @@ impl<'a> Builder<'a> {
         self.rows
             .chunks_exact_mut(len)
             .for_each(|row| scale.normalise(row));
+        check_arrays(&self.frames, &scale, &self.rows)?;
         let is_searchable = searchable(&self.clips, settings.end_margin_s * self.fps);
         if !is_searchable.contains(&true) {
             return Err(DatabaseError::NoFrames);
@@ -286,61 +291,4 @@ fn majority(raw: &[bool]) -> Vec<bool> {
     (0..raw.len())
         .map(|t| at(t, -1) + at(t, 0) + at(t, 1) >= 2)
         .collect()
-}
-
-/// World transforms and root frames of a clip, above ground height 0.
-struct Track {
-    roots: Vec<RootFrame>,
-    world: Vec<Vec<Rigid>>,
-}
-
-impl Track {
-    fn new(clip: &Clip, skeleton: &Skeleton) -> Self {
-        let world = |pose| {
-            let mut world = Vec::new();
-            skeleton.forward_kinematics(pose, &mut world);
-            for joint in &mut world {
-                joint.translation.y -= clip.ground_height;
-            }
-            world
-        };
-        Self {
-            roots: root_frames(clip, skeleton),
-            world: clip.poses.iter().map(world).collect(),
-        }
-    }
-
-    /// Velocity of a joint, m/s: the backward difference; in the first frame that of the second.
-    fn velocity(&self, joint: usize, t: usize, fps: f32) -> Vec3 {
-        let t = t.max(1);
-        (self.world[t][joint].translation - self.world[t - 1][joint].translation) * fps
-    }
-
-    /// Velocity of a joint from the frame before to the frame after, m/s.
-    fn central_velocity(&self, joint: usize, t: usize, fps: f32) -> Vec3 {
-        let (before, after) = (t.saturating_sub(1), (t + 1).min(self.world.len() - 1));
-        let way = self.world[after][joint].translation - self.world[before][joint].translation;
-        way * (fps / (after - before).max(1) as f32)
-    }
-
-    /// Root frame a number of frames from `t`. Beyond the ends of the clip the root goes straight
-    /// on, without turning.
-    fn root_at(&self, t: usize, frames: isize) -> RootFrame {
-        let last = self.roots.len() as isize - 1;
-        let wanted = t as isize + frames;
-        let inside = wanted.clamp(0, last);
-        let root = self.roots[inside as usize];
-        // Speed over several frames: that of a single one is noisy.
-        let near = (inside - 3 * (wanted - inside).signum()).clamp(0, last);
-        let beyond = match inside - near {
-            0 => Vec2::ZERO,
-            gap => {
-                (root.position - self.roots[near as usize].position) * ((wanted - inside) as f32 / gap as f32)
-            }
-        };
-        RootFrame {
-            position: root.position + beyond,
-            yaw: root.yaw,
-        }
-    }
 }

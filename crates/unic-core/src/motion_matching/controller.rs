@@ -28,7 +28,6 @@ use std::sync::Arc;
 pub struct Controller {
     database: Arc<Database>,
     settings: ControllerSettings,
-    tags: TagFilter,
     state: ControllerState,
     scratch: Scratch,
 }
@@ -47,11 +46,10 @@ impl Controller {
     /// Makes a controller, with the character at the origin, facing +Z.
     pub fn new(database: Arc<Database>, settings: ControllerSettings) -> Self {
         let root = RootFrame::default();
-        let state = ControllerState::start(&database, 0, root, past_frames(&database));
+        let state = ControllerState::start(&database, TagFilter::default(), root, past_frames(&database));
         let mut controller = Self {
             database,
             settings,
-            tags: TagFilter::default(),
             state,
             scratch: Scratch::default(),
         };
@@ -60,9 +58,10 @@ impl Controller {
         controller
     }
 
-    /// Puts the character at rest, in the frame that suits standing best.
+    /// Puts the character at rest, in the frame that suits standing best. The tags stay.
     pub fn reset(&mut self, root: RootFrame) {
-        self.state = ControllerState::start(&self.database, 0, root, past_frames(&self.database));
+        let past = past_frames(&self.database);
+        self.state = ControllerState::start(&self.database, self.state.tags, root, past);
         // Twice: the second search starts from a pose that stands.
         for _ in 0..2 {
             self.fill_query(&Command::STAND);
@@ -91,18 +90,15 @@ impl Controller {
         self.settings = settings;
     }
 
-    /// Restricts searches to frames with these tags from the next search on.
+    /// Restricts the frames that are played to those with these tags. The next step searches.
     ///
     /// # Errors
     /// Tags that no frame where a search may end has. The tags stay as they were.
     pub fn set_tags(&mut self, tags: TagFilter) -> Result<(), ControllerError> {
-        let database = &self.database;
-        let has =
-            |frame: usize| database.index.is_searchable(frame) && tags.accepts(database.frames.tags[frame]);
-        if !(0..database.len()).any(has) {
+        if !self.database.has_searchable(tags) {
             return Err(ControllerError::NoFrames);
         }
-        self.tags = tags;
+        self.state.set_tags(tags);
         Ok(())
     }
 
@@ -111,10 +107,11 @@ impl Controller {
         &self.state
     }
 
-    /// Replaces the state by a saved one. Later steps give the same bytes as they gave after it.
+    /// Replaces the state by a saved one. Later steps give the same bytes as they gave after it, if
+    /// the settings are the same.
     ///
     /// # Errors
-    /// A state of another database. The current state stays.
+    /// A state of another database, or with tags that no frame has. The current state stays.
     pub fn restore(&mut self, state: ControllerState) -> Result<(), ControllerError> {
         state.check(&self.database, past_frames(&self.database))?;
         self.state = state;

@@ -1,21 +1,19 @@
 //! Database: the frames of all clips, with what is needed to find, play and mirror them.
 
 use super::{
+    error::{DatabaseError, check_count},
     features::{Feature, FeatureGroup, FeatureScale, feature_len, standard_groups},
     index::FeatureIndex,
     root::RootFrame,
 };
-use crate::{
-    character::Character,
-    leg::Leg,
-    skeleton::{Skeleton, SkeletonError},
-};
+use crate::{character::Character, leg::Leg, skeleton::Skeleton};
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 /// Largest number of tags: the bits of a word.
 pub(super) const MAX_TAGS: usize = 32;
+/// Largest coordinate of a position, metres. Differences of larger ones may overflow.
+pub(super) const FARTHEST_M: f32 = 1e6;
 
 /// Definition of a database, chosen before it is built.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -211,6 +209,11 @@ impl Database {
             .map(|bit| 1 << bit)
     }
 
+    /// Tags of a frame, as bits.
+    pub fn tags(&self, frame: usize) -> u32 {
+        self.frames.tags[frame]
+    }
+
     /// Normalised features of a frame, in the order of the groups.
     pub fn features(&self, frame: usize) -> impl Iterator<Item = f32> + '_ {
         self.index.row(frame)
@@ -254,79 +257,5 @@ impl Database {
             *next += group.feature.len();
             Some((first, &group.feature))
         })
-    }
-}
-
-/// Error: clips or settings that do not make a database.
-#[derive(Debug, Error, PartialEq)]
-pub enum DatabaseError {
-    /// No clip has enough frames.
-    #[error("motion database: expected a clip longer than the margin at its end, found none")]
-    NoFrames,
-    /// More frames than an index counts.
-    #[error("motion database: expected at most {expected} frames, found {found}")]
-    TooManyFrames {
-        /// Largest number.
-        expected: usize,
-        /// Number of frames, mirrored ones included.
-        found: usize,
-    },
-    /// A clip with another frame rate than the first one.
-    #[error("motion database: expected {expected} frames a second in clip `{clip}`, found {found}")]
-    FrameRate {
-        /// Name of the clip.
-        clip: String,
-        /// Rate of the first clip.
-        expected: f32,
-        /// Rate of the clip.
-        found: f32,
-    },
-    /// A pose with another number of joints than the skeleton, or numbers that are not finite.
-    #[error("motion database: frame {frame} of clip `{clip}` is no pose of the skeleton's {joints} joints")]
-    Pose {
-        /// Name of the clip.
-        clip: String,
-        /// Index of the frame in the clip.
-        frame: usize,
-        /// Number of joints of the skeleton.
-        joints: usize,
-    },
-    /// An array of another length.
-    #[error("motion database: expected {expected} {what}, found {found}")]
-    Count {
-        /// Content of the array.
-        what: &'static str,
-        /// Length that is needed.
-        expected: usize,
-        /// Length of the array.
-        found: usize,
-    },
-    /// A joint that the skeleton does not have.
-    #[error("motion database: joint {joint} is not among the {joints} joints")]
-    Joint {
-        /// Index of the joint.
-        joint: usize,
-        /// Number of joints.
-        joints: usize,
-    },
-    /// A setting that is not usable.
-    #[error("motion database: expected a usable {what}, found one that is not")]
-    Number {
-        /// Name of the setting.
-        what: &'static str,
-    },
-    /// Joints that do not make a skeleton.
-    #[error(transparent)]
-    Skeleton(#[from] SkeletonError),
-}
-
-pub(super) fn check_count(what: &'static str, expected: usize, found: usize) -> Result<(), DatabaseError> {
-    match expected == found {
-        true => Ok(()),
-        false => Err(DatabaseError::Count {
-            what,
-            expected,
-            found,
-        }),
     }
 }

@@ -4,7 +4,9 @@
 
 use super::{
     build::searchable,
-    database::{Database, DatabaseError, DatabaseSettings, Frames, StoredClip},
+    content::{check_arrays, check_joints, check_tags},
+    database::{Database, DatabaseSettings, Frames, StoredClip},
+    error::DatabaseError,
     features::{FeatureScale, feature_len},
     index::FeatureIndex,
     root::RootFrame,
@@ -170,9 +172,8 @@ impl Database {
         })
         .map_err(DatabaseError::from)?;
         header.settings.check(&skeleton)?;
-        if !(skeleton.joints().iter()).all(|j| j.abs().max_element() <= FARTHEST_M) {
-            return Err(DatabaseFileError::Content { what: "joints" });
-        }
+        check_joints(&skeleton)?;
+        check_tags(&header.tags)?;
         if !(1.0..=1000.0).contains(&header.fps) {
             return Err(DatabaseFileError::Content { what: "frame rate" });
         }
@@ -183,7 +184,8 @@ impl Database {
             features: feature_len(&header.settings.groups),
         };
         sizes.check(bytes.len() - arrays.len(), bytes.len())?;
-        let Arrays { frames, scale, rows } = Arrays::read(&sizes, arrays)?;
+        let Arrays { frames, scale, rows } = Arrays::read(&sizes, arrays);
+        check_arrays(&frames, &scale, &rows)?;
         let is_searchable = searchable(&header.clips, header.settings.end_margin_s * header.fps);
         if !is_searchable.contains(&true) {
             return Err(DatabaseError::NoFrames.into());
@@ -280,9 +282,6 @@ impl Sizes {
     }
 }
 
-/// Largest coordinate of a position, metres. Differences of larger ones may overflow.
-const FARTHEST_M: f32 = 1e6;
-
 /// Arrays of a file.
 struct Arrays {
     frames: Frames,
@@ -291,13 +290,13 @@ struct Arrays {
 }
 
 impl Arrays {
-    fn read(sizes: &Sizes, mut rest: &[u8]) -> Result<Self, DatabaseFileError> {
+    fn read(sizes: &Sizes, mut rest: &[u8]) -> Self {
         let Sizes {
             frames,
             joints,
             features,
         } = *sizes;
-        let arrays = Self {
+        Self {
             frames: Frames {
                 roots: take::<RootFrame>(&mut rest, frames),
                 hips: take::<Vec3>(&mut rest, frames),
@@ -310,33 +309,6 @@ impl Arrays {
                 scales: take(&mut rest, features),
             },
             rows: take(&mut rest, frames * features),
-        };
-        arrays.check().map(|()| arrays)
-    }
-
-    fn check(&self) -> Result<(), DatabaseFileError> {
-        let Self { frames, scale, rows } = self;
-        let is_root = |r: &RootFrame| r.position.abs().max_element() <= FARTHEST_M && r.yaw.abs() <= 10.0;
-        let is_finite = |values: &[f32]| values.iter().all(|x| x.is_finite());
-        let checks = [
-            ("root frames", frames.roots.iter().all(is_root)),
-            (
-                "positions",
-                frames.hips.iter().all(|v| v.abs().max_element() <= FARTHEST_M),
-            ),
-            (
-                "rotations",
-                frames
-                    .rotations
-                    .iter()
-                    .all(|q| q.is_finite() && q.is_normalized()),
-            ),
-            ("scales", is_finite(&scale.means) && is_finite(&scale.scales)),
-            ("features", is_finite(rows)),
-        ];
-        match checks.into_iter().find(|(_, is_usable)| !is_usable) {
-            None => Ok(()),
-            Some((what, _)) => Err(DatabaseFileError::Content { what }),
         }
     }
 }

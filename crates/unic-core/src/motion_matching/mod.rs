@@ -18,9 +18,11 @@
 
 mod build;
 mod command;
+mod content;
 mod controller;
 mod database;
 mod display;
+mod error;
 mod features;
 mod feet;
 mod file;
@@ -33,12 +35,14 @@ mod search;
 mod settings;
 mod spring;
 mod state;
+mod track;
 
 pub use build::{TagRange, TaggedClip};
 pub use command::{Command, Facing, MouseButtons, MouseControl};
 pub use controller::{Clamping, Controller, ControllerError, SearchOutcome, StepReport};
-pub use database::{Database, DatabaseError, DatabaseSettings, StoredClip, View};
+pub use database::{Database, DatabaseSettings, StoredClip, View};
 pub use display::PoseInterpolator;
+pub use error::DatabaseError;
 pub use features::{Feature, FeatureGroup, FeatureScale, standard_groups};
 pub use feet::{FootHold, FootState};
 pub use file::{ChecksumRule, DatabaseFileError, FORMAT_VERSION, MAGIC};

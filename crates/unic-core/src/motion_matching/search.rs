@@ -12,7 +12,7 @@ pub struct Query<'a> {
     pub tags: TagFilter,
     /// Frames that are left out, such as those around the present pose.
     pub window: Range<usize>,
-    /// Frame that plays now and may go on; none where it ends.
+    /// Frame that plays now and may go on; none where it ends. The tags hold for it too.
     pub continuing: Option<Continuing>,
 }
 
@@ -93,15 +93,20 @@ impl Database {
         best.found()
     }
 
+    /// Returns whether a search with these tags finds a frame.
+    pub(super) fn has_searchable(&self, tags: TagFilter) -> bool {
+        (0..self.len()).any(|frame| self.index.is_searchable(frame) && tags.accepts(self.tags(frame)))
+    }
+
     /// Candidate before any comparison: the continuing frame.
     fn start(&self, query: &Query) -> Candidate {
         match query.continuing {
-            None => Candidate::NONE,
-            Some(Continuing { frame, bias }) => Candidate {
+            Some(Continuing { frame, bias }) if query.tags.accepts(self.tags(frame)) => Candidate {
                 cost: self.index.distance(frame, query.features) - bias,
                 rank: 0,
                 frame,
             },
+            _ => Candidate::NONE,
         }
     }
 }

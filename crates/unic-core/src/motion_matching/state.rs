@@ -2,17 +2,21 @@
 
 use super::{
     command::Command, controller::ControllerError, database::Database, feet::FootState, inertia::PoseOffset,
-    object::SimulatedObject, root::RootFrame,
+    object::SimulatedObject, root::RootFrame, search::TagFilter,
 };
 use serde::{Deserialize, Serialize};
 
-/// Everything that the next step of a controller depends on. A state that is saved and restored
-/// continues with the same bytes.
+/// Everything that the next step of a controller depends on beside its database and its settings.
+///
+/// A state that is saved and restored continues with the same bytes, if the controller has the same
+/// database and [`ControllerSettings`](super::ControllerSettings).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerState {
     /// Frame of the database that plays.
     pub(super) frame: usize,
+    /// Tags of the frames that are played.
+    pub(super) tags: TagFilter,
     /// Ticks since the last search.
     pub(super) ticks_since_search: u32,
     /// Command of the last tick.
@@ -33,13 +37,16 @@ pub struct ControllerState {
     pub(super) feet: [FootState; 2],
 }
 
+/// Ticks since the last search with which the next step searches, whatever the interval.
+const DUE: u32 = u32::MAX;
+
 impl ControllerState {
-    /// Starts at a frame, at rest.
-    pub(super) fn start(database: &Database, frame: usize, root: RootFrame, past: usize) -> Self {
+    /// Starts at the first frame, at rest.
+    pub(super) fn start(database: &Database, tags: TagFilter, root: RootFrame, past: usize) -> Self {
         Self {
-            frame,
-            // The first step searches.
-            ticks_since_search: u32::MAX,
+            frame: 0,
+            tags,
+            ticks_since_search: DUE,
             command: Command::STAND,
             searched_command: Command::STAND,
             turn_rate: 0.0,
@@ -49,6 +56,12 @@ impl ControllerState {
             offset: PoseOffset::none(database.skeleton().len()),
             feet: Default::default(),
         }
+    }
+
+    /// Replaces the tags. The next step searches.
+    pub(super) fn set_tags(&mut self, tags: TagFilter) {
+        self.tags = tags;
+        self.ticks_since_search = DUE;
     }
 
     /// Checks a state that comes from a file.
@@ -67,6 +80,9 @@ impl ControllerState {
         }
         if self.past.len() != past {
             return Err(differs("past roots", past, self.past.len()));
+        }
+        if !database.has_searchable(self.tags) {
+            return Err(ControllerError::NoFrames);
         }
         match self.is_finite() {
             true => Ok(()),

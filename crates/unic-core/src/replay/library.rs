@@ -100,6 +100,10 @@ impl Library {
             squares().fold(0.0, f32::max).sqrt(),
             squares().map(f64::from).sum::<f64>(),
         );
+        // Finite scales may overflow with their residuals.
+        if !longest.is_finite() {
+            return Err(ReplayError::Unusable("a residual"));
+        }
         library.longest = longest;
         library.mean_square = (sum / expected as f64) as f32;
         Ok(library)

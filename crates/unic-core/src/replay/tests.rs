@@ -211,7 +211,15 @@ fn parts_that_do_not_fit_are_refused() {
         new(&[3, 2], 5, 10, f32::NAN),
         Err(ReplayError::Unusable(_))
     ));
+    assert!(matches!(
+        Library::new(vec![1], vec![[0; KEY]], vec![127, 0], vec![f32::MAX; 2]),
+        Err(ReplayError::Unusable(_))
+    ));
     let replay = replay();
+    let text = serde_json::to_string(&replay.start()).unwrap();
+    let shrinking = text.replacen("\"activity\":0.0", "\"activity\":-1e30", 1);
+    assert_ne!(shrinking, text);
+    assert!(replay.check(&serde_json::from_str(&shrinking).unwrap()).is_err());
     let mut state = replay.start();
     state.offset.pop();
     let expected = ReplayError::Coefficients {

@@ -1,14 +1,17 @@
 //! Steps of a controller.
 
-use crate::common::{SMPL_LEGS, human_database};
+use crate::common::{SMPL_LEGS, figure, figure_settings, gliding, human_database, winding};
 use glam::{Vec2, Vec3};
-use std::f32::consts::{FRAC_PI_4, PI};
+use std::{
+    f32::consts::{FRAC_PI_4, PI},
+    sync::Arc,
+};
 use unic_core::{
     Pose,
     motion_matching::{
-        Command, Controller, ControllerError, ControllerSettings, ControllerState, Facing, MouseButtons,
-        MouseControl, PoseInterpolator, RootFrame, SearchOutcome, SimulatedObject, TagFilter, direction_of,
-        wrapped,
+        Command, Controller, ControllerError, ControllerSettings, ControllerState, Database, Facing,
+        MouseButtons, MouseControl, PoseInterpolator, RootFrame, SearchOutcome, SimulatedObject, TagFilter,
+        TaggedClip, direction_of, wrapped,
     },
 };
 
@@ -87,6 +90,77 @@ fn a_changed_command_is_searched_for_at_once() {
     );
     let walk = Command::travel(Vec2::new(0.0, 1.4));
     assert_ne!(controller.step(&walk).unwrap().search, SearchOutcome::NotDue);
+}
+
+/// Controller without searches that are due, over a clip tagged `glide` and a clip tagged `wind`.
+fn tagged_controller() -> Controller {
+    let (glide, wind) = (gliding(300, 0.0), winding(300, 0.7));
+    let clips = [
+        TaggedClip::whole(&glide, "glide"),
+        TaggedClip::whole(&wind, "wind"),
+    ];
+    let database = Database::build(&figure(), &clips, figure_settings()).unwrap();
+    let settings = ControllerSettings {
+        search_interval_s: 100.0,
+        ..ControllerSettings::default()
+    };
+    Controller::new(Arc::new(database), settings)
+}
+
+/// Tags that exclude the frame that plays.
+fn without_present(controller: &Controller) -> TagFilter {
+    TagFilter {
+        required: 0,
+        excluded: controller.database().tags(controller.state().frame()),
+    }
+}
+
+#[test]
+fn a_change_of_the_facing_mode_is_searched_for_at_once() {
+    let mut controller = tagged_controller();
+    let facing = |facing| Command {
+        velocity: Vec2::Y,
+        facing,
+    };
+    let mut search = |mode| controller.step(&facing(mode)).unwrap().search;
+    search(Facing::Travel);
+    assert_eq!(search(Facing::Travel), SearchOutcome::NotDue);
+    assert_ne!(search(Facing::Yaw(0.0)), SearchOutcome::NotDue);
+    assert_eq!(search(Facing::Yaw(0.0)), SearchOutcome::NotDue);
+    assert_ne!(search(Facing::Travel), SearchOutcome::NotDue);
+}
+
+#[test]
+fn frames_that_are_excluded_stop_playing_at_once() {
+    let mut controller = tagged_controller();
+    let walk = Command::travel(Vec2::Y);
+    (0..3).for_each(|_| drop(controller.step(&walk).unwrap()));
+    assert_eq!(controller.step(&walk).unwrap().search, SearchOutcome::NotDue);
+    let tags = without_present(&controller);
+    controller.set_tags(tags).unwrap();
+    assert_eq!(controller.step(&walk).unwrap().search, SearchOutcome::Switched);
+    for _ in 0..400 {
+        let playing = controller.database().tags(controller.state().frame());
+        assert!(tags.accepts(playing));
+        controller.step(&walk).unwrap();
+    }
+    // Tags that accept more are searched for at once too.
+    controller.set_tags(TagFilter::default()).unwrap();
+    assert_ne!(controller.step(&walk).unwrap().search, SearchOutcome::NotDue);
+}
+
+#[test]
+fn tags_are_part_of_a_saved_state() {
+    let (mut a, mut b) = (tagged_controller(), tagged_controller());
+    poses(&mut a, 0..10);
+    a.set_tags(without_present(&a)).unwrap();
+    b.restore(a.state().clone()).unwrap();
+    assert_eq!(poses(&mut a, 10..100), poses(&mut b, 10..100));
+    let text = serde_json::to_string(a.state()).unwrap();
+    let none = text.replacen("\"required\":0", "\"required\":4", 1);
+    let none: ControllerState = serde_json::from_str(&none).unwrap();
+    assert_eq!(b.restore(none), Err(ControllerError::NoFrames));
+    assert_eq!(a.state(), b.state());
 }
 
 /// Joints do not jump at switches. Positions are continuous, so the velocity is bounded by that of
@@ -270,4 +344,17 @@ fn the_mouse_draws_the_character_to_its_pointer() {
             .length()
             < 1e-3
     );
+}
+
+/// A pointer that is not finite, such as that of a ray that misses the ground, leaves the target
+/// where it is.
+#[test]
+fn the_mouse_ignores_pointers_that_are_not_finite() {
+    let object = SimulatedObject::at_rest(RootFrame::default());
+    let mut mouse = MouseControl::new(2.0);
+    let mut held = |pointer| mouse.command(&object, pointer, MouseButtons::LeftAndRight);
+    let before = (0..20).map(|_| held(Vec2::new(5.0, 0.0))).last();
+    for wrong in [f32::NAN, f32::INFINITY] {
+        assert_eq!(Some(held(Vec2::new(wrong, 0.0))), before);
+    }
 }

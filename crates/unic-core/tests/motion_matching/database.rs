@@ -170,6 +170,19 @@ fn unusable_clips_and_settings_are_refused() {
     broken.poses[7].trans.x = f32::NAN;
     let pose = refused(&[broken], figure_settings());
     assert!(matches!(pose, DatabaseError::Pose { frame: 7, .. }), "{pose}");
+    // Differences and sums of coordinates have to stay finite.
+    for far in [f32::NAN, f32::INFINITY, 1e38] {
+        let (mut ground, mut away) = (gliding(30, 0.0), gliding(30, 0.0));
+        ground.ground_height = far;
+        away.poses[7].trans.x = far;
+        for clip in [ground, away] {
+            let error = refused(&[clip], figure_settings());
+            assert!(
+                matches!(error, DatabaseError::Content { .. } | DatabaseError::Pose { .. }),
+                "{far}: {error}"
+            );
+        }
+    }
     let mut settings = figure_settings();
     settings.legs[1].toe = 9;
     let joint = refused(&[gliding(30, 0.0)], settings);

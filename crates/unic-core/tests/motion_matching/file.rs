@@ -51,12 +51,16 @@ fn hostile_sizes_are_refused() {
     let sound = database().to_bytes().unwrap();
     let header = u32::from_le_bytes(sound[16..20].try_into().unwrap()) as usize;
     let text = String::from_utf8(sound[24..24 + header].to_vec()).unwrap();
+    let names: Vec<String> = (0..33).map(|i| format!("\"tag {i}\"")).collect();
+    let too_many = format!("\"tags\":[{}]", names.join(","));
     for (from, to) in [
         ("\"frames\":220", "\"frames\":18446744073709551615"),
         ("\"len\":40", "\"len\":18446744073709551615"),
         ("\"len\":40", "\"len\":0"),
         ("\"first\":40", "\"first\":39"),
         ("\"fps\":30.0", "\"fps\":0.0"),
+        ("\"tags\":[]", too_many.as_str()),
+        ("\"tags\":[]", "\"tags\":[\"walk\",\"walk\"]"),
     ] {
         assert!(text.contains(from), "{from}");
         let changed = text.replacen(from, to, 1);

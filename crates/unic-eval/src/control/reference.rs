@@ -1,7 +1,11 @@
 //! Reference values of the captured motion itself.
 
 use glam::Vec3;
-use unic_core::{motion_matching::Database, transform::Rigid};
+use std::ops::Range;
+use unic_core::{
+    motion_matching::{Database, TagFilter},
+    transform::Rigid,
+};
 
 /// Height above its rest height at which a toe no longer counts as on the ground, metres.
 const SKATING_HEIGHT_M: f32 = 0.033;
@@ -18,14 +22,12 @@ pub struct DataReference {
 }
 
 impl DataReference {
-    /// Measures all frames of a database.
-    pub fn measure(database: &Database) -> Self {
+    /// Measures the frames of a database that a run with these tags may play.
+    pub fn measure(database: &Database, tags: TagFilter) -> Self {
         let mut skating = Skating::default();
         let mut jumps = Vec::new();
-        for clip in database.clips() {
-            let positions: Vec<Vec<Vec3>> = (clip.first..clip.end())
-                .map(|frame| joint_positions(database, frame))
-                .collect();
+        for frames in played(database, tags) {
+            let positions: Vec<Vec<Vec3>> = frames.map(|frame| joint_positions(database, frame)).collect();
             for pair in positions.windows(2) {
                 skating.add(database, &pair[0], &pair[1]);
             }
@@ -38,6 +40,20 @@ impl DataReference {
             jump_m_s: jumps.get(at).copied().unwrap_or(f64::NAN),
         }
     }
+}
+
+/// Lists the longest ranges of a clip's frames that the tags accept.
+fn played(database: &Database, tags: TagFilter) -> Vec<Range<usize>> {
+    let mut ranges: Vec<Range<usize>> = Vec::new();
+    for clip in database.clips() {
+        for frame in (clip.first..clip.end()).filter(|&frame| tags.accepts(database.tags(frame))) {
+            match ranges.last_mut() {
+                Some(last) if last.end == frame && frame > clip.first => last.end += 1,
+                _ => ranges.push(frame..frame + 1),
+            }
+        }
+    }
+    ranges
 }
 
 /// World positions of the joints of a frame in the space of its clip, metres.

@@ -9,15 +9,20 @@ use unic_core::{
     leg::Leg,
     motion_matching::{
         Clamping, Command, Database, DatabaseSettings, Feature, FeatureGroup, RootFrame, SearchOutcome,
-        SimulatedObject, StepReport, TaggedClip,
+        SimulatedObject, StepReport, TagFilter, TagRange, TaggedClip,
     },
     skeleton::{Skeleton, SkeletonParts},
 };
 
 const FPS: f32 = 30.0;
 
-/// A pelvis and one toe, which is both feet.
+/// A pelvis and one toe, which is both feet. It glides at 1 m/s.
 fn database() -> Database {
+    database_of(|t| t as f32 / FPS, vec![])
+}
+
+/// A glide with its position along +Z by frame, metres.
+fn database_of(z: impl Fn(usize) -> f32, tags: Vec<TagRange>) -> Database {
     let skeleton = Skeleton::new(SkeletonParts {
         parents: vec![-1, 0],
         joints: vec![Vec3::Y, Vec3::ZERO],
@@ -25,7 +30,7 @@ fn database() -> Database {
     })
     .unwrap();
     let pose = |t: usize| Pose {
-        trans: Vec3::Z * t as f32 / FPS,
+        trans: Vec3::Z * z(t),
         local: vec![Quat::IDENTITY; 2],
     };
     let clip = Clip {
@@ -51,7 +56,29 @@ fn database() -> Database {
         contact_speed_m_s: 0.2,
         contact_height_m: 0.05,
     };
-    Database::build(&skeleton, &[TaggedClip::untagged(&clip)], settings).unwrap()
+    Database::build(&skeleton, &[TaggedClip { clip: &clip, tags }], settings).unwrap()
+}
+
+/// Frames that are never played do not count.
+#[test]
+fn references_are_those_of_the_frames_that_are_played() {
+    let fast = TagRange {
+        tag: "fast".into(),
+        frames: 41..60,
+    };
+    // 1 m/s up to frame 40, 3 m/s behind it.
+    let database = database_of(|t| (t + 2 * t.saturating_sub(40)) as f32 / FPS, vec![fast]);
+    let played = |excluded| TagFilter {
+        required: 0,
+        excluded,
+    };
+    let all = DataReference::measure(&database, TagFilter::default());
+    assert_eq!(DataReference::measure(&database, played(0)), all);
+    let slow = DataReference::measure(&database, played(database.tag_bit("fast").unwrap()));
+    near(slow.skating_m_s, 1.0);
+    near(all.skating_m_s, (40.0 * 1.0 + 19.0 * 3.0) / 59.0);
+    // The change from one speed to the other is not among the slow frames.
+    assert!(slow.jump_m_s < 1e-3 && all.jump_m_s > 1.9);
 }
 
 /// A run whose root moves at `speed(tick)` m/s along +Z, 0.1 m and 0.2 rad off the object.
@@ -103,7 +130,7 @@ fn near(found: f64, expected: f64) {
 #[test]
 fn errors_and_speeds_have_their_closed_form() {
     let database = database();
-    let reference = DataReference::measure(&database);
+    let reference = DataReference::measure(&database, TagFilter::default());
     // The toe of the database glides at 1 m/s on the ground.
     near(reference.skating_m_s, 1.0);
     let steady = run(100, |_| Vec2::Y, |_| 0.5);
@@ -124,7 +151,7 @@ fn errors_and_speeds_have_their_closed_form() {
 #[test]
 fn response_is_the_time_of_nine_tenths_of_a_step() {
     let database = database();
-    let reference = DataReference::measure(&database);
+    let reference = DataReference::measure(&database, TagFilter::default());
     let command = |t: usize| if t < 30 { Vec2::ZERO } else { Vec2::Y };
     let speed = |t: usize| ((t as f32 - 29.0) / 30.0).clamp(0.0, 1.0);
     let metrics = ControlMetrics::measure(&run(120, command, speed), &database, &reference);

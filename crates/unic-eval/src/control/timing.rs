@@ -16,20 +16,24 @@ pub(super) struct Times {
     pub(super) search_p99: f64,
     /// Median of a step, searches included where they are due.
     pub(super) step: f64,
+    /// 99th percentile of a step.
+    pub(super) step_p99: f64,
 }
 
 impl Times {
-    /// Measures the searches of runs again, and the steps of the last script.
+    /// Measures the searches and the steps of runs again.
     pub(super) fn measure(
         controller: &mut Controller,
         runs: &[ControlRun],
         seed: u64,
     ) -> Result<Self, ControllerError> {
         let searches = searches(controller, runs);
+        let steps = steps(controller, runs, seed)?;
         Ok(Self {
             search: quantile(&searches, 0.5),
             search_p99: quantile(&searches, 0.99),
-            step: quantile(&steps(controller, runs, seed)?, 0.5),
+            step: quantile(&steps, 0.5),
+            step_p99: quantile(&steps, 0.99),
         })
     }
 }

@@ -125,6 +125,15 @@ impl TrainConfig {
                 is_size,
             )?;
         }
+        // Checkpoints of a trial are named by its size, and budgets leave out the last sizes.
+        let cost = |[width, layers]: &[usize; 2]| width * width * layers;
+        let rises = self.sizing.sizes.is_sorted_by(|a, b| cost(a) < cost(b));
+        ensure(
+            "sizing.sizes",
+            "from small to large, each once",
+            format!("{:?}", self.sizing.sizes),
+            rises,
+        )?;
         Ok(())
     }
 

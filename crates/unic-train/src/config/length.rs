@@ -9,8 +9,8 @@ pub const PUBLISHED_EPOCHS: u64 = 300;
 impl TrainConfig {
     /// Returns whether `longer` has the same settings for a longer run with the same learning rate
     /// in every common step, up to the rounding of epochs to steps. The half periods of its
-    /// schedule must grow in proportion to the epochs, or to the steps. A run of two fits cannot be
-    /// made longer.
+    /// schedule must grow in proportion to the epochs, or to the steps. A run of two fits, or
+    /// with a sizing, cannot be made longer.
     pub fn is_lengthened_by(&self, longer: &Self) -> bool {
         let (o, l) = (&self.optimiser, &longer.optimiser);
         let lengths = match (o.epochs, l.epochs) {
@@ -35,7 +35,9 @@ impl TrainConfig {
         let grows = self.batch.unroll_first != self.batch.unroll_last;
         // A second fit has other clips, and so another number of pairs and steps.
         let has_second_fit = self.validation.refit == Refit::AllClips;
-        lengths[1] > lengths[0] && same_rate && alike == *self && !grows && !has_second_fit
+        // The limit on the steps decides which fields a sizing tries.
+        let is_sized = !self.sizing.sizes.is_empty();
+        lengths[1] > lengths[0] && same_rate && alike == *self && !grows && !has_second_fit && !is_sized
     }
 
     /// Sets the number of steps and removes the number of epochs.

@@ -102,6 +102,24 @@ fn longer_run_continues_the_schedule_of_the_shorter_one() {
         ..c.clone()
     };
     assert!(!grows(&config).is_lengthened_by(&grows(&longer)));
+    let sized = |c: &TrainConfig| TrainConfig {
+        sizing: SizingSettings { sizes: vec![[8, 2]] },
+        ..c.clone()
+    };
+    assert!(!sized(&config).is_lengthened_by(&sized(&longer)));
+}
+
+#[test]
+fn sizes_are_refused_unless_they_rise() {
+    let of = |sizes: &str| {
+        let config = TrainConfig::preset(Preset::Standard);
+        config.with_assignments(&[format!("sizing.sizes={sizes}")])
+    };
+    assert!(of("[[64,4],[128,4],[256,6]]").is_ok());
+    for sizes in ["[[64,4],[64,4]]", "[[128,4],[64,4]]"] {
+        let text = of(sizes).unwrap_err().to_string();
+        assert!(text.contains("from small to large"), "{text}");
+    }
 }
 
 #[test]

@@ -10,6 +10,10 @@ pub(super) const SHARES: [f32; 4] = [1.0, 0.75, 0.5, 0.25];
 /// Gains below this share of the prior's RMSE are noise.
 const LEAST_GAIN: f64 = 0.002;
 
+/// Standard errors by which a gain must exceed zero. The best of several shares and candidates is
+/// chosen on the same motions, so one would accept noise.
+const STANDARD_ERRORS: f64 = 2.0;
+
 /// Gain of a field whose error is not finite. JSON has no infinity.
 const DIVERGED: f64 = -1000.0;
 
@@ -29,7 +33,7 @@ pub struct Gain {
 }
 
 impl Gain {
-    /// Finds the share whose gain is surest: the mean less its standard error is largest.
+    /// Finds the share whose gain has the largest lower bound.
     pub(super) fn best<'a>(errors: impl Iterator<Item = &'a MotionError>) -> Self {
         let mut motions: BTreeMap<usize, [f64; SHARES.len() + 1]> = BTreeMap::new();
         for error in errors {
@@ -40,7 +44,13 @@ impl Gain {
         }
         let of_share = |(i, &share): (usize, &f32)| Self::of(share, motions.values().map(|e| relative(e, i)));
         let gains = SHARES.iter().enumerate().map(of_share);
-        let better = |best: Self, gain: Self| if gain.surely() > best.surely() { gain } else { best };
+        let better = |best: Self, gain: Self| {
+            if gain.lower_bound() > best.lower_bound() {
+                gain
+            } else {
+                best
+            }
+        };
         gains.reduce(better).unwrap_or(Self::NONE)
     }
 
@@ -64,9 +74,9 @@ impl Gain {
         }
     }
 
-    /// The mean less its standard error.
-    pub(super) fn surely(&self) -> f64 {
-        self.mean - self.error
+    /// The mean less two standard errors.
+    pub(super) fn lower_bound(&self) -> f64 {
+        self.mean - STANDARD_ERRORS * self.error
     }
 
     /// Returns whether the field helps at all, sure or not.
@@ -74,9 +84,9 @@ impl Gain {
         self.mean > LEAST_GAIN
     }
 
-    /// Returns whether the gain exceeds both a least value and its own standard error.
+    /// Returns whether the gain exceeds both a least value and two standard errors.
     pub fn is_significant(&self) -> bool {
-        self.mean > LEAST_GAIN.max(self.error)
+        self.mean > LEAST_GAIN.max(STANDARD_ERRORS * self.error)
     }
 }
 

@@ -112,14 +112,17 @@ impl Results {
         )?)
     }
 
-    /// Chooses the candidate with the surest gain. Where none is significant the share is 0, and
+    /// Chooses the candidate whose gain has the largest lower bound. Where none is significant the share is 0, and
     /// the first size with a single step stands for no field.
     pub(super) fn into_sizing(self, settings: &SizingSettings, judged_clips: Vec<String>) -> Sizing {
         let significant = self.tried.iter().filter(|tried| tried.gain.is_significant());
-        let best = significant.reduce(|best, tried| match tried.gain.surely() > best.gain.surely() {
-            true => tried,
-            false => best,
-        });
+        let best =
+            significant.reduce(
+                |best, tried| match tried.gain.lower_bound() > best.gain.lower_bound() {
+                    true => tried,
+                    false => best,
+                },
+            );
         let none = super::candidates(settings)
             .first()
             .map(|c| Candidate { steps: 1, ..*c });
@@ -142,7 +145,8 @@ impl Results {
 fn read(path: &Path, settings: &TrainConfig) -> Result<Stored, TrainError> {
     let bytes = fs::read(path).map_err(|e| wrong(path, e.to_string()))?;
     let stored: Stored = serde_json::from_slice(&bytes).map_err(|e| wrong(path, e.to_string()))?;
-    match stored.settings == *settings {
+    // The product format may change with the machine, as in the fits.
+    match stored.settings.with_products_of(settings) == *settings {
         true => Ok(stored),
         false => Err(wrong(path, "one of other settings".to_owned())),
     }

@@ -237,3 +237,32 @@ fn a_fit_has_the_chosen_size_and_share() {
     let next = trainer.into_data().on_all_clips().unwrap();
     assert_eq!(next.config.field.width, 40);
 }
+
+#[test]
+fn results_are_continued_in_another_product_format_and_with_no_other_settings() {
+    let folder = tempfile::tempdir().unwrap();
+    let settings = small(&[[8, 2]]);
+    let results = record::Results::open(Some(folder.path()), &settings).unwrap();
+    results.write().unwrap();
+    let mut changed = settings.clone();
+    changed.optimiser.products = crate::config::Products::Bf16;
+    assert!(record::Results::open(Some(folder.path()), &changed).is_ok());
+    changed.seed += 1;
+    let refused = record::Results::open(Some(folder.path()), &changed)
+        .err()
+        .unwrap();
+    assert!(refused.to_string().contains("one of other settings"), "{refused}");
+}
+
+#[test]
+fn a_gain_below_two_standard_errors_is_noise() {
+    let gain = |mean, error| Gain {
+        share: 1.0,
+        mean,
+        error,
+        least: 0.0,
+    };
+    assert!(gain(0.02, 0.009).is_significant());
+    assert!(!gain(0.02, 0.011).is_significant());
+    assert!(!gain(0.001, 0.0).is_significant());
+}

@@ -89,7 +89,7 @@ impl Trial<'_> {
         };
         match Checkpoint::<TrialRecord>::newest(folder)? {
             None => Ok(()),
-            Some(checkpoint) if checkpoint.record.config != self.config => {
+            Some(checkpoint) if checkpoint.record.config.with_products_of(&self.config) != self.config => {
                 Err(wrong("one of other settings"))
             }
             Some(checkpoint) => learner.restore(&checkpoint).map_err(wrong),

@@ -10,21 +10,21 @@ use crate::motion_matching::{
 };
 use std::sync::Arc;
 
-/// Largest angle between two commands of a steady turn, radians a tick.
-const STEADY_TURN_RAD: f32 = 0.2;
-/// Share of the newest tick in the estimate of the turn rate.
-const TURN_BLEND: f32 = 0.3;
+/// Largest rate of a steady turn of the commands, rad/s. A faster one is a new direction.
+const STEADY_TURN_RAD_S: f32 = 6.0;
+/// Time constant of the estimate of the turn rate, seconds.
+const TURN_TIME_S: f32 = 0.0935;
 
 impl Controller {
     /// Estimates the rate at which the commands turn.
     pub(super) fn follow_turn(&mut self, command: &Command) {
         let (before, after) = (self.state.command.velocity, command.velocity);
         let has_direction = before.length().min(after.length()) > 0.1;
-        let angle = wrapped(yaw_of(after) - yaw_of(before));
-        self.state.turn_rate = match has_direction && angle.abs() < STEADY_TURN_RAD {
+        let rate = wrapped(yaw_of(after) - yaw_of(before)) * self.database.fps;
+        self.state.turn_rate = match has_direction && rate.abs() < STEADY_TURN_RAD_S {
             true => {
-                let rate = angle * self.database.fps;
-                self.state.turn_rate + (rate - self.state.turn_rate) * TURN_BLEND
+                let share = 1.0 - (-1.0 / (TURN_TIME_S * self.database.fps)).exp();
+                self.state.turn_rate + (rate - self.state.turn_rate) * share
             }
             // A new direction is not a turn that goes on.
             false => 0.0,
@@ -34,15 +34,15 @@ impl Controller {
     pub(super) fn search_if_due(&mut self, command: &Command) -> SearchOutcome {
         let database = Arc::clone(&self.database);
         let state = &self.state;
-        let is_at_end = state.frame + 1 >= database.clip_of(state.frame).end();
+        let goes_on = self.goes_on();
         let is_due = state.ticks_since_search >= database.frames_in(self.settings.search_interval_s) as u32;
-        if !(is_at_end || is_due || self.is_forced(command)) {
+        if goes_on && !is_due && !self.is_forced(command) {
             self.state.ticks_since_search += 1;
             self.state.frame += 1;
             return SearchOutcome::NotDue;
         }
         self.fill_query(command);
-        let continuing = (!is_at_end).then_some(Continuing {
+        let continuing = goes_on.then_some(Continuing {
             frame: self.state.frame,
             bias: self.settings.continuing_bias,
         });
@@ -64,16 +64,25 @@ impl Controller {
         outcome
     }
 
+    /// Returns whether the clip has a next frame that the tags accept.
+    fn goes_on(&self) -> bool {
+        let next = self.state.frame + 1;
+        next < self.database.clip_of(self.state.frame).end()
+            && self.state.tags.accepts(self.database.tags(next))
+    }
+
     /// Has the command changed much since the last search?
     fn is_forced(&self, command: &Command) -> bool {
         let last = &self.state.searched_command;
-        let yaw = |c: &Command| match c.facing {
-            Facing::Yaw(yaw) => yaw,
-            Facing::Travel => 0.0,
+        let has_turned = match (command.facing, last.facing) {
+            (Facing::Yaw(now), Facing::Yaw(last)) => {
+                wrapped(now - last).abs() > self.settings.forcing_yaw_rad
+            }
+            (Facing::Travel, Facing::Travel) => false,
+            (Facing::Yaw(_), Facing::Travel) | (Facing::Travel, Facing::Yaw(_)) => true,
         };
         let velocity = (command.velocity - last.velocity).length();
-        let turn = wrapped(yaw(command) - yaw(last)).abs();
-        velocity > self.settings.forcing_velocity_m_s || turn > self.settings.forcing_yaw_rad
+        has_turned || velocity > self.settings.forcing_velocity_m_s
     }
 
     /// Writes the features of the frame that plays and of the trajectory that is asked for.
@@ -108,7 +117,7 @@ impl Controller {
         let frame = self.state.frame;
         let query = Query {
             features: &self.scratch.features,
-            tags: self.tags,
+            tags: self.state.tags,
             // Without a frame that goes on, the clip's end is left out by the index.
             window: match continuing {
                 Some(_) => frame.saturating_sub(around)..frame + around + 1,
