@@ -339,6 +339,7 @@ fn a_misspelt_tensor_is_named() {
                 "F32" => "I32",
                 "U32" => "F32",
                 "U16" => "F16",
+                "I8" => "U8",
                 _ => "F64",
             };
             header[&name]["dtype"] = json!(other);
