@@ -26,8 +26,8 @@ pub struct ControlMetrics {
     pub trajectory_error_m: f64,
     /// Root mean square difference of their directions, degrees.
     pub heading_error_deg: f64,
-    /// Mean time from an input step until the shown root has made 90 % of the change, seconds;
-    /// none without an input step.
+    /// Mean time from an input step until the shown root has made 90 % of the change to the command
+    /// of that time, seconds; none without an input step. Steps: `docs/reference/json.md`.
     pub response_s: Option<f64>,
     /// Foot skating by that of the captured motion.
     pub foot_skating_ratio: f64,
@@ -38,7 +38,8 @@ pub struct ControlMetrics {
     pub stuck_s: f64,
     /// Frames in which the root was clamped to the object, percent.
     pub clamped_percent: f64,
-    /// Distance by which the root was adjusted beside the captured motion, metres.
+    /// Distance by which the root's position was adjusted towards the object, metres. Turns and
+    /// clamped distances do not count.
     pub adjusted_m: f64,
     /// Mean horizontal speed of locked toes, m/s.
     pub locked_foot_m_s: f64,
