@@ -63,7 +63,7 @@ pub struct ReplayState {
     activity: Activity,
     /// Stretch that plays; none until the first tick.
     stretch: Option<Stretch>,
-    /// What is left of the steps at switches, K coefficients in metres.
+    /// Remainder of the steps at switches, K coefficients in metres.
     offset: Vec<f32>,
 }
 

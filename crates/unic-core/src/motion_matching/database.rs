@@ -99,7 +99,7 @@ const MAX_WEIGHT: f32 = 1e6;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum View {
-    /// As captured.
+    /// Captured view.
     Direct,
     /// With left and right exchanged.
     Mirrored,
@@ -111,7 +111,7 @@ pub enum View {
 pub struct StoredClip {
     /// Name of the clip.
     pub name: String,
-    /// As captured, or mirrored.
+    /// Captured or mirrored view.
     pub view: View,
     /// First frame.
     pub first: usize,
@@ -126,7 +126,7 @@ impl StoredClip {
     }
 }
 
-/// What is played: one entry a frame, but for `rotations`, which has one a frame and joint.
+/// Frames that are played: one entry a frame, but for `rotations`, which has one a frame and joint.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Frames {
     /// Root frames in the space of their clip.

@@ -50,7 +50,7 @@ pub(super) struct FootRules {
     pub(super) lift_spring: Spring,
 }
 
-/// What the animation does with one foot in a tick.
+/// Motion of one foot in the animation, in one tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FootTick {
     pub(super) leg: Leg,

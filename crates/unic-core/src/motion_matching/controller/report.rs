@@ -5,7 +5,7 @@ use thiserror::Error;
 /// Events of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepReport {
-    /// What the search did.
+    /// Outcome of the search.
     pub search: SearchOutcome,
     /// Distance by which the root was moved towards the object beside its own motion, metres.
     pub adjusted_m: f32,
@@ -13,7 +13,7 @@ pub struct StepReport {
     pub clamping: Clamping,
 }
 
-/// What a step's search did.
+/// Outcome of a step's search.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum SearchOutcome {
     /// No search was due.
