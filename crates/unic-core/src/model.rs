@@ -392,9 +392,14 @@ fn check_counts(parts: &ModelParts, joints: usize) -> Result<(), ModelError> {
             parts.character.weights.joint_count(),
         ),
     ];
-    match counts.into_iter().find(|(_, expected, found)| expected != found) {
+    all_equal(&counts)
+}
+
+/// Compares the names, expected and found values of counts.
+fn all_equal(counts: &[(&'static str, usize, usize)]) -> Result<(), ModelError> {
+    match counts.iter().find(|(_, expected, found)| expected != found) {
         None => Ok(()),
-        Some((what, expected, found)) => Err(ModelError::Count {
+        Some(&(what, expected, found)) => Err(ModelError::Count {
             what,
             expected,
             found,
@@ -448,14 +453,7 @@ fn check_replay(prior: &Prior, motion: usize) -> Result<(), ModelError> {
             replay.library().coefficients(),
         ),
     ];
-    match counts.into_iter().find(|(_, expected, found)| expected != found) {
-        None => Ok(()),
-        Some((what, expected, found)) => Err(ModelError::Count {
-            what,
-            expected,
-            found,
-        }),
-    }
+    all_equal(&counts)
 }
 
 /// Checks that all numbers are finite and within their range.
