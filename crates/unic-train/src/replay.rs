@@ -7,7 +7,7 @@
 mod gains;
 
 use crate::{config::ReplaySettings, recurrence::Sequence};
-use gains::{Fold, Gains};
+use gains::{Fold, Gains, centre};
 use rayon::prelude::*;
 use std::ops::Range;
 use unic_core::{
@@ -115,31 +115,20 @@ impl ReplayClip {
             activity.follow(&pair, 1.0 / fps);
             keys.key(&pair, activity)
         };
-        let residuals = sequence.coefficients.iter().zip(predicted).map(|(c, p)| c - p);
-        let mut clip = Self {
+        let pairs = sequence.coefficients.iter().zip(predicted);
+        let mut residuals: Vec<f32> = pairs.map(|(c, p)| c - p).collect();
+        // The mean residual belongs to the clip's own start.
+        centre(&mut residuals, sequence.outputs());
+        Self {
             motion_number: sequence.motion_number,
             keys: (0..sequence.len()).map(&mut key).collect(),
-            residuals: residuals.collect(),
-        };
-        clip.centre();
-        clip
+            residuals,
+        }
     }
 
     /// Number K of coefficients.
     fn outputs(&self) -> usize {
         self.residuals.len() / self.keys.len().max(1)
-    }
-
-    /// Subtracts the mean residual, which belongs to the clip's own start.
-    fn centre(&mut self) {
-        let outputs = self.outputs().max(1);
-        for k in 0..outputs {
-            let column = || self.residuals.iter().skip(k).step_by(outputs);
-            // In f64: a long clip adds many numbers.
-            let mean = column().map(|x| f64::from(*x)).sum::<f64>() / column().len().max(1) as f64;
-            let column = self.residuals.iter_mut().skip(k).step_by(outputs);
-            column.for_each(|x| *x -= mean as f32);
-        }
     }
 }
 

@@ -148,14 +148,19 @@ impl Moments {
 fn drift(values: &[f32], outputs: usize, fps: f32) -> Vec<f32> {
     let swing = swings(values, outputs, fps);
     let mut drift: Vec<f32> = values.iter().zip(&swing).map(|(x, s)| x - s).collect();
+    centre(&mut drift, outputs);
+    drift
+}
+
+/// Subtracts the mean of each of `outputs` columns.
+pub(super) fn centre(values: &mut [f32], outputs: usize) {
     for k in 0..outputs {
-        let column = || drift.iter().skip(k).step_by(outputs);
+        let column = || values.iter().skip(k).step_by(outputs);
         // In f64: a long clip adds many numbers.
         let mean = column().map(|x| f64::from(*x)).sum::<f64>() / column().len().max(1) as f64;
-        let column = drift.iter_mut().skip(k).step_by(outputs);
+        let column = values.iter_mut().skip(k).step_by(outputs);
         column.for_each(|x| *x -= mean as f32);
     }
-    drift
 }
 
 #[cfg(test)]
