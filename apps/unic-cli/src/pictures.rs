@@ -8,7 +8,7 @@ use unic_core::{
     mesh::TriMesh,
     skeleton::Skeleton,
 };
-use unic_viewer::{Camera, Colouring, Ground, Image, Scene, Surface, captioned, render, vertex_normals};
+use unic_raster::{Camera, Colouring, Ground, Image, Scene, Surface, captioned, render, vertex_normals};
 
 /// Width and height of one picture of a strip or sheet, in pixels.
 const SIZE: [u32; 2] = [300, 420];

@@ -8,7 +8,7 @@ use glam::Vec3;
 use std::{error::Error, path::Path, time::Instant};
 use unic_builtin::garments::{GarmentMesh, PleatedDress, Robe, TulleSkirt};
 use unic_core::character::Character;
-use unic_viewer::{Camera, Colouring, Image, Scene, Surface, grid, render, vertex_normals};
+use unic_raster::{Camera, Colouring, Image, Scene, Surface, grid, render, vertex_normals};
 
 /// Colour of the body, sRGB.
 const BODY: [f32; 3] = [0.78, 0.70, 0.64];

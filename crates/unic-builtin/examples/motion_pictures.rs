@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use unic_builtin::human::{HumanParameters, human};
 use unic_builtin::motion::{Performer, standard_set};
 use unic_core::{Pose, character::Character, clip::Clip};
-use unic_viewer::{
-    Camera, Colouring, Image, Scene, Surface, ViewerError, captioned, grid, render, vertex_normals,
+use unic_raster::{
+    Camera, Colouring, Image, RasterError, Scene, Surface, captioned, grid, render, vertex_normals,
 };
 
 /// Seed of the motions.
@@ -86,7 +86,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn picture_strip(character: &Character, clip: &Clip, strip: Strip) -> Result<Image, ViewerError> {
+fn picture_strip(character: &Character, clip: &Clip, strip: Strip) -> Result<Image, RasterError> {
     let pictures = (0..PICTURES).map(|i| {
         let seconds = strip.start + strip.interval * i as f32;
         let x = (seconds * clip.fps).min((clip.len() - 1) as f32);
@@ -98,7 +98,7 @@ fn picture_strip(character: &Character, clip: &Clip, strip: Strip) -> Result<Ima
     grid(&pictures.collect::<Result<Vec<_>, _>>()?, 6, 4)
 }
 
-fn picture(character: &Character, pose: &Pose, azimuth: f32) -> Result<Image, ViewerError> {
+fn picture(character: &Character, pose: &Pose, azimuth: f32) -> Result<Image, RasterError> {
     let (mut joints, mut transforms, mut vertices) = (Vec::new(), Vec::new(), Vec::new());
     character.skeleton.forward_kinematics(pose, &mut joints);
     character.skeleton.world_from_rest(&joints, &mut transforms);

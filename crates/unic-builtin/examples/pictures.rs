@@ -11,7 +11,7 @@ use unic_builtin::{
     human::{HumanParameters, human},
 };
 use unic_core::{Pose, character::Character};
-use unic_viewer::{Camera, Colouring, Image, Scene, Surface, captioned, grid, render, vertex_normals};
+use unic_raster::{Camera, Colouring, Image, Scene, Surface, captioned, grid, render, vertex_normals};
 
 /// Side of a tile, pixels.
 const TILE: u32 = 640;

@@ -20,7 +20,7 @@ use std::{
 };
 use unic_core::{Animator, Model, Start, StepInput, clip::Clip};
 use unic_io::{check, read_obj, read_vertex_cache};
-use unic_viewer::grid;
+use unic_raster::grid;
 
 /// Number of frames in the picture.
 const PICTURES: usize = 8;

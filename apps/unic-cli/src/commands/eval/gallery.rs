@@ -13,7 +13,7 @@ use std::{
 };
 use unic_eval::{Event, MODEL, Mode, PredictorError, PreparedClip};
 use unic_io::Capture;
-use unic_viewer::{Colouring, Image, grid, heat_colours};
+use unic_raster::{Colouring, Image, grid, heat_colours};
 
 /// Number of columns of a sheet, one frame each.
 const FRAMES: usize = 6;

@@ -17,7 +17,7 @@ use std::{
     path::{Path, PathBuf},
     time::Duration,
 };
-use unic_viewer::grid;
+use unic_raster::grid;
 
 const FILE: &str = "simulation.json";
 

@@ -8,8 +8,8 @@ use crate::{
 };
 use anyhow::Result;
 use unic_io::Capture;
+use unic_raster::{Colouring, heat_colour, heat_colours};
 use unic_report::{CaptionedPicture, ColourBar, HeatMap, HeatStrip};
-use unic_viewer::{Colouring, heat_colour, heat_colours};
 
 /// Width and height of one picture in pixels.
 const SIZE: [u32; 2] = [360, 420];

@@ -13,8 +13,8 @@ use crate::{
 };
 use anyhow::Result;
 use unic_io::Capture;
+use unic_raster::{Image, encode_gif};
 use unic_report::{Movie, MovieFrame, MovieView, Picture, PictureFormat};
-use unic_viewer::{Image, encode_gif};
 
 /// Width and height of one of the four views of a frame, in pixels.
 const VIEW: [u32; 2] = [300, 404];

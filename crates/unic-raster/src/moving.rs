@@ -1,6 +1,6 @@
 //! Moving pictures as GIF files.
 
-use crate::{Image, ViewerError};
+use crate::{Image, RasterError};
 use color_quant::NeuQuant;
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
 use std::{borrow::Cow, collections::HashMap};
@@ -23,16 +23,16 @@ const SAMPLED_PIXELS: i32 = 5;
 /// met on average, since a GIF counts hundredths of a second, at least two per frame.
 ///
 /// # Errors
-/// - [`ViewerError::NoImages`] without images.
-/// - [`ViewerError::ImageSizes`] if the images differ in size.
-/// - [`ViewerError::EncodeGif`] if the encoder fails.
-pub fn encode_gif(images: &[Image], fps: f32) -> Result<Vec<u8>, ViewerError> {
+/// - [`RasterError::NoImages`] without images.
+/// - [`RasterError::ImageSizes`] if the images differ in size.
+/// - [`RasterError::EncodeGif`] if the encoder fails.
+pub fn encode_gif(images: &[Image], fps: f32) -> Result<Vec<u8>, RasterError> {
     let [first, ..] = images else {
-        return Err(ViewerError::NoImages);
+        return Err(RasterError::NoImages);
     };
     let size = |image: &Image| [image.width(), image.height()];
     if let Some(other) = images.iter().find(|image| size(image) != size(first)) {
-        return Err(ViewerError::ImageSizes {
+        return Err(RasterError::ImageSizes {
             expected: size(first),
             found: size(other),
         });
@@ -168,6 +168,6 @@ mod tests {
             error.to_string(),
             "a moving picture of 8 x 8 pixels: found an image of 9 x 8"
         );
-        assert!(matches!(encode_gif(&[], 10.0), Err(ViewerError::NoImages)));
+        assert!(matches!(encode_gif(&[], 10.0), Err(RasterError::NoImages)));
     }
 }

@@ -1,15 +1,15 @@
 //! Draws a ball in a wrinkled ring of cloth from three sides, and once with an error map.
 //!
 //! ```text
-//! cargo run --release -p unic-viewer --example show -- OUTPUT.png
+//! cargo run --release -p unic-raster --example show -- OUTPUT.png
 //! ```
 
 use std::f32::consts::TAU;
 use std::time::Instant;
 
 use glam::Vec3;
-use unic_viewer::{
-    Camera, Colouring, Scene, Surface, ViewerError, captioned, grid, heat_colours, render, vertex_normals,
+use unic_raster::{
+    Camera, Colouring, RasterError, Scene, Surface, captioned, grid, heat_colours, render, vertex_normals,
 };
 
 /// Largest error of the colour scale, metres.
@@ -46,7 +46,7 @@ fn tile(
     name: &str,
     azimuth: f32,
     colour: Colouring,
-) -> Result<unic_viewer::Image, ViewerError> {
+) -> Result<unic_raster::Image, RasterError> {
     let ball_normals = vertex_normals(&ball.vertices, &ball.faces)?;
     let cloth_normals = vertex_normals(&cloth.vertices, &cloth.faces)?;
     let skin = Colouring::Solid([0.78, 0.70, 0.64]);

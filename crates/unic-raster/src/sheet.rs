@@ -1,7 +1,7 @@
 use crate::colour::heat_colour;
 use crate::font::{CELL_HEIGHT, CELL_WIDTH};
 use crate::image::check_size;
-use crate::{Image, ViewerError};
+use crate::{Image, RasterError};
 
 /// Background of sheets, sRGB.
 const PAPER: [u8; 3] = [250, 250, 249];
@@ -21,8 +21,8 @@ const CAPTION_PADDING: u32 = 6;
 /// is at least one and at most the number of images.
 ///
 /// # Errors
-/// [`ViewerError::ImageSize`] if there are no images or the sheet would be too large.
-pub fn grid(images: &[Image], columns: usize, gap: u32) -> Result<Image, ViewerError> {
+/// [`RasterError::ImageSize`] if there are no images or the sheet would be too large.
+pub fn grid(images: &[Image], columns: usize, gap: u32) -> Result<Image, RasterError> {
     let columns = columns.clamp(1, images.len().max(1));
     let cell_width = images.iter().map(Image::width).max().unwrap_or(0);
     let cell_height = images.iter().map(Image::height).max().unwrap_or(0);
@@ -51,8 +51,8 @@ pub fn grid(images: &[Image], columns: usize, gap: u32) -> Result<Image, ViewerE
 /// Adds a line of text above an image.
 ///
 /// # Errors
-/// [`ViewerError::ImageSize`] if the result would be too high.
-pub fn captioned(image: &Image, text: &str) -> Result<Image, ViewerError> {
+/// [`RasterError::ImageSize`] if the result would be too high.
+pub fn captioned(image: &Image, text: &str) -> Result<Image, RasterError> {
     let band = CELL_HEIGHT * CAPTION_SCALE + 2 * CAPTION_PADDING;
     let mut sheet = Image::filled(image.width(), image.height() + band, PAPER)?;
     let padding = CAPTION_PADDING as i32;
@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn no_images_and_huge_sheets_are_refused() {
-        assert!(matches!(grid(&[], 3, 2), Err(ViewerError::ImageSize { .. })));
+        assert!(matches!(grid(&[], 3, 2), Err(RasterError::ImageSize { .. })));
         let tile = Image::filled(16_000, 1, PAPER).unwrap();
         assert!(grid(&[tile.clone(), tile], 2, u32::MAX).is_err());
     }

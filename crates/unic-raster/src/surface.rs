@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-use crate::ViewerError;
+use crate::RasterError;
 use crate::colour::linear_from_srgb;
 
 /// A triangle mesh to draw, borrowed so that an animated garment needs no copy.
@@ -29,7 +29,7 @@ pub enum Colouring<'a> {
 
 impl Surface<'_> {
     /// Checks the lengths of the arrays and the indices of the faces.
-    pub(crate) fn check(&self) -> Result<(), ViewerError> {
+    pub(crate) fn check(&self) -> Result<(), RasterError> {
         let vertices = self.vertices.len();
         check_length("normals", vertices, self.normals.len())?;
         if let Colouring::PerVertex(colours) = self.colour {
@@ -59,8 +59,8 @@ impl Surface<'_> {
 /// weight. Vertices without any face get zero; shading then falls back to the normal of the face.
 ///
 /// # Errors
-/// [`ViewerError::FaceIndex`] for a vertex index out of range.
-pub fn vertex_normals(vertices: &[Vec3], faces: &[[u32; 3]]) -> Result<Vec<Vec3>, ViewerError> {
+/// [`RasterError::FaceIndex`] for a vertex index out of range.
+pub fn vertex_normals(vertices: &[Vec3], faces: &[[u32; 3]]) -> Result<Vec<Vec3>, RasterError> {
     check_faces(faces, vertices.len())?;
     let mut normals = vec![Vec3::ZERO; vertices.len()];
     for face in faces {
@@ -91,21 +91,21 @@ fn corner_angle(corners: [Vec3; 3], corner: usize) -> f32 {
     u.cross(v).length().atan2(u.dot(v))
 }
 
-fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), ViewerError> {
+fn check_length(what: &'static str, expected: usize, found: usize) -> Result<(), RasterError> {
     if expected == found {
         return Ok(());
     }
-    Err(ViewerError::Length {
+    Err(RasterError::Length {
         what,
         expected,
         found,
     })
 }
 
-fn check_faces(faces: &[[u32; 3]], vertices: usize) -> Result<(), ViewerError> {
+fn check_faces(faces: &[[u32; 3]], vertices: usize) -> Result<(), RasterError> {
     for (face, corners) in faces.iter().enumerate() {
         if let Some(&index) = corners.iter().find(|&&index| index as usize >= vertices) {
-            return Err(ViewerError::FaceIndex {
+            return Err(RasterError::FaceIndex {
                 face,
                 index,
                 vertices,

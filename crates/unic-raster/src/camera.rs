@@ -1,6 +1,6 @@
 use glam::{Mat3, Vec2, Vec3};
 
-use crate::ViewerError;
+use crate::RasterError;
 
 /// Distance of the near clipping plane, metres.
 ///
@@ -31,12 +31,12 @@ impl Camera {
     /// +X is to the right.
     ///
     /// # Errors
-    /// [`ViewerError::Camera`] if a value is not finite, `eye` is `target`, or the angle is not
+    /// [`RasterError::Camera`] if a value is not finite, `eye` is `target`, or the angle is not
     /// inside 0 to π.
-    pub fn look_at(eye: Vec3, target: Vec3, vertical_fov: f32) -> Result<Self, ViewerError> {
+    pub fn look_at(eye: Vec3, target: Vec3, vertical_fov: f32) -> Result<Self, RasterError> {
         let back = (eye - target)
             .try_normalize()
-            .ok_or_else(|| ViewerError::Camera {
+            .ok_or_else(|| RasterError::Camera {
                 expected: "finite and distinct eye and target",
                 found: format!("eye {eye}, target {target}"),
             })?;
@@ -53,7 +53,7 @@ impl Camera {
     /// [`Camera::moved_by`].
     ///
     /// # Errors
-    /// [`ViewerError::Camera`] if a value is not finite, `bounds_min` exceeds `bounds_max`, or
+    /// [`RasterError::Camera`] if a value is not finite, `bounds_min` exceeds `bounds_max`, or
     /// `aspect` is not positive.
     pub fn framing(
         bounds_min: Vec3,
@@ -61,7 +61,7 @@ impl Camera {
         azimuth: f32,
         elevation: f32,
         aspect: f32,
-    ) -> Result<Self, ViewerError> {
+    ) -> Result<Self, RasterError> {
         check_framing(bounds_min, bounds_max, azimuth, elevation, aspect)?;
         let (sin_a, cos_a) = azimuth.sin_cos();
         let (sin_e, cos_e) = elevation.sin_cos();
@@ -80,9 +80,9 @@ impl Camera {
     /// finite are left out. Angles and aspect are those of [`Camera::framing`].
     ///
     /// # Errors
-    /// [`ViewerError::Camera`] if an angle is not finite, `aspect` is not positive, or no point is
+    /// [`RasterError::Camera`] if an angle is not finite, `aspect` is not positive, or no point is
     /// finite.
-    pub fn around(points: &[Vec3], azimuth: f32, elevation: f32, aspect: f32) -> Result<Self, ViewerError> {
+    pub fn around(points: &[Vec3], azimuth: f32, elevation: f32, aspect: f32) -> Result<Self, RasterError> {
         let points = || points.iter().copied().filter(|p| p.is_finite());
         // Only the axes of this camera are used: they do not depend on its box.
         let turned = Self::framing(Vec3::ZERO, Vec3::ZERO, azimuth, elevation, aspect)?.world_from_camera;
@@ -100,10 +100,10 @@ impl Camera {
         Ok(aimed.moved_by(centre + turned.z_axis * distance.max(2.0 * NEAR_M)))
     }
 
-    fn new(eye: Vec3, right: Vec3, back: Vec3, vertical_fov: f32) -> Result<Self, ViewerError> {
+    fn new(eye: Vec3, right: Vec3, back: Vec3, vertical_fov: f32) -> Result<Self, RasterError> {
         let tan_half_fov = (vertical_fov * 0.5).tan();
         if !(vertical_fov > 0.0 && vertical_fov < std::f32::consts::PI) {
-            return Err(ViewerError::Camera {
+            return Err(RasterError::Camera {
                 expected: "a vertical angle of view between 0 and pi radians",
                 found: vertical_fov.to_string(),
             });
@@ -183,13 +183,13 @@ impl Camera {
     }
 }
 
-fn check_framing(min: Vec3, max: Vec3, azimuth: f32, elevation: f32, aspect: f32) -> Result<(), ViewerError> {
+fn check_framing(min: Vec3, max: Vec3, azimuth: f32, elevation: f32, aspect: f32) -> Result<(), RasterError> {
     let is_box = min.is_finite() && max.is_finite() && min.cmple(max).all();
     let are_angles = azimuth.is_finite() && elevation.is_finite();
     if is_box && are_angles && aspect.is_finite() && aspect > 0.0 {
         return Ok(());
     }
-    Err(ViewerError::Camera {
+    Err(RasterError::Camera {
         expected: "a finite box with min <= max, finite angles and a positive aspect",
         found: format!("box {min} to {max}, angles [{azimuth:?}, {elevation:?}], aspect {aspect}"),
     })

@@ -8,7 +8,7 @@ use crate::light::{FaceSide, Lights, ShadingPoint, Sphere, key_direction};
 use crate::project::Pieces;
 use crate::raster::{BAND_ROWS, Band, PIXEL_SAMPLES, Sample, bands};
 use crate::surface::{Surface, face_normal};
-use crate::{Image, ViewerError};
+use crate::{Image, RasterError};
 
 /// Contents of a picture: surfaces, ground and background.
 #[derive(Clone, Copy, Debug)]
@@ -50,10 +50,10 @@ impl<'a> Scene<'a> {
 /// vertex are skipped.
 ///
 /// # Errors
-/// - [`ViewerError::ImageSize`] for a width or height out of range.
-/// - [`ViewerError::Length`] if normals or colours are not one per vertex.
-/// - [`ViewerError::FaceIndex`] for a vertex index out of range.
-pub fn render(scene: &Scene, camera: &Camera, width: u32, height: u32) -> Result<Image, ViewerError> {
+/// - [`RasterError::ImageSize`] for a width or height out of range.
+/// - [`RasterError::Length`] if normals or colours are not one per vertex.
+/// - [`RasterError::FaceIndex`] for a vertex index out of range.
+pub fn render(scene: &Scene, camera: &Camera, width: u32, height: u32) -> Result<Image, RasterError> {
     let mut image = Image::filled(width, height, [0; 3])?;
     scene.surfaces.iter().try_for_each(Surface::check)?;
     let context = RenderContext::new(scene, camera, width, height);

@@ -8,7 +8,7 @@
 
 use glam::Vec3;
 use proptest::prelude::*;
-use unic_viewer::{Camera, Colouring, Ground, Image, Scene, Surface, ViewerError, render, vertex_normals};
+use unic_raster::{Camera, Colouring, Ground, Image, RasterError, Scene, Surface, render, vertex_normals};
 
 const RED: [f32; 3] = [0.9, 0.1, 0.1];
 const BLUE: [f32; 3] = [0.1, 0.1, 0.9];
@@ -235,7 +235,7 @@ fn invalid_input_is_refused() {
     let short = surface(&vertices, &[Vec3::Z; 2], RED);
     assert!(matches!(
         scene_error(short),
-        ViewerError::Length {
+        RasterError::Length {
             expected: 3,
             found: 2,
             ..
@@ -248,7 +248,7 @@ fn invalid_input_is_refused() {
     };
     assert!(matches!(
         scene_error(pale),
-        ViewerError::Length {
+        RasterError::Length {
             expected: 3,
             found: 1,
             ..
@@ -261,7 +261,7 @@ fn invalid_input_is_refused() {
     let found = scene_error(beyond);
     assert!(matches!(
         found,
-        ViewerError::FaceIndex {
+        RasterError::FaceIndex {
             face: 1,
             index: 3,
             vertices: 3
@@ -269,7 +269,7 @@ fn invalid_input_is_refused() {
     ));
     for (width, height) in [(0, 8), (8, 0), (u32::MAX, 8)] {
         let refused = render(&Scene::new(&[]), &camera(), width, height);
-        assert!(matches!(refused, Err(ViewerError::ImageSize { .. })));
+        assert!(matches!(refused, Err(RasterError::ImageSize { .. })));
     }
 }
 
@@ -352,10 +352,10 @@ fn a_failed_save_names_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("missing").join("picture.png");
     let found = Image::filled(1, 1, [0; 3]).unwrap().save_png(&path).unwrap_err();
-    assert!(matches!(&found, ViewerError::Write { path: named, .. } if *named == path));
+    assert!(matches!(&found, RasterError::Write { path: named, .. } if *named == path));
     assert!(found.to_string().contains("picture.png"));
     let nameless = Image::filled(1, 1, [0; 3]).unwrap().save_png("/");
-    assert!(matches!(nameless, Err(ViewerError::Write { .. })));
+    assert!(matches!(nameless, Err(RasterError::Write { .. })));
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use crate::ViewerError;
+use crate::RasterError;
 use crate::font::{self, CELL_HEIGHT, CELL_WIDTH};
 
 /// Largest width or height of an [`Image`], pixels.
@@ -24,8 +24,8 @@ impl Image {
     /// Image of one sRGB colour.
     ///
     /// # Errors
-    /// [`ViewerError::ImageSize`] unless both sides are within 1 to [`MAX_IMAGE_SIDE`] pixels.
-    pub fn filled(width: u32, height: u32, colour: [u8; 3]) -> Result<Self, ViewerError> {
+    /// [`RasterError::ImageSize`] unless both sides are within 1 to [`MAX_IMAGE_SIDE`] pixels.
+    pub fn filled(width: u32, height: u32, colour: [u8; 3]) -> Result<Self, RasterError> {
         check_size(u64::from(width), u64::from(height))?;
         let pixels = vec![colour; width as usize * height as usize];
         Ok(Self {
@@ -128,8 +128,8 @@ impl Image {
     /// Encodes the image as a PNG file, marked as sRGB.
     ///
     /// # Errors
-    /// [`ViewerError::Encode`] if the encoder fails.
-    pub fn encode_png(&self) -> Result<Vec<u8>, ViewerError> {
+    /// [`RasterError::Encode`] if the encoder fails.
+    pub fn encode_png(&self) -> Result<Vec<u8>, RasterError> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width, self.height);
         encoder.set_color(png::ColorType::Rgb);
@@ -146,8 +146,8 @@ impl Image {
     /// `quality` is 1 to 100, as in libjpeg; below 90, colours have half the resolution.
     ///
     /// # Errors
-    /// [`ViewerError::EncodeJpeg`] if the encoder fails.
-    pub fn encode_jpeg(&self, quality: u8) -> Result<Vec<u8>, ViewerError> {
+    /// [`RasterError::EncodeJpeg`] if the encoder fails.
+    pub fn encode_jpeg(&self, quality: u8) -> Result<Vec<u8>, RasterError> {
         let mut bytes = Vec::new();
         let mut encoder = jpeg_encoder::Encoder::new(&mut bytes, quality.clamp(1, 100));
         encoder.set_optimized_huffman_tables(true);
@@ -163,24 +163,24 @@ impl Image {
     /// The bytes go to a temporary file in the same folder, are synced, and the file is renamed.
     ///
     /// # Errors
-    /// [`ViewerError::Encode`] if the encoder fails, [`ViewerError::Write`] if the file cannot be
+    /// [`RasterError::Encode`] if the encoder fails, [`RasterError::Write`] if the file cannot be
     /// written.
-    pub fn save_png(&self, path: impl AsRef<Path>) -> Result<(), ViewerError> {
+    pub fn save_png(&self, path: impl AsRef<Path>) -> Result<(), RasterError> {
         let path = path.as_ref();
         let bytes = self.encode_png()?;
-        write_atomically(path, &bytes).map_err(|source| ViewerError::Write {
+        write_atomically(path, &bytes).map_err(|source| RasterError::Write {
             path: path.to_owned(),
             source,
         })
     }
 }
 
-pub(crate) fn check_size(width: u64, height: u64) -> Result<(), ViewerError> {
+pub(crate) fn check_size(width: u64, height: u64) -> Result<(), RasterError> {
     let allowed = 1..=u64::from(MAX_IMAGE_SIDE);
     if allowed.contains(&width) && allowed.contains(&height) {
         return Ok(());
     }
-    Err(ViewerError::ImageSize {
+    Err(RasterError::ImageSize {
         width,
         height,
         max: MAX_IMAGE_SIDE,

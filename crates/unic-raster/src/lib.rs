@@ -7,7 +7,7 @@
 //!
 //! ```
 //! use glam::Vec3;
-//! use unic_viewer::{Camera, Colouring, Scene, Surface, render, vertex_normals};
+//! use unic_raster::{Camera, Colouring, Scene, Surface, render, vertex_normals};
 //!
 //! let vertices = [Vec3::ZERO, Vec3::X, Vec3::Y];
 //! let faces = [[0, 1, 2]];
@@ -59,7 +59,7 @@ mod surface;
 
 pub use camera::Camera;
 pub use colour::{heat_colour, heat_colours};
-pub use error::ViewerError;
+pub use error::RasterError;
 pub use image::{Image, MAX_IMAGE_SIDE};
 pub use moving::encode_gif;
 pub use render::{Ground, Scene, render};

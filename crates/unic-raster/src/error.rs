@@ -4,7 +4,7 @@ use std::path::PathBuf;
 /// Reason why a picture could not be made or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum ViewerError {
+pub enum RasterError {
     /// A side of an image is zero or larger than [`crate::MAX_IMAGE_SIDE`].
     #[error("an image of {width} x {height} pixels: each side must have 1 to {max} pixels")]
     ImageSize {
