@@ -1,4 +1,4 @@
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Mat3, Mat4, Vec2, Vec3};
 
 use crate::RasterError;
 
@@ -162,6 +162,31 @@ impl Camera {
         self.world_from_camera.x_axis
     }
 
+    /// Clip space of a graphics API for a picture of width / height `aspect`.
+    ///
+    /// Depth is reversed: 1 at the near plane, 0 infinitely far.
+    pub fn clip_from_world(&self, aspect: f32) -> Mat4 {
+        let fov = 2.0 * self.tan_half_fov.atan();
+        let clip_from_camera =
+            glam::camera::rh::proj::directx::perspective_infinite_reverse(fov, aspect, NEAR_M);
+        let camera_from_world = self.world_from_camera.transpose();
+        let to_eye = camera_from_world * -self.eye;
+        clip_from_camera * Mat4::from_translation(to_eye) * Mat4::from_mat3(camera_from_world)
+    }
+
+    /// Axes of rays through a picture of width / height `aspect`: right, up and forward, world.
+    ///
+    /// The ray through the place (x, y), each from −1 to 1 with +y up, is x · right + y · up +
+    /// forward.
+    pub fn ray_axes(&self, aspect: f32) -> [Vec3; 3] {
+        let axes = self.world_from_camera;
+        [
+            axes.x_axis * (self.tan_half_fov * aspect),
+            axes.y_axis * self.tan_half_fov,
+            -axes.z_axis,
+        ]
+    }
+
     /// Projects a world point into a picture of `width` × `height` pixels.
     ///
     /// The result is in pixels from the top left corner, +Y down, and may lie outside the picture.
@@ -306,6 +331,22 @@ mod tests {
         let pixel = Vec2::new(123.25, 45.5);
         let point = camera.eye() + camera.view(320, 200).ray(pixel) * 2.5;
         assert!((camera.project(point, 320, 200).unwrap() - pixel).length() < 1e-3);
+    }
+
+    #[test]
+    fn clip_space_and_ray_axes_agree_with_the_projection() {
+        let camera = Camera::look_at(Vec3::new(1.0, 2.0, 3.0), Vec3::Y, 0.8).unwrap();
+        let point = Vec3::new(0.3, 0.9, 0.4);
+        let pixel = camera.project(point, 320, 200).unwrap();
+        let clip = camera.clip_from_world(1.6) * point.extend(1.0);
+        let place = Vec2::new(clip.x, clip.y) / clip.w;
+        let shown = Vec2::new(place.x + 1.0, 1.0 - place.y) * Vec2::new(160.0, 100.0);
+        assert!((shown - pixel).length() < 1e-2, "{shown} {pixel}");
+        let depth = (point - camera.eye()).dot(camera.forward());
+        assert!((clip.z / clip.w - NEAR_M / depth).abs() < 1e-6);
+        let [right, up, forward] = camera.ray_axes(1.6);
+        let through = camera.eye() + (right * place.x + up * place.y + forward) * depth;
+        assert!((through - point).length() < 1e-4, "{through}");
     }
 
     #[test]

@@ -50,7 +50,7 @@ pub fn heat_colours(errors_m: &[f32], max_m: f32) -> Vec<[f32; 3]> {
 }
 
 /// Linear light of an sRGB colour (IEC 61966-2-1), clamped to 0..1. NaN becomes 0.
-pub(crate) fn linear_from_srgb(colour: [f32; 3]) -> Vec3 {
+pub fn linear_from_srgb(colour: [f32; 3]) -> Vec3 {
     Vec3::from(colour.map(|encoded| {
         // The comparison is false for NaN, which `clamp` would pass on.
         let encoded = if encoded > 0.0 { encoded.min(1.0) } else { 0.0 };

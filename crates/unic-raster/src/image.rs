@@ -50,7 +50,8 @@ impl Image {
         &self.pixels
     }
 
-    pub(crate) fn pixels_mut(&mut self) -> &mut [[u8; 3]] {
+    /// Pixels, row by row from the top left corner, to be written.
+    pub fn pixels_mut(&mut self) -> &mut [[u8; 3]] {
         &mut self.pixels
     }
 

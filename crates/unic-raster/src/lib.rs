@@ -58,7 +58,7 @@ mod sheet;
 mod surface;
 
 pub use camera::Camera;
-pub use colour::{heat_colour, heat_colours};
+pub use colour::{heat_colour, heat_colours, linear_from_srgb};
 pub use error::RasterError;
 pub use image::{Image, MAX_IMAGE_SIDE};
 pub use moving::encode_gif;

@@ -1,0 +1,211 @@
+//! Passes of a picture: shadow maps, the picture itself, tone mapping.
+
+use super::{Canvas, DEPTH_FORMAT, Renderer};
+use crate::scene::{Scene, Shading};
+use unic_gpu::wgpu;
+use unic_raster::Ground;
+
+/// Depth maps of what casts shadows.
+#[derive(Debug)]
+pub(crate) struct ShadowMaps {
+    /// From the key light.
+    key: wgpu::TextureView,
+    /// From above.
+    above: wgpu::TextureView,
+    size: u32,
+}
+
+impl ShadowMaps {
+    pub(crate) fn new(device: &wgpu::Device, size: u32) -> Self {
+        let map = |size| {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("shadow map"),
+                size: wgpu::Extent3d {
+                    width: size,
+                    height: size,
+                    depth_or_array_layers: 1,
+                },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: DEPTH_FORMAT,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            });
+            texture.create_view(&Default::default())
+        };
+        Self {
+            key: map(size),
+            // What is above is looked at through wide disks: few pixels do.
+            above: map(size / 4),
+            size,
+        }
+    }
+
+    /// Side of the map of the key light, pixels.
+    pub(crate) fn size(&self) -> u32 {
+        self.size
+    }
+}
+
+/// Pass that writes depth alone.
+fn depth_attachment(view: &wgpu::TextureView, clear: f32) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view,
+        depth_ops: Some(wgpu::Operations {
+            load: wgpu::LoadOp::Clear(clear),
+            store: wgpu::StoreOp::Store,
+        }),
+        stencil_ops: None,
+    }
+}
+
+impl Renderer {
+    pub(super) fn shadow_passes(&self, scene: &Scene, encoder: &mut wgpu::CommandEncoder) {
+        // `prepare` has made both.
+        let (Some(maps), Some(pipelines)) = (&self.shadows, self.pipelines.values().next()) else {
+            return;
+        };
+        let view = self
+            .context
+            .device()
+            .create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("shadow"),
+                layout: &self.layouts.shadow,
+                entries: &[wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: self.view.as_entire_binding(),
+                }],
+            });
+        let passes = [
+            (&maps.key, &pipelines.key_shadow),
+            (&maps.above, &pipelines.above_shadow),
+        ];
+        for (map, pipeline) in passes {
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("shadow"),
+                depth_stencil_attachment: Some(depth_attachment(map, 1.0)),
+                ..Default::default()
+            });
+            pass.set_bind_group(0, &view, &[]);
+            pass.set_pipeline(pipeline);
+            self.draw_parts(scene, &mut pass);
+        }
+    }
+
+    pub(super) fn picture_pass(
+        &self,
+        scene: &Scene,
+        marks: Option<&(wgpu::Buffer, u32)>,
+        canvas: &Canvas,
+        encoder: &mut wgpu::CommandEncoder,
+    ) {
+        let Some(pipelines) = self.pipelines.get(&canvas.quality().samples.count()) else {
+            return;
+        };
+        let Some(view) = self.view_bind_group() else {
+            return;
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("picture"),
+            color_attachments: &[Some(canvas.light_attachment())],
+            depth_stencil_attachment: Some(depth_attachment(canvas.depth(), 0.0)),
+            ..Default::default()
+        });
+        pass.set_bind_group(0, &view, &[]);
+        pass.set_pipeline(&pipelines.sky);
+        pass.draw(0..3, 0..1);
+        if let Ground::Height(_) = scene.ground {
+            pass.set_pipeline(&pipelines.floor);
+            pass.draw(0..4, 0..1);
+        }
+        if let Some((buffer, count)) = marks {
+            pass.set_pipeline(&pipelines.mark);
+            pass.set_vertex_buffer(0, buffer.slice(..));
+            pass.draw(0..*count, 0..1);
+        }
+        pass.set_pipeline(&pipelines.surface);
+        self.draw_parts(scene, &mut pass);
+        pass.set_pipeline(&pipelines.lines);
+        self.draw_edges(scene, &mut pass);
+    }
+
+    fn view_bind_group(&self) -> Option<wgpu::BindGroup> {
+        let maps = self.shadows.as_ref()?;
+        let resources = [
+            self.view.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&maps.key),
+            wgpu::BindingResource::TextureView(&maps.above),
+            wgpu::BindingResource::Sampler(&self.compare),
+        ];
+        Some(self.bind(&self.layouts.view, resources))
+    }
+
+    fn bind<const N: usize>(
+        &self,
+        layout: &wgpu::BindGroupLayout,
+        resources: [wgpu::BindingResource; N],
+    ) -> wgpu::BindGroup {
+        let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
+        let entries: Vec<_> = (0..).zip(resources).map(entry).collect();
+        self.context
+            .device()
+            .create_bind_group(&wgpu::BindGroupDescriptor {
+                label: None,
+                layout,
+                entries: &entries,
+            })
+    }
+
+    fn draw_parts(&self, scene: &Scene, pass: &mut wgpu::RenderPass) {
+        for (i, part) in scene.parts.iter().enumerate() {
+            let (Some(mesh), Some(group)) = (self.meshes.get(part), self.slots.bind_group(i)) else {
+                continue;
+            };
+            pass.set_bind_group(1, group, &[]);
+            pass.set_vertex_buffer(0, mesh.corners.slice(..));
+            pass.set_index_buffer(mesh.faces.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..mesh.face_indices, 0, 0..1);
+        }
+    }
+
+    fn draw_edges(&self, scene: &Scene, pass: &mut wgpu::RenderPass) {
+        for (i, part) in scene.parts.iter().enumerate() {
+            let (Some(mesh), Some(group)) = (self.meshes.get(part), self.slots.bind_group(i)) else {
+                continue;
+            };
+            if part.shading == Shading::Wireframe {
+                pass.set_bind_group(1, group, &[]);
+                pass.set_index_buffer(mesh.edges.slice(..), wgpu::IndexFormat::Uint32);
+                pass.draw_indexed(0..mesh.edge_indices, 0, 0..1);
+            }
+        }
+    }
+
+    pub(super) fn tone_pass(&self, canvas: &Canvas, encoder: &mut wgpu::CommandEncoder) {
+        let Some(pipelines) = self.pipelines.get(&canvas.quality().samples.count()) else {
+            return;
+        };
+        let resources = [
+            wgpu::BindingResource::TextureView(canvas.light()),
+            wgpu::BindingResource::Sampler(&self.smooth),
+        ];
+        let group = self.bind(&self.layouts.tone, resources);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("tone mapping"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: canvas.shown(),
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            ..Default::default()
+        });
+        pass.set_bind_group(0, &group, &[]);
+        pass.set_pipeline(&pipelines.tone);
+        pass.draw(0..3, 0..1);
+    }
+}
