@@ -13,6 +13,23 @@ pub enum ViewerError {
     /// Error of the graphics device while it drew.
     #[error("the graphics device: {0}")]
     Device(String),
+    /// Error of a garment.
+    #[error(transparent)]
+    Animator(#[from] unic_core::AnimatorError),
+    /// Error of a character under control.
+    #[error(transparent)]
+    Controller(#[from] unic_core::motion_matching::ControllerError),
+    /// Play without anything to wear.
+    #[error("a play: expected a costume, found none")]
+    NoCostume,
+    /// Motion at another rate than the garment's.
+    #[error("the motion of a garment: expected {expected} frames a second, found {found}")]
+    Rate {
+        /// Frames a second of the garment.
+        expected: f32,
+        /// Frames a second of the motion.
+        found: f32,
+    },
     /// Window that cannot be opened.
     #[error("a window cannot be opened: {0}")]
     Window(String),

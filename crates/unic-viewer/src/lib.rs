@@ -3,8 +3,10 @@
 #![forbid(unsafe_code)]
 
 mod error;
+mod figure;
 mod mesh;
 mod orbit;
+mod play;
 mod posed;
 mod quality;
 mod renderer;
@@ -13,8 +15,10 @@ mod vertex;
 mod window;
 
 pub use error::ViewerError;
+pub use figure::{Figure, Looks, Outfit};
 pub use mesh::Mesh;
 pub use orbit::Orbit;
+pub use play::{Costume, PlaySession, PlaySettings, Steering, Times, play_in_window};
 pub use posed::{Skinning, TickedShape};
 pub use quality::{Quality, QualityControl, Samples};
 pub use renderer::{Canvas, Renderer};

@@ -1,0 +1,325 @@
+//! Play without a window: characters, time and what is drawn.
+
+use super::crowd;
+use super::settings::{Costume, PlaySettings};
+use crate::{Figure, Focus, Looks, Mark, Part, Shape, ViewerError};
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+use std::sync::Arc;
+use std::time::Instant;
+use unic_core::motion_matching::{Command, Controller, MouseControl, RootFrame, SimulatedObject};
+
+/// Largest speed that the mouse asks for, m/s.
+const MOUSE_SPEED_M_S: f32 = 2.0;
+/// Ticks that a frame makes up for. A slower display slows the play down.
+const MOST_TICKS: usize = 4;
+/// Height of marks above the floor, metres: they would flicker within it.
+const MARK_HEIGHT_M: f32 = 0.004;
+/// Ticks between the starts of two characters of a crowd, so that they do not move as one.
+const STAGGER_TICKS: usize = 9;
+
+/// Where the commands to the first character come from.
+pub enum Steering<'a> {
+    /// Command as it is.
+    Command(Command),
+    /// Place on the floor that the mouse points to, (x, z) metres, and its buttons.
+    Mouse {
+        /// Place.
+        pointer: Vec2,
+        /// Buttons.
+        buttons: unic_core::motion_matching::MouseButtons,
+    },
+    /// Command as a function of the time in seconds and of the object that the character follows.
+    Script(&'a mut dyn FnMut(f32, &SimulatedObject) -> Command),
+}
+
+/// Times of the last frame, seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Times {
+    /// Motion matching of all characters.
+    pub motion_s: f32,
+    /// Bodies and garments of all characters.
+    pub garment_s: f32,
+    /// Number of ticks in the frame.
+    pub ticks: usize,
+}
+
+/// Characters under control, with the garments they wear.
+pub struct PlaySession {
+    settings: PlaySettings,
+    costume: usize,
+    looks: Looks,
+    actors: Vec<Actor>,
+    mouse: MouseControl,
+    command: Command,
+    steers_by_mouse: bool,
+    /// Time since the last tick, seconds.
+    since_tick_s: f32,
+    /// Number of ticks.
+    ticks: u64,
+    wind: Vec3,
+    times: Times,
+}
+
+/// One character.
+struct Actor {
+    controller: Controller,
+    figure: Figure,
+    place: Vec2,
+}
+
+impl PlaySession {
+    /// Puts the characters on the floor, with the first one at the origin.
+    ///
+    /// # Errors
+    /// Costumes whose motion is of another skeleton or rate, too little memory on the device.
+    pub fn new(settings: PlaySettings) -> Result<Self, ViewerError> {
+        let costume = settings.costumes.first().ok_or(ViewerError::NoCostume)?;
+        let looks = costume.looks();
+        let mut session = Self {
+            costume: 0,
+            looks,
+            actors: Vec::new(),
+            mouse: MouseControl::new(MOUSE_SPEED_M_S),
+            command: Command::STAND,
+            steers_by_mouse: false,
+            since_tick_s: 0.0,
+            ticks: 0,
+            wind: Vec3::ZERO,
+            times: Times::default(),
+            settings,
+        };
+        session.dress(RootFrame::default())?;
+        Ok(session)
+    }
+
+    /// Costume that the characters wear.
+    pub fn costume(&self) -> &Costume {
+        &self.settings.costumes[self.costume]
+    }
+
+    /// Number of costumes.
+    pub fn costume_count(&self) -> usize {
+        self.settings.costumes.len()
+    }
+
+    /// Dresses all characters in another costume where they stand. Numbers beyond the last costume
+    /// begin again.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub fn wear(&mut self, costume: usize) -> Result<(), ViewerError> {
+        let root = self.root();
+        self.costume = costume % self.settings.costumes.len();
+        let shading = self.looks.shading;
+        self.looks = Looks {
+            shading,
+            ..self.costume().looks()
+        };
+        self.dress(root)
+    }
+
+    /// Index of the costume.
+    pub fn costume_index(&self) -> usize {
+        self.costume
+    }
+
+    /// Changes the number of characters.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub fn set_characters(&mut self, characters: usize) -> Result<(), ViewerError> {
+        self.settings.characters = characters.max(1);
+        self.dress(self.root())
+    }
+
+    /// Number of characters.
+    pub fn characters(&self) -> usize {
+        self.actors.len()
+    }
+
+    /// Looks of all characters.
+    pub fn looks_mut(&mut self) -> &mut Looks {
+        &mut self.looks
+    }
+
+    /// Sets the velocity of the air, m/s, world space.
+    pub fn set_wind(&mut self, wind: Vec3) {
+        self.wind = wind;
+    }
+
+    /// Velocity of the air, m/s, world space.
+    pub fn wind(&self) -> Vec3 {
+        self.wind
+    }
+
+    /// Starts all garments again, from their mean shapes.
+    ///
+    /// # Errors
+    /// Never, for poses of the controllers.
+    pub fn restart_garments(&mut self) -> Result<(), ViewerError> {
+        let wind = self.wind;
+        self.actors
+            .iter_mut()
+            .try_for_each(|actor| actor.figure.reset(actor.controller.pose(), wind))
+    }
+
+    /// Root of the first character, as shown.
+    pub fn root(&self) -> RootFrame {
+        let first = self.actors.first();
+        first.map_or(RootFrame::default(), |actor| actor.controller.state().root())
+    }
+
+    /// Time of play, seconds.
+    pub fn seconds(&self) -> f32 {
+        self.ticks as f32 / self.fps()
+    }
+
+    /// Times of the last frame.
+    pub fn times(&self) -> Times {
+        self.times
+    }
+
+    /// Command of the last tick.
+    pub fn command(&self) -> Command {
+        self.command
+    }
+
+    fn fps(&self) -> f32 {
+        self.costume().database.fps()
+    }
+
+    /// Makes the characters of the costume around a root.
+    fn dress(&mut self, root: RootFrame) -> Result<(), ViewerError> {
+        let Costume {
+            outfit,
+            database,
+            tags,
+        } = &self.settings.costumes[self.costume];
+        let (expected, found) = (outfit.model().config().fps, database.fps());
+        if expected != found {
+            return Err(ViewerError::Rate { expected, found });
+        }
+        let actor = |character: usize| -> Result<Actor, ViewerError> {
+            let mut controller = Controller::new(Arc::clone(database), self.settings.control);
+            controller.set_tags(*tags)?;
+            let place = crowd::place(character);
+            controller.reset(RootFrame {
+                position: root.position + place,
+                yaw: root.yaw,
+            });
+            for _ in 0..(STAGGER_TICKS * character) {
+                controller.step(&Command::STAND)?;
+            }
+            let figure = Figure::new(Arc::clone(outfit), controller.pose(), self.wind)?;
+            Ok(Actor {
+                controller,
+                figure,
+                place,
+            })
+        };
+        let actors = (0..self.settings.characters.max(1)).map(actor);
+        self.actors = actors.collect::<Result<_, _>>()?;
+        self.since_tick_s = 0.0;
+        self.show(1.0);
+        Ok(())
+    }
+
+    /// Advances by `seconds` of play, which may be less or more than a tick.
+    ///
+    /// # Errors
+    /// Commands that are not finite.
+    pub fn advance(&mut self, seconds: f32, mut steering: Steering) -> Result<(), ViewerError> {
+        self.times = Times::default();
+        let tick_s = 1.0 / self.fps();
+        self.since_tick_s += seconds.clamp(0.0, tick_s * MOST_TICKS as f32);
+        while self.since_tick_s >= tick_s {
+            self.since_tick_s -= tick_s;
+            self.tick(&mut steering)?;
+        }
+        self.show(self.since_tick_s / tick_s);
+        Ok(())
+    }
+
+    fn tick(&mut self, steering: &mut Steering) -> Result<(), ViewerError> {
+        let start = Instant::now();
+        self.steers_by_mouse = matches!(steering, Steering::Mouse { .. });
+        let object = *self.actors[0].controller.state().object();
+        self.command = match steering {
+            Steering::Command(command) => *command,
+            Steering::Mouse { pointer, buttons } => self.mouse.command(&object, *pointer, *buttons),
+            Steering::Script(script) => script(self.seconds(), &object),
+        };
+        let (leader, command) = (object.root(), self.command);
+        for (i, actor) in self.actors.iter_mut().enumerate() {
+            let follower = actor.controller.state().object().root();
+            let command = match i {
+                0 => command,
+                _ => crowd::follow(leader, &command, follower, actor.place),
+            };
+            actor.controller.step(&command)?;
+        }
+        let moved = Instant::now();
+        let wind = self.wind;
+        self.actors
+            .par_iter_mut()
+            .try_for_each(|actor| actor.figure.step(actor.controller.pose(), wind))?;
+        self.times.motion_s += (moved - start).as_secs_f32();
+        self.times.garment_s += moved.elapsed().as_secs_f32();
+        self.times.ticks += 1;
+        self.ticks += 1;
+        Ok(())
+    }
+
+    fn show(&mut self, share: f32) {
+        self.actors
+            .par_iter_mut()
+            .for_each(|actor| actor.figure.interpolate(share));
+    }
+
+    /// Bodies and garments of all characters.
+    pub fn parts(&self) -> Vec<Part<'_>> {
+        let looks = self.looks;
+        let parts = self.actors.iter().flat_map(|actor| actor.figure.parts(looks));
+        parts.collect()
+    }
+
+    /// Region of the characters.
+    pub fn focus(parts: &[Part]) -> Focus {
+        // Garments on a device are near their bodies.
+        let positions = parts.iter().flat_map(|part| match part.shape {
+            Shape::Host(vertices) => vertices,
+            Shape::Device { .. } => &[],
+        });
+        let focus = Focus::around(positions.map(|vertex| vertex.position));
+        Focus {
+            radius: focus.radius + 0.1,
+            ..focus
+        }
+    }
+
+    /// Marks on the floor: the path that the object is about to take, and the target of the mouse
+    /// if it steers.
+    pub fn marks(&self) -> Vec<Mark> {
+        let Some(actor) = self.actors.first() else {
+            return Vec::new();
+        };
+        let on_floor = |p: Vec2| Vec3::new(p.x, MARK_HEIGHT_M, p.y);
+        let object = actor.controller.state().object().root();
+        let future = actor
+            .controller
+            .future()
+            .iter()
+            .map(|root| on_floor(root.position));
+        let path: Vec<Vec3> = future.collect();
+        let mut marks = vec![
+            Mark::ribbon(&path, 0.03, [0.98, 0.62, 0.15, 0.85]),
+            Mark::ring(on_floor(object.position), 0.26, 0.018, [1.0, 1.0, 1.0, 0.55]),
+        ];
+        if self.steers_by_mouse {
+            let target = on_floor(self.mouse.target(&object));
+            marks.push(Mark::ring(target, 0.09, 0.03, [0.20, 0.75, 0.95, 0.9]));
+        }
+        marks
+    }
+}

@@ -1,0 +1,38 @@
+//! What a play starts with.
+
+use crate::{Looks, Material, Outfit, Shading};
+use std::sync::Arc;
+use unic_core::motion_matching::{ControllerSettings, Database, TagFilter};
+
+/// Outfit with the motion that moves its character.
+#[derive(Clone, Debug)]
+pub struct Costume {
+    /// Model.
+    pub outfit: Arc<Outfit>,
+    /// Motion for the model's skeleton, at the model's rate.
+    pub database: Arc<Database>,
+    /// Frames of it that may be played.
+    pub tags: TagFilter,
+}
+
+impl Costume {
+    /// Looks of the costume as it comes.
+    pub(crate) fn looks(&self) -> Looks {
+        Looks {
+            skin: Material::SKIN,
+            cloth: self.outfit.cloth,
+            shading: Shading::Lit,
+        }
+    }
+}
+
+/// Settings of a play.
+#[derive(Clone, Debug)]
+pub struct PlaySettings {
+    /// Costumes, at least one; a key switches between them.
+    pub costumes: Vec<Costume>,
+    /// Number of characters, at least one. The others follow the first one.
+    pub characters: usize,
+    /// Settings of the controllers.
+    pub control: ControllerSettings,
+}

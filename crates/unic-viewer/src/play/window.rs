@@ -1,0 +1,245 @@
+//! Window of a play.
+
+mod frame_times;
+mod input;
+mod overlay;
+
+use super::session::{PlaySession, Steering};
+use super::settings::PlaySettings;
+use crate::{
+    Orbit, Pane, QualityControl, Renderer, Scene, ViewerError, WindowDevice, WindowSettings, run_window,
+    window_quality,
+};
+use eframe::egui;
+use frame_times::FrameTimes;
+use glam::{Vec2, Vec3};
+use input::Input;
+use std::time::Instant;
+use unic_core::motion_matching::{Command, MouseButtons};
+use unic_raster::Ground;
+
+/// Unit vector to the sun, before it is normalised.
+pub(crate) const TO_SUN: Vec3 = Vec3::new(0.55, 0.85, 0.45);
+/// Height of the point that the camera looks at, metres.
+pub(crate) const EYE_HEIGHT_M: f32 = 0.95;
+/// Time in which the camera makes up half of its distance to the character, seconds.
+const CAMERA_HALF_LIFE_S: f32 = 0.12;
+/// Speeds of the wind that a key goes through, m/s.
+const WINDS_M_S: [f32; 3] = [0.0, 3.0, 6.0];
+/// Speed of time in slow motion.
+const SLOW: f32 = 0.25;
+/// Speeds of the keyboard, m/s: walking, and with Shift.
+const SPEEDS_M_S: [f32; 2] = [1.4, 2.8];
+/// Numbers of characters that a key goes through.
+const CROWDS: [usize; 4] = [1, 4, 9, 16];
+
+/// Opens the window of a play and runs it until it is closed.
+///
+/// `settings` are made on the window's device, so that garments can be computed there.
+///
+/// # Errors
+/// No display, no adapter, a device that was lost, settings that cannot be made.
+pub fn play_in_window(
+    make: impl FnOnce(&WindowDevice) -> Result<PlaySettings, ViewerError> + 'static,
+) -> Result<(), ViewerError> {
+    let settings = WindowSettings {
+        title: "unic play".into(),
+        size: [1120.0, 700.0],
+    };
+    run_window(&settings, move |device, _| {
+        let session = PlaySession::new(make(&device)?)?;
+        Ok(PlayWindow::new(device, session))
+    })
+}
+
+struct PlayWindow {
+    device: WindowDevice,
+    renderer: Renderer,
+    pane: Pane,
+    session: PlaySession,
+    camera: Orbit,
+    input: Input,
+    quality: QualityControl,
+    times: FrameTimes,
+    last_frame: Option<Instant>,
+    time: TimeFlow,
+    wind: usize,
+    help: Shown,
+    message: String,
+    screenshots: usize,
+}
+
+/// Speed of time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum TimeFlow {
+    Normal,
+    Slow,
+    Paused,
+}
+
+/// Whether something is on the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shown {
+    Yes,
+    No,
+}
+
+impl PlayWindow {
+    fn new(device: WindowDevice, session: PlaySession) -> Self {
+        let context = device.context().clone();
+        let mut camera = Orbit::person(Vec3::Y * EYE_HEIGHT_M);
+        // From behind, as in games: forward is away from the eye.
+        camera.azimuth = std::f32::consts::PI + 0.4;
+        camera.elevation = 0.2;
+        camera.distance = 4.2;
+        Self {
+            quality: window_quality(&context),
+            renderer: Renderer::new(context),
+            pane: Pane::default(),
+            camera,
+            input: Input::default(),
+            times: FrameTimes::default(),
+            last_frame: None,
+            time: TimeFlow::Normal,
+            wind: 0,
+            help: Shown::Yes,
+            message: String::new(),
+            screenshots: 0,
+            session,
+            device,
+        }
+    }
+
+    /// Time since the last frame, seconds.
+    fn elapsed(&mut self) -> f32 {
+        let now = Instant::now();
+        let before = self.last_frame.replace(now);
+        before.map_or(0.0, |before| (now - before).as_secs_f32())
+    }
+
+    /// Advances time, characters and camera.
+    fn advance(&mut self, elapsed: f32) -> Result<(), ViewerError> {
+        let speed = match self.time {
+            TimeFlow::Normal => 1.0,
+            TimeFlow::Slow => SLOW,
+            TimeFlow::Paused => 0.0,
+        };
+        let steering = self.steering();
+        self.session.advance(elapsed * speed, steering)?;
+        let root = self.session.root().position;
+        let wanted = Vec3::new(root.x, EYE_HEIGHT_M, root.y);
+        let share = 1.0 - 0.5f32.powf(elapsed / CAMERA_HALF_LIFE_S);
+        self.camera.target = self.camera.target.lerp(wanted, share);
+        Ok(())
+    }
+
+    fn steering(&self) -> Steering<'static> {
+        let stick = self.input.stick();
+        if stick != Vec2::ZERO || self.input.buttons() == MouseButtons::Released {
+            let speed = SPEEDS_M_S[usize::from(self.input.runs())];
+            return match stick == Vec2::ZERO && !self.input.used_mouse() {
+                true => Steering::Command(Command::STAND),
+                false if stick == Vec2::ZERO => Steering::Mouse {
+                    pointer: self.session.root().position,
+                    buttons: MouseButtons::Released,
+                },
+                false => Steering::Command(Command::from_stick(stick, self.camera.view_yaw(), speed)),
+            };
+        }
+        Steering::Mouse {
+            pointer: self.input.pointer().unwrap_or(self.session.root().position),
+            buttons: self.input.buttons(),
+        }
+    }
+
+    /// Does what the keys ask for.
+    fn act(&mut self, ui: &egui::Ui) -> Result<(), ViewerError> {
+        for key in input::pressed(ui) {
+            match key {
+                egui::Key::Space => self.time = toggled(self.time, TimeFlow::Paused),
+                egui::Key::T => self.time = toggled(self.time, TimeFlow::Slow),
+                egui::Key::H => {
+                    self.help = match self.help {
+                        Shown::Yes => Shown::No,
+                        Shown::No => Shown::Yes,
+                    }
+                }
+                egui::Key::R => self.session.restart_garments()?,
+                egui::Key::G => self.session.wear(self.session.costume_index() + 1)?,
+                egui::Key::V => {
+                    self.wind = (self.wind + 1) % WINDS_M_S.len();
+                    self.session.set_wind(Vec3::X * WINDS_M_S[self.wind]);
+                }
+                egui::Key::K => {
+                    let now = self.session.characters();
+                    let next = CROWDS.into_iter().find(|&count| count > now);
+                    self.session.set_characters(next.unwrap_or(CROWDS[0]))?;
+                }
+                egui::Key::F12 | egui::Key::P => self.screenshot(),
+                egui::Key::Escape => ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close),
+                key => overlay::change_looks(self.session.looks_mut(), key),
+            }
+        }
+        Ok(())
+    }
+
+    /// Saves the picture that is shown in the current folder.
+    fn screenshot(&mut self) {
+        let Some(canvas) = self.pane.canvas() else { return };
+        self.screenshots += 1;
+        let path = format!("unic_play_{:04}.png", self.screenshots);
+        let image = canvas.read(self.device.context());
+        let saved = image.and_then(|image| Ok(image.save_png(&path)?));
+        self.message = match saved {
+            Ok(()) => format!("{path} written"),
+            Err(error) => error.to_string(),
+        };
+    }
+
+    fn draw(&mut self, ui: &mut egui::Ui) -> Result<egui::Response, ViewerError> {
+        let parts = self.session.parts();
+        let marks = self.session.marks();
+        let scene = Scene {
+            parts: &parts,
+            marks: &marks,
+            ground: Ground::Height(0.0),
+            to_key: TO_SUN.normalize(),
+            focus: PlaySession::focus(&parts),
+        };
+        let camera = self.camera.camera()?;
+        let quality = self.quality.quality();
+        let (device, renderer) = (&self.device, &mut self.renderer);
+        self.pane.show(ui, device, renderer, quality, &scene, &camera)
+    }
+
+    fn frame(&mut self, ui: &mut egui::Ui) -> Result<(), ViewerError> {
+        let elapsed = self.elapsed();
+        self.act(ui)?;
+        self.advance(elapsed)?;
+        let start = Instant::now();
+        let response = self.draw(ui)?;
+        self.input.update(ui, &response, &mut self.camera);
+        self.times
+            .push(elapsed, start.elapsed().as_secs_f32(), self.session.times());
+        // The first frames compile shaders.
+        if self.times.frames() > 10 {
+            self.quality.frame(elapsed);
+        }
+        Ok(())
+    }
+}
+
+/// Goes to `wanted`, or back to normal time if it is there already.
+fn toggled(now: TimeFlow, wanted: TimeFlow) -> TimeFlow {
+    if now == wanted { TimeFlow::Normal } else { wanted }
+}
+
+impl eframe::App for PlayWindow {
+    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        if let Err(error) = self.frame(ui) {
+            self.message = error.to_string();
+        }
+        self.overlay(ui);
+        ui.ctx().request_repaint();
+    }
+}
