@@ -9,6 +9,8 @@ mod demo;
 mod eval;
 mod inspect;
 mod motion;
+mod motion_database;
+mod motion_source;
 mod names;
 pub mod parse;
 mod simulate;
@@ -23,6 +25,8 @@ pub(crate) use demo::{DemoArgs, DemoGarment};
 pub(crate) use eval::EvalArgs;
 pub(crate) use inspect::InspectArgs;
 pub(crate) use motion::MotionArgs;
+pub(crate) use motion_database::MotionDatabaseArgs;
+pub(crate) use motion_source::{ClipArgs, MotionSourceArgs};
 pub use names::{IntersectionName, PresetName, ProcessorName};
 pub(crate) use names::{MaterialName, NetworkName, PrecisionName, ProtocolName, SplitName, Switch, UpName};
 pub(crate) use simulate::SimulateArgs;
@@ -67,6 +71,7 @@ pub(crate) enum Command {
     Animate(AnimateArgs),
     Inspect(InspectArgs),
     Bench(BenchArgs),
+    MotionDatabase(MotionDatabaseArgs),
     /// Print a script that completes commands and options in a shell.
     ///
     /// Example:

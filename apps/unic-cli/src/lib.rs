@@ -27,6 +27,7 @@ mod limits;
 pub mod machine;
 pub mod model_file;
 mod motion_file;
+mod motion_source;
 pub mod output;
 pub mod outputs;
 mod pictures;
@@ -76,6 +77,7 @@ impl Program for Args {
             Command::Animate(args) => commands::animate::run(args),
             Command::Inspect(args) => commands::inspect::run(args),
             Command::Bench(args) => commands::bench::run(args),
+            Command::MotionDatabase(args) => commands::motion_database::run(args),
             Command::Completions { shell } => commands::completions(*shell),
         }
     }

@@ -7,6 +7,7 @@ pub(crate) mod bench;
 pub(crate) mod demo;
 pub(crate) mod eval;
 pub(crate) mod inspect;
+pub(crate) mod motion_database;
 pub(crate) mod simulate;
 pub mod train;
 

@@ -54,6 +54,12 @@ pub enum Action {
         /// Duration of the braking, seconds.
         seconds: f32,
     },
+    /// Walking to places at random, as after the pointer of a player: in all directions, with sharp
+    /// turns and short stands.
+    Wander {
+        /// Duration, seconds.
+        seconds: f32,
+    },
     /// Turning on the spot.
     TurnOnSpot {
         /// Change of heading, radians, positive to the left.

@@ -84,16 +84,19 @@ impl Interval {
 }
 
 /// Course of a gesture within its interval.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum GestureShape {
     /// Smooth step from zero to the amount, which is kept after the interval.
     Step,
     /// Sine of the given frequency (Hz) and phase (radians), faded in and out.
     Wave { hz: f64, phase: f64 },
+    /// Cubic B-spline of values at equal steps, the first one at the start and the last one at the
+    /// end of the interval. Zero outside. The amount is its factor.
+    Samples(Vec<f64>),
 }
 
 /// One smooth contribution to a channel.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Gesture {
     interval: Interval,
     amount: f64,
@@ -103,7 +106,7 @@ struct Gesture {
 impl Gesture {
     fn at(&self, t: f64) -> f64 {
         let Interval { start, end } = self.interval;
-        match self.shape {
+        match &self.shape {
             GestureShape::Step => self.amount * step_between(t, start, end),
             GestureShape::Wave { hz, phase } => {
                 // A third of the interval at most: a short wave still reaches its full amount.
@@ -111,8 +114,33 @@ impl Gesture {
                 let window = step((t - start) / fade) * step((end - t) / fade);
                 self.amount * window * (TAU * hz * (t - start) + phase).sin()
             }
+            GestureShape::Samples(values) => {
+                let steps = values.len().saturating_sub(1) as f64;
+                self.amount * b_spline(values, (t - start) / (end - start).max(1e-6) * steps)
+            }
         }
     }
+}
+
+/// Uniform cubic B-spline of `values` at the parameter `x`, in steps. Values before the first and
+/// behind the last one are zero.
+fn b_spline(values: &[f64], x: f64) -> f64 {
+    let node = x.floor();
+    let u = x - node;
+    let weights = [
+        (1.0 - u).powi(3),
+        (3.0 * u - 6.0) * u * u + 4.0,
+        ((3.0 - 3.0 * u) * u + 3.0) * u + 1.0,
+        u.powi(3),
+    ];
+    let value = |offset: usize| {
+        let at = node as isize + offset as isize - 1;
+        let value = usize::try_from(at).ok().and_then(|at| values.get(at));
+        value.copied().unwrap_or(0.0)
+    };
+    (weights.iter().enumerate())
+        .map(|(i, w)| w / 6.0 * value(i))
+        .sum()
 }
 
 /// Gestures of all channels. Each channel is twice continuously differentiable in time.
@@ -146,6 +174,12 @@ impl Gestures {
     /// Adds amount · sin(2π hz (t − start) + phase), faded in and out within the interval.
     pub(super) fn wave(&mut self, channel: Channel, interval: Interval, amount: f64, hz: f64, phase: f64) {
         self.push(channel, interval, amount, GestureShape::Wave { hz, phase });
+    }
+
+    /// Adds the course of `values` at equal steps from the start to the end of an interval. They
+    /// begin and end with zeros.
+    pub(super) fn samples(&mut self, channel: Channel, interval: Interval, values: Vec<f64>) {
+        self.push(channel, interval, 1.0, GestureShape::Samples(values));
     }
 
     fn push(&mut self, channel: Channel, interval: Interval, amount: f64, shape: GestureShape) {

@@ -3,6 +3,7 @@
 mod arms;
 mod jump;
 mod standing;
+mod wander;
 
 use super::{
     Side,
@@ -117,6 +118,7 @@ impl Composer {
                 seconds,
                 beats_per_minute,
             } => self.dance(seconds.into(), f64::from(beats_per_minute) / 60.0),
+            Action::Wander { seconds } => self.wander(seconds.into()),
             Action::Travel { .. } | Action::Slalom { .. } | Action::Stop { .. } => {}
         }
     }

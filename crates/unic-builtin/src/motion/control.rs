@@ -9,25 +9,35 @@ use unic_core::{character::Character, clip::Clip};
 
 /// Makes the clips for interactive control for a character at `fps` frames a second.
 ///
-/// They are walks and runs in curves, sharp turns, starts and stops, and turns on the spot. The
-/// left turns stand for the right ones: a motion database mirrors its clips. The same character,
-/// seed and rate give the same bytes.
+/// They are walks and runs in curves, sharp turns, starts and stops, turns on the spot, and walks in
+/// all directions after a pointer. A motion database mirrors its clips, so most turns go to the left.
+/// The same character, seed and rate give the same bytes.
 ///
 /// # Errors
 /// The same as [`Performer::new`].
 pub fn control_set(character: &Character, seed: u64, fps: f32) -> Result<Vec<Clip>, PerformerError> {
     let performer = Performer::new(character)?;
-    let clip = |(stream, (name, actions)): (u64, (&str, Vec<Action>))| {
+    let clip = |(stream, (name, actions)): (u64, (String, Vec<Action>))| {
         // Each clip has its own stream of random numbers: changing one leaves the others alone.
         let seed = seed.wrapping_mul(1_000_003).wrapping_add(stream);
         let timeline = Timeline::new(seed).then_all(actions);
-        timeline.perform(&performer).clip(name, fps)
+        timeline.perform(&performer).clip(&name, fps)
     };
     Ok((2001..).zip(plans()).map(clip).collect())
 }
 
-fn plans() -> [(&'static str, Vec<Action>); 10] {
-    [
+/// Number of walks after a pointer. Fewer leave transitions that jump.
+const WANDERS: usize = 11;
+
+/// Names and actions of the clips.
+fn plans() -> Vec<(String, Vec<Action>)> {
+    let wanders = (1..=WANDERS).map(|n| {
+        (
+            format!("control_wander_{n}"),
+            vec![Action::Wander { seconds: 60.0 }],
+        )
+    });
+    let named = [
         ("control_idle", vec![Action::Idle { seconds: 20.0 }]),
         ("control_speeds", speeds()),
         ("control_circles", circles()),
@@ -38,7 +48,12 @@ fn plans() -> [(&'static str, Vec<Action>); 10] {
         ("control_turning_starts", turning_starts()),
         ("control_turns_on_spot", turns_on_spot()),
         ("control_dashes", dashes()),
-    ]
+    ];
+    (named
+        .into_iter()
+        .map(|(name, actions)| (name.to_owned(), actions)))
+    .chain(wanders)
+    .collect()
 }
 
 fn travel(speed: f32, turn_rate: f32, seconds: f32) -> Action {

@@ -39,6 +39,9 @@ const TRAILING_SPEED: f64 = 2.5;
 /// Longest step to the side, metres a stride: the trailing foot must not reach the leading one.
 const SIDE_STRIDE: f64 = 0.34;
 
+/// Highest frequency of strides, Hz: feet that step more often hardly stand.
+const MOST_STRIDE_HZ: f64 = 2.6;
+
 /// Time before a jump's takeoff from which on no further step begins, seconds.
 const QUIET_BEFORE_JUMP_S: f64 = 0.6;
 
@@ -92,10 +95,11 @@ impl StepPlanner<'_> {
 
     fn gait(&self, t: f64) -> Gait {
         let turn_rate = self.gestures.at(Channel::TurnRate, t);
-        let mut gait = self.stature.gait(self.speed(t), turn_rate);
+        let mut gait = self.stature.gait(self.speed(t).abs(), turn_rate);
         // Steps to the side are short, so that fast ones must be frequent.
         let strafe = self.gestures.at(Channel::Strafe, t).abs();
-        gait.stride_hz = gait.stride_hz.max(strafe / SIDE_STRIDE) * self.tempo;
+        let stride_hz = gait.stride_hz.max(strafe / SIDE_STRIDE).min(MOST_STRIDE_HZ);
+        gait.stride_hz = stride_hz * self.tempo;
         gait
     }
 

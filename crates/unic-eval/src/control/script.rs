@@ -7,8 +7,6 @@ use unic_core::motion_matching::{
     Command, MouseButtons, MouseControl, RootFrame, SimulatedObject, direction_of,
 };
 
-/// Name of the stream of random numbers. With the seed it is the key of the generator.
-const STREAM: &[u8; 24] = b"control: random mouse   ";
 /// Time before the first input, seconds.
 const STAND_S: f32 = 1.0;
 /// Speed of the scripts, m/s: a walk.
@@ -30,6 +28,13 @@ const MOUSE_S: std::ops::Range<f32> = 1.0..2.5;
 /// Distance of the random mouse from the character, metres.
 const MOUSE_M: std::ops::Range<f32> = 0.6..4.0;
 
+/// Time that the random stick stays in a position, seconds.
+const STICK_S: std::ops::Range<f32> = 0.7..2.5;
+/// Speed that the random stick asks for, m/s.
+const STICK_SPEED_M_S: std::ops::Range<f32> = 0.4..2.0;
+/// Largest change of direction of the random stick in every other move, radians.
+const STICK_CURVE_RAD: f32 = 0.9;
+
 /// Scripted input of one run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Script {
@@ -47,11 +52,25 @@ pub enum Script {
     StartStop,
     /// Mouse that jumps about at random.
     RandomMouse,
+    /// Stick that is moved at random, to speeds of up to 2 m/s.
+    RandomStick,
 }
 
 impl Script {
     /// All scripts.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
+        Self::Circle,
+        Self::Figure8,
+        Self::Square,
+        Self::Slalom,
+        Self::Reversals,
+        Self::StartStop,
+        Self::RandomMouse,
+        Self::RandomStick,
+    ];
+
+    /// Scripts whose metrics have targets. The others make motion for training and tests.
+    pub const MEASURED: [Self; 7] = [
         Self::Circle,
         Self::Figure8,
         Self::Square,
@@ -71,6 +90,7 @@ impl Script {
             Self::Reversals => "reversals",
             Self::StartStop => "start_stop",
             Self::RandomMouse => "random_mouse",
+            Self::RandomStick => "random_stick",
         }
     }
 
@@ -83,7 +103,7 @@ impl Script {
                 Self::Square => 8.0 * SIDE_M / SPEED_M_S,
                 Self::Slalom => 5.0 * SLALOM_S,
                 Self::Reversals | Self::StartStop => 8.0 * STEP_S,
-                Self::RandomMouse => 40.0,
+                Self::RandomMouse | Self::RandomStick => 40.0,
             }
     }
 
@@ -100,7 +120,16 @@ impl Script {
             Self::Slalom => (SLALOM_RAD * (TAU * t / SLALOM_S).sin(), SPEED_M_S),
             Self::Reversals => (PI * (step % 2) as f32, SPEED_M_S),
             Self::StartStop => (0.0, SPEED_M_S * ((step + 1) % 2) as f32),
-            Self::RandomMouse => (0.0, 0.0),
+            Self::RandomMouse | Self::RandomStick => (0.0, 0.0),
+        }
+    }
+
+    /// Name of the stream of random numbers. With the seed it is the key of the generator.
+    fn stream(self) -> &'static [u8; 24] {
+        match self {
+            Self::RandomStick => b"control: random stick   ",
+            // The other scripts draw nothing.
+            _ => b"control: random mouse   ",
         }
     }
 }
@@ -112,22 +141,25 @@ pub struct Player {
     mouse: MouseControl,
     pointer: Vec2,
     buttons: MouseButtons,
-    /// Time at which the mouse moves on, seconds.
+    /// Velocity that the stick asks for, m/s.
+    stick: Vec2,
+    /// Time at which the mouse or the stick moves on, seconds.
     until: f32,
     random: ChaCha8Rng,
 }
 
 impl Player {
-    /// Makes the player of a script. The seed is that of the random mouse.
+    /// Makes the player of a script. The seed is that of the random mouse and stick.
     pub fn new(script: Script, seed: u64) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
-        key[8..].copy_from_slice(STREAM);
+        key[8..].copy_from_slice(script.stream());
         Self {
             script,
             mouse: MouseControl::new(MOUSE_SPEED_M_S),
             pointer: Vec2::ZERO,
             buttons: MouseButtons::Released,
+            stick: Vec2::ZERO,
             until: 0.0,
             random: ChaCha8Rng::from_seed(key),
         }
@@ -139,12 +171,20 @@ impl Player {
         if t < 0.0 {
             return Command::STAND;
         }
-        if self.script == Script::RandomMouse {
-            self.move_mouse(t, &object.root());
-            return self.mouse.command(object, self.pointer, self.buttons);
+        match self.script {
+            Script::RandomMouse => {
+                self.move_mouse(t, &object.root());
+                self.mouse.command(object, self.pointer, self.buttons)
+            }
+            Script::RandomStick => {
+                self.move_stick(t, &object.root());
+                Command::travel(self.stick)
+            }
+            steady => {
+                let (yaw, speed) = steady.travel(t);
+                Command::travel(direction_of(yaw) * speed)
+            }
         }
-        let (yaw, speed) = self.script.travel(t);
-        Command::travel(direction_of(yaw) * speed)
     }
 
     fn move_mouse(&mut self, t: f32, root: &RootFrame) {
@@ -160,5 +200,20 @@ impl Player {
             0 => MouseButtons::Released,
             _ => MouseButtons::LeftAndRight,
         };
+    }
+
+    fn move_stick(&mut self, t: f32, root: &RootFrame) {
+        if t < self.until {
+            return;
+        }
+        self.until = t + self.random.random_range(STICK_S);
+        // One position in five is the middle: the character stops. Half of the others are curves.
+        let turn = match self.random.random_range(0..5u32) {
+            0 => return self.stick = Vec2::ZERO,
+            1 | 2 => STICK_CURVE_RAD,
+            _ => PI,
+        };
+        let yaw = root.yaw + self.random.random_range(-turn..turn);
+        self.stick = direction_of(yaw) * self.random.random_range(STICK_SPEED_M_S);
     }
 }

@@ -5,6 +5,7 @@ mod capture;
 mod mesh;
 mod model;
 mod motion;
+mod motion_database;
 mod report;
 
 pub use report::{Fact, FileKind, Inspection};
@@ -18,6 +19,7 @@ use crate::{
     foreign_formats::{is_foreign, refuse_foreign},
 };
 use std::{fs::File, io::Read, path::Path};
+use unic_core::motion_matching::MAGIC as MOTION_DATABASE;
 
 /// Number of first bytes that a file is recognised by.
 const START_BYTES: u64 = 12;
@@ -50,6 +52,8 @@ pub fn inspect(path: &Path) -> Result<Inspection> {
         arrays::npy(path)
     } else if start.starts_with(b"POINTCACHE2") {
         arrays::point_cache(path)
+    } else if start.starts_with(&MOTION_DATABASE) {
+        motion_database::inspect(path)
     } else if is_bvh(path)? {
         motion::bvh(path)
     } else if start.get(8) == Some(&b'{') {
@@ -90,8 +94,8 @@ fn unknown(path: &Path, start: &[u8]) -> Inspection {
         return report;
     }
     report.problem(format!(
-        "{}: expected an npz, npy, OBJ, PC2, BVH or model file or a capture folder, found a file that \
-         begins with \"{}\"",
+        "{}: expected an npz, npy, OBJ, PC2, BVH, motion database or model file or a capture folder, \
+         found a file that begins with \"{}\"",
         path.display(),
         start.escape_ascii()
     ));

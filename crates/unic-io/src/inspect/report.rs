@@ -66,6 +66,8 @@ pub enum FileKind {
     Character,
     /// An npz with poses, or a BVH file.
     Motion,
+    /// Clips for motion matching.
+    MotionDatabase,
     /// An npz with weights or attributes of garment vertices.
     Garment,
     /// An npz with positions over time.
@@ -144,6 +146,7 @@ impl Display for FileKind {
             FileKind::Capture => "capture",
             FileKind::Character => "character",
             FileKind::Motion => "motion",
+            FileKind::MotionDatabase => "motion database",
             FileKind::Garment => "garment arrays",
             FileKind::VertexAnimation => "vertex animation",
             FileKind::Npz => "npz archive",

@@ -2,86 +2,66 @@
 
 use crate::{
     args::ControlArgs,
-    interrupt, motion_file,
-    output::{print, print_json},
+    interrupt,
+    motion_source::MotionSource,
+    output::{print, print_json, print_status},
+    outputs::{Existing, Outputs},
 };
-use anyhow::{Context, Result, bail};
-use std::sync::Arc;
-use unic_builtin::{human, motion::control_set};
+use anyhow::{Context, Result};
+use std::{fs, path::Path, sync::Arc};
 use unic_core::{
-    character::Character,
     clip::Clip,
-    motion_matching::{ControllerSettings, Database, DatabaseSettings, TagFilter, TaggedClip},
+    motion_matching::{Controller, ControllerSettings},
 };
-use unic_eval::control::ControlReport;
-use unic_io::{joint_names::counterparts, read_character, retarget::legs_of};
-
-/// Frames a second of the database and of the controller.
-const FPS: f32 = 30.0;
-/// Tag of clips that are never played.
-const EXCLUDED: &str = "excluded";
-/// Seed of the built-in clips.
-const CLIP_SEED: u64 = 0;
+use unic_eval::control::{ControlReport, ControlRun, Script};
+use unic_io::{counted, write_motion};
 
 /// Runs the scripts and prints their metrics.
 pub(super) fn run(args: &ControlArgs) -> Result<()> {
-    let Motion { character, clips } = motion(args)?;
-    let database = Arc::new(database(args, &character, &clips)?);
-    let tags = TagFilter {
-        required: 0,
-        excluded: database.tag_bit(EXCLUDED).unwrap_or(0),
-    };
+    if let Some(folder) = &args.write_motion {
+        let names = Script::ALL.map(|script| file_name(script, args.seed));
+        Outputs::with_inputs(args.source.files())
+            .folder(folder, names)
+            .check(Existing::of(args.overwrite))?;
+    }
+    let source = MotionSource::read(&args.source, args.force)?;
     let settings = ControllerSettings::new(args.responsiveness);
-    let report = ControlReport::measure::<anyhow::Error>(&database, settings, tags, args.seed, &mut |_| {
-        Ok(interrupt::check()?)
-    })?;
+    if let Some(folder) = &args.write_motion {
+        write_runs(folder, &source, settings, args.seed)?;
+    }
+    let tags = source.tags();
+    let observe = &mut |_: &ControlRun| Ok(interrupt::check()?);
+    let report =
+        ControlReport::measure::<anyhow::Error>(&source.database, settings, tags, args.seed, observe)?;
     match args.json {
         true => print_json(&report),
         false => print(&format!("{report}\n")),
     }
 }
 
-/// Clips with the character that they move.
-struct Motion {
-    character: Character,
-    clips: Vec<Clip>,
+/// Runs all scripts and writes the poses of each.
+fn write_runs(folder: &Path, source: &MotionSource, settings: ControllerSettings, seed: u64) -> Result<()> {
+    fs::create_dir_all(folder).with_context(|| format!("{}: cannot create the folder", folder.display()))?;
+    let mut controller = Controller::new(Arc::clone(&source.database), settings);
+    controller.set_tags(source.tags())?;
+    for script in Script::ALL {
+        interrupt::check()?;
+        let run = ControlRun::new(&mut controller, script, seed)?;
+        let clip = Clip {
+            name: script.name().into(),
+            fps: run.fps,
+            poses: run.ticks.into_iter().map(|tick| tick.pose).collect(),
+            ground_height: 0.0,
+            wind: Vec::new(),
+        };
+        let path = folder.join(file_name(script, seed));
+        write_motion(&path, &clip, source.character.skeleton.names())?;
+    }
+    let motions = counted(Script::ALL.len(), "motion");
+    print_status(&format!("{}: {motions}", folder.display()));
+    Ok(())
 }
 
-fn motion(args: &ControlArgs) -> Result<Motion> {
-    let character = match &args.character {
-        Some(path) => read_character(path)?,
-        None => human::human(&human::HumanParameters::default())?,
-    };
-    if args.motion.is_empty() {
-        let clips = control_set(&character, CLIP_SEED, FPS)?;
-        return Ok(Motion { character, clips });
-    }
-    let read = |path| motion_file::read(path, &character, FPS, &args.reading, args.force);
-    let clips = args.motion.iter().map(|path| read(path)).collect::<Result<_>>()?;
-    Ok(Motion { character, clips })
-}
-
-fn database(args: &ControlArgs, character: &Character, clips: &[Clip]) -> Result<Database> {
-    let legs = legs_of(&character.skeleton)
-        .context("the character: expected joint names of two legs, found none that are known")?;
-    let settings = DatabaseSettings {
-        mirror: counterparts(character.skeleton.names()),
-        ..DatabaseSettings::standard(character, legs)
-    };
-    let is_excluded = |clip: &Clip| {
-        let name = clip.name.to_lowercase();
-        args.exclude
-            .iter()
-            .any(|word| name.contains(&word.to_lowercase()))
-    };
-    if clips.iter().all(is_excluded) {
-        bail!("--exclude: expected a clip that is left, found none");
-    }
-    let tagged: Vec<TaggedClip> = (clips.iter())
-        .map(|clip| match is_excluded(clip) {
-            true => TaggedClip::whole(clip, EXCLUDED),
-            false => TaggedClip::untagged(clip),
-        })
-        .collect();
-    Ok(Database::build(&character.skeleton, &tagged, settings)?)
+fn file_name(script: Script, seed: u64) -> String {
+    format!("{}_{seed}.npz", script.name())
 }

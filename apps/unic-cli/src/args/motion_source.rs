@@ -1,0 +1,45 @@
+//! Options that choose the motion of a steered character, shared by several commands.
+
+use super::MotionArgs;
+use std::path::PathBuf;
+
+/// Options for the clips of a motion database.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ClipArgs {
+    /// Motions of the database, npz or BVH [default: built-in clips].
+    #[arg(long, value_name = "FILE.npz|FILE.bvh", num_args = 1..)]
+    pub(crate) motion: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: MotionArgs,
+    /// Character of the motions [default: the built-in human].
+    #[arg(long, value_name = "FILE.npz")]
+    pub(crate) character: Option<PathBuf>,
+    /// Words in the names of clips that are never played. Upper and lower case are the same.
+    #[arg(long, value_name = "WORD,...", value_delimiter = ',', requires = "motion")]
+    pub(crate) exclude: Vec<String>,
+}
+
+/// Options for a motion database: its clips, or its file.
+#[derive(Debug, clap::Args)]
+pub(crate) struct MotionSourceArgs {
+    #[command(flatten)]
+    pub(crate) clips: ClipArgs,
+    /// Motion database of the character, as `unic motion-database` writes it.
+    #[arg(long, value_name = "FILE", conflicts_with = "motion")]
+    pub(crate) database: Option<PathBuf>,
+}
+
+impl ClipArgs {
+    /// Paths of all files that are read.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        let single = [&self.character, &self.reading.bone_map];
+        self.motion.iter().chain(single.into_iter().flatten())
+    }
+}
+
+impl MotionSourceArgs {
+    /// Paths of all files that are read.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.clips.files().chain(&self.database)
+    }
+}
