@@ -19,6 +19,9 @@ pub enum ViewerError {
     /// Error of a character under control.
     #[error(transparent)]
     Controller(#[from] unic_core::motion_matching::ControllerError),
+    /// Shape on a device that the rasteriser was to draw.
+    #[error("the software rasteriser: expected shapes in memory, found one on a graphics device")]
+    OnDevice,
     /// Play without anything to wear.
     #[error("a play: expected a costume, found none")]
     NoCostume,
