@@ -13,6 +13,8 @@ mod motion_database;
 mod motion_source;
 mod names;
 pub mod parse;
+#[cfg(feature = "viewer")]
+mod play;
 mod simulate;
 mod threads;
 mod train;
@@ -29,6 +31,10 @@ pub(crate) use motion_database::MotionDatabaseArgs;
 pub(crate) use motion_source::{ClipArgs, MotionSourceArgs};
 pub use names::{IntersectionName, PresetName, ProcessorName};
 pub(crate) use names::{MaterialName, NetworkName, PrecisionName, ProtocolName, SplitName, Switch, UpName};
+#[cfg(feature = "viewer")]
+pub(crate) use names::{RendererName, ScriptName};
+#[cfg(feature = "viewer")]
+pub(crate) use play::{PlayArgs, RecordArgs};
 pub(crate) use simulate::SimulateArgs;
 pub use threads::ThreadArgs;
 pub use train::TrainArgs;
@@ -50,6 +56,7 @@ use clap_complete::Shell;
 ///   unic train captures/tshirt --budget 45m           trains a model and writes tshirt.unic
 ///   unic eval tshirt.unic captures/tshirt             measures the model beside those methods
 ///   unic animate tshirt.unic --motion walk.npz --out walk.pc2
+///   unic play tshirt.unic                             steers a character that wears it
 ///   unic bench                                        measures how long a frame takes
 // Help texts are taken verbatim, here and in every command: clap would join the lines of their
 // lists and examples into paragraphs. They fit into 100 columns.
@@ -69,6 +76,8 @@ pub(crate) enum Command {
     Train(TrainArgs),
     Eval(EvalArgs),
     Animate(AnimateArgs),
+    #[cfg(feature = "viewer")]
+    Play(PlayArgs),
     Inspect(InspectArgs),
     Bench(BenchArgs),
     MotionDatabase(MotionDatabaseArgs),

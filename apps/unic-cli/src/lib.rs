@@ -75,6 +75,8 @@ impl Program for Args {
             Command::Train(args) => commands::train::run(args),
             Command::Eval(args) => commands::eval::run(args),
             Command::Animate(args) => commands::animate::run(args),
+            #[cfg(feature = "viewer")]
+            Command::Play(args) => commands::play::run(args),
             Command::Inspect(args) => commands::inspect::run(args),
             Command::Bench(args) => commands::bench::run(args),
             Command::MotionDatabase(args) => commands::motion_database::run(args),

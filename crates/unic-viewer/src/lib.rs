@@ -4,6 +4,7 @@
 
 mod error;
 mod figure;
+mod follow;
 mod mesh;
 mod orbit;
 mod painter;
@@ -18,6 +19,7 @@ mod window;
 
 pub use error::ViewerError;
 pub use figure::{Figure, Looks, Outfit};
+pub use follow::FollowCamera;
 pub use mesh::Mesh;
 pub use orbit::Orbit;
 pub use painter::{Painter, PainterChoice};
@@ -31,3 +33,4 @@ pub use vertex::Vertex;
 pub use window::{AdapterKind, Pane, WindowDevice, WindowSettings, run_window, window_quality};
 
 pub use eframe::{self, egui};
+pub use unic_gpu::GpuContext;

@@ -15,11 +15,7 @@ const BACKGROUND: [[f32; 3]; 2] = [[0.62, 0.68, 0.76], [0.86, 0.865, 0.87]];
 /// # Errors
 /// A shape on a device, shapes or colours of another length than the mesh, a size out of range.
 pub fn rasterise(scene: &Scene, camera: &Camera, size: [u32; 2]) -> Result<Image, ViewerError> {
-    let drawn: Vec<Drawn> = scene
-        .parts
-        .par_iter()
-        .map(Drawn::new)
-        .collect::<Result<_, _>>()?;
+    let drawn: Vec<Drawn> = scene.parts.par_iter().map(Drawn::new).collect::<Result<_, _>>()?;
     let surfaces: Vec<Surface> = drawn.iter().map(Drawn::surface).collect();
     let scene = unic_raster::Scene {
         surfaces: &surfaces,

@@ -206,3 +206,66 @@ impl From<UpName> for UpAxis {
         }
     }
 }
+
+/// [`unic_viewer::PainterChoice`] by name.
+#[cfg(feature = "viewer")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RendererName {
+    /// The graphics adapter if there is one, else the software rasteriser.
+    Auto,
+    /// The graphics adapter.
+    Gpu,
+    /// The software rasteriser: without threads, prints and marks.
+    Software,
+}
+
+#[cfg(feature = "viewer")]
+impl From<RendererName> for unic_viewer::PainterChoice {
+    fn from(name: RendererName) -> Self {
+        match name {
+            RendererName::Auto => Self::Auto,
+            RendererName::Gpu => Self::Gpu,
+            RendererName::Software => Self::Software,
+        }
+    }
+}
+
+/// [`unic_eval::control::Script`] by name.
+#[cfg(feature = "viewer")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub(crate) enum ScriptName {
+    /// Circle of radius 2 m.
+    Circle,
+    /// Two circles of radius 2 m, to the left and to the right.
+    #[value(name = "figure_8")]
+    Figure8,
+    /// Square of side 4 m.
+    Square,
+    /// Curves to alternate sides.
+    Slalom,
+    /// Straight walk that turns back every three seconds.
+    Reversals,
+    /// Straight walk with stops.
+    StartStop,
+    /// Mouse that jumps about at random.
+    RandomMouse,
+    /// Stick that is moved at random.
+    RandomStick,
+}
+
+#[cfg(feature = "viewer")]
+impl From<ScriptName> for unic_eval::control::Script {
+    fn from(name: ScriptName) -> Self {
+        match name {
+            ScriptName::Circle => Self::Circle,
+            ScriptName::Figure8 => Self::Figure8,
+            ScriptName::Square => Self::Square,
+            ScriptName::Slalom => Self::Slalom,
+            ScriptName::Reversals => Self::Reversals,
+            ScriptName::StartStop => Self::StartStop,
+            ScriptName::RandomMouse => Self::RandomMouse,
+            ScriptName::RandomStick => Self::RandomStick,
+        }
+    }
+}

@@ -53,6 +53,22 @@ pub(super) fn share(text: &str) -> Result<f32, String> {
     share.ok_or_else(|| "expected a number from 0 to 1, such as 0.5".into())
 }
 
+/// Parses the width and the height of pictures, pixels.
+#[cfg(feature = "viewer")]
+pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x');
+    let parse = |side: &str| side.parse().ok().filter(|side| (16..=4096).contains(side));
+    let size = sides.and_then(|(width, height)| Some([parse(width)?, parse(height)?]));
+    size.ok_or_else(|| "expected width and height from 16 to 4096 pixels, such as 640x360".into())
+}
+
+/// Parses a number of characters.
+#[cfg(feature = "viewer")]
+pub(super) fn characters(text: &str) -> Result<usize, String> {
+    let count: Option<usize> = text.parse().ok().filter(|count| (1..=64).contains(count));
+    count.ok_or_else(|| "expected a whole number from 1 to 64".into())
+}
+
 /// Parses a length of time in seconds.
 pub(super) fn seconds(text: &str) -> Result<f32, String> {
     let seconds: Option<f32> = text.parse().ok().filter(|s: &f32| s.is_finite() && *s > 0.0);

@@ -8,6 +8,8 @@ pub(crate) mod demo;
 pub(crate) mod eval;
 pub(crate) mod inspect;
 pub(crate) mod motion_database;
+#[cfg(feature = "viewer")]
+pub(crate) mod play;
 pub(crate) mod simulate;
 pub mod train;
 

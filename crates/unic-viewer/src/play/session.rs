@@ -225,6 +225,18 @@ impl PlaySession {
         Ok(())
     }
 
+    /// Lets the characters stand for `seconds`, so that garments fall into place.
+    ///
+    /// # Errors
+    /// Those of [`advance`](Self::advance).
+    pub fn settle(&mut self, seconds: f32) -> Result<(), ViewerError> {
+        for _ in 0..(seconds * self.fps()) as usize {
+            self.tick(&mut Steering::Command(Command::STAND))?;
+        }
+        self.show(1.0);
+        Ok(())
+    }
+
     /// Advances by `seconds` of play, which may be less or more than a tick.
     ///
     /// # Errors

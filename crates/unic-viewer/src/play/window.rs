@@ -7,8 +7,8 @@ mod overlay;
 use super::session::{PlaySession, Steering};
 use super::settings::PlaySettings;
 use crate::{
-    Orbit, Pane, QualityControl, Renderer, Scene, ViewerError, WindowDevice, WindowSettings, run_window,
-    window_quality,
+    FollowCamera, Pane, QualityControl, Renderer, Scene, ViewerError, WindowDevice, WindowSettings,
+    run_window, window_quality,
 };
 use eframe::egui;
 use frame_times::FrameTimes;
@@ -20,10 +20,6 @@ use unic_raster::Ground;
 
 /// Unit vector to the sun, before it is normalised.
 pub(crate) const TO_SUN: Vec3 = Vec3::new(0.55, 0.85, 0.45);
-/// Height of the point that the camera looks at, metres.
-pub(crate) const EYE_HEIGHT_M: f32 = 0.95;
-/// Time in which the camera makes up half of its distance to the character, seconds.
-const CAMERA_HALF_LIFE_S: f32 = 0.12;
 /// Speeds of the wind that a key goes through, m/s.
 const WINDS_M_S: [f32; 3] = [0.0, 3.0, 6.0];
 /// Speed of time in slow motion.
@@ -57,7 +53,7 @@ struct PlayWindow {
     renderer: Renderer,
     pane: Pane,
     session: PlaySession,
-    camera: Orbit,
+    camera: FollowCamera,
     input: Input,
     quality: QualityControl,
     times: FrameTimes,
@@ -87,16 +83,11 @@ enum Shown {
 impl PlayWindow {
     fn new(device: WindowDevice, session: PlaySession) -> Self {
         let context = device.context().clone();
-        let mut camera = Orbit::person(Vec3::Y * EYE_HEIGHT_M);
-        // From behind, as in games: forward is away from the eye.
-        camera.azimuth = std::f32::consts::PI + 0.4;
-        camera.elevation = 0.2;
-        camera.distance = 4.2;
         Self {
             quality: window_quality(&context),
             renderer: Renderer::new(context),
             pane: Pane::default(),
-            camera,
+            camera: FollowCamera::new(session.root()),
             input: Input::default(),
             times: FrameTimes::default(),
             last_frame: None,
@@ -126,10 +117,7 @@ impl PlayWindow {
         };
         let steering = self.steering();
         self.session.advance(elapsed * speed, steering)?;
-        let root = self.session.root().position;
-        let wanted = Vec3::new(root.x, EYE_HEIGHT_M, root.y);
-        let share = 1.0 - 0.5f32.powf(elapsed / CAMERA_HALF_LIFE_S);
-        self.camera.target = self.camera.target.lerp(wanted, share);
+        self.camera.follow(self.session.root(), elapsed);
         Ok(())
     }
 
@@ -143,7 +131,7 @@ impl PlayWindow {
                     pointer: self.session.root().position,
                     buttons: MouseButtons::Released,
                 },
-                false => Steering::Command(Command::from_stick(stick, self.camera.view_yaw(), speed)),
+                false => Steering::Command(Command::from_stick(stick, self.camera.orbit.view_yaw(), speed)),
             };
         }
         Steering::Mouse {
@@ -206,7 +194,7 @@ impl PlayWindow {
             to_key: TO_SUN.normalize(),
             focus: PlaySession::focus(&parts),
         };
-        let camera = self.camera.camera()?;
+        let camera = self.camera.orbit.camera()?;
         let quality = self.quality.quality();
         let (device, renderer) = (&self.device, &mut self.renderer);
         self.pane.show(ui, device, renderer, quality, &scene, &camera)
@@ -218,7 +206,7 @@ impl PlayWindow {
         self.advance(elapsed)?;
         let start = Instant::now();
         let response = self.draw(ui)?;
-        self.input.update(ui, &response, &mut self.camera);
+        self.input.update(ui, &response, &mut self.camera.orbit);
         self.times
             .push(elapsed, start.elapsed().as_secs_f32(), self.session.times());
         // The first frames compile shaders.
