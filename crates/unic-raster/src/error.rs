@@ -1,4 +1,5 @@
 use std::io;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 /// Reason why a picture could not be made or written.
@@ -59,6 +60,14 @@ pub enum RasterError {
         expected: [u32; 2],
         /// Width and height of the first image with another size, pixels.
         found: [u32; 2],
+    },
+    /// A frame rate that no moving picture has.
+    #[error("a moving picture of {found} frames per second: expected {} to {}", expected.start(), expected.end())]
+    FrameRate {
+        /// Rates that can be written, frames per second.
+        expected: RangeInclusive<f32>,
+        /// Rate asked for, frames per second.
+        found: f32,
     },
     /// The pictures could not be encoded as GIF.
     #[error("cannot encode a GIF")]
