@@ -70,7 +70,7 @@ pub enum RasterError {
         found: f32,
     },
     /// The pictures could not be encoded as GIF.
-    #[error("cannot encode a GIF")]
+    #[error("cannot encode a GIF: {0}")]
     EncodeGif(#[from] gif::EncodingError),
     /// A file could not be written.
     #[error("cannot write {}: {source}", path.display())]

@@ -118,6 +118,11 @@ impl<W: Write> GifWriter<W> {
         Ok(())
     }
 
+    /// Writer of the file.
+    pub fn get_ref(&self) -> &W {
+        self.encoder.get_ref()
+    }
+
     /// Ends the GIF. Returns the writer, which is not flushed.
     ///
     /// # Errors

@@ -4,6 +4,7 @@
 
 mod error;
 mod mesh;
+mod movie;
 mod orbit;
 mod posed;
 mod quality;
@@ -14,6 +15,7 @@ mod window;
 
 pub use error::ViewerError;
 pub use mesh::Mesh;
+pub use movie::{EarlierFrames, MovieError, MovieFormat, MovieWriter};
 pub use orbit::Orbit;
 pub use posed::{Skinning, TickedShape};
 pub use quality::{Quality, QualityControl, Samples};
