@@ -1,4 +1,5 @@
 use std::io;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 /// Reason why a picture could not be made or written.
@@ -60,8 +61,16 @@ pub enum RasterError {
         /// Width and height of the first image with another size, pixels.
         found: [u32; 2],
     },
+    /// A frame rate that no moving picture has.
+    #[error("a moving picture of {found} frames per second: expected {} to {}", expected.start(), expected.end())]
+    FrameRate {
+        /// Rates that can be written, frames per second.
+        expected: RangeInclusive<f32>,
+        /// Rate asked for, frames per second.
+        found: f32,
+    },
     /// The pictures could not be encoded as GIF.
-    #[error("cannot encode a GIF")]
+    #[error("cannot encode a GIF: {0}")]
     EncodeGif(#[from] gif::EncodingError),
     /// A file could not be written.
     #[error("cannot write {}: {source}", path.display())]

@@ -1,173 +1,224 @@
 //! Moving pictures as GIF files.
 
-use crate::{Image, RasterError};
-use color_quant::NeuQuant;
+use crate::{
+    Image, RasterError,
+    palette::{Palette, difference, squared_distance},
+};
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
-use std::{borrow::Cow, collections::HashMap};
+use std::{borrow::Cow, io::Write, ops::RangeInclusive};
 
-/// Number of palette entries of a GIF.
-const COLOURS: usize = 256;
-
-/// Palette entry of pixels that keep the colour of the frame before.
-const UNCHANGED: u8 = 255;
-
-/// Number of images from which the palette is computed.
-const SAMPLED_IMAGES: usize = 8;
-
-/// NeuQuant's sampling factor, 1 to 30: every n-th pixel of these images counts.
-const SAMPLED_PIXELS: i32 = 5;
-
-/// Encodes images as a GIF that repeats for ever.
+/// Largest error of a channel that a pixel keeps while the picture changes there.
 ///
-/// All images share one palette of 255 colours, and only pixels that change are stored. `fps` is
-/// met on average, since a GIF counts hundredths of a second, at least two per frame.
+/// Such errors are not seen in motion, and drawing these pixels takes a fifth of the file.
+const MOVING_TOLERANCE: u8 = 2;
+
+/// Largest error of a channel that a pixel keeps where the picture is at rest.
+const RESTING_TOLERANCE: u8 = 1;
+
+/// Shortest delay of a frame in hundredths of a second. Browsers slow down shorter ones.
+const SHORTEST_DELAY: u64 = 2;
+
+/// Frame rates: at the lowest, a delay fits 16 bits.
+const RATES: RangeInclusive<f32> = 0.01..=1_000.0;
+
+/// Encodes images as a GIF that repeats for ever: [`GifWriter`] in one call.
 ///
 /// # Errors
 /// - [`RasterError::NoImages`] without images.
 /// - [`RasterError::ImageSizes`] if the images differ in size.
+/// - [`RasterError::FrameRate`] unless `fps` is within 0.01 to 1000.
 /// - [`RasterError::EncodeGif`] if the encoder fails.
 pub fn encode_gif(images: &[Image], fps: f32) -> Result<Vec<u8>, RasterError> {
-    let [first, ..] = images else {
-        return Err(RasterError::NoImages);
-    };
-    let size = |image: &Image| [image.width(), image.height()];
-    if let Some(other) = images.iter().find(|image| size(image) != size(first)) {
-        return Err(RasterError::ImageSizes {
-            expected: size(first),
-            found: size(other),
-        });
-    }
-    // MAX_IMAGE_SIDE fits 16 bits.
-    let [width, height] = size(first).map(|side| side as u16);
-    let mut palette = Palette::of(images);
-    let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(&mut bytes, width, height, &palette.colours())?;
-    encoder.set_repeat(Repeat::Infinite)?;
-    let mut shown = Vec::new();
-    for (i, image) in images.iter().enumerate() {
-        let indices: Vec<u8> = image.pixels().iter().map(|&pixel| palette.index(pixel)).collect();
-        encoder.write_frame(&Frame {
-            width,
-            height,
-            delay: delay(i, fps),
-            dispose: DisposalMethod::Keep,
-            transparent: Some(UNCHANGED),
-            buffer: Cow::Owned(changes(&shown, &indices)),
-            ..Frame::default()
-        })?;
-        shown = indices;
-    }
-    drop(encoder);
-    Ok(bytes)
+    let first = images.first().ok_or(RasterError::NoImages)?;
+    let mut writer = GifWriter::new(Vec::new(), [first.width(), first.height()], fps)?;
+    images.iter().try_for_each(|image| writer.push(image))?;
+    writer.finish()
 }
 
-/// Duration of the i-th image, hundredths of a second.
-fn delay(i: usize, fps: f32) -> u16 {
-    // Differences of rounded times: rounding errors do not add up.
-    let ends = |count: usize| (count as f32 * 100.0 / fps).round();
-    (ends(i + 1) - ends(i)).clamp(2.0, f32::from(u16::MAX)) as u16
-}
-
-/// Palette indices of an image in which pixels equal to those shown are [`UNCHANGED`].
+/// Writes a GIF that repeats for ever, one image at a time, in constant memory.
 ///
-/// The first image, before which nothing is shown, is returned in full.
-fn changes(shown: &[u8], indices: &[u8]) -> Vec<u8> {
-    if shown.is_empty() {
-        return indices.to_vec();
-    }
-    let change = |(&before, &now): (&u8, &u8)| if before == now { UNCHANGED } else { now };
-    shown.iter().zip(indices).map(change).collect()
+/// Each frame holds the pixels that change, with a palette of 255 colours for these alone. A pixel
+/// keeps its colour while that is within two levels of the right one, so pictures at rest do not
+/// flicker and get more exact with every frame. Nothing is dithered.
+///
+/// A GIF counts time in hundredths of a second. Delays alternate so that each image appears at
+/// its time, rounded. Above 50 images per second, images are left out.
+pub struct GifWriter<W: Write> {
+    encoder: Encoder<W>,
+    size: [u32; 2],
+    fps: f32,
+    /// Number of images pushed.
+    pushed: u64,
+    /// Index of the next image that is not left out.
+    next: u64,
+    /// Colours that a viewer shows after the last frame; empty before the first.
+    shown: Vec<[u8; 3]>,
+    /// Pixels of the last frame's image.
+    previous: Vec<[u8; 3]>,
 }
 
-/// Palette of all images.
-struct Palette {
-    quantiser: NeuQuant,
-    /// Cache of palette indices by colour: pictures have few distinct colours.
-    known: HashMap<[u8; 3], u8>,
-}
-
-impl Palette {
-    /// Computes the palette from some of the images.
-    fn of(images: &[Image]) -> Self {
-        // Evenly spread over time, so that colours of later images count too.
-        let step = images.len().div_ceil(SAMPLED_IMAGES);
-        let pixels = images.iter().step_by(step).flat_map(Image::pixels);
-        let rgba: Vec<u8> = pixels.flat_map(|&[r, g, b]| [r, g, b, 255]).collect();
-        Self {
-            quantiser: NeuQuant::new(SAMPLED_PIXELS, COLOURS - 1, &rgba),
-            known: HashMap::new(),
+impl<W: Write> GifWriter<W> {
+    /// Starts a GIF of `[width, height]` pixels with `fps` images per second.
+    ///
+    /// # Errors
+    /// - [`RasterError::ImageSize`] for a width or height out of range.
+    /// - [`RasterError::FrameRate`] unless `fps` is within 0.01 to 1000.
+    /// - [`RasterError::EncodeGif`] if the header cannot be written.
+    pub fn new(writer: W, size: [u32; 2], fps: f32) -> Result<Self, RasterError> {
+        crate::image::check_size(size[0].into(), size[1].into())?;
+        if !RATES.contains(&fps) {
+            return Err(RasterError::FrameRate {
+                expected: RATES,
+                found: fps,
+            });
         }
+        // MAX_IMAGE_SIDE fits 16 bits.
+        let mut encoder = Encoder::new(writer, size[0] as u16, size[1] as u16, &[])?;
+        encoder.set_repeat(Repeat::Infinite)?;
+        Ok(Self {
+            encoder,
+            size,
+            fps,
+            pushed: 0,
+            next: 0,
+            shown: Vec::new(),
+            previous: Vec::new(),
+        })
     }
 
-    /// Palette entries as R, G, B; the entry [`UNCHANGED`] is black.
-    fn colours(&self) -> Vec<u8> {
-        let mut colours = self.quantiser.color_map_rgb();
-        colours.resize(3 * COLOURS, 0);
-        colours
+    /// Adds an image.
+    ///
+    /// # Errors
+    /// - [`RasterError::ImageSizes`] if the image has another size than the GIF.
+    /// - [`RasterError::EncodeGif`] if the frame cannot be written. The file is damaged then.
+    pub fn push(&mut self, image: &Image) -> Result<(), RasterError> {
+        let found = [image.width(), image.height()];
+        if found != self.size {
+            return Err(RasterError::ImageSizes {
+                expected: self.size,
+                found,
+            });
+        }
+        let index = self.pushed;
+        self.pushed += 1;
+        if index < self.next {
+            return Ok(());
+        }
+        let start = self.start(index);
+        while self.start(self.next) < start + SHORTEST_DELAY {
+            self.next += 1;
+        }
+        // RATES makes it fit.
+        let delay = (self.start(self.next) - start) as u16;
+        let changes = self.show(image.pixels());
+        self.encoder
+            .write_frame(&changes.frame(self.size[0] as usize, delay))?;
+        self.previous.clear();
+        self.previous.extend_from_slice(image.pixels());
+        Ok(())
     }
 
-    /// Index of the palette entry nearest to a colour.
-    fn index(&mut self, pixel @ [r, g, b]: [u8; 3]) -> u8 {
-        // The quantiser has 255 colours: the index fits, and is never UNCHANGED.
-        let nearest = || self.quantiser.index_of(&[r, g, b, 255]) as u8;
-        *self.known.entry(pixel).or_insert_with(nearest)
+    /// Writer of the file.
+    pub fn get_ref(&self) -> &W {
+        self.encoder.get_ref()
+    }
+
+    /// Ends the GIF. Returns the writer, which is not flushed.
+    ///
+    /// # Errors
+    /// - [`RasterError::NoImages`] without images.
+    /// - [`RasterError::EncodeGif`] if the end cannot be written.
+    pub fn finish(self) -> Result<W, RasterError> {
+        if self.pushed == 0 {
+            return Err(RasterError::NoImages);
+        }
+        Ok(self.encoder.into_inner()?)
+    }
+
+    /// Time at which an image appears, hundredths of a second.
+    fn start(&self, index: u64) -> u64 {
+        // Rounded times, not rounded delays: rounding errors do not add up.
+        (index as f64 * 100.0 / f64::from(self.fps)).round() as u64
+    }
+
+    /// Brings `shown` close to `pixels`. Returns the pixels to draw for that.
+    fn show(&mut self, pixels: &[[u8; 3]]) -> Changes {
+        let outdated: Vec<usize> = (0..pixels.len())
+            .filter(|&i| self.is_outdated(i, pixels[i]))
+            .collect();
+        let palette = Palette::new(outdated.iter().map(|&i| pixels[i]).collect());
+        let mut drawn = Vec::with_capacity(outdated.len());
+        for i in outdated {
+            let (index, colour) = palette.entry(pixels[i]);
+            // At rest, a colour changes for a better one alone: it must not flicker.
+            let worse = |shown: &[u8; 3]| {
+                self.is_resting(i, pixels[i])
+                    && squared_distance(colour, pixels[i]) >= squared_distance(*shown, pixels[i])
+            };
+            if !self.shown.get(i).is_some_and(worse) {
+                drawn.push((i, index));
+            }
+        }
+        self.shown.resize(pixels.len(), [0; 3]);
+        for &(i, _) in &drawn {
+            self.shown[i] = palette.entry(pixels[i]).1;
+        }
+        Changes { palette, drawn }
+    }
+
+    fn is_outdated(&self, i: usize, pixel: [u8; 3]) -> bool {
+        let tolerance = match self.is_resting(i, pixel) {
+            true => RESTING_TOLERANCE,
+            false => MOVING_TOLERANCE,
+        };
+        let off = |&shown: &[u8; 3]| difference(shown, pixel) > tolerance;
+        self.shown.get(i).is_none_or(off)
+    }
+
+    fn is_resting(&self, i: usize, pixel: [u8; 3]) -> bool {
+        self.previous.get(i) == Some(&pixel)
+    }
+}
+
+/// Pixels to draw in a frame.
+struct Changes {
+    palette: Palette,
+    /// Index of each pixel in the image, ascending, and of its palette entry.
+    drawn: Vec<(usize, u8)>,
+}
+
+impl Changes {
+    /// Frame of the smallest rectangle around the pixels, in an image of `width` columns.
+    fn frame(&self, width: usize, delay: u16) -> Frame<'static> {
+        let columns = || self.drawn.iter().map(|(i, _)| i % width);
+        let rows = || self.drawn.iter().map(|(i, _)| i / width);
+        // A frame has at least one pixel, so that the picture before it stays for the delay.
+        let [left, top] = [columns().min(), rows().min()].map(Option::unwrap_or_default);
+        let [right, bottom] = [columns().max(), rows().max()].map(Option::unwrap_or_default);
+        let [across, down] = [right - left + 1, bottom - top + 1];
+        // At most 255: the palette leaves an index free.
+        let transparent = self.palette.len() as u8;
+        let mut buffer = vec![transparent; across * down];
+        for &(i, index) in &self.drawn {
+            buffer[(i / width - top) * across + i % width - left] = index;
+        }
+        let mut colours = self.palette.rgb().to_vec();
+        colours.extend([0; 3]);
+        // Sides of images fit 16 bits.
+        Frame {
+            left: left as u16,
+            top: top as u16,
+            width: across as u16,
+            height: down as u16,
+            delay,
+            dispose: DisposalMethod::Keep,
+            transparent: Some(transparent),
+            palette: Some(colours),
+            buffer: Cow::Owned(buffer),
+            ..Frame::default()
+        }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn read(bytes: &[u8]) -> Vec<(Vec<u8>, u16)> {
-        let mut options = gif::DecodeOptions::new();
-        options.set_color_output(gif::ColorOutput::RGBA);
-        let mut decoder = options.read_info(bytes).unwrap();
-        let mut frames = Vec::new();
-        while let Some(frame) = decoder.read_next_frame().unwrap() {
-            frames.push((frame.buffer.to_vec(), frame.delay));
-        }
-        frames
-    }
-
-    #[test]
-    fn only_changed_pixels_are_stored() {
-        let images: Vec<Image> = (0..4)
-            .map(|i| {
-                let mut image = Image::filled(40, 20, [230, 230, 235]).unwrap();
-                image.fill_rect(8 * i, 4, 8, 8, [40, 90, 200]);
-                image
-            })
-            .collect();
-        let frames = read(&encode_gif(&images, 15.0).unwrap());
-        assert_eq!(
-            frames.iter().map(|(_, delay)| *delay).collect::<Vec<_>>(),
-            [7, 6, 7, 7]
-        );
-        let mut canvas = frames[0].0.clone();
-        for ((frame, _), image) in frames.iter().zip(&images) {
-            for (shown, drawn) in canvas.chunks_exact_mut(4).zip(frame.chunks_exact(4)) {
-                if drawn[3] > 0 {
-                    shown.copy_from_slice(drawn);
-                }
-            }
-            let found = canvas.chunks_exact(4).zip(image.pixels());
-            for (found, expected) in found {
-                let off = found.iter().zip(expected).map(|(a, b)| a.abs_diff(*b)).max();
-                assert!(off < Some(4), "{found:?}, expected {expected:?}");
-            }
-        }
-        let changed = frames[1].0.chunks_exact(4).filter(|pixel| pixel[3] > 0).count();
-        assert_eq!(changed, 128, "the square's old place and its new one");
-    }
-
-    #[test]
-    fn images_of_different_sizes_and_empty_lists_are_refused() {
-        let image = |side| Image::filled(side, 8, [0; 3]).unwrap();
-        let error = encode_gif(&[image(8), image(9)], 10.0).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "a moving picture of 8 x 8 pixels: found an image of 9 x 8"
-        );
-        assert!(matches!(encode_gif(&[], 10.0), Err(RasterError::NoImages)));
-    }
-}
+mod tests;

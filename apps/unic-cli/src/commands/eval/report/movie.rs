@@ -18,7 +18,7 @@ use unic_report::{Movie, MovieFrame, MovieView, Picture, PictureFormat};
 
 /// Width and height of one of the four views of a frame, in pixels.
 const VIEW: [u32; 2] = [300, 404];
-/// Width and height of a view of a GIF, in pixels: about 30 kB per frame.
+/// Width and height of a view of a GIF, in pixels: about 36 kB per frame.
 const GIF_VIEW: [u32; 2] = [196, 264];
 /// Largest number of frames of a GIF.
 const MOST_GIF_FRAMES: usize = 75;
