@@ -31,6 +31,8 @@ mod motion_source;
 pub mod output;
 pub mod outputs;
 mod pictures;
+#[cfg(feature = "viewer")]
+mod portraits;
 pub mod program;
 pub mod progress;
 mod run_folder;
