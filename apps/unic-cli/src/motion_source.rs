@@ -17,8 +17,8 @@ use unic_core::{
 };
 use unic_io::{joint_names::counterparts, read_character, read_motion_database, retarget::legs_of};
 
-/// Frames a second of databases that are made here, and so of their controllers.
-const FPS: f32 = 30.0;
+/// Frames a second of databases without a garment, and so of their controllers.
+pub(crate) const FPS: f32 = 30.0;
 /// Tag of clips that are never played.
 const EXCLUDED: &str = "excluded";
 /// Seed of the built-in clips.
@@ -40,14 +40,22 @@ impl MotionSource {
     ///
     /// # Errors
     /// Files that cannot be read or are probable mistakes, a database of another skeleton than the
-    /// character's, clips that do not make a database.
-    pub(crate) fn read(args: &MotionSourceArgs, force: ForceArgs) -> Result<Self> {
+    /// character's or of another rate, clips that do not make a database.
+    pub(crate) fn read(
+        character: Character,
+        fps: f32,
+        args: &MotionSourceArgs,
+        force: ForceArgs,
+    ) -> Result<Self> {
         let Some(path) = &args.database else {
-            return Self::build(&args.clips, force);
+            return Self::build(character, fps, &args.clips, force);
         };
-        let character = character(&args.clips)?;
         let database = read_motion_database(path)?;
         check_skeleton(path, &database, &character.skeleton)?;
+        if database.fps() != fps {
+            let (path, found) = (path.display(), database.fps());
+            bail!("{path}: expected {fps} frames a second, found {found}");
+        }
         Ok(Self {
             character,
             database: Arc::new(database),
@@ -58,12 +66,11 @@ impl MotionSource {
     ///
     /// # Errors
     /// Files that cannot be read or are probable mistakes, clips that do not make a database.
-    pub(crate) fn build(args: &ClipArgs, force: ForceArgs) -> Result<Self> {
-        let character = character(args)?;
+    pub(crate) fn build(character: Character, fps: f32, args: &ClipArgs, force: ForceArgs) -> Result<Self> {
         let clips = match args.motion.as_slice() {
-            [] => control_set(&character, CLIP_SEED, FPS)?,
+            [] => control_set(&character, CLIP_SEED, fps)?,
             files => (files.iter())
-                .map(|path| motion_file::read(path, &character, FPS, &args.reading, force))
+                .map(|path| motion_file::read(path, &character, fps, &args.reading, force))
                 .collect::<Result<_>>()?,
         };
         let database = Arc::new(database(&args.exclude, &character, &clips)?);
@@ -79,8 +86,12 @@ impl MotionSource {
     }
 }
 
-fn character(args: &ClipArgs) -> Result<Character> {
-    match &args.character {
+/// Reads a character, or makes the built-in human.
+///
+/// # Errors
+/// A file that is no character.
+pub(crate) fn character(path: Option<&Path>) -> Result<Character> {
+    match path {
         Some(path) => Ok(read_character(path)?),
         None => Ok(human::human(&human::HumanParameters::default())?),
     }

@@ -20,14 +20,16 @@ const HEIGHT_M: f32 = 0.95;
 const HALF_LIFE_S: f32 = 0.12;
 
 impl FollowCamera {
-    /// Camera behind a character, to its left.
-    pub fn new(root: RootFrame) -> Self {
+    /// Camera behind the first of some characters, to its left, as far away as all of them need.
+    pub fn new(root: RootFrame, characters: usize) -> Self {
+        // Crowds stand in rows: their width grows with the square root.
+        let rows = (characters.max(1) as f32).sqrt() - 1.0;
         let orbit = Orbit {
             target: target(root),
             // From behind, as in games: forward is away from the eye.
             azimuth: root.yaw + std::f32::consts::PI - 0.5,
-            elevation: 0.16,
-            distance: 3.5,
+            elevation: 0.16 + 0.05 * rows,
+            distance: 3.5 + 2.2 * rows,
         };
         Self { orbit }
     }
@@ -55,7 +57,7 @@ mod tests {
             yaw: 0.0,
         };
         let after = |steps: usize| {
-            let mut camera = FollowCamera::new(RootFrame::default());
+            let mut camera = FollowCamera::new(RootFrame::default(), 1);
             for _ in 0..steps {
                 camera.follow(far, 0.12 / steps as f32);
             }

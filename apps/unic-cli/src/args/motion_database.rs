@@ -18,6 +18,9 @@ use std::path::PathBuf;
 pub(crate) struct MotionDatabaseArgs {
     #[command(flatten)]
     pub(crate) clips: ClipArgs,
+    /// Character of the motions [default: the built-in human].
+    #[arg(long, value_name = "FILE.npz")]
+    pub(crate) character: Option<PathBuf>,
     /// Motion database to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,

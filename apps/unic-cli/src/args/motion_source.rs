@@ -11,9 +11,6 @@ pub(crate) struct ClipArgs {
     pub(crate) motion: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,
-    /// Character of the motions [default: the built-in human].
-    #[arg(long, value_name = "FILE.npz")]
-    pub(crate) character: Option<PathBuf>,
     /// Words in the names of clips that are never played. Upper and lower case are the same.
     #[arg(long, value_name = "WORD,...", value_delimiter = ',', requires = "motion")]
     pub(crate) exclude: Vec<String>,
@@ -32,8 +29,7 @@ pub(crate) struct MotionSourceArgs {
 impl ClipArgs {
     /// Paths of all files that are read.
     pub(crate) fn files(&self) -> impl Iterator<Item = &PathBuf> {
-        let single = [&self.character, &self.reading.bone_map];
-        self.motion.iter().chain(single.into_iter().flatten())
+        self.motion.iter().chain(&self.reading.bone_map)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::{
     args::MotionDatabaseArgs,
-    motion_source::MotionSource,
+    motion_source::{FPS, MotionSource, character},
     output::{print, print_json},
     outputs::{Existing, Outputs},
 };
@@ -16,10 +16,15 @@ use unic_io::{counted, write_motion_database};
 /// # Errors
 /// Unusable options or inputs, a file that cannot be written.
 pub(crate) fn run(args: &MotionDatabaseArgs) -> Result<()> {
-    Outputs::with_inputs(args.clips.files())
+    Outputs::with_inputs(args.clips.files().chain(&args.character))
         .file(&args.out)
         .check(Existing::of(args.overwrite))?;
-    let source = MotionSource::build(&args.clips, args.force)?;
+    let source = MotionSource::build(
+        character(args.character.as_deref())?,
+        FPS,
+        &args.clips,
+        args.force,
+    )?;
     write_motion_database(&args.out, &source.database)?;
     let written = Written {
         database: &args.out,

@@ -6,7 +6,6 @@ mod record;
 use crate::{
     args::{PlayArgs, Switch},
     failure::Usage,
-    motion_source::MotionSource,
 };
 use anyhow::Result;
 use costumes::Wardrobe;
@@ -19,8 +18,7 @@ use unic_viewer::{AdapterKind, PlaySettings, ViewerError, play_in_window};
 /// Unusable options or inputs, no window, an interruption.
 pub(crate) fn run(args: &PlayArgs) -> Result<()> {
     record::check(args)?;
-    let source = MotionSource::read(&args.source, args.force)?;
-    let wardrobe = Wardrobe::read(&args.models, &source)?;
+    let wardrobe = Wardrobe::read(args)?;
     let settings = Settings {
         characters: args.characters,
         control: ControllerSettings::new(args.responsiveness),

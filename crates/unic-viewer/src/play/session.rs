@@ -1,6 +1,7 @@
 //! Play without a window: characters, time and what is drawn.
 
 use super::crowd;
+use super::palette::cloth_of;
 use super::settings::{Costume, PlaySettings};
 use crate::{Figure, Focus, Looks, Mark, Part, Shape, ViewerError};
 use glam::{Vec2, Vec3};
@@ -168,6 +169,15 @@ impl PlaySession {
         first.map_or(RootFrame::default(), |actor| actor.controller.state().root())
     }
 
+    /// Middle of all characters, as shown, with the yaw of the first one.
+    pub fn centre(&self) -> RootFrame {
+        let roots = self.actors.iter().map(|actor| actor.controller.state().root());
+        RootFrame {
+            position: roots.map(|root| root.position).sum::<Vec2>() / self.actors.len().max(1) as f32,
+            yaw: self.root().yaw,
+        }
+    }
+
     /// Time of play, seconds.
     pub fn seconds(&self) -> f32 {
         self.ticks as f32 / self.fps()
@@ -289,8 +299,12 @@ impl PlaySession {
 
     /// Bodies and garments of all characters.
     pub fn parts(&self) -> Vec<Part<'_>> {
-        let looks = self.looks;
-        let parts = self.actors.iter().flat_map(|actor| actor.figure.parts(looks));
+        let looks = |character| Looks {
+            cloth: cloth_of(character, self.looks.cloth),
+            ..self.looks
+        };
+        let actors = self.actors.iter().enumerate();
+        let parts = actors.flat_map(|(i, actor)| actor.figure.parts(looks(i)));
         parts.collect()
     }
 

@@ -8,7 +8,7 @@ mod overlay;
 use super::session::{PlaySession, Steering};
 use super::settings::PlaySettings;
 use crate::{
-    FollowCamera, SUN, Pane, QualityControl, Renderer, Scene, ViewerError, WindowDevice, WindowSettings,
+    FollowCamera, Pane, QualityControl, Renderer, SUN, Scene, ViewerError, WindowDevice, WindowSettings,
     run_window, window_quality,
 };
 use eframe::egui;
@@ -92,7 +92,7 @@ impl PlayWindow {
             quality: window_quality(&context),
             renderer: Renderer::new(context),
             pane: Pane::default(),
-            camera: FollowCamera::new(session.root()),
+            camera: FollowCamera::new(session.centre(), session.characters()),
             input: Input::default(),
             gamepad: Gamepad::open(),
             times: FrameTimes::default(),
@@ -122,8 +122,9 @@ impl PlayWindow {
             TimeFlow::Paused => 0.0,
         };
         let steering = self.steering();
-        self.session.advance(elapsed.min(LONGEST_FRAME_S) * speed, steering)?;
-        self.camera.follow(self.session.root(), elapsed);
+        self.session
+            .advance(elapsed.min(LONGEST_FRAME_S) * speed, steering)?;
+        self.camera.follow(self.session.centre(), elapsed);
         Ok(())
     }
 
@@ -172,6 +173,7 @@ impl PlayWindow {
                     let now = self.session.characters();
                     let next = CROWDS.into_iter().find(|&count| count > now);
                     self.session.set_characters(next.unwrap_or(CROWDS[0]))?;
+                    self.camera = FollowCamera::new(self.session.centre(), self.session.characters());
                 }
                 egui::Key::F12 | egui::Key::P => self.screenshot(),
                 egui::Key::Escape => ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close),

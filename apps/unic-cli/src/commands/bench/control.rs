@@ -3,7 +3,7 @@
 use crate::{
     args::ControlArgs,
     interrupt,
-    motion_source::MotionSource,
+    motion_source::{FPS, MotionSource, character},
     output::{print, print_json, print_status},
     outputs::{Existing, Outputs},
 };
@@ -20,11 +20,16 @@ use unic_io::{counted, write_motion};
 pub(super) fn run(args: &ControlArgs) -> Result<()> {
     if let Some(folder) = &args.write_motion {
         let names = Script::ALL.map(|script| file_name(script, args.seed));
-        Outputs::with_inputs(args.source.files())
+        Outputs::with_inputs(args.source.files().chain(&args.character))
             .folder(folder, names)
             .check(Existing::of(args.overwrite))?;
     }
-    let source = MotionSource::read(&args.source, args.force)?;
+    let source = MotionSource::read(
+        character(args.character.as_deref())?,
+        FPS,
+        &args.source,
+        args.force,
+    )?;
     let settings = ControllerSettings::new(args.responsiveness);
     if let Some(folder) = &args.write_motion {
         write_runs(folder, &source, settings, args.seed)?;

@@ -1,8 +1,8 @@
 //! Costumes of a play, from model files.
 
-use crate::{model_file, motion_source::MotionSource};
-use anyhow::{Result, bail};
-use std::{path::PathBuf, sync::Arc};
+use crate::{args::PlayArgs, garments::Shipped, model_file, motion_source::MotionSource};
+use anyhow::Result;
+use std::{path::Path, sync::Arc};
 use unic_core::{
     Model,
     motion_matching::{Database, TagFilter},
@@ -17,48 +17,83 @@ const CLOTHS: [Material; 4] = [
     Material::cloth(Fabric::Satin, [0.20, 0.36, 0.30]),
 ];
 
-/// Models with the motion of their character.
-pub(super) struct Wardrobe {
-    models: Vec<(String, Arc<Model>)>,
+/// Models with the motion of their characters.
+pub(super) struct Wardrobe(Vec<Item>);
+
+struct Item {
+    name: String,
+    model: Arc<Model>,
     database: Arc<Database>,
     tags: TagFilter,
 }
 
 impl Wardrobe {
-    /// Reads the models.
+    /// Reads the models, or takes those that come with the program, and the motion for the
+    /// characters of all.
     ///
     /// # Errors
-    /// A file that is no model, a model of another character or rate than the motion's.
-    pub(super) fn read(paths: &[PathBuf], source: &MotionSource) -> Result<Self> {
-        let read = |path: &PathBuf| {
-            let model = model_file::read(path)?;
-            let (expected, found) = (source.database.fps(), model.config().fps);
-            if expected != found {
-                bail!(
-                    "{}: expected a model at {expected} frames a second, as the motion, found {found}",
-                    path.display()
-                );
-            }
-            let name = path.file_stem().unwrap_or(path.as_os_str());
-            Ok((name.to_string_lossy().into_owned(), Arc::new(model)))
+    /// Files that are no models, motion that does not fit.
+    pub(super) fn read(args: &PlayArgs) -> Result<Self> {
+        let models = match args.models.as_slice() {
+            [] => shipped()?,
+            paths => paths.iter().map(|path| named(path)).collect::<Result<_>>()?,
         };
-        Ok(Self {
-            models: paths.iter().map(read).collect::<Result<_>>()?,
-            database: Arc::clone(&source.database),
-            tags: source.tags(),
-        })
+        let mut items: Vec<Item> = Vec::new();
+        for (name, model) in models {
+            let wears = |item: &&Item| is_same_character(&item.model, &model);
+            let (database, tags) = match items.iter().find(wears) {
+                Some(item) => (Arc::clone(&item.database), item.tags),
+                None => motion(args, &model)?,
+            };
+            items.push(Item {
+                name,
+                model,
+                database,
+                tags,
+            });
+        }
+        Ok(Self(items))
     }
 
     /// Prepares the models for the processor, or for a device.
     pub(super) fn costumes(self, device: Option<&GpuContext>) -> Result<Vec<Costume>, ViewerError> {
-        let cloths = CLOTHS.into_iter().cycle();
-        let costume = |((name, model), cloth)| {
+        let costume = |(item, cloth): (Item, Material)| {
             Ok(Costume {
-                outfit: Arc::new(Outfit::new(name, model, cloth, device)?),
-                database: Arc::clone(&self.database),
-                tags: self.tags,
+                outfit: Arc::new(Outfit::new(item.name, item.model, cloth, device)?),
+                database: item.database,
+                tags: item.tags,
             })
         };
-        self.models.into_iter().zip(cloths).map(costume).collect()
+        let cloths = CLOTHS.into_iter().cycle();
+        self.0.into_iter().zip(cloths).map(costume).collect()
     }
+}
+
+fn named(path: &Path) -> Result<(String, Arc<Model>)> {
+    let name = path.file_stem().unwrap_or(path.as_os_str());
+    Ok((
+        name.to_string_lossy().into_owned(),
+        Arc::new(model_file::read(path)?),
+    ))
+}
+
+fn shipped() -> Result<Vec<(String, Arc<Model>)>> {
+    let read = |garment: Shipped| Ok((garment.name().into(), Arc::new(garment.model()?)));
+    Shipped::ALL.into_iter().map(read).collect()
+}
+
+fn is_same_character(a: &Model, b: &Model) -> bool {
+    let [(a, a_fps), (b, b_fps)] = [a, b].map(|model| (&model.character().skeleton, model.config().fps));
+    a == b && a_fps == b_fps
+}
+
+/// Motion for the character of a model, at the model's rate.
+fn motion(args: &PlayArgs, model: &Model) -> Result<(Arc<Database>, TagFilter)> {
+    let source = MotionSource::read(
+        model.character().clone(),
+        model.config().fps,
+        &args.source,
+        args.force,
+    )?;
+    Ok((Arc::clone(&source.database), source.tags()))
 }

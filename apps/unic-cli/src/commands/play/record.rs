@@ -72,7 +72,7 @@ pub(super) fn run(args: &RecordArgs, path: &Path, wardrobe: Wardrobe, settings: 
     let mut player = Player::new(args.script.into(), 0);
     session.settle(SETTLE_S)?;
     let began = session.seconds();
-    let mut camera = FollowCamera::new(session.root());
+    let mut camera = FollowCamera::new(session.centre(), session.characters());
     let mut progress = Progress::new("drawing", 0, frames as u64);
     let mut sums = [0.0f32; 3];
     let mut ticks = 0;
@@ -80,7 +80,7 @@ pub(super) fn run(args: &RecordArgs, path: &Path, wardrobe: Wardrobe, settings: 
         interrupt::check()?;
         let script = &mut |seconds: f32, object: &_| -> Command { player.command(seconds - began, object) };
         session.advance(1.0 / args.movie_fps, Steering::Script(script))?;
-        camera.follow(session.root(), 1.0 / args.movie_fps);
+        camera.follow(session.centre(), 1.0 / args.movie_fps);
         let start = Instant::now();
         movie.push(&picture(&session, &camera, &mut painter)?)?;
         let times = session.times();

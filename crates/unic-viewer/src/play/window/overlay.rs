@@ -1,6 +1,7 @@
 //! Text and graph over the picture of a play.
 
 use super::{PlayWindow, Shown, TimeFlow, WINDS_M_S};
+use crate::play::palette::CLOTH_COLOURS;
 use crate::{AdapterKind, Fabric, Looks, Print, Quality, Shading};
 use eframe::egui::{self, Color32, RichText};
 
@@ -22,15 +23,6 @@ const HELP: [(&str, &str); 16] = [
     ("P", "screenshot"),
     ("H, Esc", "help, quit"),
 ];
-/// Colours of cloth, sRGB, with those of their prints.
-const COLOURS: [[[f32; 3]; 2]; 6] = [
-    [[0.16, 0.25, 0.45], [0.92, 0.89, 0.82]],
-    [[0.62, 0.16, 0.17], [0.95, 0.86, 0.70]],
-    [[0.86, 0.83, 0.76], [0.20, 0.30, 0.42]],
-    [[0.20, 0.36, 0.30], [0.86, 0.74, 0.40]],
-    [[0.86, 0.60, 0.24], [0.35, 0.16, 0.12]],
-    [[0.13, 0.13, 0.15], [0.78, 0.20, 0.30]],
-];
 /// Time of a frame that the graph's line marks, seconds: 60 frames a second.
 const BUDGET_S: f32 = 1.0 / 60.0;
 /// Time at the top of the graph, seconds.
@@ -45,8 +37,8 @@ pub(super) fn change_looks(looks: &mut Looks, key: egui::Key) {
         egui::Key::F => cloth.fabric = next(&Fabric::CLOTHS, cloth.fabric),
         egui::Key::B => cloth.print = next(&Print::ALL, cloth.print),
         egui::Key::C => {
-            let now = COLOURS.iter().position(|pair| pair[0] == cloth.colour);
-            [cloth.colour, cloth.accent] = COLOURS[now.map_or(0, |i| (i + 1) % COLOURS.len())];
+            let now = CLOTH_COLOURS.iter().position(|pair| pair[0] == cloth.colour);
+            [cloth.colour, cloth.accent] = CLOTH_COLOURS[now.map_or(0, |i| (i + 1) % CLOTH_COLOURS.len())];
         }
         egui::Key::X => {
             let all = [Shading::Lit, Shading::Wireframe, Shading::Normals];
