@@ -9,7 +9,7 @@ use super::{
     Side,
     action::Action,
     channel::{Channel, Gestures, Interval},
-    footsteps::Jump,
+    footsteps::{Jump, StepTiming},
     gait::Stature,
     random::Random,
     script::{Habit, Script},
@@ -40,10 +40,11 @@ pub(super) struct Composer {
     pub(super) gestures: Gestures,
     jumps: Vec<Jump>,
     habit: Habit,
+    timing: StepTiming,
 }
 
 impl Composer {
-    pub(super) fn new(stature: Stature, seed: u64) -> Self {
+    pub(super) fn new(stature: Stature, seed: u64, timing: StepTiming) -> Self {
         let mut random = Random::new(seed);
         // The order of the draws decides about every later random number of the performance.
         let habit = Habit {
@@ -66,6 +67,7 @@ impl Composer {
             gestures: Gestures::default(),
             jumps: Vec::new(),
             habit,
+            timing,
         }
     }
 
@@ -76,6 +78,7 @@ impl Composer {
             gestures: self.gestures,
             jumps: self.jumps,
             habit: self.habit,
+            timing: self.timing,
             seconds: self.now + 0.4,
         };
         script.breathe();

@@ -40,7 +40,10 @@ const TRAILING_SPEED: f64 = 2.5;
 const SIDE_STRIDE: f64 = 0.34;
 
 /// Highest frequency of strides, Hz: feet that step more often hardly stand.
-const MOST_STRIDE_HZ: f64 = 2.6;
+const MOST_STRIDE_HZ: f64 = 3.5;
+
+/// Further times ahead at which quick steps read the gait, seconds.
+const QUICK_AHEAD_S: [f64; 4] = [0.15, 0.3, 0.45, 0.6];
 
 /// Time before a jump's takeoff from which on no further step begins, seconds.
 const QUIET_BEFORE_JUMP_S: f64 = 0.6;
@@ -59,6 +62,17 @@ const LEADING_AHEAD_S: f64 = 0.4;
 
 /// Height by which heel, ball and toes clear the ground in the middle of a swing, metres.
 const LEAST_CLEARANCE: f32 = 0.008;
+
+/// Timing of the steps of a timeline.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum StepTiming {
+    /// Steps as frequent as the speed of their own time asks for.
+    #[default]
+    Ordinary,
+    /// Steps as frequent as the fastest movement of the next moments asks for. Abrupt starts and
+    /// turns then leave no foot behind, which would pull the pelvis down.
+    Quick,
+}
 
 /// A jump from a stand with both feet. Times are in seconds.
 #[derive(Clone, Copy, Debug)]
@@ -82,6 +96,8 @@ pub(super) struct StepPlanner<'a> {
     pub(super) tempo: f64,
     /// Foot of the first step.
     pub(super) first: Side,
+    /// Timing of the steps.
+    pub(super) timing: StepTiming,
 }
 
 impl StepPlanner<'_> {
@@ -156,11 +172,21 @@ impl StepPlanner<'_> {
         } else {
             turn
         };
-        let gait = self.gait(t + GAIT_AHEAD_S);
+        let gait = self.coming_gait(t + GAIT_AHEAD_S);
         [leading, leading.other()]
             .into_iter()
             .find(|&side| self.is_due(&feet[side.index()], side, t, gait))
             .map(|side| (side, gait))
+    }
+
+    /// Gait of a step that begins at `t`, by the timing of the steps.
+    fn coming_gait(&self, t: f64) -> Gait {
+        let later: &[f64] = match self.timing {
+            StepTiming::Ordinary => &[],
+            StepTiming::Quick => &QUICK_AHEAD_S,
+        };
+        let more_frequent = |a: Gait, b: Gait| if b.stride_hz > a.stride_hz { b } else { a };
+        (later.iter().map(|ahead| self.gait(t + ahead))).fold(self.gait(t), more_frequent)
     }
 
     /// Side towards which the character is about to step or turn, if it is.

@@ -43,6 +43,7 @@ impl Performance {
             half_width: rig.half_width(),
             tempo: script.habit.tempo,
             first: script.habit.first,
+            timing: script.timing,
         };
         let feet = planner.plan(script.seconds);
         let flight = flight_spline(&feet, &script);

@@ -3,7 +3,7 @@
 use super::{
     Side,
     channel::{Channel, Gestures, Interval},
-    footsteps::Jump,
+    footsteps::{Jump, StepTiming},
 };
 
 /// Random traits of one person; a [`Timeline`](super::Timeline) draws them from its seed.
@@ -27,6 +27,8 @@ pub(super) struct Script {
     pub(super) gestures: Gestures,
     pub(super) jumps: Vec<Jump>,
     pub(super) habit: Habit,
+    /// Timing of the steps.
+    pub(super) timing: StepTiming,
     /// Duration, seconds.
     pub(super) seconds: f64,
 }

@@ -1,6 +1,9 @@
 //! Sequences of actions, and characters that perform them.
 
-use super::{PerformerError, action::Action, composer::Composer, performance::Performance, rig::Rig};
+use super::{
+    PerformerError, action::Action, composer::Composer, footsteps::StepTiming, performance::Performance,
+    rig::Rig,
+};
 use unic_core::character::Character;
 
 /// A character that can perform.
@@ -35,6 +38,7 @@ impl Performer {
 pub struct Timeline {
     seed: u64,
     actions: Vec<Action>,
+    timing: StepTiming,
 }
 
 impl Timeline {
@@ -43,7 +47,15 @@ impl Timeline {
         Self {
             seed,
             actions: Vec::new(),
+            timing: StepTiming::Ordinary,
         }
+    }
+
+    /// Makes steps as frequent as the fastest movement of the next moments asks for. Use it for
+    /// abrupt starts and turns, in which a foot that is left behind would pull the pelvis down.
+    pub fn with_quick_steps(mut self) -> Self {
+        self.timing = StepTiming::Quick;
+        self
     }
 
     /// Appends an action.
@@ -62,7 +74,7 @@ impl Timeline {
     ///
     /// The character starts at the origin and faces +Z.
     pub fn perform(&self, performer: &Performer) -> Performance {
-        let mut composer = Composer::new(performer.rig.stature, self.seed);
+        let mut composer = Composer::new(performer.rig.stature, self.seed, self.timing);
         self.actions.iter().for_each(|&action| composer.perform(action));
         Performance::new(performer.rig.clone(), composer.finish())
     }

@@ -110,6 +110,23 @@ fn a_wander_goes_in_all_directions_and_ends_at_a_stand() {
     assert!(last.map(|v| v.length()).fold(0.0, f32::max) < 0.1);
 }
 
+/// A start from a stand to 1.8 m/s within 0.8 s.
+#[test]
+fn quick_steps_keep_the_pelvis_up() {
+    let body = figure();
+    let performer = Performer::new(&body).unwrap();
+    let start = || Timeline::new(2).then(travel(1.8, 0.0, 3.0));
+    let lowest = |timeline: Timeline| {
+        let poses = timeline.perform(&performer).clip("", 30.0).poses;
+        poses
+            .iter()
+            .map(|pose| pose.trans.y)
+            .fold(f32::INFINITY, f32::min)
+    };
+    let (quick, ordinary) = (lowest(start().with_quick_steps()), lowest(start()));
+    assert!(quick > -0.13 && quick > ordinary + 0.03, "{quick} {ordinary}");
+}
+
 #[test]
 fn the_control_set_is_repeatable_and_has_all_speeds() {
     let body = figure();
