@@ -52,8 +52,8 @@ pub struct PlaySession {
     mouse: MouseControl,
     command: Command,
     steers_by_mouse: bool,
-    /// Time since the last tick, seconds.
-    since_tick_s: f32,
+    /// Time of play in ticks. Fractions of a tick add up to the same number at every display rate.
+    clock: f64,
     /// Number of ticks.
     ticks: u64,
     wind: Vec3,
@@ -82,7 +82,7 @@ impl PlaySession {
             mouse: MouseControl::new(MOUSE_SPEED_M_S),
             command: Command::STAND,
             steers_by_mouse: false,
-            since_tick_s: 0.0,
+            clock: 0.0,
             ticks: 0,
             wind: Vec3::ZERO,
             times: Times::default(),
@@ -228,7 +228,7 @@ impl PlaySession {
         };
         let actors = (0..self.settings.characters.max(1)).map(actor);
         self.actors = actors.collect::<Result<_, _>>()?;
-        self.since_tick_s = 0.0;
+        self.clock = self.ticks as f64;
         self.show(1.0);
         Ok(())
     }
@@ -241,6 +241,7 @@ impl PlaySession {
         for _ in 0..(seconds * self.fps()) as usize {
             self.tick(&mut Steering::Command(Command::STAND))?;
         }
+        self.clock = self.ticks as f64;
         self.show(1.0);
         Ok(())
     }
@@ -251,13 +252,11 @@ impl PlaySession {
     /// Commands that are not finite.
     pub fn advance(&mut self, seconds: f32, mut steering: Steering) -> Result<(), ViewerError> {
         self.times = Times::default();
-        let tick_s = 1.0 / self.fps();
-        self.since_tick_s += seconds.max(0.0);
-        while self.since_tick_s >= tick_s {
-            self.since_tick_s -= tick_s;
+        self.clock += f64::from(seconds.max(0.0)) * f64::from(self.fps());
+        while (self.ticks + 1) as f64 <= self.clock {
             self.tick(&mut steering)?;
         }
-        self.show(self.since_tick_s / tick_s);
+        self.show((self.clock - self.ticks as f64) as f32);
         Ok(())
     }
 
