@@ -24,8 +24,9 @@ play=$!
 for _ in $(seq 150); do window=$(xdotool search --name 'unic play' 2> /dev/null | tail -1) && break; sleep 0.4; done
 [[ -n ${window:-} ]] || { echo "no window: $(cat play.log)"; exit 1; }
 xdotool windowsize "$window" 960 600
-xdotool windowfocus "$window" || true
 sleep 3
+# A display without a window manager gives keys to nobody.
+xdotool windowfocus --sync "$window"
 
 # A figure 8 around the middle of the window, with the left button held.
 xdotool mousemove 480 330 mousedown 1

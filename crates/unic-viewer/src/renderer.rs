@@ -11,14 +11,13 @@ pub use canvas::Canvas;
 
 use crate::{Quality, Scene, ViewerError};
 use gpu_mesh::MeshCache;
-use passes::ShadowMaps;
+use passes::{ShadowMaps, bind};
 use pipelines::{Layouts, Pipelines};
 use slots::Slots;
 use std::collections::HashMap;
 use unic_gpu::{GpuContext, wgpu};
 use unic_raster::Camera;
 use uniforms::{MarkPoint, ViewUniform};
-use wgpu::util::DeviceExt;
 
 /// Format of the light that is drawn, before tone mapping.
 const LIGHT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -41,6 +40,10 @@ pub struct Renderer {
     slots: Slots,
     shadows: Option<ShadowMaps>,
     view: wgpu::Buffer,
+    /// View alone, for passes that write the shadow maps.
+    shadow_group: wgpu::BindGroup,
+    /// Corners of marks, reused from picture to picture.
+    marks: Option<wgpu::Buffer>,
     compare: wgpu::Sampler,
     smooth: wgpu::Sampler,
 }
@@ -67,6 +70,7 @@ impl Renderer {
             ..linear
         });
         let slots = Slots::new(device);
+        let shadow_group = bind(device, &layouts.shadow, [view.as_entire_binding()]);
         Self {
             layouts,
             pipelines: HashMap::new(),
@@ -74,6 +78,8 @@ impl Renderer {
             slots,
             shadows: None,
             view,
+            shadow_group,
+            marks: None,
             compare,
             smooth,
             context,
@@ -94,16 +100,15 @@ impl Renderer {
             part.check()?;
         }
         self.prepare(canvas.quality());
-        let device = self.context.device();
-        self.meshes.keep(device, scene.parts);
+        self.meshes.keep(self.context.device(), scene.parts);
         self.slots.upload(&self.context, &self.layouts, scene.parts);
         let uniform = ViewUniform::new(scene, camera, canvas);
-        let queue = self.context.queue();
+        let marks = self.upload_marks(scene);
+        let (device, queue) = (self.context.device(), self.context.queue());
         queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&uniform));
-        let marks = self.mark_buffer(scene);
         let mut encoder = device.create_command_encoder(&Default::default());
         self.shadow_passes(scene, &mut encoder);
-        self.picture_pass(scene, marks.as_ref(), canvas, &mut encoder);
+        self.picture_pass(scene, marks, canvas, &mut encoder);
         self.tone_pass(canvas, &mut encoder);
         queue.submit([encoder.finish()]);
         Ok(())
@@ -117,21 +122,26 @@ impl Renderer {
             .entry(samples)
             .or_insert_with(|| Pipelines::new(device, layouts, samples));
         if self.shadows.as_ref().map(ShadowMaps::size) != Some(quality.shadow_size) {
-            self.shadows = Some(ShadowMaps::new(device, quality.shadow_size));
+            self.shadows = Some(ShadowMaps::new(self, quality.shadow_size));
         }
     }
 
-    fn mark_buffer(&self, scene: &Scene) -> Option<(wgpu::Buffer, u32)> {
+    /// Uploads the marks. Returns the number of their corners.
+    fn upload_marks(&mut self, scene: &Scene) -> u32 {
         let points: Vec<MarkPoint> = scene.marks.iter().flat_map(MarkPoint::of_mark).collect();
-        let contents = bytemuck::cast_slice(&points);
-        let buffer = || {
-            let device = self.context.device();
-            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        let bytes: &[u8] = bytemuck::cast_slice(&points);
+        let fits = |buffer: &wgpu::Buffer| buffer.size() >= bytes.len() as u64;
+        if !self.marks.as_ref().is_some_and(fits) {
+            self.marks = Some(self.context.device().create_buffer(&wgpu::BufferDescriptor {
                 label: Some("marks"),
-                contents,
-                usage: wgpu::BufferUsages::VERTEX,
-            })
-        };
-        (!points.is_empty()).then(|| (buffer(), points.len() as u32))
+                size: (bytes.len() as u64).next_power_of_two().max(4096),
+                usage: wgpu::BufferUsages::VERTEX | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }));
+        }
+        if let Some(buffer) = &self.marks {
+            self.context.queue().write_buffer(buffer, 0, bytes);
+        }
+        points.len() as u32
     }
 }

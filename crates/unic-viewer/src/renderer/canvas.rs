@@ -18,6 +18,8 @@ pub struct Canvas {
     depth: wgpu::TextureView,
     texture: wgpu::Texture,
     shown: wgpu::TextureView,
+    /// Binding of the light for tone mapping, since the first picture.
+    tone: Option<wgpu::BindGroup>,
 }
 
 impl Canvas {
@@ -49,6 +51,7 @@ impl Canvas {
             depth: view(make(drawn, DEPTH_FORMAT, samples, attachment)),
             shown: texture.create_view(&Default::default()),
             texture,
+            tone: None,
         })
     }
 
@@ -73,8 +76,12 @@ impl Canvas {
         &self.shown
     }
 
-    pub(crate) fn light(&self) -> &wgpu::TextureView {
-        &self.light
+    /// Binding of the light for tone mapping, which `make` makes once.
+    pub(crate) fn tone_group(
+        &mut self,
+        make: impl FnOnce(&wgpu::TextureView) -> wgpu::BindGroup,
+    ) -> wgpu::BindGroup {
+        self.tone.get_or_insert_with(|| make(&self.light)).clone()
     }
 
     pub(crate) fn depth(&self) -> &wgpu::TextureView {

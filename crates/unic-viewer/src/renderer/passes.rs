@@ -5,7 +5,7 @@ use crate::scene::{Scene, Shading};
 use unic_gpu::wgpu;
 use unic_raster::Ground;
 
-/// Depth maps of what casts shadows.
+/// Depth maps of what casts shadows, bound with the view.
 #[derive(Debug)]
 pub(crate) struct ShadowMaps {
     /// From the key light.
@@ -13,10 +13,12 @@ pub(crate) struct ShadowMaps {
     /// From above.
     above: wgpu::TextureView,
     size: u32,
+    view_group: wgpu::BindGroup,
 }
 
 impl ShadowMaps {
-    pub(crate) fn new(device: &wgpu::Device, size: u32) -> Self {
+    pub(super) fn new(renderer: &Renderer, size: u32) -> Self {
+        let device = renderer.context.device();
         let map = |size| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("shadow map"),
@@ -34,11 +36,20 @@ impl ShadowMaps {
             });
             texture.create_view(&Default::default())
         };
+        // What is above is looked at through wide disks: few pixels do.
+        let (key, above) = (map(size), map(size / 4));
+        let resources = [
+            renderer.view.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&key),
+            wgpu::BindingResource::TextureView(&above),
+            wgpu::BindingResource::Sampler(&renderer.compare),
+        ];
+        let view_group = bind(device, &renderer.layouts.view, resources);
         Self {
-            key: map(size),
-            // What is above is looked at through wide disks: few pixels do.
-            above: map(size / 4),
+            key,
+            above,
             size,
+            view_group,
         }
     }
 
@@ -46,6 +57,21 @@ impl ShadowMaps {
     pub(crate) fn size(&self) -> u32 {
         self.size
     }
+}
+
+/// Binds resources in the order of a layout.
+pub(super) fn bind<const N: usize>(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    resources: [wgpu::BindingResource; N],
+) -> wgpu::BindGroup {
+    let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
+    let entries: Vec<_> = (0..).zip(resources).map(entry).collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout,
+        entries: &entries,
+    })
 }
 
 /// Pass that writes depth alone.
@@ -66,17 +92,6 @@ impl Renderer {
         let (Some(maps), Some(pipelines)) = (&self.shadows, self.pipelines.values().next()) else {
             return;
         };
-        let view = self
-            .context
-            .device()
-            .create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("shadow"),
-                layout: &self.layouts.shadow,
-                entries: &[wgpu::BindGroupEntry {
-                    binding: 0,
-                    resource: self.view.as_entire_binding(),
-                }],
-            });
         let passes = [
             (&maps.key, &pipelines.key_shadow),
             (&maps.above, &pipelines.above_shadow),
@@ -87,7 +102,7 @@ impl Renderer {
                 depth_stencil_attachment: Some(depth_attachment(map, 1.0)),
                 ..Default::default()
             });
-            pass.set_bind_group(0, &view, &[]);
+            pass.set_bind_group(0, &self.shadow_group, &[]);
             pass.set_pipeline(pipeline);
             self.draw_parts(scene, &mut pass);
         }
@@ -96,23 +111,21 @@ impl Renderer {
     pub(super) fn picture_pass(
         &self,
         scene: &Scene,
-        marks: Option<&(wgpu::Buffer, u32)>,
+        marks: u32,
         canvas: &Canvas,
         encoder: &mut wgpu::CommandEncoder,
     ) {
         let Some(pipelines) = self.pipelines.get(&canvas.quality().samples.count()) else {
             return;
         };
-        let Some(view) = self.view_bind_group() else {
-            return;
-        };
+        let Some(maps) = &self.shadows else { return };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("picture"),
             color_attachments: &[Some(canvas.light_attachment())],
             depth_stencil_attachment: Some(depth_attachment(canvas.depth(), 0.0)),
             ..Default::default()
         });
-        pass.set_bind_group(0, &view, &[]);
+        pass.set_bind_group(0, &maps.view_group, &[]);
         // What is near comes first, so that what it hides is not shaded.
         pass.set_pipeline(&pipelines.surface);
         self.draw_parts(scene, &mut pass);
@@ -122,40 +135,13 @@ impl Renderer {
             pass.set_pipeline(&pipelines.floor);
             pass.draw(0..4, 0..1);
         }
-        if let Some((buffer, count)) = marks {
+        if let Some(buffer) = &self.marks {
             pass.set_pipeline(&pipelines.mark);
             pass.set_vertex_buffer(0, buffer.slice(..));
-            pass.draw(0..*count, 0..1);
+            pass.draw(0..marks, 0..1);
         }
         pass.set_pipeline(&pipelines.sky);
         pass.draw(0..3, 0..1);
-    }
-
-    fn view_bind_group(&self) -> Option<wgpu::BindGroup> {
-        let maps = self.shadows.as_ref()?;
-        let resources = [
-            self.view.as_entire_binding(),
-            wgpu::BindingResource::TextureView(&maps.key),
-            wgpu::BindingResource::TextureView(&maps.above),
-            wgpu::BindingResource::Sampler(&self.compare),
-        ];
-        Some(self.bind(&self.layouts.view, resources))
-    }
-
-    fn bind<const N: usize>(
-        &self,
-        layout: &wgpu::BindGroupLayout,
-        resources: [wgpu::BindingResource; N],
-    ) -> wgpu::BindGroup {
-        let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
-        let entries: Vec<_> = (0..).zip(resources).map(entry).collect();
-        self.context
-            .device()
-            .create_bind_group(&wgpu::BindGroupDescriptor {
-                label: None,
-                layout,
-                entries: &entries,
-            })
     }
 
     fn draw_parts(&self, scene: &Scene, pass: &mut wgpu::RenderPass) {
@@ -183,15 +169,17 @@ impl Renderer {
         }
     }
 
-    pub(super) fn tone_pass(&self, canvas: &Canvas, encoder: &mut wgpu::CommandEncoder) {
+    pub(super) fn tone_pass(&self, canvas: &mut Canvas, encoder: &mut wgpu::CommandEncoder) {
         let Some(pipelines) = self.pipelines.get(&canvas.quality().samples.count()) else {
             return;
         };
-        let resources = [
-            wgpu::BindingResource::TextureView(canvas.light()),
-            wgpu::BindingResource::Sampler(&self.smooth),
-        ];
-        let group = self.bind(&self.layouts.tone, resources);
+        let group = canvas.tone_group(|light| {
+            let resources = [
+                wgpu::BindingResource::TextureView(light),
+                wgpu::BindingResource::Sampler(&self.smooth),
+            ];
+            bind(self.context.device(), &self.layouts.tone, resources)
+        });
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("tone mapping"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {

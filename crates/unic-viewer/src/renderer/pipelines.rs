@@ -104,7 +104,7 @@ struct Recipe<'a> {
     module: &'a wgpu::ShaderModule,
     layout: &'a wgpu::PipelineLayout,
     vertex: &'static str,
-    fragment: Option<&'static str>,
+    fragment: &'static str,
     vertices: &'a [Option<wgpu::VertexBufferLayout<'a>>],
     topology: wgpu::PrimitiveTopology,
     depth: Depth,
@@ -165,7 +165,7 @@ impl Pipelines {
             module: &floor_module,
             layout: &world,
             vertex: "sky_vertex",
-            fragment: Some("sky_fragment"),
+            fragment: "sky_fragment",
             vertices: &[],
             topology: wgpu::PrimitiveTopology::TriangleList,
             depth: Depth::Test { writes: false },
@@ -173,7 +173,7 @@ impl Pipelines {
         };
         let floor = Recipe {
             vertex: "floor_vertex",
-            fragment: Some("floor_fragment"),
+            fragment: "floor_fragment",
             topology: wgpu::PrimitiveTopology::TriangleStrip,
             depth: Depth::Test { writes: true },
             ..sky
@@ -182,14 +182,14 @@ impl Pipelines {
             module: &surface_module,
             layout: &parts,
             vertex: "surface_vertex",
-            fragment: Some("surface_fragment"),
+            fragment: "surface_fragment",
             vertices: &corners,
             depth: Depth::Test { writes: true },
             ..sky
         };
         let lines = Recipe {
             vertex: "line_vertex",
-            fragment: Some("line_fragment"),
+            fragment: "line_fragment",
             vertices: &[],
             topology: wgpu::PrimitiveTopology::LineList,
             depth: Depth::Test { writes: false },
@@ -198,7 +198,7 @@ impl Pipelines {
         let mark = Recipe {
             module: &mark_module,
             vertex: "mark_vertex",
-            fragment: Some("mark_fragment"),
+            fragment: "mark_fragment",
             vertices: &points,
             depth: Depth::Test { writes: false },
             target: light(true),
@@ -207,7 +207,7 @@ impl Pipelines {
         let key_shadow = Recipe {
             layout: &shadows,
             vertex: "key_shadow_vertex",
-            fragment: None,
+            fragment: "shadow_fragment",
             depth: Depth::Shadow,
             target: Target::Depth,
             ..surface
@@ -220,7 +220,7 @@ impl Pipelines {
             module: &tone_module,
             layout: &tone,
             vertex: "tone_vertex",
-            fragment: Some("tone_fragment"),
+            fragment: "tone_fragment",
             depth: Depth::None,
             target: Target::Shown,
             ..sky
@@ -248,14 +248,13 @@ fn vertex_buffer(stride: u64, attributes: &[wgpu::VertexAttribute]) -> wgpu::Ver
 
 impl Recipe<'_> {
     fn build(&self, device: &wgpu::Device) -> wgpu::RenderPipeline {
-        let target = self.target.state();
-        let targets = [target];
-        let fragment = self.fragment.map(|entry_point| wgpu::FragmentState {
+        let targets = self.target.state().map(Some);
+        let fragment = wgpu::FragmentState {
             module: self.module,
-            entry_point: Some(entry_point),
+            entry_point: Some(self.fragment),
             compilation_options: Default::default(),
-            targets: &targets,
-        });
+            targets: targets.as_slice(),
+        };
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(self.vertex),
             layout: Some(self.layout),
@@ -274,7 +273,7 @@ impl Recipe<'_> {
                 count: self.target.samples(),
                 ..Default::default()
             },
-            fragment,
+            fragment: Some(fragment),
             multiview_mask: None,
             cache: None,
         })

@@ -19,9 +19,17 @@ struct Slot {
     part: wgpu::Buffer,
     vertices: Option<wgpu::Buffer>,
     colours: Option<wgpu::Buffer>,
-    bind_group: Option<wgpu::BindGroup>,
+    bound: Option<Bound>,
     /// Colours as bytes; kept so that pictures allocate little.
     bytes: Vec<[u8; 4]>,
+}
+
+/// Buffers that are bound, and their bind group. It is made again when one of them is another.
+#[derive(Debug)]
+struct Bound {
+    /// Vertices now and before, colours.
+    buffers: [wgpu::Buffer; 3],
+    group: wgpu::BindGroup,
 }
 
 impl Slots {
@@ -47,7 +55,7 @@ impl Slots {
 
     /// Bind group of a part.
     pub(crate) fn bind_group(&self, part: usize) -> Option<&wgpu::BindGroup> {
-        self.slots.get(part)?.bind_group.as_ref()
+        self.slots.get(part)?.bound.as_ref().map(|bound| &bound.group)
     }
 }
 
@@ -63,7 +71,7 @@ impl Slot {
             part,
             vertices: None,
             colours: None,
-            bind_group: None,
+            bound: None,
             bytes: Vec::new(),
         }
     }
@@ -101,19 +109,24 @@ impl Slot {
             (Some(_), Some(buffer)) => buffer,
             _ => no_colours,
         };
-        let buffers = [&self.part, now, before, colours];
+        let buffers = [now, before, colours].map(Clone::clone);
+        if self.bound.as_ref().is_some_and(|bound| bound.buffers == buffers) {
+            return;
+        }
+        let all = std::iter::once(&self.part).chain(&buffers);
         let entries: Vec<wgpu::BindGroupEntry> = (0..)
-            .zip(buffers)
+            .zip(all)
             .map(|(binding, buffer)| wgpu::BindGroupEntry {
                 binding,
                 resource: buffer.as_entire_binding(),
             })
             .collect();
-        self.bind_group = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("part"),
             layout: &layouts.part,
             entries: &entries,
-        }));
+        });
+        self.bound = Some(Bound { buffers, group });
     }
 }
 
