@@ -29,7 +29,7 @@ impl FollowCamera {
             // From behind, as in games: forward is away from the eye.
             azimuth: root.yaw + std::f32::consts::PI - 0.5,
             elevation: 0.16 + 0.05 * rows,
-            distance: 3.5 + 2.2 * rows,
+            distance: 3.1 + 2.2 * rows,
         };
         Self { orbit }
     }

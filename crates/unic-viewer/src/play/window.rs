@@ -8,8 +8,8 @@ mod overlay;
 use super::session::{PlaySession, Steering};
 use super::settings::PlaySettings;
 use crate::{
-    FollowCamera, Pane, QualityControl, Renderer, SUN, Scene, ViewerError, WindowDevice, WindowSettings,
-    run_window, window_quality,
+    Canvas, FollowCamera, Pane, Quality, QualityControl, Renderer, SUN, Scene, ViewerError, WindowDevice,
+    WindowSettings, run_window, window_quality,
 };
 use eframe::egui;
 use frame_times::FrameTimes;
@@ -18,7 +18,7 @@ use glam::{Vec2, Vec3};
 use input::Input;
 use std::time::Instant;
 use unic_core::motion_matching::Command;
-use unic_raster::Ground;
+use unic_raster::{Camera, Ground};
 
 /// Longest time that a frame makes up for, seconds. A slower display slows the play down.
 const LONGEST_FRAME_S: f32 = 0.13;
@@ -183,33 +183,48 @@ impl PlayWindow {
         Ok(())
     }
 
-    /// Saves the picture that is shown in the current folder.
+    /// Saves the picture in the current folder, at the best quality and the size that is shown.
     fn screenshot(&mut self) {
-        let Some(canvas) = self.pane.canvas() else { return };
+        let Some(size) = self.pane.canvas().map(Canvas::size) else {
+            return;
+        };
         self.screenshots += 1;
         let path = format!("unic_play_{:04}.png", self.screenshots);
-        let image = canvas.read(self.device.context());
-        let saved = image.and_then(|image| Ok(image.save_png(&path)?));
-        self.message = match saved {
+        self.message = match self.save_picture(&path, size) {
             Ok(()) => format!("{path} written"),
             Err(error) => error.to_string(),
         };
     }
 
-    fn draw(&mut self, ui: &mut egui::Ui) -> Result<egui::Response, ViewerError> {
+    fn save_picture(&mut self, path: &str, size: [u32; 2]) -> Result<(), ViewerError> {
+        let context = self.device.context().clone();
+        let mut canvas = Canvas::new(&context, size, Quality::BEST)?;
+        self.with_scene(|renderer, _, scene, camera| renderer.draw(scene, camera, &mut canvas))?;
+        Ok(canvas.read(&context)?.save_png(path)?)
+    }
+
+    /// Does something with the scene as it is now.
+    fn with_scene<T>(
+        &mut self,
+        work: impl FnOnce(&mut Renderer, &mut Pane, &Scene, &Camera) -> Result<T, ViewerError>,
+    ) -> Result<T, ViewerError> {
         let parts = self.session.parts();
-        let marks = self.session.marks();
         let scene = Scene {
             parts: &parts,
-            marks: &marks,
+            marks: &self.session.marks(),
             ground: Ground::Height(0.0),
             to_key: SUN,
             focus: PlaySession::focus(&parts),
         };
         let camera = self.camera.orbit.camera()?;
-        let quality = self.quality.quality();
-        let (device, renderer) = (&self.device, &mut self.renderer);
-        self.pane.show(ui, device, renderer, quality, &scene, &camera)
+        work(&mut self.renderer, &mut self.pane, &scene, &camera)
+    }
+
+    fn draw(&mut self, ui: &mut egui::Ui) -> Result<egui::Response, ViewerError> {
+        let (quality, device) = (self.quality.quality(), self.device.clone());
+        self.with_scene(|renderer, pane, scene, camera| {
+            pane.show(ui, &device, renderer, quality, scene, camera)
+        })
     }
 
     fn frame(&mut self, ui: &mut egui::Ui) -> Result<(), ViewerError> {
