@@ -10,6 +10,8 @@ use crate::{
     progress::Progress,
 };
 use anyhow::{Result, anyhow, bail};
+#[cfg(feature = "viewer")]
+pub(crate) use files::body_path;
 use files::AnimationFiles;
 use glam::Vec3;
 use serde::Serialize;

@@ -1,0 +1,480 @@
+//! View without a window: sources, time, panes and what is drawn in them.
+
+use super::body::Body;
+use super::quantity::{PaneFacts, Quantity, Shown};
+use super::source::{ClipSource, ModelSource, Source};
+use super::track::{Track, TrackKind};
+use crate::{Fabric, Focus, Material, Orbit, Part, Print, Scene, Shape, Vertex, ViewerError};
+use glam::Vec3;
+use std::sync::Arc;
+use unic_core::{clip::Clip, mesh::vertex_normals};
+use unic_raster::{Camera, Ground};
+
+/// Unit vector to the key light, before it is normalised.
+const TO_KEY: Vec3 = Vec3::new(0.45, 0.85, 0.55);
+/// Width by height of a pane in which a standing person fits; a narrower one has a farther camera.
+const FULL_ASPECT: f32 = 0.72;
+/// Error at the light end of the heat map unless another one is set, metres.
+const HEAT_MOST_M: f32 = 0.05;
+/// Distance of the camera by the height of what is shown.
+const DISTANCE_PER_HEIGHT: f32 = 2.05;
+
+/// Models, captures and animations side by side, at one time and from one camera.
+pub struct ViewSession {
+    sources: Vec<Source>,
+    bodies: Vec<Body>,
+    tracks: Vec<Track>,
+    shown: Vec<Shown>,
+    seconds: f32,
+    camera: Orbit,
+    /// Panes that are shown.
+    pub panes: PaneChoice,
+    /// Quantity that is shown.
+    pub quantity: Quantity,
+    /// Looks of bodies and garments.
+    pub looks: ViewLooks,
+    /// Error at the light end of the heat map, metres.
+    pub heat_most_m: f32,
+    /// Whether the camera moves with the characters.
+    pub camera_motion: CameraMotion,
+}
+
+/// Panes that are shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PaneChoice {
+    /// All of them.
+    #[default]
+    All,
+    /// The one of an index.
+    Only(usize),
+}
+
+/// Motion of the camera.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CameraMotion {
+    /// With each character.
+    #[default]
+    Follows,
+    /// None.
+    Stays,
+}
+
+/// Looks of bodies and garments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewLooks {
+    /// Bodies.
+    pub skin: Material,
+    /// Garments.
+    pub cloth: Material,
+}
+
+impl Default for ViewLooks {
+    fn default() -> Self {
+        let cloth = Material::cloth(Fabric::Jersey, [0.16, 0.25, 0.45]);
+        Self {
+            skin: Material::SKIN,
+            cloth: cloth.printed(Print::Stripes, [0.92, 0.89, 0.82]),
+        }
+    }
+}
+
+impl ViewSession {
+    /// Shows sources from their first frames. Predictions begin to be computed.
+    ///
+    /// # Errors
+    /// No source; a model without a motion; an animation whose frames are not of its mesh.
+    pub fn new(sources: Vec<Source>) -> Result<Self, ViewerError> {
+        let mut session = Self {
+            sources: Vec::new(),
+            bodies: Vec::new(),
+            tracks: Vec::new(),
+            shown: Vec::new(),
+            seconds: 0.0,
+            camera: Orbit::person(Vec3::Y),
+            panes: PaneChoice::All,
+            quantity: Quantity::Lit,
+            looks: ViewLooks::default(),
+            heat_most_m: HEAT_MOST_M,
+            camera_motion: CameraMotion::Follows,
+        };
+        session.add(sources)?;
+        session.place_camera();
+        Ok(session)
+    }
+
+    /// Adds sources to those that are shown. A source replaces one of its kind and name, and a clip
+    /// replaces the clip.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new). The session stays as it was.
+    pub fn add(&mut self, newer: Vec<Source>) -> Result<(), ViewerError> {
+        let mut sources = self.sources.clone();
+        for source in newer {
+            let replaces = |old: &Source| match (old, &source) {
+                (Source::Clip(_), Source::Clip(_)) => true,
+                (Source::Model(a), Source::Model(b)) => a.name == b.name,
+                (Source::Animation(a), Source::Animation(b)) => a.name == b.name,
+                _ => false,
+            };
+            match sources.iter().position(replaces) {
+                Some(place) => sources[place] = source,
+                None => sources.push(source),
+            }
+        }
+        self.show_sources(sources)
+    }
+
+    /// Makes bodies and tracks of sources.
+    fn show_sources(&mut self, sources: Vec<Source>) -> Result<(), ViewerError> {
+        let (bodies, mut tracks) = Panes::of(&sources)?.into_parts();
+        let mut earlier: Vec<Option<Track>> = std::mem::take(&mut self.tracks).into_iter().map(Some).collect();
+        for track in &mut tracks {
+            let is_same = |old: &&mut Option<Track>| {
+                let old = old.as_ref();
+                old.is_some_and(|old| old.kind() == track.kind() && old.name() == track.name())
+            };
+            if let Some(old) = earlier.iter_mut().find(is_same).and_then(Option::take) {
+                track.inherit(old);
+            }
+        }
+        self.shown = tracks.iter().map(|_| Shown::default()).collect();
+        self.sources = sources;
+        self.bodies = bodies;
+        self.tracks = tracks;
+        self.panes = PaneChoice::All;
+        self.set_seconds(self.seconds);
+        Ok(())
+    }
+
+    /// Aims the camera at the first pane's body or garment.
+    fn place_camera(&mut self) {
+        self.update();
+        let Some(first) = self.tracks.first() else { return };
+        let body = &self.bodies[first.body];
+        let garment = &self.shown[0].garment;
+        let all = body.vertices().iter().chain(garment).map(|vertex| vertex.position);
+        let finite = all.filter(|position| position.is_finite());
+        let start = (f32::INFINITY, f32::NEG_INFINITY);
+        let (low, high) = finite.fold(start, |(low, high), p| (low.min(p.y), high.max(p.y)));
+        let anchor = body.anchor(0);
+        // Without anything finite to see, a person's size is as good as any.
+        let (low, high) = if low < high { (low, high) } else { (0.0, 1.75) };
+        let target = Vec3::Y * (0.5 * (low + high) - anchor.y);
+        let front = Orbit::person(target);
+        self.camera = Orbit {
+            azimuth: body.facing() + front.azimuth,
+            distance: (high - low) * DISTANCE_PER_HEIGHT,
+            ..front
+        };
+    }
+
+    /// What the panes show, whether they are shown or not.
+    pub fn tracks(&self) -> &[Track] {
+        &self.tracks
+    }
+
+    /// Indices of the tracks that are shown.
+    pub fn visible(&self) -> Vec<usize> {
+        match self.panes {
+            PaneChoice::Only(pane) if pane < self.tracks.len() => vec![pane],
+            PaneChoice::Only(_) | PaneChoice::All => (0..self.tracks.len()).collect(),
+        }
+    }
+
+    /// Duration of the longest motion, seconds, from the first frame to the end of the last one.
+    pub fn duration(&self) -> f32 {
+        let seconds = self.bodies.iter().map(|body| body.frame_count() as f32 / body.fps());
+        seconds.fold(0.0, f32::max)
+    }
+
+    /// Largest frame rate, frames a second.
+    pub fn fps(&self) -> f32 {
+        self.bodies.iter().map(Body::fps).fold(1.0, f32::max)
+    }
+
+    /// Time, seconds.
+    pub fn seconds(&self) -> f32 {
+        self.seconds
+    }
+
+    /// Index of the frame of a track at the present time.
+    pub fn frame(&self, track: usize) -> usize {
+        self.bodies[self.tracks[track].body].frame_at(self.seconds)
+    }
+
+    /// Number of frames and frames a second of a track.
+    pub fn rate(&self, track: usize) -> (usize, f32) {
+        let body = &self.bodies[self.tracks[track].body];
+        (body.frame_count(), body.fps())
+    }
+
+    /// Goes to a time, which is kept within the motion.
+    pub fn set_seconds(&mut self, seconds: f32) {
+        let last = (self.duration() - 1.0 / self.fps()).max(0.0);
+        self.seconds = match seconds.is_finite() {
+            true => seconds.clamp(0.0, last),
+            false => 0.0,
+        };
+    }
+
+    /// Goes on by some seconds, and begins again at the end.
+    pub fn advance(&mut self, seconds: f32) {
+        let duration = self.duration();
+        let next = self.seconds + seconds;
+        self.seconds = if next < duration { next.max(0.0) } else { 0.0 };
+    }
+
+    /// Goes to the frame after or before the present one.
+    pub fn step(&mut self, frames: i32) {
+        let frame = (self.seconds * self.fps() + 1e-3).floor() + frames as f32;
+        self.set_seconds(frame / self.fps());
+    }
+
+    /// Blocks until all that is shown at a time is computed.
+    pub fn wait_for(&self, seconds: f32) {
+        for track in self.visible() {
+            let track = &self.tracks[track];
+            track.wait_for(self.bodies[track.body].frame_at(seconds));
+        }
+    }
+
+    /// Camera of all panes. Its target is relative to the point on the floor under each character.
+    pub fn camera_mut(&mut self) -> &mut Orbit {
+        &mut self.camera
+    }
+
+    /// Brings the shapes and colours of the panes up to the time.
+    pub fn update(&mut self) {
+        for track in self.visible() {
+            let promoted = self.tracks[track].promote();
+            let (track, shown) = (&self.tracks[track], &mut self.shown[track]);
+            if promoted {
+                *shown = Shown::default();
+            }
+            let body = &mut self.bodies[track.body];
+            let wanted = body.frame_at(self.seconds);
+            let Some((frame, positions)) = track.newest_until(wanted) else {
+                body.show(wanted);
+                continue;
+            };
+            // The body waits for its garment, and the panes of other models for neither.
+            body.show(wanted);
+            if shown.frame != Some(frame) || promoted {
+                let mut normals = Vec::new();
+                vertex_normals(&positions, track.mesh().faces(), &mut normals);
+                Vertex::join(&positions, &normals, &mut shown.garment);
+                shown.frame = Some(frame);
+            }
+            shown.colour(self.quantity, track, body, self.heat_most_m);
+        }
+    }
+
+    /// Numbers that a pane shows.
+    pub fn facts(&self, track: usize) -> PaneFacts {
+        self.shown[track].facts
+    }
+
+    /// Caption of a pane: name, numbers, and how far a prediction is that is behind the time.
+    pub fn caption(&self, track: usize) -> String {
+        let mut words = vec![self.tracks[track].name().to_owned()];
+        let facts = self.facts(track).text();
+        if !facts.is_empty() {
+            words.push(facts);
+        }
+        if let Some(progress) = self.tracks[track].progress() {
+            match &progress.failure {
+                Some(failure) => words.push(failure.clone()),
+                None if progress.done <= self.frame(track) => {
+                    words.push(format!("computed {} of {}", progress.done, progress.all));
+                }
+                None => {}
+            }
+        }
+        words.join(" - ")
+    }
+
+    /// Calls `draw` with the scene and the camera of a pane of width / height `aspect`, as of the
+    /// last [`update`](Self::update).
+    ///
+    /// # Errors
+    /// Those of `draw`; a camera that is not finite.
+    pub fn with_scene<T>(
+        &self,
+        track: usize,
+        aspect: f32,
+        draw: impl FnOnce(&Scene, &Camera) -> Result<T, ViewerError>,
+    ) -> Result<T, ViewerError> {
+        let shown = &self.shown[track];
+        let track = &self.tracks[track];
+        let body = &self.bodies[track.body];
+        let mut parts = Vec::new();
+        if let Some(mesh) = body.mesh() {
+            let vertices = shown.body.as_deref().unwrap_or(body.vertices());
+            parts.push(self.part(mesh, vertices, self.looks.skin, &shown.body_colours));
+        }
+        if shown.frame.is_some() {
+            parts.push(self.part(track.mesh(), &shown.garment, self.looks.cloth, &shown.garment_colours));
+        }
+        let positions = parts.iter().flat_map(|part| match part.shape {
+            Shape::Host(vertices) => vertices,
+            Shape::Device { .. } => &[],
+        });
+        let focus = Focus::around(positions.map(|vertex| vertex.position));
+        let scene = Scene {
+            parts: &parts,
+            marks: &[],
+            ground: Ground::Height(body.ground_height()),
+            to_key: TO_KEY.normalize(),
+            focus: Focus {
+                radius: focus.radius + 0.1,
+                ..focus
+            },
+        };
+        draw(&scene, &self.camera_of(body, aspect)?)
+    }
+
+    fn part<'a>(
+        &self,
+        mesh: &'a Arc<crate::Mesh>,
+        vertices: &'a [Vertex],
+        material: Material,
+        colours: &'a Option<Vec<[f32; 3]>>,
+    ) -> Part<'a> {
+        let colours = colours.as_deref();
+        // Threads and prints would disturb colours that mean something.
+        let material = match colours {
+            Some(_) => Material::cloth(Fabric::Plain, material.colour),
+            None => material,
+        };
+        Part {
+            mesh,
+            shape: Shape::Host(vertices),
+            material,
+            colours,
+            shading: self.quantity.shading(colours.is_some()),
+        }
+    }
+
+    fn camera_of(&self, body: &Body, aspect: f32) -> Result<Camera, ViewerError> {
+        let frame = match self.camera_motion {
+            CameraMotion::Follows => body.frame_at(self.seconds),
+            CameraMotion::Stays => 0,
+        };
+        let farther = (FULL_ASPECT / aspect.max(0.05)).max(1.0);
+        let orbit = Orbit {
+            target: self.camera.target + body.anchor(frame),
+            distance: self.camera.distance * farther,
+            ..self.camera
+        };
+        Ok(orbit.camera()?)
+    }
+}
+
+/// Bodies and tracks of sources, while they are made.
+struct Panes<'a> {
+    clip: Option<&'a ClipSource>,
+    bodies: Vec<Body>,
+    tracks: Vec<Track>,
+}
+
+impl<'a> Panes<'a> {
+    fn of(sources: &'a [Source]) -> Result<Self, ViewerError> {
+        if sources.is_empty() {
+            return Err(refused("a view", "something to show", "nothing"));
+        }
+        let clip = sources.iter().find_map(|source| match source {
+            Source::Clip(clip) => Some(clip),
+            _ => None,
+        });
+        let mut panes = Self {
+            clip,
+            bodies: Vec::new(),
+            tracks: Vec::new(),
+        };
+        if let Some(clip) = clip {
+            panes.add_clip(clip)?;
+        }
+        for source in sources {
+            match source {
+                Source::Clip(_) => {}
+                Source::Model(model) => panes.add_model(model)?,
+                Source::Animation(animation) => {
+                    let meshes = [Some(&animation.garment), animation.body.as_ref()];
+                    if !meshes.into_iter().flatten().all(|mesh| mesh.is_consistent()) {
+                        let expected = "frames with as many positions as the mesh has vertices";
+                        return Err(refused(&animation.name, expected, "other frames"));
+                    }
+                    let truth = panes.clip.map(|clip| &clip.truth);
+                    let body = panes.bodies.len();
+                    let track = Track::of_animation(&animation.name, &animation.garment, truth, body);
+                    panes.bodies.push(Body::of_animation(animation));
+                    panes.tracks.push(track);
+                }
+            }
+        }
+        let is_compared = |track: &Track| track.kind() == TrackKind::Prediction && track.truth().is_some();
+        if let Some(clip) = clip.filter(|_| panes.tracks.iter().any(is_compared)) {
+            panes.tracks.push(Track::of_skinning(clip, 0));
+        }
+        Ok(panes)
+    }
+
+    fn into_parts(self) -> (Vec<Body>, Vec<Track>) {
+        (self.bodies, self.tracks)
+    }
+
+    fn add_clip(&mut self, clip: &ClipSource) -> Result<(), ViewerError> {
+        let (expected, found) = (clip.motion.len(), clip.truth.frame_count());
+        if expected == 0 || expected != found {
+            let expected = format!("a garment in each of {expected} frames");
+            return Err(refused(&clip.name, &expected, &format!("{found}")));
+        }
+        let (expected, found) = (clip.garment.rest.vertices.len(), clip.truth.positions(0).len());
+        if expected != found {
+            let expected = format!("{expected} garment vertices");
+            return Err(refused(&clip.name, &expected, &format!("{found}")));
+        }
+        self.bodies.push(Body::of_clip(clip));
+        self.tracks.push(Track::of_truth(clip, 0));
+        Ok(())
+    }
+
+    fn add_model(&mut self, source: &ModelSource) -> Result<(), ViewerError> {
+        if let Some(clip) = self.clip.filter(|clip| fits(source, &clip.motion)) {
+            let track = Track::of_model(source, &clip.motion, Some(&clip.truth), 0);
+            self.tracks.push(track);
+            return Ok(());
+        }
+        let own = source.motion.as_ref();
+        let Some(motion) = own.filter(|motion| fits(source, motion)) else {
+            let joints = source.model.character().skeleton.len();
+            let expected = format!("a motion of {joints} joints at {} fps for the model", source.model.config().fps);
+            let offered = own.or(self.clip.map(|clip| &clip.motion));
+            let found = offered.map_or("none".to_owned(), |motion| {
+                let joints = motion.poses.first().map_or(0, |pose| pose.local.len());
+                format!("one of {joints} joints at {} fps", motion.fps)
+            });
+            return Err(refused(&source.name, &expected, &found));
+        };
+        let body = self.bodies.len();
+        self.bodies.push(Body::of_model(source, motion));
+        self.tracks.push(Track::of_model(source, motion, None, body));
+        Ok(())
+    }
+}
+
+/// Whether a motion is of the model's skeleton and rate.
+fn fits(source: &ModelSource, motion: &Clip) -> bool {
+    // Files round rates such as 29.97.
+    let fps = source.model.config().fps;
+    let joints = motion.poses.first().map(|pose| pose.local.len());
+    joints == Some(source.model.character().skeleton.len()) && (fps - motion.fps).abs() <= 1e-3 * fps
+}
+
+fn refused(name: &str, expected: &str, found: &str) -> ViewerError {
+    ViewerError::Source {
+        name: name.to_owned(),
+        expected: expected.to_owned(),
+        found: found.to_owned(),
+    }
+}
