@@ -82,6 +82,9 @@ pub(crate) struct PictureArgs {
     /// Replace existing files.
     #[arg(long, help_heading = HEADING)]
     pub(crate) overwrite: bool,
+    /// Print one JSON object about the pictures to stdout.
+    #[arg(long, help_heading = HEADING)]
+    pub(crate) json: bool,
 }
 
 /// [`Quantity`] by name.

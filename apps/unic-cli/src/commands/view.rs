@@ -18,11 +18,16 @@ use unic_viewer::{Loader, ViewSession, ViewSettings, ViewerError, view_in_window
 /// Unusable options or inputs, no window, an interruption.
 pub(crate) fn run(args: &ViewArgs) -> Result<()> {
     pictures::check(args)?;
+    let is_drawn = args.record.record.is_some() || args.record.screenshot.is_some();
+    if args.record.json && !is_drawn {
+        let sentence = "--json: expected --record or --screenshot, whose result it prints, found neither";
+        return Err(Usage(sentence.into()).into());
+    }
     let reader = Reader::new(args)?;
     let mut session = ViewSession::new(reader.read_all(&args.paths)?)?;
     session.quantity = args.show.into();
     session.heat_most_m = args.heat_max * 1e-3;
-    if args.record.record.is_some() || args.record.screenshot.is_some() {
+    if is_drawn {
         return pictures::run(&args.record, session);
     }
     let opened = view_in_window(ViewSettings {

@@ -179,12 +179,15 @@ impl Prediction {
         state.failure.is_some() || state.frames.len() == self.frames
     }
 
-    /// Positions in a frame, or in the last one that is computed; none before the first.
-    pub fn newest_until(&self, frame: usize) -> Option<(usize, Arc<[Vec3]>)> {
+    /// World positions in a frame, metres; none as long as they are not computed.
+    pub fn positions(&self, frame: usize) -> Option<Arc<[Vec3]>> {
+        self.shared.lock().frames.get(frame).cloned()
+    }
+
+    /// Whether nothing is to be waited for: the frame is computed, or never will be.
+    pub fn is_ready(&self, frame: usize) -> bool {
         let state = self.shared.lock();
-        let last = state.frames.len().checked_sub(1)?;
-        let frame = frame.min(last);
-        Some((frame, Arc::clone(&state.frames[frame])))
+        state.failure.is_some() || frame < state.frames.len() || frame >= self.frames
     }
 
     /// Blocks until a frame is computed, or the computation has failed.

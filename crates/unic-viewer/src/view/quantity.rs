@@ -53,8 +53,10 @@ pub enum PaneFacts {
 /// Shapes and colours of a pane.
 #[derive(Debug, Default)]
 pub(super) struct Shown {
-    /// Frame of the garment, which is behind the wanted one while that is computed.
+    /// Frame of the garment; none while it is not computed.
     pub(super) frame: Option<usize>,
+    /// Frame, quantity and end of the heat map of the colours.
+    coloured: Option<(Option<usize>, Quantity, f32)>,
     pub(super) garment: Vec<Vertex>,
     pub(super) garment_colours: Option<Vec<[f32; 3]>>,
     /// Body other than as it is.
@@ -126,6 +128,11 @@ impl PaneFacts {
 impl Shown {
     /// Fills in the colours of a quantity for the garment that is shown.
     pub(super) fn colour(&mut self, quantity: Quantity, track: &Track, body: &mut Body, most_m: f32) {
+        let wanted = Some((self.frame, quantity, most_m));
+        if self.coloured == wanted {
+            return;
+        }
+        self.coloured = wanted;
         self.garment_colours = None;
         self.body_colours = None;
         self.body = None;

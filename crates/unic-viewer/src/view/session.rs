@@ -152,8 +152,9 @@ impl ViewSession {
         let Some(first) = self.tracks.first() else { return };
         let body = &self.bodies[first.body];
         let garment = &self.shown[0].garment;
-        let all = body.vertices().iter().chain(garment).map(|vertex| vertex.position);
-        let finite = all.filter(|position| position.is_finite());
+        // A garment beside a body may not be computed yet.
+        let seen = if body.vertices().is_empty() { garment } else { body.vertices() };
+        let finite = seen.iter().map(|vertex| vertex.position).filter(|position| position.is_finite());
         let start = (f32::INFINITY, f32::NEG_INFINITY);
         let (low, high) = finite.fold(start, |(low, high), p| (low.min(p.y), high.max(p.y)));
         let anchor = body.anchor(0);
@@ -243,23 +244,30 @@ impl ViewSession {
         &mut self.camera
     }
 
-    /// Brings the shapes and colours of the panes up to the time.
+    /// Whether all that is shown at a time is computed.
+    pub fn is_ready(&self, seconds: f32) -> bool {
+        self.visible().into_iter().all(|track| {
+            let track = &self.tracks[track];
+            track.is_ready(self.bodies[track.body].frame_at(seconds))
+        })
+    }
+
+    /// Brings the shapes and colours of the panes up to the time. A garment that is not computed yet
+    /// is left out.
     pub fn update(&mut self) {
         for track in self.visible() {
-            let promoted = self.tracks[track].promote();
-            let (track, shown) = (&self.tracks[track], &mut self.shown[track]);
-            if promoted {
-                *shown = Shown::default();
+            if self.tracks[track].promote() {
+                self.shown[track] = Shown::default();
             }
+            let (track, shown) = (&self.tracks[track], &mut self.shown[track]);
             let body = &mut self.bodies[track.body];
-            let wanted = body.frame_at(self.seconds);
-            let Some((frame, positions)) = track.newest_until(wanted) else {
-                body.show(wanted);
+            let frame = body.frame_at(self.seconds);
+            body.show(frame);
+            let Some(positions) = track.positions(frame) else {
+                *shown = Shown::default();
                 continue;
             };
-            // The body waits for its garment, and the panes of other models for neither.
-            body.show(wanted);
-            if shown.frame != Some(frame) || promoted {
+            if shown.frame != Some(frame) {
                 let mut normals = Vec::new();
                 vertex_normals(&positions, track.mesh().faces(), &mut normals);
                 Vertex::join(&positions, &normals, &mut shown.garment);

@@ -78,6 +78,11 @@ impl SheetLayout {
         })
     }
 
+    /// Width and height of the whole picture, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
     /// Width and height of the picture in each pane, pixels.
     pub fn pane_size(&self) -> [u32; 2] {
         let [_, _, width, height] = self.cells[0];

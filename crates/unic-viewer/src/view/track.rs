@@ -239,18 +239,22 @@ impl Track {
         }
     }
 
-    /// Positions in a frame, or in the last one that is known.
-    pub(super) fn newest_until(&self, frame: usize) -> Option<(usize, Positions<'_>)> {
+    /// Positions in a frame; none as long as they are not computed.
+    pub(super) fn positions(&self, frame: usize) -> Option<Positions<'_>> {
         match &self.shapes {
             Shapes::Known { frames, .. } => {
-                let frame = frame.min(frames.frame_count().checked_sub(1)?);
-                Some((frame, Positions::Known(frames.positions(frame))))
+                let is_there = frame < frames.frame_count();
+                is_there.then(|| Positions::Known(frames.positions(frame)))
             }
             Shapes::Predicted { prediction, .. } | Shapes::Skinned { prediction, .. } => {
-                let (frame, positions) = prediction.newest_until(frame)?;
-                Some((frame, Positions::Computed(positions)))
+                prediction.positions(frame).map(Positions::Computed)
             }
         }
+    }
+
+    /// Whether a frame need not be waited for.
+    pub(super) fn is_ready(&self, frame: usize) -> bool {
+        self.prediction().is_none_or(|prediction| prediction.is_ready(frame))
     }
 
     pub(super) fn mesh(&self) -> &Arc<Mesh> {

@@ -152,7 +152,10 @@ impl ViewWindow {
             // A window that was hidden does not jump ahead.
             None => elapsed.min(0.25) * self.speed,
         };
-        self.session.advance(seconds);
+        // Time waits for predictions, so that garments do not lag behind their bodies.
+        if self.session.is_ready(self.session.seconds() + seconds) {
+            self.session.advance(seconds);
+        }
     }
 
     /// Draws the panes into the space that is left.

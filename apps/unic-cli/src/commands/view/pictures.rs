@@ -3,13 +3,13 @@
 use crate::{
     args::{PictureArgs, ViewArgs},
     interrupt,
-    output::print,
-    output::print_status,
+    output::{print, print_json, print_status},
     outputs::{Existing, Outputs},
     progress::Progress,
 };
 use anyhow::Result;
-use std::path::Path;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 use unic_raster::Image;
 use unic_viewer::{EarlierFrames, MovieFormat, MovieWriter, Painter, SheetLayout, ViewSession, draw_sheet};
 
@@ -37,12 +37,30 @@ fn format(path: &Path, overwrite: bool) -> Result<MovieFormat> {
     })
 }
 
+/// Object that `--json` prints.
+#[derive(Debug, Serialize)]
+struct PictureSummary {
+    /// Paths of the picture and of the movie.
+    written: Vec<PathBuf>,
+    /// Number of pictures of the movie.
+    frames: usize,
+    /// Pictures a second of the movie.
+    fps: f32,
+    /// Width and height, pixels.
+    size: [u32; 2],
+    /// Names of the panes.
+    panes: Vec<String>,
+    /// Sentence about what drew the pictures.
+    renderer: String,
+}
+
 /// Draws the movie, the picture, or both.
 pub(super) fn run(args: &PictureArgs, session: ViewSession) -> Result<()> {
     let layout = SheetLayout::new(session.visible().len(), args.size)?;
     let painter = Painter::new(args.renderer.into(), layout.pane_size())?;
     print_status(&painter.description());
     let mut drawing = Drawing {
+        fps: args.fps.unwrap_or(session.fps()),
         session,
         layout,
         painter,
@@ -52,14 +70,33 @@ pub(super) fn run(args: &PictureArgs, session: ViewSession) -> Result<()> {
             Some(_) => 0.0,
             None => 0.5 * drawing.session.duration(),
         };
-        let picture = drawing.picture(args.at.unwrap_or(middle))?;
-        picture.save_png(path)?;
-        print(&format!("{}: a picture\n", path.display()))?;
+        drawing.picture(args.at.unwrap_or(middle))?.save_png(path)?;
     }
-    match &args.record {
-        Some(path) => drawing.record(args, path),
-        None => Ok(()),
+    let frames = match &args.record {
+        Some(path) => drawing.record(args, path)?,
+        None => 0,
+    };
+    let written = args.screenshot.iter().chain(&args.record).cloned().collect();
+    print_summary(args, &drawing.summary(written, frames))
+}
+
+fn print_summary(args: &PictureArgs, summary: &PictureSummary) -> Result<()> {
+    if args.json {
+        return print_json(summary);
     }
+    let [width, height] = summary.size;
+    let mut text = String::new();
+    if let Some(path) = &args.screenshot {
+        text += &format!("{}: a picture of {width} x {height}\n", path.display());
+    }
+    if let Some(path) = &args.record {
+        let PictureSummary { frames, fps, .. } = summary;
+        text += &format!(
+            "{}: {frames} pictures of {width} x {height} at {fps} a second\n",
+            path.display()
+        );
+    }
+    print(&text)
 }
 
 /// Session with what draws it.
@@ -67,6 +104,8 @@ struct Drawing {
     session: ViewSession,
     layout: SheetLayout,
     painter: Painter,
+    /// Pictures a second of a movie.
+    fps: f32,
 }
 
 impl Drawing {
@@ -81,8 +120,9 @@ impl Drawing {
         })?)
     }
 
-    fn record(&mut self, args: &PictureArgs, path: &Path) -> Result<()> {
-        let fps = args.fps.unwrap_or(self.session.fps());
+    /// Writes the movie. Returns its number of pictures.
+    fn record(&mut self, args: &PictureArgs, path: &Path) -> Result<usize> {
+        let fps = self.fps;
         let start = args.at.unwrap_or(0.0);
         let rest = (self.session.duration() - start).max(0.0);
         let seconds = args.seconds.map_or(rest, |seconds| seconds.min(rest));
@@ -95,11 +135,18 @@ impl Drawing {
             progress.set(i as u64 + 1, String::new);
         }
         movie.finish()?;
-        drop(progress);
-        let [width, height] = args.size;
-        print(&format!(
-            "{}: {pictures} pictures of {width} x {height} at {fps} a second\n",
-            path.display()
-        ))
+        Ok(pictures)
+    }
+
+    fn summary(&self, written: Vec<PathBuf>, frames: usize) -> PictureSummary {
+        let tracks = self.session.tracks().iter();
+        PictureSummary {
+            written,
+            frames,
+            fps: self.fps,
+            size: self.layout.size(),
+            panes: tracks.map(|track| track.name().to_owned()).collect(),
+            renderer: self.painter.description(),
+        }
     }
 }
