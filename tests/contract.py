@@ -45,6 +45,8 @@ COMMANDS = [
                   "walk.npz", "--seconds", "0.3", "--contacts", "1,1,1,1", "--out", "made"], 0),
     ("bench", ["bench", "--model", "tube.unic", "--motion", "walk.npz", "--frames", "10"], 0),
     ("bench control", ["bench", "control"], 0),
+    ("motion-database", ["motion-database", "--out", "walks.unicmotn"], 0),
+    ("inspect", ["inspect", "walks.unicmotn"], 0),
     ("unic-lab accuracy", ["accuracy", "tube", "--rows", "tiny.toml", "--steps", "10", "--seeds", "1", "--out",
                            "accuracy"], 0),
     ("unic-lab lasting", ["lasting", "tube.unic", "tube", "--frames", "60"], 0),

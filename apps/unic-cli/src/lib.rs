@@ -12,6 +12,7 @@
 //! | files that may be written | [`outputs`] |
 //! | folders of one process at a time | [`folder_lock`] |
 //! | plausible mistakes in captures and motions | [`checks`] |
+//! | trained garments that come with the program | [`garments`] |
 //! | models, and the time of a frame | [`model_file`], [`timing`] |
 //! | training as `unic train` does | [`args::TrainArgs`], [`commands::train`], [`settings`] |
 //! | description of the machine | [`machine`] |
@@ -21,6 +22,7 @@ pub mod checks;
 pub mod commands;
 pub mod failure;
 pub mod folder_lock;
+pub mod garments;
 pub mod interrupt;
 mod invocation;
 mod limits;
@@ -31,6 +33,8 @@ mod motion_source;
 pub mod output;
 pub mod outputs;
 mod pictures;
+#[cfg(feature = "viewer")]
+mod portraits;
 pub mod program;
 pub mod progress;
 mod run_folder;

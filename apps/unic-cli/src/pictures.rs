@@ -192,9 +192,41 @@ impl<'a> Renderer<'a> {
         ];
         let mut scene = Scene::new(&surfaces);
         scene.ground = Ground::Height(self.ground_height);
-        // The camera moves with the character and does not turn with it.
-        let camera = self.camera.moved_by(snapshot.placement.anchor);
-        Ok(render(&scene, &camera, self.size[0], self.size[1])?)
+        Ok(render(
+            &scene,
+            &self.camera_of(snapshot),
+            self.size[0],
+            self.size[1],
+        )?)
+    }
+
+    /// Camera of a snapshot. It moves with the character and does not turn with it.
+    pub(crate) fn camera_of(&self, snapshot: &Snapshot) -> Camera {
+        self.camera.moved_by(snapshot.placement.anchor)
+    }
+
+    /// Width and height of the pictures, pixels.
+    #[cfg(feature = "viewer")]
+    pub(crate) fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Mesh of the body.
+    #[cfg(feature = "viewer")]
+    pub(crate) fn body(&self) -> &TriMesh {
+        self.body
+    }
+
+    /// Mesh of the garment.
+    #[cfg(feature = "viewer")]
+    pub(crate) fn garment(&self) -> &TriMesh {
+        self.garment
+    }
+
+    /// Height of the ground, metres.
+    #[cfg(feature = "viewer")]
+    pub(crate) fn ground_height(&self) -> f32 {
+        self.ground_height
     }
 }
 

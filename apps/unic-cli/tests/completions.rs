@@ -11,7 +11,15 @@ use std::{
 };
 
 const SHELLS: [&str; 5] = ["bash", "elvish", "fish", "powershell", "zsh"];
-const COMMANDS: [&str; 6] = ["simulate", "train", "eval", "animate", "inspect", "completions"];
+const COMMANDS: [&str; 7] = [
+    "simulate",
+    "train",
+    "eval",
+    "animate",
+    "inspect",
+    "motion-database",
+    "completions",
+];
 
 fn here() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -4,14 +4,14 @@
 
 mod common;
 
-use common::{small_character, small_clip, small_frame, small_garment};
+use common::{small_character, small_clip, small_database, small_frame, small_garment};
 use glam::Vec3;
 use std::path::Path;
 use unic_io::{
     Capture, CaptureWriter, Manifest, NpzWriter, Split,
     capture::{JointReference, VertexAttributes},
     inspect::{FileKind, Inspection, inspect},
-    write_motion, write_obj,
+    write_motion, write_motion_database, write_obj,
 };
 
 fn problems(report: &Inspection) -> String {
@@ -59,6 +59,36 @@ fn clips_without_a_split_and_distant_garments_are_problems() {
             .unwrap()
             .contains("3 frames, 0.07 s, test, mapped")
     );
+}
+
+#[test]
+fn motion_databases_list_clips_tags_and_features() {
+    let root = tempfile::tempdir().unwrap();
+    // The first bytes tell, whatever the name.
+    let path = root.path().join("walks.npz");
+    write_motion_database(&path, &small_database()).unwrap();
+    let report = inspect(&path).unwrap();
+    assert_eq!(report.kind, FileKind::MotionDatabase);
+    assert_eq!(report.problems, Vec::<String>::new());
+    for (name, text) in [
+        ("frames", "160"),
+        ("frames per second", "30.0"),
+        ("seconds", "5.33"),
+        ("joints", "2"),
+        ("mirrored", "true"),
+        ("clips", "4"),
+        ("clip 0", "walk, as captured, 40 frames, 1.33 s"),
+        ("clip 3", "run, mirrored, 40 frames, 1.33 s"),
+        ("tag crouched", "20 frames"),
+        ("feature 0", "velocity of joint 1 (knée), weight 1.5"),
+        ("feature 1", "positions of the root 0.50, 1.00 s ahead, weight 1"),
+    ] {
+        assert_eq!(report.get(name), Some(text), "{name}");
+    }
+    let mut bytes = std::fs::read(&path).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    std::fs::write(&path, bytes).unwrap();
+    assert!(problems(&inspect(&path).unwrap()).contains("the file is damaged"));
 }
 
 #[test]

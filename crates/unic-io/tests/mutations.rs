@@ -9,7 +9,7 @@
 
 mod common;
 
-use common::{humanoid, small_character, small_clip, small_frame, small_garment};
+use common::{humanoid, small_character, small_clip, small_database, small_frame, small_garment};
 use glam::Vec3;
 use std::{
     fs,
@@ -21,8 +21,8 @@ use unic_io::{
     UpAxis, VertexCacheWriter,
     capture::{JointReference, VertexAttributes, read_garment},
     frames::VertexFrames,
-    import_motion, inspect, read_character, read_obj, read_vertex_cache, write_character, write_motion,
-    write_obj,
+    import_motion, inspect, read_character, read_motion_database, read_obj, read_vertex_cache,
+    write_character, write_motion, write_motion_database, write_obj,
 };
 use unic_mutation::{Container, CountingAllocator, FuzzTarget, Tally, fuzz, measure, scratch_folder};
 
@@ -190,6 +190,16 @@ fn obj_meshes() {
     damage("obj", &path, |path| {
         use_mesh(&read_obj(path)?);
         Ok(())
+    });
+}
+
+/// Damage is found by the checksum; the tests of `unic-core` look behind it.
+#[test]
+fn motion_databases() {
+    let path = folder("motion database").join("walks.unicmotn");
+    write_motion_database(&path, &small_database()).unwrap();
+    damage("motion database", &path, |path| {
+        read_motion_database(path).map(drop)
     });
 }
 

@@ -11,6 +11,9 @@ pub struct FollowCamera {
     pub orbit: Orbit,
 }
 
+/// Unit vector to the sun of a play: over the left shoulder of the camera at the start.
+pub const SUN: Vec3 = Vec3::new(-0.42, 0.72, -0.5524);
+
 /// Height of the point that the camera looks at, metres.
 const HEIGHT_M: f32 = 0.95;
 /// Time in which the camera makes up half of its distance to the character, seconds.
@@ -23,8 +26,8 @@ impl FollowCamera {
             target: target(root),
             // From behind, as in games: forward is away from the eye.
             azimuth: root.yaw + std::f32::consts::PI - 0.5,
-            elevation: 0.18,
-            distance: 4.2,
+            elevation: 0.16,
+            distance: 3.5,
         };
         Self { orbit }
     }

@@ -114,7 +114,7 @@ pub struct Material {
 impl Material {
     /// Skin.
     pub const SKIN: Self = Self {
-        colour: [0.80, 0.63, 0.54],
+        colour: [0.86, 0.71, 0.63],
         accent: [0.5, 0.3, 0.25],
         fabric: Fabric::Skin,
         print: Print::None,

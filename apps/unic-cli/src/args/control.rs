@@ -16,7 +16,7 @@ use std::path::PathBuf;
 /// Examples:
 ///   unic bench control
 ///   unic bench control --motion clips/*.npz --character body.npz --exclude jump,crouch --json
-///   unic bench control --database my.motion --character body.npz
+///   unic bench control --database my.unicmotn --character body.npz
 ///   unic bench control --seed 3 --write-motion steered
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]

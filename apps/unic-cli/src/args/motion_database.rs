@@ -10,9 +10,9 @@ use std::path::PathBuf;
 /// and follows a command. Every clip is also stored mirrored, if the joints have counterparts.
 ///
 /// Examples:
-///   unic motion-database --out walks.motion
-///   unic motion-database --motion clips/*.npz --character body.npz --exclude jump --out my.motion
-///   unic bench control --database my.motion --character body.npz
+///   unic motion-database --out walks.unicmotn
+///   unic motion-database --motion clips/*.npz --character body.npz --exclude jump --out my.unicmotn
+///   unic bench control --database my.unicmotn --character body.npz
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct MotionDatabaseArgs {

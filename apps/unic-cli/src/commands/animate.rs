@@ -6,7 +6,7 @@ use crate::{
     args::AnimateArgs,
     interrupt, model_file, motion_file,
     output::{print, print_json},
-    pictures::{CLOTH, FrameSnapshot, GAP, Placement, Renderer, Snapshot, evenly_spread},
+    pictures::{FrameSnapshot, GAP, Placement, Renderer, Snapshot, evenly_spread},
     progress::Progress,
 };
 use anyhow::{Result, anyhow, bail};
@@ -194,9 +194,14 @@ fn animator(args: &AnimateArgs, model: &Arc<Model>) -> Animator {
 fn draw(model: &Model, clip: &Clip, pictures: &[FrameSnapshot]) -> Result<Vec<u8>> {
     let all: Vec<Snapshot> = pictures.iter().map(|p| p.snapshot.clone()).collect();
     let renderer = Renderer::new(model.character(), model.garment(), clip.ground_height, &all)?;
+    #[cfg(feature = "viewer")]
+    let mut portraits = crate::portraits::Portraits::new(&renderer)?;
     let tile = |p: &FrameSnapshot| {
         let caption = format!("{:.2} s", p.frame as f32 / clip.fps);
-        renderer.picture(&p.snapshot, CLOTH, &caption)
+        #[cfg(feature = "viewer")]
+        return portraits.picture(&p.snapshot, &caption);
+        #[cfg(not(feature = "viewer"))]
+        renderer.picture(&p.snapshot, crate::pictures::CLOTH, &caption)
     };
     let tiles = pictures.iter().map(tile).collect::<Result<Vec<_>>>()?;
     Ok(grid(&tiles, tiles.len(), GAP)?.encode_png()?)

@@ -202,5 +202,20 @@ fn scripts_repeat_and_seeds_differ() {
     for script in Script::ALL {
         assert_eq!(path(script, 3), path(script, 3));
     }
-    assert_ne!(path(Script::RandomMouse, 3), path(Script::RandomMouse, 4));
+    for script in [Script::RandomMouse, Script::RandomStick] {
+        assert_ne!(path(script, 3), path(script, 4));
+    }
+}
+
+#[test]
+fn the_random_stick_asks_for_all_speeds_and_stands() {
+    let mut player = Player::new(Script::RandomStick, 5);
+    let object = SimulatedObject::default();
+    let speeds: Vec<f32> = (0..1200)
+        .map(|tick| player.command(tick as f32 / FPS, &object).velocity.length())
+        .collect();
+    assert_eq!(speeds[0], 0.0);
+    assert!(speeds[600..].contains(&0.0));
+    assert!(speeds.iter().any(|&v| v > 1.5) && speeds.iter().any(|v| (0.4..1.0).contains(v)));
+    assert!(speeds.iter().all(|&v| v < 2.001));
 }

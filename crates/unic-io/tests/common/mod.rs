@@ -10,7 +10,9 @@ use unic_core::{
     Pose,
     character::{Character, Garment},
     clip::Clip,
+    leg::Leg,
     mesh::{TriMesh, Uvs},
+    motion_matching::{Database, DatabaseSettings, Feature, FeatureGroup, TagRange, TaggedClip},
     skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
@@ -82,6 +84,43 @@ pub(crate) fn small_clip(name: &str, frames: usize) -> Clip {
         ground_height: -0.125,
         wind: Vec::new(),
     }
+}
+
+/// A database of two clips of [`small_character`], mirrored, with ten tagged frames in each view.
+pub(crate) fn small_database() -> Database {
+    let clips = ["walk", "run"].map(|name| small_clip(name, 40));
+    let tagged = |clip| TaggedClip {
+        clip,
+        tags: vec![TagRange {
+            tag: "crouched".into(),
+            frames: 35..40,
+        }],
+    };
+    let leg = Leg {
+        hip: 0,
+        knee: 0,
+        ankle: 1,
+        toe: 1,
+    };
+    let group = |feature, weight| FeatureGroup { feature, weight };
+    let settings = DatabaseSettings {
+        groups: vec![
+            group(Feature::JointVelocity(1), 1.5),
+            group(Feature::TrajectoryPositions(vec![0.5, 1.0]), 1.0),
+        ],
+        legs: [leg; 2],
+        toe_heights_m: [0.0; 2],
+        mirror: Some(vec![0, 1]),
+        end_margin_s: 0.2,
+        contact_speed_m_s: 0.2,
+        contact_height_m: 0.05,
+    };
+    Database::build(
+        &small_character().skeleton,
+        &[tagged(&clips[0]), tagged(&clips[1])],
+        settings,
+    )
+    .unwrap()
 }
 
 /// A frame of [`small_garment`].

@@ -228,6 +228,7 @@ impl FieldTraining {
     fn account(&self, step: u64, seconds: f64) -> serde_json::Value {
         let time = self.other + self.time(seconds);
         json!({
+            "program": concat!("unic ", env!("CARGO_PKG_VERSION")),
             "settings": self.config,
             "fit": self.data.fit,
             "training_clips": names(&self.data.clips),

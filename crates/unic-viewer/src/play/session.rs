@@ -11,8 +11,6 @@ use unic_core::motion_matching::{Command, Controller, MouseControl, RootFrame, S
 
 /// Largest speed that the mouse asks for, m/s.
 const MOUSE_SPEED_M_S: f32 = 2.0;
-/// Ticks that a frame makes up for. A slower display slows the play down.
-const MOST_TICKS: usize = 4;
 /// Height of marks above the floor, metres: they would flicker within it.
 const MARK_HEIGHT_M: f32 = 0.004;
 /// Ticks between the starts of two characters of a crowd, so that they do not move as one.
@@ -244,7 +242,7 @@ impl PlaySession {
     pub fn advance(&mut self, seconds: f32, mut steering: Steering) -> Result<(), ViewerError> {
         self.times = Times::default();
         let tick_s = 1.0 / self.fps();
-        self.since_tick_s += seconds.clamp(0.0, tick_s * MOST_TICKS as f32);
+        self.since_tick_s += seconds.max(0.0);
         while self.since_tick_s >= tick_s {
             self.since_tick_s -= tick_s;
             self.tick(&mut steering)?;

@@ -1,31 +1,35 @@
 //! Window of a play.
 
 mod frame_times;
+mod gamepad;
 mod input;
 mod overlay;
 
 use super::session::{PlaySession, Steering};
 use super::settings::PlaySettings;
 use crate::{
-    FollowCamera, Pane, QualityControl, Renderer, Scene, ViewerError, WindowDevice, WindowSettings,
+    FollowCamera, SUN, Pane, QualityControl, Renderer, Scene, ViewerError, WindowDevice, WindowSettings,
     run_window, window_quality,
 };
 use eframe::egui;
 use frame_times::FrameTimes;
+use gamepad::Gamepad;
 use glam::{Vec2, Vec3};
 use input::Input;
 use std::time::Instant;
-use unic_core::motion_matching::{Command, MouseButtons};
+use unic_core::motion_matching::Command;
 use unic_raster::Ground;
 
-/// Unit vector to the sun, before it is normalised.
-pub(crate) const TO_SUN: Vec3 = Vec3::new(0.55, 0.85, 0.45);
+/// Longest time that a frame makes up for, seconds. A slower display slows the play down.
+const LONGEST_FRAME_S: f32 = 0.13;
 /// Speeds of the wind that a key goes through, m/s.
 const WINDS_M_S: [f32; 3] = [0.0, 3.0, 6.0];
 /// Speed of time in slow motion.
 const SLOW: f32 = 0.25;
 /// Speeds of the keyboard, m/s: walking, and with Shift.
 const SPEEDS_M_S: [f32; 2] = [1.4, 2.8];
+/// Turn of the camera in a frame at full deflection of a stick, in heights of the picture.
+const GAMEPAD_TURN: f32 = 0.008;
 /// Numbers of characters that a key goes through.
 const CROWDS: [usize; 4] = [1, 4, 9, 16];
 
@@ -55,6 +59,7 @@ struct PlayWindow {
     session: PlaySession,
     camera: FollowCamera,
     input: Input,
+    gamepad: Gamepad,
     quality: QualityControl,
     times: FrameTimes,
     last_frame: Option<Instant>,
@@ -89,6 +94,7 @@ impl PlayWindow {
             pane: Pane::default(),
             camera: FollowCamera::new(session.root()),
             input: Input::default(),
+            gamepad: Gamepad::open(),
             times: FrameTimes::default(),
             last_frame: None,
             time: TimeFlow::Normal,
@@ -116,24 +122,28 @@ impl PlayWindow {
             TimeFlow::Paused => 0.0,
         };
         let steering = self.steering();
-        self.session.advance(elapsed * speed, steering)?;
+        self.session.advance(elapsed.min(LONGEST_FRAME_S) * speed, steering)?;
         self.camera.follow(self.session.root(), elapsed);
         Ok(())
     }
 
-    fn steering(&self) -> Steering<'static> {
-        let stick = self.input.stick();
-        if stick != Vec2::ZERO || self.input.buttons() == MouseButtons::Released {
-            let speed = SPEEDS_M_S[usize::from(self.input.runs())];
-            return match stick == Vec2::ZERO && !self.input.used_mouse() {
-                true => Steering::Command(Command::STAND),
-                false if stick == Vec2::ZERO => Steering::Mouse {
-                    pointer: self.session.root().position,
-                    buttons: MouseButtons::Released,
-                },
-                false => Steering::Command(Command::from_stick(stick, self.camera.orbit.view_yaw(), speed)),
-            };
+    /// Sticks and keys steer before the mouse does.
+    fn steering(&mut self) -> Steering<'static> {
+        let sticks = self.gamepad.sticks();
+        let turn = Vec2::new(sticks.right.x, -sticks.right.y) * GAMEPAD_TURN;
+        self.camera.orbit.turn(turn);
+        let (stick, speed) = match sticks.left == Vec2::ZERO {
+            true => (self.input.stick(), SPEEDS_M_S[usize::from(self.input.runs())]),
+            false => (sticks.left, SPEEDS_M_S[1]),
+        };
+        if stick != Vec2::ZERO {
+            let command = Command::from_stick(stick, self.camera.orbit.view_yaw(), speed);
+            return Steering::Command(command);
         }
+        if !self.input.used_mouse() {
+            return Steering::Command(Command::STAND);
+        }
+        // A mouse that points at the sky leaves the target at the character.
         Steering::Mouse {
             pointer: self.input.pointer().unwrap_or(self.session.root().position),
             buttons: self.input.buttons(),
@@ -191,7 +201,7 @@ impl PlayWindow {
             parts: &parts,
             marks: &marks,
             ground: Ground::Height(0.0),
-            to_key: TO_SUN.normalize(),
+            to_key: SUN,
             focus: PlaySession::focus(&parts),
         };
         let camera = self.camera.orbit.camera()?;
@@ -202,13 +212,12 @@ impl PlayWindow {
 
     fn frame(&mut self, ui: &mut egui::Ui) -> Result<(), ViewerError> {
         let elapsed = self.elapsed();
+        // Both are of the frame before.
+        self.times.push(elapsed, self.session.times());
         self.act(ui)?;
         self.advance(elapsed)?;
-        let start = Instant::now();
         let response = self.draw(ui)?;
         self.input.update(ui, &response, &mut self.camera.orbit);
-        self.times
-            .push(elapsed, start.elapsed().as_secs_f32(), self.session.times());
         // The first frames compile shaders.
         if self.times.frames() > 10 {
             self.quality.frame(elapsed);

@@ -9,6 +9,8 @@ use unic_raster::Image;
 #[derive(Debug)]
 pub struct Canvas {
     size: [u32; 2],
+    /// Size of the picture that is drawn: smaller where the quality says so.
+    drawn: [u32; 2],
     quality: Quality,
     /// Light with several samples a pixel; none with one sample.
     sampled: Option<wgpu::TextureView>,
@@ -37,9 +39,10 @@ impl Canvas {
         let make = |size, format, samples, usage| texture(device, size, format, samples, usage);
         let view = |texture: wgpu::Texture| texture.create_view(&Default::default());
         let shown_usage = readable | wgpu::TextureUsages::COPY_SRC;
-        let texture = make(size, SHOWN_FORMAT, 1, shown_usage);
+        let texture = make(drawn, SHOWN_FORMAT, 1, shown_usage);
         Ok(Self {
             size,
+            drawn,
             quality,
             sampled: (samples > 1).then(|| view(make(drawn, LIGHT_FORMAT, samples, attachment))),
             light: view(make(drawn, LIGHT_FORMAT, 1, readable)),
@@ -49,7 +52,7 @@ impl Canvas {
         })
     }
 
-    /// Width and height, pixels.
+    /// Width and height of the place that the picture fills, pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size
     }
@@ -64,7 +67,8 @@ impl Canvas {
         self.quality
     }
 
-    /// Shown picture: `Rgba8Unorm` with values in sRGB.
+    /// Shown picture: `Rgba8Unorm` with values in sRGB. It is smaller than [`size`](Self::size) where
+    /// the quality says so.
     pub fn shown(&self) -> &wgpu::TextureView {
         &self.shown
     }
@@ -98,12 +102,12 @@ impl Canvas {
         }
     }
 
-    /// Blocks until the picture is drawn, and copies it.
+    /// Blocks until the picture is drawn, and copies it as large as it was drawn.
     ///
     /// # Errors
     /// A lost device; a picture that is too large for [`Image`].
     pub fn read(&self, context: &GpuContext) -> Result<Image, ViewerError> {
-        let [width, height] = self.size;
+        let [width, height] = self.drawn;
         // Rows of a copy begin at multiples of 256 bytes.
         let row = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let bytes = self.download(context, row)?;
@@ -121,7 +125,7 @@ impl Canvas {
         let device = context.device();
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("picture"),
-            size: u64::from(row) * u64::from(self.size[1]),
+            size: u64::from(row) * u64::from(self.drawn[1]),
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });

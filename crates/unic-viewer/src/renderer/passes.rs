@@ -113,8 +113,11 @@ impl Renderer {
             ..Default::default()
         });
         pass.set_bind_group(0, &view, &[]);
-        pass.set_pipeline(&pipelines.sky);
-        pass.draw(0..3, 0..1);
+        // What is near comes first, so that what it hides is not shaded.
+        pass.set_pipeline(&pipelines.surface);
+        self.draw_parts(scene, &mut pass);
+        pass.set_pipeline(&pipelines.lines);
+        self.draw_edges(scene, &mut pass);
         if let Ground::Height(_) = scene.ground {
             pass.set_pipeline(&pipelines.floor);
             pass.draw(0..4, 0..1);
@@ -124,10 +127,8 @@ impl Renderer {
             pass.set_vertex_buffer(0, buffer.slice(..));
             pass.draw(0..*count, 0..1);
         }
-        pass.set_pipeline(&pipelines.surface);
-        self.draw_parts(scene, &mut pass);
-        pass.set_pipeline(&pipelines.lines);
-        self.draw_edges(scene, &mut pass);
+        pass.set_pipeline(&pipelines.sky);
+        pass.draw(0..3, 0..1);
     }
 
     fn view_bind_group(&self) -> Option<wgpu::BindGroup> {

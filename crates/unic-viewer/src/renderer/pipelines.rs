@@ -115,8 +115,7 @@ struct Recipe<'a> {
 #[derive(Clone, Copy)]
 enum Depth {
     None,
-    /// Behind everything.
-    Behind,
+    /// Nearer or equal. A reversed depth of 0 is behind everything.
     Test {
         writes: bool,
     },
@@ -169,7 +168,7 @@ impl Pipelines {
             fragment: Some("sky_fragment"),
             vertices: &[],
             topology: wgpu::PrimitiveTopology::TriangleList,
-            depth: Depth::Behind,
+            depth: Depth::Test { writes: false },
             target: light(false),
         };
         let floor = Recipe {
@@ -287,7 +286,6 @@ impl Depth {
         use wgpu::CompareFunction as Compare;
         let (writes, compare, bias) = match self {
             Self::None => return None,
-            Self::Behind => (false, Compare::Always, Default::default()),
             Self::Test { writes } => (writes, Compare::GreaterEqual, Default::default()),
             Self::Shadow => {
                 let bias = wgpu::DepthBiasState {

@@ -49,14 +49,14 @@ fn floor_fragment(in: FloorPoint) -> @location(0) vec4f {
     let lines = line_share(in.position.xz, 1.0, 0.012);
     let fine = line_share(in.position.xz, 0.25, 0.006);
     let near = exp(-distance * distance / 90.0);
-    var albedo = vec3f(0.50, 0.49, 0.475);
-    albedo *= 1.0 - (0.20 * lines + 0.07 * fine) * near;
+    var albedo = vec3f(0.36, 0.35, 0.335);
+    albedo *= 1.0 + (0.22 * lines - 0.06 * fine) * near;
     let normal = vec3f(0.0, 1.0, 0.0);
     let key = KEY_COLOUR * max(view.to_key.y, 0.0) * key_visibility(in.position, normal);
     let sky = sky_visibility(in.position);
     var colour = albedo * (key * 0.42 + SKY_COLOUR * 0.62 * sky * sky);
     // The horizon takes the floor in, without an edge.
-    let haze = 1.0 - exp(-distance * distance / 420.0);
+    let haze = 1.0 - exp(-distance * distance / 260.0);
     colour = mix(colour, sky_colour(normalize(away) * vec3f(1.0, 0.0, 1.0)), haze);
     return vec4f(colour, 1.0);
 }

@@ -30,11 +30,11 @@ struct View {
 @group(0) @binding(2) var above_depth: texture_depth_2d;
 @group(0) @binding(3) var compare: sampler_comparison;
 
-const KEY_COLOUR = vec3f(2.75, 2.6, 2.4);
-const SKY_COLOUR = vec3f(0.62, 0.70, 0.82);
+const KEY_COLOUR = vec3f(3.05, 2.85, 2.6);
+const SKY_COLOUR = vec3f(0.66, 0.74, 0.86);
 const BOUNCE_COLOUR = vec3f(0.46, 0.42, 0.38);
-const HORIZON = vec3f(0.60, 0.64, 0.70);
-const ZENITH = vec3f(0.24, 0.33, 0.47);
+const HORIZON = vec3f(0.56, 0.60, 0.66);
+const ZENITH = vec3f(0.17, 0.26, 0.40);
 const PI = 3.14159265;
 // Each sample turns by the golden angle, so that any number of them is spread over the disk.
 const GOLDEN_ANGLE = 2.39996323;

@@ -123,6 +123,12 @@ fn training(record: &Value) -> Vec<Fact> {
         let text = format!("{}: {}", names.len(), names.join(" "));
         facts.push(Fact::measured("training clips", text, json!(names)));
     }
+    if let Some(seed) = record["settings"]["seed"].as_u64() {
+        facts.push(Fact::plain("training seed", seed));
+    }
+    if let Some(version) = record["program"].as_str() {
+        facts.push(Fact::plain("trained by", version));
+    }
     if let Some(steps) = record["steps"].as_u64() {
         facts.push(Fact::plain("training steps", steps));
     }

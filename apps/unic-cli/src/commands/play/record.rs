@@ -9,7 +9,6 @@ use crate::{
     progress::Progress,
 };
 use anyhow::Result;
-use glam::Vec3;
 use serde::Serialize;
 use std::{
     path::{Path, PathBuf},
@@ -18,7 +17,7 @@ use std::{
 use unic_core::motion_matching::Command;
 use unic_eval::control::Player;
 use unic_viewer::{
-    EarlierFrames, FollowCamera, MovieFormat, MovieWriter, Painter, PlaySession, Scene, Steering,
+    EarlierFrames, FollowCamera, MovieFormat, MovieWriter, Painter, PlaySession, SUN, Scene, Steering,
 };
 
 /// Time before the first picture in which the garment falls into place, seconds.
@@ -123,7 +122,7 @@ fn picture(
         parts: &parts,
         marks: &session.marks(),
         ground: unic_raster::Ground::Height(0.0),
-        to_key: Vec3::new(0.55, 0.85, 0.45).normalize(),
+        to_key: SUN,
         focus: PlaySession::focus(&parts),
     };
     Ok(painter.picture(&scene, &camera.orbit.camera()?)?)

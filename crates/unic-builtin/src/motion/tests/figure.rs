@@ -128,6 +128,7 @@ pub(super) fn every_kind() -> Vec<Action> {
             seconds: 14.0,
             beats_per_minute: 110.0,
         },
+        Action::Wander { seconds: 20.0 },
     ]);
     actions
 }

@@ -90,6 +90,26 @@ proptest! {
     }
 }
 
+/// A pointer's walk ends at a stand, and goes forward, backward and to both sides.
+#[test]
+fn a_wander_goes_in_all_directions_and_ends_at_a_stand() {
+    let body = figure();
+    let motion = perform(&body, [Action::Wander { seconds: 40.0 }]);
+    let clip = motion.clip("", 30.0);
+    let velocities = clip.poses.windows(2).map(|two| {
+        let forward = two[0].local[0] * glam::Vec3::Z;
+        let yaw = glam::Quat::from_rotation_y(forward.x.atan2(forward.z));
+        yaw.inverse() * (two[1].trans - two[0].trans) * 30.0
+    });
+    let velocities: Vec<glam::Vec3> = velocities.collect();
+    let any = |is: fn(glam::Vec3) -> bool| velocities.iter().any(|&v| is(v));
+    assert!(any(|v| v.z > 1.2) && any(|v| v.z < -0.4), "forward and backward");
+    assert!(any(|v| v.x > 0.4) && any(|v| v.x < -0.4), "to both sides");
+    assert!(velocities.iter().all(|v| v.length() < 2.6));
+    let last = velocities[velocities.len() - 5..].iter();
+    assert!(last.map(|v| v.length()).fold(0.0, f32::max) < 0.1);
+}
+
 #[test]
 fn the_control_set_is_repeatable_and_has_all_speeds() {
     let body = figure();

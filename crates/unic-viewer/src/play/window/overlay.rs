@@ -127,14 +127,14 @@ impl PlayWindow {
 
     /// Times of the last frames, with a line at 60 frames a second.
     fn graph(&self, ui: &mut egui::Ui) {
-        let mean = self.times.mean();
+        let means = self.times.means();
         let ms = |seconds: f32| format!("{:.1}", seconds * 1e3);
         let line = format!(
             "{:.0} frames/s   motion {}   garment {}   draw {} ms",
-            1.0 / mean.whole_s.max(1e-4),
-            ms(mean.play.motion_s),
-            ms(mean.play.garment_s),
-            ms(mean.draw_s)
+            1.0 / means.frame_s.max(1e-4),
+            ms(means.motion_s),
+            ms(means.garment_s),
+            ms(means.draw_s)
         );
         ui.label(RichText::new(line).small().color(Color32::WHITE));
         let (rect, _) = ui.allocate_exact_size(GRAPH, egui::Sense::hover());
