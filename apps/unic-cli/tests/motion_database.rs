@@ -75,7 +75,10 @@ fn files_that_do_not_fit_are_refused() {
     let folder = folder.path();
     succeeds(folder, "motion-database --out my.unicmotn");
     write_character(&folder.join("tube.npz"), &Figure::mixamo().character).unwrap();
-    let error = refusal(folder, "bench control --database my.unicmotn --character tube.npz");
+    let error = refusal(
+        folder,
+        "bench control --database my.unicmotn --character tube.npz",
+    );
     assert!(error.contains("my.unicmotn: expected 65 joints"), "{error}");
 
     let error = refusal(folder, "motion-database --out my.unicmotn");
@@ -86,7 +89,10 @@ fn files_that_do_not_fit_are_refused() {
     fs::write(folder.join("cut.unicmotn"), bytes).unwrap();
     for command in ["bench control --database", "inspect"] {
         let error = refusal(folder, &format!("{command} cut.unicmotn"));
-        assert!(error.contains("cut.unicmotn") && error.contains("damaged"), "{error}");
+        assert!(
+            error.contains("cut.unicmotn") && error.contains("damaged"),
+            "{error}"
+        );
     }
     fs::write(folder.join("not.unicmotn"), "walks").unwrap();
     let error = refusal(folder, "bench control --database not.unicmotn");

@@ -36,14 +36,19 @@ fn refusal(line: &str, code: i32) -> String {
     let output = view(line, &out);
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(code), "unic view {line}: {stderr}");
-    assert_eq!(fs::read_dir(out.path()).unwrap().count(), 0, "unic view {line} leaves files");
+    assert_eq!(
+        fs::read_dir(out.path()).unwrap().count(),
+        0,
+        "unic view {line} leaves files"
+    );
     stderr.lines().last().unwrap_or_default().to_owned()
 }
 
 #[test]
 fn a_capture_and_a_model_become_a_movie_of_frames_by_the_rasteriser() {
     let out = tempfile::tempdir().unwrap();
-    let line = "tube tube.unic --show error --record OUT/frames/ --seconds 0.2 --size 320x200 --renderer software";
+    let line =
+        "tube tube.unic --show error --record OUT/frames/ --seconds 0.2 --size 320x200 --renderer software";
     let output = view(line, &out);
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success(), "{stderr}");
@@ -66,17 +71,27 @@ fn every_quantity_of_every_kind_of_source_has_a_picture() {
     let animation = out.path().join("four.pc2");
     succeeds(
         TRAINED.path(),
-        &format!("animate tube.unic --motion tube/clips/four.npz --out {}", animation.display()),
+        &format!(
+            "animate tube.unic --motion tube/clips/four.npz --out {}",
+            animation.display()
+        ),
     );
     let mut pictures = Vec::new();
-    for (i, show) in ["lit", "wireframe", "normals", "error", "weights", "intersections"].iter().enumerate() {
+    for (i, show) in ["lit", "wireframe", "normals", "error", "weights", "intersections"]
+        .iter()
+        .enumerate()
+    {
         let name = format!("{i}.png");
         let line = format!(
             "tube tube.unic OUT/four.pc2 --clip four --show {show} --at 0.3 --screenshot OUT/{name} --size 480x300 \
              --renderer software"
         );
         let output = view(&line, &out);
-        assert!(output.status.success(), "{show}: {}", String::from_utf8_lossy(&output.stderr));
+        assert!(
+            output.status.success(),
+            "{show}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
         let path = out.path().join(name);
         assert_eq!(png_size(&path), (480, 300));
         pictures.push(fs::read(path).unwrap());
@@ -84,7 +99,10 @@ fn every_quantity_of_every_kind_of_source_has_a_picture() {
     for (i, picture) in pictures.iter().enumerate() {
         // The rasteriser draws no edges.
         let is_drawn_alike = |j: usize| (i, j) == (1, 0);
-        assert!((0..i).all(|j| is_drawn_alike(j) || pictures[j] != *picture), "{i}");
+        assert!(
+            (0..i).all(|j| is_drawn_alike(j) || pictures[j] != *picture),
+            "{i}"
+        );
     }
 }
 
@@ -105,20 +123,41 @@ fn a_model_without_a_motion_is_refused_and_one_with_a_motion_is_not() {
     let message = refusal("tube.unic --screenshot OUT/a.png --renderer software", 1);
     assert!(message.contains("expected a motion of"), "{message}");
     let out = tempfile::tempdir().unwrap();
-    let line = "tube.unic --motion tube/clips/four.npz --screenshot OUT/a.png --size 200x200 --renderer software";
+    let line =
+        "tube.unic --motion tube/clips/four.npz --screenshot OUT/a.png --size 200x200 --renderer software";
     let output = view(line, &out);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }
 
 #[test]
 fn wrong_inputs_are_refused_in_one_sentence() {
     for (line, code, part) in [
         ("nothing --screenshot OUT/a.png", 1, "nothing: expected a model"),
-        ("tube --clip nine --screenshot OUT/a.png", 1, "expected a clip of the capture (one, two"),
-        ("tube.unic --clip four --screenshot OUT/a.png", 2, "--clip: expected a capture"),
-        ("tube tube --screenshot OUT/a.png", 2, "expected one capture at most, found 2"),
+        (
+            "tube --clip nine --screenshot OUT/a.png",
+            1,
+            "expected a clip of the capture (one, two",
+        ),
+        (
+            "tube.unic --clip four --screenshot OUT/a.png",
+            2,
+            "--clip: expected a capture",
+        ),
+        (
+            "tube tube --screenshot OUT/a.png",
+            2,
+            "expected one capture at most, found 2",
+        ),
         ("tube --record OUT/a.webm", 1, "found .webm"),
-        ("tube --screenshot tube/capture.toml --overwrite", 2, "tube/capture.toml: "),
+        (
+            "tube --screenshot tube/capture.toml --overwrite",
+            2,
+            "tube/capture.toml: ",
+        ),
         ("tube/capture.toml --screenshot OUT/a.png", 1, "capture.toml"),
     ] {
         let message = refusal(line, code);
@@ -158,6 +197,9 @@ fn a_training_goes_on_without_a_window_for_its_preview() {
     let output = command.output().unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success(), "{stderr}");
-    assert!(stderr.contains("no preview: ") && stderr.contains("the training goes on"), "{stderr}");
+    assert!(
+        stderr.contains("no preview: ") && stderr.contains("the training goes on"),
+        "{stderr}"
+    );
     assert!(folder.path().join("a.unic").exists());
 }

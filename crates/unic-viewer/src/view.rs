@@ -2,6 +2,7 @@
 
 mod body;
 mod layout;
+mod panes;
 mod prediction;
 mod quantity;
 mod session;

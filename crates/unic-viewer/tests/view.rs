@@ -35,7 +35,9 @@ fn skinned(model: &Model, motion: &Clip) -> Vec<Vec<Vec3>> {
         let (mut joints, mut world_from_rest, mut positions) = (Vec::new(), Vec::new(), Vec::new());
         skeleton.forward_kinematics(pose, &mut joints);
         skeleton.world_from_rest(&joints, &mut world_from_rest);
-        garment.weights.skin(&garment.rest.vertices, &world_from_rest, &mut positions);
+        garment
+            .weights
+            .skin(&garment.rest.vertices, &world_from_rest, &mut positions);
         positions
     };
     motion.poses.iter().map(frame).collect()
@@ -45,7 +47,10 @@ fn skinned(model: &Model, motion: &Clip) -> Vec<Vec<Vec3>> {
 fn clip(model: &Model, offset: Vec3) -> Source {
     let motion = motion();
     let mut truth = skinned(model, &motion);
-    truth.iter_mut().flatten().for_each(|position| *position += offset);
+    truth
+        .iter_mut()
+        .flatten()
+        .for_each(|position| *position += offset);
     Source::Clip(ClipSource {
         name: "walk".into(),
         character: Arc::new(model.character().clone()),
@@ -109,7 +114,11 @@ fn a_capture_and_models_are_compared_and_a_lone_source_has_one_pane() {
     };
     use TrackKind::{Prediction, Skinning, Truth};
     assert_eq!(kinds(vec![clip(&model, Vec3::ZERO)]), [Truth]);
-    let two = vec![prediction("a", &model), clip(&model, Vec3::ZERO), prediction("b", &model)];
+    let two = vec![
+        prediction("a", &model),
+        clip(&model, Vec3::ZERO),
+        prediction("b", &model),
+    ];
     assert_eq!(kinds(two), [Truth, Prediction, Prediction, Skinning]);
     let alone = ModelSource {
         name: "alone".into(),
@@ -168,7 +177,10 @@ fn errors_are_distances_and_their_colours_those_of_the_scale() {
             let colours = scene.parts[1].colours.unwrap();
             assert_eq!(colours.len(), model.vertex_count());
             for colour in colours {
-                assert!(colour.iter().zip(half).all(|(a, b)| (a - b).abs() < 1e-3), "{colour:?}");
+                assert!(
+                    colour.iter().zip(half).all(|(a, b)| (a - b).abs() < 1e-3),
+                    "{colour:?}"
+                );
             }
             Ok(())
         })
@@ -178,7 +190,11 @@ fn errors_are_distances_and_their_colours_those_of_the_scale() {
 #[test]
 fn vertices_inside_the_body_are_counted_with_their_depth() {
     let garment = TriMesh::new(
-        vec![Vec3::new(0.0, 1.0, 0.495), Vec3::new(0.1, 1.0, 0.52), Vec3::new(0.0, 1.2, 0.53)],
+        vec![
+            Vec3::new(0.0, 1.0, 0.495),
+            Vec3::new(0.1, 1.0, 0.52),
+            Vec3::new(0.0, 1.2, 0.53),
+        ],
         vec![[0, 1, 2]],
     )
     .unwrap();
@@ -200,7 +216,9 @@ fn vertices_inside_the_body_are_counted_with_their_depth() {
     // The body is drawn smaller, so that it does not hide the vertex.
     session
         .with_scene(0, 1.0, |scene, _| {
-            let unic_viewer::Shape::Host(body) = scene.parts[0].shape else { panic!() };
+            let unic_viewer::Shape::Host(body) = scene.parts[0].shape else {
+                panic!()
+            };
             let extent = body.iter().map(|vertex| vertex.position.z).fold(0.0, f32::max);
             assert!(extent < 0.495 && extent > 0.47, "{extent}");
             Ok(())
@@ -238,10 +256,19 @@ fn what_does_not_fit_is_refused_in_a_sentence_and_changes_nothing() {
         vec![cube().vertices],
     ))])
     .unwrap();
-    let message = session.add(vec![prediction("a", &model)]).unwrap_err().to_string();
-    assert_eq!(message, "a: expected a motion of 24 joints at 30 fps for the model, found none");
+    let message = session
+        .add(vec![prediction("a", &model)])
+        .unwrap_err()
+        .to_string();
+    assert_eq!(
+        message,
+        "a: expected a motion of 24 joints at 30 fps for the model, found none"
+    );
     let short = animation("short", 30.0, cube(), vec![vec![Vec3::ZERO]]);
-    let message = session.add(vec![Source::Animation(short)]).unwrap_err().to_string();
+    let message = session
+        .add(vec![Source::Animation(short)])
+        .unwrap_err()
+        .to_string();
     assert!(message.starts_with("short: expected frames"), "{message}");
     assert_eq!(session.tracks().len(), 1);
     assert!(ViewSession::new(Vec::new()).is_err());

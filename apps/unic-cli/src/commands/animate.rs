@@ -10,9 +10,9 @@ use crate::{
     progress::Progress,
 };
 use anyhow::{Result, anyhow, bail};
+use files::AnimationFiles;
 #[cfg(feature = "viewer")]
 pub(crate) use files::body_path;
-use files::AnimationFiles;
 use glam::Vec3;
 use serde::Serialize;
 use std::{

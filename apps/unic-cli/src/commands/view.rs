@@ -3,10 +3,7 @@
 mod pictures;
 pub(crate) mod sources;
 
-use crate::{
-    args::ViewArgs,
-    failure::Usage,
-};
+use crate::{args::ViewArgs, failure::Usage};
 use anyhow::{Error, Result};
 use sources::Reader;
 use std::{path::Path, sync::Arc};

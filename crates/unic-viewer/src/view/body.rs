@@ -50,7 +50,10 @@ impl Body {
     }
 
     pub(super) fn of_animation(animation: &AnimationSource) -> Self {
-        let mesh = animation.body.as_ref().map(|body| Arc::new(Mesh::new(&body.mesh)));
+        let mesh = animation
+            .body
+            .as_ref()
+            .map(|body| Arc::new(Mesh::new(&body.mesh)));
         let kind = BodyKind::Animated {
             fps: animation.fps,
             garment: animation.garment.clone(),
@@ -107,7 +110,9 @@ impl Body {
     /// Frame at a time, which stays within the motion.
     pub(super) fn frame_at(&self, seconds: f32) -> usize {
         // A frame's own time, computed in f32, must not fall into the frame before.
-        let frame = (f64::from(seconds) * f64::from(self.fps()) + 1e-3).floor().max(0.0) as usize;
+        let frame = (f64::from(seconds) * f64::from(self.fps()) + 1e-3)
+            .floor()
+            .max(0.0) as usize;
         frame.min(self.frame_count().saturating_sub(1))
     }
 
@@ -186,7 +191,9 @@ impl Body {
     /// animation.
     pub(super) fn anchor(&self, frame: usize) -> Vec3 {
         match &self.kind {
-            BodyKind::Posed { character, motion, .. } => {
+            BodyKind::Posed {
+                character, motion, ..
+            } => {
                 let skeleton = &character.skeleton;
                 let at_bind = skeleton.joints().get(skeleton.root()).copied();
                 (at_bind.unwrap_or_default() + motion.poses[frame].trans).with_y(motion.ground_height)
@@ -204,7 +211,10 @@ impl Body {
 
     /// Direction that the character faces in the first frame, from +Z towards +X, radians.
     pub(super) fn facing(&self) -> f32 {
-        let BodyKind::Posed { character, motion, .. } = &self.kind else {
+        let BodyKind::Posed {
+            character, motion, ..
+        } = &self.kind
+        else {
             return 0.0;
         };
         let root = character.skeleton.root();

@@ -6,12 +6,12 @@ const GAP: f32 = 4.0;
 const BEST_ASPECT: f32 = 0.72;
 
 /// Place of a pane: left, top, width and height.
-pub type Cell = [f32; 4];
+pub(super) type Cell = [f32; 4];
 
 /// Divides a region of `size` (width, height) into cells of one size for `count` panes, in rows.
 ///
 /// The number of columns is the one that gives cells nearest to a standing person's aspect.
-pub fn cells(count: usize, size: [f32; 2]) -> Vec<Cell> {
+pub(super) fn cells(count: usize, size: [f32; 2]) -> Vec<Cell> {
     let count = count.max(1);
     let cell = |columns: usize| {
         let rows = count.div_ceil(columns);

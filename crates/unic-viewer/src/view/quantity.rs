@@ -195,7 +195,9 @@ impl Shown {
 /// Distances of vertices from their true places, metres.
 pub(super) fn errors_m(garment: &[Vertex], truth: &[Vec3]) -> Vec<f32> {
     let pairs = garment.iter().zip(truth);
-    pairs.map(|(vertex, truth)| vertex.position.distance(*truth)).collect()
+    pairs
+        .map(|(vertex, truth)| vertex.position.distance(*truth))
+        .collect()
 }
 
 /// Depths of vertices inside a surface, metres; 0 outside.
@@ -212,8 +214,15 @@ pub(super) fn depths_m(garment: &[Vertex], surface: &Surface) -> Vec<f32> {
 /// Colours of skinning weights, sRGB: the colours of the joints, blended.
 pub(super) fn weight_colours(weights: &SkinningWeights) -> Vec<[f32; 3]> {
     let palette: Vec<Vec3> = (0..weights.joint_count()).map(joint_colour).collect();
-    let blend = |vertex| -> Vec3 { weights.row(vertex).map(|(joint, weight)| palette[joint] * weight).sum() };
-    (0..weights.len()).map(|vertex| blend(vertex).to_array()).collect()
+    let blend = |vertex| -> Vec3 {
+        weights
+            .row(vertex)
+            .map(|(joint, weight)| palette[joint] * weight)
+            .sum()
+    };
+    (0..weights.len())
+        .map(|vertex| blend(vertex).to_array())
+        .collect()
 }
 
 /// Colour of a joint, sRGB. Joints with near indices, which are near on the body, differ most.

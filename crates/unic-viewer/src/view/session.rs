@@ -1,13 +1,14 @@
 //! View without a window: sources, time, panes and what is drawn in them.
 
 use super::body::Body;
+use super::panes::Panes;
 use super::quantity::{PaneFacts, Quantity, Shown};
-use super::source::{ClipSource, ModelSource, Source};
-use super::track::{Track, TrackKind};
+use super::source::Source;
+use super::track::Track;
 use crate::{Fabric, Focus, Material, Orbit, Part, Print, Scene, Shape, Vertex, ViewerError};
 use glam::Vec3;
 use std::sync::Arc;
-use unic_core::{clip::Clip, mesh::vertex_normals};
+use unic_core::mesh::vertex_normals;
 use unic_raster::{Camera, Ground};
 
 /// Unit vector to the key light, before it is normalised.
@@ -127,7 +128,8 @@ impl ViewSession {
     /// Makes bodies and tracks of sources.
     fn show_sources(&mut self, sources: Vec<Source>) -> Result<(), ViewerError> {
         let (bodies, mut tracks) = Panes::of(&sources)?.into_parts();
-        let mut earlier: Vec<Option<Track>> = std::mem::take(&mut self.tracks).into_iter().map(Some).collect();
+        let mut earlier: Vec<Option<Track>> =
+            std::mem::take(&mut self.tracks).into_iter().map(Some).collect();
         for track in &mut tracks {
             let is_same = |old: &&mut Option<Track>| {
                 let old = old.as_ref();
@@ -153,8 +155,15 @@ impl ViewSession {
         let body = &self.bodies[first.body];
         let garment = &self.shown[0].garment;
         // A garment beside a body may not be computed yet.
-        let seen = if body.vertices().is_empty() { garment } else { body.vertices() };
-        let finite = seen.iter().map(|vertex| vertex.position).filter(|position| position.is_finite());
+        let seen = if body.vertices().is_empty() {
+            garment
+        } else {
+            body.vertices()
+        };
+        let finite = seen
+            .iter()
+            .map(|vertex| vertex.position)
+            .filter(|position| position.is_finite());
         let start = (f32::INFINITY, f32::NEG_INFINITY);
         let (low, high) = finite.fold(start, |(low, high), p| (low.min(p.y), high.max(p.y)));
         let anchor = body.anchor(0);
@@ -184,7 +193,10 @@ impl ViewSession {
 
     /// Duration of the longest motion, seconds, from the first frame to the end of the last one.
     pub fn duration(&self) -> f32 {
-        let seconds = self.bodies.iter().map(|body| body.frame_count() as f32 / body.fps());
+        let seconds = self
+            .bodies
+            .iter()
+            .map(|body| body.frame_count() as f32 / body.fps());
         seconds.fold(0.0, f32::max)
     }
 
@@ -321,7 +333,12 @@ impl ViewSession {
             parts.push(self.part(mesh, vertices, self.looks.skin, &shown.body_colours));
         }
         if shown.frame.is_some() {
-            parts.push(self.part(track.mesh(), &shown.garment, self.looks.cloth, &shown.garment_colours));
+            parts.push(self.part(
+                track.mesh(),
+                &shown.garment,
+                self.looks.cloth,
+                &shown.garment_colours,
+            ));
         }
         let positions = parts.iter().flat_map(|part| match part.shape {
             Shape::Host(vertices) => vertices,
@@ -375,114 +392,5 @@ impl ViewSession {
             ..self.camera
         };
         Ok(orbit.camera()?)
-    }
-}
-
-/// Bodies and tracks of sources, while they are made.
-struct Panes<'a> {
-    clip: Option<&'a ClipSource>,
-    bodies: Vec<Body>,
-    tracks: Vec<Track>,
-}
-
-impl<'a> Panes<'a> {
-    fn of(sources: &'a [Source]) -> Result<Self, ViewerError> {
-        if sources.is_empty() {
-            return Err(refused("a view", "something to show", "nothing"));
-        }
-        let clip = sources.iter().find_map(|source| match source {
-            Source::Clip(clip) => Some(clip),
-            _ => None,
-        });
-        let mut panes = Self {
-            clip,
-            bodies: Vec::new(),
-            tracks: Vec::new(),
-        };
-        if let Some(clip) = clip {
-            panes.add_clip(clip)?;
-        }
-        for source in sources {
-            match source {
-                Source::Clip(_) => {}
-                Source::Model(model) => panes.add_model(model)?,
-                Source::Animation(animation) => {
-                    let meshes = [Some(&animation.garment), animation.body.as_ref()];
-                    if !meshes.into_iter().flatten().all(|mesh| mesh.is_consistent()) {
-                        let expected = "frames with as many positions as the mesh has vertices";
-                        return Err(refused(&animation.name, expected, "other frames"));
-                    }
-                    let truth = panes.clip.map(|clip| &clip.truth);
-                    let body = panes.bodies.len();
-                    let track = Track::of_animation(&animation.name, &animation.garment, truth, body);
-                    panes.bodies.push(Body::of_animation(animation));
-                    panes.tracks.push(track);
-                }
-            }
-        }
-        let is_compared = |track: &Track| track.kind() == TrackKind::Prediction && track.truth().is_some();
-        if let Some(clip) = clip.filter(|_| panes.tracks.iter().any(is_compared)) {
-            panes.tracks.push(Track::of_skinning(clip, 0));
-        }
-        Ok(panes)
-    }
-
-    fn into_parts(self) -> (Vec<Body>, Vec<Track>) {
-        (self.bodies, self.tracks)
-    }
-
-    fn add_clip(&mut self, clip: &ClipSource) -> Result<(), ViewerError> {
-        let (expected, found) = (clip.motion.len(), clip.truth.frame_count());
-        if expected == 0 || expected != found {
-            let expected = format!("a garment in each of {expected} frames");
-            return Err(refused(&clip.name, &expected, &format!("{found}")));
-        }
-        let (expected, found) = (clip.garment.rest.vertices.len(), clip.truth.positions(0).len());
-        if expected != found {
-            let expected = format!("{expected} garment vertices");
-            return Err(refused(&clip.name, &expected, &format!("{found}")));
-        }
-        self.bodies.push(Body::of_clip(clip));
-        self.tracks.push(Track::of_truth(clip, 0));
-        Ok(())
-    }
-
-    fn add_model(&mut self, source: &ModelSource) -> Result<(), ViewerError> {
-        if let Some(clip) = self.clip.filter(|clip| fits(source, &clip.motion)) {
-            let track = Track::of_model(source, &clip.motion, Some(&clip.truth), 0);
-            self.tracks.push(track);
-            return Ok(());
-        }
-        let own = source.motion.as_ref();
-        let Some(motion) = own.filter(|motion| fits(source, motion)) else {
-            let joints = source.model.character().skeleton.len();
-            let expected = format!("a motion of {joints} joints at {} fps for the model", source.model.config().fps);
-            let offered = own.or(self.clip.map(|clip| &clip.motion));
-            let found = offered.map_or("none".to_owned(), |motion| {
-                let joints = motion.poses.first().map_or(0, |pose| pose.local.len());
-                format!("one of {joints} joints at {} fps", motion.fps)
-            });
-            return Err(refused(&source.name, &expected, &found));
-        };
-        let body = self.bodies.len();
-        self.bodies.push(Body::of_model(source, motion));
-        self.tracks.push(Track::of_model(source, motion, None, body));
-        Ok(())
-    }
-}
-
-/// Whether a motion is of the model's skeleton and rate.
-fn fits(source: &ModelSource, motion: &Clip) -> bool {
-    // Files round rates such as 29.97.
-    let fps = source.model.config().fps;
-    let joints = motion.poses.first().map(|pose| pose.local.len());
-    joints == Some(source.model.character().skeleton.len()) && (fps - motion.fps).abs() <= 1e-3 * fps
-}
-
-fn refused(name: &str, expected: &str, found: &str) -> ViewerError {
-    ViewerError::Source {
-        name: name.to_owned(),
-        expected: expected.to_owned(),
-        found: found.to_owned(),
     }
 }

@@ -174,7 +174,13 @@ fn draw_strip(sheet: &mut Image, session: &ViewSession, layout: &SheetLayout) {
         return;
     };
     let label = format!("RMSE, top {:.0} mm", most_m * 1e3);
-    sheet.draw_text(pad as i32, top + (pad + LINE * scale + 4) as i32, scale, INK, &label);
+    sheet.draw_text(
+        pad as i32,
+        top + (pad + LINE * scale + 4) as i32,
+        scale,
+        INK,
+        &label,
+    );
     let left = (CHARACTER * scale * 18).min(width / 3) as i32;
     let chart = Chart {
         left,
@@ -196,7 +202,9 @@ fn draw_strip(sheet: &mut Image, session: &ViewSession, layout: &SheetLayout) {
 /// Value at the top of a chart of curves, metres; none without a curve.
 pub(super) fn top_of_curves<'a>(curves: impl Iterator<Item = &'a [f32]>) -> Option<f32> {
     let values = curves.flatten().copied().filter(|value| value.is_finite());
-    let most = values.fold(None, |most: Option<f32>, value| Some(most.map_or(value, |most| most.max(value))));
+    let most = values.fold(None, |most: Option<f32>, value| {
+        Some(most.map_or(value, |most| most.max(value)))
+    });
     // Whole centimetres, so that the scale does not change with every new frame.
     most.map(|most| (most * 100.0).ceil().max(1.0) / 100.0)
 }
@@ -235,7 +243,13 @@ impl Chart {
             };
             let from = before.unwrap_or(y).min(y);
             let to = before.unwrap_or(y).max(y);
-            sheet.fill_rect(self.left + column, from, 1, (to - from) as u32 + thickness, colour);
+            sheet.fill_rect(
+                self.left + column,
+                from,
+                1,
+                (to - from) as u32 + thickness,
+                colour,
+            );
             before = Some(y);
         }
     }

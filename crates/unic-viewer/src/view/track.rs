@@ -5,12 +5,7 @@ use super::source::{AnimatedMesh, ClipSource, ModelSource, ShapeFrames};
 use crate::Mesh;
 use glam::Vec3;
 use std::{ops::Deref, sync::Arc};
-use unic_core::{
-    Model,
-    character::Garment,
-    clip::Clip,
-    skinning::SkinningWeights,
-};
+use unic_core::{Model, character::Garment, clip::Clip, skinning::SkinningWeights};
 
 /// Garment over time in one pane.
 pub struct Track {
@@ -166,8 +161,12 @@ impl Track {
     /// Takes over what an earlier track of the same name has computed: of the same model all of it,
     /// of an earlier one what it shows, until the newer prediction is complete.
     pub(super) fn inherit(&mut self, earlier: Track) {
-        let (Shapes::Predicted { model, motion, .. }, Shapes::Predicted { model: m, motion: n, .. }) =
-            (&self.shapes, &earlier.shapes)
+        let (
+            Shapes::Predicted { model, motion, .. },
+            Shapes::Predicted {
+                model: m, motion: n, ..
+            },
+        ) = (&self.shapes, &earlier.shapes)
         else {
             return;
         };
@@ -180,7 +179,10 @@ impl Track {
             return;
         }
         let newer = std::mem::replace(&mut self.shapes, earlier.shapes);
-        if let Shapes::Predicted { model, prediction, .. } = newer {
+        if let Shapes::Predicted {
+            model, prediction, ..
+        } = newer
+        {
             self.pending = Some((model, prediction));
         }
     }
@@ -191,8 +193,12 @@ impl Track {
         if !self.pending.as_ref().is_some_and(is_ready) {
             return false;
         }
-        let (Some((newer, complete)), Shapes::Predicted { model, prediction, .. }) =
-            (self.pending.take(), &mut self.shapes)
+        let (
+            Some((newer, complete)),
+            Shapes::Predicted {
+                model, prediction, ..
+            },
+        ) = (self.pending.take(), &mut self.shapes)
         else {
             return false;
         };
@@ -254,7 +260,8 @@ impl Track {
 
     /// Whether a frame need not be waited for.
     pub(super) fn is_ready(&self, frame: usize) -> bool {
-        self.prediction().is_none_or(|prediction| prediction.is_ready(frame))
+        self.prediction()
+            .is_none_or(|prediction| prediction.is_ready(frame))
     }
 
     pub(super) fn mesh(&self) -> &Arc<Mesh> {

@@ -7,7 +7,10 @@ use super::{
 };
 use crate::{
     args::TrainArgs,
-    commands::view::{loader, sources::{Reader, clip_source}},
+    commands::view::{
+        loader,
+        sources::{Reader, clip_source},
+    },
     interrupt,
     output::print_status,
 };
@@ -37,7 +40,9 @@ pub(super) fn train(args: &TrainArgs) -> Result<TrainingSummary> {
         if let Err(error) = show(news) {
             print_status(&format!("no preview: {error:#}; the training goes on"));
         }
-        training.join().unwrap_or_else(|payload| panic::resume_unwind(payload))
+        training
+            .join()
+            .unwrap_or_else(|payload| panic::resume_unwind(payload))
     })
 }
 

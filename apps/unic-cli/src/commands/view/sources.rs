@@ -1,11 +1,7 @@
 //! Files that a view shows.
 
 use crate::{
-    args::ViewArgs,
-    checks::ForceArgs,
-    commands::animate::body_path,
-    failure::Usage,
-    model_file, motion_file,
+    args::ViewArgs, checks::ForceArgs, commands::animate::body_path, failure::Usage, model_file, motion_file,
     output::print_status,
 };
 use anyhow::{Result, bail};
@@ -214,7 +210,9 @@ pub(crate) fn clip_source(capture: &Capture, name: &str) -> Result<ClipSource> {
         garment: Arc::new(capture.garment.clone()),
         motion: Arc::new(captured.clip),
         truth: Arc::new(FileFrames(captured.garment)),
-        body: captured.body.map(|body| Arc::new(FileFrames(body)) as Arc<dyn ShapeFrames>),
+        body: captured
+            .body
+            .map(|body| Arc::new(FileFrames(body)) as Arc<dyn ShapeFrames>),
     })
 }
 

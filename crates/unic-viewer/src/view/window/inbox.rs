@@ -42,31 +42,43 @@ impl Inbox {
     /// Reads a file in a thread of its own, so that the window goes on.
     pub(super) fn load(&self, path: PathBuf, window: &egui::Context) {
         let (load, sender, window) = (Arc::clone(&self.load), self.sender.clone(), window.clone());
-        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        let name = path
+            .file_name()
+            .unwrap_or(path.as_os_str())
+            .to_string_lossy()
+            .into_owned();
         let work = move || {
             // A file that makes a reader panic must not end the window.
             let read = panic::catch_unwind(AssertUnwindSafe(|| load(&path)));
             let change = match read {
                 Ok(Ok(sources)) => Change::Sources(name, sources),
                 Ok(Err(message)) => Change::Message(message),
-                Err(_) => Change::Message(format!("{name}: expected a file that can be read, found an error in the reader")),
+                Err(_) => Change::Message(format!(
+                    "{name}: expected a file that can be read, found an error in the reader"
+                )),
             };
             // The window may be closed by now.
             let _ = sender.send(change);
             window.request_repaint();
         };
         if let Err(error) = std::thread::Builder::new().name("reader".into()).spawn(work) {
-            let _ = self.sender.send(Change::Message(format!("a thread cannot be started: {error}")));
+            let _ = self
+                .sender
+                .send(Change::Message(format!("a thread cannot be started: {error}")));
         }
     }
 
     /// Changes that have come.
     pub(super) fn take(&self) -> Vec<Change> {
-        let updates = self.updates.iter().flat_map(Receiver::try_iter).map(|update| match update {
-            ViewUpdate::Model(model) => Change::Sources(model.name.clone(), vec![Source::Model(model)]),
-            ViewUpdate::Message(message) => Change::Message(message),
-            ViewUpdate::Close => Change::Close,
-        });
+        let updates = self
+            .updates
+            .iter()
+            .flat_map(Receiver::try_iter)
+            .map(|update| match update {
+                ViewUpdate::Model(model) => Change::Sources(model.name.clone(), vec![Source::Model(model)]),
+                ViewUpdate::Message(message) => Change::Message(message),
+                ViewUpdate::Close => Change::Close,
+            });
         self.loaded.try_iter().chain(updates).collect()
     }
 }

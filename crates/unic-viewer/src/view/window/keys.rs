@@ -13,7 +13,10 @@ const HELP: [(&str, &str); 14] = [
     ("Home", "first frame"),
     ("1 to 9, 0", "one pane alone, all panes"),
     ("X, Shift+X", "next or last quantity"),
-    ("E, W, N, I, K", "error, wireframe, normals, intersections, weights"),
+    (
+        "E, W, N, I, K",
+        "error, wireframe, normals, intersections, weights",
+    ),
     ("F", "camera follows or stays"),
     ("Tab", "options"),
     ("P", "screenshot"),
@@ -93,7 +96,11 @@ impl ViewWindow {
     /// Shows a quantity, or the materials if it is shown already.
     fn toggle(&mut self, quantity: Quantity) {
         let shown = &mut self.session.quantity;
-        *shown = if *shown == quantity { Quantity::Lit } else { quantity };
+        *shown = if *shown == quantity {
+            Quantity::Lit
+        } else {
+            quantity
+        };
     }
 
     fn choose_pane(&mut self, key: Key) {

@@ -42,33 +42,36 @@ impl ViewWindow {
     fn looks_options(&mut self, ui: &mut egui::Ui) {
         let looks = &mut self.session.looks;
         ui.label(RichText::new("Looks").strong());
-        egui::Grid::new("looks").num_columns(2).spacing([12.0, 5.0]).show(ui, |ui| {
-            ui.label("body");
-            colour(ui, &mut looks.skin.colour);
-            ui.end_row();
-            ui.label("garment");
-            ui.horizontal(|ui| {
-                colour(ui, &mut looks.cloth.colour);
-                colour(ui, &mut looks.cloth.accent);
+        egui::Grid::new("looks")
+            .num_columns(2)
+            .spacing([12.0, 5.0])
+            .show(ui, |ui| {
+                ui.label("body");
+                colour(ui, &mut looks.skin.colour);
+                ui.end_row();
+                ui.label("garment");
+                ui.horizontal(|ui| {
+                    colour(ui, &mut looks.cloth.colour);
+                    colour(ui, &mut looks.cloth.accent);
+                });
+                ui.end_row();
+                ui.label("fabric");
+                let fabric = egui::ComboBox::from_id_salt("fabric").selected_text(looks.cloth.fabric.name());
+                fabric.show_ui(ui, |ui| {
+                    for fabric in Fabric::CLOTHS {
+                        ui.selectable_value(&mut looks.cloth.fabric, fabric, fabric.name());
+                    }
+                });
+                ui.end_row();
+                ui.label("print");
+                let print = egui::ComboBox::from_id_salt("print").selected_text(looks.cloth.print.name());
+                print.show_ui(ui, |ui| {
+                    for print in Print::ALL {
+                        ui.selectable_value(&mut looks.cloth.print, print, print.name());
+                    }
+                });
+                ui.end_row();
             });
-            ui.end_row();
-            ui.label("fabric");
-            let fabric = egui::ComboBox::from_id_salt("fabric").selected_text(looks.cloth.fabric.name());
-            fabric.show_ui(ui, |ui| {
-                for fabric in Fabric::CLOTHS {
-                    ui.selectable_value(&mut looks.cloth.fabric, fabric, fabric.name());
-                }
-            });
-            ui.end_row();
-            ui.label("print");
-            let print = egui::ComboBox::from_id_salt("print").selected_text(looks.cloth.print.name());
-            print.show_ui(ui, |ui| {
-                for print in Print::ALL {
-                    ui.selectable_value(&mut looks.cloth.print, print, print.name());
-                }
-            });
-            ui.end_row();
-        });
     }
 
     fn camera_options(&mut self, ui: &mut egui::Ui) {
@@ -96,18 +99,23 @@ impl ViewWindow {
     fn stage_times(&self, ui: &mut egui::Ui) {
         let predictions = self.session.tracks().iter();
         for track in predictions.filter(|track| track.kind() == TrackKind::Prediction) {
-            let Some(progress) = track.progress() else { continue };
+            let Some(progress) = track.progress() else {
+                continue;
+            };
             ui.label(RichText::new(track.name()).strong());
             if progress.stages.steps() == 0 {
                 ui.label("no step yet");
                 continue;
             }
-            egui::Grid::new(("stages", track.name())).num_columns(2).spacing([18.0, 1.0]).show(ui, |ui| {
-                for (stage, ms) in progress.stages.mean_ms() {
-                    time_row(ui, stage.name(), ms, Color32::from_gray(170));
-                }
-                time_row(ui, "a step", progress.stages.step_ms(), Color32::WHITE);
-            });
+            egui::Grid::new(("stages", track.name()))
+                .num_columns(2)
+                .spacing([18.0, 1.0])
+                .show(ui, |ui| {
+                    for (stage, ms) in progress.stages.mean_ms() {
+                        time_row(ui, stage.name(), ms, Color32::from_gray(170));
+                    }
+                    time_row(ui, "a step", progress.stages.step_ms(), Color32::WHITE);
+                });
             ui.add_space(6.0);
         }
     }
@@ -134,6 +142,11 @@ fn colour(ui: &mut egui::Ui, colour: &mut [f32; 3]) {
 
 fn time_row(ui: &mut egui::Ui, name: &str, ms: f64, colour: Color32) {
     ui.label(RichText::new(name).size(12.0).color(colour));
-    ui.label(RichText::new(format!("{ms:7.3} ms")).monospace().size(12.0).color(colour));
+    ui.label(
+        RichText::new(format!("{ms:7.3} ms"))
+            .monospace()
+            .size(12.0)
+            .color(colour),
+    );
     ui.end_row();
 }

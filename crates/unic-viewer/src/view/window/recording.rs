@@ -61,8 +61,11 @@ impl ViewWindow {
             return;
         };
         let picture = self.picture(size).map_err(|error| error.to_string());
-        let Some(recording) = &mut self.recording else { return };
-        let added = picture.and_then(|image| recording.writer.push(&image).map_err(|error| error.to_string()));
+        let Some(recording) = &mut self.recording else {
+            return;
+        };
+        let added =
+            picture.and_then(|image| recording.writer.push(&image).map_err(|error| error.to_string()));
         if let Err(message) = added {
             // Dropping the writer removes what is written.
             self.recording = None;
