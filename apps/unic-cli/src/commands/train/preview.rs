@@ -30,6 +30,7 @@ pub(super) enum News {
 }
 
 /// Sender of news. A window that is closed receives none, which does not concern the training.
+#[cfg_attr(not(feature = "viewer"), allow(dead_code, reason = "a window makes it"))]
 #[derive(Clone)]
 pub(super) struct Preview(pub(super) Sender<News>);
 
