@@ -220,7 +220,7 @@ fn vertices_inside_the_body_are_counted_with_their_depth() {
                 panic!()
             };
             let extent = body.iter().map(|vertex| vertex.position.z).fold(0.0, f32::max);
-            assert!(extent < 0.495 && extent > 0.47, "{extent}");
+            assert!(extent < 0.4975 && extent > 0.47, "{extent}");
             Ok(())
         })
         .unwrap();
