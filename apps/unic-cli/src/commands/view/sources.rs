@@ -195,7 +195,7 @@ fn first_clip(capture: &Capture) -> Result<String> {
 /// # Errors
 /// A clip that the capture lacks or that cannot be read.
 pub(crate) fn clip_source(capture: &Capture, name: &str) -> Result<ClipSource> {
-    if capture.manifest.split_of(name).is_none() {
+    if capture.manifest.splits.split_of(name).is_none() {
         let names: Vec<&str> = capture.manifest.splits.iter().map(|(name, _)| name).collect();
         bail!(
             "{}: expected a clip of the capture ({}), found {name}",
