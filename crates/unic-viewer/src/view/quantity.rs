@@ -115,7 +115,7 @@ impl PaneFacts {
             Self::None => String::new(),
             Self::Unknown => "unknown here".into(),
             Self::Error { rmse_m, most_m } => {
-                format!("RMSE {:.1} mm, most {:.1} mm", rmse_m * 1e3, most_m * 1e3)
+                format!("RMSE {:.1}, most {:.0} mm", rmse_m * 1e3, most_m * 1e3)
             }
             Self::Intersections { vertices: 0, .. } => "no vertex inside".into(),
             Self::Intersections { vertices, deepest_m } => {

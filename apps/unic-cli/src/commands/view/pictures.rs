@@ -59,6 +59,8 @@ pub(super) fn run(args: &PictureArgs, session: ViewSession) -> Result<()> {
     let layout = SheetLayout::new(session.visible().len(), args.size)?;
     let painter = Painter::new(args.renderer.into(), layout.pane_size())?;
     print_status(&painter.description());
+    // Drift curves are complete in every picture, however fast the predictions are.
+    session.wait_for(session.duration());
     let mut drawing = Drawing {
         fps: args.fps.unwrap_or(session.fps()),
         session,
