@@ -97,7 +97,7 @@ fn forward(news: &Receiver<News>, window: &Sender<ViewUpdate>) {
                     model,
                     motion: None,
                 }));
-                updates.push(ViewUpdate::Message(format!("model after {step} steps")));
+                updates.push(ViewUpdate::Message(format!("model of step {step}")));
             }
             Ok(News::Message(message)) => updates.push(ViewUpdate::Message(message)),
             Ok(News::Interrupted) => updates.push(ViewUpdate::Close),
