@@ -124,11 +124,7 @@ fn costumes_change_where_the_character_stands_and_garments_restart() {
     session.restart_garments().unwrap();
     assert!(shown(&session).iter().all(|v| v.position.is_finite()));
     session.wear(2).unwrap();
-    assert_eq!(
-        session.costume_index(),
-        0,
-        "after the last costume comes the first"
-    );
+    assert_eq!(session.costume_index(), 0, "after the last costume comes the first");
 }
 
 #[test]
@@ -144,11 +140,7 @@ fn the_mouse_steers_to_the_pointer_and_its_target_is_marked() {
             .unwrap();
     }
     assert_eq!(session.marks().len(), 3, "and the target of the mouse");
-    assert!(
-        session.root().position.distance(pointer) < 0.5,
-        "{:?}",
-        session.root()
-    );
+    assert!(session.root().position.distance(pointer) < 0.5, "{:?}", session.root());
 }
 
 #[test]

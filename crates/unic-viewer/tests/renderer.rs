@@ -102,12 +102,7 @@ fn brightness([r, g, b]: [i32; 3]) -> i32 {
 /// Share of pixels in which one of two pictures differs from another one, by more than 20 of 255.
 fn differing(a: &Image, b: &Image) -> f32 {
     let off = |(a, b): (&[u8; 3], &[u8; 3])| (0..3).any(|i| a[i].abs_diff(b[i]) > 20);
-    let count = a
-        .pixels()
-        .iter()
-        .zip(b.pixels())
-        .filter(|&pair| off(pair))
-        .count();
+    let count = a.pixels().iter().zip(b.pixels()).filter(|&pair| off(pair)).count();
     count as f32 / a.pixels().len() as f32
 }
 
@@ -127,10 +122,7 @@ fn a_ball_is_lit_from_the_right_and_shades_the_floor_to_its_left() {
         // The sun is at (0.6, 0.8): the shadow of the middle of the ball is 0.375 m to its left.
         let shadow = at(&image, Vec3::new(-0.375, 0.0, 0.0));
         let floor = at(&image, Vec3::new(0.7, 0.0, 0.3));
-        assert!(
-            brightness(floor) > brightness(shadow) + 100,
-            "{floor:?} {shadow:?}"
-        );
+        assert!(brightness(floor) > brightness(shadow) + 100, "{floor:?} {shadow:?}");
         let sky = image.pixel(80, 1).map(|p| p.map(i32::from)).unwrap();
         assert!(sky[2] > sky[0], "the sky is blue: {sky:?}");
     }
@@ -240,10 +232,7 @@ fn wrong_lengths_and_sizes_are_refused() {
     let vertices = vertices(&ball());
     let parts = [part(&mesh, Shape::Host(&vertices[1..]))];
     let refused = rasterise(&scene(&parts, &[]), &camera(), SIZE);
-    assert!(matches!(
-        refused,
-        Err(ViewerError::Length { what: "vertices", .. })
-    ));
+    assert!(matches!(refused, Err(ViewerError::Length { what: "vertices", .. })));
     let Some(context) = context() else { return };
     let mut renderer = Renderer::new(context.clone());
     let mut canvas = Canvas::new(&context, SIZE, Quality::BEST).unwrap();
@@ -255,10 +244,7 @@ fn wrong_lengths_and_sizes_are_refused() {
         ..part(&mesh, Shape::Host(&vertices))
     }];
     let refused = renderer.draw(&scene(&parts, &[]), &camera(), &mut canvas);
-    assert!(matches!(
-        refused,
-        Err(ViewerError::Length { what: "colours", .. })
-    ));
+    assert!(matches!(refused, Err(ViewerError::Length { what: "colours", .. })));
     for size in [[0, 100], [100, 0], [1 << 20, 8]] {
         let refused = Canvas::new(&context, size, Quality::BEST);
         assert!(matches!(refused, Err(ViewerError::Size { .. })), "{size:?}");

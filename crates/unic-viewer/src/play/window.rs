@@ -8,7 +8,7 @@ mod overlay;
 use super::session::{PlaySession, Steering};
 use super::settings::PlaySettings;
 use crate::{
-    FollowCamera, Pane, QualityControl, Renderer, SUN, Scene, ViewerError, WindowDevice, WindowSettings,
+    FollowCamera, SUN, Pane, QualityControl, Renderer, Scene, ViewerError, WindowDevice, WindowSettings,
     run_window, window_quality,
 };
 use eframe::egui;
@@ -122,8 +122,7 @@ impl PlayWindow {
             TimeFlow::Paused => 0.0,
         };
         let steering = self.steering();
-        self.session
-            .advance(elapsed.min(LONGEST_FRAME_S) * speed, steering)?;
+        self.session.advance(elapsed.min(LONGEST_FRAME_S) * speed, steering)?;
         self.camera.follow(self.session.root(), elapsed);
         Ok(())
     }

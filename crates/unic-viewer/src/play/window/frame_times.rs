@@ -31,7 +31,10 @@ impl FrameTimes {
     /// Adds a frame.
     pub(super) fn push(&mut self, whole_s: f32, play: Times) {
         self.times.truncate(KEPT - 1);
-        self.times.push_front(FrameTime { whole_s, play });
+        self.times.push_front(FrameTime {
+            whole_s,
+            play,
+        });
         self.frames += 1;
     }
 
