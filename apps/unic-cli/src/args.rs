@@ -18,6 +18,8 @@ mod play;
 mod simulate;
 mod threads;
 mod train;
+#[cfg(feature = "viewer")]
+mod view;
 
 pub(crate) use animate::AnimateArgs;
 pub(crate) use bench::{BenchArgs, OtherBench};
@@ -38,6 +40,8 @@ pub(crate) use play::{PlayArgs, RecordArgs};
 pub(crate) use simulate::SimulateArgs;
 pub use threads::ThreadArgs;
 pub use train::TrainArgs;
+#[cfg(feature = "viewer")]
+pub(crate) use view::{PictureArgs, ViewArgs};
 
 use clap::{Parser, Subcommand};
 use clap_complete::Shell;
@@ -78,6 +82,8 @@ pub(crate) enum Command {
     Animate(AnimateArgs),
     #[cfg(feature = "viewer")]
     Play(PlayArgs),
+    #[cfg(feature = "viewer")]
+    View(ViewArgs),
     Inspect(InspectArgs),
     Bench(BenchArgs),
     MotionDatabase(MotionDatabaseArgs),

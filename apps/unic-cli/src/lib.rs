@@ -81,6 +81,8 @@ impl Program for Args {
             Command::Animate(args) => commands::animate::run(args),
             #[cfg(feature = "viewer")]
             Command::Play(args) => commands::play::run(args),
+            #[cfg(feature = "viewer")]
+            Command::View(args) => commands::view::run(args),
             Command::Inspect(args) => commands::inspect::run(args),
             Command::Bench(args) => commands::bench::run(args),
             Command::MotionDatabase(args) => commands::motion_database::run(args),

@@ -1,6 +1,7 @@
 //! Events that a run reports to its listener, and the listener's answers.
 
-use std::path::Path;
+use std::{path::Path, sync::Arc};
+use unic_core::Model;
 
 /// Event of a run, reported to its listener.
 #[derive(Clone, Debug)]
@@ -29,6 +30,13 @@ pub enum Event<'a> {
         validation_rmse: Option<f64>,
         /// Seconds that measuring took.
         seconds: f64,
+    },
+    /// A model is about to run freely on the validation clips, for a preview.
+    Previewed {
+        /// Steps done so far.
+        step: u64,
+        /// Model with the present parameters.
+        model: &'a Arc<Model>,
     },
     /// The free-running error on the validation clips.
     Validated {

@@ -22,6 +22,16 @@ pub enum ViewerError {
     /// Shape on a device that the rasteriser was to draw.
     #[error("the software rasteriser: expected shapes in memory, found one on a graphics device")]
     OnDevice,
+    /// Model, capture or animation that cannot be shown.
+    #[error("{name}: expected {expected}, found {found}")]
+    Source {
+        /// Name of the model, capture or animation.
+        name: String,
+        /// Property that is needed.
+        expected: String,
+        /// Property that is there.
+        found: String,
+    },
     /// Play without anything to wear.
     #[error("a play: expected a costume, found none")]
     NoCostume,

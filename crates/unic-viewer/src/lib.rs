@@ -64,6 +64,7 @@ mod rasterised;
 mod renderer;
 mod scene;
 mod vertex;
+mod view;
 mod window;
 
 pub use error::ViewerError;
@@ -80,6 +81,11 @@ pub use rasterised::rasterise;
 pub use renderer::{Canvas, Renderer};
 pub use scene::{Fabric, Focus, Mark, Material, Part, Print, Scene, Shading, Shape};
 pub use vertex::Vertex;
+pub use view::{
+    AnimatedMesh, AnimationSource, CameraMotion, ClipSource, Loader, ModelSource, PaneChoice, PaneFacts,
+    Prediction, Progress, Quantity, ShapeFrames, SheetLayout, Source, StageTimes, Track, TrackKind,
+    ViewLooks, ViewSession, ViewSettings, ViewUpdate, draw_sheet, view_in_window,
+};
 pub use window::{AdapterKind, Pane, WindowDevice, WindowSettings, run_window, window_quality};
 
 pub use eframe::{self, egui};

@@ -18,7 +18,7 @@ pub struct TickedShape {
 }
 
 impl TickedShape {
-    /// Takes the shape of a new tick; [`now_mut`](Self::now_mut) is then to be filled.
+    /// Takes the shape of a new tick.
     pub fn tick(&mut self, positions: &[Vec3], normals: &[Vec3]) {
         std::mem::swap(&mut self.before, &mut self.now);
         Vertex::join(positions, normals, &mut self.now);

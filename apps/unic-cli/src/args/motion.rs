@@ -9,7 +9,7 @@ use unic_io::LowPass;
 const HEADING: &str = "Motion files";
 
 /// Options for reading motion files.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(crate) struct MotionArgs {
     /// Axis that points up in the motion file.
     #[arg(long, help_heading = HEADING, value_enum, default_value_t = UpName::Auto)]

@@ -75,6 +75,20 @@ pub(super) fn seconds(text: &str) -> Result<f32, String> {
     seconds.ok_or_else(|| "expected a number of seconds above zero, such as 10".into())
 }
 
+/// Parses a time from zero on, in seconds.
+#[cfg(feature = "viewer")]
+pub(super) fn time(text: &str) -> Result<f32, String> {
+    let seconds: Option<f32> = text.parse().ok().filter(|s: &f32| s.is_finite() && *s >= 0.0);
+    seconds.ok_or_else(|| "expected a time from 0 s on, such as 1.5".into())
+}
+
+/// Parses a length in millimetres.
+#[cfg(feature = "viewer")]
+pub(super) fn millimetres(text: &str) -> Result<f32, String> {
+    let length: Option<f32> = text.parse().ok().filter(|mm| (0.1..=10_000.0).contains(mm));
+    length.ok_or_else(|| "expected a length from 0.1 to 10000 mm, such as 50".into())
+}
+
 /// Parses a wind speed from 0 to 50 m/s.
 pub(super) fn speed(text: &str) -> Result<f32, String> {
     let speed: Option<f32> = text.parse().ok().filter(|s| (0.0..=50.0).contains(s));

@@ -30,6 +30,7 @@ use std::{path::PathBuf, time::Duration};
 ///   unic train captures/tshirt --budget 45m --seed 2 --out models/tshirt.unic
 ///   unic train captures/tshirt --set batch.windows=64 --set optimiser.learning_rate=5e-4
 ///   unic train captures/tshirt --out models/tshirt.unic --resume
+///   unic train captures/tshirt --view
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct TrainArgs {
@@ -69,6 +70,12 @@ pub struct TrainArgs {
     /// Discard the run whose folder is beside the model, and replace the model.
     #[arg(long)]
     pub overwrite: bool,
+    /// Show the model on a clip that is held out, in a window, at each validation. Closing the
+    /// window does not stop the training.
+    // Without the viewer the option does not exist and is off.
+    #[cfg_attr(feature = "viewer", arg(long))]
+    #[cfg_attr(not(feature = "viewer"), arg(skip))]
+    pub view: bool,
     /// Treatment of plausible mistakes in the capture.
     #[command(flatten)]
     pub force: ForceArgs,

@@ -11,6 +11,8 @@ use crate::{
 };
 use anyhow::{Result, anyhow, bail};
 use files::AnimationFiles;
+#[cfg(feature = "viewer")]
+pub(crate) use files::body_path;
 use glam::Vec3;
 use serde::Serialize;
 use std::{

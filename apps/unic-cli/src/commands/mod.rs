@@ -12,6 +12,8 @@ pub(crate) mod motion_database;
 pub(crate) mod play;
 pub(crate) mod simulate;
 pub mod train;
+#[cfg(feature = "viewer")]
+pub(crate) mod view;
 
 use crate::{args::Args, output};
 use anyhow::Result;

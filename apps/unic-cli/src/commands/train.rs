@@ -5,8 +5,11 @@
 
 mod listener;
 mod prepare;
+mod preview;
 mod result;
 mod sizing_progress;
+#[cfg(feature = "viewer")]
+mod window;
 
 use crate::{
     args::{ProcessorName, TrainArgs},
@@ -21,6 +24,7 @@ use anyhow::{Context, Result};
 use clap::ValueEnum;
 use listener::TrainingListener;
 use prepare::Preparation;
+use preview::Preview;
 use result::FinishedRun;
 pub use result::TrainingSummary;
 use std::{
@@ -38,6 +42,12 @@ use unic_train::{
 /// # Errors
 /// A capture, a setting or an output that is refused, and an interrupted training.
 pub(crate) fn run(args: &TrainArgs) -> Result<()> {
+    #[cfg(feature = "viewer")]
+    let summary = match args.view {
+        true => window::train(args)?,
+        false => train(args)?,
+    };
+    #[cfg(not(feature = "viewer"))]
     let summary = train(args)?;
     match args.json {
         true => print_json(&summary),
@@ -50,6 +60,11 @@ pub(crate) fn run(args: &TrainArgs) -> Result<()> {
 /// # Errors
 /// A capture, a setting or an output that is refused, and an interrupted training.
 pub fn train(args: &TrainArgs) -> Result<TrainingSummary> {
+    train_previewed(args, None)
+}
+
+/// Trains as [`train`] does, and shows the models of validations.
+fn train_previewed(args: &TrainArgs, preview: Option<Preview>) -> Result<TrainingSummary> {
     let started = Instant::now();
     let processor = Processor::from(args.device);
     if !processor.is_built() {
@@ -78,6 +93,7 @@ pub fn train(args: &TrainArgs) -> Result<TrainingSummary> {
         out,
         processor,
         sizing: None,
+        preview,
     };
     if args.resume {
         run.folder.log(&machine::description())?;
@@ -181,6 +197,8 @@ struct Run {
     processor: Processor,
     /// Choice of the field's size. `None` before it is made, and where the settings ask for none.
     sizing: Option<Sizing>,
+    /// Window that shows the models of validations.
+    preview: Option<Preview>,
 }
 
 impl Run {
@@ -193,7 +211,8 @@ impl Run {
             self.folder.metrics(),
             self.fits.len(),
             first.config().optimiser.steps,
-        );
+        )
+        .with_preview(self.preview.clone());
         let mut trainer = self.resumed(first)?;
         // `--resume` may have made the run longer.
         self.folder.write_config(&self.config)?;

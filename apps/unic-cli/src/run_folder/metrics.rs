@@ -136,7 +136,7 @@ impl MetricsLog {
                     "validation_rmse_mm": rmse, "best_mm": best, "seconds": seconds
                 }))
             }
-            Event::Measuring { .. } | Event::Saved { .. } => Ok(()),
+            Event::Measuring { .. } | Event::Previewed { .. } | Event::Saved { .. } => Ok(()),
         }
     }
 

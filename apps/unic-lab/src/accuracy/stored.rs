@@ -192,6 +192,7 @@ impl<'a> TrainingJob<'a> {
             out: Some(model),
             resume: run_exists,
             overwrite: !run_exists,
+            view: false,
             force: self.args.force,
             json: false,
         }

@@ -158,6 +158,8 @@ impl FieldTraining {
         listen: &mut Listen,
     ) -> Result<Control, TrainError> {
         let started = Instant::now();
+        // The answer is of no interest: the first frame of the measurement asks again.
+        let _ = listen(&Event::Previewed { step, model });
         let mut proceed = || listen(&Event::Measuring { step });
         let (clips, intersection) = (&self.data.validation, model.config().intersection);
         let rmse = free_running_rmse_of(model, clips, usize::MAX, intersection, &mut proceed)?;

@@ -204,7 +204,7 @@ fn mesh_file(path: &Path, mesh: &TriMesh) -> Result<AtomicFile> {
 
 /// Path of the body beside that of the garment: `walk.body.pc2` for `walk.pc2`, `frames_body` for a
 /// folder `frames`.
-fn body_path(path: &Path) -> PathBuf {
+pub(crate) fn body_path(path: &Path) -> PathBuf {
     let mut name: OsString = path.file_stem().unwrap_or_default().to_owned();
     match path.extension() {
         Some(extension) => {

@@ -1,5 +1,6 @@
 //! Listener of a training: progress on stderr and the curves of `metrics.jsonl`.
 
+use super::preview::Preview;
 use crate::{
     interrupt,
     progress::Progress,
@@ -25,6 +26,8 @@ pub(super) struct TrainingListener {
     loss: Option<f64>,
     /// Validation error of the first fit, which the second fit, without one, continues to show.
     validation: Option<ShownValidation>,
+    /// Window that shows the models of validations.
+    preview: Option<Preview>,
     /// Error that stopped the training.
     pub(super) error: Option<Error>,
 }
@@ -52,8 +55,14 @@ impl TrainingListener {
             before: 0,
             loss: None,
             validation: None,
+            preview: None,
             error: None,
         }
+    }
+
+    /// Shows the models of validations in a window.
+    pub(super) fn with_preview(self, preview: Option<Preview>) -> Self {
+        Self { preview, ..self }
     }
 
     /// Begins or continues a fit. `other` is the training time of the run before it.
@@ -131,6 +140,11 @@ impl TrainingListener {
                 if let Some(progress) = &self.progress {
                     let message = format!("one step {:.2} mm{held_out}", 1e3 * training_rmse);
                     progress.log(self.before + step, &message);
+                }
+            }
+            Event::Previewed { step, model } => {
+                if let Some(preview) = &self.preview {
+                    preview.model(self.fit, step, model);
                 }
             }
             Event::Measuring { .. } | Event::Saved { .. } => {}

@@ -40,6 +40,9 @@ impl Preparation<'_> {
             interrupt::check()?;
         }
         let data = Dataset::load(capture, &self.run.config, self.run.fits[0])?;
+        if let Some(preview) = &self.run.preview {
+            preview.begin(&data);
+        }
         interrupt::check()?;
         let prior = self.prior(&data)?;
         let data = FieldData::new(data, prior, &self.run.config)?;

@@ -1,0 +1,154 @@
+//! Movies and pictures of a view, without a window.
+
+use crate::{
+    args::{PictureArgs, ViewArgs},
+    interrupt,
+    output::{print, print_json, print_status},
+    outputs::{Existing, Outputs},
+    progress::Progress,
+};
+use anyhow::Result;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use unic_raster::Image;
+use unic_viewer::{EarlierFrames, MovieFormat, MovieWriter, Painter, SheetLayout, ViewSession, draw_sheet};
+
+/// Checks the outputs before anything is read.
+pub(super) fn check(args: &ViewArgs) -> Result<()> {
+    let existing = Existing::of(args.record.overwrite);
+    let outputs = || Outputs::with_inputs(args.paths.iter().chain(args.motion.as_ref()));
+    if let Some(path) = &args.record.record {
+        match format(path, args.record.overwrite)? {
+            // The writer of frames checks the folder.
+            MovieFormat::Frames(_) => outputs().folder(path, []).check(Existing::Resumed)?,
+            MovieFormat::Gif | MovieFormat::Mp4 => outputs().file(path).check(existing)?,
+        }
+    }
+    match &args.record.screenshot {
+        Some(path) => outputs().file(path).check(existing),
+        None => Ok(()),
+    }
+}
+
+fn format(path: &Path, overwrite: bool) -> Result<MovieFormat> {
+    Ok(match (MovieFormat::from_path(path)?, overwrite) {
+        (MovieFormat::Frames(_), true) => MovieFormat::Frames(EarlierFrames::Replace),
+        (format, _) => format,
+    })
+}
+
+/// Object that `--json` prints.
+#[derive(Debug, Serialize)]
+struct PictureSummary {
+    /// Paths of the picture and of the movie.
+    written: Vec<PathBuf>,
+    /// Number of pictures of the movie.
+    frames: usize,
+    /// Pictures a second of the movie.
+    fps: f32,
+    /// Width and height, pixels.
+    size: [u32; 2],
+    /// Names of the panes.
+    panes: Vec<String>,
+    /// Sentence about what drew the pictures.
+    renderer: String,
+}
+
+/// Draws the movie, the picture, or both.
+pub(super) fn run(args: &PictureArgs, session: ViewSession) -> Result<()> {
+    let layout = SheetLayout::new(session.visible().len(), args.size)?;
+    let painter = Painter::new(args.renderer.into(), layout.pane_size())?;
+    print_status(&painter.description());
+    // Drift curves are complete in every picture, however fast the predictions are.
+    session.wait_for(session.duration());
+    let mut drawing = Drawing {
+        fps: args.fps.unwrap_or(session.fps()),
+        session,
+        layout,
+        painter,
+    };
+    if let Some(path) = &args.screenshot {
+        let middle = match args.record {
+            Some(_) => 0.0,
+            None => 0.5 * drawing.session.duration(),
+        };
+        drawing.picture(args.at.unwrap_or(middle))?.save_png(path)?;
+    }
+    let frames = match &args.record {
+        Some(path) => drawing.record(args, path)?,
+        None => 0,
+    };
+    let written = args.screenshot.iter().chain(&args.record).cloned().collect();
+    print_summary(args, &drawing.summary(written, frames))
+}
+
+fn print_summary(args: &PictureArgs, summary: &PictureSummary) -> Result<()> {
+    if args.json {
+        return print_json(summary);
+    }
+    let [width, height] = summary.size;
+    let mut text = String::new();
+    if let Some(path) = &args.screenshot {
+        text += &format!("{}: a picture of {width} x {height}\n", path.display());
+    }
+    if let Some(path) = &args.record {
+        let PictureSummary { frames, fps, .. } = summary;
+        text += &format!(
+            "{}: {frames} pictures of {width} x {height} at {fps} a second\n",
+            path.display()
+        );
+    }
+    print(&text)
+}
+
+/// Session with what draws it.
+struct Drawing {
+    session: ViewSession,
+    layout: SheetLayout,
+    painter: Painter,
+    /// Pictures a second of a movie.
+    fps: f32,
+}
+
+impl Drawing {
+    /// Draws the panes at a time, as soon as everything in them is computed.
+    fn picture(&mut self, seconds: f32) -> Result<Image> {
+        self.session.set_seconds(seconds);
+        self.session.wait_for(self.session.seconds());
+        self.session.update();
+        let painter = &mut self.painter;
+        Ok(draw_sheet(&self.session, &self.layout, |scene, camera| {
+            painter.picture(scene, camera)
+        })?)
+    }
+
+    /// Writes the movie. Returns its number of pictures.
+    fn record(&mut self, args: &PictureArgs, path: &Path) -> Result<usize> {
+        let fps = self.fps;
+        let start = args.at.unwrap_or(0.0);
+        let rest = (self.session.duration() - start).max(0.0);
+        let seconds = args.seconds.map_or(rest, |seconds| seconds.min(rest));
+        let pictures = (seconds * fps).round().max(1.0) as usize;
+        let mut movie = MovieWriter::create(path, format(path, args.overwrite)?, fps, args.size)?;
+        let mut progress = Progress::new("drawing", 0, pictures as u64);
+        for i in 0..pictures {
+            interrupt::check()?;
+            movie.push(&self.picture(start + i as f32 / fps)?)?;
+            progress.set(i as u64 + 1, String::new);
+        }
+        movie.finish()?;
+        Ok(pictures)
+    }
+
+    fn summary(&self, written: Vec<PathBuf>, frames: usize) -> PictureSummary {
+        let tracks = self.session.tracks().iter();
+        PictureSummary {
+            written,
+            frames,
+            fps: self.fps,
+            size: self.layout.size(),
+            panes: tracks.map(|track| track.name().to_owned()).collect(),
+            renderer: self.painter.description(),
+        }
+    }
+}
