@@ -30,6 +30,8 @@ pub mod machine;
 pub mod model_file;
 mod motion_file;
 mod motion_source;
+#[cfg(feature = "viewer")]
+mod movie;
 pub mod output;
 pub mod outputs;
 mod pictures;

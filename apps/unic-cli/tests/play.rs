@@ -8,7 +8,7 @@ mod common;
 use common::*;
 use std::fs;
 
-const MOVIE: &str = "--seconds 1.2 --movie-fps 5 --size 96x64 --renderer software";
+const MOVIE: &str = "--seconds 1.2 --fps 5 --size 96x64 --renderer software";
 
 #[test]
 fn a_movie_needs_no_files_no_window_and_no_adapter_and_is_the_same_on_every_run() {

@@ -60,7 +60,7 @@ pub(crate) struct RecordArgs {
     /// Pictures a second.
     #[arg(long, help_heading = HEADING, value_name = "FPS", value_parser = parse::frame_rate, default_value_t = 25.0,
         requires = "record")]
-    pub(crate) movie_fps: f32,
+    pub(crate) fps: f32,
     /// Width and height of the pictures, pixels.
     #[arg(long, help_heading = HEADING, value_name = "WIDTHxHEIGHT", value_parser = parse::size,
         default_value = "640x360", requires = "record")]

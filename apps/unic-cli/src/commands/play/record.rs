@@ -4,8 +4,9 @@ use super::{Settings, costumes::Wardrobe};
 use crate::{
     args::{PlayArgs, RecordArgs},
     interrupt,
-    output::{print, print_json},
-    outputs::{Existing, Outputs},
+    movie::{self, Movie},
+    output::{print, print_json, print_status},
+    outputs::Outputs,
     progress::Progress,
 };
 use anyhow::Result;
@@ -14,11 +15,9 @@ use std::{
     path::{Path, PathBuf},
     time::Instant,
 };
-use unic_core::motion_matching::Command;
 use unic_eval::control::Player;
-use unic_viewer::{
-    EarlierFrames, FollowCamera, MovieFormat, MovieWriter, Painter, PlaySession, SUN, Scene, Steering,
-};
+use unic_raster::{Ground, Image};
+use unic_viewer::{FollowCamera, Painter, PlaySession, SUN, Scene, Steering};
 
 /// Time before the first picture in which the garment falls into place, seconds.
 const SETTLE_S: f32 = 1.0;
@@ -28,21 +27,8 @@ pub(super) fn check(args: &PlayArgs) -> Result<()> {
     let Some(path) = &args.record.record else {
         return Ok(());
     };
-    format(path, args.record.overwrite)?;
-    let inputs = args.models.iter().chain(args.source.files());
-    let outputs = Outputs::with_inputs(inputs);
-    match format(path, args.record.overwrite)? {
-        // The writer of frames checks the folder.
-        MovieFormat::Frames(_) => outputs.folder(path, []).check(Existing::Resumed),
-        MovieFormat::Gif | MovieFormat::Mp4 => outputs.file(path).check(Existing::of(args.record.overwrite)),
-    }
-}
-
-fn format(path: &Path, overwrite: bool) -> Result<MovieFormat> {
-    Ok(match (MovieFormat::from_path(path)?, overwrite) {
-        (MovieFormat::Frames(_), true) => MovieFormat::Frames(EarlierFrames::Replace),
-        (format, _) => format,
-    })
+    let outputs = Outputs::with_inputs(args.models.iter().chain(args.source.files()));
+    movie::check(outputs, path, args.record.overwrite)
 }
 
 /// Object that `--json` prints.
@@ -65,67 +51,95 @@ struct RecordSummary {
 
 /// Plays the script and writes the movie.
 pub(super) fn run(args: &RecordArgs, path: &Path, wardrobe: Wardrobe, settings: Settings) -> Result<()> {
-    let mut painter = Painter::new(args.renderer.into(), args.size)?;
+    let painter = Painter::new(args.renderer.into(), args.size)?;
+    print_status(&painter.description());
     let mut session = PlaySession::new(settings.play(wardrobe, painter.context())?)?;
-    let mut movie = MovieWriter::create(path, format(path, args.overwrite)?, args.movie_fps, args.size)?;
-    let frames = (args.seconds * args.movie_fps).round().max(1.0) as usize;
-    let mut player = Player::new(args.script.into(), 0);
     session.settle(SETTLE_S)?;
-    let began = session.seconds();
-    let mut camera = FollowCamera::new(session.centre(), session.characters());
+    let mut movie = Movie::create(path, args.overwrite, args.fps, args.size)?;
+    let frames = (args.seconds * args.fps).round().max(1.0) as usize;
+    let mut recording = Recording::new(session, painter, Player::new(args.script.into(), 0));
     let mut progress = Progress::new("drawing", 0, frames as u64);
-    let mut sums = [0.0f32; 3];
-    let mut ticks = 0;
     for frame in 0..frames {
         interrupt::check()?;
-        let script = &mut |seconds: f32, object: &_| -> Command { player.command(seconds - began, object) };
-        session.advance(1.0 / args.movie_fps, Steering::Script(script))?;
-        camera.follow(session.centre(), 1.0 / args.movie_fps);
-        let start = Instant::now();
-        movie.push(&picture(&session, &camera, &mut painter)?)?;
-        let times = session.times();
-        ticks += times.ticks;
-        for (sum, time) in
-            sums.iter_mut()
-                .zip([times.motion_s, times.garment_s, start.elapsed().as_secs_f32()])
-        {
-            *sum += time;
-        }
+        movie.push(&recording.picture(1.0 / args.fps)?)?;
         progress.set(frame as u64 + 1, String::new);
     }
     movie.finish()?;
-    let by_tick = 1e3 / ticks.max(1) as f32;
-    print_summary(
-        args,
-        &RecordSummary {
-            path: path.into(),
-            frames,
-            fps: args.movie_fps,
-            size: args.size,
-            vertices: session.costume().outfit.model().vertex_count(),
-            characters: session.characters(),
-            renderer: painter.description(),
-            motion_ms: sums[0] * by_tick,
-            garment_ms: sums[1] * by_tick,
-            draw_ms: sums[2] * 1e3 / frames as f32,
-        },
-    )
+    print_summary(args, &recording.summary(args, path, frames))
 }
 
-fn picture(
-    session: &PlaySession,
-    camera: &FollowCamera,
-    painter: &mut Painter,
-) -> Result<unic_raster::Image> {
-    let parts = session.parts();
-    let scene = Scene {
-        parts: &parts,
-        marks: &session.marks(),
-        ground: unic_raster::Ground::Height(0.0),
-        to_key: SUN,
-        focus: PlaySession::focus(&parts),
-    };
-    Ok(painter.picture(&scene, &camera.orbit.camera()?)?)
+/// Play in progress, with what draws it.
+struct Recording {
+    session: PlaySession,
+    painter: Painter,
+    player: Player,
+    camera: FollowCamera,
+    /// Time of play at which the script begins, seconds.
+    began_s: f32,
+    ticks: usize,
+    motion_s: f32,
+    garment_s: f32,
+    draw_s: f32,
+}
+
+impl Recording {
+    fn new(session: PlaySession, painter: Painter, player: Player) -> Self {
+        Self {
+            camera: FollowCamera::new(session.centre(), session.characters()),
+            began_s: session.seconds(),
+            session,
+            painter,
+            player,
+            ticks: 0,
+            motion_s: 0.0,
+            garment_s: 0.0,
+            draw_s: 0.0,
+        }
+    }
+
+    /// Plays on for `seconds` and draws.
+    fn picture(&mut self, seconds: f32) -> Result<Image> {
+        let (player, began_s) = (&mut self.player, self.began_s);
+        let script = &mut |now_s: f32, object: &_| player.command(now_s - began_s, object);
+        self.session.advance(seconds, Steering::Script(script))?;
+        self.camera.follow(self.session.centre(), seconds);
+        let times = self.session.times();
+        self.ticks += times.ticks;
+        self.motion_s += times.motion_s;
+        self.garment_s += times.garment_s;
+        let start = Instant::now();
+        let image = self.draw()?;
+        self.draw_s += start.elapsed().as_secs_f32();
+        Ok(image)
+    }
+
+    fn draw(&mut self) -> Result<Image> {
+        let parts = self.session.parts();
+        let scene = Scene {
+            parts: &parts,
+            marks: &self.session.marks(),
+            ground: Ground::Height(0.0),
+            to_key: SUN,
+            focus: PlaySession::focus(&parts),
+        };
+        Ok(self.painter.picture(&scene, &self.camera.orbit.camera()?)?)
+    }
+
+    fn summary(&self, args: &RecordArgs, path: &Path, frames: usize) -> RecordSummary {
+        let by_tick = 1e3 / self.ticks.max(1) as f32;
+        RecordSummary {
+            path: path.into(),
+            frames,
+            fps: args.fps,
+            size: args.size,
+            vertices: self.session.costume().outfit.model().vertex_count(),
+            characters: self.session.characters(),
+            renderer: self.painter.description(),
+            motion_ms: self.motion_s * by_tick,
+            garment_ms: self.garment_s * by_tick,
+            draw_ms: self.draw_s * 1e3 / frames as f32,
+        }
+    }
 }
 
 fn print_summary(args: &RecordArgs, summary: &RecordSummary) -> Result<()> {
@@ -137,14 +151,13 @@ fn print_summary(args: &RecordArgs, summary: &RecordSummary) -> Result<()> {
         frames,
         fps,
         size: [width, height],
-        renderer,
         motion_ms,
         garment_ms,
         draw_ms,
         ..
     } = summary;
     print(&format!(
-        "{}: {frames} pictures of {width} x {height} at {fps} a second, {renderer}\n\
+        "{}: {frames} pictures of {width} x {height} at {fps} a second\n\
          motion {motion_ms:.2} ms and garment {garment_ms:.2} ms a tick, drawing {draw_ms:.1} ms a picture\n",
         path.display()
     ))

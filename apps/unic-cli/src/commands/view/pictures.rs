@@ -3,6 +3,7 @@
 use crate::{
     args::{PictureArgs, ViewArgs},
     interrupt,
+    movie::{self, Movie},
     output::{print, print_json, print_status},
     outputs::{Existing, Outputs},
     progress::Progress,
@@ -11,30 +12,19 @@ use anyhow::Result;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use unic_raster::Image;
-use unic_viewer::{EarlierFrames, MovieFormat, MovieWriter, Painter, SheetLayout, ViewSession, draw_sheet};
+use unic_viewer::{Painter, SheetLayout, ViewSession, draw_sheet};
 
 /// Checks the outputs before anything is read.
 pub(super) fn check(args: &ViewArgs) -> Result<()> {
     let existing = Existing::of(args.record.overwrite);
     let outputs = || Outputs::with_inputs(args.paths.iter().chain(args.motion.as_ref()));
     if let Some(path) = &args.record.record {
-        match format(path, args.record.overwrite)? {
-            // The writer of frames checks the folder.
-            MovieFormat::Frames(_) => outputs().folder(path, []).check(Existing::Resumed)?,
-            MovieFormat::Gif | MovieFormat::Mp4 => outputs().file(path).check(existing)?,
-        }
+        movie::check(outputs(), path, args.record.overwrite)?;
     }
     match &args.record.screenshot {
         Some(path) => outputs().file(path).check(existing),
         None => Ok(()),
     }
-}
-
-fn format(path: &Path, overwrite: bool) -> Result<MovieFormat> {
-    Ok(match (MovieFormat::from_path(path)?, overwrite) {
-        (MovieFormat::Frames(_), true) => MovieFormat::Frames(EarlierFrames::Replace),
-        (format, _) => format,
-    })
 }
 
 /// Object that `--json` prints.
@@ -129,7 +119,7 @@ impl Drawing {
         let rest = (self.session.duration() - start).max(0.0);
         let seconds = args.seconds.map_or(rest, |seconds| seconds.min(rest));
         let pictures = (seconds * fps).round().max(1.0) as usize;
-        let mut movie = MovieWriter::create(path, format(path, args.overwrite)?, fps, args.size)?;
+        let mut movie = Movie::create(path, args.overwrite, fps, args.size)?;
         let mut progress = Progress::new("drawing", 0, pictures as u64);
         for i in 0..pictures {
             interrupt::check()?;
