@@ -1,6 +1,7 @@
 //! `unic play`: a dressed character that is steered.
 
 mod crowd;
+mod marks;
 mod palette;
 mod session;
 mod settings;

@@ -2,6 +2,7 @@
 
 mod canvas;
 mod gpu_mesh;
+mod layouts;
 mod passes;
 mod pipelines;
 mod slots;
@@ -11,8 +12,9 @@ pub use canvas::Canvas;
 
 use crate::{Quality, Scene, ViewerError};
 use gpu_mesh::MeshCache;
+use layouts::Layouts;
 use passes::{ShadowMaps, bind};
-use pipelines::{Layouts, Pipelines};
+use pipelines::Pipelines;
 use slots::Slots;
 use std::collections::HashMap;
 use unic_gpu::{GpuContext, wgpu};

@@ -1,6 +1,7 @@
 //! Play without a window: characters, time and what is drawn.
 
 use super::crowd;
+use super::marks::marks;
 use super::palette::cloth_of;
 use super::settings::{Costume, PlaySettings};
 use crate::{Figure, Focus, Looks, Mark, Part, Shape, ViewerError};
@@ -12,8 +13,6 @@ use unic_core::motion_matching::{Command, Controller, MouseControl, RootFrame, S
 
 /// Largest speed that the mouse asks for, m/s.
 const MOUSE_SPEED_M_S: f32 = 2.0;
-/// Height of marks above the floor, metres: they would flicker within it.
-const MARK_HEIGHT_M: f32 = 0.004;
 /// Ticks between the starts of two characters of a crowd, so that they do not move as one.
 const STAGGER_TICKS: usize = 9;
 
@@ -324,25 +323,11 @@ impl PlaySession {
     /// Marks on the floor: the path that the object is about to take, and the target of the mouse
     /// if it steers.
     pub fn marks(&self) -> Vec<Mark> {
-        let Some(actor) = self.actors.first() else {
-            return Vec::new();
+        let target = |actor: &Actor| {
+            let object = actor.controller.state().object().root();
+            self.steers_by_mouse.then(|| self.mouse.target(&object))
         };
-        let on_floor = |p: Vec2| Vec3::new(p.x, MARK_HEIGHT_M, p.y);
-        let object = actor.controller.state().object().root();
-        let future = actor
-            .controller
-            .future()
-            .iter()
-            .map(|root| on_floor(root.position));
-        let path: Vec<Vec3> = future.collect();
-        let mut marks = vec![
-            Mark::ribbon(&path, 0.03, [0.98, 0.62, 0.15, 0.85]),
-            Mark::ring(on_floor(object.position), 0.26, 0.018, [1.0, 1.0, 1.0, 0.55]),
-        ];
-        if self.steers_by_mouse {
-            let target = on_floor(self.mouse.target(&object));
-            marks.push(Mark::ring(target, 0.09, 0.03, [0.20, 0.75, 0.95, 0.9]));
-        }
-        marks
+        let first = self.actors.first();
+        first.map_or(Vec::new(), |actor| marks(&actor.controller, target(actor)))
     }
 }

@@ -1,6 +1,6 @@
 //! Data of the parts of a scene on the device: a slot for each part.
 
-use crate::renderer::pipelines::Layouts;
+use crate::renderer::layouts::Layouts;
 use crate::renderer::uniforms::PartUniform;
 use crate::scene::{Part, Shape};
 use crate::vertex::Vertex;
