@@ -43,7 +43,7 @@ fn a_movie_needs_no_files_no_window_and_no_adapter_and_is_the_same_on_every_run(
 #[test]
 fn several_characters_and_other_scripts_are_recorded() {
     let folder = tempfile::tempdir().unwrap();
-    let line = format!("play --record walk.gif --characters 3 --script random_mouse {MOVIE} --json");
+    let line = format!("play skirt --record walk.gif --characters 3 --script random_mouse {MOVIE} --json");
     let summary = json(folder.path(), &line);
     assert_eq!(summary["characters"], 3);
     assert!(summary["garment_ms"].as_f64().unwrap() > 0.0);

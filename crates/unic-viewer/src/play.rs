@@ -5,8 +5,10 @@ mod marks;
 mod palette;
 mod session;
 mod settings;
+mod steering;
 mod window;
 
-pub use session::{PlaySession, Steering, Times};
+pub use session::{PlaySession, Times};
 pub use settings::{Costume, PlaySettings};
+pub use steering::Steering;
 pub use window::play_in_window;

@@ -14,15 +14,16 @@ use std::path::PathBuf;
 ///
 /// Examples:
 ///   unic play
-///   unic play shirt.unic skirt.unic --characters 16
+///   unic play skirt
+///   unic play shirt.unic coat.unic --characters 16
 ///   unic play shirt.unic --motion walks/*.npz --exclude jump
 ///   unic play --record figure8.gif --seconds 8
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct PlayArgs {
-    /// Models of one character, between which a key switches [default: the garments that come with
-    /// the program].
-    #[arg(value_name = "MODEL.unic")]
+    /// Models, between which a key switches. `tshirt` and `skirt` come with the program, and are the
+    /// default.
+    #[arg(value_name = "MODEL.unic|tshirt|skirt")]
     pub(crate) models: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) source: MotionSourceArgs,

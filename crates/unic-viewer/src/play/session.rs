@@ -4,32 +4,18 @@ use super::crowd;
 use super::marks::marks;
 use super::palette::cloth_of;
 use super::settings::{Costume, PlaySettings};
+use super::steering::Steering;
 use crate::{Figure, Focus, Looks, Mark, Part, Shape, ViewerError};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Instant;
-use unic_core::motion_matching::{Command, Controller, MouseControl, RootFrame, SimulatedObject};
+use unic_core::motion_matching::{Command, Controller, MouseControl, RootFrame};
 
 /// Largest speed that the mouse asks for, m/s.
 const MOUSE_SPEED_M_S: f32 = 2.0;
 /// Ticks between the starts of two characters of a crowd, so that they do not move as one.
 const STAGGER_TICKS: usize = 9;
-
-/// Where the commands to the first character come from.
-pub enum Steering<'a> {
-    /// Command as it is.
-    Command(Command),
-    /// Place on the floor that the mouse points to, (x, z) metres, and its buttons.
-    Mouse {
-        /// Place.
-        pointer: Vec2,
-        /// Buttons.
-        buttons: unic_core::motion_matching::MouseButtons,
-    },
-    /// Command as a function of the time in seconds and of the object that the character follows.
-    Script(&'a mut dyn FnMut(f32, &SimulatedObject) -> Command),
-}
 
 /// Times of the last frame, seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -5,8 +5,9 @@ mod gamepad;
 mod input;
 mod overlay;
 
-use super::session::{PlaySession, Steering};
+use super::session::PlaySession;
 use super::settings::PlaySettings;
+use super::steering::Steering;
 use crate::{
     Canvas, FollowCamera, Pane, Quality, QualityControl, Renderer, SUN, Scene, ViewerError, WindowDevice,
     WindowSettings, run_window, window_quality,

@@ -34,8 +34,8 @@ impl Wardrobe {
     /// # Errors
     /// Files that are no models, motion that does not fit.
     pub(super) fn read(args: &PlayArgs) -> Result<Self> {
-        let models = match args.models.as_slice() {
-            [] => shipped()?,
+        let models: Vec<(String, Arc<Model>)> = match args.models.as_slice() {
+            [] => Shipped::ALL.into_iter().map(read).collect::<Result<_>>()?,
             paths => paths.iter().map(|path| named(path)).collect::<Result<_>>()?,
         };
         let mut items: Vec<Item> = Vec::new();
@@ -69,7 +69,12 @@ impl Wardrobe {
     }
 }
 
+/// Reads a model file, or takes the garment of this name that comes with the program.
 fn named(path: &Path) -> Result<(String, Arc<Model>)> {
+    let is_shipped = |garment: &Shipped| path.as_os_str() == garment.name() && !path.exists();
+    if let Some(garment) = Shipped::ALL.into_iter().find(is_shipped) {
+        return read(garment);
+    }
     let name = path.file_stem().unwrap_or(path.as_os_str());
     Ok((
         name.to_string_lossy().into_owned(),
@@ -77,9 +82,8 @@ fn named(path: &Path) -> Result<(String, Arc<Model>)> {
     ))
 }
 
-fn shipped() -> Result<Vec<(String, Arc<Model>)>> {
-    let read = |garment: Shipped| Ok((garment.name().into(), Arc::new(garment.model()?)));
-    Shipped::ALL.into_iter().map(read).collect()
+fn read(garment: Shipped) -> Result<(String, Arc<Model>)> {
+    Ok((garment.name().into(), Arc::new(garment.model()?)))
 }
 
 fn is_same_character(a: &Model, b: &Model) -> bool {
