@@ -37,7 +37,7 @@ impl Shipped {
     /// Reads the model.
     ///
     /// # Errors
-    /// None for the bytes that this build can read; another format version of the program.
+    /// Never, as a test reads all garments.
     pub fn model(self) -> Result<Model, ModelFileError> {
         Model::from_bytes(self.bytes())
     }

@@ -126,8 +126,8 @@ fn check_skeleton(path: &Path, database: &Database, skeleton: &Skeleton) -> Resu
     let [expected_len, found_len] = [skeleton.len(), found.len()];
     if expected_len != found_len {
         bail!(
-            "{path}: expected {expected_len} joints as in the character, found {found_len}; --character names the \
-             database's own"
+            "{path}: expected {expected_len} joints as in the character, found {found_len}; a database is of one \
+             character"
         );
     }
     let is_other = |&j: &usize| {
@@ -137,8 +137,8 @@ fn check_skeleton(path: &Path, database: &Database, skeleton: &Skeleton) -> Resu
     if let Some(joint) = (0..expected_len).find(is_other) {
         let place = |of: &Skeleton| format!("{:.3}", of.joints()[joint]);
         bail!(
-            "{path}: expected the character's skeleton, with joint {joint} at {}, found it at {}; --character names \
-             the database's own",
+            "{path}: expected the character's skeleton, with joint {joint} at {}, found it at {}; a database is \
+             of one character",
             place(skeleton),
             place(found)
         );

@@ -112,6 +112,7 @@ fn a_picture_by_the_adapter_if_there_is_one() {
     let output = view("tube --screenshot OUT/a.png --size 320x240 --renderer gpu", &out);
     let stderr = String::from_utf8(output.stderr).unwrap();
     if !output.status.success() {
+        assert!(stderr.contains("adapter"), "{stderr}");
         println!("skipped, because there is no graphics adapter: {stderr}");
         return;
     }

@@ -133,6 +133,7 @@ impl Figure {
         }
         let (positions, normals) = self.skinning.body(self.outfit.model.character(), pose);
         self.body.cut(positions, normals);
+        self.interpolate(1.0);
         Ok(())
     }
 

@@ -42,6 +42,8 @@
 //! - [`Figure`] is a character that wears an [`Outfit`]: body and garment, stepped at the model's
 //!   rate on the processor or on a device, and shown at any rate.
 //! - [`PlaySession`] steers figures by motion matching; [`play_in_window`] shows it in a window.
+//! - [`ViewSession`] shows models, captures and animations side by side; [`view_in_window`] shows it
+//!   in a window.
 //! - [`MovieWriter`] writes pictures as a GIF, an MP4 or a folder of frames.
 //! - [`run_window`] opens a window on a device, and a [`Pane`] shows a scene in a part of it.
 //!   [`QualityControl`] keeps frames within a time.
@@ -53,6 +55,7 @@
 mod error;
 mod figure;
 mod follow;
+mod free_name;
 mod mesh;
 mod movie;
 mod orbit;

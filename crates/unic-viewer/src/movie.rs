@@ -18,6 +18,7 @@ use std::{
     path::{Path, PathBuf},
 };
 use target::TargetFile;
+use unic_io::atomic::CleanupGuard;
 use unic_raster::{GifWriter, Image};
 
 /// Frame rates that a movie may have, frames per second.
@@ -48,6 +49,8 @@ pub struct MovieWriter {
     /// Number of pictures written.
     pictures: usize,
     sink: Sink,
+    /// Removes the unfinished movie when the program is stopped.
+    _cleanup: CleanupGuard,
 }
 
 /// Writer of one format.
@@ -97,11 +100,13 @@ impl MovieWriter {
             MovieFormat::Mp4 => return Err(MovieError::WithoutMp4 { path: path.into() }),
             MovieFormat::Frames(earlier) => Sink::Frames(FrameFolder::create(path, earlier)?),
         };
+        let _cleanup = CleanupGuard::new(sink.temporary_path());
         Ok(Self {
             path: path.into(),
             size,
             pictures: 0,
             sink,
+            _cleanup,
         })
     }
 
@@ -159,11 +164,17 @@ impl MovieWriter {
     ///
     /// A program that exits without dropping the writer removes it.
     pub fn temporary_path(&self) -> &Path {
-        match &self.sink {
-            Sink::Gif(writer) => writer.get_ref().temporary_path(),
+        self.sink.temporary_path()
+    }
+}
+
+impl Sink {
+    fn temporary_path(&self) -> &Path {
+        match self {
+            Self::Gif(writer) => writer.get_ref().temporary_path(),
             #[cfg(feature = "mp4")]
-            Sink::Mp4(writer) => writer.temporary_path(),
-            Sink::Frames(folder) => folder.temporary_path(),
+            Self::Mp4(writer) => writer.temporary_path(),
+            Self::Frames(folder) => folder.temporary_path(),
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Pictures of scenes without a window.
 
 use crate::{AdapterKind, Canvas, Quality, Renderer, Scene, ViewerError, rasterise};
-use unic_gpu::GpuContext;
+use std::sync::{Arc, Mutex};
+use unic_gpu::{GpuContext, wgpu};
 use unic_raster::{Camera, Image};
 
 /// Draws scenes as pictures, on a graphics adapter or by the software rasteriser.
@@ -10,6 +11,8 @@ pub struct Painter {
     size: [u32; 2],
     // Boxed: a renderer is much larger than nothing.
     device: Option<Box<(Renderer, Canvas)>>,
+    /// Error of the device since the last picture.
+    failure: Arc<Mutex<Option<String>>>,
 }
 
 /// Choice of what draws a picture.
@@ -35,12 +38,29 @@ impl Painter {
             PainterChoice::Gpu => Some(GpuContext::new()?),
             PainterChoice::Auto => GpuContext::new().ok(),
         };
+        let failure = Arc::new(Mutex::new(None));
         let Some(context) = context else {
-            return Ok(Self { size, device: None });
+            return Ok(Self {
+                size,
+                device: None,
+                failure,
+            });
         };
+        let seen = Arc::clone(&failure);
+        // Without this an error of the device ends the program.
+        let keep = move |error: wgpu::Error| {
+            if let Ok(mut failure) = seen.lock() {
+                failure.get_or_insert(error.to_string());
+            }
+        };
+        context.device().on_uncaptured_error(Arc::new(keep));
         let canvas = Canvas::new(&context, size, Quality::BEST)?;
         let device = Some(Box::new((Renderer::new(context), canvas)));
-        Ok(Self { size, device })
+        Ok(Self {
+            size,
+            device,
+            failure,
+        })
     }
 
     /// Width and height of the pictures, pixels.
@@ -78,6 +98,10 @@ impl Painter {
         };
         let (renderer, canvas) = &mut **device;
         renderer.draw(scene, camera, canvas)?;
-        canvas.read(renderer.context())
+        let image = canvas.read(renderer.context())?;
+        match self.failure.lock().ok().and_then(|mut failure| failure.take()) {
+            Some(failure) => Err(ViewerError::Device(failure)),
+            None => Ok(image),
+        }
     }
 }

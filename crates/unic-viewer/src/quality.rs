@@ -67,6 +67,10 @@ pub struct QualityControl {
 
 /// Time of slow frames after which the quality goes down, seconds.
 const PATIENCE_S: f32 = 0.5;
+/// Most that one frame counts, seconds.
+const MOST_S: f32 = 0.1;
+/// Time from which on a frame was no frame, but a pause of the window, seconds.
+const PAUSE_S: f32 = 0.7;
 
 impl QualityControl {
     /// Starts at the best quality; frames may take `limit_s` seconds.
@@ -101,7 +105,10 @@ impl QualityControl {
             self.slow_s = 0.0;
             return;
         }
-        self.slow_s += seconds;
+        if seconds > PAUSE_S {
+            return;
+        }
+        self.slow_s += seconds.min(MOST_S);
         if self.slow_s > PATIENCE_S && self.step + 1 < Quality::STEPS.len() {
             self.step += 1;
             self.slow_s = 0.0;
@@ -120,10 +127,12 @@ mod tests {
             control.frame(0.02);
         }
         assert_eq!(control.step(), 0);
-        // One slow frame, such as a shader's first, changes nothing.
-        control.frame(0.4);
-        control.frame(0.02);
-        assert_eq!(control.step(), 0);
+        // One slow frame, such as a shader's first or a sleeping computer's, changes nothing.
+        for pause_s in [0.4, 0.69, 5.0, 3600.0] {
+            control.frame(pause_s);
+            control.frame(0.02);
+            assert_eq!(control.step(), 0);
+        }
         for _ in 0..6 {
             control.frame(0.1);
         }

@@ -36,7 +36,7 @@ const SHOWN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 pub struct Renderer {
     context: GpuContext,
     layouts: Layouts,
-    /// By the number of samples of a pixel.
+    /// Pipelines for each number of samples of a pixel.
     pipelines: HashMap<u32, Pipelines>,
     meshes: MeshCache,
     slots: Slots,

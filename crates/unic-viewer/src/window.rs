@@ -3,6 +3,8 @@
 use crate::{Canvas, Quality, QualityControl, Renderer, Scene, ViewerError};
 use eframe::egui;
 use eframe::egui_wgpu::{self, RenderState};
+use std::cell::RefCell;
+use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 use unic_gpu::{GpuContext, wgpu};
 use unic_raster::Camera;
@@ -59,6 +61,9 @@ pub fn run_window<A: eframe::App + 'static>(
 ) -> Result<(), ViewerError> {
     let failure = Arc::new(Mutex::new(None));
     let seen = Arc::clone(&failure);
+    // An error of `make` is no error of the window.
+    let refused = Rc::new(RefCell::new(None));
+    let refusing = Rc::clone(&refused);
     let options = options(settings);
     let run = eframe::run_native(
         &settings.title,
@@ -68,11 +73,20 @@ pub fn run_window<A: eframe::App + 'static>(
             let state = state.ok_or("the window has no graphics device")?;
             let context = GpuContext::from_device(state.device.clone(), state.queue.clone());
             watch(&context, &creation.egui_ctx, Arc::clone(&seen));
-            let app = make(WindowDevice { context, state }, &creation.egui_ctx);
-            Ok(Box::new(app?) as Box<dyn eframe::App>)
+            match make(WindowDevice { context, state }, &creation.egui_ctx) {
+                Ok(app) => Ok(Box::new(app) as Box<dyn eframe::App>),
+                Err(error) => {
+                    let text = error.to_string();
+                    *refusing.borrow_mut() = Some(error);
+                    Err(text.into())
+                }
+            }
         }),
     );
     let lost = failure.lock().ok().and_then(|mut failure| failure.take());
+    if let Some(error) = refused.take() {
+        return Err(error);
+    }
     match (lost, run) {
         (Some(message), _) => Err(ViewerError::Device(message)),
         (None, Err(error)) => Err(ViewerError::Window(error.to_string())),
@@ -183,10 +197,11 @@ impl Pane {
     }
 }
 
-/// Quality control for a window on an adapter: 60 frames a second on hardware, 15 on software.
+/// Quality control for a window on an adapter: 24 frames a second on hardware, which leaves room for
+/// slow displays, and 15 on software.
 pub fn window_quality(context: &GpuContext) -> QualityControl {
     match AdapterKind::of(context) {
-        AdapterKind::Hardware => QualityControl::new(1.0 / 55.0),
+        AdapterKind::Hardware => QualityControl::new(1.0 / 24.0),
         AdapterKind::Software => QualityControl::new(1.0 / 15.0).from_step(2),
     }
 }

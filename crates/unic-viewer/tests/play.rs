@@ -13,7 +13,8 @@ use unic_core::motion_matching::{
 };
 use unic_io::{joint_names::counterparts, retarget::legs_of};
 use unic_viewer::{
-    Costume, Fabric, Material, Outfit, PlaySession, PlaySettings, Shape, Steering, Vertex, ViewerError,
+    Canvas, Costume, Fabric, GpuContext, Material, Orbit, Outfit, PlaySession, PlaySettings, Quality,
+    Renderer, Shape, Steering, Vertex, ViewerError,
 };
 
 /// Garments that come with the program.
@@ -121,8 +122,11 @@ fn costumes_change_where_the_character_stands_and_garments_restart() {
     assert!(session.root().position.distance(place) < 1e-3);
     session.set_wind(Vec3::X * 4.0);
     walk(&mut session, 1.0 / 30.0, 10);
+    let before = shown(&session);
     session.restart_garments().unwrap();
-    assert!(shown(&session).iter().all(|v| v.position.is_finite()));
+    let after = shown(&session);
+    assert_ne!(before, after, "the garment starts from its mean shape");
+    assert!(after.iter().all(|v| v.position.is_finite()));
     session.wear(2).unwrap();
     assert_eq!(
         session.costume_index(),
@@ -149,6 +153,42 @@ fn the_mouse_steers_to_the_pointer_and_its_target_is_marked() {
         "{:?}",
         session.root()
     );
+}
+
+#[test]
+fn garments_on_a_device_are_drawn_as_those_on_the_processor() {
+    let context = match GpuContext::new() {
+        Ok(context) => context,
+        Err(why) => return eprintln!("skipped: no adapter that draws ({why})"),
+    };
+    let host = costumes().remove(0);
+    let model = Arc::clone(host.outfit.model());
+    let cloth = Material::cloth(Fabric::Plain, [0.8, 0.2, 0.2]);
+    let outfit = |device| Arc::new(Outfit::new("shirt".into(), Arc::clone(&model), cloth, device).unwrap());
+    let pictures = [outfit(None), outfit(Some(&context))].map(|outfit| {
+        let costume = Costume {
+            outfit,
+            ..host.clone()
+        };
+        let mut session = session(&[costume], 1);
+        // Two ticks and a half: both buffers are drawn.
+        walk(&mut session, 2.5 / 30.0, 1);
+        let mut renderer = Renderer::new(context.clone());
+        let mut canvas = Canvas::new(&context, [120, 160], Quality::BEST).unwrap();
+        let camera = Orbit::person(Vec3::Y).camera().unwrap();
+        let drawn = session.with_scene(|scene| renderer.draw(scene, &camera, &mut canvas));
+        drawn.unwrap();
+        canvas.read(&context).unwrap()
+    });
+    let [host, device] = &pictures;
+    let pairs = host.pixels().iter().zip(device.pixels());
+    let red = host.pixels().iter().filter(|p| p[0] > 2 * p[1]).count();
+    assert!(red > 500, "the shirt is in view: {red}");
+    // Positions differ by rounding, and so do a few pixels of edges.
+    let off = pairs
+        .filter(|(a, b)| (0..3).any(|i| a[i].abs_diff(b[i]) > 16))
+        .count();
+    assert!(off < 40, "{off} pixels differ");
 }
 
 #[test]

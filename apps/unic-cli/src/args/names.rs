@@ -22,9 +22,9 @@ pub(crate) enum MaterialName {
 /// Choice between on and off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Switch {
-    /// The cloth collides with itself.
+    /// On.
     On,
-    /// The cloth passes through itself.
+    /// Off.
     Off,
 }
 

@@ -6,6 +6,7 @@ mod record;
 use crate::{
     args::{PlayArgs, Switch},
     failure::Usage,
+    output::print_status,
 };
 use anyhow::Result;
 use costumes::Wardrobe;
@@ -27,7 +28,7 @@ pub(crate) fn run(args: &PlayArgs) -> Result<()> {
     if let Some(path) = &args.record.record {
         return record::run(&args.record, path, wardrobe, settings);
     }
-    let played = play_in_window(move |device| settings.play(wardrobe, Some(device.context())));
+    let played = play_in_window(move |device| settings.play(&wardrobe, Some(device.context())));
     played.map_err(|error| match error {
         // Nothing is wrong with the files: this machine has no window.
         ViewerError::Window(_) => {
@@ -50,7 +51,7 @@ impl Settings {
     /// Makes the settings of a play on a device, or without one.
     fn play(
         self,
-        wardrobe: Wardrobe,
+        wardrobe: &Wardrobe,
         device: Option<&unic_viewer::GpuContext>,
     ) -> Result<PlaySettings, ViewerError> {
         let is_for_garments = |context: &&unic_viewer::GpuContext| match self.gpu_garments {
@@ -58,8 +59,17 @@ impl Settings {
             // A driver on the processor is slower than our own code for it.
             None => AdapterKind::of(context) == AdapterKind::Hardware,
         };
+        let device = device.filter(is_for_garments);
+        let costumes = match wardrobe.costumes(device) {
+            // Nobody has asked for the device.
+            Err(error) if device.is_some() && self.gpu_garments.is_none() => {
+                print_status(&format!("{error}; the garments are computed on the processor"));
+                wardrobe.costumes(None)
+            }
+            other => other,
+        };
         Ok(PlaySettings {
-            costumes: wardrobe.costumes(device.filter(is_for_garments))?,
+            costumes: costumes?,
             characters: self.characters,
             control: self.control,
         })

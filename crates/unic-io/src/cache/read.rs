@@ -3,6 +3,7 @@
 use crate::{
     error::{Error, Result},
     foreign_formats::refuse_foreign,
+    frame_rate::check_frame_rate,
     frames::VertexFrames,
     npy::Dim,
     npz::Npz,
@@ -65,7 +66,12 @@ fn read_npz(path: &Path) -> Result<VertexCache> {
     let name = npz.first_present(&NPZ_NAMES).unwrap_or(NPZ_NAMES[0]);
     let frames = frames_of(&mut npz, name)?;
     let fps = match npz.first_present(&["fps", "mocap_framerate", "mocap_frame_rate"]) {
-        Some(key) => Some(npz.number(key)? as f32),
+        Some(key) => {
+            let fps = npz.number(key)?;
+            check_frame_rate(fps)
+                .map_err(|found| npz.array_error(key, "a frame rate from 1 to 1000", found))?;
+            Some(fps as f32)
+        }
         None => None,
     };
     let mesh = if npz.contains("faces") {

@@ -5,12 +5,13 @@ use super::marks::marks;
 use super::palette::cloth_of;
 use super::settings::{Costume, PlaySettings};
 use super::steering::Steering;
-use crate::{Figure, Focus, Looks, Mark, Part, Shape, ViewerError};
+use crate::{Figure, Focus, Looks, Mark, Part, SUN, Scene, Shape, ViewerError};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Instant;
-use unic_core::motion_matching::{Command, Controller, MouseControl, RootFrame};
+use unic_core::motion_matching::{Command, Controller, MouseControl, RootFrame, wrapped};
+use unic_raster::Ground;
 
 /// Largest speed that the mouse asks for, m/s.
 const MOUSE_SPEED_M_S: f32 = 2.0;
@@ -37,6 +38,8 @@ pub struct PlaySession {
     mouse: MouseControl,
     command: Command,
     steers_by_mouse: bool,
+    /// Place that is shown between the last two ticks: 0 is the earlier one, 1 the later one.
+    share: f32,
     /// Time of play in ticks. Fractions of a tick add up to the same number at every display rate.
     clock: f64,
     /// Number of ticks.
@@ -48,8 +51,21 @@ pub struct PlaySession {
 /// One character.
 struct Actor {
     controller: Controller,
+    /// Root at the tick before the last one.
+    before: RootFrame,
     figure: Figure,
     place: Vec2,
+}
+
+impl Actor {
+    /// Root between the last two ticks.
+    fn shown_root(&self, share: f32) -> RootFrame {
+        let (before, now) = (self.before, self.controller.state().root());
+        RootFrame {
+            position: before.position.lerp(now.position, share),
+            yaw: before.yaw + wrapped(now.yaw - before.yaw) * share,
+        }
+    }
 }
 
 impl PlaySession {
@@ -67,13 +83,15 @@ impl PlaySession {
             mouse: MouseControl::new(MOUSE_SPEED_M_S),
             command: Command::STAND,
             steers_by_mouse: false,
+            share: 1.0,
             clock: 0.0,
             ticks: 0,
             wind: Vec3::ZERO,
             times: Times::default(),
             settings,
         };
-        session.dress(RootFrame::default())?;
+        let characters = session.settings.characters;
+        session.dress(RootFrame::default(), 0, characters)?;
         Ok(session)
     }
 
@@ -93,14 +111,14 @@ impl PlaySession {
     /// # Errors
     /// Those of [`new`](Self::new).
     pub fn wear(&mut self, costume: usize) -> Result<(), ViewerError> {
-        let root = self.root();
-        self.costume = costume % self.settings.costumes.len();
+        let costume = costume % self.settings.costumes.len();
+        self.dress(self.root(), costume, self.settings.characters)?;
         let shading = self.looks.shading;
         self.looks = Looks {
             shading,
             ..self.costume().looks()
         };
-        self.dress(root)
+        Ok(())
     }
 
     /// Index of the costume.
@@ -113,8 +131,7 @@ impl PlaySession {
     /// # Errors
     /// Those of [`new`](Self::new).
     pub fn set_characters(&mut self, characters: usize) -> Result<(), ViewerError> {
-        self.settings.characters = characters.max(1);
-        self.dress(self.root())
+        self.dress(self.root(), self.costume, characters)
     }
 
     /// Number of characters.
@@ -148,15 +165,15 @@ impl PlaySession {
             .try_for_each(|actor| actor.figure.reset(actor.controller.pose(), wind))
     }
 
-    /// Root of the first character, as shown.
+    /// Root of the first character, as shown between the ticks.
     pub fn root(&self) -> RootFrame {
         let first = self.actors.first();
-        first.map_or(RootFrame::default(), |actor| actor.controller.state().root())
+        first.map_or(RootFrame::default(), |actor| actor.shown_root(self.share))
     }
 
     /// Middle of all characters, as shown, with the yaw of the first one.
     pub fn centre(&self) -> RootFrame {
-        let roots = self.actors.iter().map(|actor| actor.controller.state().root());
+        let roots = self.actors.iter().map(|actor| actor.shown_root(self.share));
         RootFrame {
             position: roots.map(|root| root.position).sum::<Vec2>() / self.actors.len().max(1) as f32,
             yaw: self.root().yaw,
@@ -182,40 +199,50 @@ impl PlaySession {
         self.costume().database.fps()
     }
 
-    /// Makes the characters of the costume around a root.
-    fn dress(&mut self, root: RootFrame) -> Result<(), ViewerError> {
-        let Costume {
-            outfit,
-            database,
-            tags,
-        } = &self.settings.costumes[self.costume];
+    /// Makes the characters of a costume around a root. The session stays as it was where this fails.
+    fn dress(&mut self, root: RootFrame, costume: usize, characters: usize) -> Result<(), ViewerError> {
+        let Costume { outfit, database, .. } = &self.settings.costumes[costume];
         let (expected, found) = (outfit.model().config().fps, database.fps());
         if expected != found {
             return Err(ViewerError::Rate { expected, found });
         }
-        let actor = |character: usize| -> Result<Actor, ViewerError> {
-            let mut controller = Controller::new(Arc::clone(database), self.settings.control);
-            controller.set_tags(*tags)?;
+        let characters = characters.max(1);
+        let actors = (0..characters).map(|character| {
             let place = crowd::place(character);
-            controller.reset(RootFrame {
-                position: root.position + place,
-                yaw: root.yaw,
-            });
-            for _ in 0..(STAGGER_TICKS * character) {
-                controller.step(&Command::STAND)?;
-            }
-            let figure = Figure::new(Arc::clone(outfit), controller.pose(), self.wind)?;
-            Ok(Actor {
-                controller,
-                figure,
-                place,
-            })
-        };
-        let actors = (0..self.settings.characters.max(1)).map(actor);
-        self.actors = actors.collect::<Result<_, _>>()?;
+            let position = root.position + place;
+            self.actor(costume, character, RootFrame { position, ..root })
+        });
+        let actors: Vec<Actor> = actors.collect::<Result<_, _>>()?;
+        // Ticks of the new rate that make the same time of play.
+        self.ticks = (f64::from(self.seconds()) * f64::from(found)).round() as u64;
+        self.actors = actors;
+        self.costume = costume;
+        self.settings.characters = characters;
         self.clock = self.ticks as f64;
         self.show(1.0);
         Ok(())
+    }
+
+    /// Makes a character of a costume.
+    fn actor(&self, costume: usize, character: usize, root: RootFrame) -> Result<Actor, ViewerError> {
+        let Costume {
+            outfit,
+            database,
+            tags,
+        } = &self.settings.costumes[costume];
+        let mut controller = Controller::new(Arc::clone(database), self.settings.control);
+        controller.set_tags(*tags)?;
+        controller.reset(root);
+        for _ in 0..(STAGGER_TICKS * character) {
+            controller.step(&Command::STAND)?;
+        }
+        let figure = Figure::new(Arc::clone(outfit), controller.pose(), self.wind)?;
+        Ok(Actor {
+            before: controller.state().root(),
+            controller,
+            figure,
+            place: crowd::place(character),
+        })
     }
 
     /// Lets the characters stand for `seconds`, so that garments fall into place.
@@ -261,6 +288,7 @@ impl PlaySession {
                 0 => command,
                 _ => crowd::follow(leader, &command, follower, actor.place),
             };
+            actor.before = actor.controller.state().root();
             actor.controller.step(&command)?;
         }
         let moved = Instant::now();
@@ -276,6 +304,7 @@ impl PlaySession {
     }
 
     fn show(&mut self, share: f32) {
+        self.share = share;
         self.actors
             .par_iter_mut()
             .for_each(|actor| actor.figure.interpolate(share));
@@ -292,8 +321,20 @@ impl PlaySession {
         parts.collect()
     }
 
+    /// Does something with the scene of the play as it is now.
+    pub fn with_scene<T>(&self, work: impl FnOnce(&Scene) -> T) -> T {
+        let parts = self.parts();
+        work(&Scene {
+            parts: &parts,
+            marks: &self.marks(),
+            ground: Ground::Height(0.0),
+            to_key: SUN,
+            focus: Self::focus(&parts),
+        })
+    }
+
     /// Region of the characters.
-    pub fn focus(parts: &[Part]) -> Focus {
+    fn focus(parts: &[Part]) -> Focus {
         // Garments on a device are near their bodies.
         let positions = parts.iter().flat_map(|part| match part.shape {
             Shape::Host(vertices) => vertices,

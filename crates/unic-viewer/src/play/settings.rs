@@ -1,4 +1,4 @@
-//! What a play starts with.
+//! Settings with which a play starts.
 
 use crate::{Looks, Material, Outfit, Shading};
 use std::sync::Arc;

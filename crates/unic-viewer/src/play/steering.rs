@@ -3,7 +3,7 @@
 use glam::Vec2;
 use unic_core::motion_matching::{Command, MouseButtons, SimulatedObject};
 
-/// Where the commands to the first character come from.
+/// Source of the commands to the first character.
 pub enum Steering<'a> {
     /// Command as it is.
     Command(Command),

@@ -8,8 +8,9 @@ mod overlay;
 use super::session::PlaySession;
 use super::settings::PlaySettings;
 use super::steering::Steering;
+use crate::free_name::free_name;
 use crate::{
-    Canvas, FollowCamera, Pane, Quality, QualityControl, Renderer, SUN, Scene, ViewerError, WindowDevice,
+    Canvas, FollowCamera, Pane, Quality, QualityControl, Renderer, Scene, ViewerError, WindowDevice,
     WindowSettings, run_window, window_quality,
 };
 use eframe::egui;
@@ -17,9 +18,10 @@ use frame_times::FrameTimes;
 use gamepad::Gamepad;
 use glam::{Vec2, Vec3};
 use input::Input;
+use std::path::Path;
 use std::time::Instant;
 use unic_core::motion_matching::Command;
-use unic_raster::{Camera, Ground};
+use unic_raster::Camera;
 
 /// Longest time that a frame makes up for, seconds. A slower display slows the play down.
 const LONGEST_FRAME_S: f32 = 0.13;
@@ -68,7 +70,6 @@ struct PlayWindow {
     wind: usize,
     help: Shown,
     message: String,
-    screenshots: usize,
 }
 
 /// Speed of time.
@@ -102,7 +103,6 @@ impl PlayWindow {
             wind: 0,
             help: Shown::Yes,
             message: String::new(),
-            screenshots: 0,
             session,
             device,
         }
@@ -189,15 +189,14 @@ impl PlayWindow {
         let Some(size) = self.pane.canvas().map(Canvas::size) else {
             return;
         };
-        self.screenshots += 1;
-        let path = format!("unic_play_{:04}.png", self.screenshots);
+        let path = free_name("unic_play", "png");
         self.message = match self.save_picture(&path, size) {
-            Ok(()) => format!("{path} written"),
+            Ok(()) => format!("{} written", path.display()),
             Err(error) => error.to_string(),
         };
     }
 
-    fn save_picture(&mut self, path: &str, size: [u32; 2]) -> Result<(), ViewerError> {
+    fn save_picture(&mut self, path: &Path, size: [u32; 2]) -> Result<(), ViewerError> {
         let context = self.device.context().clone();
         let mut canvas = Canvas::new(&context, size, Quality::BEST)?;
         self.with_scene(|renderer, _, scene, camera| renderer.draw(scene, camera, &mut canvas))?;
@@ -209,16 +208,10 @@ impl PlayWindow {
         &mut self,
         work: impl FnOnce(&mut Renderer, &mut Pane, &Scene, &Camera) -> Result<T, ViewerError>,
     ) -> Result<T, ViewerError> {
-        let parts = self.session.parts();
-        let scene = Scene {
-            parts: &parts,
-            marks: &self.session.marks(),
-            ground: Ground::Height(0.0),
-            to_key: SUN,
-            focus: PlaySession::focus(&parts),
-        };
         let camera = self.camera.orbit.camera()?;
-        work(&mut self.renderer, &mut self.pane, &scene, &camera)
+        let (renderer, pane) = (&mut self.renderer, &mut self.pane);
+        self.session
+            .with_scene(|scene| work(renderer, pane, scene, &camera))
     }
 
     fn draw(&mut self, ui: &mut egui::Ui) -> Result<egui::Response, ViewerError> {

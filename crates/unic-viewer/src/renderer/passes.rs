@@ -8,9 +8,9 @@ use unic_raster::Ground;
 /// Depth maps of what casts shadows, bound with the view.
 #[derive(Debug)]
 pub(crate) struct ShadowMaps {
-    /// From the key light.
+    /// Depth seen from the key light.
     key: wgpu::TextureView,
-    /// From above.
+    /// Depth seen from above.
     above: wgpu::TextureView,
     size: u32,
     view_group: wgpu::BindGroup,

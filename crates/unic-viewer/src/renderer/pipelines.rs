@@ -47,7 +47,7 @@ enum Depth {
     Shadow,
 }
 
-/// What a pipeline draws to.
+/// Attachment that a pipeline draws to.
 #[derive(Clone, Copy)]
 enum Target {
     Depth,

@@ -19,7 +19,7 @@ struct Part {
 // Six numbers a vertex: position and normal.
 @group(1) @binding(1) var<storage, read> now: array<f32>;
 @group(1) @binding(2) var<storage, read> before: array<f32>;
-// Linear colours, four bytes each.
+// Colours in sRGB, four bytes each.
 @group(1) @binding(3) var<storage, read> colours: array<u32>;
 
 const SKIN = 0u;

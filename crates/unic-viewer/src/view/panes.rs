@@ -4,7 +4,8 @@ use super::body::Body;
 use super::source::{ClipSource, ModelSource, Source};
 use super::track::{Track, TrackKind};
 use crate::ViewerError;
-use unic_core::clip::Clip;
+use glam::Vec3;
+use unic_core::{character::Character, clip::Clip};
 
 /// Bodies and tracks of sources, while they are made.
 pub(super) struct Panes<'a> {
@@ -76,7 +77,10 @@ impl<'a> Panes<'a> {
     }
 
     fn add_model(&mut self, source: &ModelSource) -> Result<(), ViewerError> {
-        if let Some(clip) = self.clip.filter(|clip| fits(source, &clip.motion)) {
+        if let Some(clip) = self
+            .clip
+            .filter(|clip| is_of_character(source, &clip.character) && fits(source, &clip.motion))
+        {
             let track = Track::of_model(source, &clip.motion, Some(&clip.truth), 0);
             self.tracks.push(track);
             return Ok(());
@@ -102,7 +106,18 @@ impl<'a> Panes<'a> {
     }
 }
 
-/// Whether a motion is of the model's skeleton and rate.
+/// Largest distance between a joint of one skeleton and the same joint of the other, metres: files of
+/// one character from two programs round them.
+const SAME_JOINT_M: f32 = 1e-3;
+
+/// Whether a model is of a character's skeleton.
+fn is_of_character(source: &ModelSource, character: &Character) -> bool {
+    let (a, b) = (&source.model.character().skeleton, &character.skeleton);
+    let is_near = |(a, b): (&Vec3, &Vec3)| a.distance(*b) <= SAME_JOINT_M;
+    a.parents() == b.parents() && a.joints().iter().zip(b.joints()).all(is_near)
+}
+
+/// Whether a motion has the number of the model's joints, and its rate.
 fn fits(source: &ModelSource, motion: &Clip) -> bool {
     // Files round rates such as 29.97.
     let fps = source.model.config().fps;

@@ -124,6 +124,7 @@ impl Prediction {
         let shared = Arc::new(Shared::default());
         let theirs = Arc::clone(&shared);
         let work = move || {
+            let _announcing = AnnouncesPanic(&theirs);
             let mut stages = StageTimes::default();
             for frame in 0..frames {
                 if theirs.stop.load(Ordering::Relaxed) {
@@ -244,4 +245,15 @@ pub(super) fn rmse(positions: &[Vec3], truth: &[Vec3]) -> f32 {
     let pairs = positions.iter().zip(truth);
     let squares: f64 = pairs.map(|(a, b)| f64::from(a.distance_squared(*b))).sum();
     (squares / positions.len().max(1) as f64).sqrt() as f32
+}
+/// Tells those who wait that the thread ends by a panic.
+struct AnnouncesPanic<'a>(&'a Shared);
+
+impl Drop for AnnouncesPanic<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.lock().failure = Some("the prediction has ended by an internal error".into());
+            self.0.grown.notify_all();
+        }
+    }
 }

@@ -178,7 +178,7 @@ impl ViewSession {
         };
     }
 
-    /// What the panes show, whether they are shown or not.
+    /// Tracks of all panes, shown or not.
     pub fn tracks(&self) -> &[Track] {
         &self.tracks
     }

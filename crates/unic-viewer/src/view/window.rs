@@ -10,6 +10,7 @@ mod timeline;
 use super::session::ViewSession;
 use super::sheet::{SheetLayout, draw_sheet};
 use super::source::{ModelSource, Source};
+use crate::free_name::free_name;
 use crate::{
     Canvas, Pane, Quality, QualityControl, Renderer, ViewerError, WindowDevice, WindowSettings, run_window,
     window_quality,
@@ -80,7 +81,6 @@ struct ViewWindow {
     help: Shown,
     options: Shown,
     message: String,
-    screenshots: usize,
     recording: Option<Recording>,
 }
 
@@ -107,6 +107,13 @@ impl Shown {
     }
 }
 
+/// Whether the time of a view has moved in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Moved {
+    Yes,
+    No,
+}
+
 impl ViewWindow {
     fn new(device: WindowDevice, settings: ViewSettings) -> Self {
         let context = device.context().clone();
@@ -123,15 +130,14 @@ impl ViewWindow {
             help: Shown::No,
             options: Shown::Yes,
             message: "H shows the keys; drop models, captures and animations here".into(),
-            screenshots: 0,
             recording: None,
             device,
         }
     }
 
     /// Advances the time by that since the last frame, or by a picture of the movie that is
-    /// recorded.
-    fn advance(&mut self) {
+    /// recorded. Returns whether it has moved: it waits while paused and for predictions.
+    fn advance(&mut self) -> Moved {
         let now = Instant::now();
         let before = self.last_frame.replace(now);
         let elapsed = before.map_or(0.0, |before| (now - before).as_secs_f32());
@@ -141,7 +147,7 @@ impl ViewWindow {
             self.quality.frame(elapsed);
         }
         if self.playback == Playback::Pauses {
-            return;
+            return Moved::No;
         }
         let seconds = match self.recording {
             Some(_) => 1.0 / self.session.fps(),
@@ -149,9 +155,11 @@ impl ViewWindow {
             None => elapsed.min(0.25) * self.speed,
         };
         // Time waits for predictions, so that garments do not lag behind their bodies.
-        if self.session.is_ready(self.session.seconds() + seconds) {
-            self.session.advance(seconds);
+        if !self.session.is_ready(self.session.seconds() + seconds) {
+            return Moved::No;
         }
+        self.session.advance(seconds);
+        Moved::Yes
     }
 
     /// Draws all panes that are shown as one picture of `size` pixels.
@@ -169,16 +177,10 @@ impl ViewWindow {
     /// Saves a picture of the panes in the current folder.
     fn screenshot(&mut self, ctx: &egui::Context) {
         let size = window_pixels(ctx);
-        let path = loop {
-            self.screenshots += 1;
-            let path = format!("unic_view_{:04}.png", self.screenshots);
-            if !Path::new(&path).exists() {
-                break path;
-            }
-        };
+        let path = free_name("unic_view", "png");
         let saved = self.picture(size).and_then(|image| Ok(image.save_png(&path)?));
         self.message = match saved {
-            Ok(()) => format!("{path} written"),
+            Ok(()) => format!("{} written", path.display()),
             Err(error) => error.to_string(),
         };
     }
@@ -247,7 +249,7 @@ impl eframe::App for ViewWindow {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         self.receive(ui);
         self.act(ui);
-        self.advance();
+        let moved = self.advance();
         self.session.update();
         egui::Panel::bottom("timeline").show(ui, |ui| self.timeline(ui));
         if self.options == Shown::Yes {
@@ -259,7 +261,9 @@ impl eframe::App for ViewWindow {
         let region = ui.available_rect_before_wrap();
         self.draw_panes(ui);
         self.overlay(ui, region);
-        self.record(ui.ctx());
+        if moved == Moved::Yes {
+            self.record();
+        }
         ui.ctx().request_repaint();
     }
 

@@ -56,16 +56,17 @@ impl Wardrobe {
     }
 
     /// Prepares the models for the processor, or for a device.
-    pub(super) fn costumes(self, device: Option<&GpuContext>) -> Result<Vec<Costume>, ViewerError> {
-        let costume = |(item, cloth): (Item, Material)| {
+    pub(super) fn costumes(&self, device: Option<&GpuContext>) -> Result<Vec<Costume>, ViewerError> {
+        let costume = |(item, cloth): (&Item, Material)| {
+            let model = Arc::clone(&item.model);
             Ok(Costume {
-                outfit: Arc::new(Outfit::new(item.name, item.model, cloth, device)?),
-                database: item.database,
+                outfit: Arc::new(Outfit::new(item.name.clone(), model, cloth, device)?),
+                database: Arc::clone(&item.database),
                 tags: item.tags,
             })
         };
         let cloths = CLOTHS.into_iter().cycle();
-        self.0.into_iter().zip(cloths).map(costume).collect()
+        self.0.iter().zip(cloths).map(costume).collect()
     }
 }
 

@@ -3,10 +3,9 @@
 use super::{Settings, costumes::Wardrobe};
 use crate::{
     args::{PlayArgs, RecordArgs},
-    interrupt,
-    movie::{self, Movie},
+    interrupt, movie,
     output::{print, print_json, print_status},
-    outputs::Outputs,
+    outputs::{Existing, Outputs},
     progress::Progress,
 };
 use anyhow::Result;
@@ -16,8 +15,8 @@ use std::{
     time::Instant,
 };
 use unic_eval::control::Player;
-use unic_raster::{Ground, Image};
-use unic_viewer::{FollowCamera, Painter, PlaySession, SUN, Scene, Steering};
+use unic_raster::Image;
+use unic_viewer::{FollowCamera, Painter, PlaySession, Steering};
 
 /// Time before the first picture in which the garment falls into place, seconds.
 const SETTLE_S: f32 = 1.0;
@@ -28,7 +27,7 @@ pub(super) fn check(args: &PlayArgs) -> Result<()> {
         return Ok(());
     };
     let outputs = Outputs::with_inputs(args.models.iter().chain(args.source.files()));
-    movie::check(outputs, path, args.record.overwrite)
+    movie::check(outputs, path, Existing::of(args.record.overwrite))
 }
 
 /// Object that `--json` prints.
@@ -53,9 +52,10 @@ struct RecordSummary {
 pub(super) fn run(args: &RecordArgs, path: &Path, wardrobe: Wardrobe, settings: Settings) -> Result<()> {
     let painter = Painter::new(args.renderer.into(), args.size)?;
     print_status(&painter.description());
-    let mut session = PlaySession::new(settings.play(wardrobe, painter.context())?)?;
+    let existing = Existing::of(args.overwrite);
+    let mut movie = movie::create(path, existing, args.fps, args.size)?;
+    let mut session = PlaySession::new(settings.play(&wardrobe, painter.context())?)?;
     session.settle(SETTLE_S)?;
-    let mut movie = Movie::create(path, args.overwrite, args.fps, args.size)?;
     let frames = (args.seconds * args.fps).round().max(1.0) as usize;
     let mut recording = Recording::new(session, painter, Player::new(args.script.into(), 0));
     let mut progress = Progress::new("drawing", 0, frames as u64);
@@ -114,15 +114,9 @@ impl Recording {
     }
 
     fn draw(&mut self) -> Result<Image> {
-        let parts = self.session.parts();
-        let scene = Scene {
-            parts: &parts,
-            marks: &self.session.marks(),
-            ground: Ground::Height(0.0),
-            to_key: SUN,
-            focus: PlaySession::focus(&parts),
-        };
-        Ok(self.painter.picture(&scene, &self.camera.orbit.camera()?)?)
+        let camera = self.camera.orbit.camera()?;
+        let painter = &mut self.painter;
+        Ok(self.session.with_scene(|scene| painter.picture(scene, &camera))?)
     }
 
     fn summary(&self, args: &RecordArgs, path: &Path, frames: usize) -> RecordSummary {

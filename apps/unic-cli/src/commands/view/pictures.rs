@@ -2,28 +2,43 @@
 
 use crate::{
     args::{PictureArgs, ViewArgs},
-    interrupt,
-    movie::{self, Movie},
+    failure::Usage,
+    interrupt, movie,
     output::{print, print_json, print_status},
     outputs::{Existing, Outputs},
     progress::Progress,
 };
 use anyhow::Result;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use unic_raster::Image;
-use unic_viewer::{Painter, SheetLayout, ViewSession, draw_sheet};
+use unic_viewer::{MovieWriter, Painter, SheetLayout, ViewSession, draw_sheet};
 
 /// Checks the outputs before anything is read.
 pub(super) fn check(args: &ViewArgs) -> Result<()> {
     let existing = Existing::of(args.record.overwrite);
-    let outputs = || Outputs::with_inputs(args.paths.iter().chain(args.motion.as_ref()));
-    if let Some(path) = &args.record.record {
-        movie::check(outputs(), path, args.record.overwrite)?;
+    let read = args
+        .paths
+        .iter()
+        .chain(&args.motion)
+        .chain(&args.reading.bone_map);
+    let mut outputs = Outputs::with_inputs(read);
+    if let Some(path) = &args.record.screenshot {
+        if !path
+            .extension()
+            .is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
+        {
+            return Err(Usage(format!(
+                "{}: expected a picture that ends in .png",
+                path.display()
+            ))
+            .into());
+        }
+        outputs = outputs.file(path);
     }
-    match &args.record.screenshot {
-        Some(path) => outputs().file(path).check(existing),
-        None => Ok(()),
+    match &args.record.record {
+        Some(path) => movie::check(outputs, path, existing),
+        None => outputs.check(existing),
     }
 }
 
@@ -49,10 +64,13 @@ pub(super) fn run(args: &PictureArgs, session: ViewSession) -> Result<()> {
     let layout = SheetLayout::new(session.visible().len(), args.size)?;
     let painter = Painter::new(args.renderer.into(), layout.pane_size())?;
     print_status(&painter.description());
+    let fps = args.fps.unwrap_or(session.fps());
+    let create = |path: &PathBuf| movie::create(path, Existing::of(args.overwrite), fps, args.size);
+    let movie = args.record.as_ref().map(create).transpose()?;
     // Drift curves are complete in every picture, however fast the predictions are.
     session.wait_for(session.duration());
     let mut drawing = Drawing {
-        fps: args.fps.unwrap_or(session.fps()),
+        fps,
         session,
         layout,
         painter,
@@ -64,8 +82,8 @@ pub(super) fn run(args: &PictureArgs, session: ViewSession) -> Result<()> {
         };
         drawing.picture(args.at.unwrap_or(middle))?.save_png(path)?;
     }
-    let frames = match &args.record {
-        Some(path) => drawing.record(args, path)?,
+    let frames = match movie {
+        Some(movie) => drawing.record(args, movie)?,
         None => 0,
     };
     let written = args.screenshot.iter().chain(&args.record).cloned().collect();
@@ -113,13 +131,12 @@ impl Drawing {
     }
 
     /// Writes the movie. Returns its number of pictures.
-    fn record(&mut self, args: &PictureArgs, path: &Path) -> Result<usize> {
+    fn record(&mut self, args: &PictureArgs, mut movie: MovieWriter) -> Result<usize> {
         let fps = self.fps;
         let start = args.at.unwrap_or(0.0);
         let rest = (self.session.duration() - start).max(0.0);
         let seconds = args.seconds.map_or(rest, |seconds| seconds.min(rest));
         let pictures = (seconds * fps).round().max(1.0) as usize;
-        let mut movie = Movie::create(path, args.overwrite, fps, args.size)?;
         let mut progress = Progress::new("drawing", 0, pictures as u64);
         for i in 0..pictures {
             interrupt::check()?;

@@ -94,10 +94,14 @@ impl Reader {
         let mut sources: Vec<Source> = Vec::new();
         for path in paths {
             for mut source in self.read(path)? {
-                // Two models may have the same file name in two folders.
+                // Two files may have the same name in two folders.
                 let taken = |name: &str| sources.iter().any(|other| other.name() == name);
-                if let (Source::Model(model), true) = (&mut source, taken(source_name(path).as_str())) {
-                    model.name = path.display().to_string();
+                if taken(source.name()) {
+                    match &mut source {
+                        Source::Model(model) => model.name = path.display().to_string(),
+                        Source::Animation(animation) => animation.name = path.display().to_string(),
+                        Source::Clip(_) => {}
+                    }
                 }
                 sources.push(source);
             }

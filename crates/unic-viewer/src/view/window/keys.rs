@@ -18,7 +18,7 @@ const HELP: [(&str, &str); 14] = [
         "error, wireframe, normals, intersections, weights",
     ),
     ("F", "camera follows or stays"),
-    ("Tab", "options"),
+    ("O", "options"),
     ("P", "screenshot"),
     ("M", "start or end a movie"),
     ("H, Esc", "help, quit"),
@@ -39,7 +39,7 @@ impl ViewWindow {
     /// Does what the keys ask for.
     pub(super) fn act(&mut self, ui: &egui::Ui) {
         // Keys that go to a text field are no commands.
-        if ui.ctx().egui_wants_keyboard_input() {
+        if ui.ctx().text_edit_focused() {
             return;
         }
         let pressed = ui.input(|input| {
@@ -77,7 +77,7 @@ impl ViewWindow {
                     CameraMotion::Stays => CameraMotion::Follows,
                 }
             }
-            Key::Tab => self.options = self.options.toggled(),
+            Key::O => self.options = self.options.toggled(),
             Key::P | Key::F12 => self.screenshot(ctx),
             Key::M => self.toggle_recording(ctx),
             Key::H => self.help = self.help.toggled(),

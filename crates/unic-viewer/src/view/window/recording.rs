@@ -1,9 +1,10 @@
 //! Movies of the window.
 
 use super::{ViewWindow, window_pixels};
+use crate::free_name::free_name;
 use crate::{MovieError, MovieFormat, MovieWriter};
 use eframe::egui;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Largest width of a movie, pixels: pictures are drawn and written while the window waits.
 const WIDEST: u32 = 1280;
@@ -44,9 +45,7 @@ impl ViewWindow {
 
     fn start_recording(&self, ctx: &egui::Context) -> Result<Recording, MovieError> {
         let ending = if cfg!(feature = "mp4") { "mp4" } else { "gif" };
-        let name = |i: usize| PathBuf::from(format!("unic_view_{i:04}.{ending}"));
-        let path = (1..).map(name).find(|path| !Path::new(path).exists());
-        let path = path.unwrap_or_else(|| name(0));
+        let path = free_name("unic_view", ending);
         let [width, height] = window_pixels(ctx);
         let scale = (WIDEST as f32 / width as f32).min(1.0);
         // Even sides, as movies have them.
@@ -56,7 +55,7 @@ impl ViewWindow {
     }
 
     /// Adds a picture to the movie that is recorded.
-    pub(super) fn record(&mut self, _: &egui::Context) {
+    pub(super) fn record(&mut self) {
         let Some(size) = self.recording.as_ref().map(|recording| recording.size) else {
             return;
         };
