@@ -89,8 +89,18 @@ pub fn run_window<A: eframe::App + 'static>(
     }
     match (lost, run) {
         (Some(message), _) => Err(ViewerError::Device(message)),
-        (None, Err(error)) => Err(ViewerError::Window(error.to_string())),
+        (None, Err(error)) => Err(ViewerError::Window(reason(&error))),
         (None, Ok(())) => Ok(()),
+    }
+}
+
+/// Reason why there is no window, without places in the source of libraries.
+fn reason(error: &eframe::Error) -> String {
+    match error {
+        eframe::Error::WinitEventLoop(_) => "expected a display, found none".into(),
+        eframe::Error::Winit(_) => "expected a window of the display, found none".into(),
+        eframe::Error::Wgpu(_) => "expected a graphics adapter for the display, found none".into(),
+        other => other.to_string(),
     }
 }
 
