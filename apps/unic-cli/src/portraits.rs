@@ -7,13 +7,7 @@ use glam::Vec3;
 use std::sync::Arc;
 use unic_core::mesh::{TriMesh, vertex_normals};
 use unic_raster::{Ground, Image, captioned};
-use unic_viewer::{
-    Fabric, Focus, Material, Mesh, Painter, PainterChoice, Part, Print, Scene, Shading, Shape, Vertex,
-};
-
-/// Cloth of garments.
-pub(crate) const CLOTH: Material =
-    Material::cloth(Fabric::Jersey, [0.16, 0.25, 0.45]).printed(Print::Stripes, [0.92, 0.89, 0.82]);
+use unic_viewer::{Focus, Material, Mesh, Painter, PainterChoice, Part, Scene, Shading, Shape, Vertex};
 
 /// Draws snapshots of one character.
 pub(crate) struct Portraits<'a> {
@@ -53,7 +47,7 @@ impl<'a> Portraits<'a> {
         };
         let parts = [
             part(&self.body, &body, Material::SKIN),
-            part(&self.garment, &garment, CLOTH),
+            part(&self.garment, &garment, Material::SHIRT),
         ];
         let camera = self.view.camera_of(snapshot);
         // From above the left shoulder of the viewer.

@@ -13,8 +13,7 @@ use unic_gpu::GpuContext;
 use unic_io::Capture;
 use unic_raster::{Camera, Ground};
 use unic_viewer::{
-    Canvas, Fabric, Focus, Material, Mesh, Part, Print, Quality, Renderer, Scene, Shading, Shape, Skinning,
-    Vertex,
+    Canvas, Focus, Material, Mesh, Part, Quality, Renderer, Scene, Shading, Shape, Skinning, Vertex,
 };
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -38,8 +37,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let body_shape = vertices(&body, &character.body.faces);
     let garment_shape = vertices(&garment, &capture.garment.rest.faces);
     let meshes = [&character.body, &capture.garment.rest].map(|mesh| Arc::new(Mesh::new(mesh)));
-    let cloth =
-        Material::cloth(Fabric::Jersey, [0.16, 0.25, 0.45]).printed(Print::Stripes, [0.9, 0.88, 0.82]);
     let part = |i: usize, shape, material| Part {
         mesh: &meshes[i],
         shape: Shape::Host(shape),
@@ -49,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let parts = [
         part(0, &body_shape, Material::SKIN),
-        part(1, &garment_shape, cloth),
+        part(1, &garment_shape, Material::SHIRT),
     ];
     let focus = Focus::around(body.iter().copied());
     let scene = Scene {

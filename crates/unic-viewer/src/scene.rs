@@ -120,6 +120,10 @@ impl Material {
         print: Print::None,
     };
 
+    /// Striped jersey, the looks of a shirt.
+    pub const SHIRT: Self =
+        Self::cloth(Fabric::Jersey, [0.16, 0.25, 0.45]).printed(Print::Stripes, [0.92, 0.89, 0.82]);
+
     /// Cloth of one colour.
     pub const fn cloth(fabric: Fabric, colour: [f32; 3]) -> Self {
         Self {

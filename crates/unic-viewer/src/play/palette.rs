@@ -12,6 +12,15 @@ pub(super) const CLOTH_COLOURS: [[[f32; 3]; 2]; 6] = [
     [[0.13, 0.13, 0.15], [0.78, 0.20, 0.30]],
 ];
 
+/// Colours of the body, sRGB.
+pub(super) const SKIN_COLOURS: [[f32; 3]; 5] = [
+    Material::SKIN.colour,
+    [0.68, 0.50, 0.40],
+    [0.47, 0.32, 0.25],
+    [0.30, 0.20, 0.16],
+    [0.62, 0.64, 0.67],
+];
+
 /// Cloth of a character of a crowd: the first one's in other colours.
 pub(super) fn cloth_of(character: usize, first: Material) -> Material {
     match character {

@@ -5,7 +5,7 @@ use super::panes::Panes;
 use super::quantity::{PaneFacts, Quantity, Shown};
 use super::source::Source;
 use super::track::Track;
-use crate::{Fabric, Focus, Material, Orbit, Part, Print, Scene, Shape, Vertex, ViewerError};
+use crate::{Focus, Material, Orbit, Part, Scene, Shape, Vertex, ViewerError};
 use glam::Vec3;
 use std::sync::Arc;
 use unic_core::mesh::vertex_normals;
@@ -71,10 +71,9 @@ pub struct ViewLooks {
 
 impl Default for ViewLooks {
     fn default() -> Self {
-        let cloth = Material::cloth(Fabric::Jersey, [0.16, 0.25, 0.45]);
         Self {
             skin: Material::SKIN,
-            cloth: cloth.printed(Print::Stripes, [0.92, 0.89, 0.82]),
+            cloth: Material::SHIRT,
         }
     }
 }

@@ -11,7 +11,7 @@ use unic_viewer::{Costume, Fabric, GpuContext, Material, Outfit, Print, ViewerEr
 
 /// Looks of costumes, in turn.
 const CLOTHS: [Material; 4] = [
-    Material::cloth(Fabric::Jersey, [0.16, 0.25, 0.45]).printed(Print::Stripes, [0.92, 0.89, 0.82]),
+    Material::SHIRT,
     Material::cloth(Fabric::Twill, [0.56, 0.15, 0.17]).printed(Print::Checks, [0.16, 0.16, 0.24]),
     Material::cloth(Fabric::Linen, [0.78, 0.74, 0.64]),
     Material::cloth(Fabric::Satin, [0.20, 0.36, 0.30]),

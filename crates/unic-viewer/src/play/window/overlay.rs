@@ -1,11 +1,11 @@
 //! Text and graph over the picture of a play.
 
 use super::{PlayWindow, Shown, TimeFlow, WINDS_M_S};
-use crate::play::palette::CLOTH_COLOURS;
+use crate::play::palette::{CLOTH_COLOURS, SKIN_COLOURS};
 use crate::{AdapterKind, Fabric, Looks, Print, Quality, Shading};
 use eframe::egui::{self, Color32, RichText};
 
-const HELP: [(&str, &str); 16] = [
+const HELP: [(&str, &str); 17] = [
     ("left mouse", "walk to the pointer"),
     ("left + right", "and turn to it"),
     ("W A S D", "walk; Shift runs"),
@@ -15,6 +15,7 @@ const HELP: [(&str, &str); 16] = [
     ("F", "next fabric"),
     ("B", "next print"),
     ("C", "next colour"),
+    ("J", "next colour of the body"),
     ("X", "lit, wireframe, normals"),
     ("V", "wind"),
     ("K", "more characters"),
@@ -40,6 +41,7 @@ pub(super) fn change_looks(looks: &mut Looks, key: egui::Key) {
             let now = CLOTH_COLOURS.iter().position(|pair| pair[0] == cloth.colour);
             [cloth.colour, cloth.accent] = CLOTH_COLOURS[now.map_or(0, |i| (i + 1) % CLOTH_COLOURS.len())];
         }
+        egui::Key::J => looks.skin.colour = next(&SKIN_COLOURS, looks.skin.colour),
         egui::Key::X => {
             let all = [Shading::Lit, Shading::Wireframe, Shading::Normals];
             looks.shading = next(&all, looks.shading);
