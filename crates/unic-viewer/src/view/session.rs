@@ -5,7 +5,7 @@ use super::panes::Panes;
 use super::quantity::{PaneFacts, Quantity, Shown};
 use super::source::Source;
 use super::track::Track;
-use crate::{Focus, Material, Orbit, Part, Scene, Shape, Vertex, ViewerError};
+use crate::{Fabric, Focus, Material, Orbit, Part, Scene, Shape, Vertex, ViewerError};
 use glam::Vec3;
 use std::sync::Arc;
 use unic_core::mesh::vertex_normals;
