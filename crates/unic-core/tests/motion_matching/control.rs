@@ -350,7 +350,8 @@ fn display_poses_lie_between_the_ticks() {
     let middle = display.show(0.5).trans;
     assert!(middle.distance((two[0].trans + two[1].trans) * 0.5) < 1e-6);
     display.cut(&two[1]);
-    assert_eq!(display.show(0.3).trans, two[1].trans);
+    // Between two equal poses a last bit is rounding.
+    assert!(display.show(0.3).trans.distance(two[1].trans) < 1e-6);
 }
 
 /// Forward on a stick is away from the camera, right is to its right.
