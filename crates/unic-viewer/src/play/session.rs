@@ -17,6 +17,10 @@ use unic_raster::Ground;
 const MOUSE_SPEED_M_S: f32 = 2.0;
 /// Ticks between the starts of two characters of a crowd, so that they do not move as one.
 const STAGGER_TICKS: usize = 9;
+/// Steps for all characters together in which new garments fall into place, before they are shown.
+const SETTLE_STEPS: usize = 60;
+/// Most ticks of them for a character.
+const MOST_SETTLE_TICKS: usize = 30;
 
 /// Times of the last frame, seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -212,7 +216,8 @@ impl PlaySession {
             let position = root.position + place;
             self.actor(costume, character, RootFrame { position, ..root })
         });
-        let actors: Vec<Actor> = actors.collect::<Result<_, _>>()?;
+        let mut actors: Vec<Actor> = actors.collect::<Result<_, _>>()?;
+        self.fall_into_place(&mut actors)?;
         // Ticks of the new rate that make the same time of play.
         self.ticks = (f64::from(self.seconds()) * f64::from(found)).round() as u64;
         self.actors = actors;
@@ -221,6 +226,17 @@ impl PlaySession {
         self.clock = self.ticks as f64;
         self.show(1.0);
         Ok(())
+    }
+
+    /// Steps new garments while their characters stand still, because a mean shape hangs as no garment does.
+    ///
+    /// A crowd gets fewer ticks, so that it appears at once.
+    fn fall_into_place(&self, actors: &mut [Actor]) -> Result<(), ViewerError> {
+        let ticks = (SETTLE_STEPS / actors.len()).min(MOST_SETTLE_TICKS);
+        let wind = self.wind;
+        actors.par_iter_mut().try_for_each(|actor| {
+            (0..ticks).try_for_each(|_| actor.figure.step(actor.controller.pose(), wind))
+        })
     }
 
     /// Makes a character of a costume.

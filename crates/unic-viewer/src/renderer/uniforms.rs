@@ -18,42 +18,37 @@ pub(crate) struct ViewUniform {
     eye: Vec3,
     ground_height: f32,
     right: Vec3,
-    key_extent: f32,
+    shadow_extent: f32,
     up: Vec3,
-    above_extent: f32,
-    forward: Vec3,
     taps: u32,
+    forward: Vec3,
+    pad_0: u32,
     to_key: Vec3,
-    has_ground: u32,
-    focus: Vec3,
-    focus_radius: f32,
+    pad_1: u32,
 }
 
 impl ViewUniform {
     pub(crate) fn new(scene: &Scene, camera: &Camera, canvas: &Canvas) -> Self {
         let aspect = canvas.aspect();
         let [right, up, forward] = camera.ray_axes(aspect);
-        let extent = 2.0 * scene.focus.radius;
-        let height = match scene.ground {
-            Ground::Height(height) => Some(height),
-            Ground::None => None,
+        let ground_height = match scene.ground {
+            Ground::Height(height) => height,
+            Ground::None => 0.0,
         };
         Self {
             clip_from_world: camera.clip_from_world(aspect),
             key_from_world: shadow_view(scene, scene.to_key),
             above_from_world: shadow_view(scene, Vec3::Y),
             eye: camera.eye(),
-            ground_height: height.unwrap_or(0.0),
+            ground_height,
             right,
-            key_extent: extent,
+            shadow_extent: 2.0 * scene.focus.radius,
             up,
-            above_extent: extent,
-            forward,
             taps: canvas.quality().shadow_taps,
+            forward,
+            pad_0: 0,
             to_key: scene.to_key,
-            has_ground: u32::from(height.is_some()),
-            focus: scene.focus.centre,
-            focus_radius: scene.focus.radius,
+            pad_1: 0,
         }
     }
 }

@@ -9,20 +9,14 @@ struct View {
     eye: vec3f,
     ground_height: f32,
     right: vec3f,
-    // Extent of the shadow maps in metres.
-    key_extent: f32,
+    // Side of the region that shadows cover, metres.
+    shadow_extent: f32,
     up: vec3f,
-    above_extent: f32,
-    forward: vec3f,
     // Number of samples of a shadow.
     taps: u32,
+    forward: vec3f,
     // Unit vector to the key light.
     to_key: vec3f,
-    // 1 with a floor, 0 without.
-    has_ground: u32,
-    // Middle of the region that shadows cover, and its radius.
-    focus: vec3f,
-    focus_radius: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -52,12 +46,12 @@ fn sky_colour(direction: vec3f) -> vec3f {
 // Share of the key light that reaches a point: the mean over a disk of the shadow map.
 fn key_visibility(position: vec3f, normal: vec3f) -> f32 {
     // Off the surface, so that it does not shade itself.
-    let offset = position + normal * (0.006 + 0.0015 * view.key_extent);
+    let offset = position + normal * (0.006 + 0.0015 * view.shadow_extent);
     let clip = view.key_from_world * vec4f(offset, 1.0);
     let place = clip.xy * vec2f(0.5, -0.5) + 0.5;
     let inside = all(place > vec2f(0.0)) && all(place < vec2f(1.0)) && clip.z < 1.0;
     // 2.2 cm: the penumbra of a large lamp.
-    let radius = 0.022 / view.key_extent;
+    let radius = 0.022 / view.shadow_extent;
     var lit = 0.0;
     for (var i = 0u; i < view.taps; i++) {
         let tap = place + disk_sample(i, view.taps) * radius;
@@ -71,9 +65,9 @@ fn sky_visibility(position: vec3f) -> f32 {
     let clip = view.above_from_world * vec4f(position, 1.0);
     let place = clip.xy * vec2f(0.5, -0.5) + 0.5;
     let size = vec2f(textureDimensions(above_depth));
-    let radius = 0.24 / view.above_extent;
+    let radius = 0.24 / view.shadow_extent;
     // Depth spans twice the extent of the sides.
-    let metres = 2.0 * view.above_extent;
+    let metres = 2.0 * view.shadow_extent;
     var hidden = 0.0;
     for (var i = 0u; i < view.taps; i++) {
         let tap = (place + disk_sample(i, view.taps) * radius) * size;
