@@ -1,33 +1,70 @@
 #!/usr/bin/env bash
-# Drives the window of `unic play` as a user does: a figure 8 by the mouse, other keys, sizes down to
-# nothing, a screenshot, the end.
+# Drives the windows of `unic play` and `unic view` as a user does.
 #
 #   tests/window.sh PROGRAM FOLDER
 #
-# It needs Xvfb, xdotool and a graphics driver; FOLDER gets the screenshots.
+# FOLDER gets the screenshots. It needs Xvfb, xdotool and a graphics driver. Files are dropped where
+# python3 has python-xlib, and a device is lost where libvulkan-dev is installed.
 set -euo pipefail
 
 program=$(realpath "$1")
+here=$(cd "$(dirname "$0")" && pwd)
+garments=$here/../apps/unic-cli/garments
 mkdir -p "$2"
 cd "$2"
-rm -f unic_play_*.png
+rm -rf unic_*.png unic_*.gif capture
 export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-$PWD}
-display=:$((90 + RANDOM % 900))
-Xvfb "$display" -screen 0 1000x640x24 > xvfb.log 2>&1 &
+export DISPLAY=:$((90 + RANDOM % 900))
+Xvfb "$DISPLAY" -screen 0 1000x640x24 > xvfb.log 2>&1 &
 server=$!
 trap 'kill $server 2> /dev/null || true' EXIT
-export DISPLAY=$display
 for _ in $(seq 50); do xdotool getdisplaygeometry > /dev/null 2>&1 && break; sleep 0.2; done
 
-"$program" play > play.log 2>&1 &
-play=$!
-for _ in $(seq 150); do window=$(xdotool search --name 'unic play' 2> /dev/null | tail -1) && break; sleep 0.4; done
-[[ -n ${window:-} ]] || { echo "no window: $(cat play.log)"; exit 1; }
-xdotool windowsize "$window" 960 600
-sleep 3
-# A display without a window manager gives keys to nobody.
-xdotool windowfocus --sync "$window"
+fail() { echo "$*: $(cat window.log)"; exit 1; }
 
+# open NAME ARGUMENT...: starts the program and waits for its window.
+open() {
+    local name=$1
+    shift
+    "$program" "$@" > window.log 2>&1 &
+    pid=$!
+    window=
+    for _ in $(seq 150); do window=$(xdotool search --name "$name" 2> /dev/null | tail -1) && break; sleep 0.4; done
+    [[ -n ${window:-} ]] || fail "no window"
+    xdotool windowsize "$window" 960 600
+    sleep 3
+    # A display without a window manager gives keys to nobody.
+    xdotool windowfocus --sync "$window"
+}
+
+keys() { for key in "$@"; do xdotool key "$key"; sleep 0.7; done; }
+
+sizes() {
+    for size in '200 100' '1 1' '1000 640' '960 600'; do
+        # shellcheck disable=SC2086
+        xdotool windowsize "$window" $size
+        sleep 0.5
+    done
+}
+
+lives() { kill -0 $pid 2> /dev/null || fail "the window has closed itself"; }
+
+# ends CODE: the program ends within 10 s and returns CODE.
+ends() {
+    for _ in $(seq 50); do kill -0 $pid 2> /dev/null || break; sleep 0.2; done
+    local code=0
+    wait $pid || code=$?
+    [[ $code == "$1" ]] || fail "expected exit code $1, found $code"
+}
+
+# expect COUNT FILE...
+expect() {
+    local count=$1
+    shift
+    [[ $# == "$count" && -e $1 ]] || { echo "expected $count files, found $*"; exit 1; }
+}
+
+open 'unic play' play
 # A figure 8 around the middle of the window, with the left button held.
 xdotool mousemove 480 330 mousedown 1
 for i in $(seq 0 64); do
@@ -35,24 +72,57 @@ for i in $(seq 0 64); do
     xdotool mousemove "$x" "$y"
     sleep 0.12
 done
-xdotool key p
-sleep 1
+keys p
 # Both buttons: the character turns to the pointer too.
 xdotool mousedown 3 mousemove 700 420
 sleep 1
 xdotool mouseup 3 mouseup 1
-for key in g f b c x x x v t t r k p; do xdotool key "$key"; sleep 0.7; done
+keys g f b c x x x v t t r k p
 xdotool keydown w; sleep 2; xdotool keyup w
-for size in '200 100' '1 1' '1000 640' '960 600'; do
-    # shellcheck disable=SC2086
-    xdotool windowsize "$window" $size
-    sleep 0.5
-done
-xdotool key p
-sleep 1
-kill -0 $play || { echo "the window has closed itself: $(cat play.log)"; exit 1; }
-xdotool key Escape
-for _ in $(seq 50); do kill -0 $play 2> /dev/null || break; sleep 0.2; done
-wait $play || { echo "exit code $?: $(cat play.log)"; exit 1; }
-[[ $(ls unic_play_*.png | wc -l) == 3 ]] || { echo "expected 3 screenshots, found $(ls unic_play_*.png)"; exit 1; }
-echo "the window was driven: $(ls unic_play_*.png | tr '\n' ' ')"
+sizes
+keys p
+lives
+keys Escape
+ends 0
+expect 3 unic_play_*.png
+
+"$program" simulate --garment tshirt --motion walk_circles --test walk_circles --seconds 2 --out capture > window.log 2>&1
+open 'unic view' view capture "$garments/tshirt.unic"
+keys p e x X w n i k Home Right shift+Right space h h o o f 1 0 m
+sleep 2
+keys m
+xdotool mousemove 300 300 mousedown 1 mousemove_relative 80 10 mouseup 1 click 4 click 5
+keys e p
+sizes
+lives
+if python3 -c 'import Xlib' 2> /dev/null; then
+    cp "$here/window.sh" no_model.unic
+    python3 "$here/window/drop.py" 'unic view' no_model.unic missing.unic
+    sleep 2
+    lives
+    keys p
+    python3 "$here/window/drop.py" 'unic view' "$garments/skirt.unic"
+    sleep 4
+    keys p
+    expect 4 unic_view_*.png
+else
+    echo "skipped: dropped files, for python-xlib is not installed"
+fi
+lives
+keys Escape
+ends 0
+
+if cc -shared -fPIC -o liblost_device.so "$here/window/lost_device.c" 2> /dev/null; then
+    cp "$here/window/lost_device.json" .
+    rm -f lost
+    export LOST_DEVICE_FILE=$PWD/lost VK_ADD_LAYER_PATH=$PWD VK_INSTANCE_LAYERS=VK_LAYER_UNIC_lost_device
+    open 'unic play' play
+    lives
+    touch lost
+    ends 1
+    grep -q panicked window.log && fail "a panic"
+    cat window.log
+else
+    echo "skipped: a lost device, for libvulkan-dev is not installed"
+fi
+echo "the windows were driven: $(ls unic_*.png | tr '\n' ' ')"

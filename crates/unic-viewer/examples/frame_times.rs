@@ -19,7 +19,7 @@ use unic_core::{
 use unic_io::{joint_names::counterparts, retarget::legs_of};
 use unic_viewer::{
     AdapterKind, Canvas, Costume, FollowCamera, GpuContext, Material, Outfit, PlaySession, PlaySettings,
-    Quality, Renderer, Steering,
+    Quality, Renderer, Settling, Steering,
 };
 
 /// Size of the pictures, pixels.
@@ -88,6 +88,7 @@ fn row(
         costumes: vec![costume],
         characters,
         control: ControllerSettings::new(0.5),
+        settling: Settling::AtOnce,
     })?;
     let (mut motion_s, mut garment_s, mut draw_ms) = (0.0, 0.0, Vec::new());
     let frames = (SECONDS * FPS) as usize;

@@ -77,7 +77,7 @@ pub use mesh::Mesh;
 pub use movie::{EarlierFrames, MovieError, MovieFormat, MovieWriter};
 pub use orbit::Orbit;
 pub use painter::{Painter, PainterChoice};
-pub use play::{Costume, PlaySession, PlaySettings, Steering, Times, play_in_window};
+pub use play::{Costume, PlaySession, PlaySettings, Settling, Steering, Times, play_in_window};
 pub use posed::{Skinning, TickedShape};
 pub use quality::{Quality, QualityControl, Samples};
 pub use rasterised::rasterise;

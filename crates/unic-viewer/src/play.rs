@@ -9,6 +9,6 @@ mod steering;
 mod window;
 
 pub use session::{PlaySession, Times};
-pub use settings::{Costume, PlaySettings};
+pub use settings::{Costume, PlaySettings, Settling};
 pub use steering::Steering;
 pub use window::play_in_window;

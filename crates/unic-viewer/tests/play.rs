@@ -14,7 +14,7 @@ use unic_core::motion_matching::{
 use unic_io::{joint_names::counterparts, retarget::legs_of};
 use unic_viewer::{
     Canvas, Costume, Fabric, GpuContext, Material, Orbit, Outfit, PlaySession, PlaySettings, Quality,
-    Renderer, Shape, Steering, Vertex, ViewerError,
+    Renderer, Settling, Shape, Steering, Vertex, ViewerError,
 };
 
 /// Garments that come with the program.
@@ -50,6 +50,7 @@ fn session(costumes: &[Costume], characters: usize) -> PlaySession {
         costumes: costumes.to_vec(),
         characters,
         control: ControllerSettings::new(0.5),
+        settling: Settling::AtOnce,
     })
     .unwrap()
 }
@@ -197,6 +198,7 @@ fn plays_without_costumes_or_at_other_rates_are_refused() {
         costumes,
         characters: 1,
         control: ControllerSettings::new(0.5),
+        settling: Settling::AtOnce,
     };
     let refused = PlaySession::new(settings(Vec::new()));
     assert!(matches!(refused, Err(ViewerError::NoCostume)));

@@ -281,9 +281,11 @@ fn a_newer_model_of_a_name_takes_its_place_when_it_is_computed() {
     shown_at(&mut session, f32::MAX);
     let before = session.tracks()[1].rmse_m();
     assert_eq!(before.len(), FRAMES);
+    session.panes = PaneChoice::Only(1);
     let newer = Arc::new(random_model(NetworkSize::Paper, 200).unwrap());
     session.add(vec![prediction("a", &newer)]).unwrap();
     assert_eq!(session.tracks().len(), 3);
+    assert_eq!(session.panes, PaneChoice::Only(1));
     // The earlier one is shown complete until the newer one is.
     assert_eq!(session.tracks()[1].rmse_m(), before);
     for _ in 0..1000 {

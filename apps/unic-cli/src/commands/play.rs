@@ -11,7 +11,7 @@ use crate::{
 use anyhow::Result;
 use costumes::Wardrobe;
 use unic_core::motion_matching::ControllerSettings;
-use unic_viewer::{AdapterKind, PlaySettings, ViewerError, play_in_window};
+use unic_viewer::{AdapterKind, PlaySettings, Settling, ViewerError, play_in_window};
 
 /// Opens the window, or records a movie.
 ///
@@ -24,6 +24,10 @@ pub(crate) fn run(args: &PlayArgs) -> Result<()> {
         characters: args.characters,
         control: ControllerSettings::new(args.responsiveness),
         gpu_garments: args.gpu_garments,
+        settling: match args.record.record {
+            Some(_) => Settling::Whole,
+            None => Settling::AtOnce,
+        },
     };
     if let Some(path) = &args.record.record {
         return record::run(&args.record, path, wardrobe, settings);
@@ -45,6 +49,7 @@ struct Settings {
     characters: usize,
     control: ControllerSettings,
     gpu_garments: Option<Switch>,
+    settling: Settling,
 }
 
 impl Settings {
@@ -53,7 +58,7 @@ impl Settings {
         self,
         wardrobe: &Wardrobe,
         device: Option<&unic_viewer::GpuContext>,
-    ) -> Result<PlaySettings, ViewerError> {
+    ) -> Result<PlaySettings, Settling, ViewerError> {
         let is_for_garments = |context: &&unic_viewer::GpuContext| match self.gpu_garments {
             Some(switch) => switch == Switch::On,
             // A driver on the processor is slower than our own code for it.
@@ -72,6 +77,7 @@ impl Settings {
             costumes: costumes?,
             characters: self.characters,
             control: self.control,
+            settling: self.settling,
         })
     }
 }

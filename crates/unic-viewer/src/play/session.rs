@@ -1,26 +1,19 @@
 //! Play without a window: characters, time and what is drawn.
 
+mod dress;
+mod scene;
+
 use super::crowd;
-use super::marks::marks;
-use super::palette::cloth_of;
 use super::settings::{Costume, PlaySettings};
 use super::steering::Steering;
-use crate::{Figure, Focus, Looks, Mark, Part, SUN, Scene, Shape, ViewerError};
+use crate::{Figure, Looks, ViewerError};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
-use std::sync::Arc;
 use std::time::Instant;
 use unic_core::motion_matching::{Command, Controller, MouseControl, RootFrame, wrapped};
-use unic_raster::Ground;
 
 /// Largest speed that the mouse asks for, m/s.
 const MOUSE_SPEED_M_S: f32 = 2.0;
-/// Ticks between the starts of two characters of a crowd, so that they do not move as one.
-const STAGGER_TICKS: usize = 9;
-/// Steps for all characters together in which new garments fall into place, before they are shown.
-const SETTLE_STEPS: usize = 60;
-/// Most ticks of them for a character.
-const MOST_SETTLE_TICKS: usize = 30;
 
 /// Times of the last frame, seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -203,77 +196,6 @@ impl PlaySession {
         self.costume().database.fps()
     }
 
-    /// Makes the characters of a costume around a root. The session stays as it was where this fails.
-    fn dress(&mut self, root: RootFrame, costume: usize, characters: usize) -> Result<(), ViewerError> {
-        let Costume { outfit, database, .. } = &self.settings.costumes[costume];
-        let (expected, found) = (outfit.model().config().fps, database.fps());
-        if expected != found {
-            return Err(ViewerError::Rate { expected, found });
-        }
-        let characters = characters.max(1);
-        let actors = (0..characters).map(|character| {
-            let place = crowd::place(character);
-            let position = root.position + place;
-            self.actor(costume, character, RootFrame { position, ..root })
-        });
-        let mut actors: Vec<Actor> = actors.collect::<Result<_, _>>()?;
-        self.fall_into_place(&mut actors)?;
-        // Ticks of the new rate that make the same time of play.
-        self.ticks = (f64::from(self.seconds()) * f64::from(found)).round() as u64;
-        self.actors = actors;
-        self.costume = costume;
-        self.settings.characters = characters;
-        self.clock = self.ticks as f64;
-        self.show(1.0);
-        Ok(())
-    }
-
-    /// Steps new garments while their characters stand still, because a mean shape hangs as no garment does.
-    ///
-    /// A crowd gets fewer ticks, so that it appears at once.
-    fn fall_into_place(&self, actors: &mut [Actor]) -> Result<(), ViewerError> {
-        let ticks = (SETTLE_STEPS / actors.len()).min(MOST_SETTLE_TICKS);
-        let wind = self.wind;
-        actors.par_iter_mut().try_for_each(|actor| {
-            (0..ticks).try_for_each(|_| actor.figure.step(actor.controller.pose(), wind))
-        })
-    }
-
-    /// Makes a character of a costume.
-    fn actor(&self, costume: usize, character: usize, root: RootFrame) -> Result<Actor, ViewerError> {
-        let Costume {
-            outfit,
-            database,
-            tags,
-        } = &self.settings.costumes[costume];
-        let mut controller = Controller::new(Arc::clone(database), self.settings.control);
-        controller.set_tags(*tags)?;
-        controller.reset(root);
-        for _ in 0..(STAGGER_TICKS * character) {
-            controller.step(&Command::STAND)?;
-        }
-        let figure = Figure::new(Arc::clone(outfit), controller.pose(), self.wind)?;
-        Ok(Actor {
-            before: controller.state().root(),
-            controller,
-            figure,
-            place: crowd::place(character),
-        })
-    }
-
-    /// Lets the characters stand for `seconds`, so that garments fall into place.
-    ///
-    /// # Errors
-    /// Those of [`advance`](Self::advance).
-    pub fn settle(&mut self, seconds: f32) -> Result<(), ViewerError> {
-        for _ in 0..(seconds * self.fps()) as usize {
-            self.tick(&mut Steering::Command(Command::STAND))?;
-        }
-        self.clock = self.ticks as f64;
-        self.show(1.0);
-        Ok(())
-    }
-
     /// Advances by `seconds` of play, which may be less or more than a tick.
     ///
     /// # Errors
@@ -324,53 +246,5 @@ impl PlaySession {
         self.actors
             .par_iter_mut()
             .for_each(|actor| actor.figure.interpolate(share));
-    }
-
-    /// Bodies and garments of all characters.
-    pub fn parts(&self) -> Vec<Part<'_>> {
-        let looks = |character| Looks {
-            cloth: cloth_of(character, self.looks.cloth),
-            ..self.looks
-        };
-        let actors = self.actors.iter().enumerate();
-        let parts = actors.flat_map(|(i, actor)| actor.figure.parts(looks(i)));
-        parts.collect()
-    }
-
-    /// Does something with the scene of the play as it is now.
-    pub fn with_scene<T>(&self, work: impl FnOnce(&Scene) -> T) -> T {
-        let parts = self.parts();
-        work(&Scene {
-            parts: &parts,
-            marks: &self.marks(),
-            ground: Ground::Height(0.0),
-            to_key: SUN,
-            focus: Self::focus(&parts),
-        })
-    }
-
-    /// Region of the characters.
-    fn focus(parts: &[Part]) -> Focus {
-        // Garments on a device are near their bodies.
-        let positions = parts.iter().flat_map(|part| match part.shape {
-            Shape::Host(vertices) => vertices,
-            Shape::Device { .. } => &[],
-        });
-        let focus = Focus::around(positions.map(|vertex| vertex.position));
-        Focus {
-            radius: focus.radius + 0.1,
-            ..focus
-        }
-    }
-
-    /// Marks on the floor: the path that the object is about to take, and the target of the mouse
-    /// if it steers.
-    pub fn marks(&self) -> Vec<Mark> {
-        let target = |actor: &Actor| {
-            let object = actor.controller.state().object().root();
-            self.steers_by_mouse.then(|| self.mouse.target(&object))
-        };
-        let first = self.actors.first();
-        first.map_or(Vec::new(), |actor| marks(&actor.controller, target(actor)))
     }
 }

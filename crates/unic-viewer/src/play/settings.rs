@@ -35,4 +35,15 @@ pub struct PlaySettings {
     pub characters: usize,
     /// Settings of the controllers.
     pub control: ControllerSettings,
+    /// Settling of new garments.
+    pub settling: Settling,
+}
+
+/// How long new garments fall into place before they are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Settling {
+    /// Until they hang.
+    Whole,
+    /// Shorter in a large crowd, which appears without a pause.
+    AtOnce,
 }

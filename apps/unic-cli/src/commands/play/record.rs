@@ -18,9 +18,6 @@ use unic_eval::control::Player;
 use unic_raster::Image;
 use unic_viewer::{FollowCamera, Painter, PlaySession, Steering};
 
-/// Time before the first picture in which the garment falls into place, seconds.
-const SETTLE_S: f32 = 1.0;
-
 /// Checks the movie's path before anything is read.
 pub(super) fn check(args: &PlayArgs) -> Result<()> {
     let Some(path) = &args.record.record else {
@@ -54,8 +51,7 @@ pub(super) fn run(args: &RecordArgs, path: &Path, wardrobe: Wardrobe, settings: 
     print_status(&painter.description());
     let existing = Existing::of(args.overwrite);
     let mut movie = movie::create(path, existing, args.fps, args.size)?;
-    let mut session = PlaySession::new(settings.play(&wardrobe, painter.context())?)?;
-    session.settle(SETTLE_S)?;
+    let session = PlaySession::new(settings.play(&wardrobe, painter.context())?)?;
     let frames = (args.seconds * args.fps).round().max(1.0) as usize;
     let mut recording = Recording::new(session, painter, Player::new(args.script.into(), 0));
     let mut progress = Progress::new("drawing", 0, frames as u64);
@@ -74,8 +70,6 @@ struct Recording {
     painter: Painter,
     player: Player,
     camera: FollowCamera,
-    /// Time of play at which the script begins, seconds.
-    began_s: f32,
     ticks: usize,
     motion_s: f32,
     garment_s: f32,
@@ -86,7 +80,6 @@ impl Recording {
     fn new(session: PlaySession, painter: Painter, player: Player) -> Self {
         Self {
             camera: FollowCamera::new(session.centre(), session.characters()),
-            began_s: session.seconds(),
             session,
             painter,
             player,
@@ -99,8 +92,8 @@ impl Recording {
 
     /// Plays on for `seconds` and draws.
     fn picture(&mut self, seconds: f32) -> Result<Image> {
-        let (player, began_s) = (&mut self.player, self.began_s);
-        let script = &mut |now_s: f32, object: &_| player.command(now_s - began_s, object);
+        let player = &mut self.player;
+        let script = &mut |now_s: f32, object: &_| player.command(now_s, object);
         self.session.advance(seconds, Steering::Script(script))?;
         self.camera.follow(self.session.centre(), seconds);
         let times = self.session.times();

@@ -128,7 +128,9 @@ impl ViewWindow {
         let name = self.device.context().device().adapter_info().name;
         let (step, all) = (self.quality.step(), Quality::STEPS.len());
         let line = format!("{name}{kind}, quality {} of {all}", all - step);
-        ui.label(RichText::new(line).small().color(Color32::from_gray(140)));
+        let grey = Color32::from_gray(140);
+        ui.label(RichText::new(line).small().color(grey));
+        ui.label(RichText::new("garments on the processor").small().color(grey));
     }
 }
 

@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
+mod stored;
+
 use glam::Vec3;
 use std::sync::Arc;
 use unic_core::mesh::{TriMesh, vertex_normals};
@@ -100,16 +102,10 @@ fn brightness([r, g, b]: [i32; 3]) -> i32 {
     r + g + b
 }
 
-/// Share of pixels in which one of two pictures differs from another one, by more than 20 of 255.
-fn differing(a: &Image, b: &Image) -> f32 {
-    let off = |(a, b): (&[u8; 3], &[u8; 3])| (0..3).any(|i| a[i].abs_diff(b[i]) > 20);
-    let count = a
-        .pixels()
-        .iter()
-        .zip(b.pixels())
-        .filter(|&pair| off(pair))
-        .count();
-    count as f32 / a.pixels().len() as f32
+/// Share of pixels in which one of two pictures differs from the other one by more than 20 of 255.
+fn differing(a: &[[u8; 3]], b: &[[u8; 3]]) -> f32 {
+    let off = |(a, b): &(&[u8; 3], &[u8; 3])| (0..3).any(|i| a[i].abs_diff(b[i]) > 20);
+    a.iter().zip(b).filter(off).count() as f32 / a.len() as f32
 }
 
 #[test]
@@ -173,7 +169,7 @@ fn shapes_on_the_device_are_drawn_as_shapes_in_memory_and_between_ticks() {
         )];
         let host = draw(&context, &scene(&host, &[]), Quality::BEST);
         let device = draw(&context, &scene(&device, &[]), Quality::BEST);
-        assert_eq!(differing(&host, &device), 0.0, "share {share}");
+        assert_eq!(differing(host.pixels(), device.pixels()), 0.0, "share {share}");
     }
 }
 
@@ -227,10 +223,10 @@ fn shadings_prints_and_marks_show() {
         },
         &[],
     );
-    assert!(differing(&plain, &edges) > 0.01);
+    assert!(differing(plain.pixels(), edges.pixels()) > 0.01);
     let mut striped = lit;
     striped.material = lit.material.printed(Print::Stripes, [1.0, 1.0, 1.0]);
-    assert!(differing(&plain, &draw(striped, &[])) > 0.01);
+    assert!(differing(plain.pixels(), draw(striped, &[]).pixels()) > 0.01);
     let place = Vec3::new(0.7, 0.004, 0.3);
     let path = [place - Vec3::X * 0.1, place + Vec3::X * 0.1];
     let marked = draw(lit, &[Mark::ribbon(&path, 0.1, [0.0, 1.0, 0.0, 1.0])]);
