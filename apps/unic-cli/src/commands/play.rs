@@ -58,7 +58,7 @@ impl Settings {
         self,
         wardrobe: &Wardrobe,
         device: Option<&unic_viewer::GpuContext>,
-    ) -> Result<PlaySettings, Settling, ViewerError> {
+    ) -> Result<PlaySettings, ViewerError> {
         let is_for_garments = |context: &&unic_viewer::GpuContext| match self.gpu_garments {
             Some(switch) => switch == Switch::On,
             // A driver on the processor is slower than our own code for it.

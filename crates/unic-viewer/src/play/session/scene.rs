@@ -4,7 +4,6 @@ use super::{Actor, PlaySession};
 use crate::play::marks::marks;
 use crate::play::palette::cloth_of;
 use crate::{Focus, Looks, Mark, Part, SUN, Scene, Shape};
-use glam::Vec3;
 use unic_raster::Ground;
 
 impl PlaySession {
