@@ -15,7 +15,10 @@
 //! 3. Four times a second a search compares the keys of all frames with the present one. It goes to
 //!    another stretch only where that is better by a margin, and not within a second of the last
 //!    switch. At the end of a clip it goes to the best frame at once.
-//! 4. The step at a switch becomes an offset that decays with the activity, so there is no jump.
+//! 4. A sequence begins with the whole residual of a stretch. Displacements are measured from the
+//!    prior with it, so the garment stays where it was given, and forgets that as it forgets its
+//!    start.
+//! 5. The step at a switch becomes an offset that decays with the activity, so there is no jump.
 //!
 //! Keys are integers, so their distances are exact.
 
@@ -102,13 +105,25 @@ impl Replay {
         &self.library
     }
 
-    /// Returns the state of a new sequence, in which nothing plays yet.
+    /// Returns the state of a new sequence, in which nothing plays until it [begins](Self::begin).
     pub fn start(&self) -> ReplayState {
         ReplayState {
             activity: Activity::default(),
             stretch: None,
             offset: vec![0.0; self.library.coefficients()],
         }
+    }
+
+    /// Begins a new sequence at the stretch whose motion is nearest to that of the first tick, with
+    /// the whole of its residual.
+    ///
+    /// `pair` is the normalised motion vectors of the first two frames, one after the other, `dt` the
+    /// time between them in seconds. Without a stretch that is long enough nothing plays yet.
+    pub fn begin(&self, pair: &[f32], dt: f32, state: &mut ReplayState) {
+        state.activity = Activity::of(pair, dt);
+        let key = self.keys.key(pair, state.activity);
+        let best = self.library.best(&key, &[], ticks(LEAST_STRETCH_S, dt));
+        state.stretch = best.map(|best| Stretch::at(best.frame));
     }
 
     /// Advances a state by one tick of `dt` seconds, given the normalised motion vectors of the
@@ -170,7 +185,7 @@ impl Replay {
         let residual = &mut scratch.residual;
         residual.clear();
         residual.resize(state.offset.len(), 0.0);
-        // Nothing plays at a start. The residual is zero then, so that it begins without a jump.
+        // Zero where nothing plays.
         self.add_to(state, residual);
         let key = self.keys.key(pair, state.activity);
         let Some(best) = self.library.best(&key, residual, ticks(LEAST_STRETCH_S, dt)) else {
@@ -187,11 +202,7 @@ impl Replay {
 
     /// Begins a stretch; `residual` is the present one, which the offset continues.
     fn switch(&self, frame: u32, residual: &[f32], state: &mut ReplayState) {
-        state.stretch = Some(Stretch {
-            frame,
-            fraction: 0.0,
-            held: 0,
-        });
+        state.stretch = Some(Stretch::at(frame));
         state.offset.fill(0.0);
         self.library.add_between(frame, 0.0, &mut state.offset);
         let pairs = state.offset.iter_mut().zip(residual);
@@ -205,6 +216,15 @@ impl Replay {
 }
 
 impl Stretch {
+    /// Begins at a frame.
+    fn at(frame: u32) -> Self {
+        Self {
+            frame,
+            fraction: 0.0,
+            held: 0,
+        }
+    }
+
     /// Plays a part of a frame, up to the end of the clip.
     fn play(&mut self, speed: f32, library: &Library) {
         self.held = self.held.saturating_add(1);

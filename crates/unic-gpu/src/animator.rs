@@ -219,6 +219,9 @@ impl GpuAnimator {
         // The first step knows the velocities of frame 0, and so the prior from which its
         // displacements are counted.
         if self.at_start {
+            self.upload.pair(&asset, &self.buffers, [before, now]);
+            self.upload.begin(&asset, self.replay.as_mut());
+            self.upload.residuals(&asset, &self.buffers, self.replay.as_ref());
             self.upload.pair(&asset, &self.buffers, [before, before]);
             self.programs.complete_start.submit(&asset.context);
         }

@@ -111,8 +111,12 @@ impl ReplayClip {
         let (mut activity, mut pair) = (Activity::default(), Vec::new());
         let mut key = |t: usize| {
             pair.clear();
-            sequence.write_pair(t, &mut pair);
-            activity.follow(&pair, 1.0 / fps);
+            // A clip does not change before its second frame.
+            sequence.write_pair(t.max(1).min(sequence.len() - 1), &mut pair);
+            match t {
+                0 => activity = Activity::of(&pair, 1.0 / fps),
+                _ => activity.follow(&pair, 1.0 / fps),
+            }
             keys.key(&pair, activity)
         };
         let pairs = sequence.coefficients.iter().zip(predicted);
@@ -137,13 +141,13 @@ fn played_in(replay: &Replay, fps: f32, sequence: &Sequence) -> Vec<f32> {
     let (mut state, mut scratch) = (replay.start(), ReplayScratch::default());
     let mut residuals = vec![0.0; sequence.coefficients.len()];
     let mut pair = Vec::new();
-    for (t, out) in residuals
-        .chunks_exact_mut(sequence.outputs().max(1))
-        .enumerate()
-        .skip(1)
-    {
+    let frames = residuals.chunks_exact_mut(sequence.outputs().max(1));
+    for (t, out) in frames.enumerate().skip(1) {
         pair.clear();
         sequence.write_pair(t, &mut pair);
+        if t == 1 {
+            replay.begin(&pair, 1.0 / fps, &mut state);
+        }
         replay.advance(&pair, 1.0 / fps, &mut state, &mut scratch);
         replay.add_to(&state, out);
     }

@@ -111,6 +111,7 @@ impl Animator {
     pub(super) fn complete_start(&mut self) {
         // Moved out of the scratch memory, which is overwritten below.
         let before = std::mem::take(&mut self.scratch.prior);
+        self.begin_replay();
         let (first, _) = self.state.motion.pair();
         self.model
             .normalisation
@@ -127,6 +128,16 @@ impl Animator {
             vertex.previous = vertex.value;
         }
         self.state.at_start = false;
+    }
+
+    /// Begins the replay, whose residual the prior of frame 0 has too.
+    fn begin_replay(&mut self) {
+        if let (Some(replay), Some(playing)) = (&self.model.prior.replay, &mut self.state.replay) {
+            let (first, second) = self.state.motion.pair();
+            let pair = &mut self.scratch.encoder_input;
+            self.model.normalisation.write_pair([first, second], pair);
+            replay.begin(pair, 1.0 / self.model.config.fps, playing);
+        }
     }
 
     /// Computes the prior's displacements for the motion in `encoder_input`.
@@ -193,10 +204,10 @@ impl Animator {
     }
 }
 
-/// Change of the recurrence's and the replay's states by the motion in the buffers.
+/// Change of the states of recurrence and replay by the motion in the buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum RecurrenceUpdate {
-    /// The motion begins a sequence: the steady state replaces the state. Nothing is replayed yet.
+    /// The motion begins a sequence: the steady state replaces the state.
     Start,
     /// The motion is one tick later than the state, which advances.
     Advance,

@@ -31,12 +31,18 @@ const SMOOTHING_S: f32 = 0.1;
 pub struct Activity(f32);
 
 impl Activity {
+    /// Returns the activity of a motion that has always changed as much as in one tick of `dt`
+    /// seconds, given the normalised motion vectors of the previous and the present frame.
+    pub fn of(pair: &[f32], dt: f32) -> Self {
+        let (before, now) = pair.split_at(pair.len() / 2);
+        let squares = before.iter().zip(now).map(|(b, n)| (n - b).powi(2));
+        Self((squares.sum::<f32>() / now.len().max(1) as f32).sqrt() / dt)
+    }
+
     /// Follows the motion by one tick of `dt` seconds, given the normalised motion vectors of the
     /// previous and the present frame, one after the other.
     pub fn follow(&mut self, pair: &[f32], dt: f32) {
-        let (before, now) = pair.split_at(pair.len() / 2);
-        let squares = before.iter().zip(now).map(|(b, n)| (n - b).powi(2));
-        let change = (squares.sum::<f32>() / now.len().max(1) as f32).sqrt() / dt;
+        let change = Self::of(pair, dt).0;
         self.0 += (change - self.0) * (1.0 - (-dt / SMOOTHING_S).exp());
     }
 

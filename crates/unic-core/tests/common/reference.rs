@@ -90,6 +90,7 @@ impl Reference {
             // complete.
             let still = [self.normalised(before), self.normalised(before)].concat();
             self.start_recurrence(&still);
+            self.begin_replay(&pair);
             let prior = self.prior(&still);
             let vertices = self
                 .start
@@ -206,6 +207,14 @@ impl Reference {
     /// Advances the recurrence by one frame.
     fn advance_recurrence(&mut self, pair: &[f64]) {
         self.memory = self.advanced_memory(&self.drive(pair));
+    }
+
+    /// Begins the replay at the first two frames.
+    fn begin_replay(&mut self, pair: &[f64]) {
+        if let (Some(replay), Some(state)) = (&self.parts.prior.replay, &mut self.replay) {
+            let pair: Vec<f32> = pair.iter().map(|x| *x as f32).collect();
+            replay.begin(&pair, 1.0 / self.parts.config.fps, state);
+        }
     }
 
     /// Advances the replay by one frame.

@@ -48,6 +48,13 @@ impl Upload {
         queue.write_buffer(&buffers.vectors, pair_at, bytemuck::cast_slice(&self.pair));
     }
 
+    /// Begins the replay with the pair that was uploaded last.
+    pub(super) fn begin(&self, asset: &GpuModel, state: Option<&mut ReplayState>) {
+        if let (Some(replay), Some(state)) = (&asset.model.prior().replay, state) {
+            replay.begin(&self.pair, 1.0 / asset.model.config().fps, state);
+        }
+    }
+
     /// Advances the replay to the pair that was uploaded last.
     pub(super) fn advance(&mut self, asset: &GpuModel, state: Option<&mut ReplayState>) {
         if let (Some(replay), Some(state)) = (&asset.model.prior().replay, state) {
