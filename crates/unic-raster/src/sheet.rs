@@ -65,7 +65,8 @@ impl Image {
     /// Draws the colour bar of [`crate::heat_colours`].
     ///
     /// The bar has `length` × 12·`scale` pixels and its top left corner at (`x`, `y`). Below it are
-    /// numbers from 0 to `max_m` in millimetres, on 11·`scale` pixels more.
+    /// numbers from 0 to `max_m` in millimetres, on 11·`scale` pixels more. A bar that is too short for
+    /// three numbers has those of its ends.
     pub fn draw_colour_bar(&mut self, x: i32, y: i32, length: u32, scale: u32, max_m: f32) {
         let (length, scale) = (length.min(crate::MAX_IMAGE_SIDE), scale.min(64));
         let thickness = 12 * scale;
@@ -84,11 +85,15 @@ impl Image {
         }
         let top = y.saturating_add((thickness + 3 * scale) as i32);
         let max_mm = max_m * 1000.0;
-        for (ratio, unit) in [(0.0, ""), (0.5, ""), (1.0, " mm")] {
-            let text = format!("{}{unit}", short_number(max_mm * ratio));
-            let width = (text.len() as u32 * CELL_WIDTH - 1) * scale;
+        let labels = [(0.0, ""), (0.5, ""), (1.0, " mm")]
+            .map(|(ratio, unit)| (ratio, format!("{}{unit}", short_number(max_mm * ratio))));
+        let width_of = |text: &str| (text.len() as u32 * CELL_WIDTH - 1) * scale;
+        let [_, (_, middle), (_, last)] = &labels;
+        let fits = width_of(middle) / 2 + width_of(last) + CELL_WIDTH * scale <= length / 2;
+        for (ratio, text) in labels.iter().filter(|(ratio, _)| fits || *ratio != 0.5) {
+            let width = width_of(text);
             let left = (ratio * length.saturating_sub(width) as f32).round() as i32;
-            self.draw_text(x.saturating_add(left), top, scale, INK, &text);
+            self.draw_text(x.saturating_add(left), top, scale, INK, text);
         }
     }
 }

@@ -4,6 +4,7 @@ use crate::{Canvas, Quality, QualityControl, Renderer, Scene, ViewerError};
 use eframe::egui;
 use eframe::egui_wgpu::{self, RenderState};
 use std::cell::RefCell;
+use std::panic::{self, AssertUnwindSafe};
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 use unic_gpu::{GpuContext, wgpu};
@@ -59,38 +60,36 @@ pub fn run_window<A: eframe::App + 'static>(
     settings: &WindowSettings,
     make: impl FnOnce(WindowDevice, &egui::Context) -> Result<A, ViewerError> + 'static,
 ) -> Result<(), ViewerError> {
-    let failure = Arc::new(Mutex::new(None));
-    let seen = Arc::clone(&failure);
+    let failure = Failure::default();
+    let seen = failure.clone();
     // An error of `make` is no error of the window.
     let refused = Rc::new(RefCell::new(None));
     let refusing = Rc::clone(&refused);
     let options = options(settings);
-    let run = eframe::run_native(
-        &settings.title,
-        options,
-        Box::new(move |creation| {
-            let state = creation.wgpu_render_state.clone();
-            let state = state.ok_or("the window has no graphics device")?;
-            let context = GpuContext::from_device(state.device.clone(), state.queue.clone());
-            watch(&context, &creation.egui_ctx, Arc::clone(&seen));
-            match make(WindowDevice { context, state }, &creation.egui_ctx) {
-                Ok(app) => Ok(Box::new(app) as Box<dyn eframe::App>),
-                Err(error) => {
-                    let text = error.to_string();
-                    *refusing.borrow_mut() = Some(error);
-                    Err(text.into())
-                }
+    let creator: eframe::AppCreator = Box::new(move |creation| {
+        let state = creation.wgpu_render_state.clone();
+        let state = state.ok_or("the window has no graphics device")?;
+        let context = GpuContext::from_device(state.device.clone(), state.queue.clone());
+        watch(&context, &creation.egui_ctx, seen.clone());
+        match make(WindowDevice { context, state }, &creation.egui_ctx) {
+            Ok(app) => Ok(Box::new(Watched { app, failure: seen }) as Box<dyn eframe::App>),
+            Err(error) => {
+                let text = error.to_string();
+                *refusing.borrow_mut() = Some(error);
+                Err(text.into())
             }
-        }),
-    );
-    let lost = failure.lock().ok().and_then(|mut failure| failure.take());
+        }
+    });
+    let run = without_panics_of(&failure, || eframe::run_native(&settings.title, options, creator));
+    let lost = failure.take();
     if let Some(error) = refused.take() {
         return Err(error);
     }
     match (lost, run) {
         (Some(message), _) => Err(ViewerError::Device(message)),
-        (None, Err(error)) => Err(ViewerError::Window(reason(&error))),
-        (None, Ok(())) => Ok(()),
+        (None, Ok(Err(error))) => Err(ViewerError::Window(reason(&error))),
+        (None, Ok(Ok(()))) => Ok(()),
+        (None, Err(panic)) => panic::resume_unwind(panic),
     }
 }
 
@@ -104,13 +103,70 @@ fn reason(error: &eframe::Error) -> String {
     }
 }
 
-/// Closes the window when the device fails, instead of a panic.
-fn watch(context: &GpuContext, window: &egui::Context, failure: Arc<Mutex<Option<String>>>) {
-    let window = window.clone();
-    let fail = Arc::new(move |message: String| {
-        if let Ok(mut failure) = failure.lock() {
+/// First failure of a device.
+#[derive(Clone, Default)]
+struct Failure(Arc<Mutex<Option<String>>>);
+
+impl Failure {
+    fn set(&self, message: String) {
+        if let Ok(mut failure) = self.0.lock() {
             failure.get_or_insert(message);
         }
+    }
+
+    fn is_set(&self) -> bool {
+        self.0.lock().is_ok_and(|failure| failure.is_some())
+    }
+
+    fn take(&self) -> Option<String> {
+        self.0.lock().ok().and_then(|mut failure| failure.take())
+    }
+}
+
+/// Runs a window, and catches its panics. Once the device has failed they print nothing: wgpu panics
+/// where it frees the picture of a window that was not shown any more.
+fn without_panics_of<T>(failure: &Failure, run: impl FnOnce() -> T) -> std::thread::Result<T> {
+    let (failure, before) = (failure.clone(), Arc::new(panic::take_hook()));
+    let hook = Arc::clone(&before);
+    panic::set_hook(Box::new(move |info| {
+        if !failure.is_set() {
+            hook(info);
+        }
+    }));
+    let result = panic::catch_unwind(AssertUnwindSafe(run));
+    panic::set_hook(Box::new(move |info| before(info)));
+    result
+}
+
+/// Application that shows nothing any more once the device has failed: egui's renderer panics where
+/// it has something to upload.
+struct Watched<A> {
+    app: A,
+    failure: Failure,
+}
+
+impl<A: eframe::App> eframe::App for Watched<A> {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
+        if !self.failure.is_set() {
+            self.app.ui(ui, frame);
+        }
+        if self.failure.is_set() {
+            ui.ctx()
+                .graphics_mut(|graphics| *graphics = egui::layers::GraphicLayers::default());
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+    }
+
+    fn on_exit(&mut self) {
+        self.app.on_exit();
+    }
+}
+
+/// Closes the window when the device fails.
+fn watch(context: &GpuContext, window: &egui::Context, failure: Failure) {
+    let window = window.clone();
+    let fail = Arc::new(move |message: String| {
+        failure.set(message);
         window.send_viewport_cmd(egui::ViewportCommand::Close);
     });
     let on_error = Arc::clone(&fail);

@@ -241,7 +241,9 @@ impl ViewWindow {
 
     fn message_line(&self, ui: &mut egui::Ui) {
         let colour = Color32::from_rgb(255, 210, 120);
-        ui.label(RichText::new(&self.message).color(colour).size(13.0));
+        let text = RichText::new(&self.message).color(colour).size(13.0);
+        // Sentences about files are long.
+        ui.add(egui::Label::new(text).wrap());
     }
 }
 

@@ -32,9 +32,8 @@ impl ViewWindow {
                 .text("speed")
                 .step_by(0.1);
             ui.add(speed);
-            ui.add_space(8.0);
-            self.message_line(ui);
         });
+        self.message_line(ui);
         let size = egui::vec2(
             ui.available_width(),
             CHART + self.predictions() as f32 * (BAR + 1.0),
