@@ -1,0 +1,199 @@
+//! Contract: positions in world space follow the transforms of all ancestors at the frame's time,
+//! up to the first transform that does not inherit.
+
+use ogawa::{
+    Archive,
+    archive::{
+        DataType, Element, Metadata, ObjectTree, Pod, PropertyTree, SampleLayout, SampleWriter, TimeSampling,
+        write_archive,
+    },
+    container::ContainerWriter,
+};
+use std::io::Cursor;
+
+type File = ContainerWriter<Cursor<Vec<u8>>>;
+
+/// Sampling of frames: one a second.
+const FRAMES: u32 = 0;
+/// Sampling of transforms: one every half second, which frames do not share.
+const HALVES: u32 = 1;
+
+fn property<T: Element>(
+    file: &mut File,
+    name: &str,
+    layout: SampleLayout,
+    (data_type, sampling): (DataType, u32),
+    samples: &[&[T]],
+) -> PropertyTree {
+    let mut writer = SampleWriter::of_type(name, layout, data_type, sampling, Metadata::default());
+    for sample in samples {
+        writer.push(file, sample).unwrap();
+    }
+    PropertyTree::Samples(writer)
+}
+
+/// A transform with one operation of three or sixteen values.
+fn transform(file: &mut File, name: &str, inherits: bool, op: u8, values: &[&[f64]]) -> ObjectTree {
+    let extent = values[0].len() as u8;
+    let scalar = SampleLayout::Scalar;
+    let inherits = property(
+        file,
+        ".inherits",
+        scalar,
+        (DataType::new(Pod::Bool, 1), FRAMES),
+        &[&[inherits]],
+    );
+    let ops = property(
+        file,
+        ".ops",
+        scalar,
+        (DataType::new(Pod::U8, 1), FRAMES),
+        &[&[op]],
+    );
+    let values = property(
+        file,
+        ".vals",
+        scalar,
+        (DataType::new(Pod::F64, extent), HALVES),
+        values,
+    );
+    ObjectTree {
+        name: name.into(),
+        metadata: Metadata::new("schema=AbcGeom_Xform_v3"),
+        properties: vec![PropertyTree::compound(
+            ".xform",
+            Metadata::default(),
+            vec![inherits, ops, values],
+        )],
+        children: Vec::new(),
+    }
+}
+
+/// A subdivision cage of one point at (1, 2, 3) in three frames.
+fn point(file: &mut File) -> ObjectTree {
+    let frame: &[[f32; 3]] = &[[1.0, 2.0, 3.0]];
+    let moved: &[[f32; 3]] = &[[1.0, 2.0, 4.0]];
+    let array = SampleLayout::Array;
+    let positions = property(
+        file,
+        "P",
+        array,
+        (DataType::new(Pod::F32, 3), FRAMES),
+        &[frame, frame, moved],
+    );
+    let int = (DataType::new(Pod::I32, 1), FRAMES);
+    let corners = property(file, ".faceIndices", array, int, &[&[0_i32, 0, 0]]);
+    let counts = property(file, ".faceCounts", array, int, &[&[3_i32]]);
+    let properties = vec![positions, corners, counts];
+    ObjectTree {
+        name: "point".into(),
+        metadata: Metadata::new("schema=AbcGeom_SubD_v1"),
+        properties: vec![PropertyTree::compound(".geom", Metadata::default(), properties)],
+        children: Vec::new(),
+    }
+}
+
+fn file() -> File {
+    ContainerWriter::new(Cursor::new(Vec::new())).unwrap()
+}
+
+/// World positions of the only mesh in three frames, below the transforms from the top on.
+fn world(mut file: File, transforms: Vec<ObjectTree>, halves: TimeSampling) -> Vec<[f32; 3]> {
+    let mut child = point(&mut file);
+    for mut transform in transforms.into_iter().rev() {
+        transform.children.push(child);
+        child = transform;
+    }
+    let top = ObjectTree {
+        children: vec![child],
+        ..ObjectTree::default()
+    };
+    let bytes = write_archive(file, top, &[TimeSampling::default(), halves]).unwrap();
+    let bytes = bytes.into_inner();
+    let mut archive = Archive::from_bytes(&bytes).unwrap();
+    let mesh = archive.meshes().unwrap()[0].clone();
+    let mut points = Vec::new();
+    (0..mesh.frames())
+        .map(|frame| {
+            mesh.world_positions(&mut archive, frame, &mut points).unwrap();
+            assert_eq!(mesh.faces(&mut archive, frame).unwrap().corners(), [0, 0, 0]);
+            points[0]
+        })
+        .collect()
+}
+
+fn every_half_second() -> TimeSampling {
+    TimeSampling::Uniform {
+        start: 0.0,
+        step: 0.5,
+    }
+}
+
+const TRANSLATE: u8 = 0x10;
+const SCALE: u8 = 0x00;
+
+#[test]
+fn transforms_of_ancestors_are_applied_from_the_inside_out() {
+    let mut file = file();
+    let outer = transform(&mut file, "outer", true, TRANSLATE, &[&[10.0, 0.0, 0.0]]);
+    let inner = transform(&mut file, "inner", true, SCALE, &[&[2.0, 2.0, 2.0]]);
+    let moved = world(file, vec![outer, inner], every_half_second());
+    assert_eq!(moved, [[12.0, 4.0, 6.0], [12.0, 4.0, 6.0], [12.0, 4.0, 8.0]]);
+}
+
+#[test]
+fn a_transform_that_does_not_inherit_hides_those_above() {
+    let mut file = file();
+    let outer = transform(&mut file, "outer", true, TRANSLATE, &[&[10.0, 0.0, 0.0]]);
+    let inner = transform(&mut file, "inner", false, SCALE, &[&[2.0, 2.0, 2.0]]);
+    let moved = world(file, vec![outer, inner], every_half_second());
+    assert_eq!(moved[0], [2.0, 4.0, 6.0]);
+}
+
+#[test]
+fn animated_transforms_are_taken_at_the_time_of_the_frame() {
+    let steps: [[f64; 3]; 5] = std::array::from_fn(|i| [i as f64, 0.0, 0.0]);
+    let samples: Vec<&[f64]> = steps.iter().map(<[f64; 3]>::as_slice).collect();
+    for (sampling, expected) in [
+        (every_half_second(), [1.0, 3.0, 5.0]),
+        // Frames at 0, 1 and 2 s; the samples of the transform at 0, 0.1, 1, 1.1, 2 s.
+        (
+            TimeSampling::Cyclic {
+                times: vec![0.0, 0.1],
+                period: 1.0,
+            },
+            [1.0, 3.0, 5.0],
+        ),
+        (
+            TimeSampling::Acyclic(vec![0.0, 0.2, 0.4, 1.1, 9.0]),
+            [1.0, 4.0, 4.0],
+        ),
+    ] {
+        let mut file = file();
+        let moving = transform(&mut file, "moving", true, TRANSLATE, &samples);
+        let x: Vec<f32> = world(file, vec![moving], sampling).iter().map(|p| p[0]).collect();
+        assert_eq!(x, expected);
+    }
+}
+
+#[test]
+fn operations_without_their_values_are_refused() {
+    let mut file = file();
+    let mut top = transform(&mut file, "broken", true, 0x30, &[&[1.0, 2.0, 3.0]]);
+    top.children.push(point(&mut file));
+    let top = ObjectTree {
+        children: vec![top],
+        ..ObjectTree::default()
+    };
+    let samplings = [TimeSampling::default(), every_half_second()];
+    let bytes = write_archive(file, top, &samplings).unwrap().into_inner();
+    let mut archive = Archive::from_bytes(&bytes).unwrap();
+    let mesh = archive.meshes().unwrap()[0].clone();
+    let error = mesh
+        .world_positions(&mut archive, 0, &mut Vec::new())
+        .unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "/broken: expected values for each operation from 0 to 6, found 3 for the operations [48]"
+    );
+}
