@@ -6,7 +6,7 @@ use super::{
     faces::{Faces, reverse_corners},
 };
 use crate::{
-    archive::{Archive, Element, ObjectId, Property, Samples, find},
+    archive::{Archive, Element, Object, ObjectId, Property, Samples, find},
     error::{Error, Result, excerpt},
 };
 use std::io::{Read, Seek};
@@ -22,12 +22,15 @@ pub enum MeshKind {
 
 /// Animated mesh of an archive. Samples are read one frame at a time.
 ///
-/// Frame t is sample t of the positions; other samples are those nearest to its time.
+/// Frames are the samples of the positions, or of a transform above that has more of them: a mesh
+/// that only its parent moves has one sample. Everything else is taken at the time of the frame.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     object: ObjectId,
     name: Box<str>,
     kind: MeshKind,
+    /// Samples whose times are those of the frames.
+    timeline: Samples,
     positions: Samples,
     counts: Samples,
     corners: Samples,
@@ -60,9 +63,13 @@ impl Mesh {
         self.kind
     }
 
-    /// Number of frames. A broken file may claim up to 2³² - 1 equal ones.
+    /// Number of frames; none for a mesh without positions. A broken file may claim up to 2³² - 1
+    /// equal ones.
     pub fn frames(&self) -> u32 {
-        self.positions.count()
+        match self.positions.count() {
+            0 => 0,
+            _ => self.timeline.count(),
+        }
     }
 
     /// Whether all frames have the same faces.
@@ -77,7 +84,7 @@ impl Mesh {
 
     /// Time of a frame, seconds.
     pub fn time<R: Read + Seek>(&self, archive: &Archive<R>, frame: u32) -> f64 {
-        archive.time(&self.positions, frame)
+        archive.time(&self.timeline, frame)
     }
 
     /// Reads the positions of a frame in the space of the object.
@@ -91,7 +98,8 @@ impl Mesh {
         into: &mut Vec<[f32; 3]>,
     ) -> Result<()> {
         self.check_frame(frame)?;
-        archive.read(&self.positions, frame, into)
+        let index = self.index(archive, &self.positions, frame);
+        archive.read(&self.positions, index, into)
     }
 
     /// Reads the positions of a frame in world space, moved by the transforms of all ancestors.
@@ -143,7 +151,8 @@ impl Mesh {
             let expected = format!("{total} corners of faces");
             return Err(self.fault(archive, expected, corners.len()));
         }
-        let vertices = archive.element_count(&self.positions, frame)?;
+        let index = self.index(archive, &self.positions, frame);
+        let vertices = archive.element_count(&self.positions, index)?;
         if let Some(&vertex) = corners.iter().find(|&&vertex| u64::from(vertex) >= vertices) {
             let expected = format!("faces of {vertices} vertices");
             return Err(self.fault(archive, expected, format!("vertex {vertex}")));
@@ -232,14 +241,18 @@ impl Mesh {
         samples: &Samples,
         frame: u32,
     ) -> Result<Vec<T>> {
-        let index = match samples.sampling() == self.positions.sampling() {
+        let mut elements = Vec::new();
+        archive.read(samples, self.index(archive, samples, frame), &mut elements)?;
+        Ok(elements)
+    }
+
+    /// Index of the sample at the time of a frame.
+    fn index<R: Read + Seek>(&self, archive: &Archive<R>, samples: &Samples, frame: u32) -> u32 {
+        match samples.sampling() == self.timeline.sampling() {
             // Samples at the same times are counted in the same way, so that no time is rounded.
             true => frame.min(samples.count().saturating_sub(1)),
             false => archive.nearest(samples, self.time(archive, frame)),
-        };
-        let mut elements = Vec::new();
-        archive.read(samples, index, &mut elements)?;
-        Ok(elements)
+        }
     }
 
     fn check_frame(&self, frame: u32) -> Result<()> {
@@ -263,6 +276,23 @@ impl Mesh {
     }
 }
 
+/// Samples of an object's own transform, if it has one.
+fn transform_samples(object: &Object) -> Option<Samples> {
+    let properties = object.property(".xform").map_or(&[][..], Property::properties);
+    longest([".vals", ".inherits"].map(|name| find(properties, name)?.samples().copied()))
+}
+
+/// Samples with the largest count; the first ones of several.
+fn longest<const N: usize>(samples: [Option<Samples>; N]) -> Option<Samples> {
+    samples
+        .into_iter()
+        .flatten()
+        .reduce(|longest, other| match other.count() > longest.count() {
+            true => other,
+            false => longest,
+        })
+}
+
 impl<R: Read + Seek> Archive<R> {
     /// All meshes, in the order of [`Archive::objects`].
     ///
@@ -274,13 +304,21 @@ impl<R: Read + Seek> Archive<R> {
             SUBDIVISION => Some(MeshKind::Subdivision),
             _ => None,
         };
-        self.objects()
-            .filter_map(|(id, object)| Some((id, kind(object.schema())?)))
-            .map(|(id, kind)| self.mesh(id, kind))
-            .collect()
+        let mut meshes = Vec::new();
+        // Parents come before their children, so that each object is looked at once.
+        let mut timelines: Vec<Option<Samples>> = Vec::new();
+        for (id, object) in self.objects() {
+            let inherited = object.parent().and_then(|parent| timelines[parent.0]);
+            let timeline = longest([inherited, transform_samples(object)]);
+            timelines.push(timeline);
+            if let Some(kind) = kind(object.schema()) {
+                meshes.push(self.mesh(id, kind, timeline)?);
+            }
+        }
+        Ok(meshes)
     }
 
-    fn mesh(&self, id: ObjectId, kind: MeshKind) -> Result<Mesh> {
+    fn mesh(&self, id: ObjectId, kind: MeshKind, transforms: Option<Samples>) -> Result<Mesh> {
         let object = self.object(id);
         let properties = object.property(GEOMETRY).map_or(&[][..], Property::properties);
         let optional = |name| find(properties, name).and_then(Property::samples).copied();
@@ -296,11 +334,13 @@ impl<R: Read + Seek> Archive<R> {
             };
             self.values(id, property)
         };
+        let positions = required("P")?;
         Ok(Mesh {
             object: id,
             name: object.name.clone(),
             kind,
-            positions: required("P")?,
+            timeline: longest([Some(positions), transforms]).unwrap_or(positions),
+            positions,
             counts: required(".faceCounts")?,
             corners: required(".faceIndices")?,
             uvs: values("uv")?,

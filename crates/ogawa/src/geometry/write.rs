@@ -226,11 +226,9 @@ impl<W: Write + Seek> ArchiveWriter<W> {
             Some(indices) => reverse_corners(faces.counts(), indices),
             None => reverse_corners(faces.counts(), &mut turned.values),
         }
-        let (name, values_metadata) = match turned.indices {
-            Some(_) => (".vals", Metadata::default()),
-            None => ("uv", metadata.clone()),
-        };
-        let mut values = array::<[f32; 2]>(name, values_metadata);
+        let name = if turned.indices.is_some() { ".vals" } else { "uv" };
+        // Readers look for the metadata at the compound and at its values.
+        let mut values = array::<[f32; 2]>(name, metadata.clone());
         values.push(&mut self.file, &turned.values)?;
         let mut indices = None;
         if let Some(numbers) = turned.indices {
