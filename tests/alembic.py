@@ -25,6 +25,8 @@ import numpy as np
 
 LARGEST_MM = 0.01
 LARGEST_UV = 1e-6
+# Blender stores imported normals as two numbers of 16 bits.
+LARGEST_NORMAL = 1e-3
 FPS = 25
 FIRST, LAST = 3, 40
 # Beside the checkout on machines of developers; a file of Blender with its point cache.
@@ -73,7 +75,7 @@ def turned(points):
 
 
 def mesh_of(name):
-    """World positions, polygons and texture coordinates by corner of an object in the current frame."""
+    """World positions, polygons, texture coordinates and normals by corner in the current frame."""
     evaluated = bpy.data.objects[name].evaluated_get(bpy.context.evaluated_depsgraph_get())
     mesh = evaluated.to_mesh()
     flat = np.empty(3 * len(mesh.vertices), np.float32)
@@ -84,8 +86,10 @@ def mesh_of(name):
         uvs = np.empty(2 * len(mesh.loops), np.float32)
         mesh.uv_layers.active.uv.foreach_get("vector", uvs)
     world = np.array(evaluated.matrix_world)
+    normals = turned([corner.vector[:] for corner in mesh.corner_normals])
     evaluated.to_mesh_clear()
-    return turned(flat.reshape(-1, 3) @ world[:3, :3].T + world[:3, 3]), polygons, uvs.reshape(-1, 2)
+    positions = turned(flat.reshape(-1, 3) @ world[:3, :3].T + world[:3, 3])
+    return positions, polygons, uvs.reshape(-1, 2), normals
 
 
 def all_frames(names, frames):
@@ -104,14 +108,14 @@ def import_abc(path, fps):
 
 
 def read_obj(text):
-    """World positions, polygons and texture coordinates by corner of a frame that `abc_frame` prints."""
+    """World positions, polygons, texture coordinates and normals by corner, as `abc_frame` prints them."""
     lines = [line.split() for line in text.splitlines()]
     positions = np.array([line[1:] for line in lines if line[0] == "v"], np.float64)
-    values = np.array([line[1:] for line in lines if line[0] == "vt"], np.float64).reshape(-1, 2)
-    corners = [[[int(i) - 1 for i in corner.split("/")] for corner in line[1:]] for line in lines if line[0] == "f"]
-    polygons = [[corner[0] for corner in face] for face in corners]
-    uvs = [corner[1] for face in corners for corner in face if len(corner) > 1]
-    return positions, polygons, values[uvs]
+    values = [np.array([line[1:] for line in lines if line[0] == key], np.float64) for key in ("vt", "vn")]
+    faces = [[corner.split("/") for corner in line[1:]] for line in lines if line[0] == "f"]
+    polygons = [[int(corner[0]) - 1 for corner in face] for face in faces]
+    uvs, normals = ([int(corner[i]) - 1 for face in faces for corner in face] for i in (1, 2))
+    return positions, polygons, values[0][uvs], values[1][normals]
 
 
 def largest_mm(found, expected):
@@ -141,13 +145,12 @@ def full_names(examples, path):
 
 def check_export(examples, path, truth):
     """Reads by `ogawa` what Blender has exported."""
-    names = full_names(examples, path)
-    return {
-        f"{name}, exported by Blender": max(
-            compare(frame_by_ogawa(examples, path, names[name], t), expected) for t, expected in enumerate(frames)
-        )
-        for name, frames in truth.items()
-    }
+    errors = {}
+    for name, full_name in full_names(examples, path).items():
+        found = [frame_by_ogawa(examples, path, full_name, t) for t in range(len(truth[name]))]
+        errors[f"{name}, exported by Blender"] = max(compare(a, b) for a, b in zip(found, truth[name]))
+        assert max(np.abs(a[3] - b[3]).max() for a, b in zip(found, truth[name])) < LARGEST_NORMAL
+    return errors
 
 
 def check_import(path, truth, frames, fps):
@@ -211,11 +214,31 @@ def check_shared(examples, folder):
     return {"garment of Blender's cloth": worst}
 
 
+def check_flag(examples, folder):
+    """Positions, texture coordinates and normals by vertex, by the formula of the example."""
+    subprocess.run([examples / "abc_flag", folder / "flag.abc"], check=True)
+    import_abc(folder / "flag.abc", FPS)
+    worst = 0.0
+    for frame in (0, 1, 39):
+        bpy.context.scene.frame_set(frame)
+        positions, polygons, uvs, found = mesh_of("flag")
+        assert polygons[12] == [13, 14, 26, 25], polygons[12]
+        corners = np.concatenate(polygons)
+        u, v = np.repeat(np.arange(12)[None] / 11, 7, 0).ravel(), np.repeat(np.arange(7) / 6, 12)
+        assert np.abs(uvs - np.stack([u, v], axis=1)[corners]).max() < LARGEST_UV
+        phase = 9 * u - 0.2 * frame
+        worst = max(worst, largest_mm(positions, np.stack([u, v / 2, 0.1 * np.sin(phase)], axis=1)))
+        slope = 0.9 * np.cos(phase)
+        normals = np.stack([-slope, 0 * slope, 1 + 0 * slope], axis=1) / np.hypot(slope, 1)[:, None]
+        assert np.abs(found - normals[corners]).max() < LARGEST_NORMAL
+    return {"flag": worst}
+
+
 def main():
     examples = Path(sys.argv[1]).resolve()
     with tempfile.TemporaryDirectory() as name:
         errors = {}
-        for check in (check_moving, check_one_frame, check_shared):
+        for check in (check_moving, check_one_frame, check_flag, check_shared):
             errors |= check(examples, Path(name))
     print(f"Blender {bpy.app.version_string}, largest difference in mm:")
     for name, error in errors.items():

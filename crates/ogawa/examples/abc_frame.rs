@@ -1,4 +1,5 @@
-//! Prints a frame of a mesh as OBJ text: world positions, texture coordinates and faces.
+//! Prints a frame of a mesh as OBJ text: world positions, texture coordinates, normals in the space of
+//! the object, and faces.
 //!
 //! ```text
 //! cargo run --release -p ogawa --example abc_frame -- walk.abc /garment/garmentShape 12
@@ -25,14 +26,20 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     mesh.world_positions(&mut archive, frame, &mut positions)?;
     let uvs = mesh.uvs(&mut archive, frame)?;
     let faces = mesh.faces(&mut archive, frame)?;
-    print(&positions, uvs.as_ref(), &faces).map_err(|source| Error::Io {
+    let normals = mesh.normals(&mut archive, frame)?;
+    print(&positions, uvs.as_ref(), normals.as_ref(), &faces).map_err(|source| Error::Io {
         action: "print",
         source,
     })?;
     Ok(())
 }
 
-fn print(positions: &[[f32; 3]], uvs: Option<&Attribute<2>>, faces: &Faces) -> io::Result<()> {
+fn print(
+    positions: &[[f32; 3]],
+    uvs: Option<&Attribute<2>>,
+    normals: Option<&Attribute<3>>,
+    faces: &Faces,
+) -> io::Result<()> {
     let mut out = BufWriter::new(io::stdout().lock());
     for [x, y, z] in positions {
         writeln!(out, "v {x} {y} {z}")?;
@@ -40,14 +47,16 @@ fn print(positions: &[[f32; 3]], uvs: Option<&Attribute<2>>, faces: &Faces) -> i
     for [u, v] in uvs.map_or(&[][..], |uvs| &uvs.values) {
         writeln!(out, "vt {u} {v}")?;
     }
+    for [x, y, z] in normals.map_or(&[][..], |normals| &normals.values) {
+        writeln!(out, "vn {x} {y} {z}")?;
+    }
     let mut corner = 0;
     for face in faces.iter() {
         write!(out, "f")?;
         for &vertex in face {
-            match uvs.and_then(|uvs| uv_index(uvs, corner, vertex)) {
-                Some(uv) => write!(out, " {}/{}", vertex + 1, uv + 1)?,
-                None => write!(out, " {}", vertex + 1)?,
-            }
+            let uv = index(uvs, corner, vertex);
+            let normal = index(normals, corner, vertex);
+            write!(out, " {}/{uv}/{normal}", vertex + 1)?;
             corner += 1;
         }
         writeln!(out)?;
@@ -55,15 +64,19 @@ fn print(positions: &[[f32; 3]], uvs: Option<&Attribute<2>>, faces: &Faces) -> i
     out.flush()
 }
 
-/// Index of the texture coordinates of a corner.
-fn uv_index(uvs: &Attribute<2>, corner: usize, vertex: u32) -> Option<usize> {
-    let element = match uvs.scope {
+/// Index of the value of a corner, from 1 on; empty without one.
+fn index<const N: usize>(attribute: Option<&Attribute<N>>, corner: usize, vertex: u32) -> String {
+    let Some(attribute) = attribute else {
+        return String::new();
+    };
+    let element = match attribute.scope {
         Scope::Corner => corner,
         Scope::Vertex => vertex as usize,
-        Scope::Face | Scope::Constant => return None,
+        Scope::Face | Scope::Constant => return String::new(),
     };
-    match &uvs.indices {
-        Some(indices) => Some(*indices.get(element)? as usize),
+    let index = match &attribute.indices {
+        Some(indices) => indices.get(element).map(|&index| index as usize),
         None => Some(element),
-    }
+    };
+    index.map_or(String::new(), |index| (index + 1).to_string())
 }
