@@ -1,5 +1,7 @@
 //! Contract: a file that Blender wrote is read exactly.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
 use ogawa::{
     Archive, Mesh, MeshKind,
     archive::{Metadata, Samples},

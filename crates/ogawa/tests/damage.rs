@@ -4,6 +4,8 @@
 //! `UNIC_MUTATION_SECONDS` is the time for random damage, `UNIC_MUTATION_SEED` repeats one file; see
 //! [`unic_mutation`].
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
 use ogawa::{
     Archive, ArchiveWriter, Attribute, Faces, FrameTiming, MeshDescription, Scope,
     archive::{ObjectTree, write_archive},

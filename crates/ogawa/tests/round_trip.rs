@@ -1,6 +1,8 @@
 //! Contract: what is written is read back bit by bit: frames, faces, texture coordinates, normals,
 //! names and times.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
 use ogawa::{Archive, ArchiveWriter, Attribute, Faces, FrameTiming, MeshDescription, Scope};
 use proptest::{collection::vec, prelude::*};
 use std::io::Cursor;
@@ -167,6 +169,18 @@ fn an_archive_without_meshes_or_frames_is_read() {
     assert_eq!(mesh.frames(), 0);
     let error = mesh.faces(&mut archive, 0).unwrap_err().to_string();
     assert_eq!(error, "frame: expected one of 0 frames, found 0");
+}
+
+#[test]
+fn a_mesh_without_vertices_is_read() {
+    let mut writer = writer();
+    let id = writer.add_mesh(&description("a", 0, &Faces::default())).unwrap();
+    (0..3).for_each(|_| writer.push(id, &[]).unwrap());
+    let bytes = bytes(writer);
+    let mut archive = Archive::from_bytes(&bytes).unwrap();
+    assert_eq!(frames(&mut archive, 0), vec![Points::new(); 3]);
+    let mesh = archive.meshes().unwrap()[0].clone();
+    assert!(mesh.faces(&mut archive, 2).unwrap().is_empty());
 }
 
 #[test]

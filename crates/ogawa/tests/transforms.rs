@@ -1,6 +1,8 @@
 //! Contract: positions in world space follow the transforms of all ancestors at the frame's time,
 //! up to the first transform that does not inherit.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
+
 use ogawa::{
     Archive,
     archive::{
@@ -69,7 +71,7 @@ fn transform(file: &mut File, name: &str, inherits: bool, op: u8, values: &[&[f6
     }
 }
 
-/// A subdivision cage of one point at (1, 2, 3) in three frames.
+/// A subdivision cage of one point at (1, 2, 3), in three frames.
 fn point(file: &mut File) -> ObjectTree {
     let frame: &[[f32; 3]] = &[[1.0, 2.0, 3.0]];
     let moved: &[[f32; 3]] = &[[1.0, 2.0, 4.0]];
@@ -81,6 +83,11 @@ fn point(file: &mut File) -> ObjectTree {
         (DataType::new(Pod::F32, 3), FRAMES),
         &[frame, frame, moved],
     );
+    cage(file, positions)
+}
+
+fn cage(file: &mut File, positions: PropertyTree) -> ObjectTree {
+    let array = SampleLayout::Array;
     let int = (DataType::new(Pod::I32, 1), FRAMES);
     let corners = property(file, ".faceIndices", array, int, &[&[0_i32, 0, 0]]);
     let counts = property(file, ".faceCounts", array, int, &[&[3_i32]]);
@@ -97,9 +104,18 @@ fn file() -> File {
     ContainerWriter::new(Cursor::new(Vec::new())).unwrap()
 }
 
-/// World positions of the only mesh in three frames, below the transforms from the top on.
+/// World positions of the only mesh in all frames, below the transforms from the top on.
 fn world(mut file: File, transforms: Vec<ObjectTree>, halves: TimeSampling) -> Vec<[f32; 3]> {
-    let mut child = point(&mut file);
+    let point = point(&mut file);
+    world_of(file, point, transforms, halves)
+}
+
+fn world_of(
+    file: File,
+    mut child: ObjectTree,
+    transforms: Vec<ObjectTree>,
+    halves: TimeSampling,
+) -> Vec<[f32; 3]> {
     for mut transform in transforms.into_iter().rev() {
         transform.children.push(child);
         child = transform;
@@ -174,6 +190,25 @@ fn animated_transforms_are_taken_at_the_time_of_the_frame() {
         let x: Vec<f32> = world(file, vec![moving], sampling).iter().map(|p| p[0]).collect();
         assert_eq!(x, expected);
     }
+}
+
+#[test]
+fn a_still_mesh_has_the_frames_of_the_transform_that_moves_it() {
+    let mut file = file();
+    let moving = transform(
+        &mut file,
+        "moving",
+        true,
+        TRANSLATE,
+        &[&[0.0; 3], &[0.0; 3], &[0.0, 5.0, 0.0]],
+    );
+    let still = transform(&mut file, "still", true, TRANSLATE, &[&[1.0, 0.0, 0.0]]);
+    let point: &[[f32; 3]] = &[[0.0; 3]];
+    let three = (DataType::new(Pod::F32, 3), FRAMES);
+    let positions = property(&mut file, "P", SampleLayout::Array, three, &[point]);
+    let cage = cage(&mut file, positions);
+    let moved = world_of(file, cage, vec![moving, still], every_half_second());
+    assert_eq!(moved, [[1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 5.0, 0.0]]);
 }
 
 #[test]

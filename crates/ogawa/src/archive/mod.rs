@@ -20,6 +20,7 @@ mod metadata;
 mod object;
 mod property;
 mod read;
+mod sample_writer;
 mod time_sampling;
 mod tree;
 mod write;
@@ -30,8 +31,9 @@ pub(crate) use object::find;
 pub use object::{Object, ObjectId};
 pub use property::{Content, Property, SampleLayout, Samples};
 pub use read::Archive;
+pub use sample_writer::SampleWriter;
 pub use time_sampling::TimeSampling;
-pub use write::{ObjectTree, PropertyTree, SampleWriter, write_archive};
+pub use write::{ObjectTree, PropertyTree, write_archive};
 
 /// Version of the layout of objects and properties in the container.
 pub(crate) const LAYOUT_VERSION: i32 = 0;

@@ -1,13 +1,12 @@
 //! Reading meshes.
 
 use super::{
-    GEOMETRY, POLY_MESH, SUBDIVISION,
     attribute::{Attribute, Scope},
     faces::{Faces, reverse_corners},
 };
 use crate::{
-    archive::{Archive, Element, Object, ObjectId, Property, Samples, find},
-    error::{Error, Result, excerpt},
+    archive::{Archive, Element, ObjectId, Samples},
+    error::{Error, Result},
 };
 use std::io::{Read, Seek};
 
@@ -22,29 +21,29 @@ pub enum MeshKind {
 
 /// Animated mesh of an archive. Samples are read one frame at a time.
 ///
-/// Frames are the samples of the positions, or of a transform above that has more of them: a mesh
-/// that only its parent moves has one sample. Everything else is taken at the time of the frame.
+/// Frames are the samples of the positions. If those are all equal, frames are the samples of the
+/// transform above that has most of them. Everything else is taken at the time of the frame.
 #[derive(Clone, Debug)]
 pub struct Mesh {
-    object: ObjectId,
-    name: Box<str>,
-    kind: MeshKind,
+    pub(super) object: ObjectId,
+    pub(super) name: Box<str>,
+    pub(super) kind: MeshKind,
     /// Samples whose times are those of the frames.
-    timeline: Samples,
-    positions: Samples,
-    counts: Samples,
-    corners: Samples,
-    uvs: Option<Values>,
-    normals: Option<Values>,
-    velocities: Option<Samples>,
+    pub(super) timeline: Samples,
+    pub(super) positions: Samples,
+    pub(super) counts: Samples,
+    pub(super) corners: Samples,
+    pub(super) uvs: Option<Values>,
+    pub(super) normals: Option<Values>,
+    pub(super) velocities: Option<Samples>,
 }
 
 /// Samples of an attribute, with samples of indices if there are any.
 #[derive(Clone, Copy, Debug)]
-struct Values {
-    scope: Scope,
-    values: Samples,
-    indices: Option<Samples>,
+pub(super) struct Values {
+    pub(super) scope: Scope,
+    pub(super) values: Samples,
+    pub(super) indices: Option<Samples>,
 }
 
 impl Mesh {
@@ -276,99 +275,7 @@ impl Mesh {
     }
 }
 
-/// Samples of an object's own transform, if it has one.
-fn transform_samples(object: &Object) -> Option<Samples> {
-    let properties = object.property(".xform").map_or(&[][..], Property::properties);
-    longest([".vals", ".inherits"].map(|name| find(properties, name)?.samples().copied()))
-}
-
-/// Samples with the largest count; the first ones of several.
-fn longest<const N: usize>(samples: [Option<Samples>; N]) -> Option<Samples> {
-    samples
-        .into_iter()
-        .flatten()
-        .reduce(|longest, other| match other.count() > longest.count() {
-            true => other,
-            false => longest,
-        })
-}
-
 impl<R: Read + Seek> Archive<R> {
-    /// All meshes, in the order of [`Archive::objects`].
-    ///
-    /// # Errors
-    /// An object with the schema of a mesh that lacks positions or faces.
-    pub fn meshes(&self) -> Result<Vec<Mesh>> {
-        let kind = |schema: &str| match schema {
-            POLY_MESH => Some(MeshKind::Polygons),
-            SUBDIVISION => Some(MeshKind::Subdivision),
-            _ => None,
-        };
-        let mut meshes = Vec::new();
-        // Parents come before their children, so that each object is looked at once.
-        let mut timelines: Vec<Option<Samples>> = Vec::new();
-        for (id, object) in self.objects() {
-            let inherited = object.parent().and_then(|parent| timelines[parent.0]);
-            let timeline = longest([inherited, transform_samples(object)]);
-            timelines.push(timeline);
-            if let Some(kind) = kind(object.schema()) {
-                meshes.push(self.mesh(id, kind, timeline)?);
-            }
-        }
-        Ok(meshes)
-    }
-
-    fn mesh(&self, id: ObjectId, kind: MeshKind, transforms: Option<Samples>) -> Result<Mesh> {
-        let object = self.object(id);
-        let properties = object.property(GEOMETRY).map_or(&[][..], Property::properties);
-        let optional = |name| find(properties, name).and_then(Property::samples).copied();
-        let required = |name: &'static str| {
-            optional(name).ok_or_else(|| {
-                let expected = format!("samples `{GEOMETRY}/{name}`");
-                Error::content(&self.full_name(id), expected, "none")
-            })
-        };
-        let values = |name| -> Result<Option<Values>> {
-            let Some(property) = find(properties, name) else {
-                return Ok(None);
-            };
-            self.values(id, property)
-        };
-        let positions = required("P")?;
-        Ok(Mesh {
-            object: id,
-            name: object.name.clone(),
-            kind,
-            timeline: longest([Some(positions), transforms]).unwrap_or(positions),
-            positions,
-            counts: required(".faceCounts")?,
-            corners: required(".faceIndices")?,
-            uvs: values("uv")?,
-            normals: values("N")?,
-            velocities: optional(".velocities"),
-        })
-    }
-
-    /// Samples of an attribute: a property of values, or a compound of values and indices.
-    fn values(&self, id: ObjectId, property: &Property) -> Result<Option<Values>> {
-        let Some(scope) = Scope::decode(&property.metadata) else {
-            let found = excerpt(property.metadata.get("geoScope").unwrap_or_default());
-            let expected = "the scope con, uni, var, vtx or fvr";
-            return Err(Error::content(&self.full_name(id), expected, found));
-        };
-        let within = |name| {
-            find(property.properties(), name)
-                .and_then(Property::samples)
-                .copied()
-        };
-        let values = property.samples().copied().or_else(|| within(".vals"));
-        Ok(values.map(|values| Values {
-            scope,
-            values,
-            indices: within(".indices"),
-        }))
-    }
-
     /// Number of elements of a sample, by the size of its data.
     fn element_count(&mut self, samples: &Samples, index: u32) -> Result<u64> {
         let bytes = self.value_bytes(samples, index)?;

@@ -1,6 +1,6 @@
 //! Transforms of objects.
 
-use super::XFORM;
+use super::{TRANSFORM, XFORM};
 use crate::{
     archive::{Archive, ObjectId, Samples},
     error::{Error, Result},
@@ -174,7 +174,7 @@ impl<R: Read + Seek> Archive<R> {
             return Ok(None);
         }
         let property = |name: &str| -> Option<Samples> {
-            let transform = self.object(id).property(".xform")?;
+            let transform = self.object(id).property(TRANSFORM)?;
             crate::archive::find(transform.properties(), name)?
                 .samples()
                 .copied()
