@@ -1,7 +1,7 @@
 """Imports the files of `unic animate` into Blender and compares every vertex with the .npz file.
 
-Contract: after an import by docs/guides/animate.md, body and garment of a .glb, a .pc2 on its .obj and
-a folder of OBJ files are upright in Blender's world (+Z up). In each frame their vertices are within
+Contract: after an import by docs/guides/animate.md, body and garment of a .glb, an .abc, a .pc2 on its
+.obj and a folder of OBJ files are upright in Blender's world (+Z up). In each frame their vertices are within
 0.02 mm of those of the .npz.
 
     python3 tests/blender.py target/release/unic                          makes its own capture
@@ -78,6 +78,13 @@ def check_glb(folder, truth):
     return errors
 
 
+def check_abc(folder, truth):
+    bpy.ops.wm.alembic_import(filepath=str(folder / "d.abc"), as_background_job=False)
+    objects = bpy.data.objects
+    return {f"{name} of an .abc": largest_over_frames(truth[name], lambda: positions(objects[name]))
+            for name in truth}
+
+
 def import_obj(path):
     """Imports an OBJ with the default settings of the menu, Forward -Z and Up Y.
 
@@ -129,12 +136,12 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         model, motion = sys.argv[2:4] if len(sys.argv) > 3 else small_model(folder)
-        for out in ("d.npz", "d.glb", "d.pc2", "d"):
+        for out in ("d.npz", "d.glb", "d.abc", "d.pc2", "d"):
             unic("animate", model, "--motion", motion, "--up", "y", "--overwrite", "--out", folder / out)
         caches = {name: np.load(folder / f"{file}.npz") for name, file in (("garment", "d"), ("body", "d.body"))}
         truth = {name: cache["vertices"] for name, cache in caches.items()}
         errors = {}
-        for check in (check_glb, check_pc2, check_obj_folder):
+        for check in (check_glb, check_abc, check_pc2, check_obj_folder):
             empty_scene(float(caches["garment"]["fps"]))
             errors |= check(folder, truth)
         mean, largest = four_influences(folder, truth["body"])

@@ -1,4 +1,4 @@
-//! Contract: `unic animate` writes a complete GLB, and never overwrites files without
+//! Contract: `unic animate` writes a complete GLB and a complete Alembic file, and never overwrites files without
 //! `--overwrite`, folders or its inputs.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -82,6 +82,36 @@ fn a_glb_contains_body_and_garment() {
 }
 
 #[test]
+fn an_alembic_file_contains_the_frames_of_body_and_garment() {
+    let folder = fresh();
+    let summary = json(folder.path(), &format!("{ANIMATE} --out a.abc --json"));
+    assert_eq!(summary["written"], serde_json::json!(["a.abc", "a.png"]));
+    succeeds(folder.path(), &format!("{ANIMATE} --out a.pc2"));
+    let mut archive = ogawa::Archive::open(folder.path().join("a.abc")).unwrap();
+    let meshes = archive.meshes().unwrap();
+    assert_eq!(meshes.len(), 2);
+    for (mesh, name, cache) in [
+        (&meshes[0], "/garment/garmentShape", "a"),
+        (&meshes[1], "/body/bodyShape", "a.body"),
+    ] {
+        assert_eq!(archive.full_name(mesh.object()), name);
+        assert_eq!(mesh.frames() as usize, FRAMES);
+        let time = mesh.time(&archive, 1);
+        assert!((time - 1.0 / summary["fps"].as_f64().unwrap()).abs() < 1e-6);
+        let cache = |ending| folder.path().join(format!("{cache}.{ending}"));
+        let expected = unic_io::read_vertex_cache(&cache("pc2")).unwrap().frames;
+        let mut positions = Vec::new();
+        for (frame, expected) in (0..).zip(expected.iter()) {
+            mesh.world_positions(&mut archive, frame, &mut positions).unwrap();
+            assert!(positions.iter().eq(expected.iter().map(AsRef::as_ref)));
+        }
+        let faces = mesh.faces(&mut archive, 0).unwrap();
+        let expected = unic_io::read_obj(&cache("obj")).unwrap().faces;
+        assert_eq!(faces.corners(), expected.as_flattened());
+    }
+}
+
+#[test]
 fn a_glb_of_more_than_300_frames_is_refused() {
     let folder = fresh();
     // One cycle of the motion, repeated.
@@ -129,7 +159,7 @@ fn outputs_that_are_equal_or_inputs_are_refused() {
         ("--out a.glb --picture a.glb", "a.glb"),
         ("--out a.pc2 --picture a.body.obj --overwrite", "a.body.obj"),
         ("--out b.npz --picture four.npz --overwrite", "four.npz"),
-        ("--out a.abc", "a.abc"),
+        ("--out a.usd", "a.usd"),
     ] {
         let message = refusal(folder.path(), &format!("{ANIMATE} {line}"));
         assert!(message.starts_with(&format!("unic: {name}: ")), "{message}");

@@ -11,6 +11,7 @@
 //! | mesh, `.obj` | [`read_obj`], [`write_obj`] |
 //! | vertex animation, `.pc2`, `.npz`, `.npy`, folder of `.obj` | [`cache`], [`pc2`], [`frames`] |
 //! | a character and its garment in one file, `.glb` | [`glb`] |
+//! | several animated meshes in one file, `.abc` | [`alembic`] |
 //! | numpy arrays | [`npz`], [`npy`] |
 //! | published data sets | [`datasets`] |
 //! | probable mistakes in input that can be read | [`check`] |
@@ -30,7 +31,7 @@
 //! |---|---|
 //! | words and limits | `error`, `counted`, `foreign_formats`, `frame_rate` |
 //! | bytes and containers | [`atomic`], [`npy`], [`npz`], `pickle`, [`frames`] |
-//! | single formats, each with its own plain type | [`bvh`], `obj`, [`pc2`], [`glb`], [`cache`] |
+//! | single formats, each with its own plain type | [`bvh`], `obj`, [`pc2`], [`glb`], [`alembic`], [`cache`] |
 //! | shared types and names | `up_axis`, [`joint_names`], `finding` |
 //! | motion from one skeleton to another | [`retarget`] |
 //! | readers for a character, which pick the format | `character`, `motion` |
@@ -88,6 +89,7 @@
 #[cfg(target_endian = "big")]
 compile_error!("unic-io supports little-endian machines only");
 
+pub mod alembic;
 pub mod atomic;
 pub mod bvh;
 pub mod cache;

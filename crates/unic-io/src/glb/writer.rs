@@ -158,7 +158,7 @@ impl GlbWriter {
 fn check_timing(path: &Path, scene: &GlbScene<'_>) -> Result<()> {
     if !(1..=MAX_FRAMES).contains(&scene.frames) {
         let expected = format!(
-            "1 to {MAX_FRAMES} frames in a .glb (.pc2, .npz and folders of OBJ files hold any number)"
+            "1 to {MAX_FRAMES} frames in a .glb (.abc, .pc2, .npz and folders of OBJ files hold any number)"
         );
         return Err(Error::content(path, expected, scene.frames.to_string()));
     }

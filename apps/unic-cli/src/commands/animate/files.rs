@@ -14,6 +14,7 @@ use std::{
 use unic_core::{Model, Pose, clip::Clip, mesh::TriMesh};
 use unic_io::{
     VertexCacheWriter,
+    alembic::AlembicWriter,
     atomic::AtomicFile,
     glb::{GlbScene, GlbWriter},
     write_obj_to,
@@ -37,12 +38,15 @@ enum Animation {
     Caches(Box<[VertexCacheWriter; 2]>),
     /// Writer of one file for garment and body.
     Glb(Box<GlbWriter>),
+    /// Writer of one file with garment and body as meshes.
+    Alembic(Box<AlembicWriter>),
 }
 
 /// Format of an animation, chosen by the ending of its path.
 #[derive(Clone, Copy, PartialEq)]
 enum AnimationFormat {
     Glb,
+    Alembic,
     Pc2,
     Npz,
     Folder,
@@ -57,11 +61,12 @@ impl AnimationFormat {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match ending.as_deref() {
             Some("glb") => Ok(Self::Glb),
+            Some("abc") => Ok(Self::Alembic),
             Some("pc2") => Ok(Self::Pc2),
             Some("npz") => Ok(Self::Npz),
             None => Ok(Self::Folder),
             Some(other) => bail!(
-                "{}: expected the ending .glb, .pc2, .npz or none (a folder of OBJ files), found .{other}",
+                "{}: expected the ending .glb, .abc, .pc2, .npz or none (a folder of OBJ files), found .{other}",
                 path.display()
             ),
         }
@@ -70,7 +75,7 @@ impl AnimationFormat {
 
 /// Paths of all outputs.
 struct OutputPaths {
-    /// Garment and body; one file for both with GLB.
+    /// Garment and body; one file for both with GLB and Alembic.
     animation: Vec<PathBuf>,
     /// Meshes of garment and body, for point caches only.
     meshes: Vec<PathBuf>,
@@ -88,7 +93,7 @@ impl OutputPaths {
                 _ => Vec::new(),
             },
             animation: match format {
-                AnimationFormat::Glb => vec![args.out.clone()],
+                AnimationFormat::Glb | AnimationFormat::Alembic => vec![args.out.clone()],
                 _ => vec![args.out.clone(), body],
             },
         }
@@ -130,6 +135,7 @@ impl AnimationFiles {
         Ok(Self {
             animation: match format {
                 AnimationFormat::Glb => Animation::glb(&args.out, model, clip)?,
+                AnimationFormat::Alembic => Animation::alembic(&args.out, model, clip.fps)?,
                 _ => Animation::caches(args, model, clip.fps)?,
             },
             meshes: (outputs.meshes.iter().zip(meshes))
@@ -145,6 +151,7 @@ impl AnimationFiles {
         match &mut self.animation {
             // The body of a GLB is a skin, which the pose moves.
             Animation::Glb(writer) => writer.push(pose, garment)?,
+            Animation::Alembic(writer) => writer.push(&[garment, body])?,
             Animation::Caches(writers) => {
                 let [garments, bodies] = &mut **writers;
                 garments.push(garment)?;
@@ -165,6 +172,7 @@ impl AnimationFiles {
         (self.picture.write_all(picture)).map_err(|e| failed(&target, e))?;
         match self.animation {
             Animation::Glb(writer) => writer.finish()?,
+            Animation::Alembic(writer) => writer.finish()?,
             Animation::Caches(writers) => (*writers).into_iter().try_for_each(VertexCacheWriter::finish)?,
         }
         for file in self.meshes.into_iter().chain([self.picture]) {
@@ -185,6 +193,16 @@ impl Animation {
             frames: clip.len(),
         };
         Ok(Self::Glb(Box::new(GlbWriter::create(path, &scene)?)))
+    }
+
+    fn alembic(path: &Path, model: &Model, fps: f32) -> Result<Self> {
+        let meshes = [
+            ("garment", &model.garment().rest),
+            ("body", &model.character().body),
+        ];
+        Ok(Self::Alembic(Box::new(AlembicWriter::create(
+            path, &meshes, fps,
+        )?)))
     }
 
     /// Opens the caches of garment and body.
@@ -231,6 +249,7 @@ mod tests {
         let format = |path: &str| AnimationFormat::of(Path::new(path)).ok();
         assert!(format("A.GLB") == Some(AnimationFormat::Glb));
         assert!(format("a.b/walk") == Some(AnimationFormat::Folder));
-        assert!(format("walk.abc").is_none());
+        assert!(format("walk.Abc") == Some(AnimationFormat::Alembic));
+        assert!(format("walk.usd").is_none());
     }
 }
