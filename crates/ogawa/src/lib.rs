@@ -69,9 +69,12 @@
 //!
 //! # Limits
 //!
-//! The HDF5 container of early versions is not read. Positions, texture coordinates and normals
-//! must be f32. Between two samples nothing is interpolated: the nearest sample counts. Writing
-//! makes polygon meshes with constant faces.
+//! - The HDF5 container of early versions is not read, and instances are not followed.
+//! - Positions, texture coordinates, normals and velocities must be f32.
+//! - Between two samples nothing is interpolated: the nearest sample counts.
+//! - Writing makes polygon meshes with constant faces. Each sample has the key that the Alembic
+//!   library gives it, a MurmurHash3 digest, by which readers recognise equal samples. The digests of
+//!   objects are of another kind than the library's, so they find equal objects of one file only.
 
 pub mod archive;
 pub mod container;

@@ -6,9 +6,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
+mod common;
+
+use common::{file, nested, point, transform};
 use ogawa::{
     Archive, ArchiveWriter, Attribute, Faces, FrameTiming, MeshDescription, Scope,
-    archive::{ObjectTree, write_archive},
+    archive::{ObjectTree, TimeSampling, write_archive},
     container::{Child, Container, ContainerWriter},
 };
 use std::{fs, io::Cursor, path::Path};
@@ -86,12 +89,45 @@ fn use_archive(bytes: &[u8]) -> ogawa::Result<()> {
     Ok(())
 }
 
+/// A mesh of three frames below moving transforms of three kinds, with times of another kind.
+fn moving_archive() -> Vec<u8> {
+    let mut file = file();
+    let matrix: [f64; 16] = std::array::from_fn(|i| f64::from(u8::from(i % 5 == 0)));
+    let transforms = vec![
+        transform(&mut file, "a", true, 0x30, &[&matrix]),
+        transform(
+            &mut file,
+            "b",
+            true,
+            0x20,
+            &[&[0.0, 1.0, 0.0, 90.0], &[0.0, 1.0, 0.0, 45.0]],
+        ),
+        transform(&mut file, "c", true, 0x10, &[&[1.0; 3], &[1.0; 3], &[2.0; 3]]),
+    ];
+    let point = point(&mut file);
+    nested(
+        file,
+        point,
+        transforms,
+        TimeSampling::Acyclic(vec![0.0, 0.5, 2.0]),
+    )
+}
+
 #[test]
-fn truncated_and_mutated_files_are_refused_or_read() {
-    let path = scratch_folder(Path::new(env!("CARGO_TARGET_TMPDIR")), "abc").join("a.abc");
-    fs::write(&path, small_archive()).unwrap();
+fn truncated_and_mutated_meshes_are_refused_or_read() {
+    refused_or_read("mesh", &small_archive());
+}
+
+#[test]
+fn truncated_and_mutated_transforms_are_refused_or_read() {
+    refused_or_read("transforms", &moving_archive());
+}
+
+fn refused_or_read(name: &str, valid: &[u8]) {
+    let path = scratch_folder(Path::new(env!("CARGO_TARGET_TMPDIR")), name).join("a.abc");
+    fs::write(&path, valid).unwrap();
     let target = FuzzTarget {
-        name: "abc",
+        name,
         path: &path,
         container: unic_mutation::Container::Plain,
     };
@@ -104,10 +140,15 @@ fn truncated_and_mutated_files_are_refused_or_read() {
 
 #[test]
 fn every_flipped_bit_is_refused_or_read_within_bounds() {
-    let valid = small_archive();
+    for valid in [small_archive(), moving_archive()] {
+        flip_every_bit(&valid);
+    }
+}
+
+fn flip_every_bit(valid: &[u8]) {
     for at in 0..valid.len() {
         for bit in 0..8 {
-            let mut bytes = valid.clone();
+            let mut bytes = valid.to_vec();
             bytes[at] ^= 1 << bit;
             let (_, cost) = measure(|| use_archive(&bytes).map_err(|e| assert!(!e.to_string().is_empty())));
             assert!(cost.peak < 1 << 20, "bit {bit} of byte {at}: {cost}");
@@ -160,13 +201,9 @@ fn object_headers(count: u8) -> Vec<u8> {
     (0..count).flat_map(header).chain([0; 32]).collect()
 }
 
-fn writer() -> ContainerWriter<Cursor<Vec<u8>>> {
-    ContainerWriter::new(Cursor::new(Vec::new())).unwrap()
-}
-
 #[test]
 fn an_object_that_contains_itself_is_refused() {
-    let mut file = writer();
+    let mut file = file();
     let headers = object_headers(1);
     let data = file.data(&[&headers]).unwrap();
     // The group comes behind the header of 16 bytes and the data with their length.
@@ -183,7 +220,7 @@ fn an_object_that_contains_itself_is_refused() {
 
 #[test]
 fn a_compound_that_contains_itself_is_refused() {
-    let mut file = writer();
+    let mut file = file();
     // A compound without metadata, whose name has one letter.
     let header = [0, 0, 0, 0, 1, b'a'];
     let data = file.data(&[&header]).unwrap();
@@ -199,7 +236,7 @@ fn a_compound_that_contains_itself_is_refused() {
 #[test]
 fn objects_that_share_their_headers_take_no_more_memory_than_the_file_has() {
     // Each of 26 objects has 26 children, and so on: the headers are shared, the groups are not.
-    let mut file = writer();
+    let mut file = file();
     let headers = file.data(&[&object_headers(26)]).unwrap();
     let mut level = vec![Child::EMPTY_GROUP; 26];
     for _ in 0..40 {
@@ -212,7 +249,7 @@ fn objects_that_share_their_headers_take_no_more_memory_than_the_file_has() {
     let (read, cost) = measure(|| Archive::from_bytes(&bytes).map(drop));
     assert!(read.is_ok() && cost.is_bounded(bytes.len()), "{cost}");
     // Many small groups with one large header.
-    let mut file = writer();
+    let mut file = common::file();
     let mut long = vec![0, 0, 1, 0];
     long.extend([b'a'; 0x1_0000]);
     long.push(0);
@@ -245,8 +282,8 @@ fn deep_trees_are_refused() {
                 ..ObjectTree::default()
             };
         }
-        let sampling = ogawa::archive::TimeSampling::default();
-        let bytes = write_archive(writer(), tree, &[sampling]).unwrap().into_inner();
+        let sampling = TimeSampling::default();
+        let bytes = write_archive(file(), tree, &[sampling]).unwrap().into_inner();
         Archive::from_bytes(&bytes).map(|archive| archive.objects().count())
     };
     assert_eq!(nested(1000).unwrap(), 1001);

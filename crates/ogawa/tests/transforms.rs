@@ -3,106 +3,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
+mod common;
+
+use common::*;
 use ogawa::{
     Archive,
-    archive::{
-        DataType, Element, Metadata, ObjectTree, Pod, PropertyTree, SampleLayout, SampleWriter, TimeSampling,
-        write_archive,
-    },
-    container::ContainerWriter,
+    archive::{DataType, ObjectTree, Pod, SampleLayout, TimeSampling},
 };
-use std::io::Cursor;
-
-type File = ContainerWriter<Cursor<Vec<u8>>>;
-
-/// Sampling of frames: one a second.
-const FRAMES: u32 = 0;
-/// Sampling of transforms: one every half second, which frames do not share.
-const HALVES: u32 = 1;
-
-fn property<T: Element>(
-    file: &mut File,
-    name: &str,
-    layout: SampleLayout,
-    (data_type, sampling): (DataType, u32),
-    samples: &[&[T]],
-) -> PropertyTree {
-    let mut writer = SampleWriter::of_type(name, layout, data_type, sampling, Metadata::default());
-    for sample in samples {
-        writer.push(file, sample).unwrap();
-    }
-    PropertyTree::Samples(writer)
-}
-
-/// A transform with one operation of three or sixteen values.
-fn transform(file: &mut File, name: &str, inherits: bool, op: u8, values: &[&[f64]]) -> ObjectTree {
-    let extent = values[0].len() as u8;
-    let scalar = SampleLayout::Scalar;
-    let inherits = property(
-        file,
-        ".inherits",
-        scalar,
-        (DataType::new(Pod::Bool, 1), FRAMES),
-        &[&[inherits]],
-    );
-    let ops = property(
-        file,
-        ".ops",
-        scalar,
-        (DataType::new(Pod::U8, 1), FRAMES),
-        &[&[op]],
-    );
-    let values = property(
-        file,
-        ".vals",
-        scalar,
-        (DataType::new(Pod::F64, extent), HALVES),
-        values,
-    );
-    ObjectTree {
-        name: name.into(),
-        metadata: Metadata::new("schema=AbcGeom_Xform_v3"),
-        properties: vec![PropertyTree::compound(
-            ".xform",
-            Metadata::default(),
-            vec![inherits, ops, values],
-        )],
-        children: Vec::new(),
-    }
-}
-
-/// A subdivision cage of one point at (1, 2, 3), in three frames.
-fn point(file: &mut File) -> ObjectTree {
-    let frame: &[[f32; 3]] = &[[1.0, 2.0, 3.0]];
-    let moved: &[[f32; 3]] = &[[1.0, 2.0, 4.0]];
-    let array = SampleLayout::Array;
-    let positions = property(
-        file,
-        "P",
-        array,
-        (DataType::new(Pod::F32, 3), FRAMES),
-        &[frame, frame, moved],
-    );
-    cage(file, positions)
-}
-
-fn cage(file: &mut File, positions: PropertyTree) -> ObjectTree {
-    let array = SampleLayout::Array;
-    let int = (DataType::new(Pod::I32, 1), FRAMES);
-    let corners = property(file, ".faceIndices", array, int, &[&[0_i32, 0, 0]]);
-    let counts = property(file, ".faceCounts", array, int, &[&[3_i32]]);
-    let properties = vec![positions, corners, counts];
-    ObjectTree {
-        name: "point".into(),
-        metadata: Metadata::new("schema=AbcGeom_SubD_v1"),
-        properties: vec![PropertyTree::compound(".geom", Metadata::default(), properties)],
-        children: Vec::new(),
-    }
-}
-
-fn file() -> File {
-    ContainerWriter::new(Cursor::new(Vec::new())).unwrap()
-}
 
 /// World positions of the only mesh in all frames, below the transforms from the top on.
 fn world(mut file: File, transforms: Vec<ObjectTree>, halves: TimeSampling) -> Vec<[f32; 3]> {
@@ -112,20 +19,11 @@ fn world(mut file: File, transforms: Vec<ObjectTree>, halves: TimeSampling) -> V
 
 fn world_of(
     file: File,
-    mut child: ObjectTree,
+    cage: ObjectTree,
     transforms: Vec<ObjectTree>,
     halves: TimeSampling,
 ) -> Vec<[f32; 3]> {
-    for mut transform in transforms.into_iter().rev() {
-        transform.children.push(child);
-        child = transform;
-    }
-    let top = ObjectTree {
-        children: vec![child],
-        ..ObjectTree::default()
-    };
-    let bytes = write_archive(file, top, &[TimeSampling::default(), halves]).unwrap();
-    let bytes = bytes.into_inner();
+    let bytes = nested(file, cage, transforms, halves);
     let mut archive = Archive::from_bytes(&bytes).unwrap();
     let mesh = archive.meshes().unwrap()[0].clone();
     let mut points = Vec::new();
@@ -214,14 +112,9 @@ fn a_still_mesh_has_the_frames_of_the_transform_that_moves_it() {
 #[test]
 fn operations_without_their_values_are_refused() {
     let mut file = file();
-    let mut top = transform(&mut file, "broken", true, 0x30, &[&[1.0, 2.0, 3.0]]);
-    top.children.push(point(&mut file));
-    let top = ObjectTree {
-        children: vec![top],
-        ..ObjectTree::default()
-    };
-    let samplings = [TimeSampling::default(), every_half_second()];
-    let bytes = write_archive(file, top, &samplings).unwrap().into_inner();
+    let broken = transform(&mut file, "broken", true, 0x30, &[&[1.0, 2.0, 3.0]]);
+    let point = point(&mut file);
+    let bytes = nested(file, point, vec![broken], every_half_second());
     let mut archive = Archive::from_bytes(&bytes).unwrap();
     let mesh = archive.meshes().unwrap()[0].clone();
     let error = mesh

@@ -40,6 +40,8 @@ pub(super) struct SampleHeader {
     pub(super) count: u32,
     pub(super) changes: Changes,
     pub(super) sampling: u32,
+    /// Whether all samples have the same number of elements.
+    pub(super) is_homogeneous: bool,
 }
 
 impl ObjectHeader {
@@ -159,6 +161,7 @@ impl SampleHeader {
             count,
             changes,
             sampling,
+            is_homogeneous: info & HOMOGENEOUS != 0,
         })
     }
 
@@ -176,7 +179,8 @@ impl SampleHeader {
         };
         let sampling = if self.sampling == 0 { 0 } else { HAS_SAMPLING };
         let data_type = self.data_type.pod.encode() << 4 | u32::from(self.data_type.extent) << 12;
-        kind | data_type | changes | sampling | HOMOGENEOUS
+        let lengths = if self.is_homogeneous { HOMOGENEOUS } else { 0 };
+        kind | data_type | changes | sampling | lengths
     }
 }
 
@@ -292,6 +296,7 @@ mod tests {
                         count,
                         changes,
                         sampling: count % 2,
+                        is_homogeneous: count != 9,
                     }),
                 };
                 let read = round_trip(&header);
@@ -299,6 +304,7 @@ mod tests {
                 assert_eq!((read.name, read.metadata.text()), (header.name, text));
                 assert_eq!((samples.count, samples.changes), (count, changes));
                 assert_eq!(samples.sampling, count % 2);
+                assert_eq!(samples.is_homogeneous, count != 9);
             }
         }
     }

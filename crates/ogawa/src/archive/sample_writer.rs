@@ -60,6 +60,7 @@ impl SampleWriter {
                 count: 0,
                 changes: None,
                 sampling,
+                is_homogeneous: true,
             },
             stored: Vec::new(),
             latest: None,
@@ -128,6 +129,7 @@ impl SampleWriter {
                 };
                 self.store(latest, place);
                 let bytes = bytes.len();
+                self.header.is_homogeneous &= latest.is_none_or(|latest| latest.bytes == bytes);
                 self.latest = Some(Stored { place, key, bytes });
             }
         }

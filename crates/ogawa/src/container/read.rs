@@ -4,6 +4,9 @@ use super::{Child, Data, FROZEN, Group, HEADER_LENGTH, MAGIC, VERSION};
 use crate::error::{Error, Result};
 use std::io::{Read, Seek, SeekFrom};
 
+/// Place of the offset of the root group, bytes.
+const ROOT_ENTRY: u64 = 8;
+
 /// Ogawa file that is open for reading. Children are read on demand.
 ///
 /// Every offset and count is compared with the length of the file before it is used.
@@ -60,8 +63,12 @@ impl<R: Read + Seek> Container<R> {
     /// A group beyond the end of the file, or a failure to read.
     pub fn root(&mut self) -> Result<Group> {
         match Child::decode(self.root) {
-            Child::Group(offset) => self.group_at(offset),
-            Child::Data(_) => Err(Error::damaged(8, "the offset of a group", "the offset of data")),
+            Child::Group(offset) => self.group_at(offset, ROOT_ENTRY),
+            Child::Data(_) => Err(Error::damaged(
+                ROOT_ENTRY,
+                "the offset of a group",
+                "the offset of data",
+            )),
         }
     }
 
@@ -71,7 +78,7 @@ impl<R: Read + Seek> Container<R> {
     /// Data instead of a group, a group beyond the end of the file, or a failure to read.
     pub fn group(&mut self, parent: Group, index: u64) -> Result<Group> {
         match self.child(parent, index)? {
-            Child::Group(offset) => self.group_at(offset),
+            Child::Group(offset) => self.group_at(offset, entry_offset(parent, index)),
             Child::Data(_) => Err(Error::damaged(entry_offset(parent, index), "a group", "data")),
         }
     }
@@ -82,7 +89,7 @@ impl<R: Read + Seek> Container<R> {
     /// A group instead of data, data beyond the end of the file, or a failure to read.
     pub fn data(&mut self, parent: Group, index: u64) -> Result<Data> {
         match self.child(parent, index)? {
-            Child::Data(offset) => self.data_at(offset),
+            Child::Data(offset) => self.data_at(offset, entry_offset(parent, index)),
             Child::Group(_) => Err(Error::damaged(entry_offset(parent, index), "data", "a group")),
         }
     }
@@ -96,7 +103,9 @@ impl<R: Read + Seek> Container<R> {
             let expected = format!("a group of at least {} children", index.saturating_add(1));
             return Err(Error::damaged(parent.offset, expected, parent.len.to_string()));
         }
-        self.number_at(entry_offset(parent, index)).map(Child::decode)
+        let mut entry = [0; 8];
+        self.read_at(entry_offset(parent, index), &mut entry)?;
+        Ok(Child::decode(u64::from_le_bytes(entry)))
     }
 
     /// Reads all bytes of `data` from byte `from` on, and replaces the content of `into` by them.
@@ -121,11 +130,12 @@ impl<R: Read + Seek> Container<R> {
         self.read_at(data.offset + from, into)
     }
 
-    fn group_at(&mut self, offset: u64) -> Result<Group> {
+    /// Group at an offset that stands in the file at `entry`.
+    fn group_at(&mut self, offset: u64, entry: u64) -> Result<Group> {
         if offset == 0 {
             return Ok(Group::default());
         }
-        let len = self.number_at(offset)?;
+        let len = self.count_at(offset, entry)?;
         if len > (self.len - offset - 8) / 8 {
             return Err(Error::damaged(
                 offset,
@@ -136,11 +146,12 @@ impl<R: Read + Seek> Container<R> {
         Ok(Group { offset, len })
     }
 
-    fn data_at(&mut self, offset: u64) -> Result<Data> {
+    /// Data at an offset that stands in the file at `entry`.
+    fn data_at(&mut self, offset: u64, entry: u64) -> Result<Data> {
         if offset == 0 {
             return Ok(Data::default());
         }
-        let len = self.number_at(offset)?;
+        let len = self.count_at(offset, entry)?;
         if len > self.len - offset - 8 {
             let found = len.to_string();
             return Err(Error::damaged(
@@ -155,12 +166,12 @@ impl<R: Read + Seek> Container<R> {
         })
     }
 
-    /// Reads a number; returns only if all its 8 bytes are within the file.
-    fn number_at(&mut self, offset: u64) -> Result<u64> {
+    /// Reads the count at the beginning of a child; returns only if its 8 bytes are within the file.
+    fn count_at(&mut self, offset: u64, entry: u64) -> Result<u64> {
         // `new` refuses files of fewer than 16 bytes, so that the difference is not negative.
         if offset < HEADER_LENGTH || offset > self.len - 8 {
             let expected = format!("an offset from {HEADER_LENGTH} to {}", self.len - 8);
-            return Err(Error::damaged(offset, expected, offset.to_string()));
+            return Err(Error::damaged(entry, expected, offset.to_string()));
         }
         let mut bytes = [0; 8];
         self.read_at(offset, &mut bytes)?;
