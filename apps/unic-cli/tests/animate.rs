@@ -1,5 +1,5 @@
-//! Contract: `unic animate` writes a complete GLB and a complete Alembic file, and never overwrites files without
-//! `--overwrite`, folders or its inputs.
+//! Contract: `unic animate` writes a complete GLB and a complete Alembic file, and never overwrites
+//! files without `--overwrite`, folders or its inputs.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;

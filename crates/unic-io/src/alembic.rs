@@ -14,7 +14,7 @@ use unic_core::mesh::{TriMesh, Uvs};
 
 /// Writer of an Alembic file, one frame at a time. The file appears when it is complete.
 ///
-/// Memory holds one frame.
+/// Memory holds one frame and the places of all others.
 #[derive(Debug)]
 pub struct AlembicWriter {
     path: PathBuf,

@@ -30,7 +30,7 @@ pub struct MeshId(usize);
 
 /// Writer of an archive of animated meshes. Frames of the meshes may be pushed in any order.
 ///
-/// Memory holds one frame, and 24 bytes for each frame of each mesh. Each mesh is written as
+/// Memory holds one frame of each mesh, and 24 bytes for each further one. Each mesh is written as
 /// `/NAME/NAMEShape`, below a transform that moves nothing.
 #[derive(Debug)]
 pub struct ArchiveWriter<W> {

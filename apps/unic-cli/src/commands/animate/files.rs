@@ -195,14 +195,14 @@ impl Animation {
         Ok(Self::Glb(Box::new(GlbWriter::create(path, &scene)?)))
     }
 
+    /// Opens an Alembic file of two meshes.
     fn alembic(path: &Path, model: &Model, fps: f32) -> Result<Self> {
         let meshes = [
             ("garment", &model.garment().rest),
             ("body", &model.character().body),
         ];
-        Ok(Self::Alembic(Box::new(AlembicWriter::create(
-            path, &meshes, fps,
-        )?)))
+        let writer = AlembicWriter::create(path, &meshes, fps)?;
+        Ok(Self::Alembic(Box::new(writer)))
     }
 
     /// Opens the caches of garment and body.
