@@ -4,15 +4,12 @@
 #   cargo build --release -p unic-cli
 #   apps/unic-cli/garments/make.sh WORK_FOLDER [GARMENT...]
 #
-# WORK_FOLDER gets the motion, the captures and the training runs, about 0.8 GB. $UNIC names the
-# program (default: target/release/unic), $BUDGET the time of each training. Two idle cores take
-# about 25 minutes in all. A training within a time may end after other numbers of steps on other
-# machines, so the models are alike and not the same bytes.
+# WORK_FOLDER gets the motion, the captures and the training runs, about 1.6 GB. $UNIC names the
+# program (default: target/release/unic). Two cores take about an hour in all.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd)
 unic=${UNIC:-$here/../../../target/release/unic}
-budget=${BUDGET:-10m}
 work=${1:?expected a folder to work in}
 shift
 garments=("$@")
@@ -33,7 +30,7 @@ for garment in "${garments[@]}"; do
     # The built-in clip `idle` is half a minute of standing.
     "$unic" simulate --garment "$garment" --motion idle "${motion[@]}" --test random_mouse_12 \
         --out "$work/$garment" --overwrite
-    "$unic" train "$work/$garment" --preset standard --seed 1 --budget "$budget" \
+    "$unic" train "$work/$garment" --preset standard --seed 1 \
         --out "$work/$garment.unic" --overwrite
     "$unic" eval "$work/$garment.unic" "$work/$garment" | tee "$work/$garment.txt"
     cp "$work/$garment.unic" "$here/$garment.unic"

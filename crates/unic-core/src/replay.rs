@@ -123,7 +123,9 @@ impl Replay {
         state.activity = Activity::of(pair, dt);
         let key = self.keys.key(pair, state.activity);
         let best = self.library.best(&key, &[], ticks(LEAST_STRETCH_S, dt));
-        state.stretch = best.map(|best| Stretch::at(best.frame));
+        // The key is that of the first tick, which plays one frame on.
+        state.stretch = best.map(|best| Stretch::at(self.library.before(best.frame)));
+        state.offset.fill(0.0);
     }
 
     /// Advances a state by one tick of `dt` seconds, given the normalised motion vectors of the

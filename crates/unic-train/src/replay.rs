@@ -141,12 +141,16 @@ fn played_in(replay: &Replay, fps: f32, sequence: &Sequence) -> Vec<f32> {
     let (mut state, mut scratch) = (replay.start(), ReplayScratch::default());
     let mut residuals = vec![0.0; sequence.coefficients.len()];
     let mut pair = Vec::new();
-    let frames = residuals.chunks_exact_mut(sequence.outputs().max(1));
-    for (t, out) in frames.enumerate().skip(1) {
+    let mut frames = residuals.chunks_exact_mut(sequence.outputs().max(1));
+    let Some(first) = frames.next() else {
+        return Vec::new();
+    };
+    for (t, out) in (1..).zip(frames) {
         pair.clear();
         sequence.write_pair(t, &mut pair);
         if t == 1 {
             replay.begin(&pair, 1.0 / fps, &mut state);
+            replay.add_to(&state, first);
         }
         replay.advance(&pair, 1.0 / fps, &mut state, &mut scratch);
         replay.add_to(&state, out);

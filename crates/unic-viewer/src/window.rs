@@ -7,6 +7,7 @@ use std::cell::RefCell;
 use std::panic::{self, AssertUnwindSafe};
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
+use std::thread;
 use unic_gpu::{GpuContext, wgpu};
 use unic_raster::Camera;
 
@@ -56,6 +57,9 @@ impl WindowDevice {
 ///
 /// # Errors
 /// No display, no adapter, an error of `make`, or a device that was lost.
+///
+/// # Panics
+/// With the application. The panic hook is replaced while the window is open.
 pub fn run_window<A: eframe::App + 'static>(
     settings: &WindowSettings,
     make: impl FnOnce(WindowDevice, &egui::Context) -> Result<A, ViewerError> + 'static,
@@ -80,7 +84,7 @@ pub fn run_window<A: eframe::App + 'static>(
             }
         }
     });
-    let run = without_panics_of(&failure, || eframe::run_native(&settings.title, options, creator));
+    let run = catching_panics(&failure, || eframe::run_native(&settings.title, options, creator));
     let lost = failure.take();
     if let Some(error) = refused.take() {
         return Err(error);
@@ -123,13 +127,13 @@ impl Failure {
     }
 }
 
-/// Runs a window, and catches its panics. Once the device has failed they print nothing: wgpu panics
-/// where it frees the picture of a window that was not shown any more.
-fn without_panics_of<T>(failure: &Failure, run: impl FnOnce() -> T) -> std::thread::Result<T> {
+/// Runs a window, and catches its panics. Once the device has failed those of this thread print
+/// nothing: wgpu panics where it frees the picture of a window that was not shown any more.
+fn catching_panics<T>(failure: &Failure, run: impl FnOnce() -> T) -> thread::Result<T> {
     let (failure, before) = (failure.clone(), Arc::new(panic::take_hook()));
-    let hook = Arc::clone(&before);
+    let (hook, window) = (Arc::clone(&before), thread::current().id());
     panic::set_hook(Box::new(move |info| {
-        if !failure.is_set() {
+        if !failure.is_set() || thread::current().id() != window {
             hook(info);
         }
     }));

@@ -154,6 +154,15 @@ impl Library {
         self.remaining[frame as usize]
     }
 
+    /// Frame before one in its clip, or the frame itself at the start of the clip.
+    pub(super) fn before(&self, frame: u32) -> u32 {
+        let before = frame.saturating_sub(1);
+        match self.remaining(before) > self.remaining(frame) {
+            true => before,
+            false => frame,
+        }
+    }
+
     /// Length of the longest residual, metres.
     pub(super) fn longest(&self) -> f32 {
         self.longest

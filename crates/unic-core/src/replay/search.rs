@@ -20,8 +20,7 @@ pub(super) struct Found {
 impl Library {
     /// Finds the frame with the least cost that is followed by `least` frames or more: the distance
     /// of its key, and that of its residual from the present one. An empty residual counts for
-    /// nothing. Ties go to the first frame.
-    /// Returns none if all clips are shorter.
+    /// nothing. Ties go to the first frame. Returns none if all clips are shorter.
     pub(super) fn best(&self, key: &Key, residual: &[f32], least: u32) -> Option<Found> {
         let unit = match self.mean_square() > 0.0 {
             true => RESIDUAL_WEIGHT * KEY_STEPS * KEY_STEPS / self.mean_square(),
