@@ -68,10 +68,8 @@ pub struct QualityControl {
 
 /// Time of slow frames after which the quality goes down, seconds.
 const PATIENCE_S: f32 = 0.5;
-/// Most that one frame counts, seconds.
+/// Most that one frame counts, seconds. A pause of the window is no slower than a slow frame.
 const MOST_S: f32 = 0.1;
-/// Time from which on a frame was no frame, but a pause of the window, seconds.
-const PAUSE_S: f32 = 0.7;
 
 impl QualityControl {
     /// Starts at the best quality; frames may take `limit_s` seconds.
@@ -106,9 +104,6 @@ impl QualityControl {
             self.slow_s = 0.0;
             return;
         }
-        if seconds > PAUSE_S {
-            return;
-        }
         self.slow_s += seconds.min(MOST_S);
         if self.slow_s > PATIENCE_S && self.step + 1 < Quality::STEPS.len() {
             self.step += 1;
@@ -138,6 +133,10 @@ mod tests {
             control.frame(0.1);
         }
         assert_eq!(control.step(), 1);
+        for _ in 0..6 {
+            control.frame(1.2);
+        }
+        assert_eq!(control.step(), 2);
         for _ in 0..1000 {
             control.frame(0.1);
         }

@@ -31,8 +31,8 @@ const WINDS_M_S: [f32; 3] = [0.0, 3.0, 6.0];
 const SLOW: f32 = 0.25;
 /// Speeds of the keyboard, m/s: walking, and with Shift.
 const SPEEDS_M_S: [f32; 2] = [1.4, 2.8];
-/// Turn of the camera in a frame at full deflection of a stick, in heights of the picture.
-const GAMEPAD_TURN: f32 = 0.008;
+/// Turn of the camera in a second at full deflection of a stick, in heights of the picture.
+const GAMEPAD_TURN_PER_S: f32 = 0.5;
 /// Numbers of characters that a key goes through.
 const CROWDS: [usize; 4] = [1, 4, 9, 16];
 
@@ -122,7 +122,7 @@ impl PlayWindow {
             TimeFlow::Slow => SLOW,
             TimeFlow::Paused => 0.0,
         };
-        let steering = self.steering();
+        let steering = self.steering(elapsed);
         self.session
             .advance(elapsed.min(LONGEST_FRAME_S) * speed, steering)?;
         self.camera.follow(self.session.centre(), elapsed);
@@ -130,9 +130,10 @@ impl PlayWindow {
     }
 
     /// Sticks and keys steer before the mouse does.
-    fn steering(&mut self) -> Steering<'static> {
+    fn steering(&mut self, elapsed: f32) -> Steering<'static> {
         let sticks = self.gamepad.sticks();
-        let turn = Vec2::new(sticks.right.x, -sticks.right.y) * GAMEPAD_TURN;
+        let turn =
+            Vec2::new(sticks.right.x, -sticks.right.y) * GAMEPAD_TURN_PER_S * elapsed.min(LONGEST_FRAME_S);
         self.camera.orbit.turn(turn);
         let (stick, speed) = match sticks.left == Vec2::ZERO {
             true => (self.input.stick(), SPEEDS_M_S[usize::from(self.input.runs())]),
