@@ -86,13 +86,13 @@ fn an_alembic_file_contains_the_frames_of_body_and_garment() {
     let folder = fresh();
     let summary = json(folder.path(), &format!("{ANIMATE} --out a.abc --json"));
     assert_eq!(summary["written"], serde_json::json!(["a.abc", "a.png"]));
-    succeeds(folder.path(), &format!("{ANIMATE} --out a.pc2"));
+    succeeds(folder.path(), &format!("{ANIMATE} --out b.pc2"));
     let mut archive = ogawa::Archive::open(folder.path().join("a.abc")).unwrap();
     let meshes = archive.meshes().unwrap();
     assert_eq!(meshes.len(), 2);
     for (mesh, name, cache) in [
-        (&meshes[0], "/garment/garmentShape", "a"),
-        (&meshes[1], "/body/bodyShape", "a.body"),
+        (&meshes[0], "/garment/garmentShape", "b"),
+        (&meshes[1], "/body/bodyShape", "b.body"),
     ] {
         assert_eq!(archive.full_name(mesh.object()), name);
         assert_eq!(mesh.frames() as usize, FRAMES);
