@@ -4,7 +4,8 @@
 #   tests/window.sh PROGRAM FOLDER
 #
 # FOLDER gets the screenshots. It needs Xvfb, xdotool and a graphics driver. Files are dropped where
-# python3 has python-xlib, and a device is lost where libvulkan-dev is installed.
+# python3 has python-xlib, pictures are compared where it has Pillow, and a device is lost where
+# libvulkan-dev is installed.
 set -euo pipefail
 
 program=$(realpath "$1")
@@ -68,6 +69,23 @@ pictures() {
     fail "expected $1 screenshots, found $found"
 }
 
+# differ NAME A B PERCENT: at least so many of the pixels of two screenshots differ.
+differ() {
+    if python3 -c 'import PIL' 2> /dev/null; then
+        python3 "$here/window/differ.py" "$1_000$2.png" "$1_000$3.png" "$4" || fail "$1, pictures $2 and $3"
+    else
+        echo "skipped: pictures $2 and $3 of $1 are not compared, for Pillow is not installed"
+    fi
+}
+
+# A display without a graphics adapter: one sentence, and movies by the rasteriser.
+without_adapter() { VK_DRIVER_FILES=/dev/null VK_ICD_FILENAMES=/dev/null WGPU_BACKEND=vulkan "$program" "$@" > window.log 2>&1; }
+code=0
+without_adapter play || code=$?
+[[ $code == 2 ]] && grep -q 'expected a graphics adapter' window.log || fail "without an adapter: exit code $code"
+without_adapter play --record pictures --seconds 0.1 --size 160x90 --overwrite || fail "no movie without an adapter"
+grep -qi 'rasteriser' window.log || fail "not by the rasteriser"
+
 open 'unic play' play
 # A figure 8 around the middle of the window, with the left button held.
 xdotool mousemove 480 330 mousedown 1
@@ -87,6 +105,7 @@ sizes
 keys p
 lives
 pictures 3 unic_play
+differ unic_play 1 2 5
 keys Escape
 ends 0
 
@@ -97,6 +116,7 @@ sleep 2
 keys m
 xdotool mousemove 300 300 mousedown 1 mousemove_relative 80 10 mouseup 1 click 4 click 5
 keys e p
+[[ $(head -c 4 unic_view_0001.gif) == GIF8 ]] || fail "no movie"
 sizes
 lives
 if python3 -c 'import Xlib' 2> /dev/null; then
@@ -110,6 +130,7 @@ if python3 -c 'import Xlib' 2> /dev/null; then
     sleep 4
     keys p
     pictures 4 unic_view
+    differ unic_view 3 4 5
 else
     echo "skipped: dropped files, for python-xlib is not installed"
 fi

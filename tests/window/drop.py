@@ -27,13 +27,13 @@ def find(window, title):
 
 def main():
     title, files = sys.argv[1], sys.argv[2:]
-    screen = display.Display()
-    root = screen.screen().root
+    connection = display.Display()
+    root = connection.screen().root
     target = find(root, title)
     if target is None:
         sys.exit(f"expected a window named {title}, found none")
-    atom = screen.intern_atom
-    source = root.create_window(0, 0, 1, 1, 0, screen.screen().root_depth)
+    atom = connection.intern_atom
+    source = root.create_window(0, 0, 1, 1, 0, connection.screen().root_depth)
     source.set_selection_owner(atom("XdndSelection"), X.CurrentTime)
 
     def send(kind, *data):
@@ -43,19 +43,19 @@ def main():
         target.send_event(message, event_mask=X.NoEventMask)
 
     place = target.get_geometry()
-    middle = target.translate_coords(root, 0, 0)
-    x, y = place.width // 2 - middle.x, place.height // 2 - middle.y
+    root_origin = target.translate_coords(root, 0, 0)
+    x, y = place.width // 2 - root_origin.x, place.height // 2 - root_origin.y
     version = 5 << 24
     send("XdndEnter", version, atom("text/uri-list"), 0, 0)
     send("XdndPosition", 0, x << 16 | y, X.CurrentTime, atom("XdndActionCopy"))
-    screen.flush()
+    connection.flush()
     uris = "".join(f"{Path(file).resolve().as_uri()}\r\n" for file in files).encode()
     deadline = time.monotonic() + 10
     while time.monotonic() < deadline:
-        if not screen.pending_events():
+        if not connection.pending_events():
             time.sleep(0.02)
             continue
-        now = screen.next_event()
+        now = connection.next_event()
         if now.type == X.SelectionRequest:
             now.requestor.change_property(now.property, now.target, 8, uris)
             answer = event.SelectionNotify(
@@ -66,12 +66,12 @@ def main():
                 property=now.property,
             )
             now.requestor.send_event(answer)
-            screen.flush()
+            connection.flush()
         elif now.type == X.ClientMessage and now.client_type == atom("XdndStatus"):
             if not now.data[1][1] & 1:
                 sys.exit("expected a window that takes files, found one that does not")
             send("XdndDrop", 0, X.CurrentTime, 0, 0)
-            screen.flush()
+            connection.flush()
         elif now.type == X.ClientMessage and now.client_type == atom("XdndFinished"):
             return
     sys.exit("expected the end of the drop within 10 s, found none")

@@ -18,7 +18,8 @@ static PFN_vkGetInstanceProcAddr next_instance_proc;
 static PFN_vkGetDeviceProcAddr next_device_proc;
 static PFN_vkQueueSubmit next_submit;
 
-static VkResult VKAPI_CALL queue_submit(VkQueue queue, uint32_t count, const VkSubmitInfo *submits, VkFence fence) {
+static VkResult VKAPI_CALL queue_submit(VkQueue queue, uint32_t count, const VkSubmitInfo *submits,
+                                        VkFence fence) {
     const char *file = getenv("LOST_DEVICE_FILE");
     if (file && access(file, F_OK) == 0) return VK_ERROR_DEVICE_LOST;
     return next_submit(queue, count, submits, fence);
@@ -28,22 +29,30 @@ static VkResult VKAPI_CALL queue_submit(VkQueue queue, uint32_t count, const VkS
 static void *link_of(const void *chain, VkStructureType type) {
     for (const VkBaseInStructure *at = chain; at; at = at->pNext) {
         /* Both kinds of link begin alike; VK_LAYER_LINK_INFO is the one with the functions. */
-        if (at->sType == type && ((const VkLayerInstanceCreateInfo *)at)->function == VK_LAYER_LINK_INFO) return (void *)at;
+        if (at->sType == type &&
+            ((const VkLayerInstanceCreateInfo *)at)->function == VK_LAYER_LINK_INFO)
+            return (void *)at;
     }
     return NULL;
 }
 
-static VkResult VKAPI_CALL create_instance(const VkInstanceCreateInfo *info, const VkAllocationCallbacks *allocator, VkInstance *instance) {
-    VkLayerInstanceCreateInfo *link = link_of(info->pNext, VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO);
+static VkResult VKAPI_CALL create_instance(const VkInstanceCreateInfo *info,
+                                           const VkAllocationCallbacks *allocator,
+                                           VkInstance *instance) {
+    VkLayerInstanceCreateInfo *link =
+        link_of(info->pNext, VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO);
     if (!link) return VK_ERROR_INITIALIZATION_FAILED;
     next_instance_proc = link->u.pLayerInfo->pfnNextGetInstanceProcAddr;
     link->u.pLayerInfo = link->u.pLayerInfo->pNext;
-    PFN_vkCreateInstance create = (PFN_vkCreateInstance)next_instance_proc(NULL, "vkCreateInstance");
+    PFN_vkCreateInstance create =
+        (PFN_vkCreateInstance)next_instance_proc(NULL, "vkCreateInstance");
     return create ? create(info, allocator, instance) : VK_ERROR_INITIALIZATION_FAILED;
 }
 
-static VkResult VKAPI_CALL create_device(VkPhysicalDevice physical, const VkDeviceCreateInfo *info, const VkAllocationCallbacks *allocator, VkDevice *device) {
-    VkLayerDeviceCreateInfo *link = link_of(info->pNext, VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO);
+static VkResult VKAPI_CALL create_device(VkPhysicalDevice physical, const VkDeviceCreateInfo *info,
+                                         const VkAllocationCallbacks *allocator, VkDevice *device) {
+    VkLayerDeviceCreateInfo *link =
+        link_of(info->pNext, VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO);
     if (!link) return VK_ERROR_INITIALIZATION_FAILED;
     PFN_vkGetInstanceProcAddr instance_proc = link->u.pLayerInfo->pfnNextGetInstanceProcAddr;
     next_device_proc = link->u.pLayerInfo->pfnNextGetDeviceProcAddr;
@@ -51,7 +60,8 @@ static VkResult VKAPI_CALL create_device(VkPhysicalDevice physical, const VkDevi
     PFN_vkCreateDevice create = (PFN_vkCreateDevice)instance_proc(NULL, "vkCreateDevice");
     if (!create) return VK_ERROR_INITIALIZATION_FAILED;
     VkResult result = create(physical, info, allocator, device);
-    if (result == VK_SUCCESS) next_submit = (PFN_vkQueueSubmit)next_device_proc(*device, "vkQueueSubmit");
+    if (result == VK_SUCCESS)
+        next_submit = (PFN_vkQueueSubmit)next_device_proc(*device, "vkQueueSubmit");
     return result;
 }
 

@@ -8,6 +8,8 @@ mod control;
 mod demo;
 mod eval;
 mod inspect;
+#[cfg(feature = "viewer")]
+mod looks;
 mod motion;
 mod motion_database;
 mod motion_source;
@@ -28,6 +30,8 @@ pub(crate) use control::ControlArgs;
 pub(crate) use demo::{DemoArgs, DemoGarment};
 pub(crate) use eval::EvalArgs;
 pub(crate) use inspect::InspectArgs;
+#[cfg(feature = "viewer")]
+pub(crate) use looks::LooksArgs;
 pub(crate) use motion::MotionArgs;
 pub(crate) use motion_database::MotionDatabaseArgs;
 pub(crate) use motion_source::{ClipArgs, MotionSourceArgs};

@@ -219,7 +219,7 @@ impl GpuAnimator {
         // The first step knows the velocities of frame 0, and so the prior from which its
         // displacements are counted.
         if self.at_start {
-            self.upload.pair(&asset, &self.buffers, [before, now]);
+            self.upload.normalise(&asset, [before, now]);
             self.upload.begin(&asset, self.replay.as_mut());
             self.upload.residuals(&asset, &self.buffers, self.replay.as_ref());
             self.upload.pair(&asset, &self.buffers, [before, before]);

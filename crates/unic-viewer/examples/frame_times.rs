@@ -88,6 +88,7 @@ fn row(
         costumes: vec![costume],
         characters,
         control: ControllerSettings::new(0.5),
+        skin: Material::SKIN,
         settling: Settling::AtOnce,
     })?;
     let (mut motion_s, mut garment_s, mut draw_ms) = (0.0, 0.0, Vec::new());

@@ -50,6 +50,7 @@ fn session(costumes: &[Costume], characters: usize) -> PlaySession {
         costumes: costumes.to_vec(),
         characters,
         control: ControllerSettings::new(0.5),
+        skin: Material::SKIN,
         settling: Settling::AtOnce,
     })
     .unwrap()
@@ -137,6 +138,33 @@ fn costumes_change_where_the_character_stands_and_garments_restart() {
 }
 
 #[test]
+fn a_walk_goes_on_in_another_costume_and_in_company() {
+    let costumes = costumes();
+    let [mut alone, mut changing] = [session(&costumes, 1), session(&costumes, 1)];
+    walk(&mut alone, 1.0 / 50.0, 120);
+    walk(&mut changing, 1.0 / 50.0, 60);
+    changing.wear(1).unwrap();
+    walk(&mut changing, 1.0 / 50.0, 20);
+    changing.set_characters(4).unwrap();
+    walk(&mut changing, 1.0 / 50.0, 20);
+    assert_eq!(changing.characters(), 4);
+    let garment = shown(&changing);
+    changing.set_characters(1).unwrap();
+    let [body, cloth] = [
+        &costumes[1].outfit.model().character().body.vertices.len(),
+        &costumes[1].outfit.model().vertex_count(),
+    ];
+    assert_eq!(
+        shown(&changing),
+        garment[..body + cloth],
+        "the first garment goes on"
+    );
+    walk(&mut changing, 1.0 / 50.0, 20);
+    assert_eq!(changing.root(), alone.root());
+    assert!(alone.root().position.length() > 2.0);
+}
+
+#[test]
 fn the_mouse_steers_to_the_pointer_and_its_target_is_marked() {
     let costumes = costumes();
     let mut session = session(&costumes, 1);
@@ -195,6 +223,7 @@ fn garments_on_a_device_are_drawn_as_those_on_the_processor() {
 #[test]
 fn plays_without_costumes_or_at_other_rates_are_refused() {
     let settings = |costumes| PlaySettings {
+        skin: Material::SKIN,
         costumes,
         characters: 1,
         control: ControllerSettings::new(0.5),

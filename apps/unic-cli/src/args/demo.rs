@@ -13,6 +13,7 @@ use std::path::PathBuf;
 /// The folder then holds:
 ///   report.html     the errors of the model, with movies; open it in a browser
 ///   animation.glb   body and garment in motion; open it in Blender
+///   animation.png   moments of that motion, side by side
 ///   demo.unic       the trained model
 ///   capture         the training data: a folder with character, garment and simulated clips,
 ///                   which other commands call a capture

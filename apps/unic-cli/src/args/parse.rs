@@ -53,6 +53,18 @@ pub(super) fn share(text: &str) -> Result<f32, String> {
     share.ok_or_else(|| "expected a number from 0 to 1, such as 0.5".into())
 }
 
+/// Parses a colour, sRGB, of six hexadecimal digits after an optional `#`.
+#[cfg(feature = "viewer")]
+pub(super) fn colour(text: &str) -> Result<[f32; 3], String> {
+    let digits = text.strip_prefix('#').unwrap_or(text);
+    let is_colour = digits.len() == 6 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
+    let number = u32::from_str_radix(digits, 16).ok().filter(|_| is_colour);
+    let [_, red, green, blue] = number
+        .ok_or("expected six hexadecimal digits, such as 2a4073")?
+        .to_be_bytes();
+    Ok([red, green, blue].map(|byte| f32::from(byte) / 255.0))
+}
+
 /// Parses the width and the height of pictures, pixels.
 #[cfg(feature = "viewer")]
 pub(super) fn size(text: &str) -> Result<[u32; 2], String> {

@@ -1,6 +1,6 @@
 //! Options of `unic play`.
 
-use super::{MotionSourceArgs, RendererName, ScriptName, Switch, parse};
+use super::{LooksArgs, MotionSourceArgs, RendererName, ScriptName, Switch, parse};
 use crate::checks::ForceArgs;
 use std::path::PathBuf;
 
@@ -18,6 +18,7 @@ use std::path::PathBuf;
 ///   unic play shirt.unic coat.unic --characters 16
 ///   unic play shirt.unic --motion walks/*.npz --exclude jump
 ///   unic play --record figure8.gif --seconds 8
+///   unic play skirt --fabric satin --print none --colour 7a1f2b
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct PlayArgs {
@@ -37,6 +38,8 @@ pub(crate) struct PlayArgs {
     /// the processor].
     #[arg(long, value_name = "on|off", value_enum)]
     pub(crate) gpu_garments: Option<Switch>,
+    #[command(flatten)]
+    pub(crate) looks: LooksArgs,
     #[command(flatten)]
     pub(crate) record: RecordArgs,
     #[command(flatten)]

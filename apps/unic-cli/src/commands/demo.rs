@@ -169,6 +169,6 @@ fn close(args: &DemoArgs, stages: &[Done], started: Instant) -> Result<()> {
     let out = args.out.display();
     print(&format!(
         "\nDone in {seconds:.0} s.\n  {out}/report.html    open it in a browser\n  {out}/animation.glb  open it in \
-         Blender\n  {out}/demo.unic      the model: unic animate {out}/demo.unic --motion YOURS.npz --out walk.glb\n"
+         Blender\n  {out}/animation.png  pictures of it\n  {out}/demo.unic      the model: unic animate {out}/demo.unic --motion YOURS.npz --out walk.glb\n"
     ))
 }

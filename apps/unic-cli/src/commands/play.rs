@@ -11,7 +11,7 @@ use crate::{
 use anyhow::Result;
 use costumes::Wardrobe;
 use unic_core::motion_matching::ControllerSettings;
-use unic_viewer::{AdapterKind, PlaySettings, Settling, ViewerError, play_in_window};
+use unic_viewer::{AdapterKind, Material, PlaySettings, Settling, ViewerError, play_in_window};
 
 /// Opens the window, or records a movie.
 ///
@@ -23,6 +23,7 @@ pub(crate) fn run(args: &PlayArgs) -> Result<()> {
     let settings = Settings {
         characters: args.characters,
         control: ControllerSettings::new(args.responsiveness),
+        skin: args.looks.skin(),
         gpu_garments: args.gpu_garments,
         settling: match args.record.record {
             Some(_) => Settling::Whole,
@@ -48,6 +49,7 @@ pub(crate) fn run(args: &PlayArgs) -> Result<()> {
 struct Settings {
     characters: usize,
     control: ControllerSettings,
+    skin: Material,
     gpu_garments: Option<Switch>,
     settling: Settling,
 }
@@ -77,6 +79,7 @@ impl Settings {
             costumes: costumes?,
             characters: self.characters,
             control: self.control,
+            skin: self.skin,
             settling: self.settling,
         })
     }

@@ -7,7 +7,7 @@ use crate::{args::ViewArgs, failure::Usage};
 use anyhow::{Error, Result};
 use sources::Reader;
 use std::{path::Path, sync::Arc};
-use unic_viewer::{Loader, ViewSession, ViewSettings, ViewerError, view_in_window};
+use unic_viewer::{Loader, ViewLooks, ViewSession, ViewSettings, ViewerError, view_in_window};
 
 /// Opens the window, or writes a movie or a picture.
 ///
@@ -24,6 +24,10 @@ pub(crate) fn run(args: &ViewArgs) -> Result<()> {
     let mut session = ViewSession::new(reader.read_all(&args.paths)?)?;
     session.quantity = args.show.into();
     session.heat_most_m = args.heat_max * 1e-3;
+    session.looks = ViewLooks {
+        skin: args.looks.skin(),
+        cloth: args.looks.cloth(session.looks.cloth),
+    };
     if is_drawn {
         return pictures::run(&args.record, session);
     }

@@ -78,8 +78,8 @@ impl Animator {
             });
         }
         self.evaluate_prior(match self.state.at_start {
-            true => RecurrenceUpdate::Start,
-            false => RecurrenceUpdate::Keep,
+            true => MotionUpdate::Start,
+            false => MotionUpdate::Keep,
         });
     }
 
@@ -107,7 +107,8 @@ impl Animator {
     ///
     /// The motion vector of frame 0 has no velocities until the second pose is known. With them the
     /// prior's displacements of frame 0 change. States are measured from these, so that they change
-    /// the other way, and the garment of frame 0 stays where it is.
+    /// the other way, and the garment of frame 0 stays where it is. The replay begins here, for its
+    /// search needs the velocities too.
     pub(super) fn complete_start(&mut self) {
         // Moved out of the scratch memory, which is overwritten below.
         let before = std::mem::take(&mut self.scratch.prior);
@@ -116,7 +117,7 @@ impl Animator {
         self.model
             .normalisation
             .write_pair([first, first], &mut self.scratch.encoder_input);
-        self.evaluate_prior(RecurrenceUpdate::Start);
+        self.evaluate_prior(MotionUpdate::Start);
         for (vertex, (old, new)) in self
             .state
             .vertices
@@ -141,7 +142,7 @@ impl Animator {
     }
 
     /// Computes the prior's displacements for the motion in `encoder_input`.
-    fn evaluate_prior(&mut self, update: RecurrenceUpdate) {
+    fn evaluate_prior(&mut self, update: MotionUpdate) {
         let Self {
             model,
             scratch,
@@ -158,14 +159,14 @@ impl Animator {
             let buffers = &mut scratch.recurrence;
             recurrence.embed(&scratch.encoder_input, buffers);
             match update {
-                RecurrenceUpdate::Start => recurrence.start(buffers, &mut state.recurrence),
-                RecurrenceUpdate::Advance => recurrence.advance(buffers, &mut state.recurrence),
-                RecurrenceUpdate::Keep => {}
+                MotionUpdate::Start => recurrence.start(buffers, &mut state.recurrence),
+                MotionUpdate::Advance => recurrence.advance(buffers, &mut state.recurrence),
+                MotionUpdate::Keep => {}
             }
             recurrence.add_to(&state.recurrence, buffers, &mut scratch.coefficients);
         }
         if let (Some(replay), Some(playing)) = (&prior.replay, &mut state.replay) {
-            if update == RecurrenceUpdate::Advance {
+            if update == MotionUpdate::Advance {
                 let dt = 1.0 / model.config.fps;
                 replay.advance(&scratch.encoder_input, dt, playing, &mut scratch.replay);
             }
@@ -186,7 +187,7 @@ impl Animator {
         self.model
             .normalisation
             .write_pair([before, now], &mut self.scratch.encoder_input);
-        self.evaluate_prior(RecurrenceUpdate::Advance);
+        self.evaluate_prior(MotionUpdate::Advance);
         let Self {
             model,
             scratch,
@@ -206,7 +207,7 @@ impl Animator {
 
 /// Change of the states of recurrence and replay by the motion in the buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum RecurrenceUpdate {
+enum MotionUpdate {
     /// The motion begins a sequence: the steady state replaces the state.
     Start,
     /// The motion is one tick later than the state, which advances.

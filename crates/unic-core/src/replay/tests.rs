@@ -186,6 +186,7 @@ fn a_saved_state_continues_with_the_same_bytes() {
         replay.advance(&pair(2, t), DT, state, &mut ReplayScratch::default());
     };
     let mut state = replay.start();
+    replay.begin(&pair(2, 1), DT, &mut state);
     (1..40).for_each(|t| tick(&mut state, t));
     let mut restored: ReplayState = serde_json::from_str(&serde_json::to_string(&state).unwrap()).unwrap();
     for t in 40..80 {

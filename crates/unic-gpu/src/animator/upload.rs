@@ -40,22 +40,27 @@ pub(super) struct TickSettings {
 }
 
 impl Upload {
+    /// Normalises a pair of motion vectors.
+    pub(super) fn normalise(&mut self, asset: &GpuModel, pair: [&[f32]; 2]) {
+        asset.model.normalisation().write_pair(pair, &mut self.pair);
+    }
+
     /// Normalises and uploads a pair of motion vectors.
     pub(super) fn pair(&mut self, asset: &GpuModel, buffers: &Buffers, pair: [&[f32]; 2]) {
         let pair_at = 4 * asset.networks.pair as u64;
-        asset.model.normalisation().write_pair(pair, &mut self.pair);
+        self.normalise(asset, pair);
         let queue = asset.context.queue();
         queue.write_buffer(&buffers.vectors, pair_at, bytemuck::cast_slice(&self.pair));
     }
 
-    /// Begins the replay with the pair that was uploaded last.
+    /// Begins the replay with the pair that was normalised last.
     pub(super) fn begin(&self, asset: &GpuModel, state: Option<&mut ReplayState>) {
         if let (Some(replay), Some(state)) = (&asset.model.prior().replay, state) {
             replay.begin(&self.pair, 1.0 / asset.model.config().fps, state);
         }
     }
 
-    /// Advances the replay to the pair that was uploaded last.
+    /// Advances the replay to the pair that was normalised last.
     pub(super) fn advance(&mut self, asset: &GpuModel, state: Option<&mut ReplayState>) {
         if let (Some(replay), Some(state)) = (&asset.model.prior().replay, state) {
             let dt = 1.0 / asset.model.config().fps;

@@ -6,7 +6,7 @@ mod scene;
 use super::crowd;
 use super::settings::{Costume, PlaySettings};
 use super::steering::Steering;
-use crate::{Figure, Looks, ViewerError};
+use crate::{Figure, Looks, Shading, ViewerError};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -72,7 +72,11 @@ impl PlaySession {
     /// Costumes whose motion is of another skeleton or rate, too little memory on the device.
     pub fn new(settings: PlaySettings) -> Result<Self, ViewerError> {
         let costume = settings.costumes.first().ok_or(ViewerError::NoCostume)?;
-        let looks = costume.looks();
+        let looks = Looks {
+            skin: settings.skin,
+            cloth: costume.outfit.cloth,
+            shading: Shading::Lit,
+        };
         let mut session = Self {
             costume: 0,
             looks,
@@ -87,8 +91,7 @@ impl PlaySession {
             times: Times::default(),
             settings,
         };
-        let characters = session.settings.characters;
-        session.dress(RootFrame::default(), 0, characters)?;
+        session.dress(0, session.settings.characters.max(1))?;
         Ok(session)
     }
 
@@ -102,19 +105,15 @@ impl PlaySession {
         self.settings.costumes.len()
     }
 
-    /// Dresses all characters in another costume where they stand. Numbers beyond the last costume
-    /// begin again.
+    /// Dresses all characters in another costume, in which they go on with their motion. Numbers
+    /// beyond the last costume begin again. Characters of another skeleton stand where these were.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
     pub fn wear(&mut self, costume: usize) -> Result<(), ViewerError> {
         let costume = costume % self.settings.costumes.len();
-        self.dress(self.root(), costume, self.settings.characters)?;
-        let shading = self.looks.shading;
-        self.looks = Looks {
-            shading,
-            ..self.costume().looks()
-        };
+        self.dress(costume, self.characters())?;
+        self.looks.cloth = self.costume().outfit.cloth;
         Ok(())
     }
 
@@ -123,12 +122,12 @@ impl PlaySession {
         self.costume
     }
 
-    /// Changes the number of characters.
+    /// Changes the number of characters, to one at least. New ones start behind the first one.
     ///
     /// # Errors
     /// Those of [`new`](Self::new).
     pub fn set_characters(&mut self, characters: usize) -> Result<(), ViewerError> {
-        self.dress(self.root(), self.costume, characters)
+        self.fill(characters.max(1))
     }
 
     /// Number of characters.

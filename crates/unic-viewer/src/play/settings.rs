@@ -1,6 +1,6 @@
 //! Settings with which a play starts.
 
-use crate::{Looks, Material, Outfit, Shading};
+use crate::{Material, Outfit};
 use std::sync::Arc;
 use unic_core::motion_matching::{ControllerSettings, Database, TagFilter};
 
@@ -15,17 +15,6 @@ pub struct Costume {
     pub tags: TagFilter,
 }
 
-impl Costume {
-    /// Looks of the costume as it comes.
-    pub(crate) fn looks(&self) -> Looks {
-        Looks {
-            skin: Material::SKIN,
-            cloth: self.outfit.cloth,
-            shading: Shading::Lit,
-        }
-    }
-}
-
 /// Settings of a play.
 #[derive(Clone, Debug)]
 pub struct PlaySettings {
@@ -35,6 +24,8 @@ pub struct PlaySettings {
     pub characters: usize,
     /// Settings of the controllers.
     pub control: ControllerSettings,
+    /// Looks of the bodies at the start.
+    pub skin: Material,
     /// Settling of new garments.
     pub settling: Settling,
 }

@@ -1,6 +1,11 @@
 //! Costumes of a play, from model files.
 
-use crate::{args::PlayArgs, garments::Shipped, model_file, motion_source::MotionSource};
+use crate::{
+    args::{LooksArgs, PlayArgs},
+    garments::Shipped,
+    model_file,
+    motion_source::MotionSource,
+};
 use anyhow::Result;
 use std::{path::Path, sync::Arc};
 use unic_core::{
@@ -18,7 +23,10 @@ const CLOTHS: [Material; 4] = [
 ];
 
 /// Models with the motion of their characters.
-pub(super) struct Wardrobe(Vec<Item>);
+pub(super) struct Wardrobe {
+    items: Vec<Item>,
+    looks: LooksArgs,
+}
 
 struct Item {
     name: String,
@@ -52,13 +60,16 @@ impl Wardrobe {
                 tags,
             });
         }
-        Ok(Self(items))
+        Ok(Self {
+            items,
+            looks: args.looks.clone(),
+        })
     }
 
     /// Prepares the models for the processor, or for a device.
     pub(super) fn costumes(&self, device: Option<&GpuContext>) -> Result<Vec<Costume>, ViewerError> {
         let costume = |(item, cloth): (&Item, Material)| {
-            let model = Arc::clone(&item.model);
+            let (model, cloth) = (Arc::clone(&item.model), self.looks.cloth(cloth));
             Ok(Costume {
                 outfit: Arc::new(Outfit::new(item.name.clone(), model, cloth, device)?),
                 database: Arc::clone(&item.database),
@@ -66,7 +77,7 @@ impl Wardrobe {
             })
         };
         let cloths = CLOTHS.into_iter().cycle();
-        self.0.iter().zip(cloths).map(costume).collect()
+        self.items.iter().zip(cloths).map(costume).collect()
     }
 }
 

@@ -5,6 +5,7 @@ use crate::play::crowd;
 use crate::play::settings::{Costume, Settling};
 use crate::{Figure, ViewerError};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::Arc;
 use unic_core::motion_matching::{Command, Controller, RootFrame};
 
@@ -16,34 +17,44 @@ const SETTLE_TICKS: usize = 30;
 const MOST_SETTLE_TICKS_AT_ONCE: usize = 60;
 
 impl PlaySession {
-    /// Makes the characters of a costume around a root. The session stays as it was where this fails.
-    pub(super) fn dress(
-        &mut self,
-        root: RootFrame,
-        costume: usize,
-        characters: usize,
-    ) -> Result<(), ViewerError> {
+    /// Dresses a number of characters in a costume. Those who are there go on with their motion if
+    /// the costume has the same. The session stays as it was where this fails.
+    pub(super) fn dress(&mut self, costume: usize, characters: usize) -> Result<(), ViewerError> {
+        let actors = self.actors(costume, 0..characters)?;
+        let part_of_tick = self.clock - self.ticks as f64;
+        // Ticks of the new rate that make the same time of play.
+        let fps = self.settings.costumes[costume].database.fps();
+        self.ticks = (f64::from(self.seconds()) * f64::from(fps)).round() as u64;
+        self.clock = self.ticks as f64 + part_of_tick;
+        self.actors = actors;
+        self.costume = costume;
+        self.settings.characters = characters;
+        self.show(part_of_tick as f32);
+        Ok(())
+    }
+
+    /// Adds characters in the present costume, or takes the last ones away. The session stays as it
+    /// was where this fails.
+    pub(super) fn fill(&mut self, characters: usize) -> Result<(), ViewerError> {
+        let newer = self.actors(self.costume, self.actors.len()..characters)?;
+        self.actors.truncate(characters);
+        self.actors.extend(newer);
+        self.settings.characters = characters;
+        self.show(self.share);
+        Ok(())
+    }
+
+    /// Makes characters of a costume whose garments hang.
+    fn actors(&self, costume: usize, characters: Range<usize>) -> Result<Vec<Actor>, ViewerError> {
         let Costume { outfit, database, .. } = &self.settings.costumes[costume];
         let (expected, found) = (outfit.model().config().fps, database.fps());
         if expected != found {
             return Err(ViewerError::Rate { expected, found });
         }
-        let characters = characters.max(1);
-        let actors = (0..characters).map(|character| {
-            let place = crowd::place(character);
-            let position = root.position + place;
-            self.actor(costume, character, RootFrame { position, ..root })
-        });
+        let actors = characters.map(|character| self.actor(costume, character));
         let mut actors: Vec<Actor> = actors.collect::<Result<_, _>>()?;
         self.fall_into_place(&mut actors)?;
-        // Ticks of the new rate that make the same time of play.
-        self.ticks = (f64::from(self.seconds()) * f64::from(found)).round() as u64;
-        self.actors = actors;
-        self.costume = costume;
-        self.settings.characters = characters;
-        self.clock = self.ticks as f64;
-        self.show(1.0);
-        Ok(())
+        Ok(actors)
     }
 
     /// Steps new garments while their characters stand still, because a mean shape hangs as no garment
@@ -59,25 +70,38 @@ impl PlaySession {
         })
     }
 
-    /// Makes a character of a costume.
-    fn actor(&self, costume: usize, character: usize, root: RootFrame) -> Result<Actor, ViewerError> {
-        let Costume {
-            outfit,
-            database,
-            tags,
-        } = &self.settings.costumes[costume];
+    /// Makes a character of a costume, in the motion of the one whom it replaces.
+    fn actor(&self, costume: usize, character: usize) -> Result<Actor, ViewerError> {
+        let outfit = Arc::clone(&self.settings.costumes[costume].outfit);
+        let (controller, before) = self.motion(costume, character)?;
+        Ok(Actor {
+            figure: Figure::new(outfit, controller.pose(), self.wind)?,
+            before,
+            controller,
+            place: crowd::place(character),
+        })
+    }
+
+    /// Controller of a character in a costume, and its root a tick ago.
+    fn motion(&self, costume: usize, character: usize) -> Result<(Controller, RootFrame), ViewerError> {
+        let Costume { database, tags, .. } = &self.settings.costumes[costume];
+        let is_same = Arc::ptr_eq(database, &self.costume().database);
+        if let Some(actor) = self.actors.get(character).filter(|_| is_same) {
+            let mut controller = actor.controller.clone();
+            controller.set_tags(*tags)?;
+            return Ok((controller, actor.before));
+        }
         let mut controller = Controller::new(Arc::clone(database), self.settings.control);
         controller.set_tags(*tags)?;
-        controller.reset(root);
+        let root = self.root();
+        controller.reset(RootFrame {
+            position: root.position + crowd::place(character),
+            ..root
+        });
         for _ in 0..(STAGGER_TICKS * character) {
             controller.step(&Command::STAND)?;
         }
-        let figure = Figure::new(Arc::clone(outfit), controller.pose(), self.wind)?;
-        Ok(Actor {
-            before: controller.state().root(),
-            controller,
-            figure,
-            place: crowd::place(character),
-        })
+        let root = controller.state().root();
+        Ok((controller, root))
     }
 }
