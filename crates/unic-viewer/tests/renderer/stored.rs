@@ -82,12 +82,12 @@ fn pictures_are_those_that_are_stored() {
         &scene(&[part(&mesh, Shape::Host(&vertices))], &[]),
         best,
     );
-    let parts = [part(&mesh, Shape::Host(&vertices))];
-    let shaded = Scene {
+    let (parts, marks) = ([part(&mesh, Shape::Host(&vertices))], marks());
+    let noon = Scene {
         to_key: Vec3::Y,
-        ..scene(&parts, &marks())
+        ..scene(&parts, &marks)
     };
-    let other_sun = draw(&context, &shaded, best);
+    let other_sun = draw(&context, &noon, best);
     for (what, other) in [("mark", unmarked), ("sun", other_sun)] {
         let share = differing(lit.pixels(), other.pixels());
         assert!(share > DIFFERING, "{what}: {share}");
