@@ -59,9 +59,9 @@ ends() {
     [[ $code == "$1" ]] || fail "expected exit code $1, found $code"
 }
 
-# pictures COUNT NAME: so many screenshots whose names begin with NAME are there within 20 s.
+# pictures COUNT NAME: so many screenshots whose names begin with NAME are there within a minute.
 pictures() {
-    for _ in $(seq 100); do
+    for _ in $(seq 300); do
         found=$(find . -name "$2_*.png" | wc -l)
         [[ $found == "$1" ]] && return
         sleep 0.2

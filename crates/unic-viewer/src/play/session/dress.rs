@@ -62,7 +62,7 @@ impl PlaySession {
     fn fall_into_place(&self, actors: &mut [Actor]) -> Result<(), ViewerError> {
         let ticks = match self.settings.settling {
             Settling::Whole => SETTLE_TICKS,
-            Settling::AtOnce => SETTLE_TICKS.min(MOST_SETTLE_TICKS_AT_ONCE / actors.len()),
+            Settling::AtOnce => SETTLE_TICKS.min(MOST_SETTLE_TICKS_AT_ONCE / actors.len().max(1)),
         };
         let wind = self.wind;
         actors.par_iter_mut().try_for_each(|actor| {
