@@ -17,6 +17,7 @@ mod names;
 pub mod parse;
 #[cfg(feature = "viewer")]
 mod play;
+mod precision;
 mod simulate;
 mod threads;
 mod train;
@@ -41,6 +42,7 @@ pub(crate) use names::{MaterialName, NetworkName, PrecisionName, ProtocolName, S
 pub(crate) use names::{RendererName, ScriptName};
 #[cfg(feature = "viewer")]
 pub(crate) use play::{PlayArgs, RecordArgs};
+pub(crate) use precision::{PrecisionArgs, warn_if_slow};
 pub(crate) use simulate::SimulateArgs;
 pub use threads::ThreadArgs;
 pub use train::TrainArgs;

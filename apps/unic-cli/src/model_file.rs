@@ -61,14 +61,27 @@ pub fn usual_intersection(name: IntersectionName) -> IntersectionMode {
 /// # Errors
 /// A file that is no model, or a model for another garment, character or frame rate.
 pub fn animator(path: &Path, handling: Option<IntersectionName>, capture: &Capture) -> Result<Animator> {
-    let model = Arc::new(read(path)?);
+    Ok(animator_of(read_fitting(path, capture)?, handling))
+}
+
+/// Reads a model that fits the capture.
+///
+/// # Errors
+/// Those of [`animator`].
+pub(crate) fn read_fitting(path: &Path, capture: &Capture) -> Result<Model> {
+    let model = read(path)?;
     check_fit(&model, path, capture)?;
+    Ok(model)
+}
+
+/// Makes an animator with the intersection handling of this name, or with the model's own.
+pub(crate) fn animator_of(model: Model, handling: Option<IntersectionName>) -> Animator {
     let mode = handling.map(|name| intersection(&model, name));
-    let mut animator = Animator::new(model);
+    let mut animator = Animator::new(Arc::new(model));
     if let Some(mode) = mode {
         animator.set_intersection(mode);
     }
-    Ok(animator)
+    animator
 }
 
 /// Checks that a model fits a capture: numbers of vertices and joints, order of joints, frame rate.

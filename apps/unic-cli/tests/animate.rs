@@ -8,6 +8,7 @@ use common::*;
 use serde_json::Value;
 use std::{collections::BTreeMap, fs, path::Path, sync::LazyLock};
 use tempfile::TempDir;
+use unic_core::Precision;
 
 /// A capture and a model trained on it.
 static TRAINED: LazyLock<TempDir> = LazyLock::new(|| {
@@ -163,5 +164,38 @@ fn outputs_that_are_equal_or_inputs_are_refused() {
     ] {
         let message = refusal(folder.path(), &format!("{ANIMATE} {line}"));
         assert!(message.starts_with(&format!("unic: {name}: ")), "{message}");
+    }
+}
+
+#[test]
+fn precisions_change_the_garment_a_little_and_slow_ones_are_told_once() {
+    let folder = fresh();
+    let garment = |precision: &str| {
+        let line = format!("{ANIMATE} --precision {precision} --out {precision}.pc2");
+        let output = unic(folder.path(), &line);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{told}");
+        let bytes = fs::read(folder.path().join(format!("{precision}.pc2"))).unwrap();
+        let positions: Vec<f32> = bytes[32..]
+            .chunks_exact(4)
+            .map(|number| f32::from_le_bytes(number.try_into().unwrap()))
+            .collect();
+        (positions, told.matches("is slower than f32").count())
+    };
+    let (exact, told) = garment("f32");
+    assert_eq!(told, 0);
+    // No errors are recorded where the field adds nothing, so that all precisions are equal.
+    assert_eq!(garment("auto").1, 0);
+    for precision in [Precision::Bf16, Precision::Int16, Precision::Int8] {
+        let (positions, told) = garment(precision.name());
+        assert_eq!(
+            told,
+            usize::from(precision.is_slower_than_f32()),
+            "{}",
+            precision.name()
+        );
+        let pairs = exact.iter().zip(&positions);
+        let largest = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(largest < 0.05, "{}: {largest} m", precision.name());
     }
 }

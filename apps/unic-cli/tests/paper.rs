@@ -8,6 +8,7 @@ mod common;
 use common::*;
 use serde_json::Value;
 use std::{fs, path::Path};
+use unic_core::{Model, PrecisionErrors};
 
 /// Options of networks that train in a second.
 const SMALL: &str = "--preset paper --set model.encoder.hidden=[16] --set model.encoder.channels=6 \
@@ -116,6 +117,14 @@ fn the_certainty_of_the_code_is_measured_and_gumbel_noise_is_reproducible() {
             inspected.contains("mean top probability") && inspected.contains("0.125 is undecided"),
             "{inspected}"
         );
+        // The whole output of the field counts, so its precisions differ and are measured.
+        let model = Model::from_bytes(&fs::read(folder.join("p.unic")).unwrap()).unwrap();
+        let errors = PrecisionErrors::of(model.about()).unwrap();
+        assert!(
+            errors.f32 > 0.0 && errors.int8 > 0.0 && errors.f32 != errors.int8,
+            "{errors:?}"
+        );
+        assert_eq!(model.precision(), model.fastest_precision(0.01));
         let scores = json(folder, "eval p.unic tube --json");
         let top = scores["code"]["mean_top_probability"].as_f64().unwrap();
         assert!(0.125 < top && top <= 1.0, "{top}");

@@ -162,6 +162,7 @@ pub mod motion;
 pub mod motion_matching;
 pub mod network;
 pub mod parallel;
+mod precision_errors;
 #[doc(hidden)]
 pub mod printable;
 pub mod prior;
@@ -192,6 +193,7 @@ pub use model::Model;
 pub use model_file::ModelFileError;
 pub use network::{CodeSampling, Precision};
 pub use parallel::Threads;
+pub use precision_errors::PrecisionErrors;
 pub use skeleton::Pose;
 
 // The page's snippets compile against this crate.

@@ -20,7 +20,8 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Provenance of a model. The runtime does not read it.
+/// Provenance of a model. The runtime reads nothing but the errors by precision
+/// ([`PrecisionErrors`](crate::PrecisionErrors)).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct About {
     /// Name of the capture.

@@ -139,6 +139,9 @@ impl Model {
 
     /// Reads a model from the bytes of its file and compares them with the file's checksum.
     ///
+    /// Its networks have the fastest precision that costs at most
+    /// [`Model::ALLOWED_PRECISION_ERROR`] on this machine ([`Model::fastest_precision`]).
+    ///
     /// No bytes make this panic.
     ///
     /// # Errors
@@ -187,7 +190,8 @@ impl Model {
             let sampling = Sampling::new(&model.garment.rest, samples);
             model.sampling = Some(sampling.map_err(ModelError::from)?);
         }
-        Ok(model)
+        let precision = model.fastest_precision(Self::ALLOWED_PRECISION_ERROR);
+        Ok(model.with_precision(precision))
     }
 }
 

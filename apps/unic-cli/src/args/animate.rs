@@ -1,6 +1,6 @@
 //! Options of `unic animate`.
 
-use super::{CodeArgs, IntersectionName, MotionArgs, parse};
+use super::{CodeArgs, IntersectionName, MotionArgs, PrecisionArgs, parse};
 use crate::checks::ForceArgs;
 use std::{ops::Range, path::PathBuf};
 
@@ -51,6 +51,8 @@ pub(crate) struct AnimateArgs {
     /// Intersection handling [default: the model's own].
     #[arg(long, value_enum)]
     pub(crate) intersection: Option<IntersectionName>,
+    #[command(flatten)]
+    pub(crate) precision: PrecisionArgs,
     #[command(flatten)]
     pub(crate) code: CodeArgs,
     /// Garment in the first frame, in world space and metres: an .obj file, or the first frame of a

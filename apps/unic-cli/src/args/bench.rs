@@ -1,8 +1,10 @@
 //! Options of `unic bench`.
 
-use super::{ControlArgs, IntersectionName, MotionArgs, NetworkName, PrecisionName, parse};
+use super::{ControlArgs, IntersectionName, MotionArgs, NetworkName, PrecisionName, parse, warn_if_slow};
 use crate::{checks::ForceArgs, limits};
 use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
+use unic_builtin::scale;
+use unic_core::Precision;
 
 /// Measure how fast this machine animates.
 ///
@@ -16,6 +18,7 @@ use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
 ///
 /// Examples:
 ///   unic bench
+///   unic bench --all
 ///   unic bench --vertices 3653 --network paper --precision f32,bf16 --json
 ///   unic bench --model tshirt.unic --motion walk.npz --sampling 100,50,25
 ///   unic bench --model tshirt.unic --motion walk.npz --precision bf16 --budget 4ms --out fast.unic
@@ -49,19 +52,25 @@ pub(crate) struct BenchArgs {
     /// Replace an existing file.
     #[arg(long, requires = "out")]
     pub(crate) overwrite: bool,
-    /// Numbers of vertices of garments with random weights.
-    #[arg(long, value_name = "N,...", value_delimiter = ',', default_values_t = unic_builtin::scale::VERTICES.map(|n| n as u64),
+    /// Measure random weights in all published sizes and precisions, on one thread and on all. It
+    /// takes minutes; the selection without it takes less than 90 seconds.
+    #[arg(long)]
+    pub(crate) all: bool,
+    /// Numbers of vertices of garments with random weights [default: 3653,62461; with --all
+    /// 3653,34907,59380,62461].
+    #[arg(long, value_name = "N,...", value_delimiter = ',',
         value_parser = clap::value_parser!(u64).range(1..=limits::most_vertices()))]
-    pub(crate) vertices: Vec<u64>,
+    vertices: Vec<u64>,
     /// Sizes of networks with random weights.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = [NetworkName::Standard, NetworkName::Paper])]
     pub(crate) network: Vec<NetworkName>,
-    /// Number formats of the networks.
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = PrecisionName::ALL)]
-    pub(crate) precision: Vec<PrecisionName>,
-    /// Numbers of threads to measure with [default: 1, and --threads].
+    /// Number formats of the networks [default: f32 and the fastest one of this processor; all with
+    /// --all or --model].
+    #[arg(long, value_enum, value_delimiter = ',')]
+    precision: Vec<PrecisionName>,
+    /// Numbers of threads to measure with [default: --threads; with --all or --model 1 too].
     #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = parse::threads)]
-    pub(crate) on_threads: Vec<NonZeroUsize>,
+    on_threads: Vec<NonZeroUsize>,
     /// Handling of vertices inside the body [default: the paper's for random weights, otherwise the
     /// model's own].
     #[arg(long, value_enum)]
@@ -79,6 +88,51 @@ pub(crate) struct BenchArgs {
     /// Print the numbers as one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+impl BenchArgs {
+    /// Numbers of vertices of garments with random weights.
+    pub(crate) fn vertices(&self) -> Vec<u64> {
+        let all = scale::VERTICES.map(|count| count as u64);
+        match (self.vertices.as_slice(), self.all, all) {
+            ([], true, all) => all.into(),
+            ([], false, [least, .., most]) => vec![least, most],
+            (named, ..) => named.into(),
+        }
+    }
+
+    /// Number formats of the networks.
+    pub(crate) fn precisions(&self) -> Vec<PrecisionName> {
+        let [fastest, ..] = Precision::fastest_first();
+        match (self.precision.as_slice(), self.is_complete()) {
+            ([], true) => PrecisionName::ALL.into(),
+            ([], false) => {
+                let is_shown =
+                    |name: &PrecisionName| [Precision::F32, fastest].contains(&Precision::from(*name));
+                PrecisionName::ALL.into_iter().filter(is_shown).collect()
+            }
+            (named, _) => named.into(),
+        }
+    }
+
+    /// Numbers of threads.
+    pub(crate) fn thread_counts(&self) -> Vec<usize> {
+        match (self.on_threads.as_slice(), rayon::current_num_threads()) {
+            ([], all) if self.is_complete() && all > 1 => vec![1, all],
+            ([], all) => vec![all],
+            (named, _) => named.iter().map(|count| count.get()).collect(),
+        }
+    }
+
+    /// Whether all precisions and numbers of threads are measured. A trained model has few cases.
+    fn is_complete(&self) -> bool {
+        self.all || self.model.is_some()
+    }
+
+    /// Warns once about each named precision that is slower than f32.
+    pub(crate) fn warn(&self) {
+        self.precision.iter().for_each(|name| warn_if_slow(*name));
+    }
 }
 
 /// Benchmarks beside that of frames.

@@ -1,6 +1,6 @@
 //! Options of `unic eval`.
 
-use super::{CodeArgs, IntersectionName, ProtocolName, SplitName};
+use super::{CodeArgs, IntersectionName, PrecisionArgs, ProtocolName, SplitName};
 use crate::checks::ForceArgs;
 use std::{num::NonZeroUsize, path::PathBuf};
 
@@ -86,6 +86,8 @@ pub(crate) struct EvalArgs {
     /// the result tells the two apart [default: no control].
     #[arg(long, value_name = "CAPTURE")]
     pub(crate) control: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) precision: PrecisionArgs,
     #[command(flatten)]
     pub(crate) code: CodeArgs,
     /// Measure intersections with the body and the Hausdorff distance, which are slow, in every Nth

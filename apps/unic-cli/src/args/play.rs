@@ -1,6 +1,6 @@
 //! Options of `unic play`.
 
-use super::{LooksArgs, MotionSourceArgs, RendererName, ScriptName, Switch, parse};
+use super::{LooksArgs, MotionSourceArgs, PrecisionArgs, RendererName, ScriptName, Switch, parse};
 use crate::checks::ForceArgs;
 use std::path::PathBuf;
 
@@ -38,6 +38,8 @@ pub(crate) struct PlayArgs {
     /// the processor].
     #[arg(long, value_name = "on|off", value_enum)]
     pub(crate) gpu_garments: Option<Switch>,
+    #[command(flatten)]
+    pub(crate) precision: PrecisionArgs,
     #[command(flatten)]
     pub(crate) looks: LooksArgs,
     #[command(flatten)]

@@ -1,6 +1,6 @@
 //! Options of `unic view`.
 
-use super::{LooksArgs, MotionArgs, RendererName, parse};
+use super::{LooksArgs, MotionArgs, PrecisionArgs, RendererName, parse};
 use crate::checks::ForceArgs;
 use clap::ValueEnum;
 use std::path::PathBuf;
@@ -45,6 +45,8 @@ pub(crate) struct ViewArgs {
     /// Error at the light end of the heat map, millimetres.
     #[arg(long, value_name = "MM", value_parser = parse::millimetres, default_value_t = 50.0)]
     pub(crate) heat_max: f32,
+    #[command(flatten)]
+    pub(crate) precision: PrecisionArgs,
     #[command(flatten)]
     pub(crate) looks: LooksArgs,
     #[command(flatten)]

@@ -33,6 +33,7 @@ const PICTURES: usize = 8;
 /// Unusable options or inputs, files that cannot be read or written, an interruption.
 pub(crate) fn run(args: &AnimateArgs) -> Result<()> {
     let started = Instant::now();
+    args.precision.warn();
     // Outputs are checked before inputs are read, which may take long.
     files::check(args)?;
     let model = Arc::new(read_model(args)?);
@@ -61,7 +62,7 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<()> {
 
 /// Reads the model, with the mesh of `--mesh` if there is one.
 fn read_model(args: &AnimateArgs) -> Result<Model> {
-    let model = model_file::read(&args.model)?;
+    let model = args.precision.apply(model_file::read(&args.model)?);
     let Some(path) = &args.mesh else { return Ok(model) };
     let mesh = read_obj(path)?;
     args.force

@@ -35,8 +35,9 @@ pub(crate) fn run(args: &BenchArgs) -> Result<()> {
     if let Some(OtherBench::Control(args)) = &args.other {
         return control::run(args);
     }
-    if let (Some(_), [_, _, ..]) = (args.budget, args.precision.as_slice()) {
-        let found = args.precision.len();
+    let precisions = args.precisions();
+    if let (Some(_), [_, _, ..]) = (args.budget, precisions.as_slice()) {
+        let found = precisions.len();
         return Err(Usage(format!(
             "--budget: expected one --precision to choose a sampling for, found {found}"
         ))
@@ -48,10 +49,11 @@ pub(crate) fn run(args: &BenchArgs) -> Result<()> {
             .file(out)
             .check(Existing::of(args.overwrite))?;
     }
+    args.warn();
     let mut report = SpeedReport::new();
     for subject in subjects(args) {
         let scene = subject.scene(args)?;
-        for &precision in &args.precision {
+        for &precision in &precisions {
             let benchmark = SceneBenchmark {
                 args,
                 scene: &scene,
@@ -85,7 +87,7 @@ impl SceneBenchmark<'_> {
         for &percent in &self.args.sampling {
             let inexact = self.inexact(percent)?;
             let error = self.error(&inexact)?;
-            for threads in thread_counts(self.args) {
+            for threads in self.args.thread_counts() {
                 self.measure(&inexact, threads, error, report)?;
             }
         }
@@ -94,7 +96,7 @@ impl SceneBenchmark<'_> {
 
     /// Chooses the first sampling whose frames keep within the budget.
     fn choose_sampling(&self, budget: Duration, report: &mut SpeedReport) -> Result<()> {
-        let threads = thread_counts(self.args).into_iter().max().unwrap_or(1);
+        let threads = self.args.thread_counts().into_iter().max().unwrap_or(1);
         let budget_ms = budget.as_secs_f64() * 1e3;
         // Smaller samplings are faster and less exact: the first that fits is the best.
         for percent in PERCENTS {
@@ -175,11 +177,11 @@ fn subjects(args: &BenchArgs) -> Vec<Subject> {
         return vec![Subject::Trained];
     }
     let sizes = |&network| {
-        let random = move |&vertices| Subject::Random {
+        let random = move |vertices| Subject::Random {
             network: scale::NetworkSize::from(network),
             vertices: vertices as usize,
         };
-        args.vertices.iter().map(random)
+        args.vertices().into_iter().map(random)
     };
     args.network.iter().flat_map(sizes).collect()
 }
@@ -205,17 +207,6 @@ impl Subject {
             }
             (Self::Trained, ..) => Err(anyhow!("expected --model and --motion, found one of them")),
         }
-    }
-}
-
-/// Returns the numbers of threads to measure with: one and all, unless --on-threads names others.
-fn thread_counts(args: &BenchArgs) -> Vec<usize> {
-    if !args.on_threads.is_empty() {
-        return args.on_threads.iter().map(|n| n.get()).collect();
-    }
-    match rayon::current_num_threads() {
-        1 => vec![1],
-        all => vec![1, all],
     }
 }
 

@@ -43,6 +43,7 @@ fn measure(args: &EvalArgs) -> Result<Measurements> {
     if args.baselines && args.code.gumbel.is_some() {
         return Err(Usage("expected a model for --gumbel, found --baselines".to_owned()).into());
     }
+    args.precision.warn();
     // Outputs are checked in two steps: those named after clips are known once the capture is open.
     outputs::check(args)?;
     let capture = protocol::capture(args)?;
@@ -50,7 +51,8 @@ fn measure(args: &EvalArgs) -> Result<Measurements> {
     outputs::check_clips(args, &clips)?;
     let animator = match &args.model {
         Some(path) => {
-            let mut animator = model_file::animator(path, args.intersection, &capture)?;
+            let model = args.precision.apply(model_file::read_fitting(path, &capture)?);
+            let mut animator = model_file::animator_of(model, args.intersection);
             animator.set_code_sampling(args.code.sampling());
             Some(animator)
         }

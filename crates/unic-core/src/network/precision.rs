@@ -4,8 +4,11 @@ use crate::simd::Instructions;
 #[cfg(target_arch = "x86_64")]
 use crate::simd::matrix_units;
 
-/// Number format of the networks' products, chosen when a model is loaded
-/// ([`Model::with_precision`](crate::Model::with_precision)).
+/// Number format of the networks' products.
+///
+/// A model that is read from its file has the fastest one that costs at most 1 % of accuracy
+/// ([`Model::fastest_precision`](crate::Model::fastest_precision));
+/// [`Model::with_precision`](crate::Model::with_precision) chooses another.
 ///
 /// Sums, biases, the inputs of a vertex and the last layer of the field are f32 in all of them.
 /// The integer formats scale weights by output and activations by vertex, so that the largest of
@@ -38,6 +41,30 @@ impl Precision {
             Self::Int16 => "int16",
             Self::Int8 => "int8",
         }
+    }
+
+    /// Lists all precisions from the fastest to the slowest on this machine.
+    ///
+    /// The order follows from the features of the processor: bf16 with matrix units, 8-bit integers
+    /// with dot products of AVX-512, f32 on all others. It was measured on trained fields
+    /// (docs/lab/kernels.md); 64-bit ARM has not been measured.
+    pub fn fastest_first() -> [Self; 4] {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if Self::Bf16.best_instructions() == Instructions::Amx {
+                return [Self::Bf16, Self::Int8, Self::Int16, Self::F32];
+            }
+            if Self::Int8.best_instructions() == Instructions::Avx512 {
+                return [Self::Int8, Self::Int16, Self::F32, Self::Bf16];
+            }
+        }
+        [Self::F32, Self::Int16, Self::Bf16, Self::Int8]
+    }
+
+    /// Whether f32, which is exact, is faster on this machine ([`Precision::fastest_first`]).
+    pub fn is_slower_than_f32(self) -> bool {
+        let slower = Self::fastest_first().into_iter().skip_while(|p| *p != Self::F32);
+        slower.skip(1).any(|p| p == self)
     }
 
     /// Returns the fastest instruction set of this machine for the precision.

@@ -46,8 +46,10 @@ impl Wardrobe {
             [] => Shipped::ALL.into_iter().map(read).collect::<Result<_>>()?,
             paths => paths.iter().map(|path| named(path)).collect::<Result<_>>()?,
         };
+        let precise = |model: Arc<Model>| Arc::new(args.precision.apply(Arc::unwrap_or_clone(model)));
         let mut items: Vec<Item> = Vec::new();
         for (name, model) in models {
+            let model = precise(model);
             let wears = |item: &&Item| is_same_character(&item.model, &model);
             let (database, tags) = match items.iter().find(wears) {
                 Some(item) => (Arc::clone(&item.database), item.tags),

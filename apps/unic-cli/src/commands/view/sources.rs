@@ -1,7 +1,11 @@
 //! Files that a view shows.
 
 use crate::{
-    args::ViewArgs, checks::ForceArgs, commands::animate::body_path, failure::Usage, model_file, motion_file,
+    args::{PrecisionArgs, ViewArgs},
+    checks::ForceArgs,
+    commands::animate::body_path,
+    failure::Usage,
+    model_file, motion_file,
     output::print_status,
 };
 use anyhow::{Result, bail};
@@ -32,6 +36,7 @@ const SAME_JOINT_M: f32 = 1e-3;
 pub(crate) struct Reader {
     clip: Option<String>,
     motion: Option<Motion>,
+    precision: PrecisionArgs,
     force: ForceArgs,
 }
 
@@ -73,6 +78,7 @@ impl Reader {
                 path,
                 reading: args.reading.clone(),
             }),
+            precision: args.precision,
             force: args.force,
         })
     }
@@ -82,6 +88,7 @@ impl Reader {
         Self {
             clip: None,
             motion: None,
+            precision: PrecisionArgs::default(),
             force: ForceArgs { force: true },
         }
     }
@@ -140,7 +147,7 @@ impl Reader {
     }
 
     fn model(&self, path: &Path) -> Result<Source> {
-        let model = model_file::read(path)?;
+        let model = self.precision.apply(model_file::read(path)?);
         let motion = match &self.motion {
             Some(motion) => Some(self.read_motion(motion, &model)?),
             None => walk_of(&model),
