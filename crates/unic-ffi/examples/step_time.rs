@@ -4,12 +4,13 @@
 //! cargo run --release -p unic-ffi --example step_time -- MODEL.unic
 //! ```
 //!
-//! It plays the same motion by both in turns, on one thread, and prints the median microseconds of a
-//! step. The C interface converts the pose, writes to the caller's buffers and records the tick for
+//! It plays the same motion by both in turns, on one thread, and prints the median microseconds of
+//! processor time of a step. The C interface converts the pose, writes to the caller's buffers and records the tick for
 //! the display as well.
 
+use cpu_time::ThreadTime;
 use glam::{Quat, Vec3};
-use std::{error::Error, ffi::CString, ptr::null_mut, sync::Arc, time::Instant};
+use std::{error::Error, ffi::CString, ptr::null_mut, sync::Arc};
 use unic::*;
 use unic_core::{Animator, Model, Pose, Start, StepInput, parallel::Serial};
 
@@ -28,10 +29,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut rows = vec![[0f32; 6]; model.vertex_count()];
     let (mut rust, mut c) = (Vec::new(), Vec::new());
     for pose in &poses {
-        let start = Instant::now();
+        let start = ThreadTime::now();
         animator.step(&input(pose))?;
         rust.push(start.elapsed());
-        let start = Instant::now();
+        let start = ThreadTime::now();
         step(instance, pose, &mut rows);
         c.push(start.elapsed());
     }
@@ -89,10 +90,8 @@ fn step(instance: *const UnicInstance, pose: &Pose, rows: &mut [[f32; 6]]) {
         count: rows.len(),
     };
     // SAFETY: structs and buffers of their sizes.
-    assert_eq!(
-        unsafe { unic_instance_step(instance, &input, &vertices) },
-        UnicStatus::Ok
-    );
+    let status = unsafe { unic_instance_step(instance, &input, &vertices) };
+    assert_eq!(status, UnicStatus::Ok);
 }
 
 /// A character that walks along a circle and swings its arms.

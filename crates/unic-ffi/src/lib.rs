@@ -1,9 +1,7 @@
 //! The C interface of neural garments, for every engine that can load a library.
 //!
 //! C programs include `include/unic.h`, which is made from this crate. The names are the same in
-//! both, and [docs/engines.md] has a complete program.
-//!
-//! [docs/engines.md]: https://github.com/unic/unic/blob/main/docs/engines.md
+//! both, and `docs/engines.md` has a complete program.
 //!
 //! # Design
 //!

@@ -37,8 +37,7 @@ pub extern "C" fn unic_version() -> *const c_char {
 #[unsafe(no_mangle)]
 pub extern "C" fn unic_features() -> u64 {
     let mut features = UNIC_FEATURE_PATHS | UNIC_FEATURE_POOL;
-    // A precision without instructions of its own runs on those of f32 without AVX-512, which the
-    // other precisions do not share.
+    // On these sets products of the precision are instructions; other sets compute them from others.
     let has_own = |precision: Precision| {
         let name = instructions_name(precision);
         ["Amx", "Avx512", "NeonDot"].contains(&name.as_str())
