@@ -474,7 +474,8 @@ typedef struct UnicOptions {
   uint32_t precision;
   /**
    * Share of the vertices at which the networks are evaluated, above 0 to 1; the others are
-   * interpolated. 1 by default. For fine meshes and distant characters.
+   * interpolated. For fine meshes and distant characters. 0, the default: that of the model's
+   * file, which is 1 unless it was made for a time budget.
    */
   float sampling;
   /**

@@ -37,6 +37,7 @@ pub struct UnicCollider {
 
 // SAFETY: eight numbers of 4 bytes.
 unsafe impl Plain for UnicCollider {}
+const _: () = assert!(size_of::<UnicCollider>() == 8 * 4, "padding");
 
 /// Largest number of colliders. Every vertex is compared with every one of them.
 const MOST_COLLIDERS: usize = 1024;

@@ -60,6 +60,8 @@ impl JobSlot {
             return job();
         }
         gate.job = Some(job);
+        // One that its owner did not see, because it was in a panic of its own.
+        gate.panic = None;
         drop(gate);
         let open = Open(self);
         invite();
@@ -218,6 +220,21 @@ mod tests {
         };
         slot.offer(&job, || slot.enter());
         assert_eq!(count.into_inner(), 1);
+    }
+
+    /// The panic of the owner hides that of another thread, which nobody may get later.
+    #[test]
+    fn a_panic_that_nobody_saw_is_forgotten() {
+        let slot = JobSlot::default();
+        let job = || panic!("on purpose");
+        let caught = catch_unwind(AssertUnwindSafe(|| {
+            slot.offer(&job, || {
+                slot.enter();
+                job();
+            });
+        }));
+        assert!(caught.is_err());
+        slot.offer(&|| (), || slot.enter());
     }
 
     #[test]

@@ -39,6 +39,7 @@ pub struct UnicVertices {
 
 // SAFETY: pointers and sizes, without padding.
 unsafe impl Plain for UnicVertices {}
+const _: () = assert!(size_of::<UnicVertices>() == 5 * size_of::<usize>(), "padding");
 
 /// Mesh in the caller's layout.
 #[derive(Debug)]

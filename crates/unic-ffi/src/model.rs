@@ -8,7 +8,6 @@ use crate::{
 };
 use std::{
     ffi::{CStr, CString, c_char, c_void},
-    mem::size_of,
     sync::{Arc, Mutex, PoisonError},
 };
 use unic_core::{Model, Precision};
@@ -44,6 +43,7 @@ pub struct UnicModelInfo {
 
 // SAFETY: eight numbers of 4 bytes.
 unsafe impl Plain for UnicModelInfo {}
+const _: () = assert!(size_of::<UnicModelInfo>() == 8 * 4, "padding");
 
 pub(crate) static MODELS: Registry<SharedModel> = Registry::new("model");
 
@@ -59,7 +59,7 @@ pub(crate) struct SharedModel {
 /// Model packed for another precision or sampling.
 struct Variant {
     precision: Precision,
-    sampling: f32,
+    sampling: Option<f32>,
     model: Arc<Model>,
 }
 
@@ -78,9 +78,10 @@ impl SharedModel {
         })
     }
 
-    /// Finds or makes the model of a precision and a share of samples. Instances share it.
-    pub(crate) fn variant(&self, precision: Precision, sampling: f32) -> Result<Arc<Model>, Error> {
-        if precision == self.model.precision() && sampling == 1.0 {
+    /// Finds or makes the model of a precision and a share of samples; none is that of the file.
+    /// Instances share it.
+    pub(crate) fn variant(&self, precision: Precision, sampling: Option<f32>) -> Result<Arc<Model>, Error> {
+        if precision == self.model.precision() && sampling.is_none() {
             return Ok(Arc::clone(&self.model));
         }
         let mut variants = self.variants.lock().unwrap_or_else(PoisonError::into_inner);
@@ -88,9 +89,11 @@ impl SharedModel {
         if let Some(found) = variants.iter().find(same) {
             return Ok(Arc::clone(&found.model));
         }
-        let made = Model::clone(&self.model)
-            .with_precision(precision)
-            .with_sampling(sampling)?;
+        let packed = Model::clone(&self.model).with_precision(precision);
+        let made = match sampling {
+            None => packed,
+            Some(share) => packed.with_sampling(share)?,
+        };
         let model = Arc::new(made);
         if variants.len() >= MOST_VARIANTS {
             variants.retain(|v| Arc::strong_count(&v.model) > 1);
@@ -130,8 +133,7 @@ pub unsafe extern "C" fn unic_model_from_path(path: *const c_char, model: *mut *
         check_pointer("model", model)?;
         // SAFETY: passed on.
         let path = unsafe { text("path", path) }?;
-        let read = std::fs::read(path);
-        let bytes = read.map_err(|source| Error::Read {
+        let bytes = read_file(path).map_err(|source| Error::Read {
             path: path.to_owned(),
             source,
         })?;
@@ -216,6 +218,14 @@ pub unsafe extern "C" fn unic_model_joint_parents(
         }
         Ok(())
     })
+}
+
+/// Reads a whole file. A device or a pipe may have no end, and is refused.
+fn read_file(path: &str) -> std::io::Result<Vec<u8>> {
+    match std::fs::metadata(path)?.is_file() {
+        true => std::fs::read(path),
+        false => Err(std::io::Error::other("expected a file, found something else")),
+    }
 }
 
 /// Reads a text of the caller.

@@ -92,7 +92,8 @@ pub struct UnicOptions {
     /// A UnicPrecision.
     pub precision: u32,
     /// Share of the vertices at which the networks are evaluated, above 0 to 1; the others are
-    /// interpolated. 1 by default. For fine meshes and distant characters.
+    /// interpolated. For fine meshes and distant characters. 0, the default: that of the model's
+    /// file, which is 1 unless it was made for a time budget.
     pub sampling: f32,
     /// A UnicIntersection.
     pub intersection: u32,
@@ -124,13 +125,17 @@ pub struct UnicOptions {
 // SAFETY: numbers, a nullable function pointer and a pointer. The fields before the pointers are 14
 // of 4 bytes, so that there is no padding.
 unsafe impl Plain for UnicOptions {}
+const _: () = assert!(
+    size_of::<UnicOptions>() == 14 * 4 + 2 * size_of::<usize>(),
+    "padding"
+);
 
 impl Default for UnicOptions {
     fn default() -> Self {
         Self {
             size: size_of::<Self>() as u32,
             precision: UnicPrecision::Default as u32,
-            sampling: 1.0,
+            sampling: 0.0,
             intersection: UnicIntersection::Model as u32,
             intersection_distance_m: -1.0,
             axes: UnicAxes::Model as u32,
@@ -171,7 +176,8 @@ pub unsafe extern "C" fn unic_options_init(options: *mut UnicOptions, size: u32)
 #[derive(Debug)]
 pub(crate) struct Options {
     pub(crate) precision: Precision,
-    pub(crate) sampling: f32,
+    /// None for that of the model.
+    pub(crate) sampling: Option<f32>,
     /// None for that of the model.
     pub(crate) intersection: Option<IntersectionMode>,
     pub(crate) axes: Axes,
@@ -193,12 +199,12 @@ impl Options {
         if given.reserved != 0 {
             return Err(value("reserved", "0", given.reserved));
         }
-        if !(given.sampling > 0.0 && given.sampling <= 1.0) {
-            return Err(value("sampling", "above 0, to 1", given.sampling));
+        if !(0.0..=1.0).contains(&given.sampling) {
+            return Err(value("sampling", "0 to 1", given.sampling));
         }
         Ok(Self {
             precision: precision(given.precision)?,
-            sampling: given.sampling,
+            sampling: (given.sampling != 0.0).then_some(given.sampling),
             intersection: intersection(given.intersection, given.intersection_distance_m)?,
             axes: Axes::new(given.axes, given.custom_axes, given.metres_per_unit)?,
             vertex_layout: vertex_layout(given.vertex_layout)?,

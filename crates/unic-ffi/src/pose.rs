@@ -53,6 +53,7 @@ pub struct UnicPose {
 
 // SAFETY: six numbers of 4 bytes, a pointer and a size, without padding.
 unsafe impl Plain for UnicPose {}
+const _: () = assert!(size_of::<UnicPose>() == 6 * 4 + 2 * size_of::<usize>(), "padding");
 
 /// Input of a step. Fields that are zero are off.
 #[repr(C)]
@@ -74,6 +75,10 @@ pub struct UnicStepInput {
 
 // SAFETY: six numbers of 4 bytes and two pointers, without padding.
 unsafe impl Plain for UnicStepInput {}
+const _: () = assert!(
+    size_of::<UnicStepInput>() == 6 * 4 + 2 * size_of::<usize>(),
+    "padding"
+);
 
 /// Reads poses of the caller into poses of the animator, without allocation.
 #[derive(Debug)]

@@ -23,6 +23,7 @@ pub struct UnicMeshInfo {
 
 // SAFETY: four numbers of 4 bytes.
 unsafe impl Plain for UnicMeshInfo {}
+const _: () = assert!(size_of::<UnicMeshInfo>() == 4 * 4, "padding");
 
 /// Writes the sizes of a UnicMesh. The caller sets `info->size` first.
 #[unsafe(no_mangle)]

@@ -17,7 +17,7 @@ use std::{
 };
 use unic::*;
 use unic_core::{
-    Animator, Collider, Corrects, IntersectionMode, Precision, Start, StepInput, mesh::vertex_normals,
+    Animator, Collider, Corrects, IntersectionMode, Model, Precision, Start, StepInput, mesh::vertex_normals,
 };
 
 #[test]
@@ -30,23 +30,27 @@ fn steps_give_the_bits_of_the_rust_animator() {
 
 #[test]
 fn every_precision_and_sampling_gives_the_same_bits() {
-    let handle = ModelHandle::open();
+    let lively = lively_model();
+    let (handle, poses) = (ModelHandle::of(&lively), motion(&lively, 4));
     let precisions = [
-        (UnicPrecision::F32, Precision::F32),
-        (UnicPrecision::Bf16, Precision::Bf16),
-        (UnicPrecision::Int16, Precision::Int16),
-        (UnicPrecision::Int8, Precision::Int8),
+        (UnicPrecision::F32, Precision::F32, 1.0),
+        (UnicPrecision::F32, Precision::F32, 0.5),
+        (UnicPrecision::Bf16, Precision::Bf16, 1.0),
+        (UnicPrecision::Int16, Precision::Int16, 0.25),
+        (UnicPrecision::Int8, Precision::Int8, 0.5),
     ];
-    for ((given, precision), sampling) in precisions.into_iter().zip([0.5, 1.0, 0.25, 0.5]) {
-        let model = unic_core::Model::clone(&core_model()).with_precision(precision);
+    let mut all = Vec::new();
+    for (given, precision, sampling) in precisions {
+        let model = Model::clone(&lively).with_precision(precision);
         let model = Arc::new(model.with_sampling(sampling).unwrap());
-        let poses = motion(&model, 4);
         let instance = InstanceHandle::new(&handle, |o| {
             o.precision = given as u32;
             o.sampling = sampling;
         });
         let found = c_frames(&instance, &poses, model.vertex_count());
         assert!(found == core_frames(&model, &poses), "{given:?}, {sampling}");
+        assert!(!all.contains(&found), "{given:?}, {sampling}: no change");
+        all.push(found);
     }
 }
 
@@ -70,7 +74,8 @@ unsafe extern "C" fn parallel_for(context: *mut c_void, jobs: u32, job: UnicJob,
 
 #[test]
 fn any_threads_give_the_same_bits() {
-    let (model, handle) = (core_model(), ModelHandle::open());
+    let model = lively_model();
+    let handle = ModelHandle::of(&model);
     let poses = motion(&model, 5);
     let expected = core_frames(&model, &poses);
     let calls = AtomicUsize::new(0);

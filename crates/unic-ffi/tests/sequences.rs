@@ -12,7 +12,7 @@ use std::{
     sync::Arc,
 };
 use unic::*;
-use unic_core::{Animator, Corrects, IntersectionMode, Pose, Start};
+use unic_core::{Animator, Corrects, IntersectionMode, Pose, Precision, Start};
 
 /// Garment that an instance displays on a pose, half-way from the tick before to the last one.
 fn displayed(instance: &InstanceHandle, pose: &Pose, vertices: usize) -> [Vec<[f32; 3]>; 2] {
@@ -101,6 +101,35 @@ fn every_intersection_rule_is_that_of_the_rust_library() {
     for (i, a) in all.iter().enumerate().skip(1) {
         assert!(all[1..i.max(1)].iter().all(|b| a != b), "two rules do the same");
     }
+}
+
+/// `unic bench --out` writes such a file.
+#[test]
+fn the_share_of_samples_of_a_file_is_the_default() {
+    let sampled = unic_core::Model::clone(&lively_model())
+        .with_sampling(0.3)
+        .unwrap();
+    let handle = ModelHandle::of(&sampled);
+    let (poses, vertices) = (motion(&sampled, 3), sampled.vertex_count());
+    let packed = sampled.clone().with_precision(Precision::Int8);
+    let whole = sampled.clone().with_sampling(1.0).unwrap();
+    let expected = [&sampled, &packed, &whole].map(|m| core_frames(&Arc::new(m.clone()), &poses));
+    let cases = [
+        (UnicPrecision::Default, 0.0),
+        (UnicPrecision::Int8, 0.0),
+        (UnicPrecision::F32, 1.0),
+    ];
+    for ((precision, sampling), expected) in cases.into_iter().zip(&expected) {
+        let instance = InstanceHandle::new(&handle, |o| {
+            o.precision = precision as u32;
+            o.sampling = sampling;
+        });
+        assert!(
+            c_frames(&instance, &poses, vertices) == *expected,
+            "{precision:?}, {sampling}"
+        );
+    }
+    assert!(expected[0] != expected[1] && expected[0] != expected[2]);
 }
 
 #[test]

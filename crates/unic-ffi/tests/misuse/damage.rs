@@ -24,7 +24,7 @@ fn damaged_models_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     for (path, text) in [
         (folder.path().join("none.unic"), "none.unic"),
-        (folder.path().to_owned(), ""),
+        (folder.path().to_owned(), "expected a file"),
     ] {
         let path = CString::new(path.to_str().unwrap()).unwrap();
         // SAFETY: a text and a place for a handle.

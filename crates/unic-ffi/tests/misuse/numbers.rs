@@ -18,7 +18,7 @@ fn unusable_options_are_refused() {
     let Scene { model, .. } = scene();
     let changes: [(&str, Change); 13] = [
         ("precision", |o| o.precision = 5),
-        ("sampling", |o| o.sampling = 0.0),
+        ("sampling", |o| o.sampling = -0.5),
         ("sampling", |o| o.sampling = 1.5),
         ("sampling", |o| o.sampling = f32::NAN),
         ("intersection", |o| o.intersection = 77),
