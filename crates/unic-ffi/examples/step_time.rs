@@ -5,8 +5,8 @@
 //! ```
 //!
 //! It plays the same motion by both in turns, on one thread, and prints the median microseconds of
-//! processor time of a step. The C interface converts the pose, writes to the caller's buffers and records the tick for
-//! the display as well.
+//! processor time of a step. The C interface converts the pose, writes to the caller's buffers and
+//! records the tick for the display as well.
 
 use cpu_time::ThreadTime;
 use glam::{Quat, Vec3};

@@ -170,6 +170,8 @@ impl PoseReader {
         let rotations = GivenRotations {
             rows,
             axes: self.axes,
+            kind: given.rotation_kind,
+            rest_from_joint: &self.rest_from_joint,
         };
         let out = match which {
             Which::Now => &mut self.pose,
@@ -181,22 +183,8 @@ impl PoseReader {
             kind if kind == UnicRoot::Position as u32 => root - skeleton.joints()[skeleton.root()],
             kind => return Err(value("root_kind", "a value of UnicRoot", kind)),
         };
-        let rest = &self.rest_from_joint;
         for (joint, local) in out.local.iter_mut().enumerate() {
-            let own = rotations.get(joint)?;
-            let relative_to = skeleton.parents()[joint];
-            *local = match given.rotation_kind {
-                kind if kind == UnicRotations::Local as u32 => own,
-                kind if kind == UnicRotations::World as u32 => match relative_to {
-                    None => own,
-                    Some(p) => (rotations.get(p)?.inverse() * own).normalize(),
-                },
-                kind if kind == UnicRotations::FromRest as u32 => match relative_to {
-                    None => (own * rest[joint]).normalize(),
-                    Some(p) => ((rotations.get(p)? * rest[p]).inverse() * (own * rest[joint])).normalize(),
-                },
-                kind => return Err(value("rotation_kind", "a value of UnicRotations", kind)),
-            };
+            *local = rotations.local(joint, skeleton.parents()[joint])?;
         }
         Ok(())
     }
@@ -210,13 +198,41 @@ enum Which {
 }
 
 /// Rotations in the caller's memory.
-struct GivenRotations {
+struct GivenRotations<'a> {
     rows: Rows<4>,
     axes: Axes,
+    /// Value of a [`UnicRotations`].
+    kind: u32,
+    rest_from_joint: &'a [Quat],
 }
 
-impl GivenRotations {
-    fn get(&self, joint: usize) -> Result<Quat, Error> {
+impl GivenRotations<'_> {
+    /// Rotation of a joint relative to its parent; relative to the world for the root.
+    fn local(&self, joint: usize, parent: Option<usize>) -> Result<Quat, Error> {
+        let given = self.given(joint)?;
+        if self.kind == UnicRotations::Local as u32 {
+            return Ok(given);
+        }
+        let world_from_joint = self.world_from_joint(given, joint)?;
+        let local = match parent {
+            None => world_from_joint,
+            Some(parent) => self.world_from_joint(self.given(parent)?, parent)?.inverse() * world_from_joint,
+        };
+        // A product of two rotations is as long as both, and each may be a little off.
+        Ok(local.normalize())
+    }
+
+    /// Converts a rotation of one of the kinds in the world.
+    fn world_from_joint(&self, given: Quat, joint: usize) -> Result<Quat, Error> {
+        match self.kind {
+            kind if kind == UnicRotations::World as u32 => Ok(given),
+            kind if kind == UnicRotations::FromRest as u32 => Ok(given * self.rest_from_joint[joint]),
+            kind => Err(value("rotation_kind", "a value of UnicRotations", kind)),
+        }
+    }
+
+    /// Rotation of a joint as the caller gives it, in the model's axes.
+    fn given(&self, joint: usize) -> Result<Quat, Error> {
         let rotation = self.axes.rotation_in(self.rows.get(joint));
         match rotation.is_normalized() {
             true => Ok(rotation),
