@@ -11,8 +11,8 @@
 //!   error and not a stray access.
 //! - **Codes.** Functions return a [`UnicStatus`]. [`unic_last_error`] has the sentence for the last
 //!   error of the calling thread. A call that fails changes nothing.
-//! - **Panics** are caught at every function ([`UnicStatus::Panic`]). The instance can then only be
-//!   released.
+//! - **Panics** are caught at every function ([`UnicStatus::Panic`]) and written to the standard
+//!   error. The instance can then only be released.
 //! - **Threads.** Models serve all threads. An instance is for one thread at a time: a second one
 //!   gets [`UnicStatus::InUse`]. A call works on the calling thread, on workers of the library, or
 //!   on those of the caller ([`UnicThreads`]). The results are the same bytes.
