@@ -1,0 +1,157 @@
+//! Counts, strides and sizes of structs.
+
+use super::*;
+
+#[test]
+fn wrong_counts_strides_and_sizes_are_refused() {
+    use UnicStatus::{Misaligned, WrongSize};
+    let Scene {
+        model,
+        instance,
+        poses,
+        vertices,
+    } = scene();
+    let pose = c_pose(&poses[0]);
+    let input = c_input(&pose);
+    let mut out = [(); 2].map(|()| vec![[0.0; 3]; vertices]);
+    let to = buffers(&mut out);
+    let mut faces = vec![0u32; 9];
+    // SAFETY: structs of their sizes; refused buffers are not written to.
+    unsafe {
+        for (wrong, text) in [
+            (
+                UnicVertices {
+                    count: vertices - 1,
+                    ..to
+                },
+                "number of vertices",
+            ),
+            (
+                UnicVertices {
+                    count: vertices + 1,
+                    ..to
+                },
+                "number of vertices",
+            ),
+            (
+                UnicVertices {
+                    position_stride: 8,
+                    ..to
+                },
+                "positions",
+            ),
+            (
+                UnicVertices {
+                    normal_stride: 11,
+                    ..to
+                },
+                "normals",
+            ),
+        ] {
+            refused(unic_instance_step(instance.0, &input, &wrong), WrongSize, text);
+        }
+        let wrong = UnicVertices {
+            position_stride: usize::MAX / 2,
+            ..to
+        };
+        let status = unic_instance_step(instance.0, &input, &wrong);
+        refused(status, UnicStatus::InvalidValue, "fit in memory");
+        for size in [0, 4, size_of::<UnicStepInput>() as u32 - 4, u32::MAX] {
+            let wrong = UnicStepInput { size, ..input };
+            refused(unic_instance_step(instance.0, &wrong, null()), WrongSize, "input");
+        }
+        let fewer = UnicPose {
+            joint_count: 23,
+            ..pose
+        };
+        refused(
+            unic_instance_display(instance.0, &fewer, 0.0, null()),
+            WrongSize,
+            "expected 24, found 23",
+        );
+        let narrow = UnicPose {
+            rotation_stride: 15,
+            ..pose
+        };
+        refused(
+            unic_instance_display(instance.0, &narrow, 0.0, null()),
+            WrongSize,
+            "rotations",
+        );
+        let first = out[0].as_ptr().cast();
+        let status = unic_instance_reset_to(instance.0, &input, first, 0, 7, null());
+        refused(status, WrongSize, "start positions");
+        let first = faces.as_mut_ptr();
+        refused(
+            unic_instance_mesh_faces(instance.0, 0, first, 3),
+            WrongSize,
+            "number of faces",
+        );
+        refused(
+            unic_instance_mesh_sources(instance.0, 1, first, 9),
+            WrongSize,
+            "number of vertices",
+        );
+        refused(
+            unic_model_joint_parents(model.0, first.cast(), 9),
+            WrongSize,
+            "parents",
+        );
+        refused(
+            unic_instance_rest_joints(instance.0, null_mut(), null_mut(), 3),
+            WrongSize,
+            "joints",
+        );
+        let odd = (&raw const input).cast::<u8>().add(2).cast();
+        refused(
+            unic_instance_step(instance.0, odd, null()),
+            Misaligned,
+            "aligned to 8",
+        );
+        let mut info = UnicMeshInfo {
+            size: 3,
+            vertex_count: 0,
+            face_count: 0,
+            has_uvs: 0,
+        };
+        refused(
+            unic_instance_mesh_info(instance.0, 0, &mut info),
+            WrongSize,
+            "info",
+        );
+        let mut size = 0;
+        let few = faces.as_mut_ptr().cast();
+        let status = unic_instance_save(instance.0, few, 8, &mut size);
+        refused(status, UnicStatus::BufferTooSmall, "found 8");
+        assert!(size > 1000);
+    }
+    assert!(out.iter().flatten().all(|row| *row == [0.0; 3]));
+}
+
+/// A struct of a later version is accepted as long as its new fields are zero.
+#[test]
+fn later_structs_are_accepted_if_their_new_fields_are_off() {
+    #[repr(C)]
+    struct Later {
+        known: UnicOptions,
+        unknown: u64,
+    }
+    let Scene { model, .. } = scene();
+    let mut later = Later {
+        known: options(),
+        unknown: 7,
+    };
+    let size = size_of::<Later>() as u32;
+    let pointer = (&raw mut later).cast::<UnicOptions>();
+    // SAFETY: a struct of the stated size.
+    unsafe {
+        ok(unic_options_init(pointer, size));
+        assert_eq!((later.known.size, later.unknown), (size, 0));
+        let mut instance = null_mut();
+        ok(unic_instance_create(model.0, pointer, &mut instance));
+        ok(unic_instance_release(instance));
+        later.unknown = 1;
+        let status = unic_instance_create(model.0, (&raw const later).cast(), &mut instance);
+        refused(status, UnicStatus::InvalidValue, "later versions");
+    }
+}
