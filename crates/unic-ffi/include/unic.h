@@ -124,9 +124,11 @@ enum UnicPrecision
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
   /**
-   * The library's choice; single precision in this version.
+   * The fastest one of this processor whose error, as the model's training has measured it, is
+   * not above that of single precision by more than precision_error. By the features of the
+   * processor and never by timing: a machine gives the same bits on every run.
    */
-  UNIC_PRECISION_DEFAULT = 0,
+  UNIC_PRECISION_AUTO = 0,
   /**
    * Single precision.
    */
@@ -514,9 +516,10 @@ typedef struct UnicOptions {
    */
   uint32_t thread_count;
   /**
-   * Zero.
+   * Share, 0 to 1, by which the error that UNIC_PRECISION_AUTO chooses by may exceed that of
+   * single precision. 0, the default: 0.01.
    */
-  uint32_t reserved;
+  float precision_error;
   /**
    * For UNIC_THREADS_CALLER.
    */
@@ -679,8 +682,8 @@ const char *unic_version(void);
 uint64_t unic_features(void);
 
 /**
- * Name of the instruction set that a UnicPrecision runs on here, such as `Avx512`. Null for an
- * unknown precision.
+ * Name of the instruction set that a UnicPrecision runs on here, such as `Avx512`. Null for
+ * UNIC_PRECISION_AUTO and for an unknown precision.
  */
 const char *unic_instructions(uint32_t precision);
 

@@ -124,7 +124,7 @@ pub unsafe extern "C" fn unic_instance_create(
         check_pointer("instance", instance)?;
         // SAFETY: passed on.
         let options = unsafe { Options::read(options) }?;
-        let model = shared.variant(options.precision, options.sampling)?;
+        let model = shared.variant(options.precision.of(&shared.model), options.sampling)?;
         let made = Instance::new(model, shared.checksum, options)?;
         let handle = INSTANCES.insert(Arc::new(Mutex::new(made)));
         // SAFETY: checked above.

@@ -9,14 +9,16 @@ use crate::{
     status::UnicStatus,
 };
 use std::{ffi::c_void, mem::size_of, sync::Arc};
-use unic_core::{Corrects, IntersectionMode, Precision, Threads, parallel::Serial};
+use unic_core::{Corrects, IntersectionMode, Model, Precision, Threads, parallel::Serial};
 
 /// Number format of the networks.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnicPrecision {
-    /// The library's choice; single precision in this version.
-    Default = 0,
+    /// The fastest one of this processor whose error, as the model's training has measured it, is
+    /// not above that of single precision by more than precision_error. By the features of the
+    /// processor and never by timing: a machine gives the same bits on every run.
+    Auto = 0,
     /// Single precision.
     F32 = 1,
     /// bfloat16.
@@ -114,8 +116,9 @@ pub struct UnicOptions {
     /// Number of threads that work at the same time, the calling one included, at most 256. 0: as
     /// many as the machine has processors, at most 256.
     pub thread_count: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Share, 0 to 1, by which the error that UNIC_PRECISION_AUTO chooses by may exceed that of
+    /// single precision. 0, the default: 0.01.
+    pub precision_error: f32,
     /// For UNIC_THREADS_CALLER.
     pub parallel_for: UnicParallelFor,
     /// First argument of parallel_for.
@@ -134,7 +137,7 @@ impl Default for UnicOptions {
     fn default() -> Self {
         Self {
             size: size_of::<Self>() as u32,
-            precision: UnicPrecision::Default as u32,
+            precision: UnicPrecision::Auto as u32,
             sampling: 0.0,
             intersection: UnicIntersection::Model as u32,
             intersection_distance_m: -1.0,
@@ -144,7 +147,7 @@ impl Default for UnicOptions {
             vertex_layout: UnicVertexLayout::Model as u32,
             threads: UnicThreads::None as u32,
             thread_count: 0,
-            reserved: 0,
+            precision_error: 0.0,
             parallel_for: None,
             parallel_context: std::ptr::null_mut(),
         }
@@ -175,7 +178,7 @@ pub unsafe extern "C" fn unic_options_init(options: *mut UnicOptions, size: u32)
 /// Options, checked.
 #[derive(Debug)]
 pub(crate) struct Options {
-    pub(crate) precision: Precision,
+    pub(crate) precision: PrecisionChoice,
     /// None for that of the model.
     pub(crate) sampling: Option<f32>,
     /// None for that of the model.
@@ -196,14 +199,15 @@ impl Options {
             // SAFETY: passed on.
             false => unsafe { read_sized("options", options) }?,
         };
-        if given.reserved != 0 {
-            return Err(value("reserved", "0", given.reserved));
+        let allowed = given.precision_error;
+        if !(0.0..=1.0).contains(&allowed) {
+            return Err(value("precision_error", "0 to 1", allowed));
         }
         if !(0.0..=1.0).contains(&given.sampling) {
             return Err(value("sampling", "0 to 1", given.sampling));
         }
         Ok(Self {
-            precision: precision(given.precision)?,
+            precision: precision(given.precision, allowed)?,
             sampling: (given.sampling != 0.0).then_some(given.sampling),
             intersection: intersection(given.intersection, given.intersection_distance_m)?,
             axes: Axes::new(given.axes, given.custom_axes, given.metres_per_unit)?,
@@ -213,10 +217,39 @@ impl Options {
     }
 }
 
-/// Number format of a value of [`UnicPrecision`].
-pub(crate) fn precision(given: u32) -> Result<Precision, Error> {
+/// Number format of the networks, which for some depends on the model.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum PrecisionChoice {
+    /// Fastest one whose error exceeds that of f32 by at most this share.
+    Auto(f64),
+    /// This one.
+    Named(Precision),
+}
+
+impl PrecisionChoice {
+    /// Number format for a model.
+    pub(crate) fn of(self, model: &Model) -> Precision {
+        match self {
+            Self::Auto(allowed) => model.fastest_precision(allowed),
+            Self::Named(precision) => precision,
+        }
+    }
+}
+
+/// Choice of a value of [`UnicPrecision`]. `allowed` is the caller's share, or 0.
+fn precision(given: u32, allowed: f32) -> Result<PrecisionChoice, Error> {
+    if given == UnicPrecision::Auto as u32 {
+        return Ok(PrecisionChoice::Auto(match allowed {
+            0.0 => Model::ALLOWED_PRECISION_ERROR,
+            share => share.into(),
+        }));
+    }
+    named_precision(given).map(PrecisionChoice::Named)
+}
+
+/// Number format of a value of [`UnicPrecision`] that names one.
+pub(crate) fn named_precision(given: u32) -> Result<Precision, Error> {
     let all = [
-        (UnicPrecision::Default, Precision::F32),
         (UnicPrecision::F32, Precision::F32),
         (UnicPrecision::Bf16, Precision::Bf16),
         (UnicPrecision::Int16, Precision::Int16),

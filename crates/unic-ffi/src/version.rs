@@ -1,6 +1,6 @@
 //! Version and features of the library.
 
-use crate::options::precision;
+use crate::options::named_precision;
 use std::{
     ffi::{CString, c_char},
     sync::OnceLock,
@@ -51,14 +51,14 @@ pub extern "C" fn unic_features() -> u64 {
     features
 }
 
-/// Name of the instruction set that a UnicPrecision runs on here, such as `Avx512`. Null for an
-/// unknown precision.
+/// Name of the instruction set that a UnicPrecision runs on here, such as `Avx512`. Null for
+/// UNIC_PRECISION_AUTO and for an unknown precision.
 #[unsafe(no_mangle)]
 pub extern "C" fn unic_instructions(precision: u32) -> *const c_char {
     static NAMES: OnceLock<[CString; 4]> = OnceLock::new();
     let names =
         NAMES.get_or_init(|| Precision::ALL.map(|p| CString::new(instructions_name(p)).unwrap_or_default()));
-    let known = self::precision(precision).ok();
+    let known = named_precision(precision).ok();
     let index = known.and_then(|known| Precision::ALL.iter().position(|p| *p == known));
     index.map_or(std::ptr::null(), |i| names[i].as_ptr())
 }

@@ -12,7 +12,7 @@ use std::{
     sync::Arc,
 };
 use unic::*;
-use unic_core::{Animator, Corrects, IntersectionMode, Pose, Precision, Start};
+use unic_core::{Animator, Corrects, IntersectionMode, Pose, Precision, PrecisionErrors, Start};
 
 /// Garment that an instance displays on a pose, half-way from the tick before to the last one.
 fn displayed(instance: &InstanceHandle, pose: &Pose, vertices: usize) -> [Vec<[f32; 3]>; 2] {
@@ -103,6 +103,28 @@ fn every_intersection_rule_is_that_of_the_rust_library() {
     }
 }
 
+#[test]
+fn the_fastest_precision_within_the_allowed_error_is_the_default() {
+    let mut parts = lively_model().to_parts();
+    let errors = PrecisionErrors {
+        f32: 10.0,
+        bf16: 10.3,
+        int16: 10.3,
+        int8: 10.3,
+    };
+    parts.about.training = serde_json::json!({ PrecisionErrors::KEY: errors });
+    let model = unic_core::Model::new(parts).unwrap();
+    let handle = ModelHandle::of(&model);
+    let (poses, vertices) = (motion(&model, 3), model.vertex_count());
+    let [fastest, ..] = Precision::fastest_first();
+    for (share, expected) in [(0.0, Precision::F32), (0.05, fastest)] {
+        let instance = InstanceHandle::new(&handle, |o| o.precision_error = share);
+        let expected = model.clone().with_precision(expected);
+        let expected = core_frames(&Arc::new(expected), &poses);
+        assert!(c_frames(&instance, &poses, vertices) == expected, "{share}");
+    }
+}
+
 /// `unic bench --out` writes such a file.
 #[test]
 fn the_share_of_samples_of_a_file_is_the_default() {
@@ -115,7 +137,7 @@ fn the_share_of_samples_of_a_file_is_the_default() {
     let whole = sampled.clone().with_sampling(1.0).unwrap();
     let expected = [&sampled, &packed, &whole].map(|m| core_frames(&Arc::new(m.clone()), &poses));
     let cases = [
-        (UnicPrecision::Default, 0.0),
+        (UnicPrecision::Auto, 0.0),
         (UnicPrecision::Int8, 0.0),
         (UnicPrecision::F32, 1.0),
     ];

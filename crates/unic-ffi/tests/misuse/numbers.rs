@@ -33,7 +33,7 @@ fn unusable_options_are_refused() {
         ("vertex_layout", |o| o.vertex_layout = 2),
         ("threads", |o| o.threads = 3),
         ("thread_count", |o| o.thread_count = 257),
-        ("reserved", |o| o.reserved = 1),
+        ("precision_error", |o| o.precision_error = f32::NAN),
     ];
     for (name, change) in changes {
         let mut options = options();
