@@ -7,6 +7,7 @@ mod code;
 mod control;
 mod demo;
 mod eval;
+mod import;
 mod inspect;
 #[cfg(feature = "viewer")]
 mod looks;
@@ -30,6 +31,7 @@ pub(crate) use code::CodeArgs;
 pub(crate) use control::ControlArgs;
 pub(crate) use demo::{DemoArgs, DemoGarment};
 pub(crate) use eval::EvalArgs;
+pub(crate) use import::ImportArgs;
 pub(crate) use inspect::InspectArgs;
 #[cfg(feature = "viewer")]
 pub(crate) use looks::LooksArgs;
@@ -37,7 +39,9 @@ pub(crate) use motion::MotionArgs;
 pub(crate) use motion_database::MotionDatabaseArgs;
 pub(crate) use motion_source::{ClipArgs, MotionSourceArgs};
 pub use names::{IntersectionName, PresetName, ProcessorName};
-pub(crate) use names::{MaterialName, NetworkName, PrecisionName, ProtocolName, SplitName, Switch, UpName};
+pub(crate) use names::{
+    MaterialName, MeshUpName, NetworkName, PrecisionName, ProtocolName, SplitName, Switch, UpName,
+};
 #[cfg(feature = "viewer")]
 pub(crate) use names::{RendererName, ScriptName};
 #[cfg(feature = "viewer")]
@@ -61,6 +65,7 @@ use clap_complete::Shell;
 ///
 ///   unic demo                                         runs all steps on built-in data, in minutes
 ///   unic simulate --out captures/tshirt               makes a capture by cloth simulation
+///   unic import --garment coat.pc2 ... --out captures/coat   makes one of your own files
 ///   unic inspect captures/tshirt                      shows its contents and reports problems
 ///   unic eval --baselines captures/tshirt             measures simple methods, for comparison
 ///   unic train captures/tshirt --budget 45m           trains a model and writes tshirt.unic
@@ -83,6 +88,7 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     Demo(DemoArgs),
     Simulate(SimulateArgs),
+    Import(ImportArgs),
     Train(TrainArgs),
     Eval(EvalArgs),
     Animate(AnimateArgs),

@@ -78,6 +78,7 @@ impl Program for Args {
         match &self.command {
             Command::Demo(args) => commands::demo::run(args),
             Command::Simulate(args) => commands::simulate::run(args),
+            Command::Import(args) => commands::import::run(args),
             Command::Train(args) => commands::train::run(args),
             Command::Eval(args) => commands::eval::run(args),
             Command::Animate(args) => commands::animate::run(args),

@@ -122,6 +122,15 @@ pub enum IntersectionName {
     Robust,
 }
 
+/// Axis that points up in a mesh file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MeshUpName {
+    /// +Y, as in captures.
+    Y,
+    /// +Z, as in Blender.
+    Z,
+}
+
 /// [`UpAxis`] by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum UpName {

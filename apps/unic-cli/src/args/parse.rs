@@ -41,6 +41,12 @@ pub(super) fn frame_rate(text: &str) -> Result<f32, String> {
     fps.ok_or_else(|| "expected a frame rate from 1 to 1000, such as 30".into())
 }
 
+/// Parses a factor of lengths above zero.
+pub(super) fn scale(text: &str) -> Result<f32, String> {
+    let scale: Option<f32> = text.parse().ok().filter(|s| (1e-6..=1e6).contains(s));
+    scale.ok_or_else(|| "expected a factor from 0.000001 to 1000000, such as 0.01 for centimetres".into())
+}
+
 /// Parses a share of vertices in percent.
 pub(super) fn percent(text: &str) -> Result<f32, String> {
     let percent: Option<f32> = text.parse().ok().filter(|p: &f32| *p > 0.0 && *p <= 100.0);

@@ -10,6 +10,7 @@
 //! clips/NAME.garment.npy   (T, V, 3) f32, mapped; else `garment` inside NAME.npz
 //! ```
 
+mod add;
 mod folder;
 mod garment;
 mod layout;
@@ -18,6 +19,7 @@ mod own_files;
 mod read;
 mod write;
 
+pub use add::move_clip;
 pub(crate) use folder::FolderKind;
 pub use garment::{VertexAttributes, WeightsSource, default_weights, read_garment};
 pub use manifest::{CAPTURE_VERSION, JointReference, Manifest, Split, Splits, Units, Up};

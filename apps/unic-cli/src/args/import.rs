@@ -1,0 +1,90 @@
+//! Options of `unic import`.
+
+use super::{MeshUpName, parse};
+use crate::checks::ForceArgs;
+use std::{ops::Range, path::PathBuf};
+use unic_io::{LowPass, capture::JointReference};
+
+/// Import a garment animation from another program as a clip of a capture.
+///
+/// The garment's animation, the character and its motion become one clip of the capture in the
+/// folder of --out: a new capture, or one with the same character and garment. A capture is in
+/// metres, Y up. Each conversion is printed.
+///
+/// The rest shape comes from --rest, else from the capture, else from the first frame of the
+/// animation, if its file has faces. It defines the rest lengths of the cloth, in the character's
+/// rest pose.
+///
+/// Garment and motion start together, unless --offset is given. The clip ends with the shorter one.
+///
+/// Examples:
+///   unic import --garment walk.pc2 --rest coat.obj --character body.npz --motion walk.npz
+///     --out captures/coat
+///   unic import --garment run.pc2 --motion run.bvh --test run --out captures/coat
+///   unic import --garment frames --up z --scale 0.01 --fps 24 --character body.npz
+///     --motion dance.bvh --out captures/skirt
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct ImportArgs {
+    /// Animation of the garment: a .pc2, .npz or .npy file, or a folder of OBJ files.
+    #[arg(long, value_name = "FILE|FOLDER")]
+    pub(crate) garment: PathBuf,
+    /// Character: a character.npz file [default: that of the capture in --out].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) character: Option<PathBuf>,
+    /// Motion of the character: an .npz or .bvh file.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) motion: PathBuf,
+    /// Folder of the capture to make, or to add a clip to.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Rest shape of the garment, with the vertex order of the animation [default: that of the
+    /// capture in --out, else the first frame].
+    #[arg(long, value_name = "FILE.obj")]
+    pub(crate) rest: Option<PathBuf>,
+    /// Axis that points up in the garment's files that do not state it. For motion it is the axis
+    /// that the trunk follows.
+    #[arg(long, value_enum, default_value_t = MeshUpName::Y)]
+    pub(crate) up: MeshUpName,
+    /// Length of a unit of the garment's files in metres, if they do not state it: 0.01 for
+    /// centimetres.
+    #[arg(long, value_name = "METRES", default_value_t = 1.0, value_parser = parse::scale)]
+    pub(crate) scale: f32,
+    /// Frames per second of the garment's file, if it does not state them [default: those of the
+    /// capture in --out, else those of the motion].
+    #[arg(long, value_name = "FPS", value_parser = parse::frame_rate)]
+    pub(crate) fps: Option<f32>,
+    /// Name of the clip [default: that of the motion's file].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) clip: Option<String>,
+    /// Range of frames to import, A included and B excluded, counted from frame 0 of the motion at
+    /// the garment's frame rate [default: all that garment and motion have].
+    #[arg(long, value_name = "A..B", value_parser = parse::frames)]
+    pub(crate) frames: Option<Range<usize>>,
+    /// Frame of the garment that belongs to frame 0 of the motion, as after a preroll. Negative if
+    /// the motion starts first.
+    #[arg(long, value_name = "N", default_value_t = 0, allow_hyphen_values = true)]
+    pub(crate) offset: i64,
+    /// Names of clips of the capture that are held out for evaluation.
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub(crate) test: Vec<String>,
+    /// Joints that touch the ground, by name or by index from 0: left ankle, left foot, right
+    /// ankle, right foot [default: found by the names of the joints].
+    #[arg(long, value_name = "L,L,R,R", value_parser = parse::contacts)]
+    pub(crate) contacts: Option<[JointReference; 4]>,
+    /// TOML table of joint names, for BVH files whose joint names are not recognised.
+    #[arg(long, value_name = "FILE.toml")]
+    pub(crate) bone_map: Option<PathBuf>,
+    /// Cutoff of a low-pass filter on the motion, in Hz, or 0 for no filter [default: 10 for BVH
+    /// files, 0 for others].
+    #[arg(long, value_name = "HZ", value_parser = parse::low_pass)]
+    pub(crate) low_pass: Option<LowPass>,
+    /// Replace a clip of the same name.
+    #[arg(long)]
+    pub(crate) overwrite: bool,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
+    /// Print one JSON object about the result to stdout.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
