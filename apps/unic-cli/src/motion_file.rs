@@ -4,7 +4,7 @@ use crate::{args::MotionArgs, checks::ForceArgs, output::print_status};
 use anyhow::Result;
 use std::path::Path;
 use unic_core::{character::Character, clip::Clip};
-use unic_io::{BoneMap, MotionImport, MotionOptions, Repeat, import_motion};
+use unic_io::{BoneMap, MotionOptions, Repeat, import_motion};
 
 /// Reads a motion for a character, resampled to `fps` frames per second.
 ///
@@ -19,30 +19,12 @@ pub(crate) fn read(
     args: &MotionArgs,
     force: ForceArgs,
 ) -> Result<Clip> {
-    let import = import(path, character, Some(fps), args, force)?;
-    for note in &import.notes {
-        print_status(&format!("{}: {note}", path.display()));
-    }
-    Ok(import.clip)
-}
-
-/// Reads a motion for a character, resampled to `fps` frames per second if given, with its notes.
-///
-/// # Errors
-/// A file that cannot be read, or that is probably a mistake without `--force`.
-pub(crate) fn import(
-    path: &Path,
-    character: &Character,
-    fps: Option<f32>,
-    args: &MotionArgs,
-    force: ForceArgs,
-) -> Result<MotionImport> {
     let repeat = |times: std::num::NonZeroUsize| Repeat {
         times: times.get(),
         ..Repeat::default()
     };
     let options = MotionOptions {
-        fps,
+        fps: Some(fps),
         up: args.up.into(),
         bones: args
             .bone_map
@@ -56,5 +38,8 @@ pub(crate) fn import(
     };
     let import = import_motion(path, character, &options)?;
     force.check_findings(path, &import.findings)?;
-    Ok(import)
+    for note in &import.notes {
+        print_status(&format!("{}: {note}", path.display()));
+    }
+    Ok(import.clip)
 }

@@ -3,6 +3,7 @@
 use crate::{
     error::{Error, Result},
     foreign_formats::refuse_foreign,
+    gltf,
     joint_names::ARRAY_NAME as JOINT_NAMES,
     npy::Dim,
     npz::{Npz, NpzWriter},
@@ -15,9 +16,10 @@ use unic_core::{
     skinning::SkinningWeights,
 };
 
-/// Reads a character from an npz, in metres, Y up.
+/// Reads a character from an npz or a glTF file, in metres, Y up.
 ///
-/// The arrays are `vertices` (B, 3), `faces` (F, 3), `joints` (J, 3), `parents` (J), `weights` (B,
+/// A glTF file has one skinned mesh; [`crate::gltf`] describes what is read of it. The arrays of an
+/// npz are `vertices` (B, 3), `faces` (F, 3), `joints` (J, 3), `parents` (J), `weights` (B,
 /// J), and optionally `rest_pose` (J, 3) and `joint_names` (J).
 ///
 /// # Errors
@@ -31,7 +33,10 @@ pub fn read_character(path: &Path) -> Result<Character> {
 /// # Errors
 /// Names in another order than the file's; those of [`read_character`].
 pub(crate) fn read_named_character(path: &Path, names: Vec<String>) -> Result<Character> {
-    refuse_foreign(path, "a character (npz)")?;
+    if gltf::is_gltf(path) {
+        return Ok(gltf::read_gltf_character(path)?.character);
+    }
+    refuse_foreign(path, "a character (npz, GLB or glTF)")?;
     let mut npz = Npz::open(path)?;
     let body = read_mesh(&mut npz)?;
     let skeleton = read_skeleton(&mut npz, names)?;

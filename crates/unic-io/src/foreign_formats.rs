@@ -1,11 +1,35 @@
-//! File formats that are recognised and not read, so that errors can name them.
+//! File formats that most readers do not read, recognised so that errors can name them.
 
 use crate::error::{Error, Result};
 use std::{fs::File, io::Read, path::Path};
 
-/// A format that is recognised and not read.
+/// Format that some readers read. All others refuse it, with a message that names its use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PartlyReadFormat {
+    /// Animated meshes.
+    Alembic,
+    /// Skinned characters and their motion.
+    Gltf,
+    /// Vertex animation.
+    Mdd,
+}
+
+impl PartlyReadFormat {
+    /// What the format is read as.
+    fn use_of_it(self) -> &'static str {
+        match self {
+            Self::Alembic => "as the animation of a garment by `unic import`",
+            Self::Gltf => "as a character or its motion",
+            Self::Mdd => "as a vertex animation",
+        }
+    }
+}
+
+/// A format that is recognised and not read, or not by all readers.
 struct ForeignFormat {
     name: &'static str,
+    /// Readers of the format, if there are any.
+    reader: Option<PartlyReadFormat>,
     /// First bytes of its files. Empty for formats that only the file name extension identifies.
     signatures: &'static [&'static [u8]],
     /// File name extensions in lower case, without the dot.
@@ -18,65 +42,76 @@ const ADVICE: &str =
 
 // Signatures come from the formats' specifications. A format without one, such as a zip container
 // or a text format, is recognised by its extension only.
-const FOREIGN_FORMATS: [ForeignFormat; 12] = [
+static FOREIGN_FORMATS: [ForeignFormat; 12] = [
     ForeignFormat {
         name: "FBX",
+        reader: None,
         signatures: &[b"Kaydara FBX", b"; FBX"],
         extensions: &["fbx"],
     },
     ForeignFormat {
         name: "Alembic",
+        reader: Some(PartlyReadFormat::Alembic),
         signatures: &[b"Ogawa"],
         extensions: &["abc"],
     },
     ForeignFormat {
         name: "USD",
+        reader: None,
         signatures: &[b"PXR-USDC", b"#usda"],
         extensions: &["usd", "usda", "usdc", "usdz"],
     },
     ForeignFormat {
-        // Written by this crate, but not read.
         name: "glTF",
+        reader: Some(PartlyReadFormat::Gltf),
         signatures: &[b"glTF"],
         extensions: &["glb", "gltf"],
     },
     ForeignFormat {
         name: "Blender",
+        reader: None,
         signatures: &[b"BLENDER"],
         extensions: &["blend"],
     },
     ForeignFormat {
         name: "Maya",
+        reader: None,
         signatures: &[b"//Maya"],
         extensions: &["ma", "mb"],
     },
     ForeignFormat {
         name: "COLLADA",
+        reader: None,
         signatures: &[],
         extensions: &["dae"],
     },
     ForeignFormat {
         name: "PLY",
+        reader: None,
         signatures: &[b"ply\n", b"ply\r"],
         extensions: &["ply"],
     },
     ForeignFormat {
         name: "STL",
+        reader: None,
         signatures: &[],
         extensions: &["stl"],
     },
     ForeignFormat {
         name: "C3D",
+        reader: None,
         signatures: &[],
         extensions: &["c3d"],
     },
     ForeignFormat {
         name: "MDD",
+        reader: Some(PartlyReadFormat::Mdd),
         signatures: &[],
         extensions: &["mdd"],
     },
     ForeignFormat {
         name: "Python pickle",
+        reader: None,
         signatures: &[],
         extensions: &["pkl"],
     },
@@ -85,10 +120,10 @@ const FOREIGN_FORMATS: [ForeignFormat; 12] = [
 /// Bytes read from the start of a file; no signature is longer.
 const SIGNATURE_BYTES: u64 = 16;
 
-/// Returns the name of the foreign format of a file, by its first bytes or its extension.
+/// Finds the format of a file by its first bytes or its extension.
 ///
 /// Missing and unreadable files have none: their error is reported by whoever reads them.
-fn foreign_format(path: &Path) -> Option<&'static str> {
+fn foreign_format(path: &Path) -> Option<&'static ForeignFormat> {
     let mut start = Vec::new();
     let file = File::open(path).ok()?;
     file.take(SIGNATURE_BYTES).read_to_end(&mut start).ok()?;
@@ -96,31 +131,39 @@ fn foreign_format(path: &Path) -> Option<&'static str> {
         .extension()
         .map(|e| e.to_string_lossy().to_lowercase())
         .unwrap_or_default();
-    let is = |format: &&ForeignFormat| {
-        format.signatures.iter().any(|s| start.starts_with(s))
-            || format.extensions.contains(&extension.as_str())
-    };
-    FOREIGN_FORMATS.iter().find(is).map(|format| format.name)
+    let begins = |format: &&ForeignFormat| format.signatures.iter().any(|s| start.starts_with(s));
+    let ends = |format: &&ForeignFormat| format.extensions.contains(&extension.as_str());
+    // The content decides before the name: files are often renamed.
+    let formats = || FOREIGN_FORMATS.iter();
+    formats().find(begins).or_else(|| formats().find(ends))
 }
 
 /// Refuses a file of a foreign format with an error that names the format and gives advice.
 ///
+/// A reader of a [`PartlyReadFormat`] asks [`partly_read`] first.
+///
 /// # Errors
-/// A file of a format that is recognised and not read. All other files pass, missing ones too.
+/// A file of a format that is recognised here. All other files pass, missing ones too.
 pub fn refuse_foreign(path: &Path, expected: &str) -> Result<()> {
-    match foreign_format(path) {
-        None => Ok(()),
-        Some(name) => Err(Error::content(
-            path,
-            expected,
-            format!("{name}, which is not read: {ADVICE}"),
-        )),
-    }
+    let Some(format) = foreign_format(path) else {
+        return Ok(());
+    };
+    let name = format.name;
+    let found = match format.reader {
+        Some(reader) => format!("{name}, which is read {}: {ADVICE}", reader.use_of_it()),
+        None => format!("{name}, which is not read: {ADVICE}"),
+    };
+    Err(Error::content(path, expected, found))
 }
 
-/// Returns whether a file is of a format that is recognised and not read.
+/// Returns whether a file is of a format that is recognised and that no reader reads.
 pub(crate) fn is_foreign(path: &Path) -> bool {
-    foreign_format(path).is_some()
+    foreign_format(path).is_some_and(|format| format.reader.is_none())
+}
+
+/// Returns the format of a file if some readers read it.
+pub(crate) fn partly_read(path: &Path) -> Option<PartlyReadFormat> {
+    foreign_format(path)?.reader
 }
 
 #[cfg(test)]
@@ -140,7 +183,8 @@ mod tests {
         ] {
             let path = folder.path().join(name);
             std::fs::write(&path, start).unwrap();
-            assert_eq!(foreign_format(&path), expected, "{name}");
+            let found = foreign_format(&path).map(|format| format.name);
+            assert_eq!(found, expected, "{name}");
             let message =
                 refuse_foreign(&path, "a motion").map_or_else(|e| e.to_string(), |()| String::new());
             assert_eq!(
@@ -149,6 +193,6 @@ mod tests {
                 "{message}"
             );
         }
-        assert_eq!(foreign_format(&folder.path().join("nothing.xyz")), None);
+        assert!(foreign_format(&folder.path().join("nothing.xyz")).is_none());
     }
 }

@@ -3,15 +3,16 @@
 //! | content | items |
 //! |---|---|
 //! | capture: a garment moving on a character, in the project's own folder layout | [`capture`] |
-//! | skinned body, `character.npz` | [`read_character`], [`write_character`] |
+//! | skinned body, `character.npz` or glTF | [`read_character`], [`write_character`] |
 //! | motion of AMASS and the SMPL family (npz), or BVH of any skeleton | [`import_motion`] |
 //! | motion in the project's npz layout | [`write_motion`] |
 //! | the content of a BVH file, and its transfer onto a character | [`Bvh`], [`retarget`] |
 //! | repetition of a cycle of a short motion | [`repeat_cycle`] |
 //! | mesh, `.obj` | [`read_obj`], [`write_obj`] |
-//! | vertex animation, `.pc2`, `.npz`, `.npy`, folder of `.obj` | [`cache`], [`pc2`], [`frames`] |
+//! | vertex animation, `.pc2`, `.mdd`, `.npz`, `.npy`, folder of `.obj` | [`cache`], [`pc2`], [`mdd`], [`frames`] |
 //! | a character and its garment in one file, `.glb` | [`glb`] |
 //! | several animated meshes in one file, `.abc` | [`alembic`] |
+//! | a rigged character and its motion, `.glb`, `.gltf` | [`gltf`], [`read_character`], [`import_motion`] |
 //! | numpy arrays | [`npz`], [`npy`] |
 //! | published data sets | [`datasets`] |
 //! | probable mistakes in input that can be read | [`check`] |
@@ -31,9 +32,9 @@
 //! |---|---|
 //! | words and limits | `error`, `counted`, `foreign_formats`, `frame_rate` |
 //! | bytes and containers | [`atomic`], [`npy`], [`npz`], `pickle`, [`frames`] |
-//! | single formats, each with its own plain type | [`bvh`], `obj`, [`pc2`], [`glb`], [`alembic`], [`cache`] |
+//! | single formats, each with its own plain type | [`bvh`], `obj`, [`pc2`], [`mdd`], [`glb`], [`alembic`], [`cache`] |
 //! | shared types and names | `up_axis`, [`joint_names`], `finding` |
-//! | motion from one skeleton to another | [`retarget`] |
+//! | motion from one skeleton to another | [`retarget`], [`gltf`] |
 //! | readers for a character, which pick the format | `character`, `motion` |
 //! | folders of a garment with its clips | [`capture`] |
 //! | users of all of these | [`datasets`], [`check`], [`inspect`](mod@inspect) |
@@ -104,8 +105,10 @@ mod foreign_formats;
 mod frame_rate;
 pub mod frames;
 pub mod glb;
+pub mod gltf;
 pub mod inspect;
 pub mod joint_names;
+pub mod mdd;
 mod motion;
 mod motion_database;
 

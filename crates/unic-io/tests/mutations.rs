@@ -19,8 +19,10 @@ use unic_core::{character::Character, clip::Clip, mesh::TriMesh, surface::Surfac
 use unic_io::{
     Bvh, Capture, CaptureWriter, FootLock, GroundPlacement, LowPass, Manifest, MotionOptions, Npz, Split,
     UpAxis, VertexCacheWriter,
+    alembic::{AlembicReader, AlembicWriter},
     capture::{JointReference, VertexAttributes, read_garment},
     frames::VertexFrames,
+    glb::{GlbScene, GlbWriter},
     import_motion, inspect, read_character, read_motion_database, read_obj, read_vertex_cache,
     write_character, write_motion, write_motion_database, write_obj,
 };
@@ -229,6 +231,72 @@ fn vertex_caches() {
             Ok(())
         });
     }
+}
+
+#[test]
+fn mdd_caches() {
+    let path = folder("mdd").join("cache.mdd");
+    let mut words: Vec<[u8; 4]> = [3, 4].map(i32::to_be_bytes).to_vec();
+    words.extend([0.0_f32, 1.0 / 30.0, 2.0 / 30.0].map(f32::to_be_bytes));
+    for frame in (0..3).map(small_frame) {
+        words.extend(frame.iter().flat_map(|v| v.to_array()).map(f32::to_be_bytes));
+    }
+    fs::write(&path, words.as_flattened()).unwrap();
+    damage("mdd", &path, |path| {
+        use_frames(&read_vertex_cache(path)?.frames);
+        Ok(())
+    });
+}
+
+#[test]
+fn alembic_files() {
+    let path = folder("alembic").join("cache.abc");
+    let mesh = small_garment().rest;
+    let mut writer = AlembicWriter::create(&path, &[("garment", &mesh), ("other", &mesh)], 30.0).unwrap();
+    (0..3).for_each(|t| writer.push(&[&small_frame(t), &small_frame(t + 1)]).unwrap());
+    writer.finish().unwrap();
+    damage("alembic", &path, |path| {
+        let reader = AlembicReader::open(path)?;
+        let mut animation = reader.animation(0)?;
+        use_mesh(&animation.first_mesh()?);
+        let mut positions = Vec::new();
+        // A damaged count of frames may be large, and their positions equal.
+        for frame in 0..animation.len().min(100) {
+            animation.frame(frame, &mut positions)?;
+            assert_eq!(positions.len(), animation.vertex_count());
+        }
+        let _ = animation.fps();
+        Ok(())
+    });
+}
+
+#[test]
+fn gltf_files() {
+    let path = folder("gltf").join("walk.glb");
+    let (character, clip) = (small_character(), small_clip("walk", 12));
+    let scene = GlbScene {
+        name: "walk",
+        character: &character,
+        garment: &small_garment().rest,
+        fps: 30.0,
+        frames: clip.len(),
+    };
+    let mut writer = GlbWriter::create(&path, &scene).unwrap();
+    for (t, pose) in clip.poses.iter().enumerate() {
+        writer.push(pose, &small_frame(t)).unwrap();
+    }
+    writer.finish().unwrap();
+    damage("gltf", &path, |path| {
+        let read = read_character(path)?;
+        use_character(&read);
+        for target in [&read, &character] {
+            use_clip(
+                &import_motion(path, target, &MotionOptions::default())?.clip,
+                target,
+            );
+        }
+        Ok(())
+    });
 }
 
 #[test]

@@ -165,7 +165,8 @@ fn inspection_recognises_every_kind() {
         ("interop/tshirt_rest.obj", FileKind::Mesh),
         ("interop/obj_sequence", FileKind::MeshSequence),
         ("captures/tshirt_blender/capture.toml", FileKind::Capture),
-        ("interop/tshirt_walk.abc", FileKind::Unknown),
+        ("interop/tshirt_walk.abc", FileKind::Alembic),
+        ("interop/body_walk.fbx", FileKind::Unknown),
     ] {
         let Some(path) = data(file) else { return };
         let report = inspect(&path).unwrap();

@@ -37,10 +37,9 @@ mod tokens;
 
 pub(crate) use parse::is_bvh;
 
-use glam::Vec3;
-
-/// Relative distance from a whole number up to which a frame rate is rounded.
-const RATE_TOLERANCE: f64 = 2e-4;
+use crate::frame_rate::whole_rate;
+use glam::{EulerRot, Vec3};
+use unic_core::transform::Rigid;
 
 /// A skeleton and its motion, in the unit and axes of the file.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,7 +102,65 @@ impl Axis {
     }
 }
 
+/// A joint of another format, for [`Bvh::from_rest`].
+#[derive(Clone, Debug)]
+pub(crate) struct RestJoint {
+    pub(crate) name: String,
+    /// Index of the parent, which precedes the joint; the first joint is the only one without.
+    pub(crate) parent: Option<usize>,
+    /// Position in the rest pose, world space.
+    pub(crate) position: Vec3,
+}
+
+/// Channels of every joint of [`Bvh::from_rest`].
+const REST_CHANNELS: [Channel; 6] = [
+    Channel::Position(Axis::X),
+    Channel::Position(Axis::Y),
+    Channel::Position(Axis::Z),
+    Channel::Rotation(Axis::Z),
+    Channel::Rotation(Axis::X),
+    Channel::Rotation(Axis::Y),
+];
+
 impl Bvh {
+    /// Makes a skeleton whose zero pose is a rest pose, with `frames` of [`push_frame`].
+    ///
+    /// [`push_frame`]: Self::push_frame
+    pub(crate) fn from_rest(joints: Vec<RestJoint>, fps: f32, frames: Vec<f32>) -> Self {
+        let offset = |joint: &RestJoint| match joint.parent {
+            Some(parent) => joint.position - joints[parent].position,
+            None => joint.position,
+        };
+        let joint = |(index, joint): (usize, &RestJoint)| BvhJoint {
+            name: joint.name.clone(),
+            parent: joint.parent,
+            offset: offset(joint),
+            channels: REST_CHANNELS.to_vec(),
+            end_sites: Vec::new(),
+            first_channel: REST_CHANNELS.len() * index,
+        };
+        Self {
+            channels: REST_CHANNELS.len() * joints.len(),
+            joints: joints.iter().enumerate().map(joint).collect(),
+            frame_time: 1.0 / f64::from(fps),
+            values: frames,
+        }
+    }
+
+    /// Appends the channels of a frame to `frames`. `world` has for each joint its rotation from the
+    /// rest pose and its position, world space.
+    pub(crate) fn push_frame(joints: &[RestJoint], world: &[Rigid], frames: &mut Vec<f32>) {
+        for (joint, own) in joints.iter().zip(world) {
+            let local = match joint.parent {
+                Some(parent) => world[parent].inverse() * *own,
+                None => *own,
+            };
+            let (z, x, y) = local.rotation.to_euler(EulerRot::ZXY);
+            frames.extend(local.translation.to_array());
+            frames.extend([z, x, y].map(f32::to_degrees));
+        }
+    }
+
     /// Joints; the root is first, and parents precede their children.
     pub fn joints(&self) -> &[BvhJoint] {
         &self.joints
@@ -128,10 +185,6 @@ impl Bvh {
     /// Frames per second. A rate within 0.02 % of a whole number is rounded to it, because files
     /// hold few digits of the frame time: .0083333 s is 120 fps.
     pub fn fps(&self) -> f32 {
-        let fps = 1.0 / self.frame_time;
-        let whole = fps.round();
-        // 29.97 and 23.976 fps are 0.1 % from a whole number and stay as they are.
-        let is_whole = (fps - whole).abs() < RATE_TOLERANCE * whole;
-        (if is_whole { whole } else { fps }) as f32
+        whole_rate(1.0 / self.frame_time) as f32
     }
 }

@@ -1,5 +1,5 @@
-//! Vertex animations in the formats that programs exchange: `.pc2`, `.npz`, `.npy` and folders of
-//! OBJ files.
+//! Vertex animations in the formats that programs exchange: `.pc2`, `.npz` and folders of OBJ files
+//! are read and written, `.mdd` and `.npy` are read.
 
 mod read;
 mod write;

@@ -5,6 +5,7 @@ use crate::{
     foreign_formats::refuse_foreign,
     frame_rate::check_frame_rate,
     frames::VertexFrames,
+    mdd,
     npy::Dim,
     npz::Npz,
     obj, pc2,
@@ -16,7 +17,7 @@ use unic_core::mesh::TriMesh;
 const NPZ_NAMES: [&str; 4] = ["vertices", "garment", "sim_res", "verts"];
 
 /// Description of the accepted paths for errors.
-const EXPECTED: &str = "a vertex cache (.pc2, .npz, .npy or a folder of .obj)";
+const EXPECTED: &str = "a vertex cache (.pc2, .mdd, .npz, .npy or a folder of .obj)";
 
 /// A vertex animation in the unit and axes of its file.
 #[derive(Clone, Debug)]
@@ -29,7 +30,7 @@ pub struct VertexCache {
     pub mesh: Option<TriMesh>,
 }
 
-/// Reads a vertex animation: `.pc2`, `.npz` (arrays `vertices`, `garment`, `sim_res` or `verts` of
+/// Reads a vertex animation: `.pc2`, `.mdd`, `.npz` (arrays `vertices`, `garment`, `sim_res` or `verts` of
 /// shape (T, V, 3)), `.npy`, or a folder of OBJ files in the order of their names.
 ///
 /// # Errors
@@ -37,6 +38,14 @@ pub struct VertexCache {
 pub fn read_vertex_cache(path: &Path) -> Result<VertexCache> {
     if path.is_dir() {
         return read_obj_folder(path);
+    }
+    if mdd::is_mdd(path) {
+        let cache = mdd::read_mdd(path)?;
+        let fps = cache.fps();
+        return Ok(VertexCache {
+            fps,
+            ..positions_only(cache.frames)
+        });
     }
     refuse_foreign(path, EXPECTED)?;
     // By extension: the content of a `.npy` file does not tell an animation from other arrays.

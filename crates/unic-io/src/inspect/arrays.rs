@@ -127,10 +127,18 @@ pub(super) fn mesh_sequence(folder: &Path) -> Inspection {
 pub(super) fn point_cache(path: &Path) -> Inspection {
     let mut report = Inspection::new(path, FileKind::PointCache);
     if let Some(cache) = report.ok_or_problem(pc2::read_pc2(path)) {
+        report.fact("layout", "PC2");
         report.fact("start frame", cache.start_frame);
         report.fact("frames a sample", cache.frames_per_sample);
         describe_frames(&mut report, &cache.frames);
     }
+    report
+}
+
+pub(super) fn mdd(path: &Path) -> Inspection {
+    let mut report = Inspection::new(path, FileKind::PointCache);
+    report.fact("layout", "MDD");
+    vertex_cache(&mut report);
     report
 }
 

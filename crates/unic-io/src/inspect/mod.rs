@@ -1,7 +1,9 @@
 //! Summaries of files of any kind, with their problems.
 
+mod alembic;
 mod arrays;
 mod capture;
+mod gltf;
 mod mesh;
 mod model;
 mod motion;
@@ -16,7 +18,7 @@ use crate::{
     cache,
     capture::{FolderKind, MANIFEST},
     error::{Error, Result},
-    foreign_formats::{is_foreign, refuse_foreign},
+    foreign_formats::{PartlyReadFormat, is_foreign, partly_read, refuse_foreign},
 };
 use std::{fs::File, io::Read, path::Path};
 use unic_core::motion_matching::MAGIC as MOTION_DATABASE;
@@ -44,6 +46,13 @@ pub fn inspect(path: &Path) -> Result<Inspection> {
     file.take(START_BYTES)
         .read_to_end(&mut start)
         .map_err(Error::io(path, "read"))?;
+    if let Some(format) = partly_read(path) {
+        return Ok(match format {
+            PartlyReadFormat::Alembic => alembic::inspect(path),
+            PartlyReadFormat::Mdd => arrays::mdd(path),
+            PartlyReadFormat::Gltf => gltf::inspect(path),
+        });
+    }
     Ok(if is_foreign(path) {
         unknown(path, &start)
     } else if start.starts_with(b"PK") {
@@ -94,7 +103,8 @@ fn unknown(path: &Path, start: &[u8]) -> Inspection {
         return report;
     }
     report.problem(format!(
-        "{}: expected an npz, npy, OBJ, PC2, BVH, motion database or model file or a capture folder, \
+        "{}: expected an npz, npy, OBJ, PC2, MDD, Alembic, glTF, BVH, motion database or model file or \
+         a capture folder, \
          found a file that begins with \"{}\"",
         path.display(),
         start.escape_ascii()

@@ -62,9 +62,9 @@ impl Fact {
 pub enum FileKind {
     /// A folder with `capture.toml`.
     Capture,
-    /// An npz with vertices, joints and weights.
+    /// An npz with vertices, joints and weights, or a glTF file with a skinned mesh.
     Character,
-    /// An npz with poses, or a BVH file.
+    /// An npz with poses, a BVH file, or a glTF file with an animation and no skinned mesh.
     Motion,
     /// Clips for motion matching.
     MotionDatabase,
@@ -80,8 +80,10 @@ pub enum FileKind {
     Mesh,
     /// A folder of OBJ files.
     MeshSequence,
-    /// A PC2 file.
+    /// A PC2 or MDD file.
     PointCache,
+    /// An Alembic file.
+    Alembic,
     /// Any other folder.
     Folder,
     /// A safetensors file, such as a trained model.
@@ -153,7 +155,8 @@ impl Display for FileKind {
             FileKind::Npy => "numpy array",
             FileKind::Mesh => "OBJ mesh",
             FileKind::MeshSequence => "OBJ sequence",
-            FileKind::PointCache => "PC2 point cache",
+            FileKind::PointCache => "point cache",
+            FileKind::Alembic => "Alembic file",
             FileKind::Folder => "folder",
             FileKind::Model => "model",
             FileKind::Unknown => "unknown",

@@ -54,6 +54,14 @@ impl MotionArrays {
     /// Missing arrays, another number of joints, joint names that do not fit, fewer than two
     /// frames, numbers that are not finite, a frame rate outside 1 to 1000.
     pub(crate) fn read(npz: &mut Npz, joints: &JointTarget) -> Result<Self> {
+        Self::read_at(npz, joints, None)
+    }
+
+    /// Reads the arrays for the given joints. A file without a frame rate has `fps_of_file`.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read).
+    pub(crate) fn read_at(npz: &mut Npz, joints: &JointTarget, fps_of_file: Option<f32>) -> Result<Self> {
         let name = npz.first_present(&POSE_NAMES).unwrap_or(POSE_NAMES[0]);
         let PoseShape { numbers, dims } = PoseShape::read(npz, name)?;
         let JointMapping {
@@ -63,11 +71,11 @@ impl MotionArrays {
         } = JointMapping::new(npz, name, numbers, joints)?;
         // Headers, names and the frame rate are checked before the poses, the largest array, are
         // read.
-        let fps = frame_rate(npz)?;
+        let FrameRate { fps, note: fps_note } = FrameRate::read(npz, fps_of_file)?;
         let ground_height = ground_height(npz)?;
         let values = npz.finite::<f32>(name, &dims)?;
         check_frames(npz, name, &values)?;
-        let mut notes: Vec<String> = layout.note().into_iter().chain(note).collect();
+        let mut notes: Vec<String> = (layout.note().into_iter()).chain(note).chain(fps_note).collect();
         // A translation of its own has precedence over one among the poses.
         let trans = translations(npz, &values, layout, &mut notes)?;
         let poses = (values.data.chunks_exact(numbers).zip(trans))
@@ -182,15 +190,37 @@ fn pose(frame: &[f32], trans: Vec3, sources: &JointSources) -> Pose {
     Pose::from_axis_angles(trans, &axis_angles)
 }
 
-fn frame_rate(npz: &mut Npz) -> Result<f32> {
-    let Some(name) = npz.first_present(&FRAME_RATE_NAMES) else {
-        let names = npz.names().join(", ");
-        let expected = "a frame rate (`mocap_framerate`, `mocap_frame_rate` or `fps`)";
-        return Err(Error::content(npz.path(), expected, format!("only {names}")));
-    };
-    let fps = npz.number(name)?;
-    check_frame_rate(fps).map_err(|found| npz.array_error(name, "a frame rate from 1 to 1000", found))?;
-    Ok(fps as f32)
+/// Frames per second of a file.
+struct FrameRate {
+    fps: f32,
+    /// Statement about a rate that the file does not state.
+    note: Option<String>,
+}
+
+impl FrameRate {
+    fn read(npz: &mut Npz, fps_of_file: Option<f32>) -> Result<Self> {
+        let Some(name) = npz.first_present(&FRAME_RATE_NAMES) else {
+            return Self::assumed(npz, fps_of_file);
+        };
+        let fps = npz.number(name)?;
+        check_frame_rate(fps).map_err(|found| npz.array_error(name, "a frame rate from 1 to 1000", found))?;
+        Ok(Self {
+            fps: fps as f32,
+            note: None,
+        })
+    }
+
+    fn assumed(npz: &Npz, fps: Option<f32>) -> Result<Self> {
+        let Some(fps) = fps.filter(|fps| check_frame_rate(f64::from(*fps)).is_ok()) else {
+            let names = npz.names().join(", ");
+            let expected = "a frame rate (`mocap_framerate`, `mocap_frame_rate` or `fps`)";
+            return Err(Error::content(npz.path(), expected, format!("only {names}")));
+        };
+        Ok(Self {
+            fps,
+            note: Some(format!("no frame rate in the file: {fps} fps are taken")),
+        })
+    }
 }
 
 fn ground_height(npz: &mut Npz) -> Result<f32> {

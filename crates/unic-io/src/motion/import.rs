@@ -16,6 +16,7 @@ use crate::{
     finding::Finding,
     foreign_formats::refuse_foreign,
     frame_rate::check_frame_rate,
+    gltf::{self, GltfTransfer},
     npz::Npz,
     retarget::{RetargetSource, Retargeted, feet, low_pass},
 };
@@ -47,7 +48,8 @@ enum MotionOrigin {
     Retargeted,
 }
 
-/// Reads a motion file as a clip for `character`: BVH by its extension or first word, else npz.
+/// Reads a motion file as a clip for `character`: glTF and BVH by their extension or first bytes, else
+/// npz.
 ///
 /// **npz** files hold `poses` (T, 3K) or (T, K, 3), local axis-angle in radians; `trans` (T, 3) in
 /// metres; and the frame rate (`mocap_framerate`, `mocap_frame_rate`, `fps` or `framerate`). With
@@ -59,21 +61,19 @@ enum MotionOrigin {
 /// **BVH** files may have any skeleton. The motion is transferred to a character whose joint names
 /// are recognised; [`crate::retarget`] describes how.
 ///
+/// **glTF** files have the motion of their first animation. If they have the character's own joints
+/// at the same places, it is taken as it is; else it is transferred as that of BVH files.
+///
 /// # Errors
 /// Missing arrays, another number of joints, joints that cannot be identified, fewer than two
 /// frames, numbers that are not finite, a frame rate outside 1 to 1000.
 pub fn import_motion(path: &Path, character: &Character, options: &MotionOptions) -> Result<MotionImport> {
-    refuse_foreign(path, "a motion (npz or BVH)")?;
     let LoadedMotion {
         mut clip,
         origin,
         mut notes,
         mut findings,
-    } = match is_bvh(path)? {
-        true => from_bvh(path, character, options)?,
-        // Files of no known kind too: the reader of archives names what is wrong.
-        false => from_npz(path, character, options)?,
-    };
+    } = load(path, character, options)?;
     if findings.is_empty() {
         // Before the body is placed on the ground, which would hide a wrong unit.
         findings = check_motion(&clip, Some(&character.skeleton));
@@ -118,6 +118,31 @@ struct LoadedMotion {
     findings: Vec<Finding>,
 }
 
+fn load(path: &Path, character: &Character, options: &MotionOptions) -> Result<LoadedMotion> {
+    if gltf::is_gltf(path) {
+        return from_gltf(path, character, options);
+    }
+    refuse_foreign(path, "a motion (npz, BVH, GLB or glTF)")?;
+    match is_bvh(path)? {
+        true => from_bvh(path, character, options),
+        // Files of no known kind too: the reader of archives names what is wrong.
+        false => from_npz(path, character, options),
+    }
+}
+
+fn from_gltf(path: &Path, character: &Character, options: &MotionOptions) -> Result<LoadedMotion> {
+    let motion = gltf::read_motion(path, character, options)?;
+    Ok(LoadedMotion {
+        clip: motion.clip,
+        origin: match motion.transfer {
+            GltfTransfer::SameRig => MotionOrigin::Native,
+            GltfTransfer::Retargeted => MotionOrigin::Retargeted,
+        },
+        notes: motion.notes,
+        findings: Vec::new(),
+    })
+}
+
 fn from_bvh(path: &Path, character: &Character, options: &MotionOptions) -> Result<LoadedMotion> {
     let bvh = Bvh::read(path)?;
     let source = RetargetSource::new(path, &bvh, &options.bones, options.up)?;
@@ -132,7 +157,8 @@ fn from_bvh(path: &Path, character: &Character, options: &MotionOptions) -> Resu
 
 fn from_npz(path: &Path, character: &Character, options: &MotionOptions) -> Result<LoadedMotion> {
     let mut npz = Npz::open(path)?;
-    let arrays = MotionArrays::read(&mut npz, &JointTarget::Character(&character.skeleton))?;
+    let joints = JointTarget::Character(&character.skeleton);
+    let arrays = MotionArrays::read_at(&mut npz, &joints, options.fps_of_file)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let (mut notes, findings) = (arrays.notes.clone(), arrays.findings.clone());
     let is_native = arrays.layout == PoseLayout::Native;

@@ -47,6 +47,8 @@ pub enum FootLock {
 pub struct MotionOptions {
     /// Frames per second of the result; `None` keeps the file's.
     pub fps: Option<f32>,
+    /// Frames per second of npz files that do not state them; `None` refuses such files.
+    pub fps_of_file: Option<f32>,
     /// Up axis of the file.
     pub up: UpAxis,
     /// Vertical placement of the motion.

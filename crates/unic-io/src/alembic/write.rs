@@ -1,8 +1,6 @@
-//! Alembic files of several animated meshes, written by crate `ogawa`.
-//!
-//! Positions are world space, metres, +Y up. Frame 0 is at 0 seconds. Faces and texture coordinates
-//! are the same in all frames, and programs compute the normals.
+//! Writing Alembic files.
 
+use super::with_path;
 use crate::{
     atomic::AtomicFile,
     error::{Error, Result},
@@ -82,21 +80,6 @@ fn uvs_by_corner(uvs: &Uvs) -> Attribute<2> {
         scope: Scope::Corner,
         values: uvs.coordinates.iter().map(|uv| uv.to_array()).collect(),
         indices: Some(uvs.faces.as_flattened().to_vec()),
-    }
-}
-
-/// Adds the path of the file to an error of crate `ogawa`.
-fn with_path(path: &Path) -> impl FnOnce(ogawa::Error) -> Error {
-    move |error| match error {
-        ogawa::Error::Io { action, source } => Error::io(path, action)(source),
-        ogawa::Error::Argument {
-            argument,
-            expected,
-            found,
-        } => Error::content(path, format!("{argument}: {expected}"), found),
-        ogawa::Error::Damaged { expected, found, .. } | ogawa::Error::Content { expected, found, .. } => {
-            Error::content(path, expected, found)
-        }
     }
 }
 

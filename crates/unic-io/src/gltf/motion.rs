@@ -1,0 +1,267 @@
+//! Motion of glTF files on a character.
+
+use super::{
+    animation::{NodeAnimation, Timeline},
+    container::Container,
+    rig::{Rig, RigScratch},
+};
+use crate::{
+    bvh::{Bvh, RestJoint},
+    error::Result,
+    joint_names::is_same_joint,
+    motion::MotionOptions,
+    retarget::{RetargetSource, Retargeted},
+};
+use glam::Quat;
+use std::path::Path;
+use unic_core::{Pose, character::Character, clip::Clip, skeleton::Skeleton, transform::Rigid};
+
+/// Distance between joints of the file and of the character, relative to the root, up to which both
+/// are one rig, metres.
+const SAME_RIG_M: f32 = 2e-3;
+/// Distance of a joint from its place on a character of rigid bones that is worth a note, metres.
+const NOTED_STRETCH_M: f32 = 5e-3;
+/// Memory of a joint in a frame, bytes.
+const FRAME_JOINT_BYTES: usize = 64;
+/// Memory for an animation in proportion to its file, and beside that, bytes. Two keys may be hours
+/// apart.
+const BYTES_PER_BYTE: usize = 16;
+const FIXED_BYTES: usize = 8 << 20;
+
+/// Motion of a file on a character.
+pub(crate) struct GltfMotion {
+    pub(crate) clip: Clip,
+    /// Descriptions of the conversions, one sentence each.
+    pub(crate) notes: Vec<String>,
+    pub(crate) transfer: GltfTransfer,
+}
+
+/// How a motion came to the character.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum GltfTransfer {
+    /// The file has the character's own joints.
+    SameRig,
+    /// The file has another skeleton.
+    Retargeted,
+}
+
+/// Animation and rig of a file.
+pub(super) struct AnimatedRig {
+    rig: Rig,
+    animation: NodeAnimation,
+    pub(super) timeline: Timeline,
+    pub(super) notes: Vec<String>,
+}
+
+impl AnimatedRig {
+    /// Reads the first animation of a file. `fps` is its frame rate where the keys show none.
+    ///
+    /// # Errors
+    /// Those of [`NodeAnimation::read`] and [`Rig::of_motion`]; an animation out of proportion to
+    /// the file.
+    pub(super) fn read(container: &Container, fps: Option<f32>) -> Result<Self> {
+        let animation = NodeAnimation::read(container)?;
+        let rig = Rig::of_motion(container, &animation)?;
+        let timeline = animation.timeline(container, fps)?;
+        let most = (container.length.saturating_mul(BYTES_PER_BYTE)).saturating_add(FIXED_BYTES);
+        let bytes = (timeline.frames.saturating_mul(rig.joints.len())).saturating_mul(FRAME_JOINT_BYTES);
+        if bytes > most {
+            let found = format!("{} frames of {} joints", timeline.frames, rig.joints.len());
+            return Err(container.error("an animation in proportion to the file", found));
+        }
+        let mut notes = rig.notes.clone();
+        let count = container.document.animations().count();
+        let name = animation.name.as_deref().unwrap_or("without a name");
+        if count > 1 {
+            notes.push(format!("the first of {count} animations is taken: {name}"));
+        }
+        notes.push(format!(
+            "{} frames at {} fps by its keys",
+            timeline.frames, timeline.fps
+        ));
+        Ok(Self {
+            rig,
+            animation,
+            timeline,
+            notes,
+        })
+    }
+
+    /// Calls `use_frame` with the joints of each frame: rotation from the bind pose, and position.
+    fn for_each_frame(&self, mut use_frame: impl FnMut(&[Rigid])) {
+        let (mut scratch, mut joints) = (RigScratch::default(), Vec::new());
+        for frame in 0..self.timeline.frames {
+            self.rig
+                .frame(&self.animation, self.timeline, frame, &mut scratch, &mut joints);
+            use_frame(&joints);
+        }
+    }
+}
+
+/// Reads the motion of a file for a character.
+///
+/// # Errors
+/// No animation, damaged data, joints that cannot be identified.
+pub(crate) fn read_motion(path: &Path, character: &Character, options: &MotionOptions) -> Result<GltfMotion> {
+    let container = Container::read(path)?;
+    let animated = AnimatedRig::read(&container, options.fps_of_file)?;
+    match same_rig(&animated.rig, &character.skeleton) {
+        Some(sources) => on_same_rig(&container, &animated, &sources, &character.skeleton),
+        None => retargeted(&container, &animated, character, options),
+    }
+}
+
+/// Returns the joint of the file for each joint of the character, if both are one rig in one bind
+/// pose. Joints without children may be missing: they follow their parents.
+fn same_rig(rig: &Rig, skeleton: &Skeleton) -> Option<Vec<usize>> {
+    let find = |name: &String| {
+        let same = rig.joints.iter().position(|joint| joint.name == *name);
+        same.or_else(|| {
+            rig.joints
+                .iter()
+                .position(|joint| is_same_joint(&joint.name, name))
+        })
+    };
+    let found: Vec<Option<usize>> = skeleton.names().iter().map(find).collect();
+    let has_children = |joint: usize| skeleton.parents().contains(&Some(joint));
+    let root = found[skeleton.root()]?;
+    let origin = rig.joints[root].position - skeleton.joints()[skeleton.root()];
+    let mut sources = Vec::new();
+    for (joint, source) in found.iter().enumerate() {
+        let source = match source {
+            Some(source) => {
+                let off = rig.joints[*source].position - origin - skeleton.joints()[joint];
+                (off.length() < SAME_RIG_M).then_some(*source)?
+            }
+            None if has_children(joint) => return None,
+            None => found[skeleton.parents()[joint]?]?,
+        };
+        sources.push(source);
+    }
+    Some(sources)
+}
+
+fn on_same_rig(
+    container: &Container,
+    animated: &AnimatedRig,
+    sources: &[usize],
+    skeleton: &Skeleton,
+) -> Result<GltfMotion> {
+    let root = skeleton.root();
+    let mut rest = Vec::new();
+    skeleton.forward_kinematics(&skeleton.bind_pose(), &mut rest);
+    let (mut poses, mut joints) = (Vec::new(), Vec::new());
+    let mut farthest = (0.0, root);
+    animated.for_each_frame(|frame| {
+        let global: Vec<Quat> = (sources.iter().zip(&rest))
+            .map(|(source, rest)| frame[*source].rotation * rest.rotation)
+            .collect();
+        let local = |joint: usize| match skeleton.parents()[joint] {
+            Some(parent) => (global[parent].inverse() * global[joint]).normalize(),
+            None => global[joint],
+        };
+        let pose = Pose {
+            trans: frame[sources[root]].translation - skeleton.joints()[root],
+            local: (0..skeleton.len()).map(local).collect(),
+        };
+        skeleton.forward_kinematics(&pose, &mut joints);
+        for (joint, source) in sources.iter().enumerate() {
+            let off = joints[joint].translation.distance(frame[*source].translation);
+            let is_own = animated.rig.joints[*source].name == skeleton.names()[joint];
+            if is_own && off > farthest.0 {
+                farthest = (off, joint);
+            }
+        }
+        poses.push(pose);
+    });
+    if let Some(frame) = poses.iter().position(|pose| !pose.is_valid()) {
+        let found = format!("others in frame {frame}");
+        return Err(container.error("positions that a body can take", found));
+    }
+    let mut notes = animated.notes.clone();
+    notes.push("the joints are the character's: the motion is taken as it is".into());
+    if farthest.0 > NOTED_STRETCH_M {
+        notes.push(format!(
+            "bones of the file change their lengths, those of the character do not: {} is off by up to {:.0} mm",
+            skeleton.names()[farthest.1],
+            1e3 * farthest.0
+        ));
+    }
+    Ok(GltfMotion {
+        clip: Clip {
+            name: stem(&container.path),
+            fps: animated.timeline.fps,
+            poses,
+            ground_height: 0.0,
+            wind: Vec::new(),
+        },
+        notes,
+        transfer: GltfTransfer::SameRig,
+    })
+}
+
+fn retargeted(
+    container: &Container,
+    animated: &AnimatedRig,
+    character: &Character,
+    options: &MotionOptions,
+) -> Result<GltfMotion> {
+    let bvh = as_bvh(animated);
+    let source = RetargetSource::new(&container.path, &bvh, &options.bones, options.up)?;
+    let Retargeted { clip, notes } = source.on(&container.path, &bvh, character)?;
+    Ok(GltfMotion {
+        clip,
+        notes: animated.notes.iter().cloned().chain(notes).collect(),
+        transfer: GltfTransfer::Retargeted,
+    })
+}
+
+/// Converts a rig to the form that retargeting takes: the bind pose is the zero pose.
+fn as_bvh(animated: &AnimatedRig) -> Bvh {
+    let order = parents_first(&animated.rig);
+    let mut place = vec![0; order.len()];
+    order
+        .iter()
+        .enumerate()
+        .for_each(|(index, joint)| place[*joint] = index);
+    let joint = |index: &usize| {
+        let joint = &animated.rig.joints[*index];
+        RestJoint {
+            name: joint.name.clone(),
+            parent: joint.parent.map(|parent| place[parent]),
+            position: joint.position,
+        }
+    };
+    let joints: Vec<RestJoint> = order.iter().map(joint).collect();
+    let mut frames = Vec::new();
+    animated.for_each_frame(|frame| {
+        let world: Vec<Rigid> = order.iter().map(|joint| frame[*joint]).collect();
+        Bvh::push_frame(&joints, &world, &mut frames);
+    });
+    Bvh::from_rest(joints, animated.timeline.fps, frames)
+}
+
+/// Joints in an order in which parents precede their children.
+fn parents_first(rig: &Rig) -> Vec<usize> {
+    let mut children: Vec<Vec<usize>> = vec![Vec::new(); rig.joints.len()];
+    let mut order = Vec::new();
+    for (joint, parent) in rig.joints.iter().map(|joint| joint.parent).enumerate() {
+        match parent {
+            Some(parent) => children[parent].push(joint),
+            None => order.push(joint),
+        }
+    }
+    let mut next = 0;
+    while let Some(&joint) = order.get(next) {
+        order.extend_from_slice(&children[joint]);
+        next += 1;
+    }
+    order
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
