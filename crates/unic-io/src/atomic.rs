@@ -47,8 +47,17 @@ impl TemporaryFolder {
     /// # Errors
     /// The folder cannot be created.
     pub fn create_in(parent: &Path) -> io::Result<Self> {
+        Self::create_for(parent, "frames")
+    }
+
+    /// Creates a folder in `parent` whose name `.PURPOSE.RANDOM.tmp` tells what it is for.
+    ///
+    /// # Errors
+    /// The folder cannot be created.
+    pub(crate) fn create_for(parent: &Path, purpose: &str) -> io::Result<Self> {
         let mut builder = tempfile::Builder::new();
-        builder.prefix(".frames.").suffix(SUFFIX);
+        let prefix = format!(".{purpose}.");
+        (builder.prefix(&prefix).suffix(SUFFIX)).rand_bytes(RANDOM_CHARACTERS);
         // Temporary folders are private by default; this one may become an ordinary folder.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
@@ -60,6 +69,11 @@ impl TemporaryFolder {
     /// Path of the folder.
     pub fn path(&self) -> &Path {
         self.folder.path()
+    }
+
+    /// Makes the folder an ordinary one, which nothing removes.
+    pub(crate) fn keep(self) -> PathBuf {
+        self.folder.keep()
     }
 
     /// Renames the folder to `target`, after which it is no longer temporary.
@@ -208,6 +222,16 @@ pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) {
             let _ = std::fs::remove_file(entry.path());
         }
     }
+}
+
+/// Returns the temporary folders in `parent` for a purpose; see [`TemporaryFolder::create_for`].
+pub(crate) fn leftover_folders(parent: &Path, purpose: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(parent).into_iter().flatten().flatten();
+    let is_ours = |path: &PathBuf| {
+        let name = path.file_name().and_then(|name| name.to_str());
+        name.and_then(target_name) == Some(purpose) && path.is_dir()
+    };
+    entries.map(|entry| entry.path()).filter(is_ours).collect()
 }
 
 /// Returns the final name of a temporary file; `None` for other files.

@@ -1,67 +1,133 @@
 //! Adding a clip to a capture that exists, or making a capture from its first clip.
-//!
-//! A clip is written as a capture of its own in a temporary folder, checked there, and moved.
 
 use super::{
     layout,
     manifest::{Manifest, Splits},
+    own_files::MANIFEST,
     read::Capture,
 };
-use crate::error::{Error, Result};
+use crate::{
+    atomic::{self, TemporaryFolder, leftover_folders, sync_folder},
+    error::{Error, Result},
+};
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 use unic_core::{character::Character, mesh::TriMesh};
 
+/// Purpose of the temporary folder, which is part of its name.
+const PURPOSE: &str = "import";
+/// Name of the capture's next manifest in the temporary folder. Its presence says that the staged
+/// files are complete.
+const NEXT_MANIFEST: &str = "next.toml";
+
 /// Largest distance of the same vertex or joint in two files, metres. Files round in many ways.
 const SAME_PLACE_M: f32 = 1e-4;
 /// Largest difference of the same skinning weight in two files.
 const SAME_WEIGHT: f32 = 1e-3;
 
-/// Moves the clip `name` of the capture in `staged` into the folder `root`, and writes `manifest`
-/// there as `capture.toml`.
+/// Folder in a capture's own folder, in which a clip is written as a capture by itself.
 ///
-/// A folder without a capture gets the character and the garment of `staged` too. A clip of that
-/// name is replaced. Both folders lie on one file system. A capture is complete at every moment:
-/// one that is interrupted lacks the clip.
+/// The clip can be checked there. [`StagedClip::commit`] moves it into the capture; dropping it
+/// before that removes it.
+#[derive(Debug)]
+pub struct StagedClip {
+    folder: TemporaryFolder,
+    root: PathBuf,
+}
+
+impl StagedClip {
+    /// Creates the folder for a clip of the capture in `root`, a folder that exists.
+    ///
+    /// # Errors
+    /// The folder cannot be created.
+    pub fn create_in(root: &Path) -> Result<Self> {
+        let folder = TemporaryFolder::create_for(root, PURPOSE);
+        Ok(Self {
+            folder: folder
+                .map_err(atomic::without_path)
+                .map_err(Error::io(root, "create a folder in"))?,
+            root: root.to_path_buf(),
+        })
+    }
+
+    /// Path of the folder, for a [`CaptureWriter`](super::CaptureWriter).
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Moves the clip `name` into the capture, whose manifest becomes `manifest`.
+    ///
+    /// A capture that does not exist yet gets the character and the garment too. A clip of that name
+    /// is replaced. A capture is complete at every moment: one that is interrupted lacks the clip
+    /// until [`finish_moves`] completes it.
+    ///
+    /// # Errors
+    /// A manifest that [`Manifest::read`] would refuse; a file that cannot be moved or written.
+    pub fn commit(self, name: &str, manifest: &Manifest) -> Result<()> {
+        let mut staged = Manifest::read(&layout::manifest(self.path()))?;
+        // The staged manifest tells which clip is moved, should this process be killed.
+        staged.name = name.to_owned();
+        staged.write(&layout::manifest(self.path()))?;
+        manifest.write(&self.path().join(NEXT_MANIFEST))?;
+        // From here on the files are those of the capture, and nothing may remove them.
+        let folder = self.folder.keep();
+        move_files(&folder, &self.root)
+    }
+}
+
+/// Completes or removes what killed processes have left of their [`StagedClip`] in the folder
+/// `root`. No other process may be writing there.
 ///
 /// # Errors
-/// A file that cannot be moved or written; a manifest that cannot be read again.
-pub fn move_clip(staged: &Path, root: &Path, name: &str, manifest: &Manifest) -> Result<()> {
+/// A file that cannot be read or moved.
+pub fn finish_moves(root: &Path) -> Result<()> {
+    atomic::remove_leftovers(root, |name| name == MANIFEST);
+    for folder in leftover_folders(root, PURPOSE) {
+        match folder.join(NEXT_MANIFEST).exists() {
+            true => move_files(&folder, root)?,
+            // A leftover that cannot be removed wastes space and does no other harm.
+            false => drop(fs::remove_dir_all(&folder)),
+        }
+    }
+    Ok(())
+}
+
+/// Moves the files of a staged clip to the capture. Files that are moved already are left out.
+fn move_files(staged: &Path, root: &Path) -> Result<()> {
+    let name = Manifest::read(&layout::manifest(staged))?.name;
+    let next = Manifest::read(&staged.join(NEXT_MANIFEST))?;
     let path = layout::manifest(root);
     if path.exists() {
-        withdraw(root, name, &path)?;
+        withdraw(&name, &path)?;
     } else {
         for file in [layout::character, layout::garment_mesh, layout::garment_arrays] {
-            rename(&file(staged), &file(root))?;
+            move_file(&file(staged), &file(root))?;
         }
     }
     let clips = layout::clips(root);
     fs::create_dir_all(&clips).map_err(Error::io(&clips, "create folder"))?;
     // The motion comes last: its file marks a complete clip.
-    rename(
-        &layout::clip_garment(staged, name),
-        &layout::clip_garment(root, name),
-    )?;
-    rename(&layout::clip(staged, name), &layout::clip(root, name))?;
-    manifest.write(&path)
+    for file in [layout::clip_garment, layout::clip] {
+        move_file(&file(staged, &name), &file(root, &name))?;
+    }
+    sync_folder(&clips).map_err(Error::io(&clips, "sync"))?;
+    next.write(&path)?;
+    // A leftover that cannot be removed is removed by the next import.
+    let _ = fs::remove_dir_all(staged);
+    Ok(())
 }
 
-/// Takes a clip out of a capture: first out of its manifest, so that no reader looks for its files.
-fn withdraw(root: &Path, name: &str, path: &Path) -> Result<()> {
+/// Takes a clip out of a capture's manifest, so that no reader looks for its files while they are
+/// replaced.
+fn withdraw(name: &str, path: &Path) -> Result<()> {
     let mut manifest = Manifest::read(path)?;
-    if manifest.splits.split_of(name).is_some() {
-        remove_name(&mut manifest.splits, name);
-        manifest.write(path)?;
+    if manifest.splits.split_of(name).is_none() {
+        return Ok(());
     }
-    // A clip on disk that no split names is replaced as well.
-    for file in [layout::clip(root, name), layout::clip_garment(root, name)] {
-        if file.exists() {
-            fs::remove_file(&file).map_err(Error::io(&file, "remove"))?;
-        }
-    }
-    Ok(())
+    remove_name(&mut manifest.splits, name);
+    manifest.write(path)
 }
 
 fn remove_name(splits: &mut Splits, name: &str) {
@@ -70,19 +136,21 @@ fn remove_name(splits: &mut Splits, name: &str) {
     }
 }
 
-fn rename(from: &Path, to: &Path) -> Result<()> {
-    fs::rename(from, to).map_err(Error::io(to, "write"))
+/// Moves a file, replacing one of that name.
+fn move_file(from: &Path, to: &Path) -> Result<()> {
+    match from.exists() {
+        true => fs::rename(from, to).map_err(Error::io(to, "write")),
+        false => Ok(()),
+    }
 }
 
 impl Capture {
-    /// Returns whether a file of the folder belongs to a clip of this name, listed or not.
-    pub fn has_clip_files(&self, name: &str) -> Option<PathBuf> {
+    /// Paths of the files that a clip of this name has, of which one or both may not exist.
+    pub fn clip_files(&self, name: &str) -> [PathBuf; 2] {
         [
             layout::clip(&self.root, name),
             layout::clip_garment(&self.root, name),
         ]
-        .into_iter()
-        .find(|path| path.exists())
     }
 
     /// Checks that `character`, read from `path`, is the capture's own. Names of joints may differ.
@@ -141,7 +209,9 @@ fn mesh_difference(own: &TriMesh, other: &TriMesh) -> Option<String> {
     }
     let pairs = own.vertices.iter().zip(&other.vertices);
     let far = pairs
+        .map(|(a, b)| a.distance(*b))
         .enumerate()
-        .find(|(_, (a, b))| !(a.distance(**b) <= SAME_PLACE_M));
-    far.map(|(v, (a, b))| format!("vertex {v} {:.4} m away", a.distance(*b)))
+        // Distances are finite, because readers refuse other positions.
+        .find(|(_, distance)| *distance > SAME_PLACE_M);
+    far.map(|(vertex, distance)| format!("vertex {vertex} {distance:.4} m away"))
 }

@@ -19,7 +19,7 @@ mod own_files;
 mod read;
 mod write;
 
-pub use add::move_clip;
+pub use add::{StagedClip, finish_moves};
 pub(crate) use folder::FolderKind;
 pub use garment::{VertexAttributes, WeightsSource, default_weights, read_garment};
 pub use manifest::{CAPTURE_VERSION, JointReference, Manifest, Split, Splits, Units, Up};
