@@ -11,8 +11,9 @@ use std::{
 };
 
 const SHELLS: [&str; 5] = ["bash", "elvish", "fish", "powershell", "zsh"];
-const COMMANDS: [&str; 7] = [
+const COMMANDS: [&str; 8] = [
     "simulate",
+    "import",
     "train",
     "eval",
     "animate",

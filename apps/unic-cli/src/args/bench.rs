@@ -33,7 +33,7 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_name = "FILE.unic", requires = "motion", conflicts_with_all = ["vertices", "network"])]
     pub(crate) model: Option<PathBuf>,
     /// Motion of the model, npz or BVH. Its first 10 s count.
-    #[arg(long, value_name = "FILE.npz|FILE.bvh", requires = "model")]
+    #[arg(long, value_name = "FILE.npz|FILE.bvh|FILE.glb", requires = "model")]
     pub(crate) motion: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,

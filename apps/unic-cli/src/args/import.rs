@@ -1,6 +1,6 @@
 //! Options of `unic import`.
 
-use super::{MeshUpName, parse};
+use super::{MeshUpName, UpName, parse};
 use crate::checks::ForceArgs;
 use std::{ops::Range, path::PathBuf};
 use unic_io::{LowPass, capture::JointReference};
@@ -26,13 +26,17 @@ use unic_io::{LowPass, capture::JointReference};
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct ImportArgs {
-    /// Animation of the garment: a .pc2, .npz or .npy file, or a folder of OBJ files.
+    /// Animation of the garment: a .abc, .pc2, .mdd, .npz or .npy file, or a folder of OBJ files.
     #[arg(long, value_name = "FILE|FOLDER")]
     pub(crate) garment: PathBuf,
-    /// Character: a character.npz file [default: that of the capture in --out].
+    /// Name of the garment in a file of several meshes [default: the only one that has not as many
+    /// vertices as the character].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) object: Option<String>,
+    /// Character: a character.npz, .glb or .gltf file [default: that of the capture in --out].
     #[arg(long, value_name = "FILE")]
     pub(crate) character: Option<PathBuf>,
-    /// Motion of the character: an .npz or .bvh file.
+    /// Motion of the character: an .npz, .bvh, .glb or .gltf file.
     #[arg(long, value_name = "FILE")]
     pub(crate) motion: PathBuf,
     /// Folder of the capture to make, or to add a clip to.
@@ -42,16 +46,19 @@ pub(crate) struct ImportArgs {
     /// capture in --out, else the first frame].
     #[arg(long, value_name = "FILE.obj")]
     pub(crate) rest: Option<PathBuf>,
-    /// Axis that points up in the garment's files that do not state it. For motion it is the axis
-    /// that the trunk follows.
-    #[arg(long, value_enum, default_value_t = MeshUpName::Y)]
-    pub(crate) up: MeshUpName,
-    /// Length of a unit of the garment's files in metres, if they do not state it: 0.01 for
-    /// centimetres.
+    /// Axis that points up in files that do not state it [default: y for meshes, the axis that the
+    /// trunk follows for motion].
+    #[arg(long, value_enum)]
+    pub(crate) up: Option<MeshUpName>,
+    /// Axis that points up in the motion file [default: that of --up].
+    #[arg(long, value_enum, value_name = "UP")]
+    pub(crate) motion_up: Option<UpName>,
+    /// Length of a unit of the garment's files in metres: 0.01 for centimetres. Motion files are in
+    /// metres (npz) or scaled to the character (BVH).
     #[arg(long, value_name = "METRES", default_value_t = 1.0, value_parser = parse::scale)]
     pub(crate) scale: f32,
-    /// Frames per second of the garment's file, if it does not state them [default: those of the
-    /// capture in --out, else those of the motion].
+    /// Frames per second of files that do not state them [default: those of the capture in --out,
+    /// else those that the other file states].
     #[arg(long, value_name = "FPS", value_parser = parse::frame_rate)]
     pub(crate) fps: Option<f32>,
     /// Name of the clip [default: that of the motion's file].
@@ -68,6 +75,9 @@ pub(crate) struct ImportArgs {
     /// Names of clips of the capture that are held out for evaluation.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub(crate) test: Vec<String>,
+    /// Source and licence of the files, which travel into models [default: the names of the files].
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) provenance: Option<String>,
     /// Joints that touch the ground, by name or by index from 0: left ankle, left foot, right
     /// ankle, right foot [default: found by the names of the joints].
     #[arg(long, value_name = "L,L,R,R", value_parser = parse::contacts)]
@@ -75,8 +85,8 @@ pub(crate) struct ImportArgs {
     /// TOML table of joint names, for BVH files whose joint names are not recognised.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) bone_map: Option<PathBuf>,
-    /// Cutoff of a low-pass filter on the motion, in Hz, or 0 for no filter [default: 10 for BVH
-    /// files, 0 for others].
+    /// Cutoff of a low-pass filter on the motion, in Hz, or 0 for no filter [default: 0, because the
+    /// garment follows the motion as it is].
     #[arg(long, value_name = "HZ", value_parser = parse::low_pass)]
     pub(crate) low_pass: Option<LowPass>,
     /// Replace a clip of the same name.

@@ -4,21 +4,23 @@
 //! capture that exists is never left with half a clip.
 
 mod alignment;
+mod animation;
+mod conversion;
 mod folder;
 mod garment;
 mod notes;
 mod report;
 
 use crate::{
-    args::{ImportArgs, MotionArgs, UpName},
+    args::{ImportArgs, MeshUpName, UpName},
     failure::Usage,
     folder_lock::FolderLock,
-    interrupt, motion_file,
+    interrupt,
     progress::Progress,
 };
 use alignment::Alignment;
-use anyhow::{Context, Result, anyhow};
-use garment::Animation;
+use animation::Animation;
+use anyhow::{Result, anyhow};
 use notes::Notes;
 use report::ImportSummary;
 use std::{path::Path, time::Instant};
@@ -28,10 +30,10 @@ use unic_core::{
     mesh::TriMesh,
 };
 use unic_io::{
-    Capture, CaptureWriter, Manifest, Split,
-    atomic::TemporaryFolder,
-    capture::{VertexAttributes, default_weights, move_clip},
-    check, read_character,
+    BoneMap, Capture, CaptureWriter, FootLock, GroundPlacement, LowPass, Manifest, MotionOptions, Split,
+    UpAxis,
+    capture::{StagedClip, VertexAttributes, default_weights, finish_moves},
+    check, import_motion, read_character,
 };
 
 /// Imports a clip.
@@ -44,22 +46,22 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     folder::check_outputs(args)?;
     // Held until the function returns: no other process writes into the folder.
     let _lock = FolderLock::acquire(&args.out)?;
+    finish_moves(&args.out)?;
     let before = folder::open(args)?;
     let mut notes = Notes::default();
-    let figure = figure(args, before.as_ref(), &mut notes)?;
+    let mut figure = figure(args, before.as_ref(), &mut notes)?;
     let clip = clip(args, before.as_ref(), &figure, &mut notes)?;
-    let manifest = folder::manifest(args, before.as_ref(), &clip, &notes)?;
-    let alignment = Alignment::new(args, figure.animation.frames.len(), clip.len())?;
+    folder::check_clip(args, before.as_ref(), &clip)?;
+    let alignment = Alignment::new(args, figure.animation.len(), clip.len())?;
     alignment.describe(&args.motion, &mut notes);
     let clip = clip.part(alignment.motion.clone());
-    let temporary = TemporaryFolder::create_in(&args.out)
-        .with_context(|| format!("{}: cannot create a folder in it", args.out.display()))?;
-    let staged = temporary.path();
-    stage(args, staged, &figure, &clip, &alignment)?;
-    check_clip(args, staged, &clip.name)?;
+    let staged = StagedClip::create_in(&args.out)?;
+    let alone = stage(args, staged.path(), &mut figure, &clip, &alignment)
+        .map_err(|e| folder::outside(e, staged.path(), &args.out))?;
+    let manifest = folder::manifest(args, before.as_ref(), alone, &notes);
     // The last moment at which nothing has changed.
     interrupt::check()?;
-    move_clip(staged, &args.out, &clip.name, &manifest)?;
+    staged.commit(&clip.name, &manifest)?;
     report::print_summary(
         args,
         &ImportSummary::new(args, &manifest, &clip, &figure.garment, notes, started.elapsed()),
@@ -77,9 +79,9 @@ struct Figure {
 /// Reads the character and the garment, and checks them against the capture that exists.
 fn figure(args: &ImportArgs, before: Option<&Capture>, notes: &mut Notes) -> Result<Figure> {
     let character = character(args, before)?;
-    let animation = Animation::read(args, notes)?;
+    let animation = Animation::open(args, &character, notes)?;
     let rest = garment::rest(args, before, &animation, notes)?;
-    garment::check_vertex_count(args, before, &animation, &rest)?;
+    garment::check_vertices(args, before, &animation, &rest)?;
     if let Some(capture) = before {
         return Ok(Figure {
             character: capture.character.clone(),
@@ -130,13 +132,22 @@ fn character(args: &ImportArgs, before: Option<&Capture>) -> Result<Character> {
 /// Reads the motion at the frame rate of the capture, which is that of the garment.
 fn clip(args: &ImportArgs, before: Option<&Capture>, figure: &Figure, notes: &mut Notes) -> Result<Clip> {
     let fps = garment::frame_rate(args, before, &figure.animation, notes)?;
-    let reading = MotionArgs {
-        up: UpName::Auto,
-        bone_map: args.bone_map.clone(),
-        low_pass: args.low_pass,
-        repeat: None,
+    let options = MotionOptions {
+        fps,
+        fps_of_file: args.fps.or(fps),
+        up: up_of_motion(args),
+        bones: (args.bone_map.as_deref().map(BoneMap::read))
+            .transpose()?
+            .unwrap_or_default(),
+        // The garment was simulated on the motion as it is. Whatever moves the body takes it away
+        // from the garment.
+        ground: GroundPlacement::Keep,
+        feet: FootLock::Keep,
+        low_pass: args.low_pass.unwrap_or(LowPass::Off),
+        ..MotionOptions::default()
     };
-    let import = motion_file::import(&args.motion, &figure.character, fps, &reading, args.force)?;
+    let import = import_motion(&args.motion, &figure.character, &options)?;
+    args.force.check_findings(&args.motion, &import.findings)?;
     import.notes.iter().for_each(|note| notes.add(&args.motion, note));
     let mut clip = import.clip;
     if fps.is_none() {
@@ -152,40 +163,45 @@ fn clip(args: &ImportArgs, before: Option<&Capture>, figure: &Figure, notes: &mu
     Ok(clip)
 }
 
-/// Writes the clip as a capture of its own.
-fn stage(args: &ImportArgs, root: &Path, figure: &Figure, clip: &Clip, alignment: &Alignment) -> Result<()> {
+fn up_of_motion(args: &ImportArgs) -> UpAxis {
+    let of_all = args.up.map(|up| match up {
+        MeshUpName::Y => UpAxis::Y,
+        MeshUpName::Z => UpAxis::Z,
+    });
+    args.motion_up.map(UpName::into).or(of_all).unwrap_or_default()
+}
+
+/// Writes the clip as a capture of its own, and checks it for probable mistakes: another unit, axis,
+/// vertex order or first frame. Returns the manifest of that capture.
+fn stage(
+    args: &ImportArgs,
+    root: &Path,
+    figure: &mut Figure,
+    clip: &Clip,
+    alignment: &Alignment,
+) -> Result<Manifest> {
     let mut manifest = Manifest::new("staged", clip.fps);
     manifest.contact_joints.clone_from(&args.contacts);
-    let mut writer = CaptureWriter::create(
-        root,
-        manifest,
-        &figure.character,
-        &figure.garment,
-        &figure.attributes,
-    )
-    .map_err(|e| anyhow!("{}", folder::outside(&e, root, &args.out)))?;
+    let Figure {
+        character,
+        garment,
+        attributes,
+        animation,
+    } = figure;
+    let mut writer = CaptureWriter::create(root, manifest, character, garment, attributes)?;
     let mut out = writer.begin_clip(clip, Split::Train)?;
     let mut progress = Progress::new("importing", 0, clip.len() as u64);
     let mut positions = Vec::new();
     for (done, frame) in alignment.garment.clone().enumerate() {
         interrupt::check()?;
-        figure.animation.frame(frame, &mut positions);
-        if let Some(vertex) = positions.iter().position(|v| !v.is_finite()) {
-            let garment = args.garment.display();
-            return Err(anyhow!(
-                "{garment}: expected finite positions, found vertex {vertex} of frame {frame} at none"
-            ));
-        }
+        animation.frame(frame, &mut positions)?;
         out.push(&positions)?;
         progress.set(done as u64 + 1, String::new);
     }
     out.finish()?;
-    Ok(writer.finish()?)
-}
-
-/// Checks the staged clip for probable mistakes: another unit, axis, vertex order or first frame.
-fn check_clip(args: &ImportArgs, staged: &Path, name: &str) -> Result<()> {
-    let capture = Capture::open(staged)?;
-    let findings = check::clip(&capture, &capture.load_clip(name)?);
-    args.force.check_findings(&args.garment, &findings)
+    writer.finish()?;
+    let capture = Capture::open(root)?;
+    let findings = check::clip(&capture, &capture.load_clip(&clip.name)?);
+    args.force.check_findings(&args.garment, &findings)?;
+    Ok(capture.manifest)
 }

@@ -2,7 +2,7 @@
 
 use super::notes::Notes;
 use crate::{args::ImportArgs, failure::Usage};
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 use unic_core::clip::Clip;
@@ -69,69 +69,89 @@ fn own_files(out: &Path) -> impl Iterator<Item = PathBuf> {
         .map(|name| out.join(name))
 }
 
-/// Makes the manifest of the capture with the new clip.
+/// Checks the name of a clip against the capture, before any frame is written.
 ///
 /// # Errors
 /// A clip of that name without `--overwrite` or that is an input; a test clip that does not exist.
-pub(super) fn manifest(
-    args: &ImportArgs,
-    before: Option<&Capture>,
-    clip: &Clip,
-    notes: &Notes,
-) -> Result<Manifest> {
-    let mut manifest = match before {
-        Some(capture) => capture.manifest.clone(),
-        None => Manifest::new(name_of(&args.out), clip.fps),
+pub(super) fn check_clip(args: &ImportArgs, before: Option<&Capture>, clip: &Clip) -> Result<()> {
+    if let Some(capture) = before {
+        refuse_taken(args, capture, &clip.name)?;
+    }
+    let clips = before.map(|capture| &capture.manifest.splits);
+    let is_clip = |name: &str| name == clip.name || clips.is_some_and(|clips| clips.split_of(name).is_some());
+    let Some(name) = args.test.iter().find(|name| !is_clip(name)) else {
+        return Ok(());
     };
-    if let Some(path) = before.and_then(|capture| capture.has_clip_files(&clip.name)) {
-        refuse_taken(args, &path, clip)?;
-    }
-    // A clip that is imported again keeps its purpose.
-    if manifest.splits.split_of(&clip.name).is_none() {
-        manifest.splits.train.push(clip.name.clone());
-    }
-    for name in &args.test {
-        if manifest.splits.split_of(name).is_none() {
-            let names: Vec<&str> = manifest.splits.iter().map(|(name, _)| name).collect();
-            let text = format!("--test: expected names among {}; found {name}", names.join(", "));
-            return Err(Usage(text).into());
-        }
-        for split in Split::ALL {
-            manifest.splits.of_mut(split).retain(|other| other != name);
-        }
-        manifest.splits.test.push(name.clone());
-    }
-    record(args, clip, notes, &mut manifest.source);
-    Ok(manifest)
+    let mut names: Vec<&str> = (clips.into_iter().flat_map(|clips| clips.iter()))
+        .map(|(name, _)| name)
+        .collect();
+    names.push(&clip.name);
+    let text = format!("--test: expected names among {}, found {name}", names.join(", "));
+    Err(Usage(text).into())
 }
 
 /// Refuses to replace a clip unless `--overwrite` is given, and always one that is an input.
-fn refuse_taken(args: &ImportArgs, path: &Path, clip: &Clip) -> Result<()> {
-    let is_input = |input: &PathBuf| {
-        let input = real_path(input);
-        // Inputs may be the motion or the garment of the clip itself.
-        input == real_path(path)
-            || input.file_stem() == Some(clip.name.as_ref()) && input.parent() == real_path(path).parent()
+fn refuse_taken(args: &ImportArgs, capture: &Capture, name: &str) -> Result<()> {
+    let mut files = capture.clip_files(name).into_iter().filter(|path| path.exists());
+    let inputs = [Some(&args.garment), Some(&args.motion), args.rest.as_ref()];
+    let is_input = |file: &PathBuf| {
+        let file = real_path(file);
+        inputs.iter().flatten().any(|input| real_path(input) == file)
     };
-    let text = if [&args.garment, &args.motion].into_iter().any(is_input) {
-        format!(
-            "{}: expected a new clip, found the input; --clip gives the clip another name",
-            path.display()
-        )
+    let Some(first) = files.clone().find(is_input).or_else(|| files.next()) else {
+        return Ok(());
+    };
+    let path = first.display();
+    let text = if is_input(&first) {
+        format!("{path}: expected a new clip, found the input; --clip gives the clip another name")
     } else if args.overwrite {
         return Ok(());
     } else {
         format!(
-            "{}: expected no clip `{}`, found one; --overwrite replaces it, --clip gives another name",
-            path.display(),
-            clip.name
+            "{path}: expected no clip `{name}`, found one; --overwrite replaces it, --clip gives another name"
         )
     };
     Err(Usage(text).into())
 }
 
+/// Makes the manifest of the capture with the new clip, whose own manifest is `alone`.
+pub(super) fn manifest(
+    args: &ImportArgs,
+    before: Option<&Capture>,
+    alone: Manifest,
+    notes: &Notes,
+) -> Manifest {
+    let clips: Vec<String> = alone.splits.train.clone();
+    let mut manifest = match before {
+        Some(capture) => capture.manifest.clone(),
+        // Joint names and contact joints are those that the writer has filled in.
+        None => Manifest {
+            name: name_of(&args.out),
+            provenance: names_of_inputs(args),
+            ..alone
+        },
+    };
+    if let Some(text) = &args.provenance {
+        manifest.provenance.clone_from(text);
+    }
+    for name in &clips {
+        // A clip that is imported again keeps its purpose.
+        if manifest.splits.split_of(name).is_none() {
+            manifest.splits.train.push(name.clone());
+        }
+        record(args, name, notes, &mut manifest.source);
+    }
+    for name in &args.test {
+        for split in Split::ALL {
+            manifest.splits.of_mut(split).retain(|other| other != name);
+        }
+        manifest.splits.test.push(name.clone());
+    }
+    manifest
+}
+
 /// Records the files and conversions of a clip in the manifest's table `[source]`.
-fn record(args: &ImportArgs, clip: &Clip, notes: &Notes, source: &mut Table) {
+fn record(args: &ImportArgs, clip: &str, notes: &Notes, source: &mut Table) {
     let text = |path: &Path| Value::String(path.display().to_string());
     let mut entry = Table::new();
     entry.insert("garment".into(), text(&args.garment));
@@ -149,8 +169,25 @@ fn record(args: &ImportArgs, clip: &Clip, notes: &Notes, source: &mut Table) {
         .entry("imports")
         .or_insert_with(|| Value::Table(Table::new()));
     if let Value::Table(imports) = imports {
-        imports.insert(clip.name.clone(), Value::Table(entry));
+        imports.insert(clip.to_owned(), Value::Table(entry));
     }
+}
+
+/// Provenance where the user states none: the names of the files, without the folders of a machine.
+fn names_of_inputs(args: &ImportArgs) -> String {
+    let inputs = [Some(&args.garment), args.character.as_ref(), args.rest.as_ref()];
+    let name = |path: &PathBuf| {
+        path.file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    };
+    let names: Vec<String> = inputs.into_iter().flatten().map(name).collect();
+    format!(
+        "imported from {} and {}; licence not stated",
+        names.join(", "),
+        name(&args.motion)
+    )
 }
 
 fn name_of(out: &Path) -> String {
@@ -160,9 +197,16 @@ fn name_of(out: &Path) -> String {
     name.unwrap_or_else(|| "capture".into())
 }
 
-/// Text of an error about a staged file, with the name that the file is to have.
-pub(super) fn outside(error: &Error, staged: &Path, out: &Path) -> String {
-    error
-        .to_string()
-        .replace(&staged.display().to_string(), &out.display().to_string())
+/// Gives an error about a staged file the name that the file is to have. Other errors stay as they
+/// are.
+pub(super) fn outside(error: anyhow::Error, staged: &Path, out: &Path) -> anyhow::Error {
+    let Some(of_file) = error.downcast_ref::<Error>() else {
+        return error;
+    };
+    let staged = staged.display().to_string();
+    let text = of_file.to_string();
+    match text.contains(&staged) {
+        true => anyhow!("{}", text.replace(&staged, &out.display().to_string())),
+        false => error,
+    }
 }

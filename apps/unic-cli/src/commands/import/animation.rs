@@ -1,0 +1,136 @@
+//! The garment's animation, in any of the formats that are read.
+
+use super::{conversion::Conversion, notes::Notes};
+use crate::args::ImportArgs;
+use anyhow::{Result, bail};
+use glam::Vec3;
+use std::path::PathBuf;
+use unic_core::{character::Character, mesh::TriMesh};
+use unic_io::{
+    VertexFrames,
+    alembic::{AlembicAnimation, AlembicReader},
+    pc2::read_pc2,
+    read_vertex_cache,
+};
+
+/// Animation of a garment's vertices. Frames are read one at a time.
+pub(super) struct Animation {
+    /// Frames per second, if the file states them.
+    pub(super) fps: Option<f32>,
+    /// First frame with its faces in metres, Y up, if the file has faces.
+    pub(super) mesh: Option<TriMesh>,
+    source: Source,
+    path: PathBuf,
+    conversion: Conversion,
+}
+
+/// Positions in the unit and axes of the file.
+enum Source {
+    Frames(VertexFrames),
+    Alembic(AlembicAnimation),
+}
+
+impl Animation {
+    /// Opens the animation of `--garment`.
+    ///
+    /// # Errors
+    /// A file that cannot be read; several meshes of which none is chosen.
+    pub(super) fn open(args: &ImportArgs, character: &Character, notes: &mut Notes) -> Result<Self> {
+        let path = &args.garment;
+        let conversion = Conversion::of(args);
+        let (source, fps, mesh) = match AlembicReader::is_alembic(path) {
+            true => Source::alembic(args, character, notes)?,
+            false if args.object.is_some() => bail!(
+                "{}: expected a file with named meshes for --object, found one without names",
+                path.display()
+            ),
+            false => Source::frames(args, notes)?,
+        };
+        conversion.describe(path, notes);
+        Ok(Self {
+            fps,
+            mesh: mesh.map(|mesh| conversion.mesh(mesh)),
+            source,
+            path: path.clone(),
+            conversion,
+        })
+    }
+
+    /// Number of frames.
+    pub(super) fn len(&self) -> usize {
+        match &self.source {
+            Source::Frames(frames) => frames.len(),
+            Source::Alembic(animation) => animation.len(),
+        }
+    }
+
+    /// Number of vertices.
+    pub(super) fn vertex_count(&self) -> usize {
+        match &self.source {
+            Source::Frames(frames) => frames.vertex_count(),
+            Source::Alembic(animation) => animation.vertex_count(),
+        }
+    }
+
+    /// Writes the positions of a frame to `positions`, in metres, Y up.
+    ///
+    /// # Errors
+    /// A frame that cannot be read, positions that are not finite.
+    ///
+    /// # Panics
+    /// When the animation does not have the frame.
+    pub(super) fn frame(&mut self, frame: usize, positions: &mut Vec<Vec3>) -> Result<()> {
+        positions.clear();
+        match &mut self.source {
+            Source::Frames(frames) => positions.extend_from_slice(frames.frame(frame)),
+            Source::Alembic(animation) => animation.frame(frame, positions)?,
+        }
+        for v in positions.iter_mut() {
+            *v = self.conversion.apply(*v);
+        }
+        match positions.iter().position(|v| !v.is_finite()) {
+            None => Ok(()),
+            Some(vertex) => bail!(
+                "{}: expected finite positions, found others at vertex {vertex} of frame {frame}",
+                self.path.display()
+            ),
+        }
+    }
+}
+
+/// Source of the frames, frames per second, first frame with its faces.
+type Opened = (Source, Option<f32>, Option<TriMesh>);
+
+impl Source {
+    fn frames(args: &ImportArgs, notes: &mut Notes) -> Result<Opened> {
+        let path = &args.garment;
+        let cache = read_vertex_cache(path)?;
+        if path.extension().is_some_and(|e| e == "pc2") {
+            let step = read_pc2(path)?.frames_per_sample;
+            if step != 1.0 {
+                let text = format!(
+                    "a sample for every {step} frames of the scene: --fps is the rate of the samples"
+                );
+                notes.add(path, &text);
+            }
+        }
+        Ok((Self::Frames(cache.frames), cache.fps, cache.mesh))
+    }
+
+    fn alembic(args: &ImportArgs, character: &Character, notes: &mut Notes) -> Result<Opened> {
+        let path = &args.garment;
+        let mut reader = AlembicReader::open(path)?;
+        let mesh = match &args.object {
+            Some(name) => reader.find(name)?,
+            None => reader.only_mesh_but(character.body.vertices.len())?,
+        };
+        if reader.len() > 1 {
+            let text = format!("mesh {} of {} in the file", reader.name(mesh), reader.len());
+            notes.add(path, &text);
+        }
+        let mut animation = reader.animation(mesh)?;
+        let first = animation.first_mesh()?;
+        let fps = animation.fps();
+        Ok((Self::Alembic(animation), fps, Some(first)))
+    }
+}
