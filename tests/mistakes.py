@@ -307,6 +307,14 @@ MISTAKES = [
     ("FBX as a motion", bytes_of("x.fbx", b"Kaydara FBX Binary  "), [*ANIMATE, "--motion", "x.fbx"][:2]
      + ["--motion", "x.fbx", "--out", "new.pc2"], "export motion as BVH"),
     ("Alembic as a garment", bytes_of("x.abc", b"Ogawa\xff"), on("x.abc"), "Alembic"),
+    ("a damaged Alembic file imported", bytes_of("x.abc", b"Ogawa\xff"), [
+        "import", "--garment", "x.abc", "--motion", "walk.npz", "--character", "tube/character.npz", "--out", "new"],
+     "x.abc"),
+    ("an import over its own input", None, ["import", "--garment", "tube/clips/a.garment.npy", "--motion",
+                                            "tube/clips/a.npz", "--out", "tube", "--overwrite"], "found the input"),
+    ("an import in millimetres", lambda s: np.save(s / "mm.npy", 1000 * np.load(s / "tube/clips/a.garment.npy")), [
+        "import", "--garment", "mm.npy", "--motion", "tube/clips/a.npz", "--clip", "new", "--out", "tube"],
+     "by 0.001"),
     ("USD as a character", bytes_of("x.usdc", b"PXR-USDC"), [*rig()[:2], "x.usdc", *rig()[3:]], "USD"),
     ("glTF as a mesh", bytes_of("x.glb", b"glTF\x02\x00"), [*ANIMATE, "--mesh", "x.glb"], "glTF"),
     ("a Blender file inspected", bytes_of("x.blend", b"BLENDER-v300"), ["inspect", "x.blend"], "Blender"),
