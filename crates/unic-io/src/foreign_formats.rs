@@ -37,8 +37,8 @@ struct ForeignFormat {
 }
 
 /// Advice that every error about a foreign format ends with.
-const ADVICE: &str =
-    "export motion as BVH, meshes as OBJ, and vertex animation as PC2 or a folder of OBJ files";
+const ADVICE: &str = "export motion as BVH or GLB, characters as GLB, meshes as OBJ, and vertex animation as PC2 or a folder of \
+     OBJ files";
 
 // Signatures come from the formats' specifications. A format without one, such as a zip container
 // or a text format, is recognised by its extension only.

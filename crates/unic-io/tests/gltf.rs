@@ -270,6 +270,9 @@ fn written_files_are_read_back() {
     }
 }
 
+/// Change of a document, and words of the message about it.
+type Fault<'a> = (&'a dyn Fn(&mut Value), &'a str);
+
 #[test]
 fn faults_are_named_in_one_sentence() {
     let folder = tempfile::tempdir().unwrap();
@@ -281,7 +284,7 @@ fn faults_are_named_in_one_sentence() {
             .unwrap()
             .push(json!({ "name": "hair", "mesh": 0, "skin": 0 }));
     };
-    let changes: [(&dyn Fn(&mut Value), &str); 13] = [
+    let changes: [Fault; 13] = [
         (&two, "body, hair"),
         (
             &|d| d["nodes"][4]["skin"] = Value::Null,

@@ -16,6 +16,7 @@ use crate::{
     failure::Usage,
     folder_lock::FolderLock,
     interrupt,
+    output::print_status,
     progress::Progress,
 };
 use alignment::Alignment;
@@ -62,6 +63,12 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     // The last moment at which nothing has changed.
     interrupt::check()?;
     staged.commit(&clip.name, &manifest)?;
+    if manifest.splits.test.is_empty() {
+        let out = args.out.display();
+        print_status(&format!(
+            "{out}: no clip is held out for evaluation yet; --test names one"
+        ));
+    }
     report::print_summary(
         args,
         &ImportSummary::new(args, &manifest, &clip, &figure.garment, notes, started.elapsed()),

@@ -39,6 +39,8 @@ pub fn read_vertex_cache(path: &Path) -> Result<VertexCache> {
     if path.is_dir() {
         return read_obj_folder(path);
     }
+    // A missing file of any name is reported as missing.
+    std::fs::metadata(path).map_err(Error::io(path, "open"))?;
     if mdd::is_mdd(path) {
         let cache = mdd::read_mdd(path)?;
         let fps = cache.fps();

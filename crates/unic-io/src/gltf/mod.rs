@@ -13,6 +13,7 @@ mod animation;
 mod container;
 mod joint_nodes;
 mod motion;
+mod rest_space;
 mod rig;
 mod scene;
 mod skin;

@@ -4,11 +4,12 @@ use super::{
     animation::{NodeAnimation, Timeline},
     container::Container,
     joint_nodes::JointNodes,
+    rest_space::{check_scale, rest_from_space, rotation_of},
     scene::{Local, Scene},
     skin::SkinnedMesh,
 };
 use crate::error::{Error, Result};
-use glam::{Mat3, Mat4, Quat, Vec3};
+use glam::{Mat3, Mat4, Vec3};
 use std::collections::{HashMap, HashSet};
 use unic_core::{
     character::Character,
@@ -19,12 +20,7 @@ use unic_core::{
 };
 
 /// Distance from the bind pose up to which the nodes of a file stand in it, metres.
-const SAME_PLACE_M: f32 = 1e-3;
-/// Angle from the bind pose up to which the nodes of a file stand in it, radians. The arc cosine of
-/// f32 quaternions is rounded to about 1e-3.
-const SAME_ANGLE: f32 = 4e-3;
-/// Largest relative difference of the scales along two axes.
-const UNIFORM_SCALE: f32 = 1e-2;
+pub(super) const SAME_PLACE_M: f32 = 1e-3;
 
 /// Joints of a file in its bind pose, in world space: metres, Y up.
 pub(super) struct Rig {
@@ -60,6 +56,20 @@ pub(super) struct RiggedBody {
 struct Binds {
     nodes: Vec<usize>,
     inverse: Vec<Mat4>,
+}
+
+impl RigJoint {
+    /// Makes a joint; None if its matrix has no inverse.
+    fn new(node: usize, name: String, parent: Option<usize>, joint_from_rest: Mat4) -> Option<Self> {
+        let rest_from_joint = joint_from_rest.inverse();
+        (rest_from_joint.is_finite() && joint_from_rest.is_finite()).then(|| Self {
+            node,
+            name,
+            parent,
+            position: rest_from_joint.w_axis.truncate(),
+            joint_from_rest,
+        })
+    }
 }
 
 impl RiggedBody {
@@ -164,23 +174,16 @@ impl Rig {
                 // A node above the joints stands where the file has it.
                 None => world[*node].inverse(),
             };
-            let rest_from_joint = joint_from_rest.inverse();
-            if !(rest_from_joint.is_finite() && joint_from_rest.is_finite()) {
+            let name = rig.scene.names[*node].clone();
+            let Some(joint) = RigJoint::new(*node, name, parent, joint_from_rest) else {
                 let found = format!("another at {}", rig.scene.names[*node]);
                 return Err(container.error("bind matrices that can be inverted", found));
-            }
-            let position = rest_from_joint.w_axis.truncate();
-            let off = position.distance(world[*node].w_axis.truncate());
+            };
+            let off = joint.position.distance(world[*node].w_axis.truncate());
             if off > farthest.0 {
-                farthest = (off, rig.scene.names[*node].clone());
+                farthest = (off, joint.name.clone());
             }
-            rig.joints.push(RigJoint {
-                node: *node,
-                name: rig.scene.names[*node].clone(),
-                parent,
-                position,
-                joint_from_rest,
-            });
+            rig.joints.push(joint);
         }
         if farthest.0 > SAME_PLACE_M {
             rig.notes.push(format!(
@@ -238,75 +241,11 @@ impl Rig {
     }
 }
 
-/// Returns the transform from the space of the binds to the world, which a skin does not state.
-///
-/// Where the nodes stand in the bind pose, it is the same for all of them. Where they stand in
-/// another pose, as in the first frame of an animation, the root is turned and moved by that pose:
-/// the axes of the world or of the node above are taken then, whichever are nearer.
-fn rest_from_space(
-    scene: &Scene,
-    world: &[Mat4],
-    joints: &JointNodes,
-    inverse: &HashMap<usize, Mat4>,
-) -> Mat4 {
-    let own = |node: &usize| Some(world[*node] * *inverse.get(node)?);
-    let mut all = joints.nodes.iter().filter_map(own);
-    let Some(first) = all.next() else {
-        return Mat4::IDENTITY;
-    };
-    let scale = first.x_axis.truncate().length();
-    let is_same = |other: Mat4| {
-        let turned = rotation_of(Mat3::from_mat4(other)).angle_between(rotation_of(Mat3::from_mat4(first)));
-        let moved = other.w_axis.distance(first.w_axis);
-        turned < SAME_ANGLE && moved < SAME_PLACE_M
-    };
-    if all.all(is_same) {
-        return first;
-    }
-    let above = scene.parents[joints.nodes[0]].map_or(Mat4::IDENTITY, |parent| world[parent]);
-    let turn = rotation_of(Mat3::from_mat4(first));
-    let candidates = [Mat4::IDENTITY, above].map(|matrix| {
-        let rotation = rotation_of(Mat3::from_mat4(matrix));
-        (rotation, matrix.w_axis.truncate())
-    });
-    let off = |(rotation, _): &(Quat, Vec3)| rotation.angle_between(turn);
-    let [world_axes, above] = candidates;
-    let (rotation, translation) = match off(&world_axes) <= off(&above) {
-        true => world_axes,
-        false => above,
-    };
-    Mat4::from_scale_rotation_translation(Vec3::splat(scale), rotation, translation)
-}
-
 /// Transforms of all nodes at one time, kept between frames.
 #[derive(Default)]
 pub(super) struct RigScratch {
     locals: Vec<Local>,
     world: Vec<Mat4>,
-}
-
-/// Rotation of a matrix that may scale.
-fn rotation_of(linear: Mat3) -> Quat {
-    let x = linear.x_axis.normalize_or(Vec3::X);
-    let y = linear
-        .y_axis
-        .reject_from_normalized(x)
-        .normalize_or(x.any_orthonormal_vector());
-    Quat::from_mat3(&Mat3::from_cols(x, y, x.cross(y))).normalize()
-}
-
-fn check_scale(container: &Container, matrix: Mat4) -> Result<()> {
-    let linear = Mat3::from_mat4(matrix);
-    let lengths = [linear.x_axis, linear.y_axis, linear.z_axis].map(Vec3::length);
-    let [low, high] = [f32::min, f32::max].map(|pick| lengths.into_iter().fold(lengths[0], pick));
-    if !(low > 0.0 && high.is_finite()) || high - low > UNIFORM_SCALE * high {
-        let found = format!("{lengths:?}");
-        return Err(container.error("a body of the same scale along all axes", found));
-    }
-    match linear.determinant() > 0.0 {
-        true => Ok(()),
-        false => Err(container.error("a body that is not mirrored", "a mirrored one")),
-    }
 }
 
 impl Binds {

@@ -27,7 +27,7 @@ pub(super) struct Animation {
 /// Positions in the unit and axes of the file.
 enum Source {
     Frames(VertexFrames),
-    Alembic(AlembicAnimation),
+    Alembic(Box<AlembicAnimation>),
 }
 
 impl Animation {
@@ -131,6 +131,6 @@ impl Source {
         let mut animation = reader.animation(mesh)?;
         let first = animation.first_mesh()?;
         let fps = animation.fps();
-        Ok((Self::Alembic(animation), fps, Some(first)))
+        Ok((Self::Alembic(Box::new(animation)), fps, Some(first)))
     }
 }

@@ -3,7 +3,10 @@
 use super::notes::Notes;
 use crate::{args::ImportArgs, failure::Usage};
 use anyhow::{Result, anyhow};
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
 use toml::{Table, Value};
 use unic_core::clip::Clip;
 use unic_io::{
@@ -182,12 +185,12 @@ fn names_of_inputs(args: &ImportArgs) -> String {
             .to_string_lossy()
             .into_owned()
     };
-    let names: Vec<String> = inputs.into_iter().flatten().map(name).collect();
-    format!(
-        "imported from {} and {}; licence not stated",
-        names.join(", "),
-        name(&args.motion)
-    )
+    let mut names: Vec<String> = inputs.into_iter().flatten().map(name).collect();
+    names.push(name(&args.motion));
+    // One file may be the character and its motion.
+    let mut seen = BTreeSet::new();
+    names.retain(|name| seen.insert(name.clone()));
+    format!("imported from {}; licence not stated", names.join(", "))
 }
 
 fn name_of(out: &Path) -> String {

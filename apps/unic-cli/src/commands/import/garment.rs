@@ -43,8 +43,8 @@ pub(super) fn rest(
     };
     notes.add(
         &args.garment,
-        "no rest shape given: the first frame is taken, whose lengths the cloth then keeps; --rest states \
-         another",
+        "no rest shape given: the first frame is taken, with its wrinkles and its pose; --rest takes the mesh in \
+         the character's rest pose",
     );
     Ok(mesh.clone())
 }
