@@ -88,7 +88,7 @@ fn refusal(folder: &Path, line: &str) -> String {
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert!(matches!(output.status.code(), Some(1 | 2)), "{line}: {stderr}");
     assert!(contents(folder) == before, "{line} changes files");
-    assert!(!stderr.contains(".tmp"), "{stderr}");
+    assert!(!stderr.contains(".import."), "{stderr}");
     stderr.lines().last().unwrap_or_default().to_owned()
 }
 
