@@ -13,10 +13,11 @@ use std::{
     path::{Path, PathBuf},
 };
 use tempfile::TempDir;
+use unic_core::skeleton::Skeleton;
 use unic_io::{
     Capture, NpzWriter, Split, VertexCacheWriter, VertexFrames,
     capture::{StagedClip, real_path},
-    read_obj, write_motion, write_obj,
+    read_obj, write_character, write_motion, write_obj,
 };
 
 /// Largest distance of an imported vertex from the truth, metres.
@@ -304,6 +305,39 @@ fn leftovers_of_killed_imports_are_removed() {
     assert_eq!(fs::read_dir(&root).unwrap().count(), 6);
     import(folder.path(), &format!("{line} --clip two"));
     assert_eq!(fs::read_dir(&root).unwrap().count(), 5);
+}
+
+#[test]
+fn contact_joints_of_a_capture_hold_for_its_further_clips() {
+    let (folder, _) = fresh();
+    // Joints whose names tell no feet.
+    let mut character = character();
+    let mut parts = character.skeleton.to_parts();
+    parts.names = (0..JOINTS).map(|joint| format!("part {joint}")).collect();
+    character.skeleton = Skeleton::new(parts).unwrap();
+    write_character(&folder.path().join("nameless.npz"), &character).unwrap();
+    let line =
+        "--garment one.pc2 --motion one.npz --rest tube/garment.obj --character nameless.npz --out made";
+    let motion = Capture::open(&folder.path().join("tube"))
+        .unwrap()
+        .load_clip("one")
+        .unwrap()
+        .clip;
+    write_motion(
+        &folder.path().join("one.npz"),
+        &motion,
+        character.skeleton.names(),
+    )
+    .unwrap();
+    let message = refusal(folder.path(), line);
+    assert!(message.contains("--contacts names them"), "{message}");
+    import(folder.path(), &format!("{line} --contacts 4,4,5,5"));
+    import(
+        folder.path(),
+        "--garment one.pc2 --motion one.npz --clip two --out made",
+    );
+    let capture = Capture::open(&folder.path().join("made")).unwrap();
+    assert_eq!(capture.contact_joints, [4, 4, 5, 5]);
 }
 
 /// Path of a file beside the checkout, unless it is missing.

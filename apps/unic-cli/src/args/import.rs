@@ -11,9 +11,9 @@ use unic_io::{LowPass, capture::JointReference};
 /// folder of --out: a new capture, or one with the same character and garment. A capture is in
 /// metres, Y up. Each conversion is printed.
 ///
-/// The rest shape comes from --rest, else from the capture, else from the first frame of the
-/// animation, if its file has faces. It defines the rest lengths of the cloth, in the character's
-/// rest pose.
+/// The rest shape defines the rest lengths of the cloth, in the character's rest pose. It comes
+/// from --rest, else from the capture, else from the first frame of the animation, if its file has
+/// faces. That frame is moved back to the rest pose and keeps its wrinkles.
 ///
 /// Garment and motion start together, unless --offset is given. The clip ends with the shorter one.
 ///
@@ -78,8 +78,8 @@ pub(crate) struct ImportArgs {
     /// Source and licence of the files, which travel into models [default: the names of the files].
     #[arg(long, value_name = "TEXT")]
     pub(crate) provenance: Option<String>,
-    /// Joints that touch the ground, by name or by index from 0: left ankle, left foot, right
-    /// ankle, right foot [default: found by the names of the joints].
+    /// Joints of a new capture that touch the ground, by name or by index from 0: left ankle, left
+    /// foot, right ankle, right foot [default: found by the names of the joints].
     #[arg(long, value_name = "L,L,R,R", value_parser = parse::contacts)]
     pub(crate) contacts: Option<[JointReference; 4]>,
     /// TOML table of joint names, for BVH files whose joint names are not recognised.

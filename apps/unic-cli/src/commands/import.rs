@@ -10,6 +10,7 @@ mod folder;
 mod garment;
 mod notes;
 mod report;
+mod rest;
 
 use crate::{
     args::{ImportArgs, MeshUpName, UpName},
@@ -24,6 +25,7 @@ use animation::Animation;
 use anyhow::{Result, anyhow};
 use notes::Notes;
 use report::ImportSummary;
+use rest::FirstFrame;
 use std::{path::Path, time::Instant};
 use unic_core::{
     character::{Character, Garment},
@@ -33,7 +35,7 @@ use unic_core::{
 use unic_io::{
     BoneMap, Capture, CaptureWriter, FootLock, GroundPlacement, LowPass, Manifest, MotionOptions, Split,
     UpAxis,
-    capture::{StagedClip, VertexAttributes, default_weights, finish_moves},
+    capture::{JointReference, StagedClip, VertexAttributes, default_weights, finish_moves},
     check, import_motion, read_character,
 };
 
@@ -50,12 +52,21 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     finish_moves(&args.out)?;
     let before = folder::open(args)?;
     let mut notes = Notes::default();
-    let mut figure = figure(args, before.as_ref(), &mut notes)?;
-    let clip = clip(args, before.as_ref(), &figure, &mut notes)?;
+    let character = character(args, before.as_ref())?;
+    let mut animation = Animation::open(args, &character, &mut notes)?;
+    let clip = clip(args, before.as_ref(), &character, &animation, &mut notes)?;
     folder::check_clip(args, before.as_ref(), &clip)?;
-    let alignment = Alignment::new(args, figure.animation.len(), clip.len())?;
+    let alignment = Alignment::new(args, animation.len(), clip.len())?;
     alignment.describe(&args.motion, &mut notes);
     let clip = clip.part(alignment.motion.clone());
+    let first = FirstFrame {
+        character: &character,
+        pose: &clip.poses[0],
+        frame: alignment.garment.start,
+    };
+    let rest = rest::rest(args, before.as_ref(), &mut animation, &first, &mut notes)?;
+    garment::check_vertices(args, before.as_ref(), &animation, &rest)?;
+    let mut figure = figure(args, before.as_ref(), character, animation, rest)?;
     let staged = StagedClip::create_in(&args.out)?;
     let alone = stage(args, staged.path(), &mut figure, &clip, &alignment)
         .map_err(|e| folder::outside(e, staged.path(), &args.out))?;
@@ -81,20 +92,26 @@ struct Figure {
     garment: Garment,
     attributes: VertexAttributes,
     animation: Animation,
+    /// Joints that touch the ground, unless their names tell.
+    contacts: Option<[JointReference; 4]>,
 }
 
-/// Reads the character and the garment, and checks them against the capture that exists.
-fn figure(args: &ImportArgs, before: Option<&Capture>, notes: &mut Notes) -> Result<Figure> {
-    let character = character(args, before)?;
-    let animation = Animation::open(args, &character, notes)?;
-    let rest = garment::rest(args, before, &animation, notes)?;
-    garment::check_vertices(args, before, &animation, &rest)?;
+/// Makes the figure of a new capture, whose rest shape is checked, or that of the capture that
+/// exists.
+fn figure(
+    args: &ImportArgs,
+    before: Option<&Capture>,
+    character: Character,
+    animation: Animation,
+    rest: TriMesh,
+) -> Result<Figure> {
     if let Some(capture) = before {
         return Ok(Figure {
             character: capture.character.clone(),
             garment: capture.garment.clone(),
             attributes: capture.attributes.clone(),
             animation,
+            contacts: Some(capture.contact_joints.map(JointReference::Index)),
         });
     }
     let path = args.rest.as_ref().unwrap_or(&args.garment);
@@ -105,6 +122,7 @@ fn figure(args: &ImportArgs, before: Option<&Capture>, notes: &mut Notes) -> Res
         character,
         attributes: VertexAttributes::default(),
         animation,
+        contacts: args.contacts.clone(),
     })
 }
 
@@ -137,8 +155,14 @@ fn character(args: &ImportArgs, before: Option<&Capture>) -> Result<Character> {
 }
 
 /// Reads the motion at the frame rate of the capture, which is that of the garment.
-fn clip(args: &ImportArgs, before: Option<&Capture>, figure: &Figure, notes: &mut Notes) -> Result<Clip> {
-    let fps = garment::frame_rate(args, before, &figure.animation, notes)?;
+fn clip(
+    args: &ImportArgs,
+    before: Option<&Capture>,
+    character: &Character,
+    animation: &Animation,
+    notes: &mut Notes,
+) -> Result<Clip> {
+    let fps = garment::frame_rate(args, before, animation, notes)?;
     let options = MotionOptions {
         fps,
         fps_of_file: args.fps.or(fps),
@@ -153,7 +177,7 @@ fn clip(args: &ImportArgs, before: Option<&Capture>, figure: &Figure, notes: &mu
         low_pass: args.low_pass.unwrap_or(LowPass::Off),
         ..MotionOptions::default()
     };
-    let import = import_motion(&args.motion, &figure.character, &options)?;
+    let import = import_motion(&args.motion, character, &options)?;
     args.force.check_findings(&args.motion, &import.findings)?;
     import.notes.iter().for_each(|note| notes.add(&args.motion, note));
     let mut clip = import.clip;
@@ -188,13 +212,14 @@ fn stage(
     alignment: &Alignment,
 ) -> Result<Manifest> {
     let mut manifest = Manifest::new("staged", clip.fps);
-    manifest.contact_joints.clone_from(&args.contacts);
     let Figure {
         character,
         garment,
         attributes,
         animation,
+        contacts,
     } = figure;
+    manifest.contact_joints.clone_from(contacts);
     let mut writer = CaptureWriter::create(root, manifest, character, garment, attributes)?;
     let mut out = writer.begin_clip(clip, Split::Train)?;
     let mut progress = Progress::new("importing", 0, clip.len() as u64);

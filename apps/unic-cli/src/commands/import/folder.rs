@@ -10,7 +10,7 @@ use std::{
 use toml::{Table, Value};
 use unic_core::clip::Clip;
 use unic_io::{
-    Capture, Error, Manifest, Split,
+    Capture, Manifest, Split,
     capture::{MANIFEST, OWN_FILES, capture_written_by, real_path},
 };
 
@@ -200,16 +200,17 @@ fn name_of(out: &Path) -> String {
     name.unwrap_or_else(|| "capture".into())
 }
 
-/// Gives an error about a staged file the name that the file is to have. Other errors stay as they
-/// are.
+/// Gives an error about a staged file the name that the file is to have, and names the option that
+/// helps. Other errors stay as they are.
 pub(super) fn outside(error: anyhow::Error, staged: &Path, out: &Path) -> anyhow::Error {
-    let Some(of_file) = error.downcast_ref::<Error>() else {
-        return error;
-    };
     let staged = staged.display().to_string();
-    let text = of_file.to_string();
-    match text.contains(&staged) {
-        true => anyhow!("{}", text.replace(&staged, &out.display().to_string())),
-        false => error,
+    let text = error.to_string();
+    if !text.contains(&staged) {
+        return error;
+    }
+    let text = text.replace(&staged, &out.display().to_string());
+    match text.contains("contact_joints") {
+        true => anyhow!("{text}; --contacts names them"),
+        false => anyhow!("{text}"),
     }
 }

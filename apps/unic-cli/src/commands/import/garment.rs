@@ -1,53 +1,16 @@
-//! The garment of an import: its rest shape and its frame rate.
+//! Checks of the garment of an import, and its frame rate.
 
-use super::{animation::Animation, conversion::Conversion, notes::Notes};
+use super::{animation::Animation, notes::Notes};
 use crate::args::ImportArgs;
 use anyhow::{Result, bail};
 use std::collections::HashSet;
 use unic_core::{mesh::TriMesh, topology::edges};
-use unic_io::{Capture, read_obj};
+use unic_io::Capture;
 
 /// Smallest share of the rest shape's edges that the animation's faces have too. Formats cut
 /// polygons into triangles along different diagonals, one edge of five for quadrangles. Meshes in
 /// another vertex order have hardly any edge in common.
 const MIN_COMMON_EDGES: f32 = 0.5;
-
-/// Returns the rest shape: that of `--rest`, of the capture, or the first frame of the animation.
-///
-/// # Errors
-/// No file with faces, a rest shape that is not that of the capture.
-pub(super) fn rest(
-    args: &ImportArgs,
-    before: Option<&Capture>,
-    animation: &Animation,
-    notes: &mut Notes,
-) -> Result<TriMesh> {
-    if let Some(path) = &args.rest {
-        let conversion = Conversion::of(args);
-        let mesh = conversion.mesh(read_obj(path)?);
-        conversion.describe(path, notes);
-        if let Some(capture) = before {
-            capture.check_same_rest(path, &mesh)?;
-        }
-        return Ok(mesh);
-    }
-    if let Some(capture) = before {
-        return Ok(capture.garment.rest.clone());
-    }
-    let Some(mesh) = &animation.mesh else {
-        bail!(
-            "{}: expected a rest shape with faces, found positions alone; give the garment's mesh as --rest \
-             FILE.obj",
-            args.garment.display()
-        );
-    };
-    notes.add(
-        &args.garment,
-        "no rest shape given: the first frame is taken, with its wrinkles and its pose; --rest takes the mesh in \
-         the character's rest pose",
-    );
-    Ok(mesh.clone())
-}
 
 /// Checks that the animation has the vertices of the rest shape, in its order.
 ///
