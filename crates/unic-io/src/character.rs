@@ -28,6 +28,30 @@ pub fn read_character(path: &Path) -> Result<Character> {
     read_named_character(path, Vec::new())
 }
 
+/// A character, with the conversions that made it.
+#[derive(Clone, Debug)]
+pub struct CharacterImport {
+    /// Body, skeleton and skinning weights; metres, +Y up.
+    pub character: Character,
+    /// Descriptions of the conversions, one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Reads a character as [`read_character`] does, with notes about what was converted.
+///
+/// # Errors
+/// Those of [`read_character`].
+pub fn import_character(path: &Path) -> Result<CharacterImport> {
+    if gltf::is_gltf(path) {
+        let gltf::GltfCharacter { character, notes, .. } = gltf::read_gltf_character(path)?;
+        return Ok(CharacterImport { character, notes });
+    }
+    Ok(CharacterImport {
+        character: read_character(path)?,
+        notes: Vec::new(),
+    })
+}
+
 /// Reads a character with the given joint names; an empty list takes those of the file.
 ///
 /// # Errors

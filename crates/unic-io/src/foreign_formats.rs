@@ -140,7 +140,7 @@ fn foreign_format(path: &Path) -> Option<&'static ForeignFormat> {
 
 /// Refuses a file of a foreign format with an error that names the format and gives advice.
 ///
-/// A reader of a [`PartlyReadFormat`] asks [`partly_read`] first.
+/// Readers of a format that others refuse ask for it first.
 ///
 /// # Errors
 /// A file of a format that is recognised here. All other files pass, missing ones too.

@@ -123,7 +123,7 @@ mod up_axis;
 pub use bvh::Bvh;
 pub use cache::{VertexCache, VertexCacheWriter, read_vertex_cache};
 pub use capture::{Capture, CaptureWriter, CapturedClip, Manifest, Split};
-pub use character::{read_character, write_character};
+pub use character::{CharacterImport, import_character, read_character, write_character};
 pub use counted::counted;
 pub use error::{Error, Result};
 pub use foreign_formats::refuse_foreign;

@@ -36,7 +36,7 @@ use unic_io::{
     BoneMap, Capture, CaptureWriter, FootLock, GroundPlacement, LowPass, Manifest, MotionOptions, Split,
     UpAxis,
     capture::{JointReference, StagedClip, VertexAttributes, default_weights, finish_moves},
-    check, import_motion, read_character,
+    check, import_character, import_motion,
 };
 
 /// Imports a clip.
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     finish_moves(&args.out)?;
     let before = folder::open(args)?;
     let mut notes = Notes::default();
-    let character = character(args, before.as_ref())?;
+    let character = character(args, before.as_ref(), &mut notes)?;
     let mut animation = Animation::open(args, &character, &mut notes)?;
     let clip = clip(args, before.as_ref(), &character, &animation, &mut notes)?;
     folder::check_clip(args, before.as_ref(), &clip)?;
@@ -132,7 +132,7 @@ fn with_default_weights(path: &Path, rest: TriMesh, character: &Character) -> Re
 }
 
 /// Reads the character of `--character`, which is that of the capture if there is one.
-fn character(args: &ImportArgs, before: Option<&Capture>) -> Result<Character> {
+fn character(args: &ImportArgs, before: Option<&Capture>, notes: &mut Notes) -> Result<Character> {
     let Some(path) = &args.character else {
         return match before {
             Some(capture) => Ok(capture.character.clone()),
@@ -145,7 +145,9 @@ fn character(args: &ImportArgs, before: Option<&Capture>) -> Result<Character> {
             }
         };
     };
-    let character = read_character(path)?;
+    let import = import_character(path)?;
+    import.notes.iter().for_each(|note| notes.add(path, note));
+    let character = import.character;
     if let Some(capture) = before {
         capture.check_same_character(path, &character)?;
         return Ok(character);

@@ -1,6 +1,6 @@
 //! Inputs of a simulation: character, garment and motions, built in or read from files.
 
-use crate::{args::SimulateArgs, failure::Usage, motion_file};
+use crate::{args::SimulateArgs, failure::Usage, motion_file, output::print_status};
 use anyhow::{Result, anyhow};
 use glam::{Quat, Vec3};
 use std::{
@@ -20,7 +20,7 @@ use unic_core::{
 use unic_io::{
     Split,
     capture::{VertexAttributes, default_weights, read_garment},
-    read_character, read_obj,
+    import_character, read_obj,
 };
 use unic_sim::Material;
 
@@ -72,7 +72,11 @@ pub(super) fn character(args: &SimulateArgs) -> Result<Character> {
         return Ok(human(&HumanParameters::default())?);
     }
     let path = file_or_file_in(&args.character, "character.npz");
-    Ok(read_character(&path)?)
+    let import = import_character(&path)?;
+    for note in &import.notes {
+        print_status(&format!("{}: {note}", path.display()));
+    }
+    Ok(import.character)
 }
 
 /// Returns the garment of `--garment`: built in, an .obj file, or a folder with `garment.obj` and
