@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use std::{fs, path::Path};
 use unic_core::{Pose, character::Character, skinning::SkinningWeights};
 use unic_io::{
-    Capture, MotionOptions,
+    Capture, MotionOptions, UpAxis,
     glb::{GlbScene, GlbWriter},
     gltf::read_gltf_character,
     import_motion, inspect,
@@ -81,7 +81,12 @@ fn the_walk_is_retargeted_to_another_character() {
     let mut character = read_character(&glb).unwrap();
     character.skeleton = unic_core::skeleton::Skeleton::new(parts).unwrap();
     character.body.vertices.iter_mut().for_each(|v| *v *= 0.8);
-    let import = import_motion(&glb, &character, &MotionOptions::default()).unwrap();
+    // glTF states its axis, so that an option for other files has no effect.
+    let options = MotionOptions {
+        up: UpAxis::Z,
+        ..MotionOptions::default()
+    };
+    let import = import_motion(&glb, &character, &options).unwrap();
     let notes = import.notes.join("; ");
     assert!(notes.contains("scaled by 0.8000"), "{notes}");
     let head = character.skeleton.joint("head").unwrap();

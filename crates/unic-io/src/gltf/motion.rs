@@ -11,6 +11,7 @@ use crate::{
     joint_names::is_same_joint,
     motion::MotionOptions,
     retarget::{RetargetSource, Retargeted},
+    up_axis::UpAxis,
 };
 use glam::Quat;
 use std::path::Path;
@@ -207,7 +208,8 @@ fn retargeted(
     options: &MotionOptions,
 ) -> Result<GltfMotion> {
     let bvh = as_bvh(animated);
-    let source = RetargetSource::new(&container.path, &bvh, &options.bones, options.up)?;
+    // Y up by the format, whatever is asked for files that do not state their axis.
+    let source = RetargetSource::new(&container.path, &bvh, &options.bones, UpAxis::Y)?;
     let Retargeted { clip, notes } = source.on(&container.path, &bvh, character)?;
     Ok(GltfMotion {
         clip,
