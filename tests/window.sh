@@ -99,13 +99,15 @@ keys p
 xdotool mousedown 3 mousemove 700 420
 sleep 1
 xdotool mouseup 3 mouseup 1
-keys g f b c x x x v t t r k p
+# Time stands still, so that pictures differ by the garment alone.
+keys space p g p space
+keys f b c x x x v t t r k p
 xdotool keydown w; sleep 2; xdotool keyup w
 sizes
 keys p
 lives
-pictures 3 unic_play
-differ unic_play 1 2 5
+pictures 5 unic_play
+differ unic_play 2 3 1
 keys Escape
 ends 0
 

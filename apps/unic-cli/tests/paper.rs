@@ -120,11 +120,21 @@ fn the_certainty_of_the_code_is_measured_and_gumbel_noise_is_reproducible() {
         // The whole output of the field counts, so its precisions differ and are measured.
         let model = Model::from_bytes(&fs::read(folder.join("p.unic")).unwrap()).unwrap();
         let errors = PrecisionErrors::of(model.about()).unwrap();
-        assert!(
-            errors.f32 > 0.0 && errors.int8 > 0.0 && errors.f32 != errors.int8,
-            "{errors:?}"
-        );
-        assert_eq!(model.precision(), model.fastest_precision(0.01));
+        let differs = |mm: f64| mm > 0.0 && mm != errors.f32;
+        assert!(errors.f32 > 0.0 && errors.int8.is_some_and(differs), "{errors:?}");
+        let one_step = |precision: &str| {
+            let scores = json(
+                folder,
+                &format!("eval p.unic tube --json --precision {precision}"),
+            );
+            assert!(
+                precision == "auto" || scores["precision"] == precision,
+                "{scores}"
+            );
+            scores["model"]["one_step"]["rmse_mm"].as_f64().unwrap()
+        };
+        assert_ne!(one_step("f32"), one_step("int8"));
+        assert_eq!(one_step("auto"), one_step(model.precision().name()));
         let scores = json(folder, "eval p.unic tube --json");
         let top = scores["code"]["mean_top_probability"].as_f64().unwrap();
         assert!(0.125 < top && top <= 1.0, "{top}");

@@ -753,9 +753,18 @@ UnicStatus unic_instance_create(const struct UnicModel *model,
                                 struct UnicInstance **instance);
 
 /**
- * Ends an instance. A call on another thread that is at work with it finishes first.
+ * Ends an instance, and returns at once. A call on another thread that is at work with it goes on:
+ * its buffers, and the context of parallel_for, must stay until it has returned.
  */
 UnicStatus unic_instance_release(const struct UnicInstance *instance);
+
+/**
+ * Writes the precision of an instance, which UNIC_PRECISION_AUTO has chosen or the caller, and
+ * whether single precision, which is exact, is faster here: 1, else 0. Either place may be null.
+ */
+UnicStatus unic_instance_precision(const struct UnicInstance *instance,
+                                   uint32_t *precision,
+                                   uint32_t *is_slower_than_f32);
 
 /**
  * Sets ground and props, from the next step on; resets keep them. At most 1024.

@@ -7,7 +7,7 @@ use crate::{
     memory::{check_pointer, write},
     mesh::{MeshLayout, UnicMesh},
     model::{MODELS, UnicModel},
-    options::{Options, UnicOptions},
+    options::{Options, UnicOptions, UnicPrecision},
     pose::PoseReader,
     registry::Registry,
     status::UnicStatus,
@@ -132,10 +132,37 @@ pub unsafe extern "C" fn unic_instance_create(
     })
 }
 
-/// Ends an instance. A call on another thread that is at work with it finishes first.
+/// Ends an instance, and returns at once. A call on another thread that is at work with it goes on:
+/// its buffers, and the context of parallel_for, must stay until it has returned.
 #[unsafe(no_mangle)]
 pub extern "C" fn unic_instance_release(instance: *const UnicInstance) -> UnicStatus {
     guard(|| INSTANCES.release(instance))
+}
+
+/// Writes the precision of an instance, which UNIC_PRECISION_AUTO has chosen or the caller, and
+/// whether single precision, which is exact, is faster here: 1, else 0. Either place may be null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn unic_instance_precision(
+    instance: *const UnicInstance,
+    precision: *mut u32,
+    is_slower_than_f32: *mut u32,
+) -> UnicStatus {
+    with(instance, |instance| {
+        let model = instance.animator.model();
+        let (found, width) = (model.precision(), model.config().field.width);
+        let given = UnicPrecision::from(found) as u32;
+        let slower = u32::from(found.is_slower_than_f32(width));
+        for (what, place, value) in [
+            ("precision", precision, given),
+            ("is_slower_than_f32", is_slower_than_f32, slower),
+        ] {
+            if !place.is_null() {
+                // SAFETY: passed on.
+                unsafe { write(what, place, value) }?;
+            }
+        }
+        Ok(())
+    })
 }
 
 /// Sets ground and props, from the next step on; resets keep them. At most 1024.

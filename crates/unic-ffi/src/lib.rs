@@ -71,7 +71,10 @@ mod version;
 
 pub use collider::{UnicCollider, UnicShape};
 pub use error::unic_last_error;
-pub use instance::{UnicInstance, unic_instance_create, unic_instance_release, unic_instance_set_colliders};
+pub use instance::{
+    UnicInstance, unic_instance_create, unic_instance_precision, unic_instance_release,
+    unic_instance_set_colliders,
+};
 pub use job::{UnicJob, UnicParallelFor};
 pub use mesh::{UnicMesh, UnicVertices};
 pub use model::{

@@ -29,6 +29,17 @@ pub enum UnicPrecision {
     Int8 = 4,
 }
 
+impl From<Precision> for UnicPrecision {
+    fn from(precision: Precision) -> Self {
+        match precision {
+            Precision::F32 => Self::F32,
+            Precision::Bf16 => Self::Bf16,
+            Precision::Int16 => Self::Int16,
+            Precision::Int8 => Self::Int8,
+        }
+    }
+}
+
 /// Handling of garment vertices inside the body.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

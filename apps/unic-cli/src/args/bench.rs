@@ -6,6 +6,9 @@ use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
 use unic_builtin::scale;
 use unic_core::Precision;
 
+/// Channels of the published field, whose products take most of a frame.
+const WIDTH: usize = 256;
+
 /// Measure how fast this machine animates.
 ///
 /// Without a model it measures random weights, in the sizes of the presets and on garments of
@@ -54,7 +57,7 @@ pub(crate) struct BenchArgs {
     pub(crate) overwrite: bool,
     /// Measure random weights in all published sizes and precisions, on one thread and on all. It
     /// takes minutes; the selection without it takes less than 90 seconds.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "model")]
     pub(crate) all: bool,
     /// Numbers of vertices of garments with random weights [default: 3653,62461; with --all
     /// 3653,34907,59380,62461].
@@ -103,7 +106,7 @@ impl BenchArgs {
 
     /// Number formats of the networks.
     pub(crate) fn precisions(&self) -> Vec<PrecisionName> {
-        let [fastest, ..] = Precision::fastest_first();
+        let [fastest, ..] = Precision::fastest_first(WIDTH);
         match (self.precision.as_slice(), self.is_complete()) {
             ([], true) => PrecisionName::ALL.into(),
             ([], false) => {
@@ -131,7 +134,7 @@ impl BenchArgs {
 
     /// Warns once about each named precision that is slower than f32.
     pub(crate) fn warn(&self) {
-        self.precision.iter().for_each(|name| warn_if_slow(*name));
+        self.precision.iter().for_each(|name| warn_if_slow(*name, WIDTH));
     }
 }
 

@@ -3,6 +3,7 @@
 use super::{PrecisionName, parse};
 use crate::output::print_status;
 use clap::ValueEnum;
+use std::sync::Once;
 use unic_core::{Model, Precision};
 
 /// Growth of a model's error that may be paid for speed, percent, unless a user says otherwise.
@@ -14,7 +15,8 @@ pub(crate) struct PrecisionArgs {
     /// Precision of the model's networks.
     #[arg(long, value_enum, default_value_t = PrecisionChoice::Auto)]
     precision: PrecisionChoice,
-    /// Growth of the model's error that --precision auto may cost, percent of the error.
+    /// Growth of the model's error that --precision auto may cost, percent of the error in f32, on
+    /// the motion on which training has measured both.
     #[arg(long, value_name = "PERCENT", value_parser = parse::percent, default_value_t = ALLOWED_PERCENT)]
     precision_error: f32,
 }
@@ -48,27 +50,25 @@ impl PrecisionChoice {
 }
 
 impl PrecisionArgs {
-    /// Gives a model the precision.
+    /// Gives a model the precision. Warns once about one that is slower and less exact than f32.
     pub(crate) fn apply(self, model: Model) -> Model {
-        let precision = match self.precision.named() {
-            Some(name) => name.into(),
-            None => model.fastest_precision(f64::from(self.precision_error) / 100.0),
+        let Some(name) = self.precision.named() else {
+            let precision = model.fastest_precision(f64::from(self.precision_error) / 100.0);
+            return model.with_precision(precision);
         };
-        model.with_precision(precision)
-    }
-
-    /// Warns about a precision that is slower and less exact than f32.
-    pub(crate) fn warn(self) {
-        if let Some(name) = self.precision.named() {
-            warn_if_slow(name);
-        }
+        static WARNING: Once = Once::new();
+        WARNING.call_once(|| warn_if_slow(name, model.config().field.width));
+        model.with_precision(name.into())
     }
 }
 
-/// Warns about a precision that is slower and less exact than f32 on this machine.
-pub(crate) fn warn_if_slow(name: PrecisionName) {
-    if Precision::from(name).is_slower_than_f32() {
-        let text = format!("warning: {name} is slower than f32 on this processor, and less exact");
+/// Warns about a precision that is slower and less exact than f32 on this machine, for fields of so
+/// many channels.
+pub(crate) fn warn_if_slow(name: PrecisionName, width: usize) {
+    if Precision::from(name).is_slower_than_f32(width) {
+        let text = format!(
+            "warning: {name} is slower than f32 on this processor for a field of {width} channels, and less exact"
+        );
         print_status(&text);
     }
 }

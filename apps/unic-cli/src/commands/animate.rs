@@ -33,7 +33,6 @@ const PICTURES: usize = 8;
 /// Unusable options or inputs, files that cannot be read or written, an interruption.
 pub(crate) fn run(args: &AnimateArgs) -> Result<()> {
     let started = Instant::now();
-    args.precision.warn();
     // Outputs are checked before inputs are read, which may take long.
     files::check(args)?;
     let model = Arc::new(read_model(args)?);
@@ -54,6 +53,7 @@ pub(crate) fn run(args: &AnimateArgs) -> Result<()> {
             frames: clip.len(),
             fps: clip.fps,
             vertices: model.vertex_count(),
+            precision: model.precision().name(),
             seconds,
             written,
         },
@@ -214,6 +214,8 @@ struct AnimationSummary {
     frames: usize,
     fps: f32,
     vertices: usize,
+    /// Precision of the networks.
+    precision: &'static str,
     /// Wall-clock time of the whole command.
     seconds: f64,
     /// Paths of the garment, the body if it has its own file, the meshes of .pc2, the picture.
@@ -230,6 +232,7 @@ fn print_summary(args: &AnimateArgs, summary: &AnimationSummary) -> Result<()> {
         vertices,
         seconds,
         written,
+        ..
     } = summary;
     let paths: Vec<String> = written
         .iter()

@@ -23,7 +23,7 @@ use listener::EvaluationListener;
 use serde::Serialize;
 use std::collections::HashSet;
 use training_overlap::TrainingOverlap;
-use unic_core::{Animator, CodeSampling, IntersectionMode};
+use unic_core::{Animator, CodeSampling, IntersectionMode, Precision};
 use unic_eval::{
     CONTROL, CodeCertainty, ControlPredictor, Evaluation, Event, IntersectionHandler, ModelPredictor,
     NamedPredictor, PRIOR, PriorPredictor, Protocol, baselines, evaluate_by, training_set,
@@ -43,7 +43,6 @@ fn measure(args: &EvalArgs) -> Result<Measurements> {
     if args.baselines && args.code.gumbel.is_some() {
         return Err(Usage("expected a model for --gumbel, found --baselines".to_owned()).into());
     }
-    args.precision.warn();
     // Outputs are checked in two steps: those named after clips are known once the capture is open.
     outputs::check(args)?;
     let capture = protocol::capture(args)?;
@@ -95,6 +94,7 @@ fn measure(args: &EvalArgs) -> Result<Measurements> {
         evaluation,
         timing,
         code,
+        precision: animator.as_ref().map(|animator| animator.model().precision()),
         caveats: overlap.caveats(),
     };
     if let (Some(recorder), Some(animator), Some(path)) = (recorder, &animator, &args.model) {
@@ -112,6 +112,8 @@ struct Measurements {
     timing: Option<Timing>,
     /// Certainty of the model's motion code on these clips. `None` without a model or a code.
     code: Option<CodeCertainty>,
+    /// Precision of the model's networks. `None` with `--baselines`.
+    precision: Option<Precision>,
     /// Reasons why the errors may be smaller than on unseen motion, a sentence each.
     caveats: Vec<String>,
 }
@@ -193,6 +195,9 @@ struct Output<'a> {
     timing: Option<Timing>,
     #[serde(skip_serializing_if = "Option::is_none")]
     code: Option<CodeCertainty>,
+    /// Precision of the model's networks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    precision: Option<&'static str>,
     /// Choice of the categories of the model's motion code.
     #[serde(skip_serializing_if = "Option::is_none")]
     code_sampling: Option<CodeSampling>,
@@ -205,6 +210,7 @@ fn print_results(args: &EvalArgs, measured: &Measurements) -> Result<()> {
         evaluation,
         timing,
         code,
+        precision,
         caveats,
     } = measured;
     let (timing, code) = (*timing, *code);
@@ -215,12 +221,14 @@ fn print_results(args: &EvalArgs, measured: &Measurements) -> Result<()> {
             protocol,
             timing,
             code,
+            precision: precision.map(Precision::name),
             code_sampling: args.model.is_some().then(|| args.code.sampling()),
             caveats,
         });
     }
     let timing = timing.map_or_else(String::new, |Timing { frame_ms, threads }| {
-        format!("a frame of the model takes {frame_ms:.2} ms (median, threads: {threads})\n")
+        let precision = precision.unwrap_or_default().name();
+        format!("a frame of the model takes {frame_ms:.2} ms (median, threads: {threads}, {precision})\n")
     });
     let code = code.map_or_else(String::new, |code| {
         format!("mean top probability of the motion code: {code}\n")

@@ -19,7 +19,6 @@ use unic_viewer::{AdapterKind, Material, PlaySettings, Settling, ViewerError, pl
 /// Unusable options or inputs, no window, an interruption.
 pub(crate) fn run(args: &PlayArgs) -> Result<()> {
     record::check(args)?;
-    args.precision.warn();
     let wardrobe = Wardrobe::read(args)?;
     let settings = Settings {
         characters: args.characters,

@@ -15,7 +15,6 @@ use unic_viewer::{Loader, ViewLooks, ViewSession, ViewSettings, ViewerError, vie
 /// Unusable options or inputs, no window, an interruption.
 pub(crate) fn run(args: &ViewArgs) -> Result<()> {
     pictures::check(args)?;
-    args.precision.warn();
     let is_drawn = args.record.record.is_some() || args.record.screenshot.is_some();
     if args.record.json && !is_drawn {
         let sentence = "--json: expected --record or --screenshot, whose result it prints, found neither";

@@ -20,7 +20,7 @@ use unic_cli::{
     model_file,
     timing::Timing,
 };
-use unic_core::Animator;
+use unic_core::{Animator, Model, Precision};
 use unic_eval::{Evaluation, ModelPredictor, NamedPredictor};
 use unic_io::{Capture, Split, atomic};
 use unic_train::TrainConfig;
@@ -136,7 +136,7 @@ impl<'a> TrainingJob<'a> {
         let model_path = self.stem.with_extension("unic");
         atomic::write(&settings, config.to_toml().as_bytes())?;
         let summary = train::train(&self.train_args(settings, model_path.clone()))?;
-        let animator = Animator::new(Arc::new(model_file::read(&model_path)?));
+        let animator = Animator::new(Arc::new(exact(model_file::read(&model_path)?)));
         let mut predictors = [NamedPredictor::model(ModelPredictor::from_animator(
             animator.clone(),
         ))];
@@ -206,4 +206,9 @@ fn other(path: &Path) -> anyhow::Error {
         "{path}: expected a result of the same settings and budget, found another; choose another --out"
     );
     Usage(text).into()
+}
+
+/// Model in f32, so that tables of all machines compare.
+fn exact(model: Model) -> Model {
+    model.with_precision(Precision::F32)
 }

@@ -29,6 +29,52 @@ pub enum Precision {
     Int8,
 }
 
+/// Fields with fewer channels are fastest in f32.
+const NARROW: usize = 64;
+
+/// Fastest products of low precision that a processor has.
+#[derive(Clone, Copy, Debug)]
+enum Products {
+    /// Matrix units (AMX).
+    #[cfg_attr(
+        not(target_arch = "x86_64"),
+        allow(dead_code, reason = "x86-64 alone has them")
+    )]
+    Matrix,
+    /// Dot products of integers (AVX-512 VNNI).
+    #[cfg_attr(
+        not(target_arch = "x86_64"),
+        allow(dead_code, reason = "x86-64 alone has them")
+    )]
+    Dot,
+    /// None that beats f32.
+    Plain,
+}
+
+impl Products {
+    fn here() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if Precision::Bf16.best_instructions() == Instructions::Amx {
+                return Self::Matrix;
+            }
+            if Precision::Int8.best_instructions() == Instructions::Avx512 {
+                return Self::Dot;
+            }
+        }
+        Self::Plain
+    }
+
+    fn order(self, width: usize) -> [Precision; 4] {
+        use Precision::{Bf16, F32, Int8, Int16};
+        match self {
+            Self::Matrix if width >= NARROW => [Bf16, Int8, Int16, F32],
+            Self::Dot if width >= NARROW => [Int8, Int16, F32, Bf16],
+            _ => [F32, Int16, Bf16, Int8],
+        }
+    }
+}
+
 impl Precision {
     /// All precisions, from exact to coarse.
     pub const ALL: [Self; 4] = [Self::F32, Self::Bf16, Self::Int16, Self::Int8];
@@ -43,28 +89,22 @@ impl Precision {
         }
     }
 
-    /// Lists all precisions from the fastest to the slowest on this machine.
+    /// Lists all precisions from the fastest to the slowest on this machine, for a field of so many
+    /// channels.
     ///
     /// The order follows from the features of the processor: bf16 with matrix units, 8-bit integers
-    /// with dot products of AVX-512, f32 on all others. It was measured on trained fields
-    /// (docs/lab/kernels.md); 64-bit ARM has not been measured.
-    pub fn fastest_first() -> [Self; 4] {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if Self::Bf16.best_instructions() == Instructions::Amx {
-                return [Self::Bf16, Self::Int8, Self::Int16, Self::F32];
-            }
-            if Self::Int8.best_instructions() == Instructions::Avx512 {
-                return [Self::Int8, Self::Int16, Self::F32, Self::Bf16];
-            }
-        }
-        [Self::F32, Self::Int16, Self::Bf16, Self::Int8]
+    /// with dot products of AVX-512, f32 on all others. Narrow fields are fastest in f32, which skips
+    /// activations that are zero. It was measured (docs/lab/kernels.md, docs/results/performance.md);
+    /// 64-bit ARM has not been measured.
+    pub fn fastest_first(width: usize) -> [Self; 4] {
+        Products::here().order(width)
     }
 
     /// Whether f32, which is exact, is faster on this machine ([`Precision::fastest_first`]).
-    pub fn is_slower_than_f32(self) -> bool {
-        let slower = Self::fastest_first().into_iter().skip_while(|p| *p != Self::F32);
-        slower.skip(1).any(|p| p == self)
+    pub fn is_slower_than_f32(self, width: usize) -> bool {
+        let order = Self::fastest_first(width);
+        let place = |precision: Self| order.iter().position(|p| *p == precision);
+        place(self) > place(Self::F32)
     }
 
     /// Returns the fastest instruction set of this machine for the precision.
@@ -107,6 +147,35 @@ impl Precision {
             },
             // The other sets compute products of every precision with f32 or integer vectors.
             _ => computes_f32(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Precision::*, *};
+
+    #[test]
+    fn wide_fields_use_what_the_processor_has_and_narrow_ones_f32() {
+        assert_eq!(Products::Matrix.order(256), [Bf16, Int8, Int16, F32]);
+        assert_eq!(Products::Dot.order(256), [Int8, Int16, F32, Bf16]);
+        for products in [Products::Matrix, Products::Dot, Products::Plain] {
+            assert_eq!(products.order(32)[0], F32);
+            for precision in Precision::ALL {
+                assert!(products.order(256).contains(&precision));
+            }
+        }
+        assert_eq!(Products::Plain.order(256)[0], F32);
+    }
+
+    #[test]
+    fn precisions_after_f32_are_slower() {
+        for width in [32, 256] {
+            let order = Precision::fastest_first(width);
+            let f32_at = order.iter().position(|p| *p == F32).unwrap();
+            for (place, precision) in order.into_iter().enumerate() {
+                assert_eq!(precision.is_slower_than_f32(width), place > f32_at);
+            }
         }
     }
 }

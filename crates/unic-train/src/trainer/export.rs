@@ -33,18 +33,21 @@ impl Trainer {
     }
 
     /// [`Trainer::model`], whose file also records how certain its categorical code is on the
-    /// training motions, and its error in each precision.
+    /// training motions, and its error in each precision. The errors are left out where `proceed`,
+    /// called before each frame, answers stop.
     ///
     /// # Errors
     /// The errors of [`Trainer::model`].
-    pub fn measured_model(&self) -> Result<Model, TrainError> {
+    pub fn measured_model(&self, proceed: &dyn Fn() -> Control) -> Result<Model, TrainError> {
         let model = self.model()?;
         let mut parts = model.to_parts();
         if let Some(code) = CodeCertainty::measure(&model, &self.field.data.clips) {
             parts.about.training["code"] = json!(code);
         }
-        if let Some(errors) = self.precision_errors(&model)? {
-            parts.about.training[PrecisionErrors::KEY] = json!(errors);
+        match self.precision_errors(&model, proceed) {
+            Ok(Some(errors)) => parts.about.training[PrecisionErrors::KEY] = json!(errors),
+            Ok(None) | Err(TrainError::Stopped) => {}
+            Err(error) => return Err(error),
         }
         Ok(Model::new(parts)?)
     }
@@ -52,7 +55,11 @@ impl Trainer {
     /// Measures the error of a model in each precision, in free running through the start of a clip:
     /// the first of the validation, which a fit on all clips has seen. Intersections are not
     /// handled. None where the field adds nothing, and all precisions are equal.
-    fn precision_errors(&self, model: &Model) -> Result<Option<PrecisionErrors>, TrainError> {
+    fn precision_errors(
+        &self,
+        model: &Model,
+        proceed: &dyn Fn() -> Control,
+    ) -> Result<Option<PrecisionErrors>, TrainError> {
         let validation = self.field.validation.as_ref();
         let chosen = validation.map_or(self.field.chosen(), Chosen::from);
         let clips = || self.field.data.validation.iter().chain(&self.field.data.clips);
@@ -65,14 +72,14 @@ impl Trainer {
         let error = |precision| -> Result<f64, TrainError> {
             let model = Arc::new(model.clone().with_precision(precision));
             let (clips, off) = (std::slice::from_ref(clip), IntersectionMode::Off);
-            let go_on = &mut || Control::Continue;
-            Ok(1e3 * free_running_rmse_of(&model, clips, frames, off, go_on)?)
+            Ok(1e3 * free_running_rmse_of(&model, clips, frames, off, &mut || proceed())?)
         };
+        let finite = |precision| error(precision).map(|mm| Some(mm).filter(|mm| mm.is_finite()));
         Ok(Some(PrecisionErrors {
             f32: error(Precision::F32)?,
-            bf16: error(Precision::Bf16)?,
-            int16: error(Precision::Int16)?,
-            int8: error(Precision::Int8)?,
+            bf16: finite(Precision::Bf16)?,
+            int16: finite(Precision::Int16)?,
+            int8: finite(Precision::Int8)?,
         }))
     }
 

@@ -41,7 +41,7 @@ fn facts(path: &Path, model: &Model) -> Vec<Fact> {
             json!(rounded(config.fps)),
         ),
         Fact::plain("parameters", model.parameter_count()),
-        Fact::plain("precision", model.precision().name()),
+        Fact::plain("precision here", model.precision().name()),
         Fact::plain("state", state(&config.state)),
         Fact::plain("motion vector", layout(config.motion.layout)),
         Fact::plain("intersection handling", intersection(config.intersection)),

@@ -1,7 +1,7 @@
 //! Texts and results of a run: what it prints before training, its model and its summary.
 
 use super::Run;
-use crate::model_file;
+use crate::{interrupt, model_file};
 use anyhow::Result;
 use serde::Serialize;
 use std::{
@@ -143,7 +143,7 @@ impl FinishedRun<'_> {
     /// A model or log that cannot be written.
     pub(super) fn write_model(&self) -> Result<TrainingSummary> {
         let (run, data) = (self.run, self.trainer.data());
-        let model = self.trainer.measured_model()?;
+        let model = self.trainer.measured_model(&interrupt::control)?;
         let validation = self.validation.as_ref();
         let summary = TrainingSummary {
             model: run.out.clone(),
