@@ -170,6 +170,33 @@ fn is_same_inode(_: &Path, _: &Path) -> bool {
     false
 }
 
+/// Refuses the output folder of a capture inside another capture. The folder itself may be one.
+///
+/// # Errors
+/// A [`Usage`] that names the folder.
+pub(crate) fn refuse_other_captures(out: &Path) -> Result<()> {
+    let clips = out.join("clips");
+    // A linked folder of clips may belong to another capture, whose files would be overwritten.
+    if real_path(&clips) != real_path(out).join("clips") {
+        let text = format!(
+            "--out: expected a folder of clips of its own, found the link {}",
+            clips.display()
+        );
+        return Err(Usage(text).into());
+    }
+    match capture_written_by(out).filter(|capture| *capture != real_path(out)) {
+        None => Ok(()),
+        Some(capture) => {
+            let text = format!(
+                "--out: expected a folder of its own, found {}, which is a part of the capture {}",
+                out.display(),
+                capture.display()
+            );
+            Err(Usage(text).into())
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

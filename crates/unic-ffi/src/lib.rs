@@ -21,14 +21,13 @@
 //! - **Axes and units** are options of an instance ([`UnicAxes`]). Poses, results, colliders, wind
 //!   and faces are converted, so that no engine mirrors anything by itself.
 //! - **Growth.** Structs that may grow begin with their size in bytes, which the caller sets. A
-//!   program that was compiled with an older header keeps working. [`UNIC_ABI_VERSION`] changes
-//!   when this does not hold.
+//!   program that was compiled with a later header works here if the fields that this version does
+//!   not know are zero. [`UNIC_ABI_VERSION`] changes when older programs stop working.
 //!
 //! # Rules for pointers
 //!
-//! What a library can see it checks: null, alignment, counts, strides, numbers, values of
-//! enumerations. It cannot see whether memory is as large as stated. Callers promise for every
-//! function:
+//! The library checks null, alignment, counts, strides, numbers and values of enumerations. It
+//! cannot see whether memory is as large as stated. Callers promise for every function:
 //!
 //! - a pointer that is not null points to memory of the type and the number that the function's
 //!   description states, and nobody else changes that memory during the call;

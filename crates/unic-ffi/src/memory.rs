@@ -1,7 +1,7 @@
 //! Memory of the caller: structs that are copied in and out, and rows of numbers with a stride.
 //!
-//! What can be seen of a pointer is checked here: null, alignment, strides that make rows overlap,
-//! sizes beyond the address space. That it points to memory of the stated size is the caller's word.
+//! Pointers are checked for null, alignment, strides that make rows overlap, and sizes beyond the
+//! address space. That it points to memory of the stated size is the caller's word.
 
 use crate::error::Error;
 use std::mem::size_of;

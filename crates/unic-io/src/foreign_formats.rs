@@ -15,7 +15,7 @@ pub(crate) enum PartlyReadFormat {
 }
 
 impl PartlyReadFormat {
-    /// What the format is read as.
+    /// Use that the program makes of the format, as the end of a sentence.
     fn use_of_it(self) -> &'static str {
         match self {
             Self::Alembic => "as the animation of a garment by `unic import`",

@@ -18,6 +18,7 @@ use crate::{
     folder_lock::FolderLock,
     interrupt,
     output::print_status,
+    outputs::refuse_other_captures,
     progress::Progress,
 };
 use alignment::Alignment;
@@ -46,7 +47,7 @@ use unic_io::{
 /// be read or written, an interruption.
 pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     let started = Instant::now();
-    folder::check_outputs(args)?;
+    refuse_other_captures(&args.out)?;
     // Held until the function returns: no other process writes into the folder.
     let _lock = FolderLock::acquire(&args.out)?;
     finish_moves(&args.out)?;

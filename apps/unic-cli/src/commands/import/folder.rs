@@ -11,36 +11,8 @@ use toml::{Table, Value};
 use unic_core::clip::Clip;
 use unic_io::{
     Capture, Manifest, Split,
-    capture::{MANIFEST, OWN_FILES, capture_written_by, real_path},
+    capture::{MANIFEST, OWN_FILES, real_path},
 };
-
-/// Refuses outputs in another capture, as far as this can be checked before any work.
-///
-/// # Errors
-/// A [`Usage`] that names the folder.
-pub(super) fn check_outputs(args: &ImportArgs) -> Result<()> {
-    let out = &args.out;
-    // A linked folder of clips may belong to another capture, whose files would be overwritten.
-    let clips = out.join("clips");
-    if real_path(&clips) != real_path(out).join("clips") {
-        let text = format!(
-            "--out: expected a folder of clips of its own, found the link {}",
-            clips.display()
-        );
-        return Err(Usage(text).into());
-    }
-    match capture_written_by(out).filter(|capture| *capture != real_path(out)) {
-        None => Ok(()),
-        Some(capture) => {
-            let text = format!(
-                "--out: expected a folder of its own, found {}, which is a part of the capture {}",
-                out.display(),
-                capture.display()
-            );
-            Err(Usage(text).into())
-        }
-    }
-}
 
 /// Opens the capture in the folder, if there is one.
 ///

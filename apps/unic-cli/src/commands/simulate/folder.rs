@@ -9,6 +9,7 @@ use crate::{
     args::{MotionArgs, SimulateArgs, UpName},
     failure::Usage,
     folder_lock::FolderLock,
+    outputs::refuse_other_captures,
 };
 use anyhow::{Context, Result, bail};
 use std::{
@@ -20,10 +21,7 @@ use toml::Value;
 use unic_core::character::{Character, Garment};
 use unic_io::{
     LowPass, atomic,
-    capture::{
-        MANIFEST as FINISHED, OWN_FILES, UNFINISHED, VertexAttributes, capture_written_by, read_garment,
-        real_path,
-    },
+    capture::{MANIFEST as FINISHED, OWN_FILES, UNFINISHED, VertexAttributes, read_garment},
     read_character,
 };
 use unic_sim::{Material, SimulationSettings};
@@ -115,30 +113,6 @@ fn refuse_inputs_inside(args: &SimulateArgs) -> Result<()> {
             let text = format!(
                 "--out: expected a folder that holds none of the inputs, found {}",
                 input.display()
-            );
-            Err(Usage(text).into())
-        }
-    }
-}
-
-/// Refuses an output folder inside another capture. The folder itself may be a capture.
-fn refuse_other_captures(out: &Path) -> Result<()> {
-    let clips = out.join("clips");
-    // A linked folder of clips may belong to another capture, whose files would be overwritten.
-    if real_path(&clips) != real_path(out).join("clips") {
-        let text = format!(
-            "--out: expected a folder of clips of its own, found the link {}",
-            clips.display()
-        );
-        return Err(Usage(text).into());
-    }
-    match capture_written_by(out).filter(|capture| *capture != real_path(out)) {
-        None => Ok(()),
-        Some(capture) => {
-            let text = format!(
-                "--out: expected a folder of its own, found {}, which is a part of the capture {}",
-                out.display(),
-                capture.display()
             );
             Err(Usage(text).into())
         }
