@@ -119,6 +119,7 @@ pub mod pc2;
 mod pickle;
 pub mod retarget;
 mod up_axis;
+pub mod usd;
 
 pub use bvh::Bvh;
 pub use cache::{VertexCache, VertexCacheWriter, read_vertex_cache};
