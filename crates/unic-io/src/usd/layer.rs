@@ -7,7 +7,7 @@ use unic_core::mesh::TriMesh;
 pub(super) const ROOT: &str = "animation";
 /// Corners of each face.
 pub(super) const CORNERS: i32 = 3;
-/// Comment that names the program.
+/// Documentation of the layer, which names the program.
 pub(super) const DOCUMENTATION: &str = concat!("unic ", env!("CARGO_PKG_VERSION"));
 
 /// Properties of a mesh that have a time sample for each frame.

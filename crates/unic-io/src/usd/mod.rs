@@ -70,7 +70,10 @@ impl UsdWriter {
         }
         let layer = Layer {
             fps: f64::from(fps),
-            meshes: meshes.iter().map(|&(name, mesh)| LayerMesh::new(name, mesh)).collect(),
+            meshes: meshes
+                .iter()
+                .map(|&(name, mesh)| LayerMesh::new(name, mesh))
+                .collect(),
         };
         let is_text = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("usda"));
         Ok(Self {
@@ -125,7 +128,9 @@ fn is_identifier(name: &str) -> bool {
 fn extent(positions: &[Vec3]) -> [Vec3; 2] {
     // No positions give the empty box of USD, whose corners are in the wrong order.
     let empty = [Vec3::INFINITY, Vec3::NEG_INFINITY];
-    positions.iter().fold(empty, |[low, high], &p| [low.min(p), high.max(p)])
+    positions
+        .iter()
+        .fold(empty, |[low, high], &p| [low.min(p), high.max(p)])
 }
 
 /// Computes the normals of a frame into `out`.

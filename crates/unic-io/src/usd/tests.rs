@@ -52,14 +52,22 @@ fn refusals_name_the_file_and_leave_nothing_behind() {
     let mesh = triangle();
     for name in ["a.usda", "a.usdc"] {
         let path = folder.path().join(name);
-        for meshes in [&[("a", &mesh), ("a", &mesh)][..], &[("1a", &mesh)], &[("", &mesh)], &[("a b", &mesh)]] {
+        for meshes in [
+            &[("a", &mesh), ("a", &mesh)][..],
+            &[("1a", &mesh)],
+            &[("", &mesh)],
+            &[("a b", &mesh)],
+        ] {
             let error = UsdWriter::create(&path, meshes, 24.0).unwrap_err().to_string();
             assert!(error.contains(name) && error.contains("identifiers"), "{error}");
         }
         assert!(UsdWriter::create(&path, &[("a", &mesh)], f32::NAN).is_err());
         let mut writer = UsdWriter::create(&path, &[("a", &mesh)], 24.0).unwrap();
         assert!(writer.push(&[]).is_err() && writer.push(&[&[Vec3::X]]).is_err());
-        let error = writer.push(&[&[Vec3::X, Vec3::NAN, Vec3::Y]]).unwrap_err().to_string();
+        let error = writer
+            .push(&[&[Vec3::X, Vec3::NAN, Vec3::Y]])
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("finite positions, found vertex 1"), "{error}");
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);

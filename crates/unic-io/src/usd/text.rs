@@ -27,7 +27,10 @@ pub(super) struct TextWriter {
 
 impl TextWriter {
     pub(super) fn create(path: &Path, layer: Layer) -> Result<Self> {
-        let frames = layer.meshes.iter().map(|mesh| FrameSpool::create(path, mesh.vertex_count));
+        let frames = layer
+            .meshes
+            .iter()
+            .map(|mesh| FrameSpool::create(path, mesh.vertex_count));
         Ok(Self {
             path: path.to_path_buf(),
             frames: frames.collect::<Result<_>>()?,
@@ -36,15 +39,18 @@ impl TextWriter {
     }
 
     pub(super) fn push(&mut self, frame: &[&[Vec3]]) -> Result<()> {
-        let spools = self.frames.iter_mut().zip(frame);
-        spools.map(|(spool, positions)| spool.push(positions)).collect()
+        let mut spools = self.frames.iter_mut().zip(frame);
+        spools.try_for_each(|(spool, positions)| spool.push(positions))
     }
 
     pub(super) fn finish(self) -> Result<()> {
         let Self { path, layer, frames } = self;
         let failed = |e| Error::io(&path, "write")(e);
         let mut file = AtomicFile::create(&path)?;
-        let frames: Vec<SpooledFrames> = frames.into_iter().map(FrameSpool::finish).collect::<Result<_>>()?;
+        let frames: Vec<SpooledFrames> = frames
+            .into_iter()
+            .map(FrameSpool::finish)
+            .collect::<Result<_>>()?;
         let len = frames.first().map_or(0, SpooledFrames::len);
         write_header(&mut file, &layer, len).map_err(failed)?;
         for (mesh, mut frames) in layer.meshes.iter().zip(frames) {
@@ -63,7 +69,7 @@ fn write_header(file: &mut AtomicFile, layer: &Layer, len: usize) -> io::Result<
     let (fps, end) = (layer.fps, end_time_code(len));
     write!(
         file,
-        "#usda 1.0\n(\n    \"{DOCUMENTATION}\"\n    defaultPrim = \"{ROOT}\"\n    endTimeCode = {end}\n    \
+        "#usda 1.0\n(\n    doc = \"{DOCUMENTATION}\"\n    defaultPrim = \"{ROOT}\"\n    endTimeCode = {end}\n    \
          framesPerSecond = {fps}\n    metersPerUnit = 1\n    startTimeCode = 0\n    timeCodesPerSecond = {fps}\n    \
          upAxis = \"Y\"\n)\n\ndef Xform \"{ROOT}\"\n{{\n"
     )

@@ -97,7 +97,9 @@ impl OutputPaths {
         Self {
             picture: picture.unwrap_or_else(|| args.out.with_extension("png")),
             meshes: match format {
-                AnimationFormat::Pc2 | AnimationFormat::Mdd => [&args.out, &body].map(|path| path.with_extension("obj")).to_vec(),
+                AnimationFormat::Pc2 | AnimationFormat::Mdd => {
+                    [&args.out, &body].map(|path| path.with_extension("obj")).to_vec()
+                }
                 _ => Vec::new(),
             },
             animation: match format {

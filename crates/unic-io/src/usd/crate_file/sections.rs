@@ -125,7 +125,9 @@ impl Sections {
 /// Writes a table: its number of rows, then its columns, each with its size before it.
 fn columns(sink: &mut Sink, rows: usize, columns: &[&[u32]]) -> Result<()> {
     sink.numbers(&[rows as u64])?;
-    columns.iter().try_for_each(|column| sized(sink, &integers(column)))
+    columns
+        .iter()
+        .try_for_each(|column| sized(sink, &integers(column)))
 }
 
 /// Writes bytes with their number before them.
