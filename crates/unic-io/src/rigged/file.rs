@@ -91,7 +91,12 @@ impl SceneFile {
     /// # Errors
     /// None, several.
     pub(super) fn skinned(&self) -> Result<&Mesh> {
-        let skinned: Vec<&Mesh> = self.scene.meshes.iter().filter(|mesh| mesh.skin.is_some()).collect();
+        let skinned: Vec<&Mesh> = self
+            .scene
+            .meshes
+            .iter()
+            .filter(|mesh| mesh.skin.is_some())
+            .collect();
         match skinned.as_slice() {
             [mesh] => Ok(mesh),
             [] => Err(self.error("a skinned mesh", "none")),

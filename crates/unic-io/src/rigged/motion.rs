@@ -65,7 +65,10 @@ impl<'a> AnimatedRig<'a> {
         if count > 1 {
             notes.push(format!("the first of {count} animations is taken: {name}"));
         }
-        notes.push(format!("{} frames at {} fps {}", motion.frames, motion.fps, motion.rate));
+        notes.push(format!(
+            "{} frames at {} fps {}",
+            motion.frames, motion.fps, motion.rate
+        ));
         Ok(Self {
             file,
             rig,
@@ -138,11 +141,7 @@ fn same_rig(rig: &Rig, skeleton: &Skeleton) -> Option<Vec<usize>> {
     Some(sources)
 }
 
-fn on_same_rig(
-    animated: &AnimatedRig,
-    sources: &[usize],
-    skeleton: &Skeleton,
-) -> Result<RiggedMotion> {
+fn on_same_rig(animated: &AnimatedRig, sources: &[usize], skeleton: &Skeleton) -> Result<RiggedMotion> {
     let root = skeleton.root();
     let mut rest = Vec::new();
     skeleton.forward_kinematics(&skeleton.bind_pose(), &mut rest);

@@ -56,7 +56,11 @@ pub fn read_scene_points(
     let mesh = file.scene.meshes.into_iter().nth(index);
     let points = mesh.and_then(|mesh| Some((mesh.shape?, mesh.points?)));
     let Some((shape, points)) = points.filter(|(_, points)| !points.frames.is_empty()) else {
-        return Err(Error::content(path, format!("the points of the mesh {name}"), "none"));
+        return Err(Error::content(
+            path,
+            format!("the points of the mesh {name}"),
+            "none",
+        ));
     };
     let (count, vertices) = (points.frames.len(), shape.points.len());
     let first = points.frames[0].clone();
@@ -64,7 +68,11 @@ pub fn read_scene_points(
         .flat_map(|point| point.to_array())
         .collect();
     let Some(frames) = VertexFrames::new(data, count, vertices) else {
-        return Err(Error::content(path, "a mesh with vertices", format!("none in {name}")));
+        return Err(Error::content(
+            path,
+            "a mesh with vertices",
+            format!("none in {name}"),
+        ));
     };
     let mesh = TriMesh::new(first, shape.faces).map_err(|source| Error::Mesh {
         path: path.to_path_buf(),
@@ -132,7 +140,9 @@ fn refuse_still(file: &SceneFile, mesh: &Mesh, format: RiggedFormat) -> Result<(
     let expected = format!("a mesh whose points change over time, for {}", mesh.name);
     let found = match (format, mesh.skin) {
         (RiggedFormat::Usd, None) => "one whose points stay".to_owned(),
-        (RiggedFormat::Usd, Some(_)) => "one that a skeleton moves: export its points in every frame".to_owned(),
+        (RiggedFormat::Usd, Some(_)) => {
+            "one that a skeleton moves: export its points in every frame".to_owned()
+        }
         (RiggedFormat::Fbx | RiggedFormat::Gltf, _) => {
             let name = format.name();
             format!("{name}, of which no points over time are read: export Alembic, USD or PC2")

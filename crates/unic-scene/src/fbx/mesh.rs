@@ -20,7 +20,9 @@ pub(super) fn read(file: &ufbx::Scene, content: Content, scene: &mut Scene) -> R
             Content::Outline | Content::Motion | Content::Points(_) => false,
         };
         if !mesh.cache_deformers.is_empty() {
-            scene.notes.push(format!("the point cache of the mesh {name} is not read"));
+            scene
+                .notes
+                .push(format!("the point cache of the mesh {name} is not read"));
         }
         if let Some(skin) = skin
             && skin.skinning_method != ufbx::SkinningMethod::Linear
@@ -35,7 +37,9 @@ pub(super) fn read(file: &ufbx::Scene, content: Content, scene: &mut Scene) -> R
             triangles: mesh.num_triangles,
             samples: 0,
             skin: skin.map(|skin| skin.element.typed_id as usize),
-            shape: is_asked.then(|| shape(mesh, skin.map(|skin| &**skin))).transpose()?,
+            shape: is_asked
+                .then(|| shape(mesh, skin.map(|skin| &**skin)))
+                .transpose()?,
             points: None,
             name,
         });

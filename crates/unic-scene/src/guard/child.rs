@@ -13,7 +13,11 @@ const LONGEST_JOB: u64 = 1 << 20;
 /// code. The process should do nothing else.
 pub fn serve() -> u8 {
     let mut bytes = Vec::new();
-    if std::io::stdin().take(LONGEST_JOB).read_to_end(&mut bytes).is_err() {
+    if std::io::stdin()
+        .take(LONGEST_JOB)
+        .read_to_end(&mut bytes)
+        .is_err()
+    {
         return 2;
     }
     let Ok(job) = postcard::from_bytes::<Job>(&bytes) else {

@@ -39,16 +39,16 @@ fn answer(stdout: ChildStdout, job: &Job, limits: Limits) -> Answer {
         Ok(Ok(bytes)) => bytes,
         Ok(Err(_)) | Err(RecvTimeoutError::Disconnected) => Vec::new(),
         Err(RecvTimeoutError::Timeout) => {
-            let found = format!("one that is not read within {} s", limits.time.as_secs());
+            let found = format!("one that is not read within {:.1} s", limits.time.as_secs_f32());
             return Err(broken(job.format, found));
         }
     };
-    match postcard::from_bytes::<Answer>(&bytes) {
-        Ok(answer) => answer,
-        Err(_) if bytes.len() as u64 >= limits.answer => {
+    match postcard::take_from_bytes::<Answer>(&bytes) {
+        Ok((answer, [])) => answer,
+        _ if bytes.len() as u64 >= limits.answer => {
             Err(broken(job.format, "content out of proportion to its length"))
         }
-        Err(_) => Err(broken(
+        _ => Err(broken(
             job.format,
             "a damaged one, at which its reader ended or ran out of memory",
         )),

@@ -38,8 +38,10 @@ pub(super) fn read(prims: &Prims, xforms: &Xforms, scene: &mut Scene) -> Result<
         let binds = matrices(prims, path, "bindTransforms", joints.len())?;
         let rest = matrices(prims, path, "restTransforms", joints.len())?;
         let parents = parents(&joints);
-        let (Some(binds), false) = (binds.or_else(|| rest.as_deref().map(|rest| placed(rest, &parents))), joints.is_empty())
-        else {
+        let (Some(binds), false) = (
+            binds.or_else(|| rest.as_deref().map(|rest| placed(rest, &parents))),
+            joints.is_empty(),
+        ) else {
             let found = format!("none at {path}");
             return Err(Fault::new("joints with matrices of their bind pose", found));
         };
@@ -78,7 +80,10 @@ fn matrices(prims: &Prims, path: &sdf::Path, name: &str, joints: usize) -> Resul
     };
     match list.len() == joints {
         true => Ok(Some(list)),
-        false => Err(Fault::new(format!("{name} of {joints} joints at {path}"), list.len().to_string())),
+        false => Err(Fault::new(
+            format!("{name} of {joints} joints at {path}"),
+            list.len().to_string(),
+        )),
     }
 }
 

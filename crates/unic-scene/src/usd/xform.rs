@@ -86,14 +86,17 @@ impl Xforms {
     /// have the conversion to metres, Y up.
     pub(super) fn local(&self, node: usize, time: Option<f64>) -> DMat4 {
         let prim = &self.prims[node];
-        let own = prim.operations.iter().fold(DMat4::IDENTITY, |product, operation| {
-            let matrix = operation.kind.matrix(time);
-            product
-                * match operation.is_inverse {
-                    true => matrix.inverse(),
-                    false => matrix,
-                }
-        });
+        let own = prim
+            .operations
+            .iter()
+            .fold(DMat4::IDENTITY, |product, operation| {
+                let matrix = operation.kind.matrix(time);
+                product
+                    * match operation.is_inverse {
+                        true => matrix.inverse(),
+                        false => matrix,
+                    }
+            });
         match prim.parent {
             Some(_) => own,
             None => self.metres_y_up * own,
