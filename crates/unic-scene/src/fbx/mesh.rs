@@ -11,8 +11,11 @@ use glam::DVec3;
 /// Adds the meshes of a file, with shapes of those with a skin if they are asked for.
 pub(super) fn read(file: &ufbx::Scene, content: Content, scene: &mut Scene) -> Result<(), Fault> {
     for mesh in file.meshes.iter() {
-        let node = mesh.element.instances.first();
-        let name = name_of(node.map_or(&mesh.element, |node| &node.element), "mesh");
+        // A mesh that no node shows is not a part of the scene.
+        let Some(node) = mesh.element.instances.first() else {
+            continue;
+        };
+        let name = name_of(&node.element, "node");
         let skin = mesh.skin_deformers.first();
         let is_asked = match content {
             Content::Skinned => skin.is_some(),

@@ -4,7 +4,7 @@ use super::{
     points::uniform_step,
     sampled::{Mix, Sampled},
     skeleton::Skeleton,
-    stage::Prims,
+    stage::{Prims, fault},
     units::Conversion,
     value,
     xform::Xforms,
@@ -44,7 +44,9 @@ pub(super) fn read(
 ) -> Result<(), Fault> {
     let mut bound = Vec::new();
     for skeleton in skeletons {
-        if let Some(path) = source(prims, skeleton)? {
+        if let Some(path) = source(prims, skeleton)?
+            && moves(prims, &path)?
+        {
             bound.push((skeleton, path));
         }
     }
@@ -97,6 +99,17 @@ pub(super) fn read(
         tracks,
     });
     Ok(())
+}
+
+/// Returns whether an animation has several samples. Others are poses.
+fn moves(prims: &Prims, path: &sdf::Path) -> Result<bool, Fault> {
+    for name in ["translations", "rotations", "scales"] {
+        let attribute = prims.stage.prim(path.clone()).attribute(name);
+        if attribute.num_time_samples().map_err(fault)? > 1 {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Animation that moves a skeleton: that of its binding, or the only one of the file.

@@ -77,7 +77,9 @@ impl Xforms {
     pub(super) fn animated(&self) -> impl Iterator<Item = (usize, Vec<f64>)> {
         let prims = self.prims.iter().enumerate();
         prims.filter_map(|(node, prim)| {
-            let times: Vec<f64> = prim.operations.iter().flat_map(|op| op.kind.times()).collect();
+            // Writers sample still transforms once.
+            let lists = prim.operations.iter().map(|operation| operation.kind.times());
+            let times: Vec<f64> = lists.filter(|times| times.len() > 1).flatten().collect();
             (!times.is_empty()).then_some((node, times))
         })
     }
