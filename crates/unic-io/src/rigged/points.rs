@@ -1,13 +1,10 @@
 //! Meshes whose points change over time.
 
-use super::{
-    RiggedFormat,
-    file::{SceneFile, listed},
-    request,
-};
+use super::{RiggedFormat, file::SceneFile, request};
 use crate::{
     error::{Error, Result},
     frames::VertexFrames,
+    mesh_names::{listed, named},
 };
 use std::path::Path;
 use unic_core::mesh::TriMesh;
@@ -43,7 +40,7 @@ pub fn read_scene_points(
     let outline = SceneFile::read(path, format, &request(Content::Outline, assumed))?;
     let meshes = &outline.scene.meshes;
     let index = match object {
-        Some(name) => named(&outline, name)?,
+        Some(name) => named(path, &outline.mesh_names(), name)?,
         None => only_but(&outline, body_vertices)?,
     };
     let name = &meshes[index].name;
@@ -87,25 +84,6 @@ pub fn read_scene_points(
     })
 }
 
-/// Finds the mesh of a name: its full name, its own or that of its parent.
-fn named(file: &SceneFile, name: &str) -> Result<usize> {
-    let names = || file.scene.meshes.iter().map(|mesh| mesh.name.as_str());
-    if let Some(mesh) = names().position(|full| full == name) {
-        return Ok(mesh);
-    }
-    let is_called = |full: &str| full.rsplit('/').take(2).any(|part| part == name);
-    let found: Vec<usize> = (names().enumerate())
-        .filter_map(|(mesh, full)| is_called(full).then_some(mesh))
-        .collect();
-    match found.as_slice() {
-        [mesh] => Ok(*mesh),
-        _ => {
-            let expected = format!("one mesh of the name {name} among {}", listed(names()));
-            Err(file.error(expected, found.len().to_string()))
-        }
-    }
-}
-
 /// Returns the only mesh whose points change, or the only one of those with another number of
 /// vertices than the body.
 fn only_but(file: &SceneFile, body_vertices: usize) -> Result<usize> {
@@ -116,18 +94,18 @@ fn only_but(file: &SceneFile, body_vertices: usize) -> Result<usize> {
         .filter(|(_, mesh)| mesh.vertices != body_vertices)
         .map(|(index, _)| index)
         .collect();
-    let names = meshes.iter().map(|mesh| mesh.name.as_str());
+    let names = || listed(&file.mesh_names());
     match (meshes.as_slice(), indices.as_slice(), others.as_slice()) {
         ([], _, _) => Err(file.error("a mesh whose points change over time", "no mesh")),
         // Refused with its reason by the caller.
         ([_], _, _) => Ok(0),
         (_, [], _) => {
-            let found = format!("none of that kind among {}", listed(names));
+            let found = format!("none of that kind among {}", names());
             Err(file.error("a mesh whose points change over time", found))
         }
         (_, [mesh], _) | (_, _, [mesh]) => Ok(*mesh),
         _ => {
-            let found = format!("{}; --object names the garment", listed(names));
+            let found = format!("{}; --object names the garment", names());
             Err(file.error("one animated mesh beside that of the character", found))
         }
     }

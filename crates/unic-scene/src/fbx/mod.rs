@@ -30,10 +30,8 @@ pub(crate) fn read(path: &Path, request: &Request) -> Result<Scene, Fault> {
         ..Scene::default()
     };
     describe_units(&file.settings, &mut scene);
-    for skin in file.skin_deformers.iter() {
-        scene.skins.push(skin_of(skin)?);
-    }
-    mesh::read(&file, request.content, &mut scene)?;
+    let places = add_skins(&file, &mut scene)?;
+    mesh::read(&file, request.content, &places, &mut scene)?;
     animation::read(&file, &joints, request.content, bytes.len(), &mut scene)?;
     Ok(scene)
 }
@@ -143,6 +141,19 @@ fn matrix_of(m: &ufbx::Matrix) -> DMat4 {
         DVec3::new(m.m02, m.m12, m.m22).extend(0.0),
         DVec3::new(m.m03, m.m13, m.m23).extend(1.0),
     )
+}
+
+/// Adds the skins that have joints. Returns the place of each skin of the file among them.
+fn add_skins(file: &ufbx::Scene, scene: &mut Scene) -> Result<Vec<Option<usize>>, Fault> {
+    let mut places = Vec::new();
+    for skin in file.skin_deformers.iter() {
+        let has_joints = !skin.clusters.is_empty();
+        places.push(has_joints.then_some(scene.skins.len()));
+        if has_joints {
+            scene.skins.push(skin_of(skin)?);
+        }
+    }
+    Ok(places)
 }
 
 fn skin_of(skin: &ufbx::SkinDeformer) -> Result<Skin, Fault> {

@@ -61,6 +61,8 @@ struct Job {
     request: Request,
     /// Address space that the child may use, bytes.
     memory: u64,
+    /// Computing time that the child may use.
+    seconds: u64,
 }
 
 /// What a child answers.
@@ -76,6 +78,8 @@ pub(crate) fn read(path: &Path, format: Format, request: &Request) -> Result<Sce
                 format,
                 request: *request,
                 memory: limits.memory,
+                // Threads may compute at the same time; the parent's clock is the closer limit.
+                seconds: limits.time.as_secs().saturating_add(1).saturating_mul(2),
             };
             match parent::ask(command(), &job, limits) {
                 Some(answer) => answer,

@@ -11,6 +11,7 @@ use std::{
 /// Lets a child read a file; None if no process can be started.
 pub(super) fn ask(mut command: Command, job: &Job, limits: Limits) -> Option<Answer> {
     let words = postcard::to_stdvec(job).ok()?;
+    detach(&mut command);
     // The child's own messages would be a second report of the same fault.
     let child = command
         .stdin(Stdio::piped())
@@ -25,6 +26,15 @@ pub(super) fn ask(mut command: Command, job: &Job, limits: Limits) -> Option<Ans
     drop(stdin);
     Some(answer(stdout, job, limits))
 }
+
+/// Keeps Ctrl-C from the child: the program decides what it means, not the file that is read.
+#[cfg(unix)]
+fn detach(command: &mut Command) {
+    std::os::unix::process::CommandExt::process_group(command, 0);
+}
+
+#[cfg(not(unix))]
+fn detach(_: &mut Command) {}
 
 /// Waits for the answer.
 fn answer(stdout: ChildStdout, job: &Job, limits: Limits) -> Answer {
