@@ -121,7 +121,8 @@ def add_garment(capture: Path, frames: np.ndarray, cache: Path) -> bpy.types.Obj
 
 def make_scene(capture: Path, clip_name: str, scene_path: Path) -> None:
     """Makes the scene and saves it."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    # Preferences stay, and with them the add-ons that are enabled.
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     character = dict(np.load(capture / "character.npz"))
     clip = dict(np.load(capture / f"clips/{clip_name}.npz"))
     scene = bpy.context.scene

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 from pathlib import Path
 
@@ -62,7 +61,7 @@ def bake(context: bpy.types.Context) -> tuple[bpy.types.Object, int, float]:
             raise program.UnicError(f"{garment.name}: expected {answer['vertices']} vertices as in {model.name}, found "
                                     f"{found}")
         # In the same folder, so that the cache appears complete.
-        os.replace(folder / "baked.pc2", cache)
+        (folder / "baked.pc2").replace(cache)
     add_modifier(made, cache, context.scene, chosen.frame_start, answer["fps"])
     garment.hide_set(True)
     return made, answer["frames"], answer["fps"]

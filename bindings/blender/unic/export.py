@@ -77,7 +77,8 @@ def write_scene(context: bpy.types.Context, folder: Path) -> float:
         check_visible(owner)
     frames = settings.frames(chosen)
     with kept_frame(context.scene):
-        context.scene.frame_set(frames[0])
+        # Where the mesh of a simulated garment is on the character.
+        context.scene.frame_set(simulated_from(garment, frames))
         rig = Rig.of(character)
         body = Body(context, character, rig)
         body.write(folder / "character.npz")

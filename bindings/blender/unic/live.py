@@ -161,6 +161,7 @@ def check_rate(scene: bpy.types.Scene, fps: float) -> None:
         raise program.UnicError(f"frame rate: expected the model's, {fps:g}, found {found:g}; Bake takes any rate")
 
 
+@bpy.app.handlers.persistent
 def forget(*_arguments: Any) -> None:
     """Releases the live garment without a change of the scene."""
     global _live
