@@ -10,6 +10,7 @@ Contract:
 - Mistakes are refused in one sentence, and change nothing.
 
     python3 bindings/blender/tests/extension.py target/release/unic [CAPTURE CLIP]
+    blender --background --python bindings/blender/tests/extension.py -- target/release/unic [CAPTURE CLIP]
 
 The test needs `pip install bpy numpy`, and `libunic` beside the program for live playing. It is skipped
 without bpy.
@@ -29,16 +30,18 @@ if importlib.util.find_spec("bpy") is None:
     print("skipped: no Blender (pip install bpy)")
     sys.exit(0)
 
+# `blender --python` knows neither folder.
+sys.path[:0] = map(str, (Path(__file__).resolve().parent, Path(__file__).resolve().parents[1]))
 # First, because it says where Blender keeps what it installs.
-from installed import ROOT, module, set_paths  # isort: skip
+from installed import module, set_paths  # isort: skip
 import bpy
 import numpy as np
 from mathutils import Euler, Matrix
 
-sys.path.insert(0, str(ROOT))
 from example_scene import BLENDER_FROM_UNIC, FIRST_FRAME, make_scene
 
-UNIC = Path(sys.argv[1]).resolve()
+WORDS = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else sys.argv[1:]
+UNIC = Path(WORDS[0]).resolve()
 EXPORT_M, BAKE_M, LIVE_M = 1e-5, 1e-5, 1e-4
 # Vertices that the robust intersection rules move one of two ways out of the body, by the last digit of the
 # pose. Two motion files that differ by 1e-7 have 0.2 % of them.
@@ -258,8 +261,9 @@ def check_training(scene: Scene) -> str:
     assert (scene.folder / "coat.unic").exists()
     settings.budget = SHORT_TRAINING_MINUTES
     assert bpy.ops.unic.train(start="replace") == {"FINISHED"}
+    answer = train.last_message()
     refused(bpy.ops.unic.train, "--overwrite")
-    return train.last_message()
+    return answer
 
 
 def check_bake(scene: Scene) -> str:
@@ -366,7 +370,7 @@ def main() -> int:
     failed = 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        capture, clip = (Path(sys.argv[2]), sys.argv[3]) if len(sys.argv) > 3 else own_capture(folder)
+        capture, clip = (Path(WORDS[1]), WORDS[2]) if len(WORDS) > 2 else own_capture(folder)
         scene = Scene(folder, capture, clip)
         make_scene(capture, clip, scene.blend)
         for check in CHECKS:
@@ -381,4 +385,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
+    # `blender --python` ignores exit codes of scripts that return.
     sys.exit(main())

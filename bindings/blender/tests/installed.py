@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later OR MIT OR Apache-2.0
 """Blender with the extension as a user has it: built, checked and installed by Blender's own tools.
 
-Importing this module installs the extension into a folder that lasts as long as the process.
+Importing this module installs the extension: into a folder that lasts as long as the process, or into that
+of BLENDER_USER_RESOURCES, which the program `blender` reads before it runs a script.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ from types import ModuleType
 
 FOLDER = tempfile.TemporaryDirectory(prefix="unic_blender_")
 # Blender reads it once, when it is loaded.
-os.environ["BLENDER_USER_RESOURCES"] = FOLDER.name
+os.environ.setdefault("BLENDER_USER_RESOURCES", FOLDER.name)
 
-import bpy  # noqa: E402
+import bpy
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = "bl_ext.user_default.unic"
@@ -26,7 +27,8 @@ PACKAGE = "bl_ext.user_default.unic"
 
 def extension_tool(*arguments: str | Path) -> str:
     """Runs Blender's tool for extensions, which `blender --command extension` is."""
-    tool = next(Path(bpy.utils.resource_path("LOCAL")).glob("scripts/addons_core/bl_pkg/cli/blender_ext.py"))
+    paths = (Path(path) / "addons_core/bl_pkg/cli/blender_ext.py" for path in bpy.utils.script_paths())
+    tool = next(path for path in paths if path.is_file())
     done = subprocess.run([sys.executable, tool, *map(str, arguments)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
