@@ -13,7 +13,9 @@ use std::{ops::Range, path::PathBuf};
 /// The ending of --out chooses the format:
 ///   walk.glb        body and garment in one binary glTF file, for at most 300 frames
 ///   walk.abc        body and garment in one Alembic file, for any number of frames
+///   walk.usdc       body and garment in one USD file, for any number of frames; .usda is its text
 ///   walk.pc2        point caches walk.pc2, walk.body.pc2 of the meshes walk.obj, walk.body.obj
+///   walk.mdd        the same with point caches of MDD
 ///   walk.npz        arrays of positions and faces in walk.npz and walk.body.npz
 ///   walk            one OBJ file per frame in the folders walk and walk_body
 /// All formats come with a picture of some frames, walk.png.
@@ -36,8 +38,9 @@ pub(crate) struct AnimateArgs {
     /// skeleton.
     #[arg(long, value_name = "FILE.npz|FILE.bvh|FILE.glb")]
     pub(crate) motion: PathBuf,
-    /// Animation to write: a .glb, .abc, .pc2 or .npz file, or a folder of OBJ files.
-    #[arg(long, value_name = "FILE.glb|FILE.abc|FILE.pc2|FILE.npz|FOLDER")]
+    /// Animation to write: a .glb, .abc, .usdc, .usda, .pc2, .mdd or .npz file, or a folder of OBJ
+    /// files.
+    #[arg(long, value_name = "FILE|FOLDER")]
     pub(crate) out: PathBuf,
     /// Other mesh of the same garment to animate, in the same rest space [default: the model's
     /// mesh].

@@ -76,19 +76,7 @@ fn read_model(args: &AnimateArgs) -> Result<Model> {
 fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
     let fps = model.config().fps;
     let clip = motion_file::read(&args.motion, model.character(), fps, &args.reading, args.force)?;
-    let Some(range) = args.frames.clone() else {
-        return Ok(clip);
-    };
-    if range.end > clip.len() {
-        let (path, fps) = (args.motion.display(), clip.fps);
-        bail!(
-            "{path}: expected --frames within 0..{} at {fps} fps, found {}..{}",
-            clip.len(),
-            range.start,
-            range.end
-        );
-    }
-    Ok(clip.part(range))
+    motion_file::cut(&args.motion, clip, args.frames.clone())
 }
 
 /// Reads the positions of `--start`, in world space and metres.
