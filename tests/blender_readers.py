@@ -1,7 +1,7 @@
 """Imports the files of `unic animate` into Blender and compares every vertex with the .npz file.
 
-Contract: after an import by docs/guides/animate.md, body and garment of a .glb, an .abc, a .pc2 on its
-.obj and a folder of OBJ files are upright in Blender's world (+Z up), in metres. In each frame their vertices
+Contract: after an import by docs/guides/animate.md, body and garment of a .glb, an .abc, a .usdc, a .usda, a
+.pc2 or .mdd on its .obj and a folder of OBJ files are upright in Blender's world (+Z up), in metres. In each frame their vertices
 are within 0.01 mm of those of the .npz. Files that state a frame rate keep it in a scene of another rate. The
 same holds for a garment of some 60,000 vertices.
 
@@ -100,6 +100,17 @@ def check_abc(folder, truth):
             for name in truth}
 
 
+def check_usd(folder, truth):
+    """Imports both forms of USD. Blender shows a time code a frame, whatever the scene's rate."""
+    errors = {}
+    for name in ("d.usdc", "d.usda"):
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        bpy.ops.wm.usd_import(filepath=str(folder / name))
+        errors |= {f"{part} of {name}": largest_over_frames(truth[part], lambda: positions(bpy.data.objects[part]))
+                   for part in truth}
+    return errors
+
+
 def check_rates(folder, truth, fps):
     """Imports files into a scene of twice their rate: every second frame is one of theirs."""
     errors = {}
@@ -121,7 +132,7 @@ def import_obj(path):
     return bpy.context.selected_objects[0]
 
 
-def check_pc2(folder, truth):
+def check_caches(folder, truth):
     """Adds Mesh Cache modifiers with their default settings, Forward +Y and Up +Z.
 
     They move vertices before the object is turned.
@@ -130,8 +141,10 @@ def check_pc2(folder, truth):
     for name, stem in (("garment", "d"), ("body", "d.body")):
         object = import_obj(folder / f"{stem}.obj")
         cache = object.modifiers.new("cache", "MESH_CACHE")
-        cache.cache_format, cache.filepath, cache.frame_start = "PC2", str(folder / f"{stem}.pc2"), 0
-        errors[f"{name} of a .pc2"] = largest_over_frames(truth[name], lambda: positions(object))
+        for kind in ("PC2", "MDD"):
+            cache.cache_format, cache.frame_start = kind, 0
+            cache.filepath = str(folder / f"{stem}.{kind.lower()}")
+            errors[f"{name} of a .{kind.lower()}"] = largest_over_frames(truth[name], lambda: positions(object))
     return errors
 
 
@@ -169,7 +182,7 @@ def fine_garment(folder, model):
 
 def animate(folder, model, motion, *more):
     """Animates in every format. Returns positions (T, V, 3) of garment and body by name, and the frame rate."""
-    for out in ("d.npz", "d.glb", "d.abc", "d.pc2", "d"):
+    for out in ("d.npz", "d.glb", "d.abc", "d.usdc", "d.usda", "d.pc2", "d.mdd", "d"):
         unic("animate", model, "--motion", motion, "--up", "y", "--overwrite", "--out", folder / out, *more)
     caches = {name: np.load(folder / f"{file}.npz") for name, file in (("garment", "d"), ("body", "d.body"))}
     return {name: cache["vertices"] for name, cache in caches.items()}, float(caches["garment"]["fps"])
@@ -178,7 +191,7 @@ def animate(folder, model, motion, *more):
 def compare(folder, truth, fps):
     """Largest differences in mm, by what is compared."""
     errors = {}
-    for check in (check_glb, check_abc, check_pc2, check_obj_folder):
+    for check in (check_glb, check_abc, check_usd, check_caches, check_obj_folder):
         empty_scene(fps)
         errors |= check(folder, truth)
     return errors
