@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later OR MIT OR Apache-2.0
-"""Makes a Blender scene of a clip of a capture: a rigged character that moves, and its garment.
+"""Makes a Blender scene of clips of a capture: a rigged character that moves, and its garment.
 
-    python3 example_scene.py CAPTURE CLIP SCENE.blend                               with `pip install bpy numpy`
-    blender --background --python example_scene.py -- CAPTURE CLIP SCENE.blend
+    blender --background --python example_scene.py -- CAPTURE CLIP... SCENE.blend
+    python3 example_scene.py CAPTURE CLIP... SCENE.blend                            with `pip install bpy numpy`
 
 The character is a mesh `body` with vertex groups, an Armature modifier and a keyed armature `rig`. The
-garment `coat` is a mesh with the clip's positions in a mesh cache, `SCENE.coat.pc2`. Frame 1 is the clip's
-first frame.
+garment `coat` is a mesh with the clips' positions in a mesh cache, `SCENE.coat.pc2`. The clips follow each
+other on the timeline from frame 1 on. A marker names the first frame of each.
 """
 
 from __future__ import annotations
@@ -82,12 +82,12 @@ def add_character(character: dict[str, np.ndarray]) -> tuple[bpy.types.Object, b
     return body, rig
 
 
-def key(rig: bpy.types.Object, clip: dict[str, np.ndarray], names: list[str]) -> None:
-    """Keys the motion of a clip, whose rest pose must be that of the rig."""
+def key(rig: bpy.types.Object, clip: dict[str, np.ndarray], names: list[str], first: int) -> None:
+    """Keys the motion of a clip from a frame on. Its rest pose must be that of the rig."""
     to_blender = Matrix(BLENDER_FROM_UNIC.tolist())
     poses = clip["poses"].reshape(len(clip["poses"]), -1, 3).astype(float)
     root_turn = rig.data.bones[names[0]].matrix_local.to_3x3().inverted()
-    for frame, (pose, offset) in enumerate(zip(poses, clip["trans"].astype(float), strict=True), FIRST_FRAME):
+    for frame, (pose, offset) in enumerate(zip(poses, clip["trans"].astype(float), strict=True), first):
         for name, turn in zip(names, pose, strict=True):
             bone = rig.pose.bones[name]
             rest = rig.data.bones[name].matrix_local.to_3x3()
@@ -100,52 +100,64 @@ def key(rig: bpy.types.Object, clip: dict[str, np.ndarray], names: list[str]) ->
         root.keyframe_insert("location", frame=frame)
 
 
-def write_pc2(path: Path, frames: np.ndarray) -> None:
-    """Writes positions (T, V, 3) as a point cache."""
+def write_pc2(path: Path, clips: list[np.ndarray]) -> None:
+    """Writes the positions (T, V, 3) of clips, one after the other, as a point cache."""
     with path.open("wb") as file:
-        file.write(struct.pack("<12siiffi", b"POINTCACHE2\0", 1, frames.shape[1], 0.0, 1.0, len(frames)))
-        file.write(np.ascontiguousarray(frames, "<f4").tobytes())
+        samples = sum(map(len, clips))
+        file.write(struct.pack("<12siiffi", b"POINTCACHE2\0", 1, clips[0].shape[1], 0.0, 1.0, samples))
+        for clip in clips:
+            file.write(np.ascontiguousarray(clip, "<f4").tobytes())
 
 
-def add_garment(capture: Path, frames: np.ndarray, cache: Path) -> bpy.types.Object:
+def add_garment(capture: Path, clips: list[np.ndarray], cache: Path) -> bpy.types.Object:
     """Adds the garment with its positions in a cache, which is in Blender's axes."""
     vertices, faces, uvs = read_obj(capture / "garment.obj")
     coat = add_mesh("coat", vertices, faces, (0.1, 0.3, 0.6, 1.0))
     if uvs:
         coat.data.uv_layers.new().data.foreach_set("uv", np.array(uvs, np.float32).ravel())
-    write_pc2(cache, frames @ BLENDER_FROM_UNIC.T)
+    write_pc2(cache, [clip @ BLENDER_FROM_UNIC.T for clip in clips])
     modifier = coat.modifiers.new("simulation", "MESH_CACHE")
     modifier.cache_format, modifier.filepath, modifier.frame_start = "PC2", str(cache), FIRST_FRAME
     return coat
 
 
-def make_scene(capture: Path, clip_name: str, scene_path: Path) -> None:
+def make_scene(capture: Path, clips: list[str], path: Path) -> None:
     """Makes the scene and saves it."""
     # Preferences stay, and with them the add-ons that are enabled.
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     character = dict(np.load(capture / "character.npz"))
-    clip = dict(np.load(capture / f"clips/{clip_name}.npz"))
     scene = bpy.context.scene
     fps = tomllib.loads((capture / "capture.toml").read_text())["fps"]
     scene.render.fps, scene.render.fps_base = round(fps), round(fps) / fps
     body, rig = add_character(character)
-    key(rig, clip, [str(name) for name in character["joint_names"]])
-    rig.animation_data.action.name = clip_name
-    frames = np.load(capture / f"clips/{clip_name}.garment.npy", mmap_mode="r")
-    add_garment(capture, frames, scene_path.with_suffix(".coat.pc2").absolute())
-    scene.frame_start, scene.frame_end = FIRST_FRAME, FIRST_FRAME + len(frames) - 1
+    frames = [np.load(capture / f"clips/{clip}.garment.npy", mmap_mode="r") for clip in clips]
+    first = FIRST_FRAME
+    for clip, garment in zip(clips, frames, strict=True):
+        scene.timeline_markers.new(clip, frame=first)
+        key(rig, dict(np.load(capture / f"clips/{clip}.npz")), [str(name) for name in character["joint_names"]], first)
+        first += len(garment)
+    rig.animation_data.action.name = "_".join(clips)
+    add_garment(capture, frames, path.with_suffix(".coat.pc2").absolute())
+    scene.frame_start, scene.frame_end = FIRST_FRAME, first - 1
     bpy.context.view_layer.objects.active = body
     scene.frame_set(FIRST_FRAME)
-    bpy.ops.wm.save_as_mainfile(filepath=str(scene_path.absolute()))
+    bpy.ops.wm.save_as_mainfile(filepath=str(path.absolute()))
 
 
 def main() -> None:
     """Reads the command line: behind `--` where Blender has one of its own."""
     words = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else sys.argv[1:]
-    if len(words) != 3:
+    if len(words) < 3:
         sys.exit(__doc__)
-    make_scene(Path(words[0]), words[1], Path(words[2]))
-    print(f"{words[2]}: frames {bpy.context.scene.frame_start} to {bpy.context.scene.frame_end}")
+    capture, *clips, path = words
+    make_scene(Path(capture), clips, Path(path))
+    print(f"{path}: {', '.join(f'{marker.name} from frame {marker.frame}' for marker in markers())}; "
+          f"{bpy.context.scene.frame_end} frames")
+
+
+def markers() -> list[bpy.types.TimelineMarker]:
+    """Markers of the scene in their order."""
+    return sorted(bpy.context.scene.timeline_markers, key=lambda marker: marker.frame)
 
 
 if __name__ == "__main__":
