@@ -178,7 +178,7 @@ def check_training(folder: Path) -> None:
     while "loss 0.5" not in running.status() and time.monotonic() < deadline:
         assert 0 <= running.share() < 1
         time.sleep(0.02)
-    assert running.status() == "training 1/9  loss 0.5 (held out: 12.3 mm)", running.status()
+    assert running.status() == "training 1/9 loss 0.5" and running.held_out_mm() == 12.34, running.status()
     answer = running.wait()
     assert running.share() == 1 and answer["seconds"] == 1.5
     assert answer["arguments"] == ["train", str(folder / "capture"), "--out", str(folder / "coat.unic"), "--json",

@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 
 import bpy
 
 from . import live, settings, train
 from .training import Start, run_folder
+
+# Mean width of a letter in pixels.
+LETTER_WIDTH = 8.0
 
 
 class Panel:
@@ -67,12 +71,15 @@ class UNIC_PT_train(Panel, bpy.types.Panel):
         training = train.running()
         if training:
             layout.progress(factor=training.share(), text=f"{100 * training.share():.0f} %")
-            layout.label(text="Saving" if training.is_cancelled else training.status())
+            error = training.held_out_mm()
+            draw_text(layout, context, "Saving" if training.is_cancelled else training.status())
+            if error is not None:
+                layout.label(text=f"Held-out motion: {error:.1f} mm")
             layout.operator("unic.cancel_training", icon="CANCEL")
             return
         draw_starts(layout, Path(settings.absolute_text(chosen.model)))
         if train.last_message():
-            layout.label(text=train.last_message())
+            draw_text(layout, context, train.last_message())
 
 
 class UNIC_PT_use(Panel, bpy.types.Panel):
@@ -90,7 +97,7 @@ class UNIC_PT_use(Panel, bpy.types.Panel):
         else:
             layout.operator("unic.play_live", icon="PLAY")
         if live.last_error():
-            layout.label(text=live.last_error(), icon="ERROR")
+            draw_text(layout, context, live.last_error())
         layout.prop(chosen, "cache")
         layout.operator("unic.bake", icon="FILE_CACHE")
 
@@ -100,6 +107,14 @@ def prepared(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     layout.use_property_split = True
     layout.use_property_decorate = False
     return layout
+
+
+def draw_text(layout: bpy.types.UILayout, context: bpy.types.Context, text: str) -> None:
+    """Draws a sentence on as many lines as the panel's width asks for."""
+    letters = int(context.region.width / (LETTER_WIDTH * context.preferences.system.ui_scale))
+    column = layout.column(align=True)
+    for line in textwrap.wrap(text, max(letters, 20)):
+        column.label(text=line)
 
 
 def draw_starts(layout: bpy.types.UILayout, model: Path) -> None:

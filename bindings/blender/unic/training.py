@@ -93,11 +93,13 @@ class Training:
         return min((time.monotonic() - self.started) / max(self.budget_s, 1.0), 0.99)
 
     def status(self) -> str:
-        """Newest line of the program's progress, and the newest error on held-out motion."""
+        """Newest line of the program's progress."""
         lines = self._read("err").strip().splitlines()
-        line = lines[-1] if lines else "starting"
-        error = validation_mm(run_folder(self.model) / "metrics.jsonl")
-        return line if error is None else f"{line} (held out: {error:.1f} mm)"
+        return " ".join(lines[-1].split()) if lines else "starting"
+
+    def held_out_mm(self) -> float | None:
+        """Newest error on held-out motion in mm, once there is one."""
+        return validation_mm(run_folder(self.model) / "metrics.jsonl")
 
     def cancel(self) -> None:
         """Asks the program to save and end, as Ctrl-C does. Returns at once."""
