@@ -29,6 +29,7 @@ use std::{ops::Range, path::PathBuf};
 ///   unic animate tshirt.unic --motion walk.bvh --frames 0..300 --out walk.glb
 ///   unic animate tshirt.unic --motion amass/run.npz --up z --frames 60..240 --out frames
 ///   unic animate tshirt.unic --motion walk.npz --mesh tshirt_fine.obj --out walk_fine.npz
+///   unic animate tshirt.unic --motion walk.npz --out walk.abc --vat walk.exr
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct AnimateArgs {
@@ -49,6 +50,11 @@ pub(crate) struct AnimateArgs {
     /// Picture to write [default: the path of --out with the ending .png].
     #[arg(long, value_name = "FILE.png")]
     pub(crate) picture: Option<PathBuf>,
+    /// Vertex animation texture to write beside --out, for engines that play it with a shader alone:
+    /// positions in metres (.exr) or as 16-bit numbers (.png), with normals (.normals.png), a mesh
+    /// (.vat.glb) and a description (.vat.json).
+    #[arg(long, value_name = "FILE.exr|FILE.png")]
+    pub(crate) vat: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,
     /// Intersection handling [default: the model's own].

@@ -206,7 +206,8 @@ struct AnimationSummary {
     precision: &'static str,
     /// Wall-clock time of the whole command.
     seconds: f64,
-    /// Paths of the garment, the body if it has its own file, the meshes of .pc2, the picture.
+    /// Paths of the garment, the body if it has its own file, the meshes of point caches, the vertex
+    /// animation texture, the picture.
     written: Vec<PathBuf>,
 }
 

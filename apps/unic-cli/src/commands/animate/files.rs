@@ -20,6 +20,7 @@ use unic_io::{
     usd::UsdWriter,
     write_obj_to,
 };
+use unic_vat::{VatPaths, VatWriter};
 
 /// Files of an animation that is being written.
 ///
@@ -29,6 +30,7 @@ pub(super) struct AnimationFiles {
     animation: Animation,
     /// Meshes of garment and body, which point caches need because they hold no faces.
     meshes: Vec<AtomicFile>,
+    vat: Option<VatWriter>,
     picture: AtomicFile,
     paths: Vec<PathBuf>,
 }
@@ -87,6 +89,8 @@ struct OutputPaths {
     animation: Vec<PathBuf>,
     /// Meshes of garment and body, for point caches only.
     meshes: Vec<PathBuf>,
+    /// Files of the vertex animation texture, if there is one.
+    vat: Vec<PathBuf>,
     picture: PathBuf,
 }
 
@@ -94,7 +98,12 @@ impl OutputPaths {
     fn of(args: &AnimateArgs, format: AnimationFormat) -> Self {
         let body = body_path(&args.out);
         let picture = args.picture.clone();
+        let vat = args.vat.as_ref();
+        let vat = vat.map_or(Vec::new(), |path| {
+            VatPaths::of(path).all().map(PathBuf::clone).to_vec()
+        });
         Self {
+            vat,
             picture: picture.unwrap_or_else(|| args.out.with_extension("png")),
             meshes: match format {
                 AnimationFormat::Pc2 | AnimationFormat::Mdd => {
@@ -111,10 +120,10 @@ impl OutputPaths {
         }
     }
 
-    /// Paths of garment, body, meshes and picture, in this order.
+    /// Paths of garment, body, meshes, texture and picture, in this order.
     fn all(&self) -> Vec<PathBuf> {
         let picture = std::slice::from_ref(&self.picture);
-        [&self.animation, &self.meshes, picture].concat()
+        [&self.animation, &self.meshes, &self.vat, picture].concat()
     }
 }
 
@@ -154,6 +163,9 @@ impl AnimationFiles {
             meshes: (outputs.meshes.iter().zip(meshes))
                 .map(mesh)
                 .collect::<Result<_>>()?,
+            vat: (args.vat.as_ref())
+                .map(|path| VatWriter::create(path, &model.garment().rest, clip.fps, clip.len()))
+                .transpose()?,
             picture: AtomicFile::create(&outputs.picture)?,
             paths,
         })
@@ -161,6 +173,9 @@ impl AnimationFiles {
 
     /// Writes the next frame: the pose, and the positions of garment and body in metres.
     pub(super) fn push(&mut self, pose: &Pose, garment: &[Vec3], body: &[Vec3]) -> Result<()> {
+        if let Some(vat) = &mut self.vat {
+            vat.push(garment)?;
+        }
         match &mut self.animation {
             // The body of a GLB is a skin, which the pose moves.
             Animation::Glb(writer) => writer.push(pose, garment)?,
@@ -177,7 +192,7 @@ impl AnimationFiles {
 
     /// Writes the picture, gives all files their names and returns their paths.
     ///
-    /// The order is garment, body, meshes, picture.
+    /// The order is garment, body, meshes, texture, picture.
     pub(super) fn finish(mut self, picture: &[u8]) -> Result<Vec<PathBuf>> {
         let failed = |path: &Path, e: std::io::Error| anyhow!("{}: cannot write: {e}", path.display());
         let target = self.picture.target().to_owned();
@@ -189,6 +204,9 @@ impl AnimationFiles {
             Animation::Alembic(writer) => writer.finish()?,
             Animation::Usd(writer) => writer.finish()?,
             Animation::Caches(writers) => (*writers).into_iter().try_for_each(VertexCacheWriter::finish)?,
+        }
+        if let Some(vat) = self.vat {
+            vat.finish()?;
         }
         for file in self.meshes.into_iter().chain([self.picture]) {
             file.finish()?;
