@@ -40,6 +40,7 @@ mod portraits;
 pub mod program;
 pub mod progress;
 mod run_folder;
+mod scene_reader;
 pub mod settings;
 pub mod timing;
 mod worst_frames;
@@ -59,6 +60,11 @@ static HEAP: Cap<System> = Cap::new(System, usize::MAX);
 ///
 /// A process can call it once: handlers of signals and threads are global.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let words: Vec<OsString> = words.into_iter().collect();
+    if let Some(code) = scene_reader::serve(&words) {
+        return ExitCode::from(code);
+    }
+    scene_reader::use_own_program();
     ExitCode::from(run_for_status(words))
 }
 

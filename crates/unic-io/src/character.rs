@@ -3,10 +3,10 @@
 use crate::{
     error::{Error, Result},
     foreign_formats::refuse_foreign,
-    gltf,
     joint_names::ARRAY_NAME as JOINT_NAMES,
     npy::Dim,
     npz::{Npz, NpzWriter},
+    rigged::{RiggedCharacter, RiggedFormat, read_rigged_character},
 };
 use std::path::Path;
 use unic_core::{
@@ -15,10 +15,11 @@ use unic_core::{
     skeleton::{SMPL_JOINT_NAMES, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
+use unic_scene::Assumed;
 
-/// Reads a character from an npz or a glTF file, in metres, Y up.
+/// Reads a character from an npz, glTF, FBX or USD file, in metres, Y up.
 ///
-/// A glTF file has one skinned mesh; [`crate::gltf`] describes what is read of it. The arrays of an
+/// A file with a rig has one skinned mesh; [`crate::rigged`] describes what is read of it. The arrays of an
 /// npz are `vertices` (B, 3), `faces` (F, 3), `joints` (J, 3), `parents` (J), `weights` (B,
 /// J), and optionally `rest_pose` (J, 3) and `joint_names` (J).
 ///
@@ -37,13 +38,14 @@ pub struct CharacterImport {
     pub notes: Vec<String>,
 }
 
-/// Reads a character as [`read_character`] does, with notes about what was converted.
+/// Reads a character as [`read_character`] does, with notes about what was converted. `assumed` holds
+/// for USD files that do not state their unit and axis.
 ///
 /// # Errors
 /// Those of [`read_character`].
-pub fn import_character(path: &Path) -> Result<CharacterImport> {
-    if gltf::is_gltf(path) {
-        let gltf::GltfCharacter { character, notes, .. } = gltf::read_gltf_character(path)?;
+pub fn import_character(path: &Path, assumed: &Assumed) -> Result<CharacterImport> {
+    if let Some(format) = RiggedFormat::of(path) {
+        let RiggedCharacter { character, notes, .. } = read_rigged_character(path, format, assumed)?;
         return Ok(CharacterImport { character, notes });
     }
     Ok(CharacterImport {
@@ -57,10 +59,10 @@ pub fn import_character(path: &Path) -> Result<CharacterImport> {
 /// # Errors
 /// Names in another order than the file's; those of [`read_character`].
 pub(crate) fn read_named_character(path: &Path, names: Vec<String>) -> Result<Character> {
-    if gltf::is_gltf(path) {
-        return Ok(gltf::read_gltf_character(path)?.character);
+    if let Some(format) = RiggedFormat::of(path) {
+        return Ok(read_rigged_character(path, format, &Assumed::default())?.character);
     }
-    refuse_foreign(path, "a character (npz, GLB or glTF)")?;
+    refuse_foreign(path, "a character (npz, glTF, FBX or USD)")?;
     let mut npz = Npz::open(path)?;
     let body = read_mesh(&mut npz)?;
     let skeleton = read_skeleton(&mut npz, names)?;

@@ -9,9 +9,13 @@ pub(crate) enum PartlyReadFormat {
     /// Animated meshes.
     Alembic,
     /// Skinned characters and their motion.
+    Fbx,
+    /// Skinned characters and their motion.
     Gltf,
     /// Vertex animation.
     Mdd,
+    /// Skinned characters and their motion, animated meshes.
+    Usd,
 }
 
 impl PartlyReadFormat {
@@ -19,8 +23,9 @@ impl PartlyReadFormat {
     fn use_of_it(self) -> &'static str {
         match self {
             Self::Alembic => "as the animation of a garment by `unic import`",
-            Self::Gltf => "as a character or its motion",
+            Self::Fbx | Self::Gltf => "as a character or its motion",
             Self::Mdd => "as a vertex animation",
+            Self::Usd => "as a character, its motion, or the animation of a garment by `unic import`",
         }
     }
 }
@@ -37,15 +42,15 @@ struct ForeignFormat {
 }
 
 /// Advice that every error about a foreign format ends with.
-const ADVICE: &str = "export motion as BVH or GLB, characters as GLB, meshes as OBJ, and vertex animation as PC2 or a folder of \
-     OBJ files";
+const ADVICE: &str = "export motion as BVH, GLB or FBX, characters as GLB or FBX, meshes as OBJ, and vertex animation as PC2 or a \
+     folder of OBJ files";
 
 // Signatures come from the formats' specifications. A format without one, such as a zip container
 // or a text format, is recognised by its extension only.
 static FOREIGN_FORMATS: [ForeignFormat; 12] = [
     ForeignFormat {
         name: "FBX",
-        reader: None,
+        reader: Some(PartlyReadFormat::Fbx),
         signatures: &[b"Kaydara FBX", b"; FBX"],
         extensions: &["fbx"],
     },
@@ -57,7 +62,7 @@ static FOREIGN_FORMATS: [ForeignFormat; 12] = [
     },
     ForeignFormat {
         name: "USD",
-        reader: None,
+        reader: Some(PartlyReadFormat::Usd),
         signatures: &[b"PXR-USDC", b"#usda"],
         extensions: &["usd", "usda", "usdc", "usdz"],
     },

@@ -3,7 +3,7 @@
 //! | content | items |
 //! |---|---|
 //! | capture: a garment moving on a character, in the project's own folder layout | [`capture`] |
-//! | skinned body, `character.npz` or glTF | [`read_character`], [`write_character`] |
+//! | skinned body, `character.npz`, glTF, FBX or USD | [`read_character`], [`write_character`] |
 //! | motion of AMASS and the SMPL family (npz), or BVH of any skeleton | [`import_motion`] |
 //! | motion in the project's npz layout | [`write_motion`] |
 //! | the content of a BVH file, and its transfer onto a character | [`Bvh`], [`retarget`] |
@@ -12,7 +12,7 @@
 //! | vertex animation, `.pc2`, `.mdd`, `.npz`, `.npy`, folder of `.obj` | [`cache`], [`pc2`], [`mdd`], [`frames`] |
 //! | a character and its garment in one file, `.glb` | [`glb`] |
 //! | several animated meshes in one file, `.abc` | [`alembic`] |
-//! | a rigged character and its motion, `.glb`, `.gltf` | [`gltf`], [`read_character`], [`import_motion`] |
+//! | a rigged character and its motion, glTF, FBX, USD | [`rigged`], [`read_character`], [`import_motion`] |
 //! | numpy arrays | [`npz`], [`npy`] |
 //! | published data sets | [`datasets`] |
 //! | probable mistakes in input that can be read | [`check`] |
@@ -32,9 +32,9 @@
 //! |---|---|
 //! | words and limits | `error`, `counted`, `foreign_formats`, `frame_rate` |
 //! | bytes and containers | [`atomic`], [`npy`], [`npz`], `pickle`, [`frames`] |
-//! | single formats, each with its own plain type | [`bvh`], `obj`, [`pc2`], [`mdd`], [`glb`], [`alembic`], [`cache`] |
+//! | single formats, each with its own plain type | [`bvh`], `obj`, [`pc2`], [`mdd`], [`glb`], `gltf`, [`alembic`], [`cache`] |
 //! | shared types and names | `up_axis`, [`joint_names`], `finding` |
-//! | motion from one skeleton to another | [`retarget`], [`gltf`] |
+//! | motion from one skeleton to another | [`retarget`], [`rigged`] |
 //! | readers for a character, which pick the format | `character`, `motion` |
 //! | folders of a garment with its clips | [`capture`] |
 //! | users of all of these | [`datasets`], [`check`], [`inspect`](mod@inspect) |
@@ -105,7 +105,7 @@ mod foreign_formats;
 mod frame_rate;
 pub mod frames;
 pub mod glb;
-pub mod gltf;
+mod gltf;
 pub mod inspect;
 pub mod joint_names;
 pub mod mdd;
@@ -118,6 +118,7 @@ mod obj;
 pub mod pc2;
 mod pickle;
 pub mod retarget;
+pub mod rigged;
 mod up_axis;
 pub mod usd;
 
@@ -138,4 +139,5 @@ pub use motion_database::{read_motion_database, write_motion_database};
 pub use npz::{Npz, NpzWriter};
 pub use obj::{parse_obj, read_obj, write_obj, write_obj_to};
 pub use retarget::{BoneMap, FootMeasure, measure_feet};
+pub use unic_scene::{Assumed, Up};
 pub use up_axis::UpAxis;

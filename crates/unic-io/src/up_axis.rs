@@ -3,6 +3,7 @@
 use glam::{Quat, Vec3};
 use std::f32::consts::FRAC_PI_2;
 use unic_core::{clip::Clip, skeleton::Skeleton};
+use unic_scene::Up;
 
 /// Axis that points up in a motion file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -14,6 +15,17 @@ pub enum UpAxis {
     Y,
     /// +Z, the convention of AMASS.
     Z,
+}
+
+impl UpAxis {
+    /// Returns the axis that is asked for; none for a guess.
+    pub fn stated(self) -> Option<Up> {
+        match self {
+            Self::Auto => None,
+            Self::Y => Some(Up::Y),
+            Self::Z => Some(Up::Z),
+        }
+    }
 }
 
 /// Returns the rotation from Z up to Y up: −90° about x.

@@ -4,18 +4,18 @@
 
 mod common;
 
-use common::data;
+use common::{data, largest_distance, posed};
 use glam::{Quat, Vec3};
 use serde_json::{Value, json};
 use std::{fs, path::Path};
-use unic_core::{Pose, character::Character, skinning::SkinningWeights};
+use unic_core::skinning::SkinningWeights;
 use unic_io::{
-    Capture, MotionOptions, UpAxis,
+    Assumed, Capture, MotionOptions, UpAxis,
     glb::{GlbScene, GlbWriter},
-    gltf::read_gltf_character,
     import_motion, inspect,
     inspect::FileKind,
     read_character,
+    rigged::{RiggedCharacter, RiggedFormat, read_rigged_character},
 };
 
 /// Largest distance of a posed vertex of the file, which has four weights a vertex, from the truth,
@@ -24,17 +24,8 @@ const FOUR_WEIGHTS_M: f32 = 3.6e-3;
 /// Largest distance from the truth with the same weights, metres.
 const EXACT_M: f32 = 2e-5;
 
-fn posed(character: &Character, pose: &Pose) -> Vec<Vec3> {
-    let (mut joints, mut transforms, mut vertices) = (Vec::new(), Vec::new(), Vec::new());
-    character.skeleton.forward_kinematics(pose, &mut joints);
-    character.skeleton.world_from_rest(&joints, &mut transforms);
-    (character.weights).skin(&character.body.vertices, &transforms, &mut vertices);
-    vertices
-}
-
-fn largest_distance(a: &[Vec3], b: &[Vec3]) -> f32 {
-    assert_eq!(a.len(), b.len());
-    a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
+fn read_gltf_character(path: &Path) -> unic_io::Result<RiggedCharacter> {
+    read_rigged_character(path, RiggedFormat::Gltf, &Assumed::default())
 }
 
 #[test]

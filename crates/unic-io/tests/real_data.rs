@@ -166,7 +166,7 @@ fn inspection_recognises_every_kind() {
         ("interop/obj_sequence", FileKind::MeshSequence),
         ("captures/tshirt_blender/capture.toml", FileKind::Capture),
         ("interop/tshirt_walk.abc", FileKind::Alembic),
-        ("interop/body_walk.fbx", FileKind::Unknown),
+        ("interop/body_walk.fbx", FileKind::Character),
     ] {
         let Some(path) = data(file) else { return };
         let report = inspect(&path).unwrap();

@@ -6,8 +6,8 @@ use std::{ops::Range, path::PathBuf};
 
 /// Animate a garment on a motion.
 ///
-/// The motion is an .npz file with poses and translations, as in AMASS, or a .bvh or .glb file of any
-/// skeleton. Clips of a capture (the folder that a model is trained on) are such .npz files. The
+/// The motion is an .npz file with poses and translations, as in AMASS, or a BVH, glTF, FBX or USD
+/// file of any skeleton. Clips of a capture (the folder that a model is trained on) are such .npz files. The
 /// motion is resampled to the model's frame rate.
 ///
 /// The ending of --out chooses the format:
@@ -35,9 +35,9 @@ use std::{ops::Range, path::PathBuf};
 pub(crate) struct AnimateArgs {
     /// Model file (.unic).
     pub(crate) model: PathBuf,
-    /// Motion file: .npz with poses (T, 3J), trans (T, 3) and a frame rate, or .bvh or .glb of any
-    /// skeleton.
-    #[arg(long, value_name = "FILE.npz|FILE.bvh|FILE.glb")]
+    /// Motion file: .npz with poses (T, 3J), trans (T, 3) and a frame rate, or BVH, glTF, FBX or USD
+    /// of any skeleton.
+    #[arg(long, value_name = "FILE")]
     pub(crate) motion: PathBuf,
     /// Animation to write: a .glb, .abc, .usdc, .usda, .pc2, .mdd or .npz file, or a folder of OBJ
     /// files.

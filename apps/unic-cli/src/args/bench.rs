@@ -35,8 +35,8 @@ pub(crate) struct BenchArgs {
     /// Trained model to measure (.unic) [default: random weights].
     #[arg(long, value_name = "FILE.unic", requires = "motion", conflicts_with_all = ["vertices", "network"])]
     pub(crate) model: Option<PathBuf>,
-    /// Motion of the model, npz or BVH. Its first 10 s count.
-    #[arg(long, value_name = "FILE.npz|FILE.bvh|FILE.glb", requires = "model")]
+    /// Motion of the model: npz, BVH, glTF, FBX or USD. Its first 10 s count.
+    #[arg(long, value_name = "FILE", requires = "model")]
     pub(crate) motion: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,

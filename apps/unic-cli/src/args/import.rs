@@ -3,7 +3,7 @@
 use super::{MeshUpName, UpName, parse};
 use crate::checks::ForceArgs;
 use std::{ops::Range, path::PathBuf};
-use unic_io::{LowPass, capture::JointReference};
+use unic_io::{Assumed, LowPass, Up, capture::JointReference};
 
 /// Import a garment animation from another program as a clip of a capture.
 ///
@@ -26,17 +26,18 @@ use unic_io::{LowPass, capture::JointReference};
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct ImportArgs {
-    /// Animation of the garment: a .abc, .pc2, .mdd, .npz or .npy file, or a folder of OBJ files.
+    /// Animation of the garment: a .abc, .usd, .usdc, .usda, .usdz, .pc2, .mdd, .npz or .npy file, or
+    /// a folder of OBJ files.
     #[arg(long, value_name = "FILE|FOLDER")]
     pub(crate) garment: PathBuf,
     /// Name of the garment in a file of several meshes [default: the only one that has not as many
     /// vertices as the character].
     #[arg(long, value_name = "NAME")]
     pub(crate) object: Option<String>,
-    /// Character: a character.npz, .glb or .gltf file [default: that of the capture in --out].
+    /// Character: a character.npz, glTF, FBX or USD file [default: that of the capture in --out].
     #[arg(long, value_name = "FILE")]
     pub(crate) character: Option<PathBuf>,
-    /// Motion of the character: an .npz, .bvh, .glb or .gltf file.
+    /// Motion of the character: an .npz, .bvh, glTF, FBX or USD file.
     #[arg(long, value_name = "FILE")]
     pub(crate) motion: PathBuf,
     /// Folder of the capture to make, or to add a clip to.
@@ -53,10 +54,11 @@ pub(crate) struct ImportArgs {
     /// Axis that points up in the motion file [default: that of --up].
     #[arg(long, value_enum, value_name = "UP")]
     pub(crate) motion_up: Option<UpName>,
-    /// Length of a unit of the garment's files in metres: 0.01 for centimetres. Motion files are in
-    /// metres (npz) or scaled to the character (BVH).
-    #[arg(long, value_name = "METRES", default_value_t = 1.0, value_parser = parse::scale)]
-    pub(crate) scale: f32,
+    /// Length of a unit in metres, 0.01 for centimetres, of garment files and of USD files that do not
+    /// state it [default: 1 for garments; 0.01, the format's own, for USD]. Motion files are in metres
+    /// (npz) or scaled to the character (BVH).
+    #[arg(long, value_name = "METRES", value_parser = parse::scale)]
+    pub(crate) scale: Option<f32>,
     /// Frames per second of files that do not state them [default: those of the capture in --out,
     /// else those that the other file states].
     #[arg(long, value_name = "FPS", value_parser = parse::frame_rate)]
@@ -82,7 +84,7 @@ pub(crate) struct ImportArgs {
     /// foot, right ankle, right foot [default: found by the names of the joints].
     #[arg(long, value_name = "L,L,R,R", value_parser = parse::contacts)]
     pub(crate) contacts: Option<[JointReference; 4]>,
-    /// TOML table of joint names, for BVH files whose joint names are not recognised.
+    /// TOML table of joint names, for files whose joint names are not recognised.
     #[arg(long, value_name = "FILE.toml")]
     pub(crate) bone_map: Option<PathBuf>,
     /// Cutoff of a low-pass filter on the motion, in Hz, or 0 for no filter [default: 0, because the
@@ -97,4 +99,18 @@ pub(crate) struct ImportArgs {
     /// Print one JSON object about the result to stdout.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+impl ImportArgs {
+    /// Unit, axis and rate of files that do not state them.
+    pub(crate) fn assumed(&self) -> Assumed {
+        Assumed {
+            metres_per_unit: self.scale,
+            up: self.up.map(|up| match up {
+                MeshUpName::Y => Up::Y,
+                MeshUpName::Z => Up::Z,
+            }),
+            fps: self.fps,
+        }
+    }
 }

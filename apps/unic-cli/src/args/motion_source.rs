@@ -6,8 +6,8 @@ use std::path::PathBuf;
 /// Options for the clips of a motion database.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ClipArgs {
-    /// Motions of the database, npz, BVH or GLB [default: built-in clips].
-    #[arg(long, value_name = "FILE.npz|FILE.bvh|FILE.glb", num_args = 1..)]
+    /// Motions of the database: npz, BVH, glTF, FBX or USD [default: built-in clips].
+    #[arg(long, value_name = "FILE", num_args = 1..)]
     pub(crate) motion: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,

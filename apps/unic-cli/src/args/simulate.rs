@@ -30,16 +30,16 @@ use unic_io::capture::JointReference;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct SimulateArgs {
-    /// Character: a character.npz, .glb or .gltf file, a folder with a character.npz, or the built-in
-    /// `human`.
-    #[arg(long, value_name = "FILE.npz|FOLDER|human", default_value = "human")]
+    /// Character: a character.npz, glTF, FBX or USD file, a folder with a character.npz, or the
+    /// built-in `human`.
+    #[arg(long, value_name = "FILE|FOLDER|human", default_value = "human")]
     pub(crate) character: PathBuf,
     /// Garment: an .obj file, a folder with garment.obj and optionally garment.npz, or a built-in
     /// one: tshirt, skirt, pleated_dress, tulle_skirt, robe.
     #[arg(long, value_name = "FILE.obj|FOLDER|NAME", default_value = "tshirt")]
     pub(crate) garment: PathBuf,
-    /// Motions: .npz, .bvh or .glb files, or built-in ones by name: idle, walk_speeds, walk_circles,
-    /// walk_slalom, walk_starts_stops, run_speeds, run_circles, run_slalom, run_starts_stops,
+    /// Motions: .npz, .bvh, glTF, FBX or USD files, or built-in ones by name: idle, walk_speeds,
+    /// walk_circles, walk_slalom, walk_starts_stops, run_speeds, run_circles, run_slalom, run_starts_stops,
     /// squats_jumps, arms_trunk, mixed, sprint_stop, turn_on_spot, dance [default: all built-in
     /// ones].
     #[arg(long, value_name = "FILE|NAME", num_args = 1..)]

@@ -34,8 +34,8 @@ pub(crate) struct ViewArgs {
     /// Clip of the capture [default: the first test clip, else the first clip].
     #[arg(long, value_name = "NAME")]
     pub(crate) clip: Option<String>,
-    /// Motion of models whose skeleton no clip fits: .npz or .bvh.
-    #[arg(long, value_name = "FILE.npz|FILE.bvh")]
+    /// Motion of models whose skeleton no clip fits: npz, BVH, glTF, FBX or USD.
+    #[arg(long, value_name = "FILE")]
     pub(crate) motion: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,

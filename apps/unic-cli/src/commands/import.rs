@@ -146,7 +146,7 @@ fn character(args: &ImportArgs, before: Option<&Capture>, notes: &mut Notes) -> 
             }
         };
     };
-    let import = import_character(path)?;
+    let import = import_character(path, &args.assumed())?;
     import.notes.iter().for_each(|note| notes.add(path, note));
     let character = import.character;
     if let Some(capture) = before {
@@ -169,6 +169,7 @@ fn clip(
     let options = MotionOptions {
         fps,
         fps_of_file: args.fps.or(fps),
+        metres_per_unit: args.scale,
         up: up_of_motion(args),
         bones: (args.bone_map.as_deref().map(BoneMap::read))
             .transpose()?

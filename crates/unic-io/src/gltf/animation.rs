@@ -1,6 +1,6 @@
 //! Animations: transforms of nodes at any time.
 
-use super::{container::Container, scene::Local};
+use super::container::Container;
 use crate::{
     error::Result,
     frame_rate::{check_frame_rate, whole_rate},
@@ -10,6 +10,7 @@ use gltf::{
     accessor::Dimensions,
     animation::{Interpolation, Property},
 };
+use unic_scene::{Local, Motion, Node, Track, check_length};
 
 /// Frames per second of an animation whose keys do not show a rate.
 pub(super) const DEFAULT_FPS: f32 = 30.0;
@@ -19,7 +20,7 @@ const MIN_FPS: f64 = 12.0;
 /// Animation of the nodes of a file.
 pub(super) struct NodeAnimation {
     /// Name, if the file has one.
-    pub(super) name: Option<String>,
+    name: Option<String>,
     channels: Vec<NodeChannel>,
 }
 
@@ -36,16 +37,16 @@ struct NodeChannel {
 
 /// Times of frames at a constant rate.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Timeline {
+struct Timeline {
     /// Time of frame 0, seconds.
     start: f64,
-    pub(super) fps: f32,
-    pub(super) frames: usize,
+    fps: f32,
+    frames: usize,
 }
 
 impl Timeline {
     /// Time of a frame, seconds.
-    pub(super) fn time(&self, frame: usize) -> f32 {
+    fn time(&self, frame: usize) -> f32 {
         (self.start + frame as f64 / f64::from(self.fps)) as f32
     }
 }
@@ -72,9 +73,38 @@ impl NodeAnimation {
         })
     }
 
-    /// Nodes that the animation rotates or moves.
-    pub(super) fn nodes(&self) -> impl Iterator<Item = usize> {
-        self.channels.iter().map(|channel| channel.node)
+    /// Samples the animation. `fps` is the rate where the keys show none.
+    ///
+    /// # Errors
+    /// Fewer than two frames, an animation out of proportion to the file.
+    pub(super) fn motion(self, container: &Container, nodes: &[Node], fps: Option<f32>) -> Result<Motion> {
+        let timeline = self.timeline(container, fps)?;
+        let mut animated: Vec<usize> = self.channels.iter().map(|channel| channel.node).collect();
+        animated.sort_unstable();
+        animated.dedup();
+        check_length(timeline.frames, animated.len(), container.length)
+            .map_err(|fault| container.error(fault.expected, fault.found))?;
+        let empty = |node| Track {
+            node,
+            locals: Vec::with_capacity(timeline.frames),
+        };
+        let mut tracks: Vec<Track> = animated.into_iter().map(empty).collect();
+        let rest: Vec<Local> = nodes.iter().map(|node| node.local).collect();
+        let mut locals = Vec::new();
+        for frame in 0..timeline.frames {
+            locals.clone_from(&rest);
+            self.apply(timeline.time(frame), &mut locals);
+            for track in &mut tracks {
+                track.locals.push(locals[track.node]);
+            }
+        }
+        Ok(Motion {
+            name: self.name,
+            fps: timeline.fps,
+            rate: "by its keys".to_owned(),
+            frames: timeline.frames,
+            tracks,
+        })
     }
 
     /// Returns the times of the frames: from the first key to the last one, at the rate of the
@@ -82,7 +112,7 @@ impl NodeAnimation {
     ///
     /// # Errors
     /// Fewer than two frames.
-    pub(super) fn timeline(&self, container: &Container, fps: Option<f32>) -> Result<Timeline> {
+    fn timeline(&self, container: &Container, fps: Option<f32>) -> Result<Timeline> {
         let ends = |channel: &NodeChannel| {
             let first = channel.times.first().copied().unwrap_or_default();
             (first, channel.times.last().copied().unwrap_or(first))
@@ -107,7 +137,7 @@ impl NodeAnimation {
     }
 
     /// Sets the transforms of the animated nodes at a time. The others stay.
-    pub(super) fn apply(&self, time: f32, locals: &mut [Local]) {
+    fn apply(&self, time: f32, locals: &mut [Local]) {
         for channel in &self.channels {
             let value = channel.at(time);
             let local = &mut locals[channel.node];

@@ -1,115 +1,49 @@
-//! Skinned characters and their motion in glTF 2.0 files, `.glb` and `.gltf`.
+//! Scenes of glTF 2.0 files, `.glb` and `.gltf`.
 //!
-//! Files are in metres, +Y up, as captures are. A character is the only skinned mesh of its file in
-//! its bind pose, whose joints get the axes of the world: the bind pose is the zero pose. Vertices
-//! that a file repeats along the seams of its texture are welded. A motion is the first animation of
-//! its file. On the file's own character it is exact; on others it is retargeted as BVH is.
-//!
-//! Not read: sparse data, data under an extension that the file requires (Draco, meshopt), morph
-//! targets, scales that differ by axis.
+//! Files are in metres, +Y up, as scenes are. Not read: sparse data, data under an extension that the
+//! file requires (Draco, meshopt), morph targets.
 
 mod accessor;
 mod animation;
 mod container;
-mod joint_nodes;
-mod motion;
-mod rest_space;
-mod rig;
-mod scene;
+mod nodes;
 mod skin;
 
-pub(crate) use motion::{GltfTransfer, read_motion};
-
-use crate::{
-    error::Result,
-    foreign_formats::{PartlyReadFormat, partly_read},
-};
+use crate::error::Result;
+use animation::NodeAnimation;
 use container::Container;
-use motion::AnimatedRig;
-use rig::RiggedBody;
 use std::path::Path;
-use unic_core::character::Character;
+use unic_scene::{Content, Request, Scene};
 
-/// A character from a glTF file.
-#[derive(Clone, Debug)]
-pub struct GltfCharacter {
-    /// Body, skeleton and skinning weights; metres, +Y up.
-    pub character: Character,
-    /// Name of the mesh.
-    pub name: String,
-    /// Vertex of the body for each vertex of the file: copies along seams have one.
-    pub vertex_of_file: Vec<u32>,
-    /// Descriptions of what was converted, one sentence each.
-    pub notes: Vec<String>,
-}
-
-/// Summary of the first animation of a file.
-#[derive(Clone, Debug)]
-pub(crate) struct GltfAnimationSummary {
-    pub(crate) frames: usize,
-    pub(crate) fps: f32,
-    pub(crate) notes: Vec<String>,
-}
-
-/// Counts of a file.
-#[derive(Clone, Debug)]
-pub(crate) struct GltfContents {
-    /// Program that wrote the file, if it says so.
-    pub(crate) generator: Option<String>,
-    /// Names of the meshes with a skin.
-    pub(crate) skinned: Vec<String>,
-    /// Number of meshes without one.
-    pub(crate) other_meshes: usize,
-    /// Names of the animations.
-    pub(crate) animations: Vec<String>,
-}
-
-/// Returns whether a file is glTF, by its first bytes or its extension.
-pub(crate) fn is_gltf(path: &Path) -> bool {
-    partly_read(path) == Some(PartlyReadFormat::Gltf)
-}
-
-/// Reads the only skinned mesh of a file as a character.
+/// Reads the parts of a file that are asked for.
 ///
 /// # Errors
-/// A damaged file; no skinned mesh, several; a mesh, skeleton or weights with faults.
-pub fn read_gltf_character(path: &Path) -> Result<GltfCharacter> {
-    let body = RiggedBody::read(&Container::read(path)?)?;
-    Ok(GltfCharacter {
-        character: body.character,
-        name: body.name,
-        vertex_of_file: body.vertex_of_file,
-        notes: body.rig.notes,
-    })
-}
-
-/// Summarises the first animation of a file.
-///
-/// # Errors
-/// Those of [`read_motion`].
-pub(crate) fn summarise_animation(path: &Path) -> Result<GltfAnimationSummary> {
-    let animated = AnimatedRig::read(&Container::read(path)?, None)?;
-    Ok(GltfAnimationSummary {
-        frames: animated.timeline.frames,
-        fps: animated.timeline.fps,
-        notes: animated.notes,
-    })
-}
-
-/// Lists what a file holds.
-///
-/// # Errors
-/// A damaged file.
-pub(crate) fn contents(path: &Path) -> Result<GltfContents> {
+/// A damaged file; parts that the file lacks.
+pub(crate) fn read(path: &Path, request: &Request) -> Result<Scene> {
     let container = Container::read(path)?;
     let document = &container.document;
-    let meshes = || document.nodes().filter(|node| node.mesh().is_some());
-    let skinned = meshes().filter(|node| node.skin().is_some());
+    let nodes = nodes::read(&container)?;
+    let (skins, places) = skin::skins(&container)?;
+    let meshes = skin::meshes(&container, request.content, &skins, &places)?;
+    let motion = match request.content {
+        Content::Motion => {
+            Some(NodeAnimation::read(&container)?.motion(&container, &nodes, request.assumed.fps)?)
+        }
+        Content::Outline | Content::Skinned | Content::Points(_) => None,
+    };
     let name = |animation: ::gltf::Animation| animation.name().unwrap_or("without a name").to_owned();
-    Ok(GltfContents {
+    let scene = Scene {
         generator: document.as_json().asset.generator.clone(),
-        skinned: skinned.map(|node| skin::name(&node)).collect(),
-        other_meshes: meshes().filter(|node| node.skin().is_none()).count(),
+        units: "metres, Y up, by the format".to_owned(),
+        nodes,
+        skins,
+        meshes,
         animations: document.animations().map(name).collect(),
-    })
+        motion,
+        notes: Vec::new(),
+    };
+    match scene.check() {
+        Ok(()) => Ok(scene),
+        Err(fault) => Err(container.error(fault.expected, fault.found)),
+    }
 }

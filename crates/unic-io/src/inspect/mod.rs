@@ -3,12 +3,12 @@
 mod alembic;
 mod arrays;
 mod capture;
-mod gltf;
 mod mesh;
 mod model;
 mod motion;
 mod motion_database;
 mod report;
+mod rigged;
 
 pub use report::{Fact, FileKind, Inspection};
 
@@ -19,6 +19,7 @@ use crate::{
     capture::{FolderKind, MANIFEST},
     error::{Error, Result},
     foreign_formats::{PartlyReadFormat, is_foreign, partly_read, refuse_foreign},
+    rigged::RiggedFormat,
 };
 use std::{fs::File, io::Read, path::Path};
 use unic_core::motion_matching::MAGIC as MOTION_DATABASE;
@@ -50,7 +51,9 @@ pub fn inspect(path: &Path) -> Result<Inspection> {
         return Ok(match format {
             PartlyReadFormat::Alembic => alembic::inspect(path),
             PartlyReadFormat::Mdd => arrays::mdd(path),
-            PartlyReadFormat::Gltf => gltf::inspect(path),
+            PartlyReadFormat::Gltf => rigged::inspect(path, RiggedFormat::Gltf),
+            PartlyReadFormat::Fbx => rigged::inspect(path, RiggedFormat::Fbx),
+            PartlyReadFormat::Usd => rigged::inspect(path, RiggedFormat::Usd),
         });
     }
     Ok(if is_foreign(path) {
@@ -103,9 +106,8 @@ fn unknown(path: &Path, start: &[u8]) -> Inspection {
         return report;
     }
     report.problem(format!(
-        "{}: expected an npz, npy, OBJ, PC2, MDD, Alembic, glTF, BVH, motion database or model file or \
-         a capture folder, \
-         found a file that begins with \"{}\"",
+        "{}: expected an npz, npy, OBJ, PC2, MDD, Alembic, glTF, FBX, USD, BVH, motion database or model \
+         file or a capture folder, found a file that begins with \"{}\"",
         path.display(),
         start.escape_ascii()
     ));

@@ -62,15 +62,15 @@ impl Fact {
 pub enum FileKind {
     /// A folder with `capture.toml`.
     Capture,
-    /// An npz with vertices, joints and weights, or a glTF file with a skinned mesh.
+    /// An npz with vertices, joints and weights, or a file with a skinned mesh.
     Character,
-    /// An npz with poses, a BVH file, or a glTF file with an animation and no skinned mesh.
+    /// An npz with poses, a BVH file, or a file with an animation of joints and no skinned mesh.
     Motion,
     /// Clips for motion matching.
     MotionDatabase,
     /// An npz with weights or attributes of garment vertices.
     Garment,
-    /// An npz with positions over time.
+    /// An npz with positions over time, or a file with a mesh whose points change and no rig.
     VertexAnimation,
     /// Any other npz.
     Npz,

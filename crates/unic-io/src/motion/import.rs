@@ -16,9 +16,9 @@ use crate::{
     finding::Finding,
     foreign_formats::refuse_foreign,
     frame_rate::check_frame_rate,
-    gltf::{self, GltfTransfer},
     npz::Npz,
     retarget::{FootMeasure, RetargetSource, Retargeted, feet, low_pass},
+    rigged::{self, RiggedFormat, RiggedTransfer},
 };
 use std::path::Path;
 use unic_core::{character::Character, clip::Clip};
@@ -61,8 +61,8 @@ enum MotionOrigin {
     RetargetedSmpl,
 }
 
-/// Reads a motion file as a clip for `character`: glTF and BVH by their extension or first bytes, else
-/// npz.
+/// Reads a motion file as a clip for `character`: glTF, FBX, USD and BVH by their first bytes or
+/// extension, else npz.
 ///
 /// **npz** files hold `poses` (T, 3K) or (T, K, 3), local axis-angle in radians; `trans` (T, 3) in
 /// metres; and the frame rate (`mocap_framerate`, `mocap_frame_rate`, `fps` or `framerate`). With
@@ -75,7 +75,7 @@ enum MotionOrigin {
 /// **BVH** files may have any skeleton. The motion is transferred to a character whose joint names
 /// are recognised; [`crate::retarget`] describes how.
 ///
-/// **glTF** files have the motion of their first animation. If they have the character's own joints
+/// **glTF, FBX and USD** files have the motion of their first animation. If they have the character's own joints
 /// at the same places, it is taken as it is; else it is transferred as that of BVH files.
 ///
 /// # Errors
@@ -138,10 +138,10 @@ struct LoadedMotion {
 }
 
 fn load(path: &Path, character: &Character, options: &MotionOptions) -> Result<LoadedMotion> {
-    if gltf::is_gltf(path) {
-        return from_gltf(path, character, options);
+    if let Some(format) = RiggedFormat::of(path) {
+        return from_rig(path, format, character, options);
     }
-    refuse_foreign(path, "a motion (npz, BVH, GLB or glTF)")?;
+    refuse_foreign(path, "a motion (npz, BVH, glTF, FBX or USD)")?;
     match is_bvh(path)? {
         true => from_bvh(path, character, options),
         // Files of no known kind too: the reader of archives names what is wrong.
@@ -149,13 +149,18 @@ fn load(path: &Path, character: &Character, options: &MotionOptions) -> Result<L
     }
 }
 
-fn from_gltf(path: &Path, character: &Character, options: &MotionOptions) -> Result<LoadedMotion> {
-    let motion = gltf::read_motion(path, character, options)?;
+fn from_rig(
+    path: &Path,
+    format: RiggedFormat,
+    character: &Character,
+    options: &MotionOptions,
+) -> Result<LoadedMotion> {
+    let motion = rigged::read_motion(path, format, character, options)?;
     Ok(LoadedMotion {
         clip: motion.clip,
         origin: match motion.transfer {
-            GltfTransfer::SameRig => MotionOrigin::Native,
-            GltfTransfer::Retargeted => MotionOrigin::Retargeted,
+            RiggedTransfer::SameRig => MotionOrigin::Native,
+            RiggedTransfer::Retargeted => MotionOrigin::Retargeted,
         },
         notes: motion.notes,
         findings: Vec::new(),

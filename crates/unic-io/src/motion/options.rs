@@ -47,8 +47,10 @@ pub enum FootLock {
 pub struct MotionOptions {
     /// Frames per second of the result; `None` keeps the file's.
     pub fps: Option<f32>,
-    /// Frames per second of npz files that do not state them; `None` refuses such files.
+    /// Frames per second of files that do not state them. `None` refuses such npz files.
     pub fps_of_file: Option<f32>,
+    /// Metres in a unit of USD files that do not state it; `None` takes the format's own default.
+    pub metres_per_unit: Option<f32>,
     /// Up axis of the file.
     pub up: UpAxis,
     /// Vertical placement of the motion.

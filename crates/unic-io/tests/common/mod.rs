@@ -213,3 +213,18 @@ pub(crate) fn humanoid() -> Character {
         weights: SkinningWeights::from_dense(&weights, 9, 24).unwrap(),
     }
 }
+
+/// Vertices of a body in a pose.
+pub(crate) fn posed(character: &Character, pose: &Pose) -> Vec<Vec3> {
+    let (mut joints, mut transforms, mut vertices) = (Vec::new(), Vec::new(), Vec::new());
+    character.skeleton.forward_kinematics(pose, &mut joints);
+    character.skeleton.world_from_rest(&joints, &mut transforms);
+    (character.weights).skin(&character.body.vertices, &transforms, &mut vertices);
+    vertices
+}
+
+/// Largest distance between vertices of equal index, metres.
+pub(crate) fn largest_distance(a: &[Vec3], b: &[Vec3]) -> f32 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
+}

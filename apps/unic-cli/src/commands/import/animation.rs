@@ -11,6 +11,7 @@ use unic_io::{
     alembic::{AlembicAnimation, AlembicReader},
     pc2::read_pc2,
     read_vertex_cache,
+    rigged::{RiggedFormat, read_scene_points},
 };
 
 /// Animation of a garment's vertices. Frames are read one at a time.
@@ -37,14 +38,20 @@ impl Animation {
     /// A file that cannot be read; several meshes of which none is chosen.
     pub(super) fn open(args: &ImportArgs, character: &Character, notes: &mut Notes) -> Result<Self> {
         let path = &args.garment;
-        let conversion = Conversion::of(args);
-        let (source, fps, mesh) = match AlembicReader::is_alembic(path) {
-            true => Source::alembic(args, character, notes)?,
-            false if args.object.is_some() => bail!(
+        let rigged = RiggedFormat::of(path);
+        let conversion = match rigged {
+            // The reader converts.
+            Some(_) => Conversion::none(),
+            None => Conversion::of(args),
+        };
+        let (source, fps, mesh) = match rigged {
+            Some(format) => Source::scene(args, format, character, notes)?,
+            None if AlembicReader::is_alembic(path) => Source::alembic(args, character, notes)?,
+            None if args.object.is_some() => bail!(
                 "{}: expected a file with named meshes for --object, found one without names",
                 path.display()
             ),
-            false => Source::frames(args, notes)?,
+            None => Source::frames(args, notes)?,
         };
         conversion.describe(path, notes);
         Ok(Self {
@@ -115,6 +122,19 @@ impl Source {
             }
         }
         Ok((Self::Frames(cache.frames), cache.fps, cache.mesh))
+    }
+
+    fn scene(
+        args: &ImportArgs,
+        format: RiggedFormat,
+        character: &Character,
+        notes: &mut Notes,
+    ) -> Result<Opened> {
+        let path = &args.garment;
+        let vertices = character.body.vertices.len();
+        let read = read_scene_points(path, format, args.object.as_deref(), vertices, &args.assumed())?;
+        read.notes.iter().for_each(|note| notes.add(path, note));
+        Ok((Self::Frames(read.frames), read.fps, Some(read.mesh)))
     }
 
     fn alembic(args: &ImportArgs, character: &Character, notes: &mut Notes) -> Result<Opened> {

@@ -19,7 +19,15 @@ impl Conversion {
     pub(super) fn of(args: &ImportArgs) -> Self {
         Self {
             up: args.up.unwrap_or(MeshUpName::Y),
-            scale: args.scale,
+            scale: args.scale.unwrap_or(1.0),
+        }
+    }
+
+    /// Conversion of a file that is in metres, Y up.
+    pub(super) fn none() -> Self {
+        Self {
+            up: MeshUpName::Y,
+            scale: 1.0,
         }
     }
 

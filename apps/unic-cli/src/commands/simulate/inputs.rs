@@ -18,7 +18,7 @@ use unic_core::{
     mesh::TriMesh,
 };
 use unic_io::{
-    Split,
+    Assumed, Split,
     capture::{VertexAttributes, default_weights, read_garment},
     import_character, read_obj,
 };
@@ -72,7 +72,12 @@ pub(super) fn character(args: &SimulateArgs) -> Result<Character> {
         return Ok(human(&HumanParameters::default())?);
     }
     let path = file_or_file_in(&args.character, "character.npz");
-    let import = import_character(&path)?;
+    // The motions' axis holds for a character too that does not state its own.
+    let assumed = Assumed {
+        up: unic_io::UpAxis::from(args.reading.up).stated(),
+        ..Assumed::default()
+    };
+    let import = import_character(&path, &assumed)?;
     for note in &import.notes {
         print_status(&format!("{}: {note}", path.display()));
     }

@@ -1,6 +1,6 @@
 //! Transform from the space of a skin to that of the rest pose.
 
-use super::{container::Container, joint_nodes::JointNodes, rig::SAME_PLACE_M, scene::Scene};
+use super::{file::SceneFile, joint_nodes::JointNodes, rig::SAME_PLACE_M};
 use crate::error::Result;
 use glam::{Mat3, Mat4, Quat, Vec3};
 use std::collections::HashMap;
@@ -17,7 +17,7 @@ const UNIFORM_SCALE: f32 = 1e-2;
 /// another pose, as in the first frame of an animation, the root is turned and moved by that pose:
 /// the axes of the world or of the node above are taken then, whichever are nearer.
 pub(super) fn rest_from_space(
-    scene: &Scene,
+    scene: &SceneFile,
     world: &[Mat4],
     joints: &JointNodes,
     inverse: &HashMap<usize, Mat4>,
@@ -36,7 +36,7 @@ pub(super) fn rest_from_space(
     if all.all(is_same) {
         return first;
     }
-    let above = scene.parents[joints.nodes[0]].map_or(Mat4::IDENTITY, |parent| world[parent]);
+    let above = scene.parent(joints.nodes[0]).map_or(Mat4::IDENTITY, |parent| world[parent]);
     let turn = rotation_of(Mat3::from_mat4(first));
     let candidates = [Mat4::IDENTITY, above].map(|matrix| {
         let rotation = rotation_of(Mat3::from_mat4(matrix));
@@ -65,16 +65,16 @@ pub(super) fn rotation_of(linear: Mat3) -> Quat {
 ///
 /// # Errors
 /// Scales that differ by axis, a mirrored body.
-pub(super) fn check_scale(container: &Container, matrix: Mat4) -> Result<()> {
+pub(super) fn check_scale(scene: &SceneFile, matrix: Mat4) -> Result<()> {
     let linear = Mat3::from_mat4(matrix);
     let lengths = [linear.x_axis, linear.y_axis, linear.z_axis].map(Vec3::length);
     let [low, high] = [f32::min, f32::max].map(|pick| lengths.into_iter().fold(lengths[0], pick));
     if !(low > 0.0 && high.is_finite()) || high - low > UNIFORM_SCALE * high {
         let found = format!("{lengths:?}");
-        return Err(container.error("a body of the same scale along all axes", found));
+        return Err(scene.error("a body of the same scale along all axes", found));
     }
     match linear.determinant() > 0.0 {
         true => Ok(()),
-        false => Err(container.error("a body that is not mirrored", "a mirrored one")),
+        false => Err(scene.error("a body that is not mirrored", "a mirrored one")),
     }
 }

@@ -1,6 +1,6 @@
 //! Joints of a file as a tree with one root.
 
-use super::{container::Container, scene::Scene};
+use super::file::SceneFile;
 use crate::error::Result;
 use std::collections::{HashMap, HashSet};
 
@@ -22,8 +22,7 @@ impl JointNodes {
     /// # Errors
     /// Several roots without a node above them.
     pub(super) fn new(
-        container: &Container,
-        scene: &Scene,
+        scene: &SceneFile,
         nodes: &[usize],
         moving: &HashSet<usize>,
     ) -> Result<Self> {
@@ -31,15 +30,15 @@ impl JointNodes {
         let mut notes = Vec::new();
         let roots = roots(scene, &set);
         if let [one, another, ..] = roots[..] {
-            let names = [one, another].map(|node| scene.names[node].as_str());
+            let names = [one, another].map(|node| scene.name(node));
             let Some(above) = node_above(scene, &roots) else {
                 let found = format!("{}: {} and others", roots.len(), names.join(", "));
-                return Err(container.error("one root of the skeleton", found));
+                return Err(scene.error("one root of the skeleton", found));
             };
             notes.push(format!(
                 "{} roots are joined by the node {}",
                 roots.len(),
-                scene.names[above]
+                scene.name(above)
             ));
             set.insert(above);
         }
@@ -62,11 +61,11 @@ impl JointNodes {
 }
 
 /// Nearest node of a set above each node.
-fn nearest_above(scene: &Scene, set: &HashSet<usize>) -> Vec<Option<usize>> {
-    let mut above = vec![None; scene.parents.len()];
-    for &node in &scene.order {
+fn nearest_above(scene: &SceneFile, set: &HashSet<usize>) -> Vec<Option<usize>> {
+    let mut above = vec![None; scene.len()];
+    for &node in scene.order() {
         // Parents come first, so that theirs is known.
-        above[node] = match scene.parents[node] {
+        above[node] = match scene.parent(node) {
             Some(parent) if set.contains(&parent) => Some(parent),
             Some(parent) => above[parent],
             None => None,
@@ -76,7 +75,7 @@ fn nearest_above(scene: &Scene, set: &HashSet<usize>) -> Vec<Option<usize>> {
 }
 
 /// Nodes of a set without another one above them, ascending.
-fn roots(scene: &Scene, set: &HashSet<usize>) -> Vec<usize> {
+fn roots(scene: &SceneFile, set: &HashSet<usize>) -> Vec<usize> {
     let above = nearest_above(scene, set);
     let mut roots: Vec<usize> = set
         .iter()
@@ -88,22 +87,22 @@ fn roots(scene: &Scene, set: &HashSet<usize>) -> Vec<usize> {
 }
 
 /// The lowest node above all of `roots`.
-fn node_above(scene: &Scene, roots: &[usize]) -> Option<usize> {
-    let mut below = vec![0; scene.parents.len()];
+fn node_above(scene: &SceneFile, roots: &[usize]) -> Option<usize> {
+    let mut below = vec![0; scene.len()];
     roots.iter().for_each(|root| below[*root] += 1);
-    for &node in scene.order.iter().rev() {
-        if let Some(parent) = scene.parents[node] {
+    for &node in scene.order().iter().rev() {
+        if let Some(parent) = scene.parent(node) {
             below[parent] += below[node];
         }
     }
     let first = *roots.first()?;
-    let mut above = std::iter::successors(scene.parents[first], |&node| scene.parents[node]);
+    let mut above = std::iter::successors(scene.parent(first), |&node| scene.parent(node));
     above.find(|node| below[*node] == roots.len())
 }
 
 /// Takes joints that move nothing out of the top of the set, and returns the root that remains.
 fn moving_root(
-    scene: &Scene,
+    scene: &SceneFile,
     set: &mut HashSet<usize>,
     moving: &HashSet<usize>,
     notes: &mut Vec<String>,
@@ -126,7 +125,8 @@ fn moving_root(
     {
         notes.push(format!(
             "the joint {} moves no vertex and is left out: {} is the root",
-            scene.names[root], scene.names[*child]
+            scene.name(root),
+            scene.name(*child)
         ));
         set.remove(&root);
         root = *child;

@@ -1,8 +1,9 @@
-//! Motion of glTF files on a character.
+//! Motion of files with a rig on a character.
 
 use super::{
-    animation::{NodeAnimation, Timeline},
-    container::Container,
+    RiggedFormat,
+    file::SceneFile,
+    request,
     rig::{Rig, RigScratch},
 };
 use crate::{
@@ -16,30 +17,24 @@ use crate::{
 use glam::Quat;
 use std::path::Path;
 use unic_core::{Pose, character::Character, clip::Clip, skeleton::Skeleton, transform::Rigid};
+use unic_scene::{Assumed, Content, Motion};
 
 /// Distance between joints of the file and of the character, relative to the root, up to which both
 /// are one rig, metres.
 const SAME_RIG_M: f32 = 2e-3;
 /// Distance of a joint from its place on a character of rigid bones that is worth a note, metres.
 const NOTED_STRETCH_M: f32 = 5e-3;
-/// Memory of a joint in a frame, bytes.
-const FRAME_JOINT_BYTES: usize = 64;
-/// Memory for an animation in proportion to its file, and beside that, bytes. Two keys may be hours
-/// apart.
-const BYTES_PER_BYTE: usize = 16;
-const FIXED_BYTES: usize = 8 << 20;
-
 /// Motion of a file on a character.
-pub(crate) struct GltfMotion {
+pub(crate) struct RiggedMotion {
     pub(crate) clip: Clip,
     /// Descriptions of the conversions, one sentence each.
     pub(crate) notes: Vec<String>,
-    pub(crate) transfer: GltfTransfer,
+    pub(crate) transfer: RiggedTransfer,
 }
 
 /// How a motion came to the character.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum GltfTransfer {
+pub(crate) enum RiggedTransfer {
     /// The file has the character's own joints.
     SameRig,
     /// The file has another skeleton.
@@ -47,43 +42,34 @@ pub(crate) enum GltfTransfer {
 }
 
 /// Animation and rig of a file.
-pub(super) struct AnimatedRig {
+pub(super) struct AnimatedRig<'a> {
+    file: &'a SceneFile,
     rig: Rig,
-    animation: NodeAnimation,
-    pub(super) timeline: Timeline,
+    pub(super) motion: &'a Motion,
     pub(super) notes: Vec<String>,
 }
 
-impl AnimatedRig {
-    /// Reads the first animation of a file. `fps` is its frame rate where the keys show none.
+impl<'a> AnimatedRig<'a> {
+    /// Makes the rig of the first animation of a file.
     ///
     /// # Errors
-    /// Those of [`NodeAnimation::read`] and [`Rig::of_motion`]; an animation out of proportion to
-    /// the file.
-    pub(super) fn read(container: &Container, fps: Option<f32>) -> Result<Self> {
-        let animation = NodeAnimation::read(container)?;
-        let rig = Rig::of_motion(container, &animation)?;
-        let timeline = animation.timeline(container, fps)?;
-        let most = (container.length.saturating_mul(BYTES_PER_BYTE)).saturating_add(FIXED_BYTES);
-        let bytes = (timeline.frames.saturating_mul(rig.joints.len())).saturating_mul(FRAME_JOINT_BYTES);
-        if bytes > most {
-            let found = format!("{} frames of {} joints", timeline.frames, rig.joints.len());
-            return Err(container.error("an animation in proportion to the file", found));
-        }
-        let mut notes = rig.notes.clone();
-        let count = container.document.animations().count();
-        let name = animation.name.as_deref().unwrap_or("without a name");
+    /// No animation; those of [`Rig::of_motion`].
+    pub(super) fn new(file: &'a SceneFile) -> Result<Self> {
+        let Some(motion) = &file.scene.motion else {
+            return Err(file.error("an animation", "none"));
+        };
+        let rig = Rig::of_motion(file, motion)?;
+        let mut notes: Vec<String> = file.scene.notes.iter().chain(&rig.notes).cloned().collect();
+        let count = file.scene.animations.len();
+        let name = motion.name.as_deref().unwrap_or("without a name");
         if count > 1 {
             notes.push(format!("the first of {count} animations is taken: {name}"));
         }
-        notes.push(format!(
-            "{} frames at {} fps by its keys",
-            timeline.frames, timeline.fps
-        ));
+        notes.push(format!("{} frames at {} fps {}", motion.frames, motion.fps, motion.rate));
         Ok(Self {
+            file,
             rig,
-            animation,
-            timeline,
+            motion,
             notes,
         })
     }
@@ -91,9 +77,9 @@ impl AnimatedRig {
     /// Calls `use_frame` with the joints of each frame: rotation from the bind pose, and position.
     fn for_each_frame(&self, mut use_frame: impl FnMut(&[Rigid])) {
         let (mut scratch, mut joints) = (RigScratch::default(), Vec::new());
-        for frame in 0..self.timeline.frames {
+        for frame in 0..self.motion.frames {
             self.rig
-                .frame(&self.animation, self.timeline, frame, &mut scratch, &mut joints);
+                .frame(self.file, self.motion, frame, &mut scratch, &mut joints);
             use_frame(&joints);
         }
     }
@@ -103,12 +89,22 @@ impl AnimatedRig {
 ///
 /// # Errors
 /// No animation, damaged data, joints that cannot be identified.
-pub(crate) fn read_motion(path: &Path, character: &Character, options: &MotionOptions) -> Result<GltfMotion> {
-    let container = Container::read(path)?;
-    let animated = AnimatedRig::read(&container, options.fps_of_file)?;
+pub(crate) fn read_motion(
+    path: &Path,
+    format: RiggedFormat,
+    character: &Character,
+    options: &MotionOptions,
+) -> Result<RiggedMotion> {
+    let assumed = Assumed {
+        metres_per_unit: options.metres_per_unit,
+        up: options.up.stated(),
+        fps: options.fps_of_file,
+    };
+    let file = SceneFile::read(path, format, &request(Content::Motion, &assumed))?;
+    let animated = AnimatedRig::new(&file)?;
     match same_rig(&animated.rig, &character.skeleton) {
-        Some(sources) => on_same_rig(&container, &animated, &sources, &character.skeleton),
-        None => retargeted(&container, &animated, character, options),
+        Some(sources) => on_same_rig(&animated, &sources, &character.skeleton),
+        None => retargeted(&animated, character, options),
     }
 }
 
@@ -143,11 +139,10 @@ fn same_rig(rig: &Rig, skeleton: &Skeleton) -> Option<Vec<usize>> {
 }
 
 fn on_same_rig(
-    container: &Container,
     animated: &AnimatedRig,
     sources: &[usize],
     skeleton: &Skeleton,
-) -> Result<GltfMotion> {
+) -> Result<RiggedMotion> {
     let root = skeleton.root();
     let mut rest = Vec::new();
     skeleton.forward_kinematics(&skeleton.bind_pose(), &mut rest);
@@ -177,7 +172,7 @@ fn on_same_rig(
     });
     if let Some(frame) = poses.iter().position(|pose| !pose.is_valid()) {
         let found = format!("others in frame {frame}");
-        return Err(container.error("positions that a body can take", found));
+        return Err(animated.file.error("positions that a body can take", found));
     }
     let mut notes = animated.notes.clone();
     notes.push("the joints are the character's: the motion is taken as it is".into());
@@ -188,33 +183,33 @@ fn on_same_rig(
             1e3 * farthest.0
         ));
     }
-    Ok(GltfMotion {
+    Ok(RiggedMotion {
         clip: Clip {
-            name: stem(&container.path),
-            fps: animated.timeline.fps,
+            name: stem(&animated.file.path),
+            fps: animated.motion.fps,
             poses,
             ground_height: 0.0,
             wind: Vec::new(),
         },
         notes,
-        transfer: GltfTransfer::SameRig,
+        transfer: RiggedTransfer::SameRig,
     })
 }
 
 fn retargeted(
-    container: &Container,
     animated: &AnimatedRig,
     character: &Character,
     options: &MotionOptions,
-) -> Result<GltfMotion> {
+) -> Result<RiggedMotion> {
     let bvh = as_bvh(animated);
-    // Y up by the format, whatever is asked for files that do not state their axis.
-    let source = RetargetSource::new(&container.path, &bvh, &options.bones, UpAxis::Y)?;
-    let Retargeted { clip, notes } = source.on(&container.path, &bvh, character)?;
-    Ok(GltfMotion {
+    // Readers convert to Y up, whatever is asked for files that do not state their axis.
+    let path = &animated.file.path;
+    let source = RetargetSource::new(path, &bvh, &options.bones, UpAxis::Y)?;
+    let Retargeted { clip, notes } = source.on(path, &bvh, character)?;
+    Ok(RiggedMotion {
         clip,
         notes: animated.notes.iter().cloned().chain(notes).collect(),
-        transfer: GltfTransfer::Retargeted,
+        transfer: RiggedTransfer::Retargeted,
     })
 }
 
@@ -240,7 +235,7 @@ fn as_bvh(animated: &AnimatedRig) -> Bvh {
         let world: Vec<Rigid> = order.iter().map(|joint| frame[*joint]).collect();
         Bvh::push_frame(&joints, &world, &mut frames);
     });
-    Bvh::from_rest(joints, animated.timeline.fps, frames)
+    Bvh::from_rest(joints, animated.motion.fps, frames)
 }
 
 /// Joints in an order in which parents precede their children.

@@ -1,0 +1,98 @@
+//! The body of a file: its skinned mesh with its skeleton.
+
+use super::{
+    file::SceneFile,
+    rig::{Binds, Rig},
+    weld::Welded,
+};
+use crate::error::{Error, Result};
+use glam::Vec3;
+use std::collections::{HashMap, HashSet};
+use unic_core::{character::Character, mesh::TriMesh, skinning::SkinningWeights};
+use unic_scene::Skin;
+
+/// A character with the vertices of its file.
+pub(super) struct RiggedBody {
+    pub(super) character: Character,
+    pub(super) rig: Rig,
+    /// Name of the mesh.
+    pub(super) name: String,
+    /// Vertex of the body for each vertex of the file.
+    pub(super) vertex_of_file: Vec<u32>,
+}
+
+impl RiggedBody {
+    /// Makes the skinned mesh of a file with its skeleton.
+    ///
+    /// # Errors
+    /// No skinned mesh, several; several roots without a node above them; scales that differ by
+    /// axis, mirrored meshes; vertices without weight.
+    pub(super) fn read(file: &SceneFile) -> Result<Self> {
+        let mesh = file.skinned()?;
+        let skin = mesh.skin.and_then(|skin| file.scene.skins.get(skin));
+        let (Some(skin), Some(shape)) = (skin, &mesh.shape) else {
+            return Err(file.error("a skinned mesh", "none"));
+        };
+        if shape.faces.is_empty() {
+            return Err(file.error("a skinned mesh with triangles", "none"));
+        }
+        let welded = Welded::new(shape);
+        let weighted = weighted_nodes(skin, &welded);
+        let (mut rig, rest_from_mesh) = Rig::new(file, Binds::of_skin(skin), &weighted)?;
+        if welded.vertices.len() < welded.vertex_of_file.len() {
+            rig.notes.push(format!(
+                "{} of {} vertices remain where copies along seams are welded",
+                welded.vertices.len(),
+                welded.vertex_of_file.len()
+            ));
+        }
+        let vertices: Vec<Vec3> = (welded.vertices.iter())
+            .map(|v| rest_from_mesh.transform_point3(*v))
+            .collect();
+        let body = TriMesh::new(vertices, welded.faces).map_err(|source| Error::Mesh {
+            path: file.path.clone(),
+            source,
+        })?;
+        let weights = weights(skin, &welded.weights, &rig).map_err(|source| Error::Weights {
+            path: file.path.clone(),
+            source,
+        })?;
+        Ok(Self {
+            character: Character {
+                body,
+                skeleton: rig.skeleton(file)?,
+                weights,
+            },
+            rig,
+            name: mesh.name.clone(),
+            vertex_of_file: welded.vertex_of_file,
+        })
+    }
+}
+
+/// Nodes that move a vertex.
+fn weighted_nodes(skin: &Skin, welded: &Welded) -> HashSet<usize> {
+    let entries = welded.weights.iter().flatten();
+    entries
+        .filter_map(|(joint, _)| skin.joints.get(usize::from(*joint)).copied())
+        .collect()
+}
+
+/// Weights by the joints of a rig, of which some of the skin's may be missing.
+fn weights(
+    skin: &Skin,
+    rows: &[Vec<(u16, f32)>],
+    rig: &Rig,
+) -> std::result::Result<SkinningWeights, unic_core::skinning::WeightsError> {
+    let places: HashMap<usize, usize> = rig.places();
+    // A joint that was left out has no weights.
+    let joint = |joint: u16| {
+        let node = skin.joints.get(usize::from(joint))?;
+        places.get(node)
+    };
+    let rows = rows.iter().map(|row| {
+        let entries = row.iter().filter_map(|(j, weight)| Some((*joint(*j)?, *weight)));
+        entries.collect::<Vec<_>>().into_iter()
+    });
+    SkinningWeights::from_rows(rig.joints.len(), rows)
+}

@@ -1,0 +1,114 @@
+//! Scene of a file, whichever format it has.
+
+use super::RiggedFormat;
+use crate::{
+    error::{Error, Result},
+    gltf,
+};
+use glam::Mat4;
+use std::path::{Path, PathBuf};
+use unic_scene::{Format, Local, Mesh, Request, Scene};
+
+/// Number of names that an error lists.
+const LISTED_NAMES: usize = 12;
+
+/// A checked scene and the file that it comes from.
+#[derive(Debug)]
+pub(super) struct SceneFile {
+    pub(super) path: PathBuf,
+    pub(super) scene: Scene,
+    /// Nodes in an order in which parents precede their children.
+    order: Vec<usize>,
+}
+
+impl SceneFile {
+    /// Reads the parts of a file that are asked for.
+    ///
+    /// # Errors
+    /// A damaged file; parts that the file lacks.
+    pub(super) fn read(path: &Path, format: RiggedFormat, request: &Request) -> Result<Self> {
+        let other = |format| {
+            let read = unic_scene::read(path, format, request);
+            read.map_err(|fault| Error::content(path, fault.expected, fault.found))
+        };
+        let scene = match format {
+            RiggedFormat::Gltf => gltf::read(path, request)?,
+            RiggedFormat::Fbx => other(Format::Fbx)?,
+            RiggedFormat::Usd => other(Format::Usd)?,
+        };
+        let Some(order) = scene.order() else {
+            return Err(Error::content(path, "a tree of nodes", "a cycle"));
+        };
+        Ok(Self {
+            path: path.to_path_buf(),
+            scene,
+            order,
+        })
+    }
+
+    /// Returns an error about the content of the file.
+    pub(super) fn error(&self, expected: impl Into<String>, found: impl Into<String>) -> Error {
+        Error::content(&self.path, expected, found)
+    }
+
+    /// Number of nodes.
+    pub(super) fn len(&self) -> usize {
+        self.scene.nodes.len()
+    }
+
+    /// Name of a node.
+    pub(super) fn name(&self, node: usize) -> &str {
+        &self.scene.nodes[node].name
+    }
+
+    /// Parent of a node.
+    pub(super) fn parent(&self, node: usize) -> Option<usize> {
+        self.scene.nodes[node].parent
+    }
+
+    /// Nodes in an order in which parents precede their children.
+    pub(super) fn order(&self) -> &[usize] {
+        &self.order
+    }
+
+    /// Transforms of the nodes outside any animation.
+    pub(super) fn locals(&self) -> Vec<Local> {
+        self.scene.nodes.iter().map(|node| node.local).collect()
+    }
+
+    /// Computes `world_from_node` of all nodes into `out`, with the transforms of `locals`.
+    pub(super) fn world(&self, locals: &[Local], out: &mut Vec<Mat4>) {
+        out.clear();
+        out.resize(self.len(), Mat4::IDENTITY);
+        for &node in &self.order {
+            let local = locals[node].matrix();
+            out[node] = self.parent(node).map_or(local, |parent| out[parent] * local);
+        }
+    }
+
+    /// Returns the only mesh with a skin.
+    ///
+    /// # Errors
+    /// None, several.
+    pub(super) fn skinned(&self) -> Result<&Mesh> {
+        let skinned: Vec<&Mesh> = self.scene.meshes.iter().filter(|mesh| mesh.skin.is_some()).collect();
+        match skinned.as_slice() {
+            [mesh] => Ok(mesh),
+            [] => Err(self.error("a skinned mesh", "none")),
+            several => {
+                let names = several.iter().map(|mesh| mesh.name.as_str());
+                let found = format!("{}: export the body alone", listed(names));
+                Err(self.error("one skinned mesh", found))
+            }
+        }
+    }
+}
+
+/// Names for a sentence.
+pub(super) fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<&str> = names.collect();
+    match names.split_at_checked(LISTED_NAMES) {
+        Some((first, more)) if !more.is_empty() => format!("{} and {} more", first.join(", "), more.len()),
+        _ => names.join(", "),
+    }
+}

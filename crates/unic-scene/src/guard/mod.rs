@@ -1,0 +1,129 @@
+//! Reading in a child process, so that a file cannot bring the program down.
+//!
+//! ```no_run
+//! use std::{env, process::{Command, ExitCode}};
+//!
+//! fn main() -> ExitCode {
+//!     if env::args().nth(1).as_deref() == Some("read-scene") {
+//!         return ExitCode::from(unic_scene::guard::serve());
+//!     }
+//!     let program = env::current_exe().unwrap();
+//!     unic_scene::guard::use_child(move || {
+//!         let mut command = Command::new(&program);
+//!         command.arg("read-scene");
+//!         command
+//!     });
+//!     // From here on, `unic_scene::read` reads in children.
+//!     ExitCode::SUCCESS
+//! }
+//! ```
+
+mod child;
+mod parent;
+
+pub use child::serve;
+
+use crate::{Format, fault::Fault, request::Request, scene::Scene};
+use serde::{Deserialize, Serialize};
+use std::{
+    ffi::OsString,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::Path,
+    process::Command,
+    sync::OnceLock,
+    time::Duration,
+};
+
+type MakeCommand = Box<dyn Fn() -> Command + Send + Sync>;
+
+/// Command whose process calls [`serve`].
+static CHILD: OnceLock<MakeCommand> = OnceLock::new();
+
+/// Lets later readings happen in processes of the given command, which must call [`serve`]. Later
+/// calls change nothing.
+pub fn use_child(command: impl Fn() -> Command + Send + Sync + 'static) {
+    CHILD.get_or_init(|| Box::new(command));
+}
+
+/// What a child is asked to do.
+#[derive(Serialize, Deserialize)]
+struct Job {
+    path: OsString,
+    format: Format,
+    request: Request,
+    /// Address space that the child may use, bytes.
+    memory: u64,
+}
+
+/// What a child answers.
+type Answer = Result<Scene, Fault>;
+
+/// Reads a file in a child if there is a command for it, else here with panics caught.
+pub(crate) fn read(path: &Path, format: Format, request: &Request) -> Result<Scene, Fault> {
+    match CHILD.get() {
+        Some(command) => {
+            let limits = Limits::of(path);
+            let job = Job {
+                path: path.as_os_str().to_owned(),
+                format,
+                request: *request,
+                memory: limits.memory,
+            };
+            match parent::ask(command(), &job, limits) {
+                Some(answer) => answer,
+                // Where no process can be started, as in a sandbox.
+                None => caught(path, format, request),
+            }
+        }
+        None => caught(path, format, request),
+    }
+}
+
+/// Reads a file here; a panic becomes a fault.
+fn caught(path: &Path, format: Format, request: &Request) -> Result<Scene, Fault> {
+    // Nothing outlives the call that a panic could leave half changed.
+    let outcome = catch_unwind(AssertUnwindSafe(|| crate::read_here(path, format, request)));
+    outcome.unwrap_or_else(|_| Err(broken(format, "a damaged one, at which its reader stopped")))
+}
+
+fn broken(format: Format, found: impl Into<String>) -> Fault {
+    let expected = match format {
+        Format::Fbx => "an FBX file that can be read",
+        Format::Usd => "a USD file that can be read",
+    };
+    Fault::new(expected, found)
+}
+
+/// Limits of a child, in proportion to its file.
+#[derive(Clone, Copy)]
+struct Limits {
+    /// Address space, bytes.
+    memory: u64,
+    /// Length of the answer, bytes.
+    answer: u64,
+    time: Duration,
+}
+
+impl Limits {
+    /// Address space for a file of any size: the program with its libraries, and files that a USD
+    /// file refers to.
+    const MEMORY: u64 = 2 << 30;
+    /// Address space for each byte of the file: text and compressed data grow.
+    const MEMORY_PER_BYTE: u64 = 64;
+    const ANSWER: u64 = 256 << 20;
+    /// Time for a file of any size, on a busy machine.
+    const SECONDS: u64 = 15;
+    /// Bytes of the file that are read in a second at least.
+    const BYTES_PER_SECOND: u64 = 1 << 20;
+
+    fn of(path: &Path) -> Self {
+        // A missing file is reported by its reader.
+        let length = std::fs::metadata(path).map_or(0, |file| file.len());
+        let grown = length.saturating_mul(Self::MEMORY_PER_BYTE);
+        Self {
+            memory: grown.saturating_add(Self::MEMORY),
+            answer: grown.saturating_add(Self::ANSWER),
+            time: Duration::from_secs(Self::SECONDS.saturating_add(length / Self::BYTES_PER_SECOND)),
+        }
+    }
+}
