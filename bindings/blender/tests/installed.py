@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import importlib
 import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from types import ModuleType
@@ -20,30 +18,22 @@ FOLDER = tempfile.TemporaryDirectory(prefix="unic_blender_")
 os.environ.setdefault("BLENDER_USER_RESOURCES", FOLDER.name)
 
 import bpy
+from blender_program import PACKAGE, extension_tool, install
 
-ROOT = Path(__file__).resolve().parents[1]
-PACKAGE = "bl_ext.user_default.unic"
-
-
-def extension_tool(*arguments: str | Path) -> str:
-    """Runs Blender's tool for extensions, which `blender --command extension` is."""
-    paths = (Path(path) / "addons_core/bl_pkg/cli/blender_ext.py" for path in bpy.utils.script_paths())
-    tool = next(path for path in paths if path.is_file())
-    done = subprocess.run([sys.executable, tool, *map(str, arguments)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+SOURCE = Path(__file__).resolve().parents[1] / "unic"
 
 
-def install() -> None:
-    """Builds, checks and installs the extension."""
-    extension_tool("validate", ROOT / "unic")
-    extension_tool("build", "--source-dir", ROOT / "unic", "--output-dir", FOLDER.name)
+def build() -> Path:
+    """Checks and builds the extension."""
+    def tool(*words: str | Path) -> None:
+        done = extension_tool([str(word) for word in words])
+        assert done.returncode == 0, done.stdout + done.stderr
+
+    tool("validate", SOURCE)
+    tool("build", "--source-dir", SOURCE, "--output-dir", FOLDER.name)
     archive = next(Path(FOLDER.name).glob("unic-*.zip"))
-    extension_tool("validate", archive)
-    bpy.ops.extensions.package_install_files(filepath=str(archive), repo="user_default", enable_on_install=False)
-    # Python may have looked into the folder in the same tick of the clock, before the files were there.
-    importlib.invalidate_caches()
-    bpy.ops.preferences.addon_enable(module=PACKAGE)
+    tool("validate", archive)
+    return archive
 
 
 def module(name: str) -> ModuleType:
@@ -56,4 +46,4 @@ def set_paths(program: Path) -> None:
     bpy.context.preferences.addons[PACKAGE].preferences.program = str(program)
 
 
-install()
+install(build())
