@@ -43,7 +43,8 @@ class Shell:
         programs.mkdir()
         (programs / "blender").write_text(f'#!/bin/sh\nexec "{sys.executable}" "{TESTS}/blender_program.py" "$@"\n')
         (programs / "blender").chmod(0o755)
-        # Where the build goes if not to `target`, which the tutorial puts first.
+        # Where the build goes if not to `target`, which the tutorial puts first and where it puts an archive.
+        (ROOT / "target").mkdir(exist_ok=True)
         built = Path(os.environ.get("CARGO_TARGET_DIR", "target")).resolve() / "release"
         self.environment["PATH"] = f"{programs}:{built}:{self.environment['PATH']}"
 

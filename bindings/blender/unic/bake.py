@@ -11,7 +11,7 @@ import bpy
 from . import program, settings
 from .capture_files import frame_rate
 from .export import write_motion
-from .meshes import shown_object
+from .meshes import remove_object, shown_object
 from .rig import Rig
 
 
@@ -57,7 +57,7 @@ def bake(context: bpy.types.Context) -> tuple[bpy.types.Object, int, float]:
         made = shown_object(context, f"{garment.name} baked", garment)
         if len(made.data.vertices) != answer["vertices"]:
             found = len(made.data.vertices)
-            bpy.data.objects.remove(made)
+            remove_object(made)
             raise program.UnicError(f"{garment.name}: expected {answer['vertices']} vertices as in {model.name}, found "
                                     f"{found}")
         # In the same folder, so that the cache appears complete.

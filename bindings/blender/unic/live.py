@@ -30,9 +30,9 @@ LARGEST_RATE_DIFFERENCE = 1e-4
 class LiveGarment:
     """A garment that follows an armature. Objects are kept by name: undo makes new ones."""
 
-    def __init__(self, garment: Garment, armature: bpy.types.Object, shown: str, hidden: str) -> None:
+    def __init__(self, garment: Garment, armature: bpy.types.Object, hidden: str) -> None:
         self.garment = garment
-        self.armature, self.shown, self.hidden = armature.name, shown, hidden
+        self.armature, self.hidden, self.shown = armature.name, hidden, ""
         self.names, self.parents = garment.joint_names(), garment.joint_parents()
         self._check_rest(armature)
         self._frame: int | None = None
@@ -139,8 +139,8 @@ def start(context: bpy.types.Context) -> None:
                       Intersection[chosen.intersection])
     try:
         check_rate(context.scene, garment.info.fps)
-        made = LiveGarment(garment, armature, f"{original.name} live", original.name)
-        shown = shown_object(context, made.shown, original)
+        made = LiveGarment(garment, armature, original.name)
+        shown = shown_object(context, f"{original.name} live", original)
         if len(shown.data.vertices) != garment.info.vertex_count:
             found = len(shown.data.vertices)
             remove_object(shown)
@@ -149,6 +149,8 @@ def start(context: bpy.types.Context) -> None:
     except program.UnicError:
         garment.close()
         raise
+    # Blender shortens long names, and numbers those that are taken.
+    made.shown = shown.name
     _live, _error = made, ""
     original.hide_set(True)
     made.follow(context.scene, context.evaluated_depsgraph_get())

@@ -118,8 +118,19 @@ def rest_object(context: bpy.types.Context, garment: bpy.types.Object) -> Iterat
         # Modifiers stay as they are: a switched one would make Blender forget a simulation.
         yield garment
         return
-    with only_modifiers(garment, GENERATING):
+    with only_modifiers(garment, GENERATING), visible(garment):
         yield garment.evaluated_get(current(context))
+
+
+@contextmanager
+def visible(owner: bpy.types.Object) -> Iterator[None]:
+    """Shows an object, because Blender does not evaluate hidden ones."""
+    before = owner.hide_get()
+    try:
+        owner.hide_set(False)
+        yield
+    finally:
+        owner.hide_set(before)
 
 
 def shown_object(context: bpy.types.Context, name: str, garment: bpy.types.Object) -> bpy.types.Object:
