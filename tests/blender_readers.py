@@ -3,7 +3,7 @@
 Contract: after an import by docs/guides/animate.md, body and garment of a .glb, an .abc, a .usdc, a .usda, a
 .pc2 or .mdd on its .obj and a folder of OBJ files are upright in Blender's world (+Z up), in metres. In each frame their vertices
 are within 0.01 mm of those of the .npz. Files that state a frame rate keep it in a scene of another rate. The
-same holds for a garment of some 60,000 vertices.
+same holds for a garment with sixteen times the triangles: 59,678 vertices on the demo's T-shirt.
 
     python3 tests/blender_readers.py target/release/unic                         makes its own capture
     python3 tests/blender_readers.py target/release/unic MODEL.unic MOTION.npz   at most 300 frames of motion
@@ -106,6 +106,8 @@ def check_usd(folder, truth):
     for name in ("d.usdc", "d.usda"):
         bpy.ops.wm.read_factory_settings(use_empty=True)
         bpy.ops.wm.usd_import(filepath=str(folder / name))
+        scene = bpy.context.scene
+        assert (scene.frame_start, scene.frame_end) == (0, len(truth["garment"]) - 1), scene.frame_end
         errors |= {f"{part} of {name}": largest_over_frames(truth[part], lambda: positions(bpy.data.objects[part]))
                    for part in truth}
     return errors
