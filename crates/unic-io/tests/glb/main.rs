@@ -1,6 +1,6 @@
 //! Contract of the GLB writer: files meet the demands of glTF, and the skin, the morph targets and
 //! their animation reproduce every frame when they are evaluated by the specification. Other
-//! readers check the same in tests/readers.py, tests/blender.py and tests/glb.mjs.
+//! readers check the same in tests/readers.py, tests/blender_readers.py and tests/glb.mjs.
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod file;
