@@ -107,6 +107,40 @@ fn every_quantity_of_every_kind_of_source_has_a_picture() {
 }
 
 #[test]
+fn an_animation_is_shown_and_continued_from_every_format() {
+    let out = tempfile::tempdir().unwrap();
+    for ending in ["npz", "mdd", "abc", "usdc", "usda"] {
+        let file = out.path().join(format!("four.{ending}"));
+        let line = format!("animate tube.unic --motion tube/clips/four.npz --out {}", file.display());
+        succeeds(TRAINED.path(), &format!("{line} --overwrite"));
+        let line = format!(
+            "OUT/four.{ending} --at 0.3 --screenshot OUT/{ending}.png --size 320x200 --renderer software"
+        );
+        let output = view(&line, &out);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert_eq!(png_size(&out.path().join(format!("{ending}.png"))), (320, 200));
+    }
+    // The first frame of each starts the same animation.
+    let start = |ending: &str| {
+        let (first, file) = (
+            out.path().join(format!("four.{ending}")),
+            out.path().join("again.pc2"),
+        );
+        let line = format!(
+            "animate tube.unic --motion tube/clips/four.npz --start {} --out {} --overwrite",
+            first.display(),
+            file.display()
+        );
+        succeeds(TRAINED.path(), &line);
+        fs::read(file).unwrap()
+    };
+    let expected = start("npz");
+    for ending in ["mdd", "abc", "usdc", "usda"] {
+        assert!(start(ending) == expected, "{ending}");
+    }
+}
+
+#[test]
 fn a_picture_by_the_adapter_if_there_is_one() {
     let out = tempfile::tempdir().unwrap();
     let output = view("tube --screenshot OUT/a.png --size 320x240 --renderer gpu", &out);

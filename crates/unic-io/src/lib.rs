@@ -35,7 +35,7 @@
 //! | single formats, each with its own plain type | [`bvh`], `obj`, [`pc2`], [`mdd`], [`glb`], `gltf`, [`alembic`], [`cache`] |
 //! | shared types and names | `up_axis`, [`joint_names`], `finding` |
 //! | motion from one skeleton to another | [`retarget`], [`rigged`] |
-//! | readers for a character, which pick the format | `character`, `motion` |
+//! | readers that pick the format | `character`, `motion`, `vertex_animation` |
 //! | folders of a garment with its clips | [`capture`] |
 //! | users of all of these | [`datasets`], [`check`], [`inspect`](mod@inspect) |
 //!
@@ -122,6 +122,7 @@ pub mod retarget;
 pub mod rigged;
 mod up_axis;
 pub mod usd;
+mod vertex_animation;
 
 pub use bvh::{Bvh, write_bvh};
 pub use cache::{VertexCache, VertexCacheWriter, read_vertex_cache};
@@ -142,3 +143,4 @@ pub use obj::{parse_obj, read_obj, write_obj, write_obj_to};
 pub use retarget::{BoneMap, FootMeasure, measure_feet};
 pub use unic_scene::{Assumed, Up};
 pub use up_axis::UpAxis;
+pub use vertex_animation::{holds_several_meshes, read_vertex_animation};

@@ -6,6 +6,15 @@ use std::path::Path;
 /// Number of names that an error lists.
 const LISTED: usize = 12;
 
+/// Name of the garment's mesh in files of `unic animate`. It is taken where nothing else tells the
+/// garment from other meshes.
+const GARMENT: &str = "garment";
+
+/// Finds the mesh that is called the garment, if exactly one is.
+pub(crate) fn garment(path: &Path, names: &[String]) -> Option<usize> {
+    named(path, names, GARMENT).ok()
+}
+
 /// Finds the mesh of a name: its full name, such as `/rig/coat/coatShape`, its own or that of its
 /// parent.
 ///

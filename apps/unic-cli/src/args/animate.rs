@@ -65,7 +65,7 @@ pub(crate) struct AnimateArgs {
     #[command(flatten)]
     pub(crate) code: CodeArgs,
     /// Garment in the first frame, in world space and metres: an .obj file, or the first frame of a
-    /// .pc2, .npy or .npz file [default: the mean shape of the training clips].
+    /// .pc2, .mdd, .abc, USD, .npy or .npz file [default: the mean shape of the training clips].
     #[arg(long, value_name = "FILE")]
     pub(crate) start: Option<PathBuf>,
     /// Velocity of a steady wind, in m/s along X, Y and Z [default: the motion file's wind, else

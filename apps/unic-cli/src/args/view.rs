@@ -13,8 +13,8 @@ use unic_viewer::Quantity;
 /// The timeline shows the error of each over time. Files dropped on the window are added.
 ///
 /// A model moves as the clip of the capture does, or as --motion. Without both, a model of the
-/// built-in human walks. An animation is what `unic animate` writes as .pc2, .npz or a folder of OBJ
-/// files.
+/// built-in human walks. An animation is what `unic animate` writes, except .glb: Alembic, USD, .pc2,
+/// .mdd, .npz or a folder of OBJ files.
 ///
 /// --record writes a movie instead, and --screenshot a picture; both need no window, and without a
 /// graphics adapter the software rasteriser draws them.
@@ -28,7 +28,8 @@ use unic_viewer::Quantity;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct ViewArgs {
-    /// Models (.unic), one capture (a folder), and animations (.pc2, .npz or folders of OBJ files).
+    /// Models (.unic), one capture (a folder), and animations (.abc, .usdc, .usda, .pc2, .mdd,
+    /// .npz or folders of OBJ files).
     #[arg(required = true, value_name = "MODEL|CAPTURE|ANIMATION")]
     pub(crate) paths: Vec<PathBuf>,
     /// Clip of the capture [default: the first test clip, else the first clip].

@@ -21,7 +21,7 @@ use std::{
     time::Instant,
 };
 use unic_core::{Animator, Model, Start, StepInput, clip::Clip};
-use unic_io::{check, read_obj, read_vertex_cache};
+use unic_io::{check, read_obj, read_vertex_animation};
 use unic_raster::grid;
 
 /// Number of frames in the picture.
@@ -121,7 +121,7 @@ fn first_frame(path: &Path) -> Result<Vec<Vec3>> {
     } else {
         path
     };
-    let cache = read_vertex_cache(source)?;
+    let cache = read_vertex_animation(source, None)?;
     match cache.frames.iter().next() {
         Some(frame) => Ok(frame.to_vec()),
         None => bail!("{}: expected at least one frame, found none", source.display()),

@@ -5,7 +5,7 @@ use crate::{
     error::{Error, Result},
     foreign_formats::{PartlyReadFormat, partly_read},
     frame_rate::{check_frame_rate, whole_rate},
-    mesh_names::{listed, named},
+    mesh_names::{garment, listed, named},
 };
 use glam::{Vec2, Vec3};
 use ogawa::{Archive, Attribute, Faces, Mesh, MeshKind, Scope};
@@ -82,7 +82,7 @@ impl AlembicReader {
     }
 
     /// Returns the only mesh, or the only one with another number of vertices than the character's
-    /// body.
+    /// body, or the one called `garment`.
     ///
     /// # Errors
     /// Several such meshes, none, a mesh that cannot be read.
@@ -97,9 +97,11 @@ impl AlembicReader {
             [mesh] => Ok(*mesh),
             _ => {
                 let names: Vec<String> = (0..self.len()).map(|mesh| self.name(mesh)).collect();
-                let found = format!("{}; --object names the garment", listed(&names));
-                let expected = "one mesh beside that of the character";
-                Err(Error::content(&self.path, expected, found))
+                garment(&self.path, &names).ok_or_else(|| {
+                    let found = format!("{}; --object names the garment", listed(&names));
+                    let expected = "one mesh beside that of the character";
+                    Error::content(&self.path, expected, found)
+                })
             }
         }
     }

@@ -4,7 +4,7 @@ use super::{RiggedFormat, file::SceneFile, request};
 use crate::{
     error::{Error, Result},
     frames::VertexFrames,
-    mesh_names::{listed, named},
+    mesh_names::{garment, listed, named},
 };
 use std::path::Path;
 use unic_core::mesh::TriMesh;
@@ -26,7 +26,7 @@ pub struct ScenePoints {
 }
 
 /// Reads the animated points of one mesh: the one of the name `object`, else the only one that has
-/// another number of vertices than the character's body.
+/// another number of vertices than the character's body, else the one called `garment`.
 ///
 /// # Errors
 /// A damaged file; no such mesh, several; a mesh whose points do not change.
@@ -85,7 +85,7 @@ pub fn read_scene_points(
 }
 
 /// Returns the only mesh whose points change, or the only one of those with another number of
-/// vertices than the body.
+/// vertices than the body, or the one called `garment`.
 fn only_but(file: &SceneFile, body_vertices: usize) -> Result<usize> {
     let meshes = &file.scene.meshes;
     let animated = || meshes.iter().enumerate().filter(|(_, mesh)| mesh.samples > 1);
@@ -104,10 +104,10 @@ fn only_but(file: &SceneFile, body_vertices: usize) -> Result<usize> {
             Err(file.error("a mesh whose points change over time", found))
         }
         (_, [mesh], _) | (_, _, [mesh]) => Ok(*mesh),
-        _ => {
+        _ => garment(&file.path, &file.mesh_names()).ok_or_else(|| {
             let found = format!("{}; --object names the garment", names());
-            Err(file.error("one animated mesh beside that of the character", found))
-        }
+            file.error("one animated mesh beside that of the character", found)
+        }),
     }
 }
 

@@ -19,9 +19,13 @@ use unic_builtin::{
     motion::{Action, Performer, Timeline},
 };
 use unic_core::{Model, character::Character, clip::Clip, mesh::TriMesh};
-use unic_io::{Capture, Split, VertexFrames, capture::is_capture, read_obj, read_vertex_cache};
+use unic_io::{
+    Capture, Split, VertexFrames, capture::is_capture, holds_several_meshes, read_obj, read_vertex_animation,
+};
 use unic_viewer::{AnimatedMesh, AnimationSource, ClipSource, ModelSource, ShapeFrames, Source};
 
+/// Name of the body's mesh in files of `unic animate`.
+const BODY: &str = "body";
 /// Frames a second of animations whose file states none.
 const USUAL_FPS: f32 = 30.0;
 /// Duration of the walk of models without a motion, seconds.
@@ -165,12 +169,15 @@ impl Reader {
     }
 
     fn animation(&self, path: &Path) -> Result<Source> {
-        let (garment, fps) = animated_mesh(path)?;
-        let body_path = body_path(path);
-        let body = match body_path.exists() {
-            true => Some(animated_mesh(&body_path)?.0),
-            false => None,
+        let (garment, fps) = animated_mesh(path, None)?;
+        let beside = body_path(path);
+        let body = match (holds_several_meshes(path), beside.exists()) {
+            // A file without a body shows the garment alone.
+            (true, _) => animated_mesh(path, Some(BODY)).ok(),
+            (false, true) => Some(animated_mesh(&beside, None)?),
+            (false, false) => None,
         };
+        let body = body.map(|(mesh, _)| mesh);
         if fps.is_none() {
             print_status(&format!(
                 "{}: shown at {USUAL_FPS} frames a second, because the file states no rate",
@@ -229,8 +236,9 @@ pub(crate) fn clip_source(capture: &Capture, name: &str) -> Result<ClipSource> {
 
 /// Reads a vertex animation with its faces, which point caches have in an OBJ file beside them.
 /// Returns its frame rate too, if the file states one.
-fn animated_mesh(path: &Path) -> Result<(AnimatedMesh, Option<f32>)> {
-    let cache = read_vertex_cache(path)?;
+/// In a file of several meshes it is the one of the name `object`, else the garment.
+fn animated_mesh(path: &Path, object: Option<&str>) -> Result<(AnimatedMesh, Option<f32>)> {
+    let cache = read_vertex_animation(path, object)?;
     let mesh: TriMesh = match cache.mesh {
         Some(mesh) => mesh,
         None => {
