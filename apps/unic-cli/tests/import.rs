@@ -371,6 +371,7 @@ fn files_of_blender_are_imported_exactly() {
         ("interop/tshirt_walk.pc2", 150),
         ("interop/obj_sequence", 10),
         ("interop/tshirt_walk.abc", 150),
+        ("interop/tshirt_walk_30frames.usdc", 30),
     ] {
         let Some(garment) = data(file) else { return };
         let folder = tempfile::tempdir().unwrap();
@@ -409,4 +410,70 @@ fn a_capture_is_made_of_files_of_blender_alone() {
         .contact_joints
         .map(|joint| skeleton.names()[joint].as_str());
     assert_eq!(contacts, ["left_ankle", "left_foot", "right_ankle", "right_foot"]);
+}
+
+/// A character and its motion from FBX, a garment from USD.
+#[test]
+fn a_capture_is_made_of_fbx_and_usd_alone() {
+    let (Some(fbx), Some(usd)) = (
+        data("interop/body_walk.fbx"),
+        data("interop/tshirt_walk_30frames.usdc"),
+    ) else {
+        return;
+    };
+    let (Some(rest), Some((_, truth))) = (data("interop/tshirt_rest.obj"), walk()) else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let line = format!("--garment {usd} --character {fbx} --motion {fbx} --rest {rest} --out made");
+    let message = refusal(folder.path(), &format!("{line} --object Coat"));
+    assert!(
+        message.contains("/root/Garment/Garment, /root/Rig/Body/Body"),
+        "{message}"
+    );
+    let message = refusal(folder.path(), &format!("{line} --object Body"));
+    assert!(message.contains("one that a skeleton moves"), "{message}");
+    let swapped = format!("--garment {fbx} --character {usd} --motion {usd} --rest {rest} --out made");
+    let message = refusal(folder.path(), &swapped);
+    assert!(message.contains("export Alembic, USD or PC2"), "{message}");
+    let summary = import(folder.path(), &line);
+    let notes = summary["notes"].to_string();
+    for words in ["Z up converted to Y up", "centimetres converted to metres"] {
+        assert!(notes.contains(words), "{words} in {notes}");
+    }
+    let capture = Capture::open(&folder.path().join("made")).unwrap();
+    let clip = capture.load_clip("body_walk").unwrap();
+    assert_eq!(clip.garment.len(), 30);
+    let far = largest_distance(&clip.garment, truth.iter().map(<[Vec3]>::to_vec).take(30));
+    assert!(far < TOLERANCE_M, "{far} m");
+}
+
+/// What crashes a library ends in one sentence of the program: its reader is another process.
+#[test]
+fn damaged_files_of_other_programs_are_refused_in_one_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["interop/body_walk.fbx", "interop/tshirt_walk_30frames.usdc"] {
+        let Some(path) = data(name) else { return };
+        let bytes = fs::read(&path).unwrap();
+        let file = Path::new(name)
+            .file_name()
+            .unwrap()
+            .to_string_lossy()
+            .into_owned();
+        let mut flipped = bytes.clone();
+        // The tables at the end of a USD file, the nodes of an FBX file.
+        for place in (flipped.len() / 2..flipped.len()).step_by(97) {
+            flipped[place] ^= 0x55;
+        }
+        for damaged in [&bytes[..bytes.len() / 2], &bytes[..40], &flipped] {
+            fs::write(folder.path().join(&file), damaged).unwrap();
+            let line = format!("--garment {file} --character {file} --motion {file} --out made");
+            let message = refusal(folder.path(), &line);
+            assert!(
+                message.contains(&file) && message.contains("expected"),
+                "{message}"
+            );
+            assert!(!folder.path().join("made/capture.toml").exists());
+        }
+    }
 }

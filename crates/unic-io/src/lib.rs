@@ -30,7 +30,7 @@
 //!
 //! | layer | modules |
 //! |---|---|
-//! | words and limits | `error`, `counted`, `foreign_formats`, `frame_rate` |
+//! | words and limits | `error`, `counted`, `foreign_formats`, `frame_rate`, `mesh_names` |
 //! | bytes and containers | [`atomic`], [`npy`], [`npz`], `pickle`, [`frames`] |
 //! | single formats, each with its own plain type | [`bvh`], `obj`, [`pc2`], [`mdd`], [`glb`], `gltf`, [`alembic`], [`cache`] |
 //! | shared types and names | `up_axis`, [`joint_names`], `finding` |
@@ -109,6 +109,7 @@ mod gltf;
 pub mod inspect;
 pub mod joint_names;
 pub mod mdd;
+mod mesh_names;
 mod motion;
 mod motion_database;
 

@@ -27,6 +27,7 @@ use unic_io::{
     write_character, write_motion, write_motion_database, write_obj,
 };
 use unic_mutation::{Container, CountingAllocator, FuzzTarget, Tally, fuzz, measure, scratch_folder};
+use unic_testdata::rod::{ROD_USDA, fbx_binary, fbx_text, rod_fbx};
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
@@ -297,6 +298,37 @@ fn gltf_files() {
         }
         Ok(())
     });
+}
+
+/// Damages a rod. The readers run in this process here: panics of their libraries are caught, and time
+/// and memory must be bounded without help.
+fn damage_rod(name: &str, file: &str, bytes: &[u8]) {
+    let path = folder(name).join(file);
+    fs::write(&path, bytes).unwrap();
+    damage(name, &path, |path| {
+        let read = read_character(path)?;
+        use_character(&read);
+        use_clip(
+            &import_motion(path, &read, &MotionOptions::default())?.clip,
+            &read,
+        );
+        Ok(())
+    });
+}
+
+#[test]
+fn binary_fbx() {
+    damage_rod("fbx", "rod.fbx", &fbx_binary(&rod_fbx()));
+}
+
+#[test]
+fn fbx_as_text() {
+    damage_rod("fbx text", "rod.fbx", fbx_text(&rod_fbx()).as_bytes());
+}
+
+#[test]
+fn usd_as_text() {
+    damage_rod("usda", "rod.usda", ROD_USDA.as_bytes());
 }
 
 #[test]

@@ -164,9 +164,6 @@ const LONGEST: Duration = Duration::from_secs(10);
 /// Longest error message, characters: a message for people does not repeat a file to them.
 const LONGEST_SENTENCE: usize = 1000;
 
-/// Largest number of places at which a file is cut; shorter files are cut at every byte.
-const MOST_CUTS: usize = 4096;
-
 /// Makes an empty folder for the files of one test.
 ///
 /// It lies in `below`, a folder that outlasts the test, such as `CARGO_TARGET_TMPDIR`.
@@ -182,6 +179,33 @@ pub fn scratch_folder(below: &Path, test: &str) -> PathBuf {
     folder
 }
 
+/// Number of damaged files that are tried.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Largest number of places at which a file, and each of its parts, is cut; shorter ones are cut at
+    /// every byte.
+    pub cuts: usize,
+    /// Time for random damage, unless `UNIC_MUTATION_SECONDS` sets it.
+    pub time: Duration,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self {
+            cuts: 4096,
+            time: Duration::from_secs(2),
+        }
+    }
+}
+
+/// Reads damaged versions of a file as [`fuzz_with`] does, with the usual effort.
+///
+/// # Panics
+/// When [`fuzz_with`] does.
+pub fn fuzz(target: &FuzzTarget<'_>, read: impl FnMut(&Path) -> Result<(), String>) -> Tally {
+    fuzz_with(target, Effort::default(), read)
+}
+
 /// Reads damaged versions of a file with `read`, which returns a sentence if it refuses one.
 ///
 /// A reader should also use the value that it has read: a value that cannot be used is a failure
@@ -190,13 +214,18 @@ pub fn scratch_folder(below: &Path, test: &str) -> PathBuf {
 /// # Panics
 /// Panics if `read` refuses the valid file. Panics with the seed and the path of the damaged file
 /// if `read` panics, takes too long, holds too much memory, or refuses without a valid sentence.
-pub fn fuzz(target: &FuzzTarget<'_>, mut read: impl FnMut(&Path) -> Result<(), String>) -> Tally {
+pub fn fuzz_with(
+    target: &FuzzTarget<'_>,
+    effort: Effort,
+    mut read: impl FnMut(&Path) -> Result<(), String>,
+) -> Tally {
     let valid = fs::read(target.path).unwrap();
     if let Err(sentence) = read(target.path) {
         panic!("{}: the valid file is refused: {sentence}", target.name);
     }
     let mut trial = Trial {
         target,
+        effort,
         read: &mut read,
         watchdog: Watchdog::start(target.name.to_owned()),
         tally: Tally::default(),
@@ -219,6 +248,7 @@ fn number(variable: &str) -> Option<u64> {
 /// Trial of one reader.
 struct Trial<'a> {
     target: &'a FuzzTarget<'a>,
+    effort: Effort,
     read: &'a mut dyn FnMut(&Path) -> Result<(), String>,
     watchdog: Watchdog,
     tally: Tally,
@@ -228,7 +258,8 @@ impl Trial<'_> {
     /// Tries all cuts, then random damage until the time is up.
     fn all(&mut self, valid: &[u8]) {
         self.cuts(valid);
-        let time = Duration::from_secs(number("UNIC_MUTATION_SECONDS").unwrap_or(2));
+        let asked = number("UNIC_MUTATION_SECONDS").map(Duration::from_secs);
+        let time = asked.unwrap_or(self.effort.time);
         let start = Instant::now();
         for seed in 0.. {
             if start.elapsed() >= time {
@@ -240,12 +271,12 @@ impl Trial<'_> {
 
     /// Tries the file cut short, and each of its parts cut short in a valid container.
     fn cuts(&mut self, valid: &[u8]) {
-        for end in cut_places(valid.len()) {
+        for end in cut_places(valid.len(), self.effort.cuts) {
             self.try_file(&valid[..end], &format!("cut-{end}"));
         }
         let parts = Parts::of(self.target.container, valid);
         for (i, part) in parts.contents().enumerate().filter(|_| parts.len() > 1) {
-            for end in cut_places(part.len()) {
+            for end in cut_places(part.len(), self.effort.cuts) {
                 let bytes = parts.with(i, &part[..end]).bytes();
                 self.try_file(&bytes, &format!("part-{i}-cut-{end}"));
             }
@@ -317,6 +348,6 @@ fn fault_of(sentence: &str) -> Option<String> {
 }
 
 /// Evenly spaced lengths at which a file of `length` bytes is cut.
-fn cut_places(length: usize) -> impl Iterator<Item = usize> {
-    (0..length).step_by(length.div_ceil(MOST_CUTS).max(1))
+fn cut_places(length: usize, most: usize) -> impl Iterator<Item = usize> {
+    (0..length).step_by(length.div_ceil(most).max(1))
 }

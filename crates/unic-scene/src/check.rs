@@ -21,8 +21,12 @@ impl Scene {
             .iter()
             .try_for_each(|skin| check_skin(skin, self.nodes.len()))?;
         for mesh in &self.meshes {
-            self.check_mesh(mesh)
-                .map_err(|fault| Fault::new(format!("{} in the mesh {}", fault.expected, mesh.name), fault.found))?;
+            self.check_mesh(mesh).map_err(|fault| {
+                Fault::new(
+                    format!("{} in the mesh {}", fault.expected, mesh.name),
+                    fault.found,
+                )
+            })?;
         }
         match &self.motion {
             Some(motion) => check_motion(motion, self.nodes.len()),
@@ -34,10 +38,16 @@ impl Scene {
         let count = self.nodes.len();
         for node in &self.nodes {
             if node.parent.is_some_and(|parent| parent >= count) {
-                return Err(Fault::new(format!("parents below {count}"), format!("{:?}", node.parent)));
+                return Err(Fault::new(
+                    format!("parents below {count}"),
+                    format!("{:?}", node.parent),
+                ));
             }
             if !is_finite(&node.local) {
-                return Err(Fault::new("finite transforms", format!("others at {}", node.name)));
+                return Err(Fault::new(
+                    "finite transforms",
+                    format!("others at {}", node.name),
+                ));
             }
         }
         match self.order() {
@@ -69,16 +79,27 @@ impl Scene {
         let joints = match mesh.skin {
             Some(skin) => match self.skins.get(skin) {
                 Some(skin) => skin.joints.len(),
-                None => return Err(Fault::new(format!("skins below {}", self.skins.len()), skin.to_string())),
+                None => {
+                    return Err(Fault::new(
+                        format!("skins below {}", self.skins.len()),
+                        skin.to_string(),
+                    ));
+                }
             },
             None => 0,
         };
         if let Some(shape) = &mesh.shape {
             check_shape(shape, joints)?;
         }
-        let vertices = mesh.shape.as_ref().map_or(mesh.vertices, |shape| shape.points.len());
+        let vertices = mesh
+            .shape
+            .as_ref()
+            .map_or(mesh.vertices, |shape| shape.points.len());
         if vertices != mesh.vertices {
-            return Err(Fault::new(format!("{} vertices", mesh.vertices), vertices.to_string()));
+            return Err(Fault::new(
+                format!("{} vertices", mesh.vertices),
+                vertices.to_string(),
+            ));
         }
         match &mesh.points {
             Some(points) => check_points(points, vertices),
@@ -88,7 +109,10 @@ impl Scene {
 }
 
 fn is_finite(local: &Local) -> bool {
-    local.translation.is_finite() && local.rotation.is_finite() && local.scale.is_finite() && local.matrix().is_finite()
+    local.translation.is_finite()
+        && local.rotation.is_finite()
+        && local.scale.is_finite()
+        && local.matrix().is_finite()
 }
 
 fn check_skin(skin: &Skin, nodes: usize) -> Result<(), Fault> {
@@ -113,8 +137,12 @@ fn check_skin(skin: &Skin, nodes: usize) -> Result<(), Fault> {
 fn check_shape(shape: &Shape, joints: usize) -> Result<(), Fault> {
     let count = shape.points.len();
     check_finite(&shape.points)?;
-    if let Some(face) = (shape.faces.iter()).find(|face| face.iter().any(|corner| *corner as usize >= count)) {
-        return Err(Fault::new(format!("faces of vertices below {count}"), format!("{face:?}")));
+    if let Some(face) = (shape.faces.iter()).find(|face| face.iter().any(|corner| *corner as usize >= count))
+    {
+        return Err(Fault::new(
+            format!("faces of vertices below {count}"),
+            format!("{face:?}"),
+        ));
     }
     if !matches!(shape.weights.len(), 0) && shape.weights.len() != count {
         let expected = format!("weights of {count} vertices");
@@ -151,7 +179,10 @@ fn check_points(points: &PointSamples, vertices: usize) -> Result<(), Fault> {
 fn check_finite(points: &[Vec3]) -> Result<(), Fault> {
     match points.iter().position(|point| !point.is_finite()) {
         None => Ok(()),
-        Some(vertex) => Err(Fault::new("finite positions", format!("others at vertex {vertex}"))),
+        Some(vertex) => Err(Fault::new(
+            "finite positions",
+            format!("others at vertex {vertex}"),
+        )),
     }
 }
 
@@ -171,7 +202,10 @@ fn check_motion(motion: &Motion, nodes: usize) -> Result<(), Fault> {
             return Err(Fault::new(expected, track.locals.len().to_string()));
         }
         if let Some(frame) = track.locals.iter().position(|local| !is_finite(local)) {
-            return Err(Fault::new("finite transforms", format!("others in frame {frame}")));
+            return Err(Fault::new(
+                "finite transforms",
+                format!("others in frame {frame}"),
+            ));
         }
     }
     Ok(())

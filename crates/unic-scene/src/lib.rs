@@ -19,11 +19,12 @@ pub mod guard;
 mod request;
 mod sampling;
 mod scene;
+mod unit_words;
 mod usd;
 
 pub use fault::Fault;
-pub use sampling::check_length;
 pub use request::{Assumed, Content, Request, Up};
+pub use sampling::check_length;
 pub use scene::{Local, Mesh, Motion, Node, PointSamples, Scene, Shape, Skin, Track};
 
 use serde::{Deserialize, Serialize};

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct Scene {
     /// Program that wrote the file, if it says so.
     pub generator: Option<String>,
-    /// Unit and up axis of the file, for people.
+    /// Unit and up axis of the file, as `centimetres, Z up`.
     pub units: String,
     /// Nodes: those of meshes and joints, and all above them.
     pub nodes: Vec<Node>,

@@ -6,6 +6,7 @@
 //! - [`write_capture`] writes takes as a capture.
 //! - [`Figure::tube`] is a symmetric figure in a tube. In a [`take`] it turns, leans and walks, and
 //!   the lower rings of the tube follow the hip with a delay. It takes a few milliseconds.
+//! - [`rod`] is a figure of two joints as FBX and USD files.
 //! - [`Figure::mixamo`] wears the same tube on Mixamo's 65 joints, fingers included.
 //!
 //! ```
@@ -27,6 +28,7 @@
 mod capture;
 mod mixamo;
 mod motion;
+pub mod rod;
 mod tube;
 
 pub use capture::{Figure, Take, capture, write_capture};

@@ -5,6 +5,7 @@ use crate::{
     error::{Error, Result},
     foreign_formats::{PartlyReadFormat, partly_read},
     frame_rate::{check_frame_rate, whole_rate},
+    mesh_names::{listed, named},
 };
 use glam::{Vec2, Vec3};
 use ogawa::{Archive, Attribute, Faces, Mesh, MeshKind, Scope};
@@ -19,8 +20,6 @@ use unic_core::mesh::{TriMesh, Uvs};
 const MAX_FRAMES: u32 = 1 << 20;
 /// Largest relative difference between the first step in time and the mean one of uniform frames.
 const UNIFORM: f64 = 1e-3;
-/// Number of names that an error lists.
-const LISTED_NAMES: usize = 12;
 
 /// An Alembic file that is open for reading.
 #[derive(Debug)]
@@ -79,18 +78,7 @@ impl AlembicReader {
     /// No such mesh, several.
     pub fn find(&self, name: &str) -> Result<usize> {
         let names: Vec<String> = (0..self.len()).map(|mesh| self.name(mesh)).collect();
-        if let Some(mesh) = names.iter().position(|full| full == name) {
-            return Ok(mesh);
-        }
-        let is_called = |full: &String| full.rsplit('/').take(2).any(|part| part == name);
-        let found: Vec<usize> = (0..self.len()).filter(|mesh| is_called(&names[*mesh])).collect();
-        match found.as_slice() {
-            [mesh] => Ok(*mesh),
-            _ => {
-                let expected = format!("one mesh of the name {name} among {}", listed(&names));
-                Err(Error::content(&self.path, expected, found.len().to_string()))
-            }
-        }
+        named(&self.path, &names, name)
     }
 
     /// Returns the only mesh, or the only one with another number of vertices than the character's
@@ -300,13 +288,4 @@ fn triangle_uvs(uvs: &Attribute<2>, faces: &Faces) -> Option<Uvs> {
         coordinates: uvs.values.iter().map(|uv| Vec2::from_array(*uv)).collect(),
         faces: triangles,
     })
-}
-
-fn listed(names: &[String]) -> String {
-    match names.split_at_checked(LISTED_NAMES) {
-        Some((first, more)) if !more.is_empty() => {
-            format!("{} and {} more", first.join(", "), more.len())
-        }
-        _ => names.join(", "),
-    }
 }

@@ -58,12 +58,16 @@ pub(super) fn meshes(
         let Some(mesh) = node.mesh() else {
             continue;
         };
-        let skin = node.skin().map(|skin| places.get(skin.index()).copied().flatten());
+        let skin = node
+            .skin()
+            .map(|skin| places.get(skin.index()).copied().flatten());
         if skin == Some(None) && content != Content::Motion {
             return Err(container.error("inverse bind matrices of the skin", "none"));
         }
         let skin = skin.flatten();
-        let joints = skin.and_then(|skin| skins.get(skin)).map(|skin| skin.joints.len());
+        let joints = skin
+            .and_then(|skin| skins.get(skin))
+            .map(|skin| skin.joints.len());
         let shape = match (content, joints) {
             (Content::Skinned, Some(joints)) => Some(shape(container, &mesh, joints)?),
             _ => None,
@@ -107,7 +111,9 @@ fn add(shape: &mut Shape, container: &Container, primitive: &Primitive, joints: 
     };
     let positions = container.floats(&positions, Dimensions::Vec3)?;
     let first = shape.points.len() as u32;
-    shape.weights.extend(influences(container, primitive, positions.count, joints)?);
+    shape
+        .weights
+        .extend(influences(container, primitive, positions.count, joints)?);
     shape
         .points
         .extend(positions.values.chunks_exact(3).map(Vec3::from_slice));

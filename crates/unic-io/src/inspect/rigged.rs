@@ -84,13 +84,23 @@ fn points(report: &mut Inspection, path: &Path, format: RiggedFormat, other: &Ot
     let Some(read) = report.ok_or_problem(read) else {
         return;
     };
-    let rate = read.fps.map_or("no uniform frame rate".to_owned(), |fps| format!("{fps} fps"));
+    let rate = read
+        .fps
+        .map_or("no uniform frame rate".to_owned(), |fps| format!("{fps} fps"));
     report.measured(
         format!("animated mesh {name}"),
-        format!("{} frames of {} vertices, {rate}", read.frames.len(), other.vertices),
+        format!(
+            "{} frames of {} vertices, {rate}",
+            read.frames.len(),
+            other.vertices
+        ),
         json!({ "frames": read.frames.len(), "vertices": other.vertices, "fps": read.fps }),
     );
-    let corners = read.frames.iter().filter_map(bounds).flat_map(|(low, high)| [low, high]);
+    let corners = read
+        .frames
+        .iter()
+        .filter_map(bounds)
+        .flat_map(|(low, high)| [low, high]);
     if let Some((low, high)) = bounds(&corners.collect::<Vec<_>>()) {
         mesh::extent(report, format!("{name} extent"), low, high);
     }

@@ -12,12 +12,14 @@
 
 mod bones;
 pub(crate) mod feet;
+mod humanoid;
 pub(crate) mod low_pass;
 mod rig;
 mod transfer;
 
 pub use bones::BoneMap;
 pub use feet::{FootMeasure, legs_of, measure_feet};
+pub(crate) use humanoid::bone_map;
 
 use crate::{
     bvh::Bvh,

@@ -4,13 +4,11 @@ use super::RiggedFormat;
 use crate::{
     error::{Error, Result},
     gltf,
+    mesh_names::listed,
 };
 use glam::Mat4;
 use std::path::{Path, PathBuf};
 use unic_scene::{Format, Local, Mesh, Request, Scene};
-
-/// Number of names that an error lists.
-const LISTED_NAMES: usize = 12;
 
 /// A checked scene and the file that it comes from.
 #[derive(Debug)]
@@ -86,29 +84,30 @@ impl SceneFile {
         }
     }
 
+    /// Names of all meshes.
+    pub(super) fn mesh_names(&self) -> Vec<String> {
+        self.scene.meshes.iter().map(|mesh| mesh.name.clone()).collect()
+    }
+
     /// Returns the only mesh with a skin.
     ///
     /// # Errors
     /// None, several.
     pub(super) fn skinned(&self) -> Result<&Mesh> {
-        let skinned: Vec<&Mesh> = self.scene.meshes.iter().filter(|mesh| mesh.skin.is_some()).collect();
+        let skinned: Vec<&Mesh> = self
+            .scene
+            .meshes
+            .iter()
+            .filter(|mesh| mesh.skin.is_some())
+            .collect();
         match skinned.as_slice() {
             [mesh] => Ok(mesh),
             [] => Err(self.error("a skinned mesh", "none")),
             several => {
-                let names = several.iter().map(|mesh| mesh.name.as_str());
-                let found = format!("{}: export the body alone", listed(names));
+                let names: Vec<String> = several.iter().map(|mesh| mesh.name.clone()).collect();
+                let found = format!("{}: export the body alone", listed(&names));
                 Err(self.error("one skinned mesh", found))
             }
         }
-    }
-}
-
-/// Names for a sentence.
-pub(super) fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    let names: Vec<&str> = names.collect();
-    match names.split_at_checked(LISTED_NAMES) {
-        Some((first, more)) if !more.is_empty() => format!("{} and {} more", first.join(", "), more.len()),
-        _ => names.join(", "),
     }
 }

@@ -21,11 +21,7 @@ impl JointNodes {
     ///
     /// # Errors
     /// Several roots without a node above them.
-    pub(super) fn new(
-        scene: &SceneFile,
-        nodes: &[usize],
-        moving: &HashSet<usize>,
-    ) -> Result<Self> {
+    pub(super) fn new(scene: &SceneFile, nodes: &[usize], moving: &HashSet<usize>) -> Result<Self> {
         let mut set: HashSet<usize> = nodes.iter().copied().collect();
         let mut notes = Vec::new();
         let roots = roots(scene, &set);

@@ -6,6 +6,9 @@
 //! is exact; on others it is retargeted as BVH is. The result is in metres, +Y up.
 //!
 //! Not read: morph targets, scales that differ by axis.
+//!
+//! FBX and USD are read by libraries that damaged files can crash. Programs that read files of others
+//! call [`unic_scene::guard::use_child`] at their start.
 
 mod body;
 mod file;

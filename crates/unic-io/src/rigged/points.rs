@@ -1,13 +1,10 @@
 //! Meshes whose points change over time.
 
-use super::{
-    RiggedFormat,
-    file::{SceneFile, listed},
-    request,
-};
+use super::{RiggedFormat, file::SceneFile, request};
 use crate::{
     error::{Error, Result},
     frames::VertexFrames,
+    mesh_names::{listed, named},
 };
 use std::path::Path;
 use unic_core::mesh::TriMesh;
@@ -43,7 +40,7 @@ pub fn read_scene_points(
     let outline = SceneFile::read(path, format, &request(Content::Outline, assumed))?;
     let meshes = &outline.scene.meshes;
     let index = match object {
-        Some(name) => named(&outline, name)?,
+        Some(name) => named(path, &outline.mesh_names(), name)?,
         None => only_but(&outline, body_vertices)?,
     };
     let name = &meshes[index].name;
@@ -56,7 +53,11 @@ pub fn read_scene_points(
     let mesh = file.scene.meshes.into_iter().nth(index);
     let points = mesh.and_then(|mesh| Some((mesh.shape?, mesh.points?)));
     let Some((shape, points)) = points.filter(|(_, points)| !points.frames.is_empty()) else {
-        return Err(Error::content(path, format!("the points of the mesh {name}"), "none"));
+        return Err(Error::content(
+            path,
+            format!("the points of the mesh {name}"),
+            "none",
+        ));
     };
     let (count, vertices) = (points.frames.len(), shape.points.len());
     let first = points.frames[0].clone();
@@ -64,7 +65,11 @@ pub fn read_scene_points(
         .flat_map(|point| point.to_array())
         .collect();
     let Some(frames) = VertexFrames::new(data, count, vertices) else {
-        return Err(Error::content(path, "a mesh with vertices", format!("none in {name}")));
+        return Err(Error::content(
+            path,
+            "a mesh with vertices",
+            format!("none in {name}"),
+        ));
     };
     let mesh = TriMesh::new(first, shape.faces).map_err(|source| Error::Mesh {
         path: path.to_path_buf(),
@@ -79,25 +84,6 @@ pub fn read_scene_points(
     })
 }
 
-/// Finds the mesh of a name: its full name, its own or that of its parent.
-fn named(file: &SceneFile, name: &str) -> Result<usize> {
-    let names = || file.scene.meshes.iter().map(|mesh| mesh.name.as_str());
-    if let Some(mesh) = names().position(|full| full == name) {
-        return Ok(mesh);
-    }
-    let is_called = |full: &str| full.rsplit('/').take(2).any(|part| part == name);
-    let found: Vec<usize> = (names().enumerate())
-        .filter_map(|(mesh, full)| is_called(full).then_some(mesh))
-        .collect();
-    match found.as_slice() {
-        [mesh] => Ok(*mesh),
-        _ => {
-            let expected = format!("one mesh of the name {name} among {}", listed(names()));
-            Err(file.error(expected, found.len().to_string()))
-        }
-    }
-}
-
 /// Returns the only mesh whose points change, or the only one of those with another number of
 /// vertices than the body.
 fn only_but(file: &SceneFile, body_vertices: usize) -> Result<usize> {
@@ -108,18 +94,18 @@ fn only_but(file: &SceneFile, body_vertices: usize) -> Result<usize> {
         .filter(|(_, mesh)| mesh.vertices != body_vertices)
         .map(|(index, _)| index)
         .collect();
-    let names = meshes.iter().map(|mesh| mesh.name.as_str());
+    let names = || listed(&file.mesh_names());
     match (meshes.as_slice(), indices.as_slice(), others.as_slice()) {
         ([], _, _) => Err(file.error("a mesh whose points change over time", "no mesh")),
         // Refused with its reason by the caller.
         ([_], _, _) => Ok(0),
         (_, [], _) => {
-            let found = format!("none of that kind among {}", listed(names));
+            let found = format!("none of that kind among {}", names());
             Err(file.error("a mesh whose points change over time", found))
         }
         (_, [mesh], _) | (_, _, [mesh]) => Ok(*mesh),
         _ => {
-            let found = format!("{}; --object names the garment", listed(names));
+            let found = format!("{}; --object names the garment", names());
             Err(file.error("one animated mesh beside that of the character", found))
         }
     }
@@ -132,7 +118,9 @@ fn refuse_still(file: &SceneFile, mesh: &Mesh, format: RiggedFormat) -> Result<(
     let expected = format!("a mesh whose points change over time, for {}", mesh.name);
     let found = match (format, mesh.skin) {
         (RiggedFormat::Usd, None) => "one whose points stay".to_owned(),
-        (RiggedFormat::Usd, Some(_)) => "one that a skeleton moves: export its points in every frame".to_owned(),
+        (RiggedFormat::Usd, Some(_)) => {
+            "one that a skeleton moves: export its points in every frame".to_owned()
+        }
         (RiggedFormat::Fbx | RiggedFormat::Gltf, _) => {
             let name = format.name();
             format!("{name}, of which no points over time are read: export Alembic, USD or PC2")

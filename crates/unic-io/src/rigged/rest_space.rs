@@ -36,7 +36,9 @@ pub(super) fn rest_from_space(
     if all.all(is_same) {
         return first;
     }
-    let above = scene.parent(joints.nodes[0]).map_or(Mat4::IDENTITY, |parent| world[parent]);
+    let above = scene
+        .parent(joints.nodes[0])
+        .map_or(Mat4::IDENTITY, |parent| world[parent]);
     let turn = rotation_of(Mat3::from_mat4(first));
     let candidates = [Mat4::IDENTITY, above].map(|matrix| {
         let rotation = rotation_of(Mat3::from_mat4(matrix));

@@ -156,7 +156,9 @@ impl Rig {
         out: &mut Vec<Rigid>,
     ) {
         scratch.locals.clear();
-        scratch.locals.extend(file.scene.nodes.iter().map(|node| node.local));
+        scratch
+            .locals
+            .extend(file.scene.nodes.iter().map(|node| node.local));
         for track in &motion.tracks {
             scratch.locals[track.node] = track.locals[frame];
         }

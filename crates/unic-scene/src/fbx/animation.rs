@@ -17,13 +17,16 @@ pub(super) fn read(
     length: usize,
     scene: &mut Scene,
 ) -> Result<(), Fault> {
-    let stacks = || file.anim_stacks.iter().filter(|stack| seconds(stack) > 0.0);
+    let stacks = || {
+        let stacks = file.anim_stacks.iter();
+        stacks.filter_map(|stack| Some((stack, range(stack)?)))
+    };
     let name = |stack: &ufbx::AnimStack| match &*stack.element.name {
         "" => "without a name".to_owned(),
         name => name.to_owned(),
     };
-    scene.animations = stacks().map(|stack| name(stack)).collect();
-    let (Some(stack), Content::Motion) = (stacks().next(), content) else {
+    scene.animations = stacks().map(|(stack, _)| name(stack)).collect();
+    let (Some((stack, [begin, end])), Content::Motion) = (stacks().next(), content) else {
         return Ok(());
     };
     let fps = file.settings.frames_per_second;
@@ -31,12 +34,12 @@ pub(super) fn read(
         return Err(Fault::new("frames per second above 0", fps.to_string()));
     }
     // Saturates: a damaged time may be huge, and the length is checked next.
-    let frames = ((seconds(stack) * fps).round() as usize).saturating_add(1);
+    let frames = (((end - begin) * fps).round() as usize).saturating_add(1);
     let animated = animated_nodes(stack, joints);
     check_length(frames, animated.len(), length)?;
     let track = |node: usize| {
         let locals = (0..frames).map(|frame| {
-            let time = stack.time_begin + frame as f64 / fps;
+            let time = begin + frame as f64 / fps;
             local_of(&ufbx::evaluate_transform(&stack.anim, &file.nodes[node], time))
         });
         Track {
@@ -54,8 +57,18 @@ pub(super) fn read(
     Ok(())
 }
 
-fn seconds(stack: &ufbx::AnimStack) -> f64 {
-    stack.time_end - stack.time_begin
+/// Times of the first and the last frame of an animation, seconds: its own, else those of its keys.
+/// None if nothing moves.
+fn range(stack: &ufbx::AnimStack) -> Option<[f64; 2]> {
+    let stated = [stack.time_begin, stack.time_end];
+    if stated[1] > stated[0] {
+        return Some(stated);
+    }
+    let values = stack.layers.iter().flat_map(|layer| layer.anim_values.iter());
+    let curves = values.flat_map(|value| value.curves.iter().flatten());
+    let ends = curves.filter_map(|curve| Some([curve.keyframes.first()?.time, curve.keyframes.last()?.time]));
+    let whole = ends.reduce(|[low, high], [first, last]| [low.min(first), high.max(last)])?;
+    (whole[1] > whole[0]).then_some(whole)
 }
 
 /// Bones, and other nodes that an animation moves, ascending.

@@ -9,18 +9,31 @@ use crate::{
 use glam::DVec3;
 
 /// Adds the meshes of a file, with shapes of those with a skin if they are asked for.
-pub(super) fn read(file: &ufbx::Scene, content: Content, scene: &mut Scene) -> Result<(), Fault> {
+/// `places` are those of the file's skins in the scene.
+pub(super) fn read(
+    file: &ufbx::Scene,
+    content: Content,
+    places: &[Option<usize>],
+    scene: &mut Scene,
+) -> Result<(), Fault> {
     for mesh in file.meshes.iter() {
-        let node = mesh.element.instances.first();
-        let name = name_of(node.map_or(&mesh.element, |node| &node.element), "mesh");
-        let skin = mesh.skin_deformers.first();
+        // A mesh that no node shows is not a part of the scene.
+        let Some(node) = mesh.element.instances.first() else {
+            continue;
+        };
+        let name = name_of(&node.element, "node");
+        let place = |skin: &ufbx::SkinDeformer| *places.get(skin.element.typed_id as usize)?;
+        let skins = mesh.skin_deformers.iter();
+        let (skin, place) = skins.filter_map(|skin| Some((skin, place(skin)?))).next().unzip();
         let is_asked = match content {
             Content::Skinned => skin.is_some(),
             // The points of FBX meshes do not change; callers say so.
             Content::Outline | Content::Motion | Content::Points(_) => false,
         };
         if !mesh.cache_deformers.is_empty() {
-            scene.notes.push(format!("the point cache of the mesh {name} is not read"));
+            scene
+                .notes
+                .push(format!("the point cache of the mesh {name} is not read"));
         }
         if let Some(skin) = skin
             && skin.skinning_method != ufbx::SkinningMethod::Linear
@@ -34,8 +47,10 @@ pub(super) fn read(file: &ufbx::Scene, content: Content, scene: &mut Scene) -> R
             vertices: mesh.num_vertices,
             triangles: mesh.num_triangles,
             samples: 0,
-            skin: skin.map(|skin| skin.element.typed_id as usize),
-            shape: is_asked.then(|| shape(mesh, skin.map(|skin| &**skin))).transpose()?,
+            skin: place,
+            shape: is_asked
+                .then(|| shape(mesh, skin.map(|skin| &**skin)))
+                .transpose()?,
             points: None,
             name,
         });

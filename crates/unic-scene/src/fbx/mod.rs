@@ -7,13 +7,15 @@ use crate::{
     fault::Fault,
     request::{Content, Request},
     scene::{Local, Node, Scene, Skin},
+    unit_words::{note_conversions, unit_name},
 };
 use glam::{DMat4, DQuat, DVec3, Mat4};
 use std::path::Path;
 
-/// Memory of the library for each byte of the file, and beside that, bytes.
-const MEMORY_PER_BYTE: usize = 64;
-const MEMORY: usize = 64 << 20;
+/// Memory of the library for its own use and for the result, each: bytes for each byte of the file, and
+/// beside that.
+const MEMORY_PER_BYTE: usize = 24;
+const MEMORY: usize = 12 << 20;
 /// Deepest tree of nodes.
 const DEEPEST: u32 = 4096;
 
@@ -24,14 +26,12 @@ pub(crate) fn read(path: &Path, request: &Request) -> Result<Scene, Fault> {
     let joints: Vec<bool> = file.nodes.iter().map(|node| node.bone.is_some()).collect();
     let mut scene = Scene {
         generator: generator(&file),
-        units: units(&file.settings),
         nodes: file.nodes.iter().map(|node| node_of(node)).collect(),
         ..Scene::default()
     };
-    for skin in file.skin_deformers.iter() {
-        scene.skins.push(skin_of(skin)?);
-    }
-    mesh::read(&file, request.content, &mut scene)?;
+    describe_units(&file.settings, &mut scene);
+    let places = add_skins(&file, &mut scene)?;
+    mesh::read(&file, request.content, &places, &mut scene)?;
     animation::read(&file, &joints, request.content, bytes.len(), &mut scene)?;
     Ok(scene)
 }
@@ -66,7 +66,7 @@ fn load(bytes: &[u8], content: Content) -> Result<ufbx::SceneRoot, Fault> {
             "" => error.description.to_string(),
             info => format!("{} ({info})", &*error.description),
         };
-        Fault::new("an FBX file", lower_first(&reason))
+        Fault::new("an FBX file", format!("a damaged one ({reason})"))
     })
 }
 
@@ -75,14 +75,6 @@ const Y_UP: ufbx::CoordinateAxes = ufbx::CoordinateAxes {
     up: ufbx::CoordinateAxis::PositiveY,
     front: ufbx::CoordinateAxis::PositiveZ,
 };
-
-fn lower_first(text: &str) -> String {
-    let mut letters = text.chars();
-    match letters.next() {
-        Some(first) => first.to_lowercase().chain(letters).collect(),
-        None => "a damaged one".to_owned(),
-    }
-}
 
 fn generator(file: &ufbx::Scene) -> Option<String> {
     let application = &file.metadata.latest_application;
@@ -95,16 +87,9 @@ fn generator(file: &ufbx::Scene) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-/// Unit and axis of the file, for people.
-fn units(settings: &ufbx::SceneSettings) -> String {
-    let unit = match settings.original_unit_meters {
-        1.0 => "metres".to_owned(),
-        0.01 => "centimetres".to_owned(),
-        0.001 => "millimetres".to_owned(),
-        0.0254 => "inches".to_owned(),
-        other => format!("units of {other} m"),
-    };
-    let up = match settings.original_axis_up {
+/// Describes unit and axis of the file, and notes what the library converts.
+fn describe_units(settings: &ufbx::SceneSettings, scene: &mut Scene) {
+    let up = match settings.axes.up {
         ufbx::CoordinateAxis::PositiveX => "X",
         ufbx::CoordinateAxis::NegativeX => "-X",
         ufbx::CoordinateAxis::NegativeY => "-Y",
@@ -112,13 +97,18 @@ fn units(settings: &ufbx::SceneSettings) -> String {
         ufbx::CoordinateAxis::NegativeZ => "-Z",
         ufbx::CoordinateAxis::PositiveY | ufbx::CoordinateAxis::Unknown => "Y",
     };
-    format!("{unit}, {up} up, as the file states: converted to metres, Y up")
+    let unit = settings.unit_meters;
+    scene.units = format!("{}, {up} up", unit_name(unit));
+    note_conversions(unit, up, &mut scene.notes);
 }
 
 fn node_of(node: &ufbx::Node) -> Node {
     Node {
         name: name_of(&node.element, "node"),
-        parent: node.parent.as_ref().map(|parent| parent.element.typed_id as usize),
+        parent: node
+            .parent
+            .as_ref()
+            .map(|parent| parent.element.typed_id as usize),
         local: local_of(&node.local_transform),
     }
 }
@@ -153,6 +143,19 @@ fn matrix_of(m: &ufbx::Matrix) -> DMat4 {
     )
 }
 
+/// Adds the skins that have joints. Returns the place of each skin of the file among them.
+fn add_skins(file: &ufbx::Scene, scene: &mut Scene) -> Result<Vec<Option<usize>>, Fault> {
+    let mut places = Vec::new();
+    for skin in file.skin_deformers.iter() {
+        let has_joints = !skin.clusters.is_empty();
+        places.push(has_joints.then_some(scene.skins.len()));
+        if has_joints {
+            scene.skins.push(skin_of(skin)?);
+        }
+    }
+    Ok(places)
+}
+
 fn skin_of(skin: &ufbx::SkinDeformer) -> Result<Skin, Fault> {
     let mut read = Skin {
         joints: Vec::new(),
@@ -161,7 +164,10 @@ fn skin_of(skin: &ufbx::SkinDeformer) -> Result<Skin, Fault> {
     };
     for cluster in skin.clusters.iter() {
         let Some(bone) = &cluster.bone_node else {
-            return Err(Fault::new("a node for each joint of a skin", "a joint without one"));
+            return Err(Fault::new(
+                "a node for each joint of a skin",
+                "a joint without one",
+            ));
         };
         let joint_from_mesh = matrix_of(&cluster.geometry_to_bone);
         read.joints.push(bone.element.typed_id as usize);

@@ -13,13 +13,17 @@ const LONGEST_JOB: u64 = 1 << 20;
 /// code. The process should do nothing else.
 pub fn serve() -> u8 {
     let mut bytes = Vec::new();
-    if std::io::stdin().take(LONGEST_JOB).read_to_end(&mut bytes).is_err() {
+    if std::io::stdin()
+        .take(LONGEST_JOB)
+        .read_to_end(&mut bytes)
+        .is_err()
+    {
         return 2;
     }
     let Ok(job) = postcard::from_bytes::<Job>(&bytes) else {
         return 2;
     };
-    limit_memory(job.memory);
+    limit(job.memory, job.seconds);
     let answer: Answer = caught(Path::new(&job.path), job.format, &job.request);
     let Ok(bytes) = postcard::to_stdvec(&answer) else {
         return 2;
@@ -31,17 +35,20 @@ pub fn serve() -> u8 {
     }
 }
 
+/// Limits memory and computing time. The parent watches the time too, unless it has ended itself.
 #[cfg(unix)]
-fn limit_memory(bytes: u64) {
+fn limit(memory: u64, seconds: u64) {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-    let most = getrlimit(Resource::As).maximum;
-    let limit = Rlimit {
-        current: Some(most.map_or(bytes, |most| bytes.min(most))),
-        maximum: most,
-    };
-    // Without a limit the time and the length of the answer are still bounded.
-    let _ = setrlimit(Resource::As, limit);
+    for (resource, most) in [(Resource::As, memory), (Resource::Cpu, seconds)] {
+        let maximum = getrlimit(resource).maximum;
+        let limit = Rlimit {
+            current: Some(maximum.map_or(most, |maximum| most.min(maximum))),
+            maximum,
+        };
+        // Without a limit the parent's time and the length of the answer are still bounded.
+        let _ = setrlimit(resource, limit);
+    }
 }
 
 #[cfg(not(unix))]
-fn limit_memory(_: u64) {}
+fn limit(_: u64, _: u64) {}

@@ -36,13 +36,21 @@ use std::{
 
 type MakeCommand = Box<dyn Fn() -> Command + Send + Sync>;
 
-/// Command whose process calls [`serve`].
-static CHILD: OnceLock<MakeCommand> = OnceLock::new();
+/// Time of a child for a file of any size, on a busy machine.
+const TIME: Duration = Duration::from_secs(15);
+
+/// Command whose process calls [`serve`], and the time that it has for a small file.
+static CHILD: OnceLock<(MakeCommand, Duration)> = OnceLock::new();
 
 /// Lets later readings happen in processes of the given command, which must call [`serve`]. Later
 /// calls change nothing.
 pub fn use_child(command: impl Fn() -> Command + Send + Sync + 'static) {
-    CHILD.get_or_init(|| Box::new(command));
+    use_child_within(TIME, command);
+}
+
+/// Does what [`use_child`] does, with another time for small files. Larger files get more.
+pub fn use_child_within(time: Duration, command: impl Fn() -> Command + Send + Sync + 'static) {
+    CHILD.get_or_init(|| (Box::new(command), time));
 }
 
 /// What a child is asked to do.
@@ -53,6 +61,8 @@ struct Job {
     request: Request,
     /// Address space that the child may use, bytes.
     memory: u64,
+    /// Computing time that the child may use.
+    seconds: u64,
 }
 
 /// What a child answers.
@@ -61,13 +71,15 @@ type Answer = Result<Scene, Fault>;
 /// Reads a file in a child if there is a command for it, else here with panics caught.
 pub(crate) fn read(path: &Path, format: Format, request: &Request) -> Result<Scene, Fault> {
     match CHILD.get() {
-        Some(command) => {
-            let limits = Limits::of(path);
+        Some((command, time)) => {
+            let limits = Limits::of(path, *time);
             let job = Job {
                 path: path.as_os_str().to_owned(),
                 format,
                 request: *request,
                 memory: limits.memory,
+                // Threads may compute at the same time; the parent's clock is the closer limit.
+                seconds: limits.time.as_secs().saturating_add(1).saturating_mul(2),
             };
             match parent::ask(command(), &job, limits) {
                 Some(answer) => answer,
@@ -111,19 +123,17 @@ impl Limits {
     /// Address space for each byte of the file: text and compressed data grow.
     const MEMORY_PER_BYTE: u64 = 64;
     const ANSWER: u64 = 256 << 20;
-    /// Time for a file of any size, on a busy machine.
-    const SECONDS: u64 = 15;
     /// Bytes of the file that are read in a second at least.
     const BYTES_PER_SECOND: u64 = 1 << 20;
 
-    fn of(path: &Path) -> Self {
+    fn of(path: &Path, time: Duration) -> Self {
         // A missing file is reported by its reader.
         let length = std::fs::metadata(path).map_or(0, |file| file.len());
         let grown = length.saturating_mul(Self::MEMORY_PER_BYTE);
         Self {
             memory: grown.saturating_add(Self::MEMORY),
             answer: grown.saturating_add(Self::ANSWER),
-            time: Duration::from_secs(Self::SECONDS.saturating_add(length / Self::BYTES_PER_SECOND)),
+            time: time.saturating_add(Duration::from_secs(length / Self::BYTES_PER_SECOND)),
         }
     }
 }

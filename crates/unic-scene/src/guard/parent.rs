@@ -11,6 +11,7 @@ use std::{
 /// Lets a child read a file; None if no process can be started.
 pub(super) fn ask(mut command: Command, job: &Job, limits: Limits) -> Option<Answer> {
     let words = postcard::to_stdvec(job).ok()?;
+    detach(&mut command);
     // The child's own messages would be a second report of the same fault.
     let child = command
         .stdin(Stdio::piped())
@@ -26,6 +27,15 @@ pub(super) fn ask(mut command: Command, job: &Job, limits: Limits) -> Option<Ans
     Some(answer(stdout, job, limits))
 }
 
+/// Keeps Ctrl-C from the child: the program decides what it means, not the file that is read.
+#[cfg(unix)]
+fn detach(command: &mut Command) {
+    std::os::unix::process::CommandExt::process_group(command, 0);
+}
+
+#[cfg(not(unix))]
+fn detach(_: &mut Command) {}
+
 /// Waits for the answer.
 fn answer(stdout: ChildStdout, job: &Job, limits: Limits) -> Answer {
     let (sender, receiver) = channel();
@@ -39,16 +49,16 @@ fn answer(stdout: ChildStdout, job: &Job, limits: Limits) -> Answer {
         Ok(Ok(bytes)) => bytes,
         Ok(Err(_)) | Err(RecvTimeoutError::Disconnected) => Vec::new(),
         Err(RecvTimeoutError::Timeout) => {
-            let found = format!("one that is not read within {} s", limits.time.as_secs());
+            let found = format!("one that is not read within {:.1} s", limits.time.as_secs_f32());
             return Err(broken(job.format, found));
         }
     };
-    match postcard::from_bytes::<Answer>(&bytes) {
-        Ok(answer) => answer,
-        Err(_) if bytes.len() as u64 >= limits.answer => {
+    match postcard::take_from_bytes::<Answer>(&bytes) {
+        Ok((answer, [])) => answer,
+        _ if bytes.len() as u64 >= limits.answer => {
             Err(broken(job.format, "content out of proportion to its length"))
         }
-        Err(_) => Err(broken(
+        _ => Err(broken(
             job.format,
             "a damaged one, at which its reader ended or ran out of memory",
         )),

@@ -4,7 +4,7 @@ use super::{
     points::uniform_step,
     sampled::{Mix, Sampled},
     skeleton::Skeleton,
-    stage::Prims,
+    stage::{Prims, fault},
     units::Conversion,
     value,
     xform::Xforms,
@@ -44,7 +44,9 @@ pub(super) fn read(
 ) -> Result<(), Fault> {
     let mut bound = Vec::new();
     for skeleton in skeletons {
-        if let Some(path) = source(prims, skeleton)? {
+        if let Some(path) = source(prims, skeleton)?
+            && moves(prims, &path)?
+        {
             bound.push((skeleton, path));
         }
     }
@@ -70,17 +72,24 @@ pub(super) fn read(
         joints.push(JointAnimation::read(prims, skeleton, &path)?);
     }
     let lists = joints.iter().flat_map(JointAnimation::times);
-    let times: Vec<Vec<f64>> = lists.chain(carried.iter().map(|(_, times)| times.clone())).collect();
+    let times: Vec<Vec<f64>> = lists
+        .chain(carried.iter().map(|(_, times)| times.clone()))
+        .collect();
     let timeline = Timeline::of(&times, conversion)?;
     let moving: usize = joints.iter().map(|animation| animation.sources.len()).sum();
     check_length(timeline.frames, moving + carried.len(), prims.length)?;
-    let mut tracks: Vec<Track> = joints.iter().flat_map(|animation| animation.tracks(&timeline)).collect();
-    tracks.extend(carried.iter().map(|(node, _)| Track {
-        node: *node,
-        locals: timeline
-            .codes()
-            .map(|time| Local::from_matrix(xforms.local(*node, Some(time)).as_mat4()))
-            .collect(),
+    let mut tracks: Vec<Track> = joints
+        .iter()
+        .flat_map(|animation| animation.tracks(&timeline))
+        .collect();
+    tracks.extend(carried.iter().map(|(node, _)| {
+        Track {
+            node: *node,
+            locals: timeline
+                .codes()
+                .map(|time| Local::from_matrix(xforms.local(*node, Some(time)).as_mat4()))
+                .collect(),
+        }
     }));
     scene.motion = Some(Motion {
         name: scene.animations.first().cloned(),
@@ -90,6 +99,17 @@ pub(super) fn read(
         tracks,
     });
     Ok(())
+}
+
+/// Returns whether an animation has several samples. Others are poses.
+fn moves(prims: &Prims, path: &sdf::Path) -> Result<bool, Fault> {
+    for name in ["translations", "rotations", "scales"] {
+        let attribute = prims.stage.prim(path.clone()).attribute(name);
+        if attribute.num_time_samples().map_err(fault)? > 1 {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Animation that moves a skeleton: that of its binding, or the only one of the file.
@@ -141,7 +161,9 @@ impl<'a> JointAnimation<'a> {
     /// Transforms of the joints that move. Parts that the animation lacks are those of the rest pose.
     fn tracks(&self, timeline: &Timeline) -> Vec<Track> {
         let moving = self.sources.iter().enumerate();
-        let moving: Vec<(usize, usize)> = moving.filter_map(|(joint, source)| Some((joint, (*source)?))).collect();
+        let moving: Vec<(usize, usize)> = moving
+            .filter_map(|(joint, source)| Some((joint, (*source)?)))
+            .collect();
         let mut tracks: Vec<Track> = (moving.iter())
             .map(|(joint, _)| Track {
                 node: self.skeleton.first_node + joint,
@@ -158,7 +180,9 @@ impl<'a> JointAnimation<'a> {
                 let rest = self.skeleton.rest[*joint];
                 track.locals.push(Local {
                     translation: t.get(*source).copied().unwrap_or(rest.translation),
-                    rotation: r.get(*source).map_or(rest.rotation, |rotation| rotation.as_quat()),
+                    rotation: r
+                        .get(*source)
+                        .map_or(rest.rotation, |rotation| rotation.as_quat()),
                     scale: s.get(*source).copied().unwrap_or(rest.scale),
                 });
             }
@@ -169,7 +193,10 @@ impl<'a> JointAnimation<'a> {
 
 /// Values at a time code; empty where there are none.
 fn at<T: Mix>(values: &Option<Sampled<Vec<T>>>, time: f64) -> Vec<T> {
-    values.as_ref().and_then(|values| values.at(time)).unwrap_or_default()
+    values
+        .as_ref()
+        .and_then(|values| values.at(time))
+        .unwrap_or_default()
 }
 
 /// Times of frames at a constant rate.
@@ -187,10 +214,15 @@ impl Timeline {
     /// most samples, else at that of the file.
     fn of(times: &[Vec<f64>], conversion: &Conversion) -> Result<Self, Fault> {
         let all = || times.iter().flatten().copied();
-        let (start, end) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+        let (start, end) = (
+            all().fold(f64::INFINITY, f64::min),
+            all().fold(f64::NEG_INFINITY, f64::max),
+        );
         let codes = conversion.codes_per_second;
         let densest = times.iter().max_by_key(|times| times.len());
-        let by_samples = densest.and_then(|times| uniform_step(times)).map(|step| codes / step);
+        let by_samples = densest
+            .and_then(|times| uniform_step(times))
+            .map(|step| codes / step);
         let (fps, rate) = match by_samples.filter(|fps| *fps >= MIN_FPS) {
             Some(fps) => (fps, "by its samples"),
             None => (conversion.fps.unwrap_or(DEFAULT_FPS), "as the file states"),

@@ -106,7 +106,11 @@ pub(super) fn faces(prims: &Prims, path: &sdf::Path, vertices: usize) -> Result<
         }
     };
     let (counts, indices) = (integers("faceVertexCounts")?, integers("faceVertexIndices")?);
-    let is_mirrored = prims.value(path, "orientation")?.and_then(value::token).as_deref() == Some("leftHanded");
+    let is_mirrored = prims
+        .value(path, "orientation")?
+        .and_then(value::token)
+        .as_deref()
+        == Some("leftHanded");
     let mut faces = Vec::new();
     let mut first = 0_usize;
     let wrong = |found: String| Fault::new(format!("polygons of {vertices} vertices at {path}"), found);
@@ -115,7 +119,11 @@ pub(super) fn faces(prims: &Prims, path: &sdf::Path, vertices: usize) -> Result<
         let corners = (first.checked_add(count)).and_then(|end| indices.get(first..end));
         let corners = corners.ok_or_else(|| wrong(format!("{} corners", indices.len())))?;
         first += count;
-        let vertex = |index: i32| u32::try_from(index).ok().filter(|index| (*index as usize) < vertices);
+        let vertex = |index: i32| {
+            u32::try_from(index)
+                .ok()
+                .filter(|index| (*index as usize) < vertices)
+        };
         for pair in corners.windows(2).skip(1) {
             let [Some(a), Some(b), Some(c)] = [corners[0], pair[0], pair[1]].map(vertex) else {
                 return Err(wrong(format!("one of {:?}", [corners[0], pair[0], pair[1]])));
@@ -136,8 +144,14 @@ fn weights(
     skeleton: &Skeleton,
     vertices: usize,
 ) -> Result<Vec<Vec<(u16, f32)>>, Fault> {
-    let indices = prims.value(path, INDICES)?.and_then(value::integers).unwrap_or_default();
-    let weights = prims.value(path, WEIGHTS)?.and_then(value::floats).unwrap_or_default();
+    let indices = prims
+        .value(path, INDICES)?
+        .and_then(value::integers)
+        .unwrap_or_default();
+    let weights = prims
+        .value(path, WEIGHTS)?
+        .and_then(value::floats)
+        .unwrap_or_default();
     // Without a list of its own a mesh names the joints of its skeleton.
     let subset = prims.tokens(path, "skel:joints")?;
     let places = match subset.as_slice() {
@@ -151,7 +165,10 @@ fn weights(
     let rows = if is_rigid { 1 } else { vertices };
     if size == 0 || weights.len() != indices.len() || rows.checked_mul(size) != Some(indices.len()) {
         let expected = format!("{size} joints and weights for each of {rows} vertices at {path}");
-        return Err(Fault::new(expected, format!("{} and {}", indices.len(), weights.len())));
+        return Err(Fault::new(
+            expected,
+            format!("{} and {}", indices.len(), weights.len()),
+        ));
     }
     let row = |(indices, weights): (&[i32], &[f32])| {
         let entries = indices.iter().zip(weights).filter(|(_, weight)| **weight != 0.0);
@@ -166,8 +183,11 @@ fn weights(
             })
             .collect()
     };
-    let read: Result<Vec<Vec<(u16, f32)>>, Fault> =
-        indices.chunks_exact(size).zip(weights.chunks_exact(size)).map(row).collect();
+    let read: Result<Vec<Vec<(u16, f32)>>, Fault> = indices
+        .chunks_exact(size)
+        .zip(weights.chunks_exact(size))
+        .map(row)
+        .collect();
     let read = read?;
     match read.first() {
         Some(first) if is_rigid => Ok(vec![first.clone(); vertices]),

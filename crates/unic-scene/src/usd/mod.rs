@@ -44,7 +44,14 @@ pub(crate) fn read(path: &Path, request: &Request) -> Result<Scene, Fault> {
             _ => mesh.outline(&prims)?,
         });
     }
-    animation::read(&prims, &xforms, &skeletons, &conversion, request.content, &mut scene)?;
+    animation::read(
+        &prims,
+        &xforms,
+        &skeletons,
+        &conversion,
+        request.content,
+        &mut scene,
+    )?;
     Ok(scene)
 }
 

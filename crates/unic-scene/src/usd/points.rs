@@ -31,11 +31,17 @@ pub(super) fn with_samples(
     };
     let times: Vec<f64> = samples.iter().map(|(time, _)| *time).collect();
     // Every mesh is a node.
-    let world = |time| xforms.node(mesh.path).map_or(DMat4::IDENTITY, |node| xforms.world(node, Some(time)));
+    let world = |time| {
+        xforms
+            .node(mesh.path)
+            .map_or(DMat4::IDENTITY, |node| xforms.world(node, Some(time)))
+    };
     let place = |(time, points): (f64, Vec<Vec3>)| -> Vec<Vec3> {
         let world_from_mesh: DMat4 = world(time);
         let points = points.into_iter();
-        points.map(|point| world_from_mesh.transform_point3(point.as_dvec3()).as_vec3()).collect()
+        points
+            .map(|point| world_from_mesh.transform_point3(point.as_dvec3()).as_vec3())
+            .collect()
     };
     let frames: Vec<Vec<Vec3>> = samples.into_iter().map(place).collect();
     let vertices = frames.first().map_or(0, Vec::len);

@@ -24,7 +24,9 @@ impl Beside {
     }
 
     fn is_beside(&self, path: &Path) -> bool {
-        self.folder.as_ref().is_some_and(|folder| path.starts_with(folder))
+        self.folder
+            .as_ref()
+            .is_some_and(|folder| path.starts_with(folder))
     }
 }
 

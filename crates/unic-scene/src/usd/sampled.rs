@@ -24,7 +24,12 @@ impl<T> Sampled<T> {
         name: &str,
         convert: impl Fn(Value) -> Option<T>,
     ) -> Result<Option<Self>, Fault> {
-        let wrong = || Fault::new(format!("numbers of the right kind in {name}"), format!("others at {prim}"));
+        let wrong = || {
+            Fault::new(
+                format!("numbers of the right kind in {name}"),
+                format!("others at {prim}"),
+            )
+        };
         let attribute = prims.stage.prim(prim.clone()).attribute(name);
         let samples = attribute.time_samples().map_err(fault)?.unwrap_or_default();
         let mut over = Vec::with_capacity(samples.len());
@@ -35,7 +40,10 @@ impl<T> Sampled<T> {
             over.push((time, convert(value).ok_or_else(wrong)?));
         }
         if !over.iter().all(|(time, _)| time.is_finite()) || !over.is_sorted_by(|a, b| a.0 < b.0) {
-            return Err(Fault::new("ascending times of samples", format!("others in {name} at {prim}")));
+            return Err(Fault::new(
+                "ascending times of samples",
+                format!("others in {name} at {prim}"),
+            ));
         }
         if !over.is_empty() {
             return Ok(Some(Self::Over(over)));

@@ -38,10 +38,12 @@ pub(super) fn read(prims: &Prims, xforms: &Xforms, scene: &mut Scene) -> Result<
         let binds = matrices(prims, path, "bindTransforms", joints.len())?;
         let rest = matrices(prims, path, "restTransforms", joints.len())?;
         let parents = parents(&joints);
-        let (Some(binds), false) = (binds.or_else(|| rest.as_deref().map(|rest| placed(rest, &parents))), joints.is_empty())
-        else {
-            let found = format!("none at {path}");
-            return Err(Fault::new("joints with matrices of their bind pose", found));
+        let binds = binds.or_else(|| rest.as_deref().map(|rest| placed(rest, &parents)));
+        let Some(binds) = binds.filter(|binds| !binds.is_empty()) else {
+            // The meshes of the file may be what is asked for.
+            let note = format!("the skeleton {path} has no joints with a bind pose and is left out");
+            scene.notes.push(note);
+            continue;
         };
         let rest: Vec<Local> = (rest.unwrap_or_else(|| relative(&binds, &parents)).iter())
             .map(|matrix| Local::from_matrix(matrix.as_mat4()))
@@ -78,7 +80,10 @@ fn matrices(prims: &Prims, path: &sdf::Path, name: &str, joints: usize) -> Resul
     };
     match list.len() == joints {
         true => Ok(Some(list)),
-        false => Err(Fault::new(format!("{name} of {joints} joints at {path}"), list.len().to_string())),
+        false => Err(Fault::new(
+            format!("{name} of {joints} joints at {path}"),
+            list.len().to_string(),
+        )),
     }
 }
 

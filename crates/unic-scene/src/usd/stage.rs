@@ -23,11 +23,15 @@ pub(super) struct Prims {
 impl Prims {
     /// Opens a file with the files beside it that it refers to.
     pub(super) fn open(path: &Path) -> Result<Self, Fault> {
-        let file = std::fs::metadata(path).map_err(|e| Fault::new("a file that can be opened", e.to_string()))?;
+        let file =
+            std::fs::metadata(path).map_err(|e| Fault::new("a file that can be opened", e.to_string()))?;
         let Some(text) = path.to_str() else {
             return Err(Fault::new("a path in Unicode for a USD file", "another"));
         };
-        let stage = Stage::builder().resolver(Beside::new(path)).open(text).map_err(fault)?;
+        let stage = Stage::builder()
+            .resolver(Beside::new(path))
+            .open(text)
+            .map_err(fault)?;
         let mut prims = Self {
             length: length(&stage, file.len()),
             stage,
@@ -37,7 +41,9 @@ impl Prims {
             animations: Vec::new(),
         };
         let mut all = Vec::new();
-        let visited = prims.stage.traverse(PrimPredicate::DEFAULT, |path| all.push(path.clone()));
+        let visited = prims
+            .stage
+            .traverse(PrimPredicate::DEFAULT, |path| all.push(path.clone()));
         visited.map_err(fault)?;
         let mut needed = HashSet::new();
         for path in &all {
@@ -78,7 +84,12 @@ impl Prims {
                 break;
             }
             let relationship = self.stage.prim(path).relationship(name);
-            if let Some(target) = relationship.forwarded_targets().map_err(fault)?.into_iter().next() {
+            if let Some(target) = relationship
+                .forwarded_targets()
+                .map_err(fault)?
+                .into_iter()
+                .next()
+            {
                 return Ok(Some(target));
             }
         }
@@ -87,7 +98,10 @@ impl Prims {
 
     /// Tokens of an attribute; none if it is missing.
     pub(super) fn tokens(&self, prim: &sdf::Path, name: &str) -> Result<Vec<String>, Fault> {
-        Ok(self.value(prim, name)?.and_then(value::tokens).unwrap_or_default())
+        Ok(self
+            .value(prim, name)?
+            .and_then(value::tokens)
+            .unwrap_or_default())
     }
 }
 

@@ -4,6 +4,7 @@ use super::{stage::fault, value};
 use crate::{
     fault::Fault,
     request::{Assumed, Up},
+    unit_words::{note_conversions, unit_name},
 };
 use glam::{DMat3, DMat4, DVec3};
 use openusd::usd::Stage;
@@ -30,12 +31,13 @@ impl Conversion {
     pub(super) fn of(stage: &Stage, assumed: Assumed) -> Result<Self, Fault> {
         let mut notes = Vec::new();
         let unit = unit(stage, assumed, &mut notes)?;
-        let up = up(stage, assumed, &mut notes)?;
-        let turn = match up {
-            Up::Y => DMat3::IDENTITY,
+        let up = up(stage, assumed)?;
+        let (turn, letter) = match up {
+            Up::Y => (DMat3::IDENTITY, "Y"),
             // Exact, where a rotation by an angle is rounded.
-            Up::Z => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
+            Up::Z => (DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y), "Z"),
         };
+        note_conversions(unit, letter, &mut notes);
         let stated = |field| number(stage, field);
         let (codes, frames) = (stated("timeCodesPerSecond")?, stated("framesPerSecond")?);
         let fps = frames.or(codes).or(assumed.fps.map(f64::from));
@@ -43,54 +45,42 @@ impl Conversion {
             metres_y_up: DMat4::from_mat3(turn * unit),
             codes_per_second: codes.or(fps).unwrap_or(DEFAULT_RATE),
             fps,
-            description: description(unit, up),
+            description: format!("{}, {letter} up", unit_name(unit)),
             notes,
         })
     }
 }
 
-fn description(unit: f64, up: Up) -> String {
-    let name = match unit {
-        1.0 => "metres".to_owned(),
-        0.01 => "centimetres".to_owned(),
-        0.001 => "millimetres".to_owned(),
-        other => format!("units of {other} m"),
-    };
-    match up {
-        Up::Y if unit == 1.0 => format!("{name}, Y up"),
-        Up::Y => format!("{name}, Y up: converted to metres"),
-        Up::Z => format!("{name}, Z up: converted to metres, Y up"),
-    }
-}
-
 fn unit(stage: &Stage, assumed: Assumed, notes: &mut Vec<String>) -> Result<f64, Fault> {
     let stated = number(stage, "metersPerUnit")?;
-    let unit = match (stated, assumed.metres_per_unit) {
-        (Some(unit), _) => unit,
-        (None, Some(asked)) => asked.into(),
+    match (stated, assumed.metres_per_unit) {
+        (Some(unit), asked) => {
+            // A single-precision 0.01 is the number that was asked for too.
+            if let Some(asked) = asked.filter(|asked| *asked != unit as f32) {
+                notes.push(format!(
+                    "the file states {}, not units of {asked} m",
+                    unit_name(unit)
+                ));
+            }
+            Ok(unit)
+        }
+        // Written with the fewest digits, as it was asked for: 0.01 is not single-precision 0.01.
+        (None, Some(asked)) => Ok(asked.to_string().parse().unwrap_or(f64::from(asked))),
         (None, None) => {
             notes.push("the file states no unit: the format's own is taken, centimetres".into());
-            DEFAULT_UNIT
+            Ok(DEFAULT_UNIT)
         }
-    };
-    if unit != 1.0 {
-        notes.push(format!("a unit of {unit} m converted to metres"));
     }
-    Ok(unit)
 }
 
-fn up(stage: &Stage, assumed: Assumed, notes: &mut Vec<String>) -> Result<Up, Fault> {
+fn up(stage: &Stage, assumed: Assumed) -> Result<Up, Fault> {
     let stated = stage.stage_metadata("upAxis").map_err(fault)?;
-    let up = match stated.and_then(value::token).as_deref() {
-        Some("Y") => Up::Y,
-        Some("Z") => Up::Z,
-        Some(other) => return Err(Fault::new("Y or Z as the up axis", other)),
-        None => assumed.up.unwrap_or(Up::Y),
-    };
-    if up == Up::Z {
-        notes.push("Z up converted to Y up".into());
+    match stated.and_then(value::token).as_deref() {
+        Some("Y") => Ok(Up::Y),
+        Some("Z") => Ok(Up::Z),
+        Some(other) => Err(Fault::new("Y or Z as the up axis", other)),
+        None => Ok(assumed.up.unwrap_or(Up::Y)),
     }
-    Ok(up)
 }
 
 /// Number above zero of the stage's metadata.

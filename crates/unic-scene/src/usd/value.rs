@@ -3,6 +3,7 @@
 use glam::{DMat4, DQuat, DVec3, Vec3};
 use openusd::sdf::Value;
 
+/// Converts a number of any type: text files do not state that of metadata.
 pub(super) fn number(value: Value) -> Option<f64> {
     Some(match value {
         Value::Double(x) => x,
@@ -10,6 +11,8 @@ pub(super) fn number(value: Value) -> Option<f64> {
         Value::Half(x) => x.into(),
         Value::Int(x) => x.into(),
         Value::Uint(x) => x.into(),
+        Value::Int64(x) => x as f64,
+        Value::Uint64(x) => x as f64,
         _ => return None,
     })
 }

@@ -77,7 +77,9 @@ impl Xforms {
     pub(super) fn animated(&self) -> impl Iterator<Item = (usize, Vec<f64>)> {
         let prims = self.prims.iter().enumerate();
         prims.filter_map(|(node, prim)| {
-            let times: Vec<f64> = prim.operations.iter().flat_map(|op| op.kind.times()).collect();
+            // Writers sample still transforms once.
+            let lists = prim.operations.iter().map(|operation| operation.kind.times());
+            let times: Vec<f64> = lists.filter(|times| times.len() > 1).flatten().collect();
             (!times.is_empty()).then_some((node, times))
         })
     }
@@ -86,14 +88,17 @@ impl Xforms {
     /// have the conversion to metres, Y up.
     pub(super) fn local(&self, node: usize, time: Option<f64>) -> DMat4 {
         let prim = &self.prims[node];
-        let own = prim.operations.iter().fold(DMat4::IDENTITY, |product, operation| {
-            let matrix = operation.kind.matrix(time);
-            product
-                * match operation.is_inverse {
-                    true => matrix.inverse(),
-                    false => matrix,
-                }
-        });
+        let own = prim
+            .operations
+            .iter()
+            .fold(DMat4::IDENTITY, |product, operation| {
+                let matrix = operation.kind.matrix(time);
+                product
+                    * match operation.is_inverse {
+                        true => matrix.inverse(),
+                        false => matrix,
+                    }
+            });
         match prim.parent {
             Some(_) => own,
             None => self.metres_y_up * own,

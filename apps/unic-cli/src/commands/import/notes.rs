@@ -11,7 +11,10 @@ impl Notes {
     /// Adds a note about the file `path`.
     pub(super) fn add(&mut self, path: &Path, text: &str) {
         let note = format!("{}: {text}", path.display());
-        print_status(&note);
-        self.0.push(note);
+        // One file may be the garment, the character and the motion.
+        if !self.0.contains(&note) {
+            print_status(&note);
+            self.0.push(note);
+        }
     }
 }
