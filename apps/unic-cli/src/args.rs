@@ -32,7 +32,7 @@ pub(crate) use code::CodeArgs;
 pub(crate) use control::ControlArgs;
 pub(crate) use demo::{DemoArgs, DemoGarment};
 pub(crate) use eval::EvalArgs;
-pub(crate) use import::ImportArgs;
+pub(crate) use import::{ImportArgs, ImportFiles};
 pub(crate) use inspect::InspectArgs;
 #[cfg(feature = "viewer")]
 pub(crate) use looks::LooksArgs;

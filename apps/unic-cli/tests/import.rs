@@ -448,6 +448,38 @@ fn a_capture_is_made_of_fbx_and_usd_alone() {
     assert!(far < TOLERANCE_M, "{far} m");
 }
 
+/// A folder as users of Marvelous Designer and CLO keep a sequence: frames of OBJ beside an FBX file.
+#[test]
+fn a_sequence_folder_is_a_clip_by_itself() {
+    let (Some(fbx), Some(frames)) = (data("interop/body_walk.fbx"), data("interop/obj_sequence")) else {
+        return;
+    };
+    let Some((_, truth)) = walk() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let sequence = folder.path().join("sequence_01");
+    fs::create_dir_all(sequence.join("deformation")).unwrap();
+    for file in fs::read_dir(&frames).unwrap().map(|entry| entry.unwrap().path()) {
+        fs::copy(
+            &file,
+            sequence.join("deformation").join(file.file_name().unwrap()),
+        )
+        .unwrap();
+    }
+    fs::copy(&fbx, sequence.join("animation.fbx")).unwrap();
+    let rest = data("interop/tshirt_rest.obj").unwrap();
+    let line = format!("--garment sequence_01 --rest {rest} --out made");
+    assert_eq!(import(folder.path(), &line)["frames"], 10);
+    let capture = Capture::open(&folder.path().join("made")).unwrap();
+    let clip = capture.load_clip("sequence_01").unwrap();
+    let far = largest_distance(&clip.garment, truth.iter().map(<[Vec3]>::to_vec).take(10));
+    assert!(far < TOLERANCE_M, "{far} m");
+    // A second sequence has the character of the first.
+    fs::rename(&sequence, folder.path().join("sequence_02")).unwrap();
+    import(folder.path(), "--garment sequence_02 --out made");
+    let capture = Capture::open(&folder.path().join("made")).unwrap();
+    assert_eq!(capture.clip_names(unic_io::Split::Train).len(), 2);
+}
+
 /// What crashes a library ends in one sentence of the program: its reader is another process.
 #[test]
 fn damaged_files_of_other_programs_are_refused_in_one_sentence() {

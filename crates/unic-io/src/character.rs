@@ -17,6 +17,9 @@ use unic_core::{
 };
 use unic_scene::Assumed;
 
+/// Files that characters are read from, for errors.
+const EXPECTED: &str = "a character (npz, glTF, FBX or USD)";
+
 /// Reads a character from an npz, glTF, FBX or USD file, in metres, Y up.
 ///
 /// A file with a rig has one skinned mesh; [`crate::rigged`] describes what is read of it. The arrays of an
@@ -62,7 +65,8 @@ pub(crate) fn read_named_character(path: &Path, names: Vec<String>) -> Result<Ch
     if let Some(format) = RiggedFormat::of(path) {
         return Ok(read_rigged_character(path, format, &Assumed::default())?.character);
     }
-    refuse_foreign(path, "a character (npz, glTF, FBX or USD)")?;
+    refuse_foreign(path, EXPECTED)?;
+    refuse_mesh(path)?;
     let mut npz = Npz::open(path)?;
     let body = read_mesh(&mut npz)?;
     let skeleton = read_skeleton(&mut npz, names)?;
@@ -74,6 +78,18 @@ pub(crate) fn read_named_character(path: &Path, names: Vec<String>) -> Result<Ch
         skeleton,
         weights,
     })
+}
+
+/// Refuses a mesh, which a newcomer takes for a character.
+fn refuse_mesh(path: &Path) -> Result<()> {
+    match path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
+        true => Err(Error::content(
+            path,
+            EXPECTED,
+            "a mesh (OBJ), which has no skeleton",
+        )),
+        false => Ok(()),
+    }
 }
 
 fn read_mesh(npz: &mut Npz) -> Result<TriMesh> {

@@ -15,6 +15,9 @@ use unic_io::{Assumed, LowPass, Up, capture::JointReference};
 /// from --rest, else from the capture, else from the first frame of the animation, if its file has
 /// faces. That frame is moved back to the rest pose and keeps its wrinkles.
 ///
+/// A folder of Marvelous Designer or CLO with `deformation/*.obj` and `animation.fbx` brings the
+/// garment, the character and the motion of a clip that is named like the folder.
+///
 /// Garment and motion start together, unless --offset is given. The clip ends with the shorter one.
 ///
 /// Examples:
@@ -23,23 +26,26 @@ use unic_io::{Assumed, LowPass, Up, capture::JointReference};
 ///   unic import --garment run.pc2 --motion run.bvh --test run --out captures/coat
 ///   unic import --garment frames --up z --scale 0.01 --fps 24 --character body.npz
 ///     --motion dance.bvh --out captures/skirt
-#[derive(Debug, clap::Args)]
+///   unic import --garment sequence_01 --scale 0.001 --fps 30 --out captures/coat
+#[derive(Clone, Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct ImportArgs {
-    /// Animation of the garment: a .abc, .usd, .usdc, .usda, .usdz, .pc2, .mdd, .npz or .npy file, or
-    /// a folder of OBJ files.
-    #[arg(long, value_name = "FILE|FOLDER")]
+    /// Files as they were typed.
+    #[command(flatten)]
+    pub(crate) files: ImportFiles,
+    /// Animation of the garment.
+    #[arg(skip)]
     pub(crate) garment: PathBuf,
+    /// Character, unless it is that of the capture.
+    #[arg(skip)]
+    pub(crate) character: Option<PathBuf>,
+    /// Motion of the character.
+    #[arg(skip)]
+    pub(crate) motion: PathBuf,
     /// Name of the garment in a file of several meshes [default: the only one that has not as many
     /// vertices as the character].
     #[arg(long, value_name = "NAME")]
     pub(crate) object: Option<String>,
-    /// Character: a character.npz, glTF, FBX or USD file [default: that of the capture in --out].
-    #[arg(long, value_name = "FILE")]
-    pub(crate) character: Option<PathBuf>,
-    /// Motion of the character: an .npz, .bvh, glTF, FBX or USD file.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) motion: PathBuf,
     /// Folder of the capture to make, or to add a clip to.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
@@ -99,6 +105,23 @@ pub(crate) struct ImportArgs {
     /// Print one JSON object about the result to stdout.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Files of an import as they are typed. A folder of a sequence brings more than one.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct ImportFiles {
+    /// Animation of the garment: a .abc, .usd, .usdc, .usda, .usdz, .pc2, .mdd, .npz or .npy file, a
+    /// folder of OBJ files, or a folder with `deformation/*.obj` and `animation.fbx`.
+    #[arg(long, value_name = "FILE|FOLDER")]
+    pub(crate) garment: PathBuf,
+    /// Motion of the character: an .npz, .bvh, glTF, FBX or USD file [default: the FBX file of the
+    /// garment's folder].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) motion: Option<PathBuf>,
+    /// Character: a character.npz, glTF, FBX or USD file [default: that of the capture in --out, else
+    /// the FBX file of the garment's folder].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) character: Option<PathBuf>,
 }
 
 impl ImportArgs {

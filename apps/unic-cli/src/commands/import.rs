@@ -11,6 +11,7 @@ mod garment;
 mod notes;
 mod report;
 mod rest;
+mod sequence;
 
 use crate::{
     args::{ImportArgs, MeshUpName, UpName},
@@ -47,6 +48,7 @@ use unic_io::{
 /// be read or written, an interruption.
 pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     let started = Instant::now();
+    let args = &sequence::resolve(args)?;
     refuse_other_captures(&args.out)?;
     // Held until the function returns: no other process writes into the folder.
     let _lock = FolderLock::acquire(&args.out)?;
