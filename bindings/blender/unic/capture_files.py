@@ -10,6 +10,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+import numpy.typing as npt
 
 from .meshes import (
     coordinates,
@@ -24,6 +25,8 @@ from .meshes import (
 from .program import UnicError
 from .rig import Rig
 from .rotations import UNIC_FROM_BLENDER, Array, axis_angles, to_unic
+
+Indices = npt.NDArray[np.int32]
 
 
 def frame_rate(scene: bpy.types.Scene) -> float:
@@ -115,11 +118,16 @@ class GarmentRecorder:
         """Completes the file."""
         self._rows.flush()
 
+    def write_npz(self, path: Path, faces: Indices, fps: float) -> None:
+        """Writes the positions with faces (F, 3), from which a rest shape can be made."""
+        np.savez(path, vertices=self._rows, faces=faces, fps=fps)
 
-def write_rest_shape(context: bpy.types.Context, garment: bpy.types.Object, rig: Rig, path: Path) -> int:
+
+def write_rest_shape(context: bpy.types.Context, garment: bpy.types.Object, rig: Rig,
+                     path: Path) -> tuple[int, Indices]:
     """Writes the garment without its deformation, in the rest space, as OBJ.
 
-    Returns its number of vertices.
+    Returns its number of vertices, and its faces (F, 3).
     """
     armature = np.array(rig.armature.matrix_world, np.float64)
     into = rig.rest_from_armature @ np.linalg.inv(armature) @ np.array(garment.matrix_world, np.float64)
@@ -127,8 +135,9 @@ def write_rest_shape(context: bpy.types.Context, garment: bpy.types.Object, rig:
         mesh = rest.to_mesh()
         local = coordinates(mesh).astype(np.float64)
         write_obj(path, to_unic(local @ into[:3, :3].T + into[:3, 3]), mesh)
+        faces = triangles(mesh)[0]
         rest.to_mesh_clear()
-    return len(local)
+    return len(local), faces
 
 
 def body_deviation(context: bpy.types.Context, body: Body, frames: list[int]) -> float:

@@ -82,7 +82,7 @@ def write_scene(context: bpy.types.Context, folder: Path) -> float:
         rig = Rig.of(character)
         body = Body(context, character, rig)
         body.write(folder / "character.npz")
-        vertices = write_rest_shape(context, garment, rig, folder / "garment.obj")
+        vertices, faces = write_rest_shape(context, garment, rig, folder / "garment.obj")
         motion = MotionRecorder(rig)
         recorder = GarmentRecorder(garment, folder / "garment.npy", len(frames), vertices)
         for frame in visited(context, simulated_from(garment, frames), frames[-1]):
@@ -91,6 +91,8 @@ def write_scene(context: bpy.types.Context, folder: Path) -> float:
                 motion.record(depsgraph)
                 recorder.record(depsgraph, frame - frames[0])
         recorder.close()
+        if rest_is_first_frame(chosen):
+            recorder.write_npz(folder / "garment.npz", faces, frame_rate(context.scene))
         motion.write(folder / "motion.npz", frame_rate(context.scene))
         return body_deviation(context, body, [frames[0], frames[len(frames) // 2], frames[-1]])
 
@@ -109,10 +111,10 @@ def arguments(context: bpy.types.Context, capture: Path) -> list[str | Path]:
     """Command line of the import in the folder of the files, without the program."""
     chosen = settings.of(context)
     name = clip_name(context)
-    words: list[str | Path] = ["import", "--garment", "garment.npy", "--rest", "garment.obj",
-                               "--character", "character.npz", "--motion", "motion.npz",
-                               "--fps", f"{frame_rate(context.scene):.9g}", "--clip", name, "--out", capture,
-                               "--provenance", provenance()]
+    garment = ["garment.npz"] if rest_is_first_frame(chosen) else ["garment.npy", "--rest", "garment.obj"]
+    words: list[str | Path] = ["import", "--garment", *garment, "--character", "character.npz",
+                               "--motion", "motion.npz", "--fps", f"{frame_rate(context.scene):.9g}",
+                               "--clip", name, "--out", capture, "--provenance", provenance()]
     if chosen.purpose == "TEST":
         words += ["--test", name]
     if chosen.contacts:
@@ -120,6 +122,12 @@ def arguments(context: bpy.types.Context, capture: Path) -> list[str | Path]:
     if chosen.replaces:
         words.append("--overwrite")
     return words
+
+
+def rest_is_first_frame(chosen: settings.Settings) -> bool:
+    """Whether the first frame is the rest shape: where the garment's mesh is only a frame of a cache."""
+    is_cached = any(m.type == "MESH_SEQUENCE_CACHE" and m.show_viewport for m in chosen.garment.modifiers)
+    return chosen.rest == "FRAME" or (chosen.rest == "AUTO" and is_cached)
 
 
 def provenance() -> str:

@@ -35,6 +35,7 @@ class UNIC_PT_scene(Panel, bpy.types.Panel):
         layout, chosen = prepared(self.layout), settings.of(context)
         layout.prop(chosen, "character")
         layout.prop(chosen, "garment")
+        layout.prop(chosen, "rest")
         column = layout.column(align=True)
         column.prop(chosen, "frame_start")
         column.prop(chosen, "frame_end")

@@ -48,6 +48,12 @@ class Settings(bpy.types.PropertyGroup):
     garment: PointerProperty(
         name="Garment", type=bpy.types.Object, poll=is_mesh,
         description="Mesh of the garment, simulated or from a cache; its mesh without modifiers is its rest shape")
+    rest: EnumProperty(
+        name="Rest Shape", default="AUTO", description="The garment as it was made, on the character in its rest "
+        "position. It defines the lengths of the cloth",
+        items=[("AUTO", "Automatic", "The mesh; for Alembic and USD caches, whose mesh is a frame, the first frame"),
+               ("MESH", "Mesh", "The mesh without the modifiers that deform it"),
+               ("FRAME", "First Frame", "The first frame, moved back to the rest pose, wrinkles included")])
     frame_start: IntProperty(name="Start", default=1, min=0, description="First frame")
     frame_end: IntProperty(name="End", default=250, min=1, description="Last frame")
     clip: StringProperty(
