@@ -50,6 +50,7 @@ COMMANDS = [
     ("bench control", ["bench", "control"], 0),
     ("play", ["play", "--record", "walk.gif", "--seconds", "0.4", "--size", "64x48", "--renderer", "software"], 0),
     ("view", ["view", "tube", "tube.unic", "--screenshot", "view.png", "--size", "96x64", "--renderer", "software"], 0),
+    ("retarget", ["retarget", "walk.npz", "--to", "tube/character.npz", "--out", "transferred.bvh"], 0),
     ("motion-database", ["motion-database", "--out", "walks.unicmotn"], 0),
     ("inspect", ["inspect", "walks.unicmotn"], 0),
     ("unic-lab accuracy", ["accuracy", "tube", "--rows", "tiny.toml", "--steps", "10", "--seeds", "1", "--out",

@@ -19,6 +19,7 @@ pub mod parse;
 #[cfg(feature = "viewer")]
 mod play;
 mod precision;
+mod retarget;
 mod simulate;
 mod threads;
 mod train;
@@ -38,15 +39,16 @@ pub(crate) use looks::LooksArgs;
 pub(crate) use motion::MotionArgs;
 pub(crate) use motion_database::MotionDatabaseArgs;
 pub(crate) use motion_source::{ClipArgs, MotionSourceArgs};
-pub use names::{IntersectionName, PresetName, ProcessorName};
 pub(crate) use names::{
-    MaterialName, MeshUpName, NetworkName, PrecisionName, ProtocolName, SplitName, Switch, UpName,
+    FeetName, MaterialName, MeshUpName, NetworkName, PrecisionName, ProtocolName, SplitName, Switch, UpName,
 };
+pub use names::{IntersectionName, PresetName, ProcessorName};
 #[cfg(feature = "viewer")]
 pub(crate) use names::{RendererName, ScriptName};
 #[cfg(feature = "viewer")]
 pub(crate) use play::{PlayArgs, RecordArgs};
 pub(crate) use precision::{PrecisionArgs, warn_if_slow};
+pub(crate) use retarget::RetargetArgs;
 pub(crate) use simulate::SimulateArgs;
 pub use threads::ThreadArgs;
 pub use train::TrainArgs;
@@ -98,6 +100,7 @@ pub(crate) enum Command {
     View(ViewArgs),
     Inspect(InspectArgs),
     Bench(BenchArgs),
+    Retarget(RetargetArgs),
     MotionDatabase(MotionDatabaseArgs),
     /// Print a script that completes commands and options in a shell.
     ///

@@ -1,10 +1,10 @@
 //! Reading of motion files, the same for every command.
 
 use crate::{args::MotionArgs, checks::ForceArgs, output::print_status};
-use anyhow::Result;
-use std::path::Path;
+use anyhow::{Result, bail};
+use std::{ops::Range, path::Path};
 use unic_core::{character::Character, clip::Clip};
-use unic_io::{BoneMap, MotionOptions, Repeat, import_motion};
+use unic_io::{BoneMap, MotionImport, MotionOptions, Repeat, import_motion};
 
 /// Reads a motion for a character, resampled to `fps` frames per second.
 ///
@@ -19,12 +19,23 @@ pub(crate) fn read(
     args: &MotionArgs,
     force: ForceArgs,
 ) -> Result<Clip> {
+    let options = MotionOptions {
+        fps: Some(fps),
+        ..options(args)?
+    };
+    Ok(import(path, character, &options, force)?.clip)
+}
+
+/// Returns the options that were typed.
+///
+/// # Errors
+/// A map of bones that cannot be read.
+pub(crate) fn options(args: &MotionArgs) -> Result<MotionOptions> {
     let repeat = |times: std::num::NonZeroUsize| Repeat {
         times: times.get(),
         ..Repeat::default()
     };
-    let options = MotionOptions {
-        fps: Some(fps),
+    Ok(MotionOptions {
         up: args.up.into(),
         bones: args
             .bone_map
@@ -35,11 +46,41 @@ pub(crate) fn read(
         low_pass: args.low_pass.unwrap_or_default(),
         repeat: args.repeat.map(repeat),
         ..MotionOptions::default()
-    };
-    let import = import_motion(path, character, &options)?;
+    })
+}
+
+/// Reads a motion for a character, and reports conversions on stderr.
+///
+/// # Errors
+/// A file that cannot be read, or that is probably a mistake without `--force`.
+pub(crate) fn import(
+    path: &Path,
+    character: &Character,
+    options: &MotionOptions,
+    force: ForceArgs,
+) -> Result<MotionImport> {
+    let import = import_motion(path, character, options)?;
     force.check_findings(path, &import.findings)?;
     for note in &import.notes {
         print_status(&format!("{}: {note}", path.display()));
     }
-    Ok(import.clip)
+    Ok(import)
+}
+
+/// Cuts a clip to the frames of `--frames`, if there are any.
+///
+/// # Errors
+/// Frames that the clip does not have.
+pub(crate) fn cut(path: &Path, clip: Clip, frames: Option<Range<usize>>) -> Result<Clip> {
+    let Some(range) = frames else { return Ok(clip) };
+    if range.end > clip.len() {
+        let (path, fps) = (path.display(), clip.fps);
+        bail!(
+            "{path}: expected --frames within 0..{} at {fps} fps, found {}..{}",
+            clip.len(),
+            range.start,
+            range.end
+        );
+    }
+    Ok(clip.part(range))
 }

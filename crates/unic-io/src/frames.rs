@@ -258,7 +258,7 @@ impl VertexFramesWriter {
 ///
 /// # Errors
 /// Another number of positions.
-pub(crate) fn check_vertex_count(path: &Path, expected: usize, frame: &[Vec3]) -> Result<()> {
+pub(crate) fn check_vertex_count<T>(path: &Path, expected: usize, frame: &[T]) -> Result<()> {
     // A frame of another length would shift all further frames of the file.
     if frame.len() == expected {
         return Ok(());

@@ -121,8 +121,9 @@ mod pickle;
 pub mod retarget;
 pub mod rigged;
 mod up_axis;
+pub mod usd;
 
-pub use bvh::Bvh;
+pub use bvh::{Bvh, write_bvh};
 pub use cache::{VertexCache, VertexCacheWriter, read_vertex_cache};
 pub use capture::{Capture, CaptureWriter, CapturedClip, Manifest, Split};
 pub use character::{CharacterImport, import_character, read_character, write_character};
@@ -132,7 +133,7 @@ pub use foreign_formats::refuse_foreign;
 pub use frames::{GarmentFrames, VertexFrames};
 pub use inspect::inspect;
 pub use motion::{
-    Cycle, FootLock, GroundPlacement, LowPass, MotionImport, MotionOptions, PoseLayout, Repeat,
+    Cycle, FootLock, FootSlide, GroundPlacement, LowPass, MotionImport, MotionOptions, PoseLayout, Repeat,
     RepeatedMotion, import_motion, repeat_cycle, write_motion,
 };
 pub use motion_database::{read_motion_database, write_motion_database};

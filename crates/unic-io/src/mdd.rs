@@ -10,12 +10,18 @@
 //! | 8 + 4 T | T V 3 f32 | x, y, z of all points, frame after frame |
 
 use crate::{
+    atomic::AtomicFile,
+    cache::FrameSpool,
     error::{Error, Result},
     foreign_formats::{PartlyReadFormat, partly_read},
     frame_rate::{check_frame_rate, whole_rate},
     frames::VertexFrames,
 };
-use std::path::Path;
+use glam::Vec3;
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+};
 
 /// Length of the two counts, bytes.
 const COUNTS_LENGTH: usize = 8;
@@ -94,10 +100,73 @@ pub fn read_mdd(path: &Path) -> Result<Mdd> {
     Ok(Mdd { times, frames })
 }
 
+/// Writer of a point cache, one frame at a time. The file appears when it is complete.
+///
+/// Frames are collected in an unnamed temporary file of the same folder: the times of all frames
+/// come before the first position.
+#[derive(Debug)]
+pub struct MddWriter {
+    path: PathBuf,
+    frames: FrameSpool,
+    fps: f32,
+}
+
+impl MddWriter {
+    /// Starts a cache of `points` vertices. Frame t is at t / `fps` seconds.
+    ///
+    /// # Errors
+    /// More points than the format can count; the folder cannot be written to.
+    pub fn create(path: &Path, points: usize, fps: f32) -> Result<Self> {
+        count(path, "points", points)?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            frames: FrameSpool::create(path, points)?,
+            fps,
+        })
+    }
+
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// Another number of vertices; a full disk.
+    pub fn push(&mut self, frame: &[Vec3]) -> Result<()> {
+        self.frames.push(frame)
+    }
+
+    /// Writes the file and gives it its final name.
+    ///
+    /// # Errors
+    /// More frames than the format can count; the file cannot be written.
+    pub fn finish(self) -> Result<()> {
+        let points = count(&self.path, "points", self.frames.vertex_count())?;
+        let mut frames = self.frames.finish()?;
+        let len = count(&self.path, "frames", frames.len())?;
+        let mut file = AtomicFile::create(&self.path)?;
+        let failed = |e| Error::io(&self.path, "write")(e);
+        let mut write = |word: [u8; 4]| file.write_all(&word).map_err(failed);
+        write(len.to_be_bytes())?;
+        write(points.to_be_bytes())?;
+        for t in 0..len {
+            // Divided in f64, so that late frames are no further off than f32 demands.
+            write(((f64::from(t) / f64::from(self.fps)) as f32).to_be_bytes())?;
+        }
+        frames.for_each(|_, frame| {
+            let floats = frame.iter().flat_map(|position| position.to_array());
+            floats.map(f32::to_be_bytes).try_for_each(&mut write)
+        })?;
+        file.finish()
+    }
+}
+
+/// Returns a count as the format stores it.
+fn count(path: &Path, noun: &str, count: usize) -> Result<i32> {
+    i32::try_from(count)
+        .map_err(|_| Error::content(path, format!("at most 2147483647 {noun}"), count.to_string()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     fn bytes(times: &[f32], points: i32, values: &[f32]) -> Vec<u8> {
         let counts = [times.len() as i32, points].map(i32::to_be_bytes);
@@ -133,6 +202,26 @@ mod tests {
             std::fs::write(&path, bytes(times, 1, &vec![0.0; 3 * times.len()])).unwrap();
             assert_eq!(read_mdd(&path).unwrap().fps(), None, "{times:?}");
         }
+    }
+
+    #[test]
+    fn a_written_cache_has_big_endian_words_and_is_read_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mdd");
+        let frames = [[Vec3::X, Vec3::splat(0.1)], [Vec3::Y, Vec3::NEG_Z]];
+        let mut writer = MddWriter::create(&path, 2, 24.0).unwrap();
+        frames.iter().for_each(|frame| writer.push(frame).unwrap());
+        assert!(writer.push(&[Vec3::X]).is_err());
+        assert!(!path.exists());
+        writer.finish().unwrap();
+        let values: Vec<f32> = frames.iter().flatten().flat_map(|p| p.to_array()).collect();
+        assert_eq!(
+            std::fs::read(&path).unwrap(),
+            bytes(&[0.0, 1.0 / 24.0], 2, &values)
+        );
+        let cache = read_mdd(&path).unwrap();
+        assert_eq!(cache.fps(), Some(24.0));
+        assert!(cache.frames.iter().eq(frames.iter().map(|f| f.as_slice())));
     }
 
     #[test]

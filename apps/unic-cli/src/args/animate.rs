@@ -13,7 +13,9 @@ use std::{ops::Range, path::PathBuf};
 /// The ending of --out chooses the format:
 ///   walk.glb        body and garment in one binary glTF file, for at most 300 frames
 ///   walk.abc        body and garment in one Alembic file, for any number of frames
+///   walk.usdc       body and garment in one USD file, for any number of frames; .usda is its text
 ///   walk.pc2        point caches walk.pc2, walk.body.pc2 of the meshes walk.obj, walk.body.obj
+///   walk.mdd        the same with point caches of MDD
 ///   walk.npz        arrays of positions and faces in walk.npz and walk.body.npz
 ///   walk            one OBJ file per frame in the folders walk and walk_body
 /// All formats come with a picture of some frames, walk.png.
@@ -27,6 +29,7 @@ use std::{ops::Range, path::PathBuf};
 ///   unic animate tshirt.unic --motion walk.bvh --frames 0..300 --out walk.glb
 ///   unic animate tshirt.unic --motion amass/run.npz --up z --frames 60..240 --out frames
 ///   unic animate tshirt.unic --motion walk.npz --mesh tshirt_fine.obj --out walk_fine.npz
+///   unic animate tshirt.unic --motion walk.npz --out walk.abc --vat walk.exr
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct AnimateArgs {
@@ -36,8 +39,9 @@ pub(crate) struct AnimateArgs {
     /// of any skeleton.
     #[arg(long, value_name = "FILE")]
     pub(crate) motion: PathBuf,
-    /// Animation to write: a .glb, .abc, .pc2 or .npz file, or a folder of OBJ files.
-    #[arg(long, value_name = "FILE.glb|FILE.abc|FILE.pc2|FILE.npz|FOLDER")]
+    /// Animation to write: a .glb, .abc, .usdc, .usda, .pc2, .mdd or .npz file, or a folder of OBJ
+    /// files.
+    #[arg(long, value_name = "FILE|FOLDER")]
     pub(crate) out: PathBuf,
     /// Other mesh of the same garment to animate, in the same rest space [default: the model's
     /// mesh].
@@ -46,6 +50,11 @@ pub(crate) struct AnimateArgs {
     /// Picture to write [default: the path of --out with the ending .png].
     #[arg(long, value_name = "FILE.png")]
     pub(crate) picture: Option<PathBuf>,
+    /// Vertex animation texture to write beside --out, for engines that play it with a shader alone:
+    /// positions in metres (.exr) or as 16-bit numbers (.png), with normals (.normals.png), a mesh
+    /// (.vat.glb) and a description (.vat.json).
+    #[arg(long, value_name = "FILE.exr|FILE.png")]
+    pub(crate) vat: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) reading: MotionArgs,
     /// Intersection handling [default: the model's own].

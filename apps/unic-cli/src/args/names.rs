@@ -142,6 +142,27 @@ pub(crate) enum UpName {
     Z,
 }
 
+/// [`unic_io::FootLock`] by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FeetName {
+    /// Held if the motion was transferred from another skeleton.
+    Auto,
+    /// Held in place on the ground while they are slow and low.
+    Hold,
+    /// Kept as they are.
+    Keep,
+}
+
+impl From<FeetName> for unic_io::FootLock {
+    fn from(name: FeetName) -> Self {
+        match name {
+            FeetName::Auto => Self::Auto,
+            FeetName::Hold => Self::Hold,
+            FeetName::Keep => Self::Keep,
+        }
+    }
+}
+
 impl From<PresetName> for unic_train::Preset {
     fn from(name: PresetName) -> Self {
         match name {

@@ -76,19 +76,7 @@ fn read_model(args: &AnimateArgs) -> Result<Model> {
 fn read_motion(args: &AnimateArgs, model: &Model) -> Result<Clip> {
     let fps = model.config().fps;
     let clip = motion_file::read(&args.motion, model.character(), fps, &args.reading, args.force)?;
-    let Some(range) = args.frames.clone() else {
-        return Ok(clip);
-    };
-    if range.end > clip.len() {
-        let (path, fps) = (args.motion.display(), clip.fps);
-        bail!(
-            "{path}: expected --frames within 0..{} at {fps} fps, found {}..{}",
-            clip.len(),
-            range.start,
-            range.end
-        );
-    }
-    Ok(clip.part(range))
+    motion_file::cut(&args.motion, clip, args.frames.clone())
 }
 
 /// Reads the positions of `--start`, in world space and metres.
@@ -218,7 +206,8 @@ struct AnimationSummary {
     precision: &'static str,
     /// Wall-clock time of the whole command.
     seconds: f64,
-    /// Paths of the garment, the body if it has its own file, the meshes of .pc2, the picture.
+    /// Paths of the garment, the body if it has its own file, the meshes of point caches, the vertex
+    /// animation texture, the picture.
     written: Vec<PathBuf>,
 }
 

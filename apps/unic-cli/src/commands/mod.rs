@@ -11,6 +11,7 @@ pub(crate) mod inspect;
 pub(crate) mod motion_database;
 #[cfg(feature = "viewer")]
 pub(crate) mod play;
+pub(crate) mod retarget;
 pub(crate) mod simulate;
 pub mod train;
 #[cfg(feature = "viewer")]

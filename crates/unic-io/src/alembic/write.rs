@@ -8,16 +8,24 @@ use crate::{
 use glam::Vec3;
 use ogawa::{ArchiveWriter, Attribute, Faces, FrameTiming, MeshDescription, MeshId, Scope};
 use std::path::{Path, PathBuf};
-use unic_core::mesh::{TriMesh, Uvs};
+use unic_core::mesh::{TriMesh, Uvs, vertex_normals};
 
-/// Writer of an Alembic file, one frame at a time. The file appears when it is complete.
+/// Writer of an Alembic file, one frame at a time: positions and normals. The file appears when it is complete.
 ///
 /// Memory holds one frame and the places of all others.
 #[derive(Debug)]
 pub struct AlembicWriter {
     path: PathBuf,
     archive: ArchiveWriter<AtomicFile>,
-    meshes: Vec<MeshId>,
+    meshes: Vec<AlembicMesh>,
+    normals: Vec<Vec3>,
+}
+
+#[derive(Debug)]
+struct AlembicMesh {
+    id: MeshId,
+    vertex_count: usize,
+    faces: Vec<[u32; 3]>,
 }
 
 impl AlembicWriter {
@@ -34,18 +42,24 @@ impl AlembicWriter {
         let file = AtomicFile::create(path)?;
         let mut archive = ArchiveWriter::new(file, timing).map_err(with_path(path))?;
         let mut add = |&(name, mesh): &(&str, &TriMesh)| {
-            archive.add_mesh(&MeshDescription {
+            let id = archive.add_mesh(&MeshDescription {
                 name,
                 vertices: mesh.vertices.len(),
                 faces: &Faces::triangles(&mesh.faces),
                 uvs: mesh.uvs.as_ref().map(uvs_by_corner).as_ref(),
+            })?;
+            Ok(AlembicMesh {
+                id,
+                vertex_count: mesh.vertices.len(),
+                faces: mesh.faces.clone(),
             })
         };
-        let meshes = meshes.iter().map(&mut add).collect::<ogawa::Result<_>>();
+        let meshes = meshes.iter().map(&mut add).collect::<ogawa::Result<Vec<_>>>();
         Ok(Self {
             path: path.to_path_buf(),
             meshes: meshes.map_err(with_path(path))?,
             archive,
+            normals: Vec::new(),
         })
     }
 
@@ -58,8 +72,13 @@ impl AlembicWriter {
             let expected = format!("positions of {} meshes", self.meshes.len());
             return Err(Error::content(&self.path, expected, frame.len().to_string()));
         }
-        for (&mesh, positions) in self.meshes.iter().zip(frame) {
-            let pushed = self.archive.push(mesh, bytemuck::cast_slice(positions));
+        for (mesh, positions) in self.meshes.iter().zip(frame) {
+            // Another number of positions is refused below, but has no normals.
+            if positions.len() == mesh.vertex_count {
+                vertex_normals(positions, &mesh.faces, &mut self.normals);
+            }
+            let [positions, normals] = [positions, self.normals.as_slice()].map(bytemuck::cast_slice);
+            let pushed = self.archive.push_with_normals(mesh.id, positions, normals);
             pushed.map_err(with_path(&self.path))?;
         }
         Ok(())
@@ -118,6 +137,9 @@ mod tests {
                 mesh.world_positions(&mut archive, frame, &mut positions).unwrap();
                 assert_eq!(positions, expected.map(|p| p.to_array()));
             }
+            // The triangle of the first frame has the corners X, Y and Z or their like.
+            let normals = mesh.normals(&mut archive, 0).unwrap().unwrap();
+            assert_eq!(normals.values.len(), 3);
             let uvs = mesh.uvs(&mut archive, 0).unwrap().unwrap();
             assert_eq!(uvs.indices, Some(vec![0, 1, 1]));
             assert_eq!(

@@ -34,8 +34,10 @@
 mod parse;
 mod pose;
 mod tokens;
+mod write;
 
 pub(crate) use parse::is_bvh;
+pub use write::write_bvh;
 
 use crate::frame_rate::whole_rate;
 use glam::{EulerRot, Vec3};

@@ -1,9 +1,11 @@
 //! Writing vertex animations, one frame at a time.
 
+use super::spool::FrameSpool;
 use crate::{
-    atomic::{TemporaryFolder, parent_folder, without_path},
+    atomic::{TemporaryFolder, parent_folder},
     error::{Error, Result},
     frames::check_vertex_count,
+    mdd::MddWriter,
     npz::NpzWriter,
     obj,
     pc2::Pc2Writer,
@@ -11,7 +13,7 @@ use crate::{
 use glam::Vec3;
 use std::{
     fs::File,
-    io::{BufWriter, Seek, Write},
+    io::BufWriter,
     path::{Path, PathBuf},
 };
 use unic_core::mesh::TriMesh;
@@ -23,6 +25,8 @@ use unic_core::mesh::TriMesh;
 pub enum VertexCacheWriter {
     /// A `.pc2` file: positions only.
     Pc2(Pc2Writer),
+    /// A `.mdd` file: positions and times.
+    Mdd(MddWriter),
     /// A `.npz` file: positions, faces and frame rate.
     Npz(NpzAnimationWriter),
     /// A folder with one OBJ file for each frame, for a path without an extension.
@@ -33,17 +37,18 @@ impl VertexCacheWriter {
     /// Starts an animation of `mesh`, whose own positions are not written.
     ///
     /// # Errors
-    /// Another extension than `.pc2`, `.npz` or none; the folder cannot be written to.
+    /// Another extension than `.pc2`, `.mdd`, `.npz` or none; the folder cannot be written to.
     pub fn create(path: &Path, mesh: &TriMesh, fps: f32) -> Result<Self> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             // The format has no frame rate.
             Some("pc2") => Pc2Writer::create(path, mesh.vertices.len(), 0.0, 1.0).map(Self::Pc2),
+            Some("mdd") => MddWriter::create(path, mesh.vertices.len(), fps).map(Self::Mdd),
             Some("npz") => NpzAnimationWriter::create(path, mesh, fps).map(Self::Npz),
             None => ObjFolderWriter::create(path, mesh).map(Self::ObjFolder),
             Some(other) => Err(Error::content(
                 path,
-                "a path that ends in .pc2, in .npz or in no ending (a folder of OBJ files)",
+                "a path that ends in .pc2, .mdd, .npz or in no ending (a folder of OBJ files)",
                 format!(".{other}"),
             )),
         }
@@ -56,6 +61,7 @@ impl VertexCacheWriter {
     pub fn push(&mut self, frame: &[Vec3]) -> Result<()> {
         match self {
             Self::Pc2(writer) => writer.push(frame),
+            Self::Mdd(writer) => writer.push(frame),
             Self::Npz(writer) => writer.push(frame),
             Self::ObjFolder(writer) => writer.push(frame),
         }
@@ -68,6 +74,7 @@ impl VertexCacheWriter {
     pub fn finish(self) -> Result<()> {
         match self {
             Self::Pc2(writer) => writer.finish(),
+            Self::Mdd(writer) => writer.finish(),
             Self::Npz(writer) => writer.finish(),
             Self::ObjFolder(writer) => writer.finish(),
         }
@@ -81,11 +88,9 @@ impl VertexCacheWriter {
 #[derive(Debug)]
 pub struct NpzAnimationWriter {
     path: PathBuf,
-    frames: BufWriter<File>,
+    frames: FrameSpool,
     faces: Vec<[u32; 3]>,
-    vertex_count: usize,
     fps: f32,
-    len: usize,
 }
 
 impl NpzAnimationWriter {
@@ -94,19 +99,11 @@ impl NpzAnimationWriter {
     /// # Errors
     /// The folder cannot be written to.
     pub fn create(path: &Path, mesh: &TriMesh, fps: f32) -> Result<Self> {
-        let folder = parent_folder(path);
-        std::fs::create_dir_all(folder).map_err(Error::io(folder, "create folder"))?;
-        // In the target's folder and not in the system's: the frames may be larger than `/tmp`.
-        let frames = tempfile::tempfile_in(folder)
-            .map_err(without_path)
-            .map_err(Error::io(path, "create"))?;
         Ok(Self {
             path: path.to_path_buf(),
-            frames: BufWriter::new(frames),
+            frames: FrameSpool::create(path, mesh.vertices.len())?,
             faces: mesh.faces.clone(),
-            vertex_count: mesh.vertices.len(),
             fps,
-            len: 0,
         })
     }
 
@@ -115,10 +112,7 @@ impl NpzAnimationWriter {
     /// # Errors
     /// Another number of vertices; the file cannot be written.
     pub fn push(&mut self, frame: &[Vec3]) -> Result<()> {
-        check_vertex_count(&self.path, self.vertex_count, frame)?;
-        (self.frames.write_all(bytemuck::cast_slice(frame))).map_err(Error::io(&self.path, "write"))?;
-        self.len += 1;
-        Ok(())
+        self.frames.push(frame)
     }
 
     /// Completes the file.
@@ -126,11 +120,11 @@ impl NpzAnimationWriter {
     /// # Errors
     /// The file cannot be written.
     pub fn finish(self) -> Result<()> {
-        let failed = |e| Error::io(&self.path, "write")(e);
-        let mut frames = self.frames.into_inner().map_err(|e| failed(e.into_error()))?;
-        frames.rewind().map_err(failed)?;
+        let vertex_count = self.frames.vertex_count();
+        let mut frames = self.frames.finish()?;
         let mut npz = NpzWriter::create(&self.path)?;
-        npz.f32s_from("vertices", &[self.len, self.vertex_count, 3], &mut frames)?;
+        let shape = [frames.len(), vertex_count, 3];
+        npz.f32s_from("vertices", &shape, &mut frames.bytes()?)?;
         let faces: Vec<i32> = self.faces.as_flattened().iter().map(|&i| i as i32).collect();
         npz.i32s("faces", &[self.faces.len(), 3], &faces)?;
         npz.f64s("fps", &[], &[f64::from(self.fps)])?;

@@ -35,13 +35,7 @@ impl Document {
         let animation = self.animation(&mut binary)?;
         let mut chunk = binary.finish()?;
         let root = self.root(animation, &mut chunk);
-        let mut document = serde_json::to_vec(&root).map_err(|e| Error::io(path, "write")(e.into()))?;
-        // The binary chunk begins at a multiple of four; the specification pads JSON with spaces.
-        document.resize(document.len().next_multiple_of(4), b' ');
-        let header = header(path, document.len() as u64, chunk.length)?;
-        let mut file = AtomicFile::create(path)?;
-        write_chunks(&mut file, &header, &document, &mut chunk).map_err(Error::io(path, "write"))?;
-        file.finish()
+        write_file(path, &root, chunk)
     }
 
     /// Index of the body's node. Joint j is node j; the body and the garment come after the joints.
@@ -76,10 +70,7 @@ impl Document {
     fn root(self, animation: Animation, chunk: &mut BinaryChunk) -> Root {
         let nodes = self.nodes();
         Root {
-            asset: json!({
-                "version": "2.0",
-                "generator": concat!("unic ", env!("CARGO_PKG_VERSION")),
-            }),
+            asset: asset(),
             scene: 0,
             scenes: vec![Scene {
                 // The body is beside the skeleton and not below it: glTF ignores the transform of a
@@ -122,6 +113,28 @@ impl Document {
     }
 }
 
+/// Writes a document with its binary chunk, atomically.
+///
+/// # Errors
+/// The file cannot be written, or would be larger than 4 GiB.
+pub(super) fn write_file(path: &Path, root: &Root, mut chunk: BinaryChunk) -> Result<()> {
+    let mut document = serde_json::to_vec(root).map_err(|e| Error::io(path, "write")(e.into()))?;
+    // The binary chunk begins at a multiple of four; the specification pads JSON with spaces.
+    document.resize(document.len().next_multiple_of(4), b' ');
+    let header = header(path, document.len() as u64, chunk.length)?;
+    let mut file = AtomicFile::create(path)?;
+    write_chunks(&mut file, &header, &document, &mut chunk).map_err(Error::io(path, "write"))?;
+    file.finish()
+}
+
+/// Returns the program and version that a file names.
+pub(super) fn asset() -> Value {
+    json!({
+        "version": "2.0",
+        "generator": concat!("unic ", env!("CARGO_PKG_VERSION")),
+    })
+}
+
 /// Returns the weights of all targets, frame after frame: zero in the first frame, and in every
 /// further frame one for its own target.
 fn one_hot(frames: usize) -> Vec<f32> {
@@ -159,7 +172,7 @@ fn garment_mesh(garment: MorphedMesh) -> Mesh {
 }
 
 /// Materials of body and garment; both sides of the garment are drawn. Colours are linear.
-fn materials() -> Vec<Value> {
+pub(super) fn materials() -> Vec<Value> {
     let matt = |colour: [f32; 4], roughness: f32| json!({ "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": roughness });
     vec![
         json!({ "name": "body", "pbrMetallicRoughness": matt([0.64, 0.42, 0.31, 1.0], 0.6) }),

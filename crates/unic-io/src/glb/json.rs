@@ -15,7 +15,9 @@ pub(super) struct Root {
     pub(super) nodes: Vec<Node>,
     pub(super) meshes: Vec<Mesh>,
     pub(super) materials: Vec<Value>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) skins: Vec<Skin>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) animations: Vec<Animation>,
     pub(super) accessors: Vec<Accessor>,
     pub(super) buffer_views: Vec<BufferView>,
@@ -63,7 +65,7 @@ pub(super) struct Primitive {
     pub(super) targets: Vec<MorphTarget>,
 }
 
-/// Accessors of vertex attributes by name: `POSITION`, `NORMAL`, `TEXCOORD_0`, `JOINTS_n`,
+/// Accessors of vertex attributes by name: `POSITION`, `NORMAL`, `TEXCOORD_n`, `JOINTS_n`,
 /// `WEIGHTS_n`.
 pub(super) type Attributes = std::collections::BTreeMap<String, Index>;
 

@@ -77,8 +77,10 @@ mod document;
 mod json;
 mod morphs;
 mod seams;
+mod still;
 mod surface;
 mod tracks;
 mod writer;
 
+pub use still::write_mesh_with_texels;
 pub use writer::{GlbScene, GlbWriter, MAX_FRAMES};

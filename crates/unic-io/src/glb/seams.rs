@@ -1,7 +1,7 @@
 //! Splitting vertices at texture seams: texture coordinates for vertices instead of for corners.
 
 use crate::error::{Error, Result};
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 use std::{collections::HashMap, path::Path};
 use unic_core::mesh::{TriMesh, Uvs};
 
@@ -82,7 +82,7 @@ impl SeamSplit {
     }
 
     /// Copies values of the mesh's vertices to all vertices, into `out`.
-    pub(super) fn spread(&self, values: &[Vec3], out: &mut Vec<Vec3>) {
+    pub(super) fn spread<T: Copy>(&self, values: &[T], out: &mut Vec<T>) {
         out.clear();
         out.extend(self.sources.iter().map(|&v| values[v as usize]));
     }
@@ -121,6 +121,7 @@ fn check_uvs(path: &Path, mesh: &TriMesh, uvs: &Uvs) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
     use proptest::prelude::*;
 
     /// A strip of triangles whose corners have these of five texture coordinates.

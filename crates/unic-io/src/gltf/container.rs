@@ -33,6 +33,18 @@ pub(super) struct Container {
     pub(super) length: usize,
 }
 
+/// Reads the JSON document of a file, without its buffers.
+///
+/// # Errors
+/// No such file, damaged headers.
+pub(super) fn document_bytes(path: &Path) -> Result<Vec<u8>> {
+    let bytes = std::fs::read(path).map_err(Error::io(path, "open"))?;
+    match bytes.starts_with(MAGIC) {
+        true => Ok(chunks(path, &bytes)?.0.to_vec()),
+        false => Ok(bytes),
+    }
+}
+
 impl Container {
     /// Reads a `.glb` or `.gltf` file, with buffers in files beside it.
     ///

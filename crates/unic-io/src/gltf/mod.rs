@@ -6,8 +6,11 @@
 mod accessor;
 mod animation;
 mod container;
+mod humanoid;
 mod nodes;
 mod skin;
+
+pub(crate) use humanoid::humanoid_bones;
 
 use crate::error::Result;
 use animation::NodeAnimation;

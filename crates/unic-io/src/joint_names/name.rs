@@ -10,7 +10,7 @@ pub(crate) struct JointName {
 }
 
 /// Leading words of joint names that name the character or the program.
-const PREFIXES: [&str; 14] = [
+const PREFIXES: [&str; 16] = [
     "mixamorig",
     "bip01",
     "bip001",
@@ -25,6 +25,9 @@ const PREFIXES: [&str; 14] = [
     "cc",
     "base",
     "character1",
+    // VRoid Studio: `J_Bip_C_Hips`.
+    "j",
+    "c",
 ];
 
 impl JointName {
@@ -110,6 +113,8 @@ mod tests {
             ("m_avg_R_Knee", Some(BodySide::Right), "knee"),
             ("DEF-upper_arm.L", Some(BodySide::Left), "upperarm"),
             ("LHipJoint", Some(BodySide::Left), "hipjoint"),
+            ("J_Bip_L_UpperLeg", Some(BodySide::Left), "upperleg"),
+            ("J_Bip_C_Head", None, "head"),
             ("left_hip", Some(BodySide::Left), "hip"),
             ("thigh_r", Some(BodySide::Right), "thigh"),
             ("Spine1", None, "spine1"),

@@ -108,6 +108,15 @@ impl MotionArrays {
     }
 }
 
+/// Returns the number of rotation values in a frame of a file.
+///
+/// # Errors
+/// No array of rotations, or one of another shape.
+pub(super) fn numbers_a_frame(npz: &mut Npz) -> Result<usize> {
+    let name = npz.first_present(&POSE_NAMES).unwrap_or(POSE_NAMES[0]);
+    Ok(PoseShape::read(npz, name)?.numbers)
+}
+
 /// Shape of an array of rotations: (T, N) or (T, K, 3).
 struct PoseShape {
     /// Number of values in a frame: N or 3 K.

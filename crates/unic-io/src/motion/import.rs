@@ -8,7 +8,7 @@ use super::{
     options::{FootLock, GroundPlacement, LowPass, MotionOptions},
     plausibility::check_motion,
     repeat::{Repeat, repeat_cycle},
-    up,
+    smpl, up,
 };
 use crate::{
     bvh::{Bvh, is_bvh},
@@ -17,7 +17,7 @@ use crate::{
     foreign_formats::refuse_foreign,
     frame_rate::check_frame_rate,
     npz::Npz,
-    retarget::{RetargetSource, Retargeted, feet, low_pass},
+    retarget::{FootMeasure, RetargetSource, Retargeted, feet, low_pass},
     rigged::{self, RiggedFormat, RiggedTransfer},
 };
 use std::path::Path;
@@ -35,6 +35,17 @@ pub struct MotionImport {
     pub notes: Vec<String>,
     /// Probable mistakes in the motion, checked before it is placed on the ground.
     pub findings: Vec<Finding>,
+    /// Slide of the standing feet before and after they were held; `None` if they were not.
+    pub feet: Option<FootSlide>,
+}
+
+/// Slide of standing feet before and after a correction, in the same phases.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FootSlide {
+    /// Feet as they were transferred.
+    pub before: FootMeasure,
+    /// Feet as they are in the clip.
+    pub after: FootMeasure,
 }
 
 /// Relation of a file's joints to those of the character.
@@ -44,8 +55,10 @@ enum MotionOrigin {
     Native,
     /// The character's joints in another layout, or Z up.
     Converted,
-    /// Another skeleton's joints.
+    /// Another skeleton's joints, from files that may be raw motion capture.
     Retargeted,
+    /// Another skeleton's joints, from files of a data set that is smooth.
+    RetargetedSmpl,
 }
 
 /// Reads a motion file as a clip for `character`: glTF, FBX, USD and BVH by their first bytes or
@@ -55,7 +68,8 @@ enum MotionOrigin {
 /// metres; and the frame rate (`mocap_framerate`, `mocap_frame_rate`, `fps` or `framerate`). With
 /// `joint_names` (K) the character's joints are found by name, in any order. Without them K is the
 /// character's number of joints or, for a character of 24 joints, that of a [`PoseLayout`] in
-/// SMPL's order. Z up is rotated to Y up by R, −90° about x: the translation becomes R · (trans +
+/// SMPL's order. Motion in SMPL's order for a character of other joints, or whose zero pose is not
+/// the T-pose, is transferred as that of BVH files. Z up is rotated to Y up by R, −90° about x: the translation becomes R · (trans +
 /// J₀) − J₀ with the character's root joint J₀, and the root's orientation R · root.
 ///
 /// **BVH** files may have any skeleton. The motion is transferred to a character whose joint names
@@ -78,9 +92,11 @@ pub fn import_motion(path: &Path, character: &Character, options: &MotionOptions
         // Before the body is placed on the ground, which would hide a wrong unit.
         findings = check_motion(&clip, Some(&character.skeleton));
     }
-    let is_retargeted = origin == MotionOrigin::Retargeted;
+    let is_retargeted = matches!(origin, MotionOrigin::Retargeted | MotionOrigin::RetargetedSmpl);
     match options.low_pass {
-        LowPass::Auto if is_retargeted => filter(path, &mut clip, low_pass::DEFAULT_HZ, &mut notes)?,
+        LowPass::Auto if origin == MotionOrigin::Retargeted => {
+            filter(path, &mut clip, low_pass::DEFAULT_HZ, &mut notes)?
+        }
         LowPass::Hertz(hertz) => filter(path, &mut clip, hertz, &mut notes)?,
         LowPass::Auto | LowPass::Off => {}
     }
@@ -97,9 +113,11 @@ pub fn import_motion(path: &Path, character: &Character, options: &MotionOptions
     if let Some(fps) = options.fps {
         clip = resampled(path, clip, fps, &mut notes)?;
     }
-    if options.feet == FootLock::Hold || is_retargeted && options.feet == FootLock::Auto {
-        feet::hold(&mut clip, character, &mut notes);
-    }
+    let is_held = options.feet == FootLock::Hold || is_retargeted && options.feet == FootLock::Auto;
+    let feet = match is_held {
+        true => feet::hold(&mut clip, character, &mut notes),
+        false => None,
+    };
     if let Some(repeat) = &options.repeat {
         clip = repeated(path, &clip, character, repeat, &mut notes)?;
     }
@@ -107,6 +125,7 @@ pub fn import_motion(path: &Path, character: &Character, options: &MotionOptions
         clip,
         notes,
         findings,
+        feet,
     })
 }
 
@@ -162,6 +181,14 @@ fn from_bvh(path: &Path, character: &Character, options: &MotionOptions) -> Resu
 
 fn from_npz(path: &Path, character: &Character, options: &MotionOptions) -> Result<LoadedMotion> {
     let mut npz = Npz::open(path)?;
+    if let Some((Retargeted { clip, notes }, findings)) = smpl::transferred(&mut npz, character, options)? {
+        return Ok(LoadedMotion {
+            clip,
+            origin: MotionOrigin::RetargetedSmpl,
+            notes,
+            findings,
+        });
+    }
     let joints = JointTarget::Character(&character.skeleton);
     let arrays = MotionArrays::read_at(&mut npz, &joints, options.fps_of_file)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();

@@ -204,6 +204,14 @@ fn refuse_ambiguous(
     }
 }
 
+/// Returns whether the joints are SMPL's by their names, in any order, or have no names that tell.
+pub(super) fn is_in_smpl_terms(skeleton: &Skeleton) -> bool {
+    let smpl = SMPL_JOINT_NAMES.map(str::to_owned);
+    let is_known = |name: &String| find_joint(name, &smpl).is_some();
+    let is_smpl = skeleton.len() == smpl.len() && skeleton.names().iter().all(is_known);
+    is_smpl || !is_named(skeleton)
+}
+
 /// Returns whether the joints have names of a file. Joints without names are called `joint_0`,
 /// `joint_1`, ...
 fn is_named(skeleton: &Skeleton) -> bool {

@@ -12,11 +12,12 @@ mod layout;
 mod options;
 mod plausibility;
 mod repeat;
+mod smpl;
 mod up;
 mod write;
 
 pub(crate) use arrays::{MotionArrays, POSE_NAMES};
-pub use import::{MotionImport, import_motion};
+pub use import::{FootSlide, MotionImport, import_motion};
 pub(crate) use joints::JointTarget;
 pub use layout::PoseLayout;
 pub use options::{FootLock, GroundPlacement, LowPass, MotionOptions};

@@ -1,5 +1,6 @@
 //! Identifying the body parts of a skeleton's joints.
 
+use super::humanoid::AvatarFile;
 use crate::{
     error::{Error, Result},
     joint_names::{BodySide, JointName, LimbJoint, best_convention},
@@ -46,12 +47,21 @@ impl BoneMap {
         }
     }
 
-    /// Reads a TOML file: a table `[bones]` with lines such as `L_knee = "Shin.L"`.
+    /// Returns whether no joint is mapped.
+    pub fn is_empty(&self) -> bool {
+        self.bones.is_empty()
+    }
+
+    /// Reads a TOML file: a table `[bones]` with lines such as `L_knee = "Shin.L"`. Files of Unity
+    /// that hold an avatar's bones are read too: `.meta` and `.ht`.
     ///
     /// # Errors
     /// The file cannot be read, is no such table, or has names outside [`SMPL_JOINT_NAMES`].
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(Error::io(path, "read"))?;
+        if let Some(file) = AvatarFile::of(path) {
+            return file.parse(path, &text);
+        }
         let map: Self = toml::from_str(&text).map_err(|e| {
             // TOML messages have several lines; errors of this crate are one.
             let message = e.message().lines().collect::<Vec<_>>().join(", ");

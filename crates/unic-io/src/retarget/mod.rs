@@ -12,16 +12,19 @@
 
 mod bones;
 pub(crate) mod feet;
+mod humanoid;
 pub(crate) mod low_pass;
 mod rig;
 mod transfer;
 
 pub use bones::BoneMap;
 pub use feet::{FootMeasure, legs_of, measure_feet};
+pub(crate) use humanoid::bone_map;
 
 use crate::{
     bvh::Bvh,
     error::{Error, Result},
+    joint_names::{BodySide, LimbJoint},
     up_axis::{UpAxis, uncertain_note, y_up_from_z_up},
 };
 use bones::{BodyJoints, JointTree};
@@ -29,7 +32,7 @@ use glam::{Quat, Vec3};
 use rig::{ReferenceOrigin, ReferenceRig, mean_trunk};
 use std::path::Path;
 use transfer::Transfer;
-use unic_core::{character::Character, clip::Clip};
+use unic_core::{character::Character, clip::Clip, skeleton::Skeleton};
 
 /// Length of an adult's leg from hip to ankle, metres.
 const LEG_M: f32 = 0.84;
@@ -136,6 +139,21 @@ impl RetargetSource {
         };
         Ok(Retargeted { clip, notes })
     }
+}
+
+/// Largest sine of the angle between the upper arms and the line across the shoulders in a T-pose:
+/// 27°.
+const MAX_T_POSE_SINE: f32 = 0.45;
+
+/// Returns whether a skeleton stands in the T-pose when all rotations are zero; `None` if its joints
+/// are not identified.
+pub(crate) fn stands_in_t_pose(skeleton: &Skeleton) -> Option<bool> {
+    let rig = ReferenceRig::of_skeleton(skeleton).ok()?;
+    let across = rig.facing * Vec3::X;
+    Some(BodySide::ALL.into_iter().all(|side| {
+        let arm = rig.direction(LimbJoint::Shoulder, LimbJoint::Elbow, side);
+        arm.cross(across).length() < MAX_T_POSE_SINE
+    }))
 }
 
 /// Returns `world_from_source` for the requested up axis, or for the one that the trunk follows on

@@ -9,9 +9,10 @@ use super::{
 use crate::{
     bvh::{Bvh, RestJoint},
     error::Result,
+    gltf::humanoid_bones,
     joint_names::is_same_joint,
     motion::MotionOptions,
-    retarget::{RetargetSource, Retargeted},
+    retarget::{BoneMap, RetargetSource, Retargeted},
     up_axis::UpAxis,
 };
 use glam::Quat;
@@ -107,7 +108,13 @@ pub(crate) fn read_motion(
     let animated = AnimatedRig::new(&file)?;
     match same_rig(&animated.rig, &character.skeleton) {
         Some(sources) => on_same_rig(&animated, &sources, &character.skeleton),
-        None => retargeted(&animated, character, options),
+        None => {
+            let bones = match (options.bones.is_empty(), format) {
+                (true, RiggedFormat::Gltf) => humanoid_bones(path),
+                _ => options.bones.clone(),
+            };
+            retargeted(&animated, character, &bones)
+        }
     }
 }
 
@@ -195,15 +202,11 @@ fn on_same_rig(animated: &AnimatedRig, sources: &[usize], skeleton: &Skeleton) -
     })
 }
 
-fn retargeted(
-    animated: &AnimatedRig,
-    character: &Character,
-    options: &MotionOptions,
-) -> Result<RiggedMotion> {
+fn retargeted(animated: &AnimatedRig, character: &Character, bones: &BoneMap) -> Result<RiggedMotion> {
     let bvh = as_bvh(animated);
     // Readers convert to Y up, whatever is asked for files that do not state their axis.
     let path = &animated.file.path;
-    let source = RetargetSource::new(path, &bvh, &options.bones, UpAxis::Y)?;
+    let source = RetargetSource::new(path, &bvh, bones, UpAxis::Y)?;
     let Retargeted { clip, notes } = source.on(path, &bvh, character)?;
     Ok(RiggedMotion {
         clip,

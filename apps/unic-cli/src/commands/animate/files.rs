@@ -17,8 +17,10 @@ use unic_io::{
     alembic::AlembicWriter,
     atomic::AtomicFile,
     glb::{GlbScene, GlbWriter},
+    usd::UsdWriter,
     write_obj_to,
 };
+use unic_vat::{VatPaths, VatWriter};
 
 /// Files of an animation that is being written.
 ///
@@ -28,6 +30,7 @@ pub(super) struct AnimationFiles {
     animation: Animation,
     /// Meshes of garment and body, which point caches need because they hold no faces.
     meshes: Vec<AtomicFile>,
+    vat: Option<VatWriter>,
     picture: AtomicFile,
     paths: Vec<PathBuf>,
 }
@@ -40,6 +43,8 @@ enum Animation {
     Glb(Box<GlbWriter>),
     /// Writer of one file with garment and body as meshes.
     Alembic(Box<AlembicWriter>),
+    /// Writer of one layer with garment and body as meshes.
+    Usd(Box<UsdWriter>),
 }
 
 /// Format of an animation, chosen by the ending of its path.
@@ -47,7 +52,9 @@ enum Animation {
 enum AnimationFormat {
     Glb,
     Alembic,
+    Usd,
     Pc2,
+    Mdd,
     Npz,
     Folder,
 }
@@ -62,11 +69,14 @@ impl AnimationFormat {
         match ending.as_deref() {
             Some("glb") => Ok(Self::Glb),
             Some("abc") => Ok(Self::Alembic),
+            Some("usda" | "usdc" | "usd") => Ok(Self::Usd),
             Some("pc2") => Ok(Self::Pc2),
+            Some("mdd") => Ok(Self::Mdd),
             Some("npz") => Ok(Self::Npz),
             None => Ok(Self::Folder),
             Some(other) => bail!(
-                "{}: expected the ending .glb, .abc, .pc2, .npz or none (a folder of OBJ files), found .{other}",
+                "{}: expected the ending .glb, .abc, .usda, .usdc, .pc2, .mdd, .npz or none (a folder of OBJ files), \
+                 found .{other}",
                 path.display()
             ),
         }
@@ -75,10 +85,12 @@ impl AnimationFormat {
 
 /// Paths of all outputs.
 struct OutputPaths {
-    /// Garment and body; one file for both with GLB and Alembic.
+    /// Garment and body; one file for both with GLB, Alembic and USD.
     animation: Vec<PathBuf>,
     /// Meshes of garment and body, for point caches only.
     meshes: Vec<PathBuf>,
+    /// Files of the vertex animation texture, if there is one.
+    vat: Vec<PathBuf>,
     picture: PathBuf,
 }
 
@@ -86,23 +98,32 @@ impl OutputPaths {
     fn of(args: &AnimateArgs, format: AnimationFormat) -> Self {
         let body = body_path(&args.out);
         let picture = args.picture.clone();
+        let vat = args.vat.as_ref();
+        let vat = vat.map_or(Vec::new(), |path| {
+            VatPaths::of(path).all().map(PathBuf::clone).to_vec()
+        });
         Self {
+            vat,
             picture: picture.unwrap_or_else(|| args.out.with_extension("png")),
             meshes: match format {
-                AnimationFormat::Pc2 => [&args.out, &body].map(|path| path.with_extension("obj")).to_vec(),
+                AnimationFormat::Pc2 | AnimationFormat::Mdd => {
+                    [&args.out, &body].map(|path| path.with_extension("obj")).to_vec()
+                }
                 _ => Vec::new(),
             },
             animation: match format {
-                AnimationFormat::Glb | AnimationFormat::Alembic => vec![args.out.clone()],
+                AnimationFormat::Glb | AnimationFormat::Alembic | AnimationFormat::Usd => {
+                    vec![args.out.clone()]
+                }
                 _ => vec![args.out.clone(), body],
             },
         }
     }
 
-    /// Paths of garment, body, meshes and picture, in this order.
+    /// Paths of garment, body, meshes, texture and picture, in this order.
     fn all(&self) -> Vec<PathBuf> {
         let picture = std::slice::from_ref(&self.picture);
-        [&self.animation, &self.meshes, picture].concat()
+        [&self.animation, &self.meshes, &self.vat, picture].concat()
     }
 }
 
@@ -136,11 +157,15 @@ impl AnimationFiles {
             animation: match format {
                 AnimationFormat::Glb => Animation::glb(&args.out, model, clip)?,
                 AnimationFormat::Alembic => Animation::alembic(&args.out, model, clip.fps)?,
+                AnimationFormat::Usd => Animation::usd(&args.out, model, clip.fps)?,
                 _ => Animation::caches(args, model, clip.fps)?,
             },
             meshes: (outputs.meshes.iter().zip(meshes))
                 .map(mesh)
                 .collect::<Result<_>>()?,
+            vat: (args.vat.as_ref())
+                .map(|path| VatWriter::create(path, &model.garment().rest, clip.fps, clip.len()))
+                .transpose()?,
             picture: AtomicFile::create(&outputs.picture)?,
             paths,
         })
@@ -148,10 +173,14 @@ impl AnimationFiles {
 
     /// Writes the next frame: the pose, and the positions of garment and body in metres.
     pub(super) fn push(&mut self, pose: &Pose, garment: &[Vec3], body: &[Vec3]) -> Result<()> {
+        if let Some(vat) = &mut self.vat {
+            vat.push(garment)?;
+        }
         match &mut self.animation {
             // The body of a GLB is a skin, which the pose moves.
             Animation::Glb(writer) => writer.push(pose, garment)?,
             Animation::Alembic(writer) => writer.push(&[garment, body])?,
+            Animation::Usd(writer) => writer.push(&[garment, body])?,
             Animation::Caches(writers) => {
                 let [garments, bodies] = &mut **writers;
                 garments.push(garment)?;
@@ -163,7 +192,7 @@ impl AnimationFiles {
 
     /// Writes the picture, gives all files their names and returns their paths.
     ///
-    /// The order is garment, body, meshes, picture.
+    /// The order is garment, body, meshes, texture, picture.
     pub(super) fn finish(mut self, picture: &[u8]) -> Result<Vec<PathBuf>> {
         let failed = |path: &Path, e: std::io::Error| anyhow!("{}: cannot write: {e}", path.display());
         let target = self.picture.target().to_owned();
@@ -173,7 +202,11 @@ impl AnimationFiles {
         match self.animation {
             Animation::Glb(writer) => writer.finish()?,
             Animation::Alembic(writer) => writer.finish()?,
+            Animation::Usd(writer) => writer.finish()?,
             Animation::Caches(writers) => (*writers).into_iter().try_for_each(VertexCacheWriter::finish)?,
+        }
+        if let Some(vat) = self.vat {
+            vat.finish()?;
         }
         for file in self.meshes.into_iter().chain([self.picture]) {
             file.finish()?;
@@ -197,12 +230,14 @@ impl Animation {
 
     /// Opens an Alembic file of two meshes.
     fn alembic(path: &Path, model: &Model, fps: f32) -> Result<Self> {
-        let meshes = [
-            ("garment", &model.garment().rest),
-            ("body", &model.character().body),
-        ];
-        let writer = AlembicWriter::create(path, &meshes, fps)?;
+        let writer = AlembicWriter::create(path, &named_meshes(model), fps)?;
         Ok(Self::Alembic(Box::new(writer)))
+    }
+
+    /// Opens a layer of two meshes.
+    fn usd(path: &Path, model: &Model, fps: f32) -> Result<Self> {
+        let writer = UsdWriter::create(path, &named_meshes(model), fps)?;
+        Ok(Self::Usd(Box::new(writer)))
     }
 
     /// Opens the caches of garment and body.
@@ -212,6 +247,14 @@ impl Animation {
         let body = VertexCacheWriter::create(&body_path(&args.out), body, fps)?;
         Ok(Self::Caches(Box::new([garment, body])))
     }
+}
+
+/// Meshes of garment and body in files of several meshes.
+fn named_meshes(model: &Model) -> [(&'static str, &TriMesh); 2] {
+    [
+        ("garment", &model.garment().rest),
+        ("body", &model.character().body),
+    ]
 }
 
 fn mesh_file(path: &Path, mesh: &TriMesh) -> Result<AtomicFile> {
@@ -250,6 +293,7 @@ mod tests {
         assert!(format("A.GLB") == Some(AnimationFormat::Glb));
         assert!(format("a.b/walk") == Some(AnimationFormat::Folder));
         assert!(format("walk.Abc") == Some(AnimationFormat::Alembic));
-        assert!(format("walk.usd").is_none());
+        assert!(format("walk.usda") == Some(AnimationFormat::Usd));
+        assert!(format("walk.fbx").is_none());
     }
 }

@@ -14,6 +14,7 @@ mod phases;
 
 pub use contacts::FootMeasure;
 
+use crate::motion::FootSlide;
 use contacts::Contacts;
 use flat::level_foot;
 use foot::feet_of;
@@ -24,10 +25,10 @@ use unic_core::{character::Character, clip::Clip};
 /// Moves a clip vertically so that its standing feet are on y = 0, and holds those feet.
 ///
 /// Adds a note. Clips of characters whose feet are not identified do not change.
-pub(crate) fn hold(clip: &mut Clip, character: &Character, notes: &mut Vec<String>) {
+pub(crate) fn hold(clip: &mut Clip, character: &Character, notes: &mut Vec<String>) -> Option<FootSlide> {
     let Some(feet) = feet_of(character) else {
         notes.push("the character has no joints named as feet: feet are not held".into());
-        return;
+        return None;
     };
     // Level feet first: the height of the ground depends on their soles.
     feet.iter()
@@ -43,6 +44,7 @@ pub(crate) fn hold(clip: &mut Clip, character: &Character, notes: &mut Vec<Strin
         "feet held where they stand ({:.1} s of both): they slid at {:.3} m/s, now {:.3} m/s",
         before.standing_seconds, before.slide, after.slide
     ));
+    Some(FootSlide { before, after })
 }
 
 /// Measures how far the standing feet of a clip slide and sink.

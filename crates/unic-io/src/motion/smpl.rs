@@ -1,0 +1,153 @@
+//! Motion in SMPL's order for characters of another skeleton, or of another zero pose.
+
+use super::{
+    arrays::{MotionArrays, numbers_a_frame},
+    joints::{JointTarget, is_in_smpl_terms},
+    layout::PoseLayout,
+    options::MotionOptions,
+    up,
+};
+use crate::{
+    bvh::{Bvh, RestJoint},
+    error::Result,
+    finding::Finding,
+    joint_names::ARRAY_NAME as JOINT_NAMES,
+    npz::Npz,
+    retarget::{RetargetSource, Retargeted, stands_in_t_pose},
+    up_axis::UpAxis,
+};
+use glam::Vec3;
+use unic_core::{
+    character::Character,
+    clip::Clip,
+    skeleton::{SMPL_JOINT_NAMES, Skeleton, SkeletonParts},
+    transform::Rigid,
+};
+
+/// Parents of SMPL's joints.
+const PARENTS: [i64; 24] = [
+    -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
+];
+
+/// Joints of an adult in the T-pose, metres: the left half and the middle, in SMPL's order.
+///
+/// Motion files do not state the skeleton of the recorded person. Only the directions of its bones
+/// and the length of its legs matter, which vary little between adults.
+const ADULT: [(usize, [f32; 3]); 15] = [
+    (0, [0.0, 0.935, 0.0]),
+    (1, [0.088, 0.885, 0.0]),
+    (3, [0.0, 1.02, -0.012]),
+    (4, [0.094, 0.484, 0.004]),
+    (6, [0.0, 1.115, -0.018]),
+    (7, [0.1, 0.077, -0.026]),
+    (9, [0.0, 1.225, -0.022]),
+    (10, [0.112, 0.022, 0.1]),
+    (12, [0.0, 1.45, -0.03]),
+    (13, [0.055, 1.385, -0.02]),
+    (15, [0.0, 1.525, -0.008]),
+    (16, [0.165, 1.385, -0.02]),
+    (18, [0.455, 1.385, -0.026]),
+    (20, [0.703, 1.385, -0.02]),
+    (22, [0.789, 1.383, -0.02]),
+];
+
+/// Reads motion in SMPL's order if the character cannot take its rotations as they are: it has
+/// other joints, or does not stand in the T-pose when all rotations are zero. The motion is
+/// transferred as that of a BVH file.
+///
+/// A file with joint names is never taken for SMPL's: its rotations are of the joints it names.
+///
+/// # Errors
+/// Damaged arrays, a character whose joints cannot be identified.
+pub(super) fn transferred(
+    npz: &mut Npz,
+    character: &Character,
+    options: &MotionOptions,
+) -> Result<Option<(Retargeted, Vec<Finding>)>> {
+    if npz.contains(JOINT_NAMES) || !needs_transfer(npz, &character.skeleton)? {
+        return Ok(None);
+    }
+    let Some(adult) = adult() else { return Ok(None) };
+    let path = npz.path().to_path_buf();
+    let name = path
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    let arrays = MotionArrays::read_at(npz, &JointTarget::Character(&adult), options.fps_of_file)?;
+    let (mut notes, findings) = (arrays.notes.clone(), arrays.findings.clone());
+    let mut clip = arrays.into_clip(name);
+    up::convert_to_y_up(&mut clip, &adult, options.up, &mut notes);
+    notes.push(
+        "the rotations are taken for SMPL's, whose zero pose is the T-pose: they are transferred".into(),
+    );
+    let bvh = as_bvh(&adult, &clip);
+    let source = RetargetSource::new(&path, &bvh, &options.bones, UpAxis::Y)?;
+    let mut transferred = source.on(&path, &bvh, character)?;
+    transferred.clip.wind = clip.wind;
+    notes.append(&mut transferred.notes);
+    transferred.notes = notes;
+    Ok(Some((transferred, findings)))
+}
+
+fn needs_transfer(npz: &mut Npz, skeleton: &Skeleton) -> Result<bool> {
+    let numbers = numbers_a_frame(npz)?;
+    if PoseLayout::of(numbers, SMPL_JOINT_NAMES.len()).is_none() {
+        return Ok(false);
+    }
+    Ok(match (is_in_smpl_terms(skeleton), stands_in_t_pose(skeleton)) {
+        (true, t_pose) => t_pose == Some(false),
+        (false, None) => false,
+        // A rotation for each joint belongs to the character's own joints, whatever their names.
+        (false, Some(_)) => numbers != 3 * skeleton.len(),
+    })
+}
+
+/// Skeleton of an adult in SMPL's order. Its zero pose is the T-pose.
+fn adult() -> Option<Skeleton> {
+    let mut joints = [Vec3::ZERO; 24];
+    for (joint, place) in ADULT {
+        let place = Vec3::from_array(place);
+        joints[joint] = place;
+        // SMPL lists the right joint behind the left one.
+        if place.x > 0.0 {
+            joints[joint + 1] = place * Vec3::new(-1.0, 1.0, 1.0);
+        }
+    }
+    let parts = SkeletonParts {
+        names: SMPL_JOINT_NAMES.map(str::to_owned).to_vec(),
+        parents: PARENTS.to_vec(),
+        joints: joints.to_vec(),
+        rest_pose: Vec::new(),
+    };
+    // The tables above are a tree, which a test checks.
+    Skeleton::new(parts).ok()
+}
+
+/// Converts a clip to the form that retargeting takes.
+fn as_bvh(skeleton: &Skeleton, clip: &Clip) -> Bvh {
+    let joint = |joint: usize| RestJoint {
+        name: skeleton.names()[joint].clone(),
+        parent: skeleton.parents()[joint],
+        position: skeleton.joints()[joint],
+    };
+    let joints: Vec<RestJoint> = (0..skeleton.len()).map(joint).collect();
+    let (mut frames, mut world): (Vec<f32>, Vec<Rigid>) = Default::default();
+    for pose in &clip.poses {
+        skeleton.forward_kinematics(pose, &mut world);
+        Bvh::push_frame(&joints, &world, &mut frames);
+    }
+    Bvh::from_rest(joints, clip.fps, frames)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_adult_stands_in_the_t_pose() {
+        let adult = adult().unwrap();
+        assert_eq!(stands_in_t_pose(&adult), Some(true));
+        assert!(is_in_smpl_terms(&adult));
+    }
+}
