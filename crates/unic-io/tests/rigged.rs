@@ -11,12 +11,13 @@ use std::{
     fs,
     path::{Path, PathBuf},
 };
-use unic_core::character::Character;
+use unic_core::{character::Character, mesh::TriMesh};
 use unic_io::{
     Assumed, Capture, MotionOptions, Up, import_motion, inspect,
     inspect::FileKind,
     read_character,
     rigged::{RiggedCharacter, RiggedFormat, read_rigged_character, read_scene_points},
+    usd::UsdWriter,
 };
 use unic_testdata::rod::{ROD_USDA, fbx_binary, fbx_text, rod_fbx, rod_garment_usda};
 
@@ -291,4 +292,35 @@ fn references_stay_beside_the_file() {
     fs::write(&path, shot("./rod.usda")).unwrap();
     let character = read_character(&path).unwrap();
     assert_eq!(character.skeleton.names(), ["hips", "chest"]);
+}
+
+/// The own writer of USD and the library that reads it agree, in both forms.
+#[test]
+fn written_usd_is_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let figure = unic_testdata::Figure::tube();
+    let (garment, body) = (&figure.garment.rest, &figure.character.body);
+    let moved = |mesh: &TriMesh, frame: usize| -> Vec<Vec3> {
+        let offset = Vec3::new(0.1, 0.01, -1.0 / 3.0) * frame as f32;
+        mesh.vertices.iter().map(|v| *v + offset).collect()
+    };
+    for name in ["walk.usdc", "walk.usda"] {
+        let path = folder.path().join(name);
+        let mut writer = UsdWriter::create(&path, &[("garment", garment), ("body", body)], 25.0).unwrap();
+        for frame in 0..7 {
+            writer
+                .push(&[&moved(garment, frame), &moved(body, frame)])
+                .unwrap();
+        }
+        writer.finish().unwrap();
+        let bodies = body.vertices.len();
+        let read = read_scene_points(&path, RiggedFormat::Usd, None, bodies, &Assumed::default()).unwrap();
+        assert_eq!((read.name.as_str(), read.fps), ("/animation/garment", Some(25.0)));
+        assert_eq!((read.frames.len(), &read.mesh.faces), (7, &garment.faces));
+        for (frame, found) in read.frames.iter().enumerate() {
+            assert_eq!(found, moved(garment, frame), "{name}, frame {frame}");
+        }
+        let read = read_scene_points(&path, RiggedFormat::Usd, Some("body"), 0, &Assumed::default()).unwrap();
+        assert_eq!(read.frames.frame(6), moved(body, 6));
+    }
 }

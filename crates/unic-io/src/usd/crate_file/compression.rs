@@ -9,6 +9,8 @@ const ONE_CHUNK: u8 = 0;
 const SHORT_LITERALS: usize = 15;
 /// Two-bit code of a difference that has four bytes.
 const WIDE_CODE: u8 = 0b11;
+/// Bits of a code.
+const CODE_BITS: usize = 2;
 /// Numbers whose codes share a byte.
 const CODES_PER_BYTE: usize = 4;
 
@@ -35,8 +37,9 @@ pub(super) fn lz4_of_literals(bytes: &[u8]) -> Vec<u8> {
 /// with a two-bit code of the width of each difference.
 pub(super) fn integers(numbers: &[u32]) -> Vec<u8> {
     let mut out = 0_i32.to_le_bytes().to_vec();
-    // Codes behind the last number stay zero, because some readers decode them too.
-    let codes = |group: &[u32]| (0..group.len()).fold(0, |byte, place| byte | WIDE_CODE << (2 * place));
+    // Codes behind the last number stay 0, which has no bytes: some readers decode whole bytes of codes.
+    let codes =
+        |of_a_byte: &[u32]| (0..of_a_byte.len()).fold(0, |byte, i| byte | WIDE_CODE << (CODE_BITS * i));
     out.extend(numbers.chunks(CODES_PER_BYTE).map(codes));
     let mut before = 0_u32;
     for &number in numbers {
@@ -73,7 +76,7 @@ mod tests {
             // 17 bytes of literals, two more than the first byte of the sequence can count.
             &[0, 15 << 4, 2],
             &[0; 4],
-            &[0b11_11_11],
+            &[0b00_11_11_11],
             &5_i32.to_le_bytes(),
             &(-2_i32).to_le_bytes(),
             &(-4_i32).to_le_bytes(),
