@@ -10,7 +10,7 @@ SHAPES = {"SCALAR": (), "VEC2": (2,), "VEC3": (3,), "VEC4": (4,), "MAT4": (4, 4)
 
 
 class Glb:
-    """GLB with one animation of a skinned body and a morphed garment."""
+    """GLB with one animation of a skinned body and a morphed garment, or with a still garment."""
 
     def __init__(self, path):
         data = path.read_bytes()
@@ -21,11 +21,12 @@ class Glb:
         self.binary = data[28 + json_length:]
         assert (binary_length, binary_type) == (len(self.binary), b"BIN\0")
         self.keys = {}
-        for channel in self.json["animations"][0]["channels"]:
-            sampler = self.json["animations"][0]["samplers"][channel["sampler"]]
-            target = channel["target"]
-            self.keys[target["node"], target["path"]] = self.array(sampler["output"])
-            self.times = self.array(sampler["input"])
+        for animation in self.json.get("animations", []):
+            for channel in animation["channels"]:
+                sampler = animation["samplers"][channel["sampler"]]
+                target = channel["target"]
+                self.keys[target["node"], target["path"]] = self.array(sampler["output"])
+                self.times = self.array(sampler["input"])
 
     def array(self, accessor):
         """Array of an accessor, given by its index."""
