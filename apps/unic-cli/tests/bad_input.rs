@@ -299,7 +299,7 @@ fn outputs_that_cannot_be_written() {
         &ANIMATE.replace("a.pc2", "tube.unic/a.pc2"),
         "tube.unic",
     );
-    fails(folder.path(), &ANIMATE.replace("a.pc2", "a.usd"), "a.usd");
+    fails(folder.path(), &ANIMATE.replace("a.pc2", "a.fbx"), "a.fbx");
     // The picture is opened last and fails: the files opened before it must not stay.
     fails(
         folder.path(),

@@ -111,13 +111,20 @@ fn an_animation_is_shown_and_continued_from_every_format() {
     let out = tempfile::tempdir().unwrap();
     for ending in ["npz", "mdd", "abc", "usdc", "usda"] {
         let file = out.path().join(format!("four.{ending}"));
-        let line = format!("animate tube.unic --motion tube/clips/four.npz --out {}", file.display());
+        let line = format!(
+            "animate tube.unic --motion tube/clips/four.npz --out {}",
+            file.display()
+        );
         succeeds(TRAINED.path(), &format!("{line} --overwrite"));
         let line = format!(
             "OUT/four.{ending} --at 0.3 --screenshot OUT/{ending}.png --size 320x200 --renderer software"
         );
         let output = view(&line, &out);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
         assert_eq!(png_size(&out.path().join(format!("{ending}.png"))), (320, 200));
     }
     // The first frame of each starts the same animation.

@@ -2,11 +2,12 @@
 
 use crate::{
     error::{Error, Result},
-    foreign_formats::refuse_foreign,
+    foreign_formats::{PartlyReadFormat, partly_read, refuse_foreign},
     joint_names::ARRAY_NAME as JOINT_NAMES,
     npy::Dim,
     npz::{Npz, NpzWriter},
     rigged::{RiggedCharacter, RiggedFormat, read_rigged_character},
+    smpl_model,
 };
 use std::path::Path;
 use unic_core::{
@@ -18,7 +19,7 @@ use unic_core::{
 use unic_scene::Assumed;
 
 /// Files that characters are read from, for errors.
-const EXPECTED: &str = "a character (npz, glTF, FBX or USD)";
+const EXPECTED: &str = "a character (npz, glTF, FBX, USD or a pickle of SMPL)";
 
 /// Reads a character from an npz, glTF, FBX or USD file, in metres, Y up.
 ///
@@ -51,10 +52,21 @@ pub fn import_character(path: &Path, assumed: &Assumed) -> Result<CharacterImpor
         let RiggedCharacter { character, notes, .. } = read_rigged_character(path, format, assumed)?;
         return Ok(CharacterImport { character, notes });
     }
-    Ok(CharacterImport {
-        character: read_character(path)?,
-        notes: Vec::new(),
-    })
+    let character = read_character(path)?;
+    let notes = match is_smpl_model(path) {
+        true => vec![smpl_model::NOTE.to_owned()],
+        false => Vec::new(),
+    };
+    Ok(CharacterImport { character, notes })
+}
+
+/// Returns whether a file that is read as a character is a body model of SMPL.
+fn is_smpl_model(path: &Path) -> bool {
+    is_pickle(path) || Npz::open(path).is_ok_and(|npz| smpl_model::is_model(&npz))
+}
+
+fn is_pickle(path: &Path) -> bool {
+    partly_read(path) == Some(PartlyReadFormat::Pickle)
 }
 
 /// Reads a character with the given joint names; an empty list takes those of the file.
@@ -65,9 +77,15 @@ pub(crate) fn read_named_character(path: &Path, names: Vec<String>) -> Result<Ch
     if let Some(format) = RiggedFormat::of(path) {
         return Ok(read_rigged_character(path, format, &Assumed::default())?.character);
     }
+    if is_pickle(path) {
+        return smpl_model::read_pickle(path);
+    }
     refuse_foreign(path, EXPECTED)?;
     refuse_mesh(path)?;
     let mut npz = Npz::open(path)?;
+    if smpl_model::is_model(&npz) {
+        return smpl_model::read_npz(&mut npz);
+    }
     let body = read_mesh(&mut npz)?;
     let skeleton = read_skeleton(&mut npz, names)?;
     // The file stores weights densely, one column for each joint; in memory they are sparse.

@@ -14,6 +14,8 @@ pub(crate) enum PartlyReadFormat {
     Gltf,
     /// Vertex animation.
     Mdd,
+    /// Body models of SMPL; sequences of data sets.
+    Pickle,
     /// Skinned characters and their motion, animated meshes.
     Usd,
 }
@@ -25,6 +27,9 @@ impl PartlyReadFormat {
             Self::Alembic => "as the animation of a garment by `unic import`",
             Self::Fbx | Self::Gltf => "as a character or its motion",
             Self::Mdd => "as a vertex animation",
+            Self::Pickle => {
+                "as a body model of SMPL, or as a sequence of a data set by `unic eval --protocol`"
+            }
             Self::Usd => "as a character, its motion, or the animation of a garment by `unic import`",
         }
     }
@@ -116,7 +121,7 @@ static FOREIGN_FORMATS: [ForeignFormat; 12] = [
     },
     ForeignFormat {
         name: "Python pickle",
-        reader: None,
+        reader: Some(PartlyReadFormat::Pickle),
         signatures: &[],
         extensions: &["pkl"],
     },

@@ -120,6 +120,7 @@ pub mod pc2;
 mod pickle;
 pub mod retarget;
 pub mod rigged;
+mod smpl_model;
 mod up_axis;
 pub mod usd;
 mod vertex_animation;

@@ -6,17 +6,18 @@ use super::{
 };
 use crate::{
     cache::read_vertex_cache,
-    character::read_character,
+    character::{import_character, read_character},
     check,
     frames::{FrameVertex, VertexFrames},
     npy::{self, Header},
     npz::Npz,
-    pc2,
+    pc2, smpl_model,
 };
 use glam::Vec3;
 use serde_json::json;
 use std::path::Path;
 use unic_core::character::Character;
+use unic_scene::Assumed;
 
 pub(super) fn npz(path: &Path) -> Inspection {
     let mut report = Inspection::new(path, FileKind::Npz);
@@ -43,11 +44,25 @@ pub(super) fn npz(path: &Path) -> Inspection {
     report
 }
 
+/// Summarises a pickle, which is read as a body model of SMPL.
+pub(super) fn body_model(path: &Path) -> Inspection {
+    let mut report = Inspection::new(path, FileKind::Unknown);
+    if let Some(import) = report.ok_or_problem(import_character(path, &Assumed::default())) {
+        report.kind = FileKind::Character;
+        import
+            .notes
+            .iter()
+            .for_each(|note| report.fact("note", note.as_str()));
+        describe_character(&mut report, &import.character);
+    }
+    report
+}
+
 /// Classifies an npz by the names of its arrays.
 fn kind_of(npz: &Npz) -> FileKind {
     let has = |names: &[&str]| names.iter().all(|n| npz.contains(n));
     // The most specific kind first: a character also has vertices.
-    if has(&["vertices", "joints", "weights"]) {
+    if has(&["vertices", "joints", "weights"]) || smpl_model::is_model(npz) {
         FileKind::Character
     } else if has(&["poses"]) || has(&["pose"]) {
         FileKind::Motion

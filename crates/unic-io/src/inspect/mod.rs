@@ -54,6 +54,7 @@ pub fn inspect(path: &Path) -> Result<Inspection> {
             PartlyReadFormat::Gltf => rigged::inspect(path, RiggedFormat::Gltf),
             PartlyReadFormat::Fbx => rigged::inspect(path, RiggedFormat::Fbx),
             PartlyReadFormat::Usd => rigged::inspect(path, RiggedFormat::Usd),
+            PartlyReadFormat::Pickle => arrays::body_model(path),
         });
     }
     Ok(if is_foreign(path) {

@@ -20,14 +20,9 @@ use glam::Vec3;
 use unic_core::{
     character::Character,
     clip::Clip,
-    skeleton::{SMPL_JOINT_NAMES, Skeleton, SkeletonParts},
+    skeleton::{SMPL_JOINT_NAMES, SMPL_PARENTS, Skeleton, SkeletonParts},
     transform::Rigid,
 };
-
-/// Parents of SMPL's joints.
-const PARENTS: [i64; 24] = [
-    -1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21,
-];
 
 /// Joints of an adult in the T-pose, metres: the left half and the middle, in SMPL's order.
 ///
@@ -116,7 +111,7 @@ fn adult() -> Option<Skeleton> {
     }
     let parts = SkeletonParts {
         names: SMPL_JOINT_NAMES.map(str::to_owned).to_vec(),
-        parents: PARENTS.to_vec(),
+        parents: SMPL_PARENTS.to_vec(),
         joints: joints.to_vec(),
         rest_pose: Vec::new(),
     };

@@ -11,8 +11,26 @@ pub(crate) struct Numbers {
     pub(crate) data: Vec<f64>,
 }
 
+impl Numbers {
+    /// Converts from Fortran's order, column by column, to C order.
+    fn by_rows(self) -> Option<Self> {
+        match *self.shape.as_slice() {
+            [] | [_] => Some(self),
+            [rows, columns] => {
+                let places = (0..rows).flat_map(|row| (0..columns).map(move |column| column * rows + row));
+                Some(Self {
+                    data: places.map(|place| self.data[place]).collect(),
+                    shape: self.shape,
+                })
+            }
+            _ => None,
+        }
+    }
+}
+
 impl Pickle<'_> {
-    /// Reads the numpy array of an object; `None` if it is no array of numbers in C order.
+    /// Reads the numpy array of an object; `None` if it is no array of numbers. Arrays in Fortran's
+    /// order have at most two dimensions.
     ///
     /// Protocols below 5 make arrays by `_reconstruct` and a state, protocol 5 by `_frombuffer`.
     pub(crate) fn numbers(&self, index: usize) -> Option<Numbers> {
@@ -29,15 +47,15 @@ impl Pickle<'_> {
         };
         // The module's name differs between numpy 1 (`numpy.core`) and 2 (`numpy._core`): only the
         // last part counts.
-        let (dtype, shape, bytes) = match (class.rsplit('.').next()?, state) {
+        let (dtype, shape, bytes, is_by_columns) = match (class.rsplit('.').next()?, state) {
             ("_reconstruct", Some(state)) => match *self.list(*state)? {
-                [_, shape, dtype, fortran, bytes] if self.node(fortran) == &PickleNode::Int(0) => {
-                    (dtype, shape, bytes)
+                [_, shape, dtype, fortran, bytes] => {
+                    (dtype, shape, bytes, self.node(fortran) != &PickleNode::Int(0))
                 }
                 _ => return None,
             },
             ("_frombuffer", _) => match *self.list(*arguments)? {
-                [bytes, dtype, shape, order] if self.text(order)? == "C" => (dtype, shape, bytes),
+                [bytes, dtype, shape, order] => (dtype, shape, bytes, self.text(order)? != "C"),
                 _ => return None,
             },
             _ => return None,
@@ -52,7 +70,19 @@ impl Pickle<'_> {
         // allocation.
         let fits = dtype.size > 0 && count.checked_mul(dtype.size)? == bytes.len();
         let data = fits.then(|| decoded(dtype, &bytes))??;
-        Some(Numbers { shape, data })
+        let numbers = Numbers { shape, data };
+        match is_by_columns {
+            true => numbers.by_rows(),
+            false => Some(numbers),
+        }
+    }
+
+    /// Returns the state of an object, by which it is filled after it is made.
+    pub(crate) fn state(&self, index: usize) -> Option<usize> {
+        match self.node(index) {
+            PickleNode::Object { state, .. } => *state,
+            _ => None,
+        }
     }
 
     fn list(&self, index: usize) -> Option<&[usize]> {
@@ -62,7 +92,8 @@ impl Pickle<'_> {
         }
     }
 
-    fn shape(&self, index: usize) -> Option<Vec<usize>> {
+    /// Reads a shape: a list of extents.
+    pub(crate) fn shape(&self, index: usize) -> Option<Vec<usize>> {
         let extent = |&item: &usize| match self.node(item) {
             PickleNode::Int(extent) => usize::try_from(*extent).ok(),
             _ => None,

@@ -64,7 +64,7 @@ impl RiggedFormat {
             PartlyReadFormat::Gltf => Some(Self::Gltf),
             PartlyReadFormat::Fbx => Some(Self::Fbx),
             PartlyReadFormat::Usd => Some(Self::Usd),
-            PartlyReadFormat::Alembic | PartlyReadFormat::Mdd => None,
+            PartlyReadFormat::Alembic | PartlyReadFormat::Mdd | PartlyReadFormat::Pickle => None,
         }
     }
 
