@@ -160,7 +160,7 @@ fn outputs_that_are_equal_or_inputs_are_refused() {
         ("--out a.glb --picture a.glb", "a.glb"),
         ("--out a.pc2 --picture a.body.obj --overwrite", "a.body.obj"),
         ("--out b.npz --picture four.npz --overwrite", "four.npz"),
-        ("--out a.usd", "a.usd"),
+        ("--out a.fbx", "a.fbx"),
     ] {
         let message = refusal(folder.path(), &format!("{ANIMATE} {line}"));
         assert!(message.starts_with(&format!("unic: {name}: ")), "{message}");
