@@ -15,7 +15,10 @@ use unic_core::{
     motion_matching::{Database, DatabaseSettings, TagFilter, TaggedClip},
     skeleton::Skeleton,
 };
-use unic_io::{joint_names::counterparts, read_character, read_motion_database, retarget::legs_of};
+use unic_io::{
+    import_character, joint_names::counterparts, read_motion_database, retarget::legs_of,
+    rigged::CharacterOptions,
+};
 
 /// Frames a second of databases without a garment, and so of their controllers.
 pub(crate) const FPS: f32 = 30.0;
@@ -86,13 +89,17 @@ impl MotionSource {
     }
 }
 
-/// Reads a character, or makes the built-in human.
+/// Reads a character, of several skinned meshes the one called `body`, or makes the built-in human.
 ///
 /// # Errors
 /// A file that is no character.
-pub(crate) fn character(path: Option<&Path>) -> Result<Character> {
+pub(crate) fn character(path: Option<&Path>, body: Option<&str>) -> Result<Character> {
+    let options = CharacterOptions {
+        body,
+        ..CharacterOptions::default()
+    };
     match path {
-        Some(path) => Ok(read_character(path)?),
+        Some(path) => Ok(import_character(path, &options)?.character),
         None => Ok(human::human(&human::HumanParameters::default())?),
     }
 }

@@ -6,7 +6,7 @@ use crate::{
     joint_names::ARRAY_NAME as JOINT_NAMES,
     npy::Dim,
     npz::{Npz, NpzWriter},
-    rigged::{RiggedCharacter, RiggedFormat, read_rigged_character},
+    rigged::{CharacterOptions, RiggedCharacter, RiggedFormat, read_rigged_character},
     smpl_model,
 };
 use std::path::Path;
@@ -16,7 +16,6 @@ use unic_core::{
     skeleton::{SMPL_JOINT_NAMES, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
-use unic_scene::Assumed;
 
 /// Files that characters are read from, for errors.
 const EXPECTED: &str = "a character (npz, glTF, FBX, USD or a pickle of SMPL)";
@@ -42,14 +41,13 @@ pub struct CharacterImport {
     pub notes: Vec<String>,
 }
 
-/// Reads a character as [`read_character`] does, with notes about what was converted. `assumed` holds
-/// for USD files that do not state their unit and axis.
+/// Reads a character as [`read_character`] does, with notes about what was converted.
 ///
 /// # Errors
 /// Those of [`read_character`].
-pub fn import_character(path: &Path, assumed: &Assumed) -> Result<CharacterImport> {
+pub fn import_character(path: &Path, options: &CharacterOptions<'_>) -> Result<CharacterImport> {
     if let Some(format) = RiggedFormat::of(path) {
-        let RiggedCharacter { character, notes, .. } = read_rigged_character(path, format, assumed)?;
+        let RiggedCharacter { character, notes, .. } = read_rigged_character(path, format, options)?;
         return Ok(CharacterImport { character, notes });
     }
     let character = read_character(path)?;
@@ -75,7 +73,7 @@ fn is_pickle(path: &Path) -> bool {
 /// Names in another order than the file's; those of [`read_character`].
 pub(crate) fn read_named_character(path: &Path, names: Vec<String>) -> Result<Character> {
     if let Some(format) = RiggedFormat::of(path) {
-        return Ok(read_rigged_character(path, format, &Assumed::default())?.character);
+        return Ok(read_rigged_character(path, format, &CharacterOptions::default())?.character);
     }
     if is_pickle(path) {
         return smpl_model::read_pickle(path);

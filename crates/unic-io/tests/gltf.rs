@@ -10,12 +10,12 @@ use serde_json::{Value, json};
 use std::{fs, path::Path};
 use unic_core::skinning::SkinningWeights;
 use unic_io::{
-    Assumed, Capture, MotionOptions, UpAxis,
+    Capture, MotionOptions, UpAxis,
     glb::{GlbScene, GlbWriter},
     import_motion, inspect,
     inspect::FileKind,
     read_character,
-    rigged::{RiggedCharacter, RiggedFormat, read_rigged_character},
+    rigged::{CharacterOptions, RiggedCharacter, RiggedFormat, read_rigged_character},
 };
 
 /// Largest distance of a posed vertex of the file, which has four weights a vertex, from the truth,
@@ -25,7 +25,7 @@ const FOUR_WEIGHTS_M: f32 = 3.6e-3;
 const EXACT_M: f32 = 2e-5;
 
 fn read_gltf_character(path: &Path) -> unic_io::Result<RiggedCharacter> {
-    read_rigged_character(path, RiggedFormat::Gltf, &Assumed::default())
+    read_rigged_character(path, RiggedFormat::Gltf, &CharacterOptions::default())
 }
 
 #[test]

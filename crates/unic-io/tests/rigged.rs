@@ -16,7 +16,7 @@ use unic_io::{
     Assumed, Capture, MotionOptions, Up, import_motion, inspect,
     inspect::FileKind,
     read_character,
-    rigged::{RiggedCharacter, RiggedFormat, read_rigged_character, read_scene_points},
+    rigged::{CharacterOptions, RiggedCharacter, RiggedFormat, read_rigged_character, read_scene_points},
     usd::UsdWriter,
 };
 use unic_testdata::rod::{ROD_USDA, fbx_binary, fbx_text, rod_fbx, rod_garment_usda};
@@ -28,7 +28,12 @@ const THINNED_M: f32 = 3.2e-3;
 const EXACT_M: f32 = 2e-5;
 
 fn read_rig(path: &Path) -> RiggedCharacter {
-    read_rigged_character(path, RiggedFormat::of(path).unwrap(), &Assumed::default()).unwrap()
+    read_rigged_character(
+        path,
+        RiggedFormat::of(path).unwrap(),
+        &CharacterOptions::default(),
+    )
+    .unwrap()
 }
 
 /// Distances of the posed vertices from those of the capture, the largest of each frame.
@@ -95,6 +100,50 @@ fn the_garment_of_blender_is_that_of_the_capture() {
         .fold(0.0, f32::max);
     println!("{:.4} mm", 1e3 * far);
     assert!(far < EXACT_M, "{far} m");
+}
+
+#[test]
+fn one_of_several_skinned_meshes_is_chosen_by_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("dressed.usda");
+    // The rod with a coat of twice its width on the same bones.
+    let (start, mesh) = ROD_USDA.split_once("    def Mesh").unwrap();
+    let coat = mesh
+        .replace("\"body\"", "\"coat\"")
+        .replace("(-10, -10, 0)", "(-20, -20, 0)");
+    let body = mesh.trim_end().strip_suffix('}').unwrap();
+    fs::write(&path, format!("{start}    def Mesh{body}\n    def Mesh{coat}")).unwrap();
+    let read = |body: Option<&str>| {
+        let options = CharacterOptions {
+            body,
+            ..CharacterOptions::default()
+        };
+        read_rigged_character(&path, RiggedFormat::Usd, &options)
+    };
+    let [body, coat] = ["body", "coat"].map(|name| read(Some(name)).unwrap());
+    assert!(body.name.ends_with("body") && coat.name.ends_with("coat"));
+    assert_eq!(body.character.skeleton.names(), coat.character.skeleton.names());
+    let width = |read: &RiggedCharacter| read.character.body.vertices[0].x;
+    assert!((width(&coat) - 2.0 * width(&body)).abs() < 1e-6);
+    let error = read(None).unwrap_err().to_string();
+    assert!(
+        error.ends_with("/rig/body, /rig/coat; --body names the body"),
+        "{error}"
+    );
+    let error = read(Some("hat")).unwrap_err().to_string();
+    assert!(
+        error.contains("one mesh of the name hat among /rig/body, /rig/coat"),
+        "{error}"
+    );
+    // Both are described, and neither is a problem.
+    let report = unic_io::inspect(&path).unwrap();
+    assert!(
+        report
+            .problems
+            .iter()
+            .all(|problem| !problem.contains("one skinned mesh")),
+        "{report:?}"
+    );
 }
 
 /// Writes the rod in each format.

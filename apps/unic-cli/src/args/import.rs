@@ -3,7 +3,7 @@
 use super::{MeshUpName, UpName, parse};
 use crate::checks::ForceArgs;
 use std::{ops::Range, path::PathBuf};
-use unic_io::{Assumed, LowPass, Up, capture::JointReference};
+use unic_io::{Assumed, LowPass, Up, capture::JointReference, rigged::CharacterOptions};
 
 /// Import a garment animation from another program as a clip of a capture.
 ///
@@ -46,6 +46,9 @@ pub(crate) struct ImportArgs {
     /// vertices as the character].
     #[arg(long, value_name = "NAME")]
     pub(crate) object: Option<String>,
+    /// Name of the body in a character file of several skinned meshes [default: the only one].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) body: Option<String>,
     /// Folder of the capture to make, or to add a clip to.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
@@ -125,6 +128,14 @@ pub(crate) struct ImportFiles {
 }
 
 impl ImportArgs {
+    /// What the character's file does not state.
+    pub(crate) fn character_options(&self) -> CharacterOptions<'_> {
+        CharacterOptions {
+            assumed: self.assumed(),
+            body: self.body.as_deref(),
+        }
+    }
+
     /// Unit, axis and rate of files that do not state them.
     pub(crate) fn assumed(&self) -> Assumed {
         Assumed {

@@ -30,6 +30,9 @@ pub(crate) struct RetargetArgs {
     /// Character that gets the motion [default: the built-in human].
     #[arg(long, value_name = "CHARACTER")]
     pub(crate) to: Option<PathBuf>,
+    /// Name of the body in a character file of several skinned meshes [default: the only one].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) body: Option<String>,
     /// Motion to write: an .npz or a .bvh file.
     #[arg(long, value_name = "FILE.npz|FILE.bvh")]
     pub(crate) out: PathBuf,

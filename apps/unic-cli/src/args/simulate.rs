@@ -34,6 +34,9 @@ pub(crate) struct SimulateArgs {
     /// built-in `human`.
     #[arg(long, value_name = "FILE|FOLDER|human", default_value = "human")]
     pub(crate) character: PathBuf,
+    /// Name of the body in a character file of several skinned meshes [default: the only one].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) body: Option<String>,
     /// Garment: an .obj file, a folder with garment.obj and optionally garment.npz, or a built-in
     /// one: tshirt, skirt, pleated_dress, tulle_skirt, robe.
     #[arg(long, value_name = "FILE.obj|FOLDER|NAME", default_value = "tshirt")]

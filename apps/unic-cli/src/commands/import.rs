@@ -148,7 +148,7 @@ fn character(args: &ImportArgs, before: Option<&Capture>, notes: &mut Notes) -> 
             }
         };
     };
-    let import = import_character(path, &args.assumed())?;
+    let import = import_character(path, &args.character_options())?;
     import.notes.iter().for_each(|note| notes.add(path, note));
     let character = import.character;
     if let Some(capture) = before {

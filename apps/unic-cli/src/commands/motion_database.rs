@@ -20,7 +20,7 @@ pub(crate) fn run(args: &MotionDatabaseArgs) -> Result<()> {
         .file(&args.out)
         .check(Existing::of(args.overwrite))?;
     let source = MotionSource::build(
-        character(args.character.as_deref())?,
+        character(args.character.as_deref(), None)?,
         FPS,
         &args.clips,
         args.force,

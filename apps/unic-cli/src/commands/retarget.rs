@@ -53,7 +53,7 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<()> {
     Outputs::with_inputs(inputs.into_iter().flatten())
         .file(&args.out)
         .check(Existing::of(args.overwrite))?;
-    let character = character(args.to.as_deref())?;
+    let character = character(args.to.as_deref(), args.body.as_deref())?;
     let options = MotionOptions {
         fps: args.fps,
         feet: args.feet.into(),

@@ -11,13 +11,14 @@ use crate::{
     frames::{FrameVertex, VertexFrames},
     npy::{self, Header},
     npz::Npz,
-    pc2, smpl_model,
+    pc2,
+    rigged::CharacterOptions,
+    smpl_model,
 };
 use glam::Vec3;
 use serde_json::json;
 use std::path::Path;
 use unic_core::character::Character;
-use unic_scene::Assumed;
 
 pub(super) fn npz(path: &Path) -> Inspection {
     let mut report = Inspection::new(path, FileKind::Npz);
@@ -47,7 +48,7 @@ pub(super) fn npz(path: &Path) -> Inspection {
 /// Summarises a pickle, which is read as a body model of SMPL.
 pub(super) fn body_model(path: &Path) -> Inspection {
     let mut report = Inspection::new(path, FileKind::Unknown);
-    if let Some(import) = report.ok_or_problem(import_character(path, &Assumed::default())) {
+    if let Some(import) = report.ok_or_problem(import_character(path, &CharacterOptions::default())) {
         report.kind = FileKind::Character;
         import
             .notes

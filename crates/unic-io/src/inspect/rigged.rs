@@ -7,14 +7,15 @@ use super::{
 use crate::{
     check::bounds,
     rigged::{
-        OtherMesh, RiggedFormat, contents, read_rigged_character, read_scene_points, summarise_animation,
+        CharacterOptions, OtherMesh, RiggedFormat, contents, read_rigged_character, read_scene_points,
+        summarise_animation,
     },
 };
 use serde_json::json;
 use std::path::Path;
 use unic_scene::Assumed;
 
-/// Number of animated meshes that are read. Each reads the file again.
+/// Number of meshes of a kind that are read. Each reads the file again.
 const DESCRIBED_MESHES: usize = 4;
 
 pub(super) fn inspect(path: &Path, format: RiggedFormat) -> Inspection {
@@ -43,7 +44,11 @@ pub(super) fn inspect(path: &Path, format: RiggedFormat) -> Inspection {
         }
         (true, false, true) => report.kind = FileKind::Motion,
         (true, _, false) => report.kind = FileKind::VertexAnimation,
-        (false, _, _) => character(&mut report, path, format),
+        (false, _, _) => {
+            for body in skinned.iter().take(DESCRIBED_MESHES) {
+                character(&mut report, path, format, body);
+            }
+        }
     }
     if !animations.is_empty() {
         animation(&mut report, path, format);
@@ -57,8 +62,13 @@ pub(super) fn inspect(path: &Path, format: RiggedFormat) -> Inspection {
     report
 }
 
-fn character(report: &mut Inspection, path: &Path, format: RiggedFormat) {
-    let read = read_rigged_character(path, format, &Assumed::default());
+/// Describes a skinned mesh, which is a character.
+fn character(report: &mut Inspection, path: &Path, format: RiggedFormat, body: &str) {
+    let options = CharacterOptions {
+        body: Some(body),
+        ..CharacterOptions::default()
+    };
+    let read = read_rigged_character(path, format, &options);
     if let Some(read) = report.ok_or_problem(read) {
         report.fact("mesh", read.name.as_str());
         notes(report, &read.notes);

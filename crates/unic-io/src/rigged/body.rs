@@ -22,13 +22,13 @@ pub(super) struct RiggedBody {
 }
 
 impl RiggedBody {
-    /// Makes the skinned mesh of a file with its skeleton.
+    /// Makes the skinned mesh that is called `body`, or the only one, with its skeleton.
     ///
     /// # Errors
-    /// No skinned mesh, several; several roots without a node above them; scales that differ by
+    /// No such mesh, several; several roots without a node above them; scales that differ by
     /// axis, mirrored meshes; vertices without weight.
-    pub(super) fn read(file: &SceneFile) -> Result<Self> {
-        let mesh = file.skinned()?;
+    pub(super) fn read(file: &SceneFile, body: Option<&str>) -> Result<Self> {
+        let mesh = file.skinned(body)?;
         let skin = mesh.skin.and_then(|skin| file.scene.skins.get(skin));
         let (Some(skin), Some(shape)) = (skin, &mesh.shape) else {
             return Err(file.error("a skinned mesh", "none"));

@@ -4,7 +4,7 @@ use super::RiggedFormat;
 use crate::{
     error::{Error, Result},
     gltf,
-    mesh_names::listed,
+    mesh_names::{listed, named},
 };
 use glam::Mat4;
 use std::path::{Path, PathBuf};
@@ -89,23 +89,20 @@ impl SceneFile {
         self.scene.meshes.iter().map(|mesh| mesh.name.clone()).collect()
     }
 
-    /// Returns the only mesh with a skin.
+    /// Returns the mesh with a skin that is called `body`, or the only one.
     ///
     /// # Errors
-    /// None, several.
-    pub(super) fn skinned(&self) -> Result<&Mesh> {
-        let skinned: Vec<&Mesh> = self
-            .scene
-            .meshes
-            .iter()
-            .filter(|mesh| mesh.skin.is_some())
-            .collect();
-        match skinned.as_slice() {
-            [mesh] => Ok(mesh),
-            [] => Err(self.error("a skinned mesh", "none")),
-            several => {
-                let names: Vec<String> = several.iter().map(|mesh| mesh.name.clone()).collect();
-                let found = format!("{}: export the body alone", listed(&names));
+    /// None, several; none of the name.
+    pub(super) fn skinned(&self, body: Option<&str>) -> Result<&Mesh> {
+        let meshes = self.scene.meshes.iter();
+        let skinned: Vec<&Mesh> = meshes.filter(|mesh| mesh.skin.is_some()).collect();
+        let names = || skinned.iter().map(|mesh| mesh.name.clone()).collect::<Vec<_>>();
+        match (skinned.as_slice(), body) {
+            ([], _) => Err(self.error("a skinned mesh", "none")),
+            (several, Some(body)) => Ok(several[named(&self.path, &names(), body)?]),
+            ([mesh], None) => Ok(mesh),
+            _ => {
+                let found = format!("{}; --body names the body", listed(&names()));
                 Err(self.error("one skinned mesh", found))
             }
         }

@@ -33,6 +33,15 @@ use std::path::Path;
 use unic_core::character::Character;
 use unic_scene::{Assumed, Content, Request};
 
+/// What a file with a rig does not state.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CharacterOptions<'a> {
+    /// Unit and axis of USD files without them.
+    pub assumed: Assumed,
+    /// Name of the body's mesh in a file of several skinned meshes.
+    pub body: Option<&'a str>,
+}
+
 /// A character from a file with a rig.
 #[derive(Clone, Debug)]
 pub struct RiggedCharacter {
@@ -118,17 +127,18 @@ fn request(content: Content, assumed: &Assumed) -> Request {
     }
 }
 
-/// Reads the only skinned mesh of a file as a character.
+/// Reads one skinned mesh of a file as a character.
 ///
 /// # Errors
-/// A damaged file; no skinned mesh, several; a mesh, skeleton or weights with faults.
+/// A damaged file; no skinned mesh, several of which none is chosen; a mesh, skeleton or weights with
+/// faults.
 pub fn read_rigged_character(
     path: &Path,
     format: RiggedFormat,
-    assumed: &Assumed,
+    options: &CharacterOptions<'_>,
 ) -> Result<RiggedCharacter> {
-    let file = SceneFile::read(path, format, &request(Content::Skinned, assumed))?;
-    let body = RiggedBody::read(&file)?;
+    let file = SceneFile::read(path, format, &request(Content::Skinned, &options.assumed))?;
+    let body = RiggedBody::read(&file, options.body)?;
     let notes = file.scene.notes.iter().chain(&body.rig.notes);
     Ok(RiggedCharacter {
         notes: notes.cloned().collect(),

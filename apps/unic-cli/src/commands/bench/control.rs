@@ -25,7 +25,7 @@ pub(super) fn run(args: &ControlArgs) -> Result<()> {
             .check(Existing::of(args.overwrite))?;
     }
     let source = MotionSource::read(
-        character(args.character.as_deref())?,
+        character(args.character.as_deref(), None)?,
         FPS,
         &args.source,
         args.force,

@@ -21,6 +21,7 @@ use unic_io::{
     Assumed, Split,
     capture::{VertexAttributes, default_weights, read_garment},
     import_character, read_obj,
+    rigged::CharacterOptions,
 };
 use unic_sim::Material;
 
@@ -73,11 +74,14 @@ pub(super) fn character(args: &SimulateArgs) -> Result<Character> {
     }
     let path = file_or_file_in(&args.character, "character.npz");
     // The motions' axis holds for a character too that does not state its own.
-    let assumed = Assumed {
-        up: unic_io::UpAxis::from(args.reading.up).stated(),
-        ..Assumed::default()
+    let options = CharacterOptions {
+        assumed: Assumed {
+            up: unic_io::UpAxis::from(args.reading.up).stated(),
+            ..Assumed::default()
+        },
+        body: args.body.as_deref(),
     };
-    let import = import_character(&path, &assumed)?;
+    let import = import_character(&path, &options)?;
     for note in &import.notes {
         print_status(&format!("{}: {note}", path.display()));
     }
