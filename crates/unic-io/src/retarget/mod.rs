@@ -146,9 +146,11 @@ impl RetargetSource {
 const MAX_T_POSE_SINE: f32 = 0.45;
 
 /// Returns whether a skeleton stands in the T-pose when all rotations are zero; `None` if its joints
-/// are not identified.
+/// are not identified, or no body that stands.
 pub(crate) fn stands_in_t_pose(skeleton: &Skeleton) -> Option<bool> {
-    let rig = ReferenceRig::of_skeleton(skeleton).ok()?;
+    let rig = ReferenceRig::of_skeleton(skeleton)
+        .ok()
+        .filter(ReferenceRig::stands)?;
     let across = rig.facing * Vec3::X;
     Some(BodySide::ALL.into_iter().all(|side| {
         let arm = rig.direction(LimbJoint::Shoulder, LimbJoint::Elbow, side);

@@ -68,7 +68,7 @@ impl ReferenceRig {
         let mut reference = Vec::new();
         bvh.world_from_joint_at_zero(&mut reference);
         let body = Landmarks::new(&bones, &reference)?;
-        if body.standing() > MIN_STANDING_COSINE && body.level() > MIN_STANDING_COSINE {
+        if body.stands() {
             // A zero pose stands along an axis of the file; the trunk leans a few degrees from it.
             let up = along_axis(body.trunk());
             return Self::new(bones, ReferenceOrigin::ZeroPose, reference, up);
@@ -94,6 +94,11 @@ impl ReferenceRig {
             reference,
             facing,
         })
+    }
+
+    /// Returns whether the body stands in the reference pose.
+    pub(super) fn stands(&self) -> bool {
+        Landmarks::new(&self.bones, &self.reference).is_ok_and(|body| body.stands())
     }
 
     /// Mean length of both legs from hip to ankle along the bones, in the rig's unit.
@@ -158,6 +163,11 @@ impl Landmarks {
     /// Unit vector from the right hip to the left.
     fn hips(&self) -> Vec3 {
         (self.pairs[0][0] - self.pairs[0][1]).normalize_or_zero()
+    }
+
+    /// Returns whether the trunk is above the legs and the shoulders are above the hips.
+    fn stands(&self) -> bool {
+        self.standing() > MIN_STANDING_COSINE && self.level() > MIN_STANDING_COSINE
     }
 
     /// Cosine of the angle between trunk and legs.
