@@ -69,7 +69,9 @@ def largest_over_frames(truth, current, rate=1):
     worst = 0.0
     for frame in sample_frames(len(truth)):
         bpy.context.scene.frame_set(rate * frame)
-        worst = max(worst, largest_mm(current(), truth[frame]))
+        found = current()
+        assert np.isfinite(found).all()
+        worst = max(worst, largest_mm(found, truth[frame]))
     return worst
 
 

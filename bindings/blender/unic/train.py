@@ -131,5 +131,6 @@ def unregister() -> None:
     """Saves and ends a training that is at work."""
     if _running:
         _running.stop()
+        _running = None
     if bpy.app.timers.is_registered(watch):
         bpy.app.timers.unregister(watch)

@@ -32,7 +32,7 @@ const NAMES: [&str; 5] = ["v_template", "f", "weights", "J_regressor", "kintree_
 /// Joints of the model.
 const JOINTS: usize = SMPL_JOINT_NAMES.len();
 
-/// What is left out, as a note.
+/// Note about the parts that are left out.
 pub(crate) const NOTE: &str = "an SMPL model in its mean shape: correctives of shape and pose are left out";
 
 /// Arrays of a model as they are in its file.
@@ -122,14 +122,17 @@ fn sparse(pickle: &Pickle<'_>, state: usize) -> Option<Numbers> {
     // One start for each vertex of a model or each of its joints: nothing larger is allocated.
     let is_by_rows = starts.data.len() == rows.checked_add(1)?;
     let is_by_columns = starts.data.len() == columns.checked_add(1)?;
-    let is_sound = (is_by_rows || is_by_columns) && data.data.len() == indices.data.len();
+    let ascends = starts.data.windows(2).all(|pair| pair[0] <= pair[1]);
+    let ends = [starts.data.first(), starts.data.last()] == [Some(&0.0), Some(&(data.data.len() as f64))];
+    // Starts that ascend name each entry once: a damaged file must not cause an endless loop.
+    let is_sound = (is_by_rows || is_by_columns) && ascends && ends && data.data.len() == indices.data.len();
     // A model has more bytes than vertices: a damaged shape must not cause an allocation.
     if rows != JOINTS || columns > pickle.bytes.len() || !is_sound {
         return None;
     }
     let mut dense = vec![0.0; rows.checked_mul(columns)?];
     for (line, range) in starts.data.windows(2).enumerate() {
-        for entry in range[0] as usize..(range[1] as usize).min(data.data.len()) {
+        for entry in range[0] as usize..range[1] as usize {
             let across = indices.data[entry] as usize;
             let [row, column] = if is_by_rows {
                 [line, across]
@@ -160,7 +163,9 @@ impl Arrays {
             sum.as_vec3()
         };
         let joints: Vec<Vec3> = self.regressor.data.chunks_exact(count).map(joint).collect();
-        let face = |f: &[f64]| [f[0] as u32, f[1] as u32, f[2] as u32];
+        // Negative and other impossible numbers become an index that the mesh refuses.
+        let index = |i: f64| if i >= 0.0 { i as u32 } else { u32::MAX };
+        let face = |f: &[f64]| [index(f[0]), index(f[1]), index(f[2])];
         let faces = self.faces.data.chunks_exact(3).map(face).collect();
         let body = TriMesh::new(vertices, faces).map_err(|source| Error::Mesh {
             path: path.to_path_buf(),

@@ -9,9 +9,9 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Eq, Error, Serialize, Deserialize)]
 #[error("expected {expected}, found {found}")]
 pub struct Fault {
-    /// What the reader accepts.
+    /// Content that the reader accepts.
     pub expected: String,
-    /// What the file holds.
+    /// Content of the file.
     pub found: String,
 }
 

@@ -5,7 +5,7 @@ use crate::{fault::Fault, scene::Local};
 /// Memory for the samples of an animation in proportion to its file, and beside that, bytes. Two
 /// keys may be hours apart.
 const BYTES_PER_BYTE: usize = 16;
-const BYTES: usize = 10 << 20;
+const BYTES: usize = 20 << 20;
 
 /// Checks that an animation of `nodes` nodes is in proportion to its file.
 ///

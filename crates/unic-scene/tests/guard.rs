@@ -23,7 +23,7 @@ use unic_testdata::rod::{ROD_USDA, fbx_binary, rod_fbx, rod_garment_usda};
 /// Time that a child has.
 const TIME: Duration = Duration::from_millis(700);
 
-/// What the next child does.
+/// Deed of the next child.
 static DEED: Mutex<&str> = Mutex::new("serve");
 
 fn main() {

@@ -47,6 +47,10 @@ impl Layout {
         let rows_a_frame = vertices.div_ceil(LARGEST_SIDE);
         // Rows of equal length, so that the last one is not nearly empty.
         let columns = vertices.div_ceil(rows_a_frame);
+        if rows_a_frame > LARGEST_SIDE {
+            let expected = format!("at most {} vertices", LARGEST_SIDE * LARGEST_SIDE);
+            return Err(content(path, expected, vertices.to_string()));
+        }
         let most = LARGEST_SIDE / rows_a_frame;
         if !(1..=most).contains(&frames) {
             let expected = format!("1 to {most} frames of {vertices} vertices in a texture");

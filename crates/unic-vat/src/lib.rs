@@ -49,10 +49,13 @@ pub use layout::{LARGEST_SIDE, VatDescription, VatFile, VatPaths};
 use encode::{exr_bytes, normals_png, positions_png};
 use glam::{Vec2, Vec3};
 use layout::{Layout, PositionEncoding};
-use std::path::{Path, PathBuf};
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+};
 use thiserror::Error;
 use unic_core::mesh::{TriMesh, vertex_normals};
-use unic_io::{atomic, glb::write_mesh_with_texels};
+use unic_io::{atomic::AtomicFile, glb::write_mesh_with_texels};
 
 /// Result of writing a vertex animation texture.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -68,9 +71,9 @@ pub enum Error {
     Content {
         /// The texture of positions.
         path: PathBuf,
-        /// What the format holds.
+        /// Content that the format holds.
         expected: String,
-        /// What was given.
+        /// Content that was given.
         found: String,
     },
     /// A picture cannot be encoded.
@@ -83,11 +86,15 @@ pub enum Error {
     },
 }
 
-/// Writer of a vertex animation texture, one frame at a time. Memory holds the positions of all
-/// frames, at most 0.8 GB. No file appears before [`VatWriter::finish`].
+/// Writer of a vertex animation texture, one frame at a time. No file appears before
+/// [`VatWriter::finish`].
+///
+/// Memory holds the positions of all frames, at most 0.8 GB, and while the files are written their
+/// normals and pixels, as much again twice.
 #[derive(Debug)]
 pub struct VatWriter {
     paths: VatPaths,
+    files: VatFiles,
     encoding: PositionEncoding,
     mesh: TriMesh,
     fps: f32,
@@ -107,10 +114,12 @@ impl VatWriter {
         if mesh.vertices.is_empty() {
             return Err(content(path, "a mesh with vertices", "none"));
         }
+        let paths = VatPaths::of(path);
         Ok(Self {
             layout: Layout::new(path, mesh.vertices.len(), frames)?,
             encoding,
-            paths: VatPaths::of(path),
+            files: VatFiles::create(&paths)?,
+            paths,
             mesh: mesh.clone(),
             fps,
             positions: Vec::new(),
@@ -153,6 +162,7 @@ impl VatWriter {
         }
         let Self {
             paths,
+            mut files,
             encoding,
             mesh,
             fps,
@@ -166,23 +176,53 @@ impl VatWriter {
             reason: e.to_string(),
         })?;
         let normals = normals(&mesh, &positions);
-        // Everything is encoded before the first file gets its name.
         let texture = match encoding {
             PositionEncoding::Metres => exr_bytes(&paths.positions, layout, &positions)?,
             PositionEncoding::WithinBounds => positions_png(&paths.positions, layout, &positions, bounds)?,
         };
         let normals = normals_png(&paths.normals, layout, &normals)?;
         let texels: Vec<Vec2> = (0..vertices).map(|vertex| layout.texel(vertex)).collect();
+        // Everything is written before the first file gets its name.
+        for (file, bytes) in [
+            (&mut files.normals, &normals),
+            (&mut files.positions, &texture),
+            (&mut files.description, &json),
+        ] {
+            let written = file.write_all(bytes).and_then(|()| file.flush());
+            written.map_err(|source| unic_io::Error::Io {
+                path: file.target().to_path_buf(),
+                action: "write",
+                source,
+            })?;
+        }
         write_mesh_with_texels(&paths.mesh, &mesh, &positions[..vertices], &texels)?;
-        atomic::write(&paths.normals, &normals)?;
-        atomic::write(&paths.positions, &texture)?;
-        atomic::write(&paths.description, &json)?;
+        files.normals.finish()?;
+        files.positions.finish()?;
+        files.description.finish()?;
         Ok(paths)
     }
 
     fn wrong_count(&self, found: impl Into<String>) -> Error {
         let expected = format!("{} frames", self.layout.frames);
         content(&self.paths.positions, expected, found)
+    }
+}
+
+/// Files that are opened before the first frame, so that a missing folder is found early.
+#[derive(Debug)]
+struct VatFiles {
+    normals: AtomicFile,
+    positions: AtomicFile,
+    description: AtomicFile,
+}
+
+impl VatFiles {
+    fn create(paths: &VatPaths) -> Result<Self> {
+        Ok(Self {
+            normals: AtomicFile::create(&paths.normals)?,
+            positions: AtomicFile::create(&paths.positions)?,
+            description: AtomicFile::create(&paths.description)?,
+        })
     }
 }
 

@@ -128,7 +128,7 @@ pub(crate) struct ImportFiles {
 }
 
 impl ImportArgs {
-    /// What the character's file does not state.
+    /// Statements about the character's file that it does not make itself.
     pub(crate) fn character_options(&self) -> CharacterOptions<'_> {
         CharacterOptions {
             assumed: self.assumed(),

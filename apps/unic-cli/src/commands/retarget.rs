@@ -60,12 +60,13 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<()> {
         ..motion_file::options(&args.reading)?
     };
     let import = motion_file::import(&args.motion, &character, &options, args.force)?;
+    // Of the whole motion, whose feet are held together.
+    let feet = import.feet.or_else(|| unchanged_feet(&import.clip, &character));
     let clip = motion_file::cut(&args.motion, import.clip, args.frames.clone())?;
     match format {
         MotionFormat::Npz => write_motion(&args.out, &clip, character.skeleton.names())?,
         MotionFormat::Bvh => write_bvh(&args.out, &clip, &character.skeleton)?,
     }
-    let feet = import.feet.or_else(|| unchanged_feet(&clip, &character));
     let transferred = Transferred {
         motion: &args.out,
         frames: clip.len(),

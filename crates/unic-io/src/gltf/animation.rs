@@ -101,7 +101,7 @@ impl NodeAnimation {
         Ok(Motion {
             name: self.name,
             fps: timeline.fps,
-            rate: "by its keys".to_owned(),
+            rate: "by its keys, or by --fps".to_owned(),
             frames: timeline.frames,
             tracks,
         })

@@ -1,6 +1,7 @@
 //! The body of a file: its skinned mesh with its skeleton.
 
 use super::{
+    RiggedFormat,
     file::SceneFile,
     rig::{Binds, Rig},
     weld::Welded,
@@ -36,7 +37,11 @@ impl RiggedBody {
         if shape.faces.is_empty() {
             return Err(file.error("a skinned mesh with triangles", "none"));
         }
-        let welded = Welded::new(shape);
+        // Texture coordinates of FBX and USD belong to corners, so that their vertices have no copies.
+        let welded = match file.format {
+            RiggedFormat::Gltf => Welded::new(shape),
+            RiggedFormat::Fbx | RiggedFormat::Usd => Welded::as_it_is(shape),
+        };
         let weighted = weighted_nodes(skin, &welded);
         let (mut rig, rest_from_mesh) = Rig::new(file, Binds::of_skin(skin), &weighted)?;
         if welded.vertices.len() < welded.vertex_of_file.len() {

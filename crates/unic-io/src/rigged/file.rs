@@ -14,6 +14,7 @@ use unic_scene::{Format, Local, Mesh, Request, Scene};
 #[derive(Debug)]
 pub(super) struct SceneFile {
     pub(super) path: PathBuf,
+    pub(super) format: RiggedFormat,
     pub(super) scene: Scene,
     /// Nodes in an order in which parents precede their children.
     order: Vec<usize>,
@@ -39,6 +40,7 @@ impl SceneFile {
         };
         Ok(Self {
             path: path.to_path_buf(),
+            format,
             scene,
             order,
         })

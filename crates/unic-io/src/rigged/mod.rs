@@ -1,8 +1,8 @@
 //! Skinned characters and their motion in glTF, FBX and USD files.
 //!
 //! A character is the only skinned mesh of its file in its bind pose, whose joints get the axes of
-//! the world: the bind pose is the zero pose. Vertices that a file repeats along the seams of its
-//! texture are welded. A motion is the first animation of its file. On the file's own character it
+//! the world: the bind pose is the zero pose. Vertices that a glTF file repeats along the seams of
+//! its texture are welded. A motion is the first animation of its file. On the file's own character it
 //! is exact; on others it is retargeted as BVH is. The result is in metres, +Y up.
 //!
 //! Not read: morph targets, scales that differ by axis.
@@ -33,7 +33,7 @@ use std::path::Path;
 use unic_core::character::Character;
 use unic_scene::{Assumed, Content, Request};
 
-/// What a file with a rig does not state.
+/// Statements about a file with a rig that it does not make itself.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CharacterOptions<'a> {
     /// Unit and axis of USD files without them.

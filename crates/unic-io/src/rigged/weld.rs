@@ -15,6 +15,16 @@ pub(super) struct Welded {
 }
 
 impl Welded {
+    /// Takes the vertices of a mesh that has a skin as they are.
+    pub(super) fn as_it_is(shape: &Shape) -> Self {
+        Self {
+            vertices: shape.points.clone(),
+            faces: shape.faces.clone(),
+            weights: shape.weights.clone(),
+            vertex_of_file: (0..shape.points.len() as u32).collect(),
+        }
+    }
+
     /// Welds a mesh that has a skin.
     pub(super) fn new(shape: &Shape) -> Self {
         let mut welded = Self {

@@ -14,7 +14,7 @@
 //!
 //! The binary form is written as it grows and holds no frame in memory. The text lists all frames of
 //! one mesh before those of the next, so that frames wait in an unnamed temporary file. A text file
-//! has about four times the size of the binary one.
+//! has about three times the size of the binary one.
 //!
 //! Source: Pixar's OpenUSD, schema `UsdGeomMesh` and the file format `usdc`, version 0.8.
 

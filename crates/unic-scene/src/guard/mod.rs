@@ -53,7 +53,7 @@ pub fn use_child_within(time: Duration, command: impl Fn() -> Command + Send + S
     CHILD.get_or_init(|| (Box::new(command), time));
 }
 
-/// What a child is asked to do.
+/// Job of a child: a file and the limits of its reading.
 #[derive(Serialize, Deserialize)]
 struct Job {
     path: OsString,
@@ -65,14 +65,14 @@ struct Job {
     seconds: u64,
 }
 
-/// What a child answers.
+/// Answer of a child.
 type Answer = Result<Scene, Fault>;
 
 /// Reads a file in a child if there is a command for it, else here with panics caught.
 pub(crate) fn read(path: &Path, format: Format, request: &Request) -> Result<Scene, Fault> {
     match CHILD.get() {
         Some((command, time)) => {
-            let limits = Limits::of(path, *time);
+            let limits = Limits::of(path, format, *time);
             let job = Job {
                 path: path.as_os_str().to_owned(),
                 format,
@@ -126,9 +126,16 @@ impl Limits {
     /// Bytes of the file that are read in a second at least.
     const BYTES_PER_SECOND: u64 = 1 << 20;
 
-    fn of(path: &Path, time: Duration) -> Self {
+    /// Bytes of the files beside a USD file that count at most: layers that it may refer to.
+    const BESIDE: u64 = 8 << 30;
+
+    fn of(path: &Path, format: Format, time: Duration) -> Self {
         // A missing file is reported by its reader.
-        let length = std::fs::metadata(path).map_or(0, |file| file.len());
+        let own = std::fs::metadata(path).map_or(0, |file| file.len());
+        let length = own.saturating_add(match format {
+            Format::Usd => layers_beside(path).min(Self::BESIDE),
+            Format::Fbx => 0,
+        });
         let grown = length.saturating_mul(Self::MEMORY_PER_BYTE);
         Self {
             memory: grown.saturating_add(Self::MEMORY),
@@ -136,4 +143,21 @@ impl Limits {
             time: time.saturating_add(Duration::from_secs(length / Self::BYTES_PER_SECOND)),
         }
     }
+}
+
+/// Bytes of the USD files in the folder of a file, which may be its layers, itself left out.
+fn layers_beside(path: &Path) -> u64 {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let entries = std::fs::read_dir(folder.unwrap_or(Path::new(".")))
+        .into_iter()
+        .flatten()
+        .flatten();
+    let is_layer = |name: &Path| {
+        let extension = name.extension().map(|e| e.to_string_lossy().to_lowercase());
+        extension.is_some_and(|e| e.starts_with("usd")) && Some(name.as_os_str()) != path.file_name()
+    };
+    entries
+        .filter(|entry| is_layer(Path::new(&entry.file_name())))
+        .filter_map(|entry| Some(entry.metadata().ok()?.len()))
+        .fold(0, u64::saturating_add)
 }

@@ -225,7 +225,10 @@ impl Timeline {
             .map(|step| codes / step);
         let (fps, rate) = match by_samples.filter(|fps| *fps >= MIN_FPS) {
             Some(fps) => (fps, "by its samples"),
-            None => (conversion.fps.unwrap_or(DEFAULT_FPS), "as the file states"),
+            None => (
+                conversion.fps.unwrap_or(DEFAULT_FPS),
+                "as the file or --fps states, else the format's",
+            ),
         };
         let step = codes / fps;
         // Saturates: a damaged time may be huge, and the caller checks the count.

@@ -97,8 +97,9 @@ pub(super) fn faces(prims: &Prims, path: &sdf::Path, vertices: usize) -> Result<
     let integers = |name| -> Result<Vec<i32>, Fault> {
         let list = Sampled::read(prims, path, name, value::integers)?;
         match list {
-            // Points of another frame would not fit the faces of this one.
-            Some(Sampled::Over(samples)) if samples.len() > 1 => {
+            // Points of another frame would not fit the faces of this one. Some writers sample faces
+            // that do not change.
+            Some(Sampled::Over(samples)) if samples.windows(2).any(|pair| pair[0].1 != pair[1].1) => {
                 let found = format!("{path}, whose faces change");
                 Err(Fault::new("a mesh with the same faces in all frames", found))
             }

@@ -79,7 +79,10 @@ impl Xforms {
         prims.filter_map(|(node, prim)| {
             // Writers sample still transforms once.
             let lists = prim.operations.iter().map(|operation| operation.kind.times());
-            let times: Vec<f64> = lists.filter(|times| times.len() > 1).flatten().collect();
+            let mut times: Vec<f64> = lists.filter(|times| times.len() > 1).flatten().collect();
+            // Operations are sampled at the same times, or each at its own.
+            times.sort_by(f64::total_cmp);
+            times.dedup();
             (!times.is_empty()).then_some((node, times))
         })
     }

@@ -75,7 +75,7 @@ impl AnimationFormat {
             Some("npz") => Ok(Self::Npz),
             None => Ok(Self::Folder),
             Some(other) => bail!(
-                "{}: expected the ending .glb, .abc, .usda, .usdc, .pc2, .mdd, .npz or none (a folder of OBJ files), \
+                "{}: expected the ending .glb, .abc, .usd, .usda, .usdc, .pc2, .mdd, .npz or none (a folder of OBJ files), \
                  found .{other}",
                 path.display()
             ),

@@ -66,7 +66,8 @@ fn rig(folder: &Path) -> Result<PathBuf> {
     }
     let entries = std::fs::read_dir(folder).with_context(|| format!("{}: cannot read", folder.display()))?;
     let mut found: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
-    found.retain(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fbx")));
+    let is_hidden = |path: &Path| name(path).is_some_and(|name| name.starts_with('.'));
+    found.retain(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fbx")) && !is_hidden(path));
     match found.as_slice() {
         [path] => Ok(path.clone()),
         _ => bail!(
