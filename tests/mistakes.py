@@ -305,7 +305,7 @@ MISTAKES = [
      "contact_joints"),
     # ---- files of another kind
     ("FBX as a motion", bytes_of("x.fbx", b"Kaydara FBX Binary  "), [*ANIMATE, "--motion", "x.fbx"][:2]
-     + ["--motion", "x.fbx", "--out", "new.pc2"], "export motion as BVH"),
+     + ["--motion", "x.fbx", "--out", "new.pc2"], "expected an FBX file"),
     ("Alembic as a garment", bytes_of("x.abc", b"Ogawa\xff"), on("x.abc"), "Alembic"),
     ("a damaged Alembic file imported", bytes_of("x.abc", b"Ogawa\xff"), [
         "import", "--garment", "x.abc", "--motion", "walk.npz", "--character", "tube/character.npz", "--out", "new"],
