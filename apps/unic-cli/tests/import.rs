@@ -428,7 +428,7 @@ fn a_capture_is_made_of_fbx_and_usd_alone() {
     let line = format!("--garment {usd} --character {fbx} --motion {fbx} --rest {rest} --out made");
     let message = refusal(folder.path(), &format!("{line} --object Coat"));
     assert!(
-        message.contains("/root/Garment/Garment, /root/Rig/Body/Body"),
+        message.contains("Garment/Garment, ") && message.contains("Rig/Body/Body"),
         "{message}"
     );
     let message = refusal(folder.path(), &format!("{line} --object Body"));
@@ -480,7 +480,7 @@ fn a_sequence_folder_is_a_clip_by_itself() {
     assert_eq!(capture.clip_names(unic_io::Split::Train).len(), 2);
 }
 
-/// What crashes a library ends in one sentence of the program: its reader is another process.
+/// A file that crashes a library ends in one sentence: the library runs in another process.
 #[test]
 fn damaged_files_of_other_programs_are_refused_in_one_sentence() {
     let folder = tempfile::tempdir().unwrap();

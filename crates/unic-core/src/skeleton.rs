@@ -8,7 +8,7 @@ mod pose;
 mod tree;
 
 pub use error::SkeletonError;
-pub use names::{SMPL_JOINT_NAMES, SMPL_PARENTS};
+pub use names::{ADULT_JOINTS, SMPL_JOINT_NAMES, SMPL_PARENTS};
 pub use pose::{Pose, rotation};
 
 use crate::transform::Rigid;

@@ -5,35 +5,20 @@
 
 mod common;
 
-use common::{data, humanoid, largest_differences};
+use common::{data, full_body_motion, humanoid, largest_differences, without_filters};
 use glam::{EulerRot, Quat, Vec3};
 use proptest::prelude::*;
-use std::{
-    f32::consts::{FRAC_PI_2, FRAC_PI_4},
-    fmt::Write,
-    path::Path,
-};
+use std::{f32::consts::FRAC_PI_2, fmt::Write, path::Path};
 use unic_core::{
     Pose,
     character::Character,
     clip::Clip,
-    skeleton::{SMPL_JOINT_NAMES, Skeleton, SkeletonParts},
+    skeleton::{SMPL_JOINT_NAMES, Skeleton},
     transform::Rigid,
 };
 use unic_io::{
-    BoneMap, FootLock, GroundPlacement, LowPass, MotionImport, MotionOptions, NpzWriter, UpAxis,
-    import_motion, measure_feet, read_character, write_motion,
+    BoneMap, FootLock, MotionImport, MotionOptions, UpAxis, import_motion, measure_feet, read_character,
 };
-
-/// Options without any step after the transfer.
-fn without_filters() -> MotionOptions {
-    MotionOptions {
-        ground: GroundPlacement::Keep,
-        low_pass: LowPass::Off,
-        feet: FootLock::Keep,
-        ..MotionOptions::default()
-    }
-}
 
 /// Conventions of a BVH file that a skeleton is written with.
 struct BvhRig {
@@ -120,34 +105,6 @@ fn import(text: &str, character: &Character, options: &MotionOptions) -> Result<
     let path = folder.path().join("walk.bvh");
     std::fs::write(&path, text).unwrap();
     import_motion(&path, character, options).map_err(|e| e.to_string())
-}
-
-/// A slow motion of all limbs, trunk and root.
-fn full_body_motion(frames: usize) -> Clip {
-    let pose = |t: usize| {
-        let s = t as f32 / 30.0;
-        let swing = |j: usize| {
-            let j = j as f32;
-            Vec3::new(
-                (s * 2.0 + j).sin(),
-                (s * 1.3 + 2.0 * j).cos(),
-                (s * 1.7 - j).sin(),
-            ) * 0.25
-        };
-        let mut turns: Vec<Vec3> = (0..24).map(swing).collect();
-        turns[0] = Vec3::Y * 0.6 * s;
-        // Knees bend backwards.
-        turns[4] = Vec3::X * (0.4 + 0.3 * (2.0 * s).sin());
-        turns[5] = Vec3::X * (0.4 - 0.3 * (2.0 * s).sin());
-        Pose::from_axis_angles(Vec3::new(0.4 * s, 0.02 * (3.0 * s).sin(), 0.7 * s), &turns)
-    };
-    Clip {
-        name: "walk".into(),
-        fps: 30.0,
-        poses: (0..frames).map(pose).collect(),
-        ground_height: 0.0,
-        wind: Vec::new(),
-    }
 }
 
 #[test]
@@ -381,96 +338,6 @@ fn unknown_names_need_a_bone_map() {
         error.contains("the joint `nobody` that the bone map names"),
         "{error}"
     );
-}
-
-/// The humanoid with Mixamo's names and, in its zero pose, arms that hang at 45°.
-fn in_a_pose() -> Character {
-    let mut character = humanoid();
-    let side = |left: &str| [format!("mixamorig:Left{left}"), format!("mixamorig:Right{left}")];
-    let pairs = [
-        "UpLeg",
-        "Leg",
-        "Foot",
-        "ToeBase",
-        "Shoulder",
-        "Arm",
-        "ForeArm",
-        "Hand",
-        "HandIndex1",
-    ];
-    let mut pairs = pairs.iter().flat_map(|pair| side(pair));
-    let middle = ["Hips", "Spine", "Spine1", "Spine2", "Neck", "Head"];
-    let mut middle = middle.iter().map(|name| format!("mixamorig:{name}"));
-    let skeleton = &character.skeleton;
-    let name = |smpl: &&str| {
-        if smpl.contains('_') {
-            pairs.next()
-        } else {
-            middle.next()
-        }
-    };
-    let names = SMPL_JOINT_NAMES.iter().map(name);
-    // SMPL's order has the middle joints between the pairs, each in the order of the lists above.
-    let names: Vec<String> = names.map(Option::unwrap).collect();
-    let mut joints = skeleton.joints().to_vec();
-    for (first, turn) in [(16, -FRAC_PI_4), (17, FRAC_PI_4)] {
-        let shoulder = joints[first];
-        for joint in (first..24).step_by(2) {
-            joints[joint] = shoulder + Quat::from_rotation_z(turn) * (joints[joint] - shoulder);
-        }
-    }
-    let parent = |p: &Option<usize>| p.map_or(-1, |p| p as i64);
-    character.skeleton = Skeleton::new(SkeletonParts {
-        names,
-        parents: skeleton.parents().iter().map(parent).collect(),
-        joints,
-        rest_pose: Vec::new(),
-    })
-    .unwrap();
-    character
-}
-
-#[test]
-fn motion_in_smpls_order_is_transferred_to_other_names_and_rest_poses() {
-    let (smpl, other, clip) = (humanoid(), in_a_pose(), full_body_motion(30));
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("amass.npz");
-    // Without names: the order is SMPL's, and 156 numbers are SMPL-H's.
-    let mut npz = NpzWriter::create(&path).unwrap();
-    let frame = |pose: &Pose| {
-        let mut frame = vec![0.0; 156];
-        for (joint, local) in pose.local.iter().take(22).enumerate() {
-            frame[3 * joint..3 * joint + 3].copy_from_slice(&local.to_scaled_axis().to_array());
-        }
-        frame
-    };
-    let poses: Vec<f32> = clip.poses.iter().flat_map(frame).collect();
-    npz.f32s("poses", &[clip.len(), 156], &poses).unwrap();
-    let trans: Vec<f32> = clip.poses.iter().flat_map(|pose| pose.trans.to_array()).collect();
-    npz.f32s("trans", &[clip.len(), 3], &trans).unwrap();
-    npz.f64s("mocap_framerate", &[], &[30.0]).unwrap();
-    npz.finish().unwrap();
-    let import = import_motion(&path, &other, &without_filters()).unwrap();
-    let notes = import.notes.join("\n");
-    assert!(notes.contains("taken for SMPL's"), "{notes}");
-    let (mut a, mut b) = (Vec::new(), Vec::new());
-    for (x, y) in clip.poses.iter().zip(&import.clip.poses) {
-        smpl.skeleton.forward_kinematics(x, &mut a);
-        other.skeleton.forward_kinematics(y, &mut b);
-        // Bones from hip to knee, knee to ankle, shoulder to elbow and elbow to wrist.
-        for [from, to] in [[1, 4], [4, 7], [16, 18], [17, 19], [18, 20], [19, 21]] {
-            let bone = |world: &[Rigid]| (world[to].translation - world[from].translation).normalize();
-            let angle = bone(&a).angle_between(bone(&b));
-            // The recorded skeleton is not in the file: its bones lean up to 2° from these.
-            assert!(angle < 0.06, "{from} to {to}: {angle}");
-        }
-        assert!(a[0].rotation.dot(b[0].rotation).abs() > 1.0 - 1e-5);
-    }
-    // Names make the rotations the character's own.
-    write_motion(&path, &clip, other.skeleton.names()).unwrap();
-    let import = import_motion(&path, &other, &without_filters()).unwrap();
-    let (angle, distance) = largest_differences(&import.clip, &clip);
-    assert!(angle < 2e-5 && distance < 2e-6, "{angle} rad, {distance} m");
 }
 
 fn cmu(name: &str, options: &MotionOptions) -> Option<(Character, MotionImport)> {

@@ -94,7 +94,7 @@ fn the_garment_of_blender_is_that_of_the_capture() {
         .garment;
     let points = read_scene_points(&path, RiggedFormat::Usd, None, 3738, &Assumed::default()).unwrap();
     assert_eq!((points.frames.len(), points.fps), (30, Some(30.0)));
-    assert_eq!(points.name, "/root/Garment/Garment");
+    assert!(points.name.ends_with("/Garment/Garment"), "{}", points.name);
     let far = (points.frames.iter().zip(truth.iter()))
         .map(|(found, truth)| largest_distance(found, truth))
         .fold(0.0, f32::max);

@@ -1,4 +1,4 @@
-//! What a reader of a scene is asked for.
+//! Request to a reader of scenes.
 
 use serde::{Deserialize, Serialize};
 

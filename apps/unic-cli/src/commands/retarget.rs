@@ -60,7 +60,7 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<()> {
         ..motion_file::options(&args.reading)?
     };
     let import = motion_file::import(&args.motion, &character, &options, args.force)?;
-    // Of the whole motion, whose feet are held together.
+    // Feet are held over the whole motion, so that they are measured before it is cut.
     let feet = import.feet.or_else(|| unchanged_feet(&import.clip, &character));
     let clip = motion_file::cut(&args.motion, import.clip, args.frames.clone())?;
     match format {

@@ -2,6 +2,7 @@
 
 use super::{HumanError, HumanParameters};
 use glam::Vec3;
+use unic_core::skeleton::ADULT_JOINTS;
 
 /// Height of the standard body, metres. All constants of the anatomy refer to it.
 const STANDARD_HEIGHT_M: f32 = 1.70;
@@ -38,24 +39,6 @@ pub(super) struct Girths {
     pub(super) waist: f32,
     pub(super) hip: f32,
 }
-
-/// Joints on the midline and on the left at the standard height, by SMPL's index.
-const JOINTS: [(usize, [f32; 3]); 14] = [
-    (0, [0.0, 0.935, 0.0]),
-    (1, [0.088, 0.885, 0.0]),
-    (3, [0.0, 1.02, -0.012]),
-    (4, [0.094, 0.484, 0.004]),
-    (6, [0.0, 1.115, -0.018]),
-    (7, [0.1, 0.077, -0.026]),
-    (9, [0.0, 1.225, -0.022]),
-    (10, [0.112, 0.022, 0.1]),
-    (12, [0.0, 1.45, -0.03]),
-    (13, [0.055, 1.385, -0.02]),
-    (15, [0.0, 1.525, -0.008]),
-    (16, [0.165, 1.385, -0.02]),
-    (18, [0.455, 1.385, -0.026]),
-    (20, [0.703, 1.385, -0.02]),
-];
 
 /// Distance from the wrist to the knuckles, metres at the standard height.
 const PALM_M: f32 = 0.086;
@@ -132,7 +115,7 @@ fn check(name: &'static str, found: f32, least: f32, most: f32) -> Result<(), Hu
 /// All joints at the standard height.
 fn joints(shoulder_shift: f32) -> [Vec3; 24] {
     let mut joints = [Vec3::ZERO; 24];
-    for (index, place) in JOINTS {
+    for (index, place) in ADULT_JOINTS {
         let mut place = Vec3::from(place);
         if index >= 16 {
             place.x += shoulder_shift;

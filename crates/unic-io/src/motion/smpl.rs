@@ -11,7 +11,7 @@ use crate::{
     bvh::{Bvh, RestJoint},
     error::Result,
     finding::Finding,
-    joint_names::ARRAY_NAME as JOINT_NAMES,
+    joint_names::{ARRAY_NAME as JOINT_NAMES, BodySide, LimbJoint},
     npz::Npz,
     retarget::{RetargetSource, Retargeted, stands_in_t_pose},
     up_axis::UpAxis,
@@ -20,31 +20,12 @@ use glam::Vec3;
 use unic_core::{
     character::Character,
     clip::Clip,
-    skeleton::{SMPL_JOINT_NAMES, SMPL_PARENTS, Skeleton, SkeletonParts},
+    skeleton::{ADULT_JOINTS, SMPL_JOINT_NAMES, SMPL_PARENTS, Skeleton, SkeletonParts},
     transform::Rigid,
 };
 
-/// Joints of an adult in the T-pose, metres: the left half and the middle, in SMPL's order.
-///
-/// Motion files do not state the skeleton of the recorded person. Only the directions of its bones
-/// and the length of its legs matter, which vary little between adults.
-const ADULT: [(usize, [f32; 3]); 15] = [
-    (0, [0.0, 0.935, 0.0]),
-    (1, [0.088, 0.885, 0.0]),
-    (3, [0.0, 1.02, -0.012]),
-    (4, [0.094, 0.484, 0.004]),
-    (6, [0.0, 1.115, -0.018]),
-    (7, [0.1, 0.077, -0.026]),
-    (9, [0.0, 1.225, -0.022]),
-    (10, [0.112, 0.022, 0.1]),
-    (12, [0.0, 1.45, -0.03]),
-    (13, [0.055, 1.385, -0.02]),
-    (15, [0.0, 1.525, -0.008]),
-    (16, [0.165, 1.385, -0.02]),
-    (18, [0.455, 1.385, -0.026]),
-    (20, [0.703, 1.385, -0.02]),
-    (22, [0.789, 1.383, -0.02]),
-];
+/// Length from wrist to knuckles as a share of the forearm.
+const HAND_SHARE: f32 = 0.35;
 
 /// Reads motion in SMPL's order if the character cannot take its rotations as they are: it has
 /// other joints, or does not stand in the T-pose when all rotations are zero. The motion is
@@ -99,15 +80,19 @@ fn needs_transfer(npz: &mut Npz, skeleton: &Skeleton) -> Result<bool> {
 }
 
 /// Skeleton of an adult in SMPL's order. Its zero pose is the T-pose.
+///
+/// Motion files do not state the skeleton of the recorded person. Only the directions of its bones
+/// and the length of its legs matter, which vary little between adults.
 fn adult() -> Option<Skeleton> {
     let mut joints = [Vec3::ZERO; 24];
-    for (joint, place) in ADULT {
-        let place = Vec3::from_array(place);
-        joints[joint] = place;
-        // SMPL lists the right joint behind the left one.
-        if place.x > 0.0 {
-            joints[joint + 1] = place * Vec3::new(-1.0, 1.0, 1.0);
-        }
+    for (joint, place) in ADULT_JOINTS {
+        joints[joint] = Vec3::from_array(place);
+    }
+    let [elbow, wrist, hand] = [18, 20, 22];
+    joints[hand] = joints[wrist] + HAND_SHARE * (joints[wrist] - joints[elbow]);
+    for limb in LimbJoint::ALL {
+        let [left, right] = BodySide::ALL.map(|side| limb.smpl_joint(side));
+        joints[right] = joints[left] * Vec3::new(-1.0, 1.0, 1.0);
     }
     let parts = SkeletonParts {
         names: SMPL_JOINT_NAMES.map(str::to_owned).to_vec(),
@@ -115,7 +100,7 @@ fn adult() -> Option<Skeleton> {
         joints: joints.to_vec(),
         rest_pose: Vec::new(),
     };
-    // The tables above are a tree, which a test checks.
+    // The tables are a tree, which a test checks.
     Skeleton::new(parts).ok()
 }
 

@@ -1,4 +1,4 @@
-//! What both forms of a layer hold, without the frames.
+//! Content of a layer without its frames, the same for both forms.
 
 use glam::Vec2;
 use unic_core::mesh::TriMesh;

@@ -16,6 +16,7 @@ use unic_core::{
     skeleton::{Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
+use unic_io::{FootLock, GroundPlacement, LowPass, MotionOptions};
 
 /// Path of a real input file beside the checkout; a missing one is reported as skipped.
 pub(crate) fn data(below: &str) -> Option<PathBuf> {
@@ -227,4 +228,42 @@ pub(crate) fn posed(character: &Character, pose: &Pose) -> Vec<Vec3> {
 pub(crate) fn largest_distance(a: &[Vec3], b: &[Vec3]) -> f32 {
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
+}
+
+/// Options without any step after the transfer.
+pub(crate) fn without_filters() -> MotionOptions {
+    MotionOptions {
+        ground: GroundPlacement::Keep,
+        low_pass: LowPass::Off,
+        feet: FootLock::Keep,
+        ..MotionOptions::default()
+    }
+}
+
+/// A slow motion of all limbs, trunk and root.
+pub(crate) fn full_body_motion(frames: usize) -> Clip {
+    let pose = |t: usize| {
+        let s = t as f32 / 30.0;
+        let swing = |j: usize| {
+            let j = j as f32;
+            Vec3::new(
+                (s * 2.0 + j).sin(),
+                (s * 1.3 + 2.0 * j).cos(),
+                (s * 1.7 - j).sin(),
+            ) * 0.25
+        };
+        let mut turns: Vec<Vec3> = (0..24).map(swing).collect();
+        turns[0] = Vec3::Y * 0.6 * s;
+        // Knees bend backwards.
+        turns[4] = Vec3::X * (0.4 + 0.3 * (2.0 * s).sin());
+        turns[5] = Vec3::X * (0.4 - 0.3 * (2.0 * s).sin());
+        Pose::from_axis_angles(Vec3::new(0.4 * s, 0.02 * (3.0 * s).sin(), 0.7 * s), &turns)
+    };
+    Clip {
+        name: "walk".into(),
+        fps: 30.0,
+        poses: (0..frames).map(pose).collect(),
+        ground_height: 0.0,
+        wind: Vec::new(),
+    }
 }
