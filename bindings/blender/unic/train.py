@@ -129,6 +129,7 @@ CLASSES = (UNIC_OT_train, UNIC_OT_cancel_training)
 
 def unregister() -> None:
     """Saves and ends a training that is at work."""
+    global _running
     if _running:
         _running.stop()
         _running = None
