@@ -42,14 +42,7 @@ pub(super) fn read(
     content: Content,
     scene: &mut Scene,
 ) -> Result<(), Fault> {
-    let mut bound = Vec::new();
-    for skeleton in skeletons {
-        if let Some(path) = source(prims, skeleton)?
-            && moves(prims, &path)?
-        {
-            bound.push((skeleton, path));
-        }
-    }
+    let bound = bound(prims, skeletons)?;
     for (_, path) in &bound {
         let name = path.name().unwrap_or("without a name").to_owned();
         if !scene.animations.contains(&name) {
@@ -67,38 +60,57 @@ pub(super) fn read(
     if content != Content::Motion || scene.animations.is_empty() {
         return Ok(());
     }
-    let mut joints = Vec::new();
-    for (skeleton, path) in bound {
-        joints.push(JointAnimation::read(prims, skeleton, &path)?);
+    let joints = (bound.iter()).map(|(skeleton, path)| JointAnimation::read(prims, skeleton, path));
+    let joints: Vec<JointAnimation> = joints.collect::<Result<_, Fault>>()?;
+    let name = scene.animations.first().cloned();
+    let motion = motion(name, &joints, &carried, xforms, conversion, prims.length)?;
+    scene.motion = Some(motion);
+    Ok(())
+}
+
+/// Skeletons with the animations that move them.
+fn bound<'a>(prims: &Prims, skeletons: &'a [Skeleton]) -> Result<Vec<(&'a Skeleton, sdf::Path)>, Fault> {
+    let mut bound = Vec::new();
+    for skeleton in skeletons {
+        if let Some(path) = source(prims, skeleton)?
+            && moves(prims, &path)?
+        {
+            bound.push((skeleton, path));
+        }
     }
+    Ok(bound)
+}
+
+/// Samples the joints, and the nodes that are `carried` around with the times of their own samples.
+/// `length` is that of the file.
+fn motion(
+    name: Option<String>,
+    joints: &[JointAnimation],
+    carried: &[(usize, Vec<f64>)],
+    xforms: &Xforms,
+    conversion: &Conversion,
+    length: usize,
+) -> Result<Motion, Fault> {
     let lists = joints.iter().flat_map(JointAnimation::times);
     let times: Vec<Vec<f64>> = lists
         .chain(carried.iter().map(|(_, times)| times.clone()))
         .collect();
     let timeline = Timeline::of(&times, conversion)?;
     let moving: usize = joints.iter().map(|animation| animation.sources.len()).sum();
-    check_length(timeline.frames, moving + carried.len(), prims.length)?;
-    let mut tracks: Vec<Track> = joints
-        .iter()
-        .flat_map(|animation| animation.tracks(&timeline))
-        .collect();
-    tracks.extend(carried.iter().map(|(node, _)| {
-        Track {
-            node: *node,
-            locals: timeline
-                .codes()
-                .map(|time| Local::from_matrix(xforms.local(*node, Some(time)).as_mat4()))
-                .collect(),
-        }
-    }));
-    scene.motion = Some(Motion {
-        name: scene.animations.first().cloned(),
+    check_length(timeline.frames, moving + carried.len(), length)?;
+    let local = |node: usize, time: f64| Local::from_matrix(xforms.local(node, Some(time)).as_mat4());
+    let carried = carried.iter().map(|&(node, _)| Track {
+        node,
+        locals: timeline.codes().map(|time| local(node, time)).collect(),
+    });
+    let tracks = joints.iter().flat_map(|animation| animation.tracks(&timeline));
+    Ok(Motion {
+        name,
         fps: timeline.fps as f32,
         rate: timeline.rate.to_owned(),
         frames: timeline.frames,
-        tracks,
-    });
-    Ok(())
+        tracks: tracks.chain(carried).collect(),
+    })
 }
 
 /// Returns whether an animation has several samples. Others are poses.
