@@ -119,6 +119,7 @@ mod obj;
 pub mod pc2;
 mod pickle;
 pub mod retarget;
+pub mod rig_fit;
 pub mod rigged;
 mod smpl_model;
 mod up_axis;

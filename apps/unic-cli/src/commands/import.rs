@@ -12,6 +12,7 @@ mod notes;
 mod report;
 mod rest;
 mod sequence;
+mod unrigged;
 
 use crate::{
     args::{ImportArgs, MeshUpName, UpName},
@@ -23,7 +24,7 @@ use crate::{
     progress::Progress,
 };
 use alignment::Alignment;
-use animation::Animation;
+use animation::{Animation, MeshChoice};
 use anyhow::{Result, anyhow};
 use notes::Notes;
 use report::ImportSummary;
@@ -55,9 +56,21 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     finish_moves(&args.out)?;
     let before = folder::open(args)?;
     let mut notes = Notes::default();
-    let character = character(args, before.as_ref(), &mut notes)?;
-    let mut animation = Animation::open(args, &character, &mut notes)?;
+    let mut body = unrigged::Body::open(args, &mut notes)?;
+    let character = match &mut body {
+        Some(body) => of_unrigged(args, before.as_ref(), body, &mut notes)?,
+        None => character(args, before.as_ref(), &mut notes)?,
+    };
+    let choice = MeshChoice {
+        path: &args.garment,
+        object: args.object.as_deref(),
+        other_vertices: character.body.vertices.len(),
+    };
+    let mut animation = Animation::open(args, &choice, &mut notes)?;
     let clip = clip(args, before.as_ref(), &character, &animation, &mut notes)?;
+    if let (Some(body), Some(capture)) = (&mut body, &before) {
+        body.check_follows(args, capture, &clip, &mut notes)?;
+    }
     folder::check_clip(args, before.as_ref(), &clip)?;
     let alignment = Alignment::new(args, animation.len(), clip.len())?;
     alignment.describe(&args.motion, &mut notes);
@@ -134,6 +147,22 @@ fn with_default_weights(path: &Path, rest: TriMesh, character: &Character) -> Re
     Ok(Garment::new(rest, weights))
 }
 
+/// Makes a character of a body without a rig, or takes that of the capture.
+fn of_unrigged(
+    args: &ImportArgs,
+    before: Option<&Capture>,
+    body: &mut unrigged::Body,
+    notes: &mut Notes,
+) -> Result<Character> {
+    if let Some(capture) = before {
+        return Ok(capture.character.clone());
+    }
+    let character = body.character(args, &motion_options(args, None)?, notes)?;
+    args.force
+        .check_findings(&args.garment, &check::character(&character))?;
+    Ok(character)
+}
+
 /// Reads the character of `--character`, which is that of the capture if there is one.
 fn character(args: &ImportArgs, before: Option<&Capture>, notes: &mut Notes) -> Result<Character> {
     let Some(path) = &args.character else {
@@ -168,21 +197,7 @@ fn clip(
     notes: &mut Notes,
 ) -> Result<Clip> {
     let fps = garment::frame_rate(args, before, animation, notes)?;
-    let options = MotionOptions {
-        fps,
-        fps_of_file: args.fps.or(fps),
-        metres_per_unit: args.scale,
-        up: up_of_motion(args),
-        bones: (args.bone_map.as_deref().map(BoneMap::read))
-            .transpose()?
-            .unwrap_or_default(),
-        // The garment was simulated on the motion as it is. Whatever moves the body takes it away
-        // from the garment.
-        ground: GroundPlacement::Keep,
-        feet: FootLock::Keep,
-        low_pass: args.low_pass.unwrap_or(LowPass::Off),
-        ..MotionOptions::default()
-    };
+    let options = motion_options(args, fps)?;
     let import = import_motion(&args.motion, character, &options)?;
     args.force.check_findings(&args.motion, &import.findings)?;
     import.notes.iter().for_each(|note| notes.add(&args.motion, note));
@@ -198,6 +213,25 @@ fn clip(
         clip.name.clone_from(name);
     }
     Ok(clip)
+}
+
+/// Options of the motion's reader, for a motion at `fps`.
+fn motion_options(args: &ImportArgs, fps: Option<f32>) -> Result<MotionOptions> {
+    Ok(MotionOptions {
+        fps,
+        fps_of_file: args.fps.or(fps),
+        metres_per_unit: args.scale,
+        up: up_of_motion(args),
+        bones: (args.bone_map.as_deref().map(BoneMap::read))
+            .transpose()?
+            .unwrap_or_default(),
+        // The garment was simulated on the motion as it is. Whatever moves the body takes it away
+        // from the garment.
+        ground: GroundPlacement::Keep,
+        feet: FootLock::Keep,
+        low_pass: args.low_pass.unwrap_or(LowPass::Off),
+        ..MotionOptions::default()
+    })
 }
 
 fn up_of_motion(args: &ImportArgs) -> UpAxis {

@@ -9,7 +9,7 @@ use std::{
     io::{self, Write},
     path::Path,
 };
-use unic_core::{clip::Clip, skeleton::Skeleton};
+use unic_core::{Pose, clip::Clip, skeleton::Skeleton, transform::Rigid};
 
 /// Units of the file in a metre. Readers of BVH take centimetres.
 const CENTIMETRES: f32 = 100.0;
@@ -31,8 +31,11 @@ pub fn write_bvh(path: &Path, clip: &Clip, skeleton: &Skeleton) -> Result<()> {
 
 fn write(out: &mut impl Write, clip: &Clip, skeleton: &Skeleton) -> io::Result<()> {
     let mut order = Vec::new();
+    // Places in the zero pose, which is not that of the body where the bind pose has rotations.
+    let (zero, mut places) = (vec![Vec3::ZERO; skeleton.len()], Vec::new());
+    skeleton.forward_kinematics(&Pose::from_axis_angles(Vec3::ZERO, &zero), &mut places);
     writeln!(out, "HIERARCHY")?;
-    write_joint(out, skeleton, skeleton.root(), 0, &mut order)?;
+    write_joint(out, (skeleton, &places), skeleton.root(), 0, &mut order)?;
     let frame_time = 1.0 / f64::from(clip.fps);
     writeln!(out, "MOTION\nFrames: {}\nFrame Time: {frame_time:.9}", clip.len())?;
     for pose in &clip.poses {
@@ -52,7 +55,7 @@ fn write(out: &mut impl Write, clip: &Clip, skeleton: &Skeleton) -> io::Result<(
 /// Writes a joint with all joints below it, and appends them to `order`.
 fn write_joint(
     out: &mut impl Write,
-    skeleton: &Skeleton,
+    (skeleton, places): (&Skeleton, &[Rigid]),
     joint: usize,
     depth: usize,
     order: &mut Vec<usize>,
@@ -69,14 +72,14 @@ fn write_joint(
     };
     let name = skeleton.names()[joint].replace(char::is_whitespace, "_");
     writeln!(out, "{indent}{keyword} {name}\n{indent}{{")?;
-    let start = parent.map_or(Vec3::ZERO, |parent| skeleton.joints()[parent]);
-    let offset = CENTIMETRES * (skeleton.joints()[joint] - start);
+    let start = parent.map_or(Vec3::ZERO, |parent| places[parent].translation);
+    let offset = CENTIMETRES * (places[joint].translation - start);
     write_offset(out, &indent, offset)?;
     writeln!(out, "{indent}  CHANNELS {channels}")?;
     let children = (0..skeleton.len()).filter(|&child| skeleton.parents()[child] == Some(joint));
     let children: Vec<usize> = children.collect();
     for &child in &children {
-        write_joint(out, skeleton, child, depth + 1, order)?;
+        write_joint(out, (skeleton, places), child, depth + 1, order)?;
     }
     if children.is_empty() {
         writeln!(out, "{indent}  End Site\n{indent}  {{")?;
@@ -98,7 +101,7 @@ fn write_offset(out: &mut impl Write, indent: &str, offset: Vec3) -> io::Result<
 mod tests {
     use super::*;
     use crate::bvh::Bvh;
-    use unic_core::{Pose, skeleton::SkeletonParts};
+    use unic_core::skeleton::SkeletonParts;
 
     #[test]
     fn joints_of_the_file_are_where_forward_kinematics_puts_them() {
@@ -107,7 +110,8 @@ mod tests {
             names: ["pelvis", "toe L", "knee"].map(str::to_owned).to_vec(),
             parents: vec![-1, 2, 0],
             joints: vec![Vec3::Y, Vec3::new(0.1, 0.0, 0.2), Vec3::new(0.1, 0.5, 0.0)],
-            rest_pose: Vec::new(),
+            // The body is modelled in another pose than the zero pose.
+            rest_pose: vec![Vec3::ZERO, Vec3::Y * 0.3, Vec3::Z * 0.6],
         })
         .unwrap();
         let turns = [

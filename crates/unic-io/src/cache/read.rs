@@ -138,6 +138,11 @@ fn read_obj_folder(folder: &Path) -> Result<VertexCache> {
     })
 }
 
+/// Returns whether a folder holds OBJ files.
+pub(crate) fn has_obj_files(folder: &Path) -> bool {
+    obj_files(folder).is_ok_and(|files| !files.is_empty())
+}
+
 /// Lists the OBJ files of a folder, sorted by the number at the end of their names and then by
 /// name: `f2` precedes `f10`.
 ///

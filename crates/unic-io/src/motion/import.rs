@@ -17,7 +17,7 @@ use crate::{
     foreign_formats::refuse_foreign,
     frame_rate::check_frame_rate,
     npz::Npz,
-    retarget::{FootMeasure, RetargetSource, Retargeted, feet, low_pass},
+    retarget::{FootMeasure, RetargetSource, Retargeted, feet, low_pass, on_same_skeleton},
     rigged::{self, RiggedFormat, RiggedTransfer},
 };
 use std::path::Path;
@@ -72,7 +72,8 @@ enum MotionOrigin {
 /// the T-pose, is transferred as that of BVH files. Z up is rotated to Y up by R, −90° about x: the translation becomes R · (trans +
 /// J₀) − J₀ with the character's root joint J₀, and the root's orientation R · root.
 ///
-/// **BVH** files may have any skeleton. The motion is transferred to a character whose joint names
+/// **BVH** files may have any skeleton. With the character's own joints, in any unit, the motion is
+/// taken as it is. Else the motion is transferred to a character whose joint names
 /// are recognised; [`crate::retarget`] describes how.
 ///
 /// **glTF, FBX and USD** files have the motion of their first animation. If they have the character's own joints
@@ -170,10 +171,14 @@ fn from_rig(
 fn from_bvh(path: &Path, character: &Character, options: &MotionOptions) -> Result<LoadedMotion> {
     let bvh = Bvh::read(path)?;
     let source = RetargetSource::new(path, &bvh, &options.bones, options.up)?;
-    let Retargeted { clip, notes } = source.on(path, &bvh, character)?;
+    let same = on_same_skeleton(path, &bvh, &source, &character.skeleton)?;
+    let (origin, Retargeted { clip, notes }) = match same {
+        Some(taken) => (MotionOrigin::Native, taken),
+        None => (MotionOrigin::Retargeted, source.on(path, &bvh, character)?),
+    };
     Ok(LoadedMotion {
         clip,
-        origin: MotionOrigin::Retargeted,
+        origin,
         notes,
         findings: Vec::new(),
     })

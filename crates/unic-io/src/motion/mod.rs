@@ -24,5 +24,6 @@ pub use options::{FootLock, GroundPlacement, LowPass, MotionOptions};
 pub use plausibility::check_motion;
 pub(crate) use plausibility::{RootSpeed, max_root_speed};
 pub use repeat::{Cycle, Repeat, RepeatedMotion, repeat_cycle};
+pub(crate) use smpl::smpl_motion;
 pub(crate) use write::write_arrays;
 pub use write::write_motion;

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     bvh::{Bvh, RestJoint},
-    error::Result,
+    error::{Error, Result},
     finding::Finding,
     joint_names::{ARRAY_NAME as JOINT_NAMES, BodySide, LimbJoint},
     npz::Npz,
@@ -17,6 +17,7 @@ use crate::{
     up_axis::UpAxis,
 };
 use glam::Vec3;
+use std::path::Path;
 use unic_core::{
     character::Character,
     clip::Clip,
@@ -45,15 +46,11 @@ pub(super) fn transferred(
     }
     let Some(adult) = adult() else { return Ok(None) };
     let path = npz.path().to_path_buf();
-    let name = path
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
-    let arrays = MotionArrays::read_at(npz, &JointTarget::Character(&adult), options.fps_of_file)?;
-    let (mut notes, findings) = (arrays.notes.clone(), arrays.findings.clone());
-    let mut clip = arrays.into_clip(name);
-    up::convert_to_y_up(&mut clip, &adult, options.up, &mut notes);
+    let AdultClip {
+        clip,
+        mut notes,
+        findings,
+    } = AdultClip::read(npz, &adult, options)?;
     notes.push(
         "the rotations are taken for SMPL's, whose zero pose is the T-pose: they are transferred".into(),
     );
@@ -64,6 +61,50 @@ pub(super) fn transferred(
     notes.append(&mut transferred.notes);
     transferred.notes = notes;
     Ok(Some((transferred, findings)))
+}
+
+/// Reads motion in SMPL's order, on the joints of an adult in the T-pose.
+///
+/// # Errors
+/// Missing arrays, another number of joints, other faults of a motion.
+pub(crate) fn smpl_motion(path: &Path, options: &MotionOptions) -> Result<Bvh> {
+    let mut npz = Npz::open(path)?;
+    let expected = "a motion in SMPL's order, or one of a file with joints (BVH, glTF, FBX, USD)";
+    let numbers = numbers_a_frame(&mut npz)?;
+    let adult = adult().filter(|_| PoseLayout::of(numbers, SMPL_JOINT_NAMES.len()).is_some());
+    let Some(adult) = adult else {
+        return Err(Error::content(
+            path,
+            expected,
+            format!("{numbers} numbers a frame"),
+        ));
+    };
+    let read = AdultClip::read(&mut npz, &adult, options)?;
+    Ok(as_bvh(&adult, &read.clip))
+}
+
+/// A motion in SMPL's order on the skeleton of an adult, Y up.
+struct AdultClip {
+    clip: Clip,
+    notes: Vec<String>,
+    findings: Vec<Finding>,
+}
+
+impl AdultClip {
+    fn read(npz: &mut Npz, adult: &Skeleton, options: &MotionOptions) -> Result<Self> {
+        let name = (npz.path().file_stem().unwrap_or_default())
+            .to_string_lossy()
+            .into_owned();
+        let arrays = MotionArrays::read_at(npz, &JointTarget::Character(adult), options.fps_of_file)?;
+        let (mut notes, findings) = (arrays.notes.clone(), arrays.findings.clone());
+        let mut clip = arrays.into_clip(name);
+        up::convert_to_y_up(&mut clip, adult, options.up, &mut notes);
+        Ok(Self {
+            clip,
+            notes,
+            findings,
+        })
+    }
 }
 
 fn needs_transfer(npz: &mut Npz, skeleton: &Skeleton) -> Result<bool> {

@@ -15,11 +15,13 @@ pub(crate) mod feet;
 mod humanoid;
 pub(crate) mod low_pass;
 mod rig;
+mod same_skeleton;
 mod transfer;
 
 pub use bones::BoneMap;
 pub use feet::{FootMeasure, legs_of, measure_feet};
 pub(crate) use humanoid::bone_map;
+pub(crate) use same_skeleton::{FileUnit, ReferenceJoint, SameSkeleton};
 
 use crate::{
     bvh::Bvh,
@@ -32,7 +34,7 @@ use glam::{Quat, Vec3};
 use rig::{ReferenceOrigin, ReferenceRig, mean_trunk};
 use std::path::Path;
 use transfer::Transfer;
-use unic_core::{character::Character, clip::Clip, skeleton::Skeleton};
+use unic_core::{Pose, character::Character, clip::Clip, skeleton::Skeleton, transform::Rigid};
 
 /// Length of an adult's leg from hip to ankle, metres.
 const LEG_M: f32 = 0.84;
@@ -103,6 +105,16 @@ impl RetargetSource {
         })
     }
 
+    /// Returns whether the body stands when all rotations are zero.
+    pub(crate) fn stands_in_zero_pose(&self) -> bool {
+        self.rig.origin == ReferenceOrigin::ZeroPose
+    }
+
+    /// Rotation from the file's axes to Y up.
+    pub(crate) fn world_from_source(&self) -> Quat {
+        self.world_from_source
+    }
+
     /// Transfers the motion to a character: one pose for each frame of the file.
     ///
     /// # Errors
@@ -120,25 +132,67 @@ impl RetargetSource {
         let poses: Result<Vec<_>> = (0..bvh.len())
             .map(|frame| transfer.pose(bvh, frame, &mut scratch))
             .collect();
-        let poses = poses?;
-        // Huge numbers in a file overflow f32 on the way.
-        if let Some(frame) = poses.iter().position(|p| !p.is_valid()) {
-            let found = format!("others in frame {frame}");
-            return Err(Error::content(path, "positions that a body can take", found));
-        }
-        let clip = Clip {
-            name: path
-                .file_stem()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned(),
-            fps: bvh.fps(),
-            poses,
-            ground_height: 0.0,
-            wind: Vec::new(),
-        };
+        let clip = checked_clip(path, bvh, poses?)?;
         Ok(Retargeted { clip, notes })
     }
+}
+
+/// Takes the motion of a file as it is, if the joints of its zero pose are the character's: in one unit or
+/// another, Y up or Z up.
+///
+/// # Errors
+/// Positions that overflow.
+pub(crate) fn on_same_skeleton(
+    path: &Path,
+    bvh: &Bvh,
+    source: &RetargetSource,
+    skeleton: &Skeleton,
+) -> Result<Option<Retargeted>> {
+    let turn = source.world_from_source;
+    let turned = |joint: &Rigid| Rigid::new(turn * joint.rotation * turn.inverse(), turn * joint.translation);
+    let mut world = Vec::new();
+    bvh.world_from_joint_at_zero(&mut world);
+    let joints: Vec<ReferenceJoint<'_>> = (bvh.joints().iter().zip(&world))
+        .map(|(joint, place)| ReferenceJoint {
+            name: &joint.name,
+            place: turn * place.translation,
+        })
+        .collect();
+    let zero = Pose::from_axis_angles(Vec3::ZERO, &vec![Vec3::ZERO; skeleton.len()]);
+    let Some(same) = SameSkeleton::find(&joints, FileUnit::Unknown, skeleton, &zero) else {
+        return Ok(None);
+    };
+    let pose = |frame: usize| {
+        bvh.world_from_joint(frame, &mut world);
+        let world: Vec<Rigid> = world.iter().map(turned).collect();
+        same.pose(&world)
+    };
+    let clip = checked_clip(path, bvh, (0..bvh.len()).map(pose).collect())?;
+    let mut notes = source.notes.clone();
+    notes.push(format!(
+        "the joints are the character's: the motion is taken as it is, scaled by {:.4}",
+        same.metres_per_unit
+    ));
+    Ok(Some(Retargeted { clip, notes }))
+}
+
+/// Makes a clip that is named like its file.
+///
+/// # Errors
+/// Positions that overflow: huge numbers in a file are more than f32 holds.
+fn checked_clip(path: &Path, bvh: &Bvh, poses: Vec<Pose>) -> Result<Clip> {
+    if let Some(frame) = poses.iter().position(|p| !p.is_valid()) {
+        let found = format!("others in frame {frame}");
+        return Err(Error::content(path, "positions that a body can take", found));
+    }
+    let name = path.file_stem().unwrap_or_default();
+    Ok(Clip {
+        name: name.to_string_lossy().into_owned(),
+        fps: bvh.fps(),
+        poses,
+        ground_height: 0.0,
+        wind: Vec::new(),
+    })
 }
 
 /// Largest sine of the angle between the upper arms and the line across the shoulders in a T-pose:

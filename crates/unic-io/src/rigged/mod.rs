@@ -19,7 +19,7 @@ mod rest_space;
 mod rig;
 mod weld;
 
-pub(crate) use motion::{RiggedTransfer, read_motion};
+pub(crate) use motion::{RiggedTransfer, read_joints_of_motion, read_motion};
 pub use points::{ScenePoints, read_scene_points};
 
 use crate::{

@@ -4,25 +4,20 @@ use super::{
     RiggedFormat,
     file::SceneFile,
     request,
-    rig::{Rig, RigScratch},
+    rig::{Rig, RigJoint, RigScratch},
 };
 use crate::{
     bvh::{Bvh, RestJoint},
     error::Result,
     gltf::humanoid_bones,
-    joint_names::is_same_joint,
     motion::MotionOptions,
-    retarget::{BoneMap, RetargetSource, Retargeted},
+    retarget::{BoneMap, FileUnit, ReferenceJoint, RetargetSource, Retargeted, SameSkeleton},
     up_axis::UpAxis,
 };
-use glam::Quat;
 use std::path::Path;
-use unic_core::{Pose, character::Character, clip::Clip, skeleton::Skeleton, transform::Rigid};
+use unic_core::{character::Character, clip::Clip, skeleton::Skeleton, transform::Rigid};
 use unic_scene::{Assumed, Content, Motion};
 
-/// Distance between joints of the file and of the character, relative to the root, up to which both
-/// are one rig, metres.
-const SAME_RIG_M: f32 = 2e-3;
 /// Distance of a joint from its place on a character of rigid bones that is worth a note, metres.
 const NOTED_STRETCH_M: f32 = 5e-3;
 /// Motion of a file on a character.
@@ -99,15 +94,12 @@ pub(crate) fn read_motion(
     character: &Character,
     options: &MotionOptions,
 ) -> Result<RiggedMotion> {
-    let assumed = Assumed {
-        metres_per_unit: options.metres_per_unit,
-        up: options.up.stated(),
-        fps: options.fps_of_file,
-    };
-    let file = SceneFile::read(path, format, &request(Content::Motion, &assumed))?;
+    let file = read_file(path, format, options)?;
     let animated = AnimatedRig::new(&file)?;
-    match same_rig(&animated.rig, &character.skeleton) {
-        Some(sources) => on_same_rig(&animated, &sources, &character.skeleton),
+    let skeleton = &character.skeleton;
+    let joints = references(&animated.rig);
+    match SameSkeleton::find(&joints, FileUnit::Metres, skeleton, &skeleton.bind_pose()) {
+        Some(same) => on_same_rig(&animated, &same, skeleton),
         None => {
             let bones = match (options.bones.is_empty(), format) {
                 (true, RiggedFormat::Gltf) => humanoid_bones(path),
@@ -118,59 +110,37 @@ pub(crate) fn read_motion(
     }
 }
 
-/// Returns the joint of the file for each joint of the character, if both are one rig in one bind
-/// pose. Joints without children may be missing: they follow their parents.
-fn same_rig(rig: &Rig, skeleton: &Skeleton) -> Option<Vec<usize>> {
-    let find = |name: &String| {
-        let same = rig.joints.iter().position(|joint| joint.name == *name);
-        same.or_else(|| {
-            rig.joints
-                .iter()
-                .position(|joint| is_same_joint(&joint.name, name))
-        })
-    };
-    let found: Vec<Option<usize>> = skeleton.names().iter().map(find).collect();
-    let has_children = |joint: usize| skeleton.parents().contains(&Some(joint));
-    let root = found[skeleton.root()]?;
-    let origin = rig.joints[root].position - skeleton.joints()[skeleton.root()];
-    let mut sources = Vec::new();
-    for (joint, source) in found.iter().enumerate() {
-        let source = match source {
-            Some(source) => {
-                let off = rig.joints[*source].position - origin - skeleton.joints()[joint];
-                (off.length() < SAME_RIG_M).then_some(*source)?
-            }
-            None if has_children(joint) => return None,
-            None => found[skeleton.parents()[joint]?]?,
-        };
-        sources.push(source);
-    }
-    Some(sources)
+/// Reads all joints of a file and their motion, in metres, Y up: the bind pose is the zero pose.
+///
+/// # Errors
+/// No animation, damaged data.
+pub(crate) fn read_joints_of_motion(
+    path: &Path,
+    format: RiggedFormat,
+    options: &MotionOptions,
+) -> Result<Bvh> {
+    Ok(as_bvh(&AnimatedRig::new(&read_file(path, format, options)?)?))
 }
 
-fn on_same_rig(animated: &AnimatedRig, sources: &[usize], skeleton: &Skeleton) -> Result<RiggedMotion> {
-    let root = skeleton.root();
-    let mut rest = Vec::new();
-    skeleton.forward_kinematics(&skeleton.bind_pose(), &mut rest);
+fn read_file(path: &Path, format: RiggedFormat, options: &MotionOptions) -> Result<SceneFile> {
+    let assumed = Assumed {
+        metres_per_unit: options.metres_per_unit,
+        up: options.up.stated(),
+        fps: options.fps_of_file,
+    };
+    SceneFile::read(path, format, &request(Content::Motion, &assumed))
+}
+
+fn on_same_rig(animated: &AnimatedRig, same: &SameSkeleton<'_>, skeleton: &Skeleton) -> Result<RiggedMotion> {
     let (mut poses, mut joints) = (Vec::new(), Vec::new());
-    let mut farthest = (0.0, root);
+    let mut farthest = (0.0, skeleton.root());
+    let references = references(&animated.rig);
     animated.for_each_frame(|frame| {
-        let global: Vec<Quat> = (sources.iter().zip(&rest))
-            .map(|(source, rest)| frame[*source].rotation * rest.rotation)
-            .collect();
-        let local = |joint: usize| match skeleton.parents()[joint] {
-            Some(parent) => (global[parent].inverse() * global[joint]).normalize(),
-            None => global[joint],
-        };
-        let pose = Pose {
-            trans: frame[sources[root]].translation - skeleton.joints()[root],
-            local: (0..skeleton.len()).map(local).collect(),
-        };
+        let pose = same.pose(frame);
         skeleton.forward_kinematics(&pose, &mut joints);
-        for (joint, source) in sources.iter().enumerate() {
-            let off = joints[joint].translation.distance(frame[*source].translation);
-            let is_own = animated.rig.joints[*source].name == skeleton.names()[joint];
-            if is_own && off > farthest.0 {
+        for (joint, place) in same.places(&references, frame) {
+            let off = joints[joint].translation.distance(place);
+            if off > farthest.0 {
                 farthest = (off, joint);
             }
         }
@@ -200,6 +170,17 @@ fn on_same_rig(animated: &AnimatedRig, sources: &[usize], skeleton: &Skeleton) -
         notes,
         transfer: RiggedTransfer::SameRig,
     })
+}
+
+/// Joints of a rig in its bind pose.
+fn references(rig: &Rig) -> Vec<ReferenceJoint<'_>> {
+    fn joint(joint: &RigJoint) -> ReferenceJoint<'_> {
+        ReferenceJoint {
+            name: &joint.name,
+            place: joint.position,
+        }
+    }
+    rig.joints.iter().map(joint).collect()
 }
 
 fn retargeted(animated: &AnimatedRig, character: &Character, bones: &BoneMap) -> Result<RiggedMotion> {

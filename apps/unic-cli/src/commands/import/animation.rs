@@ -1,11 +1,11 @@
-//! The garment's animation, in any of the formats that are read.
+//! Animations of a garment or of a body without a rig, in any of the formats that are read.
 
 use super::{conversion::Conversion, notes::Notes};
 use crate::args::ImportArgs;
 use anyhow::{Result, bail};
 use glam::Vec3;
-use std::path::PathBuf;
-use unic_core::{character::Character, mesh::TriMesh};
+use std::path::{Path, PathBuf};
+use unic_core::mesh::TriMesh;
 use unic_io::{
     VertexFrames,
     alembic::{AlembicAnimation, AlembicReader},
@@ -14,7 +14,16 @@ use unic_io::{
     rigged::{RiggedFormat, read_scene_points},
 };
 
-/// Animation of a garment's vertices. Frames are read one at a time.
+/// Choice of one mesh of a file.
+pub(super) struct MeshChoice<'a> {
+    pub(super) path: &'a Path,
+    /// Its name.
+    pub(super) object: Option<&'a str>,
+    /// Number of vertices of meshes that are not meant, where no name tells.
+    pub(super) other_vertices: usize,
+}
+
+/// Animation of a mesh's vertices. Frames are read one at a time.
 pub(super) struct Animation {
     /// Frames per second, if the file states them.
     pub(super) fps: Option<f32>,
@@ -32,12 +41,12 @@ enum Source {
 }
 
 impl Animation {
-    /// Opens the animation of `--garment`.
+    /// Opens the animation of one mesh.
     ///
     /// # Errors
     /// A file that cannot be read; several meshes of which none is chosen.
-    pub(super) fn open(args: &ImportArgs, character: &Character, notes: &mut Notes) -> Result<Self> {
-        let path = &args.garment;
+    pub(super) fn open(args: &ImportArgs, choice: &MeshChoice<'_>, notes: &mut Notes) -> Result<Self> {
+        let path = choice.path;
         let rigged = RiggedFormat::of(path);
         let conversion = match rigged {
             // The reader converts.
@@ -45,20 +54,20 @@ impl Animation {
             None => Conversion::of(args),
         };
         let (source, fps, mesh) = match rigged {
-            Some(format) => Source::scene(args, format, character, notes)?,
-            None if AlembicReader::is_alembic(path) => Source::alembic(args, character, notes)?,
-            None if args.object.is_some() => bail!(
+            Some(format) => Source::scene(args, format, choice, notes)?,
+            None if AlembicReader::is_alembic(path) => Source::alembic(choice, notes)?,
+            None if choice.object.is_some() => bail!(
                 "{}: expected a file with named meshes for --object, found one without names",
                 path.display()
             ),
-            None => Source::frames(args, notes)?,
+            None => Source::frames(path, notes)?,
         };
         conversion.describe(path, notes);
         Ok(Self {
             fps,
             mesh: mesh.map(|mesh| conversion.mesh(mesh)),
             source,
-            path: path.clone(),
+            path: path.to_path_buf(),
             conversion,
         })
     }
@@ -109,8 +118,7 @@ impl Animation {
 type Opened = (Source, Option<f32>, Option<TriMesh>);
 
 impl Source {
-    fn frames(args: &ImportArgs, notes: &mut Notes) -> Result<Opened> {
-        let path = &args.garment;
+    fn frames(path: &Path, notes: &mut Notes) -> Result<Opened> {
         let cache = read_vertex_cache(path)?;
         if path.extension().is_some_and(|e| e == "pc2") {
             let step = read_pc2(path)?.frames_per_sample;
@@ -127,22 +135,25 @@ impl Source {
     fn scene(
         args: &ImportArgs,
         format: RiggedFormat,
-        character: &Character,
+        choice: &MeshChoice<'_>,
         notes: &mut Notes,
     ) -> Result<Opened> {
-        let path = &args.garment;
-        let vertices = character.body.vertices.len();
-        let read = read_scene_points(path, format, args.object.as_deref(), vertices, &args.assumed())?;
+        let MeshChoice {
+            path,
+            object,
+            other_vertices,
+        } = *choice;
+        let read = read_scene_points(path, format, object, other_vertices, &args.assumed())?;
         read.notes.iter().for_each(|note| notes.add(path, note));
         Ok((Self::Frames(read.frames), read.fps, Some(read.mesh)))
     }
 
-    fn alembic(args: &ImportArgs, character: &Character, notes: &mut Notes) -> Result<Opened> {
-        let path = &args.garment;
+    fn alembic(choice: &MeshChoice<'_>, notes: &mut Notes) -> Result<Opened> {
+        let path = choice.path;
         let mut reader = AlembicReader::open(path)?;
-        let mesh = match &args.object {
+        let mesh = match choice.object {
             Some(name) => reader.find(name)?,
-            None => reader.only_mesh_but(character.body.vertices.len())?,
+            None => reader.only_mesh_but(choice.other_vertices)?,
         };
         if reader.len() > 1 {
             let text = format!("mesh {} of {} in the file", reader.name(mesh), reader.len());

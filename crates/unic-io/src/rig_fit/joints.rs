@@ -1,0 +1,182 @@
+//! What a motion file leaves open about the places of joints, by linear least squares.
+//!
+//! With rigid bones the translation of joint j is linear in the joints' rest places J:
+//! qⱼ = q_root + Σ (R_parent(k) − Rₖ) Jₖ over the joints k from the root's child to j, and
+//! q_root = moved + (1 − R_root) J_root with the root's movement from its rest place. So positions are
+//! linear in J, or in one factor of all lengths.
+
+use super::{linear::solve, motion_skeleton::MotionSkeleton, rest::blended};
+use glam::{DMat3, DVec3, Mat3, Vec3};
+use unic_core::{skinning::SkinningWeights, transform::Rigid};
+
+/// Number of vertices that the joints are fitted to.
+const SAMPLED_VERTICES: usize = 400;
+/// Pull of each unknown to where it is, relative to the mean square of its effect on a position. Joints
+/// that do not turn stay.
+const PULL: f64 = 1e-5;
+
+/// What a motion file does not state about its joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Unknown {
+    /// Places of all joints are stated, in metres.
+    Nothing,
+    /// Places are stated in an unknown unit.
+    Unit,
+    /// Rotations and the root's movement in metres alone are stated.
+    Joints,
+}
+
+/// Frames, weights and transforms that unknowns are fitted to.
+pub(super) struct Sampled<'a> {
+    pub(super) positions: &'a [&'a [Vec3]],
+    /// `world_from_rest` with the unknowns as they are.
+    pub(super) transforms: &'a [Vec<Rigid>],
+    pub(super) weights: &'a SkinningWeights,
+}
+
+/// Normal equations of some unknowns. The rest position of each vertex is eliminated.
+struct Normal {
+    matrix: Vec<f64>,
+    right: Vec<f64>,
+    rows: usize,
+}
+
+impl Normal {
+    fn new(unknowns: usize) -> Self {
+        Self {
+            matrix: vec![0.0; unknowns * unknowns],
+            right: vec![0.0; unknowns],
+            rows: 0,
+        }
+    }
+
+    /// Adds the equations of a vertex, x = A r + C θ + offset in each frame: (A, C, x − offset).
+    fn add_vertex(&mut self, equations: &[(Mat3, Vec<Vec3>, Vec3)]) {
+        let unknowns = self.right.len();
+        let mut own = DMat3::ZERO;
+        let mut mixed = vec![DVec3::ZERO; unknowns];
+        let mut own_right = DVec3::ZERO;
+        for (linear, columns, value) in equations {
+            let transposed = linear.as_dmat3().transpose();
+            own += transposed * linear.as_dmat3();
+            own_right += transposed * value.as_dvec3();
+            for (mixed, column) in mixed.iter_mut().zip(columns) {
+                *mixed += transposed * column.as_dvec3();
+            }
+            for (i, column) in columns.iter().enumerate() {
+                self.right[i] += f64::from(column.dot(*value));
+                for (k, other) in columns.iter().enumerate().take(i + 1) {
+                    self.matrix[i * unknowns + k] += f64::from(column.dot(*other));
+                }
+            }
+        }
+        let inverse = own.inverse();
+        // The rest position takes its share of every column.
+        for i in 0..unknowns {
+            let solved = inverse * mixed[i];
+            self.right[i] -= solved.dot(own_right);
+            for k in 0..=i {
+                self.matrix[i * unknowns + k] -= solved.dot(mixed[k]);
+            }
+        }
+        self.rows += equations.len();
+    }
+
+    /// Solves for the unknowns, with a pull to `before`.
+    fn solve(mut self, before: &[f64]) -> Vec<f64> {
+        let unknowns = before.len();
+        let pull = PULL * self.rows as f64;
+        for i in 0..unknowns {
+            self.matrix[i * unknowns + i] += pull;
+            self.right[i] += pull * before[i];
+            for k in 0..i {
+                self.matrix[k * unknowns + i] = self.matrix[i * unknowns + k];
+            }
+        }
+        solve(&mut self.matrix, &mut self.right);
+        self.right
+    }
+}
+
+/// Returns the factor by which all lengths of the motion are to be multiplied.
+pub(super) fn fit_scale(sampled: &Sampled<'_>) -> f32 {
+    let mut normal = Normal::new(1);
+    for vertex in vertices(sampled.weights.len()) {
+        let equations = frames(sampled, vertex, |linear, offset, _, position| {
+            (linear, vec![offset], position)
+        });
+        normal.add_vertex(&equations);
+    }
+    normal.solve(&[1.0])[0] as f32
+}
+
+/// Returns the places of the joints in the rest pose.
+pub(super) fn fit_joints(sampled: &Sampled<'_>, motion: &MotionSkeleton, joints: &[Vec3]) -> Vec<Vec3> {
+    let before: Vec<f64> = joints
+        .iter()
+        .flat_map(|joint| joint.to_array())
+        .map(f64::from)
+        .collect();
+    let mut normal = Normal::new(before.len());
+    let mut below = vec![0.0; joints.len()];
+    for vertex in vertices(sampled.weights.len()) {
+        weights_below(motion, sampled.weights, vertex, &mut below);
+        let equations = frames(sampled, vertex, |linear, offset, transforms, position| {
+            let columns = columns(motion, &below, transforms);
+            let known: Vec3 = (columns.iter().zip(&before))
+                .map(|(column, place)| *column * *place as f32)
+                .sum();
+            // What the joints' places do not explain is the root's movement.
+            (linear, columns, position - (offset - known))
+        });
+        normal.add_vertex(&equations);
+    }
+    let places = normal.solve(&before);
+    (places.chunks_exact(3))
+        .map(|place| DVec3::from_slice(place).as_vec3())
+        .collect()
+}
+
+/// Makes an equation for each frame of a vertex from its map, its offset and its position.
+fn frames<E>(
+    sampled: &Sampled<'_>,
+    vertex: usize,
+    equation: impl Fn(Mat3, Vec3, &[Rigid], Vec3) -> E,
+) -> Vec<E> {
+    let frames = sampled.positions.iter().zip(sampled.transforms);
+    let one = |(frame, transforms): (&&[Vec3], &Vec<Rigid>)| {
+        let (linear, offset) = blended(sampled.weights, vertex, transforms);
+        equation(linear, offset, transforms, frame[vertex])
+    };
+    frames.map(one).collect()
+}
+
+/// Vertices that are sampled.
+fn vertices(count: usize) -> impl Iterator<Item = usize> {
+    (0..count).step_by(count.div_ceil(SAMPLED_VERTICES).max(1))
+}
+
+/// Sum of the weights of each joint and all joints below it.
+fn weights_below(motion: &MotionSkeleton, weights: &SkinningWeights, vertex: usize, below: &mut [f32]) {
+    below.fill(0.0);
+    weights
+        .row(vertex)
+        .for_each(|(joint, weight)| below[joint] += weight);
+    for &(joint, parent) in motion.parents_first.iter().rev() {
+        below[parent] += below[joint];
+    }
+}
+
+/// Effect of the coordinates of each joint's rest place on the position of a vertex.
+fn columns(motion: &MotionSkeleton, below: &[f32], transforms: &[Rigid]) -> Vec<Vec3> {
+    let mut columns = vec![Vec3::ZERO; 3 * below.len()];
+    let mut set = |joint: usize, above: Mat3| {
+        let effect = (above - Mat3::from_quat(transforms[joint].rotation)) * below[joint];
+        columns[3 * joint..3 * joint + 3].copy_from_slice(&[effect.x_axis, effect.y_axis, effect.z_axis]);
+    };
+    set(motion.root, Mat3::IDENTITY);
+    for &(joint, parent) in &motion.parents_first {
+        set(joint, Mat3::from_quat(transforms[parent].rotation));
+    }
+    columns
+}

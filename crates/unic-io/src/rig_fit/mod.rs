@@ -1,0 +1,280 @@
+//! A rig for a body of which only the animated surface is known.
+//!
+//! Simulators take bodies as vertex caches, without joints. The joints come from the file of the
+//! motion that moved the body. Rest shape and skinning weights are fitted, so that linear blend
+//! skinning reproduces the sampled frames x(v, t):
+//!
+//! min Σ ‖Σⱼ wⱼ(v) (Rⱼ(t) r(v) + qⱼ(t)) − x(v, t)‖², with wⱼ ≥ 0 and Σⱼ wⱼ = 1
+//!
+//! (Rⱼ, qⱼ) is `world_from_rest` of joint j, which the motion states. Weights w, rest shape r and
+//! what the motion leaves open are fitted in turn, as in Le and Deng 2012, "Smooth Skinning
+//! Decomposition with Rigid Bones", where the bones are unknown too. BVH leaves the unit of length
+//! open, rotations in SMPL's order leave the places of the joints open.
+//!
+//! The rest pose is that of the motion file: the bind pose of a rig, the zero pose of a BVH file,
+//! SMPL's T-pose.
+
+mod body_file;
+mod joints;
+mod linear;
+mod motion_skeleton;
+mod rest;
+mod weights;
+
+#[cfg(test)]
+mod tests;
+
+pub use body_file::UnriggedBody;
+pub use motion_skeleton::MotionSkeleton;
+
+use crate::error::{Error, Result};
+use glam::Vec3;
+use joints::{Sampled, Unknown};
+use std::path::Path;
+use unic_core::{
+    character::Character,
+    mesh::TriMesh,
+    skeleton::{Skeleton, SkeletonParts},
+    skinning::SkinningWeights,
+    transform::Rigid,
+};
+
+/// Number of rounds of weights, rest shape and joints.
+const ROUNDS: usize = 8;
+/// Largest number of joints a vertex, as many as engines skin with.
+const MAX_JOINTS: usize = 8;
+/// Smallest weight that is kept.
+const MIN_WEIGHT: f32 = 1e-3;
+/// RMS distance above which the motion is not that of the body, metres.
+pub const MAX_RMS_M: f32 = 0.05;
+
+/// A frame of a body's animation.
+#[derive(Clone, Debug)]
+pub struct BodyFrame {
+    /// Time from the start of the motion, seconds.
+    pub seconds: f64,
+    /// Positions, metres, Y up.
+    pub vertices: Vec<Vec3>,
+}
+
+/// A character whose skinning reproduces an animated body.
+#[derive(Clone, Debug)]
+pub struct FittedRig {
+    /// Body in the rest pose of the motion file, joints and skinning weights.
+    pub character: Character,
+    /// RMS distance of the skinned vertices from the given ones, metres.
+    pub rms_m: f32,
+    /// Largest distance, metres.
+    pub largest_m: f32,
+}
+
+/// Fits a rig to frames of a body with the triangles `faces`. `path` is the body's file, for errors.
+///
+/// The work grows with frames times vertices; some sixty frames of different poses are enough.
+///
+/// # Errors
+/// Fewer than two frames, frames of different numbers of vertices, a mesh or skeleton with faults, a
+/// motion that does not move the body.
+pub fn fit_rig(
+    path: &Path,
+    faces: &[[u32; 3]],
+    frames: &[BodyFrame],
+    motion: &MotionSkeleton,
+) -> Result<FittedRig> {
+    let count = frames.first().map_or(0, |frame| frame.vertices.len());
+    if frames.len() < 2 || frames.iter().any(|frame| frame.vertices.len() != count) {
+        let expected = "at least two frames of the body during the motion, of the same vertices";
+        return Err(Error::content(path, expected, frames.len().to_string()));
+    }
+    let mut fit = Fit::new(motion, frames);
+    let mut round = fit.round(path, None)?;
+    for _ in 1..ROUNDS {
+        fit.place_joints(&round);
+        round = fit.round(path, Some(&round.rest))?;
+    }
+    fit.judged(path, faces, round)
+}
+
+/// What one round has found.
+struct Round {
+    /// `world_from_rest` of each joint in each frame.
+    transforms: Vec<Vec<Rigid>>,
+    weights: SkinningWeights,
+    rest: Vec<Vec3>,
+}
+
+/// Joints of the motion in the sampled frames, with what has been found about their places.
+struct Fit<'a> {
+    motion: &'a MotionSkeleton,
+    positions: Vec<&'a [Vec3]>,
+    /// Rotation from the rest pose and position of each joint in each frame, in the motion's own unit.
+    frames: Vec<Vec<Rigid>>,
+    /// Joints in the rest pose, metres.
+    joints: Vec<Vec3>,
+    /// Metres in a unit of the root's movement.
+    unit: f32,
+}
+
+impl<'a> Fit<'a> {
+    fn new(motion: &'a MotionSkeleton, frames: &'a [BodyFrame]) -> Self {
+        let sampled: Vec<Vec<Rigid>> = frames.iter().map(|frame| motion.at(frame.seconds)).collect();
+        let size = motion.size_for(&frames[0].vertices, &sampled[0]);
+        let (size, unit) = match motion.unknown {
+            Unknown::Nothing => (1.0, 1.0),
+            Unknown::Unit => (size, size),
+            Unknown::Joints => (size, 1.0),
+        };
+        Self {
+            motion,
+            positions: frames.iter().map(|frame| frame.vertices.as_slice()).collect(),
+            frames: sampled,
+            joints: motion.joints.iter().map(|joint| size * *joint).collect(),
+            unit,
+        }
+    }
+
+    /// Fits weights and rest shape to the joints as they are.
+    fn round(&self, path: &Path, rest: Option<&[Vec3]>) -> Result<Round> {
+        let transforms = self.transforms();
+        let weights = self.weights(path, rest, &transforms)?;
+        Ok(Round {
+            rest: rest::fit(&self.positions, &transforms, &weights),
+            transforms,
+            weights,
+        })
+    }
+
+    /// `world_from_rest` of each joint in each frame: rotations of the motion, rigid bones.
+    fn transforms(&self) -> Vec<Vec<Rigid>> {
+        let root = self.motion.root;
+        let frame = |world: &Vec<Rigid>| {
+            let mut out = world.clone();
+            // Movement of the root from its rest place, wherever that is.
+            let moved = self.unit * (world[root].translation - self.motion.joints[root]);
+            let place = self.joints[root];
+            out[root].translation = moved + place - out[root].vector(place);
+            for &(joint, parent) in &self.motion.parents_first {
+                let place = self.joints[joint];
+                out[joint].translation = out[parent].point(place) - out[joint].vector(place);
+            }
+            out
+        };
+        self.frames.iter().map(frame).collect()
+    }
+
+    /// Fits the weights of all vertices, to the rest shape if one is known.
+    fn weights(
+        &self,
+        path: &Path,
+        rest: Option<&[Vec3]>,
+        transforms: &[Vec<Rigid>],
+    ) -> Result<SkinningWeights> {
+        let bones: Vec<Vec<[Vec3; 2]>> = self.bones(&transforms[0]);
+        let (mut positions, mut distances) = (Vec::new(), Vec::new());
+        let row = |vertex: usize| {
+            positions.clear();
+            positions.extend(self.positions.iter().map(|frame| frame[vertex]));
+            distances.clear();
+            distances.extend(bones.iter().map(|bones| weights::distance(positions[0], bones)));
+            let predicted = weights::prediction(positions[0], rest.map(|rest| rest[vertex]), transforms);
+            weights::fit_vertex(&positions, predicted, &distances).into_iter()
+        };
+        let rows = (0..self.positions[0].len()).map(row);
+        let fitted = SkinningWeights::from_rows(self.joints.len(), rows);
+        let fitted = fitted.map_err(|source| Error::Weights {
+            path: path.to_path_buf(),
+            source,
+        })?;
+        Ok(fitted.pruned(MAX_JOINTS, MIN_WEIGHT))
+    }
+
+    /// Segments from each joint to its children in a frame.
+    fn bones(&self, world_from_rest: &[Rigid]) -> Vec<Vec<[Vec3; 2]>> {
+        let place = |joint: usize| world_from_rest[joint].point(self.joints[joint]);
+        let mut bones = vec![Vec::new(); self.joints.len()];
+        for &(joint, parent) in &self.motion.parents_first {
+            bones[parent].push([place(parent), place(joint)]);
+        }
+        for (joint, bones) in bones.iter_mut().enumerate() {
+            if bones.is_empty() {
+                bones.push([place(joint); 2]);
+            }
+        }
+        bones
+    }
+
+    /// Fits what the motion leaves open.
+    fn place_joints(&mut self, round: &Round) {
+        let sampled = Sampled {
+            positions: &self.positions,
+            transforms: &round.transforms,
+            weights: &round.weights,
+        };
+        match self.motion.unknown {
+            Unknown::Nothing => {}
+            Unknown::Unit => {
+                let factor = joints::fit_scale(&sampled);
+                self.unit *= factor;
+                self.joints.iter_mut().for_each(|joint| *joint *= factor);
+            }
+            Unknown::Joints => self.joints = joints::fit_joints(&sampled, self.motion, &self.joints),
+        }
+    }
+
+    /// Makes the character and measures it against the frames.
+    ///
+    /// # Errors
+    /// A mesh or skeleton with faults, a body that is elsewhere.
+    fn judged(&self, path: &Path, faces: &[[u32; 3]], round: Round) -> Result<FittedRig> {
+        let (rms_m, largest_m) = distances(&round, &self.positions);
+        // The negation also refuses NaN.
+        if !(rms_m < MAX_RMS_M) {
+            let expected = "a body that the joints of the motion move (both from one scene, with one start, \
+                            one up axis and one unit)";
+            let found = format!("one that is {rms_m:.2} m off on average");
+            return Err(Error::content(path, expected, found));
+        }
+        let motion = self.motion;
+        let parents = motion.parents.iter();
+        let skeleton = Skeleton::new(SkeletonParts {
+            names: motion.names.clone(),
+            parents: parents
+                .map(|parent| parent.map_or(-1, |joint| joint as i64))
+                .collect(),
+            joints: self.joints.clone(),
+            rest_pose: Vec::new(),
+        });
+        let skeleton = skeleton.map_err(|source| Error::Skeleton {
+            path: motion.path.clone(),
+            source,
+        })?;
+        let body = TriMesh::new(round.rest, faces.to_vec()).map_err(|source| Error::Mesh {
+            path: path.to_path_buf(),
+            source,
+        })?;
+        Ok(FittedRig {
+            character: Character {
+                body,
+                skeleton,
+                weights: round.weights,
+            },
+            rms_m,
+            largest_m,
+        })
+    }
+}
+
+/// RMS and largest distance of the skinned vertices from the given ones, metres.
+fn distances(round: &Round, positions: &[&[Vec3]]) -> (f32, f32) {
+    let (mut sum, mut largest, mut skinned) = (0.0f64, 0.0f32, Vec::new());
+    for (frame, world_from_rest) in positions.iter().zip(&round.transforms) {
+        round.weights.skin(&round.rest, world_from_rest, &mut skinned);
+        for (a, b) in skinned.iter().zip(*frame) {
+            let far = a.distance(*b);
+            sum += f64::from(far * far);
+            largest = largest.max(far);
+        }
+    }
+    let count = positions.len() * round.rest.len();
+    ((sum / count.max(1) as f64).sqrt() as f32, largest)
+}

@@ -1,0 +1,137 @@
+use super::*;
+use glam::Quat;
+use unic_core::{Pose, clip::Clip};
+use unic_testdata::{Figure, mixamo_clip};
+
+const FPS: f64 = 30.0;
+
+/// Frames of a figure's body in a motion.
+fn frames(figure: &Figure, clip: &Clip) -> Vec<BodyFrame> {
+    let Character {
+        body,
+        skeleton,
+        weights,
+    } = &figure.character;
+    let (mut joints, mut transforms) = (Vec::new(), Vec::new());
+    let frame = |(t, pose): (usize, &Pose)| {
+        skeleton.forward_kinematics(pose, &mut joints);
+        skeleton.world_from_rest(&joints, &mut transforms);
+        let mut vertices = Vec::new();
+        weights.skin(&body.vertices, &transforms, &mut vertices);
+        BodyFrame {
+            seconds: t as f64 / FPS,
+            vertices,
+        }
+    };
+    clip.poses.iter().enumerate().map(frame).collect()
+}
+
+/// The joints of a figure in a motion, in units of `unit` metres.
+fn motion(skeleton: &Skeleton, clip: &Clip, unknown: Unknown, unit: f32) -> MotionSkeleton {
+    let mut world = Vec::new();
+    let frame = |pose: &Pose| {
+        skeleton.forward_kinematics(pose, &mut world);
+        let scaled = |joint: &Rigid| Rigid::new(joint.rotation, joint.translation / unit);
+        world.iter().map(scaled).collect()
+    };
+    let frames = clip.poses.iter().map(frame).collect();
+    let parents = skeleton.parents().to_vec();
+    let places = skeleton.joints().iter().map(|joint| *joint / unit).collect();
+    MotionSkeleton::of_joints(
+        skeleton.names().to_vec(),
+        parents,
+        places,
+        unknown,
+        FPS as f32,
+        frames,
+    )
+}
+
+fn fitted(figure: &Figure, clip: &Clip, motion: &MotionSkeleton) -> Result<FittedRig> {
+    let faces = &figure.character.body.faces;
+    fit_rig("body.abc".as_ref(), faces, &frames(figure, clip), motion)
+}
+
+#[test]
+fn a_skinned_body_gets_its_rig_back() {
+    let (figure, clip) = (Figure::mixamo(), mixamo_clip("walk", 0, 60));
+    let skeleton = &figure.character.skeleton;
+    let rig = fitted(&figure, &clip, &motion(skeleton, &clip, Unknown::Nothing, 1.0)).unwrap();
+    assert!(
+        rig.rms_m < 3e-4 && rig.largest_m < 3e-3,
+        "{} {}",
+        rig.rms_m,
+        rig.largest_m
+    );
+    assert_eq!(rig.character.skeleton, *skeleton);
+    // Frames that it has not been fitted to.
+    let other = mixamo_clip("other", 7, 20);
+    let refitted = Figure {
+        character: rig.character,
+        ..figure.clone()
+    };
+    let pairs = frames(&figure, &other).into_iter().zip(frames(&refitted, &other));
+    for (a, b) in pairs {
+        let far = a.vertices.iter().zip(&b.vertices).map(|(a, b)| a.distance(*b));
+        let far = far.fold(0.0, f32::max);
+        assert!(far < 0.01, "{far} m");
+    }
+}
+
+#[test]
+fn the_unit_of_a_motion_is_found() {
+    let (figure, clip) = (Figure::mixamo(), mixamo_clip("walk", 0, 40));
+    let skeleton = &figure.character.skeleton;
+    let rig = fitted(&figure, &clip, &motion(skeleton, &clip, Unknown::Unit, 0.0254)).unwrap();
+    assert!(rig.rms_m < 3e-4, "{}", rig.rms_m);
+    for (found, expected) in rig.character.skeleton.joints().iter().zip(skeleton.joints()) {
+        assert!(found.distance(*expected) < 2e-3, "{found} {expected}");
+    }
+}
+
+#[test]
+fn joints_are_moved_to_where_the_body_turns() {
+    let (figure, clip) = (Figure::mixamo(), mixamo_clip("walk", 0, 60));
+    let skeleton = &figure.character.skeleton;
+    let mut moved = motion(skeleton, &clip, Unknown::Joints, 1.0);
+    let knee = skeleton
+        .names()
+        .iter()
+        .position(|name| name.ends_with("LeftLeg"))
+        .unwrap();
+    moved.joints[knee] += glam::Vec3::new(0.01, 0.04, -0.02);
+    let rig = fitted(&figure, &clip, &moved).unwrap();
+    assert!(rig.rms_m < 1e-3, "{}", rig.rms_m);
+    let off = rig.character.skeleton.joints()[knee].distance(skeleton.joints()[knee]);
+    assert!(off < 0.015, "{off} m");
+}
+
+#[test]
+fn a_body_in_another_motion_is_refused() {
+    let (figure, clip) = (Figure::mixamo(), mixamo_clip("walk", 0, 40));
+    let mut turned = clip.clone();
+    let root = figure.character.skeleton.root();
+    for (t, pose) in turned.poses.iter_mut().enumerate() {
+        pose.trans.x += 0.05 * t as f32;
+        pose.local[root] = Quat::from_rotation_y(1.5) * pose.local[root];
+    }
+    let motion = motion(&figure.character.skeleton, &turned, Unknown::Nothing, 1.0);
+    let error = fitted(&figure, &clip, &motion).unwrap_err().to_string();
+    assert!(
+        error.contains("body.abc: expected a body that the joints of the motion move"),
+        "{error}"
+    );
+    assert!(fit_rig("a".as_ref(), &[], &[], &motion).is_err());
+}
+
+#[test]
+fn motion_between_two_frames_is_interpolated() {
+    let (figure, clip) = (Figure::mixamo(), mixamo_clip("walk", 0, 10));
+    let motion = motion(&figure.character.skeleton, &clip, Unknown::Nothing, 1.0);
+    let (a, b, middle) = (motion.at(3.0 / FPS), motion.at(4.0 / FPS), motion.at(3.5 / FPS));
+    for ((a, b), middle) in a.iter().zip(&b).zip(&middle) {
+        assert!(middle.translation.distance(0.5 * (a.translation + b.translation)) < 1e-5);
+        assert!(middle.rotation.angle_between(a.rotation.slerp(b.rotation, 0.5)) < 1e-3);
+    }
+    assert!((motion.seconds() - 9.0 / FPS).abs() < 1e-9);
+}
