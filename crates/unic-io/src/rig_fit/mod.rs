@@ -39,8 +39,13 @@ use unic_core::{
     transform::Rigid,
 };
 
-/// Number of rounds of weights, rest shape and joints.
+/// Number of rounds of weights and rest shape.
 const ROUNDS: usize = 8;
+/// Number of rounds of weights, rest shape and joints. Weights and rest shape absorb a part of
+/// a wrong unit, so that its error falls slowly.
+const ROUNDS_OF_JOINTS: usize = 20;
+/// Number of vertices that joints are placed by.
+const SAMPLED_VERTICES: usize = 400;
 /// Largest number of joints a vertex, as many as engines skin with.
 const MAX_JOINTS: usize = 8;
 /// Smallest weight that is kept.
@@ -87,12 +92,25 @@ pub fn fit_rig(
         return Err(Error::content(path, expected, frames.len().to_string()));
     }
     let mut fit = Fit::new(motion, frames);
-    let mut round = fit.round(path, None)?;
-    for _ in 1..ROUNDS {
-        fit.place_joints(&round);
-        round = fit.round(path, Some(&round.rest))?;
+    if motion.unknown != Unknown::Nothing {
+        fit.place_joints(path, &strided(frames))?;
     }
-    fit.judged(path, faces, round)
+    let positions: Vec<&[Vec3]> = frames.iter().map(|frame| frame.vertices.as_slice()).collect();
+    let mut round = fit.round(path, &positions, None)?;
+    for _ in 1..ROUNDS {
+        round = fit.round(path, &positions, Some(&round.rest))?;
+    }
+    fit.judged(path, faces, &positions, round)
+}
+
+/// Vertices at equal distances in the order of the file, in every frame.
+fn strided(frames: &[BodyFrame]) -> Vec<Vec<Vec3>> {
+    let stride = |count: usize| count.div_ceil(SAMPLED_VERTICES).max(1);
+    let frame = |frame: &BodyFrame| {
+        let vertices = frame.vertices.iter().step_by(stride(frame.vertices.len()));
+        vertices.copied().collect()
+    };
+    frames.iter().map(frame).collect()
 }
 
 /// What one round has found.
@@ -106,17 +124,18 @@ struct Round {
 /// Joints of the motion in the sampled frames, with what has been found about their places.
 struct Fit<'a> {
     motion: &'a MotionSkeleton,
-    positions: Vec<&'a [Vec3]>,
     /// Rotation from the rest pose and position of each joint in each frame, in the motion's own unit.
     frames: Vec<Vec<Rigid>>,
     /// Joints in the rest pose, metres.
     joints: Vec<Vec3>,
+    /// Joints of a usual body of this height, metres.
+    usual: Vec<Vec3>,
     /// Metres in a unit of the root's movement.
     unit: f32,
 }
 
 impl<'a> Fit<'a> {
-    fn new(motion: &'a MotionSkeleton, frames: &'a [BodyFrame]) -> Self {
+    fn new(motion: &'a MotionSkeleton, frames: &[BodyFrame]) -> Self {
         let sampled: Vec<Vec<Rigid>> = frames.iter().map(|frame| motion.at(frame.seconds)).collect();
         let size = motion.size_for(&frames[0].vertices, &sampled[0]);
         let (size, unit) = match motion.unknown {
@@ -124,21 +143,22 @@ impl<'a> Fit<'a> {
             Unknown::Unit => (size, size),
             Unknown::Joints => (size, 1.0),
         };
+        let joints: Vec<Vec3> = motion.joints.iter().map(|joint| size * *joint).collect();
         Self {
             motion,
-            positions: frames.iter().map(|frame| frame.vertices.as_slice()).collect(),
             frames: sampled,
-            joints: motion.joints.iter().map(|joint| size * *joint).collect(),
+            usual: joints.clone(),
+            joints,
             unit,
         }
     }
 
     /// Fits weights and rest shape to the joints as they are.
-    fn round(&self, path: &Path, rest: Option<&[Vec3]>) -> Result<Round> {
+    fn round(&self, path: &Path, positions: &[&[Vec3]], rest: Option<&[Vec3]>) -> Result<Round> {
         let transforms = self.transforms();
-        let weights = self.weights(path, rest, &transforms)?;
+        let weights = self.weights(path, positions, rest, &transforms)?;
         Ok(Round {
-            rest: rest::fit(&self.positions, &transforms, &weights),
+            rest: rest::fit(positions, &transforms, &weights),
             transforms,
             weights,
         })
@@ -166,6 +186,7 @@ impl<'a> Fit<'a> {
     fn weights(
         &self,
         path: &Path,
+        frames: &[&[Vec3]],
         rest: Option<&[Vec3]>,
         transforms: &[Vec<Rigid>],
     ) -> Result<SkinningWeights> {
@@ -173,13 +194,13 @@ impl<'a> Fit<'a> {
         let (mut positions, mut distances) = (Vec::new(), Vec::new());
         let row = |vertex: usize| {
             positions.clear();
-            positions.extend(self.positions.iter().map(|frame| frame[vertex]));
+            positions.extend(frames.iter().map(|frame| frame[vertex]));
             distances.clear();
             distances.extend(bones.iter().map(|bones| weights::distance(positions[0], bones)));
             let predicted = weights::prediction(positions[0], rest.map(|rest| rest[vertex]), transforms);
             weights::fit_vertex(&positions, predicted, &distances).into_iter()
         };
-        let rows = (0..self.positions[0].len()).map(row);
+        let rows = (0..frames[0].len()).map(row);
         let fitted = SkinningWeights::from_rows(self.joints.len(), rows);
         let fitted = fitted.map_err(|source| Error::Weights {
             path: path.to_path_buf(),
@@ -203,30 +224,40 @@ impl<'a> Fit<'a> {
         bones
     }
 
-    /// Fits what the motion leaves open.
-    fn place_joints(&mut self, round: &Round) {
-        let sampled = Sampled {
-            positions: &self.positions,
-            transforms: &round.transforms,
-            weights: &round.weights,
-        };
-        match self.motion.unknown {
-            Unknown::Nothing => {}
-            Unknown::Unit => {
+    /// Fits what the motion leaves open, to some vertices of the body.
+    fn place_joints(&mut self, path: &Path, frames: &[Vec<Vec3>]) -> Result<()> {
+        let positions: Vec<&[Vec3]> = frames.iter().map(Vec::as_slice).collect();
+        let mut round = self.round(path, &positions, None)?;
+        for _ in 0..ROUNDS_OF_JOINTS {
+            let sampled = Sampled {
+                positions: &positions,
+                transforms: &round.transforms,
+                weights: &round.weights,
+            };
+            if self.motion.unknown == Unknown::Unit {
                 let factor = joints::fit_scale(&sampled);
                 self.unit *= factor;
                 self.joints.iter_mut().for_each(|joint| *joint *= factor);
+            } else {
+                self.joints = joints::fit_joints(&sampled, self.motion, &self.joints, &self.usual);
             }
-            Unknown::Joints => self.joints = joints::fit_joints(&sampled, self.motion, &self.joints),
+            round = self.round(path, &positions, Some(&round.rest))?;
         }
+        Ok(())
     }
 
     /// Makes the character and measures it against the frames.
     ///
     /// # Errors
     /// A mesh or skeleton with faults, a body that is elsewhere.
-    fn judged(&self, path: &Path, faces: &[[u32; 3]], round: Round) -> Result<FittedRig> {
-        let (rms_m, largest_m) = distances(&round, &self.positions);
+    fn judged(
+        &self,
+        path: &Path,
+        faces: &[[u32; 3]],
+        positions: &[&[Vec3]],
+        round: Round,
+    ) -> Result<FittedRig> {
+        let (rms_m, largest_m) = distances(&round, positions);
         // The negation also refuses NaN.
         if !(rms_m < MAX_RMS_M) {
             let expected = "a body that the joints of the motion move (both from one scene, with one start, \
