@@ -15,8 +15,12 @@ use unic_io::{Assumed, LowPass, Up, capture::JointReference, rigged::CharacterOp
 /// from --rest, else from the capture, else from the first frame of the animation, if its file has
 /// faces. That frame is moved back to the rest pose and keeps its wrinkles.
 ///
+/// A body without a rig, animated with the garment, gets the joints of --motion, and skinning
+/// weights that are fitted to it.
+///
 /// A folder of Marvelous Designer or CLO with `deformation/*.obj` and `animation.fbx` brings the
-/// garment, the character and the motion of a clip that is named like the folder.
+/// garment, the character and the motion of a clip that is named like the folder. If the FBX file
+/// has joints alone, the body is that of `motion/*.obj`.
 ///
 /// Garment and motion start together, unless --offset is given. The clip ends with the shorter one.
 ///
@@ -46,7 +50,8 @@ pub(crate) struct ImportArgs {
     /// vertices as the character].
     #[arg(long, value_name = "NAME")]
     pub(crate) object: Option<String>,
-    /// Name of the body in a character file of several skinned meshes [default: the only one].
+    /// Name of the body in a character file of several meshes [default: the only one that is skinned, or
+    /// the one called body of an animation without a rig].
     #[arg(long, value_name = "NAME")]
     pub(crate) body: Option<String>,
     /// Folder of the capture to make, or to add a clip to.
@@ -121,8 +126,8 @@ pub(crate) struct ImportFiles {
     /// garment's folder].
     #[arg(long, value_name = "FILE")]
     pub(crate) motion: Option<PathBuf>,
-    /// Character: a character.npz, glTF, FBX or USD file [default: that of the capture in --out, else
-    /// the FBX file of the garment's folder].
+    /// Character: a character.npz, glTF, FBX or USD file, or the animation of a body without a rig, in the
+    /// formats of --garment [default: that of the capture in --out, else that of the garment's folder].
     #[arg(long, value_name = "FILE")]
     pub(crate) character: Option<PathBuf>,
 }

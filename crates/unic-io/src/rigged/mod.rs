@@ -23,7 +23,7 @@ pub(crate) use motion::{RiggedTransfer, read_joints_of_motion, read_motion};
 pub use points::{ScenePoints, read_scene_points};
 
 use crate::{
-    error::Result,
+    error::{Error, Result},
     foreign_formats::{PartlyReadFormat, partly_read},
 };
 use body::RiggedBody;
@@ -160,6 +160,17 @@ pub(crate) fn summarise_animation(path: &Path, format: RiggedFormat) -> Result<A
         fps: animated.motion.fps,
         notes: animated.notes,
     })
+}
+
+/// Returns whether a file has a skinned mesh, and not joints alone.
+///
+/// # Errors
+/// A damaged file, one of another format.
+pub fn has_skinned_mesh(path: &Path) -> Result<bool> {
+    match RiggedFormat::of(path) {
+        Some(format) => Ok(!contents(path, format)?.skinned.is_empty()),
+        None => Err(Error::content(path, "a glTF, FBX or USD file", "another")),
+    }
 }
 
 /// Lists what a file holds.

@@ -3,7 +3,8 @@
 //! | path in the folder | content |
 //! |---|---|
 //! | `deformation/*.obj` | garment, one file a frame |
-//! | `animation.fbx`, or the only FBX file | character and its motion |
+//! | `animation.fbx`, or the only FBX file | character and its motion, or joints and their motion alone |
+//! | `motion/*.obj` | body, one file a frame, for joints without a skinned mesh |
 
 use crate::{
     args::{ImportArgs, ImportFiles},
@@ -11,9 +12,12 @@ use crate::{
 };
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
+use unic_io::rigged::{RiggedFormat, has_skinned_mesh};
 
 /// Folder of the garment's frames in a sequence.
 const FRAMES: &str = "deformation";
+/// Folder of the body's frames.
+const BODY: &str = "motion";
 /// File of the character and its motion, where there are several FBX files.
 const RIG: &str = "animation.fbx";
 
@@ -39,11 +43,11 @@ pub(super) fn resolve(args: &ImportArgs) -> Result<ImportArgs> {
     };
     let mut resolved = args.clone();
     if is_sequence {
-        // The rig comes with its motion, unless the capture has a character already.
-        let has_capture = unic_io::capture::is_capture(&args.out);
-        let own = (!has_capture && motion.extension().is_some_and(|e| e.eq_ignore_ascii_case("fbx")))
-            .then(|| motion.clone());
-        resolved.character = character.or(own);
+        resolved.character = match character {
+            // A capture has its character already.
+            None if !unic_io::capture::is_capture(&args.out) => body(&garment, &motion)?,
+            given => given,
+        };
         resolved.clip = args.clip.clone().or_else(|| name(&garment));
         resolved.garment = frames;
     } else {
@@ -52,6 +56,15 @@ pub(super) fn resolve(args: &ImportArgs) -> Result<ImportArgs> {
     }
     resolved.motion = motion;
     Ok(resolved)
+}
+
+/// The character of a sequence: the motion's own, or the animated body. A rig comes with its motion.
+fn body(folder: &Path, motion: &Path) -> Result<Option<PathBuf>> {
+    let frames = folder.join(BODY);
+    if RiggedFormat::of(motion).is_some() && (!frames.is_dir() || has_skinned_mesh(motion)?) {
+        return Ok(Some(motion.to_path_buf()));
+    }
+    Ok(Some(frames).filter(|frames| frames.is_dir()))
 }
 
 fn name(folder: &Path) -> Option<String> {
