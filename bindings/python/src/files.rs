@@ -1,0 +1,72 @@
+//! Readers of meshes, characters and vertex animations.
+
+use crate::{
+    capture::Frames,
+    character::{Character, Source},
+    error::{Result, detached},
+    mesh::Mesh,
+};
+use numpy::PyArray3;
+use pyo3::prelude::*;
+use std::{path::PathBuf, sync::Arc};
+use unic_io::{import_character, read_obj, rigged::CharacterOptions};
+
+/// Positions of vertices over time, in the unit and axes of their file.
+#[pyclass(frozen, module = "unic")]
+pub(crate) struct VertexAnimation {
+    frames: Py<Frames>,
+    fps: Option<f32>,
+    mesh: Option<Py<Mesh>>,
+}
+
+#[pymethods]
+impl VertexAnimation {
+    #[getter]
+    fn frames<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray3<f32>>> {
+        Frames::view(self.frames.bind(py))
+    }
+
+    #[getter]
+    fn fps(&self) -> Option<f32> {
+        self.fps
+    }
+
+    #[getter]
+    fn mesh(&self, py: Python<'_>) -> Option<Py<Mesh>> {
+        self.mesh.as_ref().map(|mesh| mesh.clone_ref(py))
+    }
+}
+
+/// Reads an OBJ file.
+#[pyfunction]
+pub(crate) fn read_mesh(py: Python<'_>, path: PathBuf) -> Result<Mesh> {
+    detached(py, || Ok(Mesh::own(read_obj(&path)?)))
+}
+
+/// Reads a vertex animation.
+#[pyfunction]
+#[pyo3(signature = (path, object=None))]
+pub(crate) fn read_vertex_animation(
+    py: Python<'_>,
+    path: PathBuf,
+    object: Option<&str>,
+) -> Result<VertexAnimation> {
+    let read = detached(py, || Ok(unic_io::read_vertex_animation(&path, object)?))?;
+    Ok(VertexAnimation {
+        frames: Py::new(py, Frames(read.frames))?,
+        fps: read.fps,
+        mesh: read.mesh.map(|mesh| Py::new(py, Mesh::own(mesh))).transpose()?,
+    })
+}
+
+/// Reads a character.
+#[pyfunction]
+#[pyo3(signature = (path, body=None))]
+pub(crate) fn read_character(py: Python<'_>, path: PathBuf, body: Option<&str>) -> Result<Character> {
+    let options = CharacterOptions {
+        body,
+        ..CharacterOptions::default()
+    };
+    let character = detached(py, || Ok(import_character(&path, &options)?.character))?;
+    Ok(Character(Source::Own(Arc::new(character))))
+}
