@@ -20,6 +20,14 @@ use unic_cli::{args::IntersectionName, model_file};
 use unic_core::{Layers, Start};
 
 /// Garment in motion.
+///
+/// `precision` and `sampling` are those of `Model.with_precision` and `Model.with_sampling`;
+/// `intersections` replaces the model's own handling. `threads` is the number of threads that a step
+/// works on: one for every core unless given. Results are the same bytes for every number.
+///
+/// One thread at a time may use an animator; another one gets an error. Calls release the
+/// interpreter's lock. Each returns a new array of positions of shape (V, 3), or fills `out` and
+/// returns it. `normals` gets the unit normals. Both are arrays of float32 in C order.
 #[pyclass(frozen, module = "unic")]
 pub(crate) struct Animator {
     stepping: Stepping,
@@ -95,7 +103,7 @@ impl Animator {
         precision: Option<&str>,
         sampling: Option<f32>,
         intersections: Option<&str>,
-        threads: Option<usize>,
+        threads: Option<i64>,
     ) -> Result<Self> {
         let py = model.py();
         let given = model.get();
@@ -129,11 +137,15 @@ impl Animator {
         })
     }
 
+    /// Model with the animator's precision and sampling.
     #[getter]
     fn model(&self, py: Python<'_>) -> Py<Model> {
         self.model.clone_ref(py)
     }
 
+    /// Begins a sequence, at its first frame or after a cut.
+    ///
+    /// The garment starts in the mean shape of training, or at the positions `start`.
     #[pyo3(signature = (pose, *, start=None, out=None, normals=None))]
     fn reset<'py>(
         &self,
@@ -150,6 +162,7 @@ impl Animator {
         })
     }
 
+    /// Advances the garment by one tick of 1 / `Model.fps` seconds, to a new pose.
     #[pyo3(signature = (pose, *, out=None, normals=None))]
     fn step<'py>(
         &self,
@@ -162,6 +175,7 @@ impl Animator {
         self.frame(py, targets, |instance| instance.step(&pose.input()))
     }
 
+    /// Garment on any pose, a share of the way from the previous tick (0) to the last one (1).
     #[pyo3(signature = (pose, share, *, out=None, normals=None))]
     fn display<'py>(
         &self,
@@ -181,6 +195,9 @@ impl Animator {
         targets.write(py, shown.positions, shown.normals)
     }
 
+    /// Resets and steps through a motion of the model's rate. Ctrl-C stops it.
+    ///
+    /// The result, shape (T, V, 3), is handed over without a copy.
     #[pyo3(signature = (motion, *, start=None))]
     fn animate<'py>(
         &self,
@@ -199,16 +216,19 @@ impl Animator {
         )
     }
 
+    /// Positions at the last tick, shape (V, 3), a copy.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f32>>> {
         copied(py, self.stepping.take()?.animator.garment().positions)
     }
 
+    /// Unit normals at the last tick, shape (V, 3), a copy.
     #[getter]
     fn normals<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f32>>> {
         copied(py, self.stepping.take()?.animator.garment().normals)
     }
 
+    /// Positions of the body's vertices at the last tick, shape (B, 3).
     fn body<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f32>>> {
         let taken = self.stepping.take()?;
         let animator = &taken.animator;
@@ -220,6 +240,7 @@ impl Animator {
         copied(py, &positions)
     }
 
+    /// Saves everything that the next step depends on, in the form of the C interface.
     fn state<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
         let mut saved = Vec::new();
         let checksum = self.model.get().checksum;
@@ -231,25 +252,29 @@ impl Animator {
         Ok(PyBytes::new(py, &saved))
     }
 
+    /// Restores a saved state of the same model. Later steps give the same bytes as after it.
     fn restore<'py>(&self, py: Python<'py>, state: &Bound<'py, PyBytes>) -> Result<Bound<'py, PyAny>> {
         let (model, saved) = (self.model.get(), state.as_bytes());
         let targets = Targets::new(model, None, None)?;
         self.frame(py, targets, |instance| instance.restore(saved, model.checksum))
     }
 
+    /// Replaces the garment at the current frame, shape (V, 3).
     fn set_positions(&self, py: Python<'_>, positions: &Bound<'_, PyAny>) -> Result<()> {
         let positions = vectors("positions", positions, "V")?;
         let mut taken = self.stepping.take()?;
         let instance = &mut *taken;
-        detached(py, || Ok(instance.animator.set_garment(&positions)?))
+        detached(py, || instance.replace(&positions))
     }
 
+    /// Sets ground and props, for intersection handling "robust". Resets keep them.
     fn set_colliders(&self, colliders: Vec<Bound<'_, Collider>>) -> Result<()> {
         let colliders = colliders.iter().map(|collider| collider.get().0.clone());
         self.stepping.take()?.animator.set_colliders(colliders);
         Ok(())
     }
 
+    /// Sets the layer of each vertex, shape (V,); unless given by connected parts.
     #[pyo3(signature = (layer_of_vertex=None))]
     fn set_layers(&self, py: Python<'_>, layer_of_vertex: Option<PyReadonlyArray1<'_, u32>>) -> Result<()> {
         let given = layer_of_vertex.map(|layers| layers.as_array().to_vec());

@@ -12,11 +12,11 @@ use pyo3::{prelude::*, types::PyDict};
 use std::{path::PathBuf, sync::Arc};
 use unic_io::{Split, VertexFrames};
 
-/// Capture: a garment that moves on a character.
+/// Capture: a garment that moves on a character. Clips are read when they are asked for.
 #[pyclass(frozen, module = "unic")]
 pub(crate) struct Capture(pub(crate) Arc<unic_io::Capture>);
 
-/// One clip of a capture.
+/// One clip of a capture. Its arrays are views that cannot be written to.
 #[pyclass(frozen, module = "unic")]
 pub(crate) struct CapturedClip {
     motion: Py<Motion>,
@@ -41,6 +41,7 @@ impl Frames {
 
 #[pymethods]
 impl Capture {
+    /// Opens the folder of a capture.
     #[staticmethod]
     fn open(py: Python<'_>, folder: PathBuf) -> Result<Self> {
         detached(py, || Ok(Self(Arc::new(unic_io::Capture::open(&folder)?))))
@@ -66,11 +67,13 @@ impl Capture {
         Character(character::Source::Capture(Arc::clone(&self.0)))
     }
 
+    /// Rest shape of the garment.
     #[getter]
     fn mesh(&self) -> Mesh {
         Mesh::new(mesh::Source::GarmentOfCapture(Arc::clone(&self.0)))
     }
 
+    /// Names of the clips of the splits train, validation and test.
     #[getter]
     fn splits<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyDict>> {
         let splits = PyDict::new(py);
@@ -80,11 +83,13 @@ impl Capture {
         Ok(splits)
     }
 
+    /// Names of all clips in the folder.
     #[getter]
     fn clips(&self) -> Result<Vec<String>> {
         Ok(self.0.clips_on_disk()?)
     }
 
+    /// Reads a clip. A garment in a file of its own is mapped.
     fn clip(&self, py: Python<'_>, name: &str) -> Result<CapturedClip> {
         let clip = detached(py, || Ok(self.0.load_clip(name)?))?;
         let frames = |frames| Py::new(py, Frames(frames));
@@ -112,11 +117,13 @@ impl CapturedClip {
         self.motion.clone_ref(py)
     }
 
+    /// Positions of the garment, shape (T, V, 3).
     #[getter]
     fn garment<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray3<f32>>> {
         Frames::view(self.garment.bind(py))
     }
 
+    /// Positions of the body, shape (T, B, 3), if they are not those of skinning.
     #[getter]
     fn body<'py>(&self, py: Python<'py>) -> Result<Option<Bound<'py, PyArray3<f32>>>> {
         self.body
@@ -125,6 +132,7 @@ impl CapturedClip {
             .transpose()
     }
 
+    /// Probable mistakes in the motion, one sentence each.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.notes.clone()

@@ -8,7 +8,7 @@ use crate::{
     model::Model,
 };
 use numpy::PyArray2;
-use pyo3::prelude::*;
+use pyo3::{exceptions::PyTypeError, prelude::*};
 use std::sync::Arc;
 use unic_core::{character, skeleton::Skeleton};
 
@@ -25,14 +25,29 @@ pub(crate) enum Source {
 }
 
 /// Argument that has a character.
-#[derive(FromPyObject)]
 pub(crate) enum Wearer<'py> {
-    #[pyo3(annotation = "Model")]
     Model(Bound<'py, Model>),
-    #[pyo3(annotation = "Capture")]
     Capture(Bound<'py, Capture>),
-    #[pyo3(annotation = "Character")]
     Character(Bound<'py, Character>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for Wearer<'py> {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(model) = value.cast::<Model>() {
+            return Ok(Self::Model(model.to_owned()));
+        }
+        if let Ok(capture) = value.cast::<Capture>() {
+            return Ok(Self::Capture(capture.to_owned()));
+        }
+        if let Ok(character) = value.cast::<Character>() {
+            return Ok(Self::Character(character.to_owned()));
+        }
+        let found = value.get_type().name()?;
+        let text = format!("expected a Model, a Capture or a Character, found {found}");
+        Err(PyTypeError::new_err(text))
+    }
 }
 
 impl Source {
@@ -77,22 +92,26 @@ impl Character {
         self.skeleton().names().to_vec()
     }
 
+    /// Index of each joint's parent, -1 for the root.
     #[getter]
     fn parents(&self) -> Vec<i64> {
         self.skeleton().to_parts().parents
     }
 
+    /// Positions of the joints in the rest pose, shape (J, 3).
     #[getter]
     fn joints<'py>(this: &Bound<'py, Self>) -> Result<Bound<'py, PyArray2<f32>>> {
         // SAFETY: the object is frozen and keeps its character, behind an `Arc`.
         unsafe { view_of_vectors(this.get().skeleton().joints(), this.clone().into_any()) }
     }
 
+    /// Index of the root joint.
     #[getter]
     fn root(&self) -> usize {
         self.skeleton().root()
     }
 
+    /// Body in the rest pose.
     #[getter]
     fn body(&self) -> Mesh {
         Mesh::new(mesh::Source::Body(self.0.clone()))

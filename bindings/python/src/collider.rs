@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use std::sync::Arc;
 use unic_core::{collider, surface::Surface, transform::Rigid};
 
-/// Solid shape with its place in the world.
+/// Solid shape with its place in the world: the ground or a prop.
 #[pyclass(frozen, module = "unic")]
 pub(crate) struct Collider(pub(crate) collider::Collider);
 
@@ -42,6 +42,7 @@ impl Collider {
         )))
     }
 
+    /// Inner side of a mesh with outward normals.
     #[staticmethod]
     #[pyo3(signature = (mesh, rotation=None, translation=None))]
     fn mesh(
@@ -66,7 +67,7 @@ impl Collider {
         Ok(Self(collider::Collider::mesh(Arc::new(surface), world_from_mesh)))
     }
 
-    /// Same shape at another place.
+    /// Same shape at another place; None keeps the rotation. A mesh is shared.
     #[pyo3(signature = (rotation, translation))]
     fn at(&self, rotation: Option<&Bound<'_, PyAny>>, translation: &Bound<'_, PyAny>) -> Result<Self> {
         let own = self.0.world_from_collider.rotation;

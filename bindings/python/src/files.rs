@@ -21,29 +21,34 @@ pub(crate) struct VertexAnimation {
 
 #[pymethods]
 impl VertexAnimation {
+    /// Positions, shape (T, V, 3): a view that cannot be written to.
     #[getter]
     fn frames<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray3<f32>>> {
         Frames::view(self.frames.bind(py))
     }
 
+    /// Frames a second, if the file states them.
     #[getter]
     fn fps(&self) -> Option<f32> {
         self.fps
     }
 
+    /// First frame with its faces, if the file has faces.
     #[getter]
     fn mesh(&self, py: Python<'_>) -> Option<Py<Mesh>> {
         self.mesh.as_ref().map(|mesh| mesh.clone_ref(py))
     }
 }
 
-/// Reads an OBJ file.
+/// Reads an OBJ file, in its own unit and axes.
 #[pyfunction]
 pub(crate) fn read_mesh(py: Python<'_>, path: PathBuf) -> Result<Mesh> {
     detached(py, || Ok(Mesh::own(read_obj(&path)?)))
 }
 
-/// Reads a vertex animation.
+/// Reads PC2, MDD, npz, npy, Alembic, USD or a folder of OBJ files.
+///
+/// `object` is the name of the mesh, for files with several.
 #[pyfunction]
 #[pyo3(signature = (path, object=None))]
 pub(crate) fn read_vertex_animation(
@@ -59,7 +64,9 @@ pub(crate) fn read_vertex_animation(
     })
 }
 
-/// Reads a character.
+/// Reads a character: npz, glTF, FBX, USD or a pickle of SMPL, in metres and +Y up.
+///
+/// `body` is the name of the mesh, for files with several.
 #[pyfunction]
 #[pyo3(signature = (path, body=None))]
 pub(crate) fn read_character(py: Python<'_>, path: PathBuf, body: Option<&str>) -> Result<Character> {

@@ -20,7 +20,7 @@ pub(crate) enum Source {
     Body(character::Source),
 }
 
-/// Triangle mesh. It does not change, so its arrays are views.
+/// Triangle mesh. Its arrays are views that cannot be written to.
 #[pyclass(frozen, module = "unic")]
 pub(crate) struct Mesh(Source);
 
@@ -45,18 +45,21 @@ impl Mesh {
 
 #[pymethods]
 impl Mesh {
+    /// Positions, shape (V, 3).
     #[getter]
     fn vertices<'py>(this: &Bound<'py, Self>) -> Result<Bound<'py, PyArray2<f32>>> {
         // SAFETY: the object is frozen and keeps its mesh, behind an `Arc`.
         unsafe { view_of_vectors(&this.get().mesh().vertices, this.clone().into_any()) }
     }
 
+    /// Vertex indices, shape (F, 3), counter-clockwise seen from outside.
     #[getter]
     fn faces<'py>(this: &Bound<'py, Self>) -> Result<Bound<'py, PyArray2<u32>>> {
         // SAFETY: the object is frozen and keeps its mesh, behind an `Arc`.
         unsafe { view_of_faces(&this.get().mesh().faces, this.clone().into_any()) }
     }
 
+    /// Texture coordinates, shape (N, 2), v upwards.
     #[getter]
     fn uvs<'py>(this: &Bound<'py, Self>) -> Result<Option<Bound<'py, PyArray2<f32>>>> {
         let uvs = this.get().mesh().uvs.as_ref();
@@ -65,6 +68,7 @@ impl Mesh {
             .transpose()
     }
 
+    /// Indices into `uvs`, shape (F, 3).
     #[getter]
     fn uv_faces<'py>(this: &Bound<'py, Self>) -> Result<Option<Bound<'py, PyArray2<u32>>>> {
         let uvs = this.get().mesh().uvs.as_ref();

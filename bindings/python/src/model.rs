@@ -59,6 +59,7 @@ impl Model {
 
 #[pymethods]
 impl Model {
+    /// Reads a model file (.unic).
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> Result<Self> {
         detached(py, || {
@@ -70,6 +71,7 @@ impl Model {
         })
     }
 
+    /// Reads the content of a model file.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, content: &Bound<'_, PyBytes>) -> Result<Self> {
         let content = content.as_bytes();
@@ -78,6 +80,7 @@ impl Model {
         })
     }
 
+    /// Reads a garment that comes with the package, on the built-in human.
     #[staticmethod]
     fn shipped(py: Python<'_>, name: &str) -> Result<Self> {
         let garment = choose(
@@ -90,7 +93,13 @@ impl Model {
         })
     }
 
-    #[pyo3(signature = (precision, error=unic_core::Model::ALLOWED_PRECISION_ERROR))]
+    /// Same model with networks in another number format.
+    ///
+    /// "auto", the choice of a model that is read, is the fastest format of this processor whose
+    /// error, as training has measured it, is at most the share `error` above that of "f32".
+    // The default is written out for the signature that Python shows; it is
+    // `unic_core::Model::ALLOWED_PRECISION_ERROR`.
+    #[pyo3(signature = (precision, error=0.01))]
     fn with_precision(&self, py: Python<'_>, precision: &str, error: f64) -> Result<Self> {
         let precision = self.precision_of(precision, error)?;
         detached(py, || {
@@ -98,12 +107,14 @@ impl Model {
         })
     }
 
+    /// Same model with the networks evaluated at a share of the vertices, 0 to 1.
     fn with_sampling(&self, py: Python<'_>, share: f32) -> Result<Self> {
         detached(py, || {
             Ok(self.changed(unic_core::Model::clone(&self.model).with_sampling(share)?))
         })
     }
 
+    /// Same model on another mesh of the garment, in the same rest space.
     fn with_mesh(&self, py: Python<'_>, mesh: &Bound<'_, Mesh>) -> Result<Self> {
         let mesh = mesh.get();
         detached(
@@ -112,6 +123,7 @@ impl Model {
         )
     }
 
+    /// Same model blended with skinning: shape (V,), 1 is the model, 0 the skinned rest shape.
     fn with_mask(&self, py: Python<'_>, mask: &Bound<'_, PyAny>) -> Result<Self> {
         let mask = Numbers::read("mask", mask)?;
         match mask.shape[..] {
@@ -120,27 +132,32 @@ impl Model {
         }
     }
 
+    /// Name of the capture that the model was trained on.
     #[getter]
     fn name(&self) -> &str {
         &self.model.about().name
     }
 
+    /// Source and licence of the training data.
     #[getter]
     fn provenance(&self) -> &str {
         &self.model.about().provenance
     }
 
+    /// Settings and results of training, as JSON holds them.
     #[getter]
     fn training<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         let text = self.model.about().training.to_string();
         Ok(py.import("json")?.call_method1("loads", (text,))?)
     }
 
+    /// Steps a second.
     #[getter]
     fn fps(&self) -> f32 {
         self.model.config().fps
     }
 
+    /// Number format of the networks.
     #[getter]
     fn precision(&self) -> &'static str {
         self.model.precision().name()
@@ -161,6 +178,7 @@ impl Model {
         self.model.character().skeleton.names().to_vec()
     }
 
+    /// Rest shape of the garment.
     #[getter]
     fn mesh(&self) -> Mesh {
         Mesh::new(mesh::Source::Garment(Arc::clone(&self.model)))

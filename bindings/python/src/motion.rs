@@ -15,23 +15,49 @@ use pyo3::{
     prelude::*,
     types::{PyDict, PySlice},
 };
-use std::{path::PathBuf, sync::Arc};
+use std::{
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
 use unic_builtin::motion::{STANDARD_CLIPS, STANDARD_SEED, standard_set};
 use unic_core::{StepInput, clip::Clip};
 use unic_io::import_motion;
 
-/// Motion of a character.
+/// Motion of a character: a sequence of poses. A slice of step 1 is a motion too.
+///
+/// The constructor takes `rotations` of shape (T, J, 4) or (T, J, 3), `translations` of shape (T, 3)
+/// and `wind` of shape (T, 3), with the meanings of `Pose`.
 #[pyclass(frozen, module = "unic", sequence)]
 pub(crate) struct Motion {
     pub(crate) clip: Arc<Clip>,
     notes: Vec<String>,
 }
 
+/// Iterator over the poses of a motion.
+#[pyclass(frozen, module = "unic._unic")]
+struct Poses {
+    motion: Py<Motion>,
+    next: AtomicUsize,
+}
+
 /// Frames that an index names.
-#[derive(FromPyObject)]
 enum Index<'py> {
     Frame(isize),
     Frames(Bound<'py, PySlice>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for Index<'py> {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match value.cast::<PySlice>() {
+            Ok(slice) => Ok(Self::Frames(slice.to_owned())),
+            Err(_) => Ok(Self::Frame(value.extract()?)),
+        }
+    }
 }
 
 impl Motion {
@@ -46,14 +72,14 @@ impl Motion {
 #[pymethods]
 impl Motion {
     #[new]
-    #[pyo3(signature = (rotations, translations, fps, *, ground_height=0.0, wind=None, name=String::new()))]
+    #[pyo3(signature = (rotations, translations, fps, *, ground_height=0.0, wind=None, name=""))]
     fn from_arrays(
         rotations: &Bound<'_, PyAny>,
         translations: &Bound<'_, PyAny>,
         fps: f32,
         ground_height: f32,
         wind: Option<&Bound<'_, PyAny>>,
-        name: String,
+        name: &str,
     ) -> Result<Self> {
         let fps = check_fps(fps)?;
         let numbers = Numbers::read("rotations", rotations)?;
@@ -84,7 +110,7 @@ impl Motion {
         };
         let poses = trans.into_iter().enumerate().map(pose).collect();
         Ok(Self::new(Clip {
-            name,
+            name: name.to_owned(),
             fps,
             poses,
             ground_height,
@@ -92,6 +118,11 @@ impl Motion {
         }))
     }
 
+    /// Reads a motion file for a character: npz, BVH, glTF, FBX or USD, as `unic animate` does.
+    ///
+    /// The motion is resampled to `fps`: unless given that of the model or the capture, and for a
+    /// character that of the file. `low_pass` is a cutoff in Hz, 0 for none. A probable mistake in
+    /// the file is an error; with `force` it is a note.
     #[staticmethod]
     #[pyo3(signature = (path, character, **options), text_signature = "(path, character, *, fps=None, \
 fps_of_file=None, metres_per_unit=None, up='auto', ground='auto', feet='auto', low_pass=None, repeat=None, \
@@ -120,6 +151,7 @@ bone_map=None, force=False)")]
         })
     }
 
+    /// Makes a built-in motion, one of those of `unic simulate --motion`.
     #[staticmethod]
     #[pyo3(signature = (name, character, fps=None))]
     fn built_in(py: Python<'_>, name: &str, character: Wearer<'_>, fps: Option<f32>) -> Result<Self> {
@@ -149,11 +181,13 @@ bone_map=None, force=False)")]
         self.clip.ground_height
     }
 
+    /// Conversions that made the motion, one sentence each.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.notes.clone()
     }
 
+    /// Rotations relative to the parents, shape (T, J, 4), a copy.
     #[getter]
     fn rotations<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray3<f32>>> {
         let joints = self.clip.poses.first().map_or(0, |pose| pose.local.len());
@@ -167,22 +201,26 @@ bone_map=None, force=False)")]
         Ok(PyArray1::from_vec(py, numbers).reshape([self.clip.len(), joints, 4])?)
     }
 
+    /// Positions of the root joint minus its rest position, shape (T, 3), a copy.
     #[getter]
     fn translations<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f32>>> {
         let all: Vec<Vec3> = self.clip.poses.iter().map(|pose| pose.trans).collect();
         copied(py, &all)
     }
 
+    /// Velocity of the air, shape (T, 3), a copy.
     #[getter]
     fn wind<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f32>>> {
         let all: Vec<Vec3> = (0..self.clip.len()).map(|t| self.clip.wind_at(t)).collect();
         copied(py, &all)
     }
 
+    /// Same motion at another frame rate.
     fn resampled(&self, fps: f32) -> Result<Self> {
         Ok(Self::new(self.clip.resampled(check_fps(fps)?)))
     }
 
+    /// Writes an npz file with the character's joint names, in the layout of AMASS.
     fn save(&self, py: Python<'_>, path: PathBuf, character: Wearer<'_>) -> Result<()> {
         let character = character.source();
         let names = character.get().skeleton.names();
@@ -201,6 +239,13 @@ bone_map=None, force=False)")]
         self.clip.len()
     }
 
+    fn __iter__(this: Bound<'_, Self>) -> Poses {
+        Poses {
+            motion: this.unbind(),
+            next: AtomicUsize::new(0),
+        }
+    }
+
     fn __getitem__<'py>(&self, py: Python<'py>, index: Index<'py>) -> PyResult<Bound<'py, PyAny>> {
         let len = self.clip.len();
         match index {
@@ -213,7 +258,6 @@ bone_map=None, force=False)")]
                 let found = from_start
                     .and_then(|frame| usize::try_from(frame).ok())
                     .filter(|&frame| frame < len);
-                // Iteration over a sequence ends by this exception.
                 let frame = found.ok_or_else(|| {
                     PyIndexError::new_err(format!("motion: expected a frame below {len}, found {frame}"))
                 })?;
@@ -238,6 +282,19 @@ bone_map=None, force=False)")]
             "<unic.Motion '{name}' of {} frames at {fps} fps>",
             self.clip.len()
         )
+    }
+}
+
+#[pymethods]
+impl Poses {
+    fn __iter__(this: Bound<'_, Self>) -> Bound<'_, Self> {
+        this
+    }
+
+    fn __next__(&self) -> Option<Pose> {
+        let clip = &self.motion.get().clip;
+        let frame = self.next.fetch_add(1, Ordering::Relaxed);
+        (frame < clip.len()).then(|| Pose::of(&StepInput::of_clip(clip, frame)))
     }
 }
 

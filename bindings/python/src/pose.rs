@@ -16,6 +16,11 @@ use unic_core::{
 };
 
 /// Pose of a character in one frame, with the ground and the air around it.
+///
+/// `rotations` are relative to the parent, and to the world at the root: quaternions of shape
+/// (J, 4) or axes times angles of shape (J, 3). `translation` is the position of the root joint
+/// minus its rest position. `wind` is the velocity of the air in m/s. `next` is the pose of the next
+/// frame where it is known, which only models of the preset `paper` read.
 #[pyclass(frozen, module = "unic")]
 #[derive(Clone)]
 pub(crate) struct Pose {
@@ -84,6 +89,10 @@ impl Pose {
         })
     }
 
+    /// Pose of rotations in the world, shape (J, 4), and the position of the root joint.
+    ///
+    /// "from_rest" rotations are those of skinning matrices: the identity in the rest pose, whatever
+    /// the axes of a rig's bones.
     #[staticmethod]
     #[pyo3(signature = (character, rotations, root, *, rotations_are="world", ground_height=0.0, wind=None))]
     fn from_world(
@@ -114,6 +123,7 @@ impl Pose {
         })
     }
 
+    /// Rest pose of a character.
     #[staticmethod]
     fn rest(character: Wearer<'_>) -> Self {
         Self {
@@ -124,6 +134,7 @@ impl Pose {
         }
     }
 
+    /// Rotations relative to the parents, shape (J, 4), a copy.
     #[getter]
     fn rotations<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f32>>> {
         let numbers: Vec<f32> = bytemuck::cast_slice(&self.pose.local).to_vec();
@@ -145,7 +156,7 @@ impl Pose {
         self.ground_height
     }
 
-    /// Positions of the joints in this pose.
+    /// Positions of the joints in the world, shape (J, 3).
     fn joints<'py>(&self, py: Python<'py>, character: Wearer<'_>) -> Result<Bound<'py, PyArray2<f32>>> {
         let character = character.source();
         let skeleton = &character.get().skeleton;

@@ -10,7 +10,7 @@ use std::{
 };
 use unic_scene::guard;
 
-/// Runs `unic` with the words of a command line, the program's name first. Returns the exit code.
+/// Runs the program with the words of a command line, its name first. Once in a process.
 #[pyfunction]
 pub(crate) fn run(py: Python<'_>, words: Vec<OsString>) -> Result<u8> {
     // Handlers of signals and threads are global.

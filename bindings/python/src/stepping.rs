@@ -1,7 +1,7 @@
 //! Garments in motion behind a lock.
 
 use crate::{
-    error::{Error, Result},
+    error::{Error, Result, detached},
     threads::Workers,
 };
 use glam::Vec3;
@@ -84,6 +84,12 @@ impl Instance {
         Ok(())
     }
 
+    pub(crate) fn replace(&mut self, positions: &[Vec3]) -> Result<()> {
+        self.animator.set_garment(positions)?;
+        self.display.cut(&self.animator);
+        Ok(())
+    }
+
     pub(crate) fn restore(&mut self, saved: &[u8], checksum: u32) -> Result<()> {
         let state = unic_core::AnimatorState::from_saved(saved, checksum)?;
         self.animator.restore(state)?;
@@ -127,8 +133,7 @@ impl Instance {
         let mut frame = 0;
         while frame < clip.len() {
             py.check_signals()?;
-            frame =
-                crate::error::detached(py, || self.animate_for_a_while(clip, frame, start, &mut numbers))?;
+            frame = detached(py, || self.animate_for_a_while(clip, frame, start, &mut numbers))?;
         }
         Ok(numbers)
     }

@@ -8,7 +8,7 @@ use unic_core::{
 };
 
 /// Largest number of threads of one animator.
-const MOST: usize = 256;
+const MOST: i64 = 256;
 
 /// Threads of an animator, and the process that they belong to.
 #[derive(Clone)]
@@ -37,13 +37,13 @@ impl Workers {
     ///
     /// # Errors
     /// A number out of range, threads that the system does not start.
-    pub(crate) fn new(count: Option<usize>) -> Result<Self> {
+    pub(crate) fn new(count: Option<i64>) -> Result<Self> {
         let own = Some(std::process::id());
         let (threads, process): (Arc<dyn Threads>, _) = match count {
             None => (Arc::new(Rayon), Some(process_of_all_cores())),
             Some(1) => (Arc::new(Serial), None),
             Some(count @ 2..=MOST) => {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(count.unsigned_abs() as usize);
                 let pool = pool
                     .build()
                     .map_err(|e| Error::Fault(format!("cannot start threads: {e}")))?;
