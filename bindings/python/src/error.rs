@@ -1,5 +1,6 @@
 //! Errors, the exceptions that they become, and the boundary that no panic crosses.
 
+use crate::threads::on_own_threads;
 use pyo3::{PyErr, Python, prelude::*, sync::PyOnceLock, types::PyType};
 use std::{
     any::Any,
@@ -116,7 +117,7 @@ fn exception(py: Python<'_>, error: Error) -> PyResult<PyErr> {
 /// Runs work without the interpreter's lock. A panic becomes a fault.
 pub(crate) fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
     // What a panic leaves half changed is behind a lock, which it poisons.
-    py.detach(|| catch_unwind(AssertUnwindSafe(work)))
+    py.detach(|| catch_unwind(AssertUnwindSafe(|| on_own_threads(work))))
         .unwrap_or_else(|panic| {
             Err(Error::Fault(format!(
                 "fault of the library: {}",

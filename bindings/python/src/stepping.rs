@@ -44,7 +44,6 @@ impl Stepping {
             ground_height: 0.0,
             wind: Vec3::ZERO,
         };
-        workers.check_process()?;
         instance.reset(&input, Start::MeanShape)?;
         Ok(Self {
             instance: Mutex::new(instance),

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use std::sync::{Arc, OnceLock};
 use unic_core::{
     Threads,
-    parallel::{Rayon, Serial},
+    parallel::{Rayon, Serial, install},
 };
 
 /// Largest number of threads of one animator.
@@ -36,7 +36,7 @@ impl Workers {
     /// Chooses the threads: one for every core, the calling one alone, or a number.
     ///
     /// # Errors
-    /// A number out of range, threads that the system does not start.
+    /// A number out of range, threads that the system does not start, every core in a fork.
     pub(crate) fn new(count: Option<i64>) -> Result<Self> {
         let own = Some(std::process::id());
         let (threads, process): (Arc<dyn Threads>, _) = match count {
@@ -57,7 +57,9 @@ impl Workers {
                 ));
             }
         };
-        Ok(Self { threads, process })
+        let workers = Self { threads, process };
+        workers.check_process()?;
+        Ok(workers)
     }
 
     /// Threads for an animator.
@@ -79,6 +81,15 @@ impl Workers {
             )),
             _ => Ok(()),
         }
+    }
+}
+
+/// Runs work on one thread for every core, and in a fork of the process that has first done so on the
+/// calling thread alone: a fork has no others.
+pub(crate) fn on_own_threads<T>(work: impl FnOnce() -> T) -> T {
+    match process_of_all_cores() == std::process::id() {
+        true => work(),
+        false => install(Arc::new(Serial), work),
     }
 }
 

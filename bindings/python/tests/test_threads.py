@@ -72,26 +72,34 @@ def test_ctrl_c_stops_an_animation(model):
     animator.step(motion[0])
 
 
-def step_in_a_fork(animator, pose, answer):
-    try:
-        animator.step(pose)
-        answer.put("stepped")
-    except unic.Error as error:
-        answer.put(str(error))
+def in_a_fork(work):
+    """Answer of a function that a forked process calls."""
+
+    def report(answers):
+        try:
+            answers.put(work())
+        except unic.Error as error:
+            answers.put(str(error))
+
+    context = multiprocessing.get_context("fork")
+    answers = context.Queue()
+    process = context.Process(target=report, args=(answers,))
+    process.start()
+    answer = answers.get(timeout=20)
+    process.join()
+    return answer
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
-@pytest.mark.filterwarnings("ignore:This process")
-@pytest.mark.parametrize(("threads", "expected"), [
-    (None, "animator: expected the process that has started its threads, found a fork of it"),
-    (1, "stepped"),
-])
-def test_a_fork_has_no_threads(model, motion, threads, expected):
-    animator = unic.Animator(model, threads=threads)
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_fork_has_no_threads(model, motion, animated):
+    expected = "animator: expected the process that has started its threads, found a fork of it"
+    animator = unic.Animator(model)
     animator.step(motion[0])
-    context = multiprocessing.get_context("fork")
-    answer = context.Queue()
-    process = context.Process(target=step_in_a_fork, args=(animator, motion[1], answer))
-    process.start()
-    assert answer.get(timeout=20).startswith(expected)
-    process.join()
+    assert in_a_fork(lambda: animator.step(motion[1])).startswith(expected)
+    assert in_a_fork(lambda: unic.Animator(model)).startswith(expected)
+    alone = unic.Animator(model, threads=1)
+    for work in (alone.animate, lambda motion: unic.Animator(model, threads=1).animate(motion)):
+        assert in_a_fork(lambda work=work: work(motion).tobytes()) == animated.tobytes()
+    # Work that has no threads of its own.
+    assert in_a_fork(lambda: model.with_mesh(model.mesh).vertex_count) == model.vertex_count
