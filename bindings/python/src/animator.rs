@@ -7,9 +7,10 @@ use crate::{
     model::Model,
     motion::Motion,
     names::choose,
-    numbers::{Target, vectors},
+    numbers::vectors,
     pose::Pose,
     stepping::{Instance, Stepping},
+    targets::Targets,
     threads::Workers,
 };
 use glam::Vec3;
@@ -39,44 +40,6 @@ const INTERSECTIONS: [(&str, IntersectionName); 3] = [
     ("paper", IntersectionName::Paper),
     ("robust", IntersectionName::Robust),
 ];
-
-/// Arrays of a call that results are written to.
-struct Targets<'py> {
-    positions: Option<(Target<'py>, Bound<'py, PyAny>)>,
-    normals: Option<Target<'py>>,
-}
-
-impl<'py> Targets<'py> {
-    fn new(
-        model: &Model,
-        out: Option<&Bound<'py, PyAny>>,
-        normals: Option<&Bound<'py, PyAny>>,
-    ) -> Result<Self> {
-        let vertices = model.model.vertex_count();
-        Ok(Self {
-            positions: out
-                .map(|out| Ok::<_, Error>((Target::new("out", out, vertices)?, out.clone())))
-                .transpose()?,
-            normals: normals
-                .map(|normals| Target::new("normals", normals, vertices))
-                .transpose()?,
-        })
-    }
-
-    /// Writes a frame. Returns the caller's array of positions, or a new one.
-    fn write(self, py: Python<'py>, positions: &[Vec3], normals: &[Vec3]) -> Result<Bound<'py, PyAny>> {
-        if let Some(mut target) = self.normals {
-            target.write(normals)?;
-        }
-        match self.positions {
-            None => Ok(copied(py, positions)?.into_any()),
-            Some((mut target, array)) => {
-                target.write(positions)?;
-                Ok(array)
-            }
-        }
-    }
-}
 
 impl Animator {
     /// Runs a call on the garment without the interpreter's lock, and returns its positions.

@@ -6,7 +6,7 @@
 //! | poses and motions | [`pose`], [`motion`] |
 //! | garments in motion | [`animator`], [`stepping`], [`collider`], [`threads`] |
 //! | captures and files | [`capture`], [`files`] |
-//! | numpy arrays in and out | [`arrays`], [`numbers`] |
+//! | numpy arrays in and out | [`arrays`], [`numbers`], [`targets`] |
 //! | errors, and panics that become errors | [`error`] |
 //! | the program `unic` | [`program`] |
 //!
@@ -29,6 +29,7 @@ mod numbers;
 mod pose;
 mod program;
 mod stepping;
+mod targets;
 mod threads;
 
 use pyo3::prelude::*;

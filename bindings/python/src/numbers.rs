@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use glam::Vec3;
-use numpy::{PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArray2, PyUntypedArrayMethods};
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::{intern, prelude::*, types::PyDict};
 
 /// Numbers of an argument, in C order.
@@ -87,45 +87,5 @@ pub(crate) fn vectors(what: &str, value: &Bound<'_, PyAny>, rows: &str) -> Resul
     match numbers.shape[..] {
         [_, 3] => Ok(numbers.vectors()),
         _ => Err(numbers.wrong_shape(what, &format!("({rows}, 3)"))),
-    }
-}
-
-/// Array of the caller that results are written to.
-pub(crate) struct Target<'py>(PyReadwriteArray2<'py, f32>);
-
-impl<'py> Target<'py> {
-    /// Checks an array for `vertices` rows.
-    ///
-    /// # Errors
-    /// Another type or shape, gaps between the numbers, an array that cannot be written to.
-    pub(crate) fn new(what: &str, value: &Bound<'py, PyAny>, vertices: usize) -> Result<Self> {
-        let expected = format!("a writable array of float32 and shape ({vertices}, 3) in C order");
-        let found = || match value
-            .getattr("dtype")
-            .and_then(|d| Ok((d, value.getattr("shape")?)))
-        {
-            Ok((dtype, shape)) => format!("one of {dtype} and shape {shape}"),
-            Err(_) => format!("a {}", value.get_type()),
-        };
-        let array = value.cast::<PyArray2<f32>>();
-        let array = array.map_err(|_| Error::value(what, &expected, found()))?;
-        if array.shape() != [vertices, 3] || !array.is_c_contiguous() {
-            return Err(Error::value(what, &expected, found()));
-        }
-        match array.try_readwrite() {
-            Ok(array) => Ok(Self(array)),
-            Err(e) => Err(Error::value(what, expected, e)),
-        }
-    }
-
-    /// Writes one vector a row. The numbers of rows are equal.
-    pub(crate) fn write(&mut self, vectors: &[Vec3]) -> Result<()> {
-        match self.0.as_slice_mut() {
-            Ok(numbers) => {
-                numbers.copy_from_slice(bytemuck::cast_slice(vectors));
-                Ok(())
-            }
-            Err(e) => Err(Error::Fault(e.to_string())),
-        }
     }
 }
