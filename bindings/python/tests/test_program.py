@@ -2,7 +2,6 @@
 program, and it reads FBX and USD in processes of its own."""
 
 import json
-import shutil
 import signal
 import subprocess
 import sys
@@ -49,12 +48,14 @@ def test_a_damaged_file_does_not_bring_python_down(tmp_path, model):
 def test_ctrl_c_stops_the_program(tmp_path):
     words = [sys.executable, "-m", "unic", "simulate", "--motion", "idle", "--out", "capture"]
     process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
-    time.sleep(2)
+    # The folder exists once the handler of signals is installed.
+    ends = time.monotonic() + 30
+    while not (tmp_path / "capture").exists() and time.monotonic() < ends:
+        time.sleep(0.05)
     process.send_signal(signal.SIGINT)
-    _, stderr = process.communicate(timeout=10)
+    _, stderr = process.communicate(timeout=20)
     assert process.returncode == 130, stderr
     assert "unic: stopping; once more to stop at once" in stderr and "Traceback" not in stderr
-    shutil.rmtree(tmp_path / "capture", ignore_errors=True)
 
 
 def test_a_second_run_in_a_process_is_an_error():
