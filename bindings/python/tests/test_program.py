@@ -48,9 +48,9 @@ def test_a_damaged_file_does_not_bring_python_down(tmp_path, model):
 def test_ctrl_c_stops_the_program(tmp_path):
     words = [sys.executable, "-m", "unic", "simulate", "--motion", "idle", "--out", "capture"]
     process = subprocess.Popen(words, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
-    # The folder exists once the handler of signals is installed.
-    ends = time.monotonic() + 30
-    while not (tmp_path / "capture").exists() and time.monotonic() < ends:
+    # The handler of signals has a thread, and starts before all others.
+    threads, ends = Path(f"/proc/{process.pid}/task"), time.monotonic() + 20
+    while len(list(threads.iterdir())) < 2 and time.monotonic() < ends:
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
     _, stderr = process.communicate(timeout=20)
