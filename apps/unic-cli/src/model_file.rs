@@ -1,7 +1,7 @@
 //! Reading and writing of model files, and the choice of their intersection handling.
 
 use crate::args::IntersectionName;
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use std::{fs, path::Path, sync::Arc};
 use unic_core::{Animator, Corrects, IntersectionMode, Model};
 use unic_eval::CodeCertainty;
@@ -12,14 +12,20 @@ use unic_io::Capture;
 /// # Errors
 /// A file that cannot be read or is no model. The message names the path.
 pub fn read(path: &Path) -> Result<Model> {
-    let failed = |e: &dyn std::fmt::Display| anyhow!("{}: {e}", path.display());
+    Model::from_bytes(&read_bytes(path)?).map_err(|e| anyhow!("{}: {e}", path.display()))
+}
+
+/// Reads the bytes of a file that is no other known kind than a model.
+///
+/// # Errors
+/// A file that cannot be read or is of another kind. The message names the path.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     // A file of another known format is named as such, instead of as a damaged model.
     unic_io::refuse_foreign(path, "a model (.unic)")?;
     if path.is_dir() {
-        return Err(failed(&"expected a model (.unic), found a folder"));
+        bail!("{}: expected a model (.unic), found a folder", path.display());
     }
-    let bytes = fs::read(path).map_err(|e| failed(&format!("cannot read the model: {e}")))?;
-    Model::from_bytes(&bytes).map_err(|e| failed(&e))
+    fs::read(path).with_context(|| format!("{}: cannot read the model", path.display()))
 }
 
 /// Writes a model and returns its size in bytes. The file appears complete or not at all.
@@ -33,7 +39,7 @@ pub(crate) fn write(path: &Path, model: &Model) -> Result<usize> {
 }
 
 /// Intersection handling by name: the model's own if it has that name, else the usual one.
-pub(crate) fn intersection(model: &Model, name: IntersectionName) -> IntersectionMode {
+pub fn intersection(model: &Model, name: IntersectionName) -> IntersectionMode {
     let own = model.config().intersection;
     match (name, own) {
         (IntersectionName::Paper, IntersectionMode::Paper { .. })

@@ -8,6 +8,7 @@ mod error;
 mod garment;
 mod input;
 mod intersections;
+mod saved;
 mod scratch;
 mod stage;
 mod state;
@@ -17,6 +18,7 @@ mod tiles;
 
 pub use error::AnimatorError;
 pub use input::{FARTHEST, GarmentFrame, Start, StepInput};
+pub use saved::SavedStateError;
 pub use stage::Stage;
 pub use state::{AnimatorState, VertexState};
 pub use tick_interpolator::TickInterpolator;

@@ -8,7 +8,7 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 use thiserror::Error;
-use unic_core::{AnimatorError, ModelFileError, model::ModelError};
+use unic_core::{AnimatorError, ModelFileError, animator::SavedStateError, model::ModelError};
 
 /// Error of a call.
 #[derive(Debug, Error)]
@@ -47,8 +47,8 @@ pub(crate) enum Error {
     Model(#[from] ModelError),
     #[error("{path}: {source}")]
     Read { path: String, source: std::io::Error },
-    #[error("saved state: expected {expected}, found {found}")]
-    State { expected: String, found: String },
+    #[error(transparent)]
+    State(#[from] SavedStateError),
     #[error("buffer: expected room for {expected} bytes, found {found}")]
     Buffer { expected: usize, found: usize },
     #[error("cannot start a thread: {0}")]
@@ -75,7 +75,7 @@ impl Error {
             },
             Self::ModelFile(_) => UnicStatus::BadModel,
             Self::Read { .. } => UnicStatus::CannotRead,
-            Self::State { .. } => UnicStatus::BadState,
+            Self::State(_) => UnicStatus::BadState,
             Self::Buffer { .. } => UnicStatus::BufferTooSmall,
             Self::Threads(_) => UnicStatus::OutOfThreads,
             Self::Panic(_) => UnicStatus::Panic,

@@ -1,26 +1,15 @@
-//! States as bytes, to save games and to go back in time.
-//!
-//! | bytes | content |
-//! |---|---|
-//! | 8 | `unicstat` |
-//! | 4 | version of this form, little-endian as all numbers |
-//! | 4 | CRC-32 of the model's file |
-//! | 4 | CRC-32 of what follows |
-//! | rest | [`AnimatorState`] in the form of postcard |
+//! States as bytes, to save games and to go back in time, in the form of
+//! [`AnimatorState::save`].
 
 use crate::{
     error::Error,
-    instance::{Instance, UnicInstance, with},
+    instance::{UnicInstance, with},
     memory::{bytes, write},
     mesh::UnicVertices,
     status::UnicStatus,
 };
 use std::ffi::c_void;
 use unic_core::AnimatorState;
-
-const MAGIC: [u8; 8] = *b"unicstat";
-const VERSION: u32 = 1;
-const HEADER: usize = 20;
 
 /// Saves everything that the next step depends on. Colliders and options are not part of it.
 ///
@@ -34,7 +23,8 @@ pub unsafe extern "C" fn unic_instance_save(
     size: *mut usize,
 ) -> UnicStatus {
     with(instance, |instance| {
-        instance.save()?;
+        let state = instance.animator.state();
+        state.save(instance.checksum, &mut instance.saved)?;
         let saved = &instance.saved;
         // SAFETY: passed on.
         unsafe { write("size", size, saved.len()) }?;
@@ -69,63 +59,11 @@ pub unsafe extern "C" fn unic_instance_restore(
         let to = unsafe { instance.garment.vertex_rows(vertices) }?;
         // SAFETY: passed on.
         let bytes = unsafe { bytes("state", state.cast(), size) }?;
-        let state = decode(bytes, instance.checksum)?;
+        let state = AnimatorState::from_saved(bytes, instance.checksum)?;
         instance.animator.restore(state)?;
         instance.display.cut(&instance.animator);
         let shown = instance.animator.garment();
         (instance.garment).write_vertices(&instance.axes, &to, shown.positions, shown.normals);
         Ok(())
     })
-}
-
-impl Instance {
-    /// Writes the state to `saved`.
-    fn save(&mut self) -> Result<(), Error> {
-        let mut saved = std::mem::take(&mut self.saved);
-        saved.clear();
-        saved.extend_from_slice(&MAGIC);
-        for number in [VERSION, self.checksum, 0] {
-            saved.extend_from_slice(&number.to_le_bytes());
-        }
-        let mut saved = postcard::to_extend(self.animator.state(), saved).map_err(|e| Error::State {
-            expected: "one that can be written".to_owned(),
-            found: e.to_string(),
-        })?;
-        let (header, content) = saved.split_at_mut(HEADER);
-        header[16..].copy_from_slice(&crc32fast::hash(content).to_le_bytes());
-        self.saved = saved;
-        Ok(())
-    }
-}
-
-/// Reads the bytes of a state.
-fn decode(bytes: &[u8], model: u32) -> Result<AnimatorState, Error> {
-    let error = |expected: &str, found: String| {
-        let expected = expected.to_owned();
-        Err(Error::State { expected, found })
-    };
-    let Some((header, content)) = bytes.split_at_checked(HEADER) else {
-        return error("at least 20 bytes", bytes.len().to_string());
-    };
-    let number = |at: usize| {
-        let bytes = header.get(at..at + 4).and_then(|b| b.try_into().ok());
-        u32::from_le_bytes(bytes.unwrap_or_default())
-    };
-    if !header.starts_with(&MAGIC) {
-        return error("bytes that begin with `unicstat`", "others".to_owned());
-    }
-    if number(8) != VERSION {
-        return error("version 1", number(8).to_string());
-    }
-    if number(12) != model {
-        return error("a state of this model", "one of another".to_owned());
-    }
-    if number(16) != crc32fast::hash(content) {
-        return error("undamaged bytes", "another checksum".to_owned());
-    }
-    match postcard::take_from_bytes(content) {
-        Ok((state, [])) => Ok(state),
-        Ok((_, rest)) => error("no bytes after the state", rest.len().to_string()),
-        Err(e) => error("a complete state", e.to_string()),
-    }
 }

@@ -140,7 +140,7 @@ impl VertexFrames {
         assert!(t < self.len, "frame {t} of {}", self.len);
         // `Vec3` is three f32 without padding, so that the cast costs nothing.
         let floats = 3 * self.vertex_count;
-        bytemuck::cast_slice(&self.floats()[t * floats..(t + 1) * floats])
+        bytemuck::cast_slice(&self.numbers()[t * floats..(t + 1) * floats])
     }
 
     /// All frames in order.
@@ -156,7 +156,8 @@ impl VertexFrames {
         })
     }
 
-    fn floats(&self) -> &[f32] {
+    /// Numbers x, y, z of all vertices, frame after frame.
+    pub fn numbers(&self) -> &[f32] {
         match &*self.storage {
             Storage::Owned(data) => data,
             // The cast cannot fail: maps begin at a page and `offset` is a multiple of four.

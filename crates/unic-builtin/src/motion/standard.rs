@@ -26,6 +26,9 @@ pub const STANDARD_CLIPS: [&str; 15] = [
     "dance",
 ];
 
+/// Seed with which the names of [`STANDARD_CLIPS`] mean the same motion in every program.
+pub const STANDARD_SEED: u64 = 1;
+
 /// Standard clips, split into training and test clips.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StandardSet {

@@ -10,7 +10,7 @@ use std::{
 use unic_builtin::{
     garments::{Fabric, FlaredSkirt, GarmentError, GarmentMesh, PleatedDress, Robe, TShirt, TulleSkirt},
     human::{HumanParameters, human},
-    motion::{STANDARD_CLIPS, standard_set},
+    motion::{STANDARD_CLIPS, STANDARD_SEED, standard_set},
 };
 use unic_core::{
     character::{Character, Garment},
@@ -39,9 +39,6 @@ const GARMENTS: [(&str, Maker); 5] = [
 
 /// Constructor of a built-in garment, cut to the size of a character.
 type Maker = fn(&Character) -> Result<GarmentMesh, GarmentError>;
-
-/// Seed of the built-in motions, fixed so that their names mean the same motion everywhere.
-const MOTION_SEED: u64 = 1;
 
 /// Garment with the properties that the simulation uses.
 pub(super) struct GarmentInput {
@@ -248,7 +245,7 @@ fn copies_in_wind(jobs: &[Job], speed: f32) -> Vec<Job> {
 
 /// All built-in motions, with the splits of the standard set.
 fn built_in_motions(args: &SimulateArgs, character: &Character) -> Result<Vec<Job>> {
-    let set = standard_set(character, MOTION_SEED, args.fps)?;
+    let set = standard_set(character, STANDARD_SEED, args.fps)?;
     let job = |split| {
         move |clip| Job {
             clip,
