@@ -68,8 +68,15 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     };
     let mut animation = Animation::open(args, &choice, &mut notes)?;
     let clip = clip(args, before.as_ref(), &character, &animation, &mut notes)?;
-    if let (Some(body), Some(capture)) = (&mut body, &before) {
-        body.check_follows(args, capture, &clip, &mut notes)?;
+    if let (Some(body), Some(path)) = (&mut body, &args.character) {
+        let rms = body.check_follows(args, &character, &clip)?;
+        if before.is_some() {
+            let text = format!(
+                "the character of the capture is taken: vertices are {:.2} mm off (RMS)",
+                1e3 * rms
+            );
+            notes.add(path, &text);
+        }
     }
     folder::check_clip(args, before.as_ref(), &clip)?;
     let alignment = Alignment::new(args, animation.len(), clip.len())?;

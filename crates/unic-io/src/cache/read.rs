@@ -139,7 +139,7 @@ fn read_obj_folder(folder: &Path) -> Result<VertexCache> {
 }
 
 /// Returns whether a folder holds OBJ files.
-pub(crate) fn has_obj_files(folder: &Path) -> bool {
+pub fn has_obj_files(folder: &Path) -> bool {
     obj_files(folder).is_ok_and(|files| !files.is_empty())
 }
 

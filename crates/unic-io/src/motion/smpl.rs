@@ -14,9 +14,9 @@ use crate::{
     joint_names::{ARRAY_NAME as JOINT_NAMES, BodySide, LimbJoint},
     npz::Npz,
     retarget::{RetargetSource, Retargeted, stands_in_t_pose},
-    up_axis::UpAxis,
+    up_axis::{UpAxis, y_up_from_z_up},
 };
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use std::path::Path;
 use unic_core::{
     character::Character,
@@ -50,6 +50,7 @@ pub(super) fn transferred(
         clip,
         mut notes,
         findings,
+        ..
     } = AdultClip::read(npz, &adult, options)?;
     notes.push(
         "the rotations are taken for SMPL's, whose zero pose is the T-pose: they are transferred".into(),
@@ -67,25 +68,41 @@ pub(super) fn transferred(
 ///
 /// # Errors
 /// Missing arrays, another number of joints, other faults of a motion.
-pub(crate) fn smpl_motion(path: &Path, options: &MotionOptions) -> Result<Bvh> {
+pub(crate) fn smpl_motion(path: &Path, options: &MotionOptions) -> Result<SmplMotion> {
     let mut npz = Npz::open(path)?;
     let expected = "a motion in SMPL's order, or one of a file with joints (BVH, glTF, FBX, USD)";
     let numbers = numbers_a_frame(&mut npz)?;
+    if npz.contains(JOINT_NAMES) {
+        let found = format!("the array {JOINT_NAMES}, whose joints have no places in the file");
+        return Err(Error::content(path, expected, found));
+    }
     let adult = adult().filter(|_| PoseLayout::of(numbers, SMPL_JOINT_NAMES.len()).is_some());
     let Some(adult) = adult else {
-        return Err(Error::content(
-            path,
-            expected,
-            format!("{numbers} numbers a frame"),
-        ));
+        let found = format!("{numbers} numbers a frame");
+        return Err(Error::content(path, expected, found));
     };
     let read = AdultClip::read(&mut npz, &adult, options)?;
-    Ok(as_bvh(&adult, &read.clip))
+    Ok(SmplMotion {
+        bvh: as_bvh(&adult, &read.clip),
+        y_up_from_source: match read.turned {
+            up::UpConversion::None => Quat::IDENTITY,
+            up::UpConversion::FromZ => y_up_from_z_up(),
+        },
+    })
+}
+
+/// A motion in SMPL's order on the skeleton of an adult.
+pub(crate) struct SmplMotion {
+    /// Joints and frames, Y up.
+    pub(crate) bvh: Bvh,
+    /// Rotation that has made them so. Translations are relative to the root joint before it.
+    pub(crate) y_up_from_source: Quat,
 }
 
 /// A motion in SMPL's order on the skeleton of an adult, Y up.
 struct AdultClip {
     clip: Clip,
+    turned: up::UpConversion,
     notes: Vec<String>,
     findings: Vec<Finding>,
 }
@@ -98,9 +115,10 @@ impl AdultClip {
         let arrays = MotionArrays::read_at(npz, &JointTarget::Character(adult), options.fps_of_file)?;
         let (mut notes, findings) = (arrays.notes.clone(), arrays.findings.clone());
         let mut clip = arrays.into_clip(name);
-        up::convert_to_y_up(&mut clip, adult, options.up, &mut notes);
+        let turned = up::convert_to_y_up(&mut clip, adult, options.up, &mut notes);
         Ok(Self {
             clip,
+            turned,
             notes,
             findings,
         })

@@ -88,9 +88,15 @@ fn chosen(path: &Path, names: &[String], body: Option<&str>) -> Result<String> {
     Ok(names[index].clone())
 }
 
-/// The only mesh that is called body, or whose parent is.
+/// The only mesh that is called body, else the only one whose parent is.
 fn called_body(names: &[String]) -> Option<usize> {
-    let is_body = |name: &String| (name.rsplit('/').take(2)).any(|part| part.eq_ignore_ascii_case(BODY));
-    let mut found = (0..names.len()).filter(|mesh| is_body(&names[*mesh]));
-    found.next().filter(|_| found.next().is_none())
+    let only = |depth: usize| {
+        let is_body = |name: &String| {
+            let part = name.rsplit('/').nth(depth);
+            part.is_some_and(|part| part.eq_ignore_ascii_case(BODY))
+        };
+        let mut found = (0..names.len()).filter(|mesh| is_body(&names[*mesh]));
+        found.next().filter(|_| found.next().is_none())
+    };
+    only(0).or_else(|| only(1))
 }

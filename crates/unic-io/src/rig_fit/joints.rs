@@ -2,20 +2,23 @@
 //!
 //! With rigid bones the translation of joint j is linear in the joints' rest places J:
 //! qⱼ = q_root + Σ (R_parent(k) − Rₖ) Jₖ over the joints k from the root's child to j, and
-//! q_root = moved + (1 − R_root) J_root with the root's movement from its rest place. So positions are
+//! q_root = moved + (U − R_root) J_root with the root's movement from its rest place and the rotation U
+//! from the file's axes. So positions are
 //! linear in J, or in one factor of all lengths.
 
-use super::{linear::solve, motion_skeleton::MotionSkeleton, rest::blended};
-use glam::{DMat3, DVec3, Mat3, Vec3};
+use super::{
+    linear::solve,
+    motion_skeleton::MotionSkeleton,
+    rest::{blended, inverted},
+};
+use glam::{DMat3, DVec3, Mat3, Quat, Vec3};
 use unic_core::{skinning::SkinningWeights, transform::Rigid};
 
-/// Pull of each coordinate of a joint to its usual place, relative to the mean square of its effect on
-/// positions. Joints that hardly turn, and places along the only axis of a hinge, are not determined. On a
-/// walk of five seconds 1e-4 moves joints by decimetres, 1e-3 a shoulder by one; 1e-2 halves the corrections
-/// that the data ask for.
+/// Pull of each bone to the usual one, as the weight of its squared change beside the mean squared error
+/// of a vertex. Joints that hardly turn, and places along the only axis of a hinge, are not determined.
 const PULL: f64 = 3e-3;
-/// Pull of the unit of length, which every movement determines.
-const PULL_OF_UNIT: f64 = 1e-9;
+/// Pull of the root's place and of the unit of length, which every frame determines.
+const PULL_OF_ORIGIN: f64 = 1e-9;
 
 /// What a motion file does not state about its joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,12 +58,14 @@ impl Normal {
     /// Adds the equations of a vertex, x = A r + C θ + offset in each frame: (A, C, x − offset).
     fn add_vertex(&mut self, equations: &[(Mat3, Vec<Vec3>, Vec3)]) {
         let unknowns = self.right.len();
-        let mut own = DMat3::ZERO;
+        let squares = equations.iter().map(|(linear, ..)| linear.as_dmat3());
+        let own: DMat3 = squares.map(|linear| linear.transpose() * linear).sum();
+        // A vertex whose rotations cancel tells nothing.
+        let Some(inverse) = inverted(own) else { return };
         let mut mixed = vec![DVec3::ZERO; unknowns];
         let mut own_right = DVec3::ZERO;
         for (linear, columns, value) in equations {
             let transposed = linear.as_dmat3().transpose();
-            own += transposed * linear.as_dmat3();
             own_right += transposed * value.as_dvec3();
             for (mixed, column) in mixed.iter_mut().zip(columns) {
                 *mixed += transposed * column.as_dvec3();
@@ -72,25 +77,24 @@ impl Normal {
                 }
             }
         }
-        let inverse = own.inverse();
         // The rest position takes its share of every column.
-        for i in 0..unknowns {
-            let solved = inverse * mixed[i];
+        for (i, column) in mixed.iter().enumerate() {
+            let solved = inverse * *column;
             self.right[i] -= solved.dot(own_right);
-            for k in 0..=i {
-                self.matrix[i * unknowns + k] -= solved.dot(mixed[k]);
+            for (k, other) in mixed.iter().enumerate().take(i + 1) {
+                self.matrix[i * unknowns + k] -= solved.dot(*other);
             }
         }
         self.rows += equations.len();
     }
 
     /// Solves for the unknowns, with a pull to `usual`.
-    fn solve(mut self, usual: &[f64], pull: f64) -> Vec<f64> {
+    fn solve(mut self, usual: &[f64], pulls: &[f64]) -> Vec<f64> {
         let unknowns = usual.len();
-        let pull = pull * self.rows as f64;
-        for i in 0..unknowns {
+        for (i, (usual, pull)) in usual.iter().zip(pulls).enumerate() {
+            let pull = pull * self.rows as f64;
             self.matrix[i * unknowns + i] += pull;
-            self.right[i] += pull * usual[i];
+            self.right[i] += pull * usual;
             for k in 0..i {
                 self.matrix[k * unknowns + i] = self.matrix[i * unknowns + k];
             }
@@ -109,7 +113,14 @@ pub(super) fn fit_scale(sampled: &Sampled<'_>) -> f32 {
         });
         normal.add_vertex(&equations);
     }
-    normal.solve(&[1.0], PULL_OF_UNIT)[0] as f32
+    {
+        let factor = normal.solve(&[1.0], &[PULL_OF_ORIGIN])[0] as f32;
+        if factor.is_finite() && factor > 0.0 {
+            factor
+        } else {
+            1.0
+        }
+    }
 }
 
 /// Returns the places of the joints in the rest pose, near `usual` where the motion does not tell.
@@ -123,7 +134,11 @@ pub(super) fn fit_joints(
         let numbers = joints.iter().flat_map(|joint| joint.to_array());
         numbers.map(f64::from).collect()
     };
-    let before = numbers(joints);
+    let bones = |places: &[Vec3]| -> Vec<Vec3> {
+        let of = |joint: usize| places[joint] - motion.parents[joint].map_or(Vec3::ZERO, |p| places[p]);
+        (0..places.len()).map(of).collect()
+    };
+    let before = numbers(&bones(joints));
     let mut normal = Normal::new(before.len());
     let mut below = vec![0.0; joints.len()];
     for vertex in 0..sampled.weights.len() {
@@ -138,10 +153,18 @@ pub(super) fn fit_joints(
         });
         normal.add_vertex(&equations);
     }
-    let places = normal.solve(&numbers(usual), PULL);
-    (places.chunks_exact(3))
+    let mut pulls = vec![PULL; before.len()];
+    // Every frame tells where the root is: translations are relative to its place, which is not usual.
+    pulls[3 * motion.root..3 * motion.root + 3].fill(PULL_OF_ORIGIN);
+    let solved = normal.solve(&numbers(&bones(usual)), &pulls);
+    let mut places: Vec<Vec3> = (solved.chunks_exact(3))
         .map(|place| DVec3::from_slice(place).as_vec3())
-        .collect()
+        .collect();
+    for &(joint, parent) in &motion.parents_first {
+        let origin = places[parent];
+        places[joint] += origin;
+    }
+    places
 }
 
 /// Makes an equation for each frame of a vertex from its map, its offset and its position.
@@ -169,16 +192,24 @@ fn weights_below(motion: &MotionSkeleton, weights: &SkinningWeights, vertex: usi
     }
 }
 
-/// Effect of the coordinates of each joint's rest place on the position of a vertex.
+/// Effect of the bone that leads to each joint on the position of a vertex: that of the joint's place and
+/// of all places below it.
 fn columns(motion: &MotionSkeleton, below: &[f32], transforms: &[Rigid]) -> Vec<Vec3> {
     let mut columns = vec![Vec3::ZERO; 3 * below.len()];
-    let mut set = |joint: usize, above: Mat3| {
-        let effect = (above - Mat3::from_quat(transforms[joint].rotation)) * below[joint];
+    let mut set = |joint: usize, above: Quat| {
+        let rotation = Mat3::from_quat(transforms[joint].rotation);
+        let effect = (Mat3::from_quat(above) - rotation) * below[joint];
         columns[3 * joint..3 * joint + 3].copy_from_slice(&[effect.x_axis, effect.y_axis, effect.z_axis]);
     };
-    set(motion.root, Mat3::IDENTITY);
+    set(motion.root, motion.root_turn);
     for &(joint, parent) in &motion.parents_first {
-        set(joint, Mat3::from_quat(transforms[parent].rotation));
+        set(joint, transforms[parent].rotation);
+    }
+    for &(joint, parent) in motion.parents_first.iter().rev() {
+        for axis in 0..3 {
+            let effect = columns[3 * joint + axis];
+            columns[3 * parent + axis] += effect;
+        }
     }
     columns
 }

@@ -86,10 +86,14 @@ pub fn fit_rig(
     frames: &[BodyFrame],
     motion: &MotionSkeleton,
 ) -> Result<FittedRig> {
-    let count = frames.first().map_or(0, |frame| frame.vertices.len());
-    if frames.len() < 2 || frames.iter().any(|frame| frame.vertices.len() != count) {
-        let expected = "at least two frames of the body during the motion, of the same vertices";
+    if frames.len() < 2 {
+        let expected = "at least two frames of the body during the motion";
         return Err(Error::content(path, expected, frames.len().to_string()));
+    }
+    let count = frames[0].vertices.len();
+    if let Some(other) = frames.iter().find(|frame| frame.vertices.len() != count) {
+        let expected = format!("{count} vertices of the body in every frame");
+        return Err(Error::content(path, expected, other.vertices.len().to_string()));
     }
     let mut fit = Fit::new(motion, frames);
     if motion.unknown != Unknown::Nothing {
@@ -143,7 +147,12 @@ impl<'a> Fit<'a> {
             Unknown::Unit => (size, size),
             Unknown::Joints => (size, 1.0),
         };
-        let joints: Vec<Vec3> = motion.joints.iter().map(|joint| size * *joint).collect();
+        let mut joints: Vec<Vec3> = motion.joints.iter().map(|joint| size * *joint).collect();
+        if motion.unknown == Unknown::Joints {
+            // Translations are relative to a place of the root that the file does not state.
+            let far = motion.root_turn.inverse() * middle_from(&frames[0].vertices, &sampled[0]);
+            joints.iter_mut().for_each(|joint| *joint += far);
+        }
         Self {
             motion,
             frames: sampled,
@@ -170,9 +179,10 @@ impl<'a> Fit<'a> {
         let frame = |world: &Vec<Rigid>| {
             let mut out = world.clone();
             // Movement of the root from its rest place, wherever that is.
-            let moved = self.unit * (world[root].translation - self.motion.joints[root]);
+            let turn = self.motion.root_turn;
+            let moved = self.unit * (world[root].translation - turn * self.motion.joints[root]);
             let place = self.joints[root];
-            out[root].translation = moved + place - out[root].vector(place);
+            out[root].translation = moved + turn * place - out[root].vector(place);
             for &(joint, parent) in &self.motion.parents_first {
                 let place = self.joints[joint];
                 out[joint].translation = out[parent].point(place) - out[joint].vector(place);
@@ -258,11 +268,10 @@ impl<'a> Fit<'a> {
         round: Round,
     ) -> Result<FittedRig> {
         let (rms_m, largest_m) = distances(&round, positions);
-        // The negation also refuses NaN.
-        if !(rms_m < MAX_RMS_M) {
+        if rms_m.is_nan() || rms_m >= MAX_RMS_M {
             let expected = "a body that the joints of the motion move (both from one scene, with one start, \
                             one up axis and one unit)";
-            let found = format!("one that is {rms_m:.2} m off on average");
+            let found = format!("one that is {rms_m:.2} m off (RMS)");
             return Err(Error::content(path, expected, found));
         }
         let motion = self.motion;
@@ -293,6 +302,16 @@ impl<'a> Fit<'a> {
             largest_m,
         })
     }
+}
+
+/// Vector from the middle of some joints to that of a body.
+fn middle_from(body: &[Vec3], joints: &[Rigid]) -> Vec3 {
+    let middle = |places: &mut dyn Iterator<Item = Vec3>| {
+        let empty = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let (low, high) = places.fold(empty, |(low, high), place| (low.min(place), high.max(place)));
+        0.5 * (low + high)
+    };
+    middle(&mut body.iter().copied()) - middle(&mut joints.iter().map(|joint| joint.translation))
 }
 
 /// RMS and largest distance of the skinned vertices from the given ones, metres.

@@ -4,11 +4,12 @@ use super::joints::Unknown;
 use crate::{
     bvh::{Bvh, is_bvh},
     error::{Error, Result},
+    foreign_formats::refuse_foreign,
     motion::{MotionOptions, smpl_motion},
     retarget::RetargetSource,
     rigged::{RiggedFormat, read_joints_of_motion},
 };
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use std::path::{Path, PathBuf};
 use unic_core::transform::Rigid;
 
@@ -28,9 +29,13 @@ pub struct MotionSkeleton {
     /// Places in the rest pose, in the unit of the motion.
     pub(super) joints: Vec<Vec3>,
     pub(super) unknown: Unknown,
-    fps: f32,
-    /// Rotation from the rest pose and position of each joint in each frame.
-    frames: Vec<Vec<Rigid>>,
+    /// Rotation of the rest pose before the root's movement is added, where Z up was converted: the root
+    /// of the rest pose is at this rotation of its place.
+    pub(super) root_turn: Quat,
+    /// Rotation from the file's axes to Y up.
+    world_from_source: Quat,
+    /// Frames are computed when they are asked for: a file may hold millions.
+    bvh: Bvh,
 }
 
 impl MotionSkeleton {
@@ -42,94 +47,83 @@ impl MotionSkeleton {
     pub fn read(path: &Path, options: &MotionOptions) -> Result<Self> {
         if let Some(format) = RiggedFormat::of(path) {
             let bvh = read_joints_of_motion(path, format, options)?;
-            return Self::new(path, &bvh, Unknown::Nothing, |joint| joint);
+            return Self::new(path, bvh, Unknown::Nothing, Quat::IDENTITY);
         }
+        refuse_foreign(path, "a motion (npz, BVH, glTF, FBX or USD)")?;
         if !is_bvh(path)? {
-            let bvh = smpl_motion(path, options)?;
-            return Self::new(path, &bvh, Unknown::Joints, |joint| joint);
+            let motion = smpl_motion(path, options)?;
+            let skeleton = Self::new(path, motion.bvh, Unknown::Joints, Quat::IDENTITY)?;
+            return Ok(Self {
+                root_turn: motion.y_up_from_source,
+                ..skeleton
+            });
         }
         let bvh = Bvh::read(path)?;
         let source = RetargetSource::new(path, &bvh, &options.bones, options.up)?;
         if !source.stands_in_zero_pose() {
-            let expected = "a BVH file in whose zero pose the body stands, for a body without a rig";
-            return Err(Error::content(path, expected, "another zero pose"));
+            let expected = "a BVH file whose zero pose is a standing body's, for a body without a rig";
+            let found = "another zero pose; export FBX or glTF, or the BVH from the T-pose";
+            return Err(Error::content(path, expected, found));
         }
         let turn = source.world_from_source();
-        Self::new(path, &bvh, Unknown::Unit, |joint| {
-            Rigid::new(turn * joint.rotation * turn.inverse(), turn * joint.translation)
-        })
+        Self::new(path, bvh, Unknown::Unit, turn)
     }
 
-    fn new(path: &Path, bvh: &Bvh, unknown: Unknown, y_up: impl Fn(Rigid) -> Rigid) -> Result<Self> {
+    pub(super) fn new(path: &Path, bvh: Bvh, unknown: Unknown, world_from_source: Quat) -> Result<Self> {
         if bvh.is_empty() {
             return Err(Error::content(path, "at least one frame of motion", "none"));
         }
-        let turned = |joints: &[Rigid]| -> Vec<Rigid> { joints.iter().map(|joint| y_up(*joint)).collect() };
+        let parents: Vec<Option<usize>> = bvh.joints().iter().map(|joint| joint.parent).collect();
+        let roots = parents.iter().filter(|parent| parent.is_none()).count();
+        if roots != 1 || parents[0].is_some() {
+            let found = format!("{roots} roots");
+            return Err(Error::content(path, "joints with one root", found));
+        }
         let mut world = Vec::new();
         bvh.world_from_joint_at_zero(&mut world);
-        let joints = turned(&world).iter().map(|joint| joint.translation).collect();
-        let frame = |frame: usize| {
-            bvh.world_from_joint(frame, &mut world);
-            turned(&world)
-        };
-        let frames = (0..bvh.len()).map(frame).collect();
-        let names = bvh.joints().iter().map(|joint| joint.name.clone()).collect();
-        let parents = bvh.joints().iter().map(|joint| joint.parent).collect();
+        let with_parents = parents.iter().enumerate();
         Ok(Self {
             path: path.to_path_buf(),
-            ..Self::of_joints(names, parents, joints, unknown, bvh.fps(), frames)
-        })
-    }
-
-    /// Makes the skeleton of joints whose parents precede them; the first is the root.
-    pub(super) fn of_joints(
-        names: Vec<String>,
-        parents: Vec<Option<usize>>,
-        joints: Vec<Vec3>,
-        unknown: Unknown,
-        fps: f32,
-        frames: Vec<Vec<Rigid>>,
-    ) -> Self {
-        let with_parents = parents.iter().enumerate();
-        Self {
-            path: PathBuf::new(),
+            names: bvh.joints().iter().map(|joint| joint.name.clone()).collect(),
             root: 0,
             parents_first: with_parents
                 .filter_map(|(joint, parent)| Some((joint, (*parent)?)))
                 .collect(),
-            names,
             parents,
-            joints,
+            joints: (world.iter().map(|joint| world_from_source * joint.translation)).collect(),
             unknown,
-            fps,
-            frames,
-        }
+            root_turn: Quat::IDENTITY,
+            world_from_source,
+            bvh,
+        })
     }
 
     /// Frames per second.
     pub fn fps(&self) -> f32 {
-        self.fps
+        self.bvh.fps()
     }
 
     /// Time of the last frame, seconds.
     pub fn seconds(&self) -> f64 {
-        (self.frames.len() - 1) as f64 / f64::from(self.fps)
+        (self.bvh.len() - 1) as f64 / f64::from(self.fps())
     }
 
     /// Rotation from the rest pose and position of each joint at a time, between two frames if need be.
     pub(super) fn at(&self, seconds: f64) -> Vec<Rigid> {
-        let last = self.frames.len() - 1;
-        let frame = (seconds * f64::from(self.fps)).clamp(0.0, last as f64);
+        let last = self.bvh.len() - 1;
+        let frame = (seconds * f64::from(self.fps())).clamp(0.0, last as f64);
         let before = frame.floor() as usize;
         let share = (frame - frame.floor()) as f32;
-        let (a, b) = (&self.frames[before], &self.frames[(before + 1).min(last)]);
+        let (mut a, mut b) = (Vec::new(), Vec::new());
+        self.bvh.world_from_joint(before, &mut a);
+        self.bvh.world_from_joint((before + 1).min(last), &mut b);
+        let turn = self.world_from_source;
         let between = |(a, b): (&Rigid, &Rigid)| {
-            Rigid::new(
-                a.rotation.slerp(b.rotation, share),
-                a.translation.lerp(b.translation, share),
-            )
+            let rotation = a.rotation.slerp(b.rotation, share);
+            let place = a.translation.lerp(b.translation, share);
+            Rigid::new(turn * rotation * turn.inverse(), turn * place)
         };
-        a.iter().zip(b).map(between).collect()
+        a.iter().zip(&b).map(between).collect()
     }
 
     /// Factor by which the joints are to grow for a body, estimated from the heights of both in one frame.

@@ -3,6 +3,9 @@
 use glam::{DMat3, DVec3, Mat3, Vec3};
 use unic_core::{skinning::SkinningWeights, transform::Rigid};
 
+/// Smallest determinant of Σ AᵀA, relative to that of a rotation in all frames.
+const MIN_DETERMINANT: f64 = 1e-4;
+
 /// Linear map and offset of one vertex in one frame by linear blend skinning: x = A r + b.
 pub(super) fn blended(weights: &SkinningWeights, vertex: usize, transforms: &[Rigid]) -> (Mat3, Vec3) {
     let (mut linear, mut offset) = (Mat3::ZERO, Vec3::ZERO);
@@ -23,13 +26,21 @@ pub(super) fn fit(positions: &[&[Vec3]], transforms: &[Vec<Rigid>], weights: &Sk
             matrix += transposed * linear.as_dmat3();
             right += transposed * (frame[vertex] - offset).as_dvec3();
         }
-        let rest = (matrix.inverse() * right).as_vec3();
-        // Opposite rotations cancel in the blend, in every frame: such a vertex has no rest position, and
-        // the heaviest joint's stands for it.
-        match (rest.is_finite(), weights.row(vertex).next()) {
-            (false, Some((joint, _))) => transforms[0][joint].inverse().point(positions[0][vertex]),
-            _ => rest,
-        }
+        let rest = inverted(matrix).map(|inverse| (inverse * right).as_vec3());
+        // A vertex without a rest position of its own has that of the joint that moves it most.
+        let heaviest = || {
+            let joint = weights.row(vertex).next().map_or(0, |(joint, _)| joint);
+            transforms[0][joint].inverse().point(positions[0][vertex])
+        };
+        rest.unwrap_or_else(heaviest)
     };
     (0..weights.len()).map(vertex).collect()
+}
+
+/// Inverts Σ AᵀA, unless the blended rotations cancel in some direction, in all frames.
+pub(super) fn inverted(matrix: DMat3) -> Option<DMat3> {
+    let mean = (matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z) / 3.0;
+    // The cube of the mean is the largest determinant of this trace.
+    let is_regular = matrix.determinant() > MIN_DETERMINANT * mean.powi(3);
+    is_regular.then(|| matrix.inverse())
 }

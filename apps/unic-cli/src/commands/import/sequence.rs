@@ -12,7 +12,10 @@ use crate::{
 };
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
-use unic_io::rigged::{RiggedFormat, has_skinned_mesh};
+use unic_io::{
+    cache::has_obj_files,
+    rigged::{RiggedFormat, has_skinned_mesh},
+};
 
 /// Folder of the garment's frames in a sequence.
 const FRAMES: &str = "deformation";
@@ -43,9 +46,10 @@ pub(super) fn resolve(args: &ImportArgs) -> Result<ImportArgs> {
     };
     let mut resolved = args.clone();
     if is_sequence {
+        let has_capture = unic_io::capture::is_capture(&args.out);
         resolved.character = match character {
-            // A capture has its character already.
-            None if !unic_io::capture::is_capture(&args.out) => body(&garment, &motion)?,
+            // A capture has its character already, which an animated body is checked against.
+            None => body(&garment, &motion)?.filter(|own| !has_capture || *own != motion),
             given => given,
         };
         resolved.clip = args.clip.clone().or_else(|| name(&garment));
@@ -60,11 +64,11 @@ pub(super) fn resolve(args: &ImportArgs) -> Result<ImportArgs> {
 
 /// The character of a sequence: the motion's own, or the animated body. A rig comes with its motion.
 fn body(folder: &Path, motion: &Path) -> Result<Option<PathBuf>> {
-    let frames = folder.join(BODY);
-    if RiggedFormat::of(motion).is_some() && (!frames.is_dir() || has_skinned_mesh(motion)?) {
+    let frames = Some(folder.join(BODY)).filter(|frames| has_obj_files(frames));
+    if RiggedFormat::of(motion).is_some() && (frames.is_none() || has_skinned_mesh(motion)?) {
         return Ok(Some(motion.to_path_buf()));
     }
-    Ok(Some(frames).filter(|frames| frames.is_dir()))
+    Ok(frames)
 }
 
 fn name(folder: &Path) -> Option<String> {

@@ -5,11 +5,11 @@ use super::{
     notes::Notes,
 };
 use crate::{args::ImportArgs, interrupt, progress::Progress};
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, bail};
 use glam::Vec3;
-use unic_core::{character::Character, clip::Clip, mesh::TriMesh};
+use unic_core::{Pose, character::Character, clip::Clip};
 use unic_io::{
-    Capture, MotionOptions, counted, read_obj,
+    MotionOptions, counted, read_obj,
     rig_fit::{BodyFrame, MAX_RMS_M, MotionSkeleton, UnriggedBody, fit_rig},
 };
 
@@ -19,8 +19,7 @@ const FRAMES: usize = 60;
 /// An animation of a body without a rig.
 pub(super) struct Body {
     animation: Animation,
-    /// Body of the first frame.
-    mesh: TriMesh,
+    faces: Vec<[u32; 3]>,
 }
 
 impl Body {
@@ -58,7 +57,10 @@ impl Body {
                 animation.vertex_count()
             );
         }
-        Ok(Some(Self { animation, mesh }))
+        Ok(Some(Self {
+            animation,
+            faces: mesh.faces,
+        }))
     }
 
     /// Makes a character whose skinning reproduces the body: joints by the motion, weights fitted.
@@ -71,12 +73,18 @@ impl Body {
         motion: &MotionOptions,
         notes: &mut Notes,
     ) -> Result<Character> {
-        let skeleton = MotionSkeleton::read(&args.motion, motion)?;
+        let motion = MotionOptions {
+            fps_of_file: motion.fps_of_file.or(self.animation.fps),
+            ..motion.clone()
+        };
+        let skeleton = MotionSkeleton::read(&args.motion, &motion)?;
         let fps = f64::from(self.animation.fps.or(args.fps).unwrap_or(skeleton.fps()));
         let last = (skeleton.seconds() * fps).floor() as i64;
         // Frame 0 of the motion belongs to frame `offset` of garment and body.
         let first = args.offset.max(0);
-        let last = (last + args.offset).min(self.animation.len() as i64 - 1);
+        let last = last
+            .saturating_add(args.offset)
+            .min(self.animation.len() as i64 - 1);
         let count = (last - first + 1).clamp(0, FRAMES as i64);
         let mut frames = Vec::new();
         let mut progress = Progress::new("fitting a rig to the body", 0, count as u64);
@@ -92,7 +100,7 @@ impl Body {
             progress.set(i as u64 + 1, String::new);
         }
         let path = args.character.as_ref().unwrap_or(&args.garment);
-        let fitted = fit_rig(path, &self.mesh.faces, &frames, &skeleton)?;
+        let fitted = fit_rig(path, &self.faces, &frames, &skeleton)?;
         let text = format!(
             "no rig in the file: {} of {}, weights fitted to {}: vertices are {:.2} mm off (RMS), {:.1} mm at most",
             counted(fitted.character.skeleton.len(), "joint"),
@@ -105,33 +113,33 @@ impl Body {
         Ok(fitted.character)
     }
 
-    /// Checks that the character of a capture follows the body.
+    /// Checks that a character follows the body in the clip as it is imported. Returns the RMS distance,
+    /// metres.
     ///
     /// # Errors
-    /// Other vertices; a body that is elsewhere.
+    /// Other vertices, another frame rate, no frame in common, a body that is elsewhere.
     pub(super) fn check_follows(
         &mut self,
         args: &ImportArgs,
-        capture: &Capture,
+        character: &Character,
         clip: &Clip,
-        notes: &mut Notes,
-    ) -> Result<()> {
-        let Character {
-            body,
-            skeleton,
-            weights,
-        } = &capture.character;
+    ) -> Result<f32> {
         let path = args.character.as_ref().unwrap_or(&args.garment).display();
-        if body.vertices.len() != self.animation.vertex_count() {
+        let (expected, found) = (character.body.vertices.len(), self.animation.vertex_count());
+        if expected != found {
+            bail!("{path}: expected the {expected} vertices of the character's body, found {found}");
+        }
+        if let Some(fps) = self
+            .animation
+            .fps
+            .filter(|fps| (fps - clip.fps).abs() > 1e-3 * clip.fps)
+        {
             bail!(
-                "{path}: expected the {} vertices of the body of {}, found {}",
-                body.vertices.len(),
-                capture.root.display(),
-                self.animation.vertex_count()
+                "{path}: expected a body at the garment's {} frames per second, found {fps}",
+                clip.fps
             );
         }
-        let (mut positions, mut joints, mut transforms, mut skinned) =
-            (Vec::new(), Vec::new(), Vec::new(), Vec::<Vec3>::new());
+        let (mut positions, mut skinned) = (Vec::new(), Vec::new());
         let (mut sum, mut count) = (0.0f64, 0usize);
         for (frame, pose) in clip
             .poses
@@ -139,30 +147,35 @@ impl Body {
             .enumerate()
             .step_by(clip.len().div_ceil(FRAMES).max(1))
         {
-            let of_body = frame as i64 + args.offset;
+            let of_body = (frame as i64).saturating_add(args.offset);
             if !(0..self.animation.len() as i64).contains(&of_body) {
                 continue;
             }
             self.animation.frame(of_body as usize, &mut positions)?;
-            skeleton.forward_kinematics(pose, &mut joints);
-            skeleton.world_from_rest(&joints, &mut transforms);
-            weights.skin(&body.vertices, &transforms, &mut skinned);
+            skin(character, pose, &mut skinned);
             let pairs = skinned.iter().zip(&positions);
             sum += pairs.map(|(a, b)| f64::from(a.distance_squared(*b))).sum::<f64>();
             count += skinned.len();
         }
-        let rms = (sum / count.max(1) as f64).sqrt() as f32;
-        if !(count > 0 && rms < MAX_RMS_M) {
-            return Err(anyhow!(
-                "{path}: expected the body of {} in this motion, found one that is {rms:.2} m off on average",
-                capture.root.display()
-            ));
+        if count == 0 {
+            bail!(
+                "{path}: expected frames of the body during the motion, found none with --offset {}",
+                args.offset
+            );
         }
-        let text = format!(
-            "the character of the capture is taken: vertices are {:.2} mm off (RMS)",
-            1e3 * rms
-        );
-        notes.add(args.character.as_ref().unwrap_or(&args.garment), &text);
-        Ok(())
+        let rms = (sum / count as f64).sqrt() as f32;
+        if rms.is_nan() || rms >= MAX_RMS_M {
+            bail!(
+                "{path}: expected the character's body in this motion, found one that is {rms:.2} m off (RMS)"
+            );
+        }
+        Ok(rms)
     }
+}
+
+fn skin(character: &Character, pose: &Pose, out: &mut Vec<Vec3>) {
+    let (mut joints, mut transforms) = (Vec::new(), Vec::new());
+    character.skeleton.forward_kinematics(pose, &mut joints);
+    character.skeleton.world_from_rest(&joints, &mut transforms);
+    character.weights.skin(&character.body.vertices, &transforms, out);
 }
