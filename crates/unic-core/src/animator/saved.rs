@@ -19,9 +19,9 @@ const HEADER: usize = 20;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("saved state: expected {expected}, found {found}")]
 pub struct SavedStateError {
-    /// What the reader accepts.
+    /// Bytes that the reader accepts, in words.
     pub expected: String,
-    /// What the bytes are.
+    /// Difference of the given bytes, in words.
     pub found: String,
 }
 

@@ -1,10 +1,9 @@
-//! What a motion file leaves open about the places of joints, by linear least squares.
+//! Linear least squares for the places of joints that a motion file leaves open.
 //!
 //! With rigid bones the translation of joint j is linear in the joints' rest places J:
 //! qⱼ = q_root + Σ (R_parent(k) − Rₖ) Jₖ over the joints k from the root's child to j, and
 //! q_root = moved + (U − R_root) J_root with the root's movement from its rest place and the rotation U
-//! from the file's axes. So positions are
-//! linear in J, or in one factor of all lengths.
+//! from the file's axes. So positions are linear in J, or in one factor of all lengths.
 
 use super::{
     linear::solve,
@@ -20,7 +19,7 @@ const PULL: f64 = 3e-3;
 /// Pull of the root's place and of the unit of length, which every frame determines.
 const PULL_OF_ORIGIN: f64 = 1e-9;
 
-/// What a motion file does not state about its joints.
+/// Part of the joints' places that a motion file does not state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Unknown {
     /// Places of all joints are stated, in metres.

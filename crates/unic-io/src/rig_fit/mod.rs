@@ -117,7 +117,7 @@ fn strided(frames: &[BodyFrame]) -> Vec<Vec<Vec3>> {
     frames.iter().map(frame).collect()
 }
 
-/// What one round has found.
+/// Weights and rest shape of one round, with the transforms that they are fitted to.
 struct Round {
     /// `world_from_rest` of each joint in each frame.
     transforms: Vec<Vec<Rigid>>,
