@@ -46,6 +46,9 @@ COMMANDS = [
     ("import", ["import", "--garment", "tube/clips/a.garment.npy", "--rest", "tube/garment.obj", "--motion",
                 "tube/clips/a.npz", "--character", "tube/character.npz", "--contacts", "1,1,1,1", "--out",
                 "imported"], 0),
+    ("retarget", ["retarget", "tube/clips/a.npz", "--to", "tube/character.npz", "--out", "takes/one/take.bvh"], 0),
+    ("import sequences", ["import", "--garment", "takes", "--rest", "tube/garment.obj", "--character",
+                          "tube/character.npz", "--contacts", "1,1,1,1", "--fps", str(FPS), "--out", "sequences"], 0),
     ("bench", ["bench", "--model", "tube.unic", "--motion", "walk.npz", "--frames", "10"], 0),
     ("bench control", ["bench", "control"], 0),
     ("play", ["play", "--record", "walk.gif", "--seconds", "0.4", "--size", "64x48", "--renderer", "software"], 0),
@@ -78,7 +81,7 @@ def check_page():
     """Checks that docs/reference/json.md has a row for every command and names all of its keys."""
     page = (DOCS / "reference/json.md").read_text()
     rows = dict(re.findall(r"^\| `([^`]+)` \| (.+) \|$", page, re.M))
-    names = {"coverage": "inspect --coverage"}
+    names = {"coverage": "inspect --coverage", "import sequences": "import SEQUENCES"}
     for name, schema in SCHEMA["$defs"].items():
         row = rows.get(names.get(name, name))
         if row is None:
@@ -90,6 +93,15 @@ def check_page():
             assert f"`{key}`" in row or key == "protocol", f"docs/reference/json.md, {name}: {key}"
 
 
+def write_sequence(folder, capture):
+    """Writes the frames of a clip as OBJ files."""
+    folder.mkdir(parents=True)
+    faces = "".join(line for line in open(capture / "garment.obj") if line.startswith("f "))
+    for t, frame in enumerate(np.load(capture / "clips/a.garment.npy")):
+        vertices = "".join(f"v {x} {y} {z}\n" for x, y, z in frame)
+        (folder / f"{t:04}.obj").write_text(vertices + faces)
+
+
 def main():
     check_page()
     with tempfile.TemporaryDirectory() as folder:
@@ -97,6 +109,7 @@ def main():
         write_capture(folder / "tube")
         poses, trans = motion(9)
         np.savez(folder / "walk.npz", poses=poses, trans=trans, mocap_framerate=float(FPS))
+        write_sequence(folder / "takes/one/deformation", folder / "tube")
         (folder / "nothing_known").mkdir()
         (folder / "tiny.toml").write_text('title = "tiny"\npreset = "tiny"\n[optimiser]\nwarmup = 0.2\n')
         for name, arguments, code in COMMANDS:

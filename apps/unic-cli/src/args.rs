@@ -38,7 +38,7 @@ pub(crate) use inspect::InspectArgs;
 pub(crate) use looks::LooksArgs;
 pub(crate) use motion::MotionArgs;
 pub(crate) use motion_database::MotionDatabaseArgs;
-pub(crate) use motion_source::{ClipArgs, MotionSourceArgs};
+pub(crate) use motion_source::{CharacterArgs, ClipArgs, MotionSourceArgs};
 pub(crate) use names::{
     FeetName, MaterialName, MeshUpName, NetworkName, PrecisionName, ProtocolName, SplitName, Switch, UpName,
 };

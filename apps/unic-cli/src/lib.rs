@@ -27,6 +27,7 @@ pub mod interrupt;
 mod invocation;
 mod limits;
 pub mod machine;
+mod mesh_units;
 pub mod model_file;
 mod motion_file;
 mod motion_source;

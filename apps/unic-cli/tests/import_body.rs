@@ -148,3 +148,43 @@ fn the_body_of_a_sequence_folder_is_read() {
     );
     assert!(off < TOLERANCE_M, "{off} m");
 }
+
+/// A folder of sequences, each with its own motion file.
+#[test]
+fn a_folder_of_sequences_is_imported_whole() {
+    let (folder, figure, _) = fresh();
+    let folder = folder.path();
+    for (seed, name) in ["sequence_1", "sequence_2"].into_iter().enumerate() {
+        let (clip, sequence) = (mixamo_clip(name, seed, 12), folder.join("takes").join(name));
+        fs::create_dir_all(&sequence).unwrap();
+        let bodies = body(&figure.character, &clip);
+        write(&sequence.join("motion/"), &figure.character.body, &bodies);
+        let garments = figure.skinned(&clip);
+        write(&sequence.join("deformation/"), &figure.garment.rest, &garments);
+        write_bvh(&sequence.join("take.bvh"), &clip, &figure.character.skeleton).unwrap();
+    }
+    let line = format!("--garment takes --rest coat.obj --fps {FPS} --out made");
+    let refused = |more: &str| {
+        let output = unic(folder, &format!("import {line} {more}"));
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(refused("--motion walk.bvh").contains("--motion: expected a garment of one clip"));
+    assert!(refused("--test sequence_3").contains("--test: expected names among sequence_1, sequence_2"));
+
+    let summary = import(folder, &format!("{line} --test sequence_2"));
+    assert_eq!(summary["imported"].as_array().unwrap().len(), 2);
+    let capture = Capture::open(&folder.join("made")).unwrap();
+    assert_eq!(capture.manifest.splits.train, ["sequence_1"]);
+    assert_eq!(capture.manifest.splits.test, ["sequence_2"]);
+    for (seed, name) in ["sequence_1", "sequence_2"].into_iter().enumerate() {
+        let imported = capture.load_clip(name).unwrap();
+        let expected = figure.skinned(&mixamo_clip(name, seed, 12));
+        let frames: Vec<Vec<Vec3>> = imported.garment.iter().map(|f| f.to_vec()).collect();
+        assert!(rms(&frames, &expected) < 1e-6, "{name}");
+    }
+    // A second time only what is new is read.
+    let summary = import(folder, &line);
+    assert_eq!(summary["imported"].as_array().unwrap().len(), 0);
+    assert_eq!(summary["kept"], serde_json::json!(["sequence_1", "sequence_2"]));
+}

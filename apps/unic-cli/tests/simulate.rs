@@ -224,6 +224,31 @@ fn threads_and_interruptions_do_not_change_the_bytes() {
 }
 
 #[test]
+fn the_unit_and_the_axis_of_a_garment_are_stated() {
+    let folder = tempfile::tempdir().unwrap();
+    inputs(folder.path());
+    let mut mesh = garment().rest;
+    // Powers of two, so that scaling back is exact.
+    (mesh.vertices.iter_mut()).for_each(|v| *v = glam::Vec3::new(v.x, -v.z, v.y) * 128.0);
+    write_obj(&folder.path().join("large.obj"), &mesh).unwrap();
+    let rest = |garment: &str, out: &str| {
+        let common = "simulate --character body.npz --motion one.npz --seconds 0.1 --force";
+        let line = format!("{common} --garment {garment} --out {out}");
+        let output = command(folder.path(), &line).output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        let capture = Capture::open(&folder.path().join(out)).unwrap();
+        (capture.garment.rest, stderr(&output))
+    };
+    let (expected, _) = rest("tube.obj", "plain");
+    let (found, notes) = rest("large.obj --scale 0.0078125 --garment-up z", "scaled");
+    assert_eq!(found, expected);
+    assert!(
+        notes.contains("large.obj: Z up converted to Y up") && notes.contains("scaled by 0.0078125"),
+        "{notes}"
+    );
+}
+
+#[test]
 fn invalid_input_is_refused_in_one_sentence() {
     let folder = tempfile::tempdir().unwrap();
     inputs(folder.path());
@@ -236,6 +261,10 @@ fn invalid_input_is_refused_in_one_sentence() {
         assert!(!output.status.success(), "{line}");
         assert!(words.iter().all(|word| last.contains(word)), "{line}: {text}");
     };
+    refused(
+        "--garment tshirt --scale 0.01 --out a",
+        &["--scale", ".obj", "tshirt"],
+    );
     refused("--garment cape --out a", &["cape", "tshirt, skirt"]);
     refused(
         "--motion moonwalk --out a",

@@ -243,6 +243,7 @@ fn character() -> Result<Character, Failure> {
         weights: weights(&body)?,
         body,
         skeleton: skeleton?,
+        file_mesh: None,
     })
 }
 

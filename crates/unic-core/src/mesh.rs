@@ -2,6 +2,10 @@
 //!
 //! For tools that import and make characters and garments.
 
+mod seamless_normals;
+
+pub use seamless_normals::SeamlessNormals;
+
 use glam::{Vec2, Vec3};
 use thiserror::Error;
 
@@ -38,6 +42,16 @@ pub enum MeshError {
         /// Number of vertices.
         vertices: usize,
     },
+    /// Vertex of a file with an index beyond the vertices of the body.
+    #[error("mesh: vertex {vertex} of the file names vertex {index} of the body, which has {vertices}")]
+    FileVertex {
+        /// Index of the file's vertex.
+        vertex: usize,
+        /// Vertex index that it names.
+        index: u32,
+        /// Number of vertices of the body.
+        vertices: usize,
+    },
     /// Position that is NaN or infinite.
     #[error("mesh: the position of vertex {vertex} is not finite")]
     NotFinite {
@@ -70,17 +84,24 @@ impl TriMesh {
         if let Some(vertex) = self.vertices.iter().position(|v| !v.is_finite()) {
             return Err(MeshError::NotFinite { vertex });
         }
-        for (face, corners) in self.faces.iter().enumerate() {
-            if let Some(&index) = corners.iter().find(|&&c| c as usize >= vertices) {
-                return Err(MeshError::Index {
-                    face,
-                    index,
-                    vertices,
-                });
-            }
-        }
-        Ok(())
+        check_faces(&self.faces, vertices)
     }
+}
+
+/// Checks that faces name vertices below `vertices`.
+///
+/// # Errors
+/// The first face with another.
+pub(crate) fn check_faces(faces: &[[u32; 3]], vertices: usize) -> Result<(), MeshError> {
+    let far = |(face, corners): (usize, &[u32; 3])| {
+        let index = corners.iter().copied().find(|&c| c as usize >= vertices)?;
+        Some(MeshError::Index {
+            face,
+            index,
+            vertices,
+        })
+    };
+    faces.iter().enumerate().find_map(far).map_or(Ok(()), Err)
 }
 
 /// Computes the unit normals of the vertices into `out`: the area-weighted mean of the faces around

@@ -130,6 +130,9 @@ impl Model {
         parts.config.motion.check(&parts.character.skeleton)?;
         parts.garment.rest.check()?;
         parts.character.body.check()?;
+        if let Some(mesh) = &parts.character.file_mesh {
+            mesh.check(parts.character.body.vertices.len())?;
+        }
         check_counts(&parts, joints)?;
         let motion = motion_len(joints);
         check_strain_limits(&parts)?;

@@ -154,6 +154,26 @@ impl SkinningWeights {
         dense
     }
 
+    /// Returns the rows of the vertices that `vertices` names, bit for bit.
+    ///
+    /// # Panics
+    /// If a vertex is beyond the last.
+    pub fn gathered(&self, vertices: impl Iterator<Item = usize>) -> Self {
+        let mut gathered = Self {
+            joint_count: self.joint_count,
+            starts: vec![0],
+            joints: Vec::new(),
+            weights: Vec::new(),
+        };
+        for vertex in vertices {
+            let range = self.starts[vertex] as usize..self.starts[vertex + 1] as usize;
+            gathered.joints.extend_from_slice(&self.joints[range.clone()]);
+            gathered.weights.extend_from_slice(&self.weights[range]);
+            gathered.starts.push(gathered.joints.len() as u32);
+        }
+        gathered
+    }
+
     /// Returns weights with at most `count` joints a vertex and none below `min_weight`, normalised
     /// again. The heaviest joint of a vertex always stays.
     pub fn pruned(&self, count: usize, min_weight: f32) -> Self {

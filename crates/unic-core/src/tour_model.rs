@@ -47,6 +47,7 @@ fn parts() -> Result<ModelParts, Box<dyn Error>> {
         body: mesh.clone(),
         skeleton,
         weights: weights.clone(),
+        file_mesh: None,
     };
     let motion_pair = 2 * motion_len(2);
     Ok(ModelParts {

@@ -43,6 +43,7 @@ pub(crate) fn cube() -> Character {
         body: TriMesh::new((0..8).map(corner).collect(), faces.to_vec()).unwrap(),
         skeleton: skeleton.unwrap(),
         weights: SkinningWeights::from_dense(&[1.0, 0.0].repeat(8), 8, 2).unwrap(),
+        file_mesh: None,
     }
 }
 

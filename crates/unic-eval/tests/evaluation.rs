@@ -49,6 +49,7 @@ fn figure() -> Figure {
             body: TriMesh::new(corners, faces).unwrap(),
             skeleton: skeleton.unwrap(),
             weights: root_alone(4),
+            file_mesh: None,
         },
         garment: Garment::new(TriMesh::new(strip, squares.collect()).unwrap(), root_alone(8)),
         contact_joints: [1; 4],

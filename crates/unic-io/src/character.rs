@@ -11,7 +11,7 @@ use crate::{
 };
 use std::path::Path;
 use unic_core::{
-    character::Character,
+    character::{Character, FileMesh},
     mesh::TriMesh,
     skeleton::{SMPL_JOINT_NAMES, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
@@ -20,11 +20,17 @@ use unic_core::{
 /// Files that characters are read from, for errors.
 const EXPECTED: &str = "a character (npz, glTF, FBX, USD or a pickle of SMPL)";
 
+/// Array of the body's vertex for each vertex of its file.
+const FILE_VERTICES: &str = "file_vertices";
+
+/// Array of the faces of the body's file.
+const FILE_FACES: &str = "file_faces";
+
 /// Reads a character from an npz, glTF, FBX or USD file, in metres, Y up.
 ///
 /// A file with a rig has one skinned mesh; [`crate::rigged`] describes what is read of it. The arrays of an
 /// npz are `vertices` (B, 3), `faces` (F, 3), `joints` (J, 3), `parents` (J), `weights` (B,
-/// J), and optionally `rest_pose` (J, 3) and `joint_names` (J).
+/// J), and optionally `rest_pose` (J, 3), `joint_names` (J), `file_vertices` (W) and `file_faces` (E, 3).
 ///
 /// # Errors
 /// Missing arrays, shapes that contradict each other, a mesh, skeleton or weights with faults.
@@ -89,10 +95,12 @@ pub(crate) fn read_named_character(path: &Path, names: Vec<String>) -> Result<Ch
     // The file stores weights densely, one column for each joint; in memory they are sparse.
     let shape = [Dim::Is(body.vertices.len()), Dim::Is(skeleton.len())];
     let weights = read_weights(&mut npz, shape)?;
+    let file_mesh = read_file_mesh(&mut npz, body.vertices.len())?;
     Ok(Character {
         body,
         skeleton,
         weights,
+        file_mesh,
     })
 }
 
@@ -116,6 +124,27 @@ fn read_mesh(npz: &mut Npz) -> Result<TriMesh> {
         path: npz.path().to_path_buf(),
         source,
     })
+}
+
+/// Reads the order of the vertices in the file of a body with welded ones, if there is one.
+fn read_file_mesh(npz: &mut Npz, vertices: usize) -> Result<Option<FileMesh>> {
+    if !npz.contains(FILE_VERTICES) {
+        return Ok(None);
+    }
+    let body_vertices = npz.array::<u32>(FILE_VERTICES, &[Dim::Any("W")])?.data;
+    let faces = npz.array::<u32>(FILE_FACES, &[Dim::Any("E"), Dim::Is(3)])?;
+    let faces = faces.data.chunks_exact(3).map(|f| [f[0], f[1], f[2]]);
+    let mesh = FileMesh {
+        body_vertices,
+        faces: faces.collect(),
+    };
+    match mesh.check(vertices) {
+        Ok(()) => Ok(Some(mesh)),
+        Err(source) => Err(Error::Mesh {
+            path: npz.path().to_path_buf(),
+            source,
+        }),
+    }
 }
 
 fn read_skeleton(npz: &mut Npz, names: Vec<String>) -> Result<Skeleton> {
@@ -199,6 +228,7 @@ pub fn write_character(path: &Path, character: &Character) -> Result<()> {
         body,
         skeleton,
         weights,
+        file_mesh,
     } = character;
     let parts = skeleton.to_parts();
     // −1 is the parent of the root.
@@ -213,5 +243,10 @@ pub fn write_character(path: &Path, character: &Character) -> Result<()> {
     npz.text(JOINT_NAMES, &parts.names)?;
     npz.f32s("weights", &[vertices, joints], &weights.to_dense())?;
     npz.f32s("rest_pose", &[joints, 3], bytemuck::cast_slice(&parts.rest_pose))?;
+    if let Some(mesh) = file_mesh {
+        let faces: Vec<i32> = mesh.faces.as_flattened().iter().map(|&i| i as i32).collect();
+        npz.u32s(FILE_VERTICES, &mesh.body_vertices)?;
+        npz.i32s(FILE_FACES, &[mesh.faces.len(), 3], &faces)?;
+    }
     npz.finish()
 }

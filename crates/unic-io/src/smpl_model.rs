@@ -193,6 +193,7 @@ impl Arrays {
             body,
             skeleton,
             weights,
+            file_mesh: None,
         })
     }
 

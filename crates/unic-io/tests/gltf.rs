@@ -16,6 +16,7 @@ use unic_io::{
     inspect::FileKind,
     read_character,
     rigged::{CharacterOptions, RiggedCharacter, RiggedFormat, read_rigged_character},
+    write_character,
 };
 
 /// Largest distance of a posed vertex of the file, which has four weights a vertex, from the truth,
@@ -38,7 +39,7 @@ fn the_walk_of_blender_is_that_of_the_capture() {
     let read = read_gltf_character(&glb).unwrap();
     assert!(largest_distance(&read.character.body.vertices, &capture.character.body.vertices) < 1e-5);
     assert_eq!(read.character.body.faces, capture.character.body.faces);
-    assert_eq!(read.vertex_of_file, (0..3738).collect::<Vec<u32>>());
+    assert_eq!(read.character.file_mesh, None, "nothing is welded");
     assert_eq!(read.character.skeleton.len(), 24);
     let mut four_weights = capture.character.clone();
     let rows = (0..3738).map(|v| capture.character.weights.row(v).take(4));
@@ -210,7 +211,12 @@ fn units_axes_seams_and_idle_roots_are_converted() {
     let character = &read.character;
     assert_eq!(character.skeleton.names(), ["hips", "chest"]);
     assert!(character.skeleton.joints()[1].distance(Vec3::new(0.0, 0.5, 0.0)) < 1e-6);
-    assert_eq!(read.vertex_of_file, [0, 1, 2, 0, 2, 3, 4, 5, 6]);
+    let mesh = character.file_mesh.as_ref().unwrap();
+    assert_eq!(mesh.body_vertices, [0, 1, 2, 0, 2, 3, 4, 5, 6]);
+    // A capture and a model keep it.
+    let npz = folder.path().join("character.npz");
+    write_character(&npz, character).unwrap();
+    assert_eq!(read_character(&npz).unwrap(), *character);
     assert_eq!(character.body.faces, [[0, 1, 2], [0, 2, 3], [4, 5, 6]]);
     assert!(character.body.vertices[4].distance(Vec3::Y) < 1e-6);
     let notes = read.notes.join("; ");

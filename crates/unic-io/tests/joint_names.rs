@@ -30,6 +30,7 @@ fn character(names: &[String]) -> Character {
         })
         .unwrap(),
         body: tube.body,
+        file_mesh: None,
     }
 }
 

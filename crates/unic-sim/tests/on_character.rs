@@ -49,6 +49,7 @@ fn pillar() -> Arc<Character> {
         skeleton: Skeleton::new(parts).unwrap(),
         weights: SkinningWeights::from_dense(&vec![1.0; count], count, 1).unwrap(),
         body,
+        file_mesh: None,
     })
 }
 

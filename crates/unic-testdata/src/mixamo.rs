@@ -130,6 +130,7 @@ impl Figure {
                 body,
                 skeleton,
                 weights,
+                file_mesh: None,
             },
             garment,
             contact_joints,

@@ -61,6 +61,7 @@ impl Figure {
                 weights: weights(&body),
                 body,
                 skeleton: skeleton.unwrap(),
+                file_mesh: None,
             },
             garment: {
                 let weights = weights(&rest);

@@ -127,6 +127,7 @@ fn figure(vertices: usize) -> Figure {
             weights: weights(&body),
             body,
             skeleton: skeleton.unwrap(),
+            file_mesh: None,
         },
         garment: {
             let weights = weights(&rest);

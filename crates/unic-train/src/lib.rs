@@ -22,7 +22,7 @@
 //! #     joints: vec![Vec3::Y, Vec3::Y * 2.0],
 //! #     ..Default::default()
 //! # })?;
-//! # let character = Character { body: sheet.clone(), skeleton, weights: weights.clone() };
+//! # let character = Character { body: sheet.clone(), skeleton, weights: weights.clone(), file_mesh: None };
 //! # let garment = Garment::new(sheet, weights);
 //! # let mut manifest = Manifest::new("flag", 30.0);
 //! # manifest.contact_joints = Some([0; 4].map(JointReference::Index));

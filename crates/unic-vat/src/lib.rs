@@ -54,7 +54,7 @@ use std::{
     path::{Path, PathBuf},
 };
 use thiserror::Error;
-use unic_core::mesh::{TriMesh, vertex_normals};
+use unic_core::mesh::{SeamlessNormals, TriMesh};
 use unic_io::{atomic::AtomicFile, glb::write_mesh_with_texels};
 
 /// Result of writing a vertex animation texture.
@@ -237,8 +237,9 @@ fn bounds(positions: &[Vec3]) -> [Vec3; 2] {
 fn normals(mesh: &TriMesh, positions: &[Vec3]) -> Vec<Vec3> {
     let mut all = Vec::with_capacity(positions.len());
     let mut normals = Vec::new();
+    let seamless = SeamlessNormals::new(mesh);
     for frame in positions.chunks_exact(mesh.vertices.len()) {
-        vertex_normals(frame, &mesh.faces, &mut normals);
+        seamless.compute(frame, &mut normals);
         all.extend_from_slice(&normals);
     }
     all

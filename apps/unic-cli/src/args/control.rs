@@ -1,6 +1,6 @@
 //! Options of `unic bench control`.
 
-use super::{MotionSourceArgs, parse};
+use super::{CharacterArgs, MotionSourceArgs, parse};
 use crate::checks::ForceArgs;
 use std::path::PathBuf;
 
@@ -23,9 +23,8 @@ use std::path::PathBuf;
 pub(crate) struct ControlArgs {
     #[command(flatten)]
     pub(crate) source: MotionSourceArgs,
-    /// Character of the motions [default: the built-in human].
-    #[arg(long, value_name = "FILE.npz")]
-    pub(crate) character: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) character: CharacterArgs,
     /// Setting from quality (0: motion as captured) to responsiveness (1: commands at once).
     #[arg(long, value_name = "SHARE", value_parser = parse::share, default_value_t = 0.5)]
     pub(crate) responsiveness: f32,

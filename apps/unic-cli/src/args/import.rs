@@ -20,7 +20,8 @@ use unic_io::{Assumed, LowPass, Up, capture::JointReference, rigged::CharacterOp
 ///
 /// A folder of Marvelous Designer or CLO with `deformation/*.obj` and `animation.fbx` brings the
 /// garment, the character and the motion of a clip that is named like the folder. If the FBX file
-/// has joints alone, the body is that of `motion/*.obj`.
+/// has joints alone, the body is that of `motion/*.obj`. A folder of such folders brings a clip of
+/// each; those that the capture has already are left out.
 ///
 /// Garment and motion start together, unless --offset is given. The clip ends with the shorter one.
 ///
@@ -119,7 +120,7 @@ pub(crate) struct ImportArgs {
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ImportFiles {
     /// Animation of the garment: a .abc, .usd, .usdc, .usda, .usdz, .pc2, .mdd, .npz or .npy file, a
-    /// folder of OBJ files, or a folder with `deformation/*.obj` and `animation.fbx`.
+    /// folder of OBJ files, a folder with `deformation/*.obj` and `animation.fbx`, or a folder of those.
     #[arg(long, value_name = "FILE|FOLDER")]
     pub(crate) garment: PathBuf,
     /// Motion of the character: an .npz, .bvh, glTF, FBX or USD file [default: the FBX file of the

@@ -1,6 +1,6 @@
 //! Options of `unic motion-database`.
 
-use super::ClipArgs;
+use super::{CharacterArgs, ClipArgs};
 use crate::checks::ForceArgs;
 use std::path::PathBuf;
 
@@ -18,9 +18,8 @@ use std::path::PathBuf;
 pub(crate) struct MotionDatabaseArgs {
     #[command(flatten)]
     pub(crate) clips: ClipArgs,
-    /// Character of the motions [default: the built-in human].
-    #[arg(long, value_name = "FILE.npz")]
-    pub(crate) character: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) character: CharacterArgs,
     /// Motion database to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,

@@ -39,3 +39,14 @@ impl MotionSourceArgs {
         self.clips.files().chain(&self.database)
     }
 }
+
+/// Character that is steered.
+#[derive(Debug, clap::Args)]
+pub(crate) struct CharacterArgs {
+    /// Character of the motions: an npz, glTF, FBX or USD file [default: the built-in human].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) character: Option<PathBuf>,
+    /// Name of the body in a character file of several skinned meshes [default: the only one].
+    #[arg(long, value_name = "NAME", requires = "character")]
+    pub(crate) body: Option<String>,
+}

@@ -1,6 +1,6 @@
 //! Options of `unic simulate`.
 
-use super::{MaterialName, MotionArgs, Switch, parse};
+use super::{MaterialName, MeshUpName, MotionArgs, Switch, parse};
 use crate::checks::ForceArgs;
 use std::path::PathBuf;
 use unic_io::capture::JointReference;
@@ -41,6 +41,13 @@ pub(crate) struct SimulateArgs {
     /// one: tshirt, skirt, pleated_dress, tulle_skirt, robe.
     #[arg(long, value_name = "FILE.obj|FOLDER|NAME", default_value = "tshirt")]
     pub(crate) garment: PathBuf,
+    /// Length of a unit of the garment's .obj in metres: 0.01 for centimetres, 0.001 for millimetres
+    /// [default: 1].
+    #[arg(long, value_name = "METRES", value_parser = parse::scale)]
+    pub(crate) scale: Option<f32>,
+    /// Axis that points up in the garment's .obj [default: y].
+    #[arg(long, value_enum)]
+    pub(crate) garment_up: Option<MeshUpName>,
     /// Motions: .npz, .bvh, glTF, FBX or USD files, or built-in ones by name: idle, walk_speeds,
     /// walk_circles, walk_slalom, walk_starts_stops, run_speeds, run_circles, run_slalom, run_starts_stops,
     /// squats_jumps, arms_trunk, mixed, sprint_stop, turn_on_spot, dance [default: all built-in

@@ -5,7 +5,6 @@
 
 mod alignment;
 mod animation;
-mod conversion;
 mod folder;
 mod garment;
 mod notes;
@@ -27,8 +26,9 @@ use alignment::Alignment;
 use animation::{Animation, MeshChoice};
 use anyhow::{Result, anyhow};
 use notes::Notes;
-use report::ImportSummary;
+use report::{ImportSummary, SequencesSummary};
 use rest::FirstFrame;
+use sequence::Import;
 use std::{path::Path, time::Instant};
 use unic_core::{
     character::{Character, Garment},
@@ -42,18 +42,48 @@ use unic_io::{
     check, import_character, import_motion,
 };
 
-/// Imports a clip.
+/// Imports a clip, or one of each sequence of a folder.
 ///
 /// # Errors
 /// Unusable options or inputs, files that do not fit each other or the capture, files that cannot
-/// be read or written, an interruption.
+/// be read or written, an interruption. The clips before it stay.
 pub(crate) fn run(args: &ImportArgs) -> Result<()> {
-    let started = Instant::now();
-    let args = &sequence::resolve(args)?;
     refuse_other_captures(&args.out)?;
     // Held until the function returns: no other process writes into the folder.
     let _lock = FolderLock::acquire(&args.out)?;
     finish_moves(&args.out)?;
+    let clips = match sequence::resolve(args)? {
+        Import::Clip(clip) => {
+            let summary = import(&clip)?;
+            say_if_none_is_held_out(&args.out)?;
+            return report::print_summary(args.json, &summary);
+        }
+        Import::Sequences(clips) => clips,
+    };
+    let mut summary = SequencesSummary::new(&args.out);
+    for clip in &clips {
+        match sequence::is_kept(clip)? {
+            true => summary.kept(clip),
+            false => summary.imported(import(clip)?),
+        }
+    }
+    say_if_none_is_held_out(&args.out)?;
+    report::print_sequences(args.json, &summary)
+}
+
+fn say_if_none_is_held_out(out: &Path) -> Result<()> {
+    if Capture::open(out)?.manifest.splits.test.is_empty() {
+        let out = out.display();
+        print_status(&format!(
+            "{out}: no clip is held out for evaluation yet; --test names one"
+        ));
+    }
+    Ok(())
+}
+
+/// Imports one clip into the folder of the capture, which is locked.
+fn import(args: &ImportArgs) -> Result<ImportSummary> {
+    let started = Instant::now();
     let before = folder::open(args)?;
     let mut notes = Notes::default();
     let mut body = unrigged::Body::open(args, &mut notes)?;
@@ -68,15 +98,8 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     };
     let mut animation = Animation::open(args, &choice, &mut notes)?;
     let clip = clip(args, before.as_ref(), &character, &animation, &mut notes)?;
-    if let (Some(body), Some(path)) = (&mut body, &args.character) {
-        let rms = body.check_follows(args, &character, &clip)?;
-        if before.is_some() {
-            let text = format!(
-                "the character of the capture is taken: vertices are {:.2} mm off (RMS)",
-                1e3 * rms
-            );
-            notes.add(path, &text);
-        }
+    if let Some(body) = &mut body {
+        check_body(args, before.as_ref(), body, (&character, &clip), &mut notes)?;
     }
     folder::check_clip(args, before.as_ref(), &clip)?;
     let alignment = Alignment::new(args, animation.len(), clip.len())?;
@@ -97,16 +120,27 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     // The last moment at which nothing has changed.
     interrupt::check()?;
     staged.commit(&clip.name, &manifest)?;
-    if manifest.splits.test.is_empty() {
-        let out = args.out.display();
-        print_status(&format!(
-            "{out}: no clip is held out for evaluation yet; --test names one"
-        ));
+    let counted = (&manifest, &figure.garment);
+    Ok(ImportSummary::new(args, counted, &clip, notes, started.elapsed()))
+}
+
+/// Checks that the character follows the animated body.
+fn check_body(
+    args: &ImportArgs,
+    before: Option<&Capture>,
+    body: &mut unrigged::Body,
+    (character, clip): (&Character, &Clip),
+    notes: &mut Notes,
+) -> Result<()> {
+    let rms = body.check_follows(args, character, clip)?;
+    if let (Some(_), Some(path)) = (before, &args.character) {
+        let text = format!(
+            "the character of the capture is taken: vertices are {:.2} mm off (RMS)",
+            1e3 * rms
+        );
+        notes.add(path, &text);
     }
-    report::print_summary(
-        args,
-        &ImportSummary::new(args, &manifest, &clip, &figure.garment, notes, started.elapsed()),
-    )
+    Ok(())
 }
 
 /// A character, its garment and the garment's animation.

@@ -16,11 +16,14 @@ use unic_io::{counted, write_motion_database};
 /// # Errors
 /// Unusable options or inputs, a file that cannot be written.
 pub(crate) fn run(args: &MotionDatabaseArgs) -> Result<()> {
-    Outputs::with_inputs(args.clips.files().chain(&args.character))
+    Outputs::with_inputs(args.clips.files().chain(&args.character.character))
         .file(&args.out)
         .check(Existing::of(args.overwrite))?;
     let source = MotionSource::build(
-        character(args.character.as_deref(), None)?,
+        character(
+            args.character.character.as_deref(),
+            args.character.body.as_deref(),
+        )?,
         FPS,
         &args.clips,
         args.force,

@@ -131,6 +131,7 @@ pub fn human(parameters: &HumanParameters) -> Result<Character, HumanError> {
         weights: weights::symmetrised(&weights, &image)?,
         body,
         skeleton,
+        file_mesh: None,
     })
 }
 

@@ -54,6 +54,7 @@ impl Scene {
             weights: body.weights(&capture.character.weights),
             body: body.mesh,
             skeleton: capture.character.skeleton.clone(),
+            file_mesh: None,
         };
         let positions = |t: usize| cloth.positions(clip.garment.frame(t));
         let count = FRAMES.min(clip.clip.len());

@@ -29,7 +29,7 @@ use glam::Vec3;
 /// # let parts = SkeletonParts { parents: vec![-1], joints, ..Default::default() };
 /// # let weights = SkinningWeights::from_dense(&[1.0; 4], 4, 1)?;
 /// # let garment = Garment::new(body.clone(), weights.clone());
-/// # let character = Character { skeleton: Skeleton::new(parts)?, weights, body };
+/// # let character = Character { skeleton: Skeleton::new(parts)?, weights, body, file_mesh: None };
 /// let mode = IntersectionMode::Robust { margin_m: 0.003, corrects: Corrects::Display };
 /// let mut handling = GarmentHandling::new(mode, &character, &garment);
 /// // A body in its bind pose.

@@ -36,6 +36,7 @@ fn character(body: TriMesh, parents: &[i64], joint_of: impl Fn(usize) -> usize) 
         skeleton: Skeleton::new(parts).unwrap(),
         weights: SkinningWeights::from_rows(parents.len(), rows).unwrap(),
         body,
+        file_mesh: None,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::ModelFileError;
 use crate::{
-    character::Character,
+    character::{Character, FileMesh},
     features::RestBox,
     mesh::{TriMesh, Uvs},
     model::ModelError,
@@ -272,7 +272,20 @@ impl<'a> Source<'a> {
                 rest_pose: self.points("character.rest_pose")?,
             })?,
             weights: self.weights("character")?,
+            file_mesh: self.file_mesh()?,
         })
+    }
+
+    /// Reads the mesh of the body's file, which a body without welded vertices has not.
+    fn file_mesh(&self) -> Result<Option<FileMesh>, ModelFileError> {
+        let name = "character.file.vertices";
+        if !self.has(name) {
+            return Ok(None);
+        }
+        Ok(Some(FileMesh {
+            body_vertices: self.read(name, Dtype::U32, &[0])?.numbers,
+            faces: self.faces("character.file.faces")?,
+        }))
     }
 
     pub(super) fn garment_mesh(&self) -> Result<TriMesh, ModelFileError> {

@@ -140,6 +140,11 @@ impl Tensors {
             &parts.parents,
         );
         self.weights("character", &character.weights);
+        if let Some(mesh) = &character.file_mesh {
+            let vertices = &mesh.body_vertices;
+            self.push("character.file.vertices", Dtype::U32, &[vertices.len()], vertices);
+            self.faces("character.file.faces", &mesh.faces);
+        }
     }
 
     fn prior(&mut self, prior: &Prior) {

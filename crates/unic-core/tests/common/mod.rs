@@ -397,6 +397,7 @@ pub fn character() -> Character {
         weights: weights(&body.vertices),
         skeleton: skeleton(),
         body,
+        file_mesh: None,
     }
 }
 

@@ -8,7 +8,7 @@ use crate::{
 use glam::Vec3;
 use ogawa::{ArchiveWriter, Attribute, Faces, FrameTiming, MeshDescription, MeshId, Scope};
 use std::path::{Path, PathBuf};
-use unic_core::mesh::{TriMesh, Uvs, vertex_normals};
+use unic_core::mesh::{SeamlessNormals, TriMesh, Uvs};
 
 /// Writer of an Alembic file, one frame at a time: positions and normals. The file appears when it is complete.
 ///
@@ -24,8 +24,7 @@ pub struct AlembicWriter {
 #[derive(Debug)]
 struct AlembicMesh {
     id: MeshId,
-    vertex_count: usize,
-    faces: Vec<[u32; 3]>,
+    normals: SeamlessNormals,
 }
 
 impl AlembicWriter {
@@ -50,8 +49,8 @@ impl AlembicWriter {
             })?;
             Ok(AlembicMesh {
                 id,
-                vertex_count: mesh.vertices.len(),
-                faces: mesh.faces.clone(),
+                // The archive has checked the faces.
+                normals: SeamlessNormals::new(mesh),
             })
         };
         let meshes = meshes.iter().map(&mut add).collect::<ogawa::Result<Vec<_>>>();
@@ -74,8 +73,8 @@ impl AlembicWriter {
         }
         for (mesh, positions) in self.meshes.iter().zip(frame) {
             // Another number of positions is refused below, but has no normals.
-            if positions.len() == mesh.vertex_count {
-                vertex_normals(positions, &mesh.faces, &mut self.normals);
+            if positions.len() == mesh.normals.len() {
+                mesh.normals.compute(positions, &mut self.normals);
             }
             let [positions, normals] = [positions, self.normals.as_slice()].map(bytemuck::cast_slice);
             let pushed = self.archive.push_with_normals(mesh.id, positions, normals);

@@ -34,7 +34,7 @@ pub(super) fn write(
     binary: &mut BinaryWriter,
 ) -> Result<SkinnedMesh> {
     let mut surface = SurfaceBuffers::default();
-    surface.compute(&character.body.vertices, &character.body.faces, seams);
+    surface.compute(&character.body.vertices, seams);
     let WrittenSurface {
         mut attributes,
         indices,

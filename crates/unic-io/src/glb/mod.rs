@@ -48,6 +48,7 @@
 //!     body: triangle.clone(),
 //!     skeleton: Skeleton::new(root)?,
 //!     weights: SkinningWeights::from_dense(&[1.0; 3], 3, 1)?,
+//!     file_mesh: None,
 //! };
 //! let scene = GlbScene {
 //!     name: "wave",

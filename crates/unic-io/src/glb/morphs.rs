@@ -13,8 +13,6 @@ use glam::Vec3;
 #[derive(Debug)]
 pub(super) struct MorphWriter {
     seams: SeamSplit,
-    /// Triangles of the unsplit mesh, which the normals are computed from.
-    faces: Vec<[u32; 3]>,
     first: SurfaceBuffers,
     current: SurfaceBuffers,
     base: Option<WrittenSurface>,
@@ -32,10 +30,9 @@ pub(super) struct MorphedMesh {
 }
 
 impl MorphWriter {
-    pub(super) fn new(seams: SeamSplit, faces: Vec<[u32; 3]>) -> Self {
+    pub(super) fn new(seams: SeamSplit) -> Self {
         Self {
             seams,
-            faces,
             first: SurfaceBuffers::default(),
             current: SurfaceBuffers::default(),
             base: None,
@@ -49,13 +46,13 @@ impl MorphWriter {
         if self.base.is_some() {
             return self.push_target(positions, binary);
         }
-        self.first.compute(positions, &self.faces, &self.seams);
+        self.first.compute(positions, &self.seams);
         self.base = Some(self.first.write(&self.seams, binary)?);
         Ok(())
     }
 
     fn push_target(&mut self, positions: &[Vec3], binary: &mut BinaryWriter) -> Result<()> {
-        self.current.compute(positions, &self.faces, &self.seams);
+        self.current.compute(positions, &self.seams);
         subtract(&mut self.current.positions, &self.first.positions);
         // Differences of unit normals: a reader adds them and normalises the sum.
         subtract(&mut self.current.normals, &self.first.normals);

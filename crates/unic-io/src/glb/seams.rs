@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use glam::Vec2;
 use std::{collections::HashMap, path::Path};
-use unic_core::mesh::{TriMesh, Uvs};
+use unic_core::mesh::{SeamlessNormals, TriMesh, Uvs};
 
 /// Vertices and triangles of a mesh in which every vertex has one texture coordinate.
 ///
@@ -17,6 +17,8 @@ pub(super) struct SeamSplit {
     pub(super) uvs: Option<Vec<Vec2>>,
     /// Triangles, as indices into `sources`.
     pub(super) faces: Vec<[u32; 3]>,
+    /// Normals of the mesh's own vertices.
+    pub(super) normals: SeamlessNormals,
 }
 
 impl SeamSplit {
@@ -35,18 +37,20 @@ impl SeamSplit {
             return Err(Error::content(path, "a mesh with triangles", "one without"));
         }
         let sources = (0..mesh.vertices.len() as u32).collect();
+        let normals = SeamlessNormals::new(mesh);
         let Some(uvs) = &mesh.uvs else {
             return Ok(Self {
                 sources,
                 uvs: None,
                 faces: mesh.faces.clone(),
+                normals,
             });
         };
         check_uvs(path, mesh, uvs)?;
-        Ok(Self::split(sources, &mesh.faces, uvs))
+        Ok(Self::split(sources, &mesh.faces, uvs, normals))
     }
 
-    fn split(mut sources: Vec<u32>, faces: &[[u32; 3]], uvs: &Uvs) -> Self {
+    fn split(mut sources: Vec<u32>, faces: &[[u32; 3]], uvs: &Uvs, normals: SeamlessNormals) -> Self {
         // The first texture coordinate of a vertex stays at the vertex itself; each other one makes
         // a copy, which all corners with that coordinate share.
         let mut first: Vec<Option<u32>> = vec![None; sources.len()];
@@ -73,6 +77,7 @@ impl SeamSplit {
             sources,
             uvs: Some(coordinates),
             faces,
+            normals,
         }
     }
 

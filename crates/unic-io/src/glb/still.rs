@@ -34,7 +34,7 @@ pub fn write_mesh_with_texels(
     let seams = SeamSplit::new(path, mesh)?;
     let mut binary = BinaryWriter::create(path)?;
     let mut surface = SurfaceBuffers::default();
-    surface.compute(positions, &mesh.faces, &seams);
+    surface.compute(positions, &seams);
     let mut written = surface.write(&seams, &mut binary)?;
     let mut spread = Vec::new();
     seams.spread(texels, &mut spread);

@@ -7,7 +7,6 @@ use super::{
 };
 use crate::error::Result;
 use glam::Vec3;
-use unic_core::mesh::vertex_normals;
 
 /// Positions and unit normals of all vertices in the file, copies at seams included.
 #[derive(Debug, Default)]
@@ -21,10 +20,10 @@ impl SurfaceBuffers {
     ///
     /// Copies at a seam share the normal of the unsplit vertex, so that the seam is invisible. A
     /// vertex without a normal gets +Y, because glTF forbids zero normals.
-    pub(super) fn compute(&mut self, positions: &[Vec3], faces: &[[u32; 3]], seams: &SeamSplit) {
+    pub(super) fn compute(&mut self, positions: &[Vec3], seams: &SeamSplit) {
         // Normals of the unsplit mesh: triangles on both sides of a seam contribute.
         let mut normals = Vec::new();
-        vertex_normals(positions, faces, &mut normals);
+        seams.normals.compute(positions, &mut normals);
         for normal in &mut normals {
             *normal = normal.try_normalize().unwrap_or(Vec3::Y);
         }

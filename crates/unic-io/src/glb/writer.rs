@@ -82,7 +82,7 @@ impl GlbWriter {
             frames: scene.frames,
             garment_vertices: scene.garment.vertices.len(),
             body: body::write(scene.character, &body_seams, &mut binary)?,
-            morphs: MorphWriter::new(seams, scene.garment.faces.clone()),
+            morphs: MorphWriter::new(seams),
             tracks: JointTracks::new(&scene.character.skeleton),
             binary,
         })

@@ -100,6 +100,7 @@ pub(super) fn describe_character(report: &mut Inspection, character: &Character)
         body,
         skeleton,
         weights,
+        ..
     } = character;
     mesh::describe(report, "body", body);
     let names = skeleton.names().join(" ");

@@ -72,7 +72,11 @@ fn character(report: &mut Inspection, path: &Path, format: RiggedFormat, body: &
     if let Some(read) = report.ok_or_problem(read) {
         report.fact("mesh", read.name.as_str());
         notes(report, &read.notes);
-        report.fact("vertices in the file", read.vertex_of_file.len());
+        let (body, mesh) = (&read.character.body, &read.character.file_mesh);
+        let in_file = mesh
+            .as_ref()
+            .map_or(body.vertices.len(), |mesh| mesh.body_vertices.len());
+        report.fact("vertices in the file", in_file);
         arrays::describe_character(report, &read.character);
     }
 }

@@ -297,6 +297,7 @@ impl<'a> Fit<'a> {
                 body,
                 skeleton,
                 weights: round.weights,
+                file_mesh: None,
             },
             rms_m,
             largest_m,

@@ -12,6 +12,7 @@ fn frames(figure: &Figure, clip: &Clip) -> Vec<BodyFrame> {
         body,
         skeleton,
         weights,
+        ..
     } = &figure.character;
     let (mut joints, mut transforms) = (Vec::new(), Vec::new());
     let frame = |(t, pose): (usize, &Pose)| {

@@ -18,8 +18,6 @@ pub(super) struct RiggedBody {
     pub(super) rig: Rig,
     /// Name of the mesh.
     pub(super) name: String,
-    /// Vertex of the body for each vertex of the file.
-    pub(super) vertex_of_file: Vec<u32>,
 }
 
 impl RiggedBody {
@@ -44,11 +42,12 @@ impl RiggedBody {
         };
         let weighted = weighted_nodes(skin, &welded);
         let (mut rig, rest_from_mesh) = Rig::new(file, Binds::of_skin(skin), &weighted)?;
-        if welded.vertices.len() < welded.vertex_of_file.len() {
+        let file_mesh = welded.file_mesh(&shape.faces);
+        if let Some(mesh) = &file_mesh {
             rig.notes.push(format!(
-                "{} of {} vertices remain where copies along seams are welded",
+                "{} of {} vertices remain where copies along seams are welded; exports have those of the file",
                 welded.vertices.len(),
-                welded.vertex_of_file.len()
+                mesh.body_vertices.len()
             ));
         }
         let vertices: Vec<Vec3> = (welded.vertices.iter())
@@ -67,10 +66,10 @@ impl RiggedBody {
                 body,
                 skeleton: rig.skeleton(file)?,
                 weights,
+                file_mesh,
             },
             rig,
             name: mesh.name.clone(),
-            vertex_of_file: welded.vertex_of_file,
         })
     }
 }

@@ -49,8 +49,6 @@ pub struct RiggedCharacter {
     pub character: Character,
     /// Name of the mesh.
     pub name: String,
-    /// Vertex of the body for each vertex of the file: copies along seams have one.
-    pub vertex_of_file: Vec<u32>,
     /// Descriptions of what was converted, one sentence each.
     pub notes: Vec<String>,
 }
@@ -144,7 +142,6 @@ pub fn read_rigged_character(
         notes: notes.cloned().collect(),
         character: body.character,
         name: body.name,
-        vertex_of_file: body.vertex_of_file,
     })
 }
 

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use std::collections::HashMap;
+use unic_core::character::FileMesh;
 use unic_scene::Shape;
 
 /// Mesh of which vertices at one place with equal weights are one.
@@ -11,7 +12,7 @@ pub(super) struct Welded {
     /// Entries of (index among the skin's joints, weight) for each vertex.
     pub(super) weights: Vec<Vec<(u16, f32)>>,
     /// Vertex for each vertex of the file.
-    pub(super) vertex_of_file: Vec<u32>,
+    vertex_of_file: Vec<u32>,
 }
 
 impl Welded {
@@ -61,5 +62,13 @@ impl Welded {
             }
         }
         welded
+    }
+
+    /// Mesh of a file with these faces, if vertices of it were welded.
+    pub(super) fn file_mesh(&self, faces: &[[u32; 3]]) -> Option<FileMesh> {
+        (self.vertices.len() < self.vertex_of_file.len()).then(|| FileMesh {
+            body_vertices: self.vertex_of_file.clone(),
+            faces: faces.to_vec(),
+        })
     }
 }

@@ -1,7 +1,7 @@
 //! Content of a layer without its frames, the same for both forms.
 
 use glam::Vec2;
-use unic_core::mesh::TriMesh;
+use unic_core::mesh::{SeamlessNormals, TriMesh};
 
 /// Name of the prim that carries all meshes.
 pub(super) const ROOT: &str = "animation";
@@ -55,6 +55,7 @@ pub(super) struct LayerMesh {
     pub(super) faces: Vec<[u32; 3]>,
     /// Texture coordinates and their indices, one for each corner.
     pub(super) uvs: Option<(Vec<Vec2>, Vec<[u32; 3]>)>,
+    pub(super) normals: SeamlessNormals,
 }
 
 impl LayerMesh {
@@ -65,6 +66,7 @@ impl LayerMesh {
             vertex_count: mesh.vertices.len(),
             faces: mesh.faces.clone(),
             uvs: uvs.map(|uvs| (uvs.coordinates.clone(), uvs.faces.clone())),
+            normals: SeamlessNormals::new(mesh),
         }
     }
 }

@@ -31,7 +31,7 @@ use glam::Vec3;
 use layer::{Layer, LayerMesh};
 use std::path::{Path, PathBuf};
 use text::TextWriter;
-use unic_core::mesh::{TriMesh, vertex_normals};
+use unic_core::mesh::TriMesh;
 
 /// Writer of a USD file, one frame at a time. The file appears when it is complete.
 #[derive(Debug)]
@@ -131,11 +131,6 @@ fn extent(positions: &[Vec3]) -> [Vec3; 2] {
     positions
         .iter()
         .fold(empty, |[low, high], &p| [low.min(p), high.max(p)])
-}
-
-/// Computes the normals of a frame into `out`.
-fn normals(mesh: &LayerMesh, positions: &[Vec3], out: &mut Vec<Vec3>) {
-    vertex_normals(positions, &mesh.faces, out);
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 use super::{
     extent,
     layer::{CORNERS, DOCUMENTATION, Layer, LayerMesh, ROOT, Sampled, end_time_code},
-    normals,
 };
 use crate::{
     atomic::AtomicFile,
@@ -111,7 +110,7 @@ fn write_samples(
     frames.for_each(|t, positions| {
         match property {
             Sampled::Extent => values = extent(positions).to_vec(),
-            Sampled::Normals => normals(mesh, positions, &mut values),
+            Sampled::Normals => mesh.normals.compute(positions, &mut values),
             Sampled::Points => values = positions.to_vec(),
         }
         let triples = values.iter().map(|v| format!("({}, {}, {})", v.x, v.y, v.z));

@@ -44,6 +44,7 @@ pub(crate) fn small_character() -> Character {
         body: TriMesh::new(corners, faces).unwrap(),
         skeleton: skeleton.unwrap(),
         weights: SkinningWeights::from_dense(&[1.0, 0.0, 0.5, 0.5, 0.25, 0.75, 0.0, 1.0], 4, 2).unwrap(),
+        file_mesh: None,
     }
 }
 
@@ -212,6 +213,7 @@ pub(crate) fn humanoid() -> Character {
         body: TriMesh::new(vertices, vec![[0, 1, 2], [3, 4, 5], [6, 7, 8]]).unwrap(),
         skeleton: Skeleton::new(skeleton).unwrap(),
         weights: SkinningWeights::from_dense(&weights, 9, 24).unwrap(),
+        file_mesh: None,
     }
 }
 

@@ -108,6 +108,7 @@ fn character() -> Character {
         weights: SkinningWeights::from_dense(&dense, body.vertices.len(), JOINTS).unwrap(),
         skeleton: Skeleton::new(skeleton).unwrap(),
         body,
+        file_mesh: None,
     }
 }
 
@@ -184,6 +185,7 @@ impl Scene {
             body,
             skeleton,
             weights,
+            ..
         } = &self.character;
         let frame = |pose: &Pose| {
             let (mut joints, mut transforms, mut positions) = (Vec::new(), Vec::new(), Vec::new());

@@ -134,6 +134,7 @@ impl AnimatedCharacter {
             body,
             skeleton,
             weights,
+            ..
         } = &*self.character;
         // Joint rotations are interpolated, not vertices: within a frame limbs move on arcs. Within
         // an interval vertices move on straight lines, see `BodyInterval`.

@@ -11,7 +11,7 @@ use std::{
     io::Write,
     path::{Path, PathBuf},
 };
-use unic_core::{Model, Pose, clip::Clip, mesh::TriMesh};
+use unic_core::{Model, Pose, character::FileMesh, clip::Clip, mesh::TriMesh};
 use unic_io::{
     VertexCacheWriter,
     alembic::AlembicWriter,
@@ -33,6 +33,27 @@ pub(super) struct AnimationFiles {
     vat: Option<VatWriter>,
     picture: AtomicFile,
     paths: Vec<PathBuf>,
+    body: BodyOrder,
+}
+
+/// Order of the vertices of bodies in files.
+struct BodyOrder {
+    /// Mesh of the body's file, if it has other vertices than the model's body.
+    file_mesh: Option<FileMesh>,
+    positions: Vec<Vec3>,
+}
+
+impl BodyOrder {
+    /// Returns the positions of a frame as files have them.
+    fn of_file<'a>(&'a mut self, body: &'a [Vec3]) -> &'a [Vec3] {
+        match &self.file_mesh {
+            None => body,
+            Some(mesh) => {
+                mesh.expand(body, &mut self.positions);
+                &self.positions
+            }
+        }
+    }
 }
 
 // Boxed because the writers are large and differ in size.
@@ -151,14 +172,30 @@ impl AnimationFiles {
         let format = AnimationFormat::of(&args.out)?;
         let outputs = OutputPaths::of(args, format);
         let paths = outputs.all();
-        let meshes = [&model.garment().rest, &model.character().body];
+        let character = model.character().in_file_order();
+        let garment = &model.garment().rest;
+        let meshes = [garment, &character.body];
+        let named = [("garment", garment), ("body", &character.body)];
         let mesh = |(path, mesh): (&PathBuf, &TriMesh)| mesh_file(path, mesh);
         Ok(Self {
             animation: match format {
-                AnimationFormat::Glb => Animation::glb(&args.out, model, clip)?,
-                AnimationFormat::Alembic => Animation::alembic(&args.out, model, clip.fps)?,
-                AnimationFormat::Usd => Animation::usd(&args.out, model, clip.fps)?,
-                _ => Animation::caches(args, model, clip.fps)?,
+                AnimationFormat::Glb => {
+                    let scene = GlbScene {
+                        name: &clip.name,
+                        character: &character,
+                        garment,
+                        fps: clip.fps,
+                        frames: clip.len(),
+                    };
+                    Animation::Glb(Box::new(GlbWriter::create(&args.out, &scene)?))
+                }
+                AnimationFormat::Alembic => {
+                    Animation::Alembic(Box::new(AlembicWriter::create(&args.out, &named, clip.fps)?))
+                }
+                AnimationFormat::Usd => {
+                    Animation::Usd(Box::new(UsdWriter::create(&args.out, &named, clip.fps)?))
+                }
+                _ => Animation::caches(args, meshes, clip.fps)?,
             },
             meshes: (outputs.meshes.iter().zip(meshes))
                 .map(mesh)
@@ -168,6 +205,10 @@ impl AnimationFiles {
                 .transpose()?,
             picture: AtomicFile::create(&outputs.picture)?,
             paths,
+            body: BodyOrder {
+                file_mesh: model.character().file_mesh.clone(),
+                positions: Vec::new(),
+            },
         })
     }
 
@@ -176,6 +217,7 @@ impl AnimationFiles {
         if let Some(vat) = &mut self.vat {
             vat.push(garment)?;
         }
+        let body = self.body.of_file(body);
         match &mut self.animation {
             // The body of a GLB is a skin, which the pose moves.
             Animation::Glb(writer) => writer.push(pose, garment)?,
@@ -216,45 +258,12 @@ impl AnimationFiles {
 }
 
 impl Animation {
-    /// Opens a GLB, whose writer needs the number of frames in advance.
-    fn glb(path: &Path, model: &Model, clip: &Clip) -> Result<Self> {
-        let scene = GlbScene {
-            name: &clip.name,
-            character: model.character(),
-            garment: &model.garment().rest,
-            fps: clip.fps,
-            frames: clip.len(),
-        };
-        Ok(Self::Glb(Box::new(GlbWriter::create(path, &scene)?)))
-    }
-
-    /// Opens an Alembic file of two meshes.
-    fn alembic(path: &Path, model: &Model, fps: f32) -> Result<Self> {
-        let writer = AlembicWriter::create(path, &named_meshes(model), fps)?;
-        Ok(Self::Alembic(Box::new(writer)))
-    }
-
-    /// Opens a layer of two meshes.
-    fn usd(path: &Path, model: &Model, fps: f32) -> Result<Self> {
-        let writer = UsdWriter::create(path, &named_meshes(model), fps)?;
-        Ok(Self::Usd(Box::new(writer)))
-    }
-
     /// Opens the caches of garment and body.
-    fn caches(args: &AnimateArgs, model: &Model, fps: f32) -> Result<Self> {
-        let (garment, body) = (&model.garment().rest, &model.character().body);
+    fn caches(args: &AnimateArgs, [garment, body]: [&TriMesh; 2], fps: f32) -> Result<Self> {
         let garment = VertexCacheWriter::create(&args.out, garment, fps)?;
         let body = VertexCacheWriter::create(&body_path(&args.out), body, fps)?;
         Ok(Self::Caches(Box::new([garment, body])))
     }
-}
-
-/// Meshes of garment and body in files of several meshes.
-fn named_meshes(model: &Model) -> [(&'static str, &TriMesh); 2] {
-    [
-        ("garment", &model.garment().rest),
-        ("body", &model.character().body),
-    ]
 }
 
 fn mesh_file(path: &Path, mesh: &TriMesh) -> Result<AtomicFile> {

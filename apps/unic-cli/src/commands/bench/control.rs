@@ -20,12 +20,15 @@ use unic_io::{counted, write_motion};
 pub(super) fn run(args: &ControlArgs) -> Result<()> {
     if let Some(folder) = &args.write_motion {
         let names = Script::ALL.map(|script| file_name(script, args.seed));
-        Outputs::with_inputs(args.source.files().chain(&args.character))
+        Outputs::with_inputs(args.source.files().chain(&args.character.character))
             .folder(folder, names)
             .check(Existing::of(args.overwrite))?;
     }
     let source = MotionSource::read(
-        character(args.character.as_deref(), None)?,
+        character(
+            args.character.character.as_deref(),
+            args.character.body.as_deref(),
+        )?,
         FPS,
         &args.source,
         args.force,

@@ -1,7 +1,8 @@
 //! Animations of a garment or of a body without a rig, in any of the formats that are read.
 
-use super::{conversion::Conversion, notes::Notes};
+use super::notes::Notes;
 use crate::args::ImportArgs;
+use crate::mesh_units::MeshUnits;
 use anyhow::{Result, bail};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
@@ -31,7 +32,7 @@ pub(super) struct Animation {
     pub(super) mesh: Option<TriMesh>,
     source: Source,
     path: PathBuf,
-    conversion: Conversion,
+    units: MeshUnits,
 }
 
 /// Positions in the unit and axes of the file.
@@ -48,10 +49,10 @@ impl Animation {
     pub(super) fn open(args: &ImportArgs, choice: &MeshChoice<'_>, notes: &mut Notes) -> Result<Self> {
         let path = choice.path;
         let rigged = RiggedFormat::of(path);
-        let conversion = match rigged {
+        let units = match rigged {
             // The reader converts.
-            Some(_) => Conversion::none(),
-            None => Conversion::of(args),
+            Some(_) => MeshUnits::METRES,
+            None => MeshUnits::stated(args.up, args.scale),
         };
         let (source, fps, mesh) = match rigged {
             Some(format) => Source::scene(args, format, choice, notes)?,
@@ -62,13 +63,13 @@ impl Animation {
             ),
             None => Source::frames(path, notes)?,
         };
-        conversion.describe(path, notes);
+        units.notes().iter().for_each(|note| notes.add(path, note));
         Ok(Self {
             fps,
-            mesh: mesh.map(|mesh| conversion.mesh(mesh)),
+            mesh: mesh.map(|mesh| units.mesh(mesh)),
             source,
             path: path.to_path_buf(),
-            conversion,
+            units,
         })
     }
 
@@ -102,7 +103,7 @@ impl Animation {
             Source::Alembic(animation) => animation.frame(frame, positions)?,
         }
         for v in positions.iter_mut() {
-            *v = self.conversion.apply(*v);
+            *v = self.units.apply(*v);
         }
         match positions.iter().position(|v| !v.is_finite()) {
             None => Ok(()),

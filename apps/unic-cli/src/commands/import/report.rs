@@ -3,19 +3,22 @@
 use super::notes::Notes;
 use crate::{
     args::ImportArgs,
-    output::{print, print_json},
+    output::{print, print_json, print_status},
 };
 use anyhow::Result;
 use serde::Serialize;
-use std::{path::Path, time::Duration};
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
 use unic_core::{character::Garment, clip::Clip};
 use unic_io::{Manifest, Split, counted};
 
-/// Object that `--json` prints.
+/// Object that `--json` prints about one clip.
 #[derive(Serialize)]
-pub(super) struct ImportSummary<'a> {
-    capture: &'a Path,
-    clip: &'a str,
+pub(super) struct ImportSummary {
+    capture: PathBuf,
+    clip: String,
     split: &'static str,
     frames: usize,
     fps: f32,
@@ -28,18 +31,17 @@ pub(super) struct ImportSummary<'a> {
     seconds: f64,
 }
 
-impl<'a> ImportSummary<'a> {
+impl ImportSummary {
     pub(super) fn new(
-        args: &'a ImportArgs,
-        manifest: &Manifest,
-        clip: &'a Clip,
-        garment: &Garment,
+        args: &ImportArgs,
+        (manifest, garment): (&Manifest, &Garment),
+        clip: &Clip,
         notes: Notes,
         took: Duration,
     ) -> Self {
         Self {
-            capture: &args.out,
-            clip: &clip.name,
+            capture: args.out.clone(),
+            clip: clip.name.clone(),
             split: manifest.splits.split_of(&clip.name).map_or("none", Split::name),
             frames: clip.len(),
             fps: clip.fps,
@@ -49,21 +51,74 @@ impl<'a> ImportSummary<'a> {
             seconds: took.as_secs_f64(),
         }
     }
+
+    fn line(&self) -> String {
+        format!(
+            "{}: clip {} ({}): {} of {} vertices at {} fps; {} in the capture\n",
+            self.capture.display(),
+            self.clip,
+            self.split,
+            counted(self.frames, "frame"),
+            self.vertices,
+            self.fps,
+            counted(self.clips, "clip"),
+        )
+    }
 }
 
-/// Prints the result.
-pub(super) fn print_summary(args: &ImportArgs, summary: &ImportSummary) -> Result<()> {
-    if args.json {
+/// Object that `--json` prints about a folder of sequences.
+#[derive(Serialize)]
+pub(super) struct SequencesSummary {
+    capture: PathBuf,
+    imported: Vec<ImportSummary>,
+    /// Names of clips that the capture had already.
+    kept: Vec<String>,
+}
+
+impl SequencesSummary {
+    pub(super) fn new(capture: &Path) -> Self {
+        Self {
+            capture: capture.to_path_buf(),
+            imported: Vec::new(),
+            kept: Vec::new(),
+        }
+    }
+
+    /// Adds a clip, and says so: the next one may take minutes.
+    pub(super) fn imported(&mut self, clip: ImportSummary) {
+        print_status(clip.line().trim_end());
+        self.imported.push(clip);
+    }
+
+    /// Adds a clip that the capture had already.
+    pub(super) fn kept(&mut self, args: &ImportArgs) {
+        self.kept.extend(args.clip.clone());
+    }
+}
+
+/// Prints the result of one clip.
+pub(super) fn print_summary(json: bool, summary: &ImportSummary) -> Result<()> {
+    match json {
+        true => print_json(summary),
+        false => print(&summary.line()),
+    }
+}
+
+/// Prints the result of a folder of sequences.
+pub(super) fn print_sequences(json: bool, summary: &SequencesSummary) -> Result<()> {
+    if json {
         return print_json(summary);
     }
+    let kept = match summary.kept.as_slice() {
+        [] => String::new(),
+        names => format!(
+            "; {} in the capture already (--overwrite replaces them)",
+            names.join(", ")
+        ),
+    };
     print(&format!(
-        "{}: clip {} ({}): {} of {} vertices at {} fps; {} in the capture\n",
+        "{}: {} imported{kept}\n",
         summary.capture.display(),
-        summary.clip,
-        summary.split,
-        counted(summary.frames, "frame"),
-        summary.vertices,
-        summary.fps,
-        counted(summary.clips, "clip"),
+        counted(summary.imported.len(), "clip"),
     ))
 }

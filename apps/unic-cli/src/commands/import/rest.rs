@@ -1,7 +1,8 @@
 //! The rest shape of the garment.
 
-use super::{animation::Animation, conversion::Conversion, notes::Notes};
+use super::{animation::Animation, notes::Notes};
 use crate::args::ImportArgs;
+use crate::mesh_units::MeshUnits;
 use anyhow::{Result, anyhow, bail};
 use glam::{Mat3, Vec3};
 use unic_core::{Pose, character::Character, mesh::TriMesh, skinning::SkinningWeights, transform::Rigid};
@@ -28,9 +29,9 @@ pub(super) fn rest(
     notes: &mut Notes,
 ) -> Result<TriMesh> {
     if let Some(path) = &args.rest {
-        let conversion = Conversion::of(args);
-        let mesh = conversion.mesh(read_obj(path)?);
-        conversion.describe(path, notes);
+        let units = MeshUnits::stated(args.up, args.scale);
+        let mesh = units.mesh(read_obj(path)?);
+        units.notes().iter().for_each(|note| notes.add(path, note));
         if let Some(capture) = before {
             capture.check_same_rest(path, &mesh)?;
         }
@@ -63,6 +64,7 @@ fn unposed(mut garment: TriMesh, first: &FirstFrame) -> Result<TriMesh> {
         body,
         skeleton,
         weights,
+        ..
     } = first.character;
     let (mut joints, mut transforms, mut vertices) = (Vec::new(), Vec::new(), Vec::new());
     skeleton.forward_kinematics(first.pose, &mut joints);
@@ -75,6 +77,7 @@ fn unposed(mut garment: TriMesh, first: &FirstFrame) -> Result<TriMesh> {
         },
         skeleton: skeleton.clone(),
         weights: weights.clone(),
+        file_mesh: None,
     };
     let weights = default_weights(&garment, &posed)?;
     for (vertex, position) in garment.vertices.iter_mut().enumerate() {

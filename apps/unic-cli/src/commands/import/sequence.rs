@@ -3,8 +3,10 @@
 //! | path in the folder | content |
 //! |---|---|
 //! | `deformation/*.obj` | garment, one file a frame |
-//! | `animation.fbx`, or the only FBX file | character and its motion, or joints and their motion alone |
+//! | `animation.fbx`, or the only FBX or BVH file | character and its motion, or joints and their motion alone |
 //! | `motion/*.obj` | body, one file a frame, for joints without a skinned mesh |
+//!
+//! A folder of such folders is imported whole.
 
 use crate::{
     args::{ImportArgs, ImportFiles},
@@ -13,7 +15,9 @@ use crate::{
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use unic_io::{
+    Capture,
     cache::has_obj_files,
+    capture::MANIFEST,
     rigged::{RiggedFormat, has_skinned_mesh},
 };
 
@@ -24,42 +28,110 @@ const BODY: &str = "motion";
 /// File of the character and its motion, where there are several FBX files.
 const RIG: &str = "animation.fbx";
 
+/// Clips that one command imports.
+pub(super) enum Import {
+    Clip(Box<ImportArgs>),
+    /// A clip of each sequence of a folder.
+    Sequences(Vec<ImportArgs>),
+}
+
 /// Returns the options of an import with all of its files, some of which a sequence folder provides.
 ///
 /// # Errors
-/// No motion, a sequence folder without an FBX file or with several.
-pub(super) fn resolve(args: &ImportArgs) -> Result<ImportArgs> {
+/// No motion, a sequence folder without a motion file or with several.
+pub(super) fn resolve(args: &ImportArgs) -> Result<Import> {
     let ImportFiles {
         garment,
         motion,
         character,
     } = args.files.clone();
-    let frames = garment.join(FRAMES);
-    let is_sequence = frames.is_dir();
-    let motion = match motion {
-        Some(motion) => motion,
-        None if is_sequence => rig(&garment)?,
-        None => {
-            let text = "--motion: expected the motion of the character, found none";
-            return Err(Usage(text.to_owned()).into());
-        }
-    };
-    let mut resolved = args.clone();
-    if is_sequence {
-        let has_capture = unic_io::capture::is_capture(&args.out);
-        resolved.character = match character {
-            // A capture has its character already, which an animated body is checked against.
-            None => body(&garment, &motion)?.filter(|own| !has_capture || *own != motion),
-            given => given,
-        };
-        resolved.clip = args.clip.clone().or_else(|| name(&garment));
-        resolved.garment = frames;
-    } else {
-        resolved.character = character;
-        resolved.garment = garment;
+    let sequences = sequences_in(&garment);
+    if !sequences.is_empty() {
+        return several(args, sequences);
     }
-    resolved.motion = motion;
-    Ok(resolved)
+    if garment.join(FRAMES).is_dir() {
+        let has_capture = unic_io::capture::is_capture(&args.out);
+        return Ok(Import::Clip(Box::new(sequence(args, &garment, has_capture)?)));
+    }
+    let Some(motion) = motion else {
+        let text = "--motion: expected the motion of the character, found none";
+        return Err(Usage(text.to_owned()).into());
+    };
+    Ok(Import::Clip(Box::new(ImportArgs {
+        garment,
+        motion,
+        character,
+        ..args.clone()
+    })))
+}
+
+/// Folders of sequences in a folder, by name.
+fn sequences_in(folder: &Path) -> Vec<PathBuf> {
+    if folder.join(FRAMES).is_dir() {
+        return Vec::new();
+    }
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut found: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    found.retain(|path| path.join(FRAMES).is_dir());
+    found.sort();
+    found
+}
+
+/// Options for each sequence. A test clip is stated with the sequence that brings it.
+fn several(args: &ImportArgs, folders: Vec<PathBuf>) -> Result<Import> {
+    let one = [
+        ("--motion", args.files.motion.is_some()),
+        ("--clip", args.clip.is_some()),
+    ];
+    if let Some((option, _)) = one.into_iter().find(|(_, given)| *given) {
+        let found = args.files.garment.display();
+        let text = format!("{option}: expected a garment of one clip, found the sequences in {found}");
+        return Err(Usage(text).into());
+    }
+    let names: Vec<String> = folders.iter().filter_map(|folder| name(folder)).collect();
+    if let Some(other) = args.test.iter().find(|test| !names.contains(test)) {
+        let names = names.join(", ");
+        let text = format!("--test: expected names among {names}, found {other}");
+        return Err(Usage(text).into());
+    }
+    let has_capture = unic_io::capture::is_capture(&args.out);
+    let options = |(i, folder): (usize, &PathBuf)| {
+        let mut options = sequence(args, folder, has_capture || i > 0)?;
+        (options.test).retain(|test| options.clip.as_ref() == Some(test));
+        Ok(options)
+    };
+    let clips = folders.iter().enumerate().map(options);
+    Ok(Import::Sequences(clips.collect::<Result<_>>()?))
+}
+
+/// Returns whether the capture has the clip of a sequence already, and keeps it.
+pub(super) fn is_kept(args: &ImportArgs) -> Result<bool> {
+    let taken = |name: &String| args.out.join(MANIFEST).exists().then(|| name.clone());
+    let Some(name) = args.clip.as_ref().and_then(taken) else {
+        return Ok(false);
+    };
+    let splits = Capture::open(&args.out)?.manifest.splits;
+    Ok(splits.split_of(&name).is_some() && !args.overwrite)
+}
+
+/// Options for the sequence in a folder.
+fn sequence(args: &ImportArgs, folder: &Path, has_capture: bool) -> Result<ImportArgs> {
+    let motion = match &args.files.motion {
+        Some(motion) => motion.clone(),
+        None => motion_in(folder)?,
+    };
+    let character = match args.files.character.clone() {
+        // A capture has its character already, which an animated body is checked against.
+        None => body(folder, &motion)?.filter(|own| !has_capture || *own != motion),
+        given => given,
+    };
+    Ok(ImportArgs {
+        garment: folder.join(FRAMES),
+        clip: args.clip.clone().or_else(|| name(folder)),
+        motion,
+        character,
+        ..args.clone()
+    })
 }
 
 /// The character of a sequence: the motion's own, or the animated body. A rig comes with its motion.
@@ -75,8 +147,8 @@ fn name(folder: &Path) -> Option<String> {
     Some(folder.file_name()?.to_string_lossy().into_owned())
 }
 
-/// Finds the FBX file of a sequence.
-fn rig(folder: &Path) -> Result<PathBuf> {
+/// Finds the motion file of a sequence.
+fn motion_in(folder: &Path) -> Result<PathBuf> {
     let preferred = folder.join(RIG);
     if preferred.is_file() {
         return Ok(preferred);
@@ -84,11 +156,15 @@ fn rig(folder: &Path) -> Result<PathBuf> {
     let entries = std::fs::read_dir(folder).with_context(|| format!("{}: cannot read", folder.display()))?;
     let mut found: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
     let is_hidden = |path: &Path| name(path).is_some_and(|name| name.starts_with('.'));
-    found.retain(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fbx")) && !is_hidden(path));
+    let is_motion = |path: &Path| {
+        let ending = path.extension().map(|e| e.to_ascii_lowercase());
+        ending.is_some_and(|ending| ending == "fbx" || ending == "bvh")
+    };
+    found.retain(|path| is_motion(path) && !is_hidden(path));
     match found.as_slice() {
         [path] => Ok(path.clone()),
         _ => bail!(
-            "{}: expected {RIG} or one FBX file beside {FRAMES}, found {}; --motion names the motion",
+            "{}: expected {RIG} or one FBX or BVH file beside {FRAMES}, found {}; --motion names the motion",
             folder.display(),
             found.len()
         ),
@@ -107,7 +183,10 @@ mod tests {
     }
 
     fn resolved(line: &str) -> Result<ImportArgs> {
-        resolve(&Line::parse_from(line.split(' ')).args)
+        match resolve(&Line::parse_from(line.split(' ')).args)? {
+            Import::Clip(clip) => Ok(*clip),
+            Import::Sequences(clips) => panic!("{} sequences", clips.len()),
+        }
     }
 
     #[test]
@@ -122,7 +201,7 @@ mod tests {
         );
         let error = resolved(&line).unwrap_err().to_string();
         assert!(
-            error.contains("expected animation.fbx or one FBX file"),
+            error.contains("expected animation.fbx or one FBX or BVH file"),
             "{error}"
         );
         let rig = sequence.join("take.FBX");

@@ -1,6 +1,6 @@
 //! Inputs of a simulation: character, garment and motions, built in or read from files.
 
-use crate::{args::SimulateArgs, failure::Usage, motion_file, output::print_status};
+use crate::{args::SimulateArgs, failure::Usage, mesh_units::MeshUnits, motion_file, output::print_status};
 use anyhow::{Result, anyhow};
 use glam::{Quat, Vec3};
 use std::{
@@ -88,6 +88,12 @@ pub(super) fn character(args: &SimulateArgs) -> Result<Character> {
 /// Returns the garment of `--garment`: built in, an .obj file, or a folder with `garment.obj` and
 /// optionally `garment.npz`.
 pub(super) fn garment(args: &SimulateArgs, character: &Character) -> Result<GarmentInput> {
+    let is_file = built_in_garment(&args.garment).is_none() && !args.garment.is_dir();
+    if !is_file && (args.scale.is_some() || args.garment_up.is_some()) {
+        let found = args.garment.display();
+        let text = format!("--scale, --garment-up: expected an .obj file as the garment, found {found}");
+        return Err(Usage(text).into());
+    }
     match built_in_garment(&args.garment) {
         Some(make) => built_in(args, make(character)?, character),
         None => garment_from_files(args, character),
@@ -144,7 +150,11 @@ fn garment_from_files(args: &SimulateArgs, character: &Character) -> Result<Garm
     // A missing file with an ending gives the reader's error. A bare word is a mistyped built-in
     // name.
     } else if args.garment.exists() || args.garment.extension().is_some() {
-        let mesh = read_obj(&args.garment)?;
+        let units = MeshUnits::stated(args.garment_up, args.scale);
+        let mesh = units.mesh(read_obj(&args.garment)?);
+        for note in units.notes() {
+            print_status(&format!("{}: {note}", args.garment.display()));
+        }
         (
             with_default_weights(mesh, character, &args.garment)?,
             VertexAttributes::default(),

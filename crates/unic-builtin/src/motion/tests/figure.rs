@@ -66,6 +66,7 @@ pub(super) fn figure() -> Character {
         })
         .unwrap(),
         weights: SkinningWeights::from_dense(&dense, rows.len(), 24).unwrap(),
+        file_mesh: None,
     }
 }
 

@@ -10,6 +10,7 @@ fn character() -> Character {
         body: TriMesh::new(vertices, vec![[0, 1, 2]]).unwrap(),
         weights: SkinningWeights::from_dense(&[1.0; 9], 3, 3).unwrap(),
         skeleton,
+        file_mesh: None,
     }
 }
 

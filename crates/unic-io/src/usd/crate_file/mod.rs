@@ -19,7 +19,6 @@ mod value;
 use super::{
     extent,
     layer::{CORNERS, DOCUMENTATION, Layer, LayerMesh, ROOT, Sampled, end_time_code},
-    normals,
 };
 use crate::error::Result;
 use glam::Vec3;
@@ -88,7 +87,7 @@ impl CrateWriter {
                 samples.push(match property {
                     Sampled::Extent => self.sink.array(ArrayType::Vec3f, &extent(positions))?,
                     Sampled::Normals => {
-                        normals(mesh, positions, &mut self.scratch);
+                        mesh.normals.compute(positions, &mut self.scratch);
                         self.sink.array(ArrayType::Vec3f, &self.scratch)?
                     }
                     Sampled::Points => self.sink.array(ArrayType::Vec3f, positions)?,

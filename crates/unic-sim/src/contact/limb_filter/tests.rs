@@ -40,6 +40,7 @@ pub(in crate::contact) fn cubes() -> Character {
         body: TriMesh::new(vertices, faces).unwrap(),
         skeleton: Skeleton::new(parts).unwrap(),
         weights: SkinningWeights::from_rows(4, rows.into_iter()).unwrap(),
+        file_mesh: None,
     }
 }
 
