@@ -96,7 +96,10 @@ def check_page():
 def write_sequence(folder, capture):
     """Writes the frames of a clip as OBJ files."""
     folder.mkdir(parents=True)
-    faces = "".join(line for line in open(capture / "garment.obj") if line.startswith("f "))
+    lines = (capture / "garment.obj").read_text().splitlines()
+    # Indices of vertices alone: the frames have no texture coordinates.
+    corners = [[corner.split("/")[0] for corner in line.split()[1:]] for line in lines if line.startswith("f ")]
+    faces = "".join(f"f {' '.join(face)}\n" for face in corners)
     for t, frame in enumerate(np.load(capture / "clips/a.garment.npy")):
         vertices = "".join(f"v {x} {y} {z}\n" for x, y, z in frame)
         (folder / f"{t:04}.obj").write_text(vertices + faces)

@@ -9,7 +9,9 @@ use glam::Vec3;
 use std::{fs, path::Path};
 use tempfile::TempDir;
 use unic_core::{character::Character, clip::Clip, mesh::TriMesh};
-use unic_io::{Capture, VertexCacheWriter, write_bvh, write_obj};
+use unic_io::{
+    Capture, NpzWriter, VertexCacheWriter, alembic::AlembicWriter, usd::UsdWriter, write_bvh, write_obj,
+};
 use unic_testdata::{Figure, mixamo_clip};
 
 /// Largest RMS distance of the skinned body from the animated one, metres.
@@ -187,4 +189,47 @@ fn a_folder_of_sequences_is_imported_whole() {
     let summary = import(folder, &line);
     assert_eq!(summary["imported"].as_array().unwrap().len(), 0);
     assert_eq!(summary["kept"], serde_json::json!(["sequence_1", "sequence_2"]));
+}
+
+/// Every format of vertex animation gives the same character.
+#[test]
+fn a_body_is_read_from_every_format_of_vertex_animation() {
+    let (folder, figure, clip) = fresh();
+    let folder = folder.path();
+    let (mesh, frames) = (&figure.character.body, body(&figure.character, &clip));
+    let path = |name: &str| folder.join(name);
+    let mut alembic = AlembicWriter::create(&path("body.abc"), &[("body", mesh)], FPS).unwrap();
+    frames.iter().for_each(|frame| alembic.push(&[frame]).unwrap());
+    alembic.finish().unwrap();
+    for name in ["body.usda", "body.usdc"] {
+        let mut usd = UsdWriter::create(&path(name), &[("body", mesh)], FPS).unwrap();
+        frames.iter().for_each(|frame| usd.push(&[frame]).unwrap());
+        usd.finish().unwrap();
+    }
+    write(&path("body.mdd"), mesh, &frames);
+    write(&path("body.npz"), mesh, &frames);
+    // Another name of the array of positions.
+    let mut other = NpzWriter::create(&path("other.npz")).unwrap();
+    let shape = [frames.len(), mesh.vertices.len(), 3];
+    let numbers: Vec<f32> = frames.iter().flatten().flat_map(|v| v.to_array()).collect();
+    other.f32s("verts", &shape, &numbers).unwrap();
+    other.finish().unwrap();
+    fs::copy(path("body.obj"), path("other.obj")).unwrap();
+    let line = format!("--garment coat.pc2 --rest coat.obj --motion walk.bvh --fps {FPS}");
+    let character = |name: &str| {
+        let out = format!("made_{name}");
+        import(folder, &format!("{line} --character {name} --out {out}"));
+        Capture::open(&folder.join(out)).unwrap().character
+    };
+    let expected = character("body.pc2");
+    for name in [
+        "body.abc",
+        "body.usda",
+        "body.usdc",
+        "body.mdd",
+        "body.npz",
+        "other.npz",
+    ] {
+        assert!(character(name) == expected, "{name}");
+    }
 }

@@ -6,7 +6,7 @@ mod spool;
 mod write;
 
 pub use read::has_obj_files;
+pub(crate) use read::{POSITION_ARRAYS, frames_of, obj_files};
 pub use read::{VertexCache, read_vertex_cache};
-pub(crate) use read::{frames_of, obj_files};
 pub(crate) use spool::{FrameSpool, SpooledFrames};
 pub use write::{NpzAnimationWriter, ObjFolderWriter, VertexCacheWriter};

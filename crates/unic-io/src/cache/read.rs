@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use unic_core::mesh::TriMesh;
 
 /// Names of the array of positions in npz files.
-const NPZ_NAMES: [&str; 4] = ["vertices", "garment", "sim_res", "verts"];
+pub(crate) const POSITION_ARRAYS: [&str; 4] = ["vertices", "garment", "sim_res", "verts"];
 
 /// Description of the accepted paths for errors.
 const EXPECTED: &str = "a vertex cache (.pc2, .mdd, .npz, .npy or a folder of .obj)";
@@ -74,7 +74,7 @@ fn positions_only(frames: VertexFrames) -> VertexCache {
 fn read_npz(path: &Path) -> Result<VertexCache> {
     let mut npz = Npz::open(path)?;
     // Without any of the names the error asks for the first one.
-    let name = npz.first_present(&NPZ_NAMES).unwrap_or(NPZ_NAMES[0]);
+    let name = npz.first_present(&POSITION_ARRAYS).unwrap_or(POSITION_ARRAYS[0]);
     let frames = frames_of(&mut npz, name)?;
     let fps = match npz.first_present(&["fps", "mocap_framerate", "mocap_frame_rate"]) {
         Some(key) => {

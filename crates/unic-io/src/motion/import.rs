@@ -17,7 +17,9 @@ use crate::{
     foreign_formats::refuse_foreign,
     frame_rate::check_frame_rate,
     npz::Npz,
-    retarget::{FootMeasure, RetargetSource, Retargeted, feet, low_pass, on_same_skeleton},
+    retarget::{
+        FootMeasure, RetargetSource, Retargeted, feet, low_pass, on_same_skeleton, on_same_unnamed_skeleton,
+    },
     rigged::{self, RiggedFormat, RiggedTransfer},
 };
 use std::path::Path;
@@ -170,12 +172,22 @@ fn from_rig(
 
 fn from_bvh(path: &Path, character: &Character, options: &MotionOptions) -> Result<LoadedMotion> {
     let bvh = Bvh::read(path)?;
-    let source = RetargetSource::new(path, &bvh, &options.bones, options.up)?;
-    let same = on_same_skeleton(path, &bvh, &source, &character.skeleton)?;
-    let (origin, Retargeted { clip, notes }) = match same {
-        Some(taken) => (MotionOrigin::Native, taken),
-        None => (MotionOrigin::Retargeted, source.on(path, &bvh, character)?),
-    };
+    let skeleton = &character.skeleton;
+    let (origin, Retargeted { clip, notes }) =
+        match RetargetSource::new(path, &bvh, &options.bones, options.up) {
+            Ok(source) => match on_same_skeleton(path, &bvh, source.world_from_source(), skeleton)? {
+                Some(mut taken) => {
+                    taken.notes.splice(..0, source.notes);
+                    (MotionOrigin::Native, taken)
+                }
+                None => (MotionOrigin::Retargeted, source.on(path, &bvh, character)?),
+            },
+            // Joints of any names may be the character's own.
+            Err(error) => match on_same_unnamed_skeleton(path, &bvh, options.up, skeleton)? {
+                Some(taken) => (MotionOrigin::Native, taken),
+                None => return Err(error),
+            },
+        };
     Ok(LoadedMotion {
         clip,
         origin,

@@ -35,6 +35,7 @@ use rig::{ReferenceOrigin, ReferenceRig, mean_trunk};
 use std::path::Path;
 use transfer::Transfer;
 use unic_core::{Pose, character::Character, clip::Clip, skeleton::Skeleton, transform::Rigid};
+use unic_scene::Up;
 
 /// Length of an adult's leg from hip to ankle, metres.
 const LEG_M: f32 = 0.84;
@@ -51,6 +52,9 @@ const UNITS: [(&str, f32); 6] = [
 
 /// Smallest cosine of the angle between mean trunk and up axis for a certain estimate: 45°.
 const MIN_UP_COSINE: f32 = 0.7;
+
+/// Note of a converted file.
+const Z_UP_CONVERTED: &str = "Z up converted to Y up";
 
 /// Motion on a character, with the conversions that made it.
 #[derive(Clone, Debug)]
@@ -138,17 +142,16 @@ impl RetargetSource {
 }
 
 /// Takes the motion of a file as it is, if the joints of its zero pose are the character's: in one unit or
-/// another, Y up or Z up.
+/// another, Y up after the rotation `turn`.
 ///
 /// # Errors
 /// Positions that overflow.
 pub(crate) fn on_same_skeleton(
     path: &Path,
     bvh: &Bvh,
-    source: &RetargetSource,
+    turn: Quat,
     skeleton: &Skeleton,
 ) -> Result<Option<Retargeted>> {
-    let turn = source.world_from_source;
     let turned = |joint: &Rigid| Rigid::new(turn * joint.rotation * turn.inverse(), turn * joint.translation);
     let mut world = Vec::new();
     bvh.world_from_joint_at_zero(&mut world);
@@ -168,12 +171,38 @@ pub(crate) fn on_same_skeleton(
         same.pose(&world)
     };
     let clip = checked_clip(path, bvh, (0..bvh.len()).map(pose).collect())?;
-    let mut notes = source.notes.clone();
-    notes.push(format!(
+    let notes = vec![format!(
         "the joints are the character's: the motion is taken as it is, scaled by {:.4}",
         same.metres_per_unit
-    ));
+    )];
     Ok(Some(Retargeted { clip, notes }))
+}
+
+/// [`on_same_skeleton`] for joints whose names do not tell which way the body stands: with the axis that
+/// `up` states, else with the one at which the joints are the character's.
+///
+/// # Errors
+/// Positions that overflow.
+pub(crate) fn on_same_unnamed_skeleton(
+    path: &Path,
+    bvh: &Bvh,
+    up: UpAxis,
+    skeleton: &Skeleton,
+) -> Result<Option<Retargeted>> {
+    for axis in [Up::Y, Up::Z] {
+        if up.stated().is_some_and(|stated| stated != axis) {
+            continue;
+        }
+        let (turn, note) = match axis {
+            Up::Y => (Quat::IDENTITY, None),
+            Up::Z => (y_up_from_z_up(), Some(Z_UP_CONVERTED.to_owned())),
+        };
+        if let Some(mut taken) = on_same_skeleton(path, bvh, turn, skeleton)? {
+            taken.notes.splice(..0, note);
+            return Ok(Some(taken));
+        }
+    }
+    Ok(None)
 }
 
 /// Makes a clip that is named like its file.
@@ -228,7 +257,7 @@ fn y_up(trunk: Vec3, up: UpAxis, notes: &mut Vec<String>) -> Quat {
     if !is_z {
         return Quat::IDENTITY;
     }
-    notes.push("Z up converted to Y up".into());
+    notes.push(Z_UP_CONVERTED.into());
     y_up_from_z_up()
 }
 

@@ -124,3 +124,97 @@ fn ratio<'p>(pairs: impl Iterator<Item = &'p (Vec3, Vec3)>) -> Option<f32> {
     let ratio = product / square;
     (ratio.is_finite() && ratio > 0.0).then_some(ratio)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{on_same_skeleton, on_same_unnamed_skeleton};
+    use crate::{
+        bvh::{Bvh, RestJoint},
+        up_axis::{UpAxis, y_up_from_z_up},
+    };
+    use glam::{Quat, Vec3};
+    use std::path::Path;
+    use unic_core::{clip::Clip, skeleton::Skeleton, transform::Rigid};
+    use unic_testdata::{Figure, mixamo_clip};
+
+    /// The motion of a skeleton as a file with the axes `file_from_world`, in units of `unit` metres.
+    fn file(skeleton: &Skeleton, clip: &Clip, file_from_world: Quat, unit: f32) -> Bvh {
+        let place = |p: Vec3| file_from_world * p / unit;
+        let joint = |joint: usize| RestJoint {
+            name: format!("bone.{joint:03}"),
+            parent: skeleton.parents()[joint],
+            position: place(skeleton.joints()[joint]),
+        };
+        let joints: Vec<RestJoint> = (0..skeleton.len()).map(joint).collect();
+        let (mut world, mut frames) = (Vec::new(), Vec::new());
+        for pose in &clip.poses {
+            skeleton.forward_kinematics(pose, &mut world);
+            for joint in &mut world {
+                let turned = file_from_world * joint.rotation * file_from_world.inverse();
+                *joint = Rigid::new(turned, place(joint.translation));
+            }
+            Bvh::push_frame(&joints, &world, &mut frames);
+        }
+        Bvh::from_rest(joints, clip.fps, frames)
+    }
+
+    /// A skeleton whose joints have names that say nothing.
+    fn unnamed() -> (Skeleton, Clip) {
+        let mut parts = Figure::mixamo().character.skeleton.to_parts();
+        let names = (0..parts.joints.len()).map(|joint| format!("bone.{joint:03}"));
+        parts.names = names.collect();
+        (Skeleton::new(parts).unwrap(), mixamo_clip("walk", 0, 5))
+    }
+
+    fn assert_same(skeleton: &Skeleton, found: &Clip, expected: &Clip) {
+        let (mut a, mut b) = (Vec::new(), Vec::new());
+        for (found, expected) in found.poses.iter().zip(&expected.poses) {
+            skeleton.forward_kinematics(found, &mut a);
+            skeleton.forward_kinematics(expected, &mut b);
+            let far = (a.iter().zip(&b)).map(|(a, b)| a.translation.distance(b.translation));
+            assert!(far.fold(0.0, f32::max) < 1e-4);
+        }
+    }
+
+    #[test]
+    fn unnamed_joints_are_the_characters_in_any_unit_and_axis() {
+        let (skeleton, clip) = unnamed();
+        let path = Path::new("walk.bvh");
+        for (turn, unit, notes) in [(Quat::IDENTITY, 0.01, 1), (y_up_from_z_up().inverse(), 0.0254, 2)] {
+            let bvh = file(&skeleton, &clip, turn, unit);
+            let taken = on_same_unnamed_skeleton(path, &bvh, UpAxis::Auto, &skeleton);
+            let taken = taken.unwrap().unwrap();
+            assert_same(&skeleton, &taken.clip, &clip);
+            assert_eq!(taken.notes.len(), notes, "{:?}", taken.notes);
+        }
+        // The stated axis is the only one that is tried.
+        let bvh = file(&skeleton, &clip, Quat::IDENTITY, 1.0);
+        let taken = on_same_unnamed_skeleton(path, &bvh, UpAxis::Z, &skeleton).unwrap();
+        assert!(taken.is_none());
+    }
+
+    #[test]
+    fn a_longer_arm_or_a_missing_joint_is_another_skeleton() {
+        let (skeleton, clip) = unnamed();
+        let same = |changed: &Skeleton| {
+            let bvh = file(&skeleton, &clip, Quat::IDENTITY, 1.0);
+            let taken = on_same_skeleton("walk.bvh".as_ref(), &bvh, Quat::IDENTITY, changed);
+            taken.unwrap().is_some()
+        };
+        assert!(same(&skeleton));
+        let leaf = (0..skeleton.len())
+            .find(|joint| !skeleton.parents().contains(&Some(*joint)))
+            .unwrap();
+        let mut parts = skeleton.to_parts();
+        parts.joints[leaf].x += 0.01;
+        assert!(!same(&Skeleton::new(parts).unwrap()));
+        // A joint with children that the file has not.
+        let mut parts = skeleton.to_parts();
+        parts.names[1] = "another".into();
+        assert!(!same(&Skeleton::new(parts).unwrap()));
+        // One without children follows its parent.
+        let mut parts = skeleton.to_parts();
+        parts.names[leaf] = "another".into();
+        assert!(same(&Skeleton::new(parts).unwrap()));
+    }
+}

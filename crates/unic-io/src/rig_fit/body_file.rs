@@ -2,9 +2,10 @@
 
 use crate::{
     alembic::AlembicReader,
-    cache::has_obj_files,
+    cache::{POSITION_ARRAYS, has_obj_files},
     error::{Error, Result},
     mesh_names::{listed, named},
+    npy::read_npy_header,
     npz::Npz,
     rigged::{RiggedFormat, contents},
 };
@@ -67,13 +68,18 @@ fn is_positions_alone(path: &Path) -> bool {
     match ending.to_str() {
         Some("pc2" | "mdd") => true,
         Some("npz") => has_positions_over_time(path),
+        Some("npy") => read_npy_header(path).is_ok_and(|header| header.shape.len() == 3),
         _ => path.is_dir() && has_obj_files(path),
     }
 }
 
 fn has_positions_over_time(path: &Path) -> bool {
-    let dimensions = |npz: &mut Npz| Some(npz.header("vertices").ok()?.shape.len());
-    Npz::open(path).is_ok_and(|mut npz| !npz.contains("weights") && dimensions(&mut npz) == Some(3))
+    let Ok(mut npz) = Npz::open(path) else {
+        return false;
+    };
+    let is_animation = |name: &&str| npz.header(name).is_ok_and(|header| header.shape.len() == 3);
+    // A character has weights, a clip of a capture a garment beside its poses.
+    POSITION_ARRAYS.iter().any(is_animation) && !["weights", "poses"].iter().any(|name| npz.contains(name))
 }
 
 fn chosen(path: &Path, names: &[String], body: Option<&str>) -> Result<String> {

@@ -40,7 +40,7 @@ use unic_core::{
 };
 
 /// Number of rounds of weights and rest shape.
-const ROUNDS: usize = 8;
+pub const ROUNDS: usize = 8;
 /// Number of rounds of weights, rest shape and joints. Weights and rest shape absorb a part of
 /// a wrong unit, so that its error falls slowly.
 const ROUNDS_OF_JOINTS: usize = 20;
@@ -76,35 +76,45 @@ pub struct FittedRig {
 /// Fits a rig to frames of a body with the triangles `faces`. `path` is the body's file, for errors.
 ///
 /// The work grows with frames times vertices; some sixty frames of different poses are enough.
+/// `progress` gets the number of finished rounds, of [`ROUNDS`], and may end the fit with an error.
 ///
 /// # Errors
 /// Fewer than two frames, frames of different numbers of vertices, a mesh or skeleton with faults, a
-/// motion that does not move the body.
-pub fn fit_rig(
+/// motion that does not move the body; an error of `progress`.
+pub fn fit_rig<E: From<Error>>(
     path: &Path,
     faces: &[[u32; 3]],
     frames: &[BodyFrame],
     motion: &MotionSkeleton,
-) -> Result<FittedRig> {
-    if frames.len() < 2 {
-        let expected = "at least two frames of the body during the motion";
-        return Err(Error::content(path, expected, frames.len().to_string()));
-    }
-    let count = frames[0].vertices.len();
-    if let Some(other) = frames.iter().find(|frame| frame.vertices.len() != count) {
-        let expected = format!("{count} vertices of the body in every frame");
-        return Err(Error::content(path, expected, other.vertices.len().to_string()));
-    }
+    mut progress: impl FnMut(usize) -> std::result::Result<(), E>,
+) -> std::result::Result<FittedRig, E> {
+    check_frames(path, frames)?;
+    progress(0)?;
     let mut fit = Fit::new(motion, frames);
     if motion.unknown != Unknown::Nothing {
         fit.place_joints(path, &strided(frames))?;
     }
     let positions: Vec<&[Vec3]> = frames.iter().map(|frame| frame.vertices.as_slice()).collect();
     let mut round = fit.round(path, &positions, None)?;
-    for _ in 1..ROUNDS {
+    for done in 1..ROUNDS {
+        progress(done)?;
         round = fit.round(path, &positions, Some(&round.rest))?;
     }
-    fit.judged(path, faces, &positions, round)
+    progress(ROUNDS)?;
+    Ok(fit.judged(path, faces, &positions, round)?)
+}
+
+fn check_frames(path: &Path, frames: &[BodyFrame]) -> Result<()> {
+    if frames.len() < 2 {
+        let expected = "at least two frames of the body during the motion";
+        return Err(Error::content(path, expected, frames.len().to_string()));
+    }
+    let count = frames[0].vertices.len();
+    let Some(other) = frames.iter().find(|frame| frame.vertices.len() != count) else {
+        return Ok(());
+    };
+    let expected = format!("{count} vertices of the body in every frame");
+    Err(Error::content(path, expected, other.vertices.len().to_string()))
 }
 
 /// Vertices at equal distances in the order of the file, in every frame.

@@ -48,7 +48,9 @@ fn motion(skeleton: &Skeleton, clip: &Clip, unknown: Unknown, unit: f32) -> Moti
 
 fn fitted(figure: &Figure, clip: &Clip, motion: &MotionSkeleton) -> Result<FittedRig> {
     let faces = &figure.character.body.faces;
-    fit_rig("body.abc".as_ref(), faces, &frames(figure, clip), motion)
+    fit_rig("body.abc".as_ref(), faces, &frames(figure, clip), motion, |_| {
+        Ok(())
+    })
 }
 
 #[test]
@@ -125,7 +127,19 @@ fn a_body_in_another_motion_is_refused() {
         error.contains("body.abc: expected a body that the joints of the motion move"),
         "{error}"
     );
-    assert!(fit_rig("a".as_ref(), &[], &[], &motion).is_err());
+    let none: Result<FittedRig> = fit_rig("a".as_ref(), &[], &[], &motion, |_| Ok(()));
+    assert!(none.is_err());
+    let (faces, frames) = (&figure.character.body.faces, frames(&figure, &clip));
+    let mut rounds = Vec::new();
+    let ended = fit_rig("a".as_ref(), faces, &frames, &motion, |done| {
+        rounds.push(done);
+        match done {
+            2 => Err(Error::content("a".as_ref(), "no interruption", "one")),
+            _ => Ok(()),
+        }
+    });
+    assert!(ended.unwrap_err().to_string().contains("no interruption"));
+    assert_eq!(rounds, [0, 1, 2], "an error ends the fit");
 }
 
 #[test]

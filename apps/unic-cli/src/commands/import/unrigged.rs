@@ -10,7 +10,7 @@ use glam::Vec3;
 use unic_core::{Pose, character::Character, clip::Clip};
 use unic_io::{
     MotionOptions, counted, read_obj,
-    rig_fit::{BodyFrame, MAX_RMS_M, MotionSkeleton, UnriggedBody, fit_rig},
+    rig_fit::{BodyFrame, MAX_RMS_M, MotionSkeleton, ROUNDS, UnriggedBody, fit_rig},
 };
 
 /// Number of frames that a rig is fitted to.
@@ -78,6 +78,28 @@ impl Body {
             ..motion.clone()
         };
         let skeleton = MotionSkeleton::read(&args.motion, &motion)?;
+        let frames = self.sampled(args, &skeleton)?;
+        let path = args.character.as_ref().unwrap_or(&args.garment);
+        let mut progress = Progress::new("fitting a rig to the body", 0, ROUNDS as u64);
+        let round = |rounds| -> Result<()> {
+            progress.set(rounds as u64, String::new);
+            Ok(interrupt::check()?)
+        };
+        let fitted = fit_rig(path, &self.faces, &frames, &skeleton, round)?;
+        let text = format!(
+            "no rig in the file: {} of {}, weights fitted to {}: vertices are {:.2} mm off (RMS), {:.1} mm at most",
+            counted(fitted.character.skeleton.len(), "joint"),
+            args.motion.display(),
+            counted(frames.len(), "frame"),
+            1e3 * fitted.rms_m,
+            1e3 * fitted.largest_m
+        );
+        notes.add(path, &text);
+        Ok(fitted.character)
+    }
+
+    /// Reads some frames of the body that the motion covers.
+    fn sampled(&mut self, args: &ImportArgs, skeleton: &MotionSkeleton) -> Result<Vec<BodyFrame>> {
         let fps = f64::from(self.animation.fps.or(args.fps).unwrap_or(skeleton.fps()));
         let last = (skeleton.seconds() * fps).floor() as i64;
         // Frame 0 of the motion belongs to frame `offset` of garment and body.
@@ -87,7 +109,7 @@ impl Body {
             .min(self.animation.len() as i64 - 1);
         let count = (last - first + 1).clamp(0, FRAMES as i64);
         let mut frames = Vec::new();
-        let mut progress = Progress::new("fitting a rig to the body", 0, count as u64);
+        let mut progress = Progress::new("reading the body", 0, count as u64);
         for i in 0..count {
             interrupt::check()?;
             let frame = first + i * (last - first) / (count - 1).max(1);
@@ -99,18 +121,7 @@ impl Body {
             });
             progress.set(i as u64 + 1, String::new);
         }
-        let path = args.character.as_ref().unwrap_or(&args.garment);
-        let fitted = fit_rig(path, &self.faces, &frames, &skeleton)?;
-        let text = format!(
-            "no rig in the file: {} of {}, weights fitted to {}: vertices are {:.2} mm off (RMS), {:.1} mm at most",
-            counted(fitted.character.skeleton.len(), "joint"),
-            args.motion.display(),
-            counted(frames.len(), "frame"),
-            1e3 * fitted.rms_m,
-            1e3 * fitted.largest_m
-        );
-        notes.add(path, &text);
-        Ok(fitted.character)
+        Ok(frames)
     }
 
     /// Checks that a character follows the body in the clip as it is imported. Returns the RMS distance,
