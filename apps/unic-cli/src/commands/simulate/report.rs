@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     args::SimulateArgs,
-    output::{print, print_json},
+    output::{print, print_json, print_status},
     outputs::{Existing, Outputs},
     pictures::{CLOTH, FrameSnapshot, GAP, Renderer, Snapshot},
 };
@@ -113,12 +113,35 @@ pub(super) fn write_summary(summary: &SimulationSummary) -> Result<()> {
     )?)
 }
 
-/// Prints a table with one row per clip, or one JSON object.
+/// Prints a table with one row per clip, or one JSON object, and names the clips in which cloth is
+/// caught.
 pub(super) fn print_summary(args: &SimulateArgs, summary: &SimulationSummary) -> Result<()> {
+    for note in summary
+        .clips
+        .iter()
+        .filter_map(|row| caught(&row.clip, row.creep_mm))
+    {
+        print_status(&note);
+    }
     match args.json {
         true => print_json(summary),
         false => print(&text(summary)),
     }
+}
+
+/// Creep above which cloth is caught, mm. A T-shirt with a sleeve in the armpit has 83, one that hangs
+/// freely after a similar walk -0.6.
+const CAUGHT_MM: f32 = 30.0;
+
+/// Note about a clip in which cloth is caught.
+fn caught(clip: &str, creep_mm: f32) -> Option<String> {
+    let hangs = creep_mm.abs() <= CAUGHT_MM;
+    (!hangs).then(|| {
+        format!(
+            "{clip}: the hem is {creep_mm:.0} mm off its height when the character stands still after the clip: \
+             cloth is caught. Cut the clip with --seconds, or leave it out: no model learns it"
+        )
+    })
 }
 
 fn text(summary: &SimulationSummary) -> String {
@@ -154,4 +177,17 @@ fn text(summary: &SimulationSummary) -> String {
         summary.capture.display(),
         summary.seconds
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn caught_cloth_is_named() {
+        assert_eq!(caught("walk", -0.6), None);
+        let note = caught("turns", 83.3).unwrap();
+        assert!(note.starts_with("turns: the hem is 83 mm off"), "{note}");
+        assert!(caught("fallen", -40.0).is_some() && caught("broken", f32::NAN).is_some());
+    }
 }
