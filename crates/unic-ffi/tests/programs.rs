@@ -1,6 +1,6 @@
 //! Contract: programs in C and C++ compile against the header without a warning, link the shared and
 //! the static library, and get the bits of the Rust animator; valgrind finds no fault; the example
-//! of docs/engines.md is such a program.
+//! of docs/engines.md is such a program. The component of docs/engines/unreal.md compiles.
 //!
 //! Skipped, with a line that says so, where `cc`, `c++` or `valgrind` are missing.
 
@@ -186,4 +186,31 @@ fn the_example_of_the_documentation_compiles_and_runs() {
         let text = String::from_utf8(output.stdout).unwrap();
         assert!(text.contains("3788 vertices"), "{text}");
     }
+}
+
+/// The component of the page about Unreal, whose types are stubs here.
+#[test]
+fn the_component_for_unreal_compiles_against_stubs() {
+    if !is_installed(CPP[0]) {
+        return;
+    }
+    let crate_folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = crate_folder.join("../../docs/engines/unreal.md");
+    let text = fs::read_to_string(page).unwrap();
+    let blocks: Vec<&str> = (text.split("```cpp\n").skip(1))
+        .map(|rest| rest.split("```").next().unwrap())
+        .collect();
+    let [class, source] = blocks[..] else {
+        panic!("{} blocks of code", blocks.len());
+    };
+    assert!(source.lines().count() <= 50, "{} lines", source.lines().count());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("component.cpp");
+    let includes = "#include \"unic.h\"\n#include \"unreal_stubs.h\"\n";
+    fs::write(&path, [includes, class, source].concat()).unwrap();
+    let mut command = Command::new(CPP[0]);
+    command.args(["-std=c++20", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]);
+    command.arg("-I").arg(crate_folder.join("include"));
+    command.arg("-I").arg(crate_folder.join("tests/c"));
+    succeeds(command.arg(&path));
 }

@@ -9,8 +9,9 @@ use crate::{
     rigged::{CharacterOptions, RiggedCharacter, RiggedFormat, read_rigged_character},
     smpl_model,
 };
-use std::path::Path;
+use std::{fs, path::Path};
 use unic_core::{
+    Model,
     character::{Character, FileMesh},
     mesh::TriMesh,
     skeleton::{SMPL_JOINT_NAMES, Skeleton, SkeletonParts},
@@ -18,7 +19,7 @@ use unic_core::{
 };
 
 /// Files that characters are read from, for errors.
-const EXPECTED: &str = "a character (npz, glTF, FBX, USD or a pickle of SMPL)";
+const EXPECTED: &str = "a character (npz, glTF, FBX, USD, a model or a pickle of SMPL)";
 
 /// Array of the body's vertex for each vertex of its file.
 const FILE_VERTICES: &str = "file_vertices";
@@ -26,7 +27,8 @@ const FILE_VERTICES: &str = "file_vertices";
 /// Array of the faces of the body's file.
 const FILE_FACES: &str = "file_faces";
 
-/// Reads a character from an npz, glTF, FBX or USD file, in metres, Y up.
+/// Reads a character from an npz, glTF, FBX or USD file, in metres, Y up. A model (`.unic`) has the
+/// character that it was trained on.
 ///
 /// A file with a rig has one skinned mesh; [`crate::rigged`] describes what is read of it. The arrays of an
 /// npz are `vertices` (B, 3), `faces` (F, 3), `joints` (J, 3), `parents` (J), `weights` (B,
@@ -81,6 +83,9 @@ pub(crate) fn read_named_character(path: &Path, names: Vec<String>) -> Result<Ch
     if let Some(format) = RiggedFormat::of(path) {
         return Ok(read_rigged_character(path, format, &CharacterOptions::default())?.character);
     }
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("unic")) {
+        return of_model(path);
+    }
     if is_pickle(path) {
         return smpl_model::read_pickle(path);
     }
@@ -102,6 +107,15 @@ pub(crate) fn read_named_character(path: &Path, names: Vec<String>) -> Result<Ch
         weights,
         file_mesh,
     })
+}
+
+/// Reads the character that a model was trained on.
+fn of_model(path: &Path) -> Result<Character> {
+    let bytes = fs::read(path).map_err(Error::io(path, "read"))?;
+    match Model::from_bytes(&bytes) {
+        Ok(model) => Ok(model.character().clone()),
+        Err(error) => Err(Error::content(path, "a model", error.to_string())),
+    }
 }
 
 /// Refuses a mesh, which a newcomer takes for a character.

@@ -43,7 +43,7 @@ impl MotionSourceArgs {
 /// Character that is steered.
 #[derive(Debug, clap::Args)]
 pub(crate) struct CharacterArgs {
-    /// Character of the motions: an npz, glTF, FBX or USD file [default: the built-in human].
+    /// Character of the motions: an npz, glTF, FBX or USD file, or a model [default: the built-in human].
     #[arg(long, value_name = "FILE")]
     pub(crate) character: Option<PathBuf>,
     /// Name of the body in a character file of several skinned meshes [default: the only one].
