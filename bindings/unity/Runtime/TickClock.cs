@@ -10,6 +10,7 @@ namespace Unic
         private readonly double tick;
         private double sinceTick;
         private double frame;
+        private double waited;
 
         /// <summary>Makes a clock that has just ticked.</summary>
         public TickClock(float fps)
@@ -17,6 +18,7 @@ namespace Unic
             tick = 1.0 / fps;
             sinceTick = 0.0;
             frame = 0.0;
+            waited = 0.0;
         }
 
         /// <summary>Seconds of a tick.</summary>
@@ -34,6 +36,7 @@ namespace Unic
         {
             sinceTick = 0.0;
             frame = 0.0;
+            waited = 0.0;
         }
 
         /// <summary>Passes the time of a frame, at most mostTicks ticks of it.</summary>
@@ -42,6 +45,7 @@ namespace Unic
             double most = mostTicks * tick;
             frame = seconds < most ? seconds : most;
             sinceTick += frame;
+            waited += seconds;
             // Ticks that an earlier frame had no time for are dropped, too.
             if (sinceTick > most) sinceTick = most;
         }
@@ -49,13 +53,14 @@ namespace Unic
         /// <summary>Whether a tick is due.</summary>
         public bool IsDue => sinceTick >= tick * (1.0 - Early);
 
-        /// <summary>Number of ticks that are due, as a fraction: the larger, the more urgent.</summary>
-        public double Debt => sinceTick / tick;
+        /// <summary>Seconds since the last tick, with those that were dropped.</summary>
+        public double Waited => waited;
 
         /// <summary>Takes a tick. The share of the frame, 0 to 1, is the moment of it.</summary>
         public float Take()
         {
             sinceTick -= tick;
+            waited = sinceTick;
             if (frame <= 0.0 || sinceTick <= Early * tick) return 1f;
             double share = 1.0 - sinceTick / frame;
             return share <= 0.0 ? 0f : (float)share;

@@ -50,9 +50,14 @@ namespace Unic
 
         private void LateUpdate()
         {
+            RunFrame(Time.deltaTime);
+        }
+
+        /// <summary>Runs all garments for a frame of some seconds.</summary>
+        internal void RunFrame(float seconds)
+        {
             watch.Reset();
             watch.Start();
-            float seconds = Time.deltaTime;
             for (int i = 0; i < members.Count; i++) members[i].BeginFrame(seconds);
             double start = watch.Elapsed.TotalMilliseconds;
             Ticks = 0;
@@ -80,7 +85,7 @@ namespace Unic
             for (int i = 0; i < members.Count; i++)
             {
                 UnicGarment member = members[i];
-                if (member.IsTickDue && (most == null || member.TickDebt > most.TickDebt)) most = member;
+                if (member.IsTickDue && (most == null || member.Waited > most.Waited)) most = member;
             }
             return most;
         }

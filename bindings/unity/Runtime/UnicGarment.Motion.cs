@@ -36,8 +36,8 @@ namespace Unic
         /// <summary>Whether a tick is due in this frame.</summary>
         internal bool IsTickDue => Activity == GarmentActivity.Moving && clock.IsDue;
 
-        /// <summary>Number of ticks that are due, as a fraction.</summary>
-        internal double TickDebt => clock.Debt;
+        /// <summary>Seconds since the last tick: the more, the more urgent is the next one.</summary>
+        internal double Waited => clock.Waited;
 
         /// <summary>Stops the ticks. The last shape follows the body.</summary>
         public void Pause()

@@ -71,7 +71,8 @@ namespace Unic
         private UnicRig rig;
         private GarmentMesh mesh;
         private MeshRenderer shower;
-        private RigMatch given;
+        private Transform[] givenBones;
+        private Matrix4x4[] givenBindposes;
         private bool hasBegun;
 
         /// <summary>The sentence about what is wrong; null if nothing is.</summary>
@@ -119,15 +120,8 @@ namespace Unic
         /// <param name="bindposes">From the space of the rest pose to the bone's at rest.</param>
         public void Bind(Transform[] bones, Matrix4x4[] bindposes)
         {
-            LoadedModel names = model.Acquire();
-            try
-            {
-                given = RigMatch.Given(names, bones, bindposes);
-            }
-            finally
-            {
-                model.Release();
-            }
+            givenBones = bones;
+            givenBindposes = bindposes;
             Rebind();
         }
 
@@ -141,7 +135,7 @@ namespace Unic
         /// <exception cref="UnicException">There is no rig, or no humanoid avatar.</exception>
         internal RigMatch Match(LoadedModel names)
         {
-            if (given != null) return given;
+            if (givenBones != null) return RigMatch.Given(names, givenBones, givenBindposes);
             if (skin == null) throw new UnicException(name + ": expected a skinned mesh or given bones, found none");
             return rigSource == RigSource.Humanoid
                 ? RigMatch.ByAvatar(names, animator, skin)

@@ -232,7 +232,7 @@ namespace UnityEngine
                 null, Type.EmptyTypes, null);
         }
 
-        internal static void Message(object target, string name)
+        public static void Message(object target, string name)
         {
             Action method = Method(target, name);
             if (method != null) method();
