@@ -55,11 +55,16 @@ namespace Unic
         [Tooltip("Share of the vertices at which the networks are evaluated.")]
         [Range(0.02f, 1f)] public float sampling;
 
+        /// <summary>Handling of vertices inside the body; Model for that of the settings.</summary>
+        [Tooltip("Handling of vertices inside the body at this level. Model: that of the settings.")]
+        public UnicIntersection intersection;
+
         /// <summary>Makes a level.</summary>
-        public DetailLevel(float distance, float sampling)
+        public DetailLevel(float distance, float sampling, UnicIntersection intersection = UnicIntersection.Model)
         {
             this.distance = distance;
             this.sampling = sampling;
+            this.intersection = intersection;
         }
 
         /// <summary>Index of the level at a distance. Levels are sorted by distance.</summary>

@@ -202,7 +202,9 @@ namespace Unic
             InstanceSettings chosen = settings;
             if (crowd != null) chosen.threads = crowd.threads;
             chosen.characterScale = rig.scale;
-            chosen.sampling = details == null || details.Length == 0 ? 0f : details[detail].sampling;
+            if (details == null || details.Length == 0) return chosen;
+            chosen.sampling = details[detail].sampling;
+            if (details[detail].intersection != UnicIntersection.Model) chosen.intersection = details[detail].intersection;
             return chosen;
         }
 

@@ -142,7 +142,7 @@ public sealed class MotionTests
     {
         rig = new TestRig(TestModel.Asset());
         rig.garment.viewer = new GameObject("viewer").transform;
-        rig.garment.details = new[] { new DetailLevel(0f, 1f), new DetailLevel(5f, 0.25f), new DetailLevel(15f, 0.1f) };
+        rig.garment.details = new[] { new DetailLevel(0f, 1f), new DetailLevel(5f, 0.25f), new DetailLevel(15f, 0.1f, UnicIntersection.Off) };
         rig.Walk(30, 0f, Here);
         Vector3[] before = rig.Vertices();
         foreach (float distance in new[] { 8f, 30f, 0f })
