@@ -264,7 +264,8 @@ namespace Unic
         {
             transform.SetPositionAndRotation(Anchor, Quaternion.identity);
             Vector3 scale = transform.lossyScale;
-            if (scale == Vector3.one) return;
+            // A character that is scaled to nothing has no size to undo.
+            if (scale == Vector3.one || scale.x * scale.y * scale.z == 0f) return;
             Vector3 local = transform.localScale;
             transform.localScale = new Vector3(local.x / scale.x, local.y / scale.y, local.z / scale.z);
         }

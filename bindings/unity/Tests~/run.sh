@@ -35,6 +35,10 @@ python3 "$package/Tools~/package.py"
 
 compile -target:library -out:"$out/UnityEngine.dll" $(sources "$here/Stubs")
 compile -target:library -out:"$out/Unic.Garments.dll" -r:"$out/UnityEngine.dll" $(sources "$package/Runtime")
+compile -target:library -out:"$out/Unic.Garments.Editor.dll" -r:"$out/UnityEngine.dll" -r:"$out/Unic.Garments.dll" \
+    $(sources "$package/Editor")
+compile -target:library -out:"$out/Unic.Garments.Samples.Walk.dll" -r:"$out/UnityEngine.dll" \
+    -r:"$out/Unic.Garments.dll" $(sources "$package/Samples~/Walk")
 
 compile -target:exe -out:"$out/Layout.exe" "$package"/Runtime/Native/*.cs "$package/Runtime/UnicException.cs" \
     "$here/Layout/Layout.cs"
@@ -46,6 +50,7 @@ mono "$out/Layout.exe" check "$header/unic.h" "$out/layout.txt"
 cc -std=c11 -O1 -Wall -Wextra -Werror -I "$header" "$here/Reference/reference.c" -L "$library" -lunic \
     -Wl,-rpath,"$library" -o "$out/reference"
 compile -target:exe -out:"$out/Unic.Garments.MonoTests.exe" -r:"$out/UnityEngine.dll" -r:"$out/Unic.Garments.dll" \
+    -r:"$out/Unic.Garments.Editor.dll" -r:"$out/Unic.Garments.Samples.Walk.dll" \
     $(sources "$package/Tests/Runtime" "$here/Mono")
 
 export UNIC_TEST_MODEL=${UNIC_TEST_MODEL:-$repository/apps/unic-cli/garments/tshirt.unic}
