@@ -83,6 +83,27 @@ namespace Unic
             }
         }
 
+        /// <summary>Begins a sequence at rest, and shows nothing yet.</summary>
+        public void Reset(RigPose pose, Surroundings around)
+        {
+            Reset(pose, around, null);
+        }
+
+        /// <summary>Advances by one tick, and shows nothing yet.</summary>
+        public void Step(RigPose pose, Surroundings around)
+        {
+            Step(pose, around, null);
+        }
+
+        /// <summary>Writes the garment between the last two ticks to an array.</summary>
+        /// <exception cref="UnicException">The array has not VertexCount items.</exception>
+        public void Display(RigPose pose, float share, GarmentVertex[] vertices)
+        {
+            if (vertices.Length != VertexCount)
+                throw new UnicException("expected " + VertexCount + " vertices, found " + vertices.Length);
+            fixed (GarmentVertex* to = vertices) Display(pose, share, to);
+        }
+
         /// <summary>Advances by one tick to a new pose. Allocates nothing.</summary>
         /// <param name="pose">Pose of this tick.</param>
         /// <param name="around">Ground and air.</param>

@@ -28,17 +28,32 @@ out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
 header=$repository/crates/unic-ffi/include
 sources() { find "$@" -name '*.cs' | sort; }
-# 0649, 0067: fields that Unity's serialisation fills.
-compile() { mcs -nologo -unsafe -langversion:7.2 -warn:4 -warnaserror -nowarn:0649 "$@"; }
+# 0649: fields that Unity's serialisation fills. The editor's part and the sample have no unsafe code.
+safely() { mcs -nologo -langversion:7.2 -warn:4 -warnaserror -nowarn:0649 "$@"; }
+compile() { safely -unsafe "$@"; }
 
 python3 "$package/Tools~/package.py"
+cp -r "$package" "$out/package"
+python3 "$out/package/Tools~/package.py" --library "$library/libunic.so" linux-x86_64 > /dev/null
+python3 "$out/package/Tools~/package.py" > /dev/null
 
 compile -target:library -out:"$out/UnityEngine.dll" $(sources "$here/Stubs")
 compile -target:library -out:"$out/Unic.Garments.dll" -r:"$out/UnityEngine.dll" $(sources "$package/Runtime")
-compile -target:library -out:"$out/Unic.Garments.Editor.dll" -r:"$out/UnityEngine.dll" -r:"$out/Unic.Garments.dll" \
+safely -target:library -out:"$out/Unic.Garments.Editor.dll" -r:"$out/UnityEngine.dll" -r:"$out/Unic.Garments.dll" \
     $(sources "$package/Editor")
-compile -target:library -out:"$out/Unic.Garments.Samples.Walk.dll" -r:"$out/UnityEngine.dll" \
+safely -target:library -out:"$out/Unic.Garments.Samples.Walk.dll" -r:"$out/UnityEngine.dll" \
     -r:"$out/Unic.Garments.dll" $(sources "$package/Samples~/Walk")
+
+# The code that users are shown.
+for page in "$package/README.md" "$package/Documentation~/com.unic.garments.md"; do
+    {
+        echo "using Unic; using UnityEngine; class Page { void Run(UnicModel model, GameObject character, Material material,"
+        echo "SkinnedMeshRenderer skin) {"
+        awk '/^```/ { on = /^```csharp/; next } on' "$page"
+        echo "} }"
+    } > "$out/page.cs"
+    safely -target:library -out:"$out/page.dll" -r:"$out/UnityEngine.dll" -r:"$out/Unic.Garments.dll" "$out/page.cs"
+done
 
 compile -target:exe -out:"$out/Layout.exe" "$package"/Runtime/Native/*.cs "$package/Runtime/UnicException.cs" \
     "$here/Layout/Layout.cs"

@@ -8,6 +8,8 @@ GUIDs follow from the paths, so that they are the same on every machine. Folders
 hidden from Unity. Those of samples are copied into projects, so that their files have GUIDs too.
 """
 
+from __future__ import annotations
+
 import hashlib
 import shutil
 import sys

@@ -33,8 +33,12 @@ public sealed unsafe class OwnerTests
         UnicInstance instance = new UnicInstance(model, InstanceSettings.Default);
         asset.Release();
         Assert.Throws<ObjectDisposedException>(() => new UnicInstance(model, InstanceSettings.Default));
-        instance.Reset(pose, new Surroundings(), null);
-        instance.Step(pose, new Surroundings(), null);
+        instance.Reset(pose, new Surroundings());
+        instance.Step(pose, new Surroundings());
+        GarmentVertex[] vertices = new GarmentVertex[instance.VertexCount];
+        instance.Display(pose, 0.5f, vertices);
+        Assert.AreEqual(1f, vertices[vertices.Length - 1].normal.magnitude, 1e-3f, "length of a normal");
+        Assert.Throws<UnicException>(() => instance.Display(pose, 0.5f, new GarmentVertex[3]));
         instance.Dispose();
         instance.Dispose();
         Assert.Throws<ObjectDisposedException>(() => instance.Step(pose, new Surroundings(), null));

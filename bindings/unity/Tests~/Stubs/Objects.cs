@@ -80,6 +80,8 @@ namespace UnityEngine
 
         public T GetComponent<T>() where T : class { return components.OfType<T>().FirstOrDefault(); }
 
+        public T GetComponentInChildren<T>() where T : class { return GetComponentsInChildren<T>().FirstOrDefault(); }
+
         public T[] GetComponentsInChildren<T>() where T : class
         {
             IEnumerable<T> own = components.OfType<T>();
