@@ -39,6 +39,10 @@ namespace Unic
         /// <summary>Seconds since the last tick: the more, the more urgent is the next one.</summary>
         internal double Waited => clock.Waited;
 
+        // Where ticks stand still, the last shape must follow the body at any rate.
+        private bool DisplaysBetween =>
+            displayRate == DisplayRate.EveryFrame || Activity == GarmentActivity.Still;
+
         /// <summary>Stops the ticks. The last shape follows the body.</summary>
         public void Pause()
         {
@@ -75,7 +79,7 @@ namespace Unic
         /// <summary>Continues a saved state of the same model.</summary>
         /// <exception cref="InvalidOperationException">The garment has not begun.</exception>
         /// <exception cref="UnicException">The bytes are not a state of this model.</exception>
-        public void RestoreState(byte[] state)
+        public unsafe void RestoreState(byte[] state)
         {
             if (instance == null) throw new InvalidOperationException(name + ": the garment has not begun");
             Vector3 anchor;
@@ -85,6 +89,7 @@ namespace Unic
             clock.SinceTick = sinceTick;
             rig.Read(now, Anchor);
             before.Set(now);
+            instance.Display(now, clock.Share, mesh.Pointer);
             isNewShape = true;
             wantsRestart = false;
         }
@@ -126,7 +131,7 @@ namespace Unic
         internal void EndFrame()
         {
             if (Activity == GarmentActivity.None || Activity == GarmentActivity.Asleep) return;
-            if (displayRate == DisplayRate.EveryFrame || isNewShape) Guard(show);
+            if (DisplaysBetween || isNewShape) Guard(show);
             // Where ticks stand still, the pose before them is kept for the moment they go on.
             if (Activity == GarmentActivity.Moving) Swap();
         }
@@ -181,14 +186,14 @@ namespace Unic
             ofTick.SetBetween(before, now, clock.Take());
             SendColliders();
             // With a display between ticks the vertices of the tick itself are never seen.
-            instance.Step(ofTick, Around(), displayRate == DisplayRate.EveryTick ? mesh.Pointer : null);
+            instance.Step(ofTick, Around(), DisplaysBetween ? null : mesh.Pointer);
             isNewShape = true;
             Ticks++;
         }
 
         private unsafe void Show()
         {
-            if (displayRate == DisplayRate.EveryFrame) instance.Display(now, clock.Share, mesh.Pointer);
+            if (DisplaysBetween) instance.Display(now, clock.Share, mesh.Pointer);
             mesh.Upload();
             centreFromRoot = mesh.Bounds.center - now.root;
             isNewShape = false;

@@ -19,6 +19,16 @@ namespace Unic
             }
         }
 
+        /// <summary>Whether the native library has threads of its own on this platform.</summary>
+        public static bool HasPool
+        {
+            get
+            {
+                Require();
+                return (NativeMethods.unic_features() & NativeMethods.UNIC_FEATURE_POOL) != 0;
+            }
+        }
+
         /// <summary>Loads the native library and compares its interface with this package's.</summary>
         /// <exception cref="UnicException">The library is missing or of another version.</exception>
         public static void Require()

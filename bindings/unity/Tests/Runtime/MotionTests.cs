@@ -60,7 +60,19 @@ public sealed class MotionTests
     [Test]
     public void APausedGarmentFollowsTheBody()
     {
+        CheckThatAPausedGarmentFollows(DisplayRate.EveryFrame);
+    }
+
+    [Test]
+    public void APausedGarmentThatIsShownByTicksFollowsTheBody()
+    {
+        CheckThatAPausedGarmentFollows(DisplayRate.EveryTick);
+    }
+
+    private void CheckThatAPausedGarmentFollows(DisplayRate rate)
+    {
         rig = new TestRig(TestModel.Asset());
+        rig.garment.displayRate = rate;
         rig.Walk(21, 0f, Here);
         int ticks = rig.garment.Ticks;
         rig.garment.Pause();

@@ -45,6 +45,13 @@ public sealed unsafe class OwnerTests
     }
 
     [Test]
+    public void TheLibraryTellsItsVersion()
+    {
+        Assert.IsTrue(UnicLibrary.Version.Length >= 5, "a version such as 0.1.0");
+        Assert.IsTrue(UnicLibrary.HasPool, "threads of the library");
+    }
+
+    [Test]
     public void NativeErrorsAreSentencesWithACode()
     {
         UnicModel asset = TestModel.Asset();

@@ -91,7 +91,9 @@ internal static class Layout
             foreach (string name in type.Value)
                 c.AppendFormat("printf(\"{0}.{2} %u\\n\", (unsigned){1});\n", type.Key, name,
                     Pascal(name.Substring(Snake(type.Key).Length + 1)));
-        c.Append("printf(\"UNIC_ABI_VERSION %u\\n\", (unsigned)UNIC_ABI_VERSION);\nreturn 0;\n}\n");
+        foreach (Match constant in Regex.Matches(header, @"#define (UNIC_\w+) \d+"))
+            c.AppendFormat("printf(\"{0} %u\\n\", (unsigned){0});\n", constant.Groups[1].Value);
+        c.Append("return 0;\n}\n");
         return c.ToString();
     }
 
@@ -111,7 +113,8 @@ internal static class Layout
         foreach (Type type in Enums(header).Select(e => Named(assembly, e.Key)).Where(t => t != null))
             foreach (object value in Enum.GetValues(type))
                 facts[type.Name + "." + value] = Convert.ToUInt32(value).ToString();
-        facts["UNIC_ABI_VERSION"] = NativeMethods.UNIC_ABI_VERSION.ToString();
+        foreach (FieldInfo constant in typeof(NativeMethods).GetFields(BindingFlags.Static | BindingFlags.NonPublic))
+            if (constant.Name.StartsWith("UNIC_")) facts[constant.Name] = constant.GetRawConstantValue().ToString();
         return facts;
     }
 

@@ -5,6 +5,11 @@ using System.Collections.Generic;
 using System.Linq;
 using System.Reflection;
 
+namespace UnityEngine.TestTools
+{
+    public static class LogAssert { public static bool ignoreFailingMessages { get; set; } }
+}
+
 namespace NUnit.Framework
 {
     public sealed class TestAttribute : Attribute { }
