@@ -14,7 +14,7 @@ namespace Unic
     public sealed unsafe class GarmentMesh : IDisposable
     {
         private const MeshUpdateFlags Unchecked = MeshUpdateFlags.DontRecalculateBounds
-            | MeshUpdateFlags.DontValidateIndices | MeshUpdateFlags.DontNotifyMeshUsers;
+            | MeshUpdateFlags.DontValidateIndices;
 
         private NativeArray<GarmentVertex> vertices;
         private Bounds bounds;

@@ -15,6 +15,46 @@ public sealed class RigTests
     }
 
     [Test]
+    public void ThePoseThatIsReadIsThePoseThatWasSet()
+    {
+        CheckPose(0, 1f, 1f);
+        CheckPose(7, 1f, 1f);
+        CheckPose(8, 100f, 1f);
+        CheckPose(9, 0.01f, 1.25f);
+    }
+
+    private static void CheckPose(int seed, float meshScale, float scale)
+    {
+        UnicModel model = TestModel.Asset();
+        using (TestRig rig = new TestRig(model, seed, meshScale, scale))
+        {
+            LoadedModel loaded = model.Acquire();
+            UnicRig bones = new UnicRig(loaded, RigMatch.ByName(loaded, rig.skin), MissingJoints.Refuse, 1e-3f);
+            Quaternion[] set = new Quaternion[loaded.JointCount];
+            for (int joint = 0; joint < set.Length; joint++)
+                set[joint] = Quaternion.AngleAxis(170f * Mathf.Sin(joint), new Vector3(1f, joint, 3f));
+            Vector3 root = new Vector3(1f, 2f, 3f), shift = new Vector3(4f, 0f, -2f);
+            rig.Pose(root, set);
+            // The object of the character moves and turns all of it.
+            Quaternion turn = Quaternion.AngleAxis(40f, Vector3.up);
+            rig.character.transform.SetPositionAndRotation(shift, turn);
+            RigPose read = new RigPose(loaded.JointCount);
+            bones.Read(read, Vector3.one);
+            Assert.AreEqual(scale, bones.scale, 1e-5f, "size");
+            Assert.Less(Vector3.Distance(read.root, turn * root + shift - Vector3.one), 5e-6f, "metres of the root");
+            for (int joint = 0; joint < set.Length; joint++)
+            {
+                Quaternion expected = turn * set[joint], found = read.rotations[joint];
+                float cosine = expected.x * found.x + expected.y * found.y + expected.z * found.z + expected.w * found.w;
+                Assert.Less(1f - Mathf.Abs(cosine), 1e-6f, "difference of a rotation");
+                Vector3 there = expected * Vector3.one - found * Vector3.one;
+                Assert.Less(there.magnitude, 1e-5f, "distance of a turned vector");
+            }
+            model.Release();
+        }
+    }
+
+    [Test]
     public void MissingBonesAreNamed()
     {
         rig = new TestRig(TestModel.Asset());
