@@ -61,7 +61,7 @@ namespace Unic
 
         private void AddCapsule(ColliderShape shape, Vector3 anchor)
         {
-            // Of a collider that is scaled to nothing, nothing is left.
+            // A collider that is scaled to nothing has no surface.
             if (!(shape.radius > 0f)) return;
             Vector3 a = shape.a - anchor, b = shape.b - anchor;
             UnicCollider capsule = new UnicCollider

@@ -72,3 +72,6 @@ export UNIC_TEST_MODEL=${UNIC_TEST_MODEL:-$repository/apps/unic-cli/garments/tsh
 export UNIC_TEST_FOLDER=$out UNIC_TEST_PACKAGE=$package
 LD_LIBRARY_PATH=$library${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH} \
     mono "$out/Unic.Garments.MonoTests.exe" "$@"
+if [ $# = 0 ]; then
+    (unset LD_LIBRARY_PATH; UNIC_TEST_NO_LIBRARY=1 mono "$out/Unic.Garments.MonoTests.exe" MissingLibrary)
+fi
