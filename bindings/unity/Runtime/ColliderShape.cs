@@ -5,8 +5,11 @@ namespace Unic
     /// <summary>Ball or capsule in the world, as Unity scales its colliders.</summary>
     public struct ColliderShape
     {
-        /// <summary>Ends of the axis. Equal for a ball.</summary>
-        public Vector3 a, b;
+        /// <summary>First end of the axis.</summary>
+        public Vector3 a;
+
+        /// <summary>Second end of the axis: the first one for a ball.</summary>
+        public Vector3 b;
 
         /// <summary>Radius in metres.</summary>
         public float radius;

@@ -30,7 +30,7 @@ namespace Unic
         Continue,
     }
 
-    /// <summary>What a garment does at the moment.</summary>
+    /// <summary>Activity of a garment in a frame.</summary>
     public enum GarmentActivity
     {
         /// <summary>Nothing: it has not begun, or has a problem.</summary>

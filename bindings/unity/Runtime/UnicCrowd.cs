@@ -14,9 +14,11 @@ namespace Unic
     [DefaultExecutionOrder(1001)]
     public sealed class UnicCrowd : MonoBehaviour
     {
+        /// <summary>Time for the ticks of one frame, milliseconds. 0: no limit. One tick is always made.</summary>
         [Tooltip("Time for the ticks of one frame, milliseconds. 0: no limit. One tick is always made.")]
         public float budgetMs = 8f;
 
+        /// <summary>Threads that the ticks of the garments work on.</summary>
         [Tooltip("Threads that the ticks of the garments work on.")]
         public UnicThreads threads = UnicThreads.Pool;
 

@@ -14,51 +14,67 @@ namespace Unic
     [DefaultExecutionOrder(1000)] // After animation, constraints and the scripts that move bones.
     public sealed partial class UnicGarment : MonoBehaviour
     {
+        /// <summary>The trained garment.</summary>
         [Tooltip("The trained garment.")]
         public UnicModel model;
 
+        /// <summary>Skinned mesh of the character. Its bones move the garment.</summary>
         [Tooltip("Skinned mesh of the character. Its bones move the garment.")]
         public SkinnedMeshRenderer skin;
 
+        /// <summary>How bones are found for the model's joints.</summary>
         [Tooltip("How bones are found for the model's joints.")]
         public RigSource rigSource;
 
+        /// <summary>Animator with the humanoid avatar, if bones are found by it.</summary>
         [Tooltip("Animator with the humanoid avatar, if bones are found by it.")]
         public Animator animator;
 
+        /// <summary>Rule for joints that the rig has no bone for.</summary>
         [Tooltip("Rule for joints that the rig has no bone for.")]
         public MissingJoints missingJoints;
 
+        /// <summary>Largest distance of a joint at rest from the model's, metres.</summary>
         [Tooltip("Largest distance of a joint at rest from the model's, metres.")]
         public float mostRestError = 0.05f;
 
+        /// <summary>Native settings. They are read when the garment begins.</summary>
         [Tooltip("Native settings. They are read when the garment begins.")]
         public InstanceSettings settings;
 
+        /// <summary>Ground and props.</summary>
         [Tooltip("Ground and props.")]
         public ColliderSet colliders;
 
+        /// <summary>Velocity of the air, m/s.</summary>
         [Tooltip("Velocity of the air, m/s.")]
         public Vector3 wind;
 
+        /// <summary>Levels of detail, sorted by distance. Empty: the model's own sampling.</summary>
         [Tooltip("Levels of detail, sorted by distance. Empty: the model's own sampling.")]
         public DetailLevel[] details = new DetailLevel[0];
 
+        /// <summary>Distance from which ticks stand still, metres. 0: never.</summary>
         [Tooltip("Distance from which ticks stand still, metres. 0: never.")]
         public float farDistance;
 
+        /// <summary>Whose distance counts. Empty: the main camera.</summary>
         [Tooltip("Whose distance counts. Empty: the main camera.")]
         public Transform viewer;
 
+        /// <summary>Rule for garments that no camera sees.</summary>
         [Tooltip("Rule for garments that no camera sees.")]
         public OutOfSight outOfSight;
 
+        /// <summary>When a new shape is shown.</summary>
         [Tooltip("When a new shape is shown.")]
         public DisplayRate displayRate;
 
+        /// <summary>Most ticks of one frame. Longer frames slow the garment down.</summary>
         [Tooltip("Most ticks of one frame. Longer frames slow the garment down.")]
         [Range(1, 8)] public int mostTicks = 3;
 
+        /// <summary>Speed of the root above which a move is a teleport, m/s. 0: never.</summary>
         [Tooltip("Speed of the root above which a move is a teleport, m/s. 0: never.")]
         public float teleportSpeed = 30f;
 
@@ -78,7 +94,7 @@ namespace Unic
         /// <summary>The sentence about what is wrong; null if nothing is.</summary>
         public string Problem { get; private set; }
 
-        /// <summary>What the garment does at the moment.</summary>
+        /// <summary>Activity in the last frame.</summary>
         public GarmentActivity Activity { get; private set; }
 
         /// <summary>Index of the level of detail in use.</summary>

@@ -38,8 +38,9 @@ python3 "$out/package/Tools~/package.py" --library "$library/libunic.so" linux-x
 python3 "$out/package/Tools~/package.py" > /dev/null
 
 compile -target:library -out:"$out/UnityEngine.dll" $(sources "$here/Stubs")
-compile -target:library -out:"$out/Unic.Garments.dll" -r:"$out/UnityEngine.dll" $(sources "$package/Runtime")
-safely -target:library -out:"$out/Unic.Garments.Editor.dll" -r:"$out/UnityEngine.dll" -r:"$out/Unic.Garments.dll" \
+# -doc: a public member without a comment is an error.
+compile -target:library -doc:"$out/Unic.Garments.xml" -out:"$out/Unic.Garments.dll" -r:"$out/UnityEngine.dll" $(sources "$package/Runtime")
+safely -target:library -doc:"$out/Unic.Garments.Editor.xml" -out:"$out/Unic.Garments.Editor.dll" -r:"$out/UnityEngine.dll" -r:"$out/Unic.Garments.dll" \
     $(sources "$package/Editor")
 safely -target:library -out:"$out/Unic.Garments.Samples.Walk.dll" -r:"$out/UnityEngine.dll" \
     -r:"$out/Unic.Garments.dll" $(sources "$package/Samples~/Walk")
