@@ -1,0 +1,36 @@
+using System;
+using UnityEngine;
+
+namespace Unic
+{
+    /// <summary>Bytes of a garment's state: the native ones, the anchor and the time since the tick.</summary>
+    internal static class GarmentState
+    {
+        private const int Tail = 3 * 4 + 8;
+
+        internal static byte[] Join(byte[] native, Vector3 anchor, double sinceTick)
+        {
+            byte[] state = new byte[native.Length + Tail];
+            Buffer.BlockCopy(native, 0, state, 0, native.Length);
+            Buffer.BlockCopy(new[] { anchor.x, anchor.y, anchor.z }, 0, state, native.Length, 12);
+            Buffer.BlockCopy(new[] { sinceTick }, 0, state, native.Length + 12, 8);
+            return state;
+        }
+
+        internal static byte[] Split(byte[] state, out Vector3 anchor, out double sinceTick)
+        {
+            if (state == null || state.Length < Tail)
+                throw new UnicException("expected a saved state of a garment, found "
+                                        + (state == null ? 0 : state.Length) + " bytes");
+            byte[] native = new byte[state.Length - Tail];
+            float[] place = new float[3];
+            double[] time = new double[1];
+            Buffer.BlockCopy(state, 0, native, 0, native.Length);
+            Buffer.BlockCopy(state, native.Length, place, 0, 12);
+            Buffer.BlockCopy(state, native.Length + 12, time, 0, 8);
+            anchor = new Vector3(place[0], place[1], place[2]);
+            sinceTick = time[0];
+            return native;
+        }
+    }
+}

@@ -1,0 +1,94 @@
+// Measures, for the package's README: UNIC_TEST_TIMES=1 Tests~/run.sh Time. Checks nothing.
+
+using System;
+using System.IO;
+using System.Runtime.InteropServices;
+using NUnit.Framework;
+using Unic;
+using UnityEngine;
+
+public sealed class TimeTests
+{
+    [Test]
+    public void TimeAndMemoryOfACharacter()
+    {
+        if (Environment.GetEnvironmentVariable("UNIC_TEST_TIMES") == null) Assert.Ignore("UNIC_TEST_TIMES is not set");
+        UnicModel asset = TestModel.Asset();
+        long before = MemoryTests.ResidentKib();
+        asset.Acquire();
+        Console.WriteLine("         a model of " + asset.Size / 1024 + " KiB: " + (MemoryTests.ResidentKib() - before)
+                          + " KiB more");
+        foreach (string file in new[] { "tshirt.unic", "skirt.unic" })
+            foreach (UnicIntersection rule in new[] { UnicIntersection.Model, UnicIntersection.Off })
+                foreach (float sampling in new[] { 1f, 0.25f })
+                    One(file, rule, sampling);
+        foreach (UnicThreads threads in new[] { UnicThreads.None, UnicThreads.Pool }) Crowd(16, threads);
+    }
+
+    // Processor time of one thread: other programs may be at work.
+    private static void One(string file, UnicIntersection rule, float sampling)
+    {
+        string folder = Path.GetDirectoryName(Environment.GetEnvironmentVariable("UNIC_TEST_MODEL"));
+        UnicModel model = UnicModel.FromBytes(file, File.ReadAllBytes(Path.Combine(folder, file)));
+        using (TestRig rig = new TestRig(model, 5))
+        {
+            rig.garment.details = new[] { new DetailLevel(0f, sampling, rule) };
+            rig.Walk(20, 0f, Vector3.zero);
+            double ticks = 0.0, between = 0.0, start = Processor();
+            for (int frame = 20; frame < 420; frame++)
+            {
+                rig.Walk(frame / 60f, Vector3.zero);
+                int before = rig.garment.Ticks;
+                start = Processor();
+                rig.Frame(1f / 60f);
+                if (rig.garment.Ticks > before) ticks += Processor() - start;
+                else between += Processor() - start;
+            }
+            Console.WriteLine("         " + file + ", intersections " + rule + ", sampling " + sampling + ": frame with a tick "
+                + (ticks / 200.0).ToString("0.00") + " ms, without one " + (between / 200.0).ToString("0.00") + " ms");
+        }
+    }
+
+    private static void Crowd(int members, UnicThreads threads)
+    {
+        UnicModel model = TestModel.Asset();
+        model.Acquire();
+        using (TestRig first = new TestRig(model)) first.Walk(3, 0f, Vector3.zero);
+        long before = MemoryTests.ResidentKib();
+        UnicCrowd crowd = new GameObject("crowd").AddComponent<UnicCrowd>();
+        crowd.threads = threads;
+        crowd.budgetMs = 0f;
+        TestRig[] rigs = new TestRig[members];
+        for (int i = 0; i < members; i++)
+        {
+            rigs[i] = new TestRig(model);
+            rigs[i].garment.Crowd = crowd;
+        }
+        double processor = 0.0;
+        int ticks = 0;
+        for (int frame = 0; frame < 60; frame++)
+        {
+            foreach (TestRig rig in rigs) rig.Walk(frame / 60f, Vector3.zero);
+            double start = Processor();
+            crowd.RunFrame(1f / 60f);
+            if (frame < 10) continue;
+            processor += Processor() - start;
+            ticks += crowd.Ticks;
+        }
+        long grown = MemoryTests.ResidentKib() - before;
+        Console.WriteLine("         " + members + " characters, threads " + threads + ": " + (processor / 50.0).ToString("0.0")
+            + " ms of processor time a frame of 60 Hz, " + (processor / ticks).ToString("0.00") + " ms a tick, "
+            + grown / members + " KiB more a character than before");
+        foreach (TestRig rig in rigs) rig.Dispose();
+        UnityEngine.Object.DestroyImmediate(crowd.gameObject);
+    }
+
+    private static double Processor()
+    {
+        return clock().ToInt64() / 1000.0;
+    }
+
+    // Processor time of the process, microseconds on Linux.
+    [DllImport("libc")]
+    private static extern IntPtr clock();
+}
