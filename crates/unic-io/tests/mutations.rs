@@ -8,9 +8,12 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on should stop")]
 
 mod common;
+#[path = "common/pickle.rs"]
+mod pickle;
 
 use common::{humanoid, small_character, small_clip, small_database, small_frame, small_garment};
 use glam::Vec3;
+use pickle::smpl_pickle;
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -101,6 +104,17 @@ fn characters() {
     let path = folder("character").join("character.npz");
     write_character(&path, &small_character()).unwrap();
     damage("character", &path, |path| {
+        use_character(&read_character(path)?);
+        Ok(())
+    });
+}
+
+#[test]
+fn smpl_pickles() {
+    let path = folder("smpl").join("model.pkl");
+    fs::write(&path, smpl_pickle()).unwrap();
+    use_character(&read_character(&path).unwrap());
+    damage("smpl", &path, |path| {
         use_character(&read_character(path)?);
         Ok(())
     });
