@@ -95,11 +95,13 @@ impl Graph {
         self.matmul(vectors, matrix)
     }
 
-    /// Vectors (N, 3) rotated by one matrix (1, 9).
-    pub(crate) fn rotated_together(&mut self, matrix: Value, vectors: Value) -> Value {
-        let matrix = self.reshape(matrix, &[3, 3]);
-        let matrix = self.transpose(matrix);
-        self.matmul(vectors, matrix)
+    /// Vectors (N, 3) rotated by one quaternion (1, 4).
+    // The matrix of the inverse, and not a transposed matrix: onnxruntime 1.32 cannot read a graph in
+    // which it merges that operation with the product of a value that is also an output.
+    pub(crate) fn rotated_together(&mut self, rotation: Value, vectors: Value) -> Value {
+        let inverse = self.conjugate(rotation);
+        let matrix = self.matrices(inverse);
+        self.unrotated_together(matrix, vectors)
     }
 
     /// Angle of the vector (x, y), in −π..=π radians: the arc tangent of y / x with its quadrant. 0

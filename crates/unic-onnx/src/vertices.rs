@@ -156,8 +156,7 @@ fn limited(graph: &mut Graph, output: Value, limit: f32) -> Value {
 impl RootFrame {
     /// World positions (V, 3) of positions (V, 3) relative to the root joint.
     pub(crate) fn positions(self, graph: &mut Graph, states: Value) -> Value {
-        let matrix = graph.matrices(self.rotation);
-        let turned = graph.rotated_together(matrix, states);
+        let turned = graph.rotated_together(self.rotation, states);
         graph.add(turned, self.origin)
     }
 
