@@ -13,17 +13,16 @@ import onnxruntime
 
 
 class Graph:
-    """A graph and the names of its inputs."""
+    """A graph with its inputs and outputs."""
 
-    def __init__(self, folder, name, description):
-        self.session = onnxruntime.InferenceSession(folder / name, providers=["CPUExecutionProvider"])
-        self.inputs = next(graph["inputs"] for graph in description["graphs"] if graph["file"] == name)
-        self.outputs = [output.name for output in self.session.get_outputs()]
+    def __init__(self, path):
+        self.session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
+        self.inputs, self.outputs = self.session.get_inputs(), self.session.get_outputs()
 
     def run(self, values):
         """Run the graph on values by name, of which it takes those that it has inputs for."""
-        feeds = {port["name"]: values[port["name"]] for port in self.inputs}
-        return dict(zip(self.outputs, self.session.run(None, feeds)))
+        results = self.session.run(None, {port.name: values[port.name] for port in self.inputs})
+        return {port.name: result for port, result in zip(self.outputs, results)}
 
 
 def quaternions(axis_angles):
@@ -33,11 +32,10 @@ def quaternions(axis_angles):
 
 
 folder = Path(sys.argv[1])
-description = json.loads((folder / "model.json").read_text())
 data = (folder / "mesh.bin").read_bytes()
 vertices = {
-    array["name"]: np.frombuffer(data, array["type"], np.prod(array["shape"]), array["offset"]).reshape(array["shape"])
-    for array in description["mesh"]["arrays"]
+    a["name"]: np.frombuffer(data, a["type"], np.prod(a["shape"]), a["offset"]).reshape(a["shape"])
+    for a in json.loads((folder / "model.json").read_text())["mesh"]["arrays"]
 }
 motion = np.load(sys.argv[2])
 roots = motion["trans"].astype(np.float32)
@@ -46,13 +44,13 @@ rotations = quaternions(motion["poses"].reshape(len(roots), -1, 3).astype(np.flo
 
 def inputs(frame):
     """The pose of a frame and of the one after it, flat ground at height 0, still air."""
-    after = min(frame + 1, len(roots) - 1)
-    pose = {"root": roots[frame], "rotations": rotations[frame], "next_root": roots[after], "next_rotations": rotations[after]}
-    known = np.float32([after > frame])
-    return vertices | pose | {"next_known": known, "ground_height": np.zeros(1, np.float32), "wind": np.zeros(3, np.float32)}
+    after = min(frame + 1, len(roots) - 1)  # Only models with forward velocities read it.
+    pose = {"root": roots[frame], "next_root": roots[after], "next_known": np.float32([after > frame])}
+    pose |= {"rotations": rotations[frame], "next_rotations": rotations[after]}
+    return vertices | pose | {"ground_height": np.zeros(1, np.float32), "wind": np.zeros(3, np.float32)}
 
 
-start, tick = (Graph(folder, name, description) for name in ["start.onnx", "tick.onnx"])
+start, tick = (Graph(folder / name) for name in ["start.onnx", "tick.onnx"])
 state = start.run(inputs(0))
 frames = [state["positions"]]
 for frame in range(1, len(roots)):

@@ -155,7 +155,9 @@ fn purpose(graph: &str) -> &'static str {
         }
         "tick" => "state and positions one tick later: the stages below in one graph",
         "motion" => "stage of a tick: pose to motion vectors",
-        "skinning" => "stage of a tick: joints of this frame (joint_positions_out and joint_rotations_out of motion.onnx, or an engine's own) to skinned rest positions",
+        "skinning" => {
+            "stage of a tick: joints of this frame (joint_positions_out and joint_rotations_out of motion.onnx, or an engine's own) to skinned rest positions"
+        }
         "encoder" => "stage of a tick: motion vectors to the motion's code",
         "prior" => "stage of a tick: motion vectors to expected displacements",
         _ => "stage of a tick: everything else to states and positions of the vertices",
@@ -197,7 +199,11 @@ fn outside(model: &Model) -> Vec<Outside> {
             true,
             "refuses poses that are not finite or whose rotations are no unit quaternions",
         ),
-        part("normals", true, "unit normals of the vertices, from positions and faces"),
+        part(
+            "normals",
+            true,
+            "unit normals of the vertices, from positions and faces",
+        ),
         part(
             "display_between_ticks",
             true,

@@ -163,7 +163,12 @@ impl Graph {
     }
 
     /// Adds a node with one output.
-    fn node(&mut self, operation: &'static str, inputs: &[Value], attributes: &[(&'static str, Attribute)]) -> Value {
+    fn node(
+        &mut self,
+        operation: &'static str,
+        inputs: &[Value],
+        attributes: &[(&'static str, Attribute)],
+    ) -> Value {
         let output = self.named(format!("{}/{operation}_{}", self.scope, self.names.len()));
         self.nodes.push(Node {
             operation,
@@ -177,5 +182,63 @@ impl Graph {
     fn named(&mut self, name: String) -> Value {
         self.names.push(name);
         Value(self.names.len() - 1)
+    }
+}
+
+#[cfg(test)]
+impl Graph {
+    /// Checks that names are unique and that nodes follow what they read.
+    pub(crate) fn check_order(&self) {
+        let names: std::collections::HashSet<&String> = self.names.iter().collect();
+        assert_eq!(names.len(), self.names.len(), "names of {}", self.name);
+        let inputs = self.inputs.iter().map(|(_, name)| name);
+        let constants = self.constants.iter().map(|c| &self.names[c.value.0]);
+        let mut known: std::collections::HashSet<&String> = inputs.chain(constants).collect();
+        for node in &self.nodes {
+            for input in &node.inputs {
+                let name = &self.names[input.0];
+                assert!(known.contains(name), "{name} in {}", self.name);
+            }
+            known.insert(&self.names[node.output.0]);
+        }
+        for (_, name) in &self.outputs {
+            assert!(known.contains(name), "{name} in {}", self.name);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_models;
+
+    #[test]
+    fn equal_constants_are_stored_once() {
+        let model = test_models::displacement(|_| ());
+        let mut graph = Graph::new("test", crate::tick::sizes(&model));
+        let one = graph.constant(&[2], &[1.0, 2.0]);
+        assert_eq!(graph.constant(&[2], &[1.0, 2.0]), one);
+        assert_ne!(graph.constant(&[1, 2], &[1.0, 2.0]), one);
+        // Equal as numbers, but not as bits.
+        assert_ne!(graph.scalar(0.0), graph.scalar(-0.0));
+        assert_eq!(graph.integers(&[1, 2]), graph.integers(&[1, 2]));
+    }
+
+    #[test]
+    fn a_file_begins_with_version_and_producer_and_ends_with_the_opset() {
+        let model = test_models::displacement(|_| ());
+        let mut graph = Graph::new("test", crate::tick::sizes(&model));
+        let root = graph.input(crate::port::ROOT);
+        let twice = graph.scale(root, 2.0);
+        graph.output(crate::port::WIND, twice);
+        let bytes = graph.to_bytes();
+        assert_eq!(bytes[..8], [0x08, 7, 0x12, 4, b'u', b'n', b'i', b'c']);
+        assert_eq!(bytes[bytes.len() - 6..], [0x42, 4, 0x0a, 0, 0x10, 13]);
+        for text in ["Mul", "Identity", "root", "wind", "test/Mul_2"] {
+            assert!(
+                bytes.windows(text.len()).any(|window| window == text.as_bytes()),
+                "{text}"
+            );
+        }
     }
 }

@@ -26,6 +26,8 @@
 //! # }
 //! ```
 
+#![cfg_attr(test, allow(clippy::unwrap_used, reason = "a test that cannot go on fails"))]
+
 mod description;
 mod graph;
 mod heading;
@@ -36,6 +38,8 @@ mod networks;
 mod port;
 mod protobuf;
 mod rotation;
+#[cfg(test)]
+mod test_models;
 mod tick;
 mod vertices;
 
@@ -128,4 +132,56 @@ pub fn export(model: &Model) -> Result<Vec<ExportFile>, ExportError> {
         bytes: serde_json::to_vec_pretty(&description)?,
     });
     Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_have_the_names_of_the_list_and_the_description_is_the_last() {
+        for model in test_models::all() {
+            let files = export(&model).unwrap();
+            let names: Vec<&str> = files.iter().map(|file| file.name.as_str()).collect();
+            let expected = FILES.into_iter().filter(|name| names.contains(name));
+            assert_eq!(names, expected.collect::<Vec<_>>());
+            assert_eq!(names.last(), Some(&DESCRIPTION));
+        }
+    }
+
+    #[test]
+    fn the_same_model_gives_the_same_bytes() {
+        let model = test_models::displacement(test_models::add_recurrence);
+        assert_eq!(export(&model).unwrap(), export(&model).unwrap());
+    }
+
+    #[test]
+    fn the_description_finds_every_array_in_the_mesh() {
+        let model = test_models::displacement(|parts| {
+            test_models::add_recurrence(parts);
+            parts.garment.mask = Some(vec![1.0, 0.5, 0.0]);
+        });
+        let files = export(&model).unwrap();
+        let bytes = |name: &str| &files.iter().find(|file| file.name == name).unwrap().bytes;
+        let about: serde_json::Value = serde_json::from_slice(bytes(DESCRIPTION)).unwrap();
+        let mut end = 0;
+        for array in about["mesh"]["arrays"].as_array().unwrap() {
+            assert_eq!(array["offset"], end, "{array}");
+            let shape = array["shape"].as_array().unwrap();
+            end += 4 * shape.iter().map(|n| n.as_u64().unwrap()).product::<u64>();
+        }
+        assert_eq!(bytes("mesh.bin").len() as u64, end);
+        let mask = about["mesh"]["arrays"].as_array().unwrap();
+        let mask = mask.iter().find(|array| array["name"] == "mask").unwrap();
+        let offset = mask["offset"].as_u64().unwrap() as usize;
+        let expected: Vec<u8> = [1.0f32, 0.5, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect();
+        assert_eq!(bytes("mesh.bin")[offset..offset + 12], expected);
+    }
+
+    #[test]
+    fn sampled_models_are_refused() {
+        let model = test_models::displacement(|_| ()).with_sampling(0.5).unwrap();
+        let error = export(&model).unwrap_err().to_string();
+        assert!(error.contains("all 3 vertices"), "{error}");
+    }
 }

@@ -66,7 +66,10 @@ impl MeshFile {
             Element::Uint32,
             vec![rest.faces.len(), 3],
             indices(&rest.faces).into_iter(),
-            ["", "vertices of each triangle, counter-clockwise seen from outside"],
+            [
+                "",
+                "vertices of each triangle, counter-clockwise seen from outside",
+            ],
         );
         if let Some(uvs) = &rest.uvs {
             let coordinates = uvs.coordinates.iter().flat_map(|uv| uv.to_array());

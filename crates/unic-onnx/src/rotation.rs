@@ -144,9 +144,15 @@ mod tests {
         let p = Quat::from_xyzw(-0.5, 0.1, 0.7, 0.5);
         let matrix = (Q.to_array().iter().zip(LEFT_FACTORS))
             // glam's matrices are column-major.
-            .fold(Mat4::ZERO, |sum, (&x, factor)| sum + Mat4::from_cols_array(&factor).transpose() * x);
+            .fold(Mat4::ZERO, |sum, (&x, factor)| {
+                sum + Mat4::from_cols_array(&factor).transpose() * x
+            });
         let product = matrix * Vec4::from(p);
-        assert!((product - Vec4::from(Q * p)).length() < 1e-6, "{product} {}", Q * p);
+        assert!(
+            (product - Vec4::from(Q * p)).length() < 1e-6,
+            "{product} {}",
+            Q * p
+        );
     }
 
     #[test]

@@ -6,8 +6,8 @@ use crate::{
     motion::Motion,
     networks::{Moment, PriorFrame, encode},
     port::{
-        COEFFICIENTS, FRAME_ROTATION, JOINT_POSITIONS, JOINT_ROTATIONS, LATENT, LOGITS, MOTION_PAIR, POSITIONS,
-        PRIOR, PRIOR_MEAN, ROOT_POSITION, ROOT_RELATIVE, SKINNED, Sizes, VERTEX_ROTATIONS,
+        COEFFICIENTS, FRAME_ROTATION, JOINT_POSITIONS, JOINT_ROTATIONS, LATENT, LOGITS, MOTION_PAIR,
+        POSITIONS, PRIOR, PRIOR_MEAN, ROOT_POSITION, ROOT_RELATIVE, SKINNED, Sizes, VERTEX_ROTATIONS,
     },
     vertices::{DisplacementFrame, RootFrame},
 };
@@ -184,3 +184,6 @@ fn field(model: &Model) -> Graph {
     }
     graph
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,9 +4,7 @@ use crate::{
     graph::{Graph, Value},
     kinematics::Skinned,
     networks::field,
-    port::{
-        DISPLACEMENT, DISPLACEMENT_BEFORE, MASK, POSITIONS, REST, ROOT_RELATIVE, SKINNED_BEFORE, WIND,
-    },
+    port::{DISPLACEMENT, DISPLACEMENT_BEFORE, MASK, POSITIONS, REST, ROOT_RELATIVE, SKINNED_BEFORE, WIND},
 };
 use unic_core::{
     Model,

@@ -52,9 +52,7 @@ fn write(folder: &Path, files: &[unic_onnx::ExportFile]) -> Result<Vec<PathBuf>>
     for name in unic_onnx::FILES.iter().filter(|name| !kept(name)) {
         remove(&folder.join(name))?;
     }
-    let (last, first): (Vec<_>, Vec<_>) = files
-        .iter()
-        .partition(|file| file.name == unic_onnx::DESCRIPTION);
+    let (last, first): (Vec<_>, Vec<_>) = files.iter().partition(|file| file.name == unic_onnx::DESCRIPTION);
     let mut written = Vec::new();
     for file in first.into_iter().chain(last) {
         let path = folder.join(&file.name);
