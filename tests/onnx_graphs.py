@@ -62,12 +62,13 @@ def write_model(path, about, tensors):
 def cases(parts):
     """Configurations by name: functions that change the parts of a model in place."""
     if parts[0]["config"]["state"] == "root_relative":
-        return {"as_it_is": lambda about, tensors: None, "root_relative_positions": root_relative_positions}
+        return {"as_it_is": lambda about, tensors: None}
     return {
         "as_it_is": lambda about, tensors: None,
         "all_inputs": all_inputs,
         "no_components": no_components,
         "paper_without_training": paper_without_training,
+        "root_relative_positions": root_relative_positions,
     }
 
 
@@ -121,8 +122,9 @@ def paper_without_training(about, tensors):
 
 
 def root_relative_positions(about, tensors):
-    """The paper's motion vector with positions relative to the root joint."""
-    about["config"]["motion"].update(layout="paper_root_relative")
+    """The published state, and the motion vector with positions relative to the root joint."""
+    about["config"]["motion"].update(layout="paper_root_relative", velocity="backward")
+    about["config"]["state"] = "root_relative"
     random_field(about, tensors, 3, gain=0.01)
 
 

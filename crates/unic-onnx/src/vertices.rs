@@ -102,10 +102,8 @@ impl DisplacementFrame {
         for input in &config.inputs {
             inputs.push(match input {
                 PointInput::Rest => normalised_rest(graph, model),
-                PointInput::Up => {
-                    let up = graph.constant(&[1, 3], &[0.0, 1.0, 0.0]);
-                    graph.unrotated(matrices, up)
-                }
+                // Rᵀ (0, 1, 0) is the second row of R.
+                PointInput::Up => graph.slice(matrices, 3, 6, 1),
                 PointInput::SkinVelocity => {
                     let velocity = self.velocity_in_air(graph, model);
                     let own = graph.unrotated(matrices, velocity);
