@@ -318,7 +318,7 @@ impl VectorBuilder<'_> {
         let squared = graph.squared_lengths(moved);
         if spec.layout != MotionLayout::Heading {
             let is_slow = graph.is_below(squared, PAPER_CONTACT_STEP_SQUARED);
-            return graph.to_float(is_slow);
+            return graph.zero_or_one(is_slow);
         }
         let length = graph.map("Sqrt", squared);
         let speed = graph.scale(length, self.rate());
@@ -330,7 +330,7 @@ impl VectorBuilder<'_> {
         let limits = spec.contact_rest_heights_m.map(|rest| rest + CONTACT_HEIGHT);
         let limits = graph.constant(&[4, 1], &limits);
         let is_low = graph.less(heights, limits);
-        let [slow, low] = [is_slow, is_low].map(|condition| graph.to_float(condition));
+        let [slow, low] = [is_slow, is_low].map(|condition| graph.zero_or_one(condition));
         graph.mul(slow, low)
     }
 

@@ -172,7 +172,7 @@ impl RootFrame {
         // A state that diverges stays where it can be shown. False for NaN.
         let magnitude = graph.map("Abs", sum);
         let is_near = graph.is_below(magnitude, FARTHEST.next_up());
-        let is_near = graph.to_float(is_near);
+        let is_near = graph.zero_or_one(is_near);
         let all_near = graph.minimum(is_near);
         let half = graph.scalar(0.5);
         let is_usable = graph.less(half, all_near);

@@ -77,7 +77,7 @@ impl Graph {
     }
 
     /// 1 for true, 0 for false.
-    pub(crate) fn to_float(&mut self, condition: Value) -> Value {
+    pub(crate) fn zero_or_one(&mut self, condition: Value) -> Value {
         self.node("Cast", &[condition], &[("to", Int(FLOAT))])
     }
 
