@@ -179,6 +179,21 @@ mod tests {
     }
 
     #[test]
+    fn the_description_says_what_the_graphs_leave_out() {
+        let files = export(&test_models::displacement(|_| ())).unwrap();
+        let about: serde_json::Value = serde_json::from_slice(&files.last().unwrap().bytes).unwrap();
+        let in_model = |name: &str| {
+            let parts = about["outside"].as_array().unwrap();
+            let part = parts.iter().find(|part| part["name"] == name);
+            part.unwrap()["in_model"].as_bool().unwrap()
+        };
+        assert!(in_model("intersection_handling") && in_model("normals"));
+        assert!(!in_model("strain_projection") && !in_model("replay"));
+        assert_eq!(about["joints"][1]["parent"], 0);
+        assert_eq!(about["fps"], 30.0);
+    }
+
+    #[test]
     fn sampled_models_are_refused() {
         let model = test_models::displacement(|_| ()).with_sampling(0.5).unwrap();
         let error = export(&model).unwrap_err().to_string();

@@ -33,8 +33,13 @@ pub(crate) fn encode(graph: &mut Graph, model: &Model, pair: Value) -> Code {
     let picked = match config.code {
         LatentCode::PickedLogit => graph.maximum(logits),
         LatentCode::OneHot => {
+            // Rows of the identity, because runtimes differ in what ONNX's own operation takes.
+            let size = config.categories;
+            let one_at = |i: usize| if i % (size + 1) == 0 { 1.0 } else { 0.0 };
+            let identity: Vec<f32> = (0..size * size).map(one_at).collect();
+            let identity = graph.constant(&[size, size], &identity);
             let largest = graph.largest(logits);
-            graph.one_hot(largest, config.categories)
+            graph.take_at(identity, largest, 0)
         }
     };
     Code {

@@ -2,6 +2,10 @@
 
 use crate::graph::{Graph, Value};
 
+/// Divisor below which [`Graph::angle`] divides by this number. A half-turn's tangent is then large
+/// enough for an exact right angle, and finite.
+const SMALLEST_DIVISOR: f32 = 1e-30;
+
 /// Matrices L with L(q) p = q p, one for each of the elements x, y, z, w of q, which they are
 /// multiplied by.
 #[rustfmt::skip]
@@ -113,12 +117,16 @@ impl Graph {
         // The tangent of half the angle is y / (length + x), and also (length − x) / y. Each
         // has a half-plane where it does not cancel.
         let sum = self.add(length, x);
-        let sum = self.at_least(sum, f32::MIN_POSITIVE);
-        let right = self.div(y, sum);
         let difference = self.sub(length, x);
-        let left = self.div(difference, y);
         let is_left = self.is_below(x, 0.0);
-        let tangent = self.choose(is_left, left, right);
+        let numerator = self.choose(is_left, difference, y);
+        let denominator = self.choose(is_left, y, sum);
+        // No division by zero: a runtime may choose by multiplying with 0 and 1.
+        let magnitude = self.map("Abs", denominator);
+        let is_zero = self.is_below(magnitude, SMALLEST_DIVISOR);
+        let smallest = self.scalar(SMALLEST_DIVISOR);
+        let denominator = self.choose(is_zero, smallest, denominator);
+        let tangent = self.div(numerator, denominator);
         let half = self.map("Atan", tangent);
         self.scale(half, 2.0)
     }

@@ -164,11 +164,4 @@ impl Graph {
     pub(crate) fn minimum(&mut self, rows: Value) -> Value {
         self.node("ReduceMin", &[rows], &[("axes", OneInt(1))])
     }
-
-    /// Rows (N, `depth`) of zeros with a 1 at each index (N).
-    pub(crate) fn one_hot(&mut self, indices: Value, depth: usize) -> Value {
-        let depth = self.integers(&[depth as i64]);
-        let values = self.constant(&[2], &[0.0, 1.0]);
-        self.node("OneHot", &[indices, depth, values], &[("axis", Int(1))])
-    }
 }
