@@ -35,7 +35,7 @@ pub(crate) fn encode(graph: &mut Graph, model: &Model, pair: Value) -> Code {
         LatentCode::OneHot => {
             // Rows of the identity, because runtimes differ in what ONNX's own operation takes.
             let size = config.categories;
-            let one_at = |i: usize| if i % (size + 1) == 0 { 1.0 } else { 0.0 };
+            let one_at = |i: usize| if i.is_multiple_of(size + 1) { 1.0 } else { 0.0 };
             let identity: Vec<f32> = (0..size * size).map(one_at).collect();
             let identity = graph.constant(&[size, size], &identity);
             let largest = graph.largest(logits);
