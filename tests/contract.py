@@ -33,6 +33,7 @@ COMMANDS = [
     ("eval", ["eval", "--baselines", "tube"], 0),
     ("eval", ["eval", "--baselines", "tube", "--control", "tube"], 0),
     ("animate", ["animate", "tube.unic", "--motion", "walk.npz", "--out", "walk.pc2"], 0),
+    ("export", ["export", "tube.unic", "--onnx", "tube_onnx"], 0),
     ("inspect", ["inspect", "tube"], 0),
     ("inspect", ["inspect", "tube.unic"], 0),
     ("inspect", ["inspect", "walk.npz"], 0),

@@ -7,6 +7,7 @@ mod code;
 mod control;
 mod demo;
 mod eval;
+mod export;
 mod import;
 mod inspect;
 #[cfg(feature = "viewer")]
@@ -32,6 +33,7 @@ pub(crate) use code::CodeArgs;
 pub(crate) use control::ControlArgs;
 pub(crate) use demo::{DemoArgs, DemoGarment};
 pub(crate) use eval::EvalArgs;
+pub(crate) use export::ExportArgs;
 pub(crate) use import::{ImportArgs, ImportFiles};
 pub(crate) use inspect::InspectArgs;
 #[cfg(feature = "viewer")]
@@ -100,6 +102,7 @@ pub(crate) enum Command {
     View(ViewArgs),
     Inspect(InspectArgs),
     Bench(BenchArgs),
+    Export(ExportArgs),
     Retarget(RetargetArgs),
     MotionDatabase(MotionDatabaseArgs),
     /// Print a script that completes commands and options in a shell.

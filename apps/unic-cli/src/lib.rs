@@ -95,6 +95,7 @@ impl Program for Args {
             Command::View(args) => commands::view::run(args),
             Command::Inspect(args) => commands::inspect::run(args),
             Command::Bench(args) => commands::bench::run(args),
+            Command::Export(args) => commands::export::run(args),
             Command::Retarget(args) => commands::retarget::run(args),
             Command::MotionDatabase(args) => commands::motion_database::run(args),
             Command::Completions { shell } => commands::completions(*shell),

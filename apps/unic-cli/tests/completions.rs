@@ -11,13 +11,14 @@ use std::{
 };
 
 const SHELLS: [&str; 5] = ["bash", "elvish", "fish", "powershell", "zsh"];
-const COMMANDS: [&str; 9] = [
+const COMMANDS: [&str; 10] = [
     "simulate",
     "import",
     "train",
     "eval",
     "animate",
     "inspect",
+    "export",
     "retarget",
     "motion-database",
     "completions",

@@ -13,11 +13,11 @@ use std::f32::consts::{PI, TAU};
 
 /// Time constant of the correction towards the pose's own yaw for an upright body, seconds: an
 /// error of 180° is below 2° half a second later.
-const CORRECTION_TIME: f32 = 0.1;
+pub const CORRECTION_TIME: f32 = 0.1;
 
 /// Certainty of the yaw below which a cold start takes the projected forward direction instead: the
 /// body is within 4° of upside down.
-const MIN_CERTAINTY: f32 = 1e-3;
+pub const MIN_CERTAINTY: f32 = 1e-3;
 
 /// Yaw about +Y of the frame in which a character's motion is described. At yaw 0 the character
 /// faces +Z, at +π/2 it faces +X.
@@ -96,6 +96,9 @@ fn upright_yaw(root: Quat) -> UprightYaw {
     }
 }
 
+/// Sine of half an angle below which a rotation vector is the limit for small angles.
+pub const SMALL_HALF_SINE: f32 = 1e-8;
+
 /// Axis times angle of a unit quaternion, the angle in 0..=π radians.
 ///
 /// Both signs of a quaternion give the same vector: a rotation by a small negative angle is not one
@@ -104,7 +107,7 @@ pub(crate) fn rotation_vector(rotation: Quat) -> Vec3 {
     let positive = if rotation.w < 0.0 { -rotation } else { rotation };
     let half_sine = positive.xyz().length();
     // The limit for small angles, where the quotient below is 0 / 0.
-    if half_sine < 1e-8 {
+    if half_sine < SMALL_HALF_SINE {
         return positive.xyz() * 2.0;
     }
     // The arc tangent is exact at all angles, unlike the arc cosine of w near zero.

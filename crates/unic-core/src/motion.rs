@@ -40,6 +40,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 
+pub use frame::{CONTACT_HEIGHT, CONTACT_SPEED, PAPER_CONTACT_STEP_SQUARED};
 pub use normalisation::{Normalisation, NormalisationRule, NormalisedElements, ROUNDING_STD};
 pub use state::{MotionInput, MotionState};
 

@@ -9,13 +9,13 @@ use crate::{
 use glam::{Mat3, Quat, Vec3};
 
 /// Squared movement a frame below which the paper's layouts call a joint in contact, m².
-const PAPER_CONTACT_STEP_SQUARED: f32 = 0.002;
+pub const PAPER_CONTACT_STEP_SQUARED: f32 = 0.002;
 /// Speed below which a foot is in contact, m/s. Planted feet in motion capture drift by less,
 /// swinging feet exceed 1 m/s.
-const CONTACT_SPEED: f32 = 0.25;
+pub const CONTACT_SPEED: f32 = 0.25;
 /// Height above its rest height below which a foot's joint is in contact, metres. Ankles of planted
 /// feet rise by 2 cm, and retargeted motion floats by as much again.
-const CONTACT_HEIGHT: f32 = 0.05;
+pub const CONTACT_HEIGHT: f32 = 0.05;
 /// Shortest time step that velocities are computed for, seconds; below it they are zero.
 const MIN_STEP: f32 = 1e-6;
 
