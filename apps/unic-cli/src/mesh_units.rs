@@ -19,7 +19,7 @@ impl MeshUnits {
         scale: 1.0,
     };
 
-    /// Units as the options `--up` and `--scale` state them.
+    /// Units as options state them: metres, Y up where they are silent.
     pub(crate) fn stated(up: Option<MeshUpName>, scale: Option<f32>) -> Self {
         Self {
             up: up.unwrap_or(Self::METRES.up),

@@ -5,6 +5,7 @@ use crate::{
     args::{ClipArgs, MotionSourceArgs},
     checks::ForceArgs,
     motion_file,
+    output::print_status,
 };
 use anyhow::{Context, Result, bail};
 use std::{path::Path, sync::Arc};
@@ -99,7 +100,13 @@ pub(crate) fn character(path: Option<&Path>, body: Option<&str>) -> Result<Chara
         ..CharacterOptions::default()
     };
     match path {
-        Some(path) => Ok(import_character(path, &options)?.character),
+        Some(path) => {
+            let import = import_character(path, &options)?;
+            for note in &import.notes {
+                print_status(&format!("{}: {note}", path.display()));
+            }
+            Ok(import.character)
+        }
         None => Ok(human::human(&human::HumanParameters::default())?),
     }
 }

@@ -185,7 +185,10 @@ fn a_folder_of_sequences_is_imported_whole() {
         let frames: Vec<Vec<Vec3>> = imported.garment.iter().map(|f| f.to_vec()).collect();
         assert!(rms(&frames, &expected) < 1e-6, "{name}");
     }
-    // A second time only what is new is read.
+    // A second time only what is new is read, even where its files are gone.
+    assert!(refused("--test sequence_1").contains("--test: expected new clips, found sequence_1"));
+    assert!(refused("--character body.pc2").contains("--character: expected a garment of one clip"));
+    fs::remove_file(folder.join("takes/sequence_1/take.bvh")).unwrap();
     let summary = import(folder, &line);
     assert_eq!(summary["imported"].as_array().unwrap().len(), 0);
     assert_eq!(summary["kept"], serde_json::json!(["sequence_1", "sequence_2"]));

@@ -16,7 +16,7 @@ fn main() {
     App::new()
         .add_plugins((DefaultPlugins.set(assets), UnicPlugin))
         .add_systems(Startup, scene)
-        .add_systems(Update, (dress, walk))
+        .add_systems(Update, (dress, remember, walk).chain())
         .run();
 }
 
@@ -24,9 +24,13 @@ fn main() {
 #[derive(Resource)]
 struct Wardrobe(Handle<UnicModel>);
 
-/// Joint of the character, with its transform in the bind pose.
+/// Joint of the character.
 #[derive(Component)]
-struct Joint(Transform);
+struct Joint;
+
+/// Transform of a joint in the bind pose.
+#[derive(Component)]
+struct Bind(Transform);
 
 fn scene(mut commands: Commands, assets: Res<AssetServer>) {
     commands.insert_resource(Wardrobe(assets.load("tshirt.unic")));
@@ -58,8 +62,8 @@ fn dress(
     let (character, joints) = spawn_character(&mut commands, &mut meshes, &mut bind_poses, model);
     let skin = materials.add(Color::srgb(0.8, 0.6, 0.5));
     commands.entity(character).insert(MeshMaterial3d(skin));
-    for (joint, transform) in joints.into_iter().zip(bind_transforms(model)) {
-        commands.entity(joint).insert(Joint(transform));
+    for joint in joints {
+        commands.entity(joint).insert(Joint);
     }
     let cloth = StandardMaterial {
         base_color: Color::srgb(0.2, 0.4, 0.8),
@@ -72,21 +76,17 @@ fn dress(
     commands.remove_resource::<Wardrobe>();
 }
 
-/// Positions of the joints relative to their parents.
-fn bind_transforms(model: &unic_core::Model) -> Vec<Transform> {
-    let skeleton = &model.character().skeleton;
-    let place = |joint: usize| Vec3::from_array(skeleton.joints()[joint].to_array());
-    let local = |(joint, parent): (usize, &Option<usize>)| match *parent {
-        Some(parent) => Transform::from_translation(place(joint) - place(parent)),
-        None => Transform::from_translation(place(joint)),
-    };
-    skeleton.parents().iter().enumerate().map(local).collect()
+/// Keeps the transforms that the joints are spawned with.
+fn remember(mut commands: Commands, joints: Query<(Entity, &Transform), Added<Joint>>) {
+    for (joint, transform) in &joints {
+        commands.entity(joint).insert(Bind(*transform));
+    }
 }
 
-/// Turns the character on a circle and swings its limbs.
-fn walk(time: Res<Time>, mut joints: Query<(&Name, &Joint, &mut Transform)>) {
+/// Swings the limbs, on the spot.
+fn walk(time: Res<Time>, mut joints: Query<(&Name, &Bind, &mut Transform)>) {
     let t = time.elapsed_secs();
-    for (name, Joint(bind), mut transform) in &mut joints {
+    for (name, Bind(bind), mut transform) in &mut joints {
         let swing = 0.4 * (5.0 * t).sin();
         let turn = match name.as_str() {
             "L_hip" | "R_shoulder" => Quat::from_rotation_x(swing),

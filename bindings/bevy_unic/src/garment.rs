@@ -22,7 +22,7 @@ use unic_glam as core;
 #[derive(Clone, Component, Debug)]
 #[require(Transform)]
 pub struct UnicGarment {
-    /// The trained garment.
+    /// The trained garment. Model and character are read once, when both are loaded.
     pub model: Handle<UnicModel>,
     /// Entity of the character: its skinned mesh, or one above it, such as the root of a scene.
     pub character: Entity,
@@ -33,7 +33,8 @@ pub struct UnicGarment {
     /// Height of the ground, metres.
     pub ground_height: f32,
     /// Spheres, capsules, half-spaces and meshes that the cloth does not enter, in metres, world
-    /// space. They act on models with robust intersection handling.
+    /// space. They act on models with robust intersection handling. Meshes keep their size for a
+    /// character of another size than the model's.
     pub colliders: Vec<Collider>,
     /// Keeps the garment as it is, such as far from the camera. It starts anew afterwards.
     pub is_paused: bool,
@@ -88,7 +89,7 @@ pub struct GarmentState {
     /// Poses of the last and of this frame.
     pub(crate) before: Pose,
     pub(crate) now: Pose,
-    /// What is to be shown.
+    /// Vertices to be shown.
     pub(crate) shown: Shown,
 }
 

@@ -46,7 +46,9 @@ pub use garment::{Display, GarmentFault, GarmentState, UnicGarment};
 pub use model::{UnicModel, UnicModelError, UnicModelLoader};
 pub use rig::RigError;
 
-use bevy::{prelude::*, transform::TransformSystems};
+pub use unic_core;
+
+use bevy::{asset::AssetEventSystems, prelude::*, transform::TransformSystems};
 
 /// Loads models and moves garments.
 ///
@@ -64,7 +66,9 @@ impl Plugin for UnicPlugin {
                 (garment::attach, step::step, mesh::write)
                     .chain()
                     .in_set(UnicSystems)
-                    .after(TransformSystems::Propagate),
+                    .after(TransformSystems::Propagate)
+                    // Bounds and renderer hear of changed meshes by these events.
+                    .before(AssetEventSystems),
             );
     }
 }

@@ -194,8 +194,7 @@ fn mesh_from_rest(
         true => best[1],
         false => best[0],
     };
-    // The negation also refuses NaN.
-    if !(distance_m < SAME_M) {
+    if distance_m.is_nan() || distance_m >= SAME_M {
         let joint = skeleton.names()[joint].clone();
         return Err(RigError::RestPose { joint, distance_m });
     }

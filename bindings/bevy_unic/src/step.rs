@@ -3,7 +3,11 @@
 use crate::garment::{Display, GarmentFault, GarmentState, UnicGarment};
 use bevy::prelude::*;
 use std::sync::Arc;
-use unic_core::{Pose, Start, StepInput, animator::AnimatorError};
+use unic_core::{
+    Pose, Start, StepInput,
+    animator::AnimatorError,
+    collider::{Collider, ColliderShape},
+};
 use unic_glam as core;
 
 /// Most ticks in one frame. A program that stops for seconds would otherwise step through them all.
@@ -23,6 +27,8 @@ pub(crate) fn step(
             return;
         }
         if let Err(error) = advance(&mut state, garment, &transforms, frame_s) {
+            // Without the fault, it starts from the pose that is then.
+            state.clock.has_started = false;
             error!("garment {entity}: {error}");
             let fault = GarmentFault::Pose(Arc::new(error));
             commands.command_scope(|mut commands| {
@@ -48,7 +54,8 @@ fn advance(
         return Ok(());
     };
     state.shown.size = size;
-    state.animator.set_colliders(garment.colliders.iter().cloned());
+    let colliders = garment.colliders.iter().map(|collider| of_size(collider, size));
+    state.animator.set_colliders(colliders);
     let moved = state.now.trans.distance(state.before.trans) * size;
     if !state.clock.has_started || moved > garment.teleport_m {
         restart(state, garment)?;
@@ -119,4 +126,22 @@ fn input<'a>(pose: &'a Pose, garment: &UnicGarment, size: f32) -> StepInput<'a> 
         ground_height: garment.ground_height / size,
         wind: core::Vec3::from_array((garment.wind / size).to_array()),
     }
+}
+
+/// A collider of the world, as a model sees it whose character has another size.
+fn of_size(collider: &Collider, size: f32) -> Collider {
+    let mut own = collider.clone();
+    own.world_from_collider.translation /= size;
+    match &mut own.shape {
+        ColliderShape::HalfSpace | ColliderShape::Mesh(_) => (),
+        ColliderShape::Sphere { radius_m } => *radius_m /= size,
+        ColliderShape::Capsule {
+            radius_m,
+            half_length_m,
+        } => {
+            *radius_m /= size;
+            *half_length_m /= size;
+        }
+    }
+    own
 }

@@ -9,18 +9,18 @@ use bevy::{
 };
 use bevy_unic::{Display, GarmentFault, GarmentState, UnicGarment, UnicModel, UnicPlugin, spawn_character};
 use std::{sync::Arc, time::Duration};
-use unic_core::{Animator, Model, Pose, Start, StepInput};
+use unic_core::{Animator, Model, Pose, Start, StepInput, collider::Collider};
 use unic_glam as core;
 
 const GARMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../apps/unic-cli/garments");
 
-/// Distance from the animator of all but a hundredth of the vertices, metres: transforms pass through
-/// matrices of f32.
-const TOLERANCE_M: f32 = 1e-5;
-
-/// Largest distance, metres. Intersection handling chooses between faces, so that rounding may move
+/// Distance from the animator of all but a hundredth of the vertices, and of all, metres. Transforms pass
+/// through matrices of f32, and intersection handling chooses between faces, so that rounding may move
 /// single vertices.
-const LARGEST_M: f32 = 1e-3;
+const NEAR_M: [f32; 2] = [1e-5, 1e-3];
+
+/// The same beside a collider, which is one more choice.
+const NEAR_COLLIDER_M: [f32; 2] = [3e-5, 1e-2];
 
 /// A program without a window that has loaded the T-shirt.
 struct Stage {
@@ -149,13 +149,13 @@ fn input(pose: &Pose) -> StepInput<'_> {
 }
 
 #[track_caller]
-fn assert_near(found: &[core::Vec3], expected: &[core::Vec3], what: &str) {
+fn assert_near(found: &[core::Vec3], expected: &[core::Vec3], [near, farthest]: [f32; 2], what: &str) {
     assert_eq!(found.len(), expected.len());
     let mut far: Vec<f32> = found.iter().zip(expected).map(|(a, b)| a.distance(*b)).collect();
     far.sort_by(f32::total_cmp);
     let (most, largest) = (far[far.len() * 99 / 100], far[far.len() - 1]);
     assert!(
-        most < TOLERANCE_M && largest < LARGEST_M,
+        most < near && largest < farthest,
         "{what}: most are within {most} m, the largest distance is {largest} m"
     );
 }
@@ -182,6 +182,7 @@ fn a_garment_follows_a_skeleton_for_100_frames() {
         assert_near(
             &stage.vertices(garment),
             animator.garment().positions,
+            NEAR_M,
             &format!("tick {tick}"),
         );
     }
@@ -215,7 +216,14 @@ fn joints_of_other_axes_and_a_larger_character_in_a_moved_scene_make_no_differen
         .world_mut()
         .entity_mut(character)
         .insert(Transform::from_scale(Vec3::splat(size)));
+    // A ball in the belly, which has the size of the character.
+    let place = core::Vec3::new(0.0, 1.15, 0.12);
+    let mut worn = stage.app.world_mut().get_mut::<UnicGarment>(garment).unwrap();
+    worn.colliders = vec![Collider::sphere(0.12 * size, place * size)];
     let mut animator = Animator::new(Arc::clone(&stage.model));
+    animator.set_colliders([Collider::sphere(0.12, place)]);
+    let mut pushed = false;
+    let mut bare = Animator::new(Arc::clone(&stage.model));
     for tick in 0..20 {
         let pose = pose_at(&stage.model, tick as f32);
         stage.pose(&joints, &pose);
@@ -231,9 +239,20 @@ fn joints_of_other_axes_and_a_larger_character_in_a_moved_scene_make_no_differen
             0 => drop(animator.reset(&input(&pose), Start::MeanShape).unwrap()),
             _ => drop(animator.step(&input(&pose)).unwrap()),
         }
+        match tick {
+            0 => drop(bare.reset(&input(&pose), Start::MeanShape).unwrap()),
+            _ => drop(bare.step(&input(&pose)).unwrap()),
+        }
+        pushed |= largest_distance(animator.garment().positions, bare.garment().positions) > 0.01;
         let expected: Vec<_> = animator.garment().positions.iter().map(|p| *p * size).collect();
-        assert_near(&stage.vertices(garment), &expected, &format!("tick {tick}"));
+        assert_near(
+            &stage.vertices(garment),
+            &expected,
+            NEAR_COLLIDER_M,
+            &format!("tick {tick}"),
+        );
     }
+    assert!(pushed, "the ball is in the cloth");
 }
 
 #[test]
@@ -280,6 +299,7 @@ fn teleports_and_pauses_start_anew() {
     assert_near(
         &stage.vertices(garment),
         fresh.garment().positions,
+        NEAR_M,
         "after a teleport",
     );
 
@@ -305,6 +325,7 @@ fn teleports_and_pauses_start_anew() {
     assert_near(
         &stage.vertices(garment),
         fresh.garment().positions,
+        NEAR_M,
         "after a pause",
     );
     assert!(stage.app.world().get::<GarmentState>(garment).is_some());

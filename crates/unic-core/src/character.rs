@@ -65,6 +65,9 @@ impl Character {
     /// Returns the character with the vertices and faces of its file, itself if nothing was welded.
     ///
     /// For exports. Contact and sampling need the welded body, whose surface is closed.
+    ///
+    /// # Panics
+    /// If the mesh of the file names vertices that the body has not; [`FileMesh::check`] finds it.
     pub fn in_file_order(&self) -> Cow<'_, Self> {
         let Some(mesh) = &self.file_mesh else {
             return Cow::Borrowed(self);

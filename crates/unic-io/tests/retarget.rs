@@ -18,6 +18,7 @@ use unic_core::{
 };
 use unic_io::{
     BoneMap, FootLock, MotionImport, MotionOptions, UpAxis, import_motion, measure_feet, read_character,
+    write_bvh,
 };
 
 /// Conventions of a BVH file that a skeleton is written with.
@@ -503,4 +504,41 @@ fn requested_up_axis_is_used() {
     let import = import(&text, &character, &options).unwrap();
     let up = import.clip.poses[0].local[0] * Vec3::Y;
     assert!(up.distance(-Vec3::Z) < 1e-5, "{up}");
+}
+
+/// Files of fewer than two frames and tables of wrong names are refused, also where the joints are the
+/// character's own.
+#[test]
+fn the_characters_own_joints_excuse_no_fault() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("take.bvh");
+    let mut character = humanoid();
+    let clip = full_body_motion(5);
+    let mut parts = character.skeleton.to_parts();
+    parts.names = (0..parts.joints.len())
+        .map(|joint| format!("bone{joint}"))
+        .collect();
+    character.skeleton = Skeleton::new(parts).unwrap();
+    write_bvh(&path, &clip, &character.skeleton).unwrap();
+    let read = |options: &MotionOptions| import_motion(&path, &character, options);
+    assert!(read(&MotionOptions::default()).is_ok());
+    let options = MotionOptions {
+        bones: BoneMap::new([("L_hip", "nobody")]).unwrap(),
+        ..MotionOptions::default()
+    };
+    assert!(read(&options).is_err(), "the table is followed");
+    let text = std::fs::read_to_string(&path).unwrap();
+    for frames in [0, 1] {
+        let start = text.find("Frames:").unwrap();
+        let mut lines = text[start..].lines();
+        let (_, time) = (lines.next(), lines.next().unwrap());
+        let rows: String = lines.take(frames).map(|line| format!("{line}\n")).collect();
+        std::fs::write(
+            &path,
+            format!("{}Frames: {frames}\n{time}\n{rows}", &text[..start]),
+        )
+        .unwrap();
+        let error = read(&MotionOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("expected at least two frames"), "{error}");
+    }
 }

@@ -19,7 +19,7 @@ use unic_io::{Assumed, LowPass, Up, capture::JointReference, rigged::CharacterOp
 /// weights that are fitted to it.
 ///
 /// A folder of Marvelous Designer or CLO with `deformation/*.obj` and `animation.fbx` brings the
-/// garment, the character and the motion of a clip that is named like the folder. If the FBX file
+/// garment, the character and the motion of a clip that is named like the folder. If the motion
 /// has joints alone, the body is that of `motion/*.obj`. A folder of such folders brings a clip of
 /// each; those that the capture has already are left out.
 ///
@@ -123,12 +123,12 @@ pub(crate) struct ImportFiles {
     /// folder of OBJ files, a folder with `deformation/*.obj` and `animation.fbx`, or a folder of those.
     #[arg(long, value_name = "FILE|FOLDER")]
     pub(crate) garment: PathBuf,
-    /// Motion of the character: an .npz, .bvh, glTF, FBX or USD file [default: the FBX file of the
-    /// garment's folder].
+    /// Motion of the character: an .npz, .bvh, glTF, FBX or USD file [default: the FBX or BVH file
+    /// of the garment's folder].
     #[arg(long, value_name = "FILE")]
     pub(crate) motion: Option<PathBuf>,
-    /// Character: a character.npz, glTF, FBX or USD file, or the animation of a body without a rig, in the
-    /// formats of --garment [default: that of the capture in --out, else that of the garment's folder].
+    /// Character: a character.npz, glTF, FBX or USD file, a model, or the animation of a body without a
+    /// rig, in the formats of --garment [default: that of the capture in --out, else that of the garment's folder].
     #[arg(long, value_name = "FILE")]
     pub(crate) character: Option<PathBuf>,
 }

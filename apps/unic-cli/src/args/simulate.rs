@@ -30,8 +30,8 @@ use unic_io::capture::JointReference;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct SimulateArgs {
-    /// Character: a character.npz, glTF, FBX or USD file, a folder with a character.npz, or the
-    /// built-in `human`.
+    /// Character: a character.npz, glTF, FBX or USD file, a model, a folder with a character.npz, or
+    /// the built-in `human`.
     #[arg(long, value_name = "FILE|FOLDER|human", default_value = "human")]
     pub(crate) character: PathBuf,
     /// Name of the body in a character file of several skinned meshes [default: the only one].

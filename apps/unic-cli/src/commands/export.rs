@@ -47,8 +47,9 @@ fn read_model(args: &ExportArgs) -> Result<Model> {
 ///
 /// The description is removed first and written last: a folder that has one is complete.
 fn write(folder: &Path, files: &[unic_onnx::ExportFile]) -> Result<Vec<PathBuf>> {
-    // Files of another model that this one does not have, the description among them.
-    let kept = |name: &&str| *name != unic_onnx::DESCRIPTION && files.iter().any(|file| file.name == *name);
+    remove(&folder.join(unic_onnx::DESCRIPTION))?;
+    // Files of another model that this one does not have.
+    let kept = |name: &&str| files.iter().any(|file| file.name == *name);
     for name in unic_onnx::FILES.iter().filter(|name| !kept(name)) {
         remove(&folder.join(name))?;
     }

@@ -52,20 +52,17 @@ pub(crate) fn run(args: &ImportArgs) -> Result<()> {
     // Held until the function returns: no other process writes into the folder.
     let _lock = FolderLock::acquire(&args.out)?;
     finish_moves(&args.out)?;
-    let clips = match sequence::resolve(args)? {
+    let (clips, kept) = match sequence::resolve(args)? {
         Import::Clip(clip) => {
             let summary = import(&clip)?;
             say_if_none_is_held_out(&args.out)?;
             return report::print_summary(args.json, &summary);
         }
-        Import::Sequences(clips) => clips,
+        Import::Sequences { clips, kept } => (clips, kept),
     };
-    let mut summary = SequencesSummary::new(&args.out);
+    let mut summary = SequencesSummary::new(&args.out, kept);
     for clip in &clips {
-        match sequence::is_kept(clip)? {
-            true => summary.kept(clip),
-            false => summary.imported(import(clip)?),
-        }
+        summary.imported(import(clip)?);
     }
     say_if_none_is_held_out(&args.out)?;
     report::print_sequences(args.json, &summary)

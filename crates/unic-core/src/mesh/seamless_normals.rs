@@ -8,7 +8,8 @@ use glam::Vec3;
 ///
 /// Meshes repeat vertices along the seams of panels and textures. Each side by itself would have a
 /// normal of its own, and shading would show the seam. A repeated vertex whose side faces away from
-/// the others, as on the back of a doubled cloth, keeps its own.
+/// the first one, as on the back of a doubled cloth, keeps its own. Borders that lie at one place at
+/// rest and part later, as of an open jacket, share their normals too.
 #[derive(Clone, Debug)]
 pub struct SeamlessNormals {
     /// Vertex whose normal each vertex has.

@@ -50,20 +50,19 @@ struct FTransform {
     FQuat GetRotation() const { return {}; }
     FVector GetLocation() const { return {}; }
     FVector InverseTransformPosition(FVector v) const { return v; }
-    FVector InverseTransformVector(FVector v) const { return v; }
+    FVector InverseTransformVectorNoScale(FVector v) const { return v; }
 };
 
 struct USkeletalMesh { const TArray<FMatrix44f>& GetRefBasesInvMatrix() const { return matrices; } TArray<FMatrix44f> matrices; };
 struct USkeletalMeshComponent {
     int32 GetBoneIndex(FName) const { return INDEX_NONE; }
     FTransform GetBoneTransform(int32) const { return {}; }
-    FTransform GetComponentTransform() const { return {}; }
     USkeletalMesh* GetSkeletalMeshAsset() const { return nullptr; }
 };
 
 namespace EEndPlayReason { enum Type { Destroyed }; }
 enum ELevelTick { LEVELTICK_All };
-struct FActorComponentTickFunction {};
+struct FActorComponentTickFunction { bool bCanEverTick; };
 struct FLinearColor {};
 struct FVector2D {};
 struct FProcMeshTangent {};
@@ -71,6 +70,9 @@ class UProceduralMeshComponent {
 public:
     using Super = UProceduralMeshComponent;
     virtual ~UProceduralMeshComponent() = default;
+    FActorComponentTickFunction PrimaryComponentTick;
+    void AddTickPrerequisiteComponent(USkeletalMeshComponent*) {}
+    FTransform GetComponentTransform() const { return {}; }
     virtual void BeginPlay() {}
     virtual void EndPlay(const EEndPlayReason::Type) {}
     virtual void TickComponent(float, ELevelTick, FActorComponentTickFunction*) {}

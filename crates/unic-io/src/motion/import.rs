@@ -172,6 +172,9 @@ fn from_rig(
 
 fn from_bvh(path: &Path, character: &Character, options: &MotionOptions) -> Result<LoadedMotion> {
     let bvh = Bvh::read(path)?;
+    if bvh.len() < 2 {
+        return Err(Error::content(path, "at least two frames", bvh.len().to_string()));
+    }
     let skeleton = &character.skeleton;
     let (origin, Retargeted { clip, notes }) =
         match RetargetSource::new(path, &bvh, &options.bones, options.up) {
@@ -182,6 +185,8 @@ fn from_bvh(path: &Path, character: &Character, options: &MotionOptions) -> Resu
                 }
                 None => (MotionOrigin::Retargeted, source.on(path, &bvh, character)?),
             },
+            // A table of names is there to be followed.
+            Err(error) if !options.bones.is_empty() => return Err(error),
             // Joints of any names may be the character's own.
             Err(error) => match on_same_unnamed_skeleton(path, &bvh, options.up, skeleton)? {
                 Some(taken) => (MotionOrigin::Native, taken),

@@ -77,9 +77,13 @@ fn has_positions_over_time(path: &Path) -> bool {
     let Ok(mut npz) = Npz::open(path) else {
         return false;
     };
-    let is_animation = |name: &&str| npz.header(name).is_ok_and(|header| header.shape.len() == 3);
-    // A character has weights, a clip of a capture a garment beside its poses.
-    POSITION_ARRAYS.iter().any(is_animation) && !["weights", "poses"].iter().any(|name| npz.contains(name))
+    // The reader takes the first of these arrays too.
+    let Some(name) = POSITION_ARRAYS.iter().find(|name| npz.contains(name)) else {
+        return false;
+    };
+    // A character has weights. A clip of a capture has a garment beside its poses.
+    let is_other = npz.contains("weights") || (*name == "garment" && npz.contains("poses"));
+    !is_other && npz.header(name).is_ok_and(|header| header.shape.len() == 3)
 }
 
 fn chosen(path: &Path, names: &[String], body: Option<&str>) -> Result<String> {

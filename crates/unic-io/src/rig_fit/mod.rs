@@ -92,7 +92,7 @@ pub fn fit_rig<E: From<Error>>(
     progress(0)?;
     let mut fit = Fit::new(motion, frames);
     if motion.unknown != Unknown::Nothing {
-        fit.place_joints(path, &strided(frames))?;
+        fit.place_joints(path, &strided(frames), &mut || progress(0))?;
     }
     let positions: Vec<&[Vec3]> = frames.iter().map(|frame| frame.vertices.as_slice()).collect();
     let mut round = fit.round(path, &positions, None)?;
@@ -245,10 +245,17 @@ impl<'a> Fit<'a> {
     }
 
     /// Fits what the motion leaves open, to some vertices of the body.
-    fn place_joints(&mut self, path: &Path, frames: &[Vec<Vec3>]) -> Result<()> {
+    /// `check` may end the fit before each round.
+    fn place_joints<E: From<Error>>(
+        &mut self,
+        path: &Path,
+        frames: &[Vec<Vec3>],
+        check: &mut dyn FnMut() -> std::result::Result<(), E>,
+    ) -> std::result::Result<(), E> {
         let positions: Vec<&[Vec3]> = frames.iter().map(Vec::as_slice).collect();
         let mut round = self.round(path, &positions, None)?;
         for _ in 0..ROUNDS_OF_JOINTS {
+            check()?;
             let sampled = Sampled {
                 positions: &positions,
                 transforms: &round.transforms,

@@ -45,7 +45,7 @@ impl RiggedBody {
         let file_mesh = welded.file_mesh(&shape.faces);
         if let Some(mesh) = &file_mesh {
             rig.notes.push(format!(
-                "{} of {} vertices remain where copies along seams are welded; exports have those of the file",
+                "{} of {} vertices remain where copies along seams are welded",
                 welded.vertices.len(),
                 mesh.body_vertices.len()
             ));

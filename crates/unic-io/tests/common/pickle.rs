@@ -6,7 +6,7 @@ use unic_core::skeleton::SMPL_PARENTS;
 const VERTICES: usize = 12;
 
 /// Returns a model of twelve vertices with the arrays that a character is made of.
-pub fn smpl_pickle() -> Vec<u8> {
+pub(crate) fn smpl_pickle() -> Vec<u8> {
     let joints = SMPL_PARENTS.len();
     let places: Vec<f64> = (0..3 * VERTICES).map(|i| (0.7 * i as f64).sin()).collect();
     let one_joint: Vec<f64> = (0..VERTICES * joints)

@@ -76,11 +76,11 @@ pub(super) struct SequencesSummary {
 }
 
 impl SequencesSummary {
-    pub(super) fn new(capture: &Path) -> Self {
+    pub(super) fn new(capture: &Path, kept: Vec<String>) -> Self {
         Self {
             capture: capture.to_path_buf(),
             imported: Vec::new(),
-            kept: Vec::new(),
+            kept,
         }
     }
 
@@ -88,11 +88,6 @@ impl SequencesSummary {
     pub(super) fn imported(&mut self, clip: ImportSummary) {
         print_status(clip.line().trim_end());
         self.imported.push(clip);
-    }
-
-    /// Adds a clip that the capture had already.
-    pub(super) fn kept(&mut self, args: &ImportArgs) {
-        self.kept.extend(args.clip.clone());
     }
 }
 

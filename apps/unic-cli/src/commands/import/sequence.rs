@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use unic_io::{
     Capture,
     cache::has_obj_files,
-    capture::MANIFEST,
+    rig_fit::UnriggedBody,
     rigged::{RiggedFormat, has_skinned_mesh},
 };
 
@@ -31,8 +31,11 @@ const RIG: &str = "animation.fbx";
 /// Clips that one command imports.
 pub(super) enum Import {
     Clip(Box<ImportArgs>),
-    /// A clip of each sequence of a folder.
-    Sequences(Vec<ImportArgs>),
+    /// A clip of each sequence of a folder, and the names of those that the capture has already.
+    Sequences {
+        clips: Vec<ImportArgs>,
+        kept: Vec<String>,
+    },
 }
 
 /// Returns the options of an import with all of its files, some of which a sequence folder provides.
@@ -72,46 +75,62 @@ fn sequences_in(folder: &Path) -> Vec<PathBuf> {
     }
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut found: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
-    found.retain(|path| path.join(FRAMES).is_dir());
+    found.retain(|path| path.join(FRAMES).is_dir() && !is_hidden(path));
     found.sort();
     found
 }
 
-/// Options for each sequence. A test clip is stated with the sequence that brings it.
+/// Options for each sequence that the capture has not. A test clip is stated with its sequence.
 fn several(args: &ImportArgs, folders: Vec<PathBuf>) -> Result<Import> {
-    let one = [
-        ("--motion", args.files.motion.is_some()),
-        ("--clip", args.clip.is_some()),
-    ];
-    if let Some((option, _)) = one.into_iter().find(|(_, given)| *given) {
-        let found = args.files.garment.display();
-        let text = format!("{option}: expected a garment of one clip, found the sequences in {found}");
-        return Err(Usage(text).into());
-    }
+    check_options_of_several(args)?;
     let names: Vec<String> = folders.iter().filter_map(|folder| name(folder)).collect();
     if let Some(other) = args.test.iter().find(|test| !names.contains(test)) {
         let names = names.join(", ");
         let text = format!("--test: expected names among {names}, found {other}");
         return Err(Usage(text).into());
     }
-    let has_capture = unic_io::capture::is_capture(&args.out);
-    let options = |(i, folder): (usize, &PathBuf)| {
-        let mut options = sequence(args, folder, has_capture || i > 0)?;
+    let splits = match unic_io::capture::is_capture(&args.out) {
+        true => Some(Capture::open(&args.out)?.manifest.splits),
+        false => None,
+    };
+    let is_kept = |name: &String| {
+        let split = splits.as_ref().and_then(|splits| splits.split_of(name));
+        split.is_some() && !args.overwrite
+    };
+    let kept: Vec<String> = names.iter().filter(|name| is_kept(name)).cloned().collect();
+    if let Some(name) = args.test.iter().find(|name| kept.contains(name)) {
+        let text = format!("--test: expected new clips, found {name}; --overwrite imports it again");
+        return Err(Usage(text).into());
+    }
+    let new = (folders.iter().zip(&names)).filter(|(_, name)| !kept.contains(name));
+    let options = |(i, (folder, _)): (usize, (&PathBuf, _))| {
+        let mut options = sequence(args, folder, splits.is_some() || i > 0)?;
         (options.test).retain(|test| options.clip.as_ref() == Some(test));
         Ok(options)
     };
-    let clips = folders.iter().enumerate().map(options);
-    Ok(Import::Sequences(clips.collect::<Result<_>>()?))
+    let clips = new.enumerate().map(options).collect::<Result<_>>()?;
+    Ok(Import::Sequences { clips, kept })
 }
 
-/// Returns whether the capture has the clip of a sequence already, and keeps it.
-pub(super) fn is_kept(args: &ImportArgs) -> Result<bool> {
-    let taken = |name: &String| args.out.join(MANIFEST).exists().then(|| name.clone());
-    let Some(name) = args.clip.as_ref().and_then(taken) else {
-        return Ok(false);
+/// Refuses options that hold for one clip.
+fn check_options_of_several(args: &ImportArgs) -> Result<()> {
+    let is_animation = match &args.files.character {
+        Some(path) => UnriggedBody::find(path, args.body.as_deref())?.is_some(),
+        None => false,
     };
-    let splits = Capture::open(&args.out)?.manifest.splits;
-    Ok(splits.split_of(&name).is_some() && !args.overwrite)
+    let one = [
+        ("--motion", args.files.motion.is_some()),
+        ("--clip", args.clip.is_some()),
+        ("--character", is_animation),
+    ];
+    match one.into_iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((option, _)) => {
+            let found = args.files.garment.display();
+            let text = format!("{option}: expected a garment of one clip, found the sequences in {found}");
+            Err(Usage(text).into())
+        }
+    }
 }
 
 /// Options for the sequence in a folder.
@@ -147,6 +166,10 @@ fn name(folder: &Path) -> Option<String> {
     Some(folder.file_name()?.to_string_lossy().into_owned())
 }
 
+fn is_hidden(path: &Path) -> bool {
+    name(path).is_some_and(|name| name.starts_with('.'))
+}
+
 /// Finds the motion file of a sequence.
 fn motion_in(folder: &Path) -> Result<PathBuf> {
     let preferred = folder.join(RIG);
@@ -155,7 +178,6 @@ fn motion_in(folder: &Path) -> Result<PathBuf> {
     }
     let entries = std::fs::read_dir(folder).with_context(|| format!("{}: cannot read", folder.display()))?;
     let mut found: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
-    let is_hidden = |path: &Path| name(path).is_some_and(|name| name.starts_with('.'));
     let is_motion = |path: &Path| {
         let ending = path.extension().map(|e| e.to_ascii_lowercase());
         ending.is_some_and(|ending| ending == "fbx" || ending == "bvh")
@@ -185,7 +207,7 @@ mod tests {
     fn resolved(line: &str) -> Result<ImportArgs> {
         match resolve(&Line::parse_from(line.split(' ')).args)? {
             Import::Clip(clip) => Ok(*clip),
-            Import::Sequences(clips) => panic!("{} sequences", clips.len()),
+            Import::Sequences { clips, .. } => panic!("{} sequences", clips.len()),
         }
     }
 

@@ -129,7 +129,7 @@ pub(super) fn print_summary(args: &SimulateArgs, summary: &SimulationSummary) ->
     }
 }
 
-/// Creep above which cloth is caught, mm. A T-shirt with a sleeve in the armpit has 83, one that hangs
+/// Creep above which cloth is probably caught, mm. A T-shirt with a sleeve in the armpit has 83, one that hangs
 /// freely after a similar walk -0.6.
 const CAUGHT_MM: f32 = 30.0;
 
@@ -139,7 +139,7 @@ fn caught(clip: &str, creep_mm: f32) -> Option<String> {
     (!hangs).then(|| {
         format!(
             "{clip}: the hem is {creep_mm:.0} mm off its height when the character stands still after the clip: \
-             cloth is caught. Cut the clip with --seconds, or leave it out: no model learns it"
+             cloth is probably caught. Cut the clip with --seconds, or leave it out"
         )
     })
 }
