@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# Runs the extension in a Godot without a window: tests/engine.sh GODOT LIBRARY
+#
+# GODOT is the engine, LIBRARY a built libgodot_unic.so. The motion and the expected vertices come from
+# the example `expected`, which uses unic-core alone.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+godot=$1
+library=$(realpath "$2")
+garments=$here/../../../apps/unic-cli/garments
+project=$(mktemp -d)
+trap 'rm -rf "$project"' EXIT
+
+cp "$here"/project/* "$here/../unic.gdextension" "$library" "$garments/tshirt.unic" "$project"
+(cd "$here/.." && cargo run --release --locked --quiet --example expected -- "$garments/tshirt.unic" "$project")
+
+# The settings and caches of the user stay as they are.
+export HOME=$project/home XDG_DATA_HOME=$project/home XDG_CONFIG_HOME=$project/home XDG_CACHE_HOME=$project/home
+mkdir -p "$HOME"
+"$godot" --version
+# The engine finds extensions when the project is imported.
+timeout 300 "$godot" --headless --path "$project" --import
+timeout 300 "$godot" --headless --fixed-fps 30 --path "$project" --script test.gd
