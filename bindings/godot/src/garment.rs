@@ -4,8 +4,8 @@ use crate::rig::Rig;
 use glam::Vec3;
 use std::sync::Arc;
 use unic_core::{
-    Animator, AnimatorError, AnimatorState, GarmentFrame, Model, Pose, Start, StepInput, TickInterpolator,
-    parallel::Serial, transform::Rigid,
+    Animator, AnimatorError, AnimatorState, GarmentFrame, IntersectionMode, Model, Pose, Start, StepInput,
+    TickInterpolator, parallel::Serial, transform::Rigid,
 };
 
 /// Most ticks in one frame. A program that stops for seconds would otherwise step through them all.
@@ -159,11 +159,7 @@ impl Garment {
                 self.tick(around, frame_s, tick_s)?;
             }
             Next::Restart => self.begin(around, Start::MeanShape)?,
-            Next::Teleport => {
-                let carried = self.interpolator.show(&self.animator, &self.now, 1.0)?;
-                let carried = carried.positions.to_vec();
-                self.begin(around, Start::Positions(&carried))?;
-            }
+            Next::Teleport => self.carry(around)?,
         }
         let GarmentFrame { positions, normals } = self.show(around.picture, tick_s)?;
         Ok(Some(Frame {
@@ -171,6 +167,18 @@ impl Garment {
             positions,
             normals,
         }))
+    }
+
+    /// Begins at the pose of this frame with the folds of the last one.
+    fn carry(&mut self, around: &Surroundings) -> Result<(), AnimatorError> {
+        let carried = self.interpolator.show(&self.animator, &self.now, 1.0)?;
+        let carried = carried.positions.to_vec();
+        // The carried vertices have been corrected already, and twice is too much.
+        let intersection = self.animator.intersection();
+        self.animator.set_intersection(IntersectionMode::Off);
+        let begun = self.begin(around, Start::Positions(&carried));
+        self.animator.set_intersection(intersection);
+        begun
     }
 
     fn begin(&mut self, around: &Surroundings, start: Start<'_>) -> Result<(), AnimatorError> {

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 use unic_core::{Model, Pose, StepInput};
 
 /// Pose of the walk after a number of ticks.
-pub fn pose_at(model: &Model, ticks: f32) -> Pose {
+pub(crate) fn pose_at(model: &Model, ticks: f32) -> Pose {
     let skeleton = &model.character().skeleton;
     let mut pose = skeleton.bind_pose();
     let seconds = ticks / model.config().fps;
@@ -32,7 +32,7 @@ pub fn pose_at(model: &Model, ticks: f32) -> Pose {
 }
 
 /// Input of a step in still air, on ground at height 0.
-pub fn input(pose: &Pose) -> StepInput<'_> {
+pub(crate) fn input(pose: &Pose) -> StepInput<'_> {
     StepInput {
         pose,
         next_pose: None,
