@@ -4,7 +4,7 @@
 use crate::{
     body,
     garment::{Garment, Picture, Surroundings},
-    mesh::MovingMesh,
+    mesh::{LayoutError, MovingMesh},
     model::{self, LoadError, SharedModel},
     rig::{Bone, Rig, RigError},
 };
@@ -103,6 +103,8 @@ enum Fault {
     Skeleton(NodePath),
     #[error(transparent)]
     Rig(#[from] RigError),
+    #[error(transparent)]
+    Layout(#[from] LayoutError),
     #[error(transparent)]
     Pose(#[from] AnimatorError),
 }
@@ -312,7 +314,7 @@ impl UnicGarment3D {
         };
         let joints = &shared.model.character().skeleton;
         let garment = Garment::new(&shared.model, Rig::new(joints, &rests(&skeleton))?);
-        let mesh = MovingMesh::new(&shared.model.garment().rest);
+        let mesh = MovingMesh::new(&shared.model.garment().rest)?;
         let keep = self.base().callable("_keep_bones");
         if skeleton.has_signal(SKELETON_UPDATED) && !skeleton.is_connected(SKELETON_UPDATED, &keep) {
             skeleton.connect(SKELETON_UPDATED, &keep);
