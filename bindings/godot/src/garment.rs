@@ -5,7 +5,7 @@ use glam::Vec3;
 use std::sync::Arc;
 use unic_core::{
     Animator, AnimatorError, AnimatorState, GarmentFrame, IntersectionMode, Model, Pose, Start, StepInput,
-    TickInterpolator, parallel::Serial, transform::Rigid,
+    TickInterpolator, transform::Rigid,
 };
 
 /// Most ticks in one frame. A program that stops for seconds would otherwise step through them all.
@@ -77,12 +77,11 @@ pub struct Garment {
 impl Garment {
     /// Puts a model on a rig. It begins in the first frame.
     pub fn new(model: &Arc<Model>, rig: Rig) -> Self {
-        let mut animator = Animator::new(Arc::clone(model));
-        animator.set_threads(Arc::new(Serial));
         let pose = model.character().skeleton.bind_pose();
         Self {
             rig,
-            animator,
+            // The engine moves its nodes one after the other, so that a garment may have all cores.
+            animator: Animator::new(Arc::clone(model)),
             interpolator: TickInterpolator::default(),
             next: Next::Restart,
             unspent_s: 0.0,

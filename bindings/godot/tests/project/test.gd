@@ -26,6 +26,7 @@ func run() -> void:
 	await teleports_and_pauses()
 	await says_what_does_not_fit()
 	await dresses_its_own_character()
+	await shows_what_it_says()
 	print("%d failed" % failures)
 	quit(1 if failures > 0 else 0)
 
@@ -218,3 +219,46 @@ func dresses_its_own_character() -> void:
 	check(garment.fault() == "" and garment.tick_rate() == motion.fps, "wears the garment")
 	skeleton.free()
 	check(UnicGarment3D.make_character("res://test.gd") == null, "other files are no character")
+
+
+func shows_what_it_says() -> void:
+	if DisplayServer.get_name() == "headless":
+		print("skipped: without a window nothing holds vertex buffers")
+		return
+	var skeleton := make_skeleton()
+	var garment := make_garment(skeleton)
+	for frame in 3:
+		pose(skeleton, frame, place(frame))
+		await process_frame
+	var arrays: Array = garment.mesh.surface_get_arrays(0)
+	var vertices := garment.vertices()
+	var farthest := 0.0
+	for vertex in vertices.size():
+		farthest = maxf(farthest, vertices[vertex].distance_to(arrays[Mesh.ARRAY_VERTEX][vertex]))
+	check(farthest < MOST_M, "the vertex buffer holds the vertices: %.6f m" % farthest)
+	# Beside normals that are computed from the triangles of the buffer.
+	var tool := SurfaceTool.new()
+	tool.create_from(garment.mesh, 0)
+	var bare := tool.commit_to_arrays()
+	bare[Mesh.ARRAY_TEX_UV] = null
+	bare[Mesh.ARRAY_NORMAL] = null
+	bare[Mesh.ARRAY_TANGENT] = null
+	tool.create_from_arrays(bare)
+	tool.generate_normals()
+	var normals: PackedVector3Array = tool.commit_to_arrays()[Mesh.ARRAY_NORMAL]
+	var near := 0
+	for vertex in vertices.size():
+		if normals[vertex].dot(arrays[Mesh.ARRAY_NORMAL][vertex]) > 0.8:
+			near += 1
+	check(near > 0.9 * vertices.size(),
+			"%d of %d normals are near those of the triangles" % [near, vertices.size()])
+	check(garment.custom_aabb.grow(1e-3).encloses(bounds(vertices)), "the box is around them")
+	garment.free()
+	skeleton.free()
+
+
+func bounds(vertices: PackedVector3Array) -> AABB:
+	var box := AABB(vertices[0], Vector3.ZERO)
+	for vertex in vertices:
+		box = box.expand(vertex)
+	return box
