@@ -22,5 +22,6 @@ mod node;
 pub mod rig;
 pub mod surface;
 pub mod tangents;
+mod worn;
 
 pub use node::{Display, UnicGarment3D};

@@ -3,22 +3,15 @@
 
 use crate::{
     body,
-    garment::{Garment, Picture, Surroundings},
-    mesh::{LayoutError, MovingMesh},
-    model::{self, LoadError, SharedModel},
-    rig::{Bone, Rig, RigError},
+    garment::{Picture, Surroundings},
+    model,
+    worn::{Fault, Worn, vec3},
 };
-use glam::{Quat, Vec3};
 use godot::{
-    classes::{IMeshInstance3D, MeshInstance3D, Node, Skeleton3D},
+    classes::{IMeshInstance3D, MeshInstance3D, Skeleton3D},
     prelude::*,
 };
-use std::sync::Arc;
-use thiserror::Error;
-use unic_core::{AnimatorError, AnimatorState, transform::Rigid};
-
-/// Signal of a skeleton when its modifiers are done and their poses still hold; since Godot 4.3.
-const SKELETON_UPDATED: &str = "skeleton_updated";
+use unic_core::AnimatorState;
 
 /// Pictures between two ticks of the model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, GodotConvert, Var, Export)]
@@ -79,34 +72,6 @@ struct Choice {
     model_file: GString,
     character: NodePath,
     sampling: f32,
-}
-
-/// Garment on a skeleton.
-#[derive(Debug)]
-struct Worn {
-    shared: Arc<SharedModel>,
-    skeleton: Gd<Skeleton3D>,
-    garment: Garment,
-    mesh: MovingMesh,
-    /// Bones after the skeleton's modifiers, in its space, a joint of the model each.
-    skeleton_from_bone: Vec<Rigid>,
-    /// Whether the bones are those of this frame.
-    has_bones: bool,
-}
-
-/// Reason why a garment does not move.
-#[derive(Debug, Error)]
-enum Fault {
-    #[error(transparent)]
-    Load(#[from] LoadError),
-    #[error("expected a Skeleton3D at or under the node {0}, found none")]
-    Skeleton(NodePath),
-    #[error(transparent)]
-    Rig(#[from] RigError),
-    #[error(transparent)]
-    Layout(#[from] LayoutError),
-    #[error(transparent)]
-    Pose(#[from] AnimatorError),
 }
 
 #[godot_api]
@@ -202,10 +167,7 @@ impl UnicGarment3D {
     /// Vertices of the model in this frame, metres, world space; empty before the first frame.
     #[func]
     fn vertices(&self) -> PackedVector3Array {
-        self.worn
-            .as_ref()
-            .map(|worn| worn.mesh.shown())
-            .unwrap_or_default()
+        self.worn.as_ref().map(|worn| worn.vertices()).unwrap_or_default()
     }
 
     /// Ticks a second of the model; 0 if none is worn.
@@ -281,8 +243,7 @@ impl UnicGarment3D {
 
     /// Takes the garment off if its properties or its skeleton are others than when it was put on.
     fn drop_what_changed(&mut self) {
-        let has_gone = |worn: &Worn| !worn.skeleton.is_instance_valid();
-        if self.tried != Some(self.choice()) || self.worn.as_ref().is_some_and(has_gone) {
+        if self.tried != Some(self.choice()) || self.worn.as_ref().is_some_and(Worn::has_no_skeleton) {
             self.undress();
             self.fault = None;
         }
@@ -308,35 +269,16 @@ impl UnicGarment3D {
     fn dress(&mut self, choice: Choice) -> Result<Worn, Fault> {
         let shared = model::load(&choice.model_file, choice.sampling)?;
         let node = self.base().get_node_or_null(&choice.character);
-        let found = node.and_then(largest_skeleton);
-        let Some(mut skeleton) = found else {
-            return Err(Fault::Skeleton(choice.character));
-        };
-        let joints = &shared.model.character().skeleton;
-        let garment = Garment::new(&shared.model, Rig::new(joints, &rests(&skeleton))?);
-        let mesh = MovingMesh::new(&shared.model.garment().rest)?;
-        let keep = self.base().callable("_keep_bones");
-        if skeleton.has_signal(SKELETON_UPDATED) && !skeleton.is_connected(SKELETON_UPDATED, &keep) {
-            skeleton.connect(SKELETON_UPDATED, &keep);
-        }
-        self.base_mut().set_mesh(&mesh.mesh());
-        Ok(Worn {
-            skeleton_from_bone: vec![Rigid::IDENTITY; joints.len()],
-            has_bones: false,
-            shared,
-            skeleton,
-            garment,
-            mesh,
-        })
+        let node = node.ok_or_else(|| Fault::Skeleton(choice.character.clone()))?;
+        let worn = Worn::new(shared, node, choice.character)?;
+        worn.listen(&self.base().callable("_keep_bones"));
+        self.base_mut().set_mesh(&worn.mesh());
+        Ok(worn)
     }
 
     fn undress(&mut self) {
-        let Some(mut worn) = self.worn.take() else {
-            return;
-        };
-        let keep = self.base().callable("_keep_bones");
-        if worn.skeleton.is_instance_valid() && worn.skeleton.is_connected(SKELETON_UPDATED, &keep) {
-            worn.skeleton.disconnect(SKELETON_UPDATED, &keep);
+        if let Some(worn) = self.worn.take() {
+            worn.stop_listening(&self.base().callable("_keep_bones"));
         }
     }
 
@@ -348,73 +290,4 @@ impl UnicGarment3D {
         let reason = GString::from(&reason);
         self.signals().faulted().emit(&reason);
     }
-}
-
-impl Worn {
-    /// Takes the bones from the skeleton.
-    fn read_bones(&mut self) {
-        for (slot, bone) in self.skeleton_from_bone.iter_mut().zip(self.garment.bones()) {
-            if let Some(bone) = bone {
-                *slot = rigid(self.skeleton.get_bone_global_pose(bone as i32));
-            }
-        }
-        self.has_bones = true;
-    }
-
-    /// Moves the garment by a frame. Returns the size of the character, and the box around the garment
-    /// in the size of the model; none if the skeleton has no size.
-    fn advance(&mut self, frame_s: f32, around: &Surroundings) -> Result<Option<(f32, Aabb)>, AnimatorError> {
-        // A skeleton that has not moved, or an engine older than 4.3, tells nothing.
-        if !std::mem::take(&mut self.has_bones) {
-            self.read_bones();
-            self.has_bones = false;
-        }
-        let to_world = self.skeleton.get_global_transform();
-        let turn = rigid(to_world).rotation;
-        let world_from_bone: Vec<Rigid> = (self.skeleton_from_bone.iter())
-            .map(|bone| {
-                let [x, y, z] = bone.translation.to_array();
-                let place = to_world * Vector3::new(x, y, z);
-                Rigid::new(turn * bone.rotation, vec3(place))
-            })
-            .collect();
-        let frame = self.garment.advance(&world_from_bone, frame_s, around)?;
-        Ok(frame.map(|frame| (frame.size, self.mesh.write(&frame))))
-    }
-}
-
-/// Skeleton with the most bones at or under a node: hair and props may have skeletons of their own.
-fn largest_skeleton(node: Gd<Node>) -> Option<Gd<Skeleton3D>> {
-    let mut found: Option<Gd<Skeleton3D>> = None;
-    let mut open = vec![node];
-    while let Some(node) = open.pop() {
-        open.extend(node.get_children().iter_shared());
-        if let Ok(skeleton) = node.try_cast::<Skeleton3D>()
-            && found
-                .as_ref()
-                .is_none_or(|found| skeleton.get_bone_count() > found.get_bone_count())
-        {
-            found = Some(skeleton);
-        }
-    }
-    found
-}
-
-/// Bones of a skeleton in its rest pose.
-fn rests(skeleton: &Gd<Skeleton3D>) -> Vec<Bone> {
-    let bone = |bone: i32| Bone {
-        name: skeleton.get_bone_name(bone).to_string(),
-        skeleton_from_bone: rigid(skeleton.get_bone_global_rest(bone)),
-    };
-    (0..skeleton.get_bone_count()).map(bone).collect()
-}
-
-/// Rotation and place of a transform that may scale.
-fn rigid(transform: Transform3D) -> Rigid {
-    let q = transform.basis.orthonormalized().get_quaternion();
-    Rigid::new(Quat::from_xyzw(q.x, q.y, q.z, q.w), vec3(transform.origin))
-}
-
-fn vec3(v: Vector3) -> Vec3 {
-    Vec3::new(v.x, v.y, v.z)
 }

@@ -180,8 +180,7 @@ fn skeleton_from_rest(
         true => z_up,
         false => y_up,
     };
-    // The negation also refuses NaN.
-    if !(distance_m < SAME_M) {
+    if distance_m.is_nan() || distance_m >= SAME_M {
         let joint = skeleton.names()[joint].clone();
         return Err(RigError::RestPose { joint, distance_m });
     }

@@ -22,6 +22,7 @@ func run() -> void:
 	await process_frame
 	await follows()
 	await follows_modifiers()
+	await fits_a_larger_character()
 	await goes_on_from_a_state()
 	await teleports_and_pauses()
 	await says_what_does_not_fit()
@@ -78,14 +79,14 @@ func pose(skeleton: Skeleton3D, frame: int, root_place: Vector3) -> void:
 
 
 # Distances from the expected vertices of a frame, sorted, metres.
-func distances(garment: UnicGarment3D, frame: int, offset := Vector3.ZERO) -> PackedFloat32Array:
+func distances(garment: UnicGarment3D, frame: int, offset := Vector3.ZERO, size := 1.0) -> PackedFloat32Array:
 	var vertices := garment.vertices()
 	var far := PackedFloat32Array()
 	var first := frame * vertices.size() * 3
 	for vertex in vertices.size():
 		var at := first + 3 * vertex
 		var place_there := Vector3(expected[at], expected[at + 1], expected[at + 2])
-		far.append(vertices[vertex].distance_to(place_there + offset))
+		far.append(vertices[vertex].distance_to(size * place_there + offset))
 	far.sort()
 	return far
 
@@ -127,6 +128,20 @@ func follows_modifiers() -> void:
 	await follow("a modifier", 30, skeleton, func(frame: int) -> void:
 		modifier.offset = Vector3(place(frame).x, 0, place(frame).z)
 		pose(skeleton, frame, Vector3(0, place(frame).y, 0)))
+
+
+func fits_a_larger_character() -> void:
+	var skeleton := make_skeleton()
+	skeleton.scale = Vector3(1.5, 1.5, 1.5)
+	var garment := make_garment(skeleton)
+	for frame in 20:
+		pose(skeleton, frame, place(frame))
+		await process_frame
+	var far := distances(garment, 19, Vector3.ZERO, 1.5)
+	check(far[far.size() * 99 / 100] < MOST_M and absf(garment.scale.x - 1.5) < 1e-3,
+			"a character of 1.5 times the size: 99 %% within %.6f m" % far[far.size() * 99 / 100])
+	garment.free()
+	skeleton.free()
 
 
 func goes_on_from_a_state() -> void:
