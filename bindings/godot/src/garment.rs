@@ -21,11 +21,23 @@ pub enum Picture {
     Tick,
 }
 
+/// Handling of vertices that the model puts into the body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BodyContact {
+    /// As the model was trained: most models move these vertices out.
+    #[default]
+    OfModel,
+    /// Vertices stay where they are, which is faster.
+    Ignored,
+}
+
 /// World of a garment in a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Surroundings {
     /// Pictures between two ticks.
     pub picture: Picture,
+    /// Handling of vertices inside the body.
+    pub contact: BodyContact,
     /// Velocity of the air, m/s.
     pub wind: Vec3,
     /// Height of the ground, metres.
@@ -64,6 +76,8 @@ pub struct Garment {
     rig: Rig,
     animator: Animator,
     interpolator: TickInterpolator,
+    /// Intersection handling of the model.
+    intersection: IntersectionMode,
     next: Next,
     /// Seconds since the last tick.
     unspent_s: f32,
@@ -78,10 +92,12 @@ impl Garment {
     /// Puts a model on a rig. It begins in the first frame.
     pub fn new(model: &Arc<Model>, rig: Rig) -> Self {
         let pose = model.character().skeleton.bind_pose();
+        // The engine moves its nodes one after the other, so that a garment may have all cores.
+        let animator = Animator::new(Arc::clone(model));
         Self {
             rig,
-            // The engine moves its nodes one after the other, so that a garment may have all cores.
-            animator: Animator::new(Arc::clone(model)),
+            intersection: animator.intersection(),
+            animator,
             interpolator: TickInterpolator::default(),
             next: Next::Restart,
             unspent_s: 0.0,
@@ -150,6 +166,10 @@ impl Garment {
         if self.now.trans.distance(self.before.trans) * size > around.teleport_m {
             self.teleport();
         }
+        self.animator.set_intersection(match around.contact {
+            BodyContact::OfModel => self.intersection,
+            BodyContact::Ignored => IntersectionMode::Off,
+        });
         match self.next {
             Next::Step => self.tick(around, frame_s, tick_s)?,
             Next::Resume => {

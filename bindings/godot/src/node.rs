@@ -3,7 +3,7 @@
 
 use crate::{
     body,
-    garment::{Picture, Surroundings},
+    garment::{BodyContact, Picture, Surroundings},
     model,
     worn::{Fault, Worn, vec3},
 };
@@ -44,6 +44,10 @@ pub struct UnicGarment3D {
     #[export(range = (0.05, 1.0))]
     #[init(val = 1.0)]
     sampling: f32,
+    /// Moves vertices out of the body, as the model was trained.
+    #[export]
+    #[init(val = true)]
+    body_contact: bool,
     /// Velocity of the air, m/s.
     #[export]
     wind: Vector3,
@@ -221,6 +225,10 @@ impl UnicGarment3D {
             picture: match self.display {
                 Display::Interpolated => Picture::Interpolated,
                 Display::Ticks => Picture::Tick,
+            },
+            contact: match self.body_contact {
+                true => BodyContact::OfModel,
+                false => BodyContact::Ignored,
             },
             wind: vec3(self.wind),
             ground_height: self.ground_height,

@@ -7,7 +7,7 @@ mod walk;
 
 use glam::{Quat, Vec3};
 use godot_unic::{
-    garment::{Garment, Picture, Surroundings},
+    garment::{BodyContact, Garment, Picture, Surroundings},
     rig::{Bone, Rig, RigError},
 };
 use std::{f32::consts::FRAC_PI_2, sync::Arc};
@@ -82,6 +82,7 @@ impl Character {
 fn around(picture: Picture) -> Surroundings {
     Surroundings {
         picture,
+        contact: BodyContact::OfModel,
         wind: Vec3::ZERO,
         ground_height: 0.0,
         teleport_m: 1.0,
@@ -187,6 +188,36 @@ fn a_teleport_keeps_the_shape_and_a_restart_does_not() {
     fresh.reset(&input(&pose), Start::MeanShape).unwrap();
     let found = advance(&mut garment, &bones, tick_s, Picture::Tick);
     assert_near(&found, fresh.garment().positions, "after a restart");
+}
+
+#[test]
+fn the_body_is_ignored_on_demand() {
+    let model = model();
+    let character = Character::plain(&model);
+    let (mut garment, mut animator) = (character.garment(), Animator::new(Arc::clone(&model)));
+    let ignoring = Surroundings {
+        contact: BodyContact::Ignored,
+        ..around(Picture::Tick)
+    };
+    animator.set_intersection(unic_core::IntersectionMode::Off);
+    for tick in 0..5 {
+        let pose = pose_at(&model, tick as f32);
+        match tick {
+            0 => drop(animator.reset(&input(&pose), Start::MeanShape).unwrap()),
+            _ => drop(animator.step(&input(&pose)).unwrap()),
+        }
+        let bones = character.global(&pose);
+        let frame = garment.advance(&bones, 1.0 / model.config().fps, &ignoring);
+        let found = frame.unwrap().unwrap().positions.to_vec();
+        assert_near(&found, animator.garment().positions, &format!("tick {tick}"));
+    }
+    // The model itself corrects vertices.
+    let bones = character.global(&pose_at(&model, 4.0));
+    garment.restart();
+    let corrected = advance(&mut garment, &bones, 0.0, Picture::Tick);
+    garment.restart();
+    let ignored = garment.advance(&bones, 0.0, &ignoring).unwrap().unwrap();
+    assert_ne!(ignored.positions, corrected);
 }
 
 #[test]
