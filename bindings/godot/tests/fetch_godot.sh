@@ -32,16 +32,16 @@ export APT_CONFIG=$folder/apt.conf
 apt-get update -qq >&2
 apt-get install -y -qq --no-install-recommends --download-only godot libgl1 libgl1-mesa-dri libglx-mesa0 > /dev/null
 for package in "$folder"/cache/archives/*.deb; do
-    dpkg-deb --extract "$package" "$folder/root"
+    dpkg-deb --extract "$package" "$folder/files"
 done
 rm -r "$folder/cache"
 
-libraries=$(dirname "$(find "$folder/root/usr/lib" -name 'libc.so.6')")
+libraries=$(dirname "$(find "$folder/files/usr/lib" -name 'libc.so.6')")
 loader=$(find "$libraries" -name 'ld-linux*.so.*')
 cat > "$program" <<END
 #!/bin/sh
 export LIBGL_DRIVERS_PATH=$libraries/dri
-exec $loader --library-path $libraries:$libraries/pulseaudio $folder/root/usr/bin/godot "\$@"
+exec $loader --library-path $libraries:$libraries/pulseaudio $folder/files/usr/bin/godot "\$@"
 END
 chmod +x "$program"
 "$program" --version >&2
