@@ -32,9 +32,19 @@ struct Joint;
 #[derive(Component)]
 struct Bind(Transform);
 
-fn scene(mut commands: Commands, assets: Res<AssetServer>) {
+fn scene(
+    mut commands: Commands,
+    assets: Res<AssetServer>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) {
+    let ground = Plane3d::default().mesh().size(20.0, 20.0);
+    commands.spawn((
+        Mesh3d(meshes.add(ground)),
+        MeshMaterial3d(materials.add(Color::srgb(0.5, 0.5, 0.5))),
+    ));
     commands.insert_resource(Wardrobe(assets.load("tshirt.unic")));
-    let from = Transform::from_xyz(1.5, 1.5, 3.0).looking_at(Vec3::Y, Vec3::Y);
+    let from = Transform::from_xyz(1.0, 1.4, 2.6).looking_at(Vec3::Y, Vec3::Y);
     commands.spawn((Camera3d::default(), from));
     let sun = DirectionalLight {
         shadow_maps_enabled: true,
@@ -89,8 +99,11 @@ fn walk(time: Res<Time>, mut joints: Query<(&Name, &Bind, &mut Transform)>) {
     for (name, Bind(bind), mut transform) in &mut joints {
         let swing = 0.4 * (5.0 * t).sin();
         let turn = match name.as_str() {
-            "L_hip" | "R_shoulder" => Quat::from_rotation_x(swing),
-            "R_hip" | "L_shoulder" => Quat::from_rotation_x(-swing),
+            "L_hip" => Quat::from_rotation_x(swing),
+            "R_hip" => Quat::from_rotation_x(-swing),
+            // The arms of the bind pose are spread.
+            "L_shoulder" => Quat::from_rotation_x(-swing) * Quat::from_rotation_z(-1.1),
+            "R_shoulder" => Quat::from_rotation_x(swing) * Quat::from_rotation_z(1.1),
             "spine1" => Quat::from_rotation_y(0.3 * (5.0 * t).cos()),
             _ => continue,
         };

@@ -20,7 +20,7 @@ const GARMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../apps/unic-cli
 const NEAR_M: [f32; 2] = [1e-5, 1e-3];
 
 /// The same beside a collider, which is one more choice.
-const NEAR_COLLIDER_M: [f32; 2] = [3e-5, 1e-2];
+const NEAR_COLLIDER_M: [f32; 2] = [1e-4, 1e-2];
 
 /// A program without a window that has loaded the T-shirt.
 struct Stage {
