@@ -34,9 +34,18 @@ namespace Unic
                 new VertexAttributeDescriptor(VertexAttribute.Normal, VertexAttributeFormat.Float32, 3, 0),
                 new VertexAttributeDescriptor(VertexAttribute.TexCoord0, VertexAttributeFormat.Float32, 2, 1));
             mesh.SetVertexBufferData(vertices, 0, 0, count, 0, Unchecked);
-            Vector2[] uvs = instance.HasUvs(which) ? instance.Uvs(which) : new Vector2[count];
-            mesh.SetVertexBufferData(uvs, 0, 0, count, 1, Unchecked);
-            SetFaces(instance.Faces(which), count);
+            try
+            {
+                Vector2[] uvs = instance.HasUvs(which) ? instance.Uvs(which) : new Vector2[count];
+                mesh.SetVertexBufferData(uvs, 0, 0, count, 1, Unchecked);
+                SetFaces(instance.Faces(which), count);
+            }
+            catch
+            {
+                // Neither is collected.
+                Dispose();
+                throw;
+            }
         }
 
         /// <summary>Number of vertices.</summary>

@@ -5,7 +5,7 @@ namespace Unic
 {
     public sealed partial class UnicGarment
     {
-        // Positions are f32: within this distance of the anchor they are exact to some micrometres.
+        // Positions are f32, relative to an anchor on this grid: near it they are exact to some micrometres.
         private const float AnchorGrid = 64f;
         private const float SecondsUntilSleep = 0.25f;
         // A garment that stood still goes on without a restart if the body is where it was.

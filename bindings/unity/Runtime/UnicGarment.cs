@@ -194,6 +194,12 @@ namespace Unic
                 Fail(error.Message);
                 return false;
             }
+            catch (Exception error)
+            {
+                // A fault of the package: half-made fields would be a fault in every frame.
+                Fail(error.Message);
+                throw;
+            }
         }
 
         private void BeginNative()

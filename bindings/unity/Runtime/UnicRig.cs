@@ -94,6 +94,11 @@ namespace Unic
         {
             Matrix4x4 worldFromMesh = bone.localToWorldMatrix * bindpose;
             Vector3 x = worldFromMesh.GetColumn(0), y = worldFromMesh.GetColumn(1), z = worldFromMesh.GetColumn(2);
+            float least = Mathf.Min(x.magnitude, Mathf.Min(y.magnitude, z.magnitude));
+            float most = Mathf.Max(x.magnitude, Mathf.Max(y.magnitude, z.magnitude));
+            if (!(most <= 1.02f * least))
+                throw new UnicException(bone.name + ": expected one scale along all axes, found "
+                                        + Metres(x.magnitude) + ", " + Metres(y.magnitude) + ", " + Metres(z.magnitude));
             return (x.magnitude + y.magnitude + z.magnitude) / 3f;
         }
 

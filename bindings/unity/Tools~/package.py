@@ -148,8 +148,10 @@ def main(arguments: list[str]) -> int:
         print(put_library(Path(arguments[1]), arguments[2]))
         return 0
     if arguments == ["--write"]:
+        # Those of native libraries come with --library.
         for path in PACKAGE.rglob("*.meta"):
-            path.unlink()
+            if "Plugins" not in path.relative_to(PACKAGE).as_posix():
+                path.unlink()
         for path in assets(PACKAGE):
             beside(path).write_text(meta(path))
     found = list(faults())
