@@ -10,6 +10,7 @@ use bevy::{
     prelude::*,
 };
 use std::sync::Arc;
+use thiserror::Error;
 use unic_core::{
     Animator, Model, Pose, TickInterpolator, animator::AnimatorError, collider::Collider, parallel::Serial,
 };
@@ -70,12 +71,20 @@ impl UnicGarment {
 
 /// Reason why a garment does not move. The plug-in adds it, and logs it once. Removing it lets the
 /// plug-in try again.
-#[derive(Clone, Component, Debug)]
+#[derive(Clone, Component, Debug, Error)]
 pub enum GarmentFault {
     /// The character does not fit the model.
-    Rig(RigError),
+    #[error(transparent)]
+    Rig(#[from] RigError),
     /// A pose that the model refuses.
-    Pose(Arc<AnimatorError>),
+    #[error(transparent)]
+    Pose(#[from] Arc<AnimatorError>),
+}
+
+impl From<AnimatorError> for GarmentFault {
+    fn from(error: AnimatorError) -> Self {
+        Self::Pose(Arc::new(error))
+    }
 }
 
 /// State of a garment in motion. The plug-in adds it when model and character are there.

@@ -22,6 +22,14 @@ pub enum RigError {
         /// Its distance, metres, in the size of the model.
         distance_m: f32,
     },
+    /// A character that is mirrored, or scaled by other factors along other axes.
+    #[error("expected one positive scale along all axes, found {} at the joint {joint}", scale.map(|s| format!("{s:.2}")).join(", "))]
+    Scale {
+        /// Name of the root joint.
+        joint: String,
+        /// Scale along each axis.
+        scale: [f32; 3],
+    },
     /// A skinned mesh without bind poses for its joints.
     #[error("expected {expected} inverse bind poses, found {found}")]
     BindPoses {
@@ -95,7 +103,37 @@ impl Rig {
     /// the world, 1 for that of the model; none if a joint has no transform.
     ///
     /// Positions of the pose are divided by that size.
+    ///
+    /// # Errors
+    /// A character that is mirrored or scaled by axis.
     pub(crate) fn pose(
+        &self,
+        skeleton: &Skeleton,
+        transforms: &Query<&GlobalTransform>,
+        out: &mut Pose,
+    ) -> Result<Option<f32>, RigError> {
+        self.check_scale(skeleton, transforms)?;
+        Ok(self.unscaled_pose(skeleton, transforms, out))
+    }
+
+    /// Refuses a character whose root is scaled by axis, further than rounding does it.
+    fn check_scale(&self, skeleton: &Skeleton, transforms: &Query<&GlobalTransform>) -> Result<(), RigError> {
+        let root = skeleton.root();
+        let source = self.joints[root].map(|joint| transforms.get(joint.entity));
+        let Some(Ok(transform)) = source else {
+            return Ok(());
+        };
+        let scale = transform.affine().to_scale_rotation_translation().0;
+        match scale.min_element() > 0.0 && scale.max_element() < 1.02 * scale.min_element() {
+            true => Ok(()),
+            false => Err(RigError::Scale {
+                joint: skeleton.names()[root].clone(),
+                scale: scale.to_array(),
+            }),
+        }
+    }
+
+    fn unscaled_pose(
         &self,
         skeleton: &Skeleton,
         transforms: &Query<&GlobalTransform>,

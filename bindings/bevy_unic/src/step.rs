@@ -26,11 +26,10 @@ pub(crate) fn step(
             state.clock.has_started = false;
             return;
         }
-        if let Err(error) = advance(&mut state, garment, &transforms, frame_s) {
+        if let Err(fault) = advance(&mut state, garment, &transforms, frame_s) {
             // Without the fault, it starts from the pose that is then.
             state.clock.has_started = false;
-            error!("garment {entity}: {error}");
-            let fault = GarmentFault::Pose(Arc::new(error));
+            error!("garment {entity} on character {}: {fault}", garment.character);
             commands.command_scope(|mut commands| {
                 commands.entity(entity).insert(fault);
             });
@@ -44,11 +43,11 @@ fn advance(
     garment: &UnicGarment,
     transforms: &Query<&GlobalTransform>,
     frame_s: f32,
-) -> Result<(), AnimatorError> {
+) -> Result<(), GarmentFault> {
     std::mem::swap(&mut state.before, &mut state.now);
     let model = Arc::clone(state.animator.model());
     let skeleton = &model.character().skeleton;
-    let Some(size) = state.rig.pose(skeleton, transforms, &mut state.now) else {
+    let Some(size) = state.rig.pose(skeleton, transforms, &mut state.now)? else {
         // The character is gone or has no transforms yet: the next one starts anew.
         state.clock.has_started = false;
         return Ok(());
@@ -62,7 +61,7 @@ fn advance(
     } else {
         tick(state, garment, frame_s, 1.0 / model.config().fps)?;
     }
-    show(state, garment, 1.0 / model.config().fps)
+    Ok(show(state, garment, 1.0 / model.config().fps)?)
 }
 
 fn restart(state: &mut GarmentState, garment: &UnicGarment) -> Result<(), AnimatorError> {

@@ -8,7 +8,10 @@ use bevy::{
     time::TimeUpdateStrategy,
 };
 use bevy_unic::{Display, GarmentFault, GarmentState, UnicGarment, UnicModel, UnicPlugin, spawn_character};
-use std::{sync::Arc, time::Duration};
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
 use unic_core::{Animator, Model, Pose, Start, StepInput, collider::Collider};
 use unic_glam as core;
 
@@ -38,7 +41,12 @@ impl Stage {
         };
         app.add_plugins((MinimalPlugins, assets, TransformPlugin, MeshPlugin, UnicPlugin));
         let handle: Handle<UnicModel> = app.world().resource::<AssetServer>().load("tshirt.unic");
+        let start = Instant::now();
         let model = loop {
+            assert!(
+                start.elapsed() < Duration::from_secs(60),
+                "the model is not loaded"
+            );
             app.update();
             if let Some(UnicModel(model)) = app.world().resource::<Assets<UnicModel>>().get(&handle) {
                 break Arc::clone(model);
@@ -376,4 +384,27 @@ fn sixteen_garments_have_the_same_bytes_as_one() {
     for garment in &garments[1..] {
         assert_eq!(stage.vertices(*garment), first);
     }
+}
+
+#[test]
+fn a_character_that_is_scaled_by_axis_is_refused() {
+    let mut stage = Stage::new(1);
+    let (character, joints) = stage.character();
+    let garment = stage.garment(character, Display::Ticks);
+    let pose = pose_at(&stage.model, 0.0);
+    stage.pose(&joints, &pose);
+    let flat = Transform::from_scale(Vec3::new(1.0, 1.0, 0.5));
+    stage.app.world_mut().entity_mut(character).insert(flat);
+    // The garment is attached in one frame and stepped in the next.
+    (0..2).for_each(|_| stage.app.update());
+    let fault = stage
+        .app
+        .world()
+        .get::<GarmentFault>(garment)
+        .unwrap()
+        .to_string();
+    assert!(
+        fault.contains("expected one positive scale along all axes, found 1.00, 1.00, 0.50"),
+        "{fault}"
+    );
 }
