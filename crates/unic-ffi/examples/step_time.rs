@@ -15,6 +15,8 @@ use unic::*;
 use unic_core::{Animator, Model, Pose, Start, StepInput, parallel::Serial};
 
 const FRAMES: usize = 300;
+/// Frames of the crowds.
+const CROWD_FRAMES: usize = 30;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args()
@@ -23,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let model = Arc::new(Model::from_bytes(&std::fs::read(&path)?)?);
     let mut animator = Animator::new(Arc::clone(&model));
     animator.set_threads(Arc::new(Serial));
-    let instance = instance(&path)?;
+    let instance = instances(&path, 1)?[0];
     let poses: Vec<Pose> = (0..FRAMES).map(|t| pose(&model, t)).collect();
     animator.reset(&input(&poses[0]), Start::MeanShape)?;
     let mut rows = vec![[0f32; 6]; model.vertex_count()];
@@ -46,21 +48,58 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{name}: {:.0} us a step", 1e6 * times[FRAMES / 2].as_secs_f64());
     }
     unic_instance_release(instance);
+    crowds(&path, &poses, &mut rows)
+}
+
+/// Prints the time of a tick of several characters, one after the other on one thread, and their memory.
+fn crowds(path: &str, poses: &[Pose], rows: &mut [[f32; 6]]) -> Result<(), Box<dyn Error>> {
+    let before = resident_mib();
+    for characters in [1, 16, 64] {
+        let instances = instances(path, characters)?;
+        let mut times = Vec::new();
+        for pose in &poses[..CROWD_FRAMES] {
+            let start = ThreadTime::now();
+            instances.iter().for_each(|instance| step(*instance, pose, rows));
+            times.push(start.elapsed());
+        }
+        times.sort();
+        let ms = 1e3 * times[CROWD_FRAMES / 2].as_secs_f64();
+        // Released memory stays with the process, so that only growth counts.
+        let memory = match (before, resident_mib()) {
+            (Some(before), Some(now)) => format!("{:.0} MiB more than before", now - before),
+            _ => "memory not known".to_owned(),
+        };
+        println!("{characters} characters: {ms:.1} ms a tick, {memory}");
+        for instance in instances {
+            unic_instance_release(instance);
+        }
+    }
     Ok(())
 }
 
-/// An instance with the default options, on the calling thread.
-fn instance(path: &str) -> Result<*mut UnicInstance, Box<dyn Error>> {
-    let (mut model, mut instance) = (null_mut(), null_mut());
+/// Resident memory of the process, MiB, where the system tells it.
+fn resident_mib() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find(|line| line.starts_with("VmRSS"))?;
+    let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kib / 1024.0)
+}
+
+/// Instances of one model with the default options, on the calling thread.
+fn instances(path: &str, count: usize) -> Result<Vec<*mut UnicInstance>, Box<dyn Error>> {
+    let mut model = null_mut();
     let path = CString::new(path)?;
+    let mut instances = vec![null_mut(); count];
     // SAFETY: a text and places for handles.
     unsafe {
         assert_eq!(unic_model_from_path(path.as_ptr(), &mut model), UnicStatus::Ok);
-        let status = unic_instance_create(model, std::ptr::null(), &mut instance);
-        assert_eq!(status, UnicStatus::Ok);
+        for instance in &mut instances {
+            let status = unic_instance_create(model, std::ptr::null(), instance);
+            assert_eq!(status, UnicStatus::Ok);
+        }
     }
     unic_model_release(model);
-    Ok(instance)
+    Ok(instances)
 }
 
 /// A step into a vertex buffer of positions and normals.
