@@ -64,9 +64,14 @@ def test_ctrl_c_stops_an_animation(model):
     animator = unic.Animator(model)
     began = time.monotonic()
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
-    timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        animator.animate(motion)
+    # A job in the background of a shell is started with the signal ignored, and Python leaves it so.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            animator.animate(motion)
+    finally:
+        signal.signal(signal.SIGINT, before)
     # The whole motion takes ten times as long.
     assert time.monotonic() - began < 2
     animator.step(motion[0])
