@@ -24,7 +24,7 @@ pub enum Picture {
 /// Handling of vertices that the model puts into the body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BodyContact {
-    /// As the model was trained: most models move these vertices out.
+    /// The rule that the model was trained with: most models move these vertices out.
     #[default]
     OfModel,
     /// Vertices stay where they are, which is faster.

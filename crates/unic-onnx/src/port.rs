@@ -31,7 +31,7 @@ pub(crate) enum Role {
     State,
     /// An output of another stage in the same tick.
     Stage,
-    /// What is shown.
+    /// Positions to draw.
     Result,
 }
 
