@@ -1,6 +1,7 @@
 //! Contact of cloth with the body and the ground.
 
 mod detect;
+mod fold_filter;
 mod limb_filter;
 mod response;
 mod settings;
@@ -18,6 +19,7 @@ use substep::BodySubstep;
 use unic_core::{folds::Folds, mesh::TriMesh, surface::Surface};
 use walk::FaceAdjacency;
 
+pub(crate) use fold_filter::FoldFilter;
 pub(crate) use limb_filter::BareLimbs;
 pub use response::Friction;
 pub(crate) use response::Gap;
@@ -99,6 +101,7 @@ pub struct BodyContacts {
     folds: Folds,
     folds_age_s: f32,
     limb_filter: LimbFilter,
+    fold_filter: FoldFilter,
     /// The body at the start of the substep.
     before: PosedBody,
     /// The body at the end of the substep.
@@ -124,6 +127,7 @@ impl BodyContacts {
             folds: Folds::default(),
             folds_age_s: f32::INFINITY,
             limb_filter: LimbFilter::default(),
+            fold_filter: FoldFilter::default(),
             before: PosedBody::default(),
             after: PosedBody::default(),
             posed_at: f32::NAN,
@@ -137,6 +141,13 @@ impl BodyContacts {
             limb_filter: LimbFilter::new(limbs),
             ..self
         }
+    }
+
+    /// Enables the filter that lets cloth pass through foreign parts in folds of the body.
+    pub(crate) fn with_fold_filter(self, fold_filter: FoldFilter) -> Self {
+        let mut contacts = Self { fold_filter, ..self };
+        contacts.reset();
+        contacts
     }
 
     /// Replaces the settings, from the next substep on.
@@ -162,6 +173,9 @@ impl BodyContacts {
     /// Clears the contact caches. Needed when particles or body are moved discontinuously.
     pub fn reset(&mut self) {
         self.caches.fill(ContactCache::UNKNOWN);
+        for (cache, home) in self.caches.iter_mut().zip(&self.fold_filter.homes) {
+            *cache = ContactCache::at_home(*home);
+        }
         self.intervals = 0;
         self.folds_age_s = f32::INFINITY;
     }
@@ -192,6 +206,8 @@ impl BodyContacts {
             surface: &self.surface,
             adjacency: &self.adjacency,
             limb_filter: &self.limb_filter,
+            fold_filter: &self.fold_filter,
+            folds: &self.folds,
             start: interval.start(),
             // Clearances shrink by the motion of the previous interval.
             before: std::mem::replace(&mut self.motion, motion),
@@ -216,7 +232,7 @@ impl BodyContacts {
     /// Returns whether a particle is in contact with a fold of the body in this interval.
     pub(crate) fn is_in_fold(&self, particle: usize) -> bool {
         let cache = &self.caches[particle];
-        cache.is_within_reach && self.folds.is_face_folded(cache.face)
+        cache.passes_foreign || (cache.is_within_reach && self.folds.is_face_folded(cache.face))
     }
 
     /// Projects contacts: moves particles out of the body and the ground in the substep from

@@ -1,13 +1,17 @@
 //! Collision detection between particles and the body, at the start of an interval.
 
 use super::{
+    fold_filter::FoldFilter,
     limb_filter::LimbFilter,
     settings::MAX_TRACKED_DEPTH_M,
     walk::{FaceAdjacency, NO_FACE},
 };
 use crate::body::BodyInterval;
 use glam::Vec3;
-use unic_core::surface::{Surface, SurfacePoint};
+use unic_core::{
+    folds::Folds,
+    surface::{Surface, SurfacePoint},
+};
 
 /// Margin of a particle's reach beyond its straight motion in an interval, metres. It covers the
 /// displacement by constraints and gravity.
@@ -17,6 +21,9 @@ const SLACK_M: f32 = 0.005;
 /// between, the particle's projection moves over adjacent faces only, which is much cheaper but
 /// does not notice other parts of the body.
 const SEARCH_PERIOD_S: f32 = 1.0 / 60.0;
+
+/// Largest depth of a particle inside another part than its own, metres: half a torso.
+const PASS_REACH_M: f32 = 0.12;
 
 /// Largest distance from cloth inside an ignored limb to the covered part that it moves to, metres:
 /// the thickness of a forearm and the gap of a loose garment.
@@ -38,6 +45,12 @@ pub(super) struct ContactCache {
     /// Remaining displacement of a particle inside an ignored limb to the covered part beneath it,
     /// metres; zero elsewhere.
     pub(super) sink_offset: Vec3,
+    /// Face of the body that the particle lies on, followed from its place in the bind pose over
+    /// adjacent faces; [`NO_FACE`] when it has none.
+    home: u32,
+    /// True while the particle passes through another part of the body than its own, which it has
+    /// entered in a fold.
+    pub(super) passes_foreign: bool,
 }
 
 /// A measured height of a particle over the part of the body next to it.
@@ -63,7 +76,17 @@ impl ContactCache {
             fraction: 0.0,
         },
         sink_offset: Vec3::ZERO,
+        home: NO_FACE,
+        passes_foreign: false,
     };
+
+    /// Returns the cache of a particle of which only the face that it lies on is known.
+    pub(super) fn at_home(home: u32) -> Self {
+        Self {
+            home,
+            ..Self::UNKNOWN
+        }
+    }
 
     /// Stores a measured height.
     pub(super) fn record(&mut self, sample: HeightSample) {
@@ -122,6 +145,8 @@ pub(super) struct Detection<'a> {
     pub(super) surface: &'a Surface,
     pub(super) adjacency: &'a FaceAdjacency,
     pub(super) limb_filter: &'a LimbFilter,
+    pub(super) fold_filter: &'a FoldFilter,
+    pub(super) folds: &'a Folds,
     /// The body's vertices at the start of the interval, metres.
     pub(super) start: &'a [Vec3],
     /// Motion of the body in the previous interval.
@@ -146,6 +171,8 @@ impl Detection<'_> {
         if self.limb_filter.ignores(index, cache.face) {
             *cache = ContactCache {
                 position,
+                home: cache.home,
+                passes_foreign: cache.passes_foreign,
                 ..ContactCache::UNKNOWN
             };
         }
@@ -160,9 +187,21 @@ impl Detection<'_> {
         if cache.clearance_m > reach {
             return;
         }
+        self.follow_home(cache, position);
         // The search also has to find penetrations, which may be deeper than the reach.
         let radius = reach.max(MAX_TRACKED_DEPTH_M);
-        let Some(hit) = self.closest(cache.face, index, position, radius) else {
+        let hit = match cache.passes_foreign {
+            true => None,
+            false => self.closest(cache.face, index, position, radius),
+        };
+        let is_foreign = |hit: &SurfacePoint| {
+            self.folds.is_face_folded(hit.face) && self.fold_filter.is_foreign(cache.home, hit.face)
+        };
+        if cache.passes_foreign || hit.as_ref().is_some_and(is_foreign) {
+            cache.passes_foreign |= hit.is_some_and(|hit| hit.signed_distance < self.thickness_m);
+            return self.rest_on_home(cache, position, reach);
+        }
+        let Some(hit) = hit else {
             (cache.face, cache.clearance_m) = (NO_FACE, radius);
             return;
         };
@@ -176,6 +215,39 @@ impl Detection<'_> {
             position,
             fraction: 0.0,
         });
+    }
+
+    /// Moves the face that a particle lies on along with it, and updates whether the particle
+    /// still passes through another part.
+    fn follow_home(&self, cache: &mut ContactCache, position: Vec3) {
+        if cache.home != NO_FACE {
+            cache.home = self.adjacency.walk(self.start, cache.home, position).face;
+            cache.passes_foreign = cache.passes_foreign && self.is_inside_foreign(cache.home, position);
+        }
+    }
+
+    /// Makes the face that a particle lies on the only one that it collides with.
+    fn rest_on_home(&self, cache: &mut ContactCache, position: Vec3, reach: f32) {
+        let projection = self.adjacency.walk(self.start, cache.home, position);
+        let offset = position - self.adjacency.point(self.start, &projection);
+        let along = offset.dot(self.adjacency.normal(self.start, projection.face));
+        let height_m = offset.length().copysign(along);
+        cache.face = projection.face;
+        cache.clearance_m = 0.0;
+        cache.is_within_reach = height_m <= reach;
+        cache.record(HeightSample {
+            height_m,
+            position,
+            fraction: 0.0,
+        });
+    }
+
+    /// Returns whether a particle touches the nearest of the parts that are not its own, or is
+    /// inside it.
+    fn is_inside_foreign(&self, home: u32, position: Vec3) -> bool {
+        let is_foreign = |face| self.fold_filter.is_foreign(home, face);
+        let hit = self.surface.closest_where(position, PASS_REACH_M, is_foreign);
+        hit.is_some_and(|hit| hit.signed_distance < self.thickness_m)
     }
 
     /// Moves the cached face along with the particle. Returns whether the particle is outside the

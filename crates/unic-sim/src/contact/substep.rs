@@ -69,7 +69,7 @@ impl BodySubstep<'_> {
         };
         let ((point_before, normal_before), (point, normal)) = (at(self.before), at(self.after));
         let height_before = height(previous - point_before, normal_before);
-        let is_folded = self.folds.is_face_folded(projection.face);
+        let is_folded = !cache.passes_foreign && self.folds.is_face_folded(projection.face);
         SurfaceContact {
             normal,
             gap: Gap {

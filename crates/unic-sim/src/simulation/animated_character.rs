@@ -3,7 +3,7 @@
 use crate::{
     Attachment, Particles, SimulationError,
     body::BodyInterval,
-    contact::{BareLimbs, BodyContacts, ContactSettings},
+    contact::{BareLimbs, BodyContacts, ContactSettings, FoldFilter},
 };
 use glam::Vec3;
 use std::{ops::Range, sync::Arc};
@@ -35,7 +35,9 @@ impl AnimatedCharacter {
             next: pose.clone(),
             pose,
             body: BodyInterval::new(&character.body),
-            contacts: contacts.with_limbs(BareLimbs::new(&character, rest)),
+            contacts: contacts
+                .with_limbs(BareLimbs::new(&character, rest))
+                .with_fold_filter(FoldFilter::new(&character.body, rest)),
             world_from_joint: Vec::new(),
             world_from_rest: Vec::new(),
             vertices: character.body.vertices.clone(),
