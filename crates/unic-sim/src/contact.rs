@@ -55,8 +55,9 @@ const SINK_M_PER_S: f32 = 3.0;
 /// - **Sides**: a particle inside the body leaves through the side that it entered by, down to
 ///   [`MAX_TRACKED_DEPTH_M`]. A limb that sweeps through hanging cloth therefore pushes it along.
 /// - **Folds** of the body ([`Folds`], updated every thirtieth of a second) leave no room for
-///   cloth. A penetration there may not grow, is not undone and has no friction. Cloth caught in an
-///   armpit moves with it, and is pushed out when the arm is lifted.
+///   cloth. The cloth of a garment there collides only with the part of the body that it lies on: a
+///   sleeve stays outside its arm and passes into the torso with it. In the crease between two
+///   parts a penetration may not grow, is not undone and has no friction.
 /// - **Bare limbs** of a character pass through the cloth where they come too close to a covered
 ///   part, as captured arms intersect bellies. Cloth inside such a limb moves to the covered part
 ///   beneath it, at 3 m/s and without becoming velocity. Bare limbs that the garment does not

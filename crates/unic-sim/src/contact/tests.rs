@@ -62,3 +62,81 @@ fn cloth_inside_an_ignored_limb_moves_to_the_trunk() {
     };
     assert_eq!(run_with_hand_at_trunk(beyond), unchanged);
 }
+
+/// Distance of the arm's left side from its place in the bind pose to 3 cm inside the trunk,
+/// metres.
+const PRESS_M: f32 = 0.13;
+
+/// An arm that presses a particle of its sleeve into the trunk, and is lifted again.
+struct Press {
+    contacts: BodyContacts,
+    interval: BodyInterval,
+    particles: Particles,
+    /// The body in its bind pose.
+    body: TriMesh,
+    /// Way of the arm from its bind pose to the left, metres.
+    way_m: f32,
+}
+
+impl Press {
+    fn new() -> Self {
+        let body = cubes().body;
+        let start = Vec3::new(0.146, 0.01, 0.01);
+        let sleeve = TriMesh::new(vec![start], Vec::new()).unwrap();
+        Self {
+            contacts: BodyContacts::new(&body, 1, ContactSettings::default())
+                .with_fold_filter(FoldFilter::new(&body, &sleeve)),
+            interval: BodyInterval::new(&body),
+            particles: Particles {
+                previous: vec![start],
+                velocities: vec![Vec3::ZERO],
+                inverse_masses: vec![1.0],
+                positions: vec![start],
+            },
+            body,
+            way_m: 0.0,
+        }
+    }
+
+    /// Moves the arm by 4 mm in a 120th of a second until it is `way_m` from its place. The cloth
+    /// around the particle pulls it by `pull` of the way.
+    fn move_arm_to(&mut self, way_m: f32, pull: f32) {
+        let arm = self.body.vertices.len() / 4;
+        while self.way_m != way_m {
+            let step_m = (way_m - self.way_m).clamp(-0.004, 0.004);
+            self.way_m += step_m;
+            let mut posed = self.body.vertices.clone();
+            // Beside the middle, so that a corner of each cube lies in the other one.
+            let offset = Vec3::new(-self.way_m, 0.02, 0.02);
+            posed[arm..2 * arm].iter_mut().for_each(|v| *v += offset);
+            self.interval.advance(&posed);
+            self.particles.previous.clone_from(&self.particles.positions);
+            let seconds = 1.0 / 120.0;
+            self.contacts
+                .begin_interval(&self.interval, &self.particles, seconds);
+            self.particles.positions[0].x -= pull * step_m;
+            self.contacts
+                .project(&self.interval, 0.0, 1.0, &mut self.particles);
+        }
+    }
+
+    /// Gap between the arm's left side and the particle, metres; negative for a particle inside.
+    fn gap_m(&self) -> f32 {
+        0.15 - self.way_m - self.particles.positions[0].x
+    }
+}
+
+#[test]
+fn a_sleeve_stays_outside_its_arm_where_the_arm_passes_into_the_trunk() {
+    let mut press = Press::new();
+    press.move_arm_to(PRESS_M, 0.0);
+    assert!(press.gap_m() > 0.002, "gap {}", press.gap_m());
+    // The cloth comes back with the arm and collides with both parts again.
+    press.move_arm_to(0.06, 1.0);
+    assert!((0.002..0.01).contains(&press.gap_m()), "gap {}", press.gap_m());
+    press.particles.positions[0].x = 0.056;
+    press.move_arm_to(0.055, 0.0);
+    press.move_arm_to(0.06, -3.0);
+    let x = press.particles.positions[0].x;
+    assert!(x > 0.0525, "x {x}: the trunk ends at 0.05");
+}
