@@ -11,7 +11,9 @@ use crate::{
 };
 use unic_core::{
     Model,
-    motion::{CONTACT_HEIGHT, CONTACT_SPEED, MotionLayout, PAPER_CONTACT_STEP_SQUARED, VelocityScheme},
+    motion::{
+        CONTACT_HEIGHT_M, CONTACT_SPEED_M_S, MotionLayout, PAPER_CONTACT_STEP_SQUARED_M2, VelocityScheme,
+    },
     skeleton::Skeleton,
 };
 
@@ -317,17 +319,17 @@ impl VectorBuilder<'_> {
         let moved = graph.take(moved, &indices, 0);
         let squared = graph.squared_lengths(moved);
         if spec.layout != MotionLayout::Heading {
-            let is_slow = graph.is_below(squared, PAPER_CONTACT_STEP_SQUARED);
+            let is_slow = graph.is_below(squared, PAPER_CONTACT_STEP_SQUARED_M2);
             return graph.zero_or_one(is_slow);
         }
         let length = graph.map("Sqrt", squared);
         let speed = graph.scale(length, self.rate());
-        let is_slow = graph.is_below(speed, CONTACT_SPEED);
+        let is_slow = graph.is_below(speed, CONTACT_SPEED_M_S);
         let positions = graph.take(joints.positions, &indices, 0);
         let heights = graph.slice(positions, 1, 2, 1);
         let ground = graph.input(GROUND_HEIGHT);
         let heights = graph.sub(heights, ground);
-        let limits = spec.contact_rest_heights_m.map(|rest| rest + CONTACT_HEIGHT);
+        let limits = spec.contact_rest_heights_m.map(|rest| rest + CONTACT_HEIGHT_M);
         let limits = graph.constant(&[4, 1], &limits);
         let is_low = graph.less(heights, limits);
         let [slow, low] = [is_slow, is_low].map(|condition| graph.zero_or_one(condition));
