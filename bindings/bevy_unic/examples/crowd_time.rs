@@ -18,8 +18,9 @@ const GARMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../apps/unic-cli
 const TICKS: usize = 30;
 
 fn main() {
+    // Memory that was released stays with the process, so that crowds that grow are measured from one start.
+    let before = resident_mib();
     for characters in [1, 16, 64] {
-        let before = resident_mib();
         let mut app = App::new();
         let assets = AssetPlugin {
             file_path: GARMENTS.into(),
@@ -40,7 +41,6 @@ fn main() {
         times.sort();
         let ms = 1e3 * times[TICKS / 2].as_secs_f64();
         let each = ms / characters as f64;
-        // Memory that was released stays with the process, so that only growth counts.
         let memory = match (before, resident_mib()) {
             (Some(before), Some(now)) => format!("{:.0} MiB more than before", now - before),
             _ => "memory not known".to_owned(),
