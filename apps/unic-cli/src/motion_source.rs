@@ -2,7 +2,7 @@
 //! database file.
 
 use crate::{
-    args::{ClipArgs, MotionSourceArgs},
+    args::{CharacterArgs, ClipArgs, MotionSourceArgs},
     checks::ForceArgs,
     motion_file,
     output::print_status,
@@ -88,6 +88,14 @@ impl MotionSource {
             excluded: self.database.tag_bit(EXCLUDED).unwrap_or(0),
         }
     }
+}
+
+/// Reads the character that is steered.
+///
+/// # Errors
+/// A file that is no character.
+pub(crate) fn steered_character(args: &CharacterArgs) -> Result<Character> {
+    character(args.character.as_deref(), args.body.as_deref())
 }
 
 /// Reads a character, of several skinned meshes the one called `body`, or makes the built-in human.

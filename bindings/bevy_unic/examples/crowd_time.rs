@@ -1,4 +1,4 @@
-//! Time of a tick on all compute threads for 1, 16 and 64 characters in the T-shirt that comes with `unic`, without a window.
+//! Time of a tick on all compute threads, and memory, for 1, 16 and 64 characters in the T-shirt that comes with `unic`, without a window.
 //!
 //! `cargo run --release --example crowd_time`
 
@@ -18,6 +18,8 @@ const GARMENTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../apps/unic-cli
 const TICKS: usize = 30;
 
 fn main() {
+    // Memory that was released stays with the process, so that crowds that grow are measured from one start.
+    let before = resident_mib();
     for characters in [1, 16, 64] {
         let mut app = App::new();
         let assets = AssetPlugin {
@@ -39,8 +41,20 @@ fn main() {
         times.sort();
         let ms = 1e3 * times[TICKS / 2].as_secs_f64();
         let each = ms / characters as f64;
-        println!("{characters} characters: {ms:.1} ms a tick, {each:.2} ms each");
+        let memory = match (before, resident_mib()) {
+            (Some(before), Some(now)) => format!("{:.0} MiB more than before", now - before),
+            _ => "memory not known".to_owned(),
+        };
+        println!("{characters} characters: {ms:.1} ms a tick, {each:.2} ms each, {memory}");
     }
+}
+
+/// Resident memory of the process, MiB, where the system tells it.
+fn resident_mib() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find(|line| line.starts_with("VmRSS"))?;
+    let kib: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kib / 1024.0)
 }
 
 /// Spawns characters with garments when the model is loaded.

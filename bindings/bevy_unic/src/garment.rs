@@ -12,7 +12,8 @@ use bevy::{
 use std::sync::Arc;
 use thiserror::Error;
 use unic_core::{
-    Animator, Model, Pose, TickInterpolator, animator::AnimatorError, collider::Collider, parallel::Serial,
+    Animator, Model, Pose, TickClock, TickInterpolator, animator::AnimatorError, collider::Collider,
+    parallel::Serial,
 };
 use unic_glam as core;
 
@@ -94,20 +95,14 @@ pub struct GarmentState {
     pub(crate) animator: Animator,
     pub(crate) interpolator: TickInterpolator,
     pub(crate) surface: Surface,
-    pub(crate) clock: Clock,
+    pub(crate) clock: TickClock,
+    /// Whether the animator continues a motion. If not, the next frame begins one.
+    pub(crate) has_started: bool,
     /// Poses of the last and of this frame.
     pub(crate) before: Pose,
     pub(crate) now: Pose,
     /// Vertices to be shown.
     pub(crate) shown: Shown,
-}
-
-/// Time of a garment.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Clock {
-    /// Seconds since the last tick.
-    pub(crate) unspent_s: f32,
-    pub(crate) has_started: bool,
 }
 
 /// Vertices of this frame, before they are in the mesh.
@@ -131,10 +126,8 @@ impl GarmentState {
             animator,
             interpolator: TickInterpolator::default(),
             surface: Surface::new(&model.garment().rest),
-            clock: Clock {
-                unspent_s: 0.0,
-                has_started: false,
-            },
+            clock: TickClock::new(model.config().fps),
+            has_started: false,
             before: pose.clone(),
             now: pose,
             shown: Shown::default(),
@@ -148,7 +141,7 @@ impl GarmentState {
 
     /// Starts the garment anew in the next frame, as after a cut.
     pub fn restart(&mut self) {
-        self.clock.has_started = false;
+        self.has_started = false;
     }
 }
 

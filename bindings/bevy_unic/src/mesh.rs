@@ -6,59 +6,21 @@ use bevy::{
     mesh::{Indices, PrimitiveTopology, VertexAttributeValues},
     prelude::*,
 };
-use std::collections::HashMap;
-use unic_core::mesh::TriMesh;
+use unic_core::mesh::{SeamSplit, TriMesh};
 use unic_glam as core;
 
-/// Vertices and triangles in which every vertex has one texture coordinate, as Bevy needs them.
+/// Mesh of a garment in which every vertex has one texture coordinate, as Bevy needs it.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
-    /// Vertex of the model for each vertex: copies at texture seams follow those of the model.
-    sources: Vec<u32>,
-    uvs: Option<Vec<[f32; 2]>>,
-    indices: Vec<u32>,
+    split: SeamSplit,
     rest: Vec<core::Vec3>,
 }
 
 impl Surface {
     pub(crate) fn new(mesh: &TriMesh) -> Self {
-        let mut sources: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
-        let rest = mesh.vertices.clone();
-        let Some(uvs) = &mesh.uvs else {
-            return Self {
-                sources,
-                uvs: None,
-                indices: mesh.faces.as_flattened().to_vec(),
-                rest,
-            };
-        };
-        let mut vertices: HashMap<(u32, u32), u32> = HashMap::new();
-        let mut coordinates: Vec<Option<[f32; 2]>> = vec![None; sources.len()];
-        let corners = mesh.faces.as_flattened().iter().zip(uvs.faces.as_flattened());
-        let indices = corners.map(|(&vertex, &uv)| {
-            *vertices.entry((vertex, uv)).or_insert_with(|| {
-                // The texture of Bevy begins at the top.
-                let [u, v] = uvs.coordinates[uv as usize].to_array();
-                let coordinate = Some([u, 1.0 - v]);
-                match coordinates[vertex as usize] {
-                    None => {
-                        coordinates[vertex as usize] = coordinate;
-                        vertex
-                    }
-                    Some(_) => {
-                        sources.push(vertex);
-                        coordinates.push(coordinate);
-                        sources.len() as u32 - 1
-                    }
-                }
-            })
-        });
-        let indices = indices.collect();
         Self {
-            sources,
-            uvs: Some(coordinates.into_iter().map(Option::unwrap_or_default).collect()),
-            indices,
-            rest,
+            split: SeamSplit::new(mesh),
+            rest: mesh.vertices.clone(),
         }
     }
 
@@ -68,16 +30,18 @@ impl Surface {
         let positions: Vec<[f32; 3]> = self.spread(&self.rest).collect();
         mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0, 0.0, 1.0]; positions.len()]);
         mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, positions);
-        if let Some(uvs) = &self.uvs {
-            mesh.insert_attribute(Mesh::ATTRIBUTE_UV_0, uvs.clone());
+        if let Some(uvs) = &self.split.uvs {
+            // The texture of Bevy begins at the top.
+            let uvs: Vec<[f32; 2]> = uvs.iter().map(|uv| [uv.x, 1.0 - uv.y]).collect();
+            mesh.insert_attribute(Mesh::ATTRIBUTE_UV_0, uvs);
         }
-        mesh.insert_indices(Indices::U32(self.indices.clone()));
+        mesh.insert_indices(Indices::U32(self.split.faces.as_flattened().to_vec()));
         mesh
     }
 
     /// Values of all vertices, copies at seams included.
     fn spread<'a>(&'a self, values: &'a [core::Vec3]) -> impl Iterator<Item = [f32; 3]> + 'a {
-        self.sources.iter().map(|&v| values[v as usize].to_array())
+        self.split.spread(values).map(|v| v.to_array())
     }
 }
 

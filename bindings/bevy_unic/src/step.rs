@@ -18,17 +18,17 @@ pub(crate) fn step(
     time: Res<Time>,
     commands: ParallelCommands,
     transforms: Query<&GlobalTransform>,
-    mut garments: Query<(Entity, &UnicGarment, &mut GarmentState), Without<GarmentFault>>,
+    mut garments: Query<(Entity, Ref<UnicGarment>, &mut GarmentState), Without<GarmentFault>>,
 ) {
-    let frame_s = time.delta_secs();
+    let frame_s = time.delta_secs_f64();
     garments.par_iter_mut().for_each(|(entity, garment, mut state)| {
         if garment.is_paused {
-            state.clock.has_started = false;
+            state.has_started = false;
             return;
         }
-        if let Err(fault) = advance(&mut state, garment, &transforms, frame_s) {
+        if let Err(fault) = advance(&mut state, &garment, &transforms, frame_s) {
             // Without the fault, it starts from the pose that is then.
-            state.clock.has_started = false;
+            state.has_started = false;
             error!("garment {entity} on character {}: {fault}", garment.character);
             commands.command_scope(|mut commands| {
                 commands.entity(entity).insert(fault);
@@ -40,73 +40,60 @@ pub(crate) fn step(
 /// Takes the pose of this frame, and as many ticks as time has passed.
 fn advance(
     state: &mut GarmentState,
-    garment: &UnicGarment,
+    garment: &Ref<UnicGarment>,
     transforms: &Query<&GlobalTransform>,
-    frame_s: f32,
+    frame_s: f64,
 ) -> Result<(), GarmentFault> {
     std::mem::swap(&mut state.before, &mut state.now);
     let model = Arc::clone(state.animator.model());
     let skeleton = &model.character().skeleton;
     let Some(size) = state.rig.pose(skeleton, transforms, &mut state.now)? else {
         // The character is gone or has no transforms yet: the next one starts anew.
-        state.clock.has_started = false;
+        state.has_started = false;
         return Ok(());
     };
+    // A garment that has not started may have changed while nothing was stepped.
+    if garment.is_changed() || state.shown.size != size || !state.has_started {
+        let colliders = garment.colliders.iter().map(|collider| of_size(collider, size));
+        state.animator.set_colliders(colliders);
+    }
     state.shown.size = size;
-    let colliders = garment.colliders.iter().map(|collider| of_size(collider, size));
-    state.animator.set_colliders(colliders);
     let moved = state.now.trans.distance(state.before.trans) * size;
-    if !state.clock.has_started || moved > garment.teleport_m {
+    if !state.has_started || moved > garment.teleport_m {
         restart(state, garment)?;
     } else {
-        tick(state, garment, frame_s, 1.0 / model.config().fps)?;
+        tick(state, garment, frame_s)?;
     }
-    Ok(show(state, garment, 1.0 / model.config().fps)?)
+    Ok(show(state, garment)?)
 }
 
 fn restart(state: &mut GarmentState, garment: &UnicGarment) -> Result<(), AnimatorError> {
     let input = input(&state.now, garment, state.shown.size);
     state.animator.reset(&input, Start::MeanShape)?;
     state.interpolator.cut(&state.animator);
-    state.clock.has_started = true;
-    state.clock.unspent_s = 0.0;
+    state.has_started = true;
+    state.clock.restart();
     Ok(())
 }
 
-fn tick(
-    state: &mut GarmentState,
-    garment: &UnicGarment,
-    frame_s: f32,
-    tick_s: f32,
-) -> Result<(), AnimatorError> {
-    let mut unspent_s = state.clock.unspent_s + frame_s;
-    // Half a percent early: frame times are rounded to nanoseconds.
-    let ticks = ((unspent_s / tick_s + 0.005).floor() as u32).min(MOST_TICKS);
-    for _ in 0..ticks {
-        unspent_s -= tick_s;
+fn tick(state: &mut GarmentState, garment: &UnicGarment, frame_s: f64) -> Result<(), AnimatorError> {
+    state.clock.advance(frame_s, MOST_TICKS);
+    while let Some(moment) = state.clock.take() {
         // Poses of ticks within a frame lie between those of two frames.
-        let share = match frame_s > 0.0 {
-            true => (1.0 - unspent_s / frame_s).clamp(0.0, 1.0),
-            false => 1.0,
-        };
-        let pose = match share > 0.99 {
-            true => state.now.clone(),
-            false => state.before.interpolate(&state.now, share),
-        };
-        state.animator.step(&input(&pose, garment, state.shown.size))?;
+        let between = (moment < 1.0).then(|| state.before.interpolate(&state.now, moment));
+        let pose = between.as_ref().unwrap_or(&state.now);
+        state.animator.step(&input(pose, garment, state.shown.size))?;
         state.interpolator.tick(&state.animator);
     }
-    // Time beyond the most ticks is lost: the cloth is slow rather than the program.
-    state.clock.unspent_s = unspent_s.clamp(0.0, tick_s);
     Ok(())
 }
 
 /// Keeps the vertices of this frame for the mesh.
-fn show(state: &mut GarmentState, garment: &UnicGarment, tick_s: f32) -> Result<(), AnimatorError> {
+fn show(state: &mut GarmentState, garment: &UnicGarment) -> Result<(), AnimatorError> {
     let frame = match garment.display {
         Display::Ticks => state.animator.garment(),
         Display::Interpolated => {
-            let share = state.clock.unspent_s / tick_s;
+            let share = state.clock.share();
             state.interpolator.show(&state.animator, &state.now, share)?
         }
     };

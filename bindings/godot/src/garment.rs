@@ -5,7 +5,7 @@ use glam::Vec3;
 use std::sync::Arc;
 use unic_core::{
     Animator, AnimatorError, AnimatorState, GarmentFrame, IntersectionMode, Model, Pose, Start, StepInput,
-    TickInterpolator, transform::Rigid,
+    TickClock, TickInterpolator, transform::Rigid,
 };
 
 /// Most ticks in one frame. A program that stops for seconds would otherwise step through them all.
@@ -79,8 +79,7 @@ pub struct Garment {
     /// Intersection handling of the model.
     intersection: IntersectionMode,
     next: Next,
-    /// Seconds since the last tick.
-    unspent_s: f32,
+    clock: TickClock,
     /// Poses of the last and of this frame.
     before: Pose,
     now: Pose,
@@ -100,7 +99,7 @@ impl Garment {
             animator,
             interpolator: TickInterpolator::default(),
             next: Next::Restart,
-            unspent_s: 0.0,
+            clock: TickClock::new(model.config().fps),
             before: pose.clone(),
             now: pose,
             size: 1.0,
@@ -137,7 +136,7 @@ impl Garment {
         self.animator.restore(state)?;
         self.interpolator.cut(&self.animator);
         self.next = Next::Resume;
-        self.unspent_s = 0.0;
+        self.clock.restart();
         Ok(())
     }
 
@@ -151,12 +150,11 @@ impl Garment {
     pub fn advance(
         &mut self,
         world_from_bone: &[Rigid],
-        frame_s: f32,
+        frame_s: f64,
         around: &Surroundings,
     ) -> Result<Option<Frame<'_>>, AnimatorError> {
         std::mem::swap(&mut self.before, &mut self.now);
         let model = Arc::clone(self.animator.model());
-        let tick_s = 1.0 / model.config().fps;
         let skeleton = &model.character().skeleton;
         let Some(size) = self.rig.pose(skeleton, world_from_bone, &mut self.now) else {
             self.next = Next::Restart;
@@ -171,16 +169,16 @@ impl Garment {
             BodyContact::Ignored => IntersectionMode::Off,
         });
         match self.next {
-            Next::Step => self.tick(around, frame_s, tick_s)?,
+            Next::Step => self.tick(around, frame_s)?,
             Next::Resume => {
                 self.before.clone_from(&self.now);
                 self.next = Next::Step;
-                self.tick(around, frame_s, tick_s)?;
+                self.tick(around, frame_s)?;
             }
             Next::Restart => self.begin(around, Start::MeanShape)?,
             Next::Teleport => self.carry(around)?,
         }
-        let GarmentFrame { positions, normals } = self.show(around.picture, tick_s)?;
+        let GarmentFrame { positions, normals } = self.show(around.picture)?;
         Ok(Some(Frame {
             size,
             positions,
@@ -205,38 +203,27 @@ impl Garment {
         self.animator.reset(&input, start)?;
         self.interpolator.cut(&self.animator);
         self.next = Next::Step;
-        self.unspent_s = 0.0;
+        self.clock.restart();
         Ok(())
     }
 
-    fn tick(&mut self, around: &Surroundings, frame_s: f32, tick_s: f32) -> Result<(), AnimatorError> {
-        let mut unspent_s = self.unspent_s + frame_s;
-        // Half a percent early: frame times are rounded.
-        let ticks = ((unspent_s / tick_s + 0.005).floor() as u32).min(MOST_TICKS);
-        for _ in 0..ticks {
-            unspent_s -= tick_s;
+    fn tick(&mut self, around: &Surroundings, frame_s: f64) -> Result<(), AnimatorError> {
+        self.clock.advance(frame_s, MOST_TICKS);
+        while let Some(moment) = self.clock.take() {
             // Poses of ticks within a frame lie between those of two frames.
-            let share = match frame_s > 0.0 {
-                true => (1.0 - unspent_s / frame_s).clamp(0.0, 1.0),
-                false => 1.0,
-            };
-            let pose = match share > 0.99 {
-                true => self.now.clone(),
-                false => self.before.interpolate(&self.now, share),
-            };
-            self.animator.step(&input(&pose, around, self.size))?;
+            let between = (moment < 1.0).then(|| self.before.interpolate(&self.now, moment));
+            let pose = between.as_ref().unwrap_or(&self.now);
+            self.animator.step(&input(pose, around, self.size))?;
             self.interpolator.tick(&self.animator);
         }
-        // Time beyond the most ticks is lost: the cloth is slow rather than the program.
-        self.unspent_s = unspent_s.clamp(0.0, tick_s);
         Ok(())
     }
 
-    fn show(&mut self, picture: Picture, tick_s: f32) -> Result<GarmentFrame<'_>, AnimatorError> {
+    fn show(&mut self, picture: Picture) -> Result<GarmentFrame<'_>, AnimatorError> {
         match picture {
             Picture::Tick => Ok(self.animator.garment()),
             Picture::Interpolated => {
-                let share = self.unspent_s / tick_s;
+                let share = self.clock.share();
                 self.interpolator.show(&self.animator, &self.now, share)
             }
         }

@@ -207,7 +207,7 @@ impl UnicGarment3D {
 impl UnicGarment3D {
     /// Moves the garment to this frame.
     fn frame(&mut self) {
-        let frame_s = std::mem::take(&mut self.elapsed_s) as f32;
+        let frame_s = std::mem::take(&mut self.elapsed_s);
         self.drop_what_changed();
         if self.fault.is_some() {
             return;

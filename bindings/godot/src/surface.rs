@@ -1,9 +1,8 @@
 //! Vertices and triangles in the engine's form.
 
 use crate::tangents::Tangents;
-use glam::Vec3;
-use std::collections::HashMap;
-use unic_core::mesh::TriMesh;
+use glam::{Vec2, Vec3};
+use unic_core::mesh::{SeamSplit, TriMesh};
 
 /// Bytes of a position in the engine's vertex buffer.
 pub const POSITION_BYTES: usize = 12;
@@ -24,40 +23,12 @@ pub struct Surface {
 impl Surface {
     /// Splits the vertices of a mesh at its texture seams.
     pub fn new(mesh: &TriMesh) -> Self {
-        let mut sources: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
-        let clockwise = |face: &[u32; 3]| [face[0], face[2], face[1]];
-        let Some(uvs) = &mesh.uvs else {
-            return Self {
-                sources,
-                uvs: None,
-                indices: mesh.faces.iter().flat_map(clockwise).collect(),
-            };
-        };
-        let mut vertices: HashMap<(u32, u32), u32> = HashMap::new();
-        let mut coordinates: Vec<Option<[f32; 2]>> = vec![None; sources.len()];
-        let corners = (mesh.faces.iter().flat_map(clockwise)).zip(uvs.faces.iter().flat_map(clockwise));
-        let indices = corners.map(|(vertex, uv)| {
-            *vertices.entry((vertex, uv)).or_insert_with(|| {
-                let [u, v] = uvs.coordinates[uv as usize].to_array();
-                let coordinate = Some([u, 1.0 - v]);
-                match coordinates[vertex as usize] {
-                    None => {
-                        coordinates[vertex as usize] = coordinate;
-                        vertex
-                    }
-                    Some(_) => {
-                        sources.push(vertex);
-                        coordinates.push(coordinate);
-                        sources.len() as u32 - 1
-                    }
-                }
-            })
-        });
-        let indices = indices.collect();
+        let SeamSplit { sources, uvs, faces } = SeamSplit::new(mesh);
+        let from_top = |uvs: Vec<Vec2>| uvs.iter().map(|uv| [uv.x, 1.0 - uv.y]).collect();
         Self {
             sources,
-            uvs: Some(coordinates.into_iter().map(Option::unwrap_or_default).collect()),
-            indices,
+            uvs: uvs.map(from_top),
+            indices: faces.iter().flat_map(|&[a, b, c]| [a, c, b]).collect(),
         }
     }
 

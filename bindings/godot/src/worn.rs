@@ -112,7 +112,7 @@ impl Worn {
     /// in the size of the model; none if the skeleton has no size.
     pub(crate) fn advance(
         &mut self,
-        frame_s: f32,
+        frame_s: f64,
         around: &Surroundings,
     ) -> Result<Option<(f32, Aabb)>, AnimatorError> {
         // A skeleton that has not moved, or an engine older than 4.3, tells nothing.

@@ -92,7 +92,7 @@ fn around(picture: Picture) -> Surroundings {
 /// Positions in the world after a frame.
 fn advance(garment: &mut Garment, bones: &[Rigid], frame_s: f32, picture: Picture) -> Vec<Vec3> {
     let frame = garment
-        .advance(bones, frame_s, &around(picture))
+        .advance(bones, frame_s.into(), &around(picture))
         .unwrap()
         .unwrap();
     frame.positions.iter().map(|p| *p * frame.size).collect()
@@ -207,7 +207,7 @@ fn the_body_is_ignored_on_demand() {
             _ => drop(animator.step(&input(&pose)).unwrap()),
         }
         let bones = character.global(&pose);
-        let frame = garment.advance(&bones, 1.0 / model.config().fps, &ignoring);
+        let frame = garment.advance(&bones, 1.0 / f64::from(model.config().fps), &ignoring);
         let found = frame.unwrap().unwrap().positions.to_vec();
         assert_near(&found, animator.garment().positions, &format!("tick {tick}"));
     }

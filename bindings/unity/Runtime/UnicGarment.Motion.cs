@@ -21,6 +21,8 @@ namespace Unic
         private TickClock clock;
         private bool isPaused;
         private bool wantsRestart;
+        // After a restored state nothing is known of where the body was: that is no teleport.
+        private bool isRestored;
         private bool isNewShape;
         private float unseenSeconds;
         private Vector3 centreFromRoot;
@@ -76,7 +78,7 @@ namespace Unic
             return GarmentState.Join(instance.Save(), Anchor, clock.SinceTick);
         }
 
-        /// <summary>Continues a saved state of the same model.</summary>
+        /// <summary>Continues a saved state of the same model, wherever the body is in the next frame.</summary>
         /// <exception cref="InvalidOperationException">The garment has not begun.</exception>
         /// <exception cref="UnicException">The bytes are not a state of this model.</exception>
         public unsafe void RestoreState(byte[] state)
@@ -88,9 +90,9 @@ namespace Unic
             Anchor = anchor;
             clock.SinceTick = sinceTick;
             rig.Read(now, Anchor);
-            before.Set(now);
             instance.Display(now, clock.Share, mesh.Pointer);
             isNewShape = true;
+            isRestored = true;
             wantsRestart = false;
         }
 
@@ -105,6 +107,8 @@ namespace Unic
             }
             Place();
             rig.Read(now, Anchor);
+            if (isRestored) before.Set(now);
+            isRestored = false;
             GarmentActivity last = Activity;
             Activity = Decide(seconds);
             if (Activity == GarmentActivity.Asleep)
@@ -197,7 +201,21 @@ namespace Unic
             mesh.Upload();
             centreFromRoot = mesh.Bounds.center - now.root;
             isNewShape = false;
-            if (Shown != null) Shown(this);
+            Announce();
+        }
+
+        // A handler is not the garment's: its exception must not stop the frame of a crowd's other members.
+        private void Announce()
+        {
+            if (Shown == null) return;
+            try
+            {
+                Shown(this);
+            }
+            catch (Exception error)
+            {
+                Debug.LogException(error, this);
+            }
         }
 
         private void SendColliders()

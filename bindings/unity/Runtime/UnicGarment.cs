@@ -115,7 +115,7 @@ namespace Unic
         /// <summary>The mesh and its vertices. Null before the garment has begun.</summary>
         public GarmentMesh Mesh => mesh;
 
-        /// <summary>Called after new vertices are in the mesh, such as for tangents.</summary>
+        /// <summary>Called after new vertices are in the mesh, such as for tangents. Exceptions are logged.</summary>
         public event Action<UnicGarment> Shown;
 
         /// <summary>Crowd that runs this garment; null if it runs by itself.</summary>

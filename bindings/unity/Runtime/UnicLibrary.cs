@@ -25,7 +25,7 @@ namespace Unic
             get
             {
                 Require();
-                return (NativeMethods.unic_features() & NativeMethods.UNIC_FEATURE_POOL) != 0;
+                return (NativeMethods.unic_features() & (ulong)UnicFeature.Pool) != 0;
             }
         }
 

@@ -13,6 +13,7 @@ mod scratch;
 mod stage;
 mod state;
 mod state_frames;
+mod tick_clock;
 mod tick_interpolator;
 mod tiles;
 
@@ -21,6 +22,7 @@ pub use input::{FARTHEST, GarmentFrame, Start, StepInput};
 pub use saved::SavedStateError;
 pub use stage::Stage;
 pub use state::{AnimatorState, VertexState};
+pub use tick_clock::TickClock;
 pub use tick_interpolator::TickInterpolator;
 
 use crate::{

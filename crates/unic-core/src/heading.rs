@@ -13,7 +13,7 @@ use std::f32::consts::{PI, TAU};
 
 /// Time constant of the correction towards the pose's own yaw for an upright body, seconds: an
 /// error of 180° is below 2° half a second later.
-pub const CORRECTION_TIME: f32 = 0.1;
+pub const CORRECTION_TIME_S: f32 = 0.1;
 
 /// Certainty of the yaw below which a cold start takes the projected forward direction instead: the
 /// body is within 4° of upside down.
@@ -58,7 +58,7 @@ impl Heading {
         } = upright_yaw(root);
         // The exact solution of the decay over dt, so that the result hardly depends on the frame
         // rate.
-        let gain = 1.0 - (-certainty * certainty * dt.max(0.0) / CORRECTION_TIME).exp();
+        let gain = 1.0 - (-certainty * certainty * dt.max(0.0) / CORRECTION_TIME_S).exp();
         let yaw = wrapped(turned + gain * wrapped(target - turned));
         if yaw.is_finite() {
             self.yaw = yaw;
@@ -277,7 +277,7 @@ mod tests {
                 let (before, now) = (at(frame as f32 / fps), at((frame + 1) as f32 / fps));
                 let physical = rotation_vector(now * before.conjugate()).y;
                 let excess = wrapped(y[1] - y[0] - physical).abs() * fps;
-                prop_assert!(excess < PI / CORRECTION_TIME, "frame {frame}: {excess} rad/s");
+                prop_assert!(excess < PI / CORRECTION_TIME_S, "frame {frame}: {excess} rad/s");
             }
         }
     }

@@ -61,7 +61,8 @@
 //! ```
 //!
 //! The display shows more frames than the garment ticks. [`TickInterpolator`] puts the garment on
-//! the pose of the moment, so that cloth follows a body that moves between two ticks.
+//! the pose of the moment, so that cloth follows a body that moves between two ticks. [`TickClock`]
+//! says in which frames the garment ticks.
 //!
 //! ```
 //! # use std::sync::Arc;
@@ -184,7 +185,7 @@ mod triangle;
 pub mod weights;
 
 pub use animator::{
-    Animator, AnimatorError, AnimatorState, GarmentFrame, Start, StepInput, TickInterpolator,
+    Animator, AnimatorError, AnimatorState, GarmentFrame, Start, StepInput, TickClock, TickInterpolator,
 };
 pub use collider::Collider;
 pub use config::{Corrects, IntersectionMode};

@@ -2,8 +2,10 @@
 //!
 //! For tools that import and make characters and garments.
 
+mod seam_split;
 mod seamless_normals;
 
+pub use seam_split::SeamSplit;
 pub use seamless_normals::SeamlessNormals;
 
 use glam::{Vec2, Vec3};
@@ -27,6 +29,16 @@ pub struct Uvs {
     pub coordinates: Vec<Vec2>,
     /// Indices into `coordinates`, three for each face of the mesh.
     pub faces: Vec<[u32; 3]>,
+}
+
+impl Uvs {
+    /// Returns whether there are three corners for each of these faces, all with coordinates that
+    /// exist.
+    pub fn fit(&self, faces: &[[u32; 3]]) -> bool {
+        let count = self.coordinates.len();
+        let mut corners = self.faces.iter().flatten();
+        self.faces.len() == faces.len() && corners.all(|&corner| (corner as usize) < count)
+    }
 }
 
 /// Error of a mesh that is not valid.

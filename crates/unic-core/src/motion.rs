@@ -40,7 +40,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 
-pub use frame::{CONTACT_HEIGHT, CONTACT_SPEED, PAPER_CONTACT_STEP_SQUARED};
+pub use frame::{CONTACT_HEIGHT_M, CONTACT_SPEED_M_S, PAPER_CONTACT_STEP_SQUARED_M2};
 pub use normalisation::{Normalisation, NormalisationRule, NormalisedElements, ROUNDING_STD};
 pub use state::{MotionInput, MotionState};
 

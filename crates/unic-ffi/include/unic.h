@@ -21,26 +21,6 @@
 #define UNIC_ABI_VERSION 1
 
 /**
- * Feature: models are read from paths.
- */
-#define UNIC_FEATURE_PATHS 1
-
-/**
- * Feature: UNIC_THREADS_POOL.
- */
-#define UNIC_FEATURE_POOL 2
-
-/**
- * Feature: this processor has instructions for UNIC_PRECISION_BF16.
- */
-#define UNIC_FEATURE_BF16_INSTRUCTIONS 4
-
-/**
- * Feature: this processor has instructions for UNIC_PRECISION_INT8.
- */
-#define UNIC_FEATURE_INT8_INSTRUCTIONS 8
-
-/**
  * Result of a call. Codes other than `UNIC_STATUS_OK` come with a text: `unic_last_error`.
  *
  * A call that fails changes nothing, except for `UNIC_STATUS_PANIC`.
@@ -112,6 +92,39 @@ enum UnicStatus
 typedef enum UnicStatus UnicStatus;
 #else
 typedef uint32_t UnicStatus;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Features of a library on a machine. Each is a bit of unic_features.
+ */
+enum UnicFeature
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint64_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Models are read from paths.
+   */
+  UNIC_FEATURE_PATHS = 1,
+  /**
+   * UNIC_THREADS_POOL.
+   */
+  UNIC_FEATURE_POOL = 2,
+  /**
+   * This processor has instructions for UNIC_PRECISION_BF16.
+   */
+  UNIC_FEATURE_BF16_INSTRUCTIONS = 4,
+  /**
+   * This processor has instructions for UNIC_PRECISION_INT8.
+   */
+  UNIC_FEATURE_INT8_INSTRUCTIONS = 8,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum UnicFeature UnicFeature;
+#else
+typedef uint64_t UnicFeature;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -456,9 +469,10 @@ typedef void (*UnicJob)(void *data);
  * Callback that runs a job on the caller's threads: calls `job(data)` up to `jobs` times, in
  * parallel where it can.
  *
- * It may call the job less often and return early: the calling thread does what is left. It must
- * not throw, and must not call the job after the instance is released. It is called on the thread
- * that steps the instance.
+ * It may call the job less often or more often, and return early: the calling thread does what is
+ * left. A job that is called after parallel_for has returned takes part in the work of the moment; if
+ * there is none, or the instance is released, it does nothing. `data` is a number, not memory. The
+ * callback must not throw. It is called on the thread that steps the instance.
  */
 typedef void (*UnicParallelFor)(void *context, uint32_t jobs, UnicJob job, void *data);
 
@@ -676,7 +690,7 @@ uint32_t unic_abi_version(void);
 const char *unic_version(void);
 
 /**
- * Features of the library on this machine: a sum of UNIC_FEATURE constants. Unknown ones are of
+ * Features of the library on this machine: a sum of values of UnicFeature. Unknown ones are of
  * later versions.
  */
 uint64_t unic_features(void);

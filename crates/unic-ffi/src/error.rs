@@ -31,6 +31,12 @@ pub(crate) enum Error {
         expected: usize,
         found: usize,
     },
+    #[error("{what}: expected a struct of at least {least} bytes, found one of {found}")]
+    StructSize {
+        what: &'static str,
+        least: usize,
+        found: usize,
+    },
     #[error("{what}: expected {expected}, found {found}")]
     Value {
         what: &'static str,
@@ -66,7 +72,7 @@ impl Error {
             Self::Misaligned { .. } => UnicStatus::Misaligned,
             Self::Handle { .. } => UnicStatus::InvalidHandle,
             Self::InUse => UnicStatus::InUse,
-            Self::Size { .. } => UnicStatus::WrongSize,
+            Self::Size { .. } | Self::StructSize { .. } => UnicStatus::WrongSize,
             Self::Value { .. } | Self::Rotation { .. } | Self::Model(_) => UnicStatus::InvalidValue,
             Self::Animator(error) => match error {
                 AnimatorError::Joints { .. } | AnimatorError::Vertices { .. } => UnicStatus::WrongSize,

@@ -1,5 +1,6 @@
 //! Jobs that threads other than the caller's take part in, and the callback of the caller's threads.
 
+use crate::registry::Registry;
 use std::{
     any::Any,
     ffi::c_void,
@@ -15,9 +16,10 @@ pub type UnicJob = Option<unsafe extern "C" fn(data: *mut c_void)>;
 /// Callback that runs a job on the caller's threads: calls `job(data)` up to `jobs` times, in
 /// parallel where it can.
 ///
-/// It may call the job less often and return early: the calling thread does what is left. It must
-/// not throw, and must not call the job after the instance is released. It is called on the thread
-/// that steps the instance.
+/// It may call the job less often or more often, and return early: the calling thread does what is
+/// left. A job that is called after parallel_for has returned takes part in the work of the moment; if
+/// there is none, or the instance is released, it does nothing. `data` is a number, not memory. The
+/// callback must not throw. It is called on the thread that steps the instance.
 pub type UnicParallelFor =
     Option<unsafe extern "C" fn(context: *mut c_void, jobs: u32, job: UnicJob, data: *mut c_void)>;
 
@@ -113,6 +115,10 @@ impl Debug for JobSlot {
     }
 }
 
+/// Slots of the caller's threads, by the number that their jobs have as data: a job that a pool of the
+/// caller runs late finds none.
+static SLOTS: Registry<JobSlot> = Registry::new("job");
+
 /// The caller's threads.
 #[derive(Debug)]
 pub(crate) struct WorkerThreads {
@@ -122,9 +128,11 @@ pub(crate) struct WorkerThreads {
     /// Job of the moment. A slot and not the job itself is what the callback gets, so that it may
     /// return early.
     slot: Arc<JobSlot>,
+    /// Number of the slot.
+    data: *mut c_void,
 }
 
-// SAFETY: the context is only passed to the caller's callback, which the interface asks to be
+// SAFETY: the data is a number, and the context is only passed to the caller's callback, which the interface asks to be
 // callable on every thread that steps the instance.
 unsafe impl Send for WorkerThreads {}
 // SAFETY: as above.
@@ -137,8 +145,16 @@ impl WorkerThreads {
             count,
             parallel_for,
             context,
+            data: SLOTS.insert(Arc::clone(&slot)),
             slot,
         }
+    }
+}
+
+impl Drop for WorkerThreads {
+    fn drop(&mut self) {
+        // It is there since `new`, and nobody else ends it.
+        let _ = SLOTS.release(self.data);
     }
 }
 
@@ -149,19 +165,18 @@ impl Threads for WorkerThreads {
 
     fn run(&self, jobs: usize, job: &(dyn Fn() + Sync)) {
         self.slot.offer(job, || {
-            let data = Arc::as_ptr(&self.slot).cast_mut().cast();
             // SAFETY: the caller's function, called as the interface says: on the thread that steps,
-            // with its own context and a slot that lives as long as the instance.
-            unsafe { (self.parallel_for)(self.context, jobs as u32, Some(enter_slot), data) };
+            // with its own context.
+            unsafe { (self.parallel_for)(self.context, jobs as u32, Some(enter_slot), self.data) };
         });
     }
 }
 
-/// Job of [`UnicParallelFor`]: `data` is the slot.
+/// Job of [`UnicParallelFor`]: `data` is the number of a slot.
 unsafe extern "C" fn enter_slot(data: *mut c_void) {
-    if !data.is_null() {
-        // SAFETY: the slot that `run` passes, which lives until the instance is released.
-        unsafe { &*data.cast::<JobSlot>() }.enter();
+    // A slot that is gone has no work left.
+    if let Ok(slot) = SLOTS.get(data) {
+        slot.enter();
     }
 }
 

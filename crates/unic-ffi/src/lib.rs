@@ -20,9 +20,11 @@
 //!   vertex buffer is filled in place. After the first few steps, a step allocates nothing.
 //! - **Axes and units** are options of an instance ([`UnicAxes`]). Poses, results, colliders, wind
 //!   and faces are converted, so that no engine mirrors anything by itself.
-//! - **Growth.** Structs that may grow begin with their size in bytes, which the caller sets. A
-//!   program that was compiled with a later header works here if the fields that this version does
-//!   not know are zero. [`UNIC_ABI_VERSION`] changes when older programs stop working.
+//! - **Growth.** Structs that may grow begin with their size in bytes, which the caller sets. Fields
+//!   that a program compiled with an earlier header does not have count as zero. A program that was
+//!   compiled with a later header works here if the fields that this version does not know are zero;
+//!   in structs that it asks for, they become zero. [`UNIC_ABI_VERSION`] changes when older programs
+//!   stop working.
 //!
 //! # Rules for pointers
 //!
@@ -33,8 +35,7 @@
 //!   description states, and nobody else changes that memory during the call;
 //! - strides lead to rows within that memory;
 //! - texts end with a zero byte;
-//! - a callback can be called on every thread that uses the instance, does not throw, and calls its
-//!   job no longer than the instance lives.
+//! - a callback can be called on every thread that uses the instance and does not throw.
 //!
 //! # The header
 //!
@@ -95,6 +96,5 @@ pub use step::{
     unic_instance_step,
 };
 pub use version::{
-    UNIC_ABI_VERSION, UNIC_FEATURE_BF16_INSTRUCTIONS, UNIC_FEATURE_INT8_INSTRUCTIONS, UNIC_FEATURE_PATHS,
-    UNIC_FEATURE_POOL, unic_abi_version, unic_features, unic_instructions, unic_version,
+    UNIC_ABI_VERSION, UnicFeature, unic_abi_version, unic_features, unic_instructions, unic_version,
 };

@@ -8,8 +8,7 @@ use crate::{
     options::UnicVertexLayout,
 };
 use glam::{Vec2, Vec3};
-use std::collections::HashMap;
-use unic_core::mesh::{TriMesh, Uvs};
+use unic_core::mesh::{SeamSplit, TriMesh};
 
 /// Mesh of an instance.
 #[repr(u32)]
@@ -54,42 +53,24 @@ pub(crate) struct MeshLayout {
 
 impl MeshLayout {
     pub(crate) fn new(mesh: &TriMesh, layout: UnicVertexLayout, axes: &Axes) -> Self {
-        let mut made = Self {
-            sources: (0..mesh.vertices.len() as u32).collect(),
-            faces: mesh.faces.clone(),
-            uvs: None,
-        };
-        // Corners of the texture that do not fit the faces are left out, as if there were none.
-        if let Some(uvs) = mesh.uvs.as_ref().filter(|uvs| are_usable(uvs, mesh)) {
-            made.add_uvs(uvs, layout);
+        let SeamSplit {
+            mut sources,
+            mut uvs,
+            mut faces,
+        } = SeamSplit::new(mesh);
+        if layout == UnicVertexLayout::Model {
+            // The model's own vertices come first, with the texture coordinate of their first corner.
+            let count = mesh.vertices.len();
+            sources.truncate(count);
+            if let Some(uvs) = &mut uvs {
+                uvs.truncate(count);
+            }
+            faces.clone_from(&mesh.faces);
         }
         if axes.handedness() == Handedness::Left {
-            made.faces.iter_mut().for_each(|face| face.swap(1, 2));
+            faces.iter_mut().for_each(|face| face.swap(1, 2));
         }
-        made
-    }
-
-    /// Gives each vertex a texture coordinate, and copies vertices that have several.
-    fn add_uvs(&mut self, uvs: &Uvs, layout: UnicVertexLayout) {
-        let mut of_vertex: Vec<Option<Vec2>> = vec![None; self.sources.len()];
-        let mut copies = HashMap::new();
-        for (face, corners) in self.faces.iter_mut().zip(&uvs.faces) {
-            for (vertex, &corner) in face.iter_mut().zip(corners) {
-                let uv = uvs.coordinates[corner as usize];
-                let first = *of_vertex[*vertex as usize].get_or_insert(uv);
-                if first == uv || layout == UnicVertexLayout::Model {
-                    continue;
-                }
-                let key = (*vertex, uv.to_array().map(f32::to_bits));
-                *vertex = *copies.entry(key).or_insert_with(|| {
-                    self.sources.push(*vertex);
-                    of_vertex.push(Some(uv));
-                    self.sources.len() as u32 - 1
-                });
-            }
-        }
-        let of_vertex = of_vertex.into_iter().map(Option::unwrap_or_default);
-        self.uvs = Some(of_vertex.collect());
+        Self { sources, faces, uvs }
     }
 
     /// Number of written vertices.
@@ -186,17 +167,11 @@ pub(crate) struct VertexRows {
     normals: Option<Rows<3>>,
 }
 
-/// Tells whether texture coordinates have as many faces as the mesh, with corners that exist.
-fn are_usable(uvs: &Uvs, mesh: &TriMesh) -> bool {
-    let count = uvs.coordinates.len();
-    let mut corners = uvs.faces.iter().flatten();
-    uvs.faces.len() == mesh.faces.len() && corners.all(|&corner| (corner as usize) < count)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::options::UnicAxes;
+    use unic_core::mesh::Uvs;
 
     /// Two triangles over a square, with a texture seam along the diagonal at vertex 2.
     fn square() -> TriMesh {

@@ -2,12 +2,13 @@
 
 use crate::{
     error::{Error, c_string, guard},
-    memory::{self, Plain, Rows, check_count, check_pointer, check_struct_size, write},
+    memory::{self, Growing, Plain, Rows, answer_sized, check_count, check_pointer, write},
     registry::Registry,
     status::UnicStatus,
 };
 use std::{
     ffi::{CStr, CString, c_char, c_void},
+    mem::{offset_of, size_of},
     sync::{Arc, Mutex, PoisonError},
 };
 use unic_core::{Model, Precision};
@@ -44,6 +45,10 @@ pub struct UnicModelInfo {
 // SAFETY: eight numbers of 4 bytes.
 unsafe impl Plain for UnicModelInfo {}
 const _: () = assert!(size_of::<UnicModelInfo>() == 8 * 4, "padding");
+
+impl Growing for UnicModelInfo {
+    const FIRST_SIZE: usize = offset_of!(Self, fps) + size_of::<f32>();
+}
 
 pub(crate) static MODELS: Registry<SharedModel> = Registry::new("model");
 
@@ -160,13 +165,9 @@ pub extern "C" fn unic_model_release(model: *const UnicModel) -> UnicStatus {
 pub unsafe extern "C" fn unic_model_info(model: *const UnicModel, info: *mut UnicModelInfo) -> UnicStatus {
     guard(|| {
         let shared = MODELS.get(model)?;
-        check_pointer("info", info)?;
-        // SAFETY: the caller has set the first field.
-        let size = unsafe { info.cast::<u32>().read() };
-        check_struct_size("info", size_of::<UnicModelInfo>(), size as usize)?;
         let (character, rest) = (shared.model.character(), &shared.model.garment().rest);
         let value = UnicModelInfo {
-            size,
+            size: 0, // That of the caller stays.
             joint_count: character.skeleton.len() as u32,
             root_joint: character.skeleton.root() as u32,
             vertex_count: rest.vertices.len() as u32,
@@ -175,8 +176,8 @@ pub unsafe extern "C" fn unic_model_info(model: *const UnicModel, info: *mut Uni
             body_face_count: character.body.faces.len() as u32,
             fps: shared.model.config().fps,
         };
-        // SAFETY: checked above.
-        unsafe { write("info", info, value) }
+        // SAFETY: passed on.
+        unsafe { answer_sized("info", info, value) }
     })
 }
 

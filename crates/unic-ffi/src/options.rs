@@ -4,11 +4,15 @@ use crate::{
     axes::Axes,
     error::{Error, guard},
     job::{UnicParallelFor, WorkerThreads},
-    memory::{Plain, check_pointer, check_struct_size, read_sized},
+    memory::{Growing, Plain, read_sized, write_sized},
     pool::Pool,
     status::UnicStatus,
 };
-use std::{ffi::c_void, mem::size_of, sync::Arc};
+use std::{
+    ffi::c_void,
+    mem::{offset_of, size_of},
+    sync::Arc,
+};
 use unic_core::{Corrects, IntersectionMode, Model, Precision, Threads, parallel::Serial};
 
 /// Number format of the networks.
@@ -144,6 +148,10 @@ const _: () = assert!(
     "padding"
 );
 
+impl Growing for UnicOptions {
+    const FIRST_SIZE: usize = offset_of!(Self, parallel_context) + size_of::<usize>();
+}
+
 impl Default for UnicOptions {
     fn default() -> Self {
         Self {
@@ -169,20 +177,8 @@ impl Default for UnicOptions {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn unic_options_init(options: *mut UnicOptions, size: u32) -> UnicStatus {
     guard(|| {
-        check_pointer("options", options)?;
-        let defaults = UnicOptions {
-            size,
-            ..UnicOptions::default()
-        };
-        let known = size_of::<UnicOptions>();
-        // A caller of a later version has fields that this one does not know: zeros.
-        check_struct_size("options", known, size as usize)?;
         // SAFETY: memory of `size` bytes, by the contract of all functions.
-        unsafe {
-            options.cast::<u8>().write_bytes(0, size as usize);
-            options.write(defaults);
-        }
-        Ok(())
+        unsafe { write_sized("options", options, size, UnicOptions::default()) }
     })
 }
 

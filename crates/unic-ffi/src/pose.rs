@@ -3,9 +3,10 @@
 use crate::{
     axes::Axes,
     error::Error,
-    memory::{Plain, Rows, check_count, read, read_sized},
+    memory::{Growing, Plain, Rows, check_count, read, read_sized},
 };
 use glam::Quat;
+use std::mem::{offset_of, size_of};
 use unic_core::{Model, Pose, StepInput};
 
 /// Meaning of the root's position in a pose.
@@ -79,6 +80,10 @@ const _: () = assert!(
     size_of::<UnicStepInput>() == 6 * 4 + 2 * size_of::<usize>(),
     "padding"
 );
+
+impl Growing for UnicStepInput {
+    const FIRST_SIZE: usize = offset_of!(Self, next_pose) + size_of::<usize>();
+}
 
 /// Reads poses of the caller into poses of the animator, without allocation.
 #[derive(Debug)]

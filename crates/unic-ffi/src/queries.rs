@@ -2,10 +2,10 @@
 
 use crate::{
     instance::{UnicInstance, with},
-    memory::{Plain, Rows, check_count, check_pointer, check_struct_size, write},
+    memory::{Growing, Plain, Rows, answer_sized, check_count},
     status::UnicStatus,
 };
-use std::mem::size_of;
+use std::mem::{offset_of, size_of};
 
 /// Sizes of a mesh in the layout of an instance.
 #[repr(C)]
@@ -25,6 +25,10 @@ pub struct UnicMeshInfo {
 unsafe impl Plain for UnicMeshInfo {}
 const _: () = assert!(size_of::<UnicMeshInfo>() == 4 * 4, "padding");
 
+impl Growing for UnicMeshInfo {
+    const FIRST_SIZE: usize = offset_of!(Self, has_uvs) + size_of::<u32>();
+}
+
 /// Writes the sizes of a UnicMesh. The caller sets `info->size` first.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn unic_instance_mesh_info(
@@ -34,18 +38,14 @@ pub unsafe extern "C" fn unic_instance_mesh_info(
 ) -> UnicStatus {
     with(instance, |instance| {
         let mesh = instance.mesh(mesh)?;
-        check_pointer("info", info)?;
-        // SAFETY: the caller has set the first field.
-        let size = unsafe { info.cast::<u32>().read() };
-        check_struct_size("info", size_of::<UnicMeshInfo>(), size as usize)?;
         let value = UnicMeshInfo {
-            size,
+            size: 0, // That of the caller stays.
             vertex_count: mesh.vertex_count() as u32,
             face_count: mesh.face_count() as u32,
             has_uvs: u32::from(mesh.has_uvs()),
         };
-        // SAFETY: checked above.
-        unsafe { write("info", info, value) }
+        // SAFETY: passed on.
+        unsafe { answer_sized("info", info, value) }
     })
 }
 

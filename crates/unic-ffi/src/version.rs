@@ -11,14 +11,19 @@ use unic_core::Precision;
 /// must be compiled again; additions leave it.
 pub const UNIC_ABI_VERSION: u32 = 1;
 
-/// Feature: models are read from paths.
-pub const UNIC_FEATURE_PATHS: u64 = 1;
-/// Feature: UNIC_THREADS_POOL.
-pub const UNIC_FEATURE_POOL: u64 = 2;
-/// Feature: this processor has instructions for UNIC_PRECISION_BF16.
-pub const UNIC_FEATURE_BF16_INSTRUCTIONS: u64 = 4;
-/// Feature: this processor has instructions for UNIC_PRECISION_INT8.
-pub const UNIC_FEATURE_INT8_INSTRUCTIONS: u64 = 8;
+/// Features of a library on a machine. Each is a bit of unic_features.
+#[repr(u64)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnicFeature {
+    /// Models are read from paths.
+    Paths = 1,
+    /// UNIC_THREADS_POOL.
+    Pool = 2,
+    /// This processor has instructions for UNIC_PRECISION_BF16.
+    Bf16Instructions = 4,
+    /// This processor has instructions for UNIC_PRECISION_INT8.
+    Int8Instructions = 8,
+}
 
 /// Version of the interface that the library has. Compare it with UNIC_ABI_VERSION of the header.
 #[unsafe(no_mangle)]
@@ -32,23 +37,24 @@ pub extern "C" fn unic_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
 }
 
-/// Features of the library on this machine: a sum of UNIC_FEATURE constants. Unknown ones are of
+/// Features of the library on this machine: a sum of values of UnicFeature. Unknown ones are of
 /// later versions.
 #[unsafe(no_mangle)]
 pub extern "C" fn unic_features() -> u64 {
-    let mut features = UNIC_FEATURE_PATHS | UNIC_FEATURE_POOL;
     // On these sets products of the precision are instructions; other sets compute them from others.
     let has_own = |precision: Precision| {
         let name = instructions_name(precision);
         ["Amx", "Avx512", "NeonDot"].contains(&name.as_str())
     };
-    if has_own(Precision::Bf16) {
-        features |= UNIC_FEATURE_BF16_INSTRUCTIONS;
-    }
-    if has_own(Precision::Int8) {
-        features |= UNIC_FEATURE_INT8_INSTRUCTIONS;
-    }
-    features
+    [
+        (UnicFeature::Paths, true),
+        (UnicFeature::Pool, true),
+        (UnicFeature::Bf16Instructions, has_own(Precision::Bf16)),
+        (UnicFeature::Int8Instructions, has_own(Precision::Int8)),
+    ]
+    .into_iter()
+    .filter_map(|(feature, is_there)| is_there.then_some(feature as u64))
+    .sum()
 }
 
 /// Name of the instruction set that a UnicPrecision runs on here, such as `Avx512`. Null for

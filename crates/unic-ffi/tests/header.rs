@@ -17,7 +17,8 @@ const SOURCES: [&str; 13] = [
     "queries", "state",
 ];
 
-const ENUMERATIONS: [&str; 9] = [
+const ENUMERATIONS: [&str; 10] = [
+    "UnicFeature",
     "UnicPrecision",
     "UnicIntersection",
     "UnicAxes",

@@ -1,5 +1,6 @@
 //! Contract: a reset and a restored state begin anew for the display too, every intersection rule is
-//! that of the Rust library, and a state of another model is refused.
+//! that of the Rust library, a state continues at another sampling, and one of another model is
+//! refused.
 
 #![allow(clippy::unwrap_used, reason = "a test says what went wrong by panicking")]
 
@@ -158,6 +159,40 @@ fn the_share_of_samples_of_a_file_is_the_default() {
         );
     }
     assert!(expected[0] != expected[1] && expected[0] != expected[2]);
+}
+
+/// As a character comes nearer or goes away.
+#[test]
+fn a_state_continues_at_another_sampling_as_in_the_rust_library() {
+    let lively = lively_model();
+    let (handle, poses) = (ModelHandle::of(&lively), motion(&lively, 6));
+    let sampled = |share: f32| Arc::new(unic_core::Model::clone(&lively).with_sampling(share).unwrap());
+    let mut ends = Vec::new();
+    for (before, after) in [(1.0, 1.0), (1.0, 0.3), (0.3, 1.0)] {
+        let new = |share| InstanceHandle::new(&handle, |o| o.sampling = share);
+        let (first, second) = (new(before), new(after));
+        c_frames(&first, &poses[..3], lively.vertex_count());
+        let state = saved(&first);
+        // SAFETY: bytes of their length.
+        ok(unsafe { unic_instance_restore(second.0, state.as_ptr().cast(), state.len(), null()) });
+        let (mut near, mut far) = (Animator::new(sampled(before)), Animator::new(sampled(after)));
+        near.reset(&input(&poses[0]), Start::MeanShape).unwrap();
+        for pose in &poses[1..3] {
+            near.step(&input(pose)).unwrap();
+        }
+        far.restore(near.state().clone()).unwrap();
+        for pose in &poses[3..] {
+            let found = second.play(Call::Step, &c_input(&c_pose(pose)), lively.vertex_count());
+            let shown = far.step(&input(pose)).unwrap().positions.iter();
+            let expected: Vec<_> = shown.map(|p| p.to_array()).collect();
+            assert!(found[0] == expected, "from {before} to {after}");
+            ends.push(expected);
+        }
+    }
+    assert!(
+        ends[2] != ends[5] && ends[2] != ends[8],
+        "sampling changes nothing"
+    );
 }
 
 #[test]

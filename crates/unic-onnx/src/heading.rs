@@ -2,7 +2,7 @@
 
 use crate::graph::{Graph, Value};
 use std::f32::consts::{PI, TAU};
-use unic_core::heading::{CORRECTION_TIME, MIN_CERTAINTY, SMALL_HALF_SINE};
+use unic_core::heading::{CORRECTION_TIME_S, MIN_CERTAINTY, SMALL_HALF_SINE};
 
 /// Yaw of a single pose, and its certainty, (1, 1) each.
 struct UprightYaw {
@@ -35,7 +35,7 @@ pub(crate) fn advance(graph: &mut Graph, yaw: Value, [previous, root]: [Value; 2
     } = upright_yaw(graph, root);
     // gain = 1 − exp(−certainty² dt / time)
     let squared = graph.mul(certainty, certainty);
-    let exponent = graph.scale(squared, -dt / CORRECTION_TIME);
+    let exponent = graph.scale(squared, -dt / CORRECTION_TIME_S);
     let kept = graph.map("Exp", exponent);
     let one = graph.scalar(1.0);
     let gain = graph.sub(one, kept);

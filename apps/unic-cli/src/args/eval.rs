@@ -63,8 +63,9 @@ pub(crate) struct EvalArgs {
     /// Folder of the capture to make from the data set.
     #[arg(long = "as", value_name = "CAPTURE", requires_all = ["protocol", "character"])]
     pub(crate) made: Option<PathBuf>,
-    /// Body and skeleton of the data set: a character.npz file, or a folder that holds one.
-    #[arg(long, value_name = "FILE.npz", requires = "made")]
+    /// Body and skeleton of the data set: an npz, glTF, FBX or USD file, a model, or a folder that
+    /// holds a character.npz.
+    #[arg(long, value_name = "FILE", requires = "made")]
     pub(crate) character: Option<PathBuf>,
     /// Split of the capture to measure on.
     #[arg(long, value_enum, default_value_t = SplitName::Test)]

@@ -2,7 +2,7 @@
 
 use crate::{
     args::MotionDatabaseArgs,
-    motion_source::{FPS, MotionSource, character},
+    motion_source::{FPS, MotionSource, steered_character},
     output::{print, print_json},
     outputs::{Existing, Outputs},
 };
@@ -19,15 +19,7 @@ pub(crate) fn run(args: &MotionDatabaseArgs) -> Result<()> {
     Outputs::with_inputs(args.clips.files().chain(&args.character.character))
         .file(&args.out)
         .check(Existing::of(args.overwrite))?;
-    let source = MotionSource::build(
-        character(
-            args.character.character.as_deref(),
-            args.character.body.as_deref(),
-        )?,
-        FPS,
-        &args.clips,
-        args.force,
-    )?;
+    let source = MotionSource::build(steered_character(&args.character)?, FPS, &args.clips, args.force)?;
     write_motion_database(&args.out, &source.database)?;
     let written = Written {
         database: &args.out,

@@ -142,4 +142,17 @@ namespace Unic
         /// <summary>Callbacks. This package does not use them.</summary>
         Caller = 2,
     }
+
+    /// <summary>Features of the native library on a machine. Each is a bit of unic_features.</summary>
+    internal enum UnicFeature : ulong
+    {
+        /// <summary>Models are read from paths.</summary>
+        Paths = 1,
+        /// <summary>The library has a pool of threads.</summary>
+        Pool = 2,
+        /// <summary>This processor has instructions for bfloat16.</summary>
+        Bf16Instructions = 4,
+        /// <summary>This processor has instructions for 8-bit integers.</summary>
+        Int8Instructions = 8,
+    }
 }

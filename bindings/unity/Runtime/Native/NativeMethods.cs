@@ -9,15 +9,6 @@ namespace Unic.Native
         /// <summary>Version of the interface that this package is written for.</summary>
         internal const uint UNIC_ABI_VERSION = 1;
 
-        /// <summary>Feature: models are read from paths.</summary>
-        internal const uint UNIC_FEATURE_PATHS = 1;
-        /// <summary>Feature: the library has a pool of threads.</summary>
-        internal const uint UNIC_FEATURE_POOL = 2;
-        /// <summary>Feature: this processor has instructions for bfloat16.</summary>
-        internal const uint UNIC_FEATURE_BF16_INSTRUCTIONS = 4;
-        /// <summary>Feature: this processor has instructions for 8-bit integers.</summary>
-        internal const uint UNIC_FEATURE_INT8_INSTRUCTIONS = 8;
-
 #if UNITY_IOS && !UNITY_EDITOR
         // iOS has no shared libraries of an app: libunic.a is linked into the player.
         private const string Library = "__Internal";

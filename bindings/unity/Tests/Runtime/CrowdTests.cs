@@ -66,6 +66,23 @@ public sealed class CrowdTests
         End(rigs, crowd);
     }
 
+    [Test]
+    public void AnExceptionOfAHandlerDoesNotStopTheOthers()
+    {
+        UnicModel model = TestModel.Asset();
+        UnicCrowd crowd = new GameObject("crowd").AddComponent<UnicCrowd>();
+        crowd.budgetMs = 0f;
+        TestRig[] rigs = Rigs(model, crowd);
+        int shown = 0;
+        rigs[3].garment.Shown += garment => { throw new UnicException("on purpose"); };
+        rigs[4].garment.Shown += garment => shown++;
+        for (int frame = 0; frame < 4; frame++) crowd.RunFrame(1f / 30f);
+        Assert.Greater(shown, 3f, "frames of another garment");
+        Assert.IsNull(rigs[3].garment.Problem);
+        Assert.Greater(rigs[3].garment.Ticks, 2f, "ticks of the garment");
+        End(rigs, crowd);
+    }
+
     private static TestRig[] Rigs(UnicModel model, UnicCrowd crowd)
     {
         TestRig[] rigs = new TestRig[Members];

@@ -199,6 +199,22 @@ public sealed class MotionTests
     }
 
     [Test]
+    public void ABodyThatIsPlacedAfterARestoredStateIsNoTeleport()
+    {
+        rig = new TestRig(TestModel.Asset());
+        rig.Walk(21, 0f, Here);
+        byte[] state = rig.garment.SaveState();
+        rig.Walk(11, 21f * Frame, Here);
+        Vector3[] expected = rig.Vertices();
+        rig.Walk(20, 2f, There);
+        int restarts = rig.garment.Restarts;
+        rig.garment.RestoreState(state);
+        rig.Walk(11, 21f * Frame, Here);
+        Assert.AreEqual(restarts, rig.garment.Restarts, "restarts");
+        Assert.Less(TestRig.Largest(expected, rig.Vertices()), 1e-4f, "metres");
+    }
+
+    [Test]
     public void AShiftOfTheOriginMovesNothing()
     {
         rig = new TestRig(TestModel.Asset());

@@ -274,6 +274,7 @@ namespace UnityEngine
     {
         public static readonly List<string> Errors = new List<string>();
         public static void LogError(object message, Object context = null) { Errors.Add(message.ToString()); }
+        public static void LogException(Exception exception, Object context = null) { Errors.Add(exception.Message); }
         public static void Log(object message) { Console.WriteLine(message); }
     }
 

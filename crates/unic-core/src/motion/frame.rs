@@ -9,13 +9,13 @@ use crate::{
 use glam::{Mat3, Quat, Vec3};
 
 /// Squared movement a frame below which the paper's layouts call a joint in contact, m².
-pub const PAPER_CONTACT_STEP_SQUARED: f32 = 0.002;
+pub const PAPER_CONTACT_STEP_SQUARED_M2: f32 = 0.002;
 /// Speed below which a foot is in contact, m/s. Planted feet in motion capture drift by less,
 /// swinging feet exceed 1 m/s.
-pub const CONTACT_SPEED: f32 = 0.25;
+pub const CONTACT_SPEED_M_S: f32 = 0.25;
 /// Height above its rest height below which a foot's joint is in contact, metres. Ankles of planted
 /// feet rise by 2 cm, and retargeted motion floats by as much again.
-pub const CONTACT_HEIGHT: f32 = 0.05;
+pub const CONTACT_HEIGHT_M: f32 = 0.05;
 /// Shortest time step that velocities are computed for, seconds; below it they are zero.
 const MIN_STEP: f32 = 1e-6;
 
@@ -140,10 +140,11 @@ pub(super) fn write_contacts(
         let height = world_from_joint[joint].translation.y - ground_height;
         match spec.layout {
             MotionLayout::Paper | MotionLayout::PaperRootRelative => {
-                difference.length_squared() < PAPER_CONTACT_STEP_SQUARED
+                difference.length_squared() < PAPER_CONTACT_STEP_SQUARED_M2
             }
             MotionLayout::Heading => {
-                difference.length() * step.rate(spec.layout) < CONTACT_SPEED && height < rest + CONTACT_HEIGHT
+                difference.length() * step.rate(spec.layout) < CONTACT_SPEED_M_S
+                    && height < rest + CONTACT_HEIGHT_M
             }
         }
     });

@@ -23,11 +23,14 @@ template <typename T>
 struct TArray {
     TArray() = default;
     TArray(std::initializer_list<T>) {}
+    template <typename Other>
+    explicit TArray(const TArray<Other>& other) { for (const Other& value : other) Add(T(value)); }
     void Add(T) {}
+    bool Contains(const T&) const { return false; }
+    int32 Find(const T&) const { return INDEX_NONE; }
     void SetNum(int32) {}
     int32 Num() const { return 0; }
     T* GetData() { return nullptr; }
-    T& Last() { return *begin(); }
     T& operator[](int32) { return *begin(); }
     const T& operator[](int32) const { return *begin(); }
     T* begin() const { return nullptr; }
@@ -49,8 +52,6 @@ struct FQuat4f {
 struct FTransform {
     FQuat GetRotation() const { return {}; }
     FVector GetLocation() const { return {}; }
-    FVector InverseTransformPosition(FVector v) const { return v; }
-    FVector InverseTransformVectorNoScale(FVector v) const { return v; }
 };
 
 struct USkeletalMesh { const TArray<FMatrix44f>& GetRefBasesInvMatrix() const { return matrices; } TArray<FMatrix44f> matrices; };
@@ -72,7 +73,8 @@ public:
     virtual ~UProceduralMeshComponent() = default;
     FActorComponentTickFunction PrimaryComponentTick;
     void AddTickPrerequisiteComponent(USkeletalMeshComponent*) {}
-    FTransform GetComponentTransform() const { return {}; }
+    void SetAbsolute(bool, bool, bool) {}
+    int32 GetNumSections() const { return 0; }
     virtual void BeginPlay() {}
     virtual void EndPlay(const EEndPlayReason::Type) {}
     virtual void TickComponent(float, ELevelTick, FActorComponentTickFunction*) {}

@@ -155,3 +155,64 @@ fn later_structs_are_accepted_if_their_new_fields_are_off() {
         refused(status, UnicStatus::InvalidValue, "later versions");
     }
 }
+
+/// A caller of a later version must not take its own bytes for an answer.
+#[test]
+fn later_structs_that_are_asked_for_have_zeros_in_their_new_fields() {
+    #[repr(C)]
+    struct Later<T> {
+        known: T,
+        unknown: [u8; 12],
+    }
+    let Scene { model, instance, .. } = scene();
+    // SAFETY: structs of the stated sizes.
+    unsafe {
+        let mut of_model: Later<UnicModelInfo> = std::mem::zeroed();
+        of_model.known.size = size_of::<Later<UnicModelInfo>>() as u32;
+        of_model.unknown = [7; 12];
+        ok(unic_model_info(model.0, (&raw mut of_model).cast()));
+        assert_eq!((of_model.known.size, of_model.unknown), (44, [0; 12]));
+        assert_eq!(of_model.known.joint_count, 24);
+        let mut of_mesh: Later<UnicMeshInfo> = std::mem::zeroed();
+        of_mesh.known.size = size_of::<Later<UnicMeshInfo>>() as u32;
+        of_mesh.unknown = [7; 12];
+        ok(unic_instance_mesh_info(instance.0, 0, (&raw mut of_mesh).cast()));
+        assert_eq!((of_mesh.known.size, of_mesh.unknown), (28, [0; 12]));
+        assert_eq!(of_mesh.known.vertex_count, 3788);
+    }
+}
+
+/// A caller of the first version goes on working: its structs are the least that is accepted.
+#[test]
+fn structs_smaller_than_those_of_the_first_version_are_refused() {
+    let Scene { model, instance, .. } = scene();
+    let pointers = 2 * size_of::<usize>() as u32;
+    let mut given = options();
+    let mut made = null_mut();
+    // SAFETY: structs of their sizes.
+    unsafe {
+        given.size = 14 * 4 + pointers;
+        ok(unic_instance_create(model.0, &given, &mut made));
+        ok(unic_instance_release(made));
+        given.size -= 1;
+        let status = unic_instance_create(model.0, &given, &mut made);
+        refused(
+            status,
+            UnicStatus::WrongSize,
+            "at least 72 bytes, found one of 71",
+        );
+        let status = unic_options_init(&mut given, 4);
+        refused(status, UnicStatus::WrongSize, "at least 72 bytes, found one of 4");
+        let mut info: UnicModelInfo = std::mem::zeroed();
+        info.size = 28;
+        refused(
+            unic_model_info(model.0, &mut info),
+            UnicStatus::WrongSize,
+            "at least 32 bytes",
+        );
+        let mut info: UnicMeshInfo = std::mem::zeroed();
+        info.size = 12;
+        let status = unic_instance_mesh_info(instance.0, 0, &mut info);
+        refused(status, UnicStatus::WrongSize, "at least 16 bytes");
+    }
+}

@@ -2,13 +2,15 @@
 
 use super::{
     binary::{BinaryWriter, BufferUsage},
+    file_mesh::FileMesh,
     json::{Attributes, Index},
-    seams::SeamSplit,
     surface::{SurfaceBuffers, WrittenSurface},
 };
 use crate::error::Result;
 use glam::Mat4;
-use unic_core::{character::Character, skeleton::Skeleton, skinning::SkinningWeights, transform::Rigid};
+use unic_core::{
+    character::Character, mesh::SeamSplit, skeleton::Skeleton, skinning::SkinningWeights, transform::Rigid,
+};
 
 /// Accessors of a written body.
 #[derive(Debug)]
@@ -30,16 +32,16 @@ struct Influence {
 
 pub(super) fn write(
     character: &Character,
-    seams: &SeamSplit,
+    mesh: &FileMesh,
     binary: &mut BinaryWriter,
 ) -> Result<SkinnedMesh> {
     let mut surface = SurfaceBuffers::default();
-    surface.compute(&character.body.vertices, seams);
+    surface.compute(&character.body.vertices, mesh);
     let WrittenSurface {
         mut attributes,
         indices,
-    } = surface.write(seams, binary)?;
-    write_influences(&character.weights, seams, &mut attributes, binary)?;
+    } = surface.write(mesh, binary)?;
+    write_influences(&character.weights, &mesh.split, &mut attributes, binary)?;
     let matrices = joint_from_bind(&character.skeleton);
     Ok(SkinnedMesh {
         attributes,

@@ -75,9 +75,9 @@
 mod binary;
 mod body;
 mod document;
+mod file_mesh;
 mod json;
 mod morphs;
-mod seams;
 mod still;
 mod surface;
 mod tracks;

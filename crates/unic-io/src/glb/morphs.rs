@@ -2,8 +2,8 @@
 
 use super::{
     binary::{BinaryWriter, BufferUsage},
+    file_mesh::FileMesh,
     json::{Attributes, Index, MorphTarget},
-    seams::SeamSplit,
     surface::{SurfaceBuffers, WrittenSurface},
 };
 use crate::error::Result;
@@ -12,7 +12,7 @@ use glam::Vec3;
 /// Writer of the garment: its first frame, and every further frame as displacements from it.
 #[derive(Debug)]
 pub(super) struct MorphWriter {
-    seams: SeamSplit,
+    mesh: FileMesh,
     first: SurfaceBuffers,
     current: SurfaceBuffers,
     base: Option<WrittenSurface>,
@@ -30,9 +30,9 @@ pub(super) struct MorphedMesh {
 }
 
 impl MorphWriter {
-    pub(super) fn new(seams: SeamSplit) -> Self {
+    pub(super) fn new(mesh: FileMesh) -> Self {
         Self {
-            seams,
+            mesh,
             first: SurfaceBuffers::default(),
             current: SurfaceBuffers::default(),
             base: None,
@@ -46,13 +46,13 @@ impl MorphWriter {
         if self.base.is_some() {
             return self.push_target(positions, binary);
         }
-        self.first.compute(positions, &self.seams);
-        self.base = Some(self.first.write(&self.seams, binary)?);
+        self.first.compute(positions, &self.mesh);
+        self.base = Some(self.first.write(&self.mesh, binary)?);
         Ok(())
     }
 
     fn push_target(&mut self, positions: &[Vec3], binary: &mut BinaryWriter) -> Result<()> {
-        self.current.compute(positions, &self.seams);
+        self.current.compute(positions, &self.mesh);
         subtract(&mut self.current.positions, &self.first.positions);
         // Differences of unit normals: a reader adds them and normalises the sum.
         subtract(&mut self.current.normals, &self.first.normals);

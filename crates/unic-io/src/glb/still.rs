@@ -3,8 +3,8 @@
 use super::{
     binary::{BinaryWriter, BufferUsage},
     document::{asset, materials, write_file},
+    file_mesh::FileMesh,
     json::{Buffer, Mesh, Node, Primitive, Root, Scene},
-    seams::SeamSplit,
     surface::SurfaceBuffers,
 };
 use crate::{error::Result, frames::check_vertex_count};
@@ -31,13 +31,12 @@ pub fn write_mesh_with_texels(
 ) -> Result<()> {
     check_vertex_count(path, mesh.vertices.len(), positions)?;
     check_vertex_count(path, mesh.vertices.len(), texels)?;
-    let seams = SeamSplit::new(path, mesh)?;
+    let file_mesh = FileMesh::new(path, mesh)?;
     let mut binary = BinaryWriter::create(path)?;
     let mut surface = SurfaceBuffers::default();
-    surface.compute(positions, &seams);
-    let mut written = surface.write(&seams, &mut binary)?;
-    let mut spread = Vec::new();
-    seams.spread(texels, &mut spread);
+    surface.compute(positions, &file_mesh);
+    let mut written = surface.write(&file_mesh, &mut binary)?;
+    let spread: Vec<Vec2> = file_mesh.split.spread(texels).collect();
     let texels = binary.write(BufferUsage::Vertices, &spread)?;
     written.attributes.insert("TEXCOORD_1".into(), texels);
     let mut chunk = binary.finish()?;

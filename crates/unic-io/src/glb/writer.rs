@@ -4,8 +4,8 @@ use super::{
     binary::BinaryWriter,
     body::{self, SkinnedMesh},
     document::Document,
+    file_mesh::FileMesh,
     morphs::MorphWriter,
-    seams::SeamSplit,
     tracks::JointTracks,
 };
 use crate::{
@@ -71,9 +71,9 @@ impl GlbWriter {
         // All checks come before the first byte is written.
         check_timing(path, scene)?;
         check_weights(path, scene.character)?;
-        let seams = SeamSplit::new(path, scene.garment)?;
-        check_size(path, scene.frames, seams.len())?;
-        let body_seams = SeamSplit::new(path, &scene.character.body)?;
+        let garment = FileMesh::new(path, scene.garment)?;
+        check_size(path, scene.frames, garment.split.len())?;
+        let body_mesh = FileMesh::new(path, &scene.character.body)?;
         let mut binary = BinaryWriter::create(path)?;
         Ok(Self {
             path: path.to_path_buf(),
@@ -81,8 +81,8 @@ impl GlbWriter {
             fps: scene.fps,
             frames: scene.frames,
             garment_vertices: scene.garment.vertices.len(),
-            body: body::write(scene.character, &body_seams, &mut binary)?,
-            morphs: MorphWriter::new(seams),
+            body: body::write(scene.character, &body_mesh, &mut binary)?,
+            morphs: MorphWriter::new(garment),
             tracks: JointTracks::new(&scene.character.skeleton),
             binary,
         })

@@ -3,7 +3,7 @@
 use crate::{
     args::ControlArgs,
     interrupt,
-    motion_source::{FPS, MotionSource, character},
+    motion_source::{FPS, MotionSource, steered_character},
     output::{print, print_json, print_status},
     outputs::{Existing, Outputs},
 };
@@ -24,15 +24,7 @@ pub(super) fn run(args: &ControlArgs) -> Result<()> {
             .folder(folder, names)
             .check(Existing::of(args.overwrite))?;
     }
-    let source = MotionSource::read(
-        character(
-            args.character.character.as_deref(),
-            args.character.body.as_deref(),
-        )?,
-        FPS,
-        &args.source,
-        args.force,
-    )?;
+    let source = MotionSource::read(steered_character(&args.character)?, FPS, &args.source, args.force)?;
     let settings = ControllerSettings::new(args.responsiveness);
     if let Some(folder) = &args.write_motion {
         write_runs(folder, &source, settings, args.seed)?;

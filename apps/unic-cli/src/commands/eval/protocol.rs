@@ -2,6 +2,7 @@
 
 use crate::{
     args::{EvalArgs, ProtocolName},
+    motion_source::character as character_of,
     output::print_status,
 };
 use anyhow::{Result, bail};
@@ -10,7 +11,6 @@ use unic_eval::{ByMode, Evaluation, Metrics, Mode, Protocol};
 use unic_io::{
     Capture, check, counted,
     datasets::{Dataset, convert},
-    read_character,
 };
 
 /// Number of frames of the VTO protocol (manifold-aware transformers, Eurographics 2024).
@@ -25,7 +25,7 @@ pub(super) fn capture(args: &EvalArgs) -> Result<Capture> {
         // Without --as the folder must be a capture. Another one is probably the data set itself.
         if args.protocol.is_some() && args.capture.is_dir() && !args.capture.join("capture.toml").exists() {
             bail!(
-                "{}: expected a capture, found a folder without capture.toml; --as CAPTURE --character FILE.npz make one from a data set",
+                "{}: expected a capture, found a folder without capture.toml; --as CAPTURE --character FILE make one from a data set",
                 args.capture.display()
             );
         }
@@ -39,7 +39,7 @@ pub(super) fn capture(args: &EvalArgs) -> Result<Capture> {
         true => character.join("character.npz"),
         false => character.clone(),
     };
-    let character = read_character(&file)?;
+    let character = character_of(Some(&file), None)?;
     args.force.check_findings(&file, &check::character(&character))?;
     let converted = convert(dataset, &args.capture, &character, out)?;
     converted.notes.iter().for_each(|note| print_status(note));

@@ -1,0 +1,25 @@
+# Package of CMake for the C interface: find_package(unic) with unic_DIR set to this folder.
+#
+# It makes the target unic::unic, the shared library with the header beside this file. The library is
+# searched in UNIC_LIBRARY_DIR, in ../lib, and in the build folder of this repository. With
+# UNIC_STATIC set the target is the static library.
+include(FindPackageHandleStandardArgs)
+
+set(_unic_names unic)
+if(UNIC_STATIC)
+    set(_unic_names ${CMAKE_STATIC_LIBRARY_PREFIX}unic${CMAKE_STATIC_LIBRARY_SUFFIX})
+endif()
+find_library(UNIC_LIBRARY NAMES ${_unic_names} NO_DEFAULT_PATH HINTS
+    ${UNIC_LIBRARY_DIR} ${CMAKE_CURRENT_LIST_DIR}/../lib ${CMAKE_CURRENT_LIST_DIR}/../../../target/release)
+find_package_handle_standard_args(unic REQUIRED_VARS UNIC_LIBRARY)
+
+if(unic_FOUND AND NOT TARGET unic::unic)
+    add_library(unic::unic UNKNOWN IMPORTED)
+    set_target_properties(unic::unic PROPERTIES
+        IMPORTED_LOCATION ${UNIC_LIBRARY}
+        INTERFACE_INCLUDE_DIRECTORIES ${CMAKE_CURRENT_LIST_DIR})
+    if(UNIC_STATIC AND UNIX)
+        find_package(Threads REQUIRED)
+        target_link_libraries(unic::unic INTERFACE Threads::Threads ${CMAKE_DL_LIBS} m)
+    endif()
+endif()
