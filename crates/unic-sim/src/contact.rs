@@ -20,7 +20,7 @@ use unic_core::{folds::Folds, mesh::TriMesh, surface::Surface};
 use walk::FaceAdjacency;
 
 pub(crate) use fold_filter::FoldFilter;
-pub(crate) use limb_filter::BareLimbs;
+pub(crate) use limb_filter::{BareLimbs, hits_in_bind_pose};
 pub use response::Friction;
 pub(crate) use response::Gap;
 pub use settings::{ContactSettings, MAX_TRACKED_DEPTH_M};
@@ -145,7 +145,11 @@ impl BodyContacts {
     }
 
     /// Enables the filter that lets cloth pass through foreign parts in folds of the body.
+    ///
+    /// # Panics
+    /// Panics when the filter was made for another number of particles.
     pub(crate) fn with_fold_filter(self, fold_filter: FoldFilter) -> Self {
+        assert_eq!(fold_filter.home_faces.len(), self.caches.len(), "particles");
         let mut contacts = Self { fold_filter, ..self };
         contacts.reset();
         contacts
@@ -174,7 +178,7 @@ impl BodyContacts {
     /// Clears the contact caches. Needed when particles or body are moved discontinuously.
     pub fn reset(&mut self) {
         self.caches.fill(ContactCache::UNKNOWN);
-        for (cache, home) in self.caches.iter_mut().zip(&self.fold_filter.homes) {
+        for (cache, home) in self.caches.iter_mut().zip(&self.fold_filter.home_faces) {
             *cache = ContactCache::at_home(*home);
         }
         self.intervals = 0;

@@ -25,6 +25,11 @@ const SEARCH_PERIOD_S: f32 = 1.0 / 60.0;
 /// Largest depth of a particle inside another part than its own, metres: half a torso.
 const PASS_REACH_M: f32 = 0.12;
 
+/// Excess of the distance from its home face over that from the whole body at which a particle has
+/// lost its home, metres: it has swung free and come back elsewhere. Arms pass less deep into the
+/// torso.
+const LOST_M: f32 = 0.08;
+
 /// Largest distance from cloth inside an ignored limb to the covered part that it moves to, metres:
 /// the thickness of a forearm and the gap of a loose garment.
 const SINK_REACH_M: f32 = 0.12;
@@ -45,9 +50,8 @@ pub(super) struct ContactCache {
     /// Remaining displacement of a particle inside an ignored limb to the covered part beneath it,
     /// metres; zero elsewhere.
     pub(super) sink_offset: Vec3,
-    /// Face of the body that the particle lies on, followed from its place in the bind pose over
-    /// adjacent faces; [`NO_FACE`] when it has none.
-    home: u32,
+    /// Home face of the particle, see [`FoldFilter`]; [`NO_FACE`] when it has none.
+    home_face: u32,
     /// True while the particle passes through another part of the body than its own, which it has
     /// entered in a fold.
     pub(super) passes_foreign: bool,
@@ -76,14 +80,14 @@ impl ContactCache {
             fraction: 0.0,
         },
         sink_offset: Vec3::ZERO,
-        home: NO_FACE,
+        home_face: NO_FACE,
         passes_foreign: false,
     };
 
-    /// Returns the cache of a particle of which only the face that it lies on is known.
-    pub(super) fn at_home(home: u32) -> Self {
+    /// Returns the cache of a particle of which only the home face is known.
+    pub(super) fn at_home(home_face: u32) -> Self {
         Self {
-            home,
+            home_face,
             ..Self::UNKNOWN
         }
     }
@@ -171,7 +175,7 @@ impl Detection<'_> {
         if self.limb_filter.ignores(index, cache.face) {
             *cache = ContactCache {
                 position,
-                home: cache.home,
+                home_face: cache.home_face,
                 passes_foreign: cache.passes_foreign,
                 ..ContactCache::UNKNOWN
             };
@@ -187,15 +191,20 @@ impl Detection<'_> {
         if cache.clearance_m > reach {
             return;
         }
-        self.follow_home(cache, position);
+        let home_m = self.follow_home(cache, position);
         // The search also has to find penetrations, which may be deeper than the reach.
         let radius = reach.max(MAX_TRACKED_DEPTH_M);
         let hit = match cache.passes_foreign {
             true => None,
             false => self.closest(cache.face, index, position, radius),
         };
+        if let Some(hit) = &hit
+            && home_m > hit.distance + LOST_M
+        {
+            cache.home_face = hit.face;
+        }
         let is_foreign = |hit: &SurfacePoint| {
-            self.folds.is_face_folded(hit.face) && self.fold_filter.is_foreign(cache.home, hit.face)
+            self.folds.is_face_folded(hit.face) && self.fold_filter.is_foreign(cache.home_face, hit.face)
         };
         if cache.passes_foreign || hit.as_ref().is_some_and(is_foreign) {
             cache.passes_foreign |= hit.is_some_and(|hit| hit.signed_distance < self.thickness_m);
@@ -217,18 +226,21 @@ impl Detection<'_> {
         });
     }
 
-    /// Moves the face that a particle lies on along with it, and updates whether the particle
-    /// still passes through another part.
-    fn follow_home(&self, cache: &mut ContactCache, position: Vec3) {
-        if cache.home != NO_FACE {
-            cache.home = self.adjacency.walk(self.start, cache.home, position).face;
-            cache.passes_foreign = cache.passes_foreign && self.is_inside_foreign(cache.home, position);
+    /// Moves the home face along with a particle, and updates whether the particle still passes
+    /// through another part. Returns the distance from the home face, metres; zero without one.
+    fn follow_home(&self, cache: &mut ContactCache, position: Vec3) -> f32 {
+        if cache.home_face == NO_FACE {
+            return 0.0;
         }
+        let home = self.adjacency.walk(self.start, cache.home_face, position);
+        cache.home_face = home.face;
+        cache.passes_foreign = cache.passes_foreign && self.is_inside_foreign(home.face, position);
+        home.distance_m()
     }
 
-    /// Makes the face that a particle lies on the only one that it collides with.
+    /// Makes the home face the only one that a particle collides with.
     fn rest_on_home(&self, cache: &mut ContactCache, position: Vec3, reach: f32) {
-        let projection = self.adjacency.walk(self.start, cache.home, position);
+        let projection = self.adjacency.walk(self.start, cache.home_face, position);
         let offset = position - self.adjacency.point(self.start, &projection);
         let along = offset.dot(self.adjacency.normal(self.start, projection.face));
         let height_m = offset.length().copysign(along);
@@ -244,8 +256,8 @@ impl Detection<'_> {
 
     /// Returns whether a particle touches the nearest of the parts that are not its own, or is
     /// inside it.
-    fn is_inside_foreign(&self, home: u32, position: Vec3) -> bool {
-        let is_foreign = |face| self.fold_filter.is_foreign(home, face);
+    fn is_inside_foreign(&self, home_face: u32, position: Vec3) -> bool {
+        let is_foreign = |face| self.fold_filter.is_foreign(home_face, face);
         let hit = self.surface.closest_where(position, PASS_REACH_M, is_foreign);
         hit.is_some_and(|hit| hit.signed_distance < self.thickness_m)
     }

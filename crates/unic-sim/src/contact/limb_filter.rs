@@ -17,7 +17,7 @@ mod limbs;
 
 use super::settings::MAX_TRACKED_DEPTH_M;
 use glam::Vec3;
-pub(crate) use limbs::BareLimbs;
+pub(crate) use limbs::{BareLimbs, hits_in_bind_pose};
 use limbs::{LimbSet, LimbVertex};
 use rayon::prelude::*;
 use unic_core::{folds::Folds, mesh::vertex_normals, surface::Surface};

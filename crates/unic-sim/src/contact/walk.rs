@@ -40,6 +40,13 @@ pub(super) struct FaceProjection {
     feature: Feature,
 }
 
+impl FaceProjection {
+    /// Returns the distance of the query point, metres.
+    pub(super) fn distance_m(&self) -> f32 {
+        self.squared_distance.sqrt()
+    }
+}
+
 impl FaceAdjacency {
     pub(super) fn new(bind: &TriMesh) -> Self {
         let first_at = weld(&bind.vertices);

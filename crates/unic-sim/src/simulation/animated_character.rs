@@ -3,7 +3,7 @@
 use crate::{
     Attachment, Particles, SimulationError,
     body::BodyInterval,
-    contact::{BareLimbs, BodyContacts, ContactSettings, FoldFilter},
+    contact::{BareLimbs, BodyContacts, ContactSettings, FoldFilter, hits_in_bind_pose},
 };
 use glam::Vec3;
 use std::{ops::Range, sync::Arc};
@@ -31,13 +31,14 @@ impl AnimatedCharacter {
     pub(super) fn new(character: Arc<Character>, rest: &TriMesh, contact: ContactSettings) -> Self {
         let pose = character.skeleton.bind_pose();
         let contacts = BodyContacts::new(&character.body, rest.vertices.len(), contact);
+        let hits = hits_in_bind_pose(&character.body, rest);
         Self {
             next: pose.clone(),
             pose,
             body: BodyInterval::new(&character.body),
             contacts: contacts
-                .with_limbs(BareLimbs::new(&character, rest))
-                .with_fold_filter(FoldFilter::new(&character.body, rest)),
+                .with_limbs(BareLimbs::new(&character, rest, &hits))
+                .with_fold_filter(FoldFilter::new(&character.body, &hits)),
             world_from_joint: Vec::new(),
             world_from_rest: Vec::new(),
             vertices: character.body.vertices.clone(),

@@ -17,6 +17,13 @@ const BARE_SHARE: f32 = 0.005;
 /// Largest number of limbs: a [`LimbSet`] has one bit each.
 const MAX_LIMBS: usize = LimbSet::BITS as usize;
 
+/// Returns the point of a body next to each of a garment's particles, both in the bind pose; `None`
+/// for a particle that is not finite.
+pub(crate) fn hits_in_bind_pose(body: &TriMesh, rest: &TriMesh) -> Vec<Option<SurfacePoint>> {
+    let surface = Surface::build(body);
+    rest.vertices.par_iter().map(|p| surface.closest(*p)).collect()
+}
+
 /// A set of bare limbs, one bit per limb. The set of a single limb also serves as its name.
 pub(super) type LimbSet = u32;
 
@@ -52,11 +59,9 @@ pub(crate) struct BareLimbs {
 
 impl BareLimbs {
     /// Finds the bare limbs for a garment whose particles are the vertices of `rest`, in bind-pose
-    /// space.
-    pub(crate) fn new(character: &Character, rest: &TriMesh) -> Self {
+    /// space. `hits` holds the point of the body next to each particle, of [`hits_in_bind_pose`].
+    pub(crate) fn new(character: &Character, rest: &TriMesh, hits: &[Option<SurfacePoint>]) -> Self {
         let joint_of_face = character.joints_of_faces();
-        let surface = Surface::build(&character.body);
-        let hits: Vec<_> = rest.vertices.par_iter().map(|p| surface.closest(*p)).collect();
         // Each particle lies on the part of the joint that the closest face belongs to.
         let joint_at = |hit: &SurfacePoint| joint_of_face[hit.face as usize];
         let joints: Vec<Option<usize>> = hits.iter().map(|hit| hit.as_ref().map(joint_at)).collect();
@@ -67,7 +72,7 @@ impl BareLimbs {
         let mut normals = Vec::new();
         vertex_normals(&rest.vertices, &rest.faces, &mut normals);
         let mut limbs = Self {
-            normal_signs: turned_outward(&mut normals, &hits),
+            normal_signs: turned_outward(&mut normals, hits),
             attached_limbs_of_face: joint_of_face
                 .iter()
                 .map(|&joint| bare.attached_to(joint, parents))

@@ -52,6 +52,11 @@ pub(in crate::contact) fn patches<const N: usize>(positions: [Vec3; N]) -> TriMe
     TriMesh::new(vertices.collect(), (0..N as u32).map(face).collect()).unwrap()
 }
 
+/// The bare limbs of a body in this garment.
+pub(in crate::contact) fn bare_limbs(character: &Character, rest: &TriMesh) -> BareLimbs {
+    BareLimbs::new(character, rest, &hits_in_bind_pose(&character.body, rest))
+}
+
 /// Cloth on the trunk, particles 0 to 2, and on the upper arm, particles 3 to 5.
 fn shirt() -> TriMesh {
     patches([Vec3::Y * 0.06, Vec3::new(0.2, 0.06, 0.0)])
@@ -76,7 +81,7 @@ fn update_with_hand_moved(
 
 #[test]
 fn a_limb_begins_where_the_garment_ends() {
-    let limbs = BareLimbs::new(&cubes(), &shirt());
+    let limbs = bare_limbs(&cubes(), &shirt());
     let faces = limbs.limb_of_face.len() / 4;
     let bits: Vec<u32> = limbs.limb_of_face.iter().step_by(faces).copied().collect();
     assert_eq!(bits, [0, 0, 1, 1], "forearm and hand are one limb");
@@ -85,7 +90,7 @@ fn a_limb_begins_where_the_garment_ends() {
         [0, 0, 0, 1, 1, 1],
         "the sleeve collides with the forearm that it ends at"
     );
-    let gloves = BareLimbs::new(&cubes(), &patches([Vec3::X * 0.66]));
+    let gloves = bare_limbs(&cubes(), &patches([Vec3::X * 0.66]));
     assert!(
         gloves.limb_of_face.iter().all(|&bit| bit == 0),
         "a part that carries the garment is no limb"
@@ -96,7 +101,7 @@ fn a_limb_begins_where_the_garment_ends() {
 fn a_hand_close_to_the_trunk_is_ignored_and_one_farther_away_is_not() {
     let character = cubes();
     let cloth = shirt();
-    let mut limb_filter = LimbFilter::new(BareLimbs::new(&character, &cloth));
+    let mut limb_filter = LimbFilter::new(bare_limbs(&character, &cloth));
     let hand_face = (character.body.faces.len() / 4 * 3) as u32;
     let mut ignored = |gap: f32| {
         update_with_hand_moved(
@@ -127,7 +132,7 @@ fn outside_limbs_collide_with_the_outer_side_of_the_cloth_only() {
     let (cloth, surface) = (shirt(), Surface::build(&character.body));
     let mut folds = Folds::default();
     folds.find(&surface);
-    let limbs = BareLimbs::new(&character, &cloth);
+    let limbs = bare_limbs(&character, &cloth);
     assert_eq!(limbs.outside_limbs, 1);
     let mut limb_filter = LimbFilter::new(limbs);
     let hand = (character.body.faces.len() / 4 * 3) as u32;
@@ -147,7 +152,7 @@ fn outside_limbs_collide_with_the_outer_side_of_the_cloth_only() {
     // The same shirt with reversed faces.
     let mut reversed = cloth.clone();
     reversed.faces.iter_mut().for_each(|face| face.swap(0, 1));
-    let mut limb_filter = LimbFilter::new(BareLimbs::new(&character, &reversed));
+    let mut limb_filter = LimbFilter::new(bare_limbs(&character, &reversed));
     limb_filter.update(&surface, &folds, &character.body.vertices, &cloth.vertices);
     assert!(limb_filter.ignores(0, facing(Vec3::Y)) && !limb_filter.ignores(0, facing(-Vec3::Y)));
 }
@@ -157,7 +162,7 @@ fn all_of_a_hand_is_ignored_while_it_is_half_beneath_the_cloth() {
     let character = cubes();
     // Cloth 25 cm over the trunk: nothing but the cloth is near a hand beneath it.
     let cloth = patches([Vec3::Y * 0.3, Vec3::new(0.2, 0.06, 0.0)]);
-    let mut limb_filter = LimbFilter::new(BareLimbs::new(&character, &cloth));
+    let mut limb_filter = LimbFilter::new(bare_limbs(&character, &cloth));
     let side = (character.body.faces.len() / 4 * 3 + 2) as u32;
     let mut ignored = |corner_y: f32| {
         // One corner of the hand lies on the vertical through the cloth.
@@ -173,7 +178,7 @@ fn all_of_a_hand_is_ignored_while_it_is_half_beneath_the_cloth() {
 #[test]
 fn legs_below_a_hem_are_not_outside_limbs() {
     // Cloth of the trunk that encloses the arm, as a skirt encloses both shins.
-    let limbs = BareLimbs::new(
+    let limbs = bare_limbs(
         &cubes(),
         &patches([Vec3::new(0.09, 0.08, 0.0), Vec3::new(0.2, 0.06, 0.0)]),
     );
