@@ -62,7 +62,8 @@
 //!
 //! The display shows more frames than the garment ticks. [`TickInterpolator`] puts the garment on
 //! the pose of the moment, so that cloth follows a body that moves between two ticks. [`TickClock`]
-//! says in which frames the garment ticks.
+//! says in which frames the garment ticks. [`LiveGarment`] is the three together, for an engine that
+//! has a pose and a time in every frame.
 //!
 //! ```
 //! # use std::sync::Arc;
@@ -185,7 +186,8 @@ mod triangle;
 pub mod weights;
 
 pub use animator::{
-    Animator, AnimatorError, AnimatorState, GarmentFrame, Start, StepInput, TickClock, TickInterpolator,
+    Animator, AnimatorError, AnimatorState, GarmentFrame, LiveGarment, Start, StepInput, Surroundings,
+    TickClock, TickInterpolator,
 };
 pub use collider::Collider;
 pub use config::{Corrects, IntersectionMode};
