@@ -114,8 +114,8 @@
 //!
 //! The names at the crate's root are all that most engines need. Modules hold the rest:
 //!
-//! - **Engines**: [`animator`], [`model`], [`config`], [`skeleton`], [`clip`], [`collider`],
-//!   [`intersection`], [`parallel`].
+//! - **Engines**: [`animator`], [`model`], [`config`], [`skeleton`], [`rig`], [`clip`],
+//!   [`collider`], [`intersection`], [`parallel`].
 //! - **Training and evaluation**, which share these definitions with the animator: [`motion`],
 //!   [`heading`], [`features`], [`network`], [`prior`], [`recurrence`], [`weights`], [`sampling`],
 //!   [`projection`].
@@ -171,6 +171,7 @@ pub mod prior;
 pub mod projection;
 pub mod recurrence;
 pub mod replay;
+pub mod rig;
 pub mod sampling;
 pub mod simd;
 pub mod skeleton;

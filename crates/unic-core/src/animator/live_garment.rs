@@ -142,12 +142,7 @@ impl LiveGarment {
     ///
     /// # Errors
     /// Poses and surroundings that the model refuses. The garment begins anew in the next frame.
-    pub fn advance(
-        &mut self,
-        frame_s: f64,
-        pose: &Pose,
-        around: &Surroundings,
-    ) -> Result<(), AnimatorError> {
+    pub fn advance(&mut self, frame_s: f64, pose: &Pose, around: &Surroundings) -> Result<(), AnimatorError> {
         std::mem::swap(&mut self.before, &mut self.now);
         self.now.clone_from(pose);
         let moved_m = self.now.trans.distance(self.before.trans) * around.size;

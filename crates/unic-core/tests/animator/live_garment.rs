@@ -150,7 +150,7 @@ fn a_teleport_carries_the_shape_and_leaves_it_at_rest() {
         assert_eq!(garment.intersection(), mode);
         asked.teleport();
         assert!(frame(&mut asked, TICK_S, &there) == by_limit, "{mode:?}");
-        let vertices = garment.state().unwrap().vertices();
+        let vertices = &garment.state().unwrap().vertices;
         assert!(vertices.iter().all(|v| v.previous == v.value), "at rest");
     }
 }
