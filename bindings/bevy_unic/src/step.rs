@@ -20,18 +20,25 @@ pub(crate) fn step(
     let frame_s = time.delta_secs_f64();
     garments.par_iter_mut().for_each(|(entity, garment, mut state)| {
         if garment.is_paused {
-            state.live.interrupt();
+            leave_out(&mut state);
             return;
         }
         if let Err(fault) = advance(&mut state, &garment, &transforms, frame_s) {
             // Without the fault, it starts from the pose that is then.
-            state.live.interrupt();
+            leave_out(&mut state);
             error!("garment {entity} on character {}: {fault}", garment.character);
             commands.command_scope(|mut commands| {
                 commands.entity(entity).insert(fault);
             });
         }
     });
+}
+
+/// Leaves out a frame.
+fn leave_out(state: &mut GarmentState) {
+    state.live.interrupt();
+    // Colliders that change meanwhile are taken when the character has a size again.
+    state.shown.size = 0.0;
 }
 
 /// Takes the pose of this frame, and as many ticks as time has passed.
@@ -45,11 +52,10 @@ fn advance(
     let skeleton = &model.character().skeleton;
     let Some(size) = state.rig.pose(skeleton, transforms, &mut state.pose)? else {
         // The character is gone or has no transforms yet.
-        state.live.interrupt();
+        leave_out(state);
         return Ok(());
     };
-    // A garment that has not started may have changed while nothing was stepped.
-    if garment.is_changed() || state.shown.size != size || state.live.state().is_none() {
+    if garment.is_changed() || state.shown.size != size {
         let colliders = garment.colliders.iter().map(|collider| of_size(collider, size));
         state.live.set_colliders(colliders);
     }
