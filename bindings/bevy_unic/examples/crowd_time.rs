@@ -1,4 +1,5 @@
-//! Time of a tick on all compute threads, and memory, for 1, 16 and 64 characters in the T-shirt that comes with `unic`, without a window.
+//! Time of a tick on all compute threads, and memory, for 1, 16 and 64 characters in the T-shirt that
+//! comes with `unic`, without a window.
 //!
 //! `cargo run --release --example crowd_time`
 

@@ -3,7 +3,7 @@
 use crate::{
     mesh::Surface,
     model::UnicModel,
-    rig::{Rig, RigError, RigJoint},
+    rig::{Rig, SkinJoint},
 };
 use bevy::{
     mesh::skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
@@ -12,8 +12,11 @@ use bevy::{
 use std::sync::Arc;
 use thiserror::Error;
 use unic_core::{
-    Animator, Model, Pose, TickClock, TickInterpolator, animator::AnimatorError, collider::Collider,
+    Animator, AnimatorState, IntersectionMode, Layers, LiveGarment, Model, Pose,
+    animator::{AnimatorError, Display, TeleportLimit},
+    collider::Collider,
     parallel::Serial,
+    rig::RigError,
 };
 use unic_glam as core;
 
@@ -38,20 +41,12 @@ pub struct UnicGarment {
     /// space. They act on models with robust intersection handling. Meshes keep their size for a
     /// character of another size than the model's.
     pub colliders: Vec<Collider>,
-    /// Keeps the garment as it is, such as far from the camera. It starts anew afterwards.
+    /// Keeps the garment as it is, such as far from the camera. It starts anew afterwards, or
+    /// continues a state that has been restored meanwhile.
     pub is_paused: bool,
-    /// Movement of the root within a frame after which the garment starts anew, metres.
-    pub teleport_m: f32,
-}
-
-/// Pictures between two ticks of the model.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Display {
-    /// The cloth is interpolated on the pose of each frame, up to a tick behind.
-    #[default]
-    Interpolated,
-    /// The cloth moves with the ticks alone.
-    Ticks,
+    /// Speed of the root above which a movement of more than half a metre within a frame is a
+    /// teleport, m/s; 0 for none. The garment is carried along in its shape, at rest.
+    pub teleport_speed: f32,
 }
 
 impl UnicGarment {
@@ -65,7 +60,7 @@ impl UnicGarment {
             ground_height: 0.0,
             colliders: Vec::new(),
             is_paused: false,
-            teleport_m: 1.0,
+            teleport_speed: TeleportLimit::default().speed_m_s,
         }
     }
 }
@@ -77,6 +72,14 @@ pub enum GarmentFault {
     /// The character does not fit the model.
     #[error(transparent)]
     Rig(#[from] RigError),
+    /// A skinned mesh without bind poses for its joints.
+    #[error("expected {expected} inverse bind poses, found {found}")]
+    BindPoses {
+        /// Number of joints.
+        expected: usize,
+        /// Number of bind poses.
+        found: usize,
+    },
     /// A pose that the model refuses.
     #[error(transparent)]
     Pose(#[from] Arc<AnimatorError>),
@@ -92,15 +95,10 @@ impl From<AnimatorError> for GarmentFault {
 #[derive(Component, Debug)]
 pub struct GarmentState {
     pub(crate) rig: Rig,
-    pub(crate) animator: Animator,
-    pub(crate) interpolator: TickInterpolator,
+    pub(crate) live: LiveGarment,
     pub(crate) surface: Surface,
-    pub(crate) clock: TickClock,
-    /// Whether the animator continues a motion. If not, the next frame begins one.
-    pub(crate) has_started: bool,
-    /// Poses of the last and of this frame.
-    pub(crate) before: Pose,
-    pub(crate) now: Pose,
+    /// Pose of this frame.
+    pub(crate) pose: Pose,
     /// Vertices to be shown.
     pub(crate) shown: Shown,
 }
@@ -117,31 +115,57 @@ pub(crate) struct Shown {
 
 impl GarmentState {
     fn new(model: &Arc<Model>, rig: Rig) -> Self {
-        let mut animator = Animator::new(Arc::clone(model));
+        let mut live = LiveGarment::new(Arc::clone(model));
         // Garments are stepped side by side.
-        animator.set_threads(Arc::new(Serial));
-        let pose = model.character().skeleton.bind_pose();
+        live.set_threads(Arc::new(Serial));
         Self {
             rig,
-            animator,
-            interpolator: TickInterpolator::default(),
+            live,
             surface: Surface::new(&model.garment().rest),
-            clock: TickClock::new(model.config().fps),
-            has_started: false,
-            before: pose.clone(),
-            now: pose,
+            pose: model.character().skeleton.bind_pose(),
             shown: Shown::default(),
         }
     }
 
-    /// The animator, for what the component has no field for.
-    pub fn animator(&mut self) -> &mut Animator {
-        &mut self.animator
+    /// The animator, to be read.
+    pub fn animator(&self) -> &Animator {
+        self.live.animator()
     }
 
-    /// Starts the garment anew in the next frame, as after a cut.
+    /// Starts the garment anew in the next frame, as after a cut: in the mean shape of training.
     pub fn restart(&mut self) {
-        self.has_started = false;
+        self.live.restart();
+    }
+
+    /// Carries the garment to the pose of the next frame in its shape, at rest.
+    pub fn teleport(&mut self) {
+        self.live.teleport();
+    }
+
+    /// Copies the state after the last tick; none before the first frame.
+    pub fn save(&self) -> Option<AnimatorState> {
+        self.live.state().cloned()
+    }
+
+    /// Continues from a state of the same model in the next frame, wherever the character is then.
+    ///
+    /// # Errors
+    /// A state of another model. The garment goes on as before.
+    pub fn restore(&mut self, state: AnimatorState) -> Result<(), AnimatorError> {
+        self.live.restore(state)
+    }
+
+    /// Replaces the intersection handling of the model.
+    pub fn set_intersection(&mut self, mode: IntersectionMode) {
+        self.live.set_intersection(mode);
+    }
+
+    /// Sets the layers of the garment, whose order is kept.
+    ///
+    /// # Errors
+    /// Layers of another mesh.
+    pub fn set_layers(&mut self, layers: Layers) -> Result<(), AnimatorError> {
+        self.live.set_layers(layers)
     }
 }
 
@@ -165,17 +189,17 @@ pub(crate) fn attach(
         let Some(inverse) = bind_poses.get(&skin.inverse_bindposes) else {
             continue;
         };
-        let rig = rig_joints(skin, inverse, &names)
-            .and_then(|joints| Rig::new(&model.character().skeleton, &joints));
+        let rig = skin_joints(skin, inverse, &names)
+            .and_then(|joints| Ok(Rig::new(&model.character().skeleton, &joints)?));
         match rig {
             Ok(rig) => {
                 let state = GarmentState::new(model, rig);
                 let mesh = Mesh3d(meshes.add(state.surface.mesh()));
                 commands.entity(entity).insert((state, mesh));
             }
-            Err(error) => {
-                error!("garment {entity} on character {}: {error}", garment.character);
-                commands.entity(entity).insert(GarmentFault::Rig(error));
+            Err(fault) => {
+                error!("garment {entity} on character {}: {fault}", garment.character);
+                commands.entity(entity).insert(fault);
             }
         }
     }
@@ -202,16 +226,16 @@ fn skinned_mesh<'a>(
     found
 }
 
-fn rig_joints<'a>(
+fn skin_joints<'a>(
     skin: &SkinnedMesh,
     inverse: &SkinnedMeshInverseBindposes,
     names: &'a Query<&Name>,
-) -> Result<Vec<RigJoint<'a>>, RigError> {
+) -> Result<Vec<SkinJoint<'a>>, GarmentFault> {
     let (expected, found) = (skin.joints.len(), inverse.len());
     if expected != found {
-        return Err(RigError::BindPoses { expected, found });
+        return Err(GarmentFault::BindPoses { expected, found });
     }
-    let joint = |(&entity, inverse): (&Entity, &Mat4)| RigJoint {
+    let joint = |(&entity, inverse): (&Entity, &Mat4)| SkinJoint {
         entity,
         name: names.get(entity).map_or("", |name| name.as_str()),
         mesh_from_joint: bevy::math::Affine3A::from_mat4(*inverse).inverse(),

@@ -42,11 +42,9 @@ mod rig;
 mod step;
 
 pub use body::spawn_character;
-pub use garment::{Display, GarmentFault, GarmentState, UnicGarment};
+pub use garment::{GarmentFault, GarmentState, UnicGarment};
 pub use model::{UnicModel, UnicModelError, UnicModelLoader};
-pub use rig::RigError;
-
-pub use unic_core;
+pub use unic_core::{self, animator::Display, rig::RigError};
 
 use bevy::{asset::AssetEventSystems, prelude::*, transform::TransformSystems};
 

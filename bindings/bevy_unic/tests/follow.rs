@@ -81,6 +81,10 @@ impl Stage {
         self.app.world_mut().spawn(garment).id()
     }
 
+    fn state(&mut self, garment: Entity) -> Mut<'_, GarmentState> {
+        self.app.world_mut().get_mut::<GarmentState>(garment).unwrap()
+    }
+
     /// Poses the joints as a pose of the model, whose joints have the axes of the world.
     fn pose(&mut self, joints: &[Entity], pose: &Pose) {
         let skeleton = &self.model.character().skeleton;
@@ -289,7 +293,7 @@ fn a_faster_display_shows_cloth_on_its_own_poses() {
 }
 
 #[test]
-fn teleports_and_pauses_start_anew() {
+fn a_teleport_keeps_the_shape_and_a_pause_does_not() {
     let mut stage = Stage::new(1);
     let (character, joints) = stage.character();
     let garment = stage.garment(character, Display::Ticks);
@@ -298,18 +302,13 @@ fn teleports_and_pauses_start_anew() {
         stage.pose(&joints, &pose);
         stage.app.update();
     }
-    let mut pose = pose_at(&stage.model, 10.0);
-    pose.trans.x += 5.0;
+    let jump = core::Vec3::new(5.0, 0.0, 0.0);
+    let mut pose = pose_at(&stage.model, 9.0);
+    pose.trans += jump;
+    let expected: Vec<_> = stage.vertices(garment).iter().map(|p| *p + jump).collect();
     stage.pose(&joints, &pose);
     stage.app.update();
-    let mut fresh = Animator::new(Arc::clone(&stage.model));
-    fresh.reset(&input(&pose), Start::MeanShape).unwrap();
-    assert_near(
-        &stage.vertices(garment),
-        fresh.garment().positions,
-        NEAR_M,
-        "after a teleport",
-    );
+    assert_near(&stage.vertices(garment), &expected, NEAR_M, "after a teleport");
 
     let shown = stage.vertices(garment);
     stage
@@ -329,6 +328,7 @@ fn teleports_and_pauses_start_anew() {
         .unwrap()
         .is_paused = false;
     stage.app.update();
+    let mut fresh = Animator::new(Arc::clone(&stage.model));
     fresh.reset(&input(&pose), Start::MeanShape).unwrap();
     assert_near(
         &stage.vertices(garment),
@@ -337,6 +337,70 @@ fn teleports_and_pauses_start_anew() {
         "after a pause",
     );
     assert!(stage.app.world().get::<GarmentState>(garment).is_some());
+}
+
+#[test]
+fn a_runner_with_a_hitch_does_not_teleport() {
+    let mut stage = Stage::new(1);
+    let (character, joints) = stage.character();
+    let limited = stage.garment(character, Display::Ticks);
+    let unlimited = stage.garment(character, Display::Ticks);
+    let mut worn = stage.app.world_mut().get_mut::<UnicGarment>(unlimited).unwrap();
+    worn.teleport_speed = 0.0;
+    for tick in 0..6 {
+        stage.pose(&joints, &pose_at(&stage.model, tick as f32));
+        stage.app.update();
+    }
+    // 5 m/s for a quarter of a second.
+    let hitch = TimeUpdateStrategy::ManualDuration(Duration::from_millis(250));
+    stage.app.insert_resource(hitch);
+    let mut pose = pose_at(&stage.model, 6.0);
+    pose.trans.z += 1.25;
+    stage.pose(&joints, &pose);
+    stage.app.update();
+    assert_eq!(stage.vertices(limited), stage.vertices(unlimited));
+}
+
+#[test]
+fn a_restored_state_goes_on_whatever_the_garment_did_before() {
+    let mut stage = Stage::new(1);
+    let (character, joints) = stage.character();
+    let original = stage.garment(character, Display::Interpolated);
+    let paused = stage.garment(character, Display::Interpolated);
+    let mut worn = stage.app.world_mut().get_mut::<UnicGarment>(paused).unwrap();
+    worn.is_paused = true;
+    for tick in 0..6 {
+        stage.pose(&joints, &pose_at(&stage.model, tick as f32));
+        stage.app.update();
+    }
+    let saved = stage.state(original).save().unwrap();
+    assert!(stage.state(paused).save().is_none(), "it has not begun");
+    // Both continue there: the one from five metres away, the other from nowhere.
+    let mut far = pose_at(&stage.model, 6.0);
+    far.trans.x += 5.0;
+    stage.pose(&joints, &far);
+    stage.app.update();
+    for garment in [original, paused] {
+        stage.state(garment).restore(saved.clone()).unwrap();
+    }
+    let mut expected = Animator::new(Arc::clone(&stage.model));
+    expected.restore(saved).unwrap();
+    let pose = pose_at(&stage.model, 6.0);
+    expected.step(&input(&pose)).unwrap();
+    for (garment, what) in [(original, "from far away"), (paused, "after a pause")] {
+        if garment == paused {
+            let mut worn = stage.app.world_mut().get_mut::<UnicGarment>(paused).unwrap();
+            worn.is_paused = false;
+        }
+        stage.pose(&joints, &pose);
+        stage.app.update();
+        assert_eq!(
+            stage.state(garment).animator().state().ticks,
+            expected.state().ticks
+        );
+        let found = stage.state(garment).animator().garment().positions.to_vec();
+        assert_near(&found, expected.garment().positions, NEAR_M, what);
+    }
 }
 
 #[test]

@@ -3,8 +3,8 @@
 //! The extension has one class, the node `UnicGarment3D`: a mesh that follows a `Skeleton3D`. Its
 //! properties and methods are on the page of the extension, `bindings/godot/README.md`.
 //!
-//! The modules [`rig`], [`surface`], [`tangents`] and [`garment`] need no engine. They are public for tests and
-//! for the program that writes the engine test's expectations.
+//! The modules [`surface`], [`tangents`] and [`garment`] need no engine. They are public for tests and for
+//! the program that writes the engine test's expectations.
 //!
 //! # Units, axes, time
 //!
@@ -19,7 +19,6 @@ pub mod garment;
 mod mesh;
 mod model;
 mod node;
-pub mod rig;
 pub mod surface;
 pub mod tangents;
 mod worn;

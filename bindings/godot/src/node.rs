@@ -3,7 +3,7 @@
 
 use crate::{
     body,
-    garment::{BodyContact, Picture, Surroundings},
+    garment::{BodyContact, FrameChoice},
     model,
     worn::{Fault, Worn, vec3},
 };
@@ -11,7 +11,10 @@ use godot::{
     classes::{IMeshInstance3D, MeshInstance3D, Skeleton3D},
     prelude::*,
 };
-use unic_core::AnimatorState;
+use unic_core::{
+    AnimatorState, Surroundings,
+    animator::{self, TeleportLimit},
+};
 
 /// Pictures between two ticks of the model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, GodotConvert, Var, Export)]
@@ -54,13 +57,15 @@ pub struct UnicGarment3D {
     /// Height of the ground, metres.
     #[export]
     ground_height: f32,
-    /// Keeps the garment as it is. It starts anew afterwards.
+    /// Keeps the garment as it is. It starts anew afterwards, or continues a state that has been
+    /// restored meanwhile.
     #[export]
     paused: bool,
-    /// Movement of the root within a frame that is a teleport, metres.
+    /// Speed of the root above which a movement of more than half a metre within a frame is a
+    /// teleport, m/s; 0 for none.
     #[export]
-    #[init(val = 1.0)]
-    teleport_distance: f32,
+    #[init(val = TeleportLimit::default().speed_m_s)]
+    teleport_speed: f32,
     /// Properties with which the garment was put on, or with which that failed.
     tried: Option<Choice>,
     worn: Option<Worn>,
@@ -214,30 +219,18 @@ impl UnicGarment3D {
         }
         if self.paused {
             if let Some(worn) = &mut self.worn {
-                worn.garment.restart();
+                worn.garment.interrupt();
             }
             return;
         }
         if self.worn.is_none() {
             self.put_on();
         }
-        let around = Surroundings {
-            picture: match self.display {
-                Display::Interpolated => Picture::Interpolated,
-                Display::Ticks => Picture::Tick,
-            },
-            contact: match self.body_contact {
-                true => BodyContact::OfModel,
-                false => BodyContact::Ignored,
-            },
-            wind: vec3(self.wind),
-            ground_height: self.ground_height,
-            teleport_m: self.teleport_distance,
-        };
+        let choice = self.frame_choice();
         let Some(worn) = &mut self.worn else {
             return;
         };
-        match worn.advance(frame_s, &around) {
+        match worn.advance(frame_s, &choice) {
             Ok(None) => {}
             Ok(Some((size, aabb))) => {
                 let scaled = Basis::from_scale(Vector3::splat(size));
@@ -245,7 +238,26 @@ impl UnicGarment3D {
                 base.set_global_transform(Transform3D::new(scaled, Vector3::ZERO));
                 base.set_custom_aabb(aabb);
             }
-            Err(error) => self.say(&Fault::Pose(error)),
+            Err(error) => self.say(&Fault::Frame(error)),
+        }
+    }
+
+    fn frame_choice(&self) -> FrameChoice {
+        FrameChoice {
+            display: match self.display {
+                Display::Interpolated => animator::Display::Interpolated,
+                Display::Ticks => animator::Display::Ticks,
+            },
+            contact: match self.body_contact {
+                true => BodyContact::OfModel,
+                false => BodyContact::Ignored,
+            },
+            around: Surroundings {
+                wind: vec3(self.wind),
+                ground_height: self.ground_height,
+                teleports: TeleportLimit::with_speed(self.teleport_speed),
+                ..Surroundings::default()
+            },
         }
     }
 

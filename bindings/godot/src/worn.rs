@@ -1,19 +1,21 @@
 //! A model on a skeleton of the engine.
 
 use crate::{
-    garment::{Garment, Surroundings},
+    garment::{FrameChoice, FrameError, Garment},
     mesh::{LayoutError, MovingMesh},
     model::{LoadError, SharedModel},
-    rig::{Bone, Rig, RigError},
 };
-use glam::{Quat, Vec3};
+use glam::{Affine3A, Mat3, Vec3};
 use godot::{
     classes::{Mesh, Node, Skeleton3D},
     prelude::*,
 };
 use std::sync::Arc;
 use thiserror::Error;
-use unic_core::{AnimatorError, transform::Rigid};
+use unic_core::{
+    rig::{RigError, RigFit, RigJoint},
+    skeleton::Skeleton,
+};
 
 /// Signal of a skeleton when its modifiers are done and their poses still hold; since Godot 4.3.
 const SKELETON_UPDATED: &str = "skeleton_updated";
@@ -30,7 +32,7 @@ pub(crate) enum Fault {
     #[error(transparent)]
     Layout(#[from] LayoutError),
     #[error(transparent)]
-    Pose(#[from] AnimatorError),
+    Frame(#[from] FrameError),
 }
 
 /// Garment on a skeleton.
@@ -41,7 +43,7 @@ pub(crate) struct Worn {
     pub(crate) garment: Garment,
     mesh: MovingMesh,
     /// Bones after the skeleton's modifiers, in its space, a joint of the model each.
-    skeleton_from_bone: Vec<Rigid>,
+    skeleton_from_bone: Vec<Transform3D>,
     /// Whether the bones are those of this frame.
     has_bones: bool,
 }
@@ -55,9 +57,9 @@ impl Worn {
         let skeleton = largest_skeleton(node).ok_or(Fault::Skeleton(path))?;
         let joints = &shared.model.character().skeleton;
         Ok(Self {
-            garment: Garment::new(&shared.model, Rig::new(joints, &rests(&skeleton))?),
+            garment: Garment::new(&shared.model, fit(joints, &skeleton)?),
             mesh: MovingMesh::new(&shared.model.garment().rest)?,
-            skeleton_from_bone: vec![Rigid::IDENTITY; joints.len()],
+            skeleton_from_bone: vec![Transform3D::IDENTITY; joints.len()],
             has_bones: false,
             shared,
             skeleton,
@@ -102,7 +104,7 @@ impl Worn {
     pub(crate) fn read_bones(&mut self) {
         for (slot, bone) in self.skeleton_from_bone.iter_mut().zip(self.garment.bones()) {
             if let Some(bone) = bone {
-                *slot = rigid(self.skeleton.get_bone_global_pose(bone as i32));
+                *slot = self.skeleton.get_bone_global_pose(bone as i32);
             }
         }
         self.has_bones = true;
@@ -113,23 +115,18 @@ impl Worn {
     pub(crate) fn advance(
         &mut self,
         frame_s: f64,
-        around: &Surroundings,
-    ) -> Result<Option<(f32, Aabb)>, AnimatorError> {
+        choice: &FrameChoice,
+    ) -> Result<Option<(f32, Aabb)>, FrameError> {
         // A skeleton that has not moved, or an engine older than 4.3, tells nothing.
         if !std::mem::take(&mut self.has_bones) {
             self.read_bones();
             self.has_bones = false;
         }
         let to_world = self.skeleton.get_global_transform();
-        let turn = rigid(to_world).rotation;
-        let world_from_bone: Vec<Rigid> = (self.skeleton_from_bone.iter())
-            .map(|bone| {
-                let [x, y, z] = bone.translation.to_array();
-                let place = to_world * Vector3::new(x, y, z);
-                Rigid::new(turn * bone.rotation, vec3(place))
-            })
+        let world_from_bone: Vec<Affine3A> = (self.skeleton_from_bone.iter())
+            .map(|bone| affine(to_world * *bone))
             .collect();
-        let frame = self.garment.advance(&world_from_bone, frame_s, around)?;
+        let frame = self.garment.advance(&world_from_bone, frame_s, choice)?;
         Ok(frame.map(|frame| (frame.size, self.mesh.write(&frame))))
     }
 }
@@ -151,19 +148,28 @@ fn largest_skeleton(node: Gd<Node>) -> Option<Gd<Skeleton3D>> {
     found
 }
 
-/// Bones of a skeleton in its rest pose.
-fn rests(skeleton: &Gd<Skeleton3D>) -> Vec<Bone> {
-    let bone = |bone: i32| Bone {
-        name: skeleton.get_bone_name(bone).to_string(),
-        skeleton_from_bone: rigid(skeleton.get_bone_global_rest(bone)),
-    };
-    (0..skeleton.get_bone_count()).map(bone).collect()
+/// Finds the bones of a skeleton that are the joints of a model.
+///
+/// # Errors
+/// A skeleton that does not fit.
+fn fit(joints: &Skeleton, skeleton: &Gd<Skeleton3D>) -> Result<RigFit, RigError> {
+    let bones = 0..skeleton.get_bone_count();
+    let names: Vec<String> = (bones.clone())
+        .map(|bone| skeleton.get_bone_name(bone).to_string())
+        .collect();
+    let rig: Vec<RigJoint<'_>> = (bones.zip(&names))
+        .map(|(bone, name)| RigJoint {
+            name,
+            mesh_from_joint: affine(skeleton.get_bone_global_rest(bone)),
+        })
+        .collect();
+    RigFit::new(joints, &rig)
 }
 
-/// Rotation and place of a transform that may scale.
-fn rigid(transform: Transform3D) -> Rigid {
-    let q = transform.basis.orthonormalized().get_quaternion();
-    Rigid::new(Quat::from_xyzw(q.x, q.y, q.z, q.w), vec3(transform.origin))
+/// A transform of the engine, scale included.
+fn affine(transform: Transform3D) -> Affine3A {
+    let [x, y, z] = transform.basis.to_cols().map(vec3);
+    Affine3A::from_mat3_translation(Mat3::from_cols(x, y, z), vec3(transform.origin))
 }
 
 /// A vector of the engine.

@@ -5,13 +5,15 @@
 #[path = "../examples/expected/walk.rs"]
 mod walk;
 
-use glam::{Quat, Vec3};
-use godot_unic::{
-    garment::{BodyContact, Garment, Picture, Surroundings},
-    rig::{Bone, Rig, RigError},
-};
+use glam::{Affine3A, Quat, Vec3};
+use godot_unic::garment::{BodyContact, FrameChoice, FrameError, Garment};
 use std::{f32::consts::FRAC_PI_2, sync::Arc};
-use unic_core::{Animator, AnimatorState, Model, Pose, Start, transform::Rigid};
+use unic_core::{
+    Animator, AnimatorState, Model, Pose, Start,
+    animator::Display,
+    rig::{RigError, RigFit, RigJoint},
+    transform::Rigid,
+};
 use walk::{input, pose_at};
 
 const TSHIRT: &str = concat!(
@@ -48,51 +50,49 @@ impl Character {
         }
     }
 
-    /// Bones in the rest pose of the rig.
-    fn bones(&self, namespace: &str) -> Vec<Bone> {
-        let skeleton = &self.model.character().skeleton;
-        let bind = self.global(&skeleton.bind_pose());
-        let bone = |(name, bind): (&String, &Rigid)| Bone {
-            name: format!("{namespace}{name}"),
-            skeleton_from_bone: Rigid::new(
-                self.skeleton_from_model * bind.rotation,
-                self.skeleton_from_model * bind.translation,
-            ),
-        };
-        skeleton.names().iter().zip(&bind).map(bone).collect()
+    /// Bones in the world, in a pose.
+    fn global(&self, pose: &Pose) -> Vec<Affine3A> {
+        let scale = Affine3A::from_scale(Vec3::splat(self.size));
+        let bones = self.bones(pose).into_iter();
+        bones.map(|bone| scale * bone).collect()
     }
 
-    /// Bones in the world, in a pose.
-    fn global(&self, pose: &Pose) -> Vec<Rigid> {
+    /// Bones in a pose, in the size of the model.
+    fn bones(&self, pose: &Pose) -> Vec<Affine3A> {
         let mut joints = Vec::new();
-        self.model
-            .character()
-            .skeleton
-            .forward_kinematics(pose, &mut joints);
-        let turned = |joint: &Rigid| Rigid::new(joint.rotation * self.turn, self.size * joint.translation);
+        let skeleton = &self.model.character().skeleton;
+        skeleton.forward_kinematics(pose, &mut joints);
+        let turned = |joint: &Rigid| {
+            Affine3A::from_rotation_translation(joint.rotation * self.turn, joint.translation)
+        };
         joints.iter().map(turned).collect()
     }
 
     fn garment(&self) -> Garment {
-        let rig = Rig::new(&self.model.character().skeleton, &self.bones("")).unwrap();
-        Garment::new(&self.model, rig)
+        let skeleton = &self.model.character().skeleton;
+        let to_skeleton = Affine3A::from_quat(self.skeleton_from_model);
+        let rest = self.bones(&skeleton.bind_pose());
+        let rig: Vec<RigJoint<'_>> = (skeleton.names().iter().zip(&rest))
+            .map(|(name, bone)| RigJoint {
+                name,
+                mesh_from_joint: to_skeleton * *bone,
+            })
+            .collect();
+        Garment::new(&self.model, RigFit::new(skeleton, &rig).unwrap())
     }
 }
 
-fn around(picture: Picture) -> Surroundings {
-    Surroundings {
-        picture,
-        contact: BodyContact::OfModel,
-        wind: Vec3::ZERO,
-        ground_height: 0.0,
-        teleport_m: 1.0,
+fn choice(display: Display) -> FrameChoice {
+    FrameChoice {
+        display,
+        ..FrameChoice::default()
     }
 }
 
 /// Positions in the world after a frame.
-fn advance(garment: &mut Garment, bones: &[Rigid], frame_s: f32, picture: Picture) -> Vec<Vec3> {
+fn advance(garment: &mut Garment, bones: &[Affine3A], frame_s: f32, display: Display) -> Vec<Vec3> {
     let frame = garment
-        .advance(bones, frame_s.into(), &around(picture))
+        .advance(bones, frame_s.into(), &choice(display))
         .unwrap()
         .unwrap();
     frame.positions.iter().map(|p| *p * frame.size).collect()
@@ -130,7 +130,7 @@ fn other_axes_and_another_size_make_no_difference() {
                 _ => drop(animator.step(&input(&pose)).unwrap()),
             }
             let bones = character.global(&pose);
-            let found = advance(&mut garment, &bones, 1.0 / model.config().fps, Picture::Tick);
+            let found = advance(&mut garment, &bones, 1.0 / model.config().fps, Display::Ticks);
             let expected = animator.garment().positions.iter();
             let expected: Vec<Vec3> = expected.map(|p| *p * character.size).collect();
             assert_near(
@@ -151,7 +151,7 @@ fn a_faster_display_shows_cloth_on_its_own_poses() {
     for frame in 0..40 {
         let bones = character.global(&pose_at(&model, frame as f32 / 4.0));
         let frame_s = 0.25 / model.config().fps;
-        let now = advance(&mut garment, &bones, frame_s, Picture::Interpolated);
+        let now = advance(&mut garment, &bones, frame_s, Display::Interpolated);
         if let Some(before) = &before
             && frame > 8
         {
@@ -173,20 +173,20 @@ fn a_teleport_keeps_the_shape_and_a_restart_does_not() {
     let mut garment = character.garment();
     for tick in 0..10 {
         pose = pose_at(&model, tick as f32);
-        advance(&mut garment, &character.global(&pose), tick_s, Picture::Tick);
+        advance(&mut garment, &character.global(&pose), tick_s, Display::Ticks);
     }
-    let before = advance(&mut garment, &character.global(&pose), 0.0, Picture::Tick);
+    let before = advance(&mut garment, &character.global(&pose), 0.0, Display::Ticks);
     let jump = Vec3::new(2.0, 0.0, 0.0);
     pose.trans += jump;
     let bones = character.global(&pose);
     let expected: Vec<Vec3> = before.iter().map(|p| *p + jump).collect();
-    let found = advance(&mut garment, &bones, tick_s, Picture::Tick);
+    let found = advance(&mut garment, &bones, tick_s, Display::Ticks);
     assert_near(&found, &expected, "after a teleport");
 
     garment.restart();
     let mut fresh = Animator::new(Arc::clone(&model));
     fresh.reset(&input(&pose), Start::MeanShape).unwrap();
-    let found = advance(&mut garment, &bones, tick_s, Picture::Tick);
+    let found = advance(&mut garment, &bones, tick_s, Display::Ticks);
     assert_near(&found, fresh.garment().positions, "after a restart");
 }
 
@@ -195,9 +195,9 @@ fn the_body_is_ignored_on_demand() {
     let model = model();
     let character = Character::plain(&model);
     let (mut garment, mut animator) = (character.garment(), Animator::new(Arc::clone(&model)));
-    let ignoring = Surroundings {
+    let ignoring = FrameChoice {
         contact: BodyContact::Ignored,
-        ..around(Picture::Tick)
+        ..choice(Display::Ticks)
     };
     animator.set_intersection(unic_core::IntersectionMode::Off);
     for tick in 0..5 {
@@ -214,7 +214,7 @@ fn the_body_is_ignored_on_demand() {
     // The model itself corrects vertices.
     let bones = character.global(&pose_at(&model, 4.0));
     garment.restart();
-    let corrected = advance(&mut garment, &bones, 0.0, Picture::Tick);
+    let corrected = advance(&mut garment, &bones, 0.0, Display::Ticks);
     garment.restart();
     let ignored = garment.advance(&bones, 0.0, &ignoring).unwrap().unwrap();
     assert_ne!(ignored.positions, corrected);
@@ -230,7 +230,7 @@ fn a_restored_state_continues_at_another_place_of_the_rig() {
     let mut bones = Vec::new();
     for tick in 0..6 {
         bones = character.global(&pose_at(&model, tick as f32));
-        advance(&mut garment, &bones, tick_s, Picture::Tick);
+        advance(&mut garment, &bones, tick_s, Display::Ticks);
         if tick == 4 {
             let mut saved = Vec::new();
             garment.state().unwrap().save(7, &mut saved).unwrap();
@@ -243,52 +243,76 @@ fn a_restored_state_continues_at_another_place_of_the_rig() {
     let state = garment.state().unwrap().clone();
     let mut expected = character.garment();
     expected.restore(state.clone()).unwrap();
-    let expected = advance(&mut expected, &bones, tick_s, Picture::Tick);
+    let expected = advance(&mut expected, &bones, tick_s, Display::Ticks);
     // The other garment has been five metres away.
     let mut other = character.garment();
     let mut far = pose_at(&model, 0.0);
     far.trans.x += 5.0;
-    advance(&mut other, &character.global(&far), tick_s, Picture::Tick);
+    advance(&mut other, &character.global(&far), tick_s, Display::Ticks);
     other.restore(state).unwrap();
-    assert_eq!(advance(&mut other, &bones, tick_s, Picture::Tick), expected);
+    assert_eq!(advance(&mut other, &bones, tick_s, Display::Ticks), expected);
 }
 
 #[test]
-fn names_have_a_namespace_or_not() {
+fn a_rig_in_centimetres_is_dressed_in_its_size() {
     let model = model();
-    let character = Character::plain(&model);
-    let skeleton = &model.character().skeleton;
-    for namespace in ["", "rig:", "rig_", "Mixamo_Rig_"] {
-        let mut bones = character.bones(namespace);
-        for bone in &mut bones {
-            bone.name = bone.name.to_uppercase();
+    let character = Character {
+        size: 0.01,
+        ..Character::plain(&model)
+    };
+    let (mut garment, mut animator) = (character.garment(), Animator::new(Arc::clone(&model)));
+    for tick in 0..5 {
+        let pose = pose_at(&model, tick as f32);
+        match tick {
+            0 => drop(animator.reset(&input(&pose), Start::MeanShape).unwrap()),
+            _ => drop(animator.step(&input(&pose)).unwrap()),
         }
-        // A prop whose name ends as that of the root does.
-        let mut prop = bones[skeleton.root()].clone();
-        prop.name = format!("prop_{}", skeleton.names()[skeleton.root()]);
-        bones.push(prop);
-        let rig = Rig::new(skeleton, &bones).unwrap();
-        let expected = (0..skeleton.len()).map(Some);
-        assert!(rig.bones().eq(expected), "namespace {namespace}");
+        let bones = character.global(&pose);
+        let frame = garment.advance(
+            &bones,
+            1.0 / f64::from(model.config().fps),
+            &choice(Display::Ticks),
+        );
+        let frame = frame.unwrap().unwrap();
+        assert!((frame.size / character.size - 1.0).abs() < 1e-5, "{}", frame.size);
+        assert_near(
+            frame.positions,
+            animator.garment().positions,
+            &format!("tick {tick}"),
+        );
     }
 }
 
 #[test]
-fn rigs_that_do_not_fit_are_refused() {
+fn scales_that_the_model_does_not_dress_are_refused_and_the_garment_begins_anew() {
     let model = model();
     let character = Character::plain(&model);
-    let skeleton = &model.character().skeleton;
-    let elbow = skeleton.joint("L_elbow").unwrap();
-    let mut bones = character.bones("");
-    bones[elbow].name = "lower arm".to_owned();
-    let error = Rig::new(skeleton, &bones).unwrap_err();
-    assert_eq!(error, RigError::Joints(vec!["L_elbow".to_owned()]));
-
-    let mut bones = character.bones("");
-    bones[elbow].skeleton_from_bone.translation.y += 0.1;
-    let error = Rig::new(skeleton, &bones).unwrap_err();
-    assert!(
-        matches!(&error, RigError::RestPose { joint, .. } if joint == "L_elbow"),
-        "{error}"
+    let pose = pose_at(&model, 3.0);
+    let bones = character.global(&pose);
+    let mut fresh = Animator::new(Arc::clone(&model));
+    fresh.reset(&input(&pose), Start::MeanShape).unwrap();
+    let mut garment = character.garment();
+    advance(
+        &mut garment,
+        &character.global(&pose_at(&model, 0.0)),
+        0.0,
+        Display::Ticks,
     );
+    for scale in [Vec3::ZERO, Vec3::new(-1.0, 1.0, 1.0), Vec3::new(1.0, 1.0, 0.5)] {
+        let world = Affine3A::from_scale(scale);
+        let scaled: Vec<Affine3A> = bones.iter().map(|bone| world * *bone).collect();
+        let found = garment
+            .advance(&scaled, 0.03, &choice(Display::Ticks))
+            .map(|_| ());
+        assert!(
+            matches!(found, Err(FrameError::Rig(RigError::Scale { .. }))),
+            "{scale}: {found:?}"
+        );
+        let found = advance(&mut garment, &bones, 0.03, Display::Ticks);
+        assert_near(
+            &found,
+            fresh.garment().positions,
+            &format!("after the scale {scale}"),
+        );
+    }
 }

@@ -8,20 +8,24 @@ mod error;
 mod garment;
 mod input;
 mod intersections;
+mod live_garment;
 mod saved;
 mod scratch;
 mod stage;
 mod state;
 mod state_frames;
+mod surroundings;
 mod tick_clock;
 mod tick_interpolator;
 mod tiles;
 
 pub use error::AnimatorError;
 pub use input::{FARTHEST, GarmentFrame, Start, StepInput};
+pub use live_garment::LiveGarment;
 pub use saved::SavedStateError;
 pub use stage::Stage;
 pub use state::{AnimatorState, VertexState};
+pub use surroundings::{Display, Surroundings, TeleportLimit};
 pub use tick_clock::TickClock;
 pub use tick_interpolator::TickInterpolator;
 

@@ -62,7 +62,8 @@
 //!
 //! The display shows more frames than the garment ticks. [`TickInterpolator`] puts the garment on
 //! the pose of the moment, so that cloth follows a body that moves between two ticks. [`TickClock`]
-//! says in which frames the garment ticks.
+//! says in which frames the garment ticks. [`LiveGarment`] is the three together, for an engine that
+//! has a pose and a time in every frame.
 //!
 //! ```
 //! # use std::sync::Arc;
@@ -113,8 +114,8 @@
 //!
 //! The names at the crate's root are all that most engines need. Modules hold the rest:
 //!
-//! - **Engines**: [`animator`], [`model`], [`config`], [`skeleton`], [`clip`], [`collider`],
-//!   [`intersection`], [`parallel`].
+//! - **Engines**: [`animator`], [`model`], [`config`], [`skeleton`], [`rig`], [`clip`],
+//!   [`collider`], [`intersection`], [`parallel`].
 //! - **Training and evaluation**, which share these definitions with the animator: [`motion`],
 //!   [`heading`], [`features`], [`network`], [`prior`], [`recurrence`], [`weights`], [`sampling`],
 //!   [`projection`].
@@ -170,6 +171,7 @@ pub mod prior;
 pub mod projection;
 pub mod recurrence;
 pub mod replay;
+pub mod rig;
 pub mod sampling;
 pub mod simd;
 pub mod skeleton;
@@ -185,7 +187,8 @@ mod triangle;
 pub mod weights;
 
 pub use animator::{
-    Animator, AnimatorError, AnimatorState, GarmentFrame, Start, StepInput, TickClock, TickInterpolator,
+    Animator, AnimatorError, AnimatorState, GarmentFrame, LiveGarment, Start, StepInput, Surroundings,
+    TickClock, TickInterpolator,
 };
 pub use collider::Collider;
 pub use config::{Corrects, IntersectionMode};

@@ -23,6 +23,8 @@ func run() -> void:
 	await follows()
 	await follows_modifiers()
 	await fits_a_larger_character()
+	await fits_a_rig_in_centimetres()
+	await refuses_scales()
 	await goes_on_from_a_state()
 	await teleports_and_pauses()
 	await says_what_does_not_fit()
@@ -142,6 +144,38 @@ func fits_a_larger_character() -> void:
 			"a character of 1.5 times the size: 99 %% within %.6f m" % far[far.size() * 99 / 100])
 	garment.free()
 	skeleton.free()
+
+
+func fits_a_rig_in_centimetres() -> void:
+	var skeleton := make_skeleton()
+	skeleton.scale = Vector3(0.01, 0.01, 0.01)
+	var garment := make_garment(skeleton)
+	for frame in 5:
+		pose(skeleton, frame, place(frame))
+		await process_frame
+	var far := distances(garment, 4, Vector3.ZERO, 0.01)
+	check(garment.fault() == "" and far[-1] < LARGEST_M * 0.01 and absf(garment.scale.x - 0.01) < 1e-5,
+			"a character scaled by 0.01: %s" % garment.fault())
+	garment.free()
+	skeleton.free()
+
+
+func refuses_scales() -> void:
+	for scale in [Vector3.ZERO, Vector3(-1, 1, 1), Vector3(1, 1, 0.5)]:
+		var skeleton := make_skeleton()
+		skeleton.scale = scale
+		var garment := make_garment(skeleton)
+		for frame in 3:
+			pose(skeleton, frame, place(frame))
+			await process_frame
+		check("expected one positive scale along all axes" in garment.fault(),
+				"a character scaled by %s: %s" % [scale, garment.fault()])
+		skeleton.scale = Vector3.ONE
+		garment.restart()
+		await process_frame
+		check(garment.fault() == "" and garment.vertices().size() > 0, "it goes on afterwards")
+		garment.free()
+		skeleton.free()
 
 
 func goes_on_from_a_state() -> void:

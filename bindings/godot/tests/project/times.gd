@@ -19,7 +19,8 @@ func run() -> void:
 	for count in [1, 16, 64]:
 		var bare := await frame_ms(count, false, false)
 		var dressed := await frame_ms(count, true, true)
-		print("%d characters: %.2f ms a frame, %.2f ms without body contact, %.2f ms without garments, %d MiB more than before" % [
+		print(("%d characters: %.2f ms a frame, %.2f ms without body contact, "
+				+ "%.2f ms without garments, %d MiB more than before") % [
 				count, dressed, await frame_ms(count, true, false), bare, resident_mib() - before])
 	if DisplayServer.get_name() == "headless":
 		print("skipped: nothing takes vertices without a window")

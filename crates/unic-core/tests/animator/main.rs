@@ -8,6 +8,7 @@ mod bounds;
 mod common;
 mod formulas;
 mod handling;
+mod live_garment;
 #[path = "../common/reference.rs"]
 mod reference;
 mod refusals;
