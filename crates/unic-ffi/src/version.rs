@@ -63,3 +63,32 @@ pub extern "C" fn unic_instructions(precision: u32) -> *const c_char {
     let index = known.and_then(|known| Precision::ALL.iter().position(|p| *p == known));
     index.map_or(std::ptr::null(), |i| names[i].as_ptr())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::UnicPrecision;
+    use std::ffi::CStr;
+
+    #[test]
+    fn features_and_names_are_those_of_the_processor() {
+        for precision in Precision::ALL {
+            let name = unic_instructions(UnicPrecision::from(precision) as u32);
+            // SAFETY: a text that is never freed; a known precision has one.
+            let name = unsafe { CStr::from_ptr(name) };
+            assert_eq!(name.to_str(), Ok(precision.best_instructions().name()));
+        }
+        assert!(unic_instructions(UnicPrecision::Auto as u32).is_null());
+        assert!(unic_instructions(5).is_null());
+        let has = |feature: UnicFeature| unic_features() & feature as u64 != 0;
+        assert!(has(UnicFeature::Paths) && has(UnicFeature::Pool));
+        assert_eq!(
+            has(UnicFeature::Bf16Instructions),
+            Precision::Bf16.has_own_products()
+        );
+        assert_eq!(
+            has(UnicFeature::Int8Instructions),
+            Precision::Int8.has_own_products()
+        );
+    }
+}

@@ -186,6 +186,18 @@ mod tests {
         assert_eq!(Products::Plain.order(256)[0], F32);
     }
 
+    /// Otherwise f32 would be the faster one.
+    #[test]
+    fn a_precision_before_f32_has_products_of_its_own() {
+        assert!(F32.has_own_products());
+        let [fastest, ..] = Precision::fastest_first(256);
+        assert!(fastest.has_own_products(), "{fastest:?}");
+        assert_eq!(
+            Int8.has_own_products(),
+            matches!(Int8.best_instructions().name(), "amx" | "avx512" | "neondot")
+        );
+    }
+
     #[test]
     fn precisions_after_f32_are_slower() {
         for width in [32, 256] {
