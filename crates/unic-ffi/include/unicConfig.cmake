@@ -11,8 +11,11 @@ if(UNIC_STATIC)
     set(_unic_names ${CMAKE_STATIC_LIBRARY_PREFIX}unic${CMAKE_STATIC_LIBRARY_SUFFIX})
 else()
     set(_unic_found UNIC_SHARED_LIBRARY)
-    # On Windows programs link the import library, which Rust calls unic.dll.lib.
-    set(_unic_names unic.dll.lib ${CMAKE_SHARED_LIBRARY_PREFIX}unic${CMAKE_SHARED_LIBRARY_SUFFIX})
+    set(_unic_names ${CMAKE_SHARED_LIBRARY_PREFIX}unic${CMAKE_SHARED_LIBRARY_SUFFIX})
+    if(WIN32)
+        # Programs link the import library, by the name that Rust gives it: MSVC's, MinGW's.
+        set(_unic_names unic.dll.lib libunic.dll.a)
+    endif()
 endif()
 find_library(${_unic_found} NAMES ${_unic_names} NO_DEFAULT_PATH HINTS
     ${UNIC_LIBRARY_DIR} ${CMAKE_CURRENT_LIST_DIR}/../lib ${CMAKE_CURRENT_LIST_DIR}/../../../target/release)

@@ -120,7 +120,8 @@ pub struct UnicOptions {
     /// A UnicAxes.
     pub axes: u32,
     /// For UNIC_AXES_CUSTOM: the number, from 1, of the caller's axis that points to the character's
-    /// left, up and ahead, in this order; negative if it points the other way. Unity: -1, 2, 3. Zeros, the default: 1, 2, 3.
+    /// left, up and ahead, in this order; negative if it points the other way. Unity: -1, 2, 3.
+    /// Zeros, the default: 1, 2, 3.
     pub custom_axes: [i32; 3],
     /// Metres of a unit of the caller, 1e-6 to 1e6; 0, the default: that of the axes.
     pub metres_per_unit: f32,
