@@ -473,8 +473,8 @@ typedef void (*UnicJob)(void *data);
  * It may call the job less often or more often, and return early: the calling thread does what is
  * left. A job that is called after parallel_for has returned takes part in the work of the moment; if
  * there is none, or the instance is released, it does nothing. `data` is a number, not memory. The
- * callback must not throw. It is called on the thread that steps the instance. One callback is
- * enough: it returns when the jobs are done or handed over, and the library waits for them itself.
+ * callback must not throw. It is called on the thread that steps the instance. A second
+ * callback, to wait for the jobs, is not needed: the library itself waits for those that have begun.
  */
 typedef void (*UnicParallelFor)(void *context, uint32_t jobs, UnicJob job, void *data);
 
@@ -511,7 +511,8 @@ typedef struct UnicOptions {
   uint32_t axes;
   /**
    * For UNIC_AXES_CUSTOM: the number, from 1, of the caller's axis that points to the character's
-   * left, up and ahead, in this order; negative if it points the other way. Unity: -1, 2, 3. Zeros, the default: 1, 2, 3.
+   * left, up and ahead, in this order; negative if it points the other way. Unity: -1, 2, 3.
+   * Zeros, the default: 1, 2, 3.
    */
   int32_t custom_axes[3];
   /**
