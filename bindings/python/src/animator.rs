@@ -75,7 +75,7 @@ impl Animator {
             .map(|name| choose("intersections", name, &INTERSECTIONS))
             .transpose()?;
         let precision = precision
-            .map(|name| given.precision_of(name, unic_core::Model::ALLOWED_PRECISION_ERROR))
+            .map(|name| given.precision_of(py, name, unic_core::Model::ALLOWED_PRECISION_ERROR))
             .transpose()?
             .filter(|&precision| precision != given.model.precision());
         let (changed, stepping) = detached(py, || {

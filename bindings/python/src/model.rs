@@ -7,8 +7,8 @@ use crate::{
     names::choose,
     numbers::Numbers,
 };
-use pyo3::{prelude::*, types::PyBytes};
-use std::{path::PathBuf, sync::Arc};
+use pyo3::{exceptions::PyUserWarning, prelude::*, types::PyBytes};
+use std::{ffi::CString, path::PathBuf, sync::Arc};
 use unic_cli::{garments::Shipped, model_file};
 use unic_core::Precision;
 
@@ -44,16 +44,27 @@ impl Model {
         }
     }
 
-    /// Number format by name; `auto` is the fastest one within an error.
+    /// Number format by name; `auto` is the fastest one within an error. Warns about one that is
+    /// slower and less exact than f32; Python shows a warning once for each line of a program.
     ///
     /// # Errors
-    /// An unknown name, an error that is no share.
-    pub(crate) fn precision_of(&self, name: &str, error: f64) -> Result<Precision> {
+    /// An unknown name, an error that is no share, a warning that the program's filters raise.
+    pub(crate) fn precision_of(&self, py: Python<'_>, name: &str, error: f64) -> Result<Precision> {
         if !(error.is_finite() && error >= 0.0) {
             return Err(Error::value("error", "a share, at least 0", error));
         }
-        let chosen = choose("precision", name, &PRECISIONS)?;
-        Ok(chosen.unwrap_or_else(|| self.model.fastest_precision(error)))
+        let Some(chosen) = choose("precision", name, &PRECISIONS)? else {
+            return Ok(self.model.fastest_precision(error));
+        };
+        let width = self.model.config().field.width;
+        if chosen.is_slower_than_f32(width) {
+            let text = format!(
+                "{name} is slower than f32 on this processor for a field of {width} channels, and less exact"
+            );
+            let text = CString::new(text).map_err(|e| Error::Fault(e.to_string()))?;
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+        }
+        Ok(chosen)
     }
 }
 
@@ -96,12 +107,13 @@ impl Model {
     /// Same model with networks in another number format.
     ///
     /// "auto", the choice of a model that is read, is the fastest format of this processor whose
-    /// error, as training has measured it, is at most the share `error` above that of "f32".
+    /// error, as training has measured it, is at most the share `error` above that of "f32". A format
+    /// that is slower than "f32" on this processor gives a `UserWarning`.
     // The default is written out for the signature that Python shows; it is
     // `unic_core::Model::ALLOWED_PRECISION_ERROR`.
     #[pyo3(signature = (precision, error=0.01))]
     fn with_precision(&self, py: Python<'_>, precision: &str, error: f64) -> Result<Self> {
-        let precision = self.precision_of(precision, error)?;
+        let precision = self.precision_of(py, precision, error)?;
         detached(py, || {
             Ok(self.changed(unic_core::Model::clone(&self.model).with_precision(precision)))
         })

@@ -1,8 +1,8 @@
 """States are the same bytes in Python and in the C interface: what one has saved, the other continues
 with the same positions.
 
-Skipped without libunic.so in the folder of $UNIC_LIBRARY, or else in the build folder of the repository:
-`cargo rustc --release -p unic-ffi --lib --crate-type cdylib`.
+Skipped unless $UNIC_LIBRARY names the folder of a libunic.so of the same sources, for an older one is another
+interface: `cargo rustc --release -p unic-ffi --lib --crate-type cdylib`.
 """
 
 import os
@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 import unic
 
-ROOT = Path(__file__).resolve().parents[3]
 TRANSLATION = 1
 LOCAL = 0
 
@@ -74,11 +73,10 @@ class Instance:
 
 @pytest.fixture
 def instance(model_path, model):
-    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release"
-    path = Path(os.environ.get("UNIC_LIBRARY", target)) / "libunic.so"
-    if not path.exists():
-        pytest.skip(f"no {path}")
-    library = CDLL(str(path))
+    folder = os.environ.get("UNIC_LIBRARY")
+    if folder is None:
+        pytest.skip("UNIC_LIBRARY is not set: it names the folder of libunic.so")
+    library = CDLL(str(Path(folder) / "libunic.so"))
     library.unic_last_error.restype = c_char_p
     made = Instance(library, model_path, model.vertex_count)
     yield made

@@ -11,6 +11,10 @@ namespace Unic
         [Tooltip("Number format of the networks. Auto takes the fastest one that is about as exact as F32.")]
         public UnicPrecision precision;
 
+        /// <summary>Share, 0 to 1, by which the error of Auto's choice may exceed that of F32, 0 for 0.01.</summary>
+        [Tooltip("Share by which the error of Auto's choice may exceed that of F32. 0: 0.01.")]
+        [Range(0f, 1f)] public float precisionError;
+
         /// <summary>Share of the vertices at which the networks are evaluated, 0 for the model's own.</summary>
         [NonSerialized] public float sampling;
 

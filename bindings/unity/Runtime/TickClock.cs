@@ -1,3 +1,5 @@
+using System;
+
 namespace Unic
 {
     /// <summary>Ticks of the model within frames of the display.</summary>
@@ -25,10 +27,16 @@ namespace Unic
         public double Tick => tick;
 
         /// <summary>Seconds since the last tick.</summary>
+        /// <exception cref="ArgumentOutOfRangeException">The number is set to one that is not finite.</exception>
         public double SinceTick
         {
             get { return sinceTick; }
-            set { sinceTick = value; }
+            set
+            {
+                if (double.IsNaN(value) || double.IsInfinity(value))
+                    throw new ArgumentOutOfRangeException("value", value, "expected a finite number of seconds");
+                sinceTick = value;
+            }
         }
 
         /// <summary>Begins anew: a tick has just happened.</summary>
@@ -39,9 +47,10 @@ namespace Unic
             waited = 0.0;
         }
 
-        /// <summary>Passes the time of a frame, at most mostTicks ticks of it.</summary>
+        /// <summary>Passes the time of a frame, at most mostTicks ticks of it. Time below 0 and NaN pass nothing.</summary>
         public void Advance(double seconds, int mostTicks)
         {
+            if (!(seconds > 0.0)) seconds = 0.0;
             double most = mostTicks * tick;
             frame = seconds < most ? seconds : most;
             sinceTick += frame;

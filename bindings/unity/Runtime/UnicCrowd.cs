@@ -23,6 +23,8 @@ namespace Unic
         public UnicThreads threads = UnicThreads.Pool;
 
         private readonly List<UnicGarment> members = new List<UnicGarment>();
+        // Members of the frame: a handler of Shown may enable and disable garments meanwhile.
+        private readonly List<UnicGarment> inFrame = new List<UnicGarment>();
         private readonly Stopwatch watch = new Stopwatch();
 
         /// <summary>Number of garments.</summary>
@@ -60,7 +62,11 @@ namespace Unic
         {
             watch.Reset();
             watch.Start();
-            for (int i = 0; i < members.Count; i++) members[i].BeginFrame(seconds);
+            inFrame.Clear();
+            inFrame.AddRange(members);
+            // A garment that a handler has disabled must not begin again.
+            for (int i = 0; i < inFrame.Count; i++)
+                if (members.Contains(inFrame[i])) inFrame[i].BeginFrame(seconds);
             double start = watch.Elapsed.TotalMilliseconds;
             Ticks = 0;
             UnicGarment next = MostOverdue();
@@ -72,7 +78,8 @@ namespace Unic
             }
             TickMs = (float)(watch.Elapsed.TotalMilliseconds - start);
             Waiting = CountDue();
-            for (int i = 0; i < members.Count; i++) members[i].EndFrame();
+            for (int i = 0; i < inFrame.Count; i++) inFrame[i].EndFrame();
+            inFrame.Clear();
             FrameMs = (float)watch.Elapsed.TotalMilliseconds;
         }
 
@@ -84,9 +91,9 @@ namespace Unic
         private UnicGarment MostOverdue()
         {
             UnicGarment most = null;
-            for (int i = 0; i < members.Count; i++)
+            for (int i = 0; i < inFrame.Count; i++)
             {
-                UnicGarment member = members[i];
+                UnicGarment member = inFrame[i];
                 if (member.IsTickDue && (most == null || member.Waited > most.Waited)) most = member;
             }
             return most;
@@ -95,8 +102,8 @@ namespace Unic
         private int CountDue()
         {
             int count = 0;
-            for (int i = 0; i < members.Count; i++)
-                if (members[i].IsTickDue) count++;
+            for (int i = 0; i < inFrame.Count; i++)
+                if (inFrame[i].IsTickDue) count++;
             return count;
         }
     }

@@ -81,6 +81,8 @@ namespace Unic
         [SerializeField, Tooltip("Crowd that runs this garment. Empty: it runs by itself.")]
         private UnicCrowd crowd;
 
+        internal static bool hasWarned;
+
         private LoadedModel loaded;
         private UnicModel owned;
         private UnicInstance instance;
@@ -213,6 +215,7 @@ namespace Unic
                                         + rig.RootBone.name);
             Detail = DetailLevel.At(details, Distance(), 0);
             instance = new UnicInstance(loaded, SettingsOf(Detail));
+            if (instance.IsSlowerThanF32) WarnOnce(instance.Precision);
             mesh = new GarmentMesh(loaded.name, instance, Unic.Native.UnicMesh.Garment);
             GetComponent<MeshFilter>().sharedMesh = mesh.mesh;
             shower = GetComponent<MeshRenderer>();
@@ -228,6 +231,14 @@ namespace Unic
             chosen.sampling = details[detail].sampling;
             if (details[detail].intersection != UnicIntersection.Model) chosen.intersection = details[detail].intersection;
             return chosen;
+        }
+
+        /// <summary>Warns about a number format that is slower and less exact than F32, once in a process.</summary>
+        internal static void WarnOnce(UnicPrecision slow)
+        {
+            if (hasWarned) return;
+            hasWarned = true;
+            Debug.LogWarning("unic: " + slow + " is slower than F32 on this processor, and less exact");
         }
 
         private void Fail(string message)

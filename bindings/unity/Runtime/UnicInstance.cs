@@ -22,6 +22,7 @@ namespace Unic
             UnicOptions options;
             NativeText.Check(NativeMethods.unic_options_init(&options, (uint)sizeof(UnicOptions)));
             options.precision = settings.precision;
+            options.precisionError = settings.precisionError;
             options.sampling = settings.sampling;
             options.intersection = settings.intersection;
             options.threads = settings.threads;
@@ -65,6 +66,17 @@ namespace Unic
                 uint precision;
                 NativeText.Check(NativeMethods.unic_instance_precision(handle, &precision, null));
                 return (UnicPrecision)precision;
+            }
+        }
+
+        /// <summary>Whether F32, which is exact, is faster than the number format on this processor.</summary>
+        public bool IsSlowerThanF32
+        {
+            get
+            {
+                uint isSlower;
+                NativeText.Check(NativeMethods.unic_instance_precision(handle, null, &isSlower));
+                return isSlower != 0;
             }
         }
 

@@ -1,8 +1,9 @@
 /* unic: neural garments, the C interface. Made by cbindgen; do not edit.
  *
  * Functions return a UnicStatus; unic_last_error() has the sentence for the last error of the
- * calling thread. A call that fails changes nothing. Models may be used by all threads, an instance
- * by one thread at a time. Positions are in the axes and the unit of the instance's options.
+ * calling thread. A call that fails changes nothing; unic_instance_save alone writes the size that a
+ * buffer must have. Models may be used by all threads, an instance by one thread at a time. Positions
+ * are in the axes and the unit of the instance's options.
  *
  * The library checks what it can see: null, alignment, counts, strides, numbers. The caller promises
  * that memory is as large as stated and that nobody else changes it during a call.
@@ -472,12 +473,13 @@ typedef void (*UnicJob)(void *data);
  * It may call the job less often or more often, and return early: the calling thread does what is
  * left. A job that is called after parallel_for has returned takes part in the work of the moment; if
  * there is none, or the instance is released, it does nothing. `data` is a number, not memory. The
- * callback must not throw. It is called on the thread that steps the instance.
+ * callback must not throw. It is called on the thread that steps the instance. A second
+ * callback, to wait for the jobs, is not needed: the library itself waits for those that have begun.
  */
 typedef void (*UnicParallelFor)(void *context, uint32_t jobs, UnicJob job, void *data);
 
 /**
- * Options of an instance. unic_options_init sets the defaults.
+ * Options of an instance. unic_options_init sets the defaults. Zero is the default of every option.
  */
 typedef struct UnicOptions {
   /**
@@ -499,8 +501,8 @@ typedef struct UnicOptions {
    */
   uint32_t intersection;
   /**
-   * Distance that intersection handling keeps, in metres whatever the unit. Below 0: the usual
-   * one, 0.003 for the robust rules and 0.005 for the paper's. -1 by default.
+   * Distance that intersection handling keeps, in metres whatever the unit. 0, the default: the
+   * usual one, 0.003 for the robust rules and 0.005 for the paper's.
    */
   float intersection_distance_m;
   /**
@@ -510,6 +512,7 @@ typedef struct UnicOptions {
   /**
    * For UNIC_AXES_CUSTOM: the number, from 1, of the caller's axis that points to the character's
    * left, up and ahead, in this order; negative if it points the other way. Unity: -1, 2, 3.
+   * Zeros, the default: 1, 2, 3.
    */
   int32_t custom_axes[3];
   /**
@@ -696,7 +699,7 @@ const char *unic_version(void);
 uint64_t unic_features(void);
 
 /**
- * Name of the instruction set that a UnicPrecision runs on here, such as `Avx512`. Null for
+ * Name of the instruction set that a UnicPrecision runs on here, such as `avx512`. Null for
  * UNIC_PRECISION_AUTO and for an unknown precision.
  */
 const char *unic_instructions(uint32_t precision);
@@ -892,8 +895,9 @@ UnicStatus unic_instance_rest_joints(const struct UnicInstance *instance,
 /**
  * Saves everything that the next step depends on. Colliders and options are not part of it.
  *
- * `size` gets the number of bytes. With null `bytes` nothing else is written; otherwise `capacity`
- * must be as large. The size may grow by some bytes over many steps.
+ * `size` gets the number of bytes, also with UNIC_STATUS_BUFFER_TOO_SMALL: the only value that a
+ * call writes when it fails. With null `bytes` nothing else is written; otherwise `capacity` must be
+ * as large. The size may grow by some bytes over many steps.
  */
 UnicStatus unic_instance_save(const struct UnicInstance *instance,
                               void *bytes,

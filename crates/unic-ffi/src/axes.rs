@@ -30,8 +30,13 @@ pub(crate) struct Axes {
 impl Axes {
     /// Makes the conversion of a preset or of custom axes; `metres_per_unit` 0 is the preset's own.
     ///
-    /// `custom` holds the signed number, from 1, of the caller's axis along each of the model's.
+    /// `custom` holds the signed number, from 1, of the caller's axis along each of the model's. Zeros
+    /// are the model's axes.
     pub(crate) fn new(axes: u32, custom: [i32; 3], metres_per_unit: f32) -> Result<Self, Error> {
+        let custom = match custom {
+            [0, 0, 0] => [1, 2, 3],
+            given => given,
+        };
         let preset = [
             (UnicAxes::Model, [1, 2, 3], 1.0),
             (UnicAxes::Unity, [-1, 2, 3], 1.0),
@@ -44,20 +49,24 @@ impl Axes {
         .into_iter()
         .find(|(preset, ..)| *preset as u32 == axes);
         let Some((_, numbers, own_unit)) = preset else {
-            return Err(value("axes", "a value of UnicAxes", axes));
+            return Err(Error::value("axes", "a value of UnicAxes", axes));
         };
         let metres_per_unit = match metres_per_unit {
             0.0 => own_unit,
             given => given,
         };
         if !(1e-6..=1e6).contains(&metres_per_unit) {
-            return Err(value("metres_per_unit", "0, or 1e-6 to 1e6", metres_per_unit));
+            return Err(Error::value(
+                "metres_per_unit",
+                "0, or 1e-6 to 1e6",
+                metres_per_unit,
+            ));
         }
         Self::of_numbers(numbers, metres_per_unit).ok_or_else(|| {
-            value(
+            Error::value(
                 "custom_axes",
                 "1, 2 and 3 in any order and with any signs",
-                numbers,
+                format_args!("{numbers:?}"),
             )
         })
     }
@@ -137,16 +146,6 @@ impl Axes {
             Handedness::Right => 1.0,
             Handedness::Left => -1.0,
         }
-    }
-}
-
-/// Error of an option.
-fn value(what: &'static str, expected: &'static str, found: impl std::fmt::Debug) -> Error {
-    let found = format!("{found:?}");
-    Error::Value {
-        what,
-        expected,
-        found,
     }
 }
 

@@ -53,11 +53,7 @@ pub(crate) unsafe fn read_colliders(
     out: &mut Vec<Collider>,
 ) -> Result<(), Error> {
     if count > MOST_COLLIDERS {
-        return Err(Error::Value {
-            what: "number of colliders",
-            expected: "at most 1024",
-            found: count.to_string(),
-        });
+        return Err(Error::value("number of colliders", "at most 1024", count));
     }
     out.clear();
     for i in 0..count {
@@ -72,28 +68,15 @@ pub(crate) unsafe fn read_colliders(
 fn collider(axes: &Axes, given: &UnicCollider) -> Result<Collider, Error> {
     let [a, b] = [given.a, given.b].map(|p| axes.point_in(p));
     let radius_m = axes.length_in(given.radius);
-    let value = |what, expected, found: String| {
-        Err(Error::Value {
-            what,
-            expected,
-            found,
-        })
-    };
     let needs_b = given.shape != UnicShape::Sphere as u32;
     let needs_radius = given.shape != UnicShape::HalfSpace as u32;
     if !a.is_finite() || (needs_b && !b.is_finite()) {
-        return value(
-            "point of a collider",
-            "finite numbers",
-            format!("{:?}, {:?}", given.a, given.b),
-        );
+        let found = format_args!("{:?}, {:?}", given.a, given.b);
+        return Err(Error::value("point of a collider", "finite numbers", found));
     }
     if needs_radius && !(radius_m > 0.0 && radius_m.is_finite()) {
-        return value(
-            "radius of a collider",
-            "a number above 0",
-            given.radius.to_string(),
-        );
+        let found = given.radius;
+        return Err(Error::value("radius of a collider", "a number above 0", found));
     }
     if given.shape == UnicShape::Sphere as u32 {
         return Ok(Collider::sphere(radius_m, a));
@@ -102,10 +85,11 @@ fn collider(axes: &Axes, given: &UnicCollider) -> Result<Collider, Error> {
         return Ok(Collider::capsule(radius_m, a, b));
     }
     if given.shape != UnicShape::HalfSpace as u32 {
-        return value("shape", "a value of UnicShape", given.shape.to_string());
+        return Err(Error::value("shape", "a value of UnicShape", given.shape));
     }
     let Some(normal) = (b - a).try_normalize() else {
-        return value("plane", "two different points", format!("{:?} twice", given.a));
+        let found = format_args!("{:?} twice", given.a);
+        return Err(Error::value("plane", "two different points", found));
     };
     Ok(Collider {
         shape: ColliderShape::HalfSpace,

@@ -5,6 +5,7 @@ use std::{
     any::Any,
     cell::RefCell,
     ffi::{CString, c_char},
+    fmt::Display,
     panic::{AssertUnwindSafe, catch_unwind},
 };
 use thiserror::Error;
@@ -66,6 +67,15 @@ pub(crate) enum Error {
 }
 
 impl Error {
+    /// Error of an argument or an option.
+    pub(crate) fn value(what: &'static str, expected: &'static str, found: impl Display) -> Self {
+        Self::Value {
+            what,
+            expected,
+            found: found.to_string(),
+        }
+    }
+
     fn status(&self) -> UnicStatus {
         match self {
             Self::Null { .. } => UnicStatus::NullPointer,

@@ -84,11 +84,7 @@ impl Instance {
         match mesh {
             mesh if mesh == UnicMesh::Garment as u32 => Ok(&self.garment),
             mesh if mesh == UnicMesh::Body as u32 => Ok(&self.body),
-            mesh => Err(Error::Value {
-                what: "mesh",
-                expected: "a value of UnicMesh",
-                found: mesh.to_string(),
-            }),
+            mesh => Err(Error::value("mesh", "a value of UnicMesh", mesh)),
         }
     }
 }
@@ -152,16 +148,15 @@ pub unsafe extern "C" fn unic_instance_precision(
         let (found, width) = (model.precision(), model.config().field.width);
         let given = UnicPrecision::from(found) as u32;
         let slower = u32::from(found.is_slower_than_f32(width));
-        for (what, place, value) in [
+        let places = [
             ("precision", precision, given),
             ("is_slower_than_f32", is_slower_than_f32, slower),
-        ] {
-            if !place.is_null() {
-                // SAFETY: passed on.
-                unsafe { write(what, place, value) }?;
-            }
-        }
-        Ok(())
+        ];
+        let wanted = || places.into_iter().filter(|(_, place, _)| !place.is_null());
+        // Both before either is written: a call that fails changes nothing.
+        wanted().try_for_each(|(what, place, _)| check_pointer(what, place))?;
+        // SAFETY: passed on.
+        wanted().try_for_each(|(what, place, value)| unsafe { write(what, place, value) })
     })
 }
 

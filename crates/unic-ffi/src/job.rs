@@ -19,7 +19,8 @@ pub type UnicJob = Option<unsafe extern "C" fn(data: *mut c_void)>;
 /// It may call the job less often or more often, and return early: the calling thread does what is
 /// left. A job that is called after parallel_for has returned takes part in the work of the moment; if
 /// there is none, or the instance is released, it does nothing. `data` is a number, not memory. The
-/// callback must not throw. It is called on the thread that steps the instance.
+/// callback must not throw. It is called on the thread that steps the instance. A second
+/// callback, to wait for the jobs, is not needed: the library itself waits for those that have begun.
 pub type UnicParallelFor =
     Option<unsafe extern "C" fn(context: *mut c_void, jobs: u32, job: UnicJob, data: *mut c_void)>;
 

@@ -10,7 +10,8 @@
 //!   but are numbers that are looked up. A handle that was released, or never made, is therefore an
 //!   error and not a stray access.
 //! - **Codes.** Functions return a [`UnicStatus`]. [`unic_last_error`] has the sentence for the last
-//!   error of the calling thread. A call that fails changes nothing.
+//!   error of the calling thread. A call that fails changes nothing; [`unic_instance_save`] alone
+//!   writes the size that a buffer must have.
 //! - **Panics** are caught at every function ([`UnicStatus::Panic`]) and written to the standard
 //!   error. The instance can then only be released.
 //! - **Threads.** Models serve all threads. An instance is for one thread at a time: a second one
@@ -21,7 +22,8 @@
 //! - **Axes and units** are options of an instance ([`UnicAxes`]). Poses, results, colliders, wind
 //!   and faces are converted, so that no engine mirrors anything by itself.
 //! - **Growth.** Structs that may grow begin with their size in bytes, which the caller sets. Fields
-//!   that a program compiled with an earlier header does not have count as zero. A program that was
+//!   that a program compiled with an earlier header does not have count as zero, which is the default
+//!   of every field. A program that was
 //!   compiled with a later header works here if the fields that this version does not know are zero;
 //!   in structs that it asks for, they become zero. [`UNIC_ABI_VERSION`] changes when older programs
 //!   stop working.

@@ -42,7 +42,7 @@ pub(crate) unsafe fn read<T: Plain>(what: &'static str, pointer: *const T) -> Re
 }
 
 /// Struct that begins with its size in bytes, a `u32`, which the caller sets. Later versions append
-/// fields to it, and zero stands for their defaults.
+/// fields to it. Zero is the default of every field.
 pub(crate) trait Growing: Plain {
     /// Size in the first version of the interface, bytes: the least that a caller may state. It stays
     /// when fields are appended.
@@ -77,11 +77,11 @@ pub(crate) unsafe fn read_sized<T: Growing>(what: &'static str, pointer: *const 
     let given = unsafe { std::slice::from_raw_parts(pointer.cast::<u8>(), size) };
     let (known, unknown) = given.split_at(size.min(size_of::<T>()));
     if unknown.iter().any(|&byte| byte != 0) {
-        return Err(Error::Value {
+        return Err(Error::value(
             what,
-            expected: "zeros in the fields of later versions",
-            found: "others".to_owned(),
-        });
+            "zeros in the fields of later versions",
+            "others",
+        ));
     }
     let mut value = MaybeUninit::<T>::zeroed();
     // SAFETY: `known` is no longer than a `T`, for which every pattern of bits is a value.
@@ -154,11 +154,7 @@ pub(crate) unsafe fn bytes<'a>(
 ) -> Result<&'a [u8], Error> {
     check_pointer(what, first)?;
     if isize::try_from(length).is_err() {
-        return Err(Error::Value {
-            what,
-            expected: "bytes that fit in memory",
-            found: length.to_string(),
-        });
+        return Err(Error::value(what, "bytes that fit in memory", length));
     }
     // SAFETY: not null, within the address space, and readable by this function's contract.
     Ok(unsafe { std::slice::from_raw_parts(first, length) })
@@ -201,11 +197,11 @@ impl<const N: usize> Rows<N> {
         }
         let size = stride.checked_mul(count).filter(|&s| isize::try_from(s).is_ok());
         if size.is_none() {
-            return Err(Error::Value {
+            return Err(Error::value(
                 what,
-                expected: "rows that fit in memory",
-                found: format!("{count} rows of {stride} bytes"),
-            });
+                "rows that fit in memory",
+                format_args!("{count} rows of {stride} bytes"),
+            ));
         }
         let first = first.cast_mut();
         Ok(Self { first, stride, count })

@@ -109,11 +109,7 @@ impl MeshLayout {
     /// Writes the texture coordinates.
     pub(crate) fn write_uvs(&self, rows: Rows<2>) -> Result<(), Error> {
         let Some(uvs) = &self.uvs else {
-            return Err(Error::Value {
-                what: "mesh",
-                expected: "texture coordinates",
-                found: "none".to_owned(),
-            });
+            return Err(Error::value("mesh", "texture coordinates", "none"));
         };
         check_count("number of vertices", uvs.len(), rows.len())?;
         uvs.iter()

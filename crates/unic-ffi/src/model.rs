@@ -191,11 +191,8 @@ pub unsafe extern "C" fn unic_model_joint_name(
     guard(|| {
         let shared = MODELS.get(model)?;
         let found = shared.joint_names.get(joint as usize);
-        let found = found.ok_or_else(|| Error::Value {
-            what: "joint",
-            expected: "an index below the number of joints",
-            found: joint.to_string(),
-        })?;
+        let found =
+            found.ok_or_else(|| Error::value("joint", "an index below the number of joints", joint))?;
         // SAFETY: passed on.
         unsafe { write("name", name, found.as_ptr()) }
     })
@@ -239,9 +236,5 @@ unsafe fn text<'a>(what: &'static str, pointer: *const c_char) -> Result<&'a str
     }
     // SAFETY: by this function's contract.
     let text = unsafe { CStr::from_ptr(pointer) };
-    text.to_str().map_err(|e| Error::Value {
-        what,
-        expected: "UTF-8",
-        found: e.to_string(),
-    })
+    text.to_str().map_err(|e| Error::value(what, "UTF-8", e))
 }

@@ -100,7 +100,7 @@ pub enum UnicThreads {
     Caller = 2,
 }
 
-/// Options of an instance. unic_options_init sets the defaults.
+/// Options of an instance. unic_options_init sets the defaults. Zero is the default of every option.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct UnicOptions {
@@ -114,13 +114,14 @@ pub struct UnicOptions {
     pub sampling: f32,
     /// A UnicIntersection.
     pub intersection: u32,
-    /// Distance that intersection handling keeps, in metres whatever the unit. Below 0: the usual
-    /// one, 0.003 for the robust rules and 0.005 for the paper's. -1 by default.
+    /// Distance that intersection handling keeps, in metres whatever the unit. 0, the default: the
+    /// usual one, 0.003 for the robust rules and 0.005 for the paper's.
     pub intersection_distance_m: f32,
     /// A UnicAxes.
     pub axes: u32,
     /// For UNIC_AXES_CUSTOM: the number, from 1, of the caller's axis that points to the character's
     /// left, up and ahead, in this order; negative if it points the other way. Unity: -1, 2, 3.
+    /// Zeros, the default: 1, 2, 3.
     pub custom_axes: [i32; 3],
     /// Metres of a unit of the caller, 1e-6 to 1e6; 0, the default: that of the axes.
     pub metres_per_unit: f32,
@@ -159,9 +160,9 @@ impl Default for UnicOptions {
             precision: UnicPrecision::Auto as u32,
             sampling: 0.0,
             intersection: UnicIntersection::Model as u32,
-            intersection_distance_m: -1.0,
+            intersection_distance_m: 0.0,
             axes: UnicAxes::Model as u32,
-            custom_axes: [1, 2, 3],
+            custom_axes: [0; 3],
             metres_per_unit: 0.0,
             vertex_layout: UnicVertexLayout::Model as u32,
             threads: UnicThreads::None as u32,
@@ -208,10 +209,10 @@ impl Options {
         };
         let allowed = given.precision_error;
         if !(0.0..=1.0).contains(&allowed) {
-            return Err(value("precision_error", "0 to 1", allowed));
+            return Err(Error::value("precision_error", "0 to 1", allowed));
         }
         if !(0.0..=1.0).contains(&given.sampling) {
-            return Err(value("sampling", "0 to 1", given.sampling));
+            return Err(Error::value("sampling", "0 to 1", given.sampling));
         }
         Ok(Self {
             precision: precision(given.precision, allowed)?,
@@ -263,15 +264,15 @@ pub(crate) fn named_precision(given: u32) -> Result<Precision, Error> {
         (UnicPrecision::Int8, Precision::Int8),
     ];
     let found = all.into_iter().find(|(p, _)| *p as u32 == given);
-    let unknown = || value("precision", "a value of UnicPrecision", given);
+    let unknown = || Error::value("precision", "a value of UnicPrecision", given);
     found.map(|(_, precision)| precision).ok_or_else(unknown)
 }
 
 fn intersection(given: u32, distance_m: f32) -> Result<Option<IntersectionMode>, Error> {
-    if !distance_m.is_finite() {
-        return Err(value("intersection_distance_m", "a finite number", distance_m));
+    if !(distance_m >= 0.0 && distance_m.is_finite()) {
+        return Err(Error::value("intersection_distance_m", "at least 0", distance_m));
     }
-    let or = |usual: f32| if distance_m < 0.0 { usual } else { distance_m };
+    let or = |usual: f32| if distance_m == 0.0 { usual } else { distance_m };
     let robust = |corrects| IntersectionMode::Robust {
         margin_m: or(IntersectionMode::MARGIN_M),
         corrects,
@@ -287,14 +288,14 @@ fn intersection(given: u32, distance_m: f32) -> Result<Option<IntersectionMode>,
         (UnicIntersection::RobustState, Some(robust(Corrects::State))),
     ];
     let found = all.into_iter().find(|(i, _)| *i as u32 == given);
-    let unknown = || value("intersection", "a value of UnicIntersection", given);
+    let unknown = || Error::value("intersection", "a value of UnicIntersection", given);
     found.map(|(_, mode)| mode).ok_or_else(unknown)
 }
 
 fn vertex_layout(given: u32) -> Result<UnicVertexLayout, Error> {
     let all = [UnicVertexLayout::Model, UnicVertexLayout::Split];
     let found = all.into_iter().find(|l| *l as u32 == given);
-    found.ok_or_else(|| value("vertex_layout", "a value of UnicVertexLayout", given))
+    found.ok_or_else(|| Error::value("vertex_layout", "a value of UnicVertexLayout", given))
 }
 
 /// Largest number of threads of one call.
@@ -302,7 +303,7 @@ const MOST_THREADS: u32 = 256;
 
 fn threads(given: &UnicOptions) -> Result<Arc<dyn Threads>, Error> {
     if given.thread_count > MOST_THREADS {
-        return Err(value("thread_count", "at most 256", given.thread_count));
+        return Err(Error::value("thread_count", "at most 256", given.thread_count));
     }
     let count = match given.thread_count {
         0 => std::thread::available_parallelism().map_or(1, |n| n.get().min(MOST_THREADS as usize)),
@@ -315,7 +316,7 @@ fn threads(given: &UnicOptions) -> Result<Arc<dyn Threads>, Error> {
         return Ok(Pool::shared(count)?);
     }
     if given.threads != UnicThreads::Caller as u32 {
-        return Err(value("threads", "a value of UnicThreads", given.threads));
+        return Err(Error::value("threads", "a value of UnicThreads", given.threads));
     }
     let parallel_for = given.parallel_for.ok_or(Error::Null { what: "parallel_for" })?;
     Ok(Arc::new(WorkerThreads::new(
@@ -323,14 +324,4 @@ fn threads(given: &UnicOptions) -> Result<Arc<dyn Threads>, Error> {
         parallel_for,
         given.parallel_context,
     )))
-}
-
-/// Error of an option.
-fn value(what: &'static str, expected: &'static str, found: impl std::fmt::Debug) -> Error {
-    let found = format!("{found:?}");
-    Error::Value {
-        what,
-        expected,
-        found,
-    }
 }

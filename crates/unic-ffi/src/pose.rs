@@ -126,7 +126,7 @@ impl PoseReader {
         // SAFETY: passed on.
         let input = unsafe { read_sized("input", input) }?;
         if input.reserved != 0 {
-            return Err(value("reserved", "0", input.reserved));
+            return Err(Error::value("reserved", "0", input.reserved));
         }
         // SAFETY: passed on.
         unsafe { self.read(model, "pose", input.pose, Which::Now) }?;
@@ -186,7 +186,7 @@ impl PoseReader {
         out.trans = match given.root_kind {
             kind if kind == UnicRoot::Translation as u32 => root,
             kind if kind == UnicRoot::Position as u32 => root - skeleton.joints()[skeleton.root()],
-            kind => return Err(value("root_kind", "a value of UnicRoot", kind)),
+            kind => return Err(Error::value("root_kind", "a value of UnicRoot", kind)),
         };
         for (joint, local) in out.local.iter_mut().enumerate() {
             *local = rotations.local(joint, skeleton.parents()[joint])?;
@@ -232,7 +232,7 @@ impl GivenRotations<'_> {
         match self.kind {
             kind if kind == UnicRotations::World as u32 => Ok(given),
             kind if kind == UnicRotations::FromRest as u32 => Ok(given * self.rest_from_joint[joint]),
-            kind => Err(value("rotation_kind", "a value of UnicRotations", kind)),
+            kind => Err(Error::value("rotation_kind", "a value of UnicRotations", kind)),
         }
     }
 
@@ -246,14 +246,5 @@ impl GivenRotations<'_> {
                 length: rotation.length(),
             }),
         }
-    }
-}
-
-fn value(what: &'static str, expected: &'static str, found: u32) -> Error {
-    let found = found.to_string();
-    Error::Value {
-        what,
-        expected,
-        found,
     }
 }

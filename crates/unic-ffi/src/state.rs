@@ -13,8 +13,9 @@ use unic_core::AnimatorState;
 
 /// Saves everything that the next step depends on. Colliders and options are not part of it.
 ///
-/// `size` gets the number of bytes. With null `bytes` nothing else is written; otherwise `capacity`
-/// must be as large. The size may grow by some bytes over many steps.
+/// `size` gets the number of bytes, also with UNIC_STATUS_BUFFER_TOO_SMALL: the only value that a
+/// call writes when it fails. With null `bytes` nothing else is written; otherwise `capacity` must be
+/// as large. The size may grow by some bytes over many steps.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn unic_instance_save(
     instance: *const UnicInstance,

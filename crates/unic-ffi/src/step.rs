@@ -121,11 +121,7 @@ pub unsafe extern "C" fn unic_instance_display(
 ) -> UnicStatus {
     with(instance, |instance| {
         if share.is_nan() {
-            return Err(Error::Value {
-                what: "share",
-                expected: "a number",
-                found: share.to_string(),
-            });
+            return Err(Error::value("share", "a number", share));
         }
         // SAFETY: passed on.
         let to = unsafe { instance.garment.vertex_rows(vertices) }?;

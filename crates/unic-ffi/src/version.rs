@@ -41,34 +41,54 @@ pub extern "C" fn unic_version() -> *const c_char {
 /// later versions.
 #[unsafe(no_mangle)]
 pub extern "C" fn unic_features() -> u64 {
-    // On these sets products of the precision are instructions; other sets compute them from others.
-    let has_own = |precision: Precision| {
-        let name = instructions_name(precision);
-        ["Amx", "Avx512", "NeonDot"].contains(&name.as_str())
-    };
     [
         (UnicFeature::Paths, true),
         (UnicFeature::Pool, true),
-        (UnicFeature::Bf16Instructions, has_own(Precision::Bf16)),
-        (UnicFeature::Int8Instructions, has_own(Precision::Int8)),
+        (UnicFeature::Bf16Instructions, Precision::Bf16.has_own_products()),
+        (UnicFeature::Int8Instructions, Precision::Int8.has_own_products()),
     ]
     .into_iter()
     .filter_map(|(feature, is_there)| is_there.then_some(feature as u64))
     .sum()
 }
 
-/// Name of the instruction set that a UnicPrecision runs on here, such as `Avx512`. Null for
+/// Name of the instruction set that a UnicPrecision runs on here, such as `avx512`. Null for
 /// UNIC_PRECISION_AUTO and for an unknown precision.
 #[unsafe(no_mangle)]
 pub extern "C" fn unic_instructions(precision: u32) -> *const c_char {
     static NAMES: OnceLock<[CString; 4]> = OnceLock::new();
-    let names =
-        NAMES.get_or_init(|| Precision::ALL.map(|p| CString::new(instructions_name(p)).unwrap_or_default()));
+    let name = |p: Precision| CString::new(p.best_instructions().name());
+    let names = NAMES.get_or_init(|| Precision::ALL.map(|p| name(p).unwrap_or_default()));
     let known = named_precision(precision).ok();
     let index = known.and_then(|known| Precision::ALL.iter().position(|p| *p == known));
     index.map_or(std::ptr::null(), |i| names[i].as_ptr())
 }
 
-fn instructions_name(precision: Precision) -> String {
-    format!("{:?}", precision.best_instructions())
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::UnicPrecision;
+    use std::ffi::CStr;
+
+    #[test]
+    fn features_and_names_are_those_of_the_processor() {
+        for precision in Precision::ALL {
+            let name = unic_instructions(UnicPrecision::from(precision) as u32);
+            // SAFETY: a text that is never freed; a known precision has one.
+            let name = unsafe { CStr::from_ptr(name) };
+            assert_eq!(name.to_str(), Ok(precision.best_instructions().name()));
+        }
+        assert!(unic_instructions(UnicPrecision::Auto as u32).is_null());
+        assert!(unic_instructions(5).is_null());
+        let has = |feature: UnicFeature| unic_features() & feature as u64 != 0;
+        assert!(has(UnicFeature::Paths) && has(UnicFeature::Pool));
+        assert_eq!(
+            has(UnicFeature::Bf16Instructions),
+            Precision::Bf16.has_own_products()
+        );
+        assert_eq!(
+            has(UnicFeature::Int8Instructions),
+            Precision::Int8.has_own_products()
+        );
+    }
 }

@@ -34,8 +34,9 @@ const PREAMBLE: &str = "\
 /* unic: neural garments, the C interface. Made by cbindgen; do not edit.
  *
  * Functions return a UnicStatus; unic_last_error() has the sentence for the last error of the
- * calling thread. A call that fails changes nothing. Models may be used by all threads, an instance
- * by one thread at a time. Positions are in the axes and the unit of the instance's options.
+ * calling thread. A call that fails changes nothing; unic_instance_save alone writes the size that a
+ * buffer must have. Models may be used by all threads, an instance by one thread at a time. Positions
+ * are in the axes and the unit of the instance's options.
  *
  * The library checks what it can see: null, alignment, counts, strides, numbers. The caller promises
  * that memory is as large as stated and that nobody else changes it during a call.

@@ -62,19 +62,19 @@ fn every_intersection_rule_is_that_of_the_rust_library() {
     let robust = |margin_m, corrects| IntersectionMode::Robust { margin_m, corrects };
     let mut all = Vec::new();
     for (given, distance_m, mode) in [
-        (UnicIntersection::Model, -1.0, model.config().intersection),
+        (UnicIntersection::Model, 0.0, model.config().intersection),
         (UnicIntersection::Off, 0.0, IntersectionMode::Off),
         (
             UnicIntersection::Paper,
-            -1.0,
+            0.0,
             IntersectionMode::Paper { relaxation_m: 0.005 },
         ),
         (
             UnicIntersection::Paper,
-            0.0,
-            IntersectionMode::Paper { relaxation_m: 0.0 },
+            0.01,
+            IntersectionMode::Paper { relaxation_m: 0.01 },
         ),
-        (UnicIntersection::Robust, -1.0, robust(0.003, Corrects::Display)),
+        (UnicIntersection::Robust, 0.0, robust(0.003, Corrects::Display)),
         (UnicIntersection::Robust, 0.01, robust(0.01, Corrects::Display)),
         (UnicIntersection::RobustState, 0.01, robust(0.01, Corrects::State)),
     ] {

@@ -69,7 +69,8 @@ class Model:
         """Same model with networks in another number format.
 
         "auto", the choice of a model that is read, is the fastest format of this processor whose
-        error, as training has measured it, is at most the share `error` above that of "f32".
+        error, as training has measured it, is at most the share `error` above that of "f32". A format
+        that is slower than "f32" on this processor gives a `UserWarning`.
         """
     def with_sampling(self, share: float) -> Model:
         """Same model with the networks evaluated at a share of the vertices, 0 to 1."""

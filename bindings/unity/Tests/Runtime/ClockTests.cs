@@ -60,6 +60,19 @@ public sealed class ClockTests
     }
 
     [Test]
+    public void TimeBelowZeroAndNaNPassNothing()
+    {
+        TickClock clock = new TickClock(30f);
+        foreach (double none in new[] { -1.0, double.NaN, double.NegativeInfinity }) clock.Advance(none, 3);
+        Assert.AreEqual(0f, clock.Share);
+        clock.Advance(1.0 / 30.0, 3);
+        Assert.IsTrue(clock.IsDue, "a tick");
+        Assert.AreEqual(1f, clock.Take());
+        Assert.IsTrue(clock.Waited <= 0.001, "seconds since the tick");
+        Assert.Throws<System.ArgumentOutOfRangeException>(() => clock.SinceTick = double.NaN);
+    }
+
+    [Test]
     public void NoTimeGivesNoTicks()
     {
         TickClock clock = new TickClock(30f);

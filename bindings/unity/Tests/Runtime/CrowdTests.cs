@@ -83,6 +83,34 @@ public sealed class CrowdTests
         End(rigs, crowd);
     }
 
+    [Test]
+    public void AHandlerThatDisablesMembersLeavesTheOthersTheirFrame()
+    {
+        UnicModel model = TestModel.Asset();
+        UnicCrowd crowd = new GameObject("crowd").AddComponent<UnicCrowd>();
+        crowd.budgetMs = 0f;
+        TestRig[] rigs = Rigs(model, crowd);
+        int[] shown = new int[Members];
+        for (int i = 0; i < Members; i++)
+        {
+            int member = i;
+            rigs[i].garment.Shown += garment => shown[member]++;
+        }
+        // In the first frame, while the others begin: one before it and one after it.
+        rigs[3].garment.Shown += garment => rigs[2].garment.enabled = rigs[9].garment.enabled = false;
+        crowd.RunFrame(1f / 30f);
+        Assert.AreEqual(Members - 2, crowd.Count, "members");
+        Assert.AreEqual(0, rigs[9].garment.Ticks + shown[9], "a disabled garment stands still");
+        Assert.AreEqual(Members - 2, model.Owners, "owners");
+        // In a later one, itself: the next one in the list must not lose its frame.
+        rigs[5].garment.Shown += garment => garment.enabled = false;
+        int before = shown[6];
+        crowd.RunFrame(1f / 30f);
+        Assert.AreEqual(before + 1, shown[6], "frames of the next garment");
+        Assert.AreEqual(Members - 3, crowd.Count, "members");
+        End(rigs, crowd);
+    }
+
     private static TestRig[] Rigs(UnicModel model, UnicCrowd crowd)
     {
         TestRig[] rigs = new TestRig[Members];

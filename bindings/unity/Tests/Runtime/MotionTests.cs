@@ -199,6 +199,34 @@ public sealed class MotionTests
     }
 
     [Test]
+    public void AStateWithoutAPlaceOrATimeIsRefusedAndChangesNothing()
+    {
+        rig = new TestRig(TestModel.Asset());
+        rig.Walk(21, 0f, Here);
+        byte[] state = rig.garment.SaveState();
+        Vector3[] expected = rig.Vertices();
+        foreach (double seconds in new[] { double.NaN, double.PositiveInfinity, -1e9, 1e9 })
+        {
+            byte[] wrong = (byte[])state.Clone();
+            System.Buffer.BlockCopy(new[] { seconds }, 0, wrong, wrong.Length - 8, 8);
+            UnicException error = Assert.Throws<UnicException>(() => rig.garment.RestoreState(wrong));
+            StringAssert.Contains("seconds since the tick", error.Message);
+        }
+        foreach (float metres in new[] { float.NaN, float.NegativeInfinity })
+        {
+            byte[] wrong = (byte[])state.Clone();
+            System.Buffer.BlockCopy(new[] { metres }, 0, wrong, wrong.Length - 16, 4);
+            UnicException error = Assert.Throws<UnicException>(() => rig.garment.RestoreState(wrong));
+            StringAssert.Contains("anchor", error.Message);
+        }
+        Assert.AreEqual(0f, TestRig.Largest(expected, rig.Vertices()), "distance");
+        rig.garment.RestoreState(state);
+        int ticks = rig.garment.Ticks;
+        rig.Walk(4, 21f * Frame, Here);
+        Assert.AreEqual(ticks + 2, rig.garment.Ticks, "ticks");
+    }
+
+    [Test]
     public void ABodyThatIsPlacedAfterARestoredStateIsNoTeleport()
     {
         rig = new TestRig(TestModel.Asset());

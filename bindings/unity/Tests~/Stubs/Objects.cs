@@ -273,6 +273,8 @@ namespace UnityEngine
     public static class Debug
     {
         public static readonly List<string> Errors = new List<string>();
+        public static readonly List<string> Warnings = new List<string>();
+        public static void LogWarning(object message, Object context = null) { Warnings.Add(message.ToString()); }
         public static void LogError(object message, Object context = null) { Errors.Add(message.ToString()); }
         public static void LogException(Exception exception, Object context = null) { Errors.Add(exception.Message); }
         public static void Log(object message) { Console.WriteLine(message); }

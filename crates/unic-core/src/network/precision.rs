@@ -112,6 +112,24 @@ impl Precision {
         self.instructions().next().unwrap_or(Instructions::Portable)
     }
 
+    /// Whether this machine has instructions for products of this precision. Other machines compute
+    /// them with vectors of f32 or wider integers.
+    pub fn has_own_products(self) -> bool {
+        match self.best_instructions() {
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Amx | Instructions::Avx512 => true,
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2 => self == Self::F32,
+            #[cfg(target_arch = "aarch64")]
+            Instructions::NeonDot => true,
+            #[cfg(target_arch = "aarch64")]
+            Instructions::Neon => self == Self::F32,
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            Instructions::Simd128 => self == Self::F32,
+            Instructions::Portable => self == Self::F32,
+        }
+    }
+
     /// Lists the instruction sets of this machine for the precision, fastest first.
     pub fn instructions(self) -> impl Iterator<Item = Instructions> {
         let sets = Instructions::ALL.iter().copied();
@@ -166,6 +184,18 @@ mod tests {
             }
         }
         assert_eq!(Products::Plain.order(256)[0], F32);
+    }
+
+    /// Otherwise f32 would be the faster one.
+    #[test]
+    fn a_precision_before_f32_has_products_of_its_own() {
+        assert!(F32.has_own_products());
+        let [fastest, ..] = Precision::fastest_first(256);
+        assert!(fastest.has_own_products(), "{fastest:?}");
+        assert_eq!(
+            Int8.has_own_products(),
+            matches!(Int8.best_instructions().name(), "amx" | "avx512" | "neondot")
+        );
     }
 
     #[test]

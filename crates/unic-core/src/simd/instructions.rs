@@ -31,6 +31,25 @@ impl Instructions {
         Self::available().next().unwrap_or(Self::Portable)
     }
 
+    /// Name in tables and in other languages, in lower case.
+    pub fn name(self) -> &'static str {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Amx => "amx",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => "avx512",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => "avx2",
+            #[cfg(target_arch = "aarch64")]
+            Self::NeonDot => "neondot",
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => "neon",
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            Self::Simd128 => "simd128",
+            Self::Portable => "portable",
+        }
+    }
+
     /// Lists the sets of this machine for arithmetic in f32, fastest first.
     ///
     /// [`Precision::instructions`](crate::Precision::instructions) lists those for products of

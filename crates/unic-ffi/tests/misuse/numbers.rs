@@ -16,7 +16,7 @@ fn create(model: *const UnicModel, options: &UnicOptions) -> UnicStatus {
 #[test]
 fn unusable_options_are_refused() {
     let Scene { model, .. } = scene();
-    let changes: [(&str, Change); 13] = [
+    let changes: [(&str, Change); 14] = [
         ("precision", |o| o.precision = 5),
         ("sampling", |o| o.sampling = -0.5),
         ("sampling", |o| o.sampling = 1.5),
@@ -25,6 +25,7 @@ fn unusable_options_are_refused() {
         ("intersection_distance_m", |o| {
             o.intersection_distance_m = f32::NAN
         }),
+        ("intersection_distance_m", |o| o.intersection_distance_m = -1.0),
         ("axes", |o| o.axes = u32::MAX),
         ("custom_axes", |o| {
             (o.axes, o.custom_axes) = (UnicAxes::Custom as u32, [1, 1, 2])

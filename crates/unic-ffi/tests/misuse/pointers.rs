@@ -107,6 +107,23 @@ fn null_pointers_are_refused() {
 }
 
 #[test]
+fn a_misaligned_place_leaves_the_other_one_alone() {
+    let Scene { instance, .. } = scene();
+    let (mut precision, mut words) = (9, [7u32; 2]);
+    let askew: *mut u32 = words.as_mut_ptr().cast::<u8>().wrapping_add(1).cast();
+    // SAFETY: places for two numbers, one of which is misaligned and refused.
+    unsafe {
+        let status = unic_instance_precision(instance.0, &mut precision, askew);
+        refused(status, UnicStatus::Misaligned, "is_slower_than_f32");
+        let status = unic_instance_precision(instance.0, askew, &mut precision);
+        refused(status, UnicStatus::Misaligned, "precision");
+        assert_eq!((precision, words), (9, [7; 2]));
+        ok(unic_instance_precision(instance.0, null_mut(), &mut precision));
+    }
+    assert!(precision < 2, "{precision}");
+}
+
+#[test]
 fn released_and_invented_handles_are_refused() {
     use UnicStatus::InvalidHandle;
     let Scene {

@@ -128,6 +128,29 @@ fn wrong_counts_strides_and_sizes_are_refused() {
     assert!(out.iter().flatten().all(|row| *row == [0.0; 3]));
 }
 
+/// A program of an earlier version has zeros where later ones have more options.
+#[test]
+fn zero_is_the_default_of_every_option() {
+    let Scene {
+        model,
+        poses,
+        vertices,
+        ..
+    } = scene();
+    let options = options();
+    // SAFETY: numbers and pointers without padding.
+    let bytes: [u8; size_of::<UnicOptions>()] = unsafe { std::mem::transmute(options) };
+    let (size, rest) = bytes.split_at(size_of::<u32>());
+    assert_eq!(size, (bytes.len() as u32).to_ne_bytes());
+    assert!(rest.iter().all(|byte| *byte == 0), "{options:?}");
+    // Custom axes that are not set are the model's.
+    let frames = |axes: UnicAxes| {
+        let instance = InstanceHandle::new(&model, |o| o.axes = axes as u32);
+        c_frames(&instance, &poses, vertices)
+    };
+    assert!(frames(UnicAxes::Custom) == frames(UnicAxes::Model));
+}
+
 /// A struct of a later version is accepted as long as its new fields are zero.
 #[test]
 fn later_structs_are_accepted_if_their_new_fields_are_off() {

@@ -20,12 +20,7 @@ pub(super) struct Machine {
 impl Machine {
     /// Describes the machine that the program runs on.
     pub(super) fn this() -> Self {
-        let best = |p: Precision| {
-            (
-                p.name().to_owned(),
-                format!("{:?}", p.best_instructions()).to_lowercase().into(),
-            )
-        };
+        let best = |p: Precision| (p.name().to_owned(), p.best_instructions().name().into());
         Self {
             cpu: cpu_name().unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
             cores: std::thread::available_parallelism().map_or(1, usize::from),
