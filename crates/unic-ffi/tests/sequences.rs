@@ -161,7 +161,7 @@ fn the_share_of_samples_of_a_file_is_the_default() {
     assert!(expected[0] != expected[1] && expected[0] != expected[2]);
 }
 
-/// As a character comes nearer or goes away.
+/// The caller changes the sampling when a character comes nearer or goes away.
 #[test]
 fn a_state_continues_at_another_sampling_as_in_the_rust_library() {
     let lively = lively_model();
