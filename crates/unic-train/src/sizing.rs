@@ -44,7 +44,7 @@ pub enum SizingEvent<'a> {
     Step {
         /// Steps done by all candidates together.
         done: u64,
-        /// Steps of the whole sizing at most. It ends early where no field helps.
+        /// Steps of the whole sizing at most. It ends early where no field can help.
         all: u64,
     },
     /// A candidate is judged.
@@ -104,9 +104,9 @@ impl SizingTrainer<'_> {
     }
 }
 
-/// Returns whether any of the candidates improves on the prior, surely or not.
-fn helps(tried: &[Tried]) -> bool {
-    tried.iter().any(|tried| tried.gain.is_positive())
+/// Returns whether any of the candidates may improve on the prior.
+fn may_help(tried: &[Tried]) -> bool {
+    tried.iter().any(|tried| tried.gain.may_help())
 }
 
 /// Steps of a sizing in which every rung is reached.
@@ -138,13 +138,13 @@ impl Halving<'_> {
         let mut left = candidates(&self.settings.sizing);
         for (number, steps) in rungs(self.settings.optimiser.steps).into_iter().enumerate() {
             let rung: Vec<Candidate> = left.iter().map(|c| Candidate { steps, ..*c }).collect();
-            // More steps or a larger field make more of what a field does, good and bad. The
-            // smallest one is the cheapest to ask.
-            if number == 0 && !helps(&self.rung(&rung[..1], &mut results)?) {
+            // A field that does harm does more of it with more steps and with a larger size. The
+            // smallest one is the cheapest to ask. One that does nothing may still need steps.
+            if number == 0 && !may_help(&self.rung(&rung[..1], &mut results)?) {
                 break;
             }
             let tried = self.rung(&rung, &mut results)?;
-            if !helps(&tried) {
+            if !may_help(&tried) {
                 break;
             }
             left = better_half(&tried);

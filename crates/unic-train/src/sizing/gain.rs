@@ -79,9 +79,9 @@ impl Gain {
         self.mean - STANDARD_ERRORS * self.error
     }
 
-    /// Returns whether the field helps at all, sure or not.
-    pub(super) fn is_positive(&self) -> bool {
-        self.mean > LEAST_GAIN
+    /// Returns whether the mean and two standard errors leave room for a gain.
+    pub(super) fn may_help(&self) -> bool {
+        self.mean + STANDARD_ERRORS * self.error > LEAST_GAIN
     }
 
     /// Returns whether the gain exceeds both a least value and two standard errors.

@@ -266,3 +266,14 @@ fn a_gain_below_two_standard_errors_is_noise() {
     assert!(!gain(0.02, 0.011).is_significant());
     assert!(!gain(0.001, 0.0).is_significant());
 }
+
+#[test]
+fn only_fields_that_surely_do_nothing_end_a_sizing() {
+    let may_help = |mean, error| {
+        let (share, least) = (1.0, 0.0);
+        (Gain { share, mean, error, least }).may_help()
+    };
+    // Too few steps to do anything, or too few motions to tell.
+    assert!(may_help(0.0, 0.002) && may_help(-0.001, 0.009) && may_help(0.003, 0.0));
+    assert!(!may_help(-0.013, 0.004) && !may_help(0.0, 0.0005));
+}

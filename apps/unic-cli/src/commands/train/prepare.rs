@@ -1,6 +1,9 @@
 //! Preparation of a run before the first step of its field: budget, clips and prior.
 
-use super::{Run, sizing_progress::SizingProgress};
+use super::{
+    Run,
+    sizing_progress::{SizingProgress, outcome},
+};
 use crate::{
     failure::Interrupted,
     interrupt::{self, SaveGuard},
@@ -90,6 +93,9 @@ impl Preparation<'_> {
             .into()),
             sizing => sizing.map_err(anyhow::Error::from),
         }?;
+        if let Some(sizing) = &sizing {
+            print_status(&outcome(sizing));
+        }
         let trainer = Trainer::sized(self.processor, data, &self.run.config, sizing.as_ref())?;
         self.run.sizing = sizing;
         Ok(trainer)

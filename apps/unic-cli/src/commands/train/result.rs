@@ -45,10 +45,17 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
         None => format!("{:.1}", config.epochs_of(steps, data.frame_pairs())),
     };
     let warning = short_schedule_warning(config, &epochs, data.frame_pairs());
+    let training = match &run.sizing {
+        Some(sizing) if sizing.share == 0.0 => "no field".to_owned(),
+        _ => format!(
+            "{}, which are {epochs} epochs{done}",
+            counted(steps as usize, "step")
+        ),
+    };
     Ok(format!(
         "{}: {} vertices, {} joints, {} fps\n\
          training on {}, {:.1} s of motion; {held_out}{again}\n\
-         {} parameters, {}, which are {epochs} epochs{done}, seed {}{warning}\n\
+         {} parameters, {training}, seed {}{warning}\n\
          the model will be {}, its run {}",
         capture.manifest.name,
         capture.garment.rest.vertices.len(),
@@ -57,7 +64,6 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
         counted(data.clips.len(), "clip"),
         data.seconds(),
         trainer.model()?.parameter_count(),
-        counted(steps as usize, "step"),
         run.config.seed,
         run.out.display(),
         run.folder.path().display(),
@@ -194,12 +200,15 @@ impl TrainingSummary {
                 ),
             ),
         };
+        let training = match self.field_share {
+            Some(0.0) => "the prior alone".to_owned(),
+            _ => format!("{fits}{}", counted(self.steps as usize, "step")),
+        };
         format!(
-            "{model}: {:.1} MB, {fits}{} steps in {time}, {error}\n\
+            "{model}: {:.1} MB, {training} in {time}, {error}\n\
              next: unic eval {model} {capture}\n\
              \x20     unic animate {model} --motion MOTION.npz --out GARMENT.pc2\n",
             self.bytes as f64 / 1e6,
-            self.steps,
         )
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{interrupt, progress::Progress, run_folder::RunFolder};
 use anyhow::Result;
-use unic_train::{Control, SizingEvent, Tried};
+use unic_train::{Control, Sizing, SizingEvent, Tried};
 
 /// Listener of a sizing.
 pub(super) struct SizingProgress<'a> {
@@ -56,6 +56,17 @@ impl<'a> SizingProgress<'a> {
     pub(super) fn finish(self) -> Result<()> {
         self.logged
     }
+}
+
+/// Text of a sizing's choice, and of the best candidate where none is chosen.
+pub(super) fn outcome(sizing: &Sizing) -> String {
+    let chosen = (sizing.tried.iter()).find(|tried| sizing.share > 0.0 && tried.candidate == sizing.chosen);
+    if let Some(chosen) = chosen {
+        return format!("the field: {}", text(chosen));
+    }
+    let best = (sizing.tried.iter()).max_by(|a, b| a.gain.mean.total_cmp(&b.gain.mean));
+    let best = best.map_or_else(String::new, |best| format!("; the best: {}", text(best)));
+    format!("no field surely improves on the prior on motion left out, so the model is its prior{best}")
 }
 
 /// Text of a candidate's gain.
