@@ -44,7 +44,7 @@ pub enum SizingEvent<'a> {
     Step {
         /// Steps done by all candidates together.
         done: u64,
-        /// Steps of the whole sizing at most. It ends early where no field can help.
+        /// Steps of the whole sizing at most. It ends early where all fields do harm.
         all: u64,
     },
     /// A candidate is judged.
@@ -104,7 +104,7 @@ impl SizingTrainer<'_> {
     }
 }
 
-/// Returns whether any of the candidates may improve on the prior.
+/// Returns whether any of the candidates may improve on the prior with more steps.
 fn may_help(tried: &[Tried]) -> bool {
     tried.iter().any(|tried| tried.gain.may_help())
 }

@@ -79,9 +79,10 @@ impl Gain {
         self.mean - STANDARD_ERRORS * self.error
     }
 
-    /// Returns whether the mean and two standard errors leave room for a gain.
+    /// Returns whether the field does no more harm than noise. One that does nothing after few
+    /// steps may gain with more.
     pub(super) fn may_help(&self) -> bool {
-        self.mean + STANDARD_ERRORS * self.error > LEAST_GAIN
+        self.mean + STANDARD_ERRORS * self.error > -LEAST_GAIN
     }
 
     /// Returns whether the gain exceeds both a least value and two standard errors.
