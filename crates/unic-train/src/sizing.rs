@@ -44,7 +44,7 @@ pub enum SizingEvent<'a> {
     Step {
         /// Steps done by all candidates together.
         done: u64,
-        /// Steps of the whole sizing at most. It ends early where all fields do harm.
+        /// Steps of the sizing if every rung is reached. It ends early where all fields do harm.
         all: u64,
     },
     /// A candidate is judged.
@@ -138,8 +138,8 @@ impl Halving<'_> {
         let mut left = candidates(&self.settings.sizing);
         for (number, steps) in rungs(self.settings.optimiser.steps).into_iter().enumerate() {
             let rung: Vec<Candidate> = left.iter().map(|c| Candidate { steps, ..*c }).collect();
-            // A field that does harm does more of it with more steps and with a larger size. The
-            // smallest one is the cheapest to ask. One that does nothing may still need steps.
+            // Harm beyond noise grows with steps and size, so the smallest field is asked first. A
+            // field without an effect may need more steps.
             if number == 0 && !may_help(&self.rung(&rung[..1], &mut results)?) {
                 break;
             }

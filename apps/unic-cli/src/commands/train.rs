@@ -252,6 +252,11 @@ impl Run {
         })
     }
 
+    /// Has a sizing left the field out?
+    fn has_no_field(&self) -> bool {
+        self.sizing.as_ref().is_some_and(|sizing| sizing.share == 0.0)
+    }
+
     /// Trainer in the state of its newest checkpoint, if there is one.
     fn resumed(&self, mut trainer: Trainer) -> Result<Trainer> {
         let folder = self.folder.checkpoints(trainer.data().fit);

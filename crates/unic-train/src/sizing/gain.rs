@@ -10,7 +10,7 @@ pub(super) const SHARES: [f32; 4] = [1.0, 0.75, 0.5, 0.25];
 /// Gains below this share of the prior's RMSE are noise.
 const LEAST_GAIN: f64 = 0.002;
 
-/// Standard errors by which a gain must exceed zero. The best of several shares and candidates is
+/// Standard errors by which a gain or a harm must differ from zero. The best of several shares and candidates is
 /// chosen on the same motions, so one would accept noise.
 const STANDARD_ERRORS: f64 = 2.0;
 
@@ -79,10 +79,11 @@ impl Gain {
         self.mean - STANDARD_ERRORS * self.error
     }
 
-    /// Returns whether the field does no more harm than noise. One that does nothing after few
-    /// steps may gain with more.
+    /// Returns whether the field converges and does no more harm than noise. One without an effect
+    /// after few steps may gain with more.
     pub(super) fn may_help(&self) -> bool {
-        self.mean + STANDARD_ERRORS * self.error > -LEAST_GAIN
+        let noise = LEAST_GAIN.max(STANDARD_ERRORS * self.error);
+        self.least > DIVERGED && self.mean >= -noise
     }
 
     /// Returns whether the gain exceeds both a least value and two standard errors.

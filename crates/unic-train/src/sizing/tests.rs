@@ -281,5 +281,11 @@ fn only_fields_that_surely_do_harm_end_a_sizing() {
     };
     // Too few steps to do anything, or too few motions to tell.
     assert!(may_help(0.0, 0.0) && may_help(-0.001, 0.001) && may_help(-0.01, 0.009));
-    assert!(!may_help(-0.013, 0.004));
+    assert!(!may_help(-0.013, 0.004) && !may_help(-0.0021, 0.001));
+    let error = |motion, factor: f64| judge::MotionError {
+        motion,
+        squares: [factor, factor, factor, factor, 1.0],
+    };
+    let diverged = [error(0, 0.98), error(1, f64::NAN), error(2, 0.98)];
+    assert!(!Gain::best(diverged.iter()).may_help());
 }

@@ -28,6 +28,8 @@ pub(super) struct Scale {
     steps: u32,
     /// Optimiser steps of the prior's recurrence.
     prior_steps: u32,
+    /// Widths and layers of the fields that are tried, as a setting.
+    field_sizes: &'static str,
 }
 
 const FULL: Scale = Scale {
@@ -45,6 +47,8 @@ const FULL: Scale = Scale {
     preset: "standard",
     steps: 100,
     prior_steps: 300,
+    // A field gains nothing on two minutes of motion, and larger ones take a minute to say so.
+    field_sizes: "[[64,4]]",
 };
 
 /// Windows in a step of the prior's recurrence. On little motion many small steps do better than
@@ -65,6 +69,7 @@ const QUICK: Scale = Scale {
     preset: "tiny",
     steps: 60,
     prior_steps: 40,
+    field_sizes: "[]",
 };
 
 /// One command, with the file that exists once it has finished.
@@ -174,6 +179,8 @@ fn train(scale: &Scale, capture: &Path, model: &Path) -> Vec<String> {
             &recurrence("windows", PRIOR_WINDOWS),
             "--set",
             &recurrence("frames", PRIOR_FRAMES),
+            "--set",
+            &format!("sizing.sizes={}", scale.field_sizes),
             "--overwrite",
         ]));
     }

@@ -94,7 +94,9 @@ impl Preparation<'_> {
             sizing => sizing.map_err(anyhow::Error::from),
         }?;
         if let Some(sizing) = &sizing {
-            print_status(&outcome(sizing));
+            let outcome = outcome(sizing);
+            print_status(&outcome);
+            self.run.folder.log(&outcome)?;
         }
         let trainer = Trainer::sized(self.processor, data, &self.run.config, sizing.as_ref())?;
         self.run.sizing = sizing;

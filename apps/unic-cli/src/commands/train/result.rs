@@ -44,18 +44,22 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
         Some(epochs) => epochs.to_string(),
         None => format!("{:.1}", config.epochs_of(steps, data.frame_pairs())),
     };
-    let warning = short_schedule_warning(config, &epochs, data.frame_pairs());
-    let training = match &run.sizing {
-        Some(sizing) if sizing.share == 0.0 => "no field".to_owned(),
-        _ => format!(
-            "{}, which are {epochs} epochs{done}",
-            counted(steps as usize, "step")
-        ),
+    let training = match run.has_no_field() {
+        true => format!("a prior without a field, seed {}", run.config.seed),
+        false => {
+            let warning = short_schedule_warning(config, &epochs, data.frame_pairs());
+            format!(
+                "{} parameters, {}, which are {epochs} epochs{done}, seed {}{warning}",
+                trainer.model()?.parameter_count(),
+                counted(steps as usize, "step"),
+                run.config.seed,
+            )
+        }
     };
     Ok(format!(
         "{}: {} vertices, {} joints, {} fps\n\
          training on {}, {:.1} s of motion; {held_out}{again}\n\
-         {} parameters, {training}, seed {}{warning}\n\
+         {training}\n\
          the model will be {}, its run {}",
         capture.manifest.name,
         capture.garment.rest.vertices.len(),
@@ -63,8 +67,6 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
         capture.manifest.fps,
         counted(data.clips.len(), "clip"),
         data.seconds(),
-        trainer.model()?.parameter_count(),
-        run.config.seed,
         run.out.display(),
         run.folder.path().display(),
     ))
@@ -140,6 +142,9 @@ pub struct TrainingSummary {
     /// Share of an offset's bending that a sweep of the strain projection removes, from 0 to 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     projection_bending: Option<f32>,
+    /// A sizing has left the field out.
+    #[serde(skip)]
+    has_no_field: bool,
 }
 
 impl FinishedRun<'_> {
@@ -167,6 +172,7 @@ impl FinishedRun<'_> {
             validation_rmse_mm: validation.map(|v| v.rmse_mm),
             field_share: validation.map(|v| v.field_share),
             projection_bending: validation.and_then(|v| v.bending),
+            has_no_field: run.has_no_field(),
         };
         run.folder.log(&format!(
             "finished: the model is the fit {} after {:.0} s in all",
@@ -200,9 +206,9 @@ impl TrainingSummary {
                 ),
             ),
         };
-        let training = match self.field_share {
-            Some(0.0) => "the prior alone".to_owned(),
-            _ => format!("{fits}{}", counted(self.steps as usize, "step")),
+        let training = match self.has_no_field {
+            true => "a prior without a field".to_owned(),
+            false => format!("{fits}{}", counted(self.steps as usize, "step")),
         };
         format!(
             "{model}: {:.1} MB, {training} in {time}, {error}\n\

@@ -62,23 +62,23 @@ impl<'a> SizingProgress<'a> {
 pub(super) fn outcome(sizing: &Sizing) -> String {
     let chosen = (sizing.tried.iter()).find(|tried| sizing.share > 0.0 && tried.candidate == sizing.chosen);
     if let Some(chosen) = chosen {
-        return format!("the field: {}", text(chosen));
+        return format!("field chosen by motion left out: {}", text(chosen));
     }
     let best = (sizing.tried.iter()).max_by(|a, b| a.gain.mean.total_cmp(&b.gain.mean));
-    let best = best.map_or_else(String::new, |best| format!("; the best: {}", text(best)));
-    format!("no field surely improves on the prior on motion left out, so the model is its prior{best}")
+    let best = best.map_or_else(String::new, |best| format!("; the best mean: {}", text(best)));
+    format!("no field: none improves on the prior on motion left out by more than noise{best}")
 }
 
 /// Text of a candidate's gain.
 fn text(tried: &Tried) -> String {
     let (candidate, gain) = (&tried.candidate, &tried.gain);
     format!(
-        "{} wide, {} layers, {} steps: {:.1} \u{b1} {:.1} % off the prior with {} % of the field",
+        "{} wide, {} layers, {} steps, {} % of its output: {:+.2} \u{b1} {:.2} % of the prior's error",
         candidate.width,
         candidate.hidden_layers,
         candidate.steps,
-        100.0 * gain.mean,
-        100.0 * gain.error,
         100.0 * gain.share,
+        -100.0 * gain.mean,
+        100.0 * gain.error,
     )
 }
