@@ -45,6 +45,13 @@ impl Linear {
         let numbers = self.weight.iter_mut().chain(&mut self.bias);
         numbers.for_each(|x| *x *= factor);
     }
+
+    /// Appends outputs that are zero, up to `outputs` in all.
+    pub fn extend_with_zeros(&mut self, outputs: usize) {
+        self.outputs = self.outputs.max(outputs);
+        self.weight.resize(self.outputs * self.inputs, 0.0);
+        self.bias.resize(self.outputs, 0.0);
+    }
 }
 
 /// Error: a layer whose size differs from the configuration's.

@@ -29,7 +29,8 @@ pub struct Prior {
     pub map: Linear,
     /// Recurrent unit that adds to the K coefficients, if the model has one.
     pub recurrence: Option<Recurrence>,
-    /// Residuals of training clips that are added to the K coefficients, if the model has some.
+    /// Residuals of training clips that are added to the last of the K coefficients, if the model
+    /// has some.
     pub replay: Option<Replay>,
 }
 
@@ -87,6 +88,32 @@ impl Prior {
             .iter()
             .zip(coefficients)
             .fold(self.mean[vertex], |sum, (component, &a)| sum + *component * a)
+    }
+
+    /// Appends components that the motion does not move: V × R vectors in metres, those of a vertex
+    /// adjacent. A [`Replay`] moves them.
+    ///
+    /// # Panics
+    /// When there is not a whole number of vectors for each vertex.
+    pub fn append_still(&mut self, shapes: &[Vec3]) {
+        let (vertices, count) = (self.mean.len(), self.len());
+        assert!(shapes.len().is_multiple_of(vertices.max(1)));
+        let added = shapes.len() / vertices.max(1);
+        let [old, new] = [(&self.components[..], count), (shapes, added)];
+        let of_vertex = |(vectors, n): (&[Vec3], usize), v: usize| vectors[v * n..(v + 1) * n].to_vec();
+        self.components = (0..vertices)
+            .flat_map(|v| [of_vertex(old, v), of_vertex(new, v)].concat())
+            .collect();
+        self.fill_still();
+    }
+
+    /// Gives map and recurrence zero rows for the components that the motion does not move.
+    pub fn fill_still(&mut self) {
+        let count = self.components.len() / self.mean.len().max(1);
+        self.map.extend_with_zeros(count);
+        if let Some(recurrence) = &mut self.recurrence {
+            recurrence.head.extend_with_zeros(count);
+        }
     }
 
     /// Transfers the prior to another mesh of the garment.
@@ -148,6 +175,24 @@ mod tests {
             Prior::constant(vec![Vec3::Y], 4).displacement(0, &coefficients),
             Vec3::Y
         );
+    }
+
+    #[test]
+    fn still_components_follow_the_others_and_stay_at_zero() {
+        let mut extended = prior();
+        extended.append_still(&[Vec3::Z, Vec3::X, Vec3::Y]);
+        let mut coefficients = Vec::new();
+        extended.coefficients(&[1.0, 3.0], &mut coefficients);
+        assert_eq!(coefficients, [7.5, -3.0, 0.0]);
+        for v in 0..3 {
+            assert_eq!(
+                extended.displacement(v, &coefficients),
+                prior().displacement(v, &coefficients)
+            );
+        }
+        coefficients[2] = 4.0;
+        let moved = extended.displacement(1, &coefficients) - prior().displacement(1, &coefficients);
+        assert_eq!(moved, Vec3::X * 4.0);
     }
 
     #[test]

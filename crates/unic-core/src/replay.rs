@@ -3,11 +3,14 @@
 //! For training, which collects the residuals, and for other implementations of a step. Engines get
 //! it from their animator.
 //!
-//! Half of a garment's slow variation depends on its past, because cloth sticks to the body and to
-//! itself. No function of the motion predicts it, and a garment without it looks dead. A [`Replay`]
-//! holds the residuals of the training clips: the true coefficients of the prior minus those that a
-//! prior predicts which has not seen the clip. While the character moves, the residuals of a stretch
-//! with a similar motion are added to the prediction (motion matching, with garments for answers).
+//! Fine wrinkles depend on the garment's past, because cloth sticks to the body and to itself. No
+//! function of the motion predicts them, and a garment without them looks dead. A [`Replay`] holds
+//! the residuals of the training clips: coefficients of what a prior lacks which has not seen the
+//! clip. While the character moves, the residuals of a stretch with a similar motion are added to
+//! the prediction (motion matching, with garments for answers).
+//!
+//! Residuals are those of the prior's last R coefficients. Training gives them components of their
+//! own, the shapes of fine wrinkles, which the motion does not move.
 //!
 //! 1. The key of a frame is its motion vector, projected on a few principal components, and the
 //!    logarithm of its *activity*: how fast the motion vector changes.
@@ -66,14 +69,14 @@ pub struct ReplayState {
     activity: Activity,
     /// Stretch that plays; none until the first tick.
     stretch: Option<Stretch>,
-    /// Remainder of the steps at switches, K coefficients in metres.
+    /// Remainder of the steps at switches, R coefficients in metres.
     offset: Vec<f32>,
 }
 
 /// Buffers of a replay.
 #[derive(Clone, Debug, Default)]
 pub struct ReplayScratch {
-    /// Present residual, K coefficients in metres.
+    /// Present residual, R coefficients in metres.
     residual: Vec<f32>,
 }
 
@@ -144,9 +147,11 @@ impl Replay {
         }
     }
 
-    /// Adds the present residual to K coefficients, in metres.
+    /// Adds the present residual to the last R of a prior's coefficients, in metres.
     pub fn add_to(&self, state: &ReplayState, coefficients: &mut [f32]) {
         let Some(stretch) = state.stretch else { return };
+        let first = coefficients.len().saturating_sub(self.library.coefficients());
+        let coefficients = &mut coefficients[first..];
         self.library
             .add_between(stretch.frame, stretch.fraction, coefficients);
         let pairs = coefficients.iter_mut().zip(&state.offset);

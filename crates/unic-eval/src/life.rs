@@ -17,11 +17,14 @@ mod histogram;
 mod judge;
 mod logistic;
 mod record;
+
+mod smoothing;
 mod sums;
 #[cfg(test)]
 mod tests;
 mod welded;
 mod window;
+mod wrinkle_filter;
 
 pub use band_metrics::BandMetrics;
 pub use bending::BendingRatio;
@@ -29,6 +32,7 @@ pub use control::{ControlError, ControlPredictor};
 pub use judge::JudgeReport;
 pub(crate) use judge::{ClipWindows, judge};
 pub(crate) use sums::LifeSums;
+pub use wrinkle_filter::WrinkleFilter;
 
 use crate::{error::Result, kinematics::PreparedClip};
 use frame::{FrameMeasure, LifeFrame};

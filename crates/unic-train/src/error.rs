@@ -52,6 +52,9 @@ pub enum TrainError {
     /// A rollout that the animator refuses.
     #[error("validation: {0}")]
     Animator(#[from] unic_core::animator::AnimatorError),
+    /// Wrinkles that cannot be told from the garment's shape.
+    #[error(transparent)]
+    Wrinkles(#[from] unic_eval::Error),
     /// Sizes that the field's kernels refuse.
     #[error(transparent)]
     Kernel(#[from] unic_kernels::KernelError),

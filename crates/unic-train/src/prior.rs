@@ -13,7 +13,7 @@ use crate::{
     mirror::View,
     processor::Processor,
     recurrence::{FittedRecurrence, RecurrenceFit, RecurrenceTrainer, Sequence, Watch},
-    replay::FittedReplay,
+    replay::{FittedReplay, Residuals},
 };
 use glam::Vec3;
 use linear::{LeaveOneOut, MIDDLE_STRENGTH, runtime_map};
@@ -63,7 +63,7 @@ impl FittedPrior {
 
     /// The prior fitted without the motion of one of several clips. It is one of those by which
     /// ridge strengths and weights were chosen, so nothing is trained. Principal components,
-    /// statistics, strength, weights, the mirror bias and the gains of the replay are those of all
+    /// statistics, strength, weights, the mirror bias, shapes and gain of the replay are those of all
     /// clips, and swings are not amplified.
     pub(crate) fn without(&self, clip: usize) -> Prior {
         let mut prior = self.prior.clone();
@@ -80,6 +80,8 @@ impl FittedPrior {
         {
             blend(&mut prior, fitted.linear_share, recurrence);
         }
+        // The maps without a motion do not know of the wrinkles.
+        prior.fill_still();
         prior
     }
 }
@@ -191,8 +193,11 @@ impl PriorTrainer<'_> {
             }
             None => sequences.iter().map(|s| s.linear.clone()).collect::<Vec<_>>(),
         };
-        let replay = self.replay(&sequences, &left_out);
-        prior.replay = replay.as_ref().and_then(|replay| replay.without(None));
+        let replay = self.replay(&prior, &sequences, &left_out)?;
+        if let Some(replay) = &replay {
+            prior.append_still(replay.shapes());
+            prior.replay = replay.without(None);
+        }
         Ok(FittedPrior {
             left_out: projected.by_clip(&left_out, set.train.len()),
             prior,
@@ -206,20 +211,37 @@ impl PriorTrainer<'_> {
         })
     }
 
-    /// Collects residuals for the replay, where the settings ask for one.
+    /// Collects wrinkles for the replay, where the settings ask for one.
     ///
     /// Those of mirrored motion are left out: cloth that sticks to one side would jump to the other.
-    fn replay(&self, sequences: &[Sequence], left_out: &[Vec<f32>]) -> Option<FittedReplay> {
+    fn replay(
+        &self,
+        prior: &Prior,
+        sequences: &[Sequence],
+        left_out: &[Vec<f32>],
+    ) -> Result<Option<FittedReplay>, TrainError> {
         let settings = &self.settings.replay;
-        if !settings.at_inference {
-            return None;
+        if !settings.at_inference || prior.is_empty() {
+            return Ok(None);
         }
         let pairs = sequences.iter().zip(left_out);
         let (direct, left_out): (Vec<_>, Vec<_>) = pairs
-            .filter(|(s, _)| s.view == View::Direct && s.outputs() > 0)
+            .filter(|(s, _)| s.view == View::Direct)
             .map(|(s, predicted)| (s.clone(), predicted.clone()))
             .unzip();
-        FittedReplay::fit(settings, self.data.capture.manifest.fps, &direct, &left_out)
+        let clips: Vec<&PreparedClip> = match &self.data.clips[..] {
+            // A lone clip was cut into pieces.
+            [clip] => vec![clip; direct.len()],
+            clips => clips.iter().collect(),
+        };
+        let residuals = Residuals {
+            garment: &self.data.capture.garment,
+            prior,
+            sequences: &direct,
+            clips: &clips,
+            left_out: &left_out,
+        };
+        FittedReplay::fit(settings, self.data.capture.manifest.fps, residuals)
     }
 
     fn recurrence(&self) -> Option<&crate::config::RecurrenceSettings> {

@@ -17,7 +17,6 @@ mod watch;
 mod windows;
 
 pub(crate) use sequence::Sequence;
-pub(crate) use swing::swings;
 pub(crate) use unit_training::{PriorSizes, frames_per_second};
 pub use watch::Watch;
 

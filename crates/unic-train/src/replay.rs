@@ -1,98 +1,112 @@
-//! Collects the residuals of training clips that a model replays.
+//! Collects the wrinkles of training clips that a model replays.
 //!
-//! The residual of a clip is what a prior lacks that has not seen the clip
-//! ([`unic_core::replay`]). How much of it a model adds is measured on motions left out: each is
-//! animated with the residuals of the others ([`gains`]).
+//! The residual of a clip is what a prior lacks that has not seen the clip. Its wrinkles get shapes
+//! of their own among the prior's components ([`shapes`]), whose coefficients in training motions
+//! are the library of a replay ([`unic_core::replay`]). How much of them a model adds is measured on
+//! motions left out: each is animated with the wrinkles of the others ([`gain`]).
 
-mod gains;
+mod gain;
+mod residuals;
+mod shapes;
 
-use crate::{config::ReplaySettings, recurrence::Sequence};
-use gains::{Fold, Gains, centre};
+pub(crate) use residuals::Residuals;
+
+use crate::{config::ReplaySettings, error::TrainError, recurrence::Sequence};
+use gain::gain;
+use glam::Vec3;
 use rayon::prelude::*;
+use shapes::WrinkleShapes;
 use std::ops::Range;
 use unic_core::{
     network::Linear,
-    replay::{Activity, FEATURES, Key, KeyMap, Library, MOST_FRAMES, Replay, ReplayScratch},
+    replay::{Activity, FEATURES, Key, KeyMap, Library, Replay, ReplayScratch},
 };
 use unic_eval::{PrincipalComponents, SampleMatrix};
 
 /// Largest number of frames that the principal components of the motion are computed from.
 const MOST_SAMPLES: usize = 2000;
 
-/// Residuals of training clips, scaled by their gains.
+/// Largest number of frames in a library: 9 minutes at 30 frames per second. With 64 shapes they
+/// take a megabyte.
+const MOST_FRAMES: usize = 16_384;
+
+/// Shapes of wrinkles, and their coefficients in training clips.
 pub(crate) struct FittedReplay {
     keys: KeyMap,
+    /// Shapes, V × R vectors in metres.
+    shapes: Vec<Vec3>,
     clips: Vec<ReplayClip>,
+    /// Factor of the coefficients.
+    gain: f32,
 }
 
-/// Keys and residuals of one sequence.
+/// Keys and wrinkles of a part of one sequence.
 struct ReplayClip {
     /// Number of the sequence's motion.
     motion_number: usize,
     keys: Vec<Key>,
-    /// Residuals about their mean, frames × K, metres.
-    residuals: Vec<f32>,
+    /// Coefficients of the wrinkles, frames × R, metres.
+    coefficients: Vec<f32>,
 }
 
 impl FittedReplay {
-    /// Collects the residuals of sequences beside `left_out`, their coefficients as predicted
-    /// without their motion, frames × K. Returns none if there is nothing to replay: a lone motion,
-    /// or predictions that vary enough.
+    /// Collects the wrinkles of sequences. Returns none if there is nothing to replay: a lone
+    /// motion, or predictions that wrinkle enough.
+    ///
+    /// # Errors
+    /// A rest mesh whose smoothing cannot be factorised.
     pub(crate) fn fit(
         settings: &ReplaySettings,
         fps: f32,
-        sequences: &[Sequence],
-        left_out: &[Vec<f32>],
-    ) -> Option<Self> {
-        let keys = key_map(sequences)?;
-        let pairs = sequences.par_iter().zip(left_out);
-        let clips = pairs.map(|(s, predicted)| ReplayClip::new(&keys, fps, s, predicted));
-        let mut unscaled = Self {
-            clips: clips.collect(),
-            keys,
+        residuals: Residuals,
+    ) -> Result<Option<Self>, TrainError> {
+        let sequences = residuals.sequences;
+        let Some(keys) = key_map(sequences) else {
+            return Ok(None);
         };
-        let played = unscaled.played(fps, sequences)?;
-        let folds: Vec<Fold> = (sequences.iter().zip(left_out).zip(&played))
-            .map(|((s, predicted), played)| Fold::new(s, predicted, played, fps))
-            .collect();
-        let gains = Gains::measure(settings, &folds)?;
-        for clip in &mut unscaled.clips {
-            clip.residuals = gains.scaled(&clip.residuals, fps);
-        }
-        Some(unscaled)
+        let shapes = WrinkleShapes::fit(residuals, settings.shapes)?;
+        let frames = residuals.last(MOST_FRAMES);
+        let clip = |(i, frames): (usize, Range<usize>)| ReplayClip {
+            motion_number: sequences[i].motion_number,
+            coefficients: shapes.coefficients(residuals, i, frames.clone()),
+            keys: keys_of(&keys, fps, &sequences[i])[frames].to_vec(),
+        };
+        let mut fitted = Self {
+            clips: frames.into_iter().enumerate().map(clip).collect(),
+            keys,
+            shapes: shapes.vectors(),
+            gain: 1.0,
+        };
+        let Some(played) = fitted.played(fps, sequences) else {
+            return Ok(None);
+        };
+        fitted.gain = gain(settings, residuals, &shapes, &played) as f32;
+        Ok((fitted.gain > 0.0).then_some(fitted))
+    }
+
+    /// Shapes of wrinkles for [`append_still`](unic_core::prior::Prior::append_still), V × R vectors in metres.
+    pub(crate) fn shapes(&self) -> &[Vec3] {
+        &self.shapes
     }
 
     /// Replay of all motions, or of all but one. Returns none without any other motion.
     pub(crate) fn without(&self, motion_number: Option<usize>) -> Option<Replay> {
-        let kept = |clip: &&ReplayClip| Some(clip.motion_number) != motion_number;
-        let (mut frames, mut clips) = (0, Vec::new());
-        for clip in self.clips.iter().filter(kept) {
-            let taken = clip.keys.len().min(MOST_FRAMES - frames);
-            frames += taken;
-            clips.push((clip, taken));
-        }
-        clips.retain(|(_, taken)| *taken > 0);
-        let outputs = clips.first().map(|(clip, _)| clip.outputs())?;
-        let residuals: Vec<f32> = (clips.iter())
-            .flat_map(|(clip, taken)| &clip.residuals[..taken * outputs])
-            .copied()
-            .collect();
-        let scales = scales(&residuals, outputs);
-        let units = residuals
-            .iter()
-            .zip(scales.iter().cycle())
-            .map(|(x, s)| in_units(*x, *s));
-        let keys = clips
-            .iter()
-            .flat_map(|(clip, taken)| &clip.keys[..*taken])
-            .copied();
-        let lengths = clips.iter().map(|(_, taken)| *taken as u32);
-        // Lengths agree by construction, and residuals are finite.
-        let library = Library::new(lengths.collect(), keys.collect(), units.collect(), scales).ok()?;
+        let kept = |clip: &&ReplayClip| Some(clip.motion_number) != motion_number && !clip.keys.is_empty();
+        let clips: Vec<_> = self.clips.iter().filter(kept).collect();
+        let outputs = clips.first()?.coefficients.len() / clips.first()?.keys.len();
+        let coefficients = clips.iter().flat_map(|clip| &clip.coefficients);
+        let coefficients: Vec<f32> = coefficients.map(|c| self.gain * c).collect();
+        let scales = scales(&coefficients, outputs);
+        let units = coefficients.iter().zip(scales.iter().cycle());
+        let units = units.map(|(x, s)| in_units(*x, *s)).collect();
+        let keys = clips.iter().flat_map(|clip| &clip.keys).copied().collect();
+        let lengths = clips.iter().map(|clip| clip.keys.len() as u32).collect();
+        // Lengths agree by construction, and coefficients are finite.
+        let library = Library::new(lengths, keys, units, scales).ok()?;
         Some(Replay::new(self.keys.clone(), library))
     }
 
-    /// Residuals that are replayed in each sequence from those of the other motions, frames × K.
+    /// Wrinkles that are replayed in each sequence from those of the other motions, frames × R.
     fn played(&self, fps: f32, sequences: &[Sequence]) -> Option<Vec<Vec<f32>>> {
         let motions = sequences.iter().map(|s| s.motion_number + 1).max()?;
         let replays: Vec<Replay> = (0..motions)
@@ -106,42 +120,29 @@ impl FittedReplay {
     }
 }
 
-impl ReplayClip {
-    fn new(keys: &KeyMap, fps: f32, sequence: &Sequence, predicted: &[f32]) -> Self {
-        let (mut activity, mut pair) = (Activity::default(), Vec::new());
-        let mut key = |t: usize| {
-            pair.clear();
-            // A clip does not change before its second frame.
-            sequence.write_pair(t.max(1).min(sequence.len() - 1), &mut pair);
-            match t {
-                0 => activity = Activity::of(&pair, 1.0 / fps),
-                _ => activity.follow(&pair, 1.0 / fps),
-            }
-            keys.key(&pair, activity)
-        };
-        let pairs = sequence.coefficients.iter().zip(predicted);
-        let mut residuals: Vec<f32> = pairs.map(|(c, p)| c - p).collect();
-        // The mean residual belongs to the clip's own start.
-        centre(&mut residuals, sequence.outputs());
-        Self {
-            motion_number: sequence.motion_number,
-            keys: (0..sequence.len()).map(&mut key).collect(),
-            residuals,
+/// Keys of all frames of a sequence.
+fn keys_of(keys: &KeyMap, fps: f32, sequence: &Sequence) -> Vec<Key> {
+    let (mut activity, mut pair) = (Activity::default(), Vec::new());
+    let key = |t: usize| {
+        pair.clear();
+        // A clip does not change before its second frame.
+        sequence.write_pair(t.max(1).min(sequence.len() - 1), &mut pair);
+        match t {
+            0 => activity = Activity::of(&pair, 1.0 / fps),
+            _ => activity.follow(&pair, 1.0 / fps),
         }
-    }
-
-    /// Number K of coefficients.
-    fn outputs(&self) -> usize {
-        self.residuals.len() / self.keys.len().max(1)
-    }
+        keys.key(&pair, activity)
+    };
+    (0..sequence.len()).map(key).collect()
 }
 
-/// Residuals that a replay adds in a sequence, frames × K.
+/// Wrinkles that a replay adds in a sequence, frames × R.
 fn played_in(replay: &Replay, fps: f32, sequence: &Sequence) -> Vec<f32> {
     let (mut state, mut scratch) = (replay.start(), ReplayScratch::default());
-    let mut residuals = vec![0.0; sequence.coefficients.len()];
+    let outputs = replay.library().coefficients();
+    let mut residuals = vec![0.0; sequence.len() * outputs];
     let mut pair = Vec::new();
-    let mut frames = residuals.chunks_exact_mut(sequence.outputs().max(1));
+    let mut frames = residuals.chunks_exact_mut(outputs.max(1));
     let Some(first) = frames.next() else {
         return Vec::new();
     };
@@ -236,4 +237,19 @@ fn key_map(sequences: &[Sequence]) -> Option<KeyMap> {
         bias,
     })
     .ok()
+}
+
+/// Subtracts the mean of each of `outputs` columns.
+fn centre(values: &mut [f32], outputs: usize) {
+    let rows = (values.len() / outputs.max(1)).max(1);
+    // In f64: a long clip adds many numbers.
+    let mut mean = vec![0.0; outputs];
+    for row in values.chunks_exact(outputs.max(1)) {
+        mean.iter_mut().zip(row).for_each(|(m, x)| *m += f64::from(*x));
+    }
+    for row in values.chunks_exact_mut(outputs.max(1)) {
+        row.iter_mut()
+            .zip(&mean)
+            .for_each(|(x, m)| *x -= (m / rows as f64) as f32);
+    }
 }

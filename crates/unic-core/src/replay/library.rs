@@ -3,8 +3,7 @@
 use super::Key;
 use thiserror::Error;
 
-/// Largest number of frames: 27 minutes at 30 frames per second. With 64 coefficients they take 4
-/// MB.
+/// Largest number of frames: 27 minutes at 30 frames per second.
 pub const MOST_FRAMES: usize = 49_152;
 
 /// Error: parts that make no replay, or a state of another one.
@@ -19,7 +18,7 @@ pub enum ReplayError {
     /// Another number of coefficients.
     #[error("replay: expected {expected} coefficients, found {found}")]
     Coefficients {
-        /// Number of the prior's or the library's.
+        /// Number of the library's.
         expected: usize,
         /// Number that was found.
         found: usize,
@@ -49,9 +48,9 @@ pub struct Library {
     /// Number of frames of each clip.
     clips: Vec<u32>,
     keys: Vec<Key>,
-    /// Residuals in units of `scales`, frames × K.
+    /// Residuals in units of `scales`, frames × R.
     residuals: Vec<i8>,
-    /// Unit of each of the K coefficients, metres.
+    /// Unit of each of the R coefficients, metres.
     scales: Vec<f32>,
     /// Number of frames that follow each frame in its clip.
     remaining: Vec<u32>,
@@ -61,7 +60,7 @@ pub struct Library {
 
 impl Library {
     /// Joins clips of so many frames with the key and the residual of each frame: `residuals` has
-    /// frames × K numbers in units of the K `scales`, metres.
+    /// frames × R numbers in units of the R `scales`, metres.
     ///
     /// # Errors
     /// Lengths that do not fit, too many frames, scales that are negative or not finite.
@@ -119,7 +118,7 @@ impl Library {
         self.keys.is_empty()
     }
 
-    /// Number K of coefficients.
+    /// Number R of coefficients.
     pub fn coefficients(&self) -> usize {
         self.scales.len()
     }
@@ -134,7 +133,7 @@ impl Library {
         &self.keys
     }
 
-    /// Residuals in units of [`scales`](Self::scales), frames × K.
+    /// Residuals in units of [`scales`](Self::scales), frames × R.
     pub fn residuals(&self) -> &[i8] {
         &self.residuals
     }
@@ -173,7 +172,7 @@ impl Library {
         self.mean_square
     }
 
-    /// Residual of a frame, K coefficients in metres.
+    /// Residual of a frame, R coefficients in metres.
     pub(super) fn residual(&self, frame: u32) -> impl Iterator<Item = f32> {
         let count = self.scales.len();
         let units = &self.residuals[frame as usize * count..][..count];

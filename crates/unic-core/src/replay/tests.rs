@@ -101,6 +101,18 @@ fn a_known_motion_gets_its_own_residuals_from_the_start() {
 }
 
 #[test]
+fn residuals_are_those_of_the_last_coefficients() {
+    let replay = replay();
+    let mut state = replay.start();
+    replay.begin(&pair(1, 20), DT, &mut state);
+    let found = residual(&replay, &state);
+    let mut coefficients = [1.0, 2.0, 0.0, 0.0];
+    replay.add_to(&state, &mut coefficients);
+    assert_eq!(coefficients, [1.0, 2.0, found[0], found[1]]);
+    assert!(found[0] != 0.0);
+}
+
+#[test]
 fn a_still_body_has_a_still_residual() {
     let replay = replay();
     let mut vectors: Vec<_> = (0..60).map(|t| motion(0, t as f32)).collect();

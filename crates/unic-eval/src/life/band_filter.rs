@@ -1,15 +1,10 @@
 //! Wrinkles of a garment by wavelength: its shape split into five bands.
 
-use super::welded::WeldedMesh;
-use crate::error::{Error, Result};
-use faer::{
-    Mat, Side,
-    prelude::Solve,
-    sparse::{SparseColMat, Triplet, linalg::solvers::Llt},
-};
+use super::{smoothing::Smoothing, welded::WeldedMesh};
+use crate::error::Result;
+use faer::Mat;
 use glam::{DVec3, Vec3};
-use std::f64::consts::TAU;
-use unic_core::{diffusion::Diffusion, mesh::vertex_normals, sampling::Sampling};
+use unic_core::{mesh::vertex_normals, sampling::Sampling};
 
 /// Wavelengths between the bands, cm. A smoothing halves the amplitude of a wave of its length.
 pub(super) const WAVELENGTHS_CM: [u32; 4] = [3, 6, 12, 24];
@@ -26,19 +21,13 @@ const FARTHEST_M: f64 = 1e6;
 
 /// Filter that splits the shape of a garment into [`BANDS`] bands of wavelengths.
 ///
-/// A smoothing S_λ solves (M + τL) y = M x with the lumped areas M and the cotangent Laplacian L of
-/// the welded rest mesh, and τ = (λ / 2π)². It multiplies a wave of wavelength ℓ by
-/// 1 / (1 + (λ / ℓ)²).
-///
-/// A band is the difference of two smoothings, as a distance along the normals of the coarser of
+/// A band is the difference of two [`Smoothing`]s S_λ, as a distance along the normals of the coarser of
 /// the two. Distances along the surface's own normals do not change when the garment moves rigidly.
 /// The coarsest band is S_24 of the shape minus S_24 of the skinned rest shape.
 pub(super) struct BandFilter {
     mesh: WeldedMesh,
-    /// Lumped rest area of each of the N welded vertices, m².
-    masses: Vec<f64>,
-    /// Factorised matrices M + τL in the order of [`WAVELENGTHS_CM`].
-    smoothings: Vec<Llt<usize, f64>>,
+    /// Smoothings in the order of [`WAVELENGTHS_CM`].
+    smoothings: Vec<Smoothing>,
     /// Welded vertices at which signals are read.
     kept: Vec<u32>,
     /// Lumped rest area of each kept vertex, m².
@@ -59,24 +48,14 @@ impl BandFilter {
     /// # Errors
     /// A rest mesh whose matrices cannot be factorised, such as one with areas of 1e-300 m².
     pub(super) fn new(mesh: WeldedMesh) -> Result<Self> {
-        let rest = &mesh.rest;
-        let factorise = |&cm: &u32| {
-            let wavelength = f64::from(cm) / 100.0;
-            let diffusion = Diffusion::new(&rest.vertices, &rest.faces, (wavelength / TAU).powi(2));
-            let factorised = factorised(&diffusion).ok_or(Error::Smoothing {
-                vertices: rest.vertices.len(),
-            })?;
-            Ok((diffusion.masses().to_vec(), factorised))
-        };
-        let all: Vec<(Vec<f64>, _)> = WAVELENGTHS_CM.iter().map(factorise).collect::<Result<_>>()?;
-        let (masses, smoothings): (Vec<_>, Vec<_>) = all.into_iter().unzip();
-        // Masses do not depend on the wavelength.
-        let masses = masses.into_iter().next().unwrap_or_default();
+        let smoothing = |&cm: &u32| Smoothing::new(&mesh, f64::from(cm) / 100.0);
+        let smoothings: Vec<_> = WAVELENGTHS_CM.iter().map(smoothing).collect::<Result<_>>()?;
         let kept = spread_vertices(&mesh);
+        // Masses do not depend on the wavelength.
+        let masses = smoothings.first().map_or(&[][..], Smoothing::masses);
         Ok(Self {
             weights: kept.iter().map(|&v| masses[v as usize]).collect(),
             mesh,
-            masses,
             smoothings,
             kept,
         })
@@ -90,7 +69,7 @@ impl BandFilter {
     /// Returns the coarsest smoothing of a shape, given by the positions of all garment vertices.
     pub(super) fn coarsest(&self, positions: &[Vec3]) -> Shape {
         let Shape { mean, centred } = self.shape(positions);
-        let coarsest = self.smoothings.last().map(|last| self.smooth(last, &centred));
+        let coarsest = self.smoothings.last().map(|last| last.smooth(&centred));
         Shape {
             mean,
             centred: coarsest.unwrap_or(centred),
@@ -106,7 +85,7 @@ impl BandFilter {
         let mut normals = Vec::new();
         let mut finer: Option<Mat<f64>> = None;
         for smoothing in &self.smoothings {
-            let coarser = self.smooth(smoothing, &centred);
+            let coarser = smoothing.smooth(&centred);
             self.normals(&coarser, &mut normals);
             let fine = finer.as_ref().unwrap_or(&centred);
             self.push_distances(fine, &coarser, DVec3::ZERO, &normals, &mut signals);
@@ -147,12 +126,6 @@ impl BandFilter {
         Shape { mean, centred }
     }
 
-    /// Returns the solution y of (M + τL) y = M x, N × 3, metres.
-    fn smooth(&self, smoothing: &Llt<usize, f64>, x: &Mat<f64>) -> Mat<f64> {
-        let right = Mat::from_fn(x.nrows(), x.ncols(), |i, axis| self.masses[i] * x[(i, axis)]);
-        smoothing.solve(right)
-    }
-
     /// Computes the unit normals of a shape of the welded vertices.
     fn normals(&self, shape: &Mat<f64>, normals: &mut Vec<Vec3>) {
         let positions: Vec<Vec3> = (0..shape.nrows()).map(|v| row(shape, v).as_vec3()).collect();
@@ -163,17 +136,6 @@ impl BandFilter {
 /// Returns a row of an N × 3 matrix.
 fn row(matrix: &Mat<f64>, i: usize) -> DVec3 {
     DVec3::new(matrix[(i, 0)], matrix[(i, 1)], matrix[(i, 2)])
-}
-
-/// Factorises a smoothing's matrix. `None` stands for one that is not positive definite.
-fn factorised(diffusion: &Diffusion) -> Option<Llt<usize, f64>> {
-    let count = diffusion.masses().len();
-    let entries: Vec<_> = diffusion
-        .lower_entries()
-        .map(|(row, column, value)| Triplet::new(row, column, value))
-        .collect();
-    let matrix = SparseColMat::try_new_from_triplets(count, count, &entries).ok()?;
-    matrix.sp_cholesky(Side::Lower).ok()
 }
 
 /// Returns all vertices of a mesh, or about [`MOST_VERTICES`] well-spread ones of a larger mesh, in

@@ -171,6 +171,30 @@ fn response(smoothing: Option<usize>, wavelength: f32) -> f64 {
 }
 
 #[test]
+fn wrinkles_of_a_wave_are_what_its_smoothing_removes() {
+    let (wavelength, amplitude, margin) = (0.1, 1e-3, 0.3);
+    let length = 2.0 * margin + 3.0 * wavelength;
+    let cylinder = Cylinder::new(wavelength, length, 181);
+    let rest = &cylinder.garment.rest.vertices;
+    let displacements = |a: f32| -> Vec<Vec3> {
+        let waved = cylinder.waved(a);
+        waved.iter().zip(rest).map(|(x, r)| *x - *r).collect()
+    };
+    let fields = [amplitude, -2.0 * amplitude].map(displacements);
+    let filter = WrinkleFilter::new(&cylinder.garment, 0.24).unwrap();
+    let wrinkles = filter.wrinkles(&fields);
+    let heights: Vec<f32> = filter.heights(&fields[0]).collect();
+    // A height is a number, which does not bend with the cylinder.
+    let expected = 1.0 - 1.0 / (1.0 + (0.24 / wavelength).powi(2));
+    for v in (0..rest.len()).filter(|&v| (margin..length - margin).contains(&rest[v].y)) {
+        let error = |found: f32, factor: f32| (found - factor * expected * heights[v]).abs();
+        assert!(error(wrinkles[v], 1.0) < 0.03 * amplitude, "{v}: {}", wrinkles[v]);
+        assert!(error(wrinkles[rest.len() + v], -2.0) < 0.06 * amplitude);
+    }
+    assert!(heights.iter().any(|h| *h > 0.9 * amplitude));
+}
+
+#[test]
 fn bands_of_a_wave_have_the_responses_of_the_smoothings() {
     for wavelength in [0.025_f32, 0.045, 0.09, 0.17, 0.5] {
         // Smoothings pull both ends inwards, which is felt along 24 cm / 2π, and the wave tilts the

@@ -34,6 +34,17 @@ impl WeldedMesh {
         Self { vertices, rest }
     }
 
+    /// Returns the welded vertex of each vertex of the rest mesh that this one was made of, or none for
+    /// a vertex without a face that has an area.
+    pub(super) fn indices(&self, rest: &TriMesh) -> Vec<Option<u32>> {
+        let index = |first: &u32| self.vertices.binary_search(first).ok();
+        let welded = weld(&rest.vertices);
+        welded
+            .iter()
+            .map(|first| index(first).map(|i| i as u32))
+            .collect()
+    }
+
     /// Returns the positions of the N welded vertices among those of all garment vertices.
     pub(super) fn gather<'a>(&'a self, positions: &'a [Vec3]) -> impl Iterator<Item = Vec3> + 'a {
         self.vertices.iter().map(|&v| positions[v as usize])

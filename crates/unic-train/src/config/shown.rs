@@ -65,13 +65,16 @@ impl ProjectionSettings {
     }
 }
 
-/// Replay of residuals in the finished model, see [`unic_core::replay`].
+/// Replay of wrinkles in the finished model, see [`unic_core::replay`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReplaySettings {
     /// Replay of the finished model: on or off.
     pub at_inference: bool,
-    /// Wanted standard deviation of the prior's coefficients on motions left out, by the truth's.
+    /// Number of shapes of wrinkles; large garments have fewer.
+    #[serde(default = "default_shapes")]
+    pub shapes: usize,
+    /// Wanted standard deviation of the wrinkles on motions left out, by the truth's.
     pub deviation: f32,
     /// Largest growth of the prior's error on motions left out, as a share of itself.
     pub cost: f32,
@@ -82,8 +85,14 @@ impl Default for ReplaySettings {
     fn default() -> Self {
         Self {
             at_inference: false,
+            shapes: default_shapes(),
             deviation: 0.9,
-            cost: 0.03,
+            cost: 0.05,
         }
     }
+}
+
+/// Number of shapes in settings that were saved before it could be set.
+fn default_shapes() -> usize {
+    64
 }

@@ -1,0 +1,75 @@
+//! Wrinkles of a garment in rest space: what a smoothing removes from its displacements.
+
+use super::{smoothing::Smoothing, welded::WeldedMesh};
+use crate::error::Result;
+use faer::Mat;
+use glam::Vec3;
+use unic_core::{character::Garment, mesh::vertex_normals};
+
+/// Filter from displacements of a garment's V vertices to its wrinkles.
+///
+/// The height of a displacement is its part along the normal of the rest shape. Wrinkles are the
+/// heights minus their smoothing by a wavelength: they hold what is shorter. They are linear in the
+/// displacements.
+pub struct WrinkleFilter {
+    smoothing: Smoothing,
+    /// Garment vertex of each welded vertex.
+    vertices: Vec<u32>,
+    /// Welded vertex of each garment vertex, or none for a vertex without a face.
+    welded: Vec<Option<u32>>,
+    /// Unit normal of the rest shape at each garment vertex; zero for a vertex without a face.
+    normals: Vec<Vec3>,
+    /// Share of the prediction that each garment vertex gets, 0 to 1.
+    shares: Vec<f32>,
+}
+
+impl WrinkleFilter {
+    /// Prepares the wrinkles of a garment below a wavelength, metres.
+    ///
+    /// # Errors
+    /// A rest mesh whose smoothing cannot be factorised.
+    pub fn new(garment: &Garment, wavelength_m: f64) -> Result<Self> {
+        let mesh = WeldedMesh::new(&garment.rest);
+        let smoothing = Smoothing::new(&mesh, wavelength_m)?;
+        let welded = mesh.indices(&garment.rest);
+        let mut of_welded = Vec::new();
+        vertex_normals(&mesh.rest.vertices, &mesh.rest.faces, &mut of_welded);
+        let normal = |w: &Option<u32>| w.map_or(Vec3::ZERO, |w| of_welded[w as usize]);
+        Ok(Self {
+            smoothing,
+            normals: welded.iter().map(normal).collect(),
+            shares: (0..welded.len()).map(|v| garment.share(v)).collect(),
+            welded,
+            vertices: mesh.vertices,
+        })
+    }
+
+    /// Unit normals of the rest shape, V vectors; zero at vertices without faces.
+    pub fn normals(&self) -> &[Vec3] {
+        &self.normals
+    }
+
+    /// Returns the heights of V displacements in rest space, in their unit.
+    pub fn heights<'a>(&'a self, displacements: &'a [Vec3]) -> impl Iterator<Item = f32> + 'a {
+        displacements.iter().zip(&self.normals).map(|(u, n)| u.dot(*n))
+    }
+
+    /// Returns the wrinkles of several fields of V displacements in rest space, in their unit: V
+    /// numbers a field, field after field. A vertex that the garment's mask fixes has none.
+    pub fn wrinkles(&self, fields: &[Vec<Vec3>]) -> Vec<f32> {
+        let heights: Vec<Vec<f32>> = fields.iter().map(|u| self.heights(u).collect()).collect();
+        let height = |i: usize, field: usize| f64::from(heights[field][self.vertices[i] as usize]);
+        let rough = Mat::from_fn(self.vertices.len(), fields.len(), height);
+        let smooth = self.smoothing.smooth(&rough);
+        let wrinkle = |field: usize, welded: Option<u32>| {
+            welded.map_or(0.0, |w| {
+                (rough[(w as usize, field)] - smooth[(w as usize, field)]) as f32
+            })
+        };
+        let vertices = || self.welded.iter().zip(&self.shares);
+        (0..fields.len())
+            .flat_map(|field| vertices().map(move |(w, share)| (field, *w, *share)))
+            .map(|(field, w, share)| share * wrinkle(field, w))
+            .collect()
+    }
+}
