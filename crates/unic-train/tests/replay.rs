@@ -28,8 +28,8 @@ fn angle(clip: usize, t: usize, joint: usize) -> f32 {
 /// The third drifts by itself, alike in all clips, and predictions of the motion lack it.
 fn height(clip: usize, t: usize, third: usize) -> f32 {
     match third {
-        0 => 0.3 * angle(clip, t, 0),
-        1 => 0.15 * angle(clip, t, 1),
+        0 => 0.02 * angle(clip, t, 0),
+        1 => 0.01 * angle(clip, t, 1),
         _ => 0.01 * (0.02 * t as f32 + 2.0 * clip as f32).sin(),
     }
 }
@@ -71,7 +71,7 @@ fn data(cost: f32) -> FieldData {
     config.replay = ReplaySettings {
         at_inference: true,
         shapes: 4,
-        deviation: 0.9,
+        deviation: 1.0,
         cost,
     };
     let takes: Vec<_> = (0..4).map(|clip| (take_of(clip), Split::Train)).collect();
