@@ -147,12 +147,13 @@ fn the_motion_does_not_move_the_shapes_of_wrinkles() {
     let pair = [3, 4].map(|t| data.motion[0].frame(t, View::Direct)).concat();
     let mut coefficients = Vec::new();
     data.prior.coefficients(&pair, &mut coefficients);
-    let recurrence = data.prior.recurrence.as_ref().unwrap();
-    let mut scratch = RecurrenceScratch::default();
-    let mut memory = Vec::new();
-    recurrence.embed(&pair, &mut scratch);
-    recurrence.start(&mut scratch, &mut memory);
-    recurrence.add_to(&memory, &mut scratch, &mut coefficients);
+    // The recurrence may not improve on the linear map.
+    if let Some(recurrence) = &data.prior.recurrence {
+        let (mut scratch, mut memory) = (RecurrenceScratch::default(), Vec::new());
+        recurrence.embed(&pair, &mut scratch);
+        recurrence.start(&mut scratch, &mut memory);
+        recurrence.add_to(&memory, &mut scratch, &mut coefficients);
+    }
     assert_eq!(coefficients.len(), data.prior.len());
     assert!((1..=4).contains(&replayed));
     let (moved, still) = coefficients.split_at(data.prior.len() - replayed);
