@@ -17,6 +17,7 @@ use unic_core::{
     prior::Prior,
     projection::{StrainLimit, limited_edges},
     recurrence::Recurrence,
+    replay::{FEATURES, KEY, KeyMap, Library, Replay},
     skeleton::{SMPL_PARENTS, Skeleton, SkeletonParts},
     skinning::SkinningWeights,
 };
@@ -50,6 +51,18 @@ const MOST_COMPONENTS: usize = 64;
 
 /// Number of vectors in all principal components above which a large garment gets fewer components.
 const MOST_COMPONENT_VECTORS: usize = 1_000_000;
+
+/// Number of vectors in all shapes of wrinkles above which a large garment gets fewer.
+const MOST_WRINKLE_VECTORS: usize = 1 << 18;
+
+/// Smallest number of shapes of wrinkles of the preset `standard`.
+const LEAST_WRINKLES: usize = 16;
+
+/// Largest number of shapes of wrinkles of the preset `standard`.
+const MOST_WRINKLES: usize = 64;
+
+/// Largest number of frames in the replay of the preset `standard`.
+const REPLAYED_FRAMES: usize = 10_240;
 
 /// Left ankle and foot, right ankle and foot, by SMPL's index.
 const CONTACT_JOINTS: [usize; 4] = [7, 10, 8, 11];
@@ -87,7 +100,8 @@ pub fn random_model(preset: NetworkSize, vertices: usize) -> Result<Model, Failu
     let config = config(preset)?;
     let pair = 2 * motion_len(SMPL_PARENTS.len());
     let garment = garment(vertices)?;
-    let components = (MOST_COMPONENT_VECTORS / vertices).clamp(LEAST_COMPONENTS, MOST_COMPONENTS);
+    let wrinkles = (MOST_WRINKLE_VECTORS / vertices).clamp(LEAST_WRINKLES, MOST_WRINKLES);
+    let components = (MOST_COMPONENT_VECTORS / vertices).clamp(LEAST_COMPONENTS, MOST_COMPONENTS) + wrinkles;
     Ok(Model::new(ModelParts {
         encoder: encoder_layers(&config),
         field: field_layers(&config),
@@ -107,7 +121,7 @@ pub fn random_model(preset: NetworkSize, vertices: usize) -> Result<Model, Failu
                     hidden: linear(2 * WIDTH, WIDTH),
                     head: linear(WIDTH, components),
                 }),
-                replay: None,
+                replay: Some(replay(pair / 2, wrinkles)?),
             },
             NetworkSize::Paper => Prior::constant(vec![Vec3::ZERO; vertices], pair),
         },
@@ -229,6 +243,19 @@ fn linear(inputs: usize, outputs: usize) -> Linear {
         weight: (0..inputs * outputs).map(|i| spread * number(i)).collect(),
         bias: vec![0.0; outputs],
     }
+}
+
+/// A replay of one clip, whose keys and residuals are spread evenly.
+fn replay(inputs: usize, coefficients: usize) -> Result<Replay, Failure> {
+    let number = |i: usize| ((i as f64 * 0.618_033_988_75).fract() * 200.0 - 100.0) as i8;
+    let key = |t: usize| std::array::from_fn(|k| number(t * KEY + k));
+    let library = Library::new(
+        vec![REPLAYED_FRAMES as u32],
+        (0..REPLAYED_FRAMES).map(key).collect(),
+        (0..REPLAYED_FRAMES * coefficients).map(number).collect(),
+        vec![1e-5; coefficients],
+    )?;
+    Ok(Replay::new(KeyMap::new(linear(inputs, FEATURES))?, library))
 }
 
 fn character() -> Result<Character, Failure> {

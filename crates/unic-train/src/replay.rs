@@ -26,9 +26,9 @@ use unic_eval::{PrincipalComponents, SampleMatrix};
 /// Largest number of frames that the principal components of the motion are computed from.
 const MOST_SAMPLES: usize = 2000;
 
-/// Largest number of frames in a library: 9 minutes at 30 frames per second. With 64 shapes they
-/// take a megabyte.
-const MOST_FRAMES: usize = 16_384;
+/// Largest number of frames in a library: 6 minutes at 30 frames per second. With 64 shapes they
+/// take 0.8 MB.
+const MOST_FRAMES: usize = 10_240;
 
 /// Shapes of wrinkles, and their coefficients in training clips.
 pub(crate) struct FittedReplay {

@@ -183,6 +183,10 @@ fn standard() -> TrainConfig {
             at_inference: true,
             ..ProjectionSettings::default()
         },
+        replay: ReplaySettings {
+            at_inference: true,
+            ..ReplaySettings::default()
+        },
         sizing: SizingSettings {
             sizes: vec![[64, 4], [128, 4], [256, 6]],
         },
@@ -223,6 +227,8 @@ fn tiny() -> TrainConfig {
             unroll_last: 12,
             ..standard.batch
         },
+        // Its library would be most of the model.
+        replay: ReplaySettings::default(),
         sizing: SizingSettings::default(),
         ..standard
     }

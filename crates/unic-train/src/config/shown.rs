@@ -87,7 +87,7 @@ impl Default for ReplaySettings {
             at_inference: false,
             shapes: default_shapes(),
             deviation: 0.9,
-            cost: 0.05,
+            cost: 0.06,
         }
     }
 }
