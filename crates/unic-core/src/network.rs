@@ -47,7 +47,7 @@ impl Linear {
     }
 
     /// Appends outputs that are zero, up to `outputs` in all.
-    pub fn extend_with_zeros(&mut self, outputs: usize) {
+    pub fn append_zero_outputs(&mut self, outputs: usize) {
         self.outputs = self.outputs.max(outputs);
         self.weight.resize(self.outputs * self.inputs, 0.0);
         self.bias.resize(self.outputs, 0.0);

@@ -23,7 +23,9 @@ use glam::Vec3;
 pub struct Prior {
     /// Mean displacement ū of each vertex, metres.
     pub mean: Vec<Vec3>,
-    /// Principal components φ, V × K vectors in metres; the K components of a vertex are adjacent.
+    /// Components φ, V × K vectors in metres; the K components of a vertex are adjacent. The first
+    /// are principal components of the displacements. With a replay, the last ones may be shapes of
+    /// fine wrinkles.
     pub components: Vec<Vec3>,
     /// Map (B, b) from a normalised pair of motion vectors, 2 D numbers, to K coefficients.
     pub map: Linear,
@@ -53,7 +55,7 @@ impl Prior {
         }
     }
 
-    /// Number of principal components K.
+    /// Number of components K.
     pub fn len(&self) -> usize {
         self.map.outputs
     }
@@ -95,7 +97,7 @@ impl Prior {
     ///
     /// # Panics
     /// When there is not a whole number of vectors for each vertex.
-    pub fn append_still(&mut self, shapes: &[Vec3]) {
+    pub fn append_components(&mut self, shapes: &[Vec3]) {
         let (vertices, count) = (self.mean.len(), self.len());
         assert!(shapes.len().is_multiple_of(vertices.max(1)));
         let added = shapes.len() / vertices.max(1);
@@ -104,15 +106,15 @@ impl Prior {
         self.components = (0..vertices)
             .flat_map(|v| [of_vertex(old, v), of_vertex(new, v)].concat())
             .collect();
-        self.fill_still();
+        self.extend_maps();
     }
 
-    /// Gives map and recurrence zero rows for the components that the motion does not move.
-    pub fn fill_still(&mut self) {
+    /// Appends zero rows to map and recurrence, for components that the motion does not move.
+    pub fn extend_maps(&mut self) {
         let count = self.components.len() / self.mean.len().max(1);
-        self.map.extend_with_zeros(count);
+        self.map.append_zero_outputs(count);
         if let Some(recurrence) = &mut self.recurrence {
-            recurrence.head.extend_with_zeros(count);
+            recurrence.head.append_zero_outputs(count);
         }
     }
 
@@ -180,7 +182,7 @@ mod tests {
     #[test]
     fn still_components_follow_the_others_and_stay_at_zero() {
         let mut extended = prior();
-        extended.append_still(&[Vec3::Z, Vec3::X, Vec3::Y]);
+        extended.append_components(&[Vec3::Z, Vec3::X, Vec3::Y]);
         let mut coefficients = Vec::new();
         extended.coefficients(&[1.0, 3.0], &mut coefficients);
         assert_eq!(coefficients, [7.5, -3.0, 0.0]);

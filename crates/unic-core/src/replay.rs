@@ -148,9 +148,12 @@ impl Replay {
     }
 
     /// Adds the present residual to the last R of a prior's coefficients, in metres.
+    ///
+    /// # Panics
+    /// When there are fewer coefficients than R.
     pub fn add_to(&self, state: &ReplayState, coefficients: &mut [f32]) {
         let Some(stretch) = state.stretch else { return };
-        let first = coefficients.len().saturating_sub(self.library.coefficients());
+        let first = coefficients.len() - self.library.coefficients();
         let coefficients = &mut coefficients[first..];
         self.library
             .add_between(stretch.frame, stretch.fraction, coefficients);

@@ -48,7 +48,7 @@ pub struct TrainConfig {
     /// Strain projection of the finished model.
     #[serde(default)]
     pub projection: ProjectionSettings,
-    /// Replay of residuals.
+    /// Replay of wrinkles.
     #[serde(default)]
     pub replay: ReplaySettings,
     /// Choice of the field's size.

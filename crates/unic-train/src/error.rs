@@ -52,9 +52,9 @@ pub enum TrainError {
     /// A rollout that the animator refuses.
     #[error("validation: {0}")]
     Animator(#[from] unic_core::animator::AnimatorError),
-    /// Wrinkles that cannot be told from the garment's shape.
-    #[error(transparent)]
-    Wrinkles(#[from] unic_eval::Error),
+    /// A garment whose wrinkles cannot be told from its shape.
+    #[error("{0}; settings with replay.at_inference = false do without wrinkles")]
+    Wrinkles(unic_eval::Error),
     /// Sizes that the field's kernels refuse.
     #[error(transparent)]
     Kernel(#[from] unic_kernels::KernelError),

@@ -23,7 +23,7 @@ use std::{path::Path, time::Instant};
 use unic_core::{
     model::ModelError, motion::motion_len, network::Linear, prior::Prior, recurrence::Recurrence,
 };
-use unic_eval::{Displacements, LinearMap, PreparedClip, PrincipalComponents, TrainingSet};
+use unic_eval::{Displacements, LinearMap, PreparedClip, PrincipalComponents, TrainingSet, WrinkleFilter};
 
 /// A prior, and its coefficients in every training frame as predicted by a prior that is fitted
 /// without the clip. What the field has to add in training is then as large as on a new motion.
@@ -81,7 +81,7 @@ impl FittedPrior {
             blend(&mut prior, fitted.linear_share, recurrence);
         }
         // The maps without a motion do not know of the wrinkles.
-        prior.fill_still();
+        prior.extend_maps();
         prior
     }
 }
@@ -161,6 +161,10 @@ impl PriorTrainer<'_> {
             train: self.data.clips.clone(),
             validation: Vec::new(),
         };
+        // Made first, because the fit may take minutes before it needs the filter.
+        let filter = (self.settings.replay.at_inference)
+            .then(|| FittedReplay::filter(&set.garment))
+            .transpose()?;
         let projected = self.project(&set, components)?;
         let linear = LeaveOneOut::fit(&projected.series);
         let sequences: Vec<_> = (projected.series.par_iter())
@@ -193,9 +197,9 @@ impl PriorTrainer<'_> {
             }
             None => sequences.iter().map(|s| s.linear.clone()).collect::<Vec<_>>(),
         };
-        let replay = self.replay(&prior, &sequences, &left_out)?;
+        let replay = filter.and_then(|filter| self.replay(filter, &prior, &sequences, &left_out));
         if let Some(replay) = &replay {
-            prior.append_still(replay.shapes());
+            prior.append_components(replay.shapes());
             prior.replay = replay.without(None);
         }
         Ok(FittedPrior {
@@ -211,18 +215,18 @@ impl PriorTrainer<'_> {
         })
     }
 
-    /// Collects wrinkles for the replay, where the settings ask for one.
+    /// Collects wrinkles for the replay.
     ///
     /// Those of mirrored motion are left out: cloth that sticks to one side would jump to the other.
     fn replay(
         &self,
+        filter: WrinkleFilter,
         prior: &Prior,
         sequences: &[Sequence],
         left_out: &[Vec<f32>],
-    ) -> Result<Option<FittedReplay>, TrainError> {
-        let settings = &self.settings.replay;
-        if !settings.at_inference || prior.is_empty() {
-            return Ok(None);
+    ) -> Option<FittedReplay> {
+        if prior.is_empty() {
+            return None;
         }
         let pairs = sequences.iter().zip(left_out);
         let (direct, left_out): (Vec<_>, Vec<_>) = pairs
@@ -241,7 +245,8 @@ impl PriorTrainer<'_> {
             clips: &clips,
             left_out: &left_out,
         };
-        FittedReplay::fit(settings, self.data.capture.manifest.fps, residuals)
+        let fps = self.data.capture.manifest.fps;
+        FittedReplay::fit(&self.settings.replay, fps, filter, residuals)
     }
 
     fn recurrence(&self) -> Option<&crate::config::RecurrenceSettings> {

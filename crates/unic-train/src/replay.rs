@@ -15,13 +15,15 @@ use crate::{config::ReplaySettings, error::TrainError, recurrence::Sequence};
 use gain::gain;
 use glam::Vec3;
 use rayon::prelude::*;
+use residuals::last;
 use shapes::WrinkleShapes;
 use std::ops::Range;
 use unic_core::{
+    character::Garment,
     network::Linear,
     replay::{Activity, FEATURES, Key, KeyMap, Library, Replay, ReplayScratch},
 };
-use unic_eval::{PrincipalComponents, SampleMatrix};
+use unic_eval::{PrincipalComponents, SampleMatrix, WrinkleFilter};
 
 /// Largest number of frames that the principal components of the motion are computed from.
 const MOST_SAMPLES: usize = 2000;
@@ -29,6 +31,9 @@ const MOST_SAMPLES: usize = 2000;
 /// Largest number of frames in a library: 6 minutes at 30 frames per second. With 64 shapes they
 /// take 0.8 MB.
 const MOST_FRAMES: usize = 10_240;
+
+/// Time of a clip that is worth keeping, seconds. A stretch of it plays for a second at least.
+const LEAST_S: f32 = 5.0;
 
 /// Shapes of wrinkles, and their coefficients in training clips.
 pub(crate) struct FittedReplay {
@@ -50,41 +55,48 @@ struct ReplayClip {
 }
 
 impl FittedReplay {
-    /// Collects the wrinkles of sequences. Returns none if there is nothing to replay: a lone
-    /// motion, or predictions that wrinkle enough.
+    /// Makes the filter of a garment's wrinkles, for [`FittedReplay::fit`].
     ///
     /// # Errors
     /// A rest mesh whose smoothing cannot be factorised.
+    pub(crate) fn filter(garment: &Garment) -> Result<WrinkleFilter, TrainError> {
+        WrinkleShapes::filter(garment)
+    }
+
+    /// Collects the wrinkles of sequences. Returns none if there is nothing to replay: a lone
+    /// motion, or predictions that wrinkle enough.
     pub(crate) fn fit(
         settings: &ReplaySettings,
         fps: f32,
+        filter: WrinkleFilter,
         residuals: Residuals,
-    ) -> Result<Option<Self>, TrainError> {
+    ) -> Option<Self> {
         let sequences = residuals.sequences;
-        let Some(keys) = key_map(sequences) else {
-            return Ok(None);
-        };
-        let shapes = WrinkleShapes::fit(residuals, settings.shapes)?;
-        let frames = residuals.last(MOST_FRAMES);
+        let numbers = || sequences.iter().map(|s| s.motion_number);
+        if numbers().min() == numbers().max() {
+            return None;
+        }
+        let keys = key_map(sequences)?;
+        let shapes = WrinkleShapes::fit(filter, residuals, settings.shapes);
         let clip = |(i, frames): (usize, Range<usize>)| ReplayClip {
             motion_number: sequences[i].motion_number,
             coefficients: shapes.coefficients(residuals, i, frames.clone()),
             keys: keys_of(&keys, fps, &sequences[i])[frames].to_vec(),
         };
+        let least = (LEAST_S * fps).round() as usize;
+        let frames = last(&residuals.lengths(), MOST_FRAMES, least).into_iter();
         let mut fitted = Self {
-            clips: frames.into_iter().enumerate().map(clip).collect(),
-            keys,
+            clips: frames.map(clip).collect(),
             shapes: shapes.vectors(),
             gain: 1.0,
+            keys,
         };
-        let Some(played) = fitted.played(fps, sequences) else {
-            return Ok(None);
-        };
+        let played = fitted.played(fps, sequences)?;
         fitted.gain = gain(settings, residuals, &shapes, &played) as f32;
-        Ok((fitted.gain > 0.0).then_some(fitted))
+        (fitted.gain > 0.0).then_some(fitted)
     }
 
-    /// Shapes of wrinkles for [`append_still`](unic_core::prior::Prior::append_still), V × R vectors in metres.
+    /// Shapes of wrinkles, V × R vectors in metres, which become components of the prior.
     pub(crate) fn shapes(&self) -> &[Vec3] {
         &self.shapes
     }
@@ -237,19 +249,4 @@ fn key_map(sequences: &[Sequence]) -> Option<KeyMap> {
         bias,
     })
     .ok()
-}
-
-/// Subtracts the mean of each of `outputs` columns.
-fn centre(values: &mut [f32], outputs: usize) {
-    let rows = (values.len() / outputs.max(1)).max(1);
-    // In f64: a long clip adds many numbers.
-    let mut mean = vec![0.0; outputs];
-    for row in values.chunks_exact(outputs.max(1)) {
-        mean.iter_mut().zip(row).for_each(|(m, x)| *m += f64::from(*x));
-    }
-    for row in values.chunks_exact_mut(outputs.max(1)) {
-        row.iter_mut()
-            .zip(&mean)
-            .for_each(|(x, m)| *x -= (m / rows as f64) as f32);
-    }
 }

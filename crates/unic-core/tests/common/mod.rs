@@ -339,7 +339,7 @@ pub fn prior(vertices: usize, components: usize) -> Prior {
         mean: (0..vertices).map(|_| noise.vector() * 0.02).collect(),
         map: linear(inputs, components, 0.7, 401),
         recurrence: (components > 1).then(|| recurrence(inputs, components)),
-        // Of the last components alone.
+        // The first component is not replayed.
         replay: (components > 1).then(|| replay(inputs / 2, components - 1)),
         components: (0..vertices * components)
             .map(|_| noise.vector() * 0.02)

@@ -55,21 +55,23 @@ impl WrinkleFilter {
     }
 
     /// Returns the wrinkles of several fields of V displacements in rest space, in their unit: V
-    /// numbers a field, field after field. A vertex that the garment's mask fixes has none.
+    /// numbers a field, field after field. The displacements include the garment's mask. A vertex
+    /// that the mask fixes has no wrinkles, and the smoothing counts by the vertex's share.
     pub fn wrinkles(&self, fields: &[Vec<Vec3>]) -> Vec<f32> {
         let heights: Vec<Vec<f32>> = fields.iter().map(|u| self.heights(u).collect()).collect();
         let height = |i: usize, field: usize| f64::from(heights[field][self.vertices[i] as usize]);
         let rough = Mat::from_fn(self.vertices.len(), fields.len(), height);
         let smooth = self.smoothing.smooth(&rough);
-        let wrinkle = |field: usize, welded: Option<u32>| {
+        let wrinkle = |field: usize, (welded, share): (&Option<u32>, &f32)| {
             welded.map_or(0.0, |w| {
-                (rough[(w as usize, field)] - smooth[(w as usize, field)]) as f32
+                let at = (w as usize, field);
+                (rough[at] - f64::from(*share) * smooth[at]) as f32
             })
         };
         let vertices = || self.welded.iter().zip(&self.shares);
         (0..fields.len())
-            .flat_map(|field| vertices().map(move |(w, share)| (field, *w, *share)))
-            .map(|(field, w, share)| share * wrinkle(field, w))
+            .flat_map(|field| vertices().map(move |v| (field, v)))
+            .map(|(field, v)| wrinkle(field, v))
             .collect()
     }
 }

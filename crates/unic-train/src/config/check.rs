@@ -108,6 +108,8 @@ impl TrainConfig {
             // A range contains no NaN.
             ensure(what, "at least 0 and below 1", found, (0.0..1.0).contains(&found))?;
         }
+        let shapes = self.replay.shapes;
+        ensure("replay.shapes", "1 to 1024", shapes, (1..=1024).contains(&shapes))?;
         self.check_sizing()?;
         self.check_projection()
     }

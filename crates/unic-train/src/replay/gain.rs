@@ -1,15 +1,21 @@
 //! Gain of replayed wrinkles: how much of them brings a garment to life on motions left out, at a
 //! limited cost of accuracy.
 
-use super::{centre, residuals::Residuals, shapes::WrinkleShapes};
+use super::{
+    residuals::{Residuals, spread},
+    shapes::{ROWS, WrinkleShapes},
+};
 use crate::config::ReplaySettings;
 use rayon::prelude::*;
 
 /// Largest gain.
 const MOST: f64 = 1.5;
 
-/// Number of frames that a gain is measured in.
+/// Largest number of frames that a gain is measured in.
 const MOST_FRAMES: usize = 1000;
+
+/// Number of frames of a sequence that show how its wrinkles vary.
+const LEAST_FRAMES: usize = 30;
 
 /// Sums of squares and products over frames of motions left out, in m². Wrinkles are about their
 /// mean over the motion.
@@ -33,53 +39,120 @@ struct Moments {
 
 /// Returns the gain with which the wrinkles of `played`, frames × R by sequence, bring those of the
 /// predictions to the wanted standard deviation, or the largest one within the allowed cost.
+///
+/// The prediction is the prior's. The strain projection and the field come after it, and the
+/// projection adds some wrinkles.
 pub(super) fn gain(
     settings: &ReplaySettings,
     residuals: Residuals,
     shapes: &WrinkleShapes,
     played: &[Vec<f32>],
 ) -> f64 {
-    let frames = residuals.spread(MOST_FRAMES);
-    let of_sequence = |i: usize| Moments::of(residuals, shapes, i, &frames[i], &played[i]);
+    let frames = spread(&residuals.lengths(), MOST_FRAMES, LEAST_FRAMES);
+    let of_sequence = |(i, frames): (usize, Vec<usize>)| {
+        let mut sums = Sums::default();
+        for piece in frames.chunks(ROWS) {
+            sums.add(residuals, shapes, (i, piece), &played[i]);
+        }
+        sums.moments(frames.len())
+    };
     // Collected first and summed in order: the result does not depend on the number of threads.
-    let all: Vec<Moments> = (0..frames.len()).into_par_iter().map(of_sequence).collect();
-    let sums = all.into_iter().fold(Moments::default(), Moments::plus);
-    sums.wanted(settings.deviation.into())
-        .min(sums.affordable(settings.cost.into()))
+    let all: Vec<Moments> = frames.into_par_iter().map(of_sequence).collect();
+    let moments = all.into_iter().fold(Moments::default(), Moments::plus);
+    (moments.wanted(settings.deviation.into())).min(moments.affordable(settings.cost.into()))
+}
+
+/// Sums over frames of one sequence, from which its [`Moments`] follow.
+#[derive(Default)]
+struct Sums {
+    truth: Variance,
+    predicted: Variance,
+    played: Variance,
+    /// Wrinkles of the prediction in coefficients of the shapes.
+    projected: Variance,
+    /// Product of predicted and played wrinkles.
+    product: f64,
+    error: f64,
+    along: f64,
+}
+
+/// Sums of numbers over frames.
+#[derive(Default)]
+struct Variance {
+    /// Sum of each number.
+    sums: Vec<f64>,
+    /// Sum of the squares of all.
+    squares: f64,
+}
+
+impl Variance {
+    /// Adds frames × `count` numbers.
+    fn add(&mut self, numbers: &[f32], count: usize) {
+        self.sums.resize(count, 0.0);
+        for frame in numbers.chunks_exact(count.max(1)) {
+            let pairs = self.sums.iter_mut().zip(frame);
+            pairs.for_each(|(sum, x)| *sum += f64::from(*x));
+        }
+        self.squares += dot(numbers, numbers);
+    }
+
+    /// Sum of products of the means with those of other numbers, over so many frames.
+    fn of_means(&self, other: &Self, frames: usize) -> f64 {
+        let products = self.sums.iter().zip(&other.sums).map(|(a, b)| a * b);
+        products.sum::<f64>() / frames.max(1) as f64
+    }
+
+    /// Sum of squares about the mean of so many frames.
+    fn about_mean(&self, frames: usize) -> f64 {
+        (self.squares - self.of_means(self, frames)).max(0.0)
+    }
+}
+
+impl Sums {
+    /// Adds some frames of a sequence, in which a replay plays the coefficients `played`.
+    fn add(
+        &mut self,
+        residuals: Residuals,
+        shapes: &WrinkleShapes,
+        (sequence, frames): (usize, &[usize]),
+        played: &[f32],
+    ) {
+        let (vertices, count) = (residuals.garment.rest.vertices.len(), shapes.len());
+        let fields = frames.iter().map(|t| residuals.frame(sequence, *t));
+        let (truth, residual): (Vec<_>, Vec<_>) = fields.map(|f| (f.truth, f.residual)).unzip();
+        let truth = shapes.filter.wrinkles(&truth);
+        let lacking = shapes.filter.wrinkles(&residual);
+        let predicted: Vec<f32> = truth.iter().zip(&lacking).map(|(u, r)| u - r).collect();
+        let projected = shapes.projected(&predicted);
+        let of_frame = |t: &usize| &played[t * count..][..count];
+        let played: Vec<f32> = frames.iter().flat_map(of_frame).copied().collect();
+        let heights: Vec<f32> = residual.iter().flat_map(|r| shapes.filter.heights(r)).collect();
+        self.product += dot(&projected, &played);
+        self.along += dot(&shapes.projected(&heights), &played);
+        self.error += (residual.iter().flatten())
+            .map(|r| f64::from(r.length_squared()))
+            .sum::<f64>();
+        self.truth.add(&truth, vertices);
+        self.predicted.add(&predicted, vertices);
+        self.played.add(&played, count);
+        self.projected.add(&projected, count);
+    }
+
+    /// Moments over so many frames.
+    fn moments(&self, frames: usize) -> Moments {
+        Moments {
+            truth: self.truth.about_mean(frames),
+            predicted: self.predicted.about_mean(frames),
+            played: self.played.about_mean(frames),
+            product: self.product - self.projected.of_means(&self.played, frames),
+            error: self.error,
+            along: self.along,
+            added: self.played.squares,
+        }
+    }
 }
 
 impl Moments {
-    /// Sums over some frames of one sequence.
-    fn of(residuals: Residuals, shapes: &WrinkleShapes, i: usize, frames: &[usize], played: &[f32]) -> Self {
-        let (vertices, count) = (residuals.garment.rest.vertices.len(), shapes.len());
-        let fields: Vec<_> = frames.iter().map(|t| residuals.frame(i, *t)).collect();
-        let (truth, residual): (Vec<_>, Vec<_>) = fields.into_iter().map(|f| (f.truth, f.residual)).unzip();
-        let mut wrinkles = shapes.filter.wrinkles(&truth);
-        let lacking = shapes.filter.wrinkles(&residual);
-        let mut predicted: Vec<f32> = wrinkles.iter().zip(&lacking).map(|(u, r)| u - r).collect();
-        let played = |t: &usize| &played[t * count..][..count];
-        let mut played: Vec<f32> = frames.iter().flat_map(played).copied().collect();
-        let heights: Vec<f32> = residual.iter().flat_map(|r| shapes.filter.heights(r)).collect();
-        let (along, added) = (dot(&shapes.projected(&heights), &played), dot(&played, &played));
-        centre(&mut wrinkles, vertices);
-        centre(&mut predicted, vertices);
-        centre(&mut played, count);
-        Self {
-            truth: dot(&wrinkles, &wrinkles),
-            predicted: dot(&predicted, &predicted),
-            played: dot(&played, &played),
-            // Played wrinkles are about their mean, so that of the shapes counts for nothing.
-            product: dot(&shapes.projected(&predicted), &played),
-            error: residual
-                .iter()
-                .flatten()
-                .map(|r| f64::from(r.length_squared()))
-                .sum(),
-            along,
-            added,
-        }
-    }
-
     fn plus(self, other: Self) -> Self {
         Self {
             truth: self.truth + other.truth,

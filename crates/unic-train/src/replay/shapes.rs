@@ -1,10 +1,11 @@
 //! Shapes of the wrinkles that predictions lack.
 
-use super::residuals::Residuals;
+use super::residuals::{Residuals, spread};
 use crate::error::TrainError;
 use glam::Vec3;
 use rayon::prelude::*;
 use std::ops::Range;
+use unic_core::character::Garment;
 use unic_eval::{PrincipalComponents, SampleMatrix, WrinkleFilter};
 
 /// Wavelength below which wrinkles are replayed, metres. Coarser shapes cost much accuracy, since
@@ -25,24 +26,27 @@ const MOST_VECTORS: usize = 1 << 18;
 const LEAST_SHAPES: usize = 16;
 
 /// Number of frames whose wrinkles are filtered at once, which bounds memory.
-const ROWS: usize = 32;
+pub(super) const ROWS: usize = 32;
 
 /// Principal components of the wrinkles that predictions lack.
 pub(super) struct WrinkleShapes {
+    /// Filter from displacements to wrinkles.
     pub(super) filter: WrinkleFilter,
     /// Components of the wrinkles at V vertices, metres.
-    pub(super) components: PrincipalComponents,
+    components: PrincipalComponents,
+    /// Coefficients of the components' mean, R numbers in metres.
+    mean: Vec<f64>,
 }
 
-/// Wrinkles of sampled frames, frames × V.
+/// Wrinkles of sampled frames: pieces of [`ROWS`] frames × V, but for the last.
 struct Samples {
     vertices: usize,
-    wrinkles: Vec<f32>,
+    pieces: Vec<Vec<f32>>,
 }
 
 impl SampleMatrix for Samples {
     fn rows(&self) -> usize {
-        self.wrinkles.len() / self.vertices.max(1)
+        self.pieces.iter().map(Vec::len).sum::<usize>() / self.vertices.max(1)
     }
 
     fn columns(&self) -> usize {
@@ -50,32 +54,44 @@ impl SampleMatrix for Samples {
     }
 
     fn read(&self, row: usize, columns: Range<usize>, out: &mut [f32]) {
-        out.copy_from_slice(&self.wrinkles[row * self.vertices..][columns]);
+        let piece = &self.pieces[row / ROWS];
+        out.copy_from_slice(&piece[row % ROWS * self.vertices..][columns]);
     }
 }
 
 impl WrinkleShapes {
-    /// Computes `count` shapes, or fewer for a large garment.
+    /// Makes the filter of a garment's wrinkles.
     ///
     /// # Errors
     /// A rest mesh whose smoothing cannot be factorised.
-    pub(super) fn fit(residuals: Residuals, count: usize) -> Result<Self, TrainError> {
+    pub(super) fn filter(garment: &Garment) -> Result<WrinkleFilter, TrainError> {
+        WrinkleFilter::new(garment, WAVELENGTH_M).map_err(TrainError::Wrinkles)
+    }
+
+    /// Computes `count` shapes, or fewer for a large garment.
+    pub(super) fn fit(filter: WrinkleFilter, residuals: Residuals, count: usize) -> Self {
         let vertices = residuals.garment.rest.vertices.len();
-        let filter = WrinkleFilter::new(residuals.garment, WAVELENGTH_M)?;
-        let frames = residuals.spread(MOST_SAMPLES.min(MOST_HEIGHTS / vertices.max(1)));
-        let pieces: Vec<(usize, &[usize])> = (frames.iter().enumerate())
-            .flat_map(|(sequence, frames)| frames.chunks(ROWS).map(move |piece| (sequence, piece)))
+        let most = MOST_SAMPLES.min(MOST_HEIGHTS / vertices.max(1));
+        let spread = spread(&residuals.lengths(), most, 1).into_iter();
+        let frames: Vec<(usize, usize)> = spread
+            .flat_map(|(sequence, frames)| frames.into_iter().map(move |t| (sequence, t)))
             .collect();
-        let wrinkles: Vec<Vec<f32>> = (pieces.into_par_iter())
-            .map(|(sequence, piece)| residuals.wrinkles(&filter, sequence, piece.iter().copied()))
-            .collect();
+        let wrinkles = |piece: &[(usize, usize)]| {
+            let residual = |(sequence, t): &(usize, usize)| residuals.frame(*sequence, *t).residual;
+            filter.wrinkles(&piece.iter().map(residual).collect::<Vec<_>>())
+        };
         let samples = Samples {
             vertices,
-            wrinkles: wrinkles.concat(),
+            pieces: frames.par_chunks(ROWS).map(wrinkles).collect(),
         };
         let most = (MOST_VECTORS / vertices.max(1)).max(LEAST_SHAPES);
         let components = PrincipalComponents::fit(&samples, count.min(most));
-        Ok(Self { filter, components })
+        let mean = components.project(&vec![0.0; vertices]).into_iter().map(|c| -c);
+        Self {
+            mean: mean.collect(),
+            filter,
+            components,
+        }
     }
 
     /// Number R of shapes.
@@ -92,17 +108,22 @@ impl WrinkleShapes {
     ) -> Vec<f32> {
         let starts: Vec<usize> = frames.clone().step_by(ROWS).collect();
         let piece = |start: usize| {
-            let frames = start..(start + ROWS).min(frames.end);
-            self.projected(&residuals.wrinkles(&self.filter, sequence, frames))
+            let piece = start..(start + ROWS).min(frames.end);
+            let lacking: Vec<_> = piece.map(|t| residuals.frame(sequence, t).residual).collect();
+            self.projected(&self.filter.wrinkles(&lacking))
         };
         let pieces: Vec<Vec<f32>> = starts.into_par_iter().map(piece).collect();
         pieces.concat()
     }
 
-    /// Coefficients of heights, frames × V, about the mean: frames × R.
+    /// Coefficients of heights, frames × V: frames × R.
     pub(super) fn projected(&self, heights: &[f32]) -> Vec<f32> {
-        let coefficients = self.components.project_rows(heights);
-        coefficients.into_iter().map(|c| c as f32).collect()
+        // Those about the components' mean, plus those of the mean.
+        let about = self.components.project_rows(heights).into_iter();
+        about
+            .zip(self.mean.iter().cycle())
+            .map(|(c, m)| (c + m) as f32)
+            .collect()
     }
 
     /// The shapes along the normals of the rest shape: V × R vectors, those of a vertex adjacent.
