@@ -195,6 +195,31 @@ fn wrinkles_of_a_wave_are_what_its_smoothing_removes() {
 }
 
 #[test]
+fn a_vertex_that_the_mask_fixes_has_no_wrinkles() {
+    let mut cylinder = Cylinder::new(0.1, 0.5, 51);
+    let rest = cylinder.garment.rest.vertices.clone();
+    let count = rest.len();
+    let share = |v: usize| [0.0, 0.5, 1.0][v % 3];
+    let waved = cylinder.waved(1e-3);
+    let field: Vec<Vec3> = (0..count).map(|v| (waved[v] - rest[v]) * share(v)).collect();
+    let whole = WrinkleFilter::new(&cylinder.garment, 0.24).unwrap();
+    cylinder.garment.mask = Some((0..count).map(share).collect());
+    let masked = WrinkleFilter::new(&cylinder.garment, 0.24).unwrap();
+    let [whole, masked] = [whole, masked].map(|filter| filter.wrinkles(&[field.clone()]));
+    let heights = |v: usize| field[v].dot(Vec3::new(rest[v].x, 0.0, rest[v].z).normalize());
+    for v in 0..count {
+        // The height counts whole, and its smoothing by the share.
+        let expected = heights(v) - share(v) * (heights(v) - whole[v]);
+        assert!(
+            (masked[v] - expected).abs() < 2e-5,
+            "{v}: {} not {expected}",
+            masked[v]
+        );
+    }
+    assert!(masked.iter().step_by(3).all(|w| *w == 0.0));
+}
+
+#[test]
 fn bands_of_a_wave_have_the_responses_of_the_smoothings() {
     for wavelength in [0.025_f32, 0.045, 0.09, 0.17, 0.5] {
         // Smoothings pull both ends inwards, which is felt along 24 cm / 2π, and the wave tilts the

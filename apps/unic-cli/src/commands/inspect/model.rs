@@ -7,6 +7,7 @@ use unic_core::{
     IntersectionMode, Model,
     config::{LatentCode, StateConfig},
     motion::MotionLayout,
+    replay::Replay,
 };
 use unic_io::inspect::{Fact, Inspection};
 
@@ -46,10 +47,18 @@ fn facts(path: &Path, model: &Model) -> Vec<Fact> {
         Fact::plain("motion vector", layout(config.motion.layout)),
         Fact::plain("intersection handling", intersection(config.intersection)),
     ];
+    facts.extend(model.prior().replay.as_ref().map(wrinkles));
     facts.extend(file_size(path));
     facts.extend(code(model));
     facts.extend(training(&about.training));
     facts
+}
+
+/// Fact about a replay of wrinkles.
+fn wrinkles(replay: &Replay) -> Fact {
+    let (shapes, frames) = (replay.library().coefficients(), replay.library().len());
+    let text = format!("{shapes} shapes, replayed from {frames} frames of training motion");
+    Fact::measured("wrinkles", text, json!({ "shapes": shapes, "frames": frames }))
 }
 
 fn joints(names: &[String]) -> Fact {

@@ -8,6 +8,7 @@ use std::{
     path::{Path, PathBuf},
     time::Duration,
 };
+use unic_core::replay::Replay;
 use unic_eval::PreparedClip;
 use unic_io::counted;
 use unic_train::{
@@ -56,10 +57,17 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
             )
         }
     };
+    let wrinkles = match (&data.prior.replay, config.replay.at_inference) {
+        (Some(replay), _) => format!("\n{}", wrinkles(replay)),
+        (None, true) => {
+            "\nno wrinkles to replay: one motion, or a prediction that wrinkles enough".to_owned()
+        }
+        (None, false) => String::new(),
+    };
     Ok(format!(
         "{}: {} vertices, {} joints, {} fps\n\
          training on {}, {:.1} s of motion; {held_out}{again}\n\
-         {training}\n\
+         {training}{wrinkles}\n\
          the model will be {}, its run {}",
         capture.manifest.name,
         capture.garment.rest.vertices.len(),
@@ -70,6 +78,15 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
         run.out.display(),
         run.folder.path().display(),
     ))
+}
+
+fn wrinkles(replay: &Replay) -> String {
+    let library = replay.library();
+    format!(
+        "{} shapes of wrinkles, replayed from {} frames of training motion",
+        library.coefficients(),
+        library.len()
+    )
 }
 
 /// Does the fit train on the clip that it is validated on? A capture with one training clip has no
