@@ -63,8 +63,8 @@ impl FittedReplay {
         WrinkleShapes::filter(garment)
     }
 
-    /// Collects the wrinkles of sequences. Returns none if there is nothing to replay: a lone
-    /// motion, or predictions that wrinkle enough.
+    /// Collects the wrinkles of sequences. Returns none if there is nothing to replay: one short
+    /// clip, or predictions that wrinkle enough.
     pub(crate) fn fit(
         settings: &ReplaySettings,
         fps: f32,
