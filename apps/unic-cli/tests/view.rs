@@ -107,6 +107,36 @@ fn every_quantity_of_every_kind_of_source_has_a_picture() {
 }
 
 #[test]
+fn a_picture_shows_the_side_and_the_subject_that_are_asked_for() {
+    let out = tempfile::tempdir().unwrap();
+    let options = [
+        "",
+        "--close",
+        "--from front",
+        "--from back",
+        "--from left",
+        "--from right",
+        "--from back --close",
+    ];
+    let mut pictures: Vec<Vec<u8>> = Vec::new();
+    for (i, option) in options.iter().enumerate() {
+        let name = format!("{i}.png");
+        let line = format!(
+            "tube --clip four --at 0.3 {option} --screenshot OUT/{name} --size 200x150 --renderer software"
+        );
+        let output = view(&line, &out);
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let picture = fs::read(out.path().join(name)).unwrap();
+        assert!(!pictures.contains(&picture), "{option}");
+        pictures.push(picture);
+    }
+}
+
+#[test]
 fn an_animation_is_shown_and_continued_from_every_format() {
     let out = tempfile::tempdir().unwrap();
     for ending in ["npz", "mdd", "abc", "usdc", "usda"] {

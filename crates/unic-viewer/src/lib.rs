@@ -86,8 +86,8 @@ pub use scene::{Fabric, Focus, Mark, Material, Part, Print, Scene, Shading, Shap
 pub use vertex::Vertex;
 pub use view::{
     AnimatedMesh, AnimationSource, CameraMotion, ClipSource, Loader, ModelSource, PaneChoice, PaneFacts,
-    Prediction, Progress, Quantity, ShapeFrames, SheetLayout, Source, StageTimes, Track, TrackKind,
-    ViewLooks, ViewSession, ViewSettings, ViewUpdate, draw_sheet, view_in_window,
+    Prediction, Progress, Quantity, ShapeFrames, SheetLayout, Side, Source, StageTimes, Subject, Track,
+    TrackKind, ViewLooks, ViewSession, ViewSettings, ViewUpdate, draw_sheet, view_in_window,
 };
 pub use window::{AdapterKind, Pane, WindowDevice, WindowSettings, run_window, window_quality};
 

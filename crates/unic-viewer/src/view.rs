@@ -13,7 +13,7 @@ mod window;
 
 pub use prediction::{Prediction, Progress, StageTimes};
 pub use quantity::{PaneFacts, Quantity};
-pub use session::{CameraMotion, PaneChoice, ViewLooks, ViewSession};
+pub use session::{CameraMotion, PaneChoice, Side, Subject, ViewLooks, ViewSession};
 pub use sheet::{SheetLayout, draw_sheet};
 pub use source::{AnimatedMesh, AnimationSource, ClipSource, ModelSource, ShapeFrames, Source};
 pub use track::{Track, TrackKind};

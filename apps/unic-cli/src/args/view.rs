@@ -4,7 +4,7 @@ use super::{LooksArgs, MotionArgs, PrecisionArgs, RendererName, parse};
 use crate::checks::ForceArgs;
 use clap::ValueEnum;
 use std::path::PathBuf;
-use unic_viewer::Quantity;
+use unic_viewer::{Quantity, Side};
 
 /// Look at models, captures and animations side by side.
 ///
@@ -77,6 +77,13 @@ pub(crate) struct PictureArgs {
     /// Pictures a second [default: the frame rate of the motion].
     #[arg(long, help_heading = HEADING, value_name = "FPS", value_parser = parse::frame_rate, requires = "record")]
     pub(crate) fps: Option<f32>,
+    /// Side of the character that the camera sees, at the time of the picture [default: three
+    /// quarters from the front].
+    #[arg(long, help_heading = HEADING, value_enum, value_name = "SIDE")]
+    pub(crate) from: Option<SideName>,
+    /// Fill the picture with the garment, and not with the whole character.
+    #[arg(long, help_heading = HEADING)]
+    pub(crate) close: bool,
     /// Width and height of the pictures, pixels.
     #[arg(long, help_heading = HEADING, value_name = "WIDTHxHEIGHT", value_parser = parse::size,
         default_value = "1280x720")]
@@ -90,6 +97,30 @@ pub(crate) struct PictureArgs {
     /// Print one JSON object about the pictures to stdout.
     #[arg(long, help_heading = HEADING)]
     pub(crate) json: bool,
+}
+
+/// [`Side`] by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SideName {
+    /// Chest.
+    Front,
+    /// Back.
+    Back,
+    /// Left arm.
+    Left,
+    /// Right arm.
+    Right,
+}
+
+impl From<SideName> for Side {
+    fn from(name: SideName) -> Self {
+        match name {
+            SideName::Front => Self::Front,
+            SideName::Back => Self::Back,
+            SideName::Left => Self::Left,
+            SideName::Right => Self::Right,
+        }
+    }
 }
 
 /// [`Quantity`] by name.

@@ -205,7 +205,7 @@ fn a_vertex_that_the_mask_fixes_has_no_wrinkles() {
     let whole = WrinkleFilter::new(&cylinder.garment, 0.24).unwrap();
     cylinder.garment.mask = Some((0..count).map(share).collect());
     let masked = WrinkleFilter::new(&cylinder.garment, 0.24).unwrap();
-    let [whole, masked] = [whole, masked].map(|filter| filter.wrinkles(&[field.clone()]));
+    let [whole, masked] = [whole, masked].map(|filter| filter.wrinkles(std::slice::from_ref(&field)));
     let heights = |v: usize| field[v].dot(Vec3::new(rest[v].x, 0.0, rest[v].z).normalize());
     for v in 0..count {
         // The height counts whole, and its smoothing by the share.

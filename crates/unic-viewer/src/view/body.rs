@@ -209,8 +209,8 @@ impl Body {
         }
     }
 
-    /// Direction that the character faces in the first frame, from +Z towards +X, radians.
-    pub(super) fn facing(&self) -> f32 {
+    /// Direction that the character faces in a frame, from +Z towards +X, radians.
+    pub(super) fn facing(&self, frame: usize) -> f32 {
         let BodyKind::Posed {
             character, motion, ..
         } = &self.kind
@@ -218,7 +218,7 @@ impl Body {
             return 0.0;
         };
         let root = character.skeleton.root();
-        let Some(world_from_root) = motion.poses.first().and_then(|pose| pose.local.get(root)) else {
+        let Some(world_from_root) = motion.poses.get(frame).and_then(|pose| pose.local.get(root)) else {
             return 0.0;
         };
         let rest = character.skeleton.rest_pose().get(root);

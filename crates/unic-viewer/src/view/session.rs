@@ -3,6 +3,8 @@
 mod scene;
 mod time;
 
+pub use scene::{Side, Subject};
+
 use super::body::Body;
 use super::panes::Panes;
 use super::quantity::{PaneFacts, Quantity, Shown};
@@ -93,7 +95,7 @@ impl ViewSession {
             camera_motion: CameraMotion::Follows,
         };
         session.add(sources)?;
-        session.place_camera();
+        session.aim(Side::default(), Subject::default());
         Ok(session)
     }
 

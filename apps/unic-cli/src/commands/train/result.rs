@@ -59,9 +59,7 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
     };
     let wrinkles = match (&data.prior.replay, config.replay.at_inference) {
         (Some(replay), _) => format!("\n{}", wrinkles(replay)),
-        (None, true) => {
-            "\nno wrinkles to replay: the prediction has enough".to_owned()
-        }
+        (None, true) => "\nno wrinkles to replay: the prediction has enough".to_owned(),
         (None, false) => String::new(),
     };
     Ok(format!(

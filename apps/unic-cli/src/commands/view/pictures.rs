@@ -12,7 +12,7 @@ use anyhow::Result;
 use serde::Serialize;
 use std::path::PathBuf;
 use unic_raster::Image;
-use unic_viewer::{MovieWriter, Painter, SheetLayout, ViewSession, draw_sheet};
+use unic_viewer::{MovieWriter, Painter, SheetLayout, Side, Subject, ViewSession, draw_sheet};
 
 /// Checks the outputs before anything is read.
 pub(super) fn check(args: &ViewArgs) -> Result<()> {
@@ -80,7 +80,9 @@ pub(super) fn run(args: &PictureArgs, session: ViewSession) -> Result<()> {
             Some(_) => 0.0,
             None => 0.5 * drawing.session.duration(),
         };
-        drawing.picture(args.at.unwrap_or(middle))?.save_png(path)?;
+        let seconds = args.at.unwrap_or(middle);
+        drawing.aim(args, seconds);
+        drawing.picture(seconds)?.save_png(path)?;
     }
     let frames = match movie {
         Some(movie) => drawing.record(args, movie)?,
@@ -119,6 +121,20 @@ struct Drawing {
 }
 
 impl Drawing {
+    /// Aims the camera at the side and the subject that are asked for, as they are at a time.
+    fn aim(&mut self, args: &PictureArgs, seconds: f32) {
+        self.session.set_seconds(seconds);
+        let subject = match args.close {
+            true => Subject::Garment,
+            false => Subject::Figure,
+        };
+        let side = args.from.map_or_else(Side::default, Side::from);
+        // The camera stays as it is where nothing is asked for: at the first frame's character.
+        if args.close || args.from.is_some() {
+            self.session.aim(side, subject);
+        }
+    }
+
     /// Draws the panes at a time, as soon as everything in them is computed.
     fn picture(&mut self, seconds: f32) -> Result<Image> {
         self.session.set_seconds(seconds);
@@ -137,6 +153,7 @@ impl Drawing {
         let rest = (self.session.duration() - start).max(0.0);
         let seconds = args.seconds.map_or(rest, |seconds| seconds.min(rest));
         let pictures = (seconds * fps).round().max(1.0) as usize;
+        self.aim(args, start);
         let mut progress = Progress::new("drawing", 0, pictures as u64);
         for i in 0..pictures {
             interrupt::check()?;

@@ -4,7 +4,10 @@ use super::{CameraMotion, ViewSession};
 use crate::view::body::Body;
 use crate::{Fabric, Focus, Material, Orbit, Part, Scene, Shape, Vertex, ViewerError};
 use glam::Vec3;
-use std::sync::Arc;
+use std::{
+    f32::consts::{FRAC_PI_2, PI},
+    sync::Arc,
+};
 use unic_raster::{Camera, Ground};
 
 /// Vector to the key light, before it is normalised.
@@ -14,18 +17,57 @@ const FULL_ASPECT: f32 = 0.72;
 /// Distance of the camera by the height of what is shown.
 const DISTANCE_PER_HEIGHT: f32 = 2.05;
 
+/// Side of a character that the camera sees.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// Three quarters from the front.
+    #[default]
+    ThreeQuarters,
+    /// Chest.
+    Front,
+    /// Back.
+    Back,
+    /// Left arm.
+    Left,
+    /// Right arm.
+    Right,
+}
+
+/// What fills the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Subject {
+    /// The whole character, or the garment where there is none.
+    #[default]
+    Figure,
+    /// The garment.
+    Garment,
+}
+
+impl Side {
+    /// Angle of the eye from the direction that a character faces, radians.
+    fn azimuth(self) -> f32 {
+        match self {
+            Self::ThreeQuarters => Orbit::person(Vec3::ZERO).azimuth,
+            Self::Front => 0.0,
+            Self::Left => FRAC_PI_2,
+            Self::Right => -FRAC_PI_2,
+            Self::Back => PI,
+        }
+    }
+}
+
 impl ViewSession {
-    /// Aims the camera at the first pane's body or garment.
-    pub(super) fn place_camera(&mut self) {
+    /// Aims the camera at the first pane's subject at the present time.
+    pub fn aim(&mut self, side: Side, subject: Subject) {
         self.update();
         let Some(first) = self.tracks.first() else { return };
         let body = &self.bodies[first.body];
         let garment = &self.shown[0].garment;
         // A garment beside a body may not be computed yet.
-        let seen = if body.vertices().is_empty() {
-            garment
-        } else {
-            body.vertices()
+        let seen = match (subject, body.vertices().is_empty()) {
+            (Subject::Garment, _) if !garment.is_empty() => garment,
+            (_, true) => garment,
+            _ => body.vertices(),
         };
         let finite = seen
             .iter()
@@ -33,15 +75,14 @@ impl ViewSession {
             .filter(|position| position.is_finite());
         let start = (f32::INFINITY, f32::NEG_INFINITY);
         let (low, high) = finite.fold(start, |(low, high), p| (low.min(p.y), high.max(p.y)));
-        let anchor = body.anchor(0);
+        let frame = body.frame_at(self.seconds);
         // Without anything finite to see, a person's size is as good as any.
         let (low, high) = if low < high { (low, high) } else { (0.0, 1.75) };
-        let target = Vec3::Y * (0.5 * (low + high) - anchor.y);
-        let front = Orbit::person(target);
+        let target = Vec3::Y * (0.5 * (low + high) - body.anchor(frame).y);
         self.camera = Orbit {
-            azimuth: body.facing() + front.azimuth,
+            azimuth: body.facing(frame) + side.azimuth(),
             distance: (high - low) * DISTANCE_PER_HEIGHT,
-            ..front
+            ..Orbit::person(target)
         };
     }
 
