@@ -170,6 +170,14 @@ impl Model {
         self
     }
 
+    /// Returns the same model without a [replay](crate::replay) of wrinkles.
+    pub fn without_replay(&self) -> Self {
+        Self {
+            prior: self.prior.without_replay(),
+            ..self.clone()
+        }
+    }
+
     /// Number format of the networks' products.
     pub fn precision(&self) -> Precision {
         self.field.precision()
@@ -271,11 +279,9 @@ impl Model {
     /// Number of trained parameters of encoder, field and the prior's recurrence.
     pub fn parameter_count(&self) -> usize {
         let count = |l: &Linear| l.weight.len() + l.bias.len();
-        let recurrence = self
-            .prior
-            .recurrence
-            .iter()
-            .flat_map(|r| r.layers().map(|(_, l)| l));
+        // Rows of replayed components are zero, and not trained.
+        let prior = self.prior.without_replay();
+        let recurrence = prior.recurrence.iter().flat_map(|r| r.layers().map(|(_, l)| l));
         (self.encoder.layers().iter())
             .chain(self.field.layers())
             .chain(recurrence)

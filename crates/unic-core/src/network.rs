@@ -46,6 +46,18 @@ impl Linear {
         numbers.for_each(|x| *x *= factor);
     }
 
+    /// Weights of one output.
+    pub fn row(&self, output: usize) -> &[f32] {
+        &self.weight[output * self.inputs..][..self.inputs]
+    }
+
+    /// Keeps the first outputs, so many at most.
+    pub fn truncate_outputs(&mut self, outputs: usize) {
+        self.outputs = self.outputs.min(outputs);
+        self.weight.truncate(self.outputs * self.inputs);
+        self.bias.truncate(self.outputs);
+    }
+
     /// Appends outputs that are zero, up to `outputs` in all.
     pub fn append_zero_outputs(&mut self, outputs: usize) {
         self.outputs = self.outputs.max(outputs);

@@ -118,6 +118,30 @@ impl Prior {
         }
     }
 
+    /// The prior without its replay, and without the last components that nothing else moves.
+    pub fn without_replay(&self) -> Self {
+        let mut prior = self.clone();
+        let Some(replay) = prior.replay.take() else {
+            return prior;
+        };
+        let (count, replayed) = (self.len(), replay.library().coefficients());
+        let is_moved = |k: usize| {
+            let maps = [Some(&self.map), self.recurrence.as_ref().map(|r| &r.head)];
+            (maps.into_iter().flatten()).any(|map| map.row(k).iter().any(|w| *w != 0.0) || map.bias[k] != 0.0)
+        };
+        let still = (0..replayed).take_while(|k| !is_moved(count - 1 - k)).count();
+        let kept = count - still;
+        prior.components = (self.components.chunks_exact(count.max(1)))
+            .flat_map(|of_vertex| &of_vertex[..kept])
+            .copied()
+            .collect();
+        prior.map.truncate_outputs(kept);
+        if let Some(recurrence) = &mut prior.recurrence {
+            recurrence.head.truncate_outputs(kept);
+        }
+        prior
+    }
+
     /// Transfers the prior to another mesh of the garment.
     ///
     /// # Errors
@@ -148,7 +172,10 @@ impl Prior {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::TriMesh;
+    use crate::{
+        mesh::TriMesh,
+        replay::{FEATURES, KEY, KeyMap, Library},
+    };
 
     fn prior() -> Prior {
         Prior {
@@ -195,6 +222,34 @@ mod tests {
         coefficients[2] = 4.0;
         let moved = extended.displacement(1, &coefficients) - prior().displacement(1, &coefficients);
         assert_eq!(moved, Vec3::X * 4.0);
+    }
+
+    #[test]
+    fn without_its_replay_a_prior_has_the_components_that_the_motion_moves() {
+        let replay = |coefficients: usize| {
+            let features = Linear {
+                inputs: 1,
+                outputs: FEATURES,
+                weight: vec![1.0; FEATURES],
+                bias: vec![0.0; FEATURES],
+            };
+            let library = Library::new(
+                vec![1],
+                vec![[0; KEY]],
+                vec![1; coefficients],
+                vec![1.0; coefficients],
+            );
+            Replay::new(KeyMap::new(features).unwrap(), library.unwrap())
+        };
+        let mut extended = prior();
+        extended.append_components(&[Vec3::Z, Vec3::X, Vec3::Y]);
+        extended.replay = Some(replay(1));
+        assert_eq!(extended.without_replay(), prior());
+        // The motion moves all of these.
+        let mut moved = prior();
+        moved.replay = Some(replay(2));
+        assert_eq!(moved.without_replay(), prior());
+        assert_eq!(prior().without_replay(), prior());
     }
 
     #[test]

@@ -111,7 +111,9 @@ pub fn export(model: &Model) -> Result<Vec<ExportFile>, ExportError> {
             samples: sampling.samples().len(),
         });
     }
-    let graphs = tick::graphs(model);
+    // Nothing in the graphs would move the replayed shapes.
+    let still = model.without_replay();
+    let graphs = tick::graphs(&still);
     let mut files = Vec::new();
     for graph in &graphs {
         let (name, bytes) = (format!("{}.onnx", graph.name()), graph.to_bytes());
@@ -121,7 +123,7 @@ pub fn export(model: &Model) -> Result<Vec<ExportFile>, ExportError> {
         }
         files.push(ExportFile { name, bytes });
     }
-    let mut mesh = MeshFile::new(model, &tick::sizes(model));
+    let mut mesh = MeshFile::new(&still, &tick::sizes(&still));
     files.push(ExportFile {
         name: "mesh.bin".to_owned(),
         bytes: std::mem::take(&mut mesh.bytes),
