@@ -3,7 +3,7 @@
 use crate::args::IntersectionName;
 use anyhow::{Context, Result, anyhow, bail};
 use std::{fs, path::Path, sync::Arc};
-use unic_core::{Animator, Corrects, IntersectionMode, Model};
+use unic_core::{Animator, Corrects, IntersectionMode, Model, replay::Replay};
 use unic_eval::CodeCertainty;
 use unic_io::Capture;
 
@@ -36,6 +36,12 @@ pub(crate) fn write(path: &Path, model: &Model) -> Result<usize> {
     let bytes = model.to_bytes().map_err(|e| anyhow!("{}: {e}", path.display()))?;
     unic_io::atomic::write(path, &bytes)?;
     Ok(bytes.len())
+}
+
+/// Text of how much a model replays.
+pub(crate) fn replayed(replay: &Replay) -> String {
+    let (shapes, frames) = (replay.library().coefficients(), replay.library().len());
+    format!("{shapes} shapes, replayed from {frames} frames of training motion")
 }
 
 /// Intersection handling by name: the model's own if it has that name, else the usual one.

@@ -12,6 +12,7 @@ use crate::{
     network::{Encoder, Field, LayerError, Linear, Precision},
     prior::Prior,
     projection::{StrainLimit, StrainProjection, limited_edges},
+    recurrence::Recurrence,
     replay::ReplayError,
     sampling::{Sampling, SamplingError},
     surface_map::{SurfaceMap, SurfaceMapError},
@@ -279,14 +280,16 @@ impl Model {
     /// Number of trained parameters of encoder, field and the prior's recurrence.
     pub fn parameter_count(&self) -> usize {
         let count = |l: &Linear| l.weight.len() + l.bias.len();
+        let recurrence = &self.prior.recurrence;
+        let layers = recurrence.iter().flat_map(|r| r.layers().map(|(_, l)| l));
         // Rows of replayed components are zero, and not trained.
-        let prior = self.prior.without_replay();
-        let recurrence = prior.recurrence.iter().flat_map(|r| r.layers().map(|(_, l)| l));
-        (self.encoder.layers().iter())
+        let still = |r: &Recurrence| self.prior.replayed_len() * (r.head.inputs + 1);
+        let all: usize = (self.encoder.layers().iter())
             .chain(self.field.layers())
-            .chain(recurrence)
+            .chain(layers)
             .map(count)
-            .sum()
+            .sum();
+        all - recurrence.as_ref().map_or(0, still)
     }
 
     /// Returns the same model with a mask on its displacements from skinning.

@@ -120,26 +120,30 @@ impl Prior {
 
     /// The prior without its replay, and without the last components that nothing else moves.
     pub fn without_replay(&self) -> Self {
-        let mut prior = self.clone();
-        let Some(replay) = prior.replay.take() else {
-            return prior;
+        let kept = self.len() - self.replayed_len();
+        let of_vertices = self.components.chunks_exact(self.len().max(1));
+        let mut prior = Self {
+            mean: self.mean.clone(),
+            components: of_vertices.flat_map(|c| &c[..kept]).copied().collect(),
+            map: self.map.clone(),
+            recurrence: self.recurrence.clone(),
+            replay: None,
         };
-        let (count, replayed) = (self.len(), replay.library().coefficients());
-        let is_moved = |k: usize| {
-            let maps = [Some(&self.map), self.recurrence.as_ref().map(|r| &r.head)];
-            (maps.into_iter().flatten()).any(|map| map.row(k).iter().any(|w| *w != 0.0) || map.bias[k] != 0.0)
-        };
-        let still = (0..replayed).take_while(|k| !is_moved(count - 1 - k)).count();
-        let kept = count - still;
-        prior.components = (self.components.chunks_exact(count.max(1)))
-            .flat_map(|of_vertex| &of_vertex[..kept])
-            .copied()
-            .collect();
         prior.map.truncate_outputs(kept);
         if let Some(recurrence) = &mut prior.recurrence {
             recurrence.head.truncate_outputs(kept);
         }
         prior
+    }
+
+    /// Number of the last components that nothing but the replay moves: their rows are zero.
+    pub fn replayed_len(&self) -> usize {
+        let replayed = self.replay.as_ref().map_or(0, |r| r.library().coefficients());
+        let is_moved = |k: usize| {
+            let maps = [Some(&self.map), self.recurrence.as_ref().map(|r| &r.head)];
+            (maps.into_iter().flatten()).any(|map| map.row(k).iter().any(|w| *w != 0.0) || map.bias[k] != 0.0)
+        };
+        (1..=replayed).take_while(|k| !is_moved(self.len() - k)).count()
     }
 
     /// Transfers the prior to another mesh of the garment.

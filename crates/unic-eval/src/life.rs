@@ -17,7 +17,6 @@ mod histogram;
 mod judge;
 mod logistic;
 mod record;
-
 mod smoothing;
 mod sums;
 #[cfg(test)]

@@ -13,7 +13,7 @@ use crate::{
     mirror::View,
     processor::Processor,
     recurrence::{FittedRecurrence, RecurrenceFit, RecurrenceTrainer, Sequence, Watch},
-    replay::{FittedReplay, Residuals},
+    replay::{FittedReplay, Residuals, wrinkle_filter},
 };
 use glam::Vec3;
 use linear::{LeaveOneOut, MIDDLE_STRENGTH, runtime_map};
@@ -163,7 +163,7 @@ impl PriorTrainer<'_> {
         };
         // Made first, because the fit may take minutes before it needs the filter.
         let filter = (self.settings.replay.at_inference)
-            .then(|| FittedReplay::filter(&set.garment))
+            .then(|| wrinkle_filter(&set.garment))
             .transpose()?;
         let projected = self.project(&set, components)?;
         let linear = LeaveOneOut::fit(&projected.series);

@@ -10,8 +10,9 @@ mod residuals;
 mod shapes;
 
 pub(crate) use residuals::Residuals;
+pub(crate) use shapes::wrinkle_filter;
 
-use crate::{config::ReplaySettings, error::TrainError, recurrence::Sequence};
+use crate::{config::ReplaySettings, recurrence::Sequence};
 use gain::gain;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -19,7 +20,6 @@ use residuals::last;
 use shapes::WrinkleShapes;
 use std::ops::Range;
 use unic_core::{
-    character::Garment,
     network::Linear,
     replay::{Activity, FEATURES, Key, KeyMap, Library, Replay, ReplayScratch},
 };
@@ -55,14 +55,6 @@ struct ReplayClip {
 }
 
 impl FittedReplay {
-    /// Makes the filter of a garment's wrinkles, for [`FittedReplay::fit`].
-    ///
-    /// # Errors
-    /// A rest mesh whose smoothing cannot be factorised.
-    pub(crate) fn filter(garment: &Garment) -> Result<WrinkleFilter, TrainError> {
-        WrinkleShapes::filter(garment)
-    }
-
     /// Collects the wrinkles of sequences. Returns none if there is nothing to replay: one short
     /// clip, or predictions that wrinkle enough.
     pub(crate) fn fit(

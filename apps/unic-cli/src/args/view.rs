@@ -77,12 +77,12 @@ pub(crate) struct PictureArgs {
     /// Pictures a second [default: the frame rate of the motion].
     #[arg(long, help_heading = HEADING, value_name = "FPS", value_parser = parse::frame_rate, requires = "record")]
     pub(crate) fps: Option<f32>,
-    /// Side of the character that the camera sees, at the time of the picture [default: three
-    /// quarters from the front].
-    #[arg(long, help_heading = HEADING, value_enum, value_name = "SIDE")]
+    /// Side of the character that the camera sees, at the time of the picture or at the start
+    /// [default: three quarters from the front].
+    #[arg(long, help_heading = "Looks", value_enum, value_name = "SIDE")]
     pub(crate) from: Option<SideName>,
-    /// Fill the picture with the garment, and not with the whole character.
-    #[arg(long, help_heading = HEADING)]
+    /// Show the garment from near, and not the whole character.
+    #[arg(long, help_heading = "Looks")]
     pub(crate) close: bool,
     /// Width and height of the pictures, pixels.
     #[arg(long, help_heading = HEADING, value_name = "WIDTHxHEIGHT", value_parser = parse::size,

@@ -31,6 +31,7 @@ pub(crate) fn run(args: &ViewArgs) -> Result<()> {
     if is_drawn {
         return pictures::run(&args.record, session);
     }
+    pictures::aim(&args.record, &mut session, 0.0);
     let opened = view_in_window(ViewSettings {
         title: "unic view".into(),
         session,

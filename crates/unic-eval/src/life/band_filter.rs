@@ -21,8 +21,8 @@ const FARTHEST_M: f64 = 1e6;
 
 /// Filter that splits the shape of a garment into [`BANDS`] bands of wavelengths.
 ///
-/// A band is the difference of two [`Smoothing`]s S_λ, as a distance along the normals of the coarser of
-/// the two. Distances along the surface's own normals do not change when the garment moves rigidly.
+/// A band is the difference of two [`Smoothing`]s S_λ, as a distance along the normals of the coarser
+/// one. Distances along the surface's own normals do not change when the garment moves rigidly.
 /// The coarsest band is S_24 of the shape minus S_24 of the skinned rest shape.
 pub(super) struct BandFilter {
     mesh: WeldedMesh,

@@ -59,15 +59,15 @@ impl SampleMatrix for Samples {
     }
 }
 
-impl WrinkleShapes {
-    /// Makes the filter of a garment's wrinkles.
-    ///
-    /// # Errors
-    /// A rest mesh whose smoothing cannot be factorised.
-    pub(super) fn filter(garment: &Garment) -> Result<WrinkleFilter, TrainError> {
-        WrinkleFilter::new(garment, WAVELENGTH_M).map_err(TrainError::Wrinkles)
-    }
+/// Makes the filter of a garment's wrinkles.
+///
+/// # Errors
+/// A rest mesh whose smoothing cannot be factorised.
+pub(crate) fn wrinkle_filter(garment: &Garment) -> Result<WrinkleFilter, TrainError> {
+    WrinkleFilter::new(garment, WAVELENGTH_M).map_err(TrainError::Wrinkles)
+}
 
+impl WrinkleShapes {
     /// Computes `count` shapes, or fewer for a large garment.
     pub(super) fn fit(filter: WrinkleFilter, residuals: Residuals, count: usize) -> Self {
         let vertices = residuals.garment.rest.vertices.len();

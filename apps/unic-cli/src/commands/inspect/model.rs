@@ -57,8 +57,11 @@ fn facts(path: &Path, model: &Model) -> Vec<Fact> {
 /// Fact about a replay of wrinkles.
 fn wrinkles(replay: &Replay) -> Fact {
     let (shapes, frames) = (replay.library().coefficients(), replay.library().len());
-    let text = format!("{shapes} shapes, replayed from {frames} frames of training motion");
-    Fact::measured("wrinkles", text, json!({ "shapes": shapes, "frames": frames }))
+    Fact::measured(
+        "wrinkles",
+        model_file::replayed(replay),
+        json!({ "shapes": shapes, "frames": frames }),
+    )
 }
 
 fn joints(names: &[String]) -> Fact {

@@ -8,7 +8,6 @@ use std::{
     path::{Path, PathBuf},
     time::Duration,
 };
-use unic_core::replay::Replay;
 use unic_eval::PreparedClip;
 use unic_io::counted;
 use unic_train::{
@@ -58,8 +57,10 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
         }
     };
     let wrinkles = match (&data.prior.replay, config.replay.at_inference) {
-        (Some(replay), _) => format!("\n{}", wrinkles(replay)),
-        (None, true) => "\nno wrinkles to replay: the prediction has enough".to_owned(),
+        (Some(replay), _) => format!("\nwrinkles: {}", model_file::replayed(replay)),
+        (None, true) => {
+            "\nno wrinkles to replay: the prediction has enough, or there is too little motion".to_owned()
+        }
         (None, false) => String::new(),
     };
     Ok(format!(
@@ -76,15 +77,6 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
         run.out.display(),
         run.folder.path().display(),
     ))
-}
-
-fn wrinkles(replay: &Replay) -> String {
-    let library = replay.library();
-    format!(
-        "{} shapes of wrinkles, replayed from {} frames of training motion",
-        library.coefficients(),
-        library.len()
-    )
 }
 
 /// Does the fit train on the clip that it is validated on? A capture with one training clip has no

@@ -81,7 +81,7 @@ pub(super) fn run(args: &PictureArgs, session: ViewSession) -> Result<()> {
             None => 0.5 * drawing.session.duration(),
         };
         let seconds = args.at.unwrap_or(middle);
-        drawing.aim(args, seconds);
+        aim(args, &mut drawing.session, seconds);
         drawing.picture(seconds)?.save_png(path)?;
     }
     let frames = match movie {
@@ -90,6 +90,19 @@ pub(super) fn run(args: &PictureArgs, session: ViewSession) -> Result<()> {
     };
     let written = args.screenshot.iter().chain(&args.record).cloned().collect();
     print_summary(args, &drawing.summary(written, frames))
+}
+
+/// Aims the camera at the side and the subject that are asked for, as they are at a time. Where
+/// nothing is asked for, it stays at the first frame's character.
+pub(super) fn aim(args: &PictureArgs, session: &mut ViewSession, seconds: f32) {
+    let subject = match (args.close, args.from) {
+        (false, None) => return,
+        (false, Some(_)) => Subject::Figure,
+        (true, _) => Subject::Garment,
+    };
+    session.set_seconds(seconds);
+    session.wait_for(session.seconds());
+    session.aim(args.from.map_or_else(Side::default, Side::from), subject);
 }
 
 fn print_summary(args: &PictureArgs, summary: &PictureSummary) -> Result<()> {
@@ -121,20 +134,6 @@ struct Drawing {
 }
 
 impl Drawing {
-    /// Aims the camera at the side and the subject that are asked for, as they are at a time.
-    fn aim(&mut self, args: &PictureArgs, seconds: f32) {
-        self.session.set_seconds(seconds);
-        let subject = match args.close {
-            true => Subject::Garment,
-            false => Subject::Figure,
-        };
-        let side = args.from.map_or_else(Side::default, Side::from);
-        // The camera stays as it is where nothing is asked for: at the first frame's character.
-        if args.close || args.from.is_some() {
-            self.session.aim(side, subject);
-        }
-    }
-
     /// Draws the panes at a time, as soon as everything in them is computed.
     fn picture(&mut self, seconds: f32) -> Result<Image> {
         self.session.set_seconds(seconds);
@@ -153,7 +152,7 @@ impl Drawing {
         let rest = (self.session.duration() - start).max(0.0);
         let seconds = args.seconds.map_or(rest, |seconds| seconds.min(rest));
         let pictures = (seconds * fps).round().max(1.0) as usize;
-        self.aim(args, start);
+        aim(args, &mut self.session, start);
         let mut progress = Progress::new("drawing", 0, pictures as u64);
         for i in 0..pictures {
             interrupt::check()?;

@@ -33,7 +33,7 @@ pub enum Side {
     Right,
 }
 
-/// What fills the picture.
+/// Subject that fills the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Subject {
     /// The whole character, or the garment where there is none.
