@@ -51,10 +51,10 @@ impl Default for ProjectionConfig {
     /// Settings that were chosen on motions left out of training (docs/lab/projection.md).
     fn default() -> Self {
         Self {
-            sweeps: 5,
-            bending_sweeps: 2,
+            sweeps: 10,
+            bending_sweeps: 8,
             bending: 0.2,
-            pull_s: 0.4,
+            pull_s: 0.2,
             carry_s: 0.3,
             radius_m: 0.08,
         }

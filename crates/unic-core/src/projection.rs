@@ -36,7 +36,7 @@ use crate::{
     mesh::TriMesh,
     topology::{edges, weld},
 };
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 use stencil::{bending_stencils, weights_of_mask};
 use sweep::{SharedPositions, sweep};
 
@@ -165,9 +165,9 @@ impl ContactPlane {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ProjectionScratch {
     /// Predicted positions relative to the tick's origin, metres.
-    predicted: Vec<Vec3>,
+    predicted: Vec<Vec3A>,
     /// Projected positions relative to the tick's origin, metres.
-    projected: Vec<Vec3>,
+    projected: Vec<Vec3A>,
 }
 
 impl StrainProjection {
@@ -243,15 +243,18 @@ impl StrainProjection {
             projected,
         } = scratch;
         relative.clear();
-        relative.extend(predicted.iter().map(|p| *p - tick.origin));
+        relative.extend(predicted.iter().map(|p| Vec3A::from(*p - tick.origin)));
         projected.clear();
         let carried = relative.iter().zip(points).zip(&*offsets);
-        projected
-            .extend(carried.map(|((p, point), offset)| *p + point.now.rotation * self.carried(tick, offset)));
+        projected.extend(
+            carried.map(|((p, point), offset)| {
+                *p + point.now.rotation * Vec3A::from(self.carried(tick, offset))
+            }),
+        );
         self.solve(tick.memory, relative, projected);
         for (vertex, offset) in offsets.iter_mut().enumerate() {
             let solved = projected[self.first_at_place[vertex] as usize] - relative[vertex];
-            let value = points[vertex].now.rotation.inverse() * solved;
+            let value = points[vertex].now.rotation.inverse() * Vec3::from(solved);
             let value = value.clamp_length_max(self.config.radius_m);
             *offset = VertexState {
                 // The velocity of a start is zero.
@@ -285,7 +288,7 @@ impl StrainProjection {
     ) {
         let relaxed = &mut scratch.projected;
         relaxed.clear();
-        relaxed.extend_from_slice(positions);
+        relaxed.extend(positions.iter().map(|p| Vec3A::from(*p)));
         for _ in 0..RELAX_SWEEPS {
             let shared = SharedPositions::new(relaxed);
             for colour in self.edges.iter() {
@@ -295,17 +298,17 @@ impl StrainProjection {
                 });
             }
             for (p, plane) in relaxed.iter_mut().zip(planes) {
-                *p = plane.closest(*p);
+                *p = plane.closest((*p).into()).into();
             }
         }
         // Vertices at one place move together.
         for (position, &first) in positions.iter_mut().zip(&self.first_at_place) {
-            *position = relaxed[first as usize];
+            *position = relaxed[first as usize].into();
         }
     }
 
     /// Sweeps over the constraints.
-    fn solve(&self, memory: Memory, predicted: &[Vec3], projected: &mut [Vec3]) {
+    fn solve(&self, memory: Memory, predicted: &[Vec3A], projected: &mut [Vec3A]) {
         let rounds = match memory {
             Memory::None => START_ROUNDS,
             Memory::Previous => 1,

@@ -2,7 +2,7 @@
 
 use super::{StrainLimit, stencil::BendingStencil};
 use crate::parallel::for_each;
-use glam::Vec3;
+use glam::Vec3A;
 use std::marker::PhantomData;
 
 /// Number of constraints in one part of the work. The parts of a small garment are so few that
@@ -13,10 +13,12 @@ const PART: usize = 1024;
 pub const LEAST_LENGTH: f32 = 1e-9;
 
 /// Positions that several threads modify at once, each those of other vertices.
+///
+/// They are aligned, so that a position is one load and one store of four lanes.
 pub(super) struct SharedPositions<'a> {
-    first: *mut Vec3,
+    first: *mut Vec3A,
     count: usize,
-    borrowed: PhantomData<&'a mut [Vec3]>,
+    borrowed: PhantomData<&'a mut [Vec3A]>,
 }
 
 // SAFETY: positions are read and written through unsafe methods alone, whose contract is that no
@@ -24,7 +26,7 @@ pub(super) struct SharedPositions<'a> {
 unsafe impl Sync for SharedPositions<'_> {}
 
 impl<'a> SharedPositions<'a> {
-    pub(super) fn new(positions: &'a mut [Vec3]) -> Self {
+    pub(super) fn new(positions: &'a mut [Vec3A]) -> Self {
         Self {
             first: positions.as_mut_ptr(),
             count: positions.len(),
@@ -36,7 +38,7 @@ impl<'a> SharedPositions<'a> {
     ///
     /// # Safety
     /// The vertex must exist, and no other thread may write it during the call.
-    unsafe fn get(&self, vertex: u32) -> Vec3 {
+    unsafe fn get(&self, vertex: u32) -> Vec3A {
         debug_assert!((vertex as usize) < self.count);
         // SAFETY: the caller's.
         unsafe { *self.first.add(vertex as usize) }
@@ -46,7 +48,7 @@ impl<'a> SharedPositions<'a> {
     ///
     /// # Safety
     /// The vertex must exist, and no other thread may access it during the call.
-    unsafe fn shift(&self, vertex: u32, by: Vec3) {
+    unsafe fn shift(&self, vertex: u32, by: Vec3A) {
         debug_assert!((vertex as usize) < self.count);
         // SAFETY: the caller's.
         unsafe { *self.first.add(vertex as usize) += by }
@@ -132,8 +134,8 @@ impl Stencil {
     ///
     /// # Safety
     /// The vertices must exist, and no other thread may access them during the call.
-    pub(super) unsafe fn smooth(&self, predicted: &[Vec3], positions: &SharedPositions) {
-        let mut sum = Vec3::ZERO;
+    pub(super) unsafe fn smooth(&self, predicted: &[Vec3A], positions: &SharedPositions) {
+        let mut sum = Vec3A::ZERO;
         for (&vertex, &k) in self.vertices.iter().zip(&self.coefficients) {
             // SAFETY: the caller's.
             sum += (unsafe { positions.get(vertex) } - predicted[vertex as usize]) * k;

@@ -7,6 +7,7 @@ use faer::{
     prelude::Solve,
     sparse::{SparseColMat, Triplet, linalg::solvers::Llt},
 };
+use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 use unic_core::diffusion::Diffusion;
 
@@ -47,6 +48,14 @@ impl Smoothing {
     pub(super) fn smooth(&self, x: &Mat<f64>) -> Mat<f64> {
         let right = Mat::from_fn(x.nrows(), x.ncols(), |i, column| self.masses[i] * x[(i, column)]);
         self.matrix.solve(right)
+    }
+
+    /// Returns N smoothed positions, metres.
+    pub(super) fn smoothed(&self, positions: &[Vec3]) -> Vec<Vec3> {
+        let rough = Mat::from_fn(positions.len(), 3, |i, axis| f64::from(positions[i][axis]));
+        let smooth = self.smooth(&rough);
+        let row = |i| DVec3::new(smooth[(i, 0)], smooth[(i, 1)], smooth[(i, 2)]);
+        (0..positions.len()).map(|i| row(i).as_vec3()).collect()
     }
 }
 

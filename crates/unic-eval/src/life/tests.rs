@@ -195,6 +195,22 @@ fn wrinkles_of_a_wave_are_what_its_smoothing_removes() {
 }
 
 #[test]
+fn a_pleated_garment_that_shifts_has_no_wrinkles() {
+    let (length, margin, shift) = (0.6, 0.15, 1e-3);
+    let mut cylinder = Cylinder::new(0.04, length, 241);
+    // Pleats of 4 cm, whose own normals lean up and down.
+    cylinder.garment.rest.vertices = cylinder.waved(0.015);
+    let filter = WrinkleFilter::new(&cylinder.garment, 0.24).unwrap();
+    let rest = &cylinder.garment.rest.vertices;
+    let wrinkles = filter.wrinkles(&[vec![Vec3::Y * shift; rest.len()]]);
+    for (v, wrinkle) in wrinkles.iter().enumerate() {
+        if (margin..length - margin).contains(&rest[v].y) {
+            assert!(wrinkle.abs() < 0.1 * shift, "{v}: {wrinkle}");
+        }
+    }
+}
+
+#[test]
 fn a_vertex_that_the_mask_fixes_has_no_wrinkles() {
     let mut cylinder = Cylinder::new(0.1, 0.5, 51);
     let rest = cylinder.garment.rest.vertices.clone();

@@ -8,16 +8,17 @@ use unic_core::{character::Garment, mesh::vertex_normals};
 
 /// Filter from displacements of a garment's V vertices to its wrinkles.
 ///
-/// The height of a displacement is its part along the normal of the rest shape. Wrinkles are the
-/// heights minus their smoothing by a wavelength: they hold what is shorter. They are linear in the
-/// displacements.
+/// The height of a displacement is its part along the normal of the rest shape, smoothed twice by a
+/// wavelength. Wrinkles are the heights minus their smoothing by it: they hold what is shorter. They
+/// are linear in the displacements.
 pub struct WrinkleFilter {
     smoothing: Smoothing,
     /// Garment vertex of each welded vertex.
     vertices: Vec<u32>,
     /// Welded vertex of each garment vertex, or none for a vertex without a face.
     welded: Vec<Option<u32>>,
-    /// Unit normal of the rest shape at each garment vertex; zero for a vertex without a face.
+    /// Unit normal of the smoothed rest shape at each garment vertex; zero for a vertex without a
+    /// face.
     normals: Vec<Vec3>,
     /// Share of the prediction that each garment vertex gets, 0 to 1.
     shares: Vec<f32>,
@@ -32,8 +33,11 @@ impl WrinkleFilter {
         let mesh = WeldedMesh::new(&garment.rest);
         let smoothing = Smoothing::new(&mesh, wavelength_m)?;
         let welded = mesh.indices(&garment.rest);
+        // Along a pleat's own normals, which lean to both sides, every shift would be a wrinkle.
+        // Smoothed once, they still lean a little.
+        let smooth = smoothing.smoothed(&smoothing.smoothed(&mesh.rest.vertices));
         let mut of_welded = Vec::new();
-        vertex_normals(&mesh.rest.vertices, &mesh.rest.faces, &mut of_welded);
+        vertex_normals(&smooth, &mesh.rest.faces, &mut of_welded);
         let normal = |w: &Option<u32>| w.map_or(Vec3::ZERO, |w| of_welded[w as usize]);
         Ok(Self {
             smoothing,
@@ -44,7 +48,7 @@ impl WrinkleFilter {
         })
     }
 
-    /// Unit normals of the rest shape, V vectors; zero at vertices without faces.
+    /// Unit normals of the smoothed rest shape, V vectors; zero at vertices without faces.
     pub fn normals(&self) -> &[Vec3] {
         &self.normals
     }
