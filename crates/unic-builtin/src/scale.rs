@@ -15,7 +15,7 @@ use unic_core::{
     motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
     network::Linear,
     prior::Prior,
-    projection::{StrainLimit, limited_edges},
+    projection::{StrainLimit, limited_pairs},
     recurrence::Recurrence,
     replay::{FEATURES, KEY, KeyMap, Library, Replay},
     skeleton::{SMPL_PARENTS, Skeleton, SkeletonParts},
@@ -126,9 +126,9 @@ pub fn random_model(preset: NetworkSize, vertices: usize) -> Result<Model, Failu
             NetworkSize::Paper => Prior::constant(vec![Vec3::ZERO; vertices], pair),
         },
         rest_box: RestBox::of(&garment.rest.vertices),
-        strain_limits: match preset {
-            NetworkSize::Standard => strain_limits(&garment.rest),
-            NetworkSize::Paper => Vec::new(),
+        strain_limits: match &config.projection {
+            Some(projection) => strain_limits(projection, &garment.rest),
+            None => Vec::new(),
         },
         garment,
         config,
@@ -141,7 +141,7 @@ pub fn random_model(preset: NetworkSize, vertices: usize) -> Result<Model, Failu
 }
 
 /// Limits 2 % around the lengths of the rest shape's edges.
-fn strain_limits(rest: &TriMesh) -> Vec<StrainLimit> {
+fn strain_limits(config: &ProjectionConfig, rest: &TriMesh) -> Vec<StrainLimit> {
     let limit = |[a, b]: [u32; 2]| {
         let length = rest.vertices[a as usize].distance(rest.vertices[b as usize]);
         StrainLimit {
@@ -149,7 +149,7 @@ fn strain_limits(rest: &TriMesh) -> Vec<StrainLimit> {
             longest: 1.02 * length,
         }
     };
-    limited_edges(rest).into_iter().map(limit).collect()
+    limited_pairs(config, rest).into_iter().map(limit).collect()
 }
 
 /// Pose of a frame of a straight walk in which all joints turn a little.

@@ -33,6 +33,10 @@ pub struct ModelConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProjectionConfig {
+    /// Gauss-Seidel sweeps over the chords of each coarse level in a tick, before the edges. There
+    /// are no levels where it is 0, as in files that were written before there were any.
+    #[serde(default)]
+    pub coarse_sweeps: usize,
     /// Gauss-Seidel sweeps over all edges in a tick.
     pub sweeps: usize,
     /// Number of these sweeps that are followed by one over all hinges.
@@ -51,9 +55,10 @@ impl Default for ProjectionConfig {
     /// Settings that were chosen on motions left out of training (docs/lab/projection.md).
     fn default() -> Self {
         Self {
+            coarse_sweeps: 4,
             sweeps: 10,
             bending_sweeps: 8,
-            bending: 0.2,
+            bending: 0.6,
             pull_s: 0.2,
             carry_s: 0.3,
             radius_m: 0.08,
@@ -71,6 +76,7 @@ impl ProjectionConfig {
     /// The first value that is not accepted.
     pub fn check(&self) -> Result<(), ConfigError> {
         let sweeps = |what, found: usize| check(what, "up to 1000", found, found <= Self::MOST_SWEEPS);
+        sweeps("projection.coarse_sweeps", self.coarse_sweeps)?;
         sweeps("projection.sweeps", self.sweeps)?;
         sweeps("projection.bending_sweeps", self.bending_sweeps)?;
         let (what, share) = ("projection.bending", self.bending);

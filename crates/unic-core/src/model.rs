@@ -11,7 +11,7 @@ use crate::{
     motion::{MotionError, Normalisation, motion_len},
     network::{Encoder, Field, LayerError, Linear, Precision},
     prior::Prior,
-    projection::{StrainLimit, StrainProjection, limited_edges},
+    projection::{StrainLimit, StrainProjection},
     recurrence::Recurrence,
     replay::ReplayError,
     sampling::{Sampling, SamplingError},
@@ -55,7 +55,8 @@ pub struct ModelParts {
     pub encoder: Vec<Linear>,
     /// Linear maps of the field.
     pub field: Vec<Linear>,
-    /// Limits of the [`limited_edges`], in their order; empty without a projection.
+    /// Limits of the [`limited_pairs`](crate::projection::limited_pairs), in their order; empty
+    /// without a projection.
     pub strain_limits: Vec<StrainLimit>,
     /// Provenance.
     pub about: About,
@@ -147,6 +148,9 @@ impl Model {
         let mask = parts.garment.mask.as_deref();
         let projection = (config.projection)
             .map(|p| StrainProjection::new(p, &parts.garment.rest, mask, parts.strain_limits));
+        if let Some(projection) = &projection {
+            check_limit_count(projection.limit_count(), projection.limits().len())?;
+        }
         Ok(Self {
             projection,
             encoder: Encoder::new(&config.encoder, inputs, parts.encoder)?,
@@ -421,17 +425,8 @@ fn all_equal(counts: &[(&'static str, usize, usize)]) -> Result<(), ModelError> 
 }
 
 fn check_strain_limits(parts: &ModelParts) -> Result<(), ModelError> {
-    let found = parts.strain_limits.len();
-    let expected = match parts.config.projection {
-        Some(_) => limited_edges(&parts.garment.rest).len(),
-        None => 0,
-    };
-    if found != expected {
-        return Err(ModelError::Count {
-            what: "limits of edge lengths",
-            expected,
-            found,
-        });
+    if parts.config.projection.is_none() {
+        check_limit_count(0, parts.strain_limits.len())?;
     }
     // Written so that NaN fails.
     let usable = |l: &StrainLimit| {
@@ -441,6 +436,10 @@ fn check_strain_limits(parts: &ModelParts) -> Result<(), ModelError> {
         true => Ok(()),
         false => Err(ModelError::Unusable("the strain projection")),
     }
+}
+
+fn check_limit_count(expected: usize, found: usize) -> Result<(), ModelError> {
+    all_equal(&[("limits of edge lengths", expected, found)])
 }
 
 fn check_recurrence(prior: &Prior, inputs: usize) -> Result<(), ModelError> {

@@ -14,14 +14,18 @@
 //!
 //! 1. The offset of the previous tick moves on by its decaying velocity, is limited to a radius and
 //!    drawn back to the prediction a little.
-//! 2. A few Gauss-Seidel sweeps over the edges bring each length into its limits (position-based
+//! 2. On coarse levels of well-spread vertices, chords between neighbours are brought into their
+//!    limits, and all vertices move along. Sweeps over the edges of a fine mesh would not reach far,
+//!    and the cloth would crumple where it should hang lower.
+//! 3. A few Gauss-Seidel sweeps over the edges bring each length into its limits (position-based
 //!    dynamics, Müller et al. 2007). Sweeps over hinges between them smooth the offset by the
 //!    quadratic bending energy of Bergou et al. 2006. Free edges, which have no hinges, are smoothed
 //!    as rods.
-//! 3. What is left is the offset of this tick.
+//! 4. What is left is the offset of this tick.
 //!
 //! The prediction itself is not changed: it continues as if there were no projection.
 
+mod levels;
 mod stencil;
 mod sweep;
 #[cfg(test)]
@@ -37,9 +41,11 @@ use crate::{
     topology::{edges, weld},
 };
 use glam::{Vec3, Vec3A};
+use levels::{LevelScratch, LevelTopology};
 use stencil::{bending_stencils, weights_of_mask};
 use sweep::{SharedPositions, sweep};
 
+pub use levels::{Level, Levels};
 pub use sweep::{Edge, LEAST_LENGTH, Stencil};
 
 /// Sweeps of a start without a previous tick, for each sweep of a later tick.
@@ -57,10 +63,21 @@ pub struct StrainLimit {
     pub longest: f32,
 }
 
-/// Edges whose lengths [`StrainLimit`]s limit, in their order: those of the mesh with its seams
-/// [welded](weld). Each is a pair of vertices with the lower index first.
-pub fn limited_edges(rest: &TriMesh) -> Vec<[u32; 2]> {
+/// Edges of the mesh with its seams [welded](weld). Each is a pair of vertices with the lower index
+/// first.
+pub fn welded_edges(rest: &TriMesh) -> Vec<[u32; 2]> {
     edges(&welded_faces(rest, &weld(&rest.vertices)))
+}
+
+/// Pairs of vertices whose distances [`StrainLimit`]s limit, in their order: the [`welded_edges`],
+/// then the chords of the coarse levels, if there are any.
+pub fn limited_pairs(config: &ProjectionConfig, rest: &TriMesh) -> Vec<[u32; 2]> {
+    let faces = welded_faces(rest, &weld(&rest.vertices));
+    let mut pairs = edges(&faces);
+    if config.coarse_sweeps > 0 {
+        pairs.extend(LevelTopology::new(rest, &faces).chords());
+    }
+    pairs
 }
 
 fn welded_faces(rest: &TriMesh, first_at_place: &[u32]) -> Vec<[u32; 3]> {
@@ -77,6 +94,9 @@ pub struct StrainProjection {
     first_at_place: Vec<u32>,
     edges: Colours<Edge>,
     stencils: Colours<Stencil>,
+    levels: Option<Levels>,
+    /// Number of limits that the garment needs.
+    limit_count: usize,
 }
 
 /// Constraints in the order of their colours. Those of one colour share no vertex.
@@ -168,13 +188,14 @@ pub(crate) struct ProjectionScratch {
     predicted: Vec<Vec3A>,
     /// Projected positions relative to the tick's origin, metres.
     projected: Vec<Vec3A>,
+    levels: LevelScratch,
 }
 
 impl StrainProjection {
     /// Prepares the projection of a garment. `mask` is that of the garment: vertices keep this share
     /// of their freedom, and those at 0 stay at the prediction.
     ///
-    /// `limits` has one entry for each of the [`limited_edges`] of `rest`.
+    /// `limits` has one entry for each of the [`limited_pairs`] of `rest`.
     pub fn new(
         config: ProjectionConfig,
         rest: &TriMesh,
@@ -191,7 +212,16 @@ impl StrainProjection {
         let stencils = bending_stencils(&rest.vertices, &faces, &ends);
         let corners: Vec<[u32; 4]> = stencils.iter().map(|s| s.vertices).collect();
         let stencils = stencils.iter().map(|s| Stencil::new(s, config.bending, &weights));
+        let levels = (config.coarse_sweeps > 0).then(|| LevelTopology::new(rest, &faces));
+        let chord_count = levels.as_ref().map_or(0, |l| l.chords().count());
+        let levels = levels.map(|topology| {
+            let freedom = (first_at_place.iter()).map(|&first| weights[first as usize]);
+            let limits = limits.get(ends.len()..).unwrap_or_default();
+            Levels::new(topology, rest, config.coarse_sweeps, freedom.collect(), limits)
+        });
         Self {
+            levels,
+            limit_count: ends.len() + chord_count,
             edges: Colours::new(packed.collect(), &ends, count),
             stencils: Colours::new(stencils.collect(), &corners, count),
             config,
@@ -205,9 +235,19 @@ impl StrainProjection {
         &self.config
     }
 
-    /// Limits of the [`limited_edges`], in their order.
+    /// Limits of the [`limited_pairs`], in their order.
     pub fn limits(&self) -> &[StrainLimit] {
         &self.limits
+    }
+
+    /// Number of the [`limited_pairs`], which the limits must have.
+    pub fn limit_count(&self) -> usize {
+        self.limit_count
+    }
+
+    /// Coarse levels, which are solved before the edges.
+    pub fn levels(&self) -> Option<&Levels> {
+        self.levels.as_ref()
     }
 
     /// First vertex at the rest place of each vertex, which is the vertex itself away from seams.
@@ -241,6 +281,7 @@ impl StrainProjection {
         let ProjectionScratch {
             predicted: relative,
             projected,
+            levels,
         } = scratch;
         relative.clear();
         relative.extend(predicted.iter().map(|p| Vec3A::from(*p - tick.origin)));
@@ -251,7 +292,7 @@ impl StrainProjection {
                 *p + point.now.rotation * Vec3A::from(self.carried(tick, offset))
             }),
         );
-        self.solve(tick.memory, relative, projected);
+        self.solve(tick.memory, relative, projected, levels);
         for (vertex, offset) in offsets.iter_mut().enumerate() {
             let solved = projected[self.first_at_place[vertex] as usize] - relative[vertex];
             let value = points[vertex].now.rotation.inverse() * Vec3::from(solved);
@@ -308,7 +349,13 @@ impl StrainProjection {
     }
 
     /// Sweeps over the constraints.
-    fn solve(&self, memory: Memory, predicted: &[Vec3A], projected: &mut [Vec3A]) {
+    fn solve(
+        &self,
+        memory: Memory,
+        predicted: &[Vec3A],
+        projected: &mut [Vec3A],
+        scratch: &mut LevelScratch,
+    ) {
         let rounds = match memory {
             Memory::None => START_ROUNDS,
             Memory::Previous => 1,
@@ -318,6 +365,9 @@ impl StrainProjection {
             bending_sweeps,
             ..
         } = self.config;
+        if let Some(levels) = &self.levels {
+            levels.solve(rounds, scratch, projected);
+        }
         let positions = SharedPositions::new(projected);
         for round in 0..rounds * sweeps {
             for colour in self.edges.iter() {

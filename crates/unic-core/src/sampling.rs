@@ -13,7 +13,7 @@ use interpolation::Neighbourhoods;
 use thiserror::Error;
 
 /// Largest number of samples from which a vertex is interpolated.
-pub(crate) const NEIGHBOURS: usize = 8;
+pub const NEIGHBOURS: usize = 8;
 
 /// Samples, the vertices that carry the state, and the weights that interpolate all vertices from
 /// them.
@@ -30,11 +30,11 @@ pub struct Sampling {
 
 /// Interpolation of one vertex from its samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct InterpolationRow {
+pub struct InterpolationRow {
     /// Places in the list of samples.
-    pub(crate) samples: [u32; NEIGHBOURS],
+    pub samples: [u32; NEIGHBOURS],
     /// Weights of the samples, which sum to one. Unused entries are zero.
-    pub(crate) weights: [f32; NEIGHBOURS],
+    pub weights: [f32; NEIGHBOURS],
 }
 
 /// Error of samples that are not valid.
@@ -104,10 +104,20 @@ impl Sampling {
         self.samples.len() as f32 / self.rows.len() as f32
     }
 
+    /// Takes the interpolation of each vertex.
+    pub(crate) fn into_rows(self) -> Vec<InterpolationRow> {
+        self.rows
+    }
+
     /// Interpolation of each vertex.
     pub(crate) fn rows(&self) -> &[InterpolationRow] {
         &self.rows
     }
+}
+
+/// Interpolation of some vertices of a rest mesh from distinct samples.
+pub(crate) fn rows_of(rest: &TriMesh, samples: &[u32], vertices: &[u32]) -> Vec<InterpolationRow> {
+    Neighbourhoods::new(rest, samples).rows_of(vertices.iter().copied())
 }
 
 #[cfg(test)]

@@ -95,6 +95,7 @@ mod error;
 mod field;
 mod garment;
 mod kernel;
+mod levels;
 mod mesh;
 mod model;
 mod motion;

@@ -4,6 +4,7 @@ use crate::{
     GpuContext, GpuError,
     animator::Buffers,
     kernel::{Dispatch, GROUP, Kernel, Source},
+    levels::Levels,
 };
 use bytemuck::{Pod, Zeroable};
 use unic_core::{
@@ -22,6 +23,7 @@ pub(crate) struct Projection {
     firsts: Buffer,
     edges: Vec<Colour>,
     stencils: Vec<Colour>,
+    levels: Option<Levels>,
     kernels: Kernels,
 }
 
@@ -50,7 +52,7 @@ struct Kernels {
 /// Edge in the memory layout of `projection.wgsl`.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Edge {
+pub(crate) struct PackedEdge {
     ends: [u32; 2],
     limits: [f32; 2],
     shares: [f32; 2],
@@ -97,6 +99,7 @@ impl Projection {
             stencils: (projection.stencil_colours())
                 .map(|stencils| Colour::new(context, "stencils", stencils, packed_stencil))
                 .collect(),
+            levels: (projection.levels()).and_then(|levels| Levels::new(context, levels)),
             kernels: Kernels::new(context, model, projection),
         }
     }
@@ -158,7 +161,12 @@ impl Projection {
             let stencils = if bends { &stencils[..] } else { &[] };
             edges.iter().chain(stencils).cloned()
         };
-        Ok((0..rounds * self.sweeps).flat_map(sweep).collect())
+        let mut dispatches = match &self.levels {
+            Some(levels) => levels.solve(buffers, rounds)?,
+            None => Vec::new(),
+        };
+        dispatches.extend((0..rounds * self.sweeps).flat_map(sweep));
+        Ok(dispatches)
     }
 
     /// Makes the dispatches of a sweep over the edges.
@@ -203,8 +211,8 @@ impl Colour {
     }
 }
 
-fn packed_edge(edge: &projection::Edge) -> Edge {
-    Edge {
+pub(crate) fn packed_edge(edge: &projection::Edge) -> PackedEdge {
+    PackedEdge {
         ends: edge.ends,
         limits: [edge.limit.shortest, edge.limit.longest],
         shares: edge.shares,

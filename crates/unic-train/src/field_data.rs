@@ -240,9 +240,10 @@ struct Later {
 
 /// Limits of edge lengths in clips; none where the settings ask for no projection.
 fn measured_limits(settings: &TrainConfig, capture: &Capture, clips: &[PreparedClip]) -> Vec<StrainLimit> {
-    match settings.projection.at_inference {
-        true => strain_limits(&capture.garment.rest, clips, settings.projection.deviations),
-        false => Vec::new(),
+    let deviations = settings.projection.deviations;
+    match settings.projection.of_model() {
+        Some(config) => strain_limits(&capture.garment.rest, &config, clips, deviations),
+        None => Vec::new(),
     }
 }
 

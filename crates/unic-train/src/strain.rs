@@ -1,19 +1,30 @@
-//! Lengths of a garment's edges in training clips, the limits of the strain projection.
+//! Lengths of a garment's edges and chords in training clips, the limits of the strain projection.
 
 use glam::Vec3;
 use rayon::prelude::*;
 use unic_core::{
+    config::ProjectionConfig,
     mesh::TriMesh,
-    projection::{StrainLimit, limited_edges},
+    projection::{StrainLimit, limited_pairs, welded_edges},
 };
 use unic_eval::PreparedClip;
 
 /// Largest number of frames that lengths are measured in. Neighbouring frames differ little.
 const MOST_FRAMES: usize = 2000;
 
-/// Returns the range of length of each of the garment's [`limited_edges`]: its mean over the clips,
-/// and `deviations` standard deviations to both sides.
-pub(crate) fn strain_limits(rest: &TriMesh, clips: &[PreparedClip], deviations: f32) -> Vec<StrainLimit> {
+/// Range of the length of a chord around its mean, in standard deviations. Folds shorten chords, so
+/// that their lengths vary much, and a narrow range would pull folds out. The chords are for lengths
+/// that hardly occur in training.
+const CHORD_DEVIATIONS: f32 = 1.5;
+
+/// Returns the range of length of each of the garment's [`limited_pairs`]: its mean over the clips,
+/// and `deviations` standard deviations to both sides for edges, [`CHORD_DEVIATIONS`] for chords.
+pub(crate) fn strain_limits(
+    rest: &TriMesh,
+    config: &ProjectionConfig,
+    clips: &[PreparedClip],
+    deviations: f32,
+) -> Vec<StrainLimit> {
     let frames: usize = clips.iter().map(PreparedClip::len).sum();
     let every = frames.div_ceil(MOST_FRAMES).max(1);
     let measured: Vec<&[Vec3]> = (clips.iter())
@@ -23,13 +34,18 @@ pub(crate) fn strain_limits(rest: &TriMesh, clips: &[PreparedClip], deviations: 
                 .map(|t| clip.captured.garment.frame(t))
         })
         .collect();
-    let limit = |edge: &[u32; 2]| limit_of(edge, &measured, deviations);
-    limited_edges(rest).par_iter().map(limit).collect()
+    let edges = welded_edges(rest).len();
+    let limit = |(i, pair): (usize, &[u32; 2])| {
+        let deviations = if i < edges { deviations } else { CHORD_DEVIATIONS };
+        limit_of(pair, &measured, deviations)
+    };
+    let pairs = limited_pairs(config, rest);
+    pairs.par_iter().enumerate().map(limit).collect()
 }
 
-fn limit_of(edge: &[u32; 2], frames: &[&[Vec3]], deviations: f32) -> StrainLimit {
+fn limit_of(pair: &[u32; 2], frames: &[&[Vec3]], deviations: f32) -> StrainLimit {
     // Sums of differences from the first length: those of squares alone would cancel.
-    let length = |frame: &[Vec3]| f64::from(frame[edge[0] as usize].distance(frame[edge[1] as usize]));
+    let length = |frame: &[Vec3]| f64::from(frame[pair[0] as usize].distance(frame[pair[1] as usize]));
     let first = frames.first().map_or(0.0, |frame| length(frame));
     let (mut sum, mut squares) = (0.0, 0.0);
     for frame in frames {

@@ -22,16 +22,19 @@ fn sheet(n: usize) -> TriMesh {
 /// Lengths of all edges of a shape.
 fn lengths(mesh: &TriMesh, positions: &[Vec3]) -> Vec<f32> {
     let length = |[a, b]: [u32; 2]| positions[a as usize].distance(positions[b as usize]);
-    limited_edges(mesh).into_iter().map(length).collect()
+    welded_edges(mesh).into_iter().map(length).collect()
 }
 
 /// Projection that keeps the rest lengths.
 fn inextensible(config: ProjectionConfig, mesh: &TriMesh, mask: Option<&[f32]>) -> StrainProjection {
-    let limit = |length| StrainLimit {
-        shortest: length,
-        longest: length,
+    let limit = |[a, b]: [u32; 2]| {
+        let length = mesh.vertices[a as usize].distance(mesh.vertices[b as usize]);
+        StrainLimit {
+            shortest: length,
+            longest: length,
+        }
     };
-    let limits = lengths(mesh, &mesh.vertices).into_iter().map(limit).collect();
+    let limits = limited_pairs(&config, mesh).into_iter().map(limit).collect();
     StrainProjection::new(config, mesh, mask, limits)
 }
 
@@ -104,6 +107,7 @@ fn config() -> ProjectionConfig {
     ProjectionConfig {
         // No pull back, so that ticks add up.
         pull_s: 1e6,
+        bending: 0.2,
         ..ProjectionConfig::default()
     }
 }
@@ -145,7 +149,12 @@ fn a_shortened_sheet_between_fixed_ends_buckles() {
     let mask: Vec<f32> = (0..81)
         .map(|v| if v % 9 == 0 || v % 9 == 8 { 0.0 } else { 1.0 })
         .collect();
-    let projection = inextensible(config(), &mesh, Some(&mask));
+    // Bending resists, and leaves the edges shorter.
+    let config = ProjectionConfig {
+        bending_sweeps: 2,
+        ..config()
+    };
+    let projection = inextensible(config, &mesh, Some(&mask));
     let mut sheet = Sheet::new(81, Quat::IDENTITY);
     let predicted = waved(&mesh, 0.9);
     let shown = (0..60)
@@ -156,6 +165,94 @@ fn a_shortened_sheet_between_fixed_ends_buckles() {
     assert!(strain(&mesh, &shown) < 0.08, "{}", strain(&mesh, &shown));
     let depth = |positions: &[Vec3]| positions.iter().map(|p| p.z.abs()).fold(0.0, f32::max);
     assert!(depth(&shown) > 5.0 * depth(&predicted), "{}", depth(&shown));
+}
+
+/// Sweeps over the edges alone reach few rows, and the rows near the fixed one crumple.
+#[test]
+fn coarse_levels_let_the_free_end_of_a_shortened_sheet_go() {
+    let mesh = sheet(60);
+    let mask: Vec<f32> = (0..3600).map(|v| if v % 60 == 0 { 0.0 } else { 1.0 }).collect();
+    let reach = |coarse_sweeps: usize| {
+        let config = ProjectionConfig {
+            coarse_sweeps,
+            radius_m: 1.0,
+            ..config()
+        };
+        let projection = inextensible(config, &mesh, Some(&mask));
+        let mut sheet = Sheet::new(3600, Quat::from_rotation_y(0.4));
+        // Flat, so that it cannot buckle.
+        let predicted: Vec<Vec3> = (mesh.vertices.iter())
+            .map(|p| Vec3::new(0.8 * p.x, p.y, 0.0))
+            .collect();
+        let shown = sheet.tick(&projection, &predicted);
+        let free = shown.iter().skip(59).step_by(60).map(|p| p.x);
+        free.sum::<f32>() / (60.0 * 59.0 * CELL)
+    };
+    let (with, without) = (reach(4), reach(0));
+    assert!(
+        with > 0.91 && without < 0.83,
+        "{with} and {without} of the length"
+    );
+}
+
+#[test]
+fn levels_are_nested_and_their_chords_join_neighbours() {
+    let mesh = sheet(60);
+    let config = config();
+    let projection = inextensible(config, &mesh, None);
+    let levels = projection.levels().unwrap();
+    let counts: Vec<usize> = levels.levels().iter().map(Level::samples).collect();
+    assert_eq!(counts, [56, 225]);
+    assert_eq!(levels.samples().len(), 225);
+    let pairs = limited_pairs(&config, &mesh);
+    assert_eq!(projection.limit_count(), pairs.len());
+    let mut chords = 0;
+    for (level, most) in levels.levels().iter().zip([20.0, 10.0]) {
+        let mut near = vec![0; level.samples()];
+        for colour in level.chord_colours() {
+            let mut ends: Vec<u32> = colour.iter().flat_map(|chord| chord.ends).collect();
+            ends.iter().for_each(|&end| near[end as usize] += 1);
+            ends.sort_unstable();
+            assert!(ends.windows(2).all(|pair| pair[0] < pair[1]), "a shared sample");
+            for chord in colour {
+                assert!(chord.limit.longest < 3.0 * most * CELL, "{chord:?}");
+            }
+            chords += colour.len();
+        }
+        assert!(near.iter().all(|count| (5..=40).contains(count)), "{near:?}");
+    }
+    assert_eq!(welded_edges(&mesh).len() + chords, pairs.len());
+    // The samples of the finest level, and every vertex.
+    let rows: Vec<usize> = levels.levels().iter().map(|l| l.rows().len()).collect();
+    assert_eq!(rows, [225 - 56, 3600]);
+    let small = inextensible(config, &sheet(20), None);
+    assert!(small.levels().unwrap().levels().is_empty());
+}
+
+#[test]
+fn chord_limits_move_to_another_mesh_as_strains() {
+    let mesh = sheet(40);
+    let config = config();
+    let limit = |[a, b]: [u32; 2]| {
+        let length = mesh.vertices[a as usize].distance(mesh.vertices[b as usize]);
+        StrainLimit {
+            shortest: 0.7 * length,
+            longest: 1.2 * length,
+        }
+    };
+    let limits = limited_pairs(&config, &mesh).into_iter().map(limit).collect();
+    let projection = StrainProjection::new(config, &mesh, None, limits);
+    let fine = subdivided(&mesh).mesh;
+    let map = SurfaceMap::new(&mesh, &fine.vertices).unwrap();
+    let limits = projection.limits_on_mesh(&mesh, &fine, &map).unwrap();
+    let pairs = limited_pairs(&config, &fine);
+    assert_eq!(limits.len(), pairs.len());
+    assert!(pairs.len() > welded_edges(&fine).len() + 100);
+    for (limit, [a, b]) in limits.iter().zip(pairs) {
+        let length = fine.vertices[a as usize].distance(fine.vertices[b as usize]);
+        assert!((limit.shortest / length - 0.7).abs() < 1e-3, "{limit:?} {length}");
+        assert!((limit.longest / length - 1.2).abs() < 1e-3, "{limit:?} {length}");
+    }
 }
 
 #[test]
@@ -248,7 +345,7 @@ fn constraints_of_a_colour_share_no_vertex() {
         vertices.dedup();
         assert_eq!(vertices.len(), all);
     }
-    assert_eq!(count, limited_edges(&mesh).len());
+    assert_eq!(count, welded_edges(&mesh).len());
 }
 
 /// Large enough that a colour is swept in several parts.

@@ -1,16 +1,23 @@
 //! Transfer of strain limits to another mesh of the garment.
 
-use super::{StrainLimit, StrainProjection, limited_edges};
+use super::{
+    StrainLimit, StrainProjection,
+    levels::{Level, LevelTopology, Levels},
+    welded_edges, welded_faces,
+};
 use crate::{
     mesh::TriMesh,
     surface_map::{SurfaceMap, SurfaceMapError},
+    topology::weld,
 };
+use glam::Vec3;
 
 impl StrainProjection {
-    /// Returns limits for the [`limited_edges`] of another mesh of the garment.
+    /// Returns limits for the [`limited_pairs`] of another mesh of the garment.
     ///
     /// `map` leads from this garment's rest shape to the vertices of `mesh`. Limits are transferred
-    /// as strains: means over the edges at each vertex, interpolated at the ends of each new edge.
+    /// as strains: means over the edges at each vertex, interpolated at the ends of each new edge,
+    /// and means over the chords at the nearest samples of a level with about as many.
     ///
     /// # Errors
     /// A map from a mesh with another number of vertices.
@@ -32,14 +39,18 @@ impl StrainProjection {
                 longest: longest.max(f32::MIN_POSITIVE),
             }
         };
-        Ok(limited_edges(mesh).iter().map(limit).collect())
+        let mut limits: Vec<StrainLimit> = welded_edges(mesh).iter().map(limit).collect();
+        if let Some(levels) = &self.levels {
+            limits.extend(chord_limits(levels, rest, mesh));
+        }
+        Ok(limits)
     }
 
     /// Returns for each vertex the mean of a limit over the edges at its place, divided by their
     /// rest lengths. It is 1 for vertices without edges.
     fn vertex_stretch(&self, rest: &TriMesh, length: impl Fn(&StrainLimit) -> f32) -> Vec<f32> {
         let mut sums = vec![(0.0f32, 0.0f32); rest.vertices.len()];
-        for (&[a, b], limit) in limited_edges(rest).iter().zip(&self.limits) {
+        for (&[a, b], limit) in welded_edges(rest).iter().zip(&self.limits) {
             let rest_length = rest.vertices[a as usize].distance(rest.vertices[b as usize]);
             for end in [a, b] {
                 let (limits, lengths) = &mut sums[end as usize];
@@ -52,5 +63,66 @@ impl StrainProjection {
             _ => 1.0,
         };
         self.first_at_place.iter().map(stretch).collect()
+    }
+}
+
+/// Returns limits for the chords of another mesh of the garment. A mesh with levels takes none from
+/// one without.
+fn chord_limits(levels: &Levels, rest: &TriMesh, mesh: &TriMesh) -> Vec<StrainLimit> {
+    let topology = LevelTopology::new(mesh, &welded_faces(mesh, &weld(&mesh.vertices)));
+    let limits = topology.levels().flat_map(|(count, chords)| {
+        // As a share of the larger number, so that 100 is as far from 50 as from 200.
+        let far = |l: &&Level| l.samples().max(count) as f32 / l.samples().min(count).max(1) as f32;
+        let nearest = levels.levels().iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+        let known = nearest.map(|level| sample_stretch(levels, level, rest));
+        chords.map(move |chord| {
+            let [a, b] = chord.map(|v| mesh.vertices[v as usize]);
+            match &known {
+                Some(known) => limit_between(known, a, b),
+                None => StrainLimit {
+                    shortest: 0.0,
+                    longest: f32::MAX,
+                },
+            }
+        })
+    });
+    limits.collect()
+}
+
+/// Stretch at the samples of a level: rest positions, and the least and greatest length of the
+/// chords there divided by their rest lengths.
+type SampleStretch = Vec<(Vec3, [f32; 2])>;
+
+fn sample_stretch(levels: &Levels, level: &Level, rest: &TriMesh) -> SampleStretch {
+    let at = |place: u32| rest.vertices[levels.samples()[place as usize] as usize];
+    let mut sums = vec![[0.0f32; 3]; level.samples()];
+    for chord in level.chord_colours().flatten() {
+        let length = at(chord.ends[0]).distance(at(chord.ends[1]));
+        for end in chord.ends {
+            let [shortest, longest, lengths] = &mut sums[end as usize];
+            *shortest += chord.limit.shortest;
+            *longest += chord.limit.longest;
+            *lengths += length;
+        }
+    }
+    let stretch = |(place, [shortest, longest, length]): (u32, [f32; 3])| match length > 0.0 {
+        true => (at(place), [shortest / length, longest / length]),
+        false => (at(place), [0.0, 1.0]),
+    };
+    (0..).zip(sums).map(stretch).collect()
+}
+
+fn limit_between(known: &SampleStretch, a: Vec3, b: Vec3) -> StrainLimit {
+    let near = |p: Vec3| {
+        let squared = |s: &&(Vec3, [f32; 2])| s.0.distance_squared(p);
+        let nearest = known.iter().min_by(|x, y| squared(x).total_cmp(&squared(y)));
+        nearest.map_or([0.0, 1.0], |s| s.1)
+    };
+    let (a_stretch, b_stretch) = (near(a), near(b));
+    let half_length = 0.5 * a.distance(b);
+    let longest = (half_length * (a_stretch[1] + b_stretch[1])).max(f32::MIN_POSITIVE);
+    StrainLimit {
+        shortest: (half_length * (a_stretch[0] + b_stretch[0])).min(longest),
+        longest,
     }
 }

@@ -52,14 +52,17 @@ impl<'a> Neighbourhoods<'a> {
 
     /// Computes the interpolation of every vertex.
     pub(super) fn rows(&self) -> Vec<InterpolationRow> {
+        self.rows_of(0..self.welded.len() as u32)
+    }
+
+    /// Computes the interpolation of some vertices, each of them once.
+    pub(super) fn rows_of(&self, vertices: impl Iterator<Item = u32>) -> Vec<InterpolationRow> {
         let mut search = Search {
             seen: vec![u32::MAX; self.welded.len()],
             queue: VecDeque::new(),
             found: Vec::new(),
         };
-        (0..self.welded.len() as u32)
-            .map(|v| self.row(v, &mut search))
-            .collect()
+        vertices.map(|v| self.row(v, &mut search)).collect()
     }
 
     fn row(&self, vertex: u32, search: &mut Search) -> InterpolationRow {

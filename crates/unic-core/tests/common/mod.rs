@@ -21,7 +21,7 @@ use unic_core::{
     motion::{MotionLayout, MotionSpec, Normalisation, VelocityScheme, motion_len},
     network::Linear,
     prior::Prior,
-    projection::{StrainLimit, limited_edges},
+    projection::{StrainLimit, limited_pairs},
     recurrence::Recurrence,
     replay::{FEATURES, KeyMap, Library, Replay},
     skeleton::{Skeleton, SkeletonParts},
@@ -225,8 +225,8 @@ pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit:
         .iter()
         .enumerate()
         .map(|(i, &(a, b))| linear(a, b, if i == last { gain } else { 1.4 }, 200 + i as u64));
-    let strain_limits = match config.projection {
-        Some(_) => strain_limits(&garment.rest),
+    let strain_limits = match &config.projection {
+        Some(projection) => strain_limits(projection, &garment.rest),
         None => Vec::new(),
     };
     ModelParts {
@@ -248,7 +248,7 @@ pub fn with_networks(config: ModelConfig, garment: Garment, prior: Prior, limit:
 }
 
 /// Limits 2 % around the lengths of the rest shape's edges.
-fn strain_limits(rest: &TriMesh) -> Vec<StrainLimit> {
+fn strain_limits(config: &ProjectionConfig, rest: &TriMesh) -> Vec<StrainLimit> {
     let limit = |[a, b]: [u32; 2]| {
         let length = rest.vertices[a as usize].distance(rest.vertices[b as usize]);
         StrainLimit {
@@ -256,7 +256,7 @@ fn strain_limits(rest: &TriMesh) -> Vec<StrainLimit> {
             longest: 1.02 * length,
         }
     };
-    limited_edges(rest).into_iter().map(limit).collect()
+    limited_pairs(config, rest).into_iter().map(limit).collect()
 }
 
 fn field_sizes(config: &FieldConfig, input: usize) -> Vec<(usize, usize)> {

@@ -1,7 +1,8 @@
 //! State and scratch of an animator on the device.
 
-use crate::{GpuModel, mesh::SHOWN_BYTES};
+use crate::{GpuModel, levels::SAMPLE_BYTES, mesh::SHOWN_BYTES};
 use glam::{Vec3, Vec4};
+use unic_core::projection::StrainProjection;
 use wgpu::{Buffer, BufferUsages};
 
 /// Size of a `Point` of `vertex_state.wgsl`, bytes.
@@ -27,6 +28,8 @@ pub(crate) struct Buffers {
     /// Predicted and projected positions of the strain projection, see `projection.wgsl`.
     pub(crate) predicted: Buffer,
     pub(crate) projected: Buffer,
+    /// Samples of the strain projection's coarse levels, see `levels.wgsl`.
+    pub(crate) samples: Buffer,
     /// Inputs of the field for every vertex.
     pub(crate) inputs: Buffer,
     /// Shown positions and normals.
@@ -41,6 +44,8 @@ impl Buffers {
         let inputs = model.field().point_inputs() * asset.field.shape.stride(vertices);
         let zeroed = |label, bytes| context.zeroed(label, bytes, BufferUsages::empty());
         let projected = model.projection().map_or(0, |_| vertices);
+        let levels = model.projection().and_then(StrainProjection::levels);
+        let samples = levels.map_or(0, |levels| levels.samples().len());
         let states = zeroed("states", STATE_BYTES * vertices);
         // Kernels keep the mask, so that it is uploaded once.
         let share = |vertex: usize| [Vec3::ZERO.extend(model.garment().share(vertex)); 2];
@@ -57,6 +62,7 @@ impl Buffers {
             offsets: zeroed("offsets", STATE_BYTES * projected),
             predicted: zeroed("predicted", POSITION_BYTES * projected),
             projected: zeroed("projected", POSITION_BYTES * projected),
+            samples: zeroed("samples", SAMPLE_BYTES * samples),
             inputs: zeroed("inputs", 4 * inputs),
             shown: context.zeroed("garment", SHOWN_BYTES * vertices, BufferUsages::VERTEX),
         }

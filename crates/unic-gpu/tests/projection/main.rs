@@ -16,7 +16,7 @@ mod robust;
 
 use common::largest_distance;
 use device::{context, gpu_animator};
-use models::{model, with_projection};
+use models::{fine_model, model, with_projection};
 use std::sync::Arc;
 use unic_core::{Animator, AnimatorState, Model, Start, animator::VertexState, config::IntersectionMode};
 use unic_gpu::{GpuAnimator, Precision};
@@ -88,6 +88,28 @@ fn offsets_and_positions_agree_with_the_cpu() {
         }
         assert!(offset > 0.01, "{name}, {mode:?}: offsets of {offset} m");
         assert!(largest < TOLERANCE, "{name}, {mode:?}: {largest} m");
+    }
+}
+
+#[test]
+fn coarse_levels_agree_with_the_cpu() {
+    let model = fine_model("second order", 0.27);
+    let levels = model.projection().unwrap().levels().unwrap();
+    assert_eq!(levels.levels().len(), 2);
+    let Some((mut cpu, mut gpu)) = start(&model, IntersectionMode::Off) else {
+        return;
+    };
+    let poses = common::motion(8);
+    reset(&mut cpu, &mut gpu);
+    for t in 0..8 {
+        if t > 0 {
+            cpu.step(&common::input(&poses, t)).unwrap();
+            gpu.step(&common::input(&poses, t)).unwrap();
+        }
+        let found = gpu.read_back().unwrap().positions;
+        let apart = largest_distance(&found, cpu.garment().positions);
+        assert!(apart < TOLERANCE, "frame {t}: {apart} m");
+        assert!(largest_offset(cpu.state()) > 0.01, "frame {t}");
     }
 }
 

@@ -8,7 +8,7 @@ use unic_core::{
     config::ProjectionConfig,
     mesh::TriMesh,
     model::ModelParts,
-    projection::{StrainLimit, limited_edges},
+    projection::{StrainLimit, limited_pairs},
     skinning::SkinningWeights,
 };
 
@@ -17,6 +17,15 @@ pub(crate) fn model(variant: &str, radius: f32) -> Arc<Model> {
     let variant = common::variant(variant);
     let mut parts = common::parts(&variant);
     parts.garment = with_seam(common::tube(13, 12, radius), 12);
+    parts.prior = common::prior(parts.garment.rest.vertices.len(), variant.components);
+    with_projection(parts)
+}
+
+/// Model of a variant with a strain projection that has coarse levels, on a fine tube with a seam.
+pub(crate) fn fine_model(variant: &str, radius: f32) -> Arc<Model> {
+    let variant = common::variant(variant);
+    let mut parts = common::parts(&variant);
+    parts.garment = with_seam(common::tube(80, 48, radius), 48);
     parts.prior = common::prior(parts.garment.rest.vertices.len(), variant.components);
     with_projection(parts)
 }
@@ -32,8 +41,9 @@ pub(crate) fn with_projection(mut parts: ModelParts) -> Arc<Model> {
             longest: 1.2 * length,
         }
     };
-    parts.strain_limits = limited_edges(rest).iter().map(limit).collect();
-    parts.config.projection = Some(ProjectionConfig::default());
+    let config = ProjectionConfig::default();
+    parts.strain_limits = limited_pairs(&config, rest).iter().map(limit).collect();
+    parts.config.projection = Some(config);
     Arc::new(Model::new(parts).unwrap())
 }
 

@@ -11,6 +11,10 @@ pub struct ProjectionSettings {
     pub at_inference: bool,
     /// Range of the length that an edge keeps around its mean in training, in standard deviations.
     pub deviations: f32,
+    /// Gauss-Seidel sweeps over the chords of each coarse level in a tick; no levels where it is 0,
+    /// as in settings that were saved before there were any.
+    #[serde(default)]
+    pub coarse_sweeps: usize,
     /// Gauss-Seidel sweeps over all edges in a tick.
     pub sweeps: usize,
     /// Number of these sweeps that are followed by one over all hinges.
@@ -30,6 +34,7 @@ impl Default for ProjectionSettings {
     /// No projection, as in settings that were saved before there was one.
     fn default() -> Self {
         let ProjectionConfig {
+            coarse_sweeps,
             sweeps,
             bending_sweeps,
             bending,
@@ -40,9 +45,10 @@ impl Default for ProjectionSettings {
         Self {
             at_inference: false,
             deviations: 0.5,
+            coarse_sweeps,
             sweeps,
             bending_sweeps,
-            bending: vec![bending, 0.1, 0.35, 0.6, 1.0],
+            bending: vec![bending, 0.35, 1.0],
             pull_s,
             carry_s,
             radius_m,
@@ -54,6 +60,7 @@ impl ProjectionSettings {
     /// Strain projection that the finished model has if nothing is held out.
     pub fn of_model(&self) -> Option<ProjectionConfig> {
         self.at_inference.then_some(ProjectionConfig {
+            coarse_sweeps: self.coarse_sweeps,
             sweeps: self.sweeps,
             bending_sweeps: self.bending_sweeps,
             // Settings without any are refused.
