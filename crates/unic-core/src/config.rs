@@ -68,7 +68,7 @@ impl Default for ProjectionConfig {
 
 impl ProjectionConfig {
     /// Largest number of sweeps. Without a limit a damaged file could stop an animator.
-    const MOST_SWEEPS: usize = 1000;
+    pub const MOST_SWEEPS: usize = 1000;
 
     /// Checks all values.
     ///

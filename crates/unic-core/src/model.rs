@@ -11,7 +11,7 @@ use crate::{
     motion::{MotionError, Normalisation, motion_len},
     network::{Encoder, Field, LayerError, Linear, Precision},
     prior::Prior,
-    projection::{StrainLimit, StrainProjection},
+    projection::{LimitCountError, StrainLimit, StrainProjection},
     recurrence::Recurrence,
     replay::ReplayError,
     sampling::{Sampling, SamplingError},
@@ -147,10 +147,9 @@ impl Model {
         let latent = config.encoder.latent_len();
         let mask = parts.garment.mask.as_deref();
         let projection = (config.projection)
-            .map(|p| StrainProjection::new(p, &parts.garment.rest, mask, parts.strain_limits));
-        if let Some(projection) = &projection {
-            check_limit_count(projection.limit_count(), projection.limits().len())?;
-        }
+            .map(|p| StrainProjection::new(p, &parts.garment.rest, mask, parts.strain_limits))
+            .transpose()
+            .map_err(|LimitCountError { expected, found }| limit_count(expected, found))?;
         Ok(Self {
             projection,
             encoder: Encoder::new(&config.encoder, inputs, parts.encoder)?,
@@ -425,8 +424,8 @@ fn all_equal(counts: &[(&'static str, usize, usize)]) -> Result<(), ModelError> 
 }
 
 fn check_strain_limits(parts: &ModelParts) -> Result<(), ModelError> {
-    if parts.config.projection.is_none() {
-        check_limit_count(0, parts.strain_limits.len())?;
+    if parts.config.projection.is_none() && !parts.strain_limits.is_empty() {
+        return Err(limit_count(0, parts.strain_limits.len()));
     }
     // Written so that NaN fails.
     let usable = |l: &StrainLimit| {
@@ -438,8 +437,12 @@ fn check_strain_limits(parts: &ModelParts) -> Result<(), ModelError> {
     }
 }
 
-fn check_limit_count(expected: usize, found: usize) -> Result<(), ModelError> {
-    all_equal(&[("limits of edge lengths", expected, found)])
+fn limit_count(expected: usize, found: usize) -> ModelError {
+    ModelError::Count {
+        what: "limits of edge lengths",
+        expected,
+        found,
+    }
 }
 
 fn check_recurrence(prior: &Prior, inputs: usize) -> Result<(), ModelError> {

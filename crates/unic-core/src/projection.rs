@@ -44,6 +44,7 @@ use glam::{Vec3, Vec3A};
 use levels::{LevelScratch, LevelTopology};
 use stencil::{bending_stencils, weights_of_mask};
 use sweep::{SharedPositions, sweep};
+use thiserror::Error;
 
 pub use levels::{Level, Levels};
 pub use sweep::{Edge, LEAST_LENGTH, Stencil};
@@ -63,6 +64,16 @@ pub struct StrainLimit {
     pub longest: f32,
 }
 
+/// Error of limits that are not one for each of the [`limited_pairs`].
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error("strain projection: expected {expected} limits of lengths, found {found}")]
+pub struct LimitCountError {
+    /// Number of the pairs.
+    pub expected: usize,
+    /// Number of limits that were given.
+    pub found: usize,
+}
+
 /// Edges of the mesh with its seams [welded](weld). Each is a pair of vertices with the lower index
 /// first.
 pub fn welded_edges(rest: &TriMesh) -> Vec<[u32; 2]> {
@@ -72,10 +83,11 @@ pub fn welded_edges(rest: &TriMesh) -> Vec<[u32; 2]> {
 /// Pairs of vertices whose distances [`StrainLimit`]s limit, in their order: the [`welded_edges`],
 /// then the chords of the coarse levels, if there are any.
 pub fn limited_pairs(config: &ProjectionConfig, rest: &TriMesh) -> Vec<[u32; 2]> {
-    let faces = welded_faces(rest, &weld(&rest.vertices));
+    let first_at_place = weld(&rest.vertices);
+    let faces = welded_faces(rest, &first_at_place);
     let mut pairs = edges(&faces);
     if config.coarse_sweeps > 0 {
-        pairs.extend(LevelTopology::new(rest, &faces).chords());
+        pairs.extend(LevelTopology::new(rest, &faces, &first_at_place).chords());
     }
     pairs
 }
@@ -95,8 +107,6 @@ pub struct StrainProjection {
     edges: Colours<Edge>,
     stencils: Colours<Stencil>,
     levels: Option<Levels>,
-    /// Number of limits that the garment needs.
-    limit_count: usize,
 }
 
 /// Constraints in the order of their colours. Those of one colour share no vertex.
@@ -196,38 +206,44 @@ impl StrainProjection {
     /// of their freedom, and those at 0 stay at the prediction.
     ///
     /// `limits` has one entry for each of the [`limited_pairs`] of `rest`.
+    ///
+    /// # Errors
+    /// Another number of limits.
     pub fn new(
         config: ProjectionConfig,
         rest: &TriMesh,
         mask: Option<&[f32]>,
         limits: Vec<StrainLimit>,
-    ) -> Self {
+    ) -> Result<Self, LimitCountError> {
         let first_at_place = weld(&rest.vertices);
         let faces = welded_faces(rest, &first_at_place);
         let weights = weights_of_mask(mask, &first_at_place);
         let ends = edges(&faces);
+        let levels = (config.coarse_sweeps > 0).then(|| LevelTopology::new(rest, &faces, &first_at_place));
+        let chord_count = levels.as_ref().map_or(0, |l| l.chords().count());
+        let (expected, found) = (ends.len() + chord_count, limits.len());
+        if expected != found {
+            return Err(LimitCountError { expected, found });
+        }
         let count = rest.vertices.len();
         let packed = ends.iter().zip(&limits);
         let packed = packed.map(|(&ends, &limit)| Edge::new(ends, limit, &weights));
         let stencils = bending_stencils(&rest.vertices, &faces, &ends);
         let corners: Vec<[u32; 4]> = stencils.iter().map(|s| s.vertices).collect();
         let stencils = stencils.iter().map(|s| Stencil::new(s, config.bending, &weights));
-        let levels = (config.coarse_sweeps > 0).then(|| LevelTopology::new(rest, &faces));
-        let chord_count = levels.as_ref().map_or(0, |l| l.chords().count());
         let levels = levels.map(|topology| {
             let freedom = (first_at_place.iter()).map(|&first| weights[first as usize]);
-            let limits = limits.get(ends.len()..).unwrap_or_default();
+            let limits = &limits[ends.len()..];
             Levels::new(topology, rest, config.coarse_sweeps, freedom.collect(), limits)
         });
-        Self {
+        Ok(Self {
             levels,
-            limit_count: ends.len() + chord_count,
             edges: Colours::new(packed.collect(), &ends, count),
             stencils: Colours::new(stencils.collect(), &corners, count),
             config,
             limits,
             first_at_place,
-        }
+        })
     }
 
     /// Settings.
@@ -238,11 +254,6 @@ impl StrainProjection {
     /// Limits of the [`limited_pairs`], in their order.
     pub fn limits(&self) -> &[StrainLimit] {
         &self.limits
-    }
-
-    /// Number of the [`limited_pairs`], which the limits must have.
-    pub fn limit_count(&self) -> usize {
-        self.limit_count
     }
 
     /// Coarse levels, which are solved before the edges.

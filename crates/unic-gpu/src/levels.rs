@@ -59,8 +59,7 @@ struct Kernels {
 impl Levels {
     /// Uploads the levels; none for a garment without any.
     pub(crate) fn new(context: &GpuContext, levels: &projection::Levels) -> Option<Self> {
-        let of = levels.levels();
-        let (finest, coarser) = of.split_last()?;
+        let (finest, coarser) = levels.levels().split_last()?;
         let freedom_of = |v: &u32| levels.freedom()[*v as usize];
         let samples: Vec<f32> = levels.samples().iter().map(freedom_of).collect();
         let coarser = coarser.iter().map(|level| {
@@ -95,17 +94,16 @@ impl Levels {
             let chords = [samples, (25, &level.chords), (26, &level.ends)];
             let sweep = kernels.sweep_chords.dispatch(&chords, 1)?;
             let (rows, freedom) = ((27, &level.rows), (28, &level.freedom));
-            dispatches.push(start.clone());
+            if i > 0 {
+                dispatches.push(start.clone());
+            }
             dispatches.extend(std::iter::repeat_n(sweep, rounds));
-            dispatches.push(match i + 1 < self.levels.len() {
-                true => {
-                    let bindings = [samples, rows, freedom];
-                    (kernels.carry_samples).dispatch(&bindings, groups(level.row_count))?
-                }
-                false => {
-                    let bindings = [projected, samples, rows, freedom];
-                    (kernels.follow_samples).dispatch(&bindings, groups(self.vertices))?
-                }
+            dispatches.push(if i + 1 < self.levels.len() {
+                let bindings = [samples, rows, freedom];
+                (kernels.carry_samples).dispatch(&bindings, groups(level.row_count))?
+            } else {
+                let bindings = [projected, samples, rows, freedom];
+                (kernels.follow_samples).dispatch(&bindings, groups(self.vertices))?
             });
         }
         Ok(dispatches)

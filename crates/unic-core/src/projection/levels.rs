@@ -1,8 +1,12 @@
 //! Coarse levels of a projection: chords between well-spread vertices, solved before the edges.
 
-use super::{Colours, Edge, StrainLimit, sweep::SharedPositions, sweep::sweep};
+use super::{
+    Colours, Edge, StrainLimit,
+    sweep::{PART, SharedPositions, sweep},
+};
 use crate::{
     mesh::TriMesh,
+    parallel::for_each,
     sampling::{InterpolationRow, Sampling, rows_of},
     topology::edges,
 };
@@ -31,9 +35,9 @@ pub(super) struct LevelTopology {
 }
 
 impl LevelTopology {
-    /// Takes samples of a garment's rest mesh, whose `faces` name welded vertices. A small garment
-    /// has no levels.
-    pub(super) fn new(rest: &TriMesh, faces: &[[u32; 3]]) -> Self {
+    /// Takes samples of a garment's rest mesh, whose `faces` name the first vertex at each place, as
+    /// `first_at_place` lists them. A small garment has no levels.
+    pub(super) fn new(rest: &TriMesh, faces: &[[u32; 3]], first_at_place: &[u32]) -> Self {
         let none = Self {
             samples: Vec::new(),
             levels: Vec::new(),
@@ -43,10 +47,13 @@ impl LevelTopology {
         if vertices < VERTICES_PER_SAMPLE * LEAST_SAMPLES {
             return none;
         }
+        // The share is above 0 and at most 1, so that there is a sampling.
         let Ok(sampling) = Sampling::of_share(rest, (VERTICES_PER_SAMPLE as f32).recip()) else {
             return none;
         };
-        let samples = sampling.samples().to_vec();
+        // Only the first vertex at a place is solved for, and has edges.
+        let first = |&v: &u32| first_at_place[v as usize];
+        let samples: Vec<u32> = sampling.samples().iter().map(first).collect();
         let finer = |count: &usize| Some(count / RATIO).filter(|count| *count >= LEAST_SAMPLES);
         let mut counts: Vec<usize> = std::iter::successors(Some(samples.len()), finer).collect();
         counts.reverse();
@@ -97,7 +104,8 @@ impl Graph {
         let cells = self.cells(samples);
         let cells_of = |edge: &[u32; 2]| edge.map(|v| cells[v as usize]);
         let mut chords: Vec<[u32; 2]> = (self.edges.iter().map(cells_of))
-            .filter(|[a, b]| a != b)
+            // Positions may be so far apart that lengths overflow and no sample is near.
+            .filter(|[a, b]| a != b && *a.max(b) != u32::MAX)
             .map(|[a, b]| [a.min(b), a.max(b)])
             .collect();
         chords.sort_unstable();
@@ -279,9 +287,16 @@ impl Levels {
             }
         }
         finest.sweep(rounds * self.sweeps, now);
-        for ((position, row), freedom) in positions.iter_mut().zip(&finest.rows).zip(&self.freedom) {
-            *position += moved(row, first, now) * *freedom;
-        }
+        let (first, now) = (&*first, &*now);
+        let rows = finest.rows.chunks(PART).zip(self.freedom.chunks(PART));
+        for_each(
+            positions.chunks_mut(PART).zip(rows),
+            |(positions, (rows, freedom))| {
+                for ((position, row), freedom) in positions.iter_mut().zip(rows).zip(freedom) {
+                    *position += moved(row, first, now) * *freedom;
+                }
+            },
+        );
     }
 }
 

@@ -7,7 +7,7 @@ use std::marker::PhantomData;
 
 /// Number of constraints in one part of the work. The parts of a small garment are so few that
 /// waking threads would cost more than it saves.
-const PART: usize = 1024;
+pub(super) const PART: usize = 1024;
 
 /// Length below which an edge has no direction, metres.
 pub const LEAST_LENGTH: f32 = 1e-9;

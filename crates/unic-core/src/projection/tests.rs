@@ -35,7 +35,7 @@ fn inextensible(config: ProjectionConfig, mesh: &TriMesh, mask: Option<&[f32]>) 
         }
     };
     let limits = limited_pairs(&config, mesh).into_iter().map(limit).collect();
-    StrainProjection::new(config, mesh, mask, limits)
+    StrainProjection::new(config, mesh, mask, limits).unwrap()
 }
 
 /// A garment of which every vertex has the same rotated frame.
@@ -120,7 +120,7 @@ fn lengths_within_their_limits_leave_the_prediction_as_it_is() {
         longest: 1.1 * length,
     };
     let limits = lengths(&mesh, &mesh.vertices).into_iter().map(limit).collect();
-    let projection = StrainProjection::new(config(), &mesh, None, limits);
+    let projection = StrainProjection::new(config(), &mesh, None, limits).unwrap();
     let mut sheet = Sheet::new(81, Quat::from_rotation_y(0.7));
     for _ in 0..3 {
         sheet.tick(&projection, &waved(&mesh, 1.04));
@@ -205,7 +205,7 @@ fn levels_are_nested_and_their_chords_join_neighbours() {
     assert_eq!(counts, [56, 225]);
     assert_eq!(levels.samples().len(), 225);
     let pairs = limited_pairs(&config, &mesh);
-    assert_eq!(projection.limit_count(), pairs.len());
+    assert_eq!(projection.limits().len(), pairs.len());
     let mut chords = 0;
     for (level, most) in levels.levels().iter().zip([20.0, 10.0]) {
         let mut near = vec![0; level.samples()];
@@ -230,6 +230,56 @@ fn levels_are_nested_and_their_chords_join_neighbours() {
 }
 
 #[test]
+fn another_number_of_limits_is_refused() {
+    let mesh = sheet(30);
+    let edges = welded_edges(&mesh).len();
+    let all = limited_pairs(&config(), &mesh).len();
+    assert!(all > edges + 50);
+    let limit = StrainLimit {
+        shortest: 0.0,
+        longest: 1.0,
+    };
+    for found in [0, edges - 1, edges, all - 1, all + 1] {
+        let refused = StrainProjection::new(config(), &mesh, None, vec![limit; found]);
+        assert_eq!(refused.unwrap_err(), LimitCountError { expected: all, found });
+    }
+    assert!(StrainProjection::new(config(), &mesh, None, vec![limit; all]).is_ok());
+}
+
+/// A fixed column stays at the prediction, and copies of a seam's vertices at the first ones, though
+/// they are half a weld's distance away.
+#[test]
+fn coarse_levels_keep_fixed_vertices_and_seams() {
+    let mut mesh = sheet(40);
+    let moved = mesh.vertices.len() as u32;
+    // The faces right of the middle get corners of their own along it.
+    for face in &mut mesh.faces {
+        let is_right = face.iter().any(|v| v % 40 == 21);
+        for v in face.iter_mut().filter(|v| is_right && **v % 40 == 20) {
+            *v = moved + *v / 40;
+        }
+    }
+    let copies = (0..40).map(|row| mesh.vertices[40 * row + 20] + Vec3::X * 5e-7);
+    mesh.vertices.extend(copies.collect::<Vec<_>>());
+    let mask: Vec<f32> = (0..1640)
+        .map(|v| if v < 1600 && v % 40 == 0 { 0.0 } else { 1.0 })
+        .collect();
+    let projection = inextensible(config(), &mesh, Some(&mask));
+    let levels = projection.levels().unwrap();
+    assert!(!levels.levels().is_empty() && levels.samples().iter().all(|v| *v < 1600));
+    let mut sheet = Sheet::new(1640, Quat::IDENTITY);
+    let predicted = waved(&mesh, 0.9);
+    let shown = sheet.tick(&projection, &predicted);
+    for row in 0..40 {
+        assert!(shown[40 * row].distance(predicted[40 * row]) < 1e-7);
+        assert!(
+            shown[1600 + row].distance(shown[40 * row + 20]) < 2e-6,
+            "row {row}"
+        );
+    }
+}
+
+#[test]
 fn chord_limits_move_to_another_mesh_as_strains() {
     let mesh = sheet(40);
     let config = config();
@@ -241,7 +291,7 @@ fn chord_limits_move_to_another_mesh_as_strains() {
         }
     };
     let limits = limited_pairs(&config, &mesh).into_iter().map(limit).collect();
-    let projection = StrainProjection::new(config, &mesh, None, limits);
+    let projection = StrainProjection::new(config, &mesh, None, limits).unwrap();
     let fine = subdivided(&mesh).mesh;
     let map = SurfaceMap::new(&mesh, &fine.vertices).unwrap();
     let limits = projection.limits_on_mesh(&mesh, &fine, &map).unwrap();
@@ -355,6 +405,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
     let mesh = sheet(90);
     let projection = inextensible(ProjectionConfig::default(), &mesh, None);
     assert!(projection.edge_colours().any(|colour| colour.len() > 2048));
+    assert!(!projection.levels().unwrap().levels().is_empty());
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {

@@ -66,10 +66,14 @@ impl StrainProjection {
     }
 }
 
-/// Returns limits for the chords of another mesh of the garment. A mesh with levels takes none from
-/// one without.
+/// Greatest length of a chord of a garment without levels, by its rest length: no limit in effect.
+const LOOSE: f32 = 10.0;
+
+/// Returns limits for the chords of another mesh of the garment.
 fn chord_limits(levels: &Levels, rest: &TriMesh, mesh: &TriMesh) -> Vec<StrainLimit> {
-    let topology = LevelTopology::new(mesh, &welded_faces(mesh, &weld(&mesh.vertices)));
+    let first_at_place = weld(&mesh.vertices);
+    let faces = welded_faces(mesh, &first_at_place);
+    let topology = LevelTopology::new(mesh, &faces, &first_at_place);
     let limits = topology.levels().flat_map(|(count, chords)| {
         // As a share of the larger number, so that 100 is as far from 50 as from 200.
         let far = |l: &&Level| l.samples().max(count) as f32 / l.samples().min(count).max(1) as f32;
@@ -81,7 +85,7 @@ fn chord_limits(levels: &Levels, rest: &TriMesh, mesh: &TriMesh) -> Vec<StrainLi
                 Some(known) => limit_between(known, a, b),
                 None => StrainLimit {
                     shortest: 0.0,
-                    longest: f32::MAX,
+                    longest: (LOOSE * a.distance(b)).max(f32::MIN_POSITIVE),
                 },
             }
         })

@@ -8,9 +8,9 @@ use unic_core::{character::Garment, mesh::vertex_normals};
 
 /// Filter from displacements of a garment's V vertices to its wrinkles.
 ///
-/// The height of a displacement is its part along the normal of the rest shape, smoothed twice by a
-/// wavelength. Wrinkles are the heights minus their smoothing by it: they hold what is shorter. They
-/// are linear in the displacements.
+/// The height of a displacement is its part along the normal of a rest shape that is smoothed twice
+/// by a wavelength. Wrinkles are the heights minus the heights smoothed once by the same wavelength:
+/// they hold what is shorter. They are linear in the displacements.
 pub struct WrinkleFilter {
     smoothing: Smoothing,
     /// Garment vertex of each welded vertex.

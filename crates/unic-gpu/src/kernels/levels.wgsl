@@ -1,5 +1,5 @@
-// Coarse levels of the strain projection: chords between samples, and what follows them. It is that
-// of `unic_core::projection`, whose comments give the reasons.
+// Coarse levels of the strain projection: chords between samples, and what follows them. The kernels
+// compute what `unic_core::projection` does, whose comments give the reasons.
 
 // Chord with the limits of its length.
 struct Chord {
@@ -65,6 +65,7 @@ fn start_level(@builtin(global_invocation_id) id: vec3<u32>) {
 // Brings the chords of one level into their limits. One workgroup sweeps, colour by colour.
 @compute @workgroup_size(256)
 fn sweep_chords(@builtin(local_invocation_index) lane: u32) {
+    // A level without chords has a padded buffer, in which all colours end at 0.
     let colours = arrayLength(&ends);
     for (var sweep = 0u; sweep < SWEEPS; sweep++) {
         var start = 0u;

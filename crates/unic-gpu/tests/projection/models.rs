@@ -30,6 +30,16 @@ pub(crate) fn fine_model(variant: &str, radius: f32) -> Arc<Model> {
     with_projection(parts)
 }
 
+/// The same model without coarse levels.
+pub(crate) fn without_levels(model: &Model) -> Arc<Model> {
+    let mut parts = model.to_parts();
+    let config = parts.config.projection.as_mut().unwrap();
+    config.coarse_sweeps = 0;
+    let edges = limited_pairs(config, &parts.garment.rest).len();
+    parts.strain_limits.truncate(edges);
+    Arc::new(Model::new(parts).unwrap())
+}
+
 /// Model whose edges must be 3 to 20 % longer than in the mean shape.
 pub(crate) fn with_projection(mut parts: ModelParts) -> Arc<Model> {
     let (rest, mean) = (&parts.garment.rest, &parts.prior.mean);

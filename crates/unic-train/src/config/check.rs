@@ -2,7 +2,7 @@
 
 use super::{RecurrenceSettings, StateSettings, TrainConfig};
 use thiserror::Error;
-use unic_core::printable::printable_excerpt;
+use unic_core::{config::ProjectionConfig, printable::printable_excerpt};
 
 /// Settings that no run can be made from.
 #[derive(Debug, Error)]
@@ -145,6 +145,13 @@ impl TrainConfig {
         ensure(bending, "one value or more", "none", !p.bending.is_empty())?;
         for &share in &p.bending {
             ensure(bending, "0 to 1", share, (0.0..=1.0).contains(&share))?;
+        }
+        for (what, found) in [
+            ("projection.coarse_sweeps", p.coarse_sweeps),
+            ("projection.sweeps", p.sweeps),
+            ("projection.bending_sweeps", p.bending_sweeps),
+        ] {
+            ensure(what, "up to 1000", found, found <= ProjectionConfig::MOST_SWEEPS)?;
         }
         for (what, found) in [
             ("projection.pull_s", p.pull_s),
