@@ -103,6 +103,9 @@ pub enum ModelError {
     /// A face with an index beyond the vertices, or a position that is not finite.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// Limits of the strain projection that are not those of the garment.
+    #[error(transparent)]
+    Limits(#[from] LimitCountError),
     /// A mesh that nothing can be transferred from or to.
     #[error(transparent)]
     Surface(#[from] SurfaceMapError),
@@ -148,8 +151,7 @@ impl Model {
         let mask = parts.garment.mask.as_deref();
         let projection = (config.projection)
             .map(|p| StrainProjection::new(p, &parts.garment.rest, mask, parts.strain_limits))
-            .transpose()
-            .map_err(|LimitCountError { expected, found }| limit_count(expected, found))?;
+            .transpose()?;
         Ok(Self {
             projection,
             encoder: Encoder::new(&config.encoder, inputs, parts.encoder)?,
@@ -425,7 +427,8 @@ fn all_equal(counts: &[(&'static str, usize, usize)]) -> Result<(), ModelError> 
 
 fn check_strain_limits(parts: &ModelParts) -> Result<(), ModelError> {
     if parts.config.projection.is_none() && !parts.strain_limits.is_empty() {
-        return Err(limit_count(0, parts.strain_limits.len()));
+        let found = parts.strain_limits.len();
+        return Err(LimitCountError { expected: 0, found }.into());
     }
     // Written so that NaN fails.
     let usable = |l: &StrainLimit| {
@@ -434,14 +437,6 @@ fn check_strain_limits(parts: &ModelParts) -> Result<(), ModelError> {
     match parts.strain_limits.iter().all(usable) {
         true => Ok(()),
         false => Err(ModelError::Unusable("the strain projection")),
-    }
-}
-
-fn limit_count(expected: usize, found: usize) -> ModelError {
-    ModelError::Count {
-        what: "limits of edge lengths",
-        expected,
-        found,
     }
 }
 

@@ -15,9 +15,11 @@ use serde_json::{Value, json};
 use std::{process::Command, sync::Arc};
 use unic_core::{
     Animator, Model, ModelFileError,
+    config::ProjectionConfig,
     mesh::Uvs,
     model::ModelParts,
     model_file::{FORMAT_VERSION, Integrity, verify_checksum},
+    projection::{StrainLimit, limited_pairs},
 };
 
 /// A small model with every optional tensor.
@@ -199,6 +201,38 @@ fn text_that_looks_like_a_checksum_is_not_taken_for_it() {
     parts.about.provenance = "crc32:00000000".into();
     let bytes = Model::new(parts).unwrap().to_bytes().unwrap();
     assert!(Model::from_bytes(&bytes).unwrap().to_bytes().unwrap() == bytes);
+}
+
+/// The tube is fine enough for chords, whose limits a file of edges alone does not have.
+#[test]
+fn limits_of_other_lengths_are_refused() {
+    let variant = variant("second order");
+    let mut parts = parts(&variant);
+    parts.garment = tube(60, 24, 0.2);
+    parts.prior = prior(parts.garment.rest.vertices.len(), variant.components);
+    let mut config = ProjectionConfig::default();
+    let all = limited_pairs(&config, &parts.garment.rest).len();
+    config.coarse_sweeps = 0;
+    let edges = limited_pairs(&config, &parts.garment.rest).len();
+    parts.strain_limits = vec![
+        StrainLimit {
+            shortest: 0.0,
+            longest: 1.0,
+        };
+        edges
+    ];
+    parts.config.projection = Some(config);
+    let bytes = Model::new(parts).unwrap().to_bytes().unwrap();
+    assert!(Model::from_bytes(&bytes).is_ok());
+    let with_levels = with_metadata(&bytes, |m| {
+        m["config"]["projection"]["coarse_sweeps"] = json!(4);
+    });
+    let expected = format!("expected {all} limits of lengths, found {edges}");
+    assert!(
+        refusal(&with_levels).contains(&expected),
+        "{}",
+        refusal(&with_levels)
+    );
 }
 
 /// Python program that prints name, type, shape and sum of every tensor, and the metadata.

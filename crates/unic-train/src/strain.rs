@@ -34,10 +34,19 @@ pub(crate) fn strain_limits(
                 .map(|t| clip.captured.garment.frame(t))
         })
         .collect();
+    limits_in(rest, config, &measured, deviations)
+}
+
+fn limits_in(
+    rest: &TriMesh,
+    config: &ProjectionConfig,
+    frames: &[&[Vec3]],
+    deviations: f32,
+) -> Vec<StrainLimit> {
     let edges = welded_edges(rest).len();
     let limit = |(i, pair): (usize, &[u32; 2])| {
         let deviations = if i < edges { deviations } else { CHORD_DEVIATIONS };
-        limit_of(pair, &measured, deviations)
+        limit_of(pair, frames, deviations)
     };
     let pairs = limited_pairs(config, rest);
     pairs.par_iter().enumerate().map(limit).collect()
@@ -83,5 +92,34 @@ mod tests {
             (limit.longest - (1.0 + 2.0 * deviation)).abs() < 1e-5,
             "{limit:?}"
         );
+    }
+
+    #[test]
+    fn chords_have_a_wider_range_than_edges() {
+        let at = |i: u32| Vec3::new((i % 30) as f32, (i / 30) as f32, 0.0);
+        let corners = (0..900u32).filter(|i| i % 30 < 29 && i / 30 < 29);
+        let faces = corners.flat_map(|i| [[i, i + 1, i + 31], [i, i + 31, i + 30]]);
+        let rest = TriMesh::new((0..900).map(at).collect(), faces.collect()).unwrap();
+        let scaled = |scale: f32| rest.vertices.iter().map(|v| *v * scale).collect::<Vec<_>>();
+        let frames = [0.9, 1.1].map(scaled);
+        let frames: Vec<&[Vec3]> = frames.iter().map(Vec::as_slice).collect();
+        let config = ProjectionConfig::default();
+        let limits = limits_in(&rest, &config, &frames, 0.5);
+        let (pairs, edges) = (limited_pairs(&config, &rest), welded_edges(&rest).len());
+        assert_eq!(limits.len(), pairs.len());
+        assert!(pairs.len() > edges);
+        for (i, ([a, b], limit)) in pairs.into_iter().zip(limits).enumerate() {
+            let length = at(a).distance(at(b));
+            // The lengths deviate by a tenth.
+            let range = 0.1 * if i < edges { 0.5 } else { CHORD_DEVIATIONS };
+            assert!(
+                (limit.shortest / length - (1.0 - range)).abs() < 1e-4,
+                "{i}: {limit:?}"
+            );
+            assert!(
+                (limit.longest / length - (1.0 + range)).abs() < 1e-4,
+                "{i}: {limit:?}"
+            );
+        }
     }
 }

@@ -43,6 +43,21 @@ override LEAST_LENGTH: f32;
 // Factor of what each row's target takes.
 @group(0) @binding(28) var<storage, read> freedom: array<f32>;
 
+// Starts that moves of samples count from.
+const LEVEL = 0u;
+const TICK = 1u;
+
+// What the target of a row takes of the samples' moves since the start of the level or of the tick.
+fn moved(row: u32, start: u32) -> vec4<f32> {
+    var sum = vec3<f32>();
+    for (var k = 0u; k < 8u; k++) {
+        let sample = samples[rows[row].samples[k]];
+        let since = select(sample.before, sample.first, start == TICK);
+        sum += (sample.now - since).xyz * rows[row].weights[k];
+    }
+    return vec4<f32>(sum * freedom[row], 0.0);
+}
+
 // Reads the positions of the samples.
 @compute @workgroup_size(64)
 fn gather_samples(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -95,15 +110,10 @@ fn carry_samples(@builtin(global_invocation_id) id: vec3<u32>) {
     if (i >= arrayLength(&rows)) {
         return;
     }
-    var moved = vec3<f32>();
-    for (var k = 0u; k < 8u; k++) {
-        let source = rows[i].samples[k];
-        moved += (samples[source].now - samples[source].before).xyz * rows[i].weights[k];
-    }
     // Another invocation may read the position of a sample whose row is zero, so that it stays
     // untouched.
     if (freedom[i] != 0.0) {
-        samples[i].now += vec4<f32>(moved * freedom[i], 0.0);
+        samples[i].now += moved(i, LEVEL);
     }
 }
 
@@ -114,10 +124,5 @@ fn follow_samples(@builtin(global_invocation_id) id: vec3<u32>) {
     if (i >= arrayLength(&rows)) {
         return;
     }
-    var moved = vec3<f32>();
-    for (var k = 0u; k < 8u; k++) {
-        let source = rows[i].samples[k];
-        moved += (samples[source].now - samples[source].first).xyz * rows[i].weights[k];
-    }
-    projected[i] += vec4<f32>(moved * freedom[i], 0.0);
+    projected[i] += moved(i, TICK);
 }

@@ -14,18 +14,18 @@ use unic_core::{
 
 /// Model of a variant with a strain projection, on a tube with a seam.
 pub(crate) fn model(variant: &str, radius: f32) -> Arc<Model> {
-    let variant = common::variant(variant);
-    let mut parts = common::parts(&variant);
-    parts.garment = with_seam(common::tube(13, 12, radius), 12);
-    parts.prior = common::prior(parts.garment.rest.vertices.len(), variant.components);
-    with_projection(parts)
+    on_tube(variant, common::tube(13, 12, radius), 12)
 }
 
-/// Model of a variant with a strain projection that has coarse levels, on a fine tube with a seam.
+/// The same on a fine tube, whose projection has coarse levels.
 pub(crate) fn fine_model(variant: &str, radius: f32) -> Arc<Model> {
+    on_tube(variant, common::tube(80, 48, radius), 48)
+}
+
+fn on_tube(variant: &str, tube: Garment, segments: u32) -> Arc<Model> {
     let variant = common::variant(variant);
     let mut parts = common::parts(&variant);
-    parts.garment = with_seam(common::tube(80, 48, radius), 48);
+    parts.garment = with_seam(tube, segments);
     parts.prior = common::prior(parts.garment.rest.vertices.len(), variant.components);
     with_projection(parts)
 }

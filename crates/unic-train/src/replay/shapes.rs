@@ -126,7 +126,8 @@ impl WrinkleShapes {
             .collect()
     }
 
-    /// The shapes along the normals of the smoothed rest shape: V × R vectors, those of a vertex adjacent.
+    /// The shapes along the normals of the smoothed rest shape: V × R vectors, those of a vertex
+    /// adjacent.
     pub(super) fn vectors(&self) -> Vec<Vec3> {
         let normals = self.filter.normals().iter().enumerate();
         normals
