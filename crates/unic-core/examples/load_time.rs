@@ -4,6 +4,7 @@
 //!
 //! ```text
 //! cargo run --release -p unic-core --example load_time              # random, paper's sizes
+//! cargo run --release -p unic-core --example load_time 62461        # random, standard
 //! cargo run --release -p unic-core --example load_time garment.unic
 //! ```
 
@@ -18,7 +19,10 @@ const ROUNDS: usize = 21;
 
 fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     let model = match std::env::args().nth(1) {
-        Some(path) => Model::from_bytes(&std::fs::read(path)?)?,
+        Some(argument) => match argument.parse() {
+            Ok(vertices) => random_model(NetworkSize::Standard, vertices)?,
+            Err(_) => Model::from_bytes(&std::fs::read(argument)?)?,
+        },
         None => random_model(NetworkSize::Paper, VERTICES[0])?,
     };
     // The file is written again, because it may lack a checksum.

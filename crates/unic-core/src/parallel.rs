@@ -44,7 +44,10 @@
 use std::{
     cell::RefCell,
     fmt::Debug,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
+    },
 };
 
 /// Worker threads of the caller.
@@ -188,10 +191,149 @@ where
     });
 }
 
+/// Calls `task` with the index of a stage and of a part of it, for all parts of all stages, of which
+/// stage i has `parts_of(i)`. A stage starts when the one before has ended.
+///
+/// For many short stages over the same data: threads are woken once, not once for each stage, and
+/// wait between stages without sleeping. Each thread begins with its own block of neighbouring
+/// parts, the same share of every stage, so that data stay in its cache.
+pub(crate) fn for_each_stage(
+    stages: usize,
+    parts_of: impl Fn(usize) -> usize + Sync,
+    task: impl Fn(usize, usize) + Sync,
+) {
+    with_current(|threads| {
+        let most = (0..stages).map(&parts_of).max().unwrap_or_default();
+        let jobs = threads.thread_count().min(most);
+        if jobs <= 1 {
+            return (0..stages).for_each(|stage| (0..parts_of(stage)).for_each(|part| task(stage, part)));
+        }
+        let progress = Progress::new(jobs);
+        let job = || {
+            let own = progress.joined.fetch_add(1, Ordering::Relaxed);
+            let mut end = 0;
+            for stage in 0..stages {
+                let count = parts_of(stage);
+                end += count;
+                if progress.done.load(Ordering::Acquire) >= end {
+                    continue;
+                }
+                for block in (0..progress.blocks_in_use).map(|k| own + k) {
+                    while let Some(part) = progress.take(block, stage, count) {
+                        let _stop = StopOnPanic(&progress.stopped);
+                        task(stage, part);
+                        // Release: what this part wrote is visible to threads that wait for it.
+                        progress.done.fetch_add(1, Ordering::Release);
+                    }
+                }
+                // The parts that are left are with threads that are at work on them, so that they
+                // end, however few threads there are.
+                if !progress.wait_for(end) {
+                    return;
+                }
+            }
+        };
+        threads.run(jobs, &job);
+        // Finishes the work if `run` has called `job` too rarely.
+        job();
+    });
+}
+
+/// Progress of [`for_each_stage`].
+struct Progress {
+    /// Number of calls of the job that have begun.
+    joined: AtomicUsize,
+    /// Number of parts that have ended. A stage starts when all before have ended, so that this
+    /// says which parts.
+    done: AtomicUsize,
+    /// Whether a part has panicked.
+    stopped: AtomicBool,
+    /// Blocks of neighbouring parts; the first ones are in use.
+    blocks: [Block; BLOCKS],
+    blocks_in_use: usize,
+}
+
+/// Largest number of blocks. More threads share them.
+const BLOCKS: usize = 32;
+
+/// Last stage of which a part of the block was taken, and the number of its parts that were taken,
+/// in the upper and lower 32 bits. On a cache line of its own.
+#[derive(Default)]
+#[repr(align(64))]
+struct Block(AtomicU64);
+
+impl Block {
+    /// Takes the next of `count` parts of a stage. Returns its place in the block.
+    fn take(&self, stage: u64, count: u64) -> Option<u64> {
+        let taken = |packed: u64| match (packed >> 32).cmp(&stage) {
+            std::cmp::Ordering::Less => Some(0),
+            std::cmp::Ordering::Equal => Some(packed & u64::from(u32::MAX)),
+            // The stage has ended.
+            std::cmp::Ordering::Greater => None,
+        };
+        let next = |packed| {
+            let taken = taken(packed).filter(|taken| *taken < count)?;
+            Some((stage << 32) | (taken + 1))
+        };
+        let before = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, next);
+        before.ok().and_then(taken)
+    }
+}
+
+impl Progress {
+    fn new(jobs: usize) -> Self {
+        Self {
+            joined: AtomicUsize::new(0),
+            done: AtomicUsize::new(0),
+            stopped: AtomicBool::new(false),
+            blocks: std::array::from_fn(|_| Block::default()),
+            blocks_in_use: jobs.min(BLOCKS),
+        }
+    }
+
+    /// Takes a part of a stage of `count` parts from a block. `block` may be any number.
+    fn take(&self, block: usize, stage: usize, count: usize) -> Option<usize> {
+        let blocks = self.blocks_in_use;
+        let block = block % blocks;
+        let [first, end] = [block, block + 1].map(|block| block * count / blocks);
+        let place = self.blocks[block].take(stage as u64, (end - first) as u64)?;
+        Some(first + place as usize)
+    }
+
+    /// Waits until this many parts have ended. Returns false if one has panicked.
+    fn wait_for(&self, parts: usize) -> bool {
+        let mut spins = 0;
+        while self.done.load(Ordering::Acquire) < parts {
+            if self.stopped.load(Ordering::Relaxed) {
+                return false;
+            }
+            spins += 1;
+            match spins < SPINS {
+                true => std::hint::spin_loop(),
+                false => std::thread::yield_now(),
+            }
+        }
+        true
+    }
+}
+
+/// Rounds of waiting before a thread lets others run.
+const SPINS: usize = 1000;
+
+/// Lets the threads that wait for a part stop when it panics.
+struct StopOnPanic<'a>(&'a AtomicBool);
+
+impl Drop for StopOnPanic<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// Calls the job this many times, one call after another, whatever it is asked for.
     #[derive(Debug)]
@@ -231,6 +373,66 @@ mod tests {
         ];
         for threads in implementations {
             assert_eq!(install(Arc::clone(&threads), counts), [1; 1000], "{threads:?}");
+        }
+    }
+
+    /// Threads of the standard library, as many as are asked for.
+    #[derive(Debug)]
+    struct Scoped;
+
+    impl Threads for Scoped {
+        fn thread_count(&self) -> usize {
+            4
+        }
+        fn run(&self, jobs: usize, job: &(dyn Fn() + Sync)) {
+            std::thread::scope(|scope| {
+                let spawned: Vec<_> = (0..jobs).map(|_| scope.spawn(job)).collect();
+                let ended: Vec<_> = spawned.into_iter().map(|thread| thread.join()).collect();
+                if let Some(panic) = ended.into_iter().find_map(Result::err) {
+                    std::panic::resume_unwind(panic);
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn a_stage_starts_when_all_parts_of_the_one_before_have_ended() {
+        let part_counts = [3, 0, 1, 7, 2, 0];
+        let implementations: [Arc<dyn Threads>; 5] = [
+            Arc::new(Serial),
+            Arc::new(FixedCalls(0)),
+            Arc::new(FixedCalls(1)),
+            Arc::new(FixedCalls(5)),
+            Arc::new(Scoped),
+        ];
+        for threads in implementations {
+            let ended = Mutex::new(Vec::new());
+            let task = |stage: usize, part: usize| {
+                // The first parts of a stage take longest.
+                std::thread::sleep(std::time::Duration::from_millis(4 - part.min(4) as u64));
+                ended.lock().unwrap().push((stage, part));
+            };
+            install(Arc::clone(&threads), || {
+                for_each_stage(part_counts.len(), |stage| part_counts[stage], task)
+            });
+            let mut ended = ended.into_inner().unwrap();
+            assert!(
+                ended.is_sorted_by_key(|(stage, _)| *stage),
+                "{threads:?}: {ended:?}"
+            );
+            ended.sort_unstable();
+            let parts = |(stage, &count): (usize, &usize)| (0..count).map(move |part| (stage, part));
+            let expected: Vec<_> = part_counts.iter().enumerate().flat_map(parts).collect();
+            assert_eq!(ended, expected, "{threads:?}");
+        }
+    }
+
+    #[test]
+    fn a_panic_in_a_stage_reaches_the_caller() {
+        for threads in [Arc::new(Serial) as Arc<dyn Threads>, Arc::new(Scoped)] {
+            let task = |stage: usize, part: usize| assert!((stage, part) != (1, 2), "on purpose");
+            let staged = || install(threads, || for_each_stage(3, |_| 4, task));
+            assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(staged)).is_err());
         }
     }
 

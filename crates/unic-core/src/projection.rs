@@ -25,6 +25,7 @@
 //!
 //! The prediction itself is not changed: it continues as if there were no projection.
 
+mod freedom;
 mod levels;
 mod stencil;
 mod sweep;
@@ -38,14 +39,16 @@ use crate::{
     config::ProjectionConfig,
     features::PointHistory,
     mesh::TriMesh,
+    parallel::{for_each, for_each_chunk},
     topology::{edges, weld},
 };
 use glam::{Vec3, Vec3A};
 use levels::{LevelScratch, LevelTopology};
-use stencil::{bending_stencils, weights_of_mask};
-use sweep::{SharedPositions, sweep};
+use stencil::bending_stencils;
+use sweep::{PART, Stage};
 use thiserror::Error;
 
+pub use freedom::Freedom;
 pub use levels::{Level, Levels};
 pub use sweep::{Edge, LEAST_LENGTH, Stencil};
 
@@ -104,6 +107,7 @@ pub struct StrainProjection {
     limits: Vec<StrainLimit>,
     /// First vertex at the place of each vertex. Only first vertices are solved for.
     first_at_place: Vec<u32>,
+    freedom: Freedom,
     edges: Colours<Edge>,
     stencils: Colours<Stencil>,
     levels: Option<Levels>,
@@ -139,11 +143,19 @@ impl<T> Colours<T> {
         }
     }
 
+    /// Number of colours.
+    fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Returns the constraints of a colour.
+    fn get(&self, colour: usize) -> &[T] {
+        let start = colour.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.constraints[start..self.ends[colour]]
+    }
+
     fn iter(&self) -> impl Iterator<Item = &[T]> {
-        let starts = std::iter::once(0).chain(self.ends.iter().copied());
-        starts
-            .zip(&self.ends)
-            .map(|(start, &end)| &self.constraints[start..end])
+        (0..self.len()).map(|colour| self.get(colour))
     }
 }
 
@@ -217,7 +229,7 @@ impl StrainProjection {
     ) -> Result<Self, LimitCountError> {
         let first_at_place = weld(&rest.vertices);
         let faces = welded_faces(rest, &first_at_place);
-        let weights = weights_of_mask(mask, &first_at_place);
+        let freedom = Freedom::of_mask(mask, &first_at_place);
         let ends = edges(&faces);
         let levels = (config.coarse_sweeps > 0).then(|| LevelTopology::new(rest, &faces, &first_at_place));
         let chord_count = levels.as_ref().map_or(0, |l| l.chords().count());
@@ -227,15 +239,13 @@ impl StrainProjection {
         }
         let count = rest.vertices.len();
         let packed = ends.iter().zip(&limits);
-        let packed = packed.map(|(&ends, &limit)| Edge::new(ends, limit, &weights));
+        let packed = packed.map(|(&ends, &limit)| Edge { ends, limit });
         let stencils = bending_stencils(&rest.vertices, &faces, &ends);
         let corners: Vec<[u32; 4]> = stencils.iter().map(|s| s.vertices).collect();
-        let stencils = stencils.iter().map(|s| Stencil::new(s, config.bending, &weights));
-        let levels = levels.map(|topology| {
-            let freedom = (first_at_place.iter()).map(|&first| weights[first as usize]);
-            let limits = &limits[ends.len()..];
-            Levels::new(topology, rest, config.coarse_sweeps, freedom.collect(), limits)
-        });
+        let stencils = stencils.iter().map(|s| Stencil::new(s, config.bending, &freedom));
+        let limits_of_chords = &limits[ends.len()..];
+        let levels = levels
+            .map(|topology| Levels::new(topology, rest, config.coarse_sweeps, &freedom, limits_of_chords));
         Ok(Self {
             levels,
             edges: Colours::new(packed.collect(), &ends, count),
@@ -243,6 +253,7 @@ impl StrainProjection {
             config,
             limits,
             first_at_place,
+            freedom,
         })
     }
 
@@ -265,6 +276,11 @@ impl StrainProjection {
     /// Only first vertices are solved for.
     pub fn first_at_place(&self) -> &[u32] {
         &self.first_at_place
+    }
+
+    /// Share of its moves that each vertex makes.
+    pub fn freedom(&self) -> &Freedom {
+        &self.freedom
     }
 
     /// Edges colour by colour, in the order of a sweep. Those of one colour share no vertex.
@@ -294,29 +310,39 @@ impl StrainProjection {
             projected,
             levels,
         } = scratch;
-        relative.clear();
-        relative.extend(predicted.iter().map(|p| Vec3A::from(*p - tick.origin)));
-        projected.clear();
-        let carried = relative.iter().zip(points).zip(&*offsets);
-        projected.extend(
-            carried.map(|((p, point), offset)| {
-                *p + point.now.rotation * Vec3A::from(self.carried(tick, offset))
-            }),
+        relative.resize(predicted.len(), Vec3A::ZERO);
+        projected.resize(predicted.len(), Vec3A::ZERO);
+        let starts = relative.chunks_mut(PART).zip(projected.chunks_mut(PART));
+        let carried = (predicted.chunks(PART).zip(points.chunks(PART))).zip(offsets.chunks(PART));
+        for_each(
+            starts.zip(carried),
+            |((relative, projected), ((predicted, points), offsets))| {
+                let starts = relative.iter_mut().zip(projected);
+                for ((relative, projected), ((p, point), offset)) in
+                    starts.zip(predicted.iter().zip(points).zip(offsets))
+                {
+                    *relative = Vec3A::from(*p - tick.origin);
+                    *projected = *relative + point.now.rotation * Vec3A::from(self.carried(tick, offset));
+                }
+            },
         );
         self.solve(tick.memory, relative, projected, levels);
-        for (vertex, offset) in offsets.iter_mut().enumerate() {
-            let solved = projected[self.first_at_place[vertex] as usize] - relative[vertex];
-            let value = points[vertex].now.rotation.inverse() * Vec3::from(solved);
-            let value = value.clamp_length_max(self.config.radius_m);
-            *offset = VertexState {
-                // The velocity of a start is zero.
-                previous: match tick.memory {
-                    Memory::None => value,
-                    Memory::Previous => offset.value,
-                },
-                value,
-            };
-        }
+        let (relative, projected) = (&*relative, &*projected);
+        for_each_chunk(offsets, PART, |start, offsets| {
+            for (vertex, offset) in (start..).zip(offsets) {
+                let solved = projected[self.first_at_place[vertex] as usize] - relative[vertex];
+                let value = points[vertex].now.rotation.inverse() * Vec3::from(solved);
+                let value = value.clamp_length_max(self.config.radius_m);
+                *offset = VertexState {
+                    // The velocity of a start is zero.
+                    previous: match tick.memory {
+                        Memory::None => value,
+                        Memory::Previous => offset.value,
+                    },
+                    value,
+                };
+            }
+        });
     }
 
     /// Returns the offset at the start of a tick's sweeps, metres.
@@ -342,13 +368,9 @@ impl StrainProjection {
         relaxed.clear();
         relaxed.extend(positions.iter().map(|p| Vec3A::from(*p)));
         for _ in 0..RELAX_SWEEPS {
-            let shared = SharedPositions::new(relaxed);
-            for colour in self.edges.iter() {
-                sweep(colour, |edge| {
-                    // SAFETY: the edges of a colour share no vertex, and their vertices exist.
-                    unsafe { edge.project(&shared) }
-                });
-            }
+            let stage_at = |colour: usize| Stage::Edges(self.edges.get(colour));
+            // SAFETY: the edges of a colour share no vertex, and their vertices exist.
+            unsafe { sweep::solve(self.edges.len(), stage_at, &self.freedom, &[], relaxed) }
             for (p, plane) in relaxed.iter_mut().zip(planes) {
                 *p = plane.closest((*p).into()).into();
             }
@@ -377,25 +399,20 @@ impl StrainProjection {
             ..
         } = self.config;
         if let Some(levels) = &self.levels {
-            levels.solve(rounds, scratch, projected);
+            levels.solve(rounds, &self.freedom, scratch, projected);
         }
-        let positions = SharedPositions::new(projected);
-        for round in 0..rounds * sweeps {
-            for colour in self.edges.iter() {
-                sweep(colour, |edge| {
-                    // SAFETY: the edges of a colour share no vertex, and their vertices exist.
-                    unsafe { edge.project(&positions) }
-                });
-            }
-            if round >= rounds * bending_sweeps {
-                continue;
-            }
-            for colour in self.stencils.iter() {
-                sweep(colour, |stencil| {
-                    // SAFETY: the stencils of a colour share no vertex, and their vertices exist.
-                    unsafe { stencil.smooth(predicted, &positions) }
-                });
-            }
-        }
+        let (edges, stencils) = (self.edges.len(), self.stencils.len());
+        // Sweeps with bending come first.
+        let bending = rounds * bending_sweeps.min(sweeps) * (edges + stencils);
+        let stage_at = |stage: usize| match stage.checked_sub(bending) {
+            Some(after) => Stage::Edges(self.edges.get(after % edges)),
+            None => match (stage % (edges + stencils)).checked_sub(edges) {
+                Some(colour) => Stage::Bending(self.stencils.get(colour)),
+                None => Stage::Edges(self.edges.get(stage % (edges + stencils))),
+            },
+        };
+        let rest = rounds * sweeps.saturating_sub(bending_sweeps) * edges;
+        // SAFETY: the constraints of a colour share no vertex, and their vertices exist.
+        unsafe { sweep::solve(bending + rest, stage_at, &self.freedom, predicted, projected) }
     }
 }

@@ -8,7 +8,7 @@ use crate::{
 };
 use bytemuck::{Pod, Zeroable};
 use unic_core::{
-    projection::{self, LEAST_LENGTH},
+    projection::{self, Freedom, LEAST_LENGTH},
     sampling::{InterpolationRow, NEIGHBOURS},
 };
 use wgpu::Buffer;
@@ -58,21 +58,24 @@ struct Kernels {
 
 impl Levels {
     /// Uploads the levels; none for a garment without any.
-    pub(crate) fn new(context: &GpuContext, levels: &projection::Levels) -> Option<Self> {
+    pub(crate) fn new(context: &GpuContext, levels: &projection::Levels, freedom: &Freedom) -> Option<Self> {
         let (finest, coarser) = levels.levels().split_last()?;
-        let freedom_of = |v: &u32| levels.freedom()[*v as usize];
-        let samples: Vec<f32> = levels.samples().iter().map(freedom_of).collect();
+        let vertices = finest.rows().len() as u32;
         let coarser = coarser.iter().map(|level| {
             let next = level.samples() + level.rows().len();
             // Samples that the chords have moved have no rows of their own.
-            let mut freedom = samples[..next].to_vec();
-            freedom[..level.samples()].fill(0.0);
+            let moves = |sample: u32| match sample < level.samples() as u32 {
+                true => 0.0,
+                false => levels.freedom().of(sample),
+            };
+            let freedom: Vec<f32> = (0..next as u32).map(moves).collect();
             let mut rows = vec![Row::zeroed(); level.samples()];
             rows.extend(level.rows().iter().map(packed_row));
-            Level::new(context, level, &rows, &freedom)
+            Level::new(context, (level, levels.freedom()), &rows, &freedom)
         });
         let rows: Vec<Row> = finest.rows().iter().map(packed_row).collect();
-        let last = Level::new(context, finest, &rows, levels.freedom());
+        let moves: Vec<f32> = (0..vertices).map(|v| freedom.of(v)).collect();
+        let last = Level::new(context, (finest, levels.freedom()), &rows, &moves);
         Some(Self {
             samples: levels.samples().len(),
             vertices: rows.len(),
@@ -111,11 +114,17 @@ impl Levels {
 }
 
 impl Level {
-    fn new(context: &GpuContext, level: &projection::Level, rows: &[Row], freedom: &[f32]) -> Self {
+    /// Uploads a level, given the freedom of the samples and the factor of each row's target.
+    fn new(
+        context: &GpuContext,
+        (level, samples): (&projection::Level, &Freedom),
+        rows: &[Row],
+        freedom: &[f32],
+    ) -> Self {
         let mut chords: Vec<PackedEdge> = Vec::new();
         let mut ends: Vec<u32> = Vec::new();
         for colour in level.chord_colours() {
-            chords.extend(colour.iter().map(packed_edge));
+            chords.extend(colour.iter().map(|chord| packed_edge(chord, samples)));
             ends.push(chords.len() as u32);
         }
         Self {

@@ -9,7 +9,7 @@ use crate::{
 use bytemuck::{Pod, Zeroable};
 use unic_core::{
     Model,
-    projection::{self, LEAST_LENGTH, RELAX_SWEEPS, START_ROUNDS, StrainProjection},
+    projection::{self, Freedom, LEAST_LENGTH, RELAX_SWEEPS, START_ROUNDS, StrainProjection},
 };
 use wgpu::Buffer;
 
@@ -87,19 +87,23 @@ pub(crate) struct ContactBuffers<'a> {
 
 impl Projection {
     pub(crate) fn new(context: &GpuContext, model: &Model, projection: &StrainProjection) -> Self {
-        let config = projection.config();
+        let (config, freedom) = (projection.config(), projection.freedom());
         Self {
             vertices: model.vertex_count(),
             sweeps: config.sweeps,
             bending_sweeps: config.bending_sweeps,
             firsts: context.upload("firsts", projection.first_at_place()),
             edges: (projection.edge_colours())
-                .map(|edges| Colour::new(context, "edges", edges, packed_edge))
+                .map(|edges| Colour::new(context, "edges", edges, |edge| packed_edge(edge, freedom)))
                 .collect(),
             stencils: (projection.stencil_colours())
-                .map(|stencils| Colour::new(context, "stencils", stencils, packed_stencil))
+                .map(|stencils| {
+                    Colour::new(context, "stencils", stencils, |stencil| {
+                        packed_stencil(stencil, freedom)
+                    })
+                })
                 .collect(),
-            levels: (projection.levels()).and_then(|levels| Levels::new(context, levels)),
+            levels: (projection.levels()).and_then(|levels| Levels::new(context, levels, freedom)),
             kernels: Kernels::new(context, model, projection),
         }
     }
@@ -197,7 +201,12 @@ impl Projection {
 }
 
 impl Colour {
-    fn new<C, P: Pod>(context: &GpuContext, label: &str, constraints: &[C], packed: fn(&C) -> P) -> Self {
+    fn new<C, P: Pod>(
+        context: &GpuContext,
+        label: &str,
+        constraints: &[C],
+        packed: impl Fn(&C) -> P,
+    ) -> Self {
         let constraints: Vec<P> = constraints.iter().map(packed).collect();
         Self {
             constraints: context.upload(label, &constraints),
@@ -211,19 +220,19 @@ impl Colour {
     }
 }
 
-pub(crate) fn packed_edge(edge: &projection::Edge) -> PackedEdge {
+pub(crate) fn packed_edge(edge: &projection::Edge, freedom: &Freedom) -> PackedEdge {
     PackedEdge {
         ends: edge.ends,
         limits: [edge.limit.shortest, edge.limit.longest],
-        shares: edge.shares,
+        shares: projection::Edge::shares(edge.ends.map(|end| freedom.of(end))),
     }
 }
 
-fn packed_stencil(stencil: &projection::Stencil) -> Stencil {
+fn packed_stencil(stencil: &projection::Stencil, freedom: &Freedom) -> Stencil {
     Stencil {
         vertices: stencil.vertices,
-        coefficients: stencil.coefficients,
-        moves: stencil.moves,
+        coefficients: stencil.coefficients(),
+        moves: stencil.moves(stencil.vertices.map(|v| freedom.of(v))),
     }
 }
 

@@ -2,11 +2,12 @@
 
 use super::{
     Colours, Edge, StrainLimit,
-    sweep::{PART, SharedPositions, sweep},
+    freedom::Freedom,
+    sweep::{PART, Stage, solve},
 };
 use crate::{
     mesh::TriMesh,
-    parallel::for_each,
+    parallel::for_each_chunk,
     sampling::{InterpolationRow, Sampling, rows_of},
     topology::edges,
 };
@@ -165,8 +166,8 @@ fn with_second_neighbours(chords: Vec<[u32; 2]>, samples: usize) -> Vec<[u32; 2]
 #[derive(Clone, Debug)]
 pub struct Levels {
     samples: Vec<u32>,
-    /// Freedom of each vertex, 0 to 1.
-    freedom: Vec<f32>,
+    /// Freedom of the samples.
+    freedom: Freedom,
     levels: Vec<Level>,
     sweeps: usize,
 }
@@ -214,7 +215,7 @@ impl Levels {
         topology: LevelTopology,
         rest: &TriMesh,
         sweeps: usize,
-        freedom: Vec<f32>,
+        freedom: &Freedom,
         limits: &[StrainLimit],
     ) -> Self {
         let LevelTopology {
@@ -222,12 +223,11 @@ impl Levels {
             levels,
             rows,
         } = topology;
-        let weights: Vec<f32> = samples.iter().map(|&v| freedom[v as usize]).collect();
         let counts: Vec<usize> = levels.iter().map(|(count, _)| *count).collect();
         let mut limits = limits.iter();
         let mut rows = Some(rows);
         let level = |(i, (count, ends)): (usize, (usize, Vec<[u32; 2]>))| {
-            let chord = |(&ends, &limit): (_, &StrainLimit)| Edge::new(ends, limit, &weights);
+            let chord = |(&ends, &limit): (_, &StrainLimit)| Edge { ends, limit };
             let chords = ends.iter().zip(limits.by_ref()).map(chord).collect();
             Level {
                 samples: count,
@@ -241,8 +241,8 @@ impl Levels {
         };
         let levels = levels.into_iter().enumerate().map(level).collect();
         Self {
+            freedom: freedom.of_some(&samples),
             samples,
-            freedom,
             levels,
             sweeps,
         }
@@ -253,8 +253,8 @@ impl Levels {
         &self.samples
     }
 
-    /// Freedom of each vertex, 0 (fixed) to 1: the factor of what it takes from the samples.
-    pub fn freedom(&self) -> &[f32] {
+    /// Freedom of the samples, in their order.
+    pub fn freedom(&self) -> &Freedom {
         &self.freedom
     }
 
@@ -268,8 +268,15 @@ impl Levels {
         self.sweeps
     }
 
-    /// Brings the chords into their limits, level by level, and moves all vertices along.
-    pub(super) fn solve(&self, rounds: usize, scratch: &mut LevelScratch, positions: &mut [Vec3A]) {
+    /// Brings the chords into their limits, level by level, and moves all vertices along, as far as
+    /// their freedom lets them.
+    pub(super) fn solve(
+        &self,
+        rounds: usize,
+        freedom: &Freedom,
+        scratch: &mut LevelScratch,
+        positions: &mut [Vec3A],
+    ) {
         let LevelScratch { now, before, first } = scratch;
         now.clear();
         now.extend(self.samples.iter().map(|&v| positions[v as usize]));
@@ -279,38 +286,28 @@ impl Levels {
         };
         for level in coarser {
             before.clone_from(now);
-            level.sweep(rounds * self.sweeps, now);
+            self.sweep(level, rounds, now);
             let (solved, added) = now.split_at_mut(level.samples);
-            let vertices = &self.samples[level.samples..];
-            for ((position, row), &vertex) in added.iter_mut().zip(&level.rows).zip(vertices) {
-                *position += moved(row, before, solved) * self.freedom[vertex as usize];
+            for ((position, row), sample) in added.iter_mut().zip(&level.rows).zip(level.samples..) {
+                *position += moved(row, before, solved) * self.freedom.of(sample as u32);
             }
         }
-        finest.sweep(rounds * self.sweeps, now);
+        self.sweep(finest, rounds, now);
         let (first, now) = (&*first, &*now);
-        let rows = finest.rows.chunks(PART).zip(self.freedom.chunks(PART));
-        for_each(
-            positions.chunks_mut(PART).zip(rows),
-            |(positions, (rows, freedom))| {
-                for ((position, row), freedom) in positions.iter_mut().zip(rows).zip(freedom) {
-                    *position += moved(row, first, now) * *freedom;
-                }
-            },
-        );
-    }
-}
-
-impl Level {
-    fn sweep(&self, sweeps: usize, samples: &mut [Vec3A]) {
-        let shared = SharedPositions::new(samples);
-        for _ in 0..sweeps {
-            for colour in self.chords.iter() {
-                sweep(colour, |chord| {
-                    // SAFETY: the chords of a colour share no sample, and their samples exist.
-                    unsafe { chord.project(&shared) }
-                });
+        for_each_chunk(positions, PART, |start, positions| {
+            let rows = &finest.rows[start..];
+            for ((position, row), vertex) in positions.iter_mut().zip(rows).zip(start..) {
+                *position += moved(row, first, now) * freedom.of(vertex as u32);
             }
-        }
+        });
+    }
+
+    fn sweep(&self, level: &Level, rounds: usize, positions: &mut [Vec3A]) {
+        let colours = level.chords.len();
+        let stages = rounds * self.sweeps * colours;
+        let stage_at = |stage: usize| Stage::Edges(level.chords.get(stage % colours));
+        // SAFETY: the chords of a colour share no sample, and their samples exist.
+        unsafe { solve(stages, stage_at, &self.freedom, &[], positions) }
     }
 }
 

@@ -101,14 +101,3 @@ fn rods(free: &[[u32; 2]]) -> Vec<BendingStencil> {
     };
     middles.iter().filter_map(rod).collect()
 }
-
-/// Returns the freedom of each vertex, from 0 (fixed) to 1: the least share of the mask among the
-/// vertices at its place.
-pub(super) fn weights_of_mask(mask: Option<&[f32]>, first_at_place: &[u32]) -> Vec<f32> {
-    let mut weights = vec![1.0f32; first_at_place.len()];
-    for (share, &first) in mask.unwrap_or_default().iter().zip(first_at_place) {
-        let weight = &mut weights[first as usize];
-        *weight = weight.min(*share);
-    }
-    weights
-}

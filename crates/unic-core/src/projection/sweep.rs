@@ -1,13 +1,12 @@
 //! Gauss-Seidel sweeps over constraints of one colour.
 
-use super::{StrainLimit, stencil::BendingStencil};
-use crate::parallel::for_each;
+use super::{StrainLimit, freedom::Freedom, stencil::BendingStencil};
+use crate::parallel::for_each_stage;
 use glam::Vec3A;
 use std::marker::PhantomData;
 
-/// Number of constraints in one part of the work. The parts of a small garment are so few that
-/// waking threads would cost more than it saves.
-pub(super) const PART: usize = 1024;
+/// Number of constraints or vertices in one part of the work.
+pub(super) const PART: usize = 512;
 
 /// Length below which an edge has no direction, metres.
 pub const LEAST_LENGTH: f32 = 1e-9;
@@ -56,32 +55,28 @@ impl<'a> SharedPositions<'a> {
 }
 
 /// Edge with the limits of its length.
+// Small, because sweeps over a fine mesh wait for the memory that holds the constraints.
 #[derive(Clone, Copy, Debug)]
 pub struct Edge {
     /// Vertices at the ends.
     pub ends: [u32; 2],
     /// Limits of the length.
     pub limit: StrainLimit,
-    /// Share of a correction that each end takes. They sum to 1, or are 0 where both are fixed.
-    pub shares: [f32; 2],
 }
 
 impl Edge {
-    pub(super) fn new(ends: [u32; 2], limit: StrainLimit, weights: &[f32]) -> Self {
-        let [a, b] = ends.map(|v| weights[v as usize]);
+    /// Share of a correction that each end takes, given the freedom of both. They sum to 1, or are 0
+    /// where both are fixed.
+    pub fn shares([a, b]: [f32; 2]) -> [f32; 2] {
         let scale = if a + b > 0.0 { (a + b).recip() } else { 0.0 };
-        Self {
-            ends,
-            limit,
-            shares: [a * scale, b * scale],
-        }
+        [a * scale, b * scale]
     }
 
     /// Moves both ends so that the length is within its limits.
     ///
     /// # Safety
     /// The ends must exist, and no other thread may access them during the call.
-    pub(super) unsafe fn project(&self, positions: &SharedPositions) {
+    unsafe fn project(&self, freedom: impl Fn(u32) -> f32, positions: &SharedPositions) {
         // SAFETY: the caller's.
         let [a, b] = self.ends.map(|v| unsafe { positions.get(v) });
         let along = b - a;
@@ -91,66 +86,145 @@ impl Edge {
         if length > LEAST_LENGTH {
             let wanted = length.max(self.limit.shortest).min(self.limit.longest);
             let correction = along * ((length - wanted) / length);
+            let shares = Self::shares(self.ends.map(|v| freedom(v)));
             // SAFETY: the caller's.
             unsafe {
-                positions.shift(self.ends[0], correction * self.shares[0]);
-                positions.shift(self.ends[1], -correction * self.shares[1]);
+                positions.shift(self.ends[0], correction * shares[0]);
+                positions.shift(self.ends[1], -correction * shares[1]);
             }
         }
     }
 }
 
-/// Bending stencil with the moves of its vertices.
+/// Bending stencil.
+// Small, as an edge is.
 #[derive(Clone, Copy, Debug)]
 pub struct Stencil {
-    /// Vertices. One that repeats another has a coefficient and a move of zero.
+    /// Vertices. One that repeats another has a coefficient of zero.
     pub vertices: [u32; 4],
-    /// Coefficients of the offsets in the stencil's sum.
-    pub coefficients: [f32; 4],
-    /// Factors of the stencil's sum in the move of each vertex.
-    pub moves: [f32; 4],
+    /// Coefficients of the first three offsets in the stencil's sum. All four sum to zero.
+    first_coefficients: [f32; 3],
+    /// Factor of the stencil's sum in the moves.
+    scale: f32,
 }
 
 impl Stencil {
     /// Packs a stencil whose sum one pass reduces by `strength`, 0 to 1.
-    pub(super) fn new(stencil: &BendingStencil, strength: f32, weights: &[f32]) -> Self {
+    pub(super) fn new(stencil: &BendingStencil, strength: f32, freedom: &Freedom) -> Self {
         let BendingStencil {
             vertices,
             coefficients,
             strength: factor,
         } = *stencil;
         let strength = (strength * factor).min(1.0);
-        let weights = vertices.map(|v| weights[v as usize]);
+        let weights = vertices.map(|v| freedom.of(v));
         let squares: f32 = coefficients.iter().zip(weights).map(|(k, w)| k * k * w).sum();
-        let scale = if squares > 0.0 { strength / squares } else { 0.0 };
+        let [first, second, third, _] = coefficients;
         Self {
             vertices,
-            coefficients,
-            moves: [0, 1, 2, 3].map(|i| -scale * coefficients[i] * weights[i]),
+            first_coefficients: [first, second, third],
+            scale: if squares > 0.0 { strength / squares } else { 0.0 },
         }
+    }
+
+    /// Coefficients of the offsets in the stencil's sum.
+    pub fn coefficients(&self) -> [f32; 4] {
+        let [first, second, third] = self.first_coefficients;
+        [first, second, third, -(first + second + third)]
+    }
+
+    /// Factors of the stencil's sum in the move of each vertex, given their freedom.
+    pub fn moves(&self, freedom: [f32; 4]) -> [f32; 4] {
+        let coefficients = self.coefficients();
+        [0, 1, 2, 3].map(|i| -self.scale * coefficients[i] * freedom[i])
     }
 
     /// Reduces the bending of the offset from the predicted positions.
     ///
     /// # Safety
     /// The vertices must exist, and no other thread may access them during the call.
-    pub(super) unsafe fn smooth(&self, predicted: &[Vec3A], positions: &SharedPositions) {
+    unsafe fn smooth(&self, freedom: impl Fn(u32) -> f32, predicted: &[Vec3A], positions: &SharedPositions) {
+        let coefficients = self.coefficients();
         let mut sum = Vec3A::ZERO;
-        for (&vertex, &k) in self.vertices.iter().zip(&self.coefficients) {
+        for (&vertex, k) in self.vertices.iter().zip(coefficients) {
             // SAFETY: the caller's.
             sum += (unsafe { positions.get(vertex) } - predicted[vertex as usize]) * k;
         }
-        for (&vertex, &factor) in self.vertices.iter().zip(&self.moves) {
+        let pull = sum * -self.scale;
+        for (&vertex, k) in self.vertices.iter().zip(coefficients) {
             // SAFETY: the caller's.
-            unsafe { positions.shift(vertex, sum * factor) }
+            unsafe { positions.shift(vertex, pull * (k * freedom(vertex))) }
         }
     }
 }
 
-/// Calls `project` for every constraint of a colour, on all threads where there are many.
-pub(super) fn sweep<T: Sync>(colour: &[T], project: impl Fn(&T) + Sync) {
-    if colour.len() < 2 * PART {
-        return colour.iter().for_each(project);
+/// Constraints of one colour.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Stage<'a> {
+    Edges(&'a [Edge]),
+    Bending(&'a [Stencil]),
+}
+
+impl Stage<'_> {
+    fn parts(&self) -> usize {
+        let constraints = match self {
+            Stage::Edges(edges) => edges.len(),
+            Stage::Bending(stencils) => stencils.len(),
+        };
+        constraints.div_ceil(PART)
     }
-    for_each(colour.chunks(PART), |part: &[T]| part.iter().for_each(&project));
+
+    /// Solves the constraints of one part.
+    ///
+    /// # Safety
+    /// The vertices of the part must exist, and no other thread may access them during the call.
+    unsafe fn solve(
+        &self,
+        part: usize,
+        freedom: impl Fn(u32) -> f32,
+        predicted: &[Vec3A],
+        positions: &SharedPositions,
+    ) {
+        match self {
+            // SAFETY: the caller's.
+            Stage::Edges(edges) => {
+                (of_part(edges, part).iter()).for_each(|edge| unsafe { edge.project(&freedom, positions) })
+            }
+            // SAFETY: the caller's.
+            Stage::Bending(stencils) => (of_part(stencils, part).iter())
+                .for_each(|stencil| unsafe { stencil.smooth(&freedom, predicted, positions) }),
+        }
+    }
+}
+
+fn of_part<T>(constraints: &[T], part: usize) -> &[T] {
+    let first = part * PART;
+    &constraints[first..constraints.len().min(first + PART)]
+}
+
+/// Solves stages one after another, on all threads. `stage_at` gives the stage with an index.
+///
+/// # Safety
+/// The vertices of all constraints must exist, and those of one stage must share none.
+pub(super) unsafe fn solve<'a>(
+    stages: usize,
+    stage_at: impl Fn(usize) -> Stage<'a> + Sync,
+    freedom: &Freedom,
+    predicted: &[Vec3A],
+    positions: &mut [Vec3A],
+) {
+    let positions = SharedPositions::new(positions);
+    let parts_of = |stage| stage_at(stage).parts();
+    match freedom.shares() {
+        Some(shares) => for_each_stage(stages, parts_of, |stage, part| {
+            let freedom = |vertex: u32| shares[vertex as usize];
+            // SAFETY: the caller's. Stages do not overlap in time, and the parts of a stage share no
+            // vertex.
+            unsafe { stage_at(stage).solve(part, freedom, predicted, &positions) }
+        }),
+        None => for_each_stage(stages, parts_of, |stage, part| {
+            // SAFETY: as above.
+            unsafe { stage_at(stage).solve(part, |_| 1.0, predicted, &positions) }
+        }),
+    }
 }

@@ -14,7 +14,7 @@ use unic_core::{
     Animator, Model, Start,
     config::{Corrects, IntersectionMode},
     intersection::{Handling, RobustBody},
-    projection::RELAX_SWEEPS,
+    projection::{Edge, RELAX_SWEEPS},
 };
 use unic_gpu::Precision;
 
@@ -52,8 +52,9 @@ fn shown(model: &Model, handling: &Handling, positions: &mut [Vec3]) -> usize {
             let along = relaxed[b] - relaxed[a];
             let wanted = along.length().max(edge.limit.shortest).min(edge.limit.longest);
             let correction = along * (1.0 - wanted / along.length());
-            relaxed[a] += correction * edge.shares[0];
-            relaxed[b] -= correction * edge.shares[1];
+            let shares = Edge::shares(edge.ends.map(|end| projection.freedom().of(end)));
+            relaxed[a] += correction * shares[0];
+            relaxed[b] -= correction * shares[1];
         }
         for (p, plane) in relaxed.iter_mut().zip(&planes) {
             if let Some((normal, height)) = plane {
