@@ -86,7 +86,7 @@ impl Edge {
         if length > LEAST_LENGTH {
             let wanted = length.max(self.limit.shortest).min(self.limit.longest);
             let correction = along * ((length - wanted) / length);
-            let shares = Self::shares(self.ends.map(|v| freedom(v)));
+            let shares = Self::shares(self.ends.map(freedom));
             // SAFETY: the caller's.
             unsafe {
                 positions.shift(self.ends[0], correction * shares[0]);
@@ -186,13 +186,18 @@ impl Stage<'_> {
         positions: &SharedPositions,
     ) {
         match self {
-            // SAFETY: the caller's.
             Stage::Edges(edges) => {
-                (of_part(edges, part).iter()).for_each(|edge| unsafe { edge.project(&freedom, positions) })
+                for edge in of_part(edges, part) {
+                    // SAFETY: the caller's.
+                    unsafe { edge.project(&freedom, positions) }
+                }
             }
-            // SAFETY: the caller's.
-            Stage::Bending(stencils) => (of_part(stencils, part).iter())
-                .for_each(|stencil| unsafe { stencil.smooth(&freedom, predicted, positions) }),
+            Stage::Bending(stencils) => {
+                for stencil in of_part(stencils, part) {
+                    // SAFETY: the caller's.
+                    unsafe { stencil.smooth(&freedom, predicted, positions) }
+                }
+            }
         }
     }
 }
