@@ -62,6 +62,9 @@ pub trait Threads: Debug + Send + Sync {
     /// after another until none is left. A call that starts late finds nothing to do, and the
     /// caller of `run` does what is left afterwards. How often and where `job` is called therefore
     /// affects speed alone. A panic in `job` must be resumed on the thread that called `run`.
+    ///
+    /// Calls that have begun may wait for each other without sleeping. The threads must therefore
+    /// have the same priority.
     fn run(&self, jobs: usize, job: &(dyn Fn() + Sync));
 }
 
@@ -220,8 +223,9 @@ pub(crate) fn for_each_stage(
                 }
                 for block in (0..progress.blocks_in_use).map(|k| own + k) {
                     while let Some(part) = progress.take(block, stage, count) {
-                        let _stop = StopOnPanic(&progress.stopped);
+                        let stop = StopOnPanic(&progress.stopped);
                         task(stage, part);
+                        std::mem::forget(stop);
                         // Release: what this part wrote is visible to threads that wait for it.
                         progress.done.fetch_add(1, Ordering::Release);
                     }
@@ -320,14 +324,12 @@ impl Progress {
 /// Rounds of waiting before a thread lets others run.
 const SPINS: usize = 1000;
 
-/// Lets the threads that wait for a part stop when it panics.
+/// Lets the threads that wait for a part stop when it panics. Forgotten otherwise.
 struct StopOnPanic<'a>(&'a AtomicBool);
 
 impl Drop for StopOnPanic<'_> {
     fn drop(&mut self) {
-        if std::thread::panicking() {
-            self.0.store(true, Ordering::Relaxed);
-        }
+        self.0.store(true, Ordering::Relaxed);
     }
 }
 

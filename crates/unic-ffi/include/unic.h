@@ -475,6 +475,7 @@ typedef void (*UnicJob)(void *data);
  * there is none, or the instance is released, it does nothing. `data` is a number, not memory. The
  * callback must not throw. It is called on the thread that steps the instance. A second
  * callback, to wait for the jobs, is not needed: the library itself waits for those that have begun.
+ * Jobs wait for each other without sleeping, so the threads must have the same priority.
  */
 typedef void (*UnicParallelFor)(void *context, uint32_t jobs, UnicJob job, void *data);
 

@@ -21,6 +21,7 @@ pub type UnicJob = Option<unsafe extern "C" fn(data: *mut c_void)>;
 /// there is none, or the instance is released, it does nothing. `data` is a number, not memory. The
 /// callback must not throw. It is called on the thread that steps the instance. A second
 /// callback, to wait for the jobs, is not needed: the library itself waits for those that have begun.
+/// Jobs wait for each other without sleeping, so the threads must have the same priority.
 pub type UnicParallelFor =
     Option<unsafe extern "C" fn(context: *mut c_void, jobs: u32, job: UnicJob, data: *mut c_void)>;
 

@@ -11,6 +11,7 @@ impl Freedom {
     /// Takes for each vertex the least share of the mask among the vertices at its place. All are
     /// free without a mask.
     pub(super) fn of_mask(mask: Option<&[f32]>, first_at_place: &[u32]) -> Self {
+        let mask = mask.filter(|mask| mask.iter().any(|share| *share != 1.0));
         let shares = mask.map(|mask| {
             let mut least = vec![1.0f32; first_at_place.len()];
             for (share, &first) in mask.iter().zip(first_at_place) {

@@ -65,8 +65,8 @@ pub struct Edge {
 }
 
 impl Edge {
-    /// Share of a correction that each end takes, given the freedom of both. They sum to 1, or are 0
-    /// where both are fixed.
+    /// Returns the share of a correction that each end takes, given the freedom of both. They sum to
+    /// 1, or are 0 where both are fixed.
     pub fn shares([a, b]: [f32; 2]) -> [f32; 2] {
         let scale = if a + b > 0.0 { (a + b).recip() } else { 0.0 };
         [a * scale, b * scale]
@@ -127,13 +127,13 @@ impl Stencil {
         }
     }
 
-    /// Coefficients of the offsets in the stencil's sum.
+    /// Returns the coefficients of the offsets in the stencil's sum.
     pub fn coefficients(&self) -> [f32; 4] {
         let [first, second, third] = self.first_coefficients;
         [first, second, third, -(first + second + third)]
     }
 
-    /// Factors of the stencil's sum in the move of each vertex, given their freedom.
+    /// Returns the factors of the stencil's sum in the move of each vertex, given their freedom.
     pub fn moves(&self, freedom: [f32; 4]) -> [f32; 4] {
         let coefficients = self.coefficients();
         [0, 1, 2, 3].map(|i| -self.scale * coefficients[i] * freedom[i])

@@ -389,13 +389,40 @@ fn constraints_of_a_colour_share_no_vertex() {
     let mut count = 0;
     for colour in projection.edge_colours() {
         count += colour.len();
-        let mut vertices: Vec<u32> = colour.iter().flat_map(|edge| edge.ends).collect();
-        vertices.sort_unstable();
-        let all = vertices.len();
-        vertices.dedup();
-        assert_eq!(vertices.len(), all);
+        assert_distinct(colour.iter().flat_map(|edge| edge.ends));
     }
     assert_eq!(count, welded_edges(&mesh).len());
+    for colour in projection.stencil_colours() {
+        // A rod names its middle twice.
+        assert_distinct(colour.iter().flat_map(|stencil| {
+            let mut vertices = stencil.vertices.to_vec();
+            vertices.sort_unstable();
+            vertices.dedup();
+            vertices
+        }));
+    }
+    let projection = inextensible(ProjectionConfig::default(), &sheet(90), None);
+    for level in projection.levels().unwrap().levels() {
+        for colour in level.chord_colours() {
+            assert_distinct(colour.iter().flat_map(|chord| chord.ends));
+        }
+    }
+}
+
+fn assert_distinct(vertices: impl Iterator<Item = u32>) {
+    let mut vertices: Vec<u32> = vertices.collect();
+    vertices.sort_unstable();
+    let all = vertices.len();
+    vertices.dedup();
+    assert_eq!(vertices.len(), all);
+}
+
+#[test]
+fn a_mask_of_ones_is_no_mask() {
+    let mesh = sheet(9);
+    let of = |mask: Option<&[f32]>| inextensible(config(), &mesh, mask).freedom().clone();
+    assert_eq!(of(Some(&[1.0; 81])), of(None));
+    assert_ne!(of(Some(&[0.5; 81])), of(None));
 }
 
 /// Large enough that a colour is swept in several parts.
@@ -403,14 +430,22 @@ fn constraints_of_a_colour_share_no_vertex() {
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
     let mesh = sheet(90);
-    let projection = inextensible(ProjectionConfig::default(), &mesh, None);
-    assert!(projection.edge_colours().any(|colour| colour.len() > 2048));
-    assert!(!projection.levels().unwrap().levels().is_empty());
+    let mask: Vec<f32> = (0..90 * 90).map(|v| [0.0, 1.0, 0.5][v % 3]).collect();
+    for mask in [None, Some(&mask[..])] {
+        let projection = inextensible(ProjectionConfig::default(), &mesh, mask);
+        assert!(projection.edge_colours().any(|colour| colour.len() > 2048));
+        assert!(!projection.levels().unwrap().levels().is_empty());
+        assert_same_on_any_threads(&mesh, &projection);
+    }
+}
+
+#[cfg(feature = "rayon")]
+fn assert_same_on_any_threads(mesh: &TriMesh, projection: &StrainProjection) {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
             let mut sheet = Sheet::new(mesh.vertices.len(), Quat::from_rotation_x(0.2));
-            let shown = (0..4).map(|i| sheet.tick(&projection, &waved(&mesh, 0.9 + 0.01 * i as f32)));
+            let shown = (0..4).map(|i| sheet.tick(projection, &waved(mesh, 0.9 + 0.01 * i as f32)));
             shown.last().unwrap()
         })
     };
