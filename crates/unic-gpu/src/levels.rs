@@ -71,11 +71,11 @@ impl Levels {
             let freedom: Vec<f32> = (0..next as u32).map(moves).collect();
             let mut rows = vec![Row::zeroed(); level.samples()];
             rows.extend(level.rows().iter().map(packed_row));
-            Level::new(context, (level, levels.freedom()), &rows, &freedom)
+            Level::new(context, level, levels.freedom(), &rows, &freedom)
         });
         let rows: Vec<Row> = finest.rows().iter().map(packed_row).collect();
         let moves: Vec<f32> = (0..vertices).map(|v| freedom.of(v)).collect();
-        let last = Level::new(context, (finest, levels.freedom()), &rows, &moves);
+        let last = Level::new(context, finest, levels.freedom(), &rows, &moves);
         Some(Self {
             samples: levels.samples().len(),
             vertices: rows.len(),
@@ -117,9 +117,10 @@ impl Level {
     /// Uploads a level, given the freedom of the samples and the factor of each row's target.
     fn new(
         context: &GpuContext,
-        (level, samples): (&projection::Level, &Freedom),
+        level: &projection::Level,
+        samples: &Freedom,
         rows: &[Row],
-        freedom: &[f32],
+        targets: &[f32],
     ) -> Self {
         let mut chords: Vec<PackedEdge> = Vec::new();
         let mut ends: Vec<u32> = Vec::new();
@@ -131,7 +132,7 @@ impl Level {
             chords: context.upload("chords", &chords),
             ends: context.upload("chord colours", &ends),
             rows: context.upload("sample rows", rows),
-            freedom: context.upload("sample freedom", freedom),
+            freedom: context.upload("sample freedom", targets),
             row_count: rows.len(),
         }
     }

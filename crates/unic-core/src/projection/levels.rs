@@ -210,7 +210,8 @@ pub(super) struct LevelScratch {
 
 impl Levels {
     /// Makes the levels of a garment whose vertices have this freedom, given the limits of all
-    /// chords.
+    /// chords. Those without a least length are left out: they are for garments that are too short,
+    /// and greatest lengths are for the edges.
     pub(super) fn new(
         topology: LevelTopology,
         rest: &TriMesh,
@@ -227,8 +228,10 @@ impl Levels {
         let mut limits = limits.iter();
         let mut rows = Some(rows);
         let level = |(i, (count, ends)): (usize, (usize, Vec<[u32; 2]>))| {
-            let chord = |(&ends, &limit): (_, &StrainLimit)| Edge { ends, limit };
-            let chords = ends.iter().zip(limits.by_ref()).map(chord).collect();
+            let chords = ends.iter().zip(limits.by_ref());
+            let chords = chords.filter(|(_, limit)| limit.shortest > 0.0);
+            let (ends, chords): (Vec<_>, Vec<_>) =
+                chords.map(|(&ends, &limit)| (ends, Edge { ends, limit })).unzip();
             Level {
                 samples: count,
                 chords: Colours::new(chords, &ends, count),

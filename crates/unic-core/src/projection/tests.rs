@@ -230,6 +230,23 @@ fn levels_are_nested_and_their_chords_join_neighbours() {
 }
 
 #[test]
+fn chords_without_a_least_length_are_left_out() {
+    let mesh = sheet(40);
+    let edges = welded_edges(&mesh).len();
+    let mut limits = inextensible(config(), &mesh, None).limits().to_vec();
+    // The chords are far too long for their greatest lengths.
+    for (i, limit) in limits[edges..].iter_mut().enumerate() {
+        limit.longest *= 0.5;
+        limit.shortest = if i == 3 { limit.longest } else { 0.0 };
+    }
+    let projection = StrainProjection::new(config(), &mesh, None, limits.clone()).unwrap();
+    assert_eq!(projection.limits(), limits);
+    let levels = projection.levels().unwrap().levels().iter();
+    let chords = levels.flat_map(Level::chord_colours).map(<[Edge]>::len);
+    assert_eq!(chords.sum::<usize>(), 1);
+}
+
+#[test]
 fn another_number_of_limits_is_refused() {
     let mesh = sheet(30);
     let edges = welded_edges(&mesh).len();
