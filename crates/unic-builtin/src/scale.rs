@@ -167,6 +167,7 @@ fn config(preset: NetworkSize) -> Result<ModelConfig, Failure> {
     use PointInput::{Displacement, Rest, SkinVelocity, Up, Velocity};
     let displacement = StateConfig::Displacement(DisplacementConfig {
         memory_s: 0.5,
+        excursion_m: None,
         scale_m: 0.05,
         output_limit: 1.0,
         inputs: vec![Displacement, Velocity, Rest, Up, SkinVelocity],

@@ -12,6 +12,7 @@ mod live_garment;
 mod saved;
 mod scratch;
 mod stage;
+mod start_memory;
 mod state;
 mod state_frames;
 mod surroundings;
@@ -24,6 +25,8 @@ pub use input::{FARTHEST, GarmentFrame, Start, StepInput};
 pub use live_garment::LiveGarment;
 pub use saved::SavedStateError;
 pub use stage::Stage;
+pub use start_memory::StartMemory;
+pub(crate) use start_memory::component_sizes;
 pub use state::{AnimatorState, VertexState};
 pub use surroundings::{Display, Surroundings, TeleportLimit};
 pub use tick_clock::TickClock;
@@ -42,6 +45,7 @@ use glam::Vec3;
 use input::check_positions;
 use intersections::Intersections;
 use scratch::Scratch;
+use start_memory::Origin;
 use std::sync::Arc;
 
 /// One garment in motion: a shared [`Model`] with its own state and scratch memory.
@@ -179,8 +183,14 @@ impl Animator {
         self.state = AnimatorState::start(&self.model, &input.motion(&self.model));
         self.rebuild_scratch();
         match start {
-            Start::Positions(positions) => self.place(positions),
-            Start::MeanShape => self.place_mean_shape(),
+            Start::Positions(positions) => {
+                self.begin_memory(Origin::Given);
+                self.place(positions);
+            }
+            Start::MeanShape => {
+                self.begin_memory(Origin::MeanShape);
+                self.place_mean_shape();
+            }
         }
         // The garment starts at rest.
         for vertex in &mut self.state.vertices {
@@ -256,6 +266,9 @@ impl Animator {
     pub fn set_garment(&mut self, positions: &[Vec3]) -> Result<(), AnimatorError> {
         check_positions(&self.model, positions)?;
         install_if_some(self.threads.clone(), || {
+            self.begin_memory(Origin::Given);
+            // Without the residual of a replay now, which would be forgotten with the rest.
+            self.keep_prior();
             self.place(positions);
             self.finish();
         });

@@ -173,6 +173,11 @@ pub struct DisplacementConfig {
     /// Time constant of the decay, seconds; 0 makes the displacement a function of the motion
     /// alone.
     pub memory_s: f32,
+    /// Excursion of the predicted garment within which a given garment stays as it lies, metres; see
+    /// [`StartMemory`](crate::animator::StartMemory). Without one, given displacements fade with
+    /// `memory_s` alone. Only models whose field is zero have one: what a field adds has to decay.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub excursion_m: Option<f32>,
     /// Unit s of the field's output and of its displacement inputs, metres.
     pub scale_m: f32,
     /// Largest length of the field's output, in units of `scale_m`.
@@ -359,6 +364,9 @@ impl ModelConfig {
                 d.memory_s,
                 decays,
             )?;
+            if let Some(within) = d.excursion_m {
+                positive("state.excursion_m", within)?;
+            }
             check_inputs(&d.inputs)?;
         }
         if let Some(projection) = &self.projection {
@@ -446,6 +454,7 @@ mod tests {
             },
             state: StateConfig::Displacement(DisplacementConfig {
                 memory_s: 0.1,
+                excursion_m: None,
                 scale_m: 0.05,
                 output_limit: 3.0,
                 inputs: vec![PointInput::Velocity, PointInput::Displacement, PointInput::Rest],

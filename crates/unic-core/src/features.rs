@@ -271,6 +271,7 @@ mod tests {
     fn config(inputs: Vec<PointInput>) -> DisplacementConfig {
         DisplacementConfig {
             memory_s: 0.1,
+            excursion_m: None,
             scale_m: 0.05,
             output_limit: 3.0,
             inputs,

@@ -4,6 +4,7 @@
 //! make models from [`ModelParts`].
 
 use crate::{
+    animator::component_sizes,
     character::{Character, Garment},
     config::{ConfigError, ModelConfig, StateConfig},
     features::RestBox,
@@ -74,6 +75,8 @@ pub struct Model {
     pub(crate) normalisation: Normalisation,
     pub(crate) encoder: Encoder,
     pub(crate) field: Field,
+    /// Mean square lengths of the prior's components, square metres.
+    pub(crate) component_sizes: Vec<f32>,
     /// Strain projection of the shown garment, if the model has one.
     pub(crate) projection: Option<StrainProjection>,
     /// Vertices that carry the state; `None` if all vertices do.
@@ -152,10 +155,13 @@ impl Model {
         let projection = (config.projection)
             .map(|p| StrainProjection::new(p, &parts.garment.rest, mask, parts.strain_limits))
             .transpose()?;
+        let field = Field::new(&config.field, config.state.input_len(), latent, parts.field)?;
+        check_excursion(&config, &field)?;
         Ok(Self {
             projection,
             encoder: Encoder::new(&config.encoder, inputs, parts.encoder)?,
-            field: Field::new(&config.field, config.state.input_len(), latent, parts.field)?,
+            field,
+            component_sizes: component_sizes(&parts.prior),
             config,
             character: parts.character,
             garment: parts.garment,
@@ -178,8 +184,10 @@ impl Model {
 
     /// Returns the same model without a [replay](crate::replay) of wrinkles.
     pub fn without_replay(&self) -> Self {
+        let prior = self.prior.without_replay();
         Self {
-            prior: self.prior.without_replay(),
+            component_sizes: component_sizes(&prior),
+            prior,
             ..self.clone()
         }
     }
@@ -277,6 +285,17 @@ impl Model {
         &self.about
     }
 
+    /// Returns true if a step leaves encoder and field out: the field's output is zero, and is
+    /// added to displacements. Results are the same bytes.
+    pub fn is_field_skipped(&self) -> bool {
+        self.field.is_zero() && self.config.state != StateConfig::RootRelative
+    }
+
+    /// Mean square length of each component of the prior over the vertices, square metres.
+    pub fn component_sizes(&self) -> &[f32] {
+        &self.component_sizes
+    }
+
     /// Number of garment vertices V.
     pub fn vertex_count(&self) -> usize {
         self.garment.rest.vertices.len()
@@ -356,6 +375,18 @@ impl Model {
         let share = self.sampling.as_ref().map_or(1.0, Sampling::share);
         let rebuilt = Self::new(parts)?.with_precision(self.precision());
         rebuilt.with_sampling(share)
+    }
+}
+
+/// Checks that nothing adds to displacements that stay.
+fn check_excursion(config: &ModelConfig, field: &Field) -> Result<(), ConfigError> {
+    match &config.state {
+        StateConfig::Displacement(d) if d.excursion_m.is_some() && !field.is_zero() => Err(ConfigError {
+            what: "state.excursion_m",
+            expected: "none, because the field is not zero".to_owned(),
+            found: d.excursion_m.unwrap_or_default().to_string(),
+        }),
+        _ => Ok(()),
     }
 }
 

@@ -67,6 +67,7 @@ fn parts() -> Result<ModelParts, Box<dyn Error>> {
             },
             state: StateConfig::Displacement(DisplacementConfig {
                 memory_s: 0.1,
+                excursion_m: None,
                 scale_m: 0.05,
                 output_limit: 3.0,
                 inputs: vec![PointInput::Displacement, PointInput::Velocity, PointInput::Rest],

@@ -75,7 +75,7 @@ impl PriorPredictor {
             return Ok(None);
         };
         // Without memory and with a field whose output is zero, nothing is added to the prior.
-        config.memory_s = 0.0;
+        (config.memory_s, config.excursion_m) = (0.0, None);
         if let Some(head) = parts.field.last_mut() {
             head.weight.fill(0.0);
             head.bias.fill(0.0);

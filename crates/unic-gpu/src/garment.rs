@@ -6,6 +6,7 @@ use crate::{
     field::FieldShape,
     kernel::{Dispatch, Kernel, Source},
     mesh::Mesh,
+    start_memory::MemoryRegions,
 };
 use unic_core::{
     Model,
@@ -22,6 +23,8 @@ pub(crate) struct Garment {
     components: Buffer,
     prepare: Kernel,
     rebase_states: Kernel,
+    refresh_prior: Kernel,
+    fade: Kernel,
     start_at_mean: Kernel,
     states_from_shown: Kernel,
     states_from_corrected: Kernel,
@@ -30,7 +33,12 @@ pub(crate) struct Garment {
 }
 
 impl Garment {
-    pub(crate) fn new(context: &GpuContext, model: &Model, shape: &FieldShape, coefficients: usize) -> Self {
+    pub(crate) fn new(
+        context: &GpuContext,
+        model: &Model,
+        shape: &FieldShape,
+        regions: &MemoryRegions,
+    ) -> Self {
         let prior = model.prior();
         let garment = model.garment();
         let text = [
@@ -45,7 +53,7 @@ impl Garment {
         let prior_constants = [
             vertices,
             ("COMPONENTS", prior.len() as f64),
-            ("COEFFICIENTS", coefficients as f64),
+            ("COEFFICIENTS", regions.coefficients as f64),
         ];
         let kernel = |entry: &str, constants: &[(&str, f64)]| {
             let source = Source {
@@ -61,6 +69,8 @@ impl Garment {
             components: context.upload("components", &planar_components(model)),
             prepare: kernel("prepare", &[&prior_constants[..], &[stride]].concat()),
             rebase_states: kernel("rebase_states", &prior_constants),
+            refresh_prior: kernel("refresh_prior", &prior_constants),
+            fade: kernel("fade", &[vertices, ("FACTOR", regions.factor() as f64)]),
             start_at_mean: kernel("start_at_mean", &[vertices, in_frame]),
             states_from_shown: kernel("states_from_shown", &[vertices, in_frame]),
             states_from_corrected: kernel("states_from_corrected", &[vertices, in_frame]),
@@ -94,6 +104,23 @@ impl Garment {
             (6, &buffers.states),
         ];
         self.rebase_states.dispatch(&bindings, self.mesh.groups())
+    }
+
+    /// Computes the prior of the vertices again, after its coefficients have changed.
+    pub(crate) fn refresh_prior(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
+        let bindings = [
+            (1, &self.mesh.vertices),
+            (3, &self.components),
+            (4, &buffers.vectors),
+            (5, &buffers.points),
+        ];
+        self.refresh_prior.dispatch(&bindings, self.mesh.groups())
+    }
+
+    /// Advances the states by one tick of a field that is zero.
+    pub(crate) fn fade(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
+        let bindings = [(4, &buffers.vectors), (6, &buffers.states)];
+        self.fade.dispatch(&bindings, self.mesh.groups())
     }
 
     /// Sets the states to the mean shape.

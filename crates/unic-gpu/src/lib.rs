@@ -102,6 +102,7 @@ mod motion;
 mod peak;
 mod program;
 mod projection;
+mod start_memory;
 mod tree;
 
 pub use animator::{GarmentCopy, GpuAnimator};

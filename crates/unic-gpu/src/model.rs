@@ -57,10 +57,12 @@ impl GpuModel {
             let networks = MotionNetworks::new(context, &model, &shape, precision);
             Ok(Self {
                 field: FieldKernel::new(context, &model, shape, precision, networks.biases),
-                garment: Garment::new(context, &model, &shape, networks.coefficients),
+                garment: Garment::new(context, &model, &shape, &networks.start),
                 body: Body::new(context, &model)?,
-                projection: (model.projection())
-                    .map(|projection| Projection::new(context, &model, projection)),
+                projection: (model.projection()).map(|projection| {
+                    let share = networks.start.share();
+                    Projection::new(context, &model, projection, share)
+                }),
                 networks,
                 context: context.clone(),
                 model,

@@ -6,6 +6,7 @@ use crate::{
     dense::{LinearDispatcher, LinearKernels, LinearMap, OutputMode, Regions},
     field::{FieldShape, latent_columns},
     kernel::{Dispatch, GROUP, Kernel, Source},
+    start_memory::{MemoryRegions, MemoryUpdate, StartMemoryKernels},
 };
 use std::{ops::Range, slice::from_ref};
 use unic_core::{Model, config::LatentCode, motion::motion_len, network::Linear, recurrence::Recurrence};
@@ -16,18 +17,16 @@ use wgpu::{Buffer, BufferUsages};
 pub(crate) struct MotionNetworks {
     /// Start of the normalised pair of motion vectors.
     pub(crate) pair: usize,
-    /// Start of the prior's coefficients.
-    pub(crate) coefficients: usize,
     /// Region of the recurrence's state; empty without a recurrence.
     pub(crate) memory: Range<usize>,
     /// Start of the biases of the field's layers, the head's at the end.
     pub(crate) biases: usize,
-    /// Start of the residuals that the replay adds to the coefficients.
-    pub(crate) residuals: usize,
+    /// Regions of the memory of the start, and of the residuals that the replay adds to the
+    /// coefficients.
+    pub(crate) start: MemoryRegions,
     prior: Vec<LinearDispatcher>,
     recurrence: Option<Oscillators>,
-    /// Layer that adds the residuals.
-    replay: Option<LinearDispatcher>,
+    start_memory: StartMemoryKernels,
     encoder: Vec<LinearDispatcher>,
     /// Kernel that picks the category of each channel.
     pick: Kernel,
@@ -81,15 +80,21 @@ impl MotionNetworks {
             .regions
             .take(2 * motion_len(model.character().skeleton.len()));
         let coefficients = builder.regions.take(prior.len());
-        let residuals = builder.regions.take(prior.len());
+        let mut of_components = || builder.regions.take(prior.len());
+        let (residuals, moved, given) = (of_components(), of_components(), of_components());
+        let start = MemoryRegions {
+            coefficients,
+            moved,
+            given: given..given + prior.len(),
+            residuals,
+            memory: builder.regions.take(4),
+        };
         let memory = builder.regions.take(prior.state_len());
         let linear =
             (!prior.is_empty()).then(|| builder.full(&prior.map, pair, coefficients, OutputMode::Replace));
         let recurrence = prior.recurrence.as_ref();
         let recurrence =
             recurrence.map(|unit| Oscillators::new(&mut builder, unit, pair, memory, coefficients));
-        let replay = (prior.replay.as_ref())
-            .map(|_| builder.full(&identity(prior.len()), residuals, coefficients, OutputMode::Add));
         let (encoder, logits) = builder.encoder(model, pair, precision);
         let encoding = &model.config().encoder;
         let channels = encoding.channels;
@@ -101,13 +106,12 @@ impl MotionNetworks {
         shape.write_biases(model.field().layers(), &mut initial[biases..]);
         Self {
             pair,
-            coefficients,
-            residuals,
+            start_memory: StartMemoryKernels::new(context, model, &start),
+            start,
             memory: memory..memory + prior.state_len(),
             biases,
             prior: linear.into_iter().collect(),
             recurrence,
-            replay,
             encoder,
             pick: pick(context, model, logits, latent),
             channels,
@@ -127,13 +131,24 @@ impl MotionNetworks {
     }
 
     /// Makes the dispatches from the pair to the prior's coefficients.
-    pub(crate) fn record_prior(&self, vectors: &Buffer, tick: Tick) -> Result<Vec<Dispatch>, GpuError> {
+    pub(crate) fn record_prior(
+        &self,
+        vectors: &Buffer,
+        tick: Tick,
+        update: MemoryUpdate,
+    ) -> Result<Vec<Dispatch>, GpuError> {
         let mut dispatches = all(&self.prior, vectors)?;
         if let Some(recurrence) = &self.recurrence {
             dispatches.extend(recurrence.record(vectors, tick)?);
         }
-        dispatches.extend(all(self.replay.as_slice(), vectors)?);
+        dispatches.push(self.start_memory.record(vectors, update)?);
         Ok(dispatches)
+    }
+
+    /// Makes the dispatch that changes the coefficients to those of positions given in the current
+    /// frame.
+    pub(crate) fn record_given(&self, vectors: &Buffer) -> Result<Dispatch, GpuError> {
+        self.start_memory.record_given(vectors)
     }
 
     /// Makes the dispatches from the pair to the field's biases.
@@ -143,17 +158,6 @@ impl MotionNetworks {
         dispatches.push(self.pick.dispatch(&[(0, vectors)], groups)?);
         dispatches.extend(all(&self.fold, vectors)?);
         Ok(dispatches)
-    }
-}
-
-/// Layer that copies its input.
-fn identity(size: usize) -> Linear {
-    let weight = |i: usize| if i / size == i % size { 1.0 } else { 0.0 };
-    Linear {
-        inputs: size,
-        outputs: size,
-        weight: (0..size * size).map(weight).collect(),
-        bias: vec![0.0; size],
     }
 }
 

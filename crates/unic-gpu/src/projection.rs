@@ -86,7 +86,14 @@ pub(crate) struct ContactBuffers<'a> {
 }
 
 impl Projection {
-    pub(crate) fn new(context: &GpuContext, model: &Model, projection: &StrainProjection) -> Self {
+    /// Uploads the constraints; `share` is the place in an animator's vectors of the share of a given
+    /// garment that is left.
+    pub(crate) fn new(
+        context: &GpuContext,
+        model: &Model,
+        projection: &StrainProjection,
+        share: usize,
+    ) -> Self {
         let (config, freedom) = (projection.config(), projection.freedom());
         Self {
             vertices: model.vertex_count(),
@@ -104,7 +111,7 @@ impl Projection {
                 })
                 .collect(),
             levels: (projection.levels()).and_then(|levels| Levels::new(context, levels, freedom)),
-            kernels: Kernels::new(context, model, projection),
+            kernels: Kernels::new(context, model, projection, share),
         }
     }
 
@@ -129,7 +136,12 @@ impl Projection {
 
     /// Adds the offsets to the shown positions, which are the predicted ones.
     pub(crate) fn add_offsets(&self, buffers: &Buffers) -> Result<Dispatch, GpuError> {
-        let bindings = [(5, &buffers.points), (9, &buffers.shown), (16, &buffers.offsets)];
+        let bindings = [
+            (4, &buffers.vectors),
+            (5, &buffers.points),
+            (9, &buffers.shown),
+            (16, &buffers.offsets),
+        ];
         self.for_vertices(&self.kernels.add_offsets, &bindings)
     }
 
@@ -237,7 +249,7 @@ fn packed_stencil(stencil: &projection::Stencil, freedom: &Freedom) -> Stencil {
 }
 
 impl Kernels {
-    fn new(context: &GpuContext, model: &Model, projection: &StrainProjection) -> Self {
+    fn new(context: &GpuContext, model: &Model, projection: &StrainProjection, share: usize) -> Self {
         let text = [
             include_str!("kernels/vertex_state.wgsl"),
             include_str!("kernels/projection.wgsl"),
@@ -266,7 +278,7 @@ impl Kernels {
             project_edges: kernel("project_edges", &[least]),
             smooth_offsets: kernel("smooth_offsets", &[]),
             keep_offsets: kernel("keep_offsets", &[vertices, radius]),
-            add_offsets: kernel("add_offsets", &[vertices]),
+            add_offsets: kernel("add_offsets", &[vertices, ("SHARE", share as f64)]),
             load_shown: kernel("load_shown", &[vertices]),
             stay_above: kernel("stay_above", &[vertices]),
             store_shown: kernel("store_shown", &[vertices]),

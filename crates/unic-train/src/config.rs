@@ -88,6 +88,11 @@ pub enum StateSettings {
     Displacement {
         /// Time constant of forgetting, seconds.
         memory_s: f32,
+        /// Excursion of the predicted garment within which a given garment stays as it lies, metres,
+        /// in models whose field has a share of 0. With 0 it fades with `memory_s` alone.
+        // Runs of earlier versions have none.
+        #[serde(default)]
+        excursion_m: f32,
         /// Number of principal components of the prior. With 0 the prior is the mean displacement.
         prior_shapes: usize,
         /// Recurrent part of the prior. Without it the prior depends on the current motion alone.

@@ -257,14 +257,21 @@ fn measured_config(
 ) -> ModelConfig {
     let model = &settings.model;
     let state = match (&model.state, measure(model, capture, clips, prior)) {
-        (StateSettings::Displacement { memory_s, inputs, .. }, Some(scales)) => {
-            StateConfig::Displacement(DisplacementConfig {
-                memory_s: *memory_s,
-                scale_m: scales.scale_m,
-                output_limit: scales.output_limit,
-                inputs: inputs.clone(),
-            })
-        }
+        (
+            StateSettings::Displacement {
+                memory_s,
+                excursion_m,
+                inputs,
+                ..
+            },
+            Some(scales),
+        ) => StateConfig::Displacement(DisplacementConfig {
+            memory_s: *memory_s,
+            excursion_m: Some(*excursion_m).filter(|metres| *metres > 0.0),
+            scale_m: scales.scale_m,
+            output_limit: scales.output_limit,
+            inputs: inputs.clone(),
+        }),
         _ => StateConfig::RootRelative,
     };
     ModelConfig {

@@ -59,6 +59,7 @@ pub(crate) fn measure(
     };
     let decay = DisplacementConfig {
         memory_s,
+        excursion_m: None,
         scale_m: 1.0,
         output_limit: 1.0,
         inputs: inputs.clone(),

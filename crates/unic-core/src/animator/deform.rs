@@ -16,6 +16,8 @@ pub(super) struct FieldFrame<'a> {
     pub(super) histories: &'a [PointHistory],
     /// Velocity of the air, m/s, world space.
     pub(super) wind: Vec3,
+    /// Factor of displacements.
+    pub(super) decay: f32,
     /// Vertices that the field is evaluated at; `None` for all of them.
     pub(super) samples: Option<&'a [u32]>,
 }
@@ -35,6 +37,9 @@ impl FieldFrame<'_> {
     ///
     /// `first` is the index of the first of them among the evaluated vertices.
     pub(super) fn advance(&self, first: usize, vertices: &mut [VertexState], scratch: &mut TileScratch) {
+        if self.model.is_field_skipped() {
+            return self.fade(vertices);
+        }
         self.gather(first, vertices, scratch);
         let mut outputs = [[0.0; TILE]; 3];
         let TileScratch { inputs, field, .. } = scratch;
@@ -46,6 +51,16 @@ impl FieldFrame<'_> {
             let share = self.histories[self.index(first + lane)].now.share;
             *vertex = VertexState {
                 value: self.updated(vertex.value, output, share),
+                previous: vertex.value,
+            };
+        }
+    }
+
+    /// Advances vertices by one tick of a field that is zero.
+    fn fade(&self, vertices: &mut [VertexState]) {
+        for vertex in vertices {
+            *vertex = VertexState {
+                value: self.updated(vertex.value, Vec3::ZERO, 1.0),
                 previous: vertex.value,
             };
         }
@@ -103,9 +118,8 @@ impl FieldFrame<'_> {
         match &self.model.config.state {
             StateConfig::RootRelative => integrated(value, output),
             StateConfig::Displacement(config) => {
-                let decay = config.decay(1.0 / self.model.config.fps);
                 // The prior is masked when the model is made, so that the mask applies here alone.
-                value * decay + limited(output, config.output_limit) * (share * config.scale_m)
+                value * self.decay + limited(output, config.output_limit) * (share * config.scale_m)
             }
         }
     }

@@ -24,12 +24,14 @@ impl Animator {
             scratch,
             ..
         } = self;
-        let sampling = model.sampling();
+        // Displacements that only fade need no interpolation.
+        let sampling = model.sampling().filter(|_| !model.is_field_skipped());
         let frame = FieldFrame {
             model,
             biases: &scratch.biases,
             histories: &scratch.histories,
             wind,
+            decay: scratch.decay,
             samples: sampling.map(Sampling::samples),
         };
         let task = |first: usize, vertices: &mut [VertexState], buffers: &mut TileScratch| {
@@ -154,10 +156,11 @@ impl Animator {
         let Self { state, scratch, .. } = self;
         // Added here and not where they are computed, so that a restored state shows the same bytes.
         let (offsets, histories) = (&state.offsets, &scratch.histories);
+        let shown = state.start.added_share();
         if !offsets.is_empty() {
             for_each_tile(&mut scratch.positions, |first, positions| {
                 for (vertex, position) in (first..).zip(positions) {
-                    *position += histories[vertex].now.rotation * offsets[vertex].value;
+                    *position += histories[vertex].now.rotation * (offsets[vertex].value * shown);
                 }
             });
         }

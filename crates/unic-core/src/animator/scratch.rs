@@ -1,6 +1,6 @@
 //! Scratch memory of an animator, and the parts of it that are computed from the state.
 
-use super::{Animator, deform::TileScratch, state::VertexState, tiles::for_each_tile};
+use super::{Animator, deform::TileScratch, start_memory::Origin, state::VertexState, tiles::for_each_tile};
 use crate::{
     config::StateConfig,
     features::{PointFrame, PointHistory},
@@ -35,6 +35,10 @@ pub(super) struct Scratch {
     pub(super) replay: ReplayScratch,
     /// Coefficients of the prior in the current frame.
     pub(super) coefficients: Vec<f32>,
+    /// The same without those of the replay.
+    pub(super) moved_coefficients: Vec<f32>,
+    /// Factor of the displacements in the current tick.
+    pub(super) decay: f32,
     /// Displacements of the prior in the current frame, metres.
     pub(super) prior: Vec<Vec3>,
     pub(super) projection: ProjectionScratch,
@@ -118,6 +122,7 @@ impl Animator {
             .normalisation
             .write_pair([first, first], &mut self.scratch.encoder_input);
         self.evaluate_prior(MotionUpdate::Start);
+        self.state.start.count_from(&self.scratch.moved_coefficients);
         for (vertex, (old, new)) in self
             .state
             .vertices
@@ -139,6 +144,17 @@ impl Animator {
             self.model.normalisation.write_pair([first, second], pair);
             replay.begin(pair, 1.0 / self.model.config.fps, playing);
         }
+    }
+
+    /// Begins the memory of a garment in the current frame.
+    pub(super) fn begin_memory(&mut self, origin: Origin) {
+        self.state.start.begin(origin, &self.scratch.moved_coefficients);
+    }
+
+    /// Computes the prior's displacements of the current frame again, after the memory of the start
+    /// has changed.
+    pub(super) fn keep_prior(&mut self) {
+        self.evaluate_prior(MotionUpdate::Keep);
     }
 
     /// Computes the prior's displacements for the motion in `encoder_input`.
@@ -165,12 +181,17 @@ impl Animator {
             }
             recurrence.add_to(&state.recurrence, buffers, &mut scratch.coefficients);
         }
+        scratch.moved_coefficients.clone_from(&scratch.coefficients);
+        if let (MotionUpdate::Advance, StateConfig::Displacement(config)) = (update, &model.config.state) {
+            let (sizes, dt) = (&model.component_sizes, 1.0 / model.config.fps);
+            scratch.decay = state.start.advance(config, sizes, &scratch.coefficients, dt);
+        }
         if let (Some(replay), Some(playing)) = (&prior.replay, &mut state.replay) {
             if update == MotionUpdate::Advance {
                 let dt = 1.0 / model.config.fps;
                 replay.advance(&scratch.encoder_input, dt, playing, &mut scratch.replay);
             }
-            replay.add_to(playing, &mut scratch.coefficients);
+            replay.add_to(playing, state.start.added_share(), &mut scratch.coefficients);
         }
         scratch.prior.resize(model.vertex_count(), Vec3::ZERO);
         let coefficients = &scratch.coefficients;
@@ -195,6 +216,10 @@ impl Animator {
             code_sampling,
             ..
         } = self;
+        // A field that is zero needs no inputs.
+        if model.is_field_skipped() {
+            return;
+        }
         scratch.latent.resize(model.config.encoder.latent_len(), 0.0);
         code_sampling.write_noise(state.ticks, model.encoder.logit_count(), &mut scratch.code_noise);
         let (input, noise) = (&scratch.encoder_input, &scratch.code_noise);

@@ -1,7 +1,8 @@
 //! State of an animator, which it keeps from one step to the next.
 
-use super::AnimatorError;
+use super::{AnimatorError, StartMemory};
 use crate::{
+    config::StateConfig,
     model::Model,
     motion::{MotionInput, MotionState},
     replay::{Replay, ReplayState},
@@ -26,6 +27,9 @@ pub struct AnimatorState {
     pub ticks: u64,
     /// State of the garment, one entry a vertex.
     pub vertices: Vec<VertexState>,
+    /// What is left of the given garment.
+    // No default: without it the next step would not follow from the saved state.
+    pub start: StartMemory,
     /// State of the prior's recurrence; empty if the model has none.
     #[serde(default)]
     pub recurrence: Vec<f32>,
@@ -58,6 +62,7 @@ impl AnimatorState {
             at_start: true,
             ticks: 0,
             vertices: vec![VertexState::default(); model.vertex_count()],
+            start: StartMemory::default(),
             // The animator sets it when it evaluates the prior for the first time.
             recurrence: vec![0.0; model.prior.state_len()],
             replay: model.prior.replay.as_ref().map(Replay::start),
@@ -84,6 +89,10 @@ impl AnimatorState {
         }
         if self.recurrence.iter().any(|h| !h.is_finite()) {
             let text = "numbers of the prior's recurrence that are not finite";
+            return Err(AnimatorError::State(text.to_owned()));
+        }
+        if !self.start.is_usable(remembered_len(model)) {
+            let text = "a memory of the start with numbers that are not usable, or of another prior";
             return Err(AnimatorError::State(text.to_owned()));
         }
         check_replay(model, self.replay.as_ref())?;
@@ -116,6 +125,14 @@ fn check_replay(model: &Model, state: Option<&ReplayState>) -> Result<(), Animat
         (None, Some(_)) => Err(AnimatorError::State(
             "a replay, where the model has none".to_owned(),
         )),
+    }
+}
+
+/// Number of coefficients that the memory of the start holds.
+fn remembered_len(model: &Model) -> usize {
+    match model.config.state {
+        StateConfig::RootRelative => 0,
+        StateConfig::Displacement(_) => model.prior.len(),
     }
 }
 

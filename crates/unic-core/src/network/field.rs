@@ -41,6 +41,8 @@ pub struct Field {
     config: FieldConfig,
     point_inputs: usize,
     latent_len: usize,
+    /// True if the last layer is zero.
+    is_zero: bool,
 }
 
 /// Biases of every layer for one frame, with the latent vector folded in.
@@ -71,7 +73,9 @@ impl Field {
     ) -> Result<Self, LayerError> {
         let expected = layer_sizes(config, point_inputs, latent_len);
         check_layers("field", &layers, &expected)?;
+        let head = layers.last();
         let mut field = Self {
+            is_zero: head.is_some_and(|l| l.weight.iter().chain(&l.bias).all(|x| *x == 0.0)),
             layers,
             packed: Vec::new(),
             kernel: KernelChoice {
@@ -111,6 +115,11 @@ impl Field {
     /// Linear maps in order, in f32.
     pub fn layers(&self) -> &[Linear] {
         &self.layers
+    }
+
+    /// Returns true if the output is zero whatever the inputs are.
+    pub fn is_zero(&self) -> bool {
+        self.is_zero
     }
 
     /// Number format of the products.

@@ -66,7 +66,7 @@ fn displacements_stay_within_their_bound_in_any_motion() {
 #[test]
 fn coarser_precisions_stay_near_f32() {
     let poses = motion(12);
-    for variant in variants() {
+    for variant in variants().into_iter().filter(has_field) {
         let exact = model(&variant);
         let truth = run(&mut Animator::new(Arc::clone(&exact)), &poses);
         for (precision, metres) in [

@@ -14,7 +14,8 @@ fn paper_mode_leaves_no_vertex_inside_and_corrects_the_state() {
     let rule = PaperIntersection { relaxation_m: 0.005 };
     let poses = motion(15);
     for name in ["position in the heading frame", "second order", "pose only"] {
-        let model = tight(name);
+        // Given positions end the residual of a replay, which corrected ones do not.
+        let model = Arc::new(tight(name).without_replay());
         let (mut paper, mut off) = (Animator::new(Arc::clone(&model)), Animator::new(model));
         paper.set_intersection(IntersectionMode::Paper {
             relaxation_m: rule.relaxation_m,

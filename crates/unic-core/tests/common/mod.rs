@@ -69,6 +69,10 @@ pub fn variants() -> Vec<Variant> {
     // The velocity first, and a limit that is often reached.
     let short = displacement(0.05, 0.4, &[Velocity, Displacement, SkinVelocity, Rest]);
     let pose_only = displacement(0.0, 2.0, &[Rest, Up]);
+    let mut kept = displacement(0.2, 2.0, &[Displacement, Rest]);
+    if let StateConfig::Displacement(config) = &mut kept {
+        config.excursion_m = Some(0.05);
+    }
     let variant = |name, layout, velocity, state, components, limit| Variant {
         name,
         layout,
@@ -145,6 +149,7 @@ pub fn variants() -> Vec<Variant> {
             None,
         ),
         variant("pose only", Heading, Backward, pose_only, 1, Some(5.0)),
+        variant("kept garment", Heading, Backward, kept, 2, Some(5.0)),
     ]
 }
 
@@ -153,9 +158,15 @@ pub fn variants_without_projection() -> impl Iterator<Item = Variant> {
     variants().into_iter().filter(|v| v.projection.is_none())
 }
 
+/// Returns true for variants whose field is not zero.
+pub fn has_field(variant: &Variant) -> bool {
+    !matches!(&variant.state, StateConfig::Displacement(d) if d.excursion_m.is_some())
+}
+
 fn displacement(memory_s: f32, output_limit: f32, inputs: &[PointInput]) -> StateConfig {
     StateConfig::Displacement(DisplacementConfig {
         memory_s,
+        excursion_m: None,
         scale_m: 0.05,
         output_limit,
         inputs: inputs.to_vec(),
@@ -188,7 +199,10 @@ pub fn parts(variant: &Variant) -> ModelParts {
     };
     let garment = tube(13, 12, 0.27);
     let prior = prior(garment.rest.vertices.len(), variant.components);
-    let parts = with_networks(config, garment, prior, variant.limit);
+    let mut parts = with_networks(config, garment, prior, variant.limit);
+    if !has_field(variant) {
+        parts.field.last_mut().unwrap().scale(0.0);
+    }
     match variant.masking {
         Masking::None => parts,
         Masking::Graded => Model::new(parts)

@@ -30,9 +30,31 @@ pub struct Reference {
     memory: Vec<[f64; 2]>,
     /// State of the prior's replay.
     replay: Option<ReplayState>,
+    /// What is left of a given garment.
+    given: Given,
     wind: DVec3,
     /// Number of outputs that were shortened to the limit.
     pub limited: usize,
+}
+
+/// What is left of a given garment.
+#[derive(Default)]
+struct Given {
+    /// Coefficients in the frame of the given positions, without those of the replay.
+    coefficients: Vec<f64>,
+    /// Largest excursion since, metres.
+    excursion: f64,
+    share: f64,
+}
+
+impl Given {
+    fn at(coefficients: Vec<f64>) -> Self {
+        Self {
+            coefficients,
+            excursion: 0.0,
+            share: 1.0,
+        }
+    }
 }
 
 impl Reference {
@@ -61,6 +83,7 @@ impl Reference {
             states: vec![],
             start,
             memory: vec![],
+            given: Given::default(),
             wind: input.wind.as_dvec3(),
             limited: 0,
         };
@@ -91,6 +114,9 @@ impl Reference {
             let still = [self.normalised(before), self.normalised(before)].concat();
             self.start_recurrence(&still);
             self.begin_replay(&pair);
+            // A mean shape was not given, and fades.
+            self.given = Given::at(self.moved(&still));
+            (self.given.excursion, self.given.share) = (f64::INFINITY, 0.0);
             let prior = self.prior(&still);
             let vertices = self
                 .start
@@ -105,11 +131,12 @@ impl Reference {
         }
         self.advance_recurrence(&pair);
         self.advance_replay(&pair);
+        let factor = self.forget(&pair);
         let outputs: Vec<DVec3> = (0..self.start.len()).map(|i| self.field(i, &latent)).collect();
         let next = outputs
             .into_iter()
             .enumerate()
-            .map(|(i, output)| self.updated(i, output))
+            .map(|(i, output)| self.updated(i, output, factor))
             .collect();
         self.states.push(next);
         self.positions(&pair)
@@ -122,7 +149,9 @@ impl Reference {
             StateConfig::RootRelative => self.to_root_relative(&world),
             StateConfig::Displacement(_) => {
                 let (before, now) = self.motion.pair();
-                let prior = self.prior(&[self.normalised(before), self.normalised(now)].concat());
+                let pair = [self.normalised(before), self.normalised(now)].concat();
+                self.given = Given::at(self.moved(&pair));
+                let prior = self.prior(&pair);
                 let own = |i: usize| self.rotations[i].inverse() * (world[i] - self.skinned_at(1)[i]);
                 let place = |i: usize| own(i) * self.share(i) - prior[i];
                 (0..world.len()).map(place).collect()
@@ -177,21 +206,64 @@ impl Reference {
 
     fn prior(&self, pair: &[f64]) -> Vec<DVec3> {
         let prior = &self.parts.prior;
-        let a = if prior.is_empty() {
-            vec![]
-        } else {
-            product(&prior.map, pair)
-        };
-        let (correction, residual) = (self.correction(pair), self.residual(a.len()));
-        let a: Vec<f64> = a
-            .iter()
-            .enumerate()
-            .map(|(k, a)| a + correction.get(k).unwrap_or(&0.0) + residual[k])
-            .collect();
+        let mut a = self.moved(pair);
+        let share = 1.0 - self.given.share.powi(2);
+        for (a, residual) in a.iter_mut().zip(self.residual(prior.len())) {
+            *a += residual * share;
+        }
         let component = |i: usize, k: usize| prior.components[i * a.len() + k].as_dvec3();
         let vertex =
             |i: usize| (0..a.len()).fold(prior.mean[i].as_dvec3(), |sum, k| sum + component(i, k) * a[k]);
         (0..prior.mean.len()).map(vertex).collect()
+    }
+
+    /// Coefficients that the motion moves, without those of the replay.
+    fn moved(&self, pair: &[f64]) -> Vec<f64> {
+        let prior = &self.parts.prior;
+        if prior.is_empty() {
+            return vec![];
+        }
+        let correction = self.correction(pair);
+        let linear = product(&prior.map, pair).into_iter().enumerate();
+        linear
+            .map(|(k, a)| a + correction.get(k).unwrap_or(&0.0))
+            .collect()
+    }
+
+    /// Advances what is left of the given garment, and returns the factor of the displacements.
+    fn forget(&mut self, pair: &[f64]) -> f64 {
+        let StateConfig::Displacement(config) = &self.parts.config.state else {
+            return 1.0;
+        };
+        let prior = &self.parts.prior;
+        let moved = self.moved(pair);
+        let of_component = |k: usize| prior.components.iter().skip(k).step_by(prior.len());
+        let mean_square = |k: usize| {
+            let squares = of_component(k).map(|c| c.as_dvec3().length_squared());
+            squares.sum::<f64>() / prior.mean.len() as f64
+        };
+        let square: f64 = (0..moved.len())
+            .map(|k| mean_square(k) * (moved[k] - self.given.coefficients[k]).powi(2))
+            .sum();
+        self.given.excursion = self.given.excursion.max(square.sqrt());
+        let ratio = |within: f32| self.given.excursion / f64::from(within);
+        let stays = config
+            .excursion_m
+            .map_or(0.0, |within| (-ratio(within).powi(2)).exp());
+        let before = self.given.share;
+        self.given.share = stays.max(before * self.decay(config));
+        if before < 1e-9 {
+            self.decay(config)
+        } else {
+            self.given.share / before
+        }
+    }
+
+    fn decay(&self, config: &DisplacementConfig) -> f64 {
+        match f64::from(config.memory_s) {
+            memory if memory > 0.0 => (-1.0 / (f64::from(self.parts.config.fps) * memory)).exp(),
+            _ => 0.0,
+        }
     }
 
     /// Starts the recurrence in its steady state h = u / (1 − λ), the sum of λ^n u over all n.
@@ -230,7 +302,7 @@ impl Reference {
     fn residual(&self, coefficients: usize) -> Vec<f64> {
         let mut residual = vec![0.0; coefficients];
         if let (Some(replay), Some(state)) = (&self.parts.prior.replay, &self.replay) {
-            replay.add_to(state, &mut residual);
+            replay.add_to(state, 1.0, &mut residual);
         }
         residual.into_iter().map(f64::from).collect()
     }
@@ -351,20 +423,17 @@ impl Reference {
         (rest[vertex] - (low + high) / 2.0) * 2.0 / (high - low).max_element()
     }
 
-    fn updated(&mut self, vertex: usize, output: DVec3) -> DVec3 {
+    fn updated(&mut self, vertex: usize, output: DVec3, factor: f64) -> DVec3 {
         let value = self.states.last().unwrap()[vertex];
         let StateConfig::Displacement(config) = &self.parts.config.state else {
             return value + output;
         };
-        let (limit, memory) = (f64::from(config.output_limit), f64::from(config.memory_s));
-        let decay = if memory > 0.0 {
-            (-1.0 / (f64::from(self.parts.config.fps) * memory)).exp()
-        } else {
-            0.0
-        };
+        let limit = f64::from(config.output_limit);
         self.limited += usize::from(output.length() > limit);
-        let moved = output * (limit / output.length()).min(1.0) * f64::from(config.scale_m);
-        value * decay + moved * self.share(vertex)
+        // A field that is zero has no direction.
+        let shorter = (limit / output.length().max(1e-30)).min(1.0);
+        let moved = output * shorter * f64::from(config.scale_m);
+        value * factor + moved * self.share(vertex)
     }
 
     fn share(&self, vertex: usize) -> f64 {

@@ -64,6 +64,7 @@ fn animator(memory_s: f32, bias: Vec3) -> Animator {
             },
             state: StateConfig::Displacement(DisplacementConfig {
                 memory_s,
+                excursion_m: None,
                 scale_m: SCALE_M,
                 output_limit: LIMIT,
                 inputs: vec![PointInput::Displacement, PointInput::Velocity, PointInput::Rest],

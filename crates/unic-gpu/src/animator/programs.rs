@@ -9,6 +9,7 @@ use crate::{
     motion::Tick,
     program::Program,
     projection::{Projection, ProjectionTick},
+    start_memory::MemoryUpdate,
 };
 use unic_core::{Corrects, IntersectionMode};
 
@@ -51,11 +52,19 @@ impl Programs {
         let garment = &asset.garment;
         let mut complete_start = Program::default();
         if !is_in_frame(&asset.model) {
-            let prior = asset.networks.record_prior(&buffers.vectors, Tick::First)?;
+            let prior =
+                asset
+                    .networks
+                    .record_prior(&buffers.vectors, Tick::First, MemoryUpdate::CountAgain)?;
             complete_start.stage("prior", prior);
             complete_start.stage("rebase states", vec![garment.rebase_states(buffers)?]);
         }
         let mut set = Program::default();
+        if !is_in_frame(&asset.model) {
+            // Without the residual of a replay now, which would be forgotten with the rest.
+            let given = asset.networks.record_given(&buffers.vectors)?;
+            set.stage("prior", vec![given, garment.refresh_prior(buffers)?]);
+        }
         set.stage("set", vec![garment.states_from_shown(buffers)?]);
         set.stage("set", recorder.clear_offsets()?);
         recorder.show(&mut set, OffsetUpdate::Keep)?;
@@ -67,10 +76,15 @@ impl Programs {
             resume: recorder.resume(Tick::Same)?,
             // A mean over many shapes is too short, unlike given positions.
             start_at_mean: recorder.start(
+                MemoryUpdate::BeginAtMean,
                 garment.start_at_mean(buffers)?,
                 OffsetUpdate::Advance(ProjectionTick::Start),
             )?,
-            start_at_shown: recorder.start(garment.states_from_shown(buffers)?, OffsetUpdate::Keep)?,
+            start_at_shown: recorder.start(
+                MemoryUpdate::BeginGiven,
+                garment.states_from_shown(buffers)?,
+                OffsetUpdate::Keep,
+            )?,
             complete_start,
             step: recorder.step()?,
             set,
@@ -97,10 +111,18 @@ struct Recorder<'a> {
 
 impl Recorder<'_> {
     /// Records a reset; `set_states` computes the states of frame 0.
-    fn start(&self, set_states: Dispatch, offsets: OffsetUpdate) -> Result<Program, GpuError> {
+    fn start(
+        &self,
+        memory: MemoryUpdate,
+        set_states: Dispatch,
+        offsets: OffsetUpdate,
+    ) -> Result<Program, GpuError> {
         let (garment, buffers) = (&self.asset.garment, self.buffers);
         let mut program = Program::default();
-        let prior = self.asset.networks.record_prior(&buffers.vectors, Tick::First)?;
+        let prior = self
+            .asset
+            .networks
+            .record_prior(&buffers.vectors, Tick::First, memory)?;
         program.stage("prior", prior);
         let prepare = garment.prepare(buffers)?;
         let clear = garment.clear_velocities(&buffers.states)?;
@@ -120,7 +142,10 @@ impl Recorder<'_> {
     fn resume(&self, tick: Tick) -> Result<Program, GpuError> {
         let (garment, buffers) = (&self.asset.garment, self.buffers);
         let mut program = Program::default();
-        let prior = self.asset.networks.record_prior(&buffers.vectors, tick)?;
+        let prior = self
+            .asset
+            .networks
+            .record_prior(&buffers.vectors, tick, MemoryUpdate::Keep)?;
         program.stage("prior", prior);
         program.stage("skinning", vec![garment.prepare(buffers)?]);
         self.show(&mut program, OffsetUpdate::Keep)?;
@@ -137,10 +162,18 @@ impl Recorder<'_> {
         } = self.asset;
         let buffers = self.buffers;
         let mut program = Program::default();
-        program.stage("prior", networks.record_prior(&buffers.vectors, Tick::Next)?);
-        program.stage("encoder", networks.record_encoder(&buffers.vectors)?);
+        let prior = networks.record_prior(&buffers.vectors, Tick::Next, MemoryUpdate::Advance)?;
+        program.stage("prior", prior);
+        let is_skipped = self.asset.model.is_field_skipped();
+        if !is_skipped {
+            program.stage("encoder", networks.record_encoder(&buffers.vectors)?);
+        }
         program.stage("skinning", vec![garment.prepare(buffers)?]);
-        program.stage("field", vec![field.dispatch(buffers)?]);
+        let advance = match is_skipped {
+            true => garment.fade(buffers)?,
+            false => field.dispatch(buffers)?,
+        };
+        program.stage("field", vec![advance]);
         let corrects_state = self.corrects_shown() == Some(Corrects::State);
         // The paper's rule corrects states, so it precedes the positions.
         if let IntersectionMode::Paper { .. } = self.mode {

@@ -1,10 +1,13 @@
 //! Saved states of an animator: copies from the device, and uploads to it.
 
 use super::{GpuAnimator, buffers::STATE_BYTES, upload::Frame};
-use crate::GpuError;
+use crate::{GpuError, garment::is_in_frame};
 use glam::Vec4;
 use std::sync::Arc;
-use unic_core::{AnimatorState, animator::VertexState};
+use unic_core::{
+    AnimatorState,
+    animator::{StartMemory, VertexState},
+};
 use wgpu::Buffer;
 
 impl GpuAnimator {
@@ -20,7 +23,9 @@ impl GpuAnimator {
         let memory = &asset.networks.memory;
         let (from, bytes) = (4 * memory.start as u64, 4 * memory.len() as u64);
         let remembered = context.download(&self.buffers.vectors, from, bytes)?;
+        let start = self.start_memory()?;
         Ok(AnimatorState {
+            start,
             motion: self.motion.clone(),
             at_start: self.at_start,
             ticks: self.ticks,
@@ -43,7 +48,19 @@ impl GpuAnimator {
         // Kernels read no mask of an offset.
         let offsets = packed(&state.offsets, |_| 0.0);
         let memory = 4 * asset.networks.memory.start as u64;
+        let (given, start) = (&asset.networks.start, &state.start);
         let queue = context.queue();
+        let numbers = [start.excursion_m, start.share];
+        for (at, numbers) in [
+            (given.given.start, &start.coefficients[..]),
+            (given.memory, &numbers),
+        ] {
+            queue.write_buffer(
+                &self.buffers.vectors,
+                4 * at as u64,
+                bytemuck::cast_slice(numbers),
+            );
+        }
         queue.write_buffer(&self.buffers.states, 0, bytemuck::cast_slice(&states));
         queue.write_buffer(&self.buffers.offsets, 0, bytemuck::cast_slice(&offsets));
         queue.write_buffer(
@@ -66,6 +83,26 @@ impl GpuAnimator {
         };
         program.submit(context);
         Ok(())
+    }
+
+    /// Copies what is left of the given garment.
+    fn start_memory(&self) -> Result<StartMemory, GpuError> {
+        let regions = &self.asset.networks.start;
+        let copied = |at: usize, count: usize| {
+            let (from, bytes) = (4 * at as u64, 4 * count as u64);
+            self.asset.context.download(&self.buffers.vectors, from, bytes)
+        };
+        // Root-relative states are measured from no prior.
+        let count = match is_in_frame(&self.asset.model) {
+            true => 0,
+            false => regions.given.len(),
+        };
+        let numbers: Vec<f32> = bytemuck::pod_collect_to_vec(&copied(regions.memory, 2)?);
+        Ok(StartMemory {
+            coefficients: bytemuck::pod_collect_to_vec(&copied(regions.given.start, count)?),
+            excursion_m: numbers[0],
+            share: numbers[1],
+        })
     }
 
     /// Copies the first `count` states of vertices from a buffer.

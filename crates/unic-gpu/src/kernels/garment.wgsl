@@ -4,6 +4,8 @@
 override COMPONENTS: u32;
 // Start of their coefficients in `vectors`.
 override COEFFICIENTS: u32;
+// Place of the factor of displacements in `vectors`.
+override FACTOR: u32;
 // Length of one input channel: the vertices, padded to whole tiles.
 override STRIDE: u32;
 
@@ -61,6 +63,27 @@ fn rebase_states(@builtin(global_invocation_id) id: vec3<u32>) {
     let value = states[i].value + points[i].prior - vec4<f32>(prior, 0.0);
     states[i] = VertexState(value, value);
     points[i].prior = vec4<f32>(prior, 0.0);
+}
+
+// Recomputes the prior after its coefficients have changed.
+@compute @workgroup_size(64)
+fn refresh_prior(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= VERTICES) {
+        return;
+    }
+    points[i].prior = vec4<f32>(prior_displacement(i), 0.0);
+}
+
+// Advances the states by one tick of a field that is zero.
+@compute @workgroup_size(64)
+fn fade(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i >= VERTICES) {
+        return;
+    }
+    let value = states[i].value;
+    states[i] = VertexState(vec4<f32>(value.xyz * vectors[FACTOR], value.w), value);
 }
 
 // Sets the states to the mean displacement from the skinned rest shape.

@@ -26,6 +26,8 @@ override PULL: f32;
 override RADIUS: f32;
 // Length below which an edge has no direction, metres.
 override LEAST_LENGTH: f32;
+// Place of that share in `vectors`.
+override SHARE: u32;
 
 // Positions and normals of the garment, world space.
 @group(0) @binding(9) var<storage, read_write> shown: array<f32>;
@@ -45,6 +47,8 @@ override LEAST_LENGTH: f32;
 @group(0) @binding(21) var<storage, read> stencils: array<Stencil>;
 // Planes that shown vertices stay above, see `planes.wgsl`.
 @group(0) @binding(22) var<storage, read> planes: array<vec4<f32>>;
+// Vectors of the frame, with the share of a given garment that is left.
+@group(0) @binding(4) var<storage, read> vectors: array<f32>;
 
 fn shown_position(i: u32) -> vec3<f32> {
     return vec3<f32>(shown[6u * i], shown[6u * i + 1u], shown[6u * i + 2u]);
@@ -136,14 +140,17 @@ fn keep_offsets(@builtin(global_invocation_id) id: vec3<u32>) {
     offsets[i] = VertexState(vec4<f32>(value, 0.0), offsets[i].value);
 }
 
-// Adds the offsets to the shown positions, which are the predicted ones.
+// Adds the offsets to the shown positions, which are the predicted ones, as far as these are not
+// those of a given garment.
 @compute @workgroup_size(64)
 fn add_offsets(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
     if (i >= VERTICES) {
         return;
     }
-    show(i, shown_position(i) + rotated(points[i].rotation, offsets[i].value.xyz));
+    let share = vectors[SHARE];
+    let offset = offsets[i].value.xyz * (1.0 - share * share);
+    show(i, shown_position(i) + rotated(points[i].rotation, offset));
 }
 
 // Copies the shown positions, which sweeps then move.

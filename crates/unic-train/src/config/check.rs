@@ -186,11 +186,15 @@ impl TrainConfig {
     }
 
     /// Returns the values that may be any finite number from 0 on, with their keys.
-    fn amounts(&self) -> [(&'static str, f64); 14] {
+    fn amounts(&self) -> [(&'static str, f64); 15] {
         let (o, r) = (&self.optimiser, &self.regularisation);
-        let memory_s = match self.model.state {
-            StateSettings::RootRelative => 0.0,
-            StateSettings::Displacement { memory_s, .. } => memory_s,
+        let (memory_s, excursion_m) = match self.model.state {
+            StateSettings::RootRelative => (0.0, 0.0),
+            StateSettings::Displacement {
+                memory_s,
+                excursion_m,
+                ..
+            } => (memory_s, excursion_m),
         };
         [
             (
@@ -198,6 +202,7 @@ impl TrainConfig {
                 self.model.normalisation.least_std.into(),
             ),
             ("model.state.displacement.memory_s", memory_s.into()),
+            ("model.state.displacement.excursion_m", excursion_m.into()),
             ("optimiser.final_learning_rate", o.final_learning_rate),
             ("optimiser.half_periods", o.half_periods),
             ("optimiser.weight_decay", o.weight_decay.into()),

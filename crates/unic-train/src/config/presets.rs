@@ -133,6 +133,7 @@ fn standard() -> TrainConfig {
             },
             state: StateSettings::Displacement {
                 memory_s: 0.5,
+                excursion_m: 0.02,
                 prior_shapes: 64,
                 recurrence: Some(RecurrenceSettings {
                     oscillators: 128,

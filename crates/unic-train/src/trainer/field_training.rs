@@ -196,6 +196,10 @@ impl FieldTraining {
             // The limit applies to the scaled output. Without any output it has no effect and stays
             // above zero.
             state.output_limit *= if field_share > 0.0 { field_share } else { 1.0 };
+            // What a field adds has to decay.
+            if field_share != 0.0 {
+                state.excursion_m = None;
+            }
         }
         Ok(Model::new(ModelParts {
             config,
