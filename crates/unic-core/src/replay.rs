@@ -18,9 +18,9 @@
 //! 3. Four times a second a search compares the keys of all frames with the present one. It goes to
 //!    another stretch only where that is better by a margin, and not within a second of the last
 //!    switch. At the end of a clip it goes to the best frame at once.
-//! 4. A sequence begins with the whole residual of a stretch. Displacements are measured from the
-//!    prior with it, so the garment stays where it was given, and forgets that as it forgets its
-//!    start.
+//! 4. A sequence that begins at the mean shape begins with the whole residual of a stretch. A garment
+//!    that was given has wrinkles of its own: the residual grows as they are forgotten (see
+//!    [`StartMemory`](crate::animator::StartMemory)).
 //! 5. The step at a switch becomes an offset that decays with the activity, so there is no jump.
 //!
 //! Keys are integers, so their distances are exact.
