@@ -25,8 +25,8 @@ pub use input::{FARTHEST, GarmentFrame, Start, StepInput};
 pub use live_garment::LiveGarment;
 pub use saved::SavedStateError;
 pub use stage::Stage;
-pub use start_memory::StartMemory;
 pub(crate) use start_memory::component_sizes;
+pub use start_memory::{LEAST_SHARE, NEVER_GIVEN_M, StartMemory};
 pub use state::{AnimatorState, VertexState};
 pub use surroundings::{Display, Surroundings, TeleportLimit};
 pub use tick_clock::TickClock;
@@ -85,6 +85,7 @@ impl Animator {
         };
         // A step without a reset starts from the bind pose.
         animator.rebuild_scratch();
+        animator.begin_memory(Origin::MeanShape);
         animator
     }
 
@@ -111,7 +112,7 @@ impl Animator {
     /// Replaces the rule by which the categories of the motion's code are picked, from the next
     /// step on; resets keep it.
     ///
-    /// The default is [`CodeSampling::Largest`].
+    /// The default is [`CodeSampling::Largest`]. Models whose field is zero read no code.
     pub fn set_code_sampling(&mut self, sampling: CodeSampling) {
         self.code_sampling = sampling;
     }
@@ -259,7 +260,8 @@ impl Animator {
     ///
     /// The garment of the previous frame stays, and velocities are differences to it. Called after
     /// every step, the next step sees given positions alone. Called once, the jump counts as
-    /// motion.
+    /// motion. The residual of a replay ends, and returns as the given garment is forgotten
+    /// ([`StartMemory`]).
     ///
     /// # Errors
     /// Positions of another mesh or that are not finite. The state stays as it was.
@@ -273,6 +275,11 @@ impl Animator {
             self.finish();
         });
         Ok(())
+    }
+
+    /// Lets the garment that was given at the start fade in calm motion too.
+    pub(crate) fn let_start_fade(&mut self) {
+        self.state.start.let_fade();
     }
 
     /// Garment at the current frame.

@@ -166,7 +166,8 @@ pub enum StateConfig {
 /// γ = exp(−dt / memory).
 ///
 /// The field's output is bounded in length by `output_limit`, so that
-/// |d_t| ≤ γ^t |d_0| + s · output_limit / (1 − γ) for ever.
+/// |d_t| ≤ γ^t |d_0| + s · output_limit / (1 − γ) for ever. With an `excursion_m` the field is zero,
+/// and |d_t| ≤ |d_0|.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DisplacementConfig {

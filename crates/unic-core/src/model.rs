@@ -286,7 +286,8 @@ impl Model {
     }
 
     /// Returns true if a step leaves encoder and field out: the field's output is zero, and is
-    /// added to displacements. Results are the same bytes.
+    /// added to displacements. Results are the same bytes, but no state is interpolated between
+    /// [samples](Self::with_sampling).
     pub fn is_field_skipped(&self) -> bool {
         self.field.is_zero() && self.config.state != StateConfig::RootRelative
     }

@@ -445,6 +445,14 @@ fn absurd_sizes_are_refused_before_memory_is_allocated() {
         let changed = with_metadata(&bytes, |m| *m.pointer_mut(path).unwrap() = value.clone());
         assert!(read_frugally(&changed).is_err(), "{path} = {value}");
     }
+    // The field of this model is not zero, so no excursion is usable.
+    for value in [json!(0.0), json!(-1), json!(0.02)] {
+        let changed = with_metadata(&bytes, |m| {
+            m["config"]["state"]["displacement"]["excursion_m"] = value.clone();
+        });
+        let refused = read_frugally(&changed).unwrap_err().to_string();
+        assert!(refused.contains("state.excursion_m"), "{refused}");
+    }
 }
 
 /// Returns the file with changed bytes of a tensor.

@@ -5,7 +5,11 @@ use crate::{
     kernel::{Dispatch, Kernel, Source},
 };
 use std::ops::Range;
-use unic_core::{Model, config::StateConfig};
+use unic_core::{
+    Model,
+    animator::{LEAST_SHARE, NEVER_GIVEN_M},
+    config::StateConfig,
+};
 use wgpu::Buffer;
 
 /// Change of the memory in one program.
@@ -19,8 +23,10 @@ pub(crate) enum MemoryUpdate {
     CountAgain,
     /// Frame of a restored state.
     Keep,
-    /// Next tick.
+    /// Next tick, in which displacements stay within the excursion of the model.
     Advance,
+    /// Next tick of a mode that corrects states, in which they fade.
+    AdvanceFading,
 }
 
 /// Regions of an animator's vectors that the memory reads and writes.
@@ -28,9 +34,9 @@ pub(crate) enum MemoryUpdate {
 pub(crate) struct MemoryRegions {
     /// Coefficients of the prior.
     pub(crate) coefficients: usize,
-    /// The same without those of the replay.
+    /// Coefficients of the prior without those of the replay.
     pub(crate) moved: usize,
-    /// The same in the frame that the garment was given in.
+    /// Coefficients, without those of the replay, in the frame that the garment was given in.
     pub(crate) given: Range<usize>,
     /// Coefficients of the replay.
     pub(crate) residuals: usize,
@@ -58,8 +64,8 @@ pub(crate) struct StartMemoryKernels {
     count_again: Kernel,
     keep: Kernel,
     give: Kernel,
-    /// None if states are positions, which have no memory.
-    advance: Option<Kernel>,
+    /// Kernels of `Advance` and `AdvanceFading`; none if states are positions, which have no memory.
+    advance: Option<[Kernel; 2]>,
     sizes: Buffer,
 }
 
@@ -80,7 +86,11 @@ impl StartMemoryKernels {
             of_region("RESIDUALS", regions.residuals),
             of_region("MEMORY", regions.memory),
         ];
-        let further = [("WITHIN", f64::from(within)), ("FADE", f64::from(fade))];
+        let never = ("NEVER_GIVEN", f64::from(NEVER_GIVEN_M));
+        let further = |within: f32| {
+            let least = ("LEAST_SHARE", f64::from(LEAST_SHARE));
+            [("WITHIN", f64::from(within)), ("FADE", f64::from(fade)), least]
+        };
         let kernel = |entry: &str, constants: &[(&str, f64)]| {
             let source = Source {
                 text: include_str!("kernels/start_memory.wgsl"),
@@ -94,11 +104,13 @@ impl StartMemoryKernels {
         let begin = [&residual[..], &[given]].concat();
         Self {
             begin_given: kernel("begin_given", &begin),
-            begin_at_mean: kernel("begin_at_mean", &begin),
+            begin_at_mean: kernel("begin_at_mean", &[&begin[..], &[never]].concat()),
             count_again: kernel("count_again", &begin),
             keep: kernel("keep", &residual),
             give: kernel("give", &[constants[0], coefficients, moved, given, memory]),
-            advance: config.map(|_| kernel("advance", &[&begin[..], &further].concat())),
+            advance: config.map(|_| {
+                [within, 0.0].map(|within| kernel("advance", &[&begin[..], &further(within)].concat()))
+            }),
             sizes: context.upload("component sizes", model.component_sizes()),
         }
     }
@@ -107,13 +119,14 @@ impl StartMemoryKernels {
     /// residuals.
     pub(crate) fn record(&self, vectors: &Buffer, update: MemoryUpdate) -> Result<Dispatch, GpuError> {
         let kernel = match (update, &self.advance) {
-            (MemoryUpdate::Advance, Some(advance)) => {
+            (MemoryUpdate::Advance, Some([advance, _]))
+            | (MemoryUpdate::AdvanceFading, Some([_, advance])) => {
                 return advance.dispatch(&[(0, &self.sizes), (1, vectors)], 1);
             }
             (MemoryUpdate::BeginGiven, _) => &self.begin_given,
             (MemoryUpdate::BeginAtMean, _) => &self.begin_at_mean,
             (MemoryUpdate::CountAgain, _) => &self.count_again,
-            (MemoryUpdate::Keep | MemoryUpdate::Advance, _) => &self.keep,
+            (MemoryUpdate::Keep | MemoryUpdate::Advance | MemoryUpdate::AdvanceFading, _) => &self.keep,
         };
         kernel.dispatch(&[(1, vectors)], 1)
     }

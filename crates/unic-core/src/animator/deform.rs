@@ -16,7 +16,7 @@ pub(super) struct FieldFrame<'a> {
     pub(super) histories: &'a [PointHistory],
     /// Velocity of the air, m/s, world space.
     pub(super) wind: Vec3,
-    /// Factor of displacements.
+    /// Factor by which the states of the previous tick enter this one.
     pub(super) decay: f32,
     /// Vertices that the field is evaluated at; `None` for all of them.
     pub(super) samples: Option<&'a [u32]>,

@@ -1,6 +1,6 @@
 //! Intersection handling within a step: of the state, and of the shown positions.
 
-use super::{Animator, state_frames::StateFrames, tiles::for_each_tile};
+use super::{Animator, start_memory::Keeping, state_frames::StateFrames, tiles::for_each_tile};
 use crate::{
     character::Character,
     collider::Collider,
@@ -58,6 +58,14 @@ impl Intersections {
             handling,
             body_pose: BodyPose::Stale,
             queries: vec![initial; query_count],
+        }
+    }
+
+    /// Returns whether given displacements may stay.
+    pub(super) fn keeping(&self) -> Keeping {
+        match self.handling.corrects_state() {
+            true => Keeping::Fading,
+            false => Keeping::WithinExcursion,
         }
     }
 

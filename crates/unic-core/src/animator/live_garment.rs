@@ -214,6 +214,8 @@ impl LiveGarment {
         self.animator.set_intersection(IntersectionMode::Off);
         let begun = self.begin(Start::Positions(&carried), around);
         self.animator.set_intersection(intersection);
+        // Folds of another motion are forgotten also by a character that stands.
+        self.animator.let_start_fade();
         begun
     }
 

@@ -12,7 +12,7 @@ use super::AnimatorState;
 use thiserror::Error;
 
 const MAGIC: [u8; 8] = *b"unicstat";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const HEADER: usize = 20;
 
 /// Error: bytes that are not a saved state of the model.
@@ -72,7 +72,7 @@ impl AnimatorState {
             return error("bytes that begin with `unicstat`", "others");
         }
         if number(8) != VERSION {
-            return error("version 1", &number(8).to_string());
+            return error(&format!("version {VERSION}"), &number(8).to_string());
         }
         if number(12) != model {
             return error("a state of this model", "one of another");

@@ -35,9 +35,9 @@ pub(super) struct Scratch {
     pub(super) replay: ReplayScratch,
     /// Coefficients of the prior in the current frame.
     pub(super) coefficients: Vec<f32>,
-    /// The same without those of the replay.
+    /// Coefficients of the prior without those of the replay.
     pub(super) moved_coefficients: Vec<f32>,
-    /// Factor of the displacements in the current tick.
+    /// Factor by which the states of the previous tick enter the current one.
     pub(super) decay: f32,
     /// Displacements of the prior in the current frame, metres.
     pub(super) prior: Vec<Vec3>,
@@ -148,6 +148,11 @@ impl Animator {
 
     /// Begins the memory of a garment in the current frame.
     pub(super) fn begin_memory(&mut self, origin: Origin) {
+        // Root-relative states are measured from no prior, and never fade.
+        let origin = match self.model.config.state {
+            StateConfig::RootRelative => Origin::MeanShape,
+            StateConfig::Displacement(_) => origin,
+        };
         self.state.start.begin(origin, &self.scratch.moved_coefficients);
     }
 
@@ -163,6 +168,7 @@ impl Animator {
             model,
             scratch,
             state,
+            intersections,
             ..
         } = self;
         // Root-relative states are not measured from a prior.
@@ -184,7 +190,8 @@ impl Animator {
         scratch.moved_coefficients.clone_from(&scratch.coefficients);
         if let (MotionUpdate::Advance, StateConfig::Displacement(config)) = (update, &model.config.state) {
             let (sizes, dt) = (&model.component_sizes, 1.0 / model.config.fps);
-            scratch.decay = state.start.advance(config, sizes, &scratch.coefficients, dt);
+            let (start, keeping) = (&mut state.start, intersections.keeping());
+            scratch.decay = start.advance(config, keeping, sizes, &scratch.coefficients, dt);
         }
         if let (Some(replay), Some(playing)) = (&prior.replay, &mut state.replay) {
             if update == MotionUpdate::Advance {

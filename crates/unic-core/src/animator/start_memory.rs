@@ -1,13 +1,13 @@
-//! Memory of the garment that an animator was given: how much of it is left.
+//! What is left of the garment that an animator was given, at a reset or in a later frame.
 
 use crate::{config::DisplacementConfig, prior::Prior};
 use serde::{Deserialize, Serialize};
 
 /// Excursion of a garment that was not given, metres: beyond every excursion of a motion.
-const NEVER_GIVEN_M: f32 = 1e9;
+pub const NEVER_GIVEN_M: f32 = 1e9;
 
 /// Least share that is told from none.
-const LEAST_SHARE: f32 = 1e-6;
+pub const LEAST_SHARE: f32 = 1e-6;
 
 /// What is left of the displacement of a garment whose positions were given.
 ///
@@ -40,18 +40,28 @@ pub(crate) enum Origin {
     MeanShape,
 }
 
+/// Displacements that stay while the body is calm, or fade alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Keeping {
+    /// They stay within the excursion of the configuration.
+    WithinExcursion,
+    /// They fade: an intersection handling that corrects states adds to them in every tick.
+    Fading,
+}
+
 impl StartMemory {
     /// Makes the memory of a garment in a frame with these coefficients.
     pub(crate) fn begin(&mut self, origin: Origin, coefficients: &[f32]) {
         self.count_from(coefficients);
-        self.excursion_m = match origin {
-            Origin::Given => 0.0,
-            Origin::MeanShape => NEVER_GIVEN_M,
+        (self.excursion_m, self.share) = match origin {
+            Origin::Given => (0.0, 1.0),
+            Origin::MeanShape => (NEVER_GIVEN_M, 0.0),
         };
-        self.share = match origin {
-            Origin::Given => 1.0,
-            Origin::MeanShape => 0.0,
-        };
+    }
+
+    /// Lets the displacement fade from now on, whatever the motion is.
+    pub(crate) fn let_fade(&mut self) {
+        self.excursion_m = NEVER_GIVEN_M;
     }
 
     /// Counts excursions from other coefficients.
@@ -65,28 +75,25 @@ impl StartMemory {
     pub(crate) fn advance(
         &mut self,
         config: &DisplacementConfig,
+        keeping: Keeping,
         sizes: &[f32],
         coefficients: &[f32],
         dt: f32,
     ) -> f32 {
         let fade = config.decay(dt);
-        let stays = config.excursion_m.map_or(0.0, |within| {
+        let within = config.excursion_m.filter(|_| keeping == Keeping::WithinExcursion);
+        let stays = within.map_or(0.0, |within| {
             self.excursion_m = self.excursion_m.max(self.distance(sizes, coefficients));
             (-(self.excursion_m / within).powi(2)).exp()
         });
-        let before = self.share;
-        let faded = fade * before;
-        self.share = if faded.max(stays) < LEAST_SHARE {
-            0.0
-        } else {
-            faded.max(stays)
-        };
-        // Not above 1: the excursion never falls, so the share before was at least `stays`.
-        if stays > faded {
-            (stays / before).min(1.0)
-        } else {
-            fade
+        let (before, faded) = (self.share, fade * self.share);
+        // A share that is gone does not come back, and what else is in the state fades.
+        if before < LEAST_SHARE || stays <= faded {
+            self.share = if faded < LEAST_SHARE { 0.0 } else { faded };
+            return fade;
         }
+        self.share = stays.min(before);
+        self.share / before
     }
 
     /// Share of a replay's residual and of the strain projection's offsets that is shown, 0 to 1.
@@ -94,8 +101,10 @@ impl StartMemory {
         1.0 - self.share * self.share
     }
 
-    /// Root mean square distance of the garments of two frames, metres, for principal components
-    /// of these sizes.
+    /// Root mean square distance of the predicted garment from that of the given positions, metres.
+    ///
+    /// `sizes` are the mean square lengths of the components. The distance is exact for orthogonal
+    /// ones, which a mask or another mesh makes of principal components nearly.
     fn distance(&self, sizes: &[f32], coefficients: &[f32]) -> f32 {
         let moved = coefficients.iter().zip(&self.coefficients).map(|(a, b)| a - b);
         sizes
@@ -118,8 +127,8 @@ impl StartMemory {
 
 /// Mean square length of each component of a prior over the vertices, square metres.
 ///
-/// Principal components are orthogonal. The mean square displacement of a difference a of
-/// coefficients is then Σ_k size_k a_k².
+/// The mean square displacement of a difference a of coefficients is Σ_k size_k a_k² for orthogonal
+/// components.
 pub(crate) fn component_sizes(prior: &Prior) -> Vec<f32> {
     let mut sizes = vec![0.0_f64; prior.len()];
     for of_vertex in prior.components.chunks_exact(prior.len().max(1)) {
@@ -155,14 +164,20 @@ mod tests {
     fn a_calm_garment_stays_and_a_moved_one_never_comes_back() {
         let (config, sizes, dt) = (config(Some(0.02)), [1e-4, 1e-4], 1.0);
         let mut memory = begun(Origin::Given);
-        assert_eq!(memory.advance(&config, &sizes, &[0.5, 0.0], dt), 1.0);
+        assert_eq!(
+            memory.advance(&config, Keeping::WithinExcursion, &sizes, &[0.5, 0.0], dt),
+            1.0
+        );
         assert_eq!((memory.share, memory.added_share()), (1.0, 0.0));
         // One unit of a component of 1 cm.
-        let factor = memory.advance(&config, &sizes, &[0.5, 1.0], dt);
+        let factor = memory.advance(&config, Keeping::WithinExcursion, &sizes, &[0.5, 1.0], dt);
         assert!((memory.excursion_m - 0.01).abs() < 1e-7);
         assert!((factor - (-0.25_f32).exp()).abs() < 1e-6 && (memory.share - factor).abs() < 1e-6);
         let share = memory.share;
-        assert_eq!(memory.advance(&config, &sizes, &[0.5, 0.0], dt), 1.0);
+        assert_eq!(
+            memory.advance(&config, Keeping::WithinExcursion, &sizes, &[0.5, 0.0], dt),
+            1.0
+        );
         assert_eq!(memory.share, share);
         assert!((memory.added_share() + share * share - 1.0).abs() < 1e-6);
     }
@@ -173,12 +188,37 @@ mod tests {
         let mut memory = begun(Origin::Given);
         let mut displacement = 1.0;
         for tick in 1..100 {
-            displacement *= memory.advance(&config, &sizes, &[9.0, 9.0], dt);
+            displacement *= memory.advance(&config, Keeping::WithinExcursion, &sizes, &[9.0, 9.0], dt);
             let expected = (-0.2 * tick as f32).exp();
             assert!((displacement / expected - 1.0).abs() < 1e-4, "tick {tick}");
         }
         assert_eq!((memory.share, memory.added_share()), (0.0, 1.0));
         assert!(memory.is_usable(2) && !memory.is_usable(3));
+    }
+
+    #[test]
+    fn a_share_that_is_gone_stays_gone_and_displacements_fade() {
+        let (config, sizes, dt) = (config(Some(0.02)), [1e-4, 1e-4], 0.1);
+        let mut memory = begun(Origin::Given);
+        // An excursion of four times the one within which the garment stays.
+        let moved = [0.5, 8.0];
+        for _ in 0..100 {
+            memory.advance(&config, Keeping::WithinExcursion, &sizes, &moved, dt);
+        }
+        let factor = memory.advance(&config, Keeping::WithinExcursion, &sizes, &moved, dt);
+        assert_eq!((memory.share, factor), (0.0, config.decay(dt)));
+    }
+
+    #[test]
+    fn displacements_fade_where_states_are_corrected_and_after_a_change_of_mind() {
+        let (config, sizes, still) = (config(Some(0.02)), [1e-4, 1e-4], [0.5, 0.0]);
+        let mut corrected = begun(Origin::Given);
+        let factor = corrected.advance(&config, Keeping::Fading, &sizes, &still, 0.1);
+        assert_eq!(factor, config.decay(0.1));
+        let mut carried = begun(Origin::Given);
+        carried.let_fade();
+        let factor = carried.advance(&config, Keeping::WithinExcursion, &sizes, &still, 0.1);
+        assert_eq!((factor, carried.share), (config.decay(0.1), config.decay(0.1)));
     }
 
     #[test]
@@ -189,7 +229,8 @@ mod tests {
         ] {
             let mut memory = begun(origin);
             for _ in 0..20 {
-                let factor = memory.advance(&config, &[1e-4, 1e-4], &[0.5, 0.0], 0.1);
+                let factor =
+                    memory.advance(&config, Keeping::WithinExcursion, &[1e-4, 1e-4], &[0.5, 0.0], 0.1);
                 assert_eq!(factor, config.decay(0.1));
             }
             let share = if origin == Origin::Given {

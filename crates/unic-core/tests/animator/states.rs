@@ -141,3 +141,22 @@ fn a_restored_state_shows_the_same_garment() {
         assert_eq!(bits(restored.garment()), bits(ahead.garment()), "{mode:?}");
     }
 }
+
+/// A start that nobody gave is not kept, and its state is as good as any.
+#[test]
+fn an_animator_without_a_reset_saves_and_fades() {
+    let poses = motion(3);
+    for variant in variants() {
+        let model = model(&variant);
+        let mut animator = Animator::new(Arc::clone(&model));
+        assert_eq!(animator.state().start.share, 0.0, "{}", variant.name);
+        let mut restored = Animator::new(model);
+        restored.restore(animator.state().clone()).unwrap();
+        for t in 1..poses.len() {
+            let expected = animator.step(&input(&poses, t)).unwrap().positions.to_vec();
+            let found = restored.step(&input(&poses, t)).unwrap().positions;
+            assert_eq!(found, expected, "{}", variant.name);
+        }
+        assert_eq!(animator.state().start.share, 0.0, "{}", variant.name);
+    }
+}

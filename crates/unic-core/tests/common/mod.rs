@@ -101,7 +101,31 @@ pub fn variants() -> Vec<Variant> {
         masking: Masking::Graded,
         ..projected.clone()
     };
+    let relative_projected = Variant {
+        projection: Some(ProjectionConfig::default()),
+        ..variant(
+            "position, projected",
+            Heading,
+            Backward,
+            StateConfig::RootRelative,
+            0,
+            None,
+        )
+    };
+    let kept_projected = Variant {
+        projection: Some(ProjectionConfig::default()),
+        ..variant(
+            "kept garment, projected",
+            Heading,
+            Backward,
+            kept.clone(),
+            2,
+            Some(5.0),
+        )
+    };
     vec![
+        relative_projected,
+        kept_projected,
         projected,
         masked_projected,
         masked,

@@ -250,12 +250,16 @@ impl Reference {
         let stays = config
             .excursion_m
             .map_or(0.0, |within| (-ratio(within).powi(2)).exp());
-        let before = self.given.share;
-        self.given.share = stays.max(before * self.decay(config));
-        if before < 1e-9 {
-            self.decay(config)
+        let (before, decay) = (self.given.share, self.decay(config));
+        // From here on f32 has nothing left.
+        self.given.share = if before < 1e-6 {
+            0.0
         } else {
-            self.given.share / before
+            stays.max(before * decay)
+        };
+        match self.given.share > before * decay {
+            true => self.given.share / before,
+            false => decay,
         }
     }
 

@@ -81,7 +81,11 @@ impl Programs {
                 OffsetUpdate::Advance(ProjectionTick::Start),
             )?,
             start_at_shown: recorder.start(
-                MemoryUpdate::BeginGiven,
+                match is_in_frame(&asset.model) {
+                    // Root-relative states are measured from no prior, and never fade.
+                    true => MemoryUpdate::BeginAtMean,
+                    false => MemoryUpdate::BeginGiven,
+                },
                 garment.states_from_shown(buffers)?,
                 OffsetUpdate::Keep,
             )?,
@@ -162,8 +166,13 @@ impl Recorder<'_> {
         } = self.asset;
         let buffers = self.buffers;
         let mut program = Program::default();
-        let prior = networks.record_prior(&buffers.vectors, Tick::Next, MemoryUpdate::Advance)?;
+        let memory = match self.corrects_state() {
+            true => MemoryUpdate::AdvanceFading,
+            false => MemoryUpdate::Advance,
+        };
+        let prior = networks.record_prior(&buffers.vectors, Tick::Next, memory)?;
         program.stage("prior", prior);
+        // A model that keeps given displacements has a field of zero (`Model::new`).
         let is_skipped = self.asset.model.is_field_skipped();
         if !is_skipped {
             program.stage("encoder", networks.record_encoder(&buffers.vectors)?);
@@ -239,6 +248,15 @@ impl Recorder<'_> {
 
     fn projection(&self) -> Option<&Projection> {
         self.asset.projection.as_ref()
+    }
+
+    /// Returns whether the mode moves states in every tick.
+    fn corrects_state(&self) -> bool {
+        match self.mode {
+            IntersectionMode::Off => false,
+            IntersectionMode::Paper { .. } => true,
+            IntersectionMode::Robust { corrects, .. } => corrects == Corrects::State,
+        }
     }
 
     /// Target of the robust rule's corrections; none in other modes.

@@ -26,7 +26,7 @@ override PULL: f32;
 override RADIUS: f32;
 // Length below which an edge has no direction, metres.
 override LEAST_LENGTH: f32;
-// Place of that share in `vectors`.
+// Place in `vectors` of the share of a given displacement that is left.
 override SHARE: u32;
 
 // Positions and normals of the garment, world space.
@@ -140,8 +140,7 @@ fn keep_offsets(@builtin(global_invocation_id) id: vec3<u32>) {
     offsets[i] = VertexState(vec4<f32>(value, 0.0), offsets[i].value);
 }
 
-// Adds the offsets to the shown positions, which are the predicted ones, as far as these are not
-// those of a given garment.
+// Adds the offsets, scaled by 1 - share^2, to the shown positions, which are the predicted ones.
 @compute @workgroup_size(64)
 fn add_offsets(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;

@@ -14,15 +14,16 @@ override MEMORY: u32;
 override WITHIN: f32 = 0.0;
 // Factor of one tick without it.
 override FADE: f32 = 0.0;
+// Excursion of a garment that was not given, metres.
+override NEVER_GIVEN: f32 = 0.0;
+// Least share that is told from none.
+override LEAST_SHARE: f32 = 0.0;
 
 // Mean square lengths of the components.
 @group(0) @binding(0) var<storage, read> sizes: array<f32>;
 @group(0) @binding(1) var<storage, read_write> vectors: array<f32>;
 
 const THREADS = 64u;
-// Excursion of a garment that was not given.
-const NEVER_GIVEN = 1e9;
-const LEAST_SHARE = 1e-6;
 
 var<workgroup> sums: array<f32, THREADS>;
 var<workgroup> added_share: f32;
@@ -125,9 +126,13 @@ fn advance(@builtin(local_invocation_index) t: u32) {
             // Large squares would overflow.
             stays = select(exp(-ratio * ratio), 0.0, ratio > 10.0);
         }
-        let share = max(faded, stays);
-        let factor = select(FADE, min(stays / max(before, LEAST_SHARE), 1.0), stays > faded);
-        remember(excursion, select(share, 0.0, share < LEAST_SHARE), factor);
+        // A share that is gone does not come back, and what else is in the state fades.
+        if (before < LEAST_SHARE || stays <= faded) {
+            remember(excursion, select(faded, 0.0, faded < LEAST_SHARE), FADE);
+        } else {
+            let share = min(stays, before);
+            remember(excursion, share, share / before);
+        }
     }
     add_residual(t);
 }

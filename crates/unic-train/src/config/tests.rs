@@ -30,6 +30,8 @@ fn assignments_reach_nested_keys_and_refuse_unknown_ones() {
         "model.normalisation.limit=-1",
         "model.normalisation.limit=nan",
         "model.state.displacement.memory_s=nan",
+        "model.state.displacement.excursion_m=nan",
+        "model.state.displacement.excursion_m=-1",
         "validation.every=0",
         "validation.refit=maybe",
     ] {
