@@ -25,8 +25,7 @@ pub use input::{FARTHEST, GarmentFrame, Start, StepInput};
 pub use live_garment::LiveGarment;
 pub use saved::SavedStateError;
 pub use stage::Stage;
-pub(crate) use start_memory::component_sizes;
-pub use start_memory::{LEAST_SHARE, NEVER_GIVEN_M, StartMemory};
+pub use start_memory::{Keeping, LEAST_SHARE, NEVER_GIVEN_M, Origin, StartMemory, component_sizes};
 pub use state::{AnimatorState, VertexState};
 pub use surroundings::{Display, Surroundings, TeleportLimit};
 pub use tick_clock::TickClock;
@@ -45,7 +44,6 @@ use glam::Vec3;
 use input::check_positions;
 use intersections::Intersections;
 use scratch::Scratch;
-use start_memory::Origin;
 use std::sync::Arc;
 
 /// One garment in motion: a shared [`Model`] with its own state and scratch memory.

@@ -33,7 +33,7 @@ pub struct StartMemory {
 
 /// Origin of the garment at the start of a memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Origin {
+pub enum Origin {
     /// Positions were given, which stay as they lie.
     Given,
     /// The garment is a mean shape, which fades.
@@ -42,7 +42,7 @@ pub(crate) enum Origin {
 
 /// Displacements that stay while the body is calm, or fade alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Keeping {
+pub enum Keeping {
     /// They stay within the excursion of the configuration.
     WithinExcursion,
     /// They fade: an intersection handling that corrects states adds to them in every tick.
@@ -51,7 +51,7 @@ pub(crate) enum Keeping {
 
 impl StartMemory {
     /// Makes the memory of a garment in a frame with these coefficients.
-    pub(crate) fn begin(&mut self, origin: Origin, coefficients: &[f32]) {
+    pub fn begin(&mut self, origin: Origin, coefficients: &[f32]) {
         self.count_from(coefficients);
         (self.excursion_m, self.share) = match origin {
             Origin::Given => (0.0, 1.0),
@@ -71,8 +71,8 @@ impl StartMemory {
     }
 
     /// Advances by one tick of `dt` seconds to a frame with these coefficients, and returns the
-    /// factor of the displacement, 0 to 1.
-    pub(crate) fn advance(
+    /// factor of the displacement, 0 to 1. `sizes` are the [`component_sizes`] of the prior.
+    pub fn advance(
         &mut self,
         config: &DisplacementConfig,
         keeping: Keeping,
@@ -129,7 +129,7 @@ impl StartMemory {
 ///
 /// The mean square displacement of a difference a of coefficients is Σ_k size_k a_k² for orthogonal
 /// components.
-pub(crate) fn component_sizes(prior: &Prior) -> Vec<f32> {
+pub fn component_sizes(prior: &Prior) -> Vec<f32> {
     let mut sizes = vec![0.0_f64; prior.len()];
     for of_vertex in prior.components.chunks_exact(prior.len().max(1)) {
         for (size, component) in sizes.iter_mut().zip(of_vertex) {

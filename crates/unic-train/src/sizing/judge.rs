@@ -15,6 +15,10 @@ use burn::{
     module::Module,
     tensor::{Device, Tensor},
 };
+use unic_core::{
+    animator::{Keeping, Origin, StartMemory, component_sizes},
+    config::StateConfig,
+};
 
 /// Vertices that are followed: the error of a smooth shape needs no more.
 const POINTS: usize = 128;
@@ -69,8 +73,14 @@ impl Judge<'_> {
         let states = self.rollout.states(&network, &batch, None, self.device)?;
         let mut squares = [0.0; SHARES.len() + 1];
         let row = 3 * batch.points.max(1);
-        for (state, target) in states.into_iter().zip(&batch.targets) {
-            let values = values(state);
+        let kept = self.kept(held_out, frames);
+        let start = batch.start.chunks_exact(row).last().unwrap_or_default();
+        for ((state, target), kept) in states.into_iter().zip(&batch.targets).zip(kept) {
+            let mut values = values(state);
+            // Without a field a model keeps more of its start.
+            if let Some(last) = values.chunks_exact_mut(row).last() {
+                (last.iter_mut().zip(start)).for_each(|(x, start)| *x = start * kept);
+            }
             let by_share = values.chunks_exact(row).zip(target.chunks_exact(row));
             for (sum, (x, target)) in squares.iter_mut().zip(by_share) {
                 let pairs = x.iter().zip(target);
@@ -81,6 +91,24 @@ impl Judge<'_> {
             motion: held_out.motion,
             squares,
         })
+    }
+
+    /// Shares of the first frame's displacement that a model without a field keeps, by frame from the
+    /// second on.
+    fn kept(&self, held_out: &NumberedStretch, frames: usize) -> Vec<f32> {
+        let mut memory = StartMemory::default();
+        let (config, data) = (&self.data.config, self.data);
+        let StateConfig::Displacement(state) = &config.state else {
+            return vec![1.0; frames];
+        };
+        let sizes = component_sizes(&data.prior);
+        let coefficients = &data.coefficients[held_out.clip][held_out.frames.start..];
+        memory.begin(Origin::Given, &coefficients[0]);
+        let mut advance = |a: &Vec<f32>| {
+            memory.advance(state, Keeping::WithinExcursion, &sizes, a, 1.0 / config.fps);
+            memory.share
+        };
+        coefficients[1..=frames].iter().map(&mut advance).collect()
     }
 
     fn window(&self, held_out: &NumberedStretch) -> Window {

@@ -12,6 +12,7 @@ use crate::{
     network::{Network, NetworkShape},
     rollout::Rollout,
 };
+use unic_core::config::StateConfig;
 use unic_io::Split;
 use unic_testdata::{Figure, capture, take};
 
@@ -102,6 +103,11 @@ fn errors_are_those_of_the_animator() {
     let values: Vec<Vec<f32>> = network.parameters().into_iter().map(|p| p.values).collect();
     for (share, square) in SHARES.iter().copied().chain([0.0]).zip(squares) {
         let model = trainer.model_with(&values, share).unwrap();
+        // Models with a field keep nothing of their start.
+        let StateConfig::Displacement(state) = &model.config().state else {
+            panic!("{:?}", model.config().state);
+        };
+        assert_eq!(state.excursion_m, Some(0.02).filter(|_| share == 0.0));
         let rmse = free_running_rmse(&model.into(), &trainer.data().validation).unwrap();
         let judged = (square / points as f64).sqrt();
         assert!(
