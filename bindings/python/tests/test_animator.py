@@ -110,7 +110,8 @@ def test_precision_and_sampling_are_options(model, motion, animated):
     animator = unic.Animator(model, precision="int8", sampling=0.25)
     assert animator.model.precision == "int8" and model.precision == unic.Model.shipped("tshirt").precision
     difference = np.abs(animator.animate(motion) - animated).max()
-    assert 0 < difference < 0.1
+    # The field of this model is zero, so that neither changes anything.
+    assert difference == 0
     # States fit every precision and sampling of a model.
     unic.Animator(model).restore(animator.state())
 
