@@ -275,11 +275,6 @@ impl Animator {
         Ok(())
     }
 
-    /// Lets the garment that was given at the start fade in calm motion too.
-    pub(crate) fn let_start_fade(&mut self) {
-        self.state.start.let_fade();
-    }
-
     /// Garment at the current frame.
     pub fn garment(&self) -> GarmentFrame<'_> {
         GarmentFrame {

@@ -383,6 +383,15 @@ impl IntersectionMode {
     /// Distance of simulated cloth from the skin, metres.
     pub const MARGIN_M: f32 = 0.003;
 
+    /// Returns whether the mode moves the vertices of a state, and not only those that are shown.
+    pub fn corrects_state(self) -> bool {
+        match self {
+            Self::Off => false,
+            Self::Paper { .. } => true,
+            Self::Robust { corrects, .. } => corrects == Corrects::State,
+        }
+    }
+
     /// Checks the mode's lengths.
     ///
     /// # Errors

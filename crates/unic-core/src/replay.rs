@@ -147,18 +147,18 @@ impl Replay {
         }
     }
 
-    /// Adds a share of the present residual to the last R of a prior's coefficients, in metres.
+    /// Adds the present residual to the last R of a prior's coefficients, in metres.
     ///
     /// # Panics
     /// When there are fewer coefficients than R.
-    pub fn add_to(&self, state: &ReplayState, share: f32, coefficients: &mut [f32]) {
+    pub fn add_to(&self, state: &ReplayState, coefficients: &mut [f32]) {
         let Some(stretch) = state.stretch else { return };
         let first = coefficients.len() - self.library.coefficients();
         let coefficients = &mut coefficients[first..];
         self.library
-            .add_between(stretch.frame, stretch.fraction, share, coefficients);
+            .add_between(stretch.frame, stretch.fraction, coefficients);
         let pairs = coefficients.iter_mut().zip(&state.offset);
-        pairs.for_each(|(a, offset)| *a += offset * share);
+        pairs.for_each(|(a, offset)| *a += offset);
     }
 
     /// Checks a saved state.
@@ -196,7 +196,7 @@ impl Replay {
         residual.clear();
         residual.resize(state.offset.len(), 0.0);
         // Zero where nothing plays.
-        self.add_to(state, 1.0, residual);
+        self.add_to(state, residual);
         let key = self.keys.key(pair, state.activity);
         let Some(best) = self.library.best(&key, residual, ticks(LEAST_STRETCH_S, dt)) else {
             return;
@@ -214,7 +214,7 @@ impl Replay {
     fn switch(&self, frame: u32, residual: &[f32], state: &mut ReplayState) {
         state.stretch = Some(Stretch::at(frame));
         state.offset.fill(0.0);
-        self.library.add_between(frame, 0.0, 1.0, &mut state.offset);
+        self.library.add_between(frame, 0.0, &mut state.offset);
         let pairs = state.offset.iter_mut().zip(residual);
         pairs.for_each(|(offset, residual)| *offset = residual - *offset);
         let length = state.offset.iter().map(|x| x * x).sum::<f32>().sqrt();

@@ -77,40 +77,32 @@ impl StartMemoryKernels {
         };
         let within = config.and_then(|c| c.excursion_m).unwrap_or(0.0);
         let fade = config.map_or(0.0, |c| c.decay(1.0 / model.config().fps));
-        let of_region = |name, start: usize| (name, start as f64);
         let constants = [
-            of_region("COMPONENTS", model.prior().len()),
-            of_region("COEFFICIENTS", regions.coefficients),
-            of_region("MOVED", regions.moved),
-            of_region("GIVEN", regions.given.start),
-            of_region("RESIDUALS", regions.residuals),
-            of_region("MEMORY", regions.memory),
+            ("COMPONENTS", model.prior().len() as f64),
+            ("COEFFICIENTS", regions.coefficients as f64),
+            ("MOVED", regions.moved as f64),
+            ("GIVEN", regions.given.start as f64),
+            ("RESIDUALS", regions.residuals as f64),
+            ("MEMORY", regions.memory as f64),
+            ("NEVER_GIVEN", f64::from(NEVER_GIVEN_M)),
+            ("LEAST_SHARE", f64::from(LEAST_SHARE)),
+            ("FADE", f64::from(fade)),
         ];
-        let never = ("NEVER_GIVEN", f64::from(NEVER_GIVEN_M));
-        let further = |within: f32| {
-            let least = ("LEAST_SHARE", f64::from(LEAST_SHARE));
-            [("WITHIN", f64::from(within)), ("FADE", f64::from(fade)), least]
-        };
-        let kernel = |entry: &str, constants: &[(&str, f64)]| {
+        let kernel = |entry: &str, within: f32| {
             let source = Source {
                 text: include_str!("kernels/start_memory.wgsl"),
                 entry,
-                constants,
+                constants: &[&constants[..], &[("WITHIN", f64::from(within))]].concat(),
             };
             Kernel::new(context, &source)
         };
-        let [coefficients, moved, given, memory] = [1, 2, 3, 5].map(|k| constants[k]);
-        let residual = [constants[0], coefficients, moved, constants[4], memory];
-        let begin = [&residual[..], &[given]].concat();
         Self {
-            begin_given: kernel("begin_given", &begin),
-            begin_at_mean: kernel("begin_at_mean", &[&begin[..], &[never]].concat()),
-            count_again: kernel("count_again", &begin),
-            keep: kernel("keep", &residual),
-            give: kernel("give", &[constants[0], coefficients, moved, given, memory]),
-            advance: config.map(|_| {
-                [within, 0.0].map(|within| kernel("advance", &[&begin[..], &further(within)].concat()))
-            }),
+            begin_given: kernel("begin_given", within),
+            begin_at_mean: kernel("begin_at_mean", within),
+            count_again: kernel("count_again", within),
+            keep: kernel("keep", within),
+            give: kernel("give", within),
+            advance: config.map(|_| [within, 0.0].map(|within| kernel("advance", within))),
             sizes: context.upload("component sizes", model.component_sizes()),
         }
     }

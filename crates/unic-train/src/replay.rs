@@ -155,10 +155,10 @@ fn played_in(replay: &Replay, fps: f32, sequence: &Sequence) -> Vec<f32> {
         sequence.write_pair(t, &mut pair);
         if t == 1 {
             replay.begin(&pair, 1.0 / fps, &mut state);
-            replay.add_to(&state, 1.0, first);
+            replay.add_to(&state, first);
         }
         replay.advance(&pair, 1.0 / fps, &mut state, &mut scratch);
-        replay.add_to(&state, 1.0, out);
+        replay.add_to(&state, out);
     }
     residuals
 }

@@ -121,7 +121,7 @@ fn played(data: &FieldData, replay: &Replay, motion: &MotionVectors) -> Vec<Vec<
         }
         replay.advance(&pair, 1.0 / data.config.fps, &mut state, &mut scratch);
         let mut coefficients = vec![0.0; data.prior.len()];
-        replay.add_to(&state, 1.0, &mut coefficients);
+        replay.add_to(&state, &mut coefficients);
         coefficients
     };
     (1..LENGTH).map(tick).collect()

@@ -48,7 +48,7 @@ impl Intersections {
             seed: Handling::NO_SEED,
             moved: None,
         };
-        let query_count = match handling.corrects_state() {
+        let query_count = match handling.mode().corrects_state() {
             true => model.vertex_count(),
             false => 0,
         };
@@ -63,7 +63,7 @@ impl Intersections {
 
     /// Returns whether given displacements may stay.
     pub(super) fn keeping(&self) -> Keeping {
-        match self.handling.corrects_state() {
+        match self.handling.mode().corrects_state() {
             true => Keeping::Fading,
             false => Keeping::WithinExcursion,
         }
@@ -114,7 +114,7 @@ impl Animator {
             intersections,
             ..
         } = self;
-        if !intersections.handling.corrects_state() {
+        if !intersections.handling.mode().corrects_state() {
             return;
         }
         intersections.pose(&model.character, &scratch.world_from_rest);

@@ -215,7 +215,7 @@ impl LiveGarment {
         let begun = self.begin(Start::Positions(&carried), around);
         self.animator.set_intersection(intersection);
         // Folds of another motion are forgotten also by a character that stands.
-        self.animator.let_start_fade();
+        self.animator.state.start.let_fade();
         begun
     }
 

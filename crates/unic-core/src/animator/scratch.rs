@@ -37,6 +37,8 @@ pub(super) struct Scratch {
     pub(super) coefficients: Vec<f32>,
     /// Coefficients of the prior without those of the replay.
     pub(super) moved_coefficients: Vec<f32>,
+    /// Coefficients of the replay in the current frame.
+    pub(super) residual: Vec<f32>,
     /// Factor by which the states of the previous tick enter the current one.
     pub(super) decay: f32,
     /// Displacements of the prior in the current frame, metres.
@@ -172,9 +174,10 @@ impl Animator {
             ..
         } = self;
         // Root-relative states are not measured from a prior.
-        if model.config.state == StateConfig::RootRelative {
+        let StateConfig::Displacement(config) = &model.config.state else {
             return;
-        }
+        };
+        let dt = 1.0 / model.config.fps;
         let prior = &model.prior;
         prior.coefficients(&scratch.encoder_input, &mut scratch.coefficients);
         if let Some(recurrence) = &prior.recurrence {
@@ -188,17 +191,21 @@ impl Animator {
             recurrence.add_to(&state.recurrence, buffers, &mut scratch.coefficients);
         }
         scratch.moved_coefficients.clone_from(&scratch.coefficients);
-        if let (MotionUpdate::Advance, StateConfig::Displacement(config)) = (update, &model.config.state) {
-            let (sizes, dt) = (&model.component_sizes, 1.0 / model.config.fps);
-            let (start, keeping) = (&mut state.start, intersections.keeping());
-            scratch.decay = start.advance(config, keeping, sizes, &scratch.coefficients, dt);
+        if update == MotionUpdate::Advance {
+            let (sizes, keeping) = (&model.component_sizes, intersections.keeping());
+            let coefficients = &scratch.coefficients;
+            scratch.decay = state.start.advance(config, keeping, sizes, coefficients, dt);
         }
         if let (Some(replay), Some(playing)) = (&prior.replay, &mut state.replay) {
             if update == MotionUpdate::Advance {
-                let dt = 1.0 / model.config.fps;
                 replay.advance(&scratch.encoder_input, dt, playing, &mut scratch.replay);
             }
-            replay.add_to(playing, state.start.added_share(), &mut scratch.coefficients);
+            let (residual, shown) = (&mut scratch.residual, state.start.added_share());
+            residual.clear();
+            residual.resize(prior.len(), 0.0);
+            replay.add_to(playing, residual);
+            let coefficients = scratch.coefficients.iter_mut().zip(residual);
+            coefficients.for_each(|(a, residual)| *a += *residual * shown);
         }
         scratch.prior.resize(model.vertex_count(), Vec3::ZERO);
         let coefficients = &scratch.coefficients;

@@ -1,4 +1,4 @@
-//! What is left of the garment that an animator was given, at a reset or in a later frame.
+//! Memory of the garment that an animator was given, at a reset or in a later frame.
 
 use crate::{config::DisplacementConfig, prior::Prior};
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ pub const NEVER_GIVEN_M: f32 = 1e9;
 /// Least share that is told from none.
 pub const LEAST_SHARE: f32 = 1e-6;
 
-/// What is left of the displacement of a garment whose positions were given.
+/// Memory of a garment whose positions were given: how much of its displacement is left.
 ///
 /// Cloth sticks to the body, so that a garment which hangs higher than the prior predicts stays
 /// there while the body is calm. The *excursion* is the largest root mean square distance of the

@@ -27,7 +27,7 @@ pub struct AnimatorState {
     pub ticks: u64,
     /// State of the garment, one entry a vertex.
     pub vertices: Vec<VertexState>,
-    /// What is left of the given garment.
+    /// Memory of the garment whose positions were given last.
     // No default: without it the next step would not follow from the saved state.
     pub start: StartMemory,
     /// State of the prior's recurrence; empty if the model has none.

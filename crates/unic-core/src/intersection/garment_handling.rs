@@ -4,7 +4,7 @@ use super::{CollisionScene, DisplayPass, Handling, Layers};
 use crate::{
     character::{Character, Garment},
     collider::Collider,
-    config::{Corrects, IntersectionMode},
+    config::IntersectionMode,
     parallel::{VERTICES_PER_TASK, for_each_chunk},
     projection::ContactPlane,
     transform::Rigid,
@@ -69,15 +69,6 @@ impl GarmentHandling {
     /// Mode that the handling was made for.
     pub fn mode(&self) -> IntersectionMode {
         self.mode
-    }
-
-    /// Returns whether the mode moves the vertices of a state, and not only those that are shown.
-    pub(crate) fn corrects_state(&self) -> bool {
-        match self.mode {
-            IntersectionMode::Off => false,
-            IntersectionMode::Paper { .. } => true,
-            IntersectionMode::Robust { corrects, .. } => corrects == Corrects::State,
-        }
     }
 
     /// Returns whether the mode moves the vertices that are shown.
@@ -152,7 +143,7 @@ impl GarmentHandling {
     /// Corrects world positions of the garment on the posed body, metres, as the animator corrects
     /// the output of its model.
     pub fn apply(&mut self, positions: &mut [Vec3]) {
-        if self.corrects_state() {
+        if self.mode.corrects_state() {
             let handling = &self.handling;
             for_each_chunk(positions, VERTICES_PER_TASK, |first, chunk| {
                 for (vertex, p) in (first..).zip(chunk) {

@@ -187,11 +187,11 @@ impl Library {
     }
 
     /// Adds the residual between a frame and the next one of its clip, linearly interpolated.
-    pub(super) fn add_between(&self, frame: u32, fraction: f32, share: f32, coefficients: &mut [f32]) {
+    pub(super) fn add_between(&self, frame: u32, fraction: f32, coefficients: &mut [f32]) {
         let next = frame + self.remaining(frame).min(1);
         let both = self.residual(frame).zip(self.residual(next));
         for (a, (now, then)) in coefficients.iter_mut().zip(both) {
-            *a += (now + (then - now) * fraction) * share;
+            *a += now + (then - now) * fraction;
         }
     }
 }

@@ -58,7 +58,7 @@ fn replay() -> Replay {
 
 fn residual(replay: &Replay, state: &ReplayState) -> [f32; 2] {
     let mut out = [0.0; 2];
-    replay.add_to(state, 1.0, &mut out);
+    replay.add_to(state, &mut out);
     out
 }
 
@@ -87,14 +87,14 @@ fn a_known_motion_gets_its_own_residuals_from_the_start() {
     let mut truth = [0.0; 2];
     replay
         .library
-        .add_between((FRAMES + first + 1) as u32, 0.0, 1.0, &mut truth);
+        .add_between((FRAMES + first + 1) as u32, 0.0, &mut truth);
     let gap = (found[0][0] - truth[0]).hypot(found[0][1] - truth[1]);
     assert!(gap < 2e-4, "{:?} of {truth:?}", found[0]);
     for (t, found) in found.iter().enumerate().take(50) {
         let mut truth = [0.0; 2];
         replay
             .library
-            .add_between((FRAMES + first + t + 1) as u32, 0.0, 1.0, &mut truth);
+            .add_between((FRAMES + first + t + 1) as u32, 0.0, &mut truth);
         let gap = (found[0] - truth[0]).abs().max((found[1] - truth[1]).abs());
         assert!(gap < 3e-3, "frame {t}: {:?} of {truth:?}", found);
     }
@@ -107,7 +107,7 @@ fn residuals_are_those_of_the_last_coefficients() {
     replay.begin(&pair(1, 20), DT, &mut state);
     let found = residual(&replay, &state);
     let mut coefficients = [1.0, 2.0, 0.0, 0.0];
-    replay.add_to(&state, 1.0, &mut coefficients);
+    replay.add_to(&state, &mut coefficients);
     assert_eq!(coefficients, [1.0, 2.0, found[0], found[1]]);
     assert!(found[0] != 0.0);
 }

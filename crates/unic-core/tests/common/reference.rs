@@ -30,14 +30,14 @@ pub struct Reference {
     memory: Vec<[f64; 2]>,
     /// State of the prior's replay.
     replay: Option<ReplayState>,
-    /// What is left of a given garment.
+    /// Memory of a garment whose positions were given.
     given: Given,
     wind: DVec3,
     /// Number of outputs that were shortened to the limit.
     pub limited: usize,
 }
 
-/// What is left of a given garment.
+/// Memory of a garment whose positions were given.
 #[derive(Default)]
 struct Given {
     /// Coefficients in the frame of the given positions, without those of the replay.
@@ -306,7 +306,7 @@ impl Reference {
     fn residual(&self, coefficients: usize) -> Vec<f64> {
         let mut residual = vec![0.0; coefficients];
         if let (Some(replay), Some(state)) = (&self.parts.prior.replay, &self.replay) {
-            replay.add_to(state, 1.0, &mut residual);
+            replay.add_to(state, &mut residual);
         }
         residual.into_iter().map(f64::from).collect()
     }

@@ -166,7 +166,7 @@ impl Recorder<'_> {
         } = self.asset;
         let buffers = self.buffers;
         let mut program = Program::default();
-        let memory = match self.corrects_state() {
+        let memory = match self.mode.corrects_state() {
             true => MemoryUpdate::AdvanceFading,
             false => MemoryUpdate::Advance,
         };
@@ -248,15 +248,6 @@ impl Recorder<'_> {
 
     fn projection(&self) -> Option<&Projection> {
         self.asset.projection.as_ref()
-    }
-
-    /// Returns whether the mode moves states in every tick.
-    fn corrects_state(&self) -> bool {
-        match self.mode {
-            IntersectionMode::Off => false,
-            IntersectionMode::Paper { .. } => true,
-            IntersectionMode::Robust { corrects, .. } => corrects == Corrects::State,
-        }
     }
 
     /// Target of the robust rule's corrections; none in other modes.

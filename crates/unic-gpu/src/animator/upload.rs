@@ -74,7 +74,7 @@ impl Upload {
         if let (Some(replay), Some(state)) = (&prior.replay, state) {
             self.residuals.clear();
             self.residuals.resize(prior.len(), 0.0);
-            replay.add_to(state, 1.0, &mut self.residuals);
+            replay.add_to(state, &mut self.residuals);
             let at = 4 * asset.networks.start.residuals as u64;
             let queue = asset.context.queue();
             queue.write_buffer(&buffers.vectors, at, bytemuck::cast_slice(&self.residuals));

@@ -11,13 +11,13 @@ override GIVEN: u32;
 override RESIDUALS: u32;
 override MEMORY: u32;
 // Excursion within which the garment stays, metres; 0 for none.
-override WITHIN: f32 = 0.0;
+override WITHIN: f32;
 // Factor of one tick without it.
-override FADE: f32 = 0.0;
+override FADE: f32;
 // Excursion of a garment that was not given, metres.
-override NEVER_GIVEN: f32 = 0.0;
+override NEVER_GIVEN: f32;
 // Least share that is told from none.
-override LEAST_SHARE: f32 = 0.0;
+override LEAST_SHARE: f32;
 
 // Mean square lengths of the components.
 @group(0) @binding(0) var<storage, read> sizes: array<f32>;

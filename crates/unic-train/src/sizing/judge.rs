@@ -73,13 +73,13 @@ impl Judge<'_> {
         let states = self.rollout.states(&network, &batch, None, self.device)?;
         let mut squares = [0.0; SHARES.len() + 1];
         let row = 3 * batch.points.max(1);
-        let kept = self.kept(held_out, frames);
         let start = batch.start.chunks_exact(row).last().unwrap_or_default();
-        for ((state, target), kept) in states.into_iter().zip(&batch.targets).zip(kept) {
+        let kept = self.kept(held_out);
+        for (t, (state, target)) in states.into_iter().zip(&batch.targets).enumerate() {
             let mut values = values(state);
             // Without a field a model keeps more of its start.
-            if let Some(last) = values.chunks_exact_mut(row).last() {
-                (last.iter_mut().zip(start)).for_each(|(x, start)| *x = start * kept);
+            if let (Some(share), Some(last)) = (kept.get(t), values.chunks_exact_mut(row).last()) {
+                (last.iter_mut().zip(start)).for_each(|(x, start)| *x = start * share);
             }
             let by_share = values.chunks_exact(row).zip(target.chunks_exact(row));
             for (sum, (x, target)) in squares.iter_mut().zip(by_share) {
@@ -94,21 +94,21 @@ impl Judge<'_> {
     }
 
     /// Shares of the first frame's displacement that a model without a field keeps, by frame from the
-    /// second on.
-    fn kept(&self, held_out: &NumberedStretch, frames: usize) -> Vec<f32> {
+    /// second on; none for states that are no displacements.
+    fn kept(&self, held_out: &NumberedStretch) -> Vec<f32> {
         let mut memory = StartMemory::default();
         let (config, data) = (&self.data.config, self.data);
         let StateConfig::Displacement(state) = &config.state else {
-            return vec![1.0; frames];
+            return Vec::new();
         };
         let sizes = component_sizes(&data.prior);
-        let coefficients = &data.coefficients[held_out.clip][held_out.frames.start..];
+        let coefficients = &data.coefficients[held_out.clip][held_out.frames.clone()];
         memory.begin(Origin::Given, &coefficients[0]);
         let mut advance = |a: &Vec<f32>| {
             memory.advance(state, Keeping::WithinExcursion, &sizes, a, 1.0 / config.fps);
             memory.share
         };
-        coefficients[1..=frames].iter().map(&mut advance).collect()
+        coefficients[1..].iter().map(&mut advance).collect()
     }
 
     fn window(&self, held_out: &NumberedStretch) -> Window {
