@@ -22,6 +22,8 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     Accuracy(AccuracyArgs),
     Lasting(LastingArgs),
+    Pretrain(PretrainArgs),
+    Wardrobe(WardrobeArgs),
 }
 
 /// Train rows of settings under equal budgets and measure them beside all baselines.
@@ -62,6 +64,44 @@ pub(crate) struct AccuracyArgs {
     /// Print the results as one JSON object on stdout.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Train the unit that the recurrences of `standard` start from.
+///
+/// The captures show one human in the same motion, each in another garment, with clips of the same
+/// names. One unit predicts the shapes of all garments. Its last map is left out of the file.
+///
+/// Example:
+///   unic-lab pretrain shirt skirt --out crates/unic-train/src/recurrence/pretrained.safetensors
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct PretrainArgs {
+    /// Folders of captures.
+    #[arg(required = true)]
+    pub(crate) captures: Vec<PathBuf>,
+    /// File to write (.safetensors).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+    /// Seed of the training.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Replace the file.
+    #[arg(long)]
+    pub(crate) overwrite: bool,
+}
+
+/// Write the garments that `pretrain` learns from, each as a folder for `unic simulate --garment`.
+///
+/// Example:
+///   unic-lab wardrobe wardrobe && unic simulate --garment wardrobe/long_skirt --out long_skirt
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct WardrobeArgs {
+    /// Folder to write.
+    pub(crate) out: PathBuf,
+    /// Replace files.
+    #[arg(long)]
+    pub(crate) overwrite: bool,
 }
 
 /// Measure a model in long use: drift, random motion, standing still, stops, disturbances.

@@ -4,6 +4,8 @@ mod accuracy;
 mod args;
 mod comparison;
 mod lasting;
+mod pretrain;
+mod wardrobe;
 
 use anyhow::Result;
 use args::{Args, Command};
@@ -25,6 +27,8 @@ impl Program for Args {
         match &self.command {
             Command::Accuracy(args) => accuracy::run(args),
             Command::Lasting(args) => lasting::run(args),
+            Command::Pretrain(args) => pretrain::run(args),
+            Command::Wardrobe(args) => wardrobe::run(args),
         }
     }
 }

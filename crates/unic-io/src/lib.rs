@@ -142,7 +142,7 @@ pub use motion::{
 pub use motion_database::{read_motion_database, write_motion_database};
 pub use npz::{Npz, NpzWriter};
 pub use obj::{parse_obj, read_obj, write_obj, write_obj_to};
-pub use retarget::{BoneMap, FootMeasure, measure_feet};
+pub use retarget::{BoneMap, FootMeasure, measure_feet, smpl_joints};
 pub use unic_scene::{Assumed, Up};
 pub use up_axis::UpAxis;
 pub use vertex_animation::{holds_several_meshes, read_vertex_animation};

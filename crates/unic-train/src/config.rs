@@ -107,6 +107,9 @@ pub enum StateSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecurrenceSettings {
+    /// First values of the parameters.
+    #[serde(default = "RecurrenceStart::random")]
+    pub start: RecurrenceStart,
     /// Oscillators M.
     pub oscillators: usize,
     /// Width of the embedding and of the hidden layer.
@@ -131,6 +134,25 @@ pub struct RecurrenceSettings {
     /// Least squares predict too little of it, and the cloth appears stiff. Training targets are
     /// scaled up to this share, by a factor of at most 1.5 in the blend; 0 leaves them as they are.
     pub swing: f32,
+}
+
+/// First values of a recurrence's parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RecurrenceStart {
+    /// Random numbers.
+    Random,
+    /// Those of the unit that comes with the program, which has learned how other garments follow
+    /// human motion. Random for a skeleton that is not recognised as a human's, in another layout
+    /// than `heading`, and for other sizes than 128 oscillators and a width of 256.
+    Pretrained,
+}
+
+impl RecurrenceStart {
+    /// That of settings without the key: runs from before there was one.
+    fn random() -> Self {
+        Self::Random
+    }
 }
 
 impl RecurrenceSettings {

@@ -25,6 +25,9 @@ pub enum TrainError {
         /// Frames of the shortest clip.
         frames: usize,
     },
+    /// Captures or settings that no unit can be pretrained on.
+    #[error("expected captures of several garments of one human in the same motion, found {0}")]
+    Pretraining(&'static str),
     /// Settings out of range or unreadable.
     #[error(transparent)]
     Settings(#[from] crate::config::SettingsError),

@@ -132,8 +132,8 @@ pub use budget::Budget;
 pub use checkpoint::{Checkpoint, Position};
 pub use config::{
     BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
-    PUBLISHED_EPOCHS, Preset, Products, RecurrenceSettings, Refit, RegularisationConfig, ReplaySettings,
-    SettingsError, SizingSettings, StateSettings, TrainConfig, ValidationConfig,
+    PUBLISHED_EPOCHS, Preset, Products, RecurrenceSettings, RecurrenceStart, Refit, RegularisationConfig,
+    ReplaySettings, SettingsError, SizingSettings, StateSettings, TrainConfig, ValidationConfig,
 };
 pub use dataset::{Dataset, MotionVectors};
 pub use error::{Quantity, TrainError};
@@ -148,7 +148,7 @@ pub use noise::SmoothNoise;
 pub use optimiser::{Moments, update};
 pub use prior::{FittedPrior, PriorTrainer, displacements};
 pub use processor::Processor;
-pub use recurrence::Watch;
+pub use recurrence::{PretrainedUnit, Pretraining, Watch};
 pub use rollout::Rollout;
 pub use sizing::{Candidate, Follow, Gain, Sizing, SizingEvent, SizingTrainer, Tried, rungs};
 pub use stream::{Stream, generator};

@@ -6,13 +6,14 @@ mod series;
 pub use series::displacements;
 
 use crate::{
+    config::RecurrenceStart,
     config::{StateSettings, TrainConfig},
-    dataset::Dataset,
+    dataset::{Dataset, MotionVectors},
     device,
     error::TrainError,
     mirror::View,
     processor::Processor,
-    recurrence::{FittedRecurrence, RecurrenceFit, RecurrenceTrainer, Sequence, Watch},
+    recurrence::{FittedRecurrence, RecurrenceFit, RecurrenceTrainer, Sequence, UnitStart, Watch},
     replay::{FittedReplay, Residuals, wrinkle_filter},
 };
 use glam::Vec3;
@@ -156,16 +157,12 @@ impl PriorTrainer<'_> {
     }
 
     fn fit(&self, components: usize, watch: &Watch) -> Result<FittedPrior, TrainError> {
-        let set = TrainingSet {
-            garment: self.data.capture.garment.clone(),
-            train: self.data.clips.clone(),
-            validation: Vec::new(),
-        };
+        let set = self.set();
         // Made first, because the fit may take minutes before it needs the filter.
         let filter = (self.settings.replay.at_inference)
             .then(|| wrinkle_filter(&set.garment))
             .transpose()?;
-        let projected = self.project(&set, components)?;
+        let projected = self.project(&set, &self.data.motion, components)?;
         let linear = LeaveOneOut::fit(&projected.series);
         let sequences: Vec<_> = (projected.series.par_iter())
             .map(|s| s.sequence(linear.without(s)))
@@ -177,6 +174,7 @@ impl PriorTrainer<'_> {
         } = match self.recurrence() {
             Some(settings) if !prior.is_empty() => {
                 let trainer = RecurrenceTrainer {
+                    start: self.start(settings.start),
                     settings,
                     seed: self.settings.seed,
                     fps: self.data.capture.manifest.fps,
@@ -256,13 +254,51 @@ impl PriorTrainer<'_> {
         }
     }
 
-    fn project<'a>(&'a self, set: &'a TrainingSet, components: usize) -> Result<Projected<'a>, TrainError> {
+    /// First values of a recurrence, if not random.
+    fn start(&self, start: RecurrenceStart) -> Option<UnitStart> {
+        let (spec, capture) = (&self.data.motion_spec, &self.data.capture);
+        match start {
+            RecurrenceStart::Random => None,
+            RecurrenceStart::Pretrained => UnitStart::new(
+                spec,
+                &capture.character.skeleton,
+                &self.data.normalisation,
+                capture.manifest.fps,
+            ),
+        }
+    }
+
+    fn set(&self) -> TrainingSet {
+        TrainingSet {
+            garment: self.data.capture.garment.clone(),
+            train: self.data.clips.clone(),
+            validation: Vec::new(),
+        }
+    }
+
+    /// The sequences that a recurrence is trained on, with other motion vectors.
+    pub(crate) fn sequences_of<'a>(
+        &self,
+        motion: &'a [MotionVectors],
+        components: usize,
+    ) -> Result<Vec<Sequence<'a>>, TrainError> {
+        let set = self.set();
+        let projected = self.project(&set, motion, components)?;
+        Ok(projected.series.iter().map(|s| s.sequence(None)).collect())
+    }
+
+    fn project<'a>(
+        &self,
+        set: &TrainingSet,
+        motion: &'a [MotionVectors],
+        components: usize,
+    ) -> Result<Projected<'a>, TrainError> {
         let frames = set.spread_frames(MOST_FRAMES);
         let most = (MOST_COMPONENT_VECTORS / set.garment.rest.vertices.len().max(1)).max(LEAST_COMPONENTS);
         let components = PrincipalComponents::fit(&Displacements { set, frames }, components.min(most));
         let clips = Clips {
             set,
-            motion: &self.data.motion,
+            motion,
             components: &components,
         };
         let mut series = clips.series(PIECES).map_err(ModelError::from)?;

@@ -7,6 +7,9 @@
 //! noise of that motion alone.
 
 mod blend;
+mod human_motion;
+mod pretrained;
+mod pretraining;
 mod scan;
 mod sequence;
 mod sizes;
@@ -16,6 +19,9 @@ mod unit_training;
 mod watch;
 mod windows;
 
+pub use pretrained::PretrainedUnit;
+pub(crate) use pretrained::UnitStart;
+pub use pretraining::Pretraining;
 pub(crate) use sequence::Sequence;
 pub(crate) use unit_training::{PriorSizes, frames_per_second};
 pub use watch::Watch;
@@ -73,6 +79,8 @@ fn fold_of(motion_number: usize, folds: usize) -> usize {
 pub(crate) struct RecurrenceTrainer<'a> {
     /// Sizes and training.
     pub(crate) settings: &'a RecurrenceSettings,
+    /// First values of the parameters but for the last map, if not random.
+    pub(crate) start: Option<UnitStart>,
     /// Seed of the random streams.
     pub(crate) seed: u64,
     /// Ticks per second.
@@ -151,6 +159,7 @@ impl RecurrenceTrainer<'_> {
         let folder = self.folder.map(|folder| folder.join(name));
         let training = UnitTraining {
             settings: self.settings,
+            start: self.start.as_ref(),
             steps,
             seed: self.seed,
             fps: self.fps,
@@ -158,6 +167,7 @@ impl RecurrenceTrainer<'_> {
             at_once,
             folder: folder.as_deref(),
         };
-        training.run(sequences, progress)
+        let trained = training.run(sequences, progress)?;
+        Ok(trained.map(|unit| unit.recurrence()))
     }
 }

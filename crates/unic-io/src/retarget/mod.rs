@@ -16,12 +16,14 @@ mod humanoid;
 pub(crate) mod low_pass;
 mod rig;
 mod same_skeleton;
+mod smpl_joints;
 mod transfer;
 
 pub use bones::BoneMap;
 pub use feet::{FootMeasure, legs_of, measure_feet};
 pub(crate) use humanoid::bone_map;
 pub(crate) use same_skeleton::{FileUnit, ReferenceJoint, SameSkeleton};
+pub use smpl_joints::smpl_joints;
 
 use crate::{
     bvh::Bvh,

@@ -2,8 +2,8 @@
 
 use super::{
     BatchConfig, IntersectionConfig, IntersectionRule, LossConfig, ModelSettings, OptimiserConfig,
-    PUBLISHED_EPOCHS, Products, ProjectionSettings, RecurrenceSettings, Refit, RegularisationConfig,
-    ReplaySettings, SizingSettings, StateSettings, TrainConfig, ValidationConfig,
+    PUBLISHED_EPOCHS, Products, ProjectionSettings, RecurrenceSettings, RecurrenceStart, Refit,
+    RegularisationConfig, ReplaySettings, SizingSettings, StateSettings, TrainConfig, ValidationConfig,
 };
 use unic_core::{
     config::{EncoderConfig, FieldConfig, IntersectionMode, LatentCode, PointInput},
@@ -136,6 +136,7 @@ fn standard() -> TrainConfig {
                 excursion_m: 0.02,
                 prior_shapes: 64,
                 recurrence: Some(RecurrenceSettings {
+                    start: RecurrenceStart::Pretrained,
                     oscillators: 128,
                     width: 256,
                     steps: 3000,
@@ -243,6 +244,7 @@ fn state_of_tiny(mut state: StateSettings) -> StateSettings {
     } = &mut state
     {
         *recurrence = RecurrenceSettings {
+            start: RecurrenceStart::Random,
             oscillators: 16,
             width: 32,
             steps: 100,

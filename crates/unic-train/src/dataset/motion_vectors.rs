@@ -38,6 +38,19 @@ impl MotionVectors {
         }
     }
 
+    /// The same vectors with zeros for the elements that are not `kept`, one flag an element.
+    pub(crate) fn with_only(&self, kept: &[bool]) -> Self {
+        let only = |all: &Vec<f32>| {
+            let pairs = all.iter().zip(kept.iter().cycle());
+            pairs.map(|(x, kept)| if *kept { *x } else { 0.0 }).collect()
+        };
+        Self {
+            len: self.len,
+            plain: only(&self.plain),
+            mirrored: self.mirrored.as_ref().map(only),
+        }
+    }
+
     /// Returns whether mirror images are there.
     pub fn is_mirrored(&self) -> bool {
         self.mirrored.is_some()

@@ -33,7 +33,7 @@ pub(super) struct Series<'a> {
 
 /// Clips that series are made of.
 pub(super) struct Clips<'a, 'c> {
-    pub(super) set: &'a TrainingSet,
+    pub(super) set: &'c TrainingSet,
     /// Motion vectors of each clip.
     pub(super) motion: &'a [MotionVectors],
     pub(super) components: &'c PrincipalComponents,

@@ -1,6 +1,7 @@
 //! Training of one recurrent unit.
 
 use super::{
+    pretrained::UnitStart,
     sequence::Sequence,
     sizes::Sizes,
     unit::Unit,
@@ -29,6 +30,8 @@ const AVERAGE: f64 = 0.99;
 /// One training of one unit: on all motions, or without some of them.
 pub(super) struct UnitTraining<'a> {
     pub(super) settings: &'a RecurrenceSettings,
+    /// First values of the parameters. Random ones without, or where the sizes differ.
+    pub(super) start: Option<&'a UnitStart>,
     pub(super) steps: u64,
     pub(super) seed: u64,
     /// Ticks per second.
@@ -38,6 +41,22 @@ pub(super) struct UnitTraining<'a> {
     pub(super) at_once: usize,
     /// Folder for the unit's checkpoints.
     pub(super) folder: Option<&'a Path>,
+}
+
+/// Parameters of a unit after its training.
+pub(super) struct TrainedUnit {
+    /// Values of the parameters, in the order of [`Unit`]'s fields.
+    pub(super) values: Vec<Vec<f32>>,
+    sizes: Sizes,
+    /// Metres in one unit of output.
+    scale: f32,
+}
+
+impl TrainedUnit {
+    /// The unit as the runtime reads it.
+    pub(super) fn recurrence(&self) -> Recurrence {
+        self.sizes.recurrence(&self.values, self.scale)
+    }
 }
 
 /// Description of a unit's training in its checkpoints.
@@ -59,7 +78,7 @@ impl UnitTraining<'_> {
         &self,
         sequences: &[&Sequence],
         progress: &Progress,
-    ) -> Result<Option<Recurrence>, TrainError> {
+    ) -> Result<Option<TrainedUnit>, TrainError> {
         let Some(windows) = Windows::new(sequences, self.settings) else {
             // The steps that are left out count as done, or the progress would never end.
             return match stop_or_continue(progress.add(self.steps)) {
@@ -78,7 +97,10 @@ impl UnitTraining<'_> {
             device: self.device,
             draw: |step| windows.draw(&mut generator(self.seed, Stream::Recurrence, step)),
         };
-        let unit = Unit::new(windows.sizes(), self.fps, self.seed, self.device);
+        let mut unit = Unit::new(windows.sizes(), self.fps, self.seed, self.device);
+        if let Some(start) = self.start.filter(|start| start.fits(windows.sizes())) {
+            unit = unit.started(start);
+        }
         let mut learner = Learner::new(unit, Averaging::Decay(AVERAGE));
         self.resume(&mut learner, &objective.record)?;
         let before = learner.step();
@@ -94,7 +116,11 @@ impl UnitTraining<'_> {
         }
         match outcome {
             Outcome::Stopped => Err(TrainError::Stopped),
-            Outcome::Finished => Ok(Some(windows.sizes().recurrence(&learner.kept(), windows.scale()))),
+            Outcome::Finished => Ok(Some(TrainedUnit {
+                values: learner.kept(),
+                sizes: windows.sizes(),
+                scale: windows.scale(),
+            })),
         }
     }
 

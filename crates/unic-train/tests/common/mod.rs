@@ -163,6 +163,7 @@ pub(crate) fn small(preset: Preset) -> TrainConfig {
         *memory_s = 2.0;
         *prior_shapes = 3;
         *recurrence = Some(RecurrenceSettings {
+            start: RecurrenceStart::Random,
             oscillators: 4,
             width: 8,
             steps: 20,
