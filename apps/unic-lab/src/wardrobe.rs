@@ -13,9 +13,12 @@ use unic_cli::{
 use unic_core::character::Character;
 use unic_io::{NpzWriter, write_obj};
 
+/// Constructor of a garment, cut to the size of a character.
+type Maker = fn(&Character) -> Result<GarmentMesh, GarmentError>;
+
 /// Shirts and skirts of other cuts than those that come with `unic`, in large triangles: the unit
 /// learns how they follow a motion, not their wrinkles.
-const GARMENTS: [(&str, fn(&Character) -> Result<GarmentMesh, GarmentError>); 4] = [
+const GARMENTS: [(&str, Maker); 4] = [
     ("loose_shirt", |c| {
         let cut = TShirt {
             ease_m: 0.05,

@@ -65,6 +65,7 @@ fn settings(recurrence: bool) -> TrainConfig {
     };
     *prior_shapes = 1;
     *settings = recurrence.then_some(RecurrenceSettings {
+        start: RecurrenceStart::Random,
         oscillators: 8,
         width: 16,
         steps: 300,
