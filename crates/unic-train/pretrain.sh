@@ -4,9 +4,9 @@
 #   cargo build --release -p unic-cli -p unic-lab
 #   crates/unic-train/pretrain.sh WORK_FOLDER LOCOMOTION_FOLDER
 #
-# LOCOMOTION_FOLDER holds the 21 motions of the O3DE gem MotionMatching (Apache-2.0 or MIT) as AMASS npz
-# files of SMPL's joints. The two that the accuracy page tests on are left out, as are the motions
-# that the demo tests on. $UNIC and $UNIC_LAB name the programs (default: those in target/release).
+# LOCOMOTION_FOLDER holds the 21 motions of the O3DE gem MotionMatching (copyright Contributors to the
+# Open 3D Engine, Apache-2.0 or MIT) as AMASS npz files of SMPL's joints. The five that tables test
+# on are left out, as are the demo's motions. $UNIC and $UNIC_LAB name the programs (default: those in target/release).
 # Two cores take half an hour.
 set -euo pipefail
 
@@ -16,15 +16,17 @@ lab=${UNIC_LAB:-$here/../../target/release/unic-lab}
 work=${1:?expected a folder to work in}
 motions=${2:?expected the folder of the locomotion motions}
 
-names=(idle walk_speeds walk_circles walk_slalom walk_starts_stops run_speeds run_circles run_slalom
-    run_starts_stops squats_jumps arms_trunk mixed sprint_stop)
+names=(idle run_speeds run_slalom run_starts_stops squats_jumps sprint_stop)
 motion=()
 for file in "$motions"/*.npz; do
     case $file in
-    */TurnOnSpot1.npz | */Acceleration1.npz) ;;
+    */TurnOnSpot1.npz | */Acceleration1.npz | */Snake1.npz) ;;
+    */FreeRoaming2.npz | */WalkStopTurnPivot1.npz) ;;
     *) motion+=("$file") ;;
     esac
 done
+
+[ ${#motion[@]} -eq 16 ] || { echo "expected 16 motions to learn from, found ${#motion[@]}" >&2; exit 1; }
 
 "$lab" wardrobe "$work/wardrobe" --overwrite
 captures=()

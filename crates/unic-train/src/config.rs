@@ -142,14 +142,14 @@ pub struct RecurrenceSettings {
 pub enum RecurrenceStart {
     /// Random numbers.
     Random,
-    /// Those of the unit that comes with the program, which has learned how other garments follow
-    /// human motion. Random for a skeleton that is not recognised as a human's, in another layout
+    /// Parameters of the unit that comes with the program, which has learned how other garments
+    /// follow human motion. Random for a skeleton that is not recognised as a human's, in another layout
     /// than `heading`, and for other sizes than 128 oscillators and a width of 256.
     Pretrained,
 }
 
 impl RecurrenceStart {
-    /// That of settings without the key: runs from before there was one.
+    /// The value of settings without the key.
     fn random() -> Self {
         Self::Random
     }

@@ -26,7 +26,9 @@ pub enum TrainError {
         frames: usize,
     },
     /// Captures or settings that no unit can be pretrained on.
-    #[error("expected captures of several garments of one human in the same motion, found {0}")]
+    #[error(
+        "pretraining: expected a recurrence, and garments that move in the same motion of one human; found {0}"
+    )]
     Pretraining(&'static str),
     /// Settings out of range or unreadable.
     #[error(transparent)]

@@ -5,7 +5,7 @@ use unic_core::motion::Normalisation;
 use unic_eval::PreparedClip;
 
 /// Normalised motion vectors of one clip, as they are and mirrored.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MotionVectors {
     /// Number of elements in a vector.
     pub len: usize,

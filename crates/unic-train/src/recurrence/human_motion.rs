@@ -7,6 +7,10 @@ use unic_core::{
 };
 use unic_io::smpl_joints;
 
+/// Largest magnitude of a constant, as of the numbers in pretraining. A joint that a skeleton lacks
+/// would otherwise count as one far from where it can be.
+const MOST_OFFSET: f32 = 5.0;
+
 /// Length of a leg from hip to ankle that elements are scaled to, metres.
 const LEG_M: f32 = 0.8;
 
@@ -88,7 +92,7 @@ impl Element {
         };
         Rescaled {
             factor: self.scale * own_std / std,
-            offset: (self.scale * own_mean - mean) / std,
+            offset: ((self.scale * own_mean - mean) / std).clamp(-MOST_OFFSET, MOST_OFFSET),
         }
     }
 }

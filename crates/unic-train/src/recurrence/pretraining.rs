@@ -1,7 +1,7 @@
 //! Pretraining of a recurrent unit on several garments in the same motion.
 
 use super::{
-    human_motion::{ELEMENTS, human_elements, kept},
+    human_motion::{ELEMENTS, Element, human_elements, kept},
     pretrained::PretrainedUnit,
     sequence::Sequence,
     unit_training::UnitTraining,
@@ -15,6 +15,11 @@ use crate::{
     fit::Fit,
     prior::PriorTrainer,
     processor::Processor,
+};
+use std::{array, collections::BTreeSet};
+use unic_core::{
+    motion::{Normalisation, motion_len},
+    skeleton::Skeleton,
 };
 use unic_io::Capture;
 
@@ -35,8 +40,9 @@ impl Pretraining<'_> {
     /// Trains the unit.
     ///
     /// # Errors
-    /// Captures of different motion or of a character that is not human, settings without a
-    /// recurrence, a training that diverges, a stop.
+    /// Captures that differ in motion, frame rate, character or symmetry; a character without all of
+    /// SMPL's joints; a garment that does not move; settings without a recurrence; a training that
+    /// diverges; a stop.
     pub fn run(self, watch: &Watch) -> Result<PretrainedUnit, TrainError> {
         let StateSettings::Displacement {
             prior_shapes,
@@ -46,28 +52,29 @@ impl Pretraining<'_> {
         else {
             return Err(TrainError::Pretraining("settings without a recurrence"));
         };
-        let data: Vec<Dataset> = (self.captures.into_iter())
+        let data = (self.captures.into_iter())
             .map(|capture| Dataset::load(capture, self.settings, Fit::AllClips))
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<Vec<Dataset>, _>>()?;
         let first = data.first().ok_or(TrainError::Pretraining("no capture"))?;
+        if !data.iter().all(|other| is_like(first, other)) {
+            return Err(TrainError::Pretraining(
+                "captures of different motion or characters",
+            ));
+        }
         let skeleton = &first.capture.character.skeleton;
-        let elements =
-            human_elements(skeleton).ok_or(TrainError::Pretraining("a skeleton that is not a human's"))?;
-        let kept = kept(&elements, skeleton.len());
+        let elements = HumanElements::find(skeleton)?;
+        let kept = kept(&elements.elements, skeleton.len());
         let motion: Vec<MotionVectors> = first.motion.iter().map(|m| m.with_only(&kept)).collect();
-        let garments = data
-            .iter()
-            .map(|data| {
-                let trainer = PriorTrainer {
-                    data,
-                    settings: self.settings,
-                    processor: self.processor,
-                    folder: None,
-                };
-                trainer.sequences_of(&motion, *prior_shapes)
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        let sequences = joined(garments)?;
+        let sequences = |data| {
+            let trainer = PriorTrainer {
+                data,
+                settings: self.settings,
+                processor: self.processor,
+                folder: None,
+            };
+            trainer.sequences_of(&motion, *prior_shapes)
+        };
+        let sequences = joined(data.iter().map(sequences).collect::<Result<_, _>>()?)?;
         let training = UnitTraining {
             settings,
             start: None,
@@ -82,48 +89,90 @@ impl Pretraining<'_> {
         let sequences: Vec<&Sequence> = sequences.iter().collect();
         let trained = training.run(&sequences, &progress)?;
         let trained = trained.ok_or(TrainError::Pretraining("garments that do not move"))?;
-        let width = settings.width;
-        let (values, fps) = (trained.values, training.fps);
-        let mut weights: [Vec<f32>; 4] = std::array::from_fn(|i| values[2 + i].clone());
-        let pairs = [0, 1]
-            .into_iter()
-            .flat_map(|frame| (0..ELEMENTS).map(move |i| (frame, i)));
-        weights[0] = pairs
-            .flat_map(|(frame, i)| {
-                // A skeleton of SMPL's joints has every element.
-                let index = elements[i].index.unwrap_or_default();
-                values[2][(frame * kept.len() + index) * width..][..width].to_vec()
-            })
-            .collect();
-        let normalised = |i: usize| {
-            let (element, index) = (elements[i], elements[i].index.unwrap_or_default());
-            [first.normalisation.mean[index], first.normalisation.std[index]].map(|x| element.scale * x)
-        };
-        Ok(PretrainedUnit {
-            mean: (0..ELEMENTS).map(|i| normalised(i)[0]).collect(),
-            std: (0..ELEMENTS).map(|i| normalised(i)[1]).collect(),
-            decay_per_s: values[0].iter().map(|rate| rate.exp() * fps).collect(),
-            angle_per_s: values[1].iter().map(|angle| angle * fps).collect(),
-            weights,
-            biases: std::array::from_fn(|i| values[7 + i].clone()),
-        })
+        Ok(elements.unit(&trained.values, &first.normalisation, training.fps))
     }
 }
 
-/// Sequences with the coefficients of all garments side by side, each garment's by the root mean
-/// square of its largest.
+/// Returns whether two captures have the same motion vectors, frame rate and joints.
+fn is_like(first: &Dataset, other: &Dataset) -> bool {
+    let joints = [first, other].map(|data| data.capture.character.skeleton.joints());
+    first.capture.manifest.fps == other.capture.manifest.fps
+        && joints[0] == joints[1]
+        && first.motion == other.motion
+}
+
+/// Elements of the motion vectors of a skeleton that has all of SMPL's joints.
+struct HumanElements {
+    elements: [Element; ELEMENTS],
+    /// Index of each element in a motion vector. All are different.
+    indices: [usize; ELEMENTS],
+    /// Numbers in a motion vector.
+    len: usize,
+}
+
+impl HumanElements {
+    fn find(skeleton: &Skeleton) -> Result<Self, TrainError> {
+        let wrong = || TrainError::Pretraining("a skeleton without all of SMPL's joints");
+        let elements = human_elements(skeleton).ok_or_else(wrong)?;
+        let found: BTreeSet<usize> = elements.iter().filter_map(|e| e.index).collect();
+        if found.len() < ELEMENTS {
+            return Err(wrong());
+        }
+        Ok(Self {
+            // Every element has an index, or fewer would have been found.
+            indices: elements.map(|e| e.index.unwrap_or_default()),
+            elements,
+            len: motion_len(skeleton.len()),
+        })
+    }
+
+    /// The unit with these values of parameters, in the order of a unit's fields, without its last
+    /// map.
+    fn unit(&self, values: &[Vec<f32>], normalisation: &Normalisation, fps: f32) -> PretrainedUnit {
+        const MAPS: usize = 5;
+        let (weights, biases) = values[2..].split_at(MAPS);
+        let width = biases[0].len();
+        let rows = [0, self.len].into_iter();
+        let rows = rows.flat_map(|frame| self.indices.map(|index| frame + index));
+        let embedding = rows.flat_map(|row| weights[0][row * width..][..width].to_vec());
+        let scaled = |numbers: &[f32]| -> Vec<f32> {
+            let pairs = self.elements.iter().zip(&self.indices);
+            pairs
+                .map(|(element, index)| element.scale * numbers[*index])
+                .collect()
+        };
+        PretrainedUnit {
+            mean: scaled(&normalisation.mean),
+            std: scaled(&normalisation.std),
+            decay_per_s: values[0].iter().map(|rate| rate.exp() * fps).collect(),
+            angle_per_s: values[1].iter().map(|angle| angle * fps).collect(),
+            weights: [
+                embedding.collect(),
+                weights[1].clone(),
+                weights[2].clone(),
+                weights[3].clone(),
+            ],
+            biases: array::from_fn(|i| biases[i].clone()),
+        }
+    }
+}
+
+/// Sequences with the coefficients of all garments side by side. Those of a garment are divided by
+/// the root mean square of its largest coefficient.
 ///
 /// # Errors
-/// Garments in different motion.
+/// Garments of which some are mirrored and others are not; a garment that does not move.
 fn joined(garments: Vec<Vec<Sequence>>) -> Result<Vec<Sequence>, TrainError> {
+    if garments.iter().flatten().any(|s| s.outputs() == 0) {
+        return Err(TrainError::Pretraining("a garment that does not move"));
+    }
     let mut garments = garments.into_iter();
     let mut all = garments.next().unwrap_or_default();
     scale(&mut all);
     for mut garment in garments {
         scale(&mut garment);
-        let same = |(a, b): (&Sequence, &Sequence)| a.len() == b.len() && a.view == b.view;
-        if all.len() != garment.len() || !all.iter().zip(&garment).all(same) {
-            return Err(TrainError::Pretraining("captures of different motion"));
+        if all.len() != garment.len() {
+            return Err(TrainError::Pretraining("symmetric and asymmetric garments"));
         }
         for (a, b) in all.iter_mut().zip(&garment) {
             let rows = (a.coefficients.chunks(a.outputs())).zip(b.coefficients.chunks(b.outputs()));
@@ -153,4 +202,35 @@ fn scale(sequences: &mut [Sequence]) {
         .iter_mut()
         .flat_map(|s| &mut s.coefficients)
         .for_each(|x| *x /= rms);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mirror::View;
+
+    fn sequence(motion: &MotionVectors, coefficients: Vec<f32>) -> Sequence<'_> {
+        Sequence {
+            motion,
+            view: View::Direct,
+            frames: 0..2,
+            linear: vec![0.0; coefficients.len()],
+            coefficients,
+            motion_number: 0,
+        }
+    }
+
+    #[test]
+    fn garments_lie_side_by_side_in_units_of_their_largest_coefficient() {
+        let motion = MotionVectors::of_plain(1, vec![0.0; 2]);
+        let of = |numbers: &[f32]| vec![sequence(&motion, numbers.to_vec())];
+        let all = joined(vec![of(&[3.0, 1.0, -3.0, 0.0]), of(&[0.5, 0.5])]).unwrap();
+        let expected = [1.0, 1.0 / 3.0, 1.0, -1.0, 0.0, 1.0];
+        for (a, b) in all[0].coefficients.iter().zip(expected) {
+            assert!((a - b).abs() < 1e-6, "{:?}", all[0].coefficients);
+        }
+        assert!(joined(vec![of(&[1.0, 1.0]), of(&[])]).is_err());
+        let twice = vec![of(&[1.0, 1.0]), [of(&[1.0, 1.0]), of(&[1.0, 1.0])].concat()];
+        assert!(joined(twice).is_err());
+    }
 }

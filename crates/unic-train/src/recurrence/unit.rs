@@ -17,8 +17,8 @@ use burn::module::{Module, Param};
 use burn::tensor::{Device, Tensor, TensorData};
 use std::f32::consts::TAU;
 
-/// Share of the mean error over a window that the loss sees. What is constant over three seconds is
-/// mostly how the cloth came to lie, which the motion does not tell.
+/// Factor on the mean error over a window, before squaring. What is constant over the seconds of a
+/// window is mostly how the cloth came to lie, which the motion does not tell.
 const SLOW_SHARE: f64 = 0.3;
 
 /// Time constants of the oscillators at the start, seconds: from a flutter to a slow slide.
@@ -99,8 +99,8 @@ impl Unit {
         replaced(self, &values)
     }
 
-    /// Mean over frames and windows of the squared error, summed over the outputs. The mean error of
-    /// a window counts by a share of itself ([`SLOW_SHARE`]).
+    /// Mean over frames and windows of the squared error, summed over the outputs. The mean error over
+    /// a window has the factor [`SLOW_SHARE`].
     pub(super) fn loss(&self, mut batch: WindowBatch, device: &Device) -> Tensor<1> {
         let (outputs, shape) = (batch.sizes.outputs, batch.shape(batch.sizes.outputs));
         let targets = tensor(std::mem::take(&mut batch.targets), shape, device);
@@ -223,6 +223,59 @@ mod tests {
         for (a, b) in trained.iter().zip(&run) {
             assert!((a * scale - b).abs() < 1e-5, "{a} {b} of {frames} frames");
         }
+    }
+
+    #[test]
+    fn a_constant_error_counts_less_than_one_that_changes() {
+        let sizes = Sizes {
+            inputs: 6,
+            width: 5,
+            oscillators: 4,
+            outputs: 1,
+        };
+        let device = Device::flex().autodiff();
+        let unit = Unit::new(sizes, 30.0, 1, &device);
+        let batch = |targets: Vec<f32>| WindowBatch {
+            frames: 4,
+            windows: 1,
+            sizes,
+            inputs: vec![0.0; 24],
+            targets,
+            masks: [5, 5].map(|width| vec![1.0; width]),
+        };
+        let outputs = unit.outputs(batch(vec![0.0; 4]), &device).into_data();
+        let outputs = outputs.try_to_vec::<f32>().unwrap();
+        let loss = |error: [f32; 4]| {
+            let targets = outputs.iter().zip(error).map(|(y, e)| y - e).collect();
+            unit.loss(batch(targets), &device).into_scalar::<f32>()
+        };
+        assert!((loss([2.0; 4]) - 0.09 * 4.0).abs() < 1e-4);
+        assert!((loss([2.0, -2.0, 2.0, -2.0]) - 4.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_started_unit_keeps_its_last_map() {
+        let sizes = Sizes {
+            inputs: 6,
+            width: 5,
+            oscillators: 4,
+            outputs: 2,
+        };
+        let device = Device::flex().autodiff();
+        let unit = Unit::new(sizes, 30.0, 1, &device);
+        let before = values(&unit);
+        let start = UnitStart {
+            rates: vec![0.5; 4],
+            angles: vec![0.25; 4],
+            weights: std::array::from_fn(|i| vec![i as f32; before[2 + i].len()]),
+            biases: std::array::from_fn(|i| vec![10.0 + i as f32; before[7 + i].len()]),
+        };
+        assert!(start.fits(sizes));
+        let after = values(&unit.started(&start));
+        assert_eq!(after[..2], [start.rates, start.angles]);
+        assert_eq!(after[2..6], start.weights);
+        assert_eq!(after[7..11], start.biases);
+        assert_eq!([&after[6], &after[11]], [&before[6], &before[11]]);
     }
 
     #[test]
