@@ -27,6 +27,9 @@ static HUMAN: LazyLock<Option<PretrainedUnit>> =
     // A test reads the file that the program is built with.
     LazyLock::new(|| PretrainedUnit::from_bytes(include_bytes!("pretrained.safetensors")).ok());
 
+/// Ticks per second in pretraining.
+pub(super) const FPS: f32 = 30.0;
+
 /// Names of the maps but for the last, in the order of a unit's parameters.
 const MAPS: [&str; 4] = ["embedding", "drive", "memory", "hidden"];
 
@@ -105,7 +108,24 @@ impl PretrainedUnit {
             }
         }
         start.weights[0] = embedding;
+        let states = start.weights[2]
+            .chunks_exact_mut(self.biases[2].len())
+            .enumerate();
+        for (row, weights) in states {
+            let k = row % self.decay_per_s.len();
+            let factor = self.response(k, FPS) / self.response(k, fps);
+            weights.iter_mut().for_each(|w| *w *= factor);
+        }
         start
+    }
+
+    /// Magnitude of an oscillator's state under a constant drive of 1, √(1 − |λ|²) / |1 − λ|. It
+    /// grows with the number of ticks in which the oscillator forgets.
+    fn response(&self, oscillator: usize, fps: f32) -> f32 {
+        let decay = (-(self.decay_per_s[oscillator] / fps).max(LEAST_RATE)).exp();
+        let angle = self.angle_per_s[oscillator] / fps;
+        let gap = (1.0 - decay * angle.cos()).hypot(decay * angle.sin());
+        (1.0 - decay * decay).sqrt() / gap
     }
 
     /// Reads a unit from the bytes of a safetensors file.
@@ -305,11 +325,26 @@ mod tests {
         for (a, b) in (starts[0].biases[0].iter()).zip(&starts[1].biases[0]) {
             assert!((a - b).abs() < 1e-4 * size);
         }
-        // 60 ticks a second: half the rate and half the angle a tick.
+        // 60 ticks a second: half the rate and half the angle a tick, and the memory reads of a
+        // constant drive what it reads at 30.
         let faster = unit().start(&elements[0], &plain, 60.0);
         for (slow, fast) in starts[0].angles.iter().zip(&faster.angles) {
             assert!((slow - 2.0 * fast).abs() < 1e-6);
         }
+        for (slow, fast) in starts[0].rates.iter().zip(&faster.rates) {
+            let [slow, fast] = [slow, fast].map(|rate| rate.exp());
+            assert!(
+                (slow - 2.0 * fast).abs() < 1e-4 || fast == LEAST_RATE,
+                "{slow} {fast}"
+            );
+        }
+        let width = unit().biases[2].len();
+        for k in [0, 5, 127] {
+            let read = |start: &UnitStart, fps| start.weights[2][k * width] * unit().response(k, fps);
+            let [slow, fast] = [read(&starts[0], 30.0), read(&faster, 60.0)];
+            assert!((slow - fast).abs() < 1e-3 * slow.abs(), "{slow} {fast}");
+        }
+        assert_eq!(starts[0].weights[2], unit().weights[2]);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::{
     human_motion::{ELEMENTS, Element, human_elements, kept},
-    pretrained::PretrainedUnit,
+    pretrained::{FPS, PretrainedUnit},
     sequence::Sequence,
     unit_training::UnitTraining,
     watch::{Progress, Watch},
@@ -40,7 +40,7 @@ impl Pretraining<'_> {
     /// Trains the unit.
     ///
     /// # Errors
-    /// Captures that differ in motion, frame rate, character or symmetry; a character without all of
+    /// Captures of another frame rate than 30; captures that differ in motion, character or symmetry; a character without all of
     /// SMPL's joints; a garment that does not move; settings without a recurrence; a training that
     /// diverges; a stop.
     pub fn run(self, watch: &Watch) -> Result<PretrainedUnit, TrainError> {
@@ -59,6 +59,11 @@ impl Pretraining<'_> {
         if !data.iter().all(|other| is_like(first, other)) {
             return Err(TrainError::Pretraining(
                 "captures of different motion or characters",
+            ));
+        }
+        if first.capture.manifest.fps != FPS {
+            return Err(TrainError::Pretraining(
+                "captures of other than 30 frames per second",
             ));
         }
         let skeleton = &first.capture.character.skeleton;
