@@ -4,10 +4,10 @@
 #   cargo build --release -p unic-cli -p unic-lab
 #   crates/unic-train/pretrain.sh WORK_FOLDER LOCOMOTION_FOLDER
 #
-# LOCOMOTION_FOLDER holds the 21 motions of the O3DE gem MotionMatching (copyright Contributors to the
-# Open 3D Engine, Apache-2.0 or MIT) as AMASS npz files of SMPL's joints. The five that tables test
-# on are left out, as are the demo's motions. $UNIC and $UNIC_LAB name the programs (default: those in target/release).
-# Two cores take half an hour.
+# LOCOMOTION_FOLDER holds the 21 motions of the O3DE gem MotionMatching (copyright Contributors to
+# the Open 3D Engine, Apache-2.0 or MIT) as AMASS npz files of SMPL's joints. The five that tables
+# test on are left out, as are the demo's motions. $UNIC and $UNIC_LAB name the programs (default:
+# those in target/release). Two cores take half an hour.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd)
@@ -26,7 +26,10 @@ for file in "$motions"/*.npz; do
     esac
 done
 
-[ ${#motion[@]} -eq 16 ] || { echo "expected 16 motions to learn from, found ${#motion[@]}" >&2; exit 1; }
+if [ ${#motion[@]} -ne 16 ]; then
+    echo "$motions: expected 16 motions to learn from, found ${#motion[@]}" >&2
+    exit 1
+fi
 
 "$lab" wardrobe "$work/wardrobe" --overwrite
 captures=()

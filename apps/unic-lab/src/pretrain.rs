@@ -29,9 +29,11 @@ pub(crate) fn run(args: &PretrainArgs) -> Result<()> {
         let mut shown = progress.lock().unwrap_or_else(PoisonError::into_inner);
         (shown.get_or_insert_with(|| Progress::new("pretraining", done, all))).set(done, String::new);
         interrupt::control()
-    })?;
+    });
     drop(progress);
-    let bytes = unit.to_bytes()?;
+    // A stop is a signal's, which has an exit code of its own.
+    interrupt::check()?;
+    let bytes = unit?.to_bytes()?;
     atomic::write(&args.out, &bytes)?;
     print(&format!("{}: {} kB\n", args.out.display(), bytes.len() / 1000))
 }

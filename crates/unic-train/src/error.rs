@@ -26,10 +26,11 @@ pub enum TrainError {
         frames: usize,
     },
     /// Captures or settings that no unit can be pretrained on.
-    #[error(
-        "pretraining: expected a recurrence, and garments that move in the same motion of one human; found {0}"
-    )]
+    #[error("pretraining: expected garments that move in the same motion of one human, found {0}")]
     Pretraining(&'static str),
+    /// Bytes that are no pretrained unit.
+    #[error("expected the tensors of a pretrained unit, found {}", printable_excerpt(.0))]
+    PretrainedUnit(String),
     /// Settings out of range or unreadable.
     #[error(transparent)]
     Settings(#[from] crate::config::SettingsError),

@@ -14,7 +14,6 @@ use crate::error::TrainError;
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 use std::{
     collections::{BTreeMap, HashMap},
-    path::Path,
     sync::LazyLock,
 };
 use unic_core::{
@@ -133,10 +132,7 @@ impl PretrainedUnit {
     /// # Errors
     /// Bytes of another file, tensors of other sizes.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, TrainError> {
-        let wrong = |found: &str| TrainError::Checkpoint {
-            path: Path::new("pretrained unit").to_owned(),
-            found: found.to_owned(),
-        };
+        let wrong = |found: &str| TrainError::PretrainedUnit(found.to_owned());
         let file = SafeTensors::deserialize(bytes).map_err(|e| wrong(&e.to_string()))?;
         let tensor = |name: &str| -> Result<Vec<f32>, TrainError> {
             let view = file.tensor(name).map_err(|e| wrong(&e.to_string()))?;
@@ -183,10 +179,7 @@ impl PretrainedUnit {
             tensors.insert(format!("{map}.weight"), &self.weights[i]);
             tensors.insert(format!("{map}.bias"), &self.biases[i]);
         }
-        let wrong = |e: safetensors::SafeTensorError| TrainError::Checkpoint {
-            path: Path::new("pretrained unit").to_owned(),
-            found: e.to_string(),
-        };
+        let wrong = |e: safetensors::SafeTensorError| TrainError::PretrainedUnit(e.to_string());
         let views = tensors
             .iter()
             .map(|(name, values)| {
@@ -334,7 +327,7 @@ mod tests {
         for (slow, fast) in starts[0].rates.iter().zip(&faster.rates) {
             let [slow, fast] = [slow, fast].map(|rate| rate.exp());
             assert!(
-                (slow - 2.0 * fast).abs() < 1e-4 || fast == LEAST_RATE,
+                (slow - 2.0 * fast).abs() < 1e-4 || fast < 1.01 * LEAST_RATE,
                 "{slow} {fast}"
             );
         }

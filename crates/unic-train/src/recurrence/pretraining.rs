@@ -40,9 +40,9 @@ impl Pretraining<'_> {
     /// Trains the unit.
     ///
     /// # Errors
-    /// Captures of another frame rate than 30; captures that differ in motion, character or symmetry; a character without all of
-    /// SMPL's joints; a garment that does not move; settings without a recurrence; a training that
-    /// diverges; a stop.
+    /// Captures of another frame rate than 30; captures that differ in motion, character or
+    /// symmetry; a character without all of SMPL's joints; a garment that does not move; settings
+    /// without a recurrence; a training that diverges; a stop.
     pub fn run(self, watch: &Watch) -> Result<PretrainedUnit, TrainError> {
         let StateSettings::Displacement {
             prior_shapes,

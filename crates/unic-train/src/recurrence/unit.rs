@@ -99,8 +99,8 @@ impl Unit {
         replaced(self, &values)
     }
 
-    /// Mean over frames and windows of the squared error, summed over the outputs. The mean error over
-    /// a window has the factor [`SLOW_SHARE`].
+    /// Mean over frames and windows of the squared error, summed over the outputs. The mean error
+    /// over a window has the factor [`SLOW_SHARE`].
     pub(super) fn loss(&self, mut batch: WindowBatch, device: &Device) -> Tensor<1> {
         let (outputs, shape) = (batch.sizes.outputs, batch.shape(batch.sizes.outputs));
         let targets = tensor(std::mem::take(&mut batch.targets), shape, device);
@@ -225,16 +225,20 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_constant_error_counts_less_than_one_that_changes() {
+    fn small(outputs: usize, device: &Device) -> (Sizes, Unit) {
         let sizes = Sizes {
             inputs: 6,
             width: 5,
             oscillators: 4,
-            outputs: 1,
+            outputs,
         };
+        (sizes, Unit::new(sizes, 30.0, 1, device))
+    }
+
+    #[test]
+    fn a_constant_error_counts_less_than_one_that_changes() {
         let device = Device::flex().autodiff();
-        let unit = Unit::new(sizes, 30.0, 1, &device);
+        let (sizes, unit) = small(1, &device);
         let batch = |targets: Vec<f32>| WindowBatch {
             frames: 4,
             windows: 1,
@@ -255,14 +259,7 @@ mod tests {
 
     #[test]
     fn a_started_unit_keeps_its_last_map() {
-        let sizes = Sizes {
-            inputs: 6,
-            width: 5,
-            oscillators: 4,
-            outputs: 2,
-        };
-        let device = Device::flex().autodiff();
-        let unit = Unit::new(sizes, 30.0, 1, &device);
+        let (sizes, unit) = small(2, &Device::flex().autodiff());
         let before = values(&unit);
         let start = UnitStart {
             rates: vec![0.5; 4],
