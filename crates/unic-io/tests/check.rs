@@ -400,6 +400,20 @@ fn time_shifts_and_motionless_garments_are_found() {
             .for_each(|frame| frame.clone_from(&held));
     });
     assert_one(&early, &["frames before its body"]);
+    // A skirt: its hem lags by six frames, its waistband is on time.
+    let loose = findings_of(|take| {
+        let before = take.garment.clone();
+        let heights: Vec<f32> = before[0].iter().map(|v| v.y).collect();
+        let top = heights.iter().copied().fold(f32::MIN, f32::max);
+        let bottom = heights.iter().copied().fold(f32::MAX, f32::min);
+        for (t, frame) in take.garment.iter_mut().enumerate() {
+            for (v, position) in frame.iter_mut().enumerate() {
+                let late = (6.0 * (top - heights[v]) / (top - bottom)).round() as usize;
+                *position = before[t.saturating_sub(late)][v];
+            }
+        }
+    });
+    assert!(loose.is_empty(), "{loose:?}");
     let still = findings_of(|take| {
         let first = take.garment[0].clone();
         take.garment.iter_mut().for_each(|frame| frame.clone_from(&first));

@@ -10,31 +10,22 @@ use glam::Vec3;
 const MAX_SHIFT_S: f32 = 1.0;
 /// Shortest shift that is reported, seconds: two frames at 30 fps. Cloth itself lags by less.
 const MIN_SHIFT_S: f32 = 0.06;
-/// Number of vertices that the centroid is taken of.
+/// Number of vertices that are followed.
 const SAMPLES: usize = 200;
 /// Difference up to which centroids agree, metres.
 const MAX_AGREEMENT_M: f32 = 0.01;
 /// Largest share of the difference that the right shift leaves.
 const MAX_RESIDUAL: f32 = 0.35;
+/// Largest share of the vertices that may be on time in a clip that is shifted. The hem of a skirt
+/// lags by several frames, its waistband does not.
+const MAX_ON_TIME: f32 = 0.1;
 
-/// Checks whether the garment's centroid follows the skinned centroid better when it is moved in
-/// time.
+/// Checks whether the garment follows the skinned rest shape better when it is moved in time: its
+/// centroid, and nearly all of its vertices.
 pub(super) fn time_shift(capture: &Capture, clip: &CapturedClip) -> Option<Finding> {
-    let (garment, skinned) = (centroids(clip), skinned_centroids(capture, clip));
-    let frames = garment.len();
-    let fewest = (MIN_SHIFT_S * clip.clip.fps).ceil() as usize;
-    // At most a third of the clip, so that the difference is averaged over enough frames.
-    let most = ((MAX_SHIFT_S * clip.clip.fps) as usize).min(frames / 3) as isize;
-    if frames < 4 * fewest {
-        return None;
-    }
-    let unshifted = difference(&garment, &skinned, 0);
-    let best = (-most..=most)
-        .map(|lag| (difference(&garment, &skinned, lag), lag))
-        .min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let (shifted, lag) = best;
-    let is_unexplained = unshifted < MAX_AGREEMENT_M || shifted > MAX_RESIDUAL * unshifted;
-    if is_unexplained || lag.unsigned_abs() < fewest.max(1) {
+    let (garment, skinned) = (paths(clip), skinned_paths(capture, clip));
+    let lag = lag(&mean(&garment), &mean(&skinned), clip.clip.fps)?;
+    if on_time(&garment, &skinned, lag) > MAX_ON_TIME {
         return None;
     }
     let late = if lag > 0 { "after" } else { "before" };
@@ -47,6 +38,31 @@ pub(super) fn time_shift(capture: &Capture, clip: &CapturedClip) -> Option<Findi
         "another first frame of the animation or of the cache",
         "cut both at the same frame",
     ))
+}
+
+/// Returns the number of frames that the garment is late, if such a shift explains how its centroid
+/// differs from the skinned one.
+fn lag(garment: &[Vec3], skinned: &[Vec3], fps: f32) -> Option<isize> {
+    let frames = garment.len();
+    let fewest = (MIN_SHIFT_S * fps).ceil() as usize;
+    // At most a third of the clip, so that the difference is averaged over enough frames.
+    let most = ((MAX_SHIFT_S * fps) as usize).min(frames / 3) as isize;
+    if frames < 4 * fewest {
+        return None;
+    }
+    let unshifted = difference(garment, skinned, 0);
+    let (shifted, lag) = (-most..=most)
+        .map(|lag| (difference(garment, skinned, lag), lag))
+        .min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let is_unexplained = unshifted < MAX_AGREEMENT_M || shifted > MAX_RESIDUAL * unshifted;
+    (!is_unexplained && lag.unsigned_abs() >= fewest.max(1)).then_some(lag)
+}
+
+/// Share of the vertices that follow the skinned ones better as they are than moved by `lag`.
+fn on_time(garment: &[Path], skinned: &[Path], lag: isize) -> f32 {
+    let is_on_time = |(g, s): &(&Path, &Path)| difference(g, s, 0) < difference(g, s, lag);
+    let count = garment.iter().zip(skinned).filter(is_on_time).count();
+    count as f32 / garment.len().max(1) as f32
 }
 
 /// Returns the standard deviation of garment(t + lag) − skinned(t), metres.
@@ -64,33 +80,41 @@ fn difference(garment: &[Vec3], skinned: &[Vec3], lag: isize) -> f32 {
     (apart.iter().map(|d| d.distance_squared(mean)).sum::<f32>() / count).sqrt()
 }
 
-fn stride(vertices: usize) -> usize {
-    vertices.div_ceil(SAMPLES).max(1)
+/// Positions of one vertex, one for each frame.
+type Path = Vec<Vec3>;
+
+/// Evenly spread vertices of a garment, [`SAMPLES`] at most.
+fn sampled(vertices: usize) -> impl Iterator<Item = usize> {
+    (0..vertices).step_by(vertices.div_ceil(SAMPLES).max(1))
 }
 
-fn mean(points: impl Iterator<Item = Vec3>) -> Vec3 {
-    let (sum, count) = points.fold((Vec3::ZERO, 0), |(sum, count), point| (sum + point, count + 1));
-    sum / count.max(1) as f32
+/// Mean of the paths: the centroid's path.
+fn mean(paths: &[Path]) -> Path {
+    let frames = paths.first().map_or(0, Vec::len);
+    let sum = |t: usize| paths.iter().map(|path| path[t]).sum::<Vec3>();
+    let count = paths.len().max(1) as f32;
+    (0..frames).map(|t| sum(t) / count).collect()
 }
 
-/// Centroids of the captured garment, one for each frame.
-fn centroids(clip: &CapturedClip) -> Vec<Vec3> {
-    let stride = stride(clip.garment.vertex_count());
-    (0..clip.clip.len())
-        .map(|t| mean(clip.garment.frame(t).iter().copied().step_by(stride)))
-        .collect()
+/// Paths of the captured garment's sampled vertices.
+fn paths(clip: &CapturedClip) -> Vec<Path> {
+    let frames = clip.clip.len();
+    let path = |v: usize| (0..frames).map(|t| clip.garment.frame(t)[v]).collect();
+    sampled(clip.garment.vertex_count()).map(path).collect()
 }
 
-/// Centroids of the skinned rest shape at the same vertices, one for each frame.
-fn skinned_centroids(capture: &Capture, clip: &CapturedClip) -> Vec<Vec3> {
+/// Paths of the same vertices of the skinned rest shape.
+fn skinned_paths(capture: &Capture, clip: &CapturedClip) -> Vec<Path> {
     let (skeleton, garment) = (&capture.character.skeleton, &capture.garment);
-    let stride = stride(garment.rest.vertices.len());
+    let rest = &garment.rest.vertices;
+    let mut paths: Vec<Path> = sampled(rest.len()).map(|_| Vec::new()).collect();
     let (mut joints, mut transforms) = (Vec::new(), Vec::new());
-    let mut at = |pose| {
+    for pose in &clip.clip.poses {
         skeleton.forward_kinematics(pose, &mut joints);
         skeleton.world_from_rest(&joints, &mut transforms);
-        let vertices = garment.rest.vertices.iter().enumerate().step_by(stride);
-        mean(vertices.map(|(v, rest)| garment.weights.position(v, *rest, &transforms)))
-    };
-    clip.clip.poses.iter().map(&mut at).collect()
+        for (v, path) in sampled(rest.len()).zip(&mut paths) {
+            path.push(garment.weights.position(v, rest[v], &transforms));
+        }
+    }
+    paths
 }
