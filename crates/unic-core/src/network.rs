@@ -46,6 +46,15 @@ impl Linear {
         numbers.for_each(|x| *x *= factor);
     }
 
+    /// Multiplies weights and biases of each output by a factor of its own.
+    pub fn scale_outputs(&mut self, factors: &[f32]) {
+        let rows = self.weight.chunks_exact_mut(self.inputs.max(1));
+        for ((row, bias), factor) in rows.zip(&mut self.bias).zip(factors) {
+            row.iter_mut().for_each(|x| *x *= factor);
+            *bias *= factor;
+        }
+    }
+
     /// Weights of one output.
     pub fn row(&self, output: usize) -> &[f32] {
         &self.weight[output * self.inputs..][..self.inputs]

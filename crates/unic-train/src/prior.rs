@@ -79,7 +79,7 @@ impl FittedPrior {
         if let Some(fitted) = &self.folds.recurrence
             && let Some(recurrence) = fitted.without(motion)
         {
-            blend(&mut prior, fitted.linear_share, recurrence);
+            blend(&mut prior, &fitted.linear_weights, recurrence);
         }
         // The maps without a motion do not know of the wrinkles.
         prior.extend_maps();
@@ -87,9 +87,9 @@ impl FittedPrior {
     }
 }
 
-/// Adds a recurrence to a linear prior, whose map keeps `linear_share` of its weight.
-fn blend(prior: &mut Prior, linear_share: f32, recurrence: &Recurrence) {
-    prior.map.scale(linear_share);
+/// Adds a recurrence to a linear prior, whose map's outputs are multiplied by `linear_weights`.
+fn blend(prior: &mut Prior, linear_weights: &[f32], recurrence: &Recurrence) {
+    prior.map.scale_outputs(linear_weights);
     prior.recurrence = Some(recurrence.clone());
 }
 
@@ -190,7 +190,7 @@ impl PriorTrainer<'_> {
         };
         let left_out = match &recurrence {
             Some(fitted) => {
-                blend(&mut prior, fitted.linear_share, &fitted.recurrence);
+                blend(&mut prior, &fitted.linear_weights, &fitted.recurrence);
                 fitted.left_out.clone()
             }
             None => sequences.iter().map(|s| s.linear.clone()).collect::<Vec<_>>(),

@@ -1,8 +1,8 @@
 //! Trains the recurrence of a prior: the part that remembers the motion.
 //!
 //! The linear map of a prior is fitted in closed form. A [`Recurrence`] learns the same K
-//! coefficients beside it; a frame costs only the small network. Both are blended by the weight
-//! that does best on motions which neither has seen. The recurrence learns the coefficients
+//! coefficients beside it; a frame costs only the small network. Both are blended by the weights
+//! that do best on motions which neither has seen. The recurrence learns the coefficients
 //! themselves, and not the residual of the linear map: on an unseen motion that residual is mostly
 //! noise of that motion alone.
 
@@ -39,15 +39,15 @@ use watch::Progress;
 
 /// A recurrence that improves the prior.
 pub(crate) struct FittedRecurrence {
-    /// Trained on all sequences. Its outputs are scaled by its weight in the blend.
+    /// Trained on all sequences. Its outputs are scaled by their weights in the blend.
     pub(crate) recurrence: Recurrence,
-    /// Weight of the linear map in the blend, 0 to 1.
-    pub(crate) linear_share: f32,
+    /// Weight of each of the linear map's K outputs in the blend.
+    pub(crate) linear_weights: Vec<f32>,
     /// Blended coefficients of each sequence, T × K, predicted without the sequence's motion. Their
     /// swings are not amplified: a field would learn to damp them.
     pub(crate) left_out: Vec<Vec<f32>>,
     /// Recurrences, one per fold, each trained without the fold's motions. They are scaled by the
-    /// same weight, and their swings are not amplified.
+    /// same weights, and their swings are not amplified.
     folds: Vec<Option<Recurrence>>,
 }
 
@@ -126,7 +126,7 @@ impl RecurrenceTrainer<'_> {
         };
         let swings = Swings {
             wanted: self.settings.swing,
-            share: blend.recurrence_share,
+            shares: &blend.weights.recurrence_shares(),
             fps: self.fps,
         };
         let amplified = swings.amplified(sequences, &blend.left_out);
@@ -138,7 +138,7 @@ impl RecurrenceTrainer<'_> {
                 .into_iter()
                 .map(|fold| fold.map(|r| blend.weighted(r)))
                 .collect(),
-            linear_share: 1.0 - blend.recurrence_share,
+            linear_weights: blend.weights.linear,
             left_out: blend.left_out,
         });
         Ok(RecurrenceFit {

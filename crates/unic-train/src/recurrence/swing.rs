@@ -22,16 +22,17 @@ const MOST_GAIN: f64 = 1.5;
 const MOST_LEARNED_GAIN: f32 = 2.5;
 
 /// Wanted energy of the swings.
-pub(super) struct Swings {
+pub(super) struct Swings<'a> {
     /// Wanted share of the true swings' energy, on motions left out.
     pub(super) wanted: f32,
-    /// Weight of the recurrence in the blend, above 0. It makes up for the linear map's swings too.
-    pub(super) share: f32,
+    /// Share of the recurrence in the blend of each coefficient. It makes up for the linear map's
+    /// swings too.
+    pub(super) shares: &'a [f32],
     /// Ticks per second.
     pub(super) fps: f32,
 }
 
-impl Swings {
+impl Swings<'_> {
     /// Returns the sequences with swings scaled up by the energy that those of `left_out` lack: the
     /// blended coefficients of each sequence, predicted without its motion.
     pub(super) fn amplified<'a>(
@@ -44,19 +45,27 @@ impl Swings {
         let truths: Vec<Vec<f32>> = sequences.par_iter().map(|s| fast(&s.coefficients)).collect();
         let predicted: Vec<Vec<f32>> = left_out.par_iter().map(fast).collect();
         let [truth, predicted] = [&truths, &predicted].map(|all| energies(all, outputs));
-        let gains = gains(&truth, &predicted, self.wanted);
+        let gains = gains(&truth, &predicted, self.wanted).into_iter();
+        let learned: Vec<f32> = gains
+            .zip(self.shares)
+            .map(|(g, share)| learned(g, *share))
+            .collect();
         let amplified = |(s, swings): (&Sequence<'a>, &Vec<f32>)| {
             let mut s = s.clone();
-            let pairs = s.coefficients.iter_mut().zip(swings).zip(gains.iter().cycle());
-            pairs.for_each(|((a, swing), gain)| *a += (self.learned(*gain) - 1.0) * swing);
+            let pairs = s.coefficients.iter_mut().zip(swings).zip(learned.iter().cycle());
+            pairs.for_each(|((a, swing), gain)| *a += (gain - 1.0) * swing);
             s
         };
         sequences.iter().zip(&truths).map(amplified).collect()
     }
+}
 
-    /// Factor of the recurrence's swings that gives the blend's swings the factor `gain`.
-    fn learned(&self, gain: f32) -> f32 {
-        (1.0 + (gain - 1.0) / self.share).min(MOST_LEARNED_GAIN)
+/// Factor of the recurrence's swings that gives the blend's swings the factor `gain`, at least 1.
+fn learned(gain: f32, share: f32) -> f32 {
+    match share > 0.0 {
+        true => (1.0 + (gain - 1.0) / share).min(MOST_LEARNED_GAIN),
+        // No factor changes the blend.
+        false => 1.0,
     }
 }
 
@@ -131,17 +140,17 @@ mod tests {
             motion_number: 0,
         };
         let left_out: Vec<f32> = wave.iter().map(|x| 5.0 + 0.8 * x).collect();
-        let learned = |wanted, share| {
+        let learned = |wanted, share: f32| {
             let swings = Swings {
                 wanted,
-                share,
+                shares: &[share],
                 fps: FPS,
             };
             let amplified =
                 swings.amplified(std::slice::from_ref(&sequence), std::slice::from_ref(&left_out));
             amplified[0].coefficients.clone()
         };
-        for (share, size) in [(1.0, 1.25), (0.5, 1.5), (0.01, 2.5)] {
+        for (share, size) in [(1.0, 1.25), (0.5, 1.5), (0.01, 2.5), (0.0, 1.0)] {
             for (t, (x, target)) in (wave.iter().zip(learned(1.0, share)))
                 .enumerate()
                 .skip(45)
