@@ -3,7 +3,7 @@
 mod held_out;
 
 use crate::{
-    config::{StateSettings, TrainConfig},
+    config::{RecurrenceStart, StateSettings, TrainConfig},
     dataset::{Dataset, MotionVectors, shows_motion_of},
     error::TrainError,
     event::Control,
@@ -51,6 +51,8 @@ pub struct FieldData {
     pub strain_limits: Vec<StrainLimit>,
     /// Bounding box of the rest shape.
     pub rest_box: RestBox,
+    /// What the training of the prior's recurrence started from; none for a prior without one.
+    pub recurrence_start: Option<RecurrenceStart>,
     /// Seconds that the prior's training took. Zero where the fit before has trained it.
     pub prior_seconds: f64,
     /// Data of the fit on all clips, which follows one that holds some of them out.
@@ -105,6 +107,7 @@ impl FieldData {
             validation: data.validation,
             capture: data.capture,
             fit: data.fit,
+            recurrence_start: prior.start,
             prior_seconds: prior.seconds,
             later: None,
         };

@@ -6,8 +6,7 @@ mod series;
 pub use series::displacements;
 
 use crate::{
-    config::RecurrenceStart,
-    config::{StateSettings, TrainConfig},
+    config::{RecurrenceStart, StateSettings, TrainConfig},
     dataset::{Dataset, MotionVectors},
     device,
     error::TrainError,
@@ -33,6 +32,8 @@ pub struct FittedPrior {
     pub prior: Prior,
     /// Coefficients by clip and frame, K numbers each, predicted without the clip's motion.
     pub left_out: Vec<Vec<Vec<f32>>>,
+    /// What the recurrence's training started from; none for a prior without a recurrence.
+    pub start: Option<RecurrenceStart>,
     /// Seconds that the fit took, over all resumes. Of interrupted fits, those of the recurrences
     /// are counted up to their last checkpoints.
     pub seconds: f64,
@@ -56,6 +57,7 @@ impl FittedPrior {
     fn constant(prior: Prior, clips: impl Iterator<Item = usize>) -> Self {
         Self {
             left_out: clips.map(|frames| vec![Vec::new(); frames]).collect(),
+            start: None,
             seconds: 0.0,
             folds: Folds::default(),
             prior,
@@ -79,7 +81,7 @@ impl FittedPrior {
         if let Some(fitted) = &self.folds.recurrence
             && let Some(recurrence) = fitted.without(motion)
         {
-            blend(&mut prior, &fitted.linear_weights, recurrence);
+            blend(&mut prior, &fitted.linear_shares, recurrence);
         }
         // The maps without a motion do not know of the wrinkles.
         prior.extend_maps();
@@ -87,9 +89,9 @@ impl FittedPrior {
     }
 }
 
-/// Adds a recurrence to a linear prior, whose map's outputs are multiplied by `linear_weights`.
-fn blend(prior: &mut Prior, linear_weights: &[f32], recurrence: &Recurrence) {
-    prior.map.scale_outputs(linear_weights);
+/// Adds a recurrence to a linear prior, whose map's outputs are multiplied by `linear_shares`.
+fn blend(prior: &mut Prior, linear_shares: &[f32], recurrence: &Recurrence) {
+    prior.map.scale_outputs(linear_shares);
     prior.recurrence = Some(recurrence.clone());
 }
 
@@ -190,7 +192,7 @@ impl PriorTrainer<'_> {
         };
         let left_out = match &recurrence {
             Some(fitted) => {
-                blend(&mut prior, &fitted.linear_weights, &fitted.recurrence);
+                blend(&mut prior, &fitted.linear_shares, &fitted.recurrence);
                 fitted.left_out.clone()
             }
             None => sequences.iter().map(|s| s.linear.clone()).collect::<Vec<_>>(),
@@ -203,6 +205,7 @@ impl PriorTrainer<'_> {
         Ok(FittedPrior {
             left_out: projected.by_clip(&left_out, set.train.len()),
             prior,
+            start: recurrence.as_ref().map(|fitted| fitted.start),
             seconds: restored_seconds,
             folds: Folds {
                 motion_numbers: set.motions(),

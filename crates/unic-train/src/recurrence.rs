@@ -1,8 +1,8 @@
 //! Trains the recurrence of a prior: the part that remembers the motion.
 //!
 //! The linear map of a prior is fitted in closed form. A [`Recurrence`] learns the same K
-//! coefficients beside it; a frame costs only the small network. Both are blended by the weights
-//! that do best on motions which neither has seen. The recurrence learns the coefficients
+//! coefficients beside it; a frame costs only the small network. Both are blended with the
+//! shares that do best on motions which neither has seen. The recurrence learns the coefficients
 //! themselves, and not the residual of the linear map: on an unseen motion that residual is mostly
 //! noise of that motion alone.
 
@@ -26,11 +26,15 @@ pub(crate) use sequence::Sequence;
 pub(crate) use unit_training::{PriorSizes, frames_per_second};
 pub use watch::Watch;
 
-use crate::{config::RecurrenceSettings, error::TrainError};
+use crate::{
+    config::{RecurrenceSettings, RecurrenceStart},
+    error::TrainError,
+};
 use blend::Blend;
 use burn::tensor::Device;
 use rayon::prelude::*;
 use sequence::motion_count;
+use sizes::Sizes;
 use std::path::Path;
 use swing::Swings;
 use unic_core::recurrence::Recurrence;
@@ -39,15 +43,17 @@ use watch::Progress;
 
 /// A recurrence that improves the prior.
 pub(crate) struct FittedRecurrence {
-    /// Trained on all sequences. Its outputs are scaled by their weights in the blend.
+    /// Trained on all sequences. Its outputs are scaled by their shares in the blend.
     pub(crate) recurrence: Recurrence,
-    /// Weight of each of the linear map's K outputs in the blend.
-    pub(crate) linear_weights: Vec<f32>,
+    /// What the training started from.
+    pub(crate) start: RecurrenceStart,
+    /// Share of the linear map in each of the K coefficients of the blend, 0 to 1.
+    pub(crate) linear_shares: Vec<f32>,
     /// Blended coefficients of each sequence, T × K, predicted without the sequence's motion. Their
     /// swings are not amplified: a field would learn to damp them.
     pub(crate) left_out: Vec<Vec<f32>>,
     /// Recurrences, one per fold, each trained without the fold's motions. They are scaled by the
-    /// same weights, and their swings are not amplified.
+    /// same shares, and their swings are not amplified.
     folds: Vec<Option<Recurrence>>,
 }
 
@@ -126,25 +132,36 @@ impl RecurrenceTrainer<'_> {
         };
         let swings = Swings {
             wanted: self.settings.swing,
-            shares: &blend.weights.recurrence_shares(),
+            shares: &blend.recurrence_shares,
             fps: self.fps,
         };
         let amplified = swings.amplified(sequences, &blend.left_out);
         let all: Vec<&Sequence> = amplified.iter().collect();
         let recurrence = self.train("all", steps, &all, 1, &progress)?;
+        let start = match self.start(&all) {
+            Some(_) => RecurrenceStart::Pretrained,
+            None => RecurrenceStart::Random,
+        };
         let fitted = recurrence.map(|recurrence| FittedRecurrence {
+            start,
             recurrence: blend.weighted(recurrence),
             folds: folds
                 .into_iter()
                 .map(|fold| fold.map(|r| blend.weighted(r)))
                 .collect(),
-            linear_weights: blend.weights.linear,
+            linear_shares: blend.linear_shares(),
             left_out: blend.left_out,
         });
         Ok(RecurrenceFit {
             fitted,
             restored_seconds: progress.restored_seconds(),
         })
+    }
+
+    /// First values of a unit that is trained on sequences; none for random numbers.
+    fn start(&self, sequences: &[&Sequence]) -> Option<&UnitStart> {
+        let sizes = Sizes::new(self.settings, sequences.first()?);
+        self.start.as_ref().filter(|start| start.fits(sizes))
     }
 
     /// Trains one recurrence; `name` is that of its folder of checkpoints.
@@ -159,7 +176,7 @@ impl RecurrenceTrainer<'_> {
         let folder = self.folder.map(|folder| folder.join(name));
         let training = UnitTraining {
             settings: self.settings,
-            start: self.start.as_ref(),
+            start: self.start(sequences),
             steps,
             seed: self.seed,
             fps: self.fps,

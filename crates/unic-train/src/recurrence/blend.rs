@@ -1,10 +1,10 @@
 //! Blend of the linear map and the recurrence, weighted by what they predict of motions left out.
 //!
 //! The linear map is better at what the present motion determines, the recurrence at what its past
-//! does. Both differ between coefficients: the first ones move most, the last ones are hardly
-//! predictable. So groups of coefficients have weights of their own (stacked regression, Breiman
-//! 1996). They are not negative, and their sum may differ from 1: predictions of little use become
-//! smaller. Where that is no better on motions left out, all coefficients share one weight.
+//! does. Both differ between coefficients, so groups of them have shares of their own (stacked
+//! regression, Breiman 1996). A blend lies between its two predictions: larger weights extrapolate
+//! on motion that is livelier than that of training. Where shares by group are no better on motions
+//! left out, all coefficients have the same one.
 
 use super::sequence::{Sequence, motion_count};
 use std::iter::zip;
@@ -14,42 +14,29 @@ use unic_core::recurrence::Recurrence;
 /// removes.
 const LEAST_GAIN: f64 = 0.02;
 
-/// Pull of a group's share of the recurrence towards that of all coefficients, by the squares that
-/// the share is found from.
-const PULL_TO_COMMON: f64 = 0.1;
-
-/// Pull of a group's two weights towards that share and the rest of 1, by the mean square of the
-/// predictions.
-const PULL_TO_SHARE: f64 = 0.3;
+/// Pull of a group's share towards that of all coefficients, by the squares that the share is found
+/// from.
+const PULL: f64 = 0.1;
 
 /// Linear map and recurrences on motions that they were not trained on.
 pub(super) struct Blend {
-    /// Weights by coefficient.
-    pub(super) weights: Weights,
+    /// Share of the recurrence in each of K coefficients, 0 to 1; the linear map has the rest.
+    pub(super) recurrence_shares: Vec<f32>,
     /// Blended coefficients of each sequence, T × K.
     pub(super) left_out: Vec<Vec<f32>>,
 }
 
-/// Weights of the two predictions of each of K coefficients.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Weights {
-    /// Of the linear map, not negative.
-    pub(super) linear: Vec<f32>,
-    /// Of the recurrence, not negative.
-    pub(super) recurrence: Vec<f32>,
-}
-
-/// What the weights may depend on.
+/// What the shares may depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Freedom {
-    /// One share of the recurrence for all coefficients; the linear map has the rest of 1.
+    /// All coefficients have the same.
     Common,
-    /// Two weights for each group of coefficients.
+    /// Each group of coefficients has its own.
     ByGroup,
 }
 
 impl Blend {
-    /// Finds the weights with the least error. Returns none if the recurrences add nothing
+    /// Finds the shares with the least error. Returns none if the recurrences add nothing
     /// significant.
     pub(super) fn fit(sequences: &[Sequence], recurrent: Vec<Vec<f32>>) -> Option<Self> {
         let motions = by_motion(sequences, &recurrent);
@@ -60,46 +47,29 @@ impl Blend {
         if !gain.is_significant() {
             return None;
         }
+        let groups = shares(&sum(&motions), freedom);
         let count = sequences.first().map_or(0, Sequence::outputs);
-        let weights = Weights::by_coefficient(&weights(&sum(&motions), freedom), count);
+        let recurrence_shares: Vec<f32> = (0..count).map(|k| groups[group_of(k)] as f32).collect();
         let mut left_out = recurrent;
         for (s, left_out) in zip(sequences, &mut left_out) {
-            for (x, linear) in zip(left_out.chunks_exact_mut(count), s.linear.chunks_exact(count)) {
-                weights.apply(linear, x);
-            }
+            let pairs = zip(left_out, &s.linear).zip(recurrence_shares.iter().cycle());
+            pairs.for_each(|((x, linear), share)| *x = linear + share * (*x - linear));
         }
-        Some(Self { weights, left_out })
+        Some(Self {
+            recurrence_shares,
+            left_out,
+        })
     }
 
-    /// Scales a recurrence's outputs by its weights.
+    /// Scales a recurrence's outputs by its shares.
     pub(super) fn weighted(&self, mut recurrence: Recurrence) -> Recurrence {
-        recurrence.head.scale_outputs(&self.weights.recurrence);
+        recurrence.head.scale_outputs(&self.recurrence_shares);
         recurrence
     }
-}
 
-impl Weights {
-    /// Weights of K coefficients from those of their groups.
-    fn by_coefficient(groups: &[[f64; 2]], count: usize) -> Self {
-        let column = |i: usize| (0..count).map(|k| groups[group_of(k)][i] as f32).collect();
-        Self {
-            linear: column(0),
-            recurrence: column(1),
-        }
-    }
-
-    /// Blends predictions of one frame by the linear map into those of the recurrence.
-    fn apply(&self, linear: &[f32], recurrent: &mut [f32]) {
-        let weights = zip(&self.linear, &self.recurrence);
-        for ((x, linear), (a, b)) in zip(zip(recurrent, linear), weights) {
-            *x = a * linear + b * *x;
-        }
-    }
-
-    /// Share of the recurrence in the sum of both weights, by coefficient, 0 to 1.
-    pub(super) fn recurrence_shares(&self) -> Vec<f32> {
-        let share = |(a, b): (&f32, &f32)| if *b > 0.0 { b / (a + b) } else { 0.0 };
-        zip(&self.linear, &self.recurrence).map(share).collect()
+    /// Share of the linear map in each coefficient.
+    pub(super) fn linear_shares(&self) -> Vec<f32> {
+        self.recurrence_shares.iter().map(|share| 1.0 - share).collect()
     }
 }
 
@@ -108,78 +78,49 @@ fn group_of(coefficient: usize) -> usize {
     coefficient.max(1).ilog2() as usize
 }
 
-/// Inner products of the linear map's predictions l, the recurrence's r and the truth t, over
-/// frames and coefficients.
-#[derive(Clone, Copy, Debug, Default)]
+/// Products of the change c from the linear map to the recurrence and the wanted change w from the
+/// linear map to the truth, summed over frames and coefficients.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Products {
-    ll: f64,
-    rr: f64,
-    lr: f64,
-    lt: f64,
-    rt: f64,
-    tt: f64,
+    /// ⟨c, w⟩.
+    along: f64,
+    /// |c|².
+    change: f64,
+    /// |w|², which the linear map leaves.
+    left: f64,
 }
 
 impl Products {
-    fn of(l: f32, r: f32, t: f32) -> Self {
-        let [l, r, t] = [l, r, t].map(f64::from);
+    fn of(linear: f32, recurrent: f32, truth: f32) -> Self {
+        let (c, w) = (f64::from(recurrent - linear), f64::from(truth - linear));
         Self {
-            ll: l * l,
-            rr: r * r,
-            lr: l * r,
-            lt: l * t,
-            rt: r * t,
-            tt: t * t,
+            along: c * w,
+            change: c * c,
+            left: w * w,
         }
     }
 
     /// Adds `factor` times others.
     fn add(&mut self, factor: f64, other: &Self) {
-        self.ll += factor * other.ll;
-        self.rr += factor * other.rr;
-        self.lr += factor * other.lr;
-        self.lt += factor * other.lt;
-        self.rt += factor * other.rt;
-        self.tt += factor * other.tt;
+        self.along += factor * other.along;
+        self.change += factor * other.change;
+        self.left += factor * other.left;
     }
 
-    /// Square of t − a l − b r.
-    fn error(&self, [a, b]: [f64; 2]) -> f64 {
-        a * a * self.ll + b * b * self.rr + 2.0 * (a * b * self.lr - a * self.lt - b * self.rt) + self.tt
+    /// Squares that a blend with this share of the recurrence removes from those that the linear map
+    /// leaves: |w|² − |w − share · c|².
+    fn removed(&self, share: f64) -> f64 {
+        share * (2.0 * self.along - share * self.change)
     }
 
-    /// Share of the recurrence with the least error, 0 to 1, with a pull of this strength towards
-    /// `common`.
-    fn share(&self, strength: f64, common: f64) -> f64 {
-        // Of the wanted change t − l along the change r − l, and of the latter.
-        let along = self.rt - self.lt - self.lr + self.ll;
-        let squares = self.rr - 2.0 * self.lr + self.ll;
-        let share = (along + strength * squares * common) / ((1.0 + strength) * squares);
+    /// Share with the least error, 0 to 1, with a pull of this strength towards `common`.
+    fn share(&self, pull: f64, common: f64) -> f64 {
+        let share = (self.along + pull * self.change * common) / ((1.0 + pull) * self.change);
         // Predictions that agree have no best share.
-        if squares > 0.0 {
+        if self.change > 0.0 {
             share.clamp(0.0, 1.0)
         } else {
             common
-        }
-    }
-
-    /// Weights of both predictions with the least error that are not negative, with a pull towards
-    /// those of a share of the recurrence.
-    fn weights(&self, share: f64) -> [f64; 2] {
-        let pull = PULL_TO_SHARE * 0.5 * (self.ll + self.rr);
-        let (ll, rr) = (self.ll + pull, self.rr + pull);
-        let (lt, rt) = (self.lt + pull * (1.0 - share), self.rt + pull * share);
-        // Above zero with the pull, by Cauchy-Schwarz.
-        let determinant = ll * rr - self.lr * self.lr;
-        if determinant <= 0.0 {
-            return [1.0 - share, share];
-        }
-        let a = (lt * rr - rt * self.lr) / determinant;
-        let b = (rt * ll - lt * self.lr) / determinant;
-        match (a < 0.0, b < 0.0) {
-            (false, false) => [a, b],
-            (true, _) => [0.0, (rt / rr).max(0.0)],
-            (_, true) => [(lt / ll).max(0.0), 0.0],
         }
     }
 }
@@ -196,19 +137,19 @@ fn sum<'a>(motions: impl IntoIterator<Item = &'a ByGroup>) -> ByGroup {
     })
 }
 
-/// Weights of the linear map and the recurrence in each group.
-fn weights(groups: &[Products], freedom: Freedom) -> Vec<[f64; 2]> {
+/// Share of the recurrence in each group.
+fn shares(groups: &[Products], freedom: Freedom) -> Vec<f64> {
     let mut all = Products::default();
     groups.iter().for_each(|p| all.add(1.0, p));
     let common = all.share(0.0, 0.0);
     let of_group = |p: &Products| match freedom {
-        Freedom::Common => [1.0 - common, common],
-        Freedom::ByGroup => p.weights(p.share(PULL_TO_COMMON, common)),
+        Freedom::Common => common,
+        Freedom::ByGroup => p.share(PULL, common),
     };
     groups.iter().map(of_group).collect()
 }
 
-/// Gain of a blend over the linear map, on motions left out: the weights for each are those of the
+/// Gain of a blend over the linear map on motions left out, the shares for each being those of the
 /// other motions.
 #[derive(Clone, Copy, Debug)]
 struct Gain {
@@ -222,14 +163,9 @@ impl Gain {
     fn measure(motions: &[ByGroup], freedom: Freedom) -> Self {
         let gain = |(i, motion): (usize, &ByGroup)| {
             let others = motions.iter().enumerate().filter(|(j, _)| *j != i);
-            let weights = weights(&sum(others.map(|(_, motion)| motion)), freedom);
-            let errors = zip(motion, weights).map(|(p, w)| p.error(w));
-            // A lone motion has no others to weigh by.
-            if motions.len() > 1 {
-                1.0 - errors.sum::<f64>()
-            } else {
-                0.0
-            }
+            // A lone motion has no others, and no gain.
+            let shares = shares(&sum(others.map(|(_, motion)| motion)), freedom);
+            zip(motion, shares).map(|(p, share)| p.removed(share)).sum()
         };
         let gains: Vec<f64> = motions.iter().enumerate().map(gain).collect();
         let count = gains.len().max(1) as f64;
@@ -264,7 +200,7 @@ fn by_motion(sequences: &[Sequence], recurrent: &[Vec<f32>]) -> Vec<ByGroup> {
 /// Divides the products of a motion by the squares that the linear map leaves. Returns none for a
 /// motion that it predicts exactly, which has nothing left to compare.
 fn relative(motion: ByGroup) -> Option<ByGroup> {
-    let left: f64 = motion.iter().map(|p| p.error([1.0, 0.0])).sum();
+    let left: f64 = motion.iter().map(|p| p.left).sum();
     let scaled = |p: &Products| {
         let mut scaled = Products::default();
         scaled.add(1.0 / left, p);
@@ -277,69 +213,65 @@ fn relative(motion: ByGroup) -> Option<ByGroup> {
 mod tests {
     use super::*;
 
-    /// Groups of a motion whose truth is a times the linear map's prediction plus b times the
-    /// recurrence's, which are unrelated.
-    fn motion(weights: &[[f64; 2]]) -> ByGroup {
-        let frames = |[a, b]: &[f64; 2]| {
+    /// Groups of a motion whose truth is a blend with these shares of two predictions that are
+    /// unrelated.
+    fn motion(shares: &[f32]) -> ByGroup {
+        let frames = |share: &f32| {
             let mut products = Products::default();
             for t in 0..64 {
-                let (l, r) = ((0.7 * f64::from(t)).sin(), (1.3 * f64::from(t)).cos());
-                products.add(1.0, &Products::of(l as f32, r as f32, (a * l + b * r) as f32));
+                let (l, r) = ((0.7 * t as f32).sin(), (1.3 * t as f32).cos());
+                products.add(1.0, &Products::of(l, r, l + share * (r - l)));
             }
             products
         };
-        relative(weights.iter().map(frames).collect()).unwrap()
+        relative(shares.iter().map(frames).collect()).unwrap()
     }
 
     #[test]
     fn groups_double() {
-        let groups: Vec<usize> = [0, 1, 2, 3, 4, 7, 8, 15, 16, 63].map(group_of).to_vec();
+        let groups = [0, 1, 2, 3, 4, 7, 8, 15, 16, 63].map(group_of);
         assert_eq!(groups, [0, 0, 1, 1, 2, 2, 3, 3, 4, 5]);
     }
 
     #[test]
-    fn errors_are_squares_of_differences() {
+    fn a_share_removes_the_squares_by_which_errors_differ() {
         let p = Products::of(2.0, 3.0, 7.0);
-        assert!((p.error([0.5, 1.5]) - (7.0f64 - 1.0 - 4.5).powi(2)).abs() < 1e-12);
+        let error = 7.0f64 - (2.0 + 0.25 * (3.0 - 2.0));
+        assert!((p.left - p.removed(0.25) - error * error).abs() < 1e-12);
     }
 
     #[test]
-    fn weights_of_groups_lie_between_the_common_share_and_the_best() {
-        let truth = [[1.0, 0.0], [0.2, 0.8], [0.0, 0.5]];
-        let found = weights(&motion(&truth), Freedom::ByGroup);
-        let common = weights(&motion(&truth), Freedom::Common);
-        assert!(
-            common
-                .iter()
-                .all(|w| *w == common[0] && (w[0] + w[1] - 1.0).abs() < 1e-12)
-        );
-        for ((found, truth), common) in zip(zip(&found, &truth), &common) {
-            let distance = |a: &[f64; 2]| (a[0] - truth[0]).hypot(a[1] - truth[1]);
-            assert!(
-                distance(found) < 0.5 * distance(common),
-                "{found:?}, {truth:?}, {common:?}"
-            );
+    fn shares_of_groups_lie_between_the_common_one_and_the_best() {
+        let best = [0.1, 0.8, 0.5];
+        let found = shares(&motion(&best), Freedom::ByGroup);
+        let common = shares(&motion(&best), Freedom::Common);
+        assert!(common.iter().all(|share| *share == common[0]));
+        for ((found, best), common) in zip(zip(found, best), common) {
+            let expected = (f64::from(best) + PULL * common) / (1.0 + PULL);
+            assert!((found - expected).abs() < 1e-5, "{found}, {expected}");
         }
     }
 
     #[test]
-    fn weights_are_not_negative() {
-        for truth in [[-1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]] {
-            let found = weights(&motion(&[truth]), Freedom::ByGroup);
-            assert!(found[0].iter().all(|w| *w >= 0.0), "{found:?}");
-        }
+    fn shares_are_between_zero_and_one() {
+        let found = shares(&motion(&[-1.0, 2.0, 0.5]), Freedom::ByGroup);
+        assert_eq!((found[0], found[1]), (0.0, 1.0));
+        let agreeing = vec![Products::of(1.0, 1.0, 2.0)];
+        assert_eq!(shares(&agreeing, Freedom::ByGroup), [0.0]);
     }
 
     #[test]
     fn groups_count_where_motions_left_out_agree_on_them() {
-        let same = vec![motion(&[[1.0, 0.0], [0.0, 1.0]]); 4];
+        let same = vec![motion(&[0.1, 0.9]); 4];
         let by_group = Gain::measure(&same, Freedom::ByGroup);
         let common = Gain::measure(&same, Freedom::Common);
-        assert!(by_group.mean > 1.5 * common.mean && by_group.is_significant());
+        assert!(by_group.mean > common.mean + 0.1 && by_group.is_significant());
         let alone = Gain::measure(&same[..1], Freedom::ByGroup);
         assert!(alone.mean == 0.0 && !alone.is_significant());
-        // Motions that ask for opposite weights.
-        let opposite = [motion(&[[0.9, 0.1]]), motion(&[[0.1, 0.9]])];
-        assert!(!Gain::measure(&opposite, Freedom::ByGroup).is_significant());
+        // Motions that ask for opposite shares.
+        let opposite = [motion(&[0.05, 0.95]), motion(&[0.95, 0.05])];
+        assert!(
+            Gain::measure(&opposite, Freedom::ByGroup).mean < Gain::measure(&opposite, Freedom::Common).mean
+        );
     }
 }

@@ -1,6 +1,7 @@
 //! Sizes of a recurrent unit, and its conversion to the runtime's form.
 
-use crate::layers::transposed;
+use super::sequence::Sequence;
+use crate::{config::RecurrenceSettings, layers::transposed};
 use unic_core::{network::Linear, recurrence::Recurrence};
 
 /// Smallest share of its state that an oscillator forgets in a tick. Much smaller ones round to
@@ -21,6 +22,16 @@ pub(super) struct Sizes {
 }
 
 impl Sizes {
+    /// Sizes of a unit that is trained on sequences like this one.
+    pub(super) fn new(settings: &RecurrenceSettings, sequence: &Sequence) -> Self {
+        Self {
+            inputs: 2 * sequence.motion.len,
+            width: settings.width,
+            oscillators: settings.oscillators,
+            outputs: sequence.outputs(),
+        }
+    }
+
     /// Inputs and outputs of the linear maps, in the order of [`Recurrence::layers`].
     pub(super) fn maps(self) -> [(usize, usize); 5] {
         let (width, state) = (self.width, 2 * self.oscillators);
@@ -45,10 +56,11 @@ impl Sizes {
             weight: transposed(&weights[i], maps[i].1),
             bias: biases[i].clone(),
         });
-        let gain = |row: usize| (1.0 - decays[row % self.oscillators].powi(2)).sqrt();
+        let gains = decays.iter().map(|decay| (1.0 - decay.powi(2)).sqrt());
+        let gains: Vec<f32> = gains.cycle().take(drive.outputs).collect();
         // Both factors are folded into the weights: a frame at runtime does not compute them.
-        scale_rows(&mut drive, gain);
-        scale_rows(&mut head, |_| scale);
+        drive.scale_outputs(&gains);
+        head.scale(scale);
         let pole = |(decay, angle): (&f32, &f32)| [decay * angle.cos(), decay * angle.sin()];
         Recurrence {
             poles: decays.iter().zip(angles).map(pole).collect(),
@@ -58,12 +70,5 @@ impl Sizes {
             hidden,
             head,
         }
-    }
-}
-
-fn scale_rows(map: &mut Linear, factor: impl Fn(usize) -> f32) {
-    for (row, (weights, bias)) in (map.weight.chunks_exact_mut(map.inputs).zip(&mut map.bias)).enumerate() {
-        weights.iter_mut().for_each(|w| *w *= factor(row));
-        *bias *= factor(row);
     }
 }

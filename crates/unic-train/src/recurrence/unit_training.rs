@@ -98,7 +98,7 @@ impl UnitTraining<'_> {
             draw: |step| windows.draw(&mut generator(self.seed, Stream::Recurrence, step)),
         };
         let mut unit = Unit::new(windows.sizes(), self.fps, self.seed, self.device);
-        if let Some(start) = self.start.filter(|start| start.fits(windows.sizes())) {
+        if let Some(start) = self.start {
             unit = unit.started(start);
         }
         let mut learner = Learner::new(unit, Averaging::Decay(AVERAGE));

@@ -51,12 +51,7 @@ impl<'a> Windows<'a> {
     pub(super) fn new(sequences: &'a [&'a Sequence<'a>], settings: &RecurrenceSettings) -> Option<Self> {
         let common = common_length(sequences)?;
         let first = sequences.first()?;
-        let sizes = Sizes {
-            inputs: 2 * first.motion.len,
-            width: settings.width,
-            oscillators: settings.oscillators,
-            outputs: first.outputs(),
-        };
+        let sizes = Sizes::new(settings, first);
         let rms = |k: usize| {
             let of = |s: &&Sequence| -> f64 {
                 let column = s.coefficients.iter().skip(k).step_by(sizes.outputs);

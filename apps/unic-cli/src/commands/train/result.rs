@@ -11,7 +11,8 @@ use std::{
 use unic_eval::PreparedClip;
 use unic_io::counted;
 use unic_train::{
-    FieldData, Fit, PUBLISHED_EPOCHS, TrainConfig, Trainer, TrainingTime, Validation, ValidationMotion,
+    FieldData, Fit, PUBLISHED_EPOCHS, RecurrenceStart, StateSettings, TrainConfig, Trainer, TrainingTime,
+    Validation, ValidationMotion,
 };
 
 /// Text before the training: the capture, the clips, the number of steps and the outputs.
@@ -63,10 +64,11 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
         }
         (None, false) => String::new(),
     };
+    let recurrence = recurrence_text(config, data.recurrence_start);
     Ok(format!(
         "{}: {} vertices, {} joints, {} fps\n\
          training on {}, {:.1} s of motion; {held_out}{again}\n\
-         {training}{wrinkles}\n\
+         {training}{recurrence}{wrinkles}\n\
          the model will be {}, its run {}",
         capture.manifest.name,
         capture.garment.rest.vertices.len(),
@@ -77,6 +79,28 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
         run.out.display(),
         run.folder.path().display(),
     ))
+}
+
+/// What a prior's recurrence has started from, or why there is none. Empty for a configuration
+/// without one.
+fn recurrence_text(config: &TrainConfig, start: Option<RecurrenceStart>) -> String {
+    let StateSettings::Displacement {
+        recurrence: Some(settings),
+        ..
+    } = &config.model.state
+    else {
+        return String::new();
+    };
+    let text = match (start, settings.start) {
+        (Some(RecurrenceStart::Pretrained), _) => "started from the one that comes with unic",
+        (Some(RecurrenceStart::Random), RecurrenceStart::Random) => "started from random numbers",
+        (Some(RecurrenceStart::Random), RecurrenceStart::Pretrained) => {
+            "started from random numbers, because the one that comes with unic needs the joint names of a \
+             human, the layout `heading` and the sizes of `standard`"
+        }
+        (None, _) => "none, because on motions left out it does not improve on the linear map",
+    };
+    format!("\nrecurrence: {text}")
 }
 
 /// Does the fit train on the clip that it is validated on? A capture with one training clip has no
