@@ -48,11 +48,13 @@ impl Linear {
 
     /// Multiplies weights and biases of each output by a factor of its own.
     pub fn scale_outputs(&mut self, factors: &[f32]) {
+        debug_assert_eq!(factors.len(), self.outputs);
         let rows = self.weight.chunks_exact_mut(self.inputs.max(1));
-        for ((row, bias), factor) in rows.zip(&mut self.bias).zip(factors) {
+        for (row, factor) in rows.zip(factors) {
             row.iter_mut().for_each(|x| *x *= factor);
-            *bias *= factor;
         }
+        let biases = self.bias.iter_mut().zip(factors);
+        biases.for_each(|(bias, factor)| *bias *= factor);
     }
 
     /// Weights of one output.

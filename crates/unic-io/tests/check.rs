@@ -401,7 +401,7 @@ fn time_shifts_and_motionless_garments_are_found() {
     });
     assert_one(&early, &["frames before its body"]);
     // A skirt: its hem lags by six frames, its waistband is on time.
-    let loose = findings_of(|take| {
+    let loose = |take: &mut Take| {
         let before = take.garment.clone();
         let heights: Vec<f32> = before[0].iter().map(|v| v.y).collect();
         let top = heights.iter().copied().fold(f32::MIN, f32::max);
@@ -412,8 +412,14 @@ fn time_shifts_and_motionless_garments_are_found() {
                 *position = before[t.saturating_sub(late)][v];
             }
         }
+    };
+    let found = findings_of(loose);
+    assert!(found.is_empty(), "{found:?}");
+    let late_and_loose = findings_of(|take| {
+        loose(take);
+        late(9)(take);
     });
-    assert!(loose.is_empty(), "{loose:?}");
+    assert_one(&late_and_loose, &["frames after its body"]);
     let still = findings_of(|take| {
         let first = take.garment[0].clone();
         take.garment.iter_mut().for_each(|frame| frame.clone_from(&first));

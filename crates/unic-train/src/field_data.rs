@@ -107,7 +107,7 @@ impl FieldData {
             validation: data.validation,
             capture: data.capture,
             fit: data.fit,
-            recurrence_start: prior.start,
+            recurrence_start: prior.recurrence_start,
             prior_seconds: prior.seconds,
             later: None,
         };

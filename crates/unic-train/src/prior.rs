@@ -33,7 +33,7 @@ pub struct FittedPrior {
     /// Coefficients by clip and frame, K numbers each, predicted without the clip's motion.
     pub left_out: Vec<Vec<Vec<f32>>>,
     /// What the recurrence's training started from; none for a prior without a recurrence.
-    pub start: Option<RecurrenceStart>,
+    pub recurrence_start: Option<RecurrenceStart>,
     /// Seconds that the fit took, over all resumes. Of interrupted fits, those of the recurrences
     /// are counted up to their last checkpoints.
     pub seconds: f64,
@@ -57,7 +57,7 @@ impl FittedPrior {
     fn constant(prior: Prior, clips: impl Iterator<Item = usize>) -> Self {
         Self {
             left_out: clips.map(|frames| vec![Vec::new(); frames]).collect(),
-            start: None,
+            recurrence_start: None,
             seconds: 0.0,
             folds: Folds::default(),
             prior,
@@ -89,7 +89,7 @@ impl FittedPrior {
     }
 }
 
-/// Adds a recurrence to a linear prior, whose map's outputs are multiplied by `linear_shares`.
+/// Scales the outputs of a linear prior's map by `linear_shares`, and adds a recurrence.
 fn blend(prior: &mut Prior, linear_shares: &[f32], recurrence: &Recurrence) {
     prior.map.scale_outputs(linear_shares);
     prior.recurrence = Some(recurrence.clone());
@@ -205,7 +205,7 @@ impl PriorTrainer<'_> {
         Ok(FittedPrior {
             left_out: projected.by_clip(&left_out, set.train.len()),
             prior,
-            start: recurrence.as_ref().map(|fitted| fitted.start),
+            recurrence_start: recurrence.as_ref().map(|fitted| fitted.start),
             seconds: restored_seconds,
             folds: Folds {
                 motion_numbers: set.motions(),

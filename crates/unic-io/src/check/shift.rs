@@ -8,7 +8,7 @@ use glam::Vec3;
 
 /// Longest shift that is searched, seconds.
 const MAX_SHIFT_S: f32 = 1.0;
-/// Shortest shift that is reported, seconds: two frames at 30 fps. Cloth itself lags by less.
+/// Shortest shift that is reported, seconds: two frames at 30 fps. Tight cloth lags by less.
 const MIN_SHIFT_S: f32 = 0.06;
 /// Number of vertices that are followed.
 const SAMPLES: usize = 200;
@@ -17,7 +17,7 @@ const MAX_AGREEMENT_M: f32 = 0.01;
 /// Largest share of the difference that the right shift leaves.
 const MAX_RESIDUAL: f32 = 0.35;
 /// Largest share of the vertices that may be on time in a clip that is shifted. The hem of a skirt
-/// lags by several frames, its waistband does not.
+/// lags by several frames; its waistband is on time, as is hardly a vertex of a shifted clip.
 const MAX_ON_TIME: f32 = 0.1;
 
 /// Checks whether the garment follows the skinned rest shape better when it is moved in time: its
@@ -25,7 +25,8 @@ const MAX_ON_TIME: f32 = 0.1;
 pub(super) fn time_shift(capture: &Capture, clip: &CapturedClip) -> Option<Finding> {
     let (garment, skinned) = (paths(clip), skinned_paths(capture, clip));
     let lag = lag(&mean(&garment), &mean(&skinned), clip.clip.fps)?;
-    if on_time(&garment, &skinned, lag) > MAX_ON_TIME {
+    // Cloth lags, and never leads.
+    if lag > 0 && on_time(&garment, &skinned, lag) > MAX_ON_TIME {
         return None;
     }
     let late = if lag > 0 { "after" } else { "before" };
@@ -67,7 +68,7 @@ fn on_time(garment: &[Path], skinned: &[Path], lag: isize) -> f32 {
 
 /// Returns the standard deviation of garment(t + lag) − skinned(t), metres.
 ///
-/// The mean is taken out, because a garment's centroid may be off the skinned one by a constant.
+/// The mean is taken out, because cloth may be off its skinned position by a constant.
 fn difference(garment: &[Vec3], skinned: &[Vec3], lag: isize) -> f32 {
     let frames = garment.len() as isize;
     // Only frames that exist on both sides of the shift.

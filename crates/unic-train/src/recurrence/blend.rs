@@ -3,8 +3,8 @@
 //! The linear map is better at what the present motion determines, the recurrence at what its past
 //! does. Both differ between coefficients, so groups of them have shares of their own (stacked
 //! regression, Breiman 1996). A blend lies between its two predictions: larger weights extrapolate
-//! on motion that is livelier than that of training. Where shares by group are no better on motions
-//! left out, all coefficients have the same one.
+//! on motion that is livelier than that of training. Shares by group are used where they gain more on
+//! motions left out than a common one does.
 
 use super::sequence::{Sequence, motion_count};
 use std::iter::zip;
@@ -14,8 +14,8 @@ use unic_core::recurrence::Recurrence;
 /// removes.
 const LEAST_GAIN: f64 = 0.02;
 
-/// Pull of a group's share towards that of all coefficients, by the squares that the share is found
-/// from.
+/// Strength of the pull of a group's share towards the common share, as a multiple of the group's
+/// |c|² (see [`Products`]).
 const PULL: f64 = 0.1;
 
 /// Linear map and recurrences on motions that they were not trained on.
@@ -29,9 +29,9 @@ pub(super) struct Blend {
 /// What the shares may depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Freedom {
-    /// All coefficients have the same.
+    /// All coefficients have the same share.
     Common,
-    /// Each group of coefficients has its own.
+    /// Each group of coefficients has a share of its own.
     ByGroup,
 }
 
@@ -42,12 +42,7 @@ impl Blend {
         let motions = by_motion(sequences, &recurrent);
         let freedoms = [Freedom::Common, Freedom::ByGroup];
         let gains = freedoms.map(|freedom| (Gain::measure(&motions, freedom), freedom));
-        let better = |a: (Gain, Freedom), b: (Gain, Freedom)| if b.0.mean > a.0.mean { b } else { a };
-        let (gain, freedom) = gains.into_iter().reduce(better)?;
-        if !gain.is_significant() {
-            return None;
-        }
-        let groups = shares(&sum(&motions), freedom);
+        let groups = shares(&sum(&motions), best(gains)?);
         let count = sequences.first().map_or(0, Sequence::outputs);
         let recurrence_shares: Vec<f32> = (0..count).map(|k| groups[group_of(k)] as f32).collect();
         let mut left_out = recurrent;
@@ -71,6 +66,13 @@ impl Blend {
     pub(super) fn linear_shares(&self) -> Vec<f32> {
         self.recurrence_shares.iter().map(|share| 1.0 - share).collect()
     }
+}
+
+/// Returns the freedom with the largest gain among those whose gain is significant.
+fn best(gains: [(Gain, Freedom); 2]) -> Option<Freedom> {
+    let significant = gains.into_iter().filter(|(gain, _)| gain.is_significant());
+    let better = |a: (Gain, Freedom), b: (Gain, Freedom)| if b.0.mean > a.0.mean { b } else { a };
+    significant.reduce(better).map(|(_, freedom)| freedom)
 }
 
 /// Group of a coefficient: the first two, two more, then four, eight and so on.
@@ -100,7 +102,7 @@ impl Products {
         }
     }
 
-    /// Adds `factor` times others.
+    /// Adds `factor` times `other`.
     fn add(&mut self, factor: f64, other: &Self) {
         self.along += factor * other.along;
         self.change += factor * other.change;
@@ -127,14 +129,17 @@ impl Products {
 
 /// Products of one motion by group, relative to the squares that the linear map leaves of it: a
 /// lively motion does not decide alone.
-type ByGroup = Vec<Products>;
+type MotionProducts = Vec<Products>;
 
-fn sum<'a>(motions: impl IntoIterator<Item = &'a ByGroup>) -> ByGroup {
-    motions.into_iter().fold(ByGroup::new(), |mut sum, motion| {
-        sum.resize(motion.len(), Products::default());
-        zip(&mut sum, motion).for_each(|(sum, p)| sum.add(1.0, p));
-        sum
-    })
+/// Sums of the motions' products, by group.
+fn sum<'a>(motions: impl IntoIterator<Item = &'a MotionProducts>) -> MotionProducts {
+    motions
+        .into_iter()
+        .fold(MotionProducts::new(), |mut sum, motion| {
+            sum.resize(motion.len(), Products::default());
+            zip(&mut sum, motion).for_each(|(sum, p)| sum.add(1.0, p));
+            sum
+        })
 }
 
 /// Share of the recurrence in each group.
@@ -160,8 +165,8 @@ struct Gain {
 }
 
 impl Gain {
-    fn measure(motions: &[ByGroup], freedom: Freedom) -> Self {
-        let gain = |(i, motion): (usize, &ByGroup)| {
+    fn measure(motions: &[MotionProducts], freedom: Freedom) -> Self {
+        let gain = |(i, motion): (usize, &MotionProducts)| {
             let others = motions.iter().enumerate().filter(|(j, _)| *j != i);
             // A lone motion has no others, and no gain.
             let shares = shares(&sum(others.map(|(_, motion)| motion)), freedom);
@@ -183,7 +188,8 @@ impl Gain {
     }
 }
 
-fn by_motion(sequences: &[Sequence], recurrent: &[Vec<f32>]) -> Vec<ByGroup> {
+/// Products of each motion that the linear map does not predict exactly.
+fn by_motion(sequences: &[Sequence], recurrent: &[Vec<f32>]) -> Vec<MotionProducts> {
     let count = sequences.first().map_or(0, Sequence::outputs);
     let groups = count.checked_sub(1).map_or(0, |last| group_of(last) + 1);
     let mut motions = vec![vec![Products::default(); groups]; motion_count(sequences)];
@@ -199,7 +205,7 @@ fn by_motion(sequences: &[Sequence], recurrent: &[Vec<f32>]) -> Vec<ByGroup> {
 
 /// Divides the products of a motion by the squares that the linear map leaves. Returns none for a
 /// motion that it predicts exactly, which has nothing left to compare.
-fn relative(motion: ByGroup) -> Option<ByGroup> {
+fn relative(motion: MotionProducts) -> Option<MotionProducts> {
     let left: f64 = motion.iter().map(|p| p.left).sum();
     let scaled = |p: &Products| {
         let mut scaled = Products::default();
@@ -212,10 +218,63 @@ fn relative(motion: ByGroup) -> Option<ByGroup> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{dataset::MotionVectors, mirror::View};
+
+    /// Frames of four coefficients whose truth is a blend of two predictions with these shares, as
+    /// a sequence of motion `number` and what a recurrence predicts.
+    fn sequence<'a>(motion: &'a MotionVectors, number: usize, shares: [f32; 4]) -> (Sequence<'a>, Vec<f32>) {
+        let frames = 50;
+        let wave = |hz: f32| (0..4 * frames).map(move |i| (hz * (i + 7 * number) as f32).sin());
+        let (linear, recurrent): (Vec<f32>, Vec<f32>) = (wave(0.9).collect(), wave(1.7).collect());
+        let blended = zip(&linear, &recurrent).zip(shares.iter().cycle());
+        let sequence = Sequence {
+            motion,
+            view: View::Direct,
+            frames: 0..frames,
+            coefficients: blended.map(|((l, r), share)| l + share * (r - l)).collect(),
+            linear,
+            motion_number: number,
+        };
+        (sequence, recurrent)
+    }
+
+    #[test]
+    fn a_blend_has_the_shares_of_its_groups_in_every_frame() {
+        let motion = MotionVectors::of_plain(1, vec![0.0; 50]);
+        let shares = [0.2, 0.2, 0.9, 0.9];
+        let all = [0, 1, 1].map(|number| sequence(&motion, number, shares));
+        let (sequences, recurrent): (Vec<_>, Vec<_>) = all.into_iter().unzip();
+        let blend = Blend::fit(&sequences, recurrent.clone()).unwrap();
+        for (found, expected) in zip(&blend.recurrence_shares, shares) {
+            assert!((found - expected).abs() < 0.1, "{found}, {expected}");
+        }
+        for (s, (found, recurrent)) in zip(&sequences, zip(&blend.left_out, &recurrent)) {
+            for (i, x) in found.iter().enumerate() {
+                let share = blend.recurrence_shares[i % 4];
+                let expected = (1.0 - share) * s.linear[i] + share * recurrent[i];
+                assert!((x - expected).abs() < 1e-6, "{i}");
+            }
+        }
+        // A recurrence that predicts what the linear map does adds nothing.
+        let linear = sequences.iter().map(|s| s.linear.clone()).collect();
+        assert!(Blend::fit(&sequences, linear).is_none());
+        let no_number = recurrent.iter().map(|r| vec![f32::NAN; r.len()]).collect();
+        assert!(Blend::fit(&sequences, no_number).is_none());
+        assert!(Blend::fit(&[], Vec::new()).is_none());
+    }
+
+    #[test]
+    fn a_common_share_is_taken_where_a_larger_gain_by_group_may_be_noise() {
+        let gain = |mean, error| Gain { mean, error };
+        let found = |common, by_group| best([(common, Freedom::Common), (by_group, Freedom::ByGroup)]);
+        assert_eq!(found(gain(0.05, 0.02), gain(0.06, 0.07)), Some(Freedom::Common));
+        assert_eq!(found(gain(0.05, 0.02), gain(0.06, 0.02)), Some(Freedom::ByGroup));
+        assert_eq!(found(gain(0.05, 0.06), gain(0.06, 0.07)), None);
+    }
 
     /// Groups of a motion whose truth is a blend with these shares of two predictions that are
     /// unrelated.
-    fn motion(shares: &[f32]) -> ByGroup {
+    fn motion(shares: &[f32]) -> MotionProducts {
         let frames = |share: &f32| {
             let mut products = Products::default();
             for t in 0..64 {

@@ -25,8 +25,8 @@ const MOST_LEARNED_GAIN: f32 = 2.5;
 pub(super) struct Swings<'a> {
     /// Wanted share of the true swings' energy, on motions left out.
     pub(super) wanted: f32,
-    /// Share of the recurrence in the blend of each coefficient. It makes up for the linear map's
-    /// swings too.
+    /// Share of the recurrence in the blend of each coefficient. The recurrence
+    /// also makes up for the linear map's missing swings.
     pub(super) shares: &'a [f32],
     /// Ticks per second.
     pub(super) fps: f32,
@@ -46,13 +46,17 @@ impl Swings<'_> {
         let predicted: Vec<Vec<f32>> = left_out.par_iter().map(fast).collect();
         let [truth, predicted] = [&truths, &predicted].map(|all| energies(all, outputs));
         let gains = gains(&truth, &predicted, self.wanted).into_iter();
-        let learned: Vec<f32> = gains
+        let of_recurrence = gains
             .zip(self.shares)
-            .map(|(g, share)| learned(g, *share))
-            .collect();
+            .map(|(g, share)| recurrence_gain(g, *share));
+        let of_recurrence: Vec<f32> = of_recurrence.collect();
         let amplified = |(s, swings): (&Sequence<'a>, &Vec<f32>)| {
             let mut s = s.clone();
-            let pairs = s.coefficients.iter_mut().zip(swings).zip(learned.iter().cycle());
+            let pairs = s
+                .coefficients
+                .iter_mut()
+                .zip(swings)
+                .zip(of_recurrence.iter().cycle());
             pairs.for_each(|((a, swing), gain)| *a += (gain - 1.0) * swing);
             s
         };
@@ -61,7 +65,7 @@ impl Swings<'_> {
 }
 
 /// Factor of the recurrence's swings that gives the blend's swings the factor `gain`, at least 1.
-fn learned(gain: f32, share: f32) -> f32 {
+fn recurrence_gain(gain: f32, share: f32) -> f32 {
     match share > 0.0 {
         true => (1.0 + (gain - 1.0) / share).min(MOST_LEARNED_GAIN),
         // No factor changes the blend.
@@ -163,6 +167,36 @@ mod tests {
             }
         }
         assert_eq!(learned(0.0, 1.0), sequence.coefficients);
+    }
+
+    #[test]
+    fn each_coefficient_has_the_gain_of_its_own_share() {
+        let motion = MotionVectors::of_plain(1, vec![0.0; 300]);
+        let wave = (0..600).map(|i| (TAU * 1.5 * (i / 2) as f32 / 30.0).sin());
+        let sequence = Sequence {
+            motion: &motion,
+            view: View::Direct,
+            frames: 0..300,
+            coefficients: wave.collect(),
+            linear: vec![0.0; 600],
+            motion_number: 0,
+        };
+        let left_out: Vec<f32> = sequence.coefficients.iter().map(|x| 0.8 * x).collect();
+        let swings = Swings {
+            wanted: 1.0,
+            shares: &[0.5, 0.0],
+            fps: 30.0,
+        };
+        let amplified = swings.amplified(std::slice::from_ref(&sequence), &[left_out]);
+        for (t, pair) in amplified[0]
+            .coefficients
+            .chunks_exact(2)
+            .enumerate()
+            .skip(45)
+            .take(210)
+        {
+            assert!((pair[0] - 1.5 * pair[1]).abs() < 0.02, "frame {t}: {pair:?}");
+        }
     }
 
     #[test]

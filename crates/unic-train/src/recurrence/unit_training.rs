@@ -30,7 +30,7 @@ const AVERAGE: f64 = 0.99;
 /// One training of one unit: on all motions, or without some of them.
 pub(super) struct UnitTraining<'a> {
     pub(super) settings: &'a RecurrenceSettings,
-    /// First values of the parameters. Random ones without, or where the sizes differ.
+    /// First values of the parameters, of the unit's sizes. Random ones without.
     pub(super) start: Option<&'a UnitStart>,
     pub(super) steps: u64,
     pub(super) seed: u64,
@@ -99,6 +99,7 @@ impl UnitTraining<'_> {
         };
         let mut unit = Unit::new(windows.sizes(), self.fps, self.seed, self.device);
         if let Some(start) = self.start {
+            debug_assert!(start.fits(windows.sizes()), "the trainer has compared the sizes");
             unit = unit.started(start);
         }
         let mut learner = Learner::new(unit, Averaging::Decay(AVERAGE));

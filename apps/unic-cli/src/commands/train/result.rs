@@ -98,7 +98,10 @@ fn recurrence_text(config: &TrainConfig, start: Option<RecurrenceStart>) -> Stri
             "started from random numbers, because the one that comes with unic needs the joint names of a \
              human, the layout `heading` and the sizes of `standard`"
         }
-        (None, _) => "none, because on motions left out it does not improve on the linear map",
+        (None, _) => {
+            "none, because on motion left out it does not improve on the linear map, or because there is one \
+             motion alone"
+        }
     };
     format!("\nrecurrence: {text}")
 }
