@@ -51,7 +51,7 @@ pub struct FieldData {
     pub strain_limits: Vec<StrainLimit>,
     /// Bounding box of the rest shape.
     pub rest_box: RestBox,
-    /// What the training of the prior's recurrence started from; none for a prior without one.
+    /// Start of the training of the prior's recurrence; none for a prior without a recurrence.
     pub recurrence_start: Option<RecurrenceStart>,
     /// Seconds that the prior's training took. Zero where the fit before has trained it.
     pub prior_seconds: f64,

@@ -32,7 +32,7 @@ pub struct FittedPrior {
     pub prior: Prior,
     /// Coefficients by clip and frame, K numbers each, predicted without the clip's motion.
     pub left_out: Vec<Vec<Vec<f32>>>,
-    /// What the recurrence's training started from; none for a prior without a recurrence.
+    /// Start of the recurrence's training; none for a prior without a recurrence.
     pub recurrence_start: Option<RecurrenceStart>,
     /// Seconds that the fit took, over all resumes. Of interrupted fits, those of the recurrences
     /// are counted up to their last checkpoints.

@@ -45,7 +45,7 @@ use watch::Progress;
 pub(crate) struct FittedRecurrence {
     /// Trained on all sequences. Its outputs are scaled by their shares in the blend.
     pub(crate) recurrence: Recurrence,
-    /// What the training started from.
+    /// Start of the training.
     pub(crate) start: RecurrenceStart,
     /// Share of the linear map in each of the K coefficients of the blend, 0 to 1.
     pub(crate) linear_shares: Vec<f32>,

@@ -26,7 +26,7 @@ pub(super) struct Blend {
     pub(super) left_out: Vec<Vec<f32>>,
 }
 
-/// What the shares may depend on.
+/// Dependence of the shares on the coefficient.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Freedom {
     /// All coefficients have the same share.

@@ -25,8 +25,8 @@ const MOST_LEARNED_GAIN: f32 = 2.5;
 pub(super) struct Swings<'a> {
     /// Wanted share of the true swings' energy, on motions left out.
     pub(super) wanted: f32,
-    /// Share of the recurrence in the blend of each coefficient. The recurrence
-    /// also makes up for the linear map's missing swings.
+    /// Share of the recurrence in the blend of each coefficient. The recurrence also makes up for the
+    /// linear map's missing swings.
     pub(super) shares: &'a [f32],
     /// Ticks per second.
     pub(super) fps: f32,

@@ -81,8 +81,8 @@ pub(super) fn opening_text(run: &Run, trainer: &Trainer) -> Result<String> {
     ))
 }
 
-/// What a prior's recurrence has started from, or why there is none. Empty for a configuration
-/// without one.
+/// Line that names the start of a prior's recurrence, or the reason why there is none. Empty for a
+/// configuration without a recurrence.
 fn recurrence_text(config: &TrainConfig, start: Option<RecurrenceStart>) -> String {
     let StateSettings::Displacement {
         recurrence: Some(settings),
