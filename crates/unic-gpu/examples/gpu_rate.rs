@@ -7,11 +7,13 @@
 //! ```text
 //! cargo run --release -p unic-gpu --example gpu_rate
 //! cargo run --release -p unic-gpu --example gpu_rate -- --json --vertices 3653,34907 --seconds 2
+//! cargo run --release -p unic-gpu --example gpu_rate -- --network standard --precision f32
 //! ```
 //!
 //! Weights are random, since times do not depend on them. Stages are timed by the device's clock.
-//! `frame` is the wall-clock time from the call to the end of the device's work. `floor` is the
-//! time of the field's arithmetic at the peak rate.
+//! `frame` is the wall-clock time from the call to the end of the device's work. `in a row` is that
+//! of one of 16 frames that are submitted before the host waits, as in a game that does not wait for
+//! each of them. `floor` is the time of the field's arithmetic at the peak rate.
 
 use serde_json::{Map, Value, json};
 use std::{
@@ -26,12 +28,18 @@ use unic_gpu::{GpuAnimator, GpuContext, GpuError, GpuModel, MultiplyAdds, Precis
 /// Number of frames before the first measured one: the first steps include compilation and page
 /// faults.
 const WARM_UP: usize = 2;
+/// Number of frames that are submitted before the host waits.
+const ROW: usize = 16;
 /// Smallest number of measured frames.
 const MIN_FRAMES: usize = 3;
 
 struct Arguments {
     is_json: bool,
     vertices: Vec<usize>,
+    /// Name of the only network; none for all.
+    network: Option<String>,
+    /// Name of the only precision; none for all.
+    precision: Option<String>,
     /// Time for each case.
     budget: Duration,
 }
@@ -43,6 +51,8 @@ struct Case {
     precision: Precision,
     /// Median wall-clock time of a frame, milliseconds.
     frame_ms: f64,
+    /// Median wall-clock time of one of [`ROW`] frames that are submitted in a row, milliseconds.
+    row_ms: f64,
     /// Median time of each stage.
     stages: Vec<StageTime>,
     /// Time of the field's arithmetic at the peak rate, measured next to each frame, milliseconds.
@@ -69,6 +79,13 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     if context.has_matrix_units() {
         precisions.push(Precision::F16Matrix);
     }
+    if let Some(wanted) = &arguments.precision {
+        precisions.retain(|&precision| precision_name(precision) == *wanted);
+    }
+    let mut networks = vec![NetworkSize::Standard, NetworkSize::Paper];
+    if let Some(wanted) = &arguments.network {
+        networks.retain(|network| network.name() == wanted);
+    }
     let peaks: Vec<MultiplyAdds> = (precisions.iter())
         .map(|&precision| MultiplyAdds::new(&context, precision))
         .collect::<Result<_, _>>()?;
@@ -76,7 +93,7 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
         print_head(&context);
     }
     let mut cases = Vec::new();
-    for network in [NetworkSize::Standard, NetworkSize::Paper] {
+    for network in networks {
         for &vertices in &arguments.vertices {
             let model = Arc::new(random_model(network, vertices)?);
             for (&precision, peak) in precisions.iter().zip(&peaks) {
@@ -108,6 +125,8 @@ fn arguments() -> Result<Arguments, Box<dyn Error + Send + Sync>> {
     let mut arguments = Arguments {
         is_json: false,
         vertices: VERTICES.to_vec(),
+        network: None,
+        precision: None,
         budget: Duration::from_secs(2),
     };
     let mut words = std::env::args().skip(1);
@@ -118,6 +137,8 @@ fn arguments() -> Result<Arguments, Box<dyn Error + Send + Sync>> {
             "--vertices" => {
                 arguments.vertices = value()?.split(',').map(str::parse).collect::<Result<_, _>>()?
             }
+            "--network" => arguments.network = Some(value()?),
+            "--precision" => arguments.precision = Some(value()?),
             "--seconds" => arguments.budget = Duration::from_secs_f64(value()?.parse()?),
             other => return Err(format!("unknown argument {other}").into()),
         }
@@ -133,7 +154,8 @@ fn measure(
     budget: Duration,
 ) -> Result<Case, GpuError> {
     let mut walker = Walker::new(context, model, precision)?;
-    let (mut frames, mut stages, mut floors) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut frames, mut rows) = (Vec::new(), Vec::new());
+    let (mut stages, mut floors) = (Vec::new(), Vec::new());
     for _ in 0..WARM_UP {
         walker.step_timed()?;
     }
@@ -144,6 +166,10 @@ fn measure(
         walker.step()?;
         context.wait()?;
         frames.push(frame.elapsed().as_secs_f64() * 1e3);
+        let row = Instant::now();
+        (0..ROW).try_for_each(|_| walker.step())?;
+        context.wait()?;
+        rows.push(row.elapsed().as_secs_f64() * 1e3 / ROW as f64);
         stages.push(walker.step_timed()?);
         floors.push(flop / peak.rate()? * 1e3);
     }
@@ -159,6 +185,7 @@ fn measure(
         network: "",
         precision,
         frame_ms: median(frames),
+        row_ms: median(rows),
         field_share: share(|stages| stage_ms(stages, "field")),
         frame_share: share(device_ms),
         stages: medians(&stages),
@@ -225,7 +252,7 @@ fn print_head(context: &GpuContext) {
     println!(
         "milliseconds, medians; floor: the field's arithmetic at the rate of a kernel that only multiplies and adds\n"
     );
-    println!("vertices  network   precision   frame  device   floor  field at  frame at  stages");
+    println!("vertices  network   precision   frame  in a row  device   floor  field at  frame at  stages");
 }
 
 fn print_case(case: &Case) {
@@ -235,17 +262,22 @@ fn print_case(case: &Case) {
         .map(|s| format!("{} {:.3}", s.name, s.ms))
         .collect();
     println!(
-        "{:>8}  {:<8}  {:<9} {:>7.2} {:>7.2} {:>7.2} {:>7.1} % {:>7.1} %  {}",
+        "{:>8}  {:<8}  {:<9} {:>7.2} {:>9.2} {:>7.2} {:>7.2} {:>7.1} % {:>7.1} %  {}",
         case.vertices,
         case.network,
         format!("{:?}", case.precision),
         case.frame_ms,
+        case.row_ms,
         device_ms(&case.stages),
         case.floor_ms,
         100.0 * case.field_share,
         100.0 * case.frame_share,
         stages.join(", "),
     );
+}
+
+fn precision_name(precision: Precision) -> String {
+    format!("{precision:?}").to_lowercase()
 }
 
 fn device_ms(stages: &[StageTime]) -> f64 {
@@ -271,11 +303,12 @@ fn case_to_json(adapter: &str, case: &Case) -> Value {
     json!({
         "vertices": case.vertices,
         "network": case.network,
-        "precision": format!("{:?}", case.precision).to_lowercase(),
+        "precision": precision_name(case.precision),
         "device": adapter,
         "threads": 1,
         "sampling_percent": 100,
         "frame_ms": case.frame_ms,
+        "in_a_row_ms": case.row_ms,
         "fps": 1e3 / case.frame_ms,
         "device_ms": device_ms(&case.stages),
         "forward_only_ms": stage_ms(&case.stages, "encoder") + field_ms,

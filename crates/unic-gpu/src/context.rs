@@ -197,10 +197,12 @@ impl GpuContext {
 
     fn filled<T: bytemuck::NoUninit>(&self, label: &str, contents: &[T], usage: BufferUsages) -> Buffer {
         let bytes: &[u8] = bytemuck::cast_slice(contents);
+        // A binding may not be smaller than one element of its array, which may be four numbers
+        // where `T` is one.
+        let nothing = vec![0; size_of::<T>().next_multiple_of(4).max(32)];
         self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some(label),
-            // A binding may not be smaller than one element of its array.
-            contents: if bytes.is_empty() { &[0; 32] } else { bytes },
+            contents: if bytes.is_empty() { &nothing } else { bytes },
             usage,
         })
     }

@@ -54,7 +54,7 @@
 //! | `skinning` | one invocation a vertex: its frame, its prior, the field's inputs |
 //! | `field` | one workgroup a tile of vertices, through all layers |
 //! | `body` | skins the body and refits a tree of boxes from its leaves up |
-//! | `projection` | one dispatch a colour of constraints, one invocation a constraint |
+//! | `projection` | one workgroup a patch of vertices, through all constraints of a sweep |
 //! | `intersections` | one invocation a vertex: searches the tree from the last frame's answer on |
 //! | `positions`, `normals` | one invocation a vertex; sums in a fixed order, without atomics |
 //!
@@ -63,8 +63,10 @@
 //! biases, as on the CPU.
 //!
 //! Constraints of the [strain projection](unic_core::projection) that have one colour share no
-//! vertex. A sweep is one dispatch for each colour, in the CPU's order. Models without a projection
-//! have no such stage. After the robust handling of intersections the stage `intersections` also
+//! vertex. A sweep takes one or a few dispatches: a workgroup holds its patch in workgroup memory,
+//! and solves all constraints, colour by colour, on which the patch depends. So constraints near the
+//! border of a patch are solved by several workgroups, and positions are those of the CPU's order.
+//! Models without a projection have no such stage. After the robust handling of intersections the stage `intersections` also
 //! brings edges back towards their limits, and pushes a second time.
 //!
 //! # Limits
@@ -95,7 +97,6 @@ mod error;
 mod field;
 mod garment;
 mod kernel;
-mod levels;
 mod mesh;
 mod model;
 mod motion;

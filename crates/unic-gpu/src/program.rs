@@ -38,7 +38,7 @@ impl Program {
 
     pub(crate) fn submit(&self, context: &GpuContext) {
         let mut encoder = context.device().create_command_encoder(&Default::default());
-        self.record(&mut encoder, None);
+        self.record(&mut encoder);
         context.queue().submit([encoder.finish()]);
     }
 
@@ -63,7 +63,7 @@ impl Program {
         let bytes = u64::from(count) * 8;
         let resolved = context.zeroed("times", bytes as usize, BufferUsages::QUERY_RESOLVE);
         let mut encoder = context.device().create_command_encoder(&Default::default());
-        self.record(&mut encoder, Some(&queries));
+        self.record_timed(&mut encoder, &queries);
         encoder.resolve_query_set(&queries, 0..count, &resolved, 0);
         context.queue().submit([encoder.finish()]);
         let times = context.download(&resolved, 0, bytes)?;
@@ -84,22 +84,26 @@ impl Program {
         Ok(times)
     }
 
-    fn record(&self, encoder: &mut CommandEncoder, queries: Option<&QuerySet>) {
+    /// Records all stages in one pass: every pass costs time on the host.
+    fn record(&self, encoder: &mut CommandEncoder) {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        let dispatches = self.0.iter().flat_map(|stage| &stage.dispatches);
+        dispatches.for_each(|dispatch| dispatch.record(&mut pass));
+    }
+
+    /// Records one pass for each stage, because timestamps are written at the ends of passes.
+    fn record_timed(&self, encoder: &mut CommandEncoder, query_set: &QuerySet) {
         for (i, stage) in (0..).step_by(2).zip(&self.0) {
-            let timestamp_writes = queries.map(|query_set| wgpu::ComputePassTimestampWrites {
-                query_set,
-                beginning_of_pass_write_index: Some(i),
-                end_of_pass_write_index: Some(i + 1),
-            });
-            // One pass for each stage: timestamps are written at the ends of passes.
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(stage.name),
-                timestamp_writes,
+                timestamp_writes: Some(wgpu::ComputePassTimestampWrites {
+                    query_set,
+                    beginning_of_pass_write_index: Some(i),
+                    end_of_pass_write_index: Some(i + 1),
+                }),
             });
-            stage
-                .dispatches
-                .iter()
-                .for_each(|dispatch| dispatch.record(&mut pass));
+            let dispatches = stage.dispatches.iter();
+            dispatches.for_each(|dispatch| dispatch.record(&mut pass));
         }
     }
 }

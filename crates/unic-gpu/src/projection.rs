@@ -1,15 +1,24 @@
 //! Strain projection on the device: offsets that bring the garment's edges into their limits.
 
+mod levels;
+mod packed;
+mod plan;
+mod sweep;
+
+pub(crate) use levels::SAMPLE_START_BYTES;
+pub(crate) use sweep::BEND_BYTES;
+
 use crate::{
     GpuContext, GpuError,
     animator::Buffers,
     kernel::{Dispatch, GROUP, Kernel, Source},
-    levels::Levels,
 };
-use bytemuck::{Pod, Zeroable};
+use levels::Levels;
+use packed::Constraints;
+use sweep::{Positions, Sweep};
 use unic_core::{
     Model,
-    projection::{self, Freedom, LEAST_LENGTH, RELAX_SWEEPS, START_ROUNDS, StrainProjection},
+    projection::{RELAX_SWEEPS, START_ROUNDS, StrainProjection},
 };
 use wgpu::Buffer;
 
@@ -21,18 +30,12 @@ pub(crate) struct Projection {
     bending_sweeps: usize,
     /// First vertex at the place of each vertex.
     firsts: Buffer,
-    edges: Vec<Colour>,
-    stencils: Vec<Colour>,
+    /// Sweep over the edges and the bending stencils.
+    bending: Sweep,
+    /// Sweep over the edges alone.
+    edges: Sweep,
     levels: Option<Levels>,
     kernels: Kernels,
-}
-
-/// Constraints of one colour, which share no vertex.
-#[derive(Debug)]
-struct Colour {
-    // A buffer of its own, so that the kernel finds their number in the buffer's length.
-    constraints: Buffer,
-    count: usize,
 }
 
 /// Compiled kernels of `projection.wgsl`, by their entry points.
@@ -40,31 +43,11 @@ struct Colour {
 struct Kernels {
     clear_offsets: Kernel,
     carry: Kernel,
-    project_edges: Kernel,
-    smooth_offsets: Kernel,
     keep_offsets: Kernel,
     add_offsets: Kernel,
     load_shown: Kernel,
     stay_above: Kernel,
     store_shown: Kernel,
-}
-
-/// Edge in the memory layout of `projection.wgsl`.
-#[derive(Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub(crate) struct PackedEdge {
-    ends: [u32; 2],
-    limits: [f32; 2],
-    shares: [f32; 2],
-}
-
-/// Bending stencil in the memory layout of `projection.wgsl`.
-#[derive(Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-struct Stencil {
-    vertices: [u32; 4],
-    coefficients: [f32; 4],
-    moves: [f32; 4],
 }
 
 /// Kind of a tick of the projection.
@@ -94,25 +77,33 @@ impl Projection {
         projection: &StrainProjection,
         share: usize,
     ) -> Self {
-        let (config, freedom) = (projection.config(), projection.freedom());
+        let config = projection.config();
+        let rest = &model.garment().rest.vertices;
+        let sweep = |stencils| {
+            let constraints = Constraints {
+                edges: projection.edge_colours().collect(),
+                stencils,
+                freedom: projection.freedom(),
+                rest,
+            };
+            Sweep::new(context, &constraints)
+        };
         Self {
             vertices: model.vertex_count(),
             sweeps: config.sweeps,
             bending_sweeps: config.bending_sweeps,
             firsts: context.upload("firsts", projection.first_at_place()),
-            edges: (projection.edge_colours())
-                .map(|edges| Colour::new(context, "edges", edges, |edge| packed_edge(edge, freedom)))
-                .collect(),
-            stencils: (projection.stencil_colours())
-                .map(|stencils| {
-                    Colour::new(context, "stencils", stencils, |stencil| {
-                        packed_stencil(stencil, freedom)
-                    })
-                })
-                .collect(),
-            levels: (projection.levels()).and_then(|levels| Levels::new(context, levels, freedom)),
+            bending: sweep(projection.stencil_colours().collect()),
+            edges: sweep(Vec::new()),
+            levels: (projection.levels())
+                .and_then(|levels| Levels::new(context, levels, projection.freedom(), rest)),
             kernels: Kernels::new(context, model, projection, share),
         }
+    }
+
+    /// Number of sums in an animator's buffer of bends.
+    pub(crate) fn bends(&self) -> usize {
+        self.bending.bends()
     }
 
     /// Sets the offsets to zero.
@@ -124,12 +115,20 @@ impl Projection {
     pub(crate) fn advance(&self, buffers: &Buffers, tick: ProjectionTick) -> Result<Vec<Dispatch>, GpuError> {
         let kernels = &self.kernels;
         let (points, offsets) = ((5, &buffers.points), (16, &buffers.offsets));
-        let (predicted, projected) = ((17, &buffers.predicted), (18, &buffers.projected));
-        let shown = (9, &buffers.shown);
-        let carry = [(0, &buffers.tick), points, shown, offsets, predicted, projected];
-        let keep = [points, offsets, predicted, projected, (19, &self.firsts)];
+        let (predicted, shown) = ((17, &buffers.predicted), (9, &buffers.shown));
+        let mut positions = Positions::new(&buffers.projected);
+        let carry = [
+            (0, &buffers.tick),
+            points,
+            shown,
+            offsets,
+            predicted,
+            (18, positions.now),
+        ];
         let mut dispatches = vec![self.for_vertices(&kernels.carry, &carry)?];
-        dispatches.extend(self.sweeps(buffers, tick)?);
+        dispatches.extend(self.sweeps(buffers, &mut positions, tick)?);
+        let projected = (18, positions.now);
+        let keep = [points, offsets, predicted, projected, (19, &self.firsts)];
         dispatches.push(self.for_vertices(&kernels.keep_offsets, &keep)?);
         Ok(dispatches)
     }
@@ -153,98 +152,49 @@ impl Projection {
         contacts: ContactBuffers,
     ) -> Result<Vec<Dispatch>, GpuError> {
         let kernels = &self.kernels;
-        let (shown, projected) = ((9, &buffers.shown), (18, &buffers.projected));
-        let planes = [projected, (22, contacts.planes)];
+        let shown = (9, &buffers.shown);
+        let mut positions = Positions::new(&buffers.projected);
+        let load = [shown, (18, positions.now)];
+        let mut dispatches = vec![self.for_vertices(&kernels.load_shown, &load)?];
+        for _ in 0..RELAX_SWEEPS {
+            dispatches.extend(self.edges.run(&mut positions, &buffers.bends, 1)?);
+            let planes = [(18, positions.now), (22, contacts.planes)];
+            dispatches.push(self.for_vertices(&kernels.stay_above, &planes)?);
+        }
+        let projected = (18, positions.now);
         let store = [shown, (13, contacts.seeds), projected, (19, &self.firsts)];
-        let mut sweep = self.edge_sweep(buffers)?;
-        sweep.push(self.for_vertices(&kernels.stay_above, &planes)?);
-        let mut dispatches = vec![self.for_vertices(&kernels.load_shown, &[shown, projected])?];
-        dispatches.extend(std::iter::repeat_n(sweep, RELAX_SWEEPS).flatten());
         dispatches.push(self.for_vertices(&kernels.store_shown, &store)?);
         Ok(dispatches)
     }
 
-    /// Makes the dispatches of all sweeps of a tick, one for each colour in each sweep.
-    fn sweeps(&self, buffers: &Buffers, tick: ProjectionTick) -> Result<Vec<Dispatch>, GpuError> {
+    /// Makes the dispatches of all sweeps of a tick.
+    fn sweeps(
+        &self,
+        buffers: &Buffers,
+        positions: &mut Positions,
+        tick: ProjectionTick,
+    ) -> Result<Vec<Dispatch>, GpuError> {
         let rounds = match tick {
             ProjectionTick::Start => START_ROUNDS,
             ProjectionTick::Next => 1,
         };
-        let edges = self.edge_sweep(buffers)?;
-        let stencils = self.stencil_sweep(buffers)?;
-        let sweep = |round| {
-            let bends = round < rounds * self.bending_sweeps;
-            let stencils = if bends { &stencils[..] } else { &[] };
-            edges.iter().chain(stencils).cloned()
-        };
+        let bending = self.bending_sweeps.min(self.sweeps);
+        let bends = &buffers.bends;
         let mut dispatches = match &self.levels {
-            Some(levels) => levels.solve(buffers, rounds)?,
+            Some(levels) => levels.solve(buffers, positions, rounds)?,
             None => Vec::new(),
         };
-        dispatches.extend((0..rounds * self.sweeps).flat_map(sweep));
+        dispatches.extend(self.bending.measure_bends(&buffers.predicted, bends)?);
+        dispatches.extend(self.bending.run(positions, bends, rounds * bending)?);
+        dispatches.extend(
+            self.edges
+                .run(positions, bends, rounds * (self.sweeps - bending))?,
+        );
         Ok(dispatches)
-    }
-
-    /// Makes the dispatches of a sweep over the edges.
-    fn edge_sweep(&self, buffers: &Buffers) -> Result<Vec<Dispatch>, GpuError> {
-        let dispatch = |colour: &Colour| {
-            let bindings = [(18, &buffers.projected), (20, &colour.constraints)];
-            self.kernels.project_edges.dispatch(&bindings, colour.groups())
-        };
-        self.edges.iter().map(dispatch).collect()
-    }
-
-    /// Makes the dispatches of a sweep over the bending stencils.
-    fn stencil_sweep(&self, buffers: &Buffers) -> Result<Vec<Dispatch>, GpuError> {
-        let dispatch = |colour: &Colour| {
-            let bindings = [
-                (17, &buffers.predicted),
-                (18, &buffers.projected),
-                (21, &colour.constraints),
-            ];
-            self.kernels.smooth_offsets.dispatch(&bindings, colour.groups())
-        };
-        self.stencils.iter().map(dispatch).collect()
     }
 
     fn for_vertices(&self, kernel: &Kernel, bindings: &[(u32, &Buffer)]) -> Result<Dispatch, GpuError> {
         kernel.dispatch(bindings, self.vertices.div_ceil(GROUP))
-    }
-}
-
-impl Colour {
-    fn new<C, P: Pod>(
-        context: &GpuContext,
-        label: &str,
-        constraints: &[C],
-        packed: impl Fn(&C) -> P,
-    ) -> Self {
-        let constraints: Vec<P> = constraints.iter().map(packed).collect();
-        Self {
-            constraints: context.upload(label, &constraints),
-            count: constraints.len(),
-        }
-    }
-
-    /// Number of workgroups for one invocation a constraint.
-    fn groups(&self) -> usize {
-        self.count.div_ceil(GROUP)
-    }
-}
-
-pub(crate) fn packed_edge(edge: &projection::Edge, freedom: &Freedom) -> PackedEdge {
-    PackedEdge {
-        ends: edge.ends,
-        limits: [edge.limit.shortest, edge.limit.longest],
-        shares: projection::Edge::shares(edge.ends.map(|end| freedom.of(end))),
-    }
-}
-
-fn packed_stencil(stencil: &projection::Stencil, freedom: &Freedom) -> Stencil {
-    Stencil {
-        vertices: stencil.vertices,
-        coefficients: stencil.coefficients(),
-        moves: stencil.moves(stencil.vertices.map(|v| freedom.of(v))),
     }
 }
 
@@ -263,7 +213,6 @@ impl Kernels {
         let radius = ("RADIUS", f64::from(config.radius_m));
         let carry = ("CARRY", left_after_tick(config.carry_s));
         let pull = ("PULL", left_after_tick(config.pull_s));
-        let least = ("LEAST_LENGTH", f64::from(LEAST_LENGTH));
         let kernel = |entry: &str, constants: &[(&str, f64)]| {
             let source = Source {
                 text: &text,
@@ -275,8 +224,6 @@ impl Kernels {
         Self {
             clear_offsets: kernel("clear_offsets", &[vertices]),
             carry: kernel("carry", &[vertices, carry, pull, radius]),
-            project_edges: kernel("project_edges", &[least]),
-            smooth_offsets: kernel("smooth_offsets", &[]),
             keep_offsets: kernel("keep_offsets", &[vertices, radius]),
             add_offsets: kernel("add_offsets", &[vertices, ("SHARE", share as f64)]),
             load_shown: kernel("load_shown", &[vertices]),

@@ -133,10 +133,10 @@ impl Stencil {
         [first, second, third, -(first + second + third)]
     }
 
-    /// Returns the factors of the stencil's sum in the move of each vertex, given their freedom.
-    pub fn moves(&self, freedom: [f32; 4]) -> [f32; 4] {
-        let coefficients = self.coefficients();
-        [0, 1, 2, 3].map(|i| -self.scale * coefficients[i] * freedom[i])
+    /// Factor of the stencil's sum: each vertex moves by minus the sum times this factor, times the
+    /// vertex's coefficient, times its freedom.
+    pub fn scale(&self) -> f32 {
+        self.scale
     }
 
     /// Reduces the bending of the offset from the predicted positions.

@@ -1,6 +1,10 @@
 //! State and scratch of an animator on the device.
 
-use crate::{GpuModel, levels::SAMPLE_BYTES, mesh::SHOWN_BYTES};
+use crate::{
+    GpuModel,
+    mesh::SHOWN_BYTES,
+    projection::{BEND_BYTES, Projection, SAMPLE_START_BYTES},
+};
 use glam::{Vec3, Vec4};
 use unic_core::projection::StrainProjection;
 use wgpu::{Buffer, BufferUsages};
@@ -25,11 +29,16 @@ pub(crate) struct Buffers {
     pub(crate) states: Buffer,
     /// Offset of the strain projection of every vertex; empty without a projection.
     pub(crate) offsets: Buffer,
-    /// Predicted and projected positions of the strain projection, see `projection.wgsl`.
+    /// Predicted positions of the strain projection, see `projection.wgsl`.
     pub(crate) predicted: Buffer,
-    pub(crate) projected: Buffer,
-    /// Samples of the strain projection's coarse levels, see `levels.wgsl`.
-    pub(crate) samples: Buffer,
+    /// Projected positions. Sweeps go back and forth between the two.
+    pub(crate) projected: [Buffer; 2],
+    /// Sums of the bending stencils at the predicted positions, see `sweep.wgsl`.
+    pub(crate) bends: Buffer,
+    /// Positions of the samples of the strain projection's coarse levels, as of all vertices.
+    pub(crate) samples: [Buffer; 2],
+    /// Where the samples started, see `levels.wgsl`.
+    pub(crate) sample_starts: Buffer,
     /// Inputs of the field for every vertex.
     pub(crate) inputs: Buffer,
     /// Shown positions and normals.
@@ -43,6 +52,8 @@ impl Buffers {
         let joints = model.character().skeleton.len();
         let inputs = model.field().point_inputs() * asset.field.shape.stride(vertices);
         let zeroed = |label, bytes| context.zeroed(label, bytes, BufferUsages::empty());
+        let pair = |label, bytes| [(); 2].map(|()| zeroed(label, bytes));
+        let bends = asset.projection.as_ref().map_or(0, Projection::bends);
         let projected = model.projection().map_or(0, |_| vertices);
         let levels = model.projection().and_then(StrainProjection::levels);
         let samples = levels.map_or(0, |levels| levels.samples().len());
@@ -61,8 +72,10 @@ impl Buffers {
             states,
             offsets: zeroed("offsets", STATE_BYTES * projected),
             predicted: zeroed("predicted", POSITION_BYTES * projected),
-            projected: zeroed("projected", POSITION_BYTES * projected),
-            samples: zeroed("samples", SAMPLE_BYTES * samples),
+            projected: pair("projected", POSITION_BYTES * projected),
+            bends: zeroed("bends", BEND_BYTES * bends),
+            samples: pair("samples", POSITION_BYTES * samples),
+            sample_starts: zeroed("sample starts", SAMPLE_START_BYTES * samples),
             inputs: zeroed("inputs", 4 * inputs),
             shown: context.zeroed("garment", SHOWN_BYTES * vertices, BufferUsages::VERTEX),
         }

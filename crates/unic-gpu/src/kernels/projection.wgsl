@@ -1,31 +1,12 @@
 // Strain projection: offsets that bring the edges of the predicted garment into their limits. It is
 // that of `unic_core::projection`, whose comments give the reasons.
 
-// Edge with the limits of its length.
-struct Edge {
-    ends: vec2<u32>,
-    // Shortest and longest length, metres.
-    limits: vec2<f32>,
-    // Share of a correction that each end takes.
-    shares: vec2<f32>,
-}
-
-// Bending stencil. A vertex that repeats another has a coefficient and a move of zero.
-struct Stencil {
-    vertices: vec4<u32>,
-    coefficients: vec4<f32>,
-    // Factors of the stencil's sum in the move of each vertex.
-    moves: vec4<f32>,
-}
-
 // Share of an offset's velocity that is left after a tick.
 override CARRY: f32;
 // Share of an offset that is left after a tick.
 override PULL: f32;
 // Largest offset, metres.
 override RADIUS: f32;
-// Length below which an edge has no direction, metres.
-override LEAST_LENGTH: f32;
 // Place in `vectors` of the share of a given displacement that is left.
 override SHARE: u32;
 
@@ -42,9 +23,6 @@ override SHARE: u32;
 @group(0) @binding(18) var<storage, read_write> projected: array<vec4<f32>>;
 // First vertex at the place of each vertex. Only first vertices are solved for.
 @group(0) @binding(19) var<storage, read> firsts: array<u32>;
-// Constraints of one colour, which share no vertex.
-@group(0) @binding(20) var<storage, read> edges: array<Edge>;
-@group(0) @binding(21) var<storage, read> stencils: array<Stencil>;
 // Planes that shown vertices stay above, see `planes.wgsl`.
 @group(0) @binding(22) var<storage, read> planes: array<vec4<f32>>;
 // Vectors of the frame, with the share of a given garment that is left.
@@ -92,40 +70,6 @@ fn carry(@builtin(global_invocation_id) id: vec3<u32>) {
     let carried = within_radius(offset.value.xyz + velocity) * PULL;
     predicted[i] = vec4<f32>(position, 0.0);
     projected[i] = vec4<f32>(position + rotated(points[i].rotation, carried), 0.0);
-}
-
-// Brings the edges of one colour into their limits.
-@compute @workgroup_size(64)
-fn project_edges(@builtin(global_invocation_id) id: vec3<u32>) {
-    if (id.x >= arrayLength(&edges)) {
-        return;
-    }
-    let edge = edges[id.x];
-    let along = projected[edge.ends.y].xyz - projected[edge.ends.x].xyz;
-    let size = length(along);
-    if (size > LEAST_LENGTH) {
-        let wanted = min(max(size, edge.limits.x), edge.limits.y);
-        let correction = along * ((size - wanted) / size);
-        shift(edge.ends.x, correction * edge.shares.x);
-        shift(edge.ends.y, correction * -edge.shares.y);
-    }
-}
-
-// Reduces the bending of the offsets at the stencils of one colour.
-@compute @workgroup_size(64)
-fn smooth_offsets(@builtin(global_invocation_id) id: vec3<u32>) {
-    if (id.x >= arrayLength(&stencils)) {
-        return;
-    }
-    let stencil = stencils[id.x];
-    var sum = vec3<f32>();
-    for (var k = 0u; k < 4u; k++) {
-        let vertex = stencil.vertices[k];
-        sum += (projected[vertex] - predicted[vertex]).xyz * stencil.coefficients[k];
-    }
-    for (var k = 0u; k < 4u; k++) {
-        shift(stencil.vertices[k], sum * stencil.moves[k]);
-    }
 }
 
 // Keeps what the sweeps have left as the offsets of this tick.

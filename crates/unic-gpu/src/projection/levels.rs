@@ -1,26 +1,32 @@
 //! Coarse levels of the strain projection on the device.
 
+use super::{
+    packed::Constraints,
+    sweep::{Positions, Sweep},
+};
 use crate::{
     GpuContext, GpuError,
     animator::Buffers,
     kernel::{Dispatch, GROUP, Kernel, Source},
-    projection::{PackedEdge, packed_edge},
 };
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 use unic_core::{
-    projection::{self, Freedom, LEAST_LENGTH},
+    projection::{self, Freedom},
     sampling::{InterpolationRow, NEIGHBOURS},
 };
 use wgpu::Buffer;
 
-/// Bytes of a sample in `levels.wgsl`.
-pub(crate) const SAMPLE_BYTES: usize = 3 * 16;
+/// Bytes of the starts of a sample in `levels.wgsl`.
+pub(crate) const SAMPLE_START_BYTES: usize = 2 * 16;
 
 /// Coarse levels of one garment on the device. Asset.
 #[derive(Debug)]
 pub(crate) struct Levels {
     samples: usize,
     vertices: usize,
+    /// Sweeps over the chords of a level in a tick.
+    sweeps: usize,
     sample_vertices: Buffer,
     levels: Vec<Level>,
     kernels: Kernels,
@@ -29,9 +35,7 @@ pub(crate) struct Levels {
 /// One level: its chords, and the rows of what follows them.
 #[derive(Debug)]
 struct Level {
-    chords: Buffer,
-    /// End of each colour in `chords`.
-    ends: Buffer,
+    chords: Sweep,
     rows: Buffer,
     /// Factor of what each row's target takes: 0 for samples that the chords move.
     freedom: Buffer,
@@ -51,14 +55,28 @@ struct Row {
 struct Kernels {
     gather_samples: Kernel,
     start_level: Kernel,
-    sweep_chords: Kernel,
     carry_samples: Kernel,
     follow_samples: Kernel,
 }
 
 impl Levels {
     /// Uploads the levels; none for a garment without any.
-    pub(crate) fn new(context: &GpuContext, levels: &projection::Levels, freedom: &Freedom) -> Option<Self> {
+    pub(crate) fn new(
+        context: &GpuContext,
+        levels: &projection::Levels,
+        freedom: &Freedom,
+        rest: &[Vec3],
+    ) -> Option<Self> {
+        let sample_rest: Vec<Vec3> = levels.samples().iter().map(|&v| rest[v as usize]).collect();
+        let chords = |level: &projection::Level| {
+            let constraints = Constraints {
+                edges: level.chord_colours().collect(),
+                stencils: Vec::new(),
+                freedom: levels.freedom(),
+                rest: &sample_rest,
+            };
+            Sweep::new(context, &constraints)
+        };
         let (finest, coarser) = levels.levels().split_last()?;
         let vertices = finest.rows().len() as u32;
         let coarser = coarser.iter().map(|level| {
@@ -71,41 +89,48 @@ impl Levels {
             let freedom: Vec<f32> = (0..next as u32).map(moves).collect();
             let mut rows = vec![Row::zeroed(); level.samples()];
             rows.extend(level.rows().iter().map(packed_row));
-            Level::new(context, level, levels.freedom(), &rows, &freedom)
+            Level::new(context, chords(level), &rows, &freedom)
         });
         let rows: Vec<Row> = finest.rows().iter().map(packed_row).collect();
         let moves: Vec<f32> = (0..vertices).map(|v| freedom.of(v)).collect();
-        let last = Level::new(context, finest, levels.freedom(), &rows, &moves);
+        let last = Level::new(context, chords(finest), &rows, &moves);
         Some(Self {
             samples: levels.samples().len(),
             vertices: rows.len(),
+            sweeps: levels.sweeps(),
             sample_vertices: context.upload("sample vertices", levels.samples()),
             levels: coarser.chain(std::iter::once(last)).collect(),
-            kernels: Kernels::new(context, levels),
+            kernels: Kernels::new(context),
         })
     }
 
     /// Makes the dispatches that bring the chords into their limits and move all vertices along.
-    pub(crate) fn solve(&self, buffers: &Buffers, rounds: usize) -> Result<Vec<Dispatch>, GpuError> {
+    pub(crate) fn solve(
+        &self,
+        buffers: &Buffers,
+        positions: &mut Positions,
+        rounds: usize,
+    ) -> Result<Vec<Dispatch>, GpuError> {
         let kernels = &self.kernels;
-        let (projected, samples) = ((18, &buffers.projected), (23, &buffers.samples));
-        let gather = [projected, samples, (24, &self.sample_vertices)];
+        let (projected, starts) = ((18, positions.now), (29, &buffers.sample_starts));
+        let mut samples = Positions::new(&buffers.samples);
+        let gather = [projected, (23, samples.now), starts, (24, &self.sample_vertices)];
         let groups = |count: usize| count.div_ceil(GROUP);
-        let start = (kernels.start_level).dispatch(&[samples], groups(self.samples))?;
         let mut dispatches = vec![kernels.gather_samples.dispatch(&gather, groups(self.samples))?];
         for (i, level) in self.levels.iter().enumerate() {
-            let chords = [samples, (25, &level.chords), (26, &level.ends)];
-            let sweep = kernels.sweep_chords.dispatch(&chords, 1)?;
-            let (rows, freedom) = ((27, &level.rows), (28, &level.freedom));
             if i > 0 {
-                dispatches.push(start.clone());
+                let bindings = [(23, samples.now), starts];
+                dispatches.push(kernels.start_level.dispatch(&bindings, groups(self.samples))?);
             }
-            dispatches.extend(std::iter::repeat_n(sweep, rounds));
+            let times = rounds * self.sweeps;
+            dispatches.extend(level.chords.run(&mut samples, &buffers.bends, times)?);
+            let now = (23, samples.now);
+            let (rows, freedom) = ((27, &level.rows), (28, &level.freedom));
             dispatches.push(if i + 1 < self.levels.len() {
-                let bindings = [samples, rows, freedom];
+                let bindings = [now, starts, rows, freedom];
                 (kernels.carry_samples).dispatch(&bindings, groups(level.row_count))?
             } else {
-                let bindings = [projected, samples, rows, freedom];
+                let bindings = [projected, now, starts, rows, freedom];
                 (kernels.follow_samples).dispatch(&bindings, groups(self.vertices))?
             });
         }
@@ -114,23 +139,10 @@ impl Levels {
 }
 
 impl Level {
-    /// Uploads a level, given the freedom of the samples and the factor of each row's target.
-    fn new(
-        context: &GpuContext,
-        level: &projection::Level,
-        samples: &Freedom,
-        rows: &[Row],
-        targets: &[f32],
-    ) -> Self {
-        let mut chords: Vec<PackedEdge> = Vec::new();
-        let mut ends: Vec<u32> = Vec::new();
-        for colour in level.chord_colours() {
-            chords.extend(colour.iter().map(|chord| packed_edge(chord, samples)));
-            ends.push(chords.len() as u32);
-        }
+    /// Uploads a level, given the sweep over its chords and the factor of each row's target.
+    fn new(context: &GpuContext, chords: Sweep, rows: &[Row], targets: &[f32]) -> Self {
         Self {
-            chords: context.upload("chords", &chords),
-            ends: context.upload("chord colours", &ends),
+            chords,
             rows: context.upload("sample rows", rows),
             freedom: context.upload("sample freedom", targets),
             row_count: rows.len(),
@@ -146,23 +158,20 @@ fn packed_row(row: &InterpolationRow) -> Row {
 }
 
 impl Kernels {
-    fn new(context: &GpuContext, levels: &projection::Levels) -> Self {
-        let kernel = |entry: &str, constants: &[(&str, f64)]| {
+    fn new(context: &GpuContext) -> Self {
+        let kernel = |entry: &str| {
             let source = Source {
-                text: include_str!("kernels/levels.wgsl"),
+                text: include_str!("../kernels/levels.wgsl"),
                 entry,
-                constants,
+                constants: &[],
             };
             Kernel::new(context, &source)
         };
-        let sweeps = ("SWEEPS", levels.sweeps() as f64);
-        let least = ("LEAST_LENGTH", f64::from(LEAST_LENGTH));
         Self {
-            gather_samples: kernel("gather_samples", &[]),
-            start_level: kernel("start_level", &[]),
-            sweep_chords: kernel("sweep_chords", &[sweeps, least]),
-            carry_samples: kernel("carry_samples", &[]),
-            follow_samples: kernel("follow_samples", &[]),
+            gather_samples: kernel("gather_samples"),
+            start_level: kernel("start_level"),
+            carry_samples: kernel("carry_samples"),
+            follow_samples: kernel("follow_samples"),
         }
     }
 }
