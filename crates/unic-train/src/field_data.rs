@@ -8,7 +8,7 @@ use crate::{
     error::TrainError,
     event::Control,
     fit::Fit,
-    prior::{FittedPrior, PriorTrainer},
+    prior::{FittedPrior, PriorTrainer, UnseenClip},
     processor::Processor,
     scales::{PriorFit, measure},
     strain::strain_limits,
@@ -49,6 +49,8 @@ pub struct FieldData {
     pub coefficients: Vec<Vec<Vec<f32>>>,
     /// Limits of edge lengths in the training clips, for the strain projection; empty without one.
     pub strain_limits: Vec<StrainLimit>,
+    /// Motions that judge the strain projection beside the validation clips.
+    pub(crate) judges: Vec<Judge>,
     /// Bounding box of the rest shape.
     pub rest_box: RestBox,
     /// Start of the training of the prior's recurrence; none for a prior without a recurrence.
@@ -58,6 +60,17 @@ pub struct FieldData {
     /// Data of the fit on all clips, which follows one that holds some of them out.
     later: Option<Later>,
 }
+
+/// A training clip, and a prior that was fitted without its motion.
+pub(crate) struct Judge {
+    /// Name of the clip.
+    pub(crate) clip: String,
+    pub(crate) prior: Prior,
+}
+
+/// Largest number of motions that judge the strain projection beside the validation clips. One clip
+/// alone judges badly: on a skirt it has chosen a bending that left a third too many wrinkles.
+const MOST_JUDGES: usize = 5;
 
 impl FieldData {
     /// Loads clips and fits the prior on the CPU, without stops and checkpoints.
@@ -85,6 +98,14 @@ impl FieldData {
             |c: &PreparedClip| data.holds_validation && data.validation.iter().any(|v| v.name() == c.name());
         let drawn = data.clips.iter().position(is_validated);
         let unseen = drawn.map(|clip| prior.without(clip));
+        let judges = match data.validation.is_empty() || settings.projection.of_model().is_none() {
+            true => Vec::new(),
+            false => prior.unseen_clips(MOST_JUDGES, drawn.as_slice()),
+        };
+        let judge = |unseen: UnseenClip| Judge {
+            clip: data.clips[unseen.clip].name().to_owned(),
+            prior: unseen.prior,
+        };
         let config = measured_config(
             settings,
             data.motion_spec.clone(),
@@ -99,6 +120,7 @@ impl FieldData {
             rest_box: RestBox::of(&data.capture.garment.rest.vertices),
             config,
             strain_limits: measured_limits(settings, &data.capture, &data.clips),
+            judges: judges.into_iter().map(judge).collect(),
             normalisation: data.normalisation,
             motion: data.motion,
             prior: prior.prior,
@@ -162,6 +184,7 @@ impl FieldData {
         lists.put_back(later.clips);
         self.set_lists(lists);
         self.validation.clear();
+        self.judges.clear();
         self.prior_seconds = 0.0;
         self.fit = Fit::AllClips;
         Some(self)

@@ -89,6 +89,40 @@ impl FittedPrior {
     }
 }
 
+/// A training clip, and the prior that was fitted without its motion.
+pub(crate) struct UnseenClip {
+    /// Index among the clips that the prior was fitted to.
+    pub(crate) clip: usize,
+    pub(crate) prior: Prior,
+}
+
+impl FittedPrior {
+    /// Returns one clip of up to `most` motions, evenly spread, each with the prior that has not seen
+    /// its motion. Motions of the clips in `but` are left out. Empty for a prior that does not depend
+    /// on the motion.
+    pub(crate) fn unseen_clips(&self, most: usize, but: &[usize]) -> Vec<UnseenClip> {
+        let numbers = &self.folds.motion_numbers;
+        let mut taken: Vec<usize> = but
+            .iter()
+            .filter_map(|&clip| numbers.get(clip).copied())
+            .collect();
+        let mut clips = Vec::new();
+        for (clip, motion) in numbers.iter().enumerate() {
+            if !taken.contains(motion) {
+                taken.push(*motion);
+                clips.push(clip);
+            }
+        }
+        let count = clips.len().min(most);
+        let spread = (0..count).map(|i| clips[(2 * i + 1) * clips.len() / (2 * count)]);
+        let unseen = |clip| UnseenClip {
+            clip,
+            prior: self.without(clip),
+        };
+        spread.map(unseen).collect()
+    }
+}
+
 /// Scales the outputs of a linear prior's map by `linear_shares`, and adds a recurrence.
 fn blend(prior: &mut Prior, linear_shares: &[f32], recurrence: &Recurrence) {
     prior.map.scale_outputs(linear_shares);

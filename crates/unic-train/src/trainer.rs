@@ -5,6 +5,8 @@ mod field_training;
 mod measurement;
 mod pace;
 mod resume;
+#[cfg(test)]
+mod tests;
 
 pub use pace::Pace;
 pub use resume::FieldRecord;

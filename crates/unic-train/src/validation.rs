@@ -48,7 +48,8 @@ pub struct Validation {
     /// seconds.
     pub field_share: f32,
     /// Share of an offset's bending that a sweep of the strain projection removes, 0 to 1. With it
-    /// the garment bends about as much as the truth on the same seconds. None without a projection.
+    /// the garment bends about as much as the truth, on the starts of these clips and of some that the
+    /// fit has trained on, each with the prior of the other motions. None without a projection.
     pub bending: Option<f32>,
 }
 
@@ -80,6 +81,9 @@ impl From<&Validation> for Chosen {
 
 /// Duration at the start of each clip on which shares of the field are compared, in seconds.
 pub const JUDGED_S: f32 = 20.0;
+
+/// Duration at the start of each clip in which bending is judged, in seconds.
+pub(crate) const BENDING_S: f32 = 10.0;
 
 /// RMSE in metres of a model that runs free from frame 0 through every clip, frame 0 not counted.
 ///
@@ -168,23 +172,22 @@ pub(crate) fn free_running_rmse_of(
     Ok(error.root())
 }
 
-/// Bending of a model in free running beside that of the truth, in about ten frames a second of the
-/// first `most` frames of every clip. Intersections are not handled.
-pub(crate) fn free_running_bending(
+/// Adds the bending of a model in free running, and that of the truth, in about ten frames a second
+/// of the first [`BENDING_S`] seconds of every clip. Intersections are not handled.
+pub(crate) fn add_free_running_bending(
+    bending: &mut BendingRatio,
     model: &Arc<Model>,
     clips: &[PreparedClip],
-    most: usize,
     proceed: &mut Proceed,
-) -> Result<Option<f64>, TrainError> {
-    let mut bending = BendingRatio::new(&model.garment().rest);
+) -> Result<(), TrainError> {
+    let most = (BENDING_S * model.config().fps) as usize;
     let every = (model.config().fps / 10.0).round().max(1.0) as usize;
     let off = IntersectionMode::Off;
     run_freely(model, clips, most, off, proceed, &mut |t, predicted, truth| {
         if t.is_multiple_of(every) {
             bending.add(predicted, truth);
         }
-    })?;
-    Ok(bending.ratio())
+    })
 }
 
 /// Receiver of the index, the predicted and the true positions of a frame.

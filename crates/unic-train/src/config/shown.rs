@@ -48,7 +48,7 @@ impl Default for ProjectionSettings {
             coarse_sweeps,
             sweeps,
             bending_sweeps,
-            bending: vec![bending, 0.35, 1.0, 0.1],
+            bending: vec![bending, 0.35, 1.0, 0.2, 0.1],
             pull_s,
             carry_s,
             radius_m,

@@ -4,12 +4,18 @@ use super::{Trainer, field_training::names, measurement::judged_frames};
 use crate::{
     error::TrainError,
     event::Control,
-    validation::{Chosen, Proceed, Validation, ValidationMotion, free_running_bending, free_running_rmse_of},
+    validation::{
+        Chosen, Proceed, Validation, ValidationMotion, add_free_running_bending, free_running_rmse_of,
+    },
 };
 use serde_json::json;
 use std::sync::Arc;
-use unic_core::{Precision, PrecisionErrors, config::IntersectionMode, model::Model};
-use unic_eval::CodeCertainty;
+use unic_core::{
+    Precision, PrecisionErrors,
+    config::IntersectionMode,
+    model::{Model, ModelParts},
+};
+use unic_eval::{BendingRatio, CodeCertainty};
 
 /// Duration at the start of a clip on which precisions are compared, seconds.
 const PRECISION_S: f32 = 10.0;
@@ -93,9 +99,9 @@ impl Trainer {
     /// slightly too small, because the share was chosen on the same clips. A lone clip, which is
     /// trained on too, cannot judge.
     ///
-    /// Then the values of `projection.bending` are tried on the same seconds. The one is taken with
-    /// which the garment bends most nearly as much as the truth. Smaller values leave more
-    /// wrinkles.
+    /// Then the values of `projection.bending` are tried on the starts of these clips and of clips of
+    /// other motions, each with the prior that has not seen it. The value is taken with which the
+    /// garment bends most nearly as much as the truth. Smaller values leave more wrinkles.
     ///
     /// # Errors
     /// The errors of [`Trainer::run`]; [`TrainError::Stopped`] where `proceed`, called before each
@@ -147,7 +153,6 @@ impl Trainer {
         field_share: f32,
         proceed: &mut Proceed,
     ) -> Result<Option<f32>, TrainError> {
-        let data = &self.field.data;
         let mut least_first = self.bendings().to_vec();
         least_first.sort_by(f32::total_cmp);
         let mut best: Option<(f64, f32)> = None;
@@ -156,8 +161,7 @@ impl Trainer {
                 field_share,
                 bending: Some(bending),
             };
-            let model = Arc::new(self.model_of(parameters, chosen)?);
-            let ratio = free_running_bending(&model, &data.validation, judged_frames(data), proceed)?;
+            let ratio = self.bending_ratio(self.model_of(parameters, chosen)?, proceed)?;
             // Without a truth that bends, or with a prediction that does not, none is better.
             let Some(error) = ratio.map(|ratio| ratio.ln()).filter(|error| error.is_finite()) else {
                 break;
@@ -173,6 +177,32 @@ impl Trainer {
         Ok(best
             .map(|(_, bending)| bending)
             .or(self.bendings().first().copied()))
+    }
+
+    /// Bending of a model by the truth's on the validation clips, and on clips of other motions with
+    /// priors that have not seen them.
+    fn bending_ratio(&self, model: Model, proceed: &mut Proceed) -> Result<Option<f64>, TrainError> {
+        let data = &self.field.data;
+        let parts = model.to_parts();
+        let mut bending = BendingRatio::new(&model.garment().rest);
+        add_free_running_bending(&mut bending, &Arc::new(model), &data.validation, proceed)?;
+        for judge in &data.judges {
+            // Clips that this fit does not train on show the motion of a validation clip.
+            let Some(clip) = data.clips.iter().find(|clip| clip.name() == judge.clip) else {
+                continue;
+            };
+            let model = Model::new(ModelParts {
+                prior: judge.prior.clone(),
+                ..parts.clone()
+            })?;
+            add_free_running_bending(
+                &mut bending,
+                &Arc::new(model),
+                std::slice::from_ref(clip),
+                proceed,
+            )?;
+        }
+        Ok(bending.ratio())
     }
 
     /// Shares that [`Trainer::validation`] tries, one at least. Without a prior, nothing can replace

@@ -7,7 +7,7 @@ use crate::{
     fit::Fit,
     learner::{Averaging, Learner},
     network::Network,
-    validation::{Chosen, free_running_rmse_of},
+    validation::{BENDING_S, Chosen, free_running_rmse_of},
 };
 use std::{sync::Arc, time::Instant};
 use unic_core::{config::IntersectionMode, model::Model};
@@ -60,6 +60,11 @@ impl Trainer {
         let frames = judged_frames(&self.field.data);
         let validation = self.seconds_of_validating(&model, model.config().intersection, usize::MAX)?;
         let judging = self.seconds_of_validating(&model, IntersectionMode::Off, frames)?;
+        let data = &self.field.data;
+        let frames = (BENDING_S * data.config.fps) as usize;
+        // Judges are about as long as the clips held out.
+        let bending = self.seconds_of_validating(&model, IntersectionMode::Off, frames)?
+            * (1 + data.judges.len()) as f64;
         Ok(Pace {
             step,
             judging,
@@ -67,7 +72,8 @@ impl Trainer {
             // is judged on.
             validation: validation + judging,
             last_validation: validation
-                + judging * (self.field_shares().len() + self.bendings().len()) as f64,
+                + judging * self.field_shares().len() as f64
+                + bending * self.bendings().len() as f64,
         })
     }
 

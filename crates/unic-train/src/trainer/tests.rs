@@ -1,0 +1,105 @@
+//! Contract: the bending of the strain projection is that with which the garment bends most like the
+//! truth over several motions, each predicted by a prior that has not seen it.
+
+#![allow(clippy::unwrap_used, reason = "a failed set-up fails the test")]
+
+use super::Trainer;
+use crate::{
+    Control, Fit, Preset, StateSettings, TrainConfig, config::Refit, field_data::FieldData,
+    validation::Chosen,
+};
+use std::sync::Arc;
+use unic_core::{Animator, IntersectionMode, Model, Start, StepInput, model::ModelParts};
+use unic_eval::{BendingRatio, PreparedClip};
+use unic_io::Split;
+use unic_testdata::{Figure, capture, take};
+
+fn settings() -> TrainConfig {
+    let mut config = TrainConfig::preset(Preset::Tiny);
+    if let StateSettings::Displacement {
+        prior_shapes,
+        recurrence,
+        ..
+    } = &mut config.model.state
+    {
+        (*prior_shapes, *recurrence) = (3, None);
+    }
+    config.set_steps(6);
+    config.validation.refit = Refit::AllClips;
+    config.intersection.at_inference = false;
+    config.projection.at_inference = true;
+    config.projection.bending = vec![0.3, 0.0, 1.0];
+    config.sizing.sizes = Vec::new();
+    config
+}
+
+/// Trainer of a capture with so many training clips of different motion.
+fn trainer(clips: usize) -> Trainer {
+    let config = settings();
+    let take = |i: usize| (take(&format!("take{i}"), i, 24), Split::Train);
+    let takes: Vec<_> = (0..clips).map(take).collect();
+    let (_folder, capture) = capture(&Figure::tube(), &takes);
+    let data = FieldData::prepare(capture, &config, Fit::HeldOut).unwrap();
+    Trainer::new(data, config).unwrap()
+}
+
+/// Adds the bending of a model on a clip.
+fn add(ratio: &mut BendingRatio, model: Model, clip: &PreparedClip) {
+    let (motion, garment) = (&clip.captured.clip, &clip.captured.garment);
+    let every = (model.config().fps / 10.0).round() as usize;
+    let mut animator = Animator::new(Arc::new(model));
+    animator.set_intersection(IntersectionMode::Off);
+    let start = Start::Positions(garment.frame(0));
+    animator.reset(&StepInput::of_clip(motion, 0), start).unwrap();
+    for t in 1..garment.len() {
+        let shown = animator.step(&StepInput::of_clip(motion, t)).unwrap().positions;
+        if t % every == 0 {
+            ratio.add(shown, garment.frame(t));
+        }
+    }
+}
+
+#[test]
+fn several_motions_choose_the_bending() {
+    let trainer = trainer(4);
+    let data = trainer.data();
+    let drawn = data.validation[0].name();
+    let mut names: Vec<&str> = data.judges.iter().map(|judge| &judge.clip[..]).collect();
+    names.push(drawn);
+    names.sort_unstable();
+    assert_eq!(names, ["take0", "take1", "take2", "take3"]);
+    let error = |bending: f32| {
+        let chosen = Chosen {
+            bending: Some(bending),
+            ..Chosen::SETTINGS
+        };
+        let model = || trainer.model_of(&trainer.learner.kept(), chosen).unwrap();
+        let mut ratio = BendingRatio::new(&data.capture.garment.rest);
+        add(&mut ratio, model(), &data.validation[0]);
+        for judge in &data.judges {
+            assert!(judge.prior != data.prior, "{}", judge.clip);
+            let parts = ModelParts {
+                prior: judge.prior.clone(),
+                ..model().to_parts()
+            };
+            let clip = data.clips.iter().find(|clip| clip.name() == judge.clip);
+            add(&mut ratio, Model::new(parts).unwrap(), clip.unwrap());
+        }
+        ratio.ratio().unwrap().ln().abs()
+    };
+    let errors = [0.0, 0.3, 1.0].map(|bending| (error(bending), bending));
+    let best = errors.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    let validation = trainer.validation(&|| Control::Continue).unwrap().unwrap();
+    assert_eq!(validation.bending, Some(best.1), "{errors:?}");
+    // The check could not fail if all were equal.
+    assert!(errors[0].0 != errors[1].0, "{errors:?}");
+}
+
+#[test]
+fn more_motions_than_needed_are_thinned_out_evenly() {
+    let trainer = trainer(12);
+    let judges: Vec<&str> = trainer.data().judges.iter().map(|judge| &judge.clip[..]).collect();
+    assert_eq!(judges.len(), 5, "{judges:?}");
+    let drawn = trainer.data().validation[0].name();
+    assert!(!judges.contains(&drawn), "{judges:?}");
+}
